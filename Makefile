@@ -1,0 +1,86 @@
+# One command does all: it makes .venv, compiles the core and goes on from there.
+PYTHON ?= python3
+BIN := .venv/bin
+C_FILES = $(wildcard core/*.c src/oncenter/simulate/native/*.c)
+C_HEADERS = $(wildcard core/*.h src/oncenter/simulate/native/*.h)
+BUILDERS = src/oncenter/_build.py src/oncenter/simulate/_build.py
+INCLUDES = -Icore
+WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
+
+# What Debian parts from python3 and gcc. Without ensurepip, venv fails and leaves a half-made .venv behind.
+DEBIAN = python3-venv python3-dev libc6-dev
+HAS_PYTHON = $(PYTHON) -c 'import ensurepip, os, sysconfig as s; os.stat(s.get_path("include") + "/Python.h")' 2>/dev/null
+HAS_C = echo '\#include <stdlib.h>' | $(CC) -fsyntax-only -xc - 2>/dev/null
+
+# $(call need,test,packages): as root on Debian it installs them; elsewhere it names them and stops.
+need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && echo "installing $(2)" && \
+	apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2) \
+	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
+
+.PHONY: help demo test lint types warnings cppcheck sanitize pytest bench lock clean
+.DEFAULT_GOAL := help
+
+help: ## show this
+	@sed -nE 's/^([a-z]+):.*## (.*)/make \1|\2/p' $(MAKEFILE_LIST) | while IFS='|' read -r verb does; do \
+	  printf '%-14s %s\n' "$$verb" "$$does"; done
+
+demo: .venv/ready ## simulate a drive, find the offset, write demo/report.html
+	@$(BIN)/oncenter demo
+
+test: lint types warnings cppcheck sanitize pytest ## all checks and all tests
+
+lint: .venv/ready
+	$(BIN)/ruff check .
+
+types: .venv/ready
+	$(BIN)/mypy --strict src
+
+warnings: .venv/ready
+	@set -e; for file in $(C_FILES); do echo "$(CC) $(WARNINGS) $$file"; \
+	  $(CC) $(WARNINGS) $(INCLUDES) -c $$file -o /dev/null; done
+
+cppcheck:
+	@$(call need,command -v cppcheck >/dev/null,cppcheck)
+	cppcheck -q --std=c99 --enable=warning,style,performance,portability --error-exitcode=1 $(INCLUDES) $(C_FILES)
+
+# A second copy of the package, compiled with the sanitizers, comes first on the path.
+sanitize: .venv/ready ## the tests with address and undefined-behaviour sanitizers in the C code
+	rm -rf build/sanitize
+	CFLAGS="-g -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer" \
+	  $(BIN)/python setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
+	LD_PRELOAD="$$($(CC) -print-file-name=libasan.so) $$($(CC) -print-file-name=libstdc++.so.6)" \
+	  ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitize/lib $(BIN)/python -m pytest -p no:cacheprovider
+
+pytest: .venv/ready
+	$(BIN)/python -m pytest
+
+bench: .venv/ready ## speed, side by side with scipy, numba and python-can
+	$(BIN)/python bench/speed.py
+
+lock: .venv/python ## pin today's newest dependencies in requirements.lock and list their licences
+	rm -rf build/lock
+	$(PYTHON) -m venv build/lock
+	build/lock/bin/python -m pip install -q --disable-pip-version-check -e '.[dev]'
+	build/lock/bin/python -m pip freeze --all --exclude-editable --exclude pip > build/lock/requirements
+	cp build/lock/requirements requirements.lock
+	build/lock/bin/python docs/make_licences.py
+
+clean: ## remove what make made, .venv too
+	rm -rf .venv build dist demo .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf src/*.egg-info src/oncenter/_*.so src/oncenter/_*.c
+
+.venv/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "needs Python 3.11 or later: make PYTHON=python3.11" >&2; exit 1; }
+	@$(call need,$(HAS_PYTHON) && $(HAS_C),$(DEBIAN))
+	$(PYTHON) -m venv --clear .venv
+	@touch $@
+
+# The build tools first, from the lock as well: an isolated build would not heed it.
+.venv/tools: .venv/python requirements.lock
+	$(BIN)/python -m pip install -q --disable-pip-version-check -c requirements.lock 'setuptools>=77' cffi
+	@touch $@
+
+.venv/ready: .venv/tools pyproject.toml setup.py $(BUILDERS) $(C_FILES) $(C_HEADERS)
+	$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -c requirements.lock -e '.[dev]'
+	@touch $@

@@ -1,0 +1,28 @@
+#ifndef OC_ESTIMATE_H
+#define OC_ESTIMATE_H
+/* How every answer travels: its value never without its spread, its evidence and its standing. */
+
+#include <stdint.h>
+
+typedef enum {
+    OC_UNOBSERVABLE, /* the drive does not tell: the prior decides */
+    OC_CONVERGING,   /* there is evidence, the interval is still too wide */
+    OC_VALID,        /* evidence conditions met and the interval narrow enough */
+    OC_INVALID,      /* a signal is at fault */
+    OC_STATUS_COUNT
+} oc_status;
+
+typedef struct {
+    double value;              /* in SI; means nothing while unobservable */
+    double standard_deviation; /* 1.96 of it on both sides is the 95 % interval, few batches accounted for */
+    double evidence;           /* s of driving behind the value */
+    oc_status status;
+} oc_estimate;
+
+/* The status that a half-width earns, with hysteresis: valid is won below `narrow` and lost above `wide`. */
+oc_status oc_status_next(oc_status now, double half_width, double narrow, double wide);
+
+/* What 1.96 must be multiplied by when the spread comes from so few batches: Student's t at 97.5 % over 1.96. */
+double oc_few_batches_factor(double batches);
+
+#endif

@@ -1,0 +1,26 @@
+#ifndef OC_MEAN_H
+#define OC_MEAN_H
+/* Means updated by their innovation, (36), which merge: no sample is kept, and two logs join into one. */
+
+/* Of one tick's regression quantities: y, the residual; x, what K_us multiplies; w, what a yaw-rate bias multiplies. */
+typedef struct {
+    double weight;     /* ticks (or batches) */
+    double y, x, w;    /* means: rad, m/s^2, s */
+    double yy, xy, xx; /* sums of squared and crossed deviations from the means */
+} oc_moments;
+
+/* Plain sums over one short block, cheap enough for every tick. */
+typedef struct {
+    double weight;
+    double y, x, w;
+    double yy, xy, xx;
+} oc_sums;
+
+void oc_sums_add(oc_sums *sums, double y, double x, double w);
+oc_moments oc_moments_of(const oc_sums *sums);
+void oc_moments_merge(oc_moments *into, const oc_moments *other);
+
+/* Variance of y - slope * x about its mean, divisor n - 1; 0 below two. */
+double oc_moments_variance(const oc_moments *moments, double slope);
+
+#endif

@@ -1,0 +1,342 @@
+#include "monitor.h"
+
+#include <math.h>
+
+/* Beyond these a value is no measurement of a road vehicle; NaN is beyond them, too. */
+static const double angle_limit = 100.0;        /* rad, 16 turns */
+static const double yaw_rate_limit = 10.0;      /* rad/s */
+static const double speed_limit = 150.0;        /* m/s */
+static const double acceleration_limit = 100.0; /* m/s^2 */
+
+const char *oc_version(void) {
+    /* written from the header's numbers, each below 10, without stdio */
+    static const char version[] = {'0' + OC_VERSION_MAJOR, '.', '0' + OC_VERSION_MINOR, '.', '0' + OC_VERSION_PATCH, 0};
+    return version;
+}
+
+const char *oc_error_name(oc_error error) {
+    static const char *const names[OC_ERROR_COUNT] = {"ok", "vehicle", "params", "rate"};
+    return (unsigned)error < OC_ERROR_COUNT ? names[error] : "unknown";
+}
+
+const char *oc_status_name(oc_status status) {
+    static const char *const names[OC_STATUS_COUNT] = {"unobservable", "converging", "valid", "invalid"};
+    return (unsigned)status < OC_STATUS_COUNT ? names[status] : "unknown";
+}
+
+const char *oc_reason_name(oc_reason reason) {
+    switch (reason) {
+    case OC_REASON_MISSING_SIGNAL: return "missing_signal";
+    case OC_REASON_TIME: return "time";
+    case OC_REASON_GAP: return "gap";
+    case OC_REASON_SETTLING: return "settling";
+    case OC_REASON_SPEED: return "speed";
+    case OC_REASON_CURVATURE: return "curvature";
+    case OC_REASON_LONGITUDINAL_ACCELERATION: return "longitudinal_acceleration";
+    case OC_REASON_BANK: return "bank";
+    case OC_REASON_WINDOW: return "window";
+    case OC_REASON_COUNT: break;
+    }
+    return NULL;
+}
+
+const char *oc_vehicle_check(const oc_vehicle *vehicle) {
+    if (!(vehicle->wheelbase >= 1.0 && vehicle->wheelbase <= 20.0)) {
+        return "wheelbase";
+    }
+    if (!(vehicle->steering_ratio >= 1.0 && vehicle->steering_ratio <= 60.0)) {
+        return "steering_ratio";
+    }
+    return NULL;
+}
+
+oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, const oc_params *params, double rate_hz) {
+    if (oc_vehicle_check(vehicle) != NULL) {
+        return OC_ERROR_VEHICLE;
+    }
+    if (oc_params_check(params) != NULL) {
+        return OC_ERROR_PARAMS;
+    }
+    if (!(rate_hz >= 20.0 && rate_hz <= 200.0) || !(params->cutoff_hz < 0.45 * rate_hz)) {
+        return OC_ERROR_RATE;
+    }
+    oc_coefficients c = {
+        .vehicle = *vehicle,
+        .params = *params,
+        .rate_hz = rate_hz,
+        .tick_s = 1.0 / rate_hz,
+        .ratio_times_wheelbase = vehicle->steering_ratio * vehicle->wheelbase,
+        .ticks_per_batch = params->batch_s * rate_hz,
+        .standstill_settling_ticks = (int32_t)(params->standstill_settling_s * rate_hz + 0.5),
+    };
+    oc_preprocess_design(&c.preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
+                         rate_hz);
+    const double clean_ticks = params->clean_time_s * rate_hz;
+    const double per_block = floor(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
+    c.ticks_per_block = per_block > 1.0 ? (int32_t)per_block : 1;
+    c.blocks_until_final = (int32_t)-floor(-clean_ticks / c.ticks_per_block);
+    *coefficients = c;
+    return OC_OK;
+}
+
+void oc_init(oc_state *state) {
+    *state = (oc_state){0};
+}
+
+void oc_restart(oc_state *state) {
+    state->tracking = (oc_tracking){0};
+    state->evidence.standstill.still_ticks = 0;
+}
+
+static bool within(double value, double limit) {
+    return value > -limit && value < limit;
+}
+
+static bool signals_present(const oc_signals *tick, uint32_t needed) {
+    return (tick->valid & needed) == needed && within(tick->steering_wheel_angle, angle_limit) &&
+           within(tick->yaw_rate, yaw_rate_limit) && within(tick->vehicle_speed, speed_limit) &&
+           (!(needed & OC_HAS_LATERAL_ACCELERATION) || within(tick->lateral_acceleration, acceleration_limit));
+}
+
+static uint32_t signals_needed(const oc_params *params) {
+    const uint32_t always = OC_HAS_STEERING_WHEEL_ANGLE | OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
+    return params->use_accelerometer ? always | OC_HAS_LATERAL_ACCELERATION : always;
+}
+
+/* Spread of the yaw rate's bias: what standing showed and the thesis's method leaves uncorrected, else the prior. */
+static double yaw_rate_bias_spread(const oc_evidence *evidence, const oc_coefficients *c) {
+    const oc_estimate bias =
+        oc_standstill_yaw_rate(&evidence->standstill, c->tick_s, c->params.standstill_time_min_s);
+    if (bias.status != OC_VALID) {
+        return c->params.yaw_rate_bias_sd_rad_s;
+    }
+    return sqrt(bias.value * bias.value + bias.standard_deviation * bias.standard_deviation);
+}
+
+/* (36), (37), (38) from the evidence as it stands. */
+static void learn(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c) {
+    const oc_params *p = &c->params;
+    const oc_offset *offset = &evidence->offset;
+    const oc_understeer *understeer = &evidence->understeer;
+    const double offset_time = offset->ticks.weight * c->tick_s;
+    const double understeer_time = understeer->weight * c->tick_s;
+
+    /* the understeer gradient stays zero until its own evidence suffices */
+    double K = 0.0;
+    double K_variance = p->understeer_sd_rad_m_s2 * p->understeer_sd_rad_m_s2;
+    oc_status K_status = OC_UNOBSERVABLE;
+    if (understeer_time >= p->understeer_evidence_min_s && understeer->batches > 1.0) {
+        K = oc_understeer_with_offset(understeer, offset->ticks.y, offset->ticks.x);
+        const double offset_part = oc_understeer_per_offset(understeer);
+        K_variance = oc_understeer_variance(understeer, oc_offset_value(offset, K), K) +
+                     offset_part * offset_part * oc_offset_variance(offset, K);
+        K_status = oc_status_next(evidence->understeer_status, 1.96 * sqrt(K_variance),
+                                  p->understeer_half_width_max_rad_m_s2,
+                                  4.0 / 3.0 * p->understeer_half_width_max_rad_m_s2);
+    }
+    evidence->understeer_status = K_status;
+    learned->understeer_gradient =
+        (oc_estimate){.value = K, .standard_deviation = sqrt(K_variance), .evidence = understeer_time, .status = K_status};
+
+    /* the offset: scatter, gyro bias through mean i*L/v, understeer gradient through mean i*a_y */
+    const double scatter = oc_offset_variance(offset, K);
+    const double gyro = offset->ticks.w * yaw_rate_bias_spread(evidence, c);
+    const double crown = offset->ticks.x * offset->ticks.x * K_variance;
+    const double sd = sqrt(scatter + gyro * gyro + crown);
+    const bool enough = offset_time >= p->offset_evidence_min_s;
+    if (enough && 1.96 * sqrt(scatter) <= p->offset_half_width_max_rad) {
+        evidence->offset_trusted = 1;
+    }
+    evidence->offset_status = !(offset->batches.weight > 1.0) ? OC_UNOBSERVABLE
+                              : !enough            ? OC_CONVERGING
+                                                   : oc_status_next(evidence->offset_status, 1.96 * sd,
+                                                                    p->offset_half_width_max_rad,
+                                                                    4.0 / 3.0 * p->offset_half_width_max_rad);
+    learned->offset = (oc_estimate){.value = oc_offset_value(offset, K),
+                                    .standard_deviation = sd,
+                                    .evidence = offset_time,
+                                    .status = evidence->offset_status};
+}
+
+/* Figure 15, the estimation: clean ticks wait for their t1, final blocks are learned from. */
+static void estimate(oc_state *state, const oc_coefficients *c, const oc_motion *motion, double speed,
+                     uint32_t reasons) {
+    const oc_params *p = &c->params;
+    oc_moments block;
+    const double i = c->vehicle.steering_ratio;
+    const double y = motion->residual;
+    const double x = i * motion->lateral_acceleration;
+    const double w = c->ratio_times_wheelbase / (speed > 1.0 ? speed : 1.0);
+    bool learned = false;
+
+    if (reasons != 0) {
+        oc_pending_drop(&state->tracking.straight);
+    } else if (oc_pending_add(&state->tracking.straight, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
+        oc_offset_update(&state->evidence.offset, &block, c->ticks_per_batch);
+        learned = true;
+    }
+
+    const double a_y = fabs(motion->lateral_acceleration);
+    const bool bend = a_y > p->understeer_acceleration_min_m_s2 && a_y < p->understeer_acceleration_max_m_s2;
+    if ((reasons & ~(uint32_t)OC_REASON_CURVATURE) != 0 || !bend || !state->evidence.offset_trusted) {
+        oc_pending_drop(&state->tracking.cornering);
+    } else if (oc_pending_add(&state->tracking.cornering, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
+        oc_understeer_update(&state->evidence.understeer, &block, c->ticks_per_batch);
+        learned = true;
+    }
+
+    if (learned) {
+        learn(&state->evidence, &state->learned, c);
+    }
+}
+
+static void count(oc_evidence *evidence, uint32_t reasons) {
+    for (uint32_t k = 0; k < OC_REASON_COUNT; ++k) {
+        evidence->rejected[k] += (reasons >> k) & 1u;
+    }
+    evidence->unused_motion += reasons != 0;
+}
+
+/* Whether the filters must start anew at this tick: nothing before it, or a hole. */
+static bool interrupted(const oc_tracking *tracking, const oc_coefficients *c, double time) {
+    const double pause = time - tracking->last_filtered;
+    return !tracking->running || (pause > c->params.gap_max_s && pause > 1.5 * c->tick_s);
+}
+
+/* Figure 15 as one function: the reasons against this tick and the motion at it. */
+static uint32_t step(oc_state *state, const oc_coefficients *c, const oc_signals *tick, oc_motion *motion,
+                     double *speed) {
+    oc_tracking *tracking = &state->tracking;
+    oc_evidence *evidence = &state->evidence;
+    const oc_params *p = &c->params;
+    const bool has_acceleration =
+        (tick->valid & OC_HAS_LATERAL_ACCELERATION) && within(tick->lateral_acceleration, acceleration_limit);
+    const double a_y = p->use_accelerometer ? tick->lateral_acceleration : 0.0;
+
+    /* time goes forward, or nothing happened */
+    if (!(tick->time > -1e300 && tick->time < 1e300) || (tracking->clock_started && !(tick->time > tracking->last_time))) {
+        ++evidence->rejected[1];
+        return OC_REASON_TIME;
+    }
+    tracking->last_time = tick->time;
+    tracking->clock_started = 1;
+    ++evidence->ticks;
+
+    /* a tick without its signals leaves the filters alone and what was pending unproven */
+    if (!signals_present(tick, signals_needed(p))) {
+        oc_pending_drop(&tracking->straight);
+        oc_pending_drop(&tracking->cornering);
+        count(evidence, OC_REASON_MISSING_SIGNAL);
+        return OC_REASON_MISSING_SIGNAL;
+    }
+
+    /* standing still shows what the sensors read for nothing */
+    oc_standstill_update(&evidence->standstill, c->standstill_settling_ticks, tick->vehicle_speed,
+                         p->standstill_speed_max_m_s, tick->yaw_rate, tick->lateral_acceleration, has_acceleration);
+
+    /* 5.1.1: filter, delay, differentiate */
+    uint32_t reasons = 0;
+    if (interrupted(tracking, c, tick->time)) {
+        reasons = tracking->running ? OC_REASON_GAP : 0;
+        oc_preprocess_restart(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle, tick->yaw_rate,
+                              tick->vehicle_speed, a_y);
+        tracking->running = 1;
+    }
+    tracking->last_filtered = tick->time;
+    const oc_filtered filtered =
+        oc_preprocess_update(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle, tick->yaw_rate,
+                             tick->vehicle_speed, a_y);
+    if (!oc_preprocess_settled(&tracking->preprocess, &c->preprocess)) {
+        reasons |= OC_REASON_SETTLING;
+    }
+
+    /* 5.1.2: motion and gate */
+    *motion = oc_motion_of(&filtered, c->ratio_times_wheelbase, p->use_accelerometer != 0);
+    *speed = filtered.vehicle_speed;
+    reasons |= oc_gate(p, motion, filtered.vehicle_speed);
+    if (!(reasons & (OC_REASON_SETTLING | OC_REASON_SPEED))) {
+        evidence->bank_ticks += 1.0;
+        evidence->bank_sum += motion->bank;
+    }
+    count(evidence, reasons);
+
+    /* 5.1.3: offset and understeer gradient */
+    estimate(state, c, motion, filtered.vehicle_speed, reasons);
+    return reasons;
+}
+
+void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *tick, oc_output *output) {
+    oc_motion motion = {0};
+    double speed = 0.0;
+    const uint32_t reasons = step(state, coefficients, tick, &motion, &speed);
+    if (output != NULL) {
+        *output = (oc_output){
+            .time = tick->time,
+            .vehicle_speed = speed,
+            .motion = motion,
+            .reasons = reasons,
+            .offset_status = state->learned.offset.status,
+            .offset = state->learned.offset.value,
+            .offset_sd = state->learned.offset.standard_deviation,
+            .understeer_gradient = state->learned.understeer_gradient.value,
+        };
+    }
+}
+
+static double at(const double *column, size_t row) {
+    return column == NULL ? 0.0 : column[row];
+}
+
+void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_columns *columns, oc_output *outputs) {
+    const uint32_t valid = (columns->steering_wheel_angle != NULL ? OC_HAS_STEERING_WHEEL_ANGLE : 0u) |
+                           (columns->yaw_rate != NULL ? OC_HAS_YAW_RATE : 0u) |
+                           (columns->vehicle_speed != NULL ? OC_HAS_VEHICLE_SPEED : 0u) |
+                           (columns->lateral_acceleration != NULL ? OC_HAS_LATERAL_ACCELERATION : 0u);
+    for (size_t row = 0; row < columns->count; ++row) {
+        const oc_signals tick = {
+            .time = columns->time[row],
+            .steering_wheel_angle = at(columns->steering_wheel_angle, row),
+            .yaw_rate = at(columns->yaw_rate, row),
+            .vehicle_speed = at(columns->vehicle_speed, row),
+            .lateral_acceleration = at(columns->lateral_acceleration, row),
+            .valid = valid,
+        };
+        oc_step(state, coefficients, &tick, outputs == NULL ? NULL : &outputs[row]);
+    }
+}
+
+/* The offset as it would be if what is pending were final. */
+static double temporary_offset(const oc_state *state) {
+    oc_offset all = state->evidence.offset;
+    const oc_pending *pending = &state->tracking.straight;
+    for (int32_t k = 0; k < pending->count; ++k) {
+        oc_moments_merge(&all.ticks, &pending->blocks[(pending->first + k) % OC_PENDING_MAX]);
+    }
+    return oc_offset_value(&all, state->learned.understeer_gradient.value);
+}
+
+void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *answer) {
+    const oc_evidence *evidence = &state->evidence;
+    const double used = evidence->offset.ticks.weight;
+    const double K = state->learned.understeer_gradient.value;
+    const double time_min = c->params.standstill_time_min_s;
+    *answer = (oc_answer){
+        .offset = state->learned.offset,
+        .offset_temporary = temporary_offset(state),
+        .offset_variance_if_independent = oc_offset_variance_if_independent(&evidence->offset, K),
+        .understeer_gradient = state->learned.understeer_gradient,
+        .yaw_rate_bias = oc_standstill_yaw_rate(&evidence->standstill, c->tick_s, time_min),
+        .standstill_lateral_acceleration =
+            oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, time_min),
+        .offset_per_yaw_rate_bias = evidence->offset.ticks.w,
+        .bank_mean = evidence->bank_ticks > 0.0 ? evidence->bank_sum / evidence->bank_ticks : 0.0,
+        .bank_time = evidence->bank_ticks * c->tick_s,
+        .duration = (double)evidence->ticks * c->tick_s,
+        .used = used * c->tick_s,
+        .unused = ((double)evidence->ticks - used) * c->tick_s,
+    };
+    for (int32_t k = 0; k < OC_REASON_COUNT; ++k) {
+        answer->rejected[k] = (double)evidence->rejected[k] * c->tick_s;
+    }
+    answer->rejected[OC_REASON_COUNT - 1] = ((double)evidence->ticks - (double)evidence->unused_motion - used) * c->tick_s;
+}

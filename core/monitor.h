@@ -1,0 +1,124 @@
+#ifndef OC_MONITOR_H
+#define OC_MONITOR_H
+/* Figure 15 as one function, and the whole of what firmware and Python call.
+ *
+ * Coefficients follow from vehicle, params and rate and never change; State is plain data: copy it, compare it, keep
+ * it. State = Tracking (filters and what is pending, lost at ignition) + Evidence (all that is worth keeping). */
+
+#include "estimate.h"
+#include "motion.h"
+#include "offset.h"
+#include "params.h"
+#include "preprocess.h"
+#include "signals.h"
+#include "standstill.h"
+#include "trig.h"
+#include "understeer.h"
+#include "vehicle.h"
+
+/* The version of all, of which every other place takes it. */
+enum { OC_VERSION_MAJOR = 0, OC_VERSION_MINOR = 1, OC_VERSION_PATCH = 0 };
+
+typedef enum {
+    OC_OK = 0,
+    OC_ERROR_VEHICLE,
+    OC_ERROR_PARAMS,
+    OC_ERROR_RATE,
+    OC_ERROR_COUNT
+} oc_error;
+
+typedef struct {
+    oc_vehicle vehicle;
+    oc_params params;
+    oc_preprocess preprocess;
+    double rate_hz, tick_s;
+    double ratio_times_wheelbase; /* m, i*L */
+    double ticks_per_batch;
+    int32_t ticks_per_block, blocks_until_final;
+    int32_t standstill_settling_ticks;
+} oc_coefficients;
+
+typedef struct {
+    double last_time;           /* s, of the last tick that advanced the clock */
+    double last_filtered;       /* s, of the last tick that had all its signals */
+    int32_t running;            /* the filters hold something */
+    int32_t clock_started;
+    oc_preprocess_state preprocess;
+    oc_pending straight;        /* for the offset */
+    oc_pending cornering;       /* for the understeer gradient */
+} oc_tracking;
+
+typedef struct {
+    oc_offset offset;
+    oc_understeer understeer;
+    oc_standstill standstill;
+    int32_t offset_trusted;      /* once accurate enough to learn K_us */
+    oc_status offset_status, understeer_status;
+    uint64_t ticks;              /* all that advanced the clock */
+    uint64_t rejected[OC_REASON_COUNT]; /* ticks by reason bit; a tick may have several */
+    uint64_t unused_motion;      /* ticks with any reason but a window */
+    double bank_ticks, bank_sum; /* (33) above the speed limit, m/s^2, whatever else the gate said: what shuts it */
+} oc_evidence;
+
+/* The answers that a drive gives, as they stand. */
+typedef struct {
+    oc_estimate offset;              /* rad */
+    oc_estimate understeer_gradient; /* rad/(m/s^2), K_us/g at the road wheel */
+} oc_learned;
+
+typedef struct {
+    oc_tracking tracking;
+    oc_evidence evidence;
+    oc_learned learned; /* follows from evidence at each final block */
+} oc_state;
+
+/* What one tick gave. The motion is one filter delay old. */
+typedef struct {
+    double time;                 /* s */
+    double vehicle_speed;        /* m/s */
+    oc_motion motion;
+    uint32_t reasons;            /* oc_reason, 0: clean */
+    oc_status offset_status;
+    double offset;               /* rad, final evidence only */
+    double offset_sd;            /* rad */
+    double understeer_gradient;  /* rad/(m/s^2), 0 until learned */
+} oc_output;
+
+typedef struct {
+    oc_estimate offset;                    /* rad */
+    double offset_temporary;               /* rad, with what is pending taken in as if it were final */
+    double offset_variance_if_independent; /* rad^2, (43) */
+    oc_estimate understeer_gradient;       /* rad/(m/s^2) */
+    oc_estimate yaw_rate_bias;             /* rad/s, at standstill */
+    oc_estimate standstill_lateral_acceleration; /* m/s^2: bias and slope of the ground together */
+    double offset_per_yaw_rate_bias;       /* s: rad of offset per rad/s, mean of i*L/v, (48) */
+    double bank_mean;                      /* m/s^2, above the speed limit */
+    double bank_time;                      /* s behind it */
+    double duration, used, unused;         /* s; duration = used + unused */
+    double rejected[OC_REASON_COUNT];      /* s by reason bit; window includes what is pending */
+} oc_answer;
+
+const char *oc_version(void);
+const char *oc_error_name(oc_error error);
+const char *oc_reason_name(oc_reason reason); /* NULL when it is none */
+const char *oc_status_name(oc_status status);
+
+/* The name of the first member out of its range, or NULL. */
+const char *oc_vehicle_check(const oc_vehicle *vehicle);
+
+/* rate_hz: 20 to 200. */
+oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, const oc_params *params, double rate_hz);
+
+void oc_init(oc_state *state);
+
+/* Ignition, or the next log: tracking is lost, evidence stays, time may begin anywhere. */
+void oc_restart(oc_state *state);
+
+void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *tick, oc_output *output);
+
+/* As many steps as there are rows; `outputs` has as many, or is NULL. */
+void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_columns *columns, oc_output *outputs);
+
+void oc_answer_get(const oc_state *state, const oc_coefficients *coefficients, oc_answer *answer);
+
+#endif

@@ -1,0 +1,68 @@
+#include "motion.h"
+
+#include <math.h>
+
+void oc_pending_drop(oc_pending *pending) {
+    pending->filling = (oc_sums){0};
+    pending->ticks = 0;
+    pending->count = 0;
+}
+
+bool oc_pending_add(oc_pending *pending, int32_t ticks_per_block, int32_t blocks_until_final, double y, double x,
+                    double w, oc_moments *final) {
+    oc_sums_add(&pending->filling, y, x, w);
+    if (++pending->ticks < ticks_per_block) {
+        return false;
+    }
+    const oc_moments whole = oc_moments_of(&pending->filling);
+    pending->filling = (oc_sums){0};
+    pending->ticks = 0;
+    const bool ripe = pending->count == blocks_until_final; /* so many clean blocks after the oldest, with this one */
+    if (ripe) {
+        *final = pending->blocks[pending->first];
+        pending->first = (pending->first + 1) % OC_PENDING_MAX;
+        --pending->count;
+    }
+    pending->blocks[(pending->first + pending->count) % OC_PENDING_MAX] = whole;
+    ++pending->count;
+    return ripe;
+}
+
+double oc_pending_ticks(const oc_pending *pending) {
+    double ticks = pending->ticks;
+    for (int32_t k = 0; k < pending->count; ++k) {
+        ticks += pending->blocks[(pending->first + k) % OC_PENDING_MAX].weight;
+    }
+    return ticks;
+}
+
+oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase,
+                       bool use_accelerometer) {
+    const double r = tick->yaw_rate;
+    const double v = tick->vehicle_speed;
+    const double curvature = r / (v > 1.0 ? v : 1.0);
+    return (oc_motion){
+        .curvature = curvature,
+        .longitudinal_acceleration = tick->longitudinal_acceleration,
+        .bank = use_accelerometer ? tick->lateral_acceleration - r * v : 0.0,
+        .lateral_acceleration = use_accelerometer ? tick->lateral_acceleration : r * v,
+        .residual = tick->steering_wheel_angle - ratio_times_wheelbase * curvature,
+    };
+}
+
+uint32_t oc_gate(const oc_params *params, const oc_motion *motion, double speed) {
+    uint32_t reasons = 0;
+    if (!(speed > params->speed_min_m_s)) {
+        reasons |= OC_REASON_SPEED;
+    }
+    if (!(fabs(motion->curvature) < params->curvature_max_1_m)) {
+        reasons |= OC_REASON_CURVATURE;
+    }
+    if (!(fabs(motion->longitudinal_acceleration) < params->longitudinal_acceleration_max_m_s2)) {
+        reasons |= OC_REASON_LONGITUDINAL_ACCELERATION;
+    }
+    if (!(fabs(motion->bank) < params->bank_max_m_s2)) {
+        reasons |= OC_REASON_BANK;
+    }
+    return reasons;
+}

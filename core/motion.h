@@ -1,0 +1,64 @@
+#ifndef OC_MOTION_H
+#define OC_MOTION_H
+/* 5.1.2: how the truck moves, the gate with its named reasons, and what waits for the gate's verdict. */
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "mean.h"
+#include "params.h"
+#include "preprocess.h"
+
+enum {
+    OC_BLOCKS_PER_CLEAN_TIME = 20,
+    OC_PENDING_MAX = 48 /* blocks a ring can hold; 40 is the most that rounding can ask for */
+};
+
+/* Why a tick is not used. OC_REASON_WINDOW is never a tick's own: it is what t1 dropped, or still holds. */
+typedef enum {
+    OC_REASON_MISSING_SIGNAL = 1,
+    OC_REASON_TIME = 2,      /* time stood still or ran backward, or is not a number */
+    OC_REASON_GAP = 4,       /* first tick after a hole: the filters restart */
+    OC_REASON_SETTLING = 8,  /* the filters have not seen enough yet */
+    OC_REASON_SPEED = 16,
+    OC_REASON_CURVATURE = 32,
+    OC_REASON_LONGITUDINAL_ACCELERATION = 64,
+    OC_REASON_BANK = 128,
+    OC_REASON_WINDOW = 256,
+    OC_REASON_COUNT = 9
+} oc_reason;
+
+/* The motion at one tick. Below 1 m/s the curvature is taken at 1 m/s: the gate never looks at it there. */
+typedef struct {
+    double curvature;                 /* 1/m, (32) */
+    double longitudinal_acceleration; /* m/s^2 */
+    double bank;                      /* m/s^2, (33); 0 without an accelerometer */
+    double lateral_acceleration;      /* m/s^2: measured, or r*v without an accelerometer */
+    double residual;                  /* rad: measured angle less i*L*r/v */
+} oc_motion;
+
+/* What is clean so far and waits until the t1 after it is clean too. */
+typedef struct {
+    oc_sums filling;                   /* the block that grows */
+    oc_moments blocks[OC_PENDING_MAX]; /* whole blocks, ring */
+    int32_t ticks;                     /* in the growing block */
+    int32_t first, count;              /* of the ring */
+} oc_pending;
+
+void oc_pending_drop(oc_pending *pending);
+
+/* Adds a clean tick; true when this made a block final, which is then in *final. */
+bool oc_pending_add(oc_pending *pending, int32_t ticks_per_block, int32_t blocks_until_final, double y, double x,
+                    double w, oc_moments *final);
+
+/* Ticks that wait. */
+double oc_pending_ticks(const oc_pending *pending);
+
+/* (32), (33) and the residual from one filtered tick. */
+oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase,
+                       bool use_accelerometer);
+
+/* (34), (35) and v > 10 m/s: the reason bits, 0 when all is well. */
+uint32_t oc_gate(const oc_params *params, const oc_motion *motion, double speed);
+
+#endif

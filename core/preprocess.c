@@ -1,0 +1,110 @@
+#include "preprocess.h"
+
+#include <math.h>
+
+#include "trig.h"
+
+static const double pi = 3.14159265358979323846;
+
+oc_lowpass oc_lowpass_design(double cutoff_hz, double rate_hz) {
+    const double c = 1.0 / oc_tan(pi * cutoff_hz / rate_hz);
+    const double b0 = 1.0 / (1.0 + sqrt(2.0) * c + c * c);
+    return (oc_lowpass){.b0 = b0, .a1 = 2.0 * (1.0 - c * c) * b0, .a2 = (1.0 - sqrt(2.0) * c + c * c) * b0};
+}
+
+double oc_lowpass_delay(double cutoff_hz, double band_hz, double rate_hz) {
+    /* The bilinear transform bends the frequency axis, so that u is the analogue prototype's frequency; its phase is
+     * -atan(sqrt(2) u / (1 - u^2)), written by the arcsine. */
+    const double u = oc_tan(pi * band_hz / rate_hz) / oc_tan(pi * cutoff_hz / rate_hz);
+    const double phase = oc_asin(sqrt(2.0) * u / sqrt(1.0 + u * u * u * u));
+    return phase / (2.0 * pi * band_hz);
+}
+
+void oc_preprocess_design(oc_preprocess *design, double cutoff_hz, double delay_band_hz, double slope_window_s,
+                          double rate_hz) {
+    const double delay = oc_lowpass_delay(cutoff_hz, delay_band_hz, rate_hz) * rate_hz;
+    const double between_points = floor(slope_window_s * rate_hz / (OC_SLOPE_POINTS - 1) + 0.5);
+    design->lowpass = oc_lowpass_design(cutoff_hz, rate_hz);
+    design->delay_ticks = (int32_t)floor(delay);
+    design->delay_fraction = delay - floor(delay);
+    design->slope_every = between_points > 1.0 ? (int32_t)between_points : 1;
+    /* Least squares line through the points: sum of (k - 5) v_k over sum of (k - 5)^2 = 110 for 11 points. */
+    const double half = (OC_SLOPE_POINTS - 1) / 2.0;
+    const double squares = OC_SLOPE_POINTS * half * (half + 1.0) / 3.0;
+    design->slope_scale = rate_hz / (squares * design->slope_every);
+    design->settling_ticks = (OC_SLOPE_POINTS - 1) * design->slope_every + design->delay_ticks + 1;
+}
+
+static double lowpass(oc_lowpass_state *state, const oc_lowpass *design, double x) {
+    const double b0x = design->b0 * x;
+    const double y = b0x + state->s1;
+    state->s1 = 2.0 * b0x - design->a1 * y + state->s2;
+    state->s2 = b0x - design->a2 * y;
+    return y;
+}
+
+/* The state in which a constant input x has always been. */
+static oc_lowpass_state lowpass_at(const oc_lowpass *design, double x) {
+    const double s2 = (design->b0 - design->a2) * x;
+    return (oc_lowpass_state){.s1 = (2.0 * design->b0 - design->a1) * x + s2, .s2 = s2};
+}
+
+void oc_preprocess_restart(oc_preprocess_state *state, const oc_preprocess *design, double angle, double yaw_rate,
+                           double speed, double lateral_acceleration) {
+    *state = (oc_preprocess_state){
+        .yaw_rate = lowpass_at(&design->lowpass, yaw_rate),
+        .vehicle_speed = lowpass_at(&design->lowpass, speed),
+        .lateral_acceleration = lowpass_at(&design->lowpass, lateral_acceleration),
+    };
+    for (int32_t k = 0; k < OC_DELAY_MAX; ++k) {
+        state->angle[k] = angle;
+    }
+}
+
+/* Keeps every slope_every-th speed, and the slope of the line through the kept ones. */
+static void differentiate(oc_preprocess_state *state, const oc_preprocess *design, double speed) {
+    if (state->slope_wait > 0) {
+        --state->slope_wait;
+        return;
+    }
+    state->slope_wait = design->slope_every - 1;
+    state->speed[state->speed_next] = speed;
+    state->speed_next = state->speed_next + 1 < OC_SLOPE_POINTS ? state->speed_next + 1 : 0;
+    double sum = 0.0;
+    int32_t place = state->speed_next; /* the oldest */
+    for (int32_t k = 0; k < OC_SLOPE_POINTS; ++k) {
+        sum += (k - (OC_SLOPE_POINTS - 1) / 2) * state->speed[place];
+        place = place + 1 < OC_SLOPE_POINTS ? place + 1 : 0;
+    }
+    state->speed_slope = sum * design->slope_scale;
+}
+
+/* The angle as it was delay_ticks + delay_fraction ago. */
+static double delayed(oc_preprocess_state *state, const oc_preprocess *design, double angle) {
+    const int32_t now = state->angle_next;
+    state->angle[now] = angle;
+    state->angle_next = (now + 1) % OC_DELAY_MAX;
+    const double later = state->angle[(now - design->delay_ticks + OC_DELAY_MAX) % OC_DELAY_MAX];
+    const double earlier = state->angle[(now - design->delay_ticks - 1 + OC_DELAY_MAX) % OC_DELAY_MAX];
+    return later + design->delay_fraction * (earlier - later);
+}
+
+oc_filtered oc_preprocess_update(oc_preprocess_state *state, const oc_preprocess *design, double angle,
+                                 double yaw_rate, double speed, double lateral_acceleration) {
+    const double smooth_speed = lowpass(&state->vehicle_speed, &design->lowpass, speed);
+    differentiate(state, design, smooth_speed);
+    if (state->ticks < design->settling_ticks) {
+        ++state->ticks;
+    }
+    return (oc_filtered){
+        .steering_wheel_angle = delayed(state, design, angle),
+        .yaw_rate = lowpass(&state->yaw_rate, &design->lowpass, yaw_rate),
+        .vehicle_speed = smooth_speed,
+        .lateral_acceleration = lowpass(&state->lateral_acceleration, &design->lowpass, lateral_acceleration),
+        .longitudinal_acceleration = state->speed_slope,
+    };
+}
+
+bool oc_preprocess_settled(const oc_preprocess_state *state, const oc_preprocess *design) {
+    return state->ticks >= design->settling_ticks;
+}

@@ -1,0 +1,69 @@
+#ifndef OC_PREPROCESS_H
+#define OC_PREPROCESS_H
+/* 5.1.1: identical 2nd-order Butterworth low-passes on all signals but the angle, which is delayed by their mean group
+ * delay instead, and a smoothing differentiator on the down-sampled speed. */
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum {
+    OC_DELAY_MAX = 64, /* ticks the angle can be held back */
+    OC_SLOPE_POINTS = 11 /* down-sampled speeds under the differentiator */
+};
+
+/* H(z) = b0 (1 + z^-1)^2 / (1 + a1 z^-1 + a2 z^-2), transposed direct form II. */
+typedef struct {
+    double b0, a1, a2;
+} oc_lowpass;
+
+typedef struct {
+    double s1, s2;
+} oc_lowpass_state;
+
+typedef struct {
+    oc_lowpass lowpass;
+    int32_t delay_ticks;    /* whole part of the angle's delay */
+    double delay_fraction;  /* the rest, by linear interpolation */
+    int32_t slope_every;    /* ticks between down-sampled speeds */
+    double slope_scale;     /* 1/s: weighted sum of the points to slope */
+    int32_t settling_ticks; /* after a restart */
+} oc_preprocess;
+
+typedef struct {
+    oc_lowpass_state yaw_rate, vehicle_speed, lateral_acceleration;
+    double angle[OC_DELAY_MAX]; /* rad, ring */
+    double speed[OC_SLOPE_POINTS]; /* m/s, ring, down-sampled */
+    double speed_slope;         /* m/s^2, as of the last down-sampled speed */
+    int32_t angle_next, speed_next, slope_wait;
+    int32_t ticks;              /* since the restart, no further than settling_ticks */
+} oc_preprocess_state;
+
+/* One tick after filtering: all members speak of the same moment, one group delay ago (dv/dt half its window more). */
+typedef struct {
+    double steering_wheel_angle;      /* rad, delayed */
+    double yaw_rate;                  /* rad/s, filtered */
+    double vehicle_speed;             /* m/s, filtered */
+    double lateral_acceleration;      /* m/s^2, filtered; 0 without an accelerometer */
+    double longitudinal_acceleration; /* m/s^2 */
+} oc_filtered;
+
+/* Maximally flat low-pass by the bilinear transform, prewarped at the cut-off. */
+oc_lowpass oc_lowpass_design(double cutoff_hz, double rate_hz);
+
+/* s; mean group delay from 0 to band_hz, which is minus the phase at band_hz over 2 pi band_hz. */
+double oc_lowpass_delay(double cutoff_hz, double band_hz, double rate_hz);
+
+void oc_preprocess_design(oc_preprocess *design, double cutoff_hz, double delay_band_hz, double slope_window_s,
+                          double rate_hz);
+
+/* Filters as if the tick's values had stood for ever. */
+void oc_preprocess_restart(oc_preprocess_state *state, const oc_preprocess *design, double angle, double yaw_rate,
+                           double speed, double lateral_acceleration);
+
+/* Whether enough has been seen since the restart for every member of oc_filtered to be right. */
+bool oc_preprocess_settled(const oc_preprocess_state *state, const oc_preprocess *design);
+
+oc_filtered oc_preprocess_update(oc_preprocess_state *state, const oc_preprocess *design, double angle,
+                                 double yaw_rate, double speed, double lateral_acceleration);
+
+#endif

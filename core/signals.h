@@ -1,0 +1,39 @@
+#ifndef OC_SIGNALS_H
+#define OC_SIGNALS_H
+/* One tick as the truck reports it.
+ *
+ * SI units and rad. ISO 8855: a left turn is positive for the angle, the yaw rate and the lateral acceleration.
+ * The accelerometer reports specific force: a road that falls to the right reads positive. */
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Bits of oc_signals.valid: which members carry a number. A set bit over a NaN is taken as not set. */
+typedef enum {
+    OC_HAS_STEERING_WHEEL_ANGLE = 1,
+    OC_HAS_YAW_RATE = 2,
+    OC_HAS_VEHICLE_SPEED = 4,
+    OC_HAS_LATERAL_ACCELERATION = 8
+} oc_signal_bit;
+
+typedef struct {
+    double time;                 /* s, of this tick; the core has no clock of its own */
+    double steering_wheel_angle; /* rad, as measured, offset included */
+    double yaw_rate;             /* rad/s */
+    double vehicle_speed;        /* m/s */
+    double lateral_acceleration; /* m/s^2, specific force */
+    uint32_t valid;              /* oc_signal_bit */
+} oc_signals;
+
+/* The same as columns of a table: NaN is not available, NULL a column that is missing altogether (not time). */
+typedef struct {
+    size_t count;
+    const double *time;                 /* s */
+    const double *steering_wheel_angle; /* rad */
+    const double *yaw_rate;             /* rad/s */
+    const double *vehicle_speed;        /* m/s */
+    const double *lateral_acceleration; /* m/s^2 */
+} oc_columns;
+
+#endif

@@ -1,0 +1,54 @@
+#include "standstill.h"
+
+#include <math.h>
+
+/* What no standing still averages away: quantisation, and the way to the bias on the road. Ours, from real drives. */
+static const double yaw_rate_floor = 3.5e-4;             /* rad/s, 0.02 deg/s */
+static const double lateral_acceleration_floor = 0.01;   /* m/s^2 */
+static const double ticks_alike = 10.0;                  /* neighbours that say the same thing again */
+
+void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double speed, double speed_max,
+                          double yaw_rate, double lateral_acceleration, int32_t has_acceleration) {
+    if (!(fabs(speed) <= speed_max)) {
+        state->still_ticks = 0;
+        return;
+    }
+    if (state->still_ticks < settling_ticks) {
+        ++state->still_ticks;
+        return;
+    }
+    state->weight += 1.0;
+    const double yaw_rate_innovation = yaw_rate - state->yaw_rate;
+    state->yaw_rate += yaw_rate_innovation / state->weight;
+    state->yaw_rate_squares += yaw_rate_innovation * (yaw_rate - state->yaw_rate);
+    if (has_acceleration) {
+        state->acceleration_weight += 1.0;
+        const double innovation = lateral_acceleration - state->lateral_acceleration;
+        state->lateral_acceleration += innovation / state->acceleration_weight;
+        state->lateral_acceleration_squares += innovation * (lateral_acceleration - state->lateral_acceleration);
+    }
+}
+
+static oc_estimate estimate(double weight, double value, double squares, double floor_sd, double tick_s,
+                            double time_min) {
+    const double evidence = weight * tick_s;
+    if (!(evidence >= time_min) || !(weight > 1.0)) {
+        return (oc_estimate){.evidence = evidence, .status = OC_UNOBSERVABLE};
+    }
+    const double variance = squares / (weight - 1.0) * ticks_alike / weight;
+    return (oc_estimate){
+        .value = value,
+        .standard_deviation = sqrt(variance + floor_sd * floor_sd),
+        .evidence = evidence,
+        .status = OC_VALID,
+    };
+}
+
+oc_estimate oc_standstill_yaw_rate(const oc_standstill *state, double tick_s, double time_min) {
+    return estimate(state->weight, state->yaw_rate, state->yaw_rate_squares, yaw_rate_floor, tick_s, time_min);
+}
+
+oc_estimate oc_standstill_lateral_acceleration(const oc_standstill *state, double tick_s, double time_min) {
+    return estimate(state->acceleration_weight, state->lateral_acceleration, state->lateral_acceleration_squares,
+                    lateral_acceleration_floor, tick_s, time_min);
+}

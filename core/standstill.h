@@ -1,0 +1,24 @@
+#ifndef OC_STANDSTILL_H
+#define OC_STANDSTILL_H
+/* What the yaw rate sensor and the accelerometer read while the truck stands: the one moment when the truth is known. */
+
+#include <stdint.h>
+
+#include "estimate.h"
+
+typedef struct {
+    double weight;                    /* ticks */
+    double yaw_rate, lateral_acceleration; /* means: rad/s, m/s^2 */
+    double yaw_rate_squares, lateral_acceleration_squares; /* of the deviations from the means */
+    double acceleration_weight;       /* ticks that had an accelerometer */
+    int32_t still_ticks;              /* of this standstill so far */
+} oc_standstill;
+
+void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double speed, double speed_max,
+                          double yaw_rate, double lateral_acceleration, int32_t has_acceleration);
+
+/* Unobservable below time_min s of standing. */
+oc_estimate oc_standstill_yaw_rate(const oc_standstill *state, double tick_s, double time_min);
+oc_estimate oc_standstill_lateral_acceleration(const oc_standstill *state, double tick_s, double time_min);
+
+#endif

@@ -1,0 +1,76 @@
+#include "trig.h"
+
+#include <math.h>
+
+static const double half_pi_high = 1.57079632679489655800e+00;
+static const double half_pi_low = 6.12323399573676603587e-17;
+
+/* Taylor, |angle| <= pi/4: the first term left out is below 1e-19. */
+static double sine_near_zero(double angle) {
+    const double z = angle * angle;
+    double sum = 1.0 / 355687428096000.0;
+    sum = sum * z - 1.0 / 1307674368000.0;
+    sum = sum * z + 1.0 / 6227020800.0;
+    sum = sum * z - 1.0 / 39916800.0;
+    sum = sum * z + 1.0 / 362880.0;
+    sum = sum * z - 1.0 / 5040.0;
+    sum = sum * z + 1.0 / 120.0;
+    sum = sum * z - 1.0 / 6.0;
+    return angle + angle * z * sum;
+}
+
+static double cosine_near_zero(double angle) {
+    const double z = angle * angle;
+    double sum = 1.0 / 20922789888000.0;
+    sum = sum * z - 1.0 / 87178291200.0;
+    sum = sum * z + 1.0 / 479001600.0;
+    sum = sum * z - 1.0 / 3628800.0;
+    sum = sum * z + 1.0 / 40320.0;
+    sum = sum * z - 1.0 / 720.0;
+    sum = sum * z + 1.0 / 24.0;
+    sum = sum * z - 0.5;
+    return 1.0 + z * sum;
+}
+
+/* The quarter turns nearest to the angle, and what is left of it. */
+static double quarter_turns(double angle, double *rest) {
+    const double turns = floor(angle / half_pi_high + 0.5);
+    *rest = (angle - turns * half_pi_high) - turns * half_pi_low;
+    return turns - 4.0 * floor(turns / 4.0);
+}
+
+double oc_sin(double angle) {
+    double rest;
+    const int quadrant = (int)quarter_turns(angle, &rest);
+    const double size = (quadrant % 2 == 0) ? sine_near_zero(rest) : cosine_near_zero(rest);
+    return quadrant < 2 ? size : -size;
+}
+
+double oc_tan(double angle) {
+    double rest;
+    const int quadrant = (int)quarter_turns(angle, &rest);
+    const double sine = sine_near_zero(rest);
+    const double cosine = cosine_near_zero(rest);
+    return (quadrant % 2 == 0) ? sine / cosine : -cosine / sine;
+}
+
+/* |ratio| <= 1/2; the rational approximation that fdlibm published (Sun Microsystems, 1993). */
+static double arcsine_near_zero(double ratio) {
+    const double z = ratio * ratio;
+    const double p = z * (1.66666666666666657415e-01 +
+                          z * (-3.25565818622400915405e-01 +
+                               z * (2.01212532134862925881e-01 +
+                                    z * (-4.00555345006794114027e-02 +
+                                         z * (7.91534994289814532176e-04 + z * 3.47933107596021167570e-05)))));
+    const double q = 1.0 + z * (-2.40339491173441421878e+00 +
+                                z * (2.02094576023350569471e+00 +
+                                     z * (-6.88283971605453293030e-01 + z * 7.70381505559019352791e-02)));
+    return ratio + ratio * (p / q);
+}
+
+double oc_asin(double ratio) {
+    const double size = fabs(ratio) < 1.0 ? fabs(ratio) : 1.0;
+    const double angle =
+        size <= 0.5 ? arcsine_near_zero(size) : half_pi_high - 2.0 * arcsine_near_zero(sqrt(0.5 * (1.0 - size)));
+    return ratio < 0.0 ? -angle : angle;
+}

@@ -1,0 +1,66 @@
+#include "understeer.h"
+
+#include "estimate.h"
+
+static const double variance_of_ignorance = 1.0; /* (rad/(m/s^2))^2, a hundred times the heaviest truck's */
+
+/* Closer than this to one, straights and bends have the same mix of signs, and offset and gradient do not part. */
+static const double apart_min = 0.25;
+
+void oc_understeer_update(oc_understeer *understeer, const oc_moments *block, double ticks_per_batch) {
+    const double n = block->weight;
+    understeer->weight += n;
+    understeer->x += n * block->x;
+    understeer->xx += block->xx + n * block->x * block->x;
+    understeer->xy += block->xy + n * block->x * block->y;
+
+    oc_moments_merge(&understeer->filling, block);
+    const oc_moments *b = &understeer->filling;
+    if (b->weight < ticks_per_batch) {
+        return;
+    }
+    const double x = b->weight * b->x;
+    const double xx = b->xx + b->weight * b->x * b->x;
+    const double xy = b->xy + b->weight * b->x * b->y;
+    understeer->batches += 1.0;
+    understeer->xy_xy += xy * xy;
+    understeer->x_x += x * x;
+    understeer->xx_xx += xx * xx;
+    understeer->xy_x += xy * x;
+    understeer->xy_xx += xy * xx;
+    understeer->x_xx += x * xx;
+    understeer->filling = (oc_moments){0};
+}
+
+double oc_understeer_value(const oc_understeer *understeer, double offset) {
+    return understeer->xx > 0.0 ? (understeer->xy - offset * understeer->x) / understeer->xx : 0.0;
+}
+
+double oc_understeer_per_offset(const oc_understeer *understeer) {
+    return understeer->xx > 0.0 ? -understeer->x / understeer->xx : 0.0;
+}
+
+/* How well bends part the gradient from the offset that straights with mean x leave open: 1 at best, 0 not at all. */
+static double apart(const oc_understeer *understeer, double straight_x) {
+    return understeer->xx > 0.0 ? 1.0 - straight_x * understeer->x / understeer->xx : 0.0;
+}
+
+double oc_understeer_with_offset(const oc_understeer *understeer, double straight_y, double straight_x) {
+    const double share = apart(understeer, straight_x);
+    return share > apart_min ? oc_understeer_value(understeer, straight_y) / share : 0.0;
+}
+
+double oc_understeer_variance(const oc_understeer *understeer, double offset, double understeer_gradient) {
+    const oc_understeer *u = understeer;
+    const double o = offset;
+    const double K = understeer_gradient;
+    if (!(u->batches > 1.0) || !(u->xx > 0.0)) {
+        return variance_of_ignorance;
+    }
+    /* Each batch's sum of x (y - o - K x) is its own verdict; their squares are the spread of the slope's numerator. */
+    const double squares = u->xy_xy + o * o * u->x_x + K * K * u->xx_xx - 2.0 * o * u->xy_x - 2.0 * K * u->xy_xx +
+                           2.0 * o * K * u->x_xx;
+    const double factor = oc_few_batches_factor(u->batches);
+    const double unbiased = u->batches / (u->batches - 1.0);
+    return factor * factor * unbiased * (squares > 0.0 ? squares : 0.0) / (u->xx * u->xx);
+}

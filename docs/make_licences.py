@@ -1,0 +1,58 @@
+"""Writes docs/licences.md from what is installed: run by `make lock`, after the lock itself."""
+
+from importlib.metadata import Distribution, distribution
+from pathlib import Path
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+PAGE = Path(__file__).with_name("licences.md")
+
+HEAD = """# Licences of what oncenter uses
+
+oncenter itself is MIT. This page is made by `make lock` from the metadata of the packages that `requirements.lock`
+pins; none of them is copied into this repository. The C core uses nothing but the C library. A report page carries
+BokehJS (bokeh, BSD-3-Clause) within itself.
+"""
+
+
+def needed(names: list[str], extra: str = "") -> set[str]:
+    """The packages by these names and all that they need in turn, oncenter itself left out."""
+    found: set[str] = set()
+    waiting = [(name, extra) for name in names]
+    while waiting:
+        name, extra = waiting.pop()
+        for text in distribution(name).requires or []:
+            requirement = Requirement(text)
+            if requirement.marker and not requirement.marker.evaluate({"extra": extra}):
+                continue
+            needs = canonicalize_name(requirement.name)
+            if needs not in found:
+                found.add(needs)
+                waiting += [(needs, wanted) for wanted in ["", *requirement.extras]]
+    return found
+
+
+def licence(package: Distribution) -> str:
+    """The SPDX expression where there is one, else the classifiers, else the first line of the free text."""
+    said = package.metadata
+    classifiers = [c.split(" :: ")[-1] for c in said.get_all("Classifier", []) if c.startswith("License ::")]
+    free_text = (said.get("License") or "").strip().splitlines()
+    return said.get("License-Expression") or ", ".join(classifiers) or "".join(free_text[:1]) or "not stated"
+
+
+def table(names: set[str]) -> str:
+    packages = [distribution(name) for name in sorted(names)]
+    rows = [f"| {p.metadata['Name']} | {p.version} | {licence(p)} |" for p in packages]
+    return "\n".join(["| package | version | licence |", "|---|---|---|", *rows, ""])
+
+
+def main() -> None:
+    base = needed(["oncenter"])
+    developers = needed(["oncenter"], extra="dev") - base
+    parts = [HEAD, "## To run it\n", table(base), "## To test and measure it\n", table(developers)]
+    PAGE.write_text("\n".join(parts), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,68 @@
+"""How far a truck's steering wheel angle sensor is off, from signals that are on its CAN bus anyway.
+
+>>> import oncenter as oc
+>>> answer = oc.offset(oc.read("drive.log"), oc.vehicle("truck.toml"))  # doctest: +SKIP
+
+SI and rad; left turns are positive (ISO 8855). Names are loaded when they are first used.
+"""
+
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from oncenter.errors import OncenterError as OncenterError
+    from oncenter.estimate import Answer as Answer
+    from oncenter.estimate import offset as offset
+    from oncenter.estimate import trace as trace
+    from oncenter.monitor import Monitor as Monitor
+    from oncenter.monitor import Tick as Tick
+    from oncenter.read import read as read
+    from oncenter.report import report as report
+    from oncenter.signals import Signals as Signals
+    from oncenter.simulate import simulate as simulate
+    from oncenter.vehicle import Vehicle as Vehicle
+    from oncenter.vehicle import vehicle as vehicle
+
+# Where each public name lives. A verb may share its name with its room: the verb wins.
+_HOMES = {
+    "OncenterError": "errors",
+    "Answer": "estimate",
+    "offset": "estimate",
+    "trace": "estimate",
+    "Monitor": "monitor",
+    "Tick": "monitor",
+    "read": "read",
+    "report": "report",
+    "Signals": "signals",
+    "simulate": "simulate",
+    "Vehicle": "vehicle",
+    "vehicle": "vehicle",
+}
+
+__all__ = [*_HOMES, "__version__"]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from oncenter import _core
+
+        return _core.version()
+    if name not in _HOMES:
+        raise AttributeError(f"module 'oncenter' has no attribute '{name}'")
+    from importlib import import_module
+
+    value = getattr(import_module(f"oncenter.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+class _Package(ModuleType):
+    """Importing a room would put it in the place of the verb of the same name; here it does not."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _HOMES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

@@ -1,0 +1,34 @@
+"""Compiles core/*.c into `oncenter._native`; the C headers that firmware includes are the one declaration of it."""
+
+import re
+from pathlib import Path
+
+import cffi
+
+CORE = Path("core")  # build backends run in the project's root
+
+
+def declarations(header: Path, seen: set[Path]) -> str:
+    """One header after the core headers it includes, without directives."""
+    if header in seen:
+        return ""
+    seen.add(header)
+    text = header.read_text(encoding="utf-8")
+    included = re.findall(r'^#include "(.+)"', text, re.MULTILINE)
+    before = "".join(declarations(header.parent / name, seen) for name in included)
+    return before + re.sub(r"^#.*$", "", text, flags=re.MULTILINE)
+
+
+ffi = cffi.FFI()
+ffi.cdef(declarations(CORE / "monitor.h", set()))
+ffi.set_source(
+    "oncenter._native",
+    '#include "monitor.h"',
+    sources=sorted(map(str, CORE.glob("*.c"))),
+    depends=sorted(map(str, CORE.glob("*.h"))),
+    include_dirs=[str(CORE)],
+    extra_compile_args=["-std=c99", "-O2", "-ffp-contract=off"],
+)
+
+if __name__ == "__main__":
+    ffi.compile(tmpdir="src", verbose=True)

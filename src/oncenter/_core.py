@@ -1,0 +1,184 @@
+"""The one place that touches native memory: the C core's structs as NumPy dtypes, its functions as Python's.
+
+All in SI and rad. Nothing here decides anything: what the numbers mean is said in core/*.h.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter._native import ffi, lib
+
+_NUMBERS = {"double": "f8", "int32_t": "i4", "uint32_t": "u4", "uint64_t": "u8", "_Bool": "?"}
+
+RATE_MIN_HZ, RATE_MAX_HZ = 20.0, 200.0
+
+# Columns that the core reads, by the name they have in tables and in oc_columns.
+COLUMNS = {
+    "time_s": "time",
+    "steering_wheel_angle_rad": "steering_wheel_angle",
+    "yaw_rate_rad_s": "yaw_rate",
+    "vehicle_speed_m_s": "vehicle_speed",
+    "lateral_acceleration_m_s2": "lateral_acceleration",
+}
+_VALID_BITS = {
+    "steering_wheel_angle": lib.OC_HAS_STEERING_WHEEL_ANGLE,
+    "yaw_rate": lib.OC_HAS_YAW_RATE,
+    "vehicle_speed": lib.OC_HAS_VEHICLE_SPEED,
+    "lateral_acceleration": lib.OC_HAS_LATERAL_ACCELERATION,
+}
+
+
+def _text(pointer: Any) -> str:
+    return str(ffi.string(pointer).decode("ascii"))
+
+
+def version() -> str:
+    return _text(lib.oc_version())
+
+
+STATUSES: tuple[str, ...] = tuple(_text(lib.oc_status_name(k)) for k in range(lib.OC_STATUS_COUNT))
+REASONS: dict[str, int] = {_text(lib.oc_reason_name(1 << k)): 1 << k for k in range(lib.OC_REASON_COUNT)}
+
+
+def dtype_of(kind: Any) -> np.dtype[Any]:
+    """The NumPy dtype of any C struct, from the struct itself."""
+    if kind.kind == "array":
+        return np.dtype((dtype_of(kind.item), (kind.length,)))
+    if kind.kind == "enum":
+        return np.dtype(f"u{ffi.sizeof(kind)}")
+    if kind.kind == "struct":
+        return np.dtype(
+            {
+                "names": [name for name, _ in kind.fields],
+                "formats": [dtype_of(field.type) for _, field in kind.fields],
+                "offsets": [field.offset for _, field in kind.fields],
+                "itemsize": ffi.sizeof(kind),
+            }
+        )
+    return np.dtype(_NUMBERS[kind.cname])
+
+
+OUTPUT_DTYPE = dtype_of(ffi.typeof("oc_output"))
+
+
+def _members(struct: Any) -> dict[str, Any]:
+    """A struct as a dict, nested structs and arrays alike."""
+
+    def plain(value: Any) -> Any:
+        if not isinstance(value, ffi.CData):
+            return value
+        kind = ffi.typeof(value)
+        if kind.kind == "array":
+            return [plain(item) for item in value]
+        return {name: plain(getattr(value, name)) for name, _ in kind.fields}
+
+    return {name: plain(getattr(struct, name)) for name, _ in ffi.typeof(struct).item.fields}
+
+
+def default_params() -> dict[str, float]:
+    """The params of the core by name, each name ending in its unit; the core's header says what they mean."""
+    params = ffi.new("oc_params *")
+    lib.oc_params_defaults(params)
+    return _members(params)
+
+
+def bad_param(params: Mapping[str, float]) -> str | None:
+    """The name of the first param out of its range, or None."""
+    name = lib.oc_params_check(_params(params))
+    return None if name == ffi.NULL else _text(name)
+
+
+def bad_vehicle(wheelbase_m: float, steering_ratio: float) -> str | None:
+    """The name of the first vehicle value out of its range, or None."""
+    name = lib.oc_vehicle_check(_vehicle(wheelbase_m, steering_ratio))
+    return None if name == ffi.NULL else _text(name)
+
+
+def _params(params: Mapping[str, float]) -> Any:
+    native = ffi.new("oc_params *")
+    lib.oc_params_defaults(native)
+    for name, value in params.items():
+        setattr(native, name, int(value) if name == "use_accelerometer" else value)
+    return native
+
+
+def _vehicle(wheelbase_m: float, steering_ratio: float) -> Any:
+    return ffi.new("oc_vehicle *", {"wheelbase": wheelbase_m, "steering_ratio": steering_ratio})
+
+
+class Core:
+    """Coefficients and state of one truck in native memory.
+
+    Args:
+        wheelbase_m: 1 to 20.
+        steering_ratio: steering wheel angle per front wheel angle, 1 to 60.
+        params: what differs from `default_params`.
+        rate_hz: ticks per second, 20 to 200.
+
+    Raises:
+        ValueError: naming what the core refuses.
+    """
+
+    def __init__(
+        self, wheelbase_m: float, steering_ratio: float, params: Mapping[str, float], rate_hz: float
+    ) -> None:
+        self._coefficients = ffi.new("oc_coefficients *")
+        self._state = ffi.new("oc_state *")
+        error = lib.oc_setup(
+            self._coefficients, _vehicle(wheelbase_m, steering_ratio), _params(params), float(rate_hz)
+        )
+        if error != lib.OC_OK:
+            raise ValueError(f"the core refuses the {_text(lib.oc_error_name(error))}")
+        lib.oc_init(self._state)
+
+    def restart(self) -> None:
+        """Ignition, or the next log: filters are lost, evidence stays, time may begin anywhere."""
+        lib.oc_restart(self._state)
+
+    def run(
+        self, columns: Mapping[str, npt.NDArray[np.float64]], outputs: npt.NDArray[np.void] | None = None
+    ) -> None:
+        """One step per row. `columns` by table name (COLUMNS), float64, shape (n,); one that is left out is missing.
+
+        `outputs`, dtype OUTPUT_DTYPE and shape (n,), is filled when given. The GIL is released meanwhile.
+        """
+        kept = {COLUMNS[name]: np.ascontiguousarray(column, np.float64) for name, column in columns.items()}
+        count = len(kept["time"])
+        native = ffi.new("oc_columns *", {"count": count})
+        for name, column in kept.items():
+            setattr(native, name, ffi.from_buffer("double[]", column))
+        target = ffi.NULL if outputs is None else ffi.from_buffer("oc_output[]", outputs, require_writable=True)
+        lib.oc_run(self._state, self._coefficients, native, target)
+
+    def step(self, tick: Mapping[str, float]) -> dict[str, Any]:
+        """One tick by table name (COLUMNS), NaN or left out for not available; the oc_output as a dict."""
+        native = ffi.new("oc_signals *")
+        for name, value in tick.items():
+            member = COLUMNS[name]
+            setattr(native, member, value)
+            native.valid |= _VALID_BITS.get(member, 0)
+        output = ffi.new("oc_output *")
+        lib.oc_step(self._state, self._coefficients, native, output)
+        return _members(output)
+
+    def answer(self) -> dict[str, Any]:
+        """The oc_answer as a dict."""
+        native = ffi.new("oc_answer *")
+        lib.oc_answer_get(self._state, self._coefficients, native)
+        return _members(native)
+
+    def coefficients(self) -> dict[str, Any]:
+        """The oc_coefficients as a dict, for those who check the design."""
+        return _members(self._coefficients)
+
+    def state_bytes(self) -> bytes:
+        """The state as it lies in memory, to compare two runs on this machine."""
+        return bytes(ffi.buffer(self._state))
+
+    def copy_state_from(self, other: Core) -> None:
+        ffi.buffer(self._state)[:] = ffi.buffer(other._state)[:]

@@ -1,0 +1,74 @@
+"""oncenter offset: from logs to the offset."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from oncenter.cli.options import Dbc, Json, Source, VehicleFile, progress_bar, sources_of
+
+if TYPE_CHECKING:
+    import oncenter as oc
+
+
+def offset(
+    logs: Annotated[
+        list[Path], typer.Argument(metavar="LOG…", help="Drives of one truck: .log .asc .blf .trc .mf4 .csv .parquet")
+    ],
+    vehicle_file: VehicleFile,
+    json: Json = False,
+    report: Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a page that shows why.")] = None,
+    method: Annotated[str, typer.Option(help="thesis")] = "thesis",
+    no_accelerometer: Annotated[
+        bool, typer.Option("--no-accelerometer", help="Use yaw rate times speed for the lateral acceleration.")
+    ] = False,
+    dbc: Dbc = None,
+    source: Source = None,
+) -> None:
+    """How far the steering wheel angle sensor is off, and how sure that is."""
+    import oncenter as oc
+    from oncenter.report import check_path
+
+    truck = oc.vehicle(vehicle_file)
+    if report is not None:
+        check_path(report)
+    drives = []
+    for log in logs:
+        with progress_bar(f"reading {log.name}", log) as progress:
+            drives.append(
+                oc.read(log, names=truck.signal_names, dbc=dbc or (), take=sources_of(source), progress=progress)
+            )
+    with progress_bar("answering", *logs) as progress:
+        answer = oc.offset(
+            drives,
+            truck,
+            method=method,
+            params={"use_accelerometer": 0.0} if no_accelerometer else None,
+            progress=progress,
+        )
+    if report is not None:
+        oc.report(answer, report)
+    typer.echo(answer.to_json() if json else as_table(answer))
+
+
+def as_table(answer: oc.Answer) -> str:
+    """The answer in words, its quantities as a table, its findings: what a person reads at the prompt."""
+    quantities = {
+        "offset": answer.offset,
+        "understeer gradient": answer.understeer_gradient,
+        "play": answer.backlash,
+        "yaw rate bias": answer.yaw_rate_bias,
+        "lateral acceleration bias": answer.lateral_acceleration_bias,
+    }
+    lines = [answer.words(), ""]
+    for name, estimate in quantities.items():
+        given = estimate.to_dict()
+        value = "-" if given["value"] is None else f"{given['value']:.3f}"
+        interval = "" if given["ci95"] is None else "{:.3f} to {:.3f}".format(*given["ci95"])
+        lines.append(f"  {name:26}{value:>9} {given['unit']:<12}{interval:<22}{given['status']}")
+    lines.append("")
+    lines += [f"  {finding.severity}: {finding.text}" for finding in answer.findings]
+    lines += [f"  note: {note}" for note in answer.notes]
+    return "\n".join(lines).rstrip()

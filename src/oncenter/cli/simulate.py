@@ -1,0 +1,20 @@
+"""oncenter simulate: a drive whose truth is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def simulate(
+    scenario: Annotated[str, typer.Argument(help="A shipped scenario's name, or a TOML file.")],
+    output: Annotated[Path, typer.Option(metavar="LOG", help="Where to write: .log .csv .parquet")],
+    seed: Annotated[int, typer.Option(help="The same seed gives the same bytes.")] = 1,
+) -> None:
+    """Drive a truck whose truth is known, and write its log and its truth."""
+    from oncenter.simulate import simulate_to_log
+
+    simulate_to_log(scenario, seed, output)
+    typer.echo(f"wrote {output}, {output.with_suffix('.truth.parquet')}, {output.with_suffix('.truth.toml')}")

@@ -1,0 +1,28 @@
+"""Everything that may go wrong and is not our fault, as one exception with a code, an exit code and what would help."""
+
+LOG_CANNOT_BE_ANSWERED = 1
+WRONG_USAGE = 2
+
+
+class OncenterError(Exception):
+    """One line for people, a code for programs.
+
+    Args:
+        message: one line that names the file, signal or parameter and what would do.
+        code: snake_case, stable; goes into the JSON error object.
+        exit_code: 1 the log cannot be answered, 2 wrong usage, vehicle file or DBC.
+        needs: names of signals, columns or parameters that would do.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        code: str,
+        exit_code: int = LOG_CANNOT_BE_ANSWERED,
+        needs: tuple[str, ...] = (),
+    ) -> None:
+        super().__init__(message)
+        self.code = code
+        self.exit_code = exit_code
+        self.needs = needs

@@ -1,0 +1,301 @@
+"""Signals, vehicle and params become an answer: one run of the core per drive, then its numbers in words.
+
+SI and rad inside; degrees appear in `Answer.words`, `Answer.to_json` and in findings, which are for people and files.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter import _core
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.findings import Finding, findings_of
+from oncenter.signals import DEGREE, Signals
+from oncenter.vehicle import Vehicle, core_params
+
+REASONS = _core.REASONS
+Method = Literal["thesis"]
+METHODS: tuple[Method, ...] = ("thesis",)
+
+_NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
+_ROWS_AT_ONCE = 1_000_000  # between two reports of progress
+_RATES_ALIKE = 0.01  # of the rate; clocks differ by less
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A quantity with its interval and standing; `value` and `ci95` are None where the drive gives none.
+
+    `unit` is the SI unit of value and ci95; `evidence_s` the seconds of driving behind it.
+    """
+
+    value: float | None
+    ci95: tuple[float, float] | None
+    status: str
+    unit: str
+    evidence_s: float = 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """As files hold it: degrees for radians."""
+        factor, unit = _file_unit(self.unit)
+        return {
+            "value": None if self.value is None else self.value / factor,
+            "unit": unit,
+            "ci95": None if self.ci95 is None else [bound / factor for bound in self.ci95],
+            "status": self.status,
+        }
+
+    def __str__(self) -> str:
+        given = self.to_dict()
+        if given["value"] is None or given["ci95"] is None:
+            return self.status
+        low, high = given["ci95"]
+        digits = 1 if high - low > 0.4 else 2 if high - low > 0.04 else 3
+        return (
+            f"{given['value']:.{digits}f} {given['unit']}, {low:.{digits}f} to {high:.{digits}f}"
+            f"{'' if self.status == 'valid' else f' ({self.status})'}"
+        )
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a drive, or several of one truck, say of its steering wheel angle sensor.
+
+    `str(answer)` is the answer in words, `to_json` the contract's object. Times are in seconds of ticks;
+    duration_s = used_s + unused_s, and the reasons in `rejected_s` overlap. `drives` are the tables answered, so that
+    `trace` can run them again.
+    """
+
+    version: str
+    log: str
+    vehicle: Vehicle
+    method: Method
+    params: Mapping[str, float]
+    sources: Mapping[str, str]
+    notes: tuple[str, ...]
+    offset: Estimate
+    understeer_gradient: Estimate
+    backlash: Estimate
+    yaw_rate_bias: Estimate
+    lateral_acceleration_bias: Estimate
+    variance_if_independent_rad2: float
+    duration_s: float
+    used_s: float
+    unused_s: float
+    rejected_s: Mapping[str, float]
+    findings: tuple[Finding, ...]
+    drives: tuple[Signals, ...]
+
+    def words(self) -> str:
+        """The answer in one paragraph."""
+        parts = [f"offset {self.offset}"]
+        if self.backlash.value is not None:
+            parts.append(f"the steering has {self.backlash} of play")
+        if self.understeer_gradient.value is not None:
+            parts.append(f"understeer gradient {self.understeer_gradient}")
+        worst = [(s, name) for name, s in self.rejected_s.items() if s > 0.05 * self.duration_s]
+        rejected = "".join(f", {_minutes(s)} rejected for {name.replace('_', ' ')}" for s, name in sorted(worst)[:-4:-1])
+        parts.append(f"driven {_minutes(self.used_s)} of {_minutes(self.duration_s)} usable{rejected}")
+        return "; ".join(parts)
+
+    def __str__(self) -> str:
+        lines = [self.words()]
+        lines += [f"{finding.severity}: {finding.text}" for finding in self.findings]
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object of the schema oncenter/offset-1."""
+        return {
+            "schema": "oncenter/offset-1",
+            "version": self.version,
+            "log": self.log,
+            "vehicle": self.vehicle.name,
+            "method": self.method,
+            "params": dict(self.params),
+            "signals": dict(self.sources),
+            "offset": {
+                **self.offset.to_dict(),
+                "variance_if_independent_deg2": None
+                if self.offset.value is None
+                else self.variance_if_independent_rad2 / DEGREE**2,
+            },
+            "understeer_gradient": self.understeer_gradient.to_dict(),
+            "backlash": self.backlash.to_dict(),
+            "yaw_rate_bias": self.yaw_rate_bias.to_dict(),
+            "lateral_acceleration_bias": self.lateral_acceleration_bias.to_dict(),
+            "time": {
+                "duration_s": self.duration_s,
+                "used_s": self.used_s,
+                "unused_s": self.unused_s,
+                "rejected_s": {name: s for name, s in self.rejected_s.items() if s > 0},
+            },
+            "findings": [finding.to_dict() for finding in self.findings],
+            "notes": list(self.notes),
+        }
+
+    def to_json(self) -> str:
+        return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False, indent=2)
+
+
+def offset(
+    signals: Signals | Sequence[Signals],
+    vehicle: Vehicle,
+    *,
+    method: Method = "thesis",
+    params: Mapping[str, float] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Answer:
+    """The steering wheel angle offset from one drive, or from several of one truck.
+
+    Args:
+        signals: what `oncenter.read` or `oncenter.simulate` gave; several are put in order of time.
+        vehicle: what `oncenter.vehicle` gave; its `[params]` apply.
+        method: "thesis", (36) to (38) of docs/method.md.
+        params: over the vehicle's; names and units as in core/params.h.
+        progress: called with the fraction done.
+
+    Raises:
+        OncenterError: "missing_signal", "no_usable_second" (exit 1); "params", "rates_differ" (exit 2).
+    """
+    if method not in METHODS:
+        raise OncenterError(
+            f"method '{method}' is not known; known are {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
+        )
+    drives = _in_order((signals,) if isinstance(signals, Signals) else tuple(signals))
+    used_params = _params_of(vehicle, params)
+    _check(drives, used_params)
+    core = _run(drives, vehicle, used_params, progress, None)
+    return _answer(core.answer(), drives, vehicle, method, used_params)
+
+
+def trace(answer: Answer) -> npt.NDArray[np.void]:
+    """What each tick of an answer gave: the core's oc_output, one row per row of all its drives, in order."""
+    outputs = np.zeros(sum(drive.table.height for drive in answer.drives), _core.OUTPUT_DTYPE)
+    _run(answer.drives, answer.vehicle, answer.params, None, outputs)
+    return outputs
+
+
+def _params_of(vehicle: Vehicle, params: Mapping[str, float] | None) -> dict[str, float]:
+    try:
+        return _core.default_params() | core_params({**vehicle.params, **(params or {})})
+    except ValueError as error:
+        raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None
+
+
+def _in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
+    """By their first time stamp, unless they overlap, as logs do that all start at zero: then as they were given."""
+    by_time = sorted(drives, key=lambda drive: float(drive.table["time_s"][0]))
+    apart = all(
+        float(a.table["time_s"][-1]) < float(b.table["time_s"][0])
+        for a, b in zip(by_time, by_time[1:], strict=False)
+    )
+    return tuple(by_time) if apart else drives
+
+
+def _check(drives: tuple[Signals, ...], params: Mapping[str, float]) -> None:
+    from oncenter.read import require
+
+    needed = (*_NEEDED, "lateral_acceleration") if params["use_accelerometer"] else _NEEDED
+    for drive in drives:
+        require(drive, needed)
+        if abs(drive.rate_hz / drives[0].rate_hz - 1) > _RATES_ALIKE:
+            raise OncenterError(
+                f"{drive.log} has {drive.rate_hz:g} Hz and {drives[0].log} {drives[0].rate_hz:g} Hz: "
+                "logs in one call must have one rate; answer them one by one",
+                code="rates_differ",
+                exit_code=WRONG_USAGE,
+            )
+
+
+def _run(
+    drives: Sequence[Signals],
+    vehicle: Vehicle,
+    params: Mapping[str, float],
+    progress: Callable[[float], None] | None,
+    outputs: npt.NDArray[np.void] | None,
+) -> _core.Core:
+    """The core after all drives; fills `outputs`, one row a tick, when given."""
+    core = _core.Core(vehicle.wheelbase_m, vehicle.ratio_near_centre, params, drives[0].rate_hz)
+    rows = sum(drive.table.height for drive in drives)
+    done = 0
+    for drive in drives:
+        core.restart()
+        columns = {name: drive.table[name].to_numpy() for name in _core.COLUMNS if name in drive.table.columns}
+        for start in range(0, drive.table.height, _ROWS_AT_ONCE):
+            part = {name: column[start : start + _ROWS_AT_ONCE] for name, column in columns.items()}
+            count = len(part["time_s"])
+            core.run(part, None if outputs is None else outputs[done : done + count])
+            done += count
+            if progress is not None:
+                progress(done / rows)
+    return core
+
+
+def _answer(
+    native: Mapping[str, Any],
+    drives: tuple[Signals, ...],
+    vehicle: Vehicle,
+    method: Method,
+    params: Mapping[str, float],
+) -> Answer:
+    rejected_s = dict(zip(REASONS, native["rejected"], strict=True))
+    if native["duration"] <= rejected_s["missing_signal"]:
+        raise OncenterError(
+            f"{drives[0].log}: no usable second, at no time are all of its signals available together",
+            code="no_usable_second",
+            needs=_NEEDED,
+        )
+    relative = any(_is_relative(drive) for drive in drives)
+    return Answer(
+        version=_core.version(),
+        log=", ".join(drive.log for drive in drives),
+        vehicle=vehicle,
+        method=method,
+        params=params,
+        sources={name: source.description for drive in drives for name, source in drive.sources.items()},
+        notes=tuple(dict.fromkeys(note for drive in drives for note in drive.notes)),
+        offset=_estimate(native["offset"], "rad", wrap=relative),
+        understeer_gradient=_estimate(native["understeer_gradient"], "rad/(m/s^2)"),
+        backlash=Estimate(None, None, "unobservable", "rad"),
+        yaw_rate_bias=_estimate(native["yaw_rate_bias"], "rad/s"),
+        lateral_acceleration_bias=Estimate(None, None, "unobservable", "m/s^2"),
+        variance_if_independent_rad2=native["offset_variance_if_independent"],
+        duration_s=native["duration"],
+        used_s=native["used"],
+        unused_s=native["unused"],
+        rejected_s=rejected_s,
+        findings=findings_of(native, params, relative),
+        drives=drives,
+    )
+
+
+def _is_relative(drive: Signals) -> bool:
+    column = "steering_wheel_angle_sensor_type"
+    return column in drive.table.columns and bool((drive.table[column] == 0.0).any())
+
+
+def _estimate(native: Mapping[str, Any], unit: str, *, wrap: bool = False) -> Estimate:
+    status = _core.STATUSES[native["status"]]
+    if status == "unobservable":
+        return Estimate(None, None, status, unit, native["evidence"])
+    value = native["value"]
+    if wrap:  # a relative angle sensor may be off by whole turns
+        value = (value + math.pi) % (2 * math.pi) - math.pi
+    half_width = 1.96 * native["standard_deviation"]
+    return Estimate(value, (value - half_width, value + half_width), status, unit, native["evidence"])
+
+
+def _file_unit(unit: str) -> tuple[float, str]:
+    """The factor to SI, and the name, of the unit in which files give an SI unit."""
+    return (DEGREE, unit.replace("rad", "deg")) if unit.startswith("rad") else (1.0, unit)
+
+
+def _minutes(seconds: float) -> str:
+    return f"{seconds / 60:.0f} min" if seconds >= 600 else f"{seconds / 60:.1f} min" if seconds >= 60 else f"{seconds:.0f} s"

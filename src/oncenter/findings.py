@@ -1,0 +1,215 @@
+"""What is worth telling about a drive beyond its numbers: each finding in words, with a code, a severity, a value.
+
+Degrees here: findings are for people and files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from oncenter import _core
+from oncenter.signals import DEGREE
+
+# Thresholds for speaking up, ours; a finding below them would be noise on healthy trucks.
+_OFFSET_WORTH_TELLING_DEG = 2.5  # Table 1: what a healthy sensor's hysteresis may show
+_YAW_RATE_BIAS_WORTH_TELLING_DEG_S = 0.05
+_STANDING_ACCELERATION_WORTH_TELLING_M_S2 = 0.25  # a 2.5 % slope of the ground
+_MISSING_WORTH_TELLING = 0.05  # of the duration
+_PLAY_STANDARD_DEG = 15.0  # maintenance standard, thesis 2.1
+
+
+@dataclass(frozen=True)
+class Finding:
+    """`severity` is info, warning or error; `value` is in `unit`, as files give it."""
+
+    code: str
+    severity: str
+    text: str
+    value: float | None = None
+    unit: str | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "code": self.code,
+            "severity": self.severity,
+            "text": self.text,
+            "value": self.value,
+            "unit": self.unit,
+        }
+
+
+def findings_of(native: Mapping[str, Any], params: Mapping[str, float], relative_sensor: bool) -> tuple[Finding, ...]:
+    """All findings on one answer of the core, the gravest kind first.
+
+    Args:
+        native: the core's oc_answer as a dict, SI and rad.
+        params: in force.
+        relative_sensor: the angle sensor says of itself that its zero is arbitrary (SPN 1812 = 0).
+    """
+    found = (
+        _missing(native),
+        _gate_shut(native, params),
+        _offset(native),
+        _yaw_rate_bias(native),
+        _standing_acceleration(native),
+        _relative(relative_sensor),
+        _evidence(native, params),
+        _understeer(native, params),
+        _play(native),
+    )
+    rank = {"error": 0, "warning": 1, "info": 2}
+    return tuple(sorted((f for f in found if f is not None), key=lambda f: rank[f.severity]))
+
+
+def _status(estimate: Mapping[str, Any]) -> str:
+    return _core.STATUSES[estimate["status"]]
+
+
+def _missing(native: Mapping[str, Any]) -> Finding | None:
+    missing_s = _rejected(native, "missing_signal")
+    share = missing_s / native["duration"] if native["duration"] > 0 else 0.0
+    if share < _MISSING_WORTH_TELLING:
+        return None
+    return Finding(
+        "signals_not_available",
+        "warning",
+        f"for {missing_s:.0f} s of {native['duration']:.0f} s a signal is not available",
+        missing_s,
+        "s",
+    )
+
+
+def _rejected(native: Mapping[str, Any], reason: str) -> float:
+    seconds: float = dict(zip(_core.REASONS, native["rejected"], strict=True))[reason]
+    return seconds
+
+
+def _gate_shut(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+    """Fast enough, and yet nothing usable: by which limit, and what may be behind it."""
+    fast_s = native["bank_time"]
+    if native["used"] > 0 or fast_s <= params["clean_time_s"]:
+        return None
+    limits = {
+        "bank": ("bank limit", "bank_max_m_s2", "m/s^2"),
+        "curvature": ("curvature limit", "curvature_max_1_m", "1/m"),
+        "longitudinal_acceleration": (
+            "longitudinal acceleration limit",
+            "longitudinal_acceleration_max_m_s2",
+            "m/s^2",
+        ),
+    }
+    reason = max(limits, key=lambda name: _rejected(native, name))
+    words, param, unit = limits[reason]
+    text = (
+        f"no second of {fast_s:.0f} s above {params['speed_min_m_s']:g} m/s passes the gate; "
+        f"most is rejected by the {words} of {params[param]:g} {unit} ({param})"
+    )
+    if reason == "bank":
+        mean = native["bank_mean"]
+        text += (
+            f": a_y - r*v averages {mean:+.2f} m/s^2, as with an accelerometer bias of {mean:+.2f} m/s^2; "
+            f"raise {param} in [params] of the vehicle file, or leave the accelerometer out (--no-accelerometer)"
+        )
+        return Finding("gate_shut", "warning", text, mean, "m/s^2")
+    return Finding("gate_shut", "warning", text, params[param], unit)
+
+
+def _offset(native: Mapping[str, Any]) -> Finding | None:
+    value = native["offset"]["value"] / DEGREE
+    half_width = 1.96 * native["offset"]["standard_deviation"] / DEGREE
+    if _status(native["offset"]) != "valid" or abs(value) - half_width < _OFFSET_WORTH_TELLING_DEG:
+        return None
+    return Finding(
+        "steering_wheel_angle_offset",
+        "warning",
+        f"the steering wheel angle sensor reads {value:+.1f} deg when driving straight: calibrate it, "
+        "or look at the wheel alignment if the steering wheel itself stands crooked",
+        value,
+        "deg",
+    )
+
+
+def _yaw_rate_bias(native: Mapping[str, Any]) -> Finding | None:
+    bias = native["yaw_rate_bias"]
+    value = bias["value"] / DEGREE
+    if _status(bias) != "valid" or abs(value) < _YAW_RATE_BIAS_WORTH_TELLING_DEG_S:
+        return None
+    text = f"the yaw rate reads {value:+.2f} deg/s at standstill (seen for {bias['evidence']:.1f} s)"
+    if native["used"] > 0:
+        effect = abs(native["offset_per_yaw_rate_bias"] * value)
+        text += f"; this method does not correct it: the offset reads about {effect:.1f} deg too {'low' if value > 0 else 'high'}"
+    if 0.08 <= value <= 0.12:
+        text += "; a sender that takes raw 32127 for zero in VDC2 reads +0.10 deg/s"
+    return Finding("yaw_rate_bias", "warning", text, value, "deg/s")
+
+
+def _standing_acceleration(native: Mapping[str, Any]) -> Finding | None:
+    reading = native["standstill_lateral_acceleration"]
+    value = reading["value"]
+    if _status(reading) != "valid" or abs(value) < _STANDING_ACCELERATION_WORTH_TELLING_M_S2:
+        return None
+    return Finding(
+        "lateral_acceleration_at_standstill",
+        "warning",
+        f"the accelerometer reads {value:+.2f} m/s^2 at standstill (seen for {reading['evidence']:.1f} s): "
+        "its bias, or the slope of the ground",
+        value,
+        "m/s^2",
+    )
+
+
+def _relative(relative_sensor: bool) -> Finding | None:
+    if not relative_sensor:
+        return None
+    return Finding(
+        "relative_angle_sensor",
+        "info",
+        "the angle sensor is a relative one (SPN 1812 = 0): its zero may be off by whole turns after each ignition, "
+        "so the offset is told modulo 360 deg",
+    )
+
+
+def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+    lacking = params["offset_evidence_min_s"] - native["used"]
+    if lacking <= 0 or (native["used"] == 0 and native["bank_time"] > params["clean_time_s"]):
+        return None
+    return Finding(
+        "not_enough_evidence",
+        "info",
+        f"not enough evidence yet: needs {lacking:.0f} s more nearly straight ahead above "
+        f"{params['speed_min_m_s']:g} m/s",
+        lacking,
+        "s",
+    )
+
+
+def _understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+    gradient = native["understeer_gradient"]
+    if native["used"] == 0 or _status(gradient) != "unobservable":
+        return None
+    lacking = max(params["understeer_evidence_min_s"] - gradient["evidence"], 0.0)
+    return Finding(
+        "understeer_gradient_unknown",
+        "info",
+        "the understeer gradient is taken as zero: it needs "
+        f"{lacking:.0f} s more in bends of {params['understeer_acceleration_min_m_s2']:g} to "
+        f"{params['understeer_acceleration_max_m_s2']:g} m/s^2 once the offset is accurate enough",
+        lacking,
+        "s",
+    )
+
+
+def _play(native: Mapping[str, Any]) -> Finding | None:
+    if native["used"] == 0:
+        return None
+    return Finding(
+        "play_not_seen",
+        "info",
+        "the interval counts the scatter of the drive, the yaw rate's bias and the understeer gradient; play in the steering "
+        f"and an accelerometer bias are not seen by this method, and {_PLAY_STANDARD_DEG:g} deg of play can shift the offset "
+        f"by up to {_PLAY_STANDARD_DEG / 2:g} deg",
+        _PLAY_STANDARD_DEG / 2,
+        "deg",
+    )

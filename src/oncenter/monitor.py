@@ -1,0 +1,87 @@
+"""The core one tick at a time, as a live bus or another program feeds it: the same code that judges logs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+
+from oncenter import _core
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.vehicle import Vehicle, core_params
+
+NOT_AVAILABLE = float("nan")
+
+
+@dataclass(frozen=True)
+class Tick:
+    """One tick of signals, SI and rad, left positive; NaN is not available."""
+
+    time_s: float
+    steering_wheel_angle_rad: float
+    yaw_rate_rad_s: float
+    vehicle_speed_m_s: float
+    lateral_acceleration_m_s2: float = NOT_AVAILABLE
+
+
+@dataclass(frozen=True)
+class Now:
+    """What a tick gave. The motion is one filter delay old; the offset rests on final evidence only.
+
+    `offset_rad` and `offset_sd_rad` are None while the offset is unobservable. `reasons` says why the tick cannot be
+    used; none means that it waits for its t1.
+    """
+
+    time_s: float
+    reasons: tuple[str, ...]
+    curvature_1_m: float
+    bank_m_s2: float
+    residual_rad: float
+    offset_rad: float | None
+    offset_sd_rad: float | None
+    offset_status: str
+    understeer_gradient_rad_m_s2: float
+
+
+class Monitor:
+    """The estimator of one truck, fed tick by tick.
+
+    Args:
+        vehicle: its `[params]` apply.
+        rate_hz: of the ticks, 20 to 200.
+        params: over the vehicle's.
+
+    Raises:
+        OncenterError: "params" or "rate", exit code 2.
+    """
+
+    def __init__(
+        self, vehicle: Vehicle, rate_hz: float = 100.0, *, params: Mapping[str, float] | None = None
+    ) -> None:
+        if not _core.RATE_MIN_HZ <= rate_hz <= _core.RATE_MAX_HZ:
+            raise OncenterError(f"'rate_hz' must be 20 to 200, got {rate_hz:g}", code="rate", exit_code=WRONG_USAGE)
+        try:
+            used = core_params({**vehicle.params, **(params or {})})
+            self._core = _core.Core(vehicle.wheelbase_m, vehicle.ratio_near_centre, used, rate_hz)
+        except ValueError as error:
+            raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None
+
+    def step(self, tick: Tick) -> Now:
+        """Takes one tick. A tick that cannot be used says so in `reasons` and changes no estimate."""
+        output = self._core.step(asdict(tick))
+        status = _core.STATUSES[output["offset_status"]]
+        told = status != "unobservable"
+        return Now(
+            time_s=output["time"],
+            reasons=tuple(name for name, bit in _core.REASONS.items() if output["reasons"] & bit),
+            curvature_1_m=output["motion"]["curvature"],
+            bank_m_s2=output["motion"]["bank"],
+            residual_rad=output["motion"]["residual"],
+            offset_rad=output["offset"] if told else None,
+            offset_sd_rad=output["offset_sd"] if told else None,
+            offset_status=status,
+            understeer_gradient_rad_m_s2=output["understeer_gradient"],
+        )
+
+    def restart(self) -> None:
+        """Ignition: what the filters hold is lost, what was learned stays."""
+        self._core.restart()

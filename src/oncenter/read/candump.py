@@ -1,0 +1,251 @@
+"""candump's two ways of writing: the log file and the console with time stamps.
+
+The log style is read a block at a time without a loop over lines: places of line ends, brackets and '#' first, then
+eight characters at once as one number. Lines that are written in any other way go through an expression, one by one.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter.errors import OncenterError
+from oncenter.read.frames import Frames, bus_code, joined
+
+BLOCK_BYTES = 4 << 20  # text per step: its columns stay in the cache
+PAD = b"\0" * 32  # before and after a block, so that no look around a place leaves it
+BAD_LINES_SHARE = 0.01  # more than that is not a candump log with a scratch, but something else
+
+Words = npt.NDArray[np.uint64]
+Places = npt.NDArray[np.int64]
+
+_NIBBLE = bytes(int(chr(c), 16) if chr(c) in "0123456789abcdefABCDEF" else 0xFF for c in range(256))
+_LOG_LINE = re.compile(
+    rb"\s*\((\d+\.\d+)\)\s+(\S+)\s+([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#((?:[0-9A-Fa-f]{2}){0,8})(?:\s+[RT])?\s*"
+)
+_CONSOLE_LINE = re.compile(
+    rb"\s*\((\d+\.\d+)\)\s+(\S+)\s+(?:[RT]X\s+\S+\s+\S+\s+)?([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})\s+\[0?\d\]"
+    rb"\s*((?:[0-9A-Fa-f]{2}\s*){0,8})(?:'.*')?\s*"
+)
+_NO_DATA_LINE = re.compile(rb".*(#R\d?|##[0-9A-Fa-f]+|remote request|ERRORFRAME|\[\d\d\].*)(\s+[RT])?\s*", re.DOTALL)
+
+
+def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
+    """Frames of a candump log, a block of text at a time.
+
+    Raises:
+        OncenterError: more than one line in a hundred is not candump's.
+    """
+    size = max(path.stat().st_size, 1)
+    lines = bad_lines = done = 0
+    first_bad = ""
+    with path.open("rb") as file:
+        rest = b""
+        while block := file.read(BLOCK_BYTES):
+            done += len(block)
+            whole, newline, rest = (rest + block).rpartition(b"\n")
+            if not newline:
+                if len(rest) > BLOCK_BYTES:
+                    raise _not_candump(path, 1, rest)
+                continue
+            frames, bad, count = _parse(whole + newline)
+            if bad and not first_bad:
+                first_bad = _quoted(lines + bad[0][0] + 1, bad[0][1])
+            bad_lines += len(bad)
+            lines += count
+            if bad_lines > 100 + BAD_LINES_SHARE * lines:
+                raise OncenterError(f"{path.name} is not a candump log: {first_bad}", code="unreadable_log")
+            progress(done / size)
+            yield frames
+    if rest.strip():
+        frames, bad, count = _parse(rest + b"\n")
+        lines += count
+        if bad:
+            notes.append(f"the last line of {path.name} is cut off and was left out")
+        yield frames
+    if bad_lines > BAD_LINES_SHARE * lines:
+        raise OncenterError(f"{path.name} is not a candump log: {first_bad}", code="unreadable_log")
+    if bad_lines:
+        notes.append(f"{bad_lines} lines of {path.name} are not candump's and were left out, the first {first_bad}")
+
+
+def _not_candump(path: Path, line: int, text: bytes) -> OncenterError:
+    return OncenterError(f"{path.name} is not a candump log: {_quoted(line, text)}", code="unreadable_log")
+
+
+def _quoted(line: int, text: bytes) -> str:
+    shown = text[:40].decode("ascii", "backslashreplace").strip()
+    return f"line {line} reads {shown!r}"
+
+
+def _parse(block: bytes) -> tuple[Frames, list[tuple[int, bytes]], int]:
+    """Frames of whole lines, the lines (number, text) that are none, and how many lines there were."""
+    text = PAD + block + PAD
+    characters = np.frombuffer(text, np.uint8)
+    ends = np.flatnonzero(characters[: len(PAD) + len(block)] == ord("\n"))
+    starts = np.concatenate(([len(PAD)], ends[:-1] + 1))
+    frames, read = _parse_log_style(text, characters, starts, ends)
+    if read.all():
+        return frames, [], len(ends)
+    others, places, bad = _parse_one_by_one(text, starts, ends, np.flatnonzero(~read))
+    merged = joined([frames, others])
+    order = np.argsort(np.concatenate((np.flatnonzero(read), places)), kind="stable")
+    return Frames(*(getattr(merged, c)[order] for c in Frames.__dataclass_fields__)), bad, len(ends)
+
+
+def _parse_log_style(
+    text: bytes, characters: npt.NDArray[np.uint8], starts: Places, ends: Places
+) -> tuple[Frames, npt.NDArray[np.bool_]]:
+    """`(1700000000.123456) can0 18F0093E#697D7F637D577F7D` and which lines were so."""
+    nibbles = np.frombuffer(text.translate(_NIBBLE), np.uint8)
+    bracket = _first_in_line(characters, ord(")"), starts, ends)
+    hashed = _first_in_line(characters, ord("#"), starts, ends)
+
+    standard = characters[hashed - 4] == ord(" ")
+    extended = (characters[hashed - 9] == ord(" ")) & ~standard
+    micros, time_good = _time(nibbles, starts, bracket)
+    data_low, data_high = _eight(nibbles, hashed + 1), _eight(nibbles, hashed + 9)
+    data, digits = _data(data_low, data_high)
+    identifier_digits = _eight(nibbles, hashed - 8)
+    identifier = _packed(np.where(extended, identifier_digits, identifier_digits & _FULL << np.uint64(40)))
+    after = characters[hashed + 1 + digits]
+    bus_end = hashed - np.where(extended, 9, 4)
+    good = (
+        (characters[starts] == ord("("))
+        & (characters[bracket - 7] == ord("."))
+        & (characters[bracket + 1] == ord(" "))
+        & (bracket + 2 < bus_end)
+        & time_good
+        & (extended | standard)
+        & (identifier_digits & np.where(extended, _NO_NIBBLE, _NO_NIBBLE << np.uint64(40)) == 0)
+        & (digits % 2 == 0)
+        & ((after == ord("\n")) | (after == ord("\r")) | (after == ord(" ")) & (digits > 0))
+    )
+    numbers = identifier.astype(np.uint32).byteswap()
+    good &= numbers < 1 << 29
+    names = _eight(characters, bus_end - 8)
+    # The name starts after the bracket and a blank: what stands before it goes.
+    missing = np.clip(8 - (bus_end - bracket - 2), 0, 7).astype(np.uint64) * np.uint64(8)
+    frames = Frames(
+        micros.astype(np.float64) / 1e6,
+        numbers,
+        extended,
+        data,
+        (digits // 2).astype(np.uint8),
+        names >> missing,
+    )
+    return (frames if good.all() else frames.where(good)), good
+
+
+def _first_in_line(characters: npt.NDArray[np.uint8], wanted: int, starts: Places, ends: Places) -> Places:
+    """Place of the first such character of each line; the line's end where it has none."""
+    places = np.flatnonzero(characters == wanted)
+    if len(places) == len(ends) and bool(np.all(places < ends)) and bool(np.all(places >= starts)):
+        return places
+    following = np.searchsorted(places, starts)
+    return np.minimum(np.append(places, len(characters) - 1)[following], ends)
+
+
+_FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
+_NO_NIBBLE = np.uint64(0x8080808080808080)  # set in a byte that was no hexadecimal digit
+_ALL_F = np.uint64(0x0F0F0F0F0F0F0F0F)
+
+
+def _eight(values: npt.NDArray[np.uint8], places: Places) -> Words:
+    """Eight neighbouring bytes from each place on, the first one lowest."""
+    windows: npt.NDArray[np.void] = np.ndarray((len(values) - 7,), "V8", values, strides=(1,))
+    return windows[places].view("<u8")
+
+
+def _packed(nibbles: Words) -> Words:
+    """Eight hexadecimal digits, one a byte, as four bytes in their order."""
+    pairs = (nibbles << np.uint64(4) | nibbles >> np.uint64(8)) & np.uint64(0x00FF00FF00FF00FF)
+    pairs = (pairs | pairs >> np.uint64(8)) & np.uint64(0x0000FFFF0000FFFF)
+    return (pairs | pairs >> np.uint64(16)) & np.uint64(0xFFFFFFFF)
+
+
+def _data(low: Words, high: Words) -> tuple[Words, npt.NDArray[np.int64]]:
+    """Up to sixteen digits as eight bytes, what is missing as 0xFF, and how many digits there were."""
+    kept_low = _before_first_other(low)
+    kept_high = np.where(kept_low == _FULL, _before_first_other(high), np.uint64(0))
+    digits = (np.bitwise_count(kept_low).astype(np.int64) + np.bitwise_count(kept_high)) // 8
+    low = low & kept_low | _ALL_F & ~kept_low
+    high = high & kept_high | _ALL_F & ~kept_high
+    return _packed(low) | _packed(high) << np.uint64(32), digits
+
+
+def _before_first_other(nibbles: Words) -> Words:
+    """All bits of the bytes before the first one that is no digit."""
+    other = nibbles & _NO_NIBBLE
+    lowest = other & (~other + np.uint64(1))
+    return (lowest >> np.uint64(7)) - np.uint64(1)
+
+
+def _time(nibbles: npt.NDArray[np.uint8], starts: Places, bracket: Places) -> tuple[Words, npt.NDArray[np.bool_]]:
+    """Microseconds of `(seconds.microseconds)`, and whether it was written so."""
+    width = bracket - 7 - (starts + 1)  # of the seconds
+    missing = (np.clip(16 - width, 0, 16) * 8).astype(np.uint64)
+    low_missing = np.minimum(missing, np.uint64(64))
+    high = _without_first(_eight(nibbles, bracket - 23), low_missing)
+    low = _without_first(_eight(nibbles, bracket - 15), missing - low_missing)
+    fraction = _without_first(_eight(nibbles, bracket - 8), np.uint64(16))
+    good = (width >= 1) & (width <= 12)
+    for digits in (high, low, fraction):
+        good &= (digits + np.uint64(0x0606060606060606)) & np.uint64(0xF0F0F0F0F0F0F0F0) == 0
+    seconds = _decimal(high) * np.uint64(100_000_000) + _decimal(low)
+    return seconds * np.uint64(1_000_000) + _decimal(fraction), good
+
+
+def _without_first(digits: Words, bits: Words | np.uint64) -> Words:
+    """Zero in the first characters; 64 bits are all of them, which a shift cannot say."""
+    half = bits >> np.uint64(1)
+    rest = bits - half
+    return digits >> half >> rest << half << rest
+
+
+def _decimal(digits: Words) -> Words:
+    """Eight decimal digits, one a byte, the first one lowest, as a number."""
+    pairs = (digits * np.uint64(10) + (digits >> np.uint64(8))) & np.uint64(0x00FF00FF00FF00FF)
+    fours = (pairs * np.uint64(100) + (pairs >> np.uint64(16))) & np.uint64(0x0000FFFF0000FFFF)
+    return (fours * np.uint64(10000) + (fours >> np.uint64(32))) & np.uint64(0xFFFFFFFF)
+
+
+def _parse_one_by_one(
+    text: bytes, starts: Places, ends: Places, lines: Places
+) -> tuple[Frames, Places, list[tuple[int, bytes]]]:
+    """Frames of the given lines, in which lines they stood, and the lines that are none."""
+    rows: list[tuple[float, int, bool, int, int, int]] = []
+    places: list[int] = []
+    bad: list[tuple[int, bytes]] = []
+    for line in lines.tolist():
+        written = text[starts[line] : ends[line]]
+        found = _LOG_LINE.fullmatch(written) or _CONSOLE_LINE.fullmatch(written)
+        if found is None:
+            if written.strip() and not _NO_DATA_LINE.fullmatch(written):
+                bad.append((line, written))
+            continue
+        stamp, bus, identifier, digits = found.groups()
+        data = bytes.fromhex(digits.decode())
+        number = int(identifier, 16)
+        if number >= 1 << 29:
+            continue  # an error frame
+        padded = int.from_bytes(data.ljust(8, b"\xff"), "little")
+        rows.append((float(stamp), number, len(identifier) == 8, padded, len(data), bus_code(bus.decode("latin-1"))))
+        places.append(line)
+    columns = list(zip(*rows, strict=True)) if rows else [()] * 6
+    frames = Frames(
+        np.array(columns[0], np.float64),
+        np.array(columns[1], np.uint32),
+        np.array(columns[2], bool),
+        np.array(columns[3], np.uint64),
+        np.array(columns[4], np.uint8),
+        np.array(columns[5], np.uint64),
+    )
+    return frames, np.array(places, np.int64), bad
+
+

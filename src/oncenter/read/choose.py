@@ -1,0 +1,143 @@
+"""Which source a signal is taken from when several have it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.read.samples import Samples
+from oncenter.signals import ACCELERATION, ANGLE, ANGULAR_RATE, DEGREE, SIGNALS, Source
+
+# Typical differences (median, SI) beyond which two sources of the same kind do not speak of the same thing.
+_MATERIAL = {
+    ANGLE.unit: 1.0 * DEGREE,
+    ANGULAR_RATE.unit: 0.5 * DEGREE,
+    "m_s": 0.5,
+    ACCELERATION.unit: 0.5,
+    "1": 0.5,
+}
+
+
+def choose(
+    candidates: Sequence[Samples], take: Mapping[str, str], log: str, notes: list[str]
+) -> tuple[list[Samples], dict[str, Source]]:
+    """One source per signal: the one named, else by stated order, then most samples, then lowest address.
+
+    Raises:
+        OncenterError: two sources of the same kind disagree and none is named; a source is named that is not there.
+    """
+    _refuse_unknown(candidates, take, log)
+    chosen, sources = [], {}
+    for signal in SIGNALS:
+        having = [samples for samples in candidates if samples.signal == signal]
+        if not having:
+            continue
+        numbered = [samples for samples in having if samples.not_available < len(samples.values)]
+        if not numbered:
+            silent = ", ".join(samples.description for samples in having)
+            notes.append(f"{signal}: {silent} never had a number")
+            continue
+        best = _named(numbered, signal, take, log) or _first(numbered, signal, log)
+        others = [samples for samples in having if samples is not best]
+        if others:
+            not_taken = ", ".join(samples.description for samples in others)
+            notes.append(f"{signal}: taken from {best.description}, not from {not_taken}")
+        chosen.append(best)
+        sources[signal] = Source(
+            best.description,
+            best.rate_hz,
+            len(best.values),
+            best.not_available,
+            tuple(samples.description for samples in others),
+        )
+    return chosen, sources
+
+
+def _order(samples: Samples) -> tuple[int, int, int]:
+    address = 256 if samples.address is None else samples.address
+    return samples.rank, -(len(samples.values) - samples.not_available), address
+
+
+def _matches(samples: Samples, named: str) -> bool:
+    """Whether `named` is the description, an address, a message, or both of these."""
+    wanted = named.lower().split()
+    if named.lower() == samples.description.lower():
+        return True
+    words = {*samples.labels, *([str(samples.address)] if samples.address is not None else [])}
+    return bool(wanted) and all(_as_address(word) in words for word in wanted if word not in ("from", "on"))
+
+
+def _as_address(word: str) -> str:
+    """0x3e for 0x3E and for 0x003e; other words unchanged."""
+    try:
+        return f"0x{int(word, 16):02x}" if word.startswith("0x") else word
+    except ValueError:
+        return word
+
+
+def _refuse_unknown(candidates: Sequence[Samples], take: Mapping[str, str], log: str) -> None:
+    for signal, named in take.items():
+        if signal != "all" and signal not in SIGNALS:
+            raise OncenterError(
+                f"--source {signal}={named}: no such signal, known are {', '.join(SIGNALS)}",
+                code="unknown_source",
+                exit_code=WRONG_USAGE,
+            )
+        having = [samples for samples in candidates if signal in ("all", samples.signal)]
+        if not any(_matches(samples, named) for samples in having):
+            there = ", ".join(dict.fromkeys(samples.description for samples in having)) or "none"
+            raise OncenterError(
+                f"--source {signal}={named}: no such source in {log}, there are: {there}",
+                code="unknown_source",
+                exit_code=WRONG_USAGE,
+                needs=() if signal == "all" else (signal,),
+            )
+
+
+def _named(having: Sequence[Samples], signal: str, take: Mapping[str, str], log: str) -> Samples | None:
+    named = take.get(signal) or take.get("all")
+    if named is None:
+        return None
+    matching = [samples for samples in having if _matches(samples, named)]
+    if not matching and signal in take:
+        raise OncenterError(
+            f"--source {signal}={named}: that source never had a number in {log}",
+            code="missing_signal",
+            needs=(signal,),
+        )
+    return _first(matching, signal, log) if matching else None
+
+
+def _first(having: Sequence[Samples], signal: str, log: str) -> Samples:
+    best, *others = sorted(having, key=_order)
+    for other in others:
+        if other.kind == best.kind and _disagree(best, other):
+            raise OncenterError(
+                f"{best.description} and {other.description} disagree about {signal} in {log}: "
+                f"name one with --source {signal}={_short(best)}",
+                code="sources_disagree",
+                needs=(signal,),
+            )
+    return best
+
+
+def _short(samples: Samples) -> str:
+    return samples.description if samples.address is None else f"0x{samples.address:02X}"
+
+
+def _disagree(one: Samples, other: Samples) -> bool:
+    """Whether the median difference where both have numbers at the same time is more than noise and bias."""
+    limit = _MATERIAL.get(SIGNALS[one.signal].quantity.unit)
+    number = ~np.isnan(other.values)
+    own = ~np.isnan(one.values)
+    if limit is None or number.sum() < 2 or own.sum() < 2:
+        return False
+    time, values = other.time[number], other.values[number]
+    both = own & (one.time >= time[0]) & (one.time <= time[-1])
+    if not both.any():
+        return False
+    order = np.argsort(time, kind="stable")
+    at = np.interp(one.time[both], time[order], values[order])
+    return bool(np.median(np.abs(one.values[both] - at)) > limit)

@@ -1,0 +1,187 @@
+"""Signals at their own rates become one table with a uniform tick, and nothing is invented where the log is silent."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from oncenter.errors import OncenterError
+from oncenter.read.frames import Column
+from oncenter.read.samples import Samples, median_rate
+from oncenter.signals import SIGNALS
+
+SLOWEST_HZ, FASTEST_HZ = 20.0, 200.0
+RATE_SLACK = 0.03  # a clock that is so much too slow still counts as 20 Hz
+STEADY_JITTER = 0.05  # of the step
+HOLE_S = 5.0  # a longer silence of all signals has no rows
+BRIDGE_PERIODS, BRIDGE_MIN_S = 2.5, 0.05  # what interpolation may span between two samples
+ON_TICK_S = 1e-6  # a sample so near a tick is at it; epoch stamps resolve 0.24 us
+BACKWARD_SHARE = 0.1  # of the steps; more is not a scratch but a log that has no time
+
+_SET_BY_RATE = ("steering_wheel_angle", "yaw_rate")
+
+
+def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[pl.DataFrame, float]:
+    """Table as `oncenter.signals.Signals.table` and its rate in Hz.
+
+    One steady time vector for all goes through unchanged, with repeated and backward stamps for the core to count.
+
+    Raises:
+        OncenterError: too slow, too short, or time does not increase.
+    """
+    rate = _tick_rate(chosen, log)
+    if _share_steady_time(chosen):
+        every = math.ceil(rate / FASTEST_HZ - 1e-3)
+        if every > 1:
+            notes.append(f"{rate:.4g} Hz is more than needed: every {every}. row is taken")
+        columns = {SIGNALS[s.signal].column: s.values[::every] for s in chosen}
+        return pl.DataFrame({"time_s": chosen[0].time[::every], **columns}), rate / every
+    rate = min(max(rate, SLOWEST_HZ), FASTEST_HZ)
+    return _resampled([_in_order(samples, log, notes) for samples in chosen], rate), rate
+
+
+def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
+    """The steering wheel angle's own rate; without one, that of the best other signal."""
+    by_signal = {samples.signal: samples for samples in chosen}
+    for samples in chosen:
+        _refuse_backward(samples, log)
+    leading = next((by_signal[name] for name in _SET_BY_RATE if name in by_signal), None)
+    if leading is None:
+        return max(SLOWEST_HZ, *(samples.rate_hz for samples in chosen))
+    rate = leading.rate_hz
+    if rate < SLOWEST_HZ * (1 - RATE_SLACK) and leading.signal == "steering_wheel_angle":
+        raise OncenterError(
+            f"steering_wheel_angle ({leading.description}) in {log} comes at {rate:.3g} Hz, "
+            f"at least {SLOWEST_HZ:.0f} Hz is needed",
+            code="rate_too_low",
+            needs=("steering_wheel_angle",),
+        )
+    return max(rate, SLOWEST_HZ)
+
+
+def _refuse_backward(samples: Samples, log: str) -> None:
+    steps = np.diff(samples.time)
+    wrong = np.flatnonzero(~(steps > 0))
+    if len(wrong) > max(1, BACKWARD_SHARE * len(steps)) or len(wrong) == len(steps) > 0:
+        raise OncenterError(
+            f"time does not increase in {log}: {len(wrong)} of {len(steps)} steps of {samples.description} stand still "
+            f"or run backward, the first after row {wrong[0] + 1}",
+            code="time_backward",
+            needs=("time",),
+        )
+
+
+def _share_steady_time(chosen: Sequence[Samples]) -> bool:
+    time = chosen[0].time
+    if not all(samples.time is time or np.array_equal(samples.time, time) for samples in chosen[1:]):
+        return False
+    rate = median_rate(time)
+    if rate < SLOWEST_HZ:
+        return False
+    steps = np.diff(time)
+    regular = steps[(steps > 0) & (steps < 1.5 / rate)]
+    return bool(np.all(np.abs(regular * rate - 1) < STEADY_JITTER))
+
+
+def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:
+    """Without the samples whose time is not later than all before."""
+    latest = np.maximum.accumulate(samples.time)
+    later = np.concatenate(([True], samples.time[1:] > latest[:-1]))
+    if later.all():
+        return samples
+    dropped = len(later) - int(later.sum())
+    if dropped > BACKWARD_SHARE * len(later):
+        raise OncenterError(
+            f"time jumps in {log}: {dropped} of {len(later)} samples of {samples.description} are earlier than ones "
+            f"before them, the first in row {int(np.flatnonzero(~later)[0]) + 1}",
+            code="time_backward",
+            needs=("time",),
+        )
+    notes.append(f"{samples.signal}: {dropped} samples of {samples.description} with repeated or earlier time left out")
+    return Samples(
+        samples.signal,
+        samples.time[later],
+        samples.values[later],
+        samples.kind,
+        samples.description,
+        samples.rank,
+        samples.address,
+        samples.labels,
+    )
+
+
+def _resampled(chosen: Sequence[Samples], rate: float) -> pl.DataFrame:
+    ticks = _ticks(chosen, rate)
+    ways: dict[int, _Way] = {}  # signals of one message share their places between samples
+    columns = {}
+    for samples in chosen:
+        columns[SIGNALS[samples.signal].column] = _at(samples, ticks, ways)
+    return pl.DataFrame({"time_s": ticks, **columns})
+
+
+def _ticks(chosen: Sequence[Samples], rate: float) -> Column:
+    """Times k/rate after the leading signal's first sample, from the first sample of any signal to the last."""
+    leading = min(chosen, key=lambda samples: (samples.signal not in _SET_BY_RATE, samples.signal))
+    origin = leading.time[0]
+    distinct = {id(samples.time): samples.time for samples in chosen}
+    times = np.sort(np.concatenate(list(distinct.values())))
+    holes = np.flatnonzero(np.diff(times) > HOLE_S)
+    first = times[np.concatenate(([0], holes + 1))]
+    last = times[np.concatenate((holes, [len(times) - 1]))]
+    from_tick = np.ceil((first - origin - ON_TICK_S) * rate).astype(np.int64)
+    to_tick = np.floor((last - origin + ON_TICK_S) * rate).astype(np.int64)
+    pieces = [np.arange(a, b + 1) for a, b in zip(from_tick.tolist(), to_tick.tolist(), strict=True)]
+    return origin + np.concatenate(pieces) / rate
+
+
+@dataclass(frozen=True)
+class _Way:
+    """From samples to ticks: the sample before each tick, the weight of the next one, and whether to trust both."""
+
+    before: npt.NDArray[np.int64]
+    weight: Column
+    bridged: npt.NDArray[np.bool_]
+
+
+def _at(samples: Samples, ticks: Column, ways: dict[int, _Way]) -> Column:
+    """A signal at the ticks: linear between two samples of its own that are near each other, NaN elsewhere."""
+    available = ~np.isnan(samples.values)
+    if int(available.sum()) < 2:
+        return np.full(len(ticks), np.nan)
+    span = max(BRIDGE_PERIODS / samples.rate_hz, BRIDGE_MIN_S)
+    if available.all():
+        if id(samples.time) not in ways:
+            ways[id(samples.time)] = _way(samples.time, ticks, span)
+        way, values = ways[id(samples.time)], samples.values
+    else:
+        way, values = _way(samples.time[available], ticks, span), samples.values[available]
+    if samples.signal == "steering_wheel_angle_sensor_type":
+        at_ticks = values[way.before + (way.weight >= 0.5)]
+    elif samples.signal == "heading":
+        at_ticks = np.mod(_between(np.unwrap(values, period=360.0), way), 360.0)
+    else:
+        at_ticks = _between(values, way)
+    at_ticks[~way.bridged] = np.nan
+    return at_ticks
+
+
+def _between(values: Column, way: _Way) -> Column:
+    start = values[way.before]
+    return start + way.weight * (values[way.before + 1] - start)
+
+
+def _way(time: Column, ticks: Column, span: float) -> _Way:
+    before = np.clip(np.searchsorted(time, ticks, side="right") - 1, 0, len(time) - 2)
+    step = time[before + 1] - time[before]
+    since = ticks - time[before]
+    weight = since / step
+    at_start, at_end = np.abs(since) <= ON_TICK_S, np.abs(since - step) <= ON_TICK_S
+    weight[at_start] = 0.0
+    weight[at_end] = 1.0
+    inside = (since > 0) & (since < step) & (step <= span * (1 + 1e-9))
+    return _Way(before, weight, inside | at_start | at_end)

@@ -1,0 +1,123 @@
+"""CAN frames as columns, whatever file they came from, and what is kept of them while a log streams by."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+PGN_COUNT = 1 << 18
+STANDARD_ID_COUNT = 1 << 11
+
+Column = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Data frames in the order of the log, one row each.
+
+    Attributes:
+        time: s, as logged.
+        identifier: 29 or 11 bits.
+        extended: whether the identifier has 29 bits.
+        data: eight bytes as a little-endian number; bytes that the frame does not have are 0xFF, "not available".
+        length: bytes that the frame has, 0 to 8.
+        bus: name of the bus, see `bus_code`.
+    """
+
+    time: Column
+    identifier: npt.NDArray[np.uint32]
+    extended: npt.NDArray[np.bool_]
+    data: npt.NDArray[np.uint64]
+    length: npt.NDArray[np.uint8]
+    bus: npt.NDArray[np.uint64]
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def where(self, chosen: npt.NDArray[np.bool_]) -> Frames:
+        return Frames(*(getattr(self, column)[chosen] for column in self.__dataclass_fields__))
+
+
+def joined(parts: list[Frames]) -> Frames:
+    """Frames one after another."""
+    if not parts:
+        return Frames(
+            np.empty(0),
+            np.empty(0, np.uint32),
+            np.empty(0, bool),
+            np.empty(0, np.uint64),
+            np.empty(0, np.uint8),
+            np.empty(0, np.uint64),
+        )
+    return Frames(
+        *(np.concatenate([getattr(part, column) for part in parts]) for column in Frames.__dataclass_fields__)
+    )
+
+
+def bus_code(name: str) -> int:
+    """A bus's name as a number: its last eight characters, so that a column of names stays a column of numbers."""
+    return int.from_bytes(name.encode("ascii", "replace")[-8:].ljust(8, b"\0"), "little")
+
+
+def bus_name(code: int) -> str:
+    return code.to_bytes(8, "little").strip(b"\0").decode("ascii", "replace")
+
+
+def pgn_of(identifier: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
+    """Parameter group numbers of 29-bit identifiers. Below PDU format 240 the next byte is a destination (PDU1)."""
+    has_destination = (identifier >> np.uint32(16)) & np.uint32(0xFF) < 240
+    pgn = (identifier >> np.uint32(8)) & np.uint32(PGN_COUNT - 1)
+    return np.where(has_destination, pgn & np.uint32(0x3FF00), pgn)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which frames are worth keeping: by parameter group, and by 11-bit identifier."""
+
+    pgns: frozenset[int]
+    standard_ids: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What is left of a log: the wanted frames, and a count of all.
+
+    Attributes:
+        frames: the wanted ones.
+        pgn_frames: shape (2^18,), number of extended frames by parameter group.
+        standard_frames: number of frames with 11-bit identifiers.
+        notes: about frames and lines that could not be used.
+    """
+
+    frames: Frames
+    pgn_frames: npt.NDArray[np.int64]
+    standard_frames: int
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def total(self) -> int:
+        return int(self.pgn_frames.sum()) + self.standard_frames
+
+
+def keep(chunks: Iterable[Frames] | Iterator[Frames], wanted: Wanted) -> Kept:
+    """Runs through a log once and holds on to the wanted frames only."""
+    is_wanted_pgn = np.zeros(PGN_COUNT, bool)
+    is_wanted_pgn[list(wanted.pgns)] = True
+    is_wanted_id = np.zeros(STANDARD_ID_COUNT, bool)
+    is_wanted_id[list(wanted.standard_ids)] = True
+    pgn_frames = np.zeros(PGN_COUNT, np.int64)
+    standard_frames = 0
+    parts = []
+    for frames in chunks:
+        pgn = pgn_of(frames.identifier)
+        standard = ~frames.extended
+        pgn_frames += np.bincount(pgn[frames.extended], minlength=PGN_COUNT)
+        standard_frames += int(standard.sum())
+        chosen = is_wanted_pgn[pgn] & frames.extended
+        if wanted.standard_ids:
+            chosen |= is_wanted_id[frames.identifier & np.uint32(STANDARD_ID_COUNT - 1)] & standard
+        parts.append(frames.where(chosen))
+    return Kept(joined(parts), pgn_frames, standard_frames)

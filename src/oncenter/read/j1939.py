@@ -1,0 +1,247 @@
+"""The J1939 messages that carry our signals: layout, decoding of whole columns, and what each message gives.
+
+Layouts as public documentation gives them; `dbc/oncenter_j1939.dbc` says the same for other tools.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from oncenter.read.frames import Column, Frames, Kept, bus_name, pgn_of
+from oncenter.read.samples import Samples
+from oncenter.read.units import factors
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A suspect parameter (SPN) in its message: bytes and bits count from 1, the lowest byte comes first.
+
+    `signal` is what it is for us: directly, or, with `relative`, after the message's first parameter is added.
+    """
+
+    spn: int
+    name: str
+    byte: int
+    bit: int
+    bits: int
+    scale: float
+    offset: float
+    unit: str
+    signal: str | None = None
+    relative: bool = False
+
+    @property
+    def shift(self) -> int:
+        return 8 * (self.byte - 1) + self.bit - 1
+
+    @property
+    def largest_number(self) -> int:
+        """Above it is no number: 0xFB to 0xFD are reserved, 0xFE is an error, 0xFF not available (of the top byte)."""
+        return {16: 0xFAFF, 8: 0xFA, 6: 0x3D, 2: 1}[self.bits]
+
+
+@dataclass(frozen=True)
+class Message:
+    pgn: int
+    name: str
+    about: str
+    parameters: tuple[Parameter, ...]
+
+
+def _speed(spn: int, name: str, byte: int, signal: str | None) -> Parameter:
+    return Parameter(spn, name, byte, 1, 16, 1 / 256, 0.0, "km_h", signal)
+
+
+def _relative_speed(spn: int, name: str, byte: int, signal: str | None) -> Parameter:
+    return Parameter(spn, name, byte, 1, 8, 1 / 16, -7.8125, "km_h", signal, relative=True)
+
+
+VDC2 = Message(
+    61449,
+    "VDC2",
+    "Vehicle Dynamic Stability Control 2",
+    (
+        Parameter(1807, "SteeringWheelAngle", 1, 1, 16, 1 / 1024, -31.374, "rad", "steering_wheel_angle"),
+        Parameter(1811, "SteeringWheelTurnCounter", 3, 1, 6, 1.0, -32.0, "turns"),
+        Parameter(
+            1812, "SteeringWheelAngleSensorType", 3, 7, 2, 1.0, 0.0, "1", "steering_wheel_angle_sensor_type"
+        ),
+        Parameter(1808, "YawRate", 4, 1, 16, 1 / 8192, -3.92, "rad_s", "yaw_rate"),
+        Parameter(1809, "LateralAcceleration", 6, 1, 16, 1 / 2048, -15.687, "m_s2", "lateral_acceleration"),
+        Parameter(1810, "LongitudinalAcceleration", 8, 1, 8, 0.1, -12.5, "m_s2", "longitudinal_acceleration"),
+    ),
+)
+EBC2 = Message(
+    65215,
+    "EBC2",
+    "Wheel Speed Information",
+    (
+        _speed(904, "FrontAxleSpeed", 1, "vehicle_speed"),
+        _relative_speed(905, "RelativeSpeedFrontAxleLeftWheel", 3, "wheel_speed_front_left"),
+        _relative_speed(906, "RelativeSpeedFrontAxleRightWheel", 4, "wheel_speed_front_right"),
+        _relative_speed(907, "RelativeSpeedRearAxle1LeftWheel", 5, "wheel_speed_rear_left"),
+        _relative_speed(908, "RelativeSpeedRearAxle1RightWheel", 6, "wheel_speed_rear_right"),
+        _relative_speed(909, "RelativeSpeedRearAxle2LeftWheel", 7, None),
+        _relative_speed(910, "RelativeSpeedRearAxle2RightWheel", 8, None),
+    ),
+)
+HRW = Message(
+    65134,
+    "HRW",
+    "High Resolution Wheel Speed",
+    (
+        _speed(1592, "FrontAxleLeftWheelSpeed", 1, "wheel_speed_front_left"),
+        _speed(1593, "FrontAxleRightWheelSpeed", 3, "wheel_speed_front_right"),
+        _speed(1594, "RearAxleLeftWheelSpeed", 5, "wheel_speed_rear_left"),
+        _speed(1595, "RearAxleRightWheelSpeed", 7, "wheel_speed_rear_right"),
+    ),
+)
+CCVS1 = Message(
+    65265,
+    "CCVS1",
+    "Cruise Control/Vehicle Speed 1",
+    (_speed(84, "WheelBasedVehicleSpeed", 2, "vehicle_speed"),),
+)
+TCO1 = Message(
+    65132,
+    "TCO1",
+    "Tachograph",
+    (_speed(1624, "TachographVehicleSpeed", 7, "vehicle_speed"),),
+)
+MESSAGES = {message.pgn: message for message in (VDC2, EBC2, HRW, CCVS1, TCO1)}
+
+# The first message that has a signal is taken: the speed from where it is filtered for driving, wheel speeds from
+# where they are finest.
+PREFERENCE = {
+    "vehicle_speed": ("CCVS1", "EBC2", "TCO1", "HRW"),
+    **{f"wheel_speed_{wheel}": ("HRW", "EBC2") for wheel in ("front_left", "front_right", "rear_left", "rear_right")},
+}
+
+# Groups often seen, so that a log without our signals can be described in its own words.
+NAMES = {
+    0: "TSC1",
+    1024: "XBR",
+    61440: "ERC1",
+    61441: "EBC1",
+    61442: "ETC1",
+    61443: "EEC2",
+    61444: "EEC1",
+    61445: "ETC2",
+    61447: "FLI1",
+    65103: "VDC1",
+    65136: "CVW",
+    65198: "AIR1",
+    65217: "VDHR",
+    65226: "DM1",
+    65247: "EEC3",
+    65248: "VD",
+    65253: "HOURS",
+    65254: "TD",
+    65256: "VDS",
+    65258: "VW",
+    65262: "ET1",
+    65263: "EFL/P1",
+    65266: "LFE1",
+    65267: "VP",
+    65269: "AMB",
+    65270: "IC1",
+    65271: "VEP1",
+    65276: "DD",
+    **{pgn: message.name for pgn, message in MESSAGES.items()},
+}
+
+
+def home(signal: str) -> str:
+    """Where J1939 has a signal, for people: "PGN 61449 VDC2, SPN 1807". Empty when it has none here."""
+    found = [
+        (message, parameter)
+        for message in MESSAGES.values()
+        for parameter in message.parameters
+        if parameter.signal == signal
+    ]
+    order = PREFERENCE.get(signal, ())
+    found.sort(key=lambda pair: order.index(pair[0].name) if pair[0].name in order else 0)
+    return "; ".join(f"PGN {message.pgn} {message.name}, SPN {parameter.spn}" for message, parameter in found)
+
+
+def decode(parameter: Parameter, frames: Frames) -> Column:
+    """A parameter of many frames in its own unit, NaN where it is no number."""
+    mask = np.uint64((1 << parameter.bits) - 1)
+    raw = (frames.data >> np.uint64(parameter.shift)) & mask
+    values = raw.astype(np.float64) * parameter.scale + parameter.offset
+    values[raw > parameter.largest_number] = np.nan
+    return values
+
+
+def signals_of(message: Message, values: Mapping[int, Column]) -> dict[str, Column]:
+    """What a message's parameters (by SPN, in its units) are for us, in SI."""
+    given: dict[str, Column] = {}
+    base = message.parameters[0]
+    for parameter in message.parameters:
+        if parameter.signal is None or parameter.spn not in values:
+            continue
+        value = values[parameter.spn]
+        if parameter.relative:
+            if base.spn not in values:
+                continue
+            value = value + values[base.spn]
+        given[parameter.signal] = value * factors(parameter.signal)[parameter.unit]
+    wheels = [column for signal, column in given.items() if signal.startswith("wheel_speed_")]
+    if message is HRW and len(wheels) == len(HRW.parameters):
+        given["vehicle_speed"] = np.mean(wheels, axis=0)
+    return given
+
+
+def rank(signal: str, message: str) -> int:
+    """Place of a message in the stated order for a signal."""
+    order = PREFERENCE.get(signal, ())
+    return order.index(message) if message in order else len(order)
+
+
+def samples(kept: Kept) -> list[Samples]:
+    """Every signal of every source (message, address, bus) in a log."""
+    frames = kept.frames.where(kept.frames.extended)
+    key = pgn_of(frames.identifier).astype(np.uint64) << np.uint64(8) | frames.identifier & np.uint64(0xFF)
+    given = []
+    buses = np.unique(frames.bus)
+    for source in np.unique(key).tolist():
+        message = MESSAGES.get(source >> 8)
+        if message is None:
+            continue
+        from_source = key == source
+        seen_on = [int(bus) for bus in buses if bool(np.any(frames.bus[from_source] == bus))]
+        for bus in seen_on:
+            on_bus = frames.where(from_source & (frames.bus == bus)) if len(seen_on) > 1 else frames.where(from_source)
+            name = bus_name(bus) if len(seen_on) > 1 else ""
+            given += _samples_of_source(message, source & 0xFF, name, on_bus)
+    return given
+
+
+def _samples_of_source(message: Message, address: int, bus: str, frames: Frames) -> list[Samples]:
+    values = {parameter.spn: decode(parameter, frames) for parameter in message.parameters}
+    description = f"{message.name} from 0x{address:02X}" + (f" on {bus}" if bus else "")
+    return [
+        Samples(
+            signal,
+            frames.time,
+            column,
+            message.name,
+            description,
+            rank(signal, message.name),
+            address,
+            (message.name.lower(), f"0x{address:02x}", *([bus.lower()] if bus else [])),
+        )
+        for signal, column in signals_of(message, values).items()
+    ]
+
+
+def found_groups(kept: Kept) -> str:
+    """The parameter groups of a log, the most frequent first, for people."""
+    pgns = np.flatnonzero(kept.pgn_frames)
+    pgns = pgns[np.argsort(-kept.pgn_frames[pgns], kind="stable")]
+    shown = [f"{pgn} {NAMES[pgn]}" if pgn in NAMES else str(pgn) for pgn in pgns.tolist()]
+    more = f" and {len(shown) - 12} more" if len(shown) > 12 else ""
+    return ", ".join(shown[:12]) + more

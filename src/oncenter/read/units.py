@@ -1,0 +1,101 @@
+"""How files spell units, and what they are in SI."""
+
+from __future__ import annotations
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.signals import PURE_NUMBER, SIGNALS, Quantity, SignalName
+
+TIME = Quantity("s", {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9})
+
+NOMINAL_WHEEL_RADIUS_M = 0.5  # 295/80 R22.5 rolls on some 0.5 m
+
+_SPELLINGS = {
+    "°": "deg",
+    "degree": "deg",
+    "degrees": "deg",
+    "grad": "deg",
+    "radian": "rad",
+    "radians": "rad",
+    "deg/s": "deg_s",
+    "°/s": "deg_s",
+    "deg/sec": "deg_s",
+    "dps": "deg_s",
+    "rad/s": "rad_s",
+    "rad/sec": "rad_s",
+    "1/s": "rad_s",
+    "m/s": "m_s",
+    "mps": "m_s",
+    "km/h": "km_h",
+    "kph": "km_h",
+    "kmh": "km_h",
+    "m/s2": "m_s2",
+    "m/s^2": "m_s2",
+    "m/s²": "m_s2",
+    "m/s/s": "m_s2",
+    "mps2": "m_s2",
+    "µs": "us",
+    "sec": "s",
+    "seconds": "s",
+    "": "1",
+    "-": "1",
+}
+
+
+def factors(signal: str) -> dict[str, float]:
+    """Units that files may use for a signal, each with its factor to SI."""
+    known = dict(SIGNALS[signal].quantity.factors)
+    if signal.startswith("wheel_speed_"):
+        known["rad_s"] = NOMINAL_WHEEL_RADIUS_M
+    return known
+
+
+def unit_key(written: str, known: dict[str, float]) -> str | None:
+    """The key of `known` that a unit as written in a file means, or None."""
+    text = written.strip()
+    for candidate in (text, text.lower(), _SPELLINGS.get(text.lower().replace(" ", ""), "")):
+        if candidate in known:
+            return candidate
+    return None
+
+
+def unit_by_suffix(name: str, known: dict[str, float]) -> str | None:
+    """The unit that a column's name ends with, the longest that fits, or None."""
+    ending = [unit for unit in known if name.lower().endswith("_" + unit)]
+    return max(ending, key=len, default=None)
+
+
+def columns_that_would_do(signal: str) -> tuple[str, ...]:
+    """What a file's column of this signal may be called."""
+    if SIGNALS[signal].quantity is PURE_NUMBER:
+        return (signal,)
+    return tuple(f"{signal}_{unit}" for unit in factors(signal))
+
+
+def named_unit(signal: str, entry: SignalName, known: dict[str, float], unit_in_file: str | None = None) -> str:
+    """The unit of a `[signals]` entry: its own, else the file's, else the name's suffix.
+
+    Raises:
+        OncenterError: there is none, or it is none of this signal's units.
+    """
+    choices = " or ".join(f'"{unit}"' for unit in known)
+    if entry.unit is not None:
+        unit = unit_key(entry.unit, known)
+        if unit is None:
+            raise OncenterError(
+                f"[signals] {signal}: unknown unit {entry.unit!r}, {choices} would do",
+                code="unknown_unit",
+                exit_code=WRONG_USAGE,
+                needs=(signal,),
+            )
+        return unit
+    unit = unit_key(unit_in_file, known) if unit_in_file else unit_by_suffix(entry.name, known)
+    if unit is None:
+        if list(known) == ["1"]:
+            return "1"
+        raise OncenterError(
+            f"[signals] {signal}: {entry.name!r} has no unit, give unit = {choices}",
+            code="unit_missing",
+            exit_code=WRONG_USAGE,
+            needs=(signal,),
+        )
+    return unit

@@ -1,0 +1,133 @@
+"""All drives of an answer on one axis of driving time, in the page's units: what the plots are drawn from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter import _core
+from oncenter.report.thin import Floats
+from oncenter.signals import DEGREE, Signals
+
+if TYPE_CHECKING:
+    from oncenter.estimate import Answer
+
+Mask = npt.NDArray[np.bool_]
+
+_PAUSE = 0.01  # between drives, of all driving time: enough to be seen
+
+
+@dataclass(frozen=True)
+class Course:
+    """One row per tick of all drives in order. Angles in deg at the steering wheel unless said otherwise.
+
+    Attributes:
+        time: driving time in `time_unit`, ascending; drives follow each other after a short pause.
+        time_unit: "s" or "min".
+        hole: a longer step of `time` is a hole in the log, same unit.
+        starts: time at which each drive starts.
+        measured, speed, yaw_rate, lateral_acceleration: as the table has them: deg, m/s, deg/s, m/s^2; NaN where not
+            available, None where a log has none.
+        expected: i*L*r/v + i*K_us*a_y, what a sensor without offset would read; NaN below the gate's speed limit,
+            where (10) is poor.
+        yaw_rate_times_speed: r*v in m/s^2; what an accelerometer without bias reads on a level road.
+        residual: measured less i*L*r/v, filtered.
+        filtered_lateral_acceleration: m/s^2, belongs to `residual`.
+        reasons: bits; 0 is clean.
+        used: clean, and clean for t1 after it.
+        offset, offset_half_width: as learned up to then, 95 %; NaN before there is one.
+        understeer_gradient: deg/(m/s^2) at the road wheel; NaN before it is learned.
+    """
+
+    time: Floats
+    time_unit: str
+    hole: float
+    starts: tuple[float, ...]
+    measured: Floats | None
+    speed: Floats | None
+    yaw_rate: Floats | None
+    lateral_acceleration: Floats | None
+    expected: Floats
+    yaw_rate_times_speed: Floats
+    residual: Floats
+    filtered_lateral_acceleration: Floats
+    reasons: npt.NDArray[np.uint32]
+    used: Mask
+    offset: Floats
+    offset_half_width: Floats
+    understeer_gradient: Floats
+
+
+def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
+    """The course of an answer's drives; `rows` is their trace, one row per table row of all drives in order."""
+    seconds, starts = _driving_time([drive.table["time_s"].to_numpy() for drive in answer.drives])
+    unit, per_unit = ("min", 60.0) if len(seconds) and seconds[-1] > 300.0 else ("s", 1.0)
+    motion = rows["motion"]
+    speed = rows["vehicle_speed"]
+    ratio = answer.vehicle.ratio_near_centre
+    K_us = answer.understeer_gradient.value or 0.0
+    steady_state = ratio * (
+        answer.vehicle.wheelbase_m * motion["curvature"] + K_us * motion["lateral_acceleration"]
+    )
+    known = (rows["reasons"] & (_core.REASONS["missing_signal"] | _core.REASONS["time"])) == 0
+    moving = known & (speed > answer.params["speed_min_m_s"])
+    has_offset = (rows["offset_status"] != _core.STATUSES.index("unobservable")) & np.isfinite(rows["offset_sd"])
+    return Course(
+        time=seconds / per_unit,
+        time_unit=unit,
+        hole=1.5 * max(answer.params["gap_max_s"], *(1.0 / drive.rate_hz for drive in answer.drives)) / per_unit,
+        starts=tuple(start / per_unit for start in starts),
+        measured=_column(answer.drives, "steering_wheel_angle_rad", 1.0 / DEGREE),
+        speed=_column(answer.drives, "vehicle_speed_m_s", 1.0),
+        yaw_rate=_column(answer.drives, "yaw_rate_rad_s", 1.0 / DEGREE),
+        lateral_acceleration=_column(answer.drives, "lateral_acceleration_m_s2", 1.0),
+        expected=np.where(moving, steady_state / DEGREE, np.nan),
+        # the core takes the curvature at 1 m/s below that
+        yaw_rate_times_speed=np.where(known, motion["curvature"] * np.maximum(speed, 1.0) * speed, np.nan),
+        residual=motion["residual"] / DEGREE,
+        filtered_lateral_acceleration=motion["lateral_acceleration"],
+        reasons=rows["reasons"],
+        used=_used(rows["reasons"] == 0, answer.drives, answer.params["clean_time_s"]),
+        offset=np.where(has_offset, rows["offset"] / DEGREE, np.nan),
+        offset_half_width=np.where(has_offset, 1.96 * rows["offset_sd"] / DEGREE, np.nan),
+        understeer_gradient=np.where(
+            rows["understeer_gradient"] != 0.0, rows["understeer_gradient"] / DEGREE, np.nan
+        ),
+    )
+
+
+def _driving_time(times: list[Floats]) -> tuple[Floats, list[float]]:
+    """Seconds of driving, drive after drive with a short pause between, and where each starts."""
+    spans = [float(t[-1] - t[0]) if len(t) else 0.0 for t in times]
+    pause = _PAUSE * sum(spans)
+    starts = [sum(spans[:k]) + k * pause for k in range(len(times))]
+    shifted = [t - t[0] + start for t, start in zip(times, starts, strict=True) if len(t)]
+    return (np.concatenate(shifted) if shifted else np.empty(0)), starts
+
+
+def _column(drives: tuple[Signals, ...], name: str, factor: float) -> Floats | None:
+    """A table column of all drives, times factor; NaN for a drive that lacks it, None if all do."""
+    if not any(name in drive.table.columns for drive in drives):
+        return None
+    parts = [
+        drive.table[name].to_numpy() if name in drive.table.columns else np.full(drive.table.height, np.nan)
+        for drive in drives
+    ]
+    return factor * np.concatenate(parts)
+
+
+def _used(clean: Mask, drives: tuple[Signals, ...], clean_time_s: float) -> Mask:
+    """Clean ticks after which all is clean for t1, to within one of the core's blocks."""
+    used = np.zeros_like(clean)
+    first = 0
+    for drive in drives:
+        part = clean[first : first + drive.table.height]
+        n = len(part)
+        unclean = np.where(part, n, np.arange(n))
+        next_unclean = np.minimum.accumulate(unclean[::-1])[::-1]
+        used[first : first + n] = part & (next_unclean - np.arange(n) > clean_time_s * drive.rate_hz)
+        first += n
+    return used

@@ -1,0 +1,20 @@
+// Text, axes and grid of the plots follow the page from light to dark; on a touch screen a drag scrolls the page.
+const restyle = () => {
+  const css = getComputedStyle(document.documentElement);
+  const text = css.getPropertyValue("--muted").trim();
+  const grid = css.getPropertyValue("--grid").trim();
+  for (const model of Bokeh.documents.flatMap((document) => [...document.all_models])) {
+    if (model.type.endsWith("Axis")) {
+      model.setv({axis_label_text_color: text, major_label_text_color: text, axis_line_color: grid,
+                  major_tick_line_color: grid});
+    } else if (model.type === "Grid") {
+      model.setv({grid_line_alpha: 1});
+      if (model.grid_line_color !== null) model.setv({grid_line_color: grid});
+    } else if (model.type === "Toolbar" && matchMedia("(pointer: coarse)").matches) {
+      model.setv({active_drag: null});
+    }
+  }
+};
+const whenDrawn = () => (Bokeh.documents.length ? restyle() : setTimeout(whenDrawn, 20));
+whenDrawn();
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", restyle);

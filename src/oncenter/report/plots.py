@@ -1,0 +1,294 @@
+"""The pictures of the page, as bokeh figures, in one colour language: grey is what the sensors said, blue what was
+estimated and its interval, green what was used, orange what was rejected."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from bokeh.models import BoxAnnotation, FactorRange, HoverTool, Range1d, Span
+from bokeh.plotting import figure
+
+from oncenter import _core
+from oncenter.report.course import Course, Mask
+from oncenter.report.thin import Floats, Indices, broken_at_holes, extremes, sample
+from oncenter.signals import DEGREE
+
+if TYPE_CHECKING:
+    from oncenter.estimate import Answer
+
+# readable on white and on black
+COLOURS = {
+    "measured": "#8a8f98",
+    "estimate": "#3987e5",
+    "used": "#2a9d6f",
+    "rejected": "#dd7a2f",
+    "line": "#8a8f98",
+}
+
+# A row of the strip: what it is called there, which has no room for more.
+STRIP_NAMES = {
+    "window": "window",
+    "bank": "bank",
+    "curvature": "curvature",
+    "longitudinal_acceleration": "dv/dt",
+    "speed": "speed",
+    "settling": "settling",
+    "gap": "gap",
+    "missing_signal": "missing",
+    "time": "time",
+}
+
+_BINS = 1200  # a screen's columns
+_CLOUD = 4000  # points
+_FONT = "system-ui, sans-serif"
+
+
+def figures(answer: Answer, course: Course) -> dict[str, figure]:
+    """The figures by name; one that would show nothing is left out. Those over time share their x-axis."""
+    if not len(course.time):
+        return {}
+    end = max(float(course.time[-1]), 1e-3)
+    time = Range1d(0.0, end, bounds=(0.0, end))
+    pictures = {
+        "angle": _angle(answer, course, time),
+        "speed": _signal(course, time, course.speed, "speed (m/s)", 150),
+        "yaw_rate": _signal(course, time, course.yaw_rate, "yaw rate (deg/s)", 170),
+        "lateral_acceleration": _lateral_acceleration(course, time),
+        "gate": _gate(course, time),
+        "offset": _offset(course, time),
+        "cloud": _cloud(answer, course),
+        "understeer": _understeer_over_time(answer, course, time),
+        "bends": _bends(answer, course),
+    }
+    return {name: picture for name, picture in pictures.items() if picture is not None}
+
+
+def _angle(answer: Answer, course: Course, time: Range1d) -> figure | None:
+    if course.measured is None:
+        return None
+    picture = _over_time(course, time, "angle (deg)", 260)
+    picture.y_range = _range_of(course.measured, np.isfinite(course.expected))
+    _line(picture, course, course.measured, "measured")
+    _line(picture, course, course.expected, "estimate")
+    return picture
+
+
+def _signal(course: Course, time: Range1d, values: Floats | None, label: str, height: int) -> figure | None:
+    if values is None:
+        return None
+    picture = _over_time(course, time, label, height)
+    _line(picture, course, values, "measured")
+    return picture
+
+
+def _lateral_acceleration(course: Course, time: Range1d) -> figure:
+    picture = _over_time(course, time, "lateral acc. (m/s²)", 190)
+    if course.lateral_acceleration is not None:
+        _line(picture, course, course.lateral_acceleration, "measured")
+    _line(picture, course, course.yaw_rate_times_speed, "estimate")
+    return picture
+
+
+def _gate(course: Course, time: Range1d) -> figure:
+    """One row per reason, as opaque as the share of ticks it rejects, and one for what was used."""
+    masks: dict[str, tuple[Mask, str]] = {"used": (course.used, "used")}
+    for reason, name in STRIP_NAMES.items():
+        if reason == "window":
+            rejects = (course.reasons == 0) & ~course.used
+        else:
+            rejects = (course.reasons & _core.REASONS[reason]) != 0
+        if rejects.any():
+            masks[name] = (rejects, "rejected")
+    picture = _over_time(course, time, None, 58 + 20 * len(masks), FactorRange(*reversed(masks), range_padding=0.08))
+    picture.ygrid.grid_line_color = None
+    picture.yaxis.major_tick_line_color = None
+    bins = np.linspace(0.0, time.end, _BINS + 1)
+    ticks = np.histogram(course.time, bins)[0]
+    _runs(picture, bins, np.where(ticks > 0, 1.0, 0.0), list(masks), "measured", 0.15)
+    for name, (mask, colour) in masks.items():
+        share = np.histogram(course.time[mask], bins)[0] / np.maximum(ticks, 1)
+        strip = _runs(picture, bins, share, [name], colour, 1.0)
+        picture.add_tools(
+            HoverTool(renderers=[strip], tooltips=[(name, "@share{0 %} of the ticks"), ("time", f"$x{{0.00}} {course.time_unit}")])
+        )
+    return picture
+
+
+def _runs(picture: figure, bins: Floats, share: Floats, names: list[str], colour: str, alpha: float) -> Any:
+    """Bars for runs of bins of like share, in quarters, so that a long drive needs no more of them than a short one."""
+    quarters = np.ceil(share * 4.0)
+    first = np.flatnonzero(np.diff(quarters, prepend=-1.0))
+    last = np.append(first[1:], len(quarters))
+    kept = quarters[first] > 0
+    left, right, part = bins[first[kept]], bins[last[kept]], quarters[first[kept]] / 4.0
+    return picture.hbar(
+        y="name", left="left", right="right", fill_alpha="alpha", height=0.76,
+        color=COLOURS[colour], line_color=None, source=_source(
+            left=np.tile(left, len(names)), right=np.tile(right, len(names)), share=np.tile(part, len(names)),
+            alpha=np.tile(alpha * (0.25 + 0.75 * part), len(names)), name=[n for n in names for _ in left],
+        ),
+    )  # fmt: skip
+
+
+def _offset(course: Course, time: Range1d) -> figure | None:
+    known = np.isfinite(course.offset)
+    if not known.any():
+        return None
+    picture = _over_time(course, time, "offset (deg)", 300)
+    low, high = course.offset - course.offset_half_width, course.offset + course.offset_half_width
+    rows = _every(len(course.time), 2 * _BINS)
+    last = np.flatnonzero(known)[-1]
+    # the first seconds' interval is as wide as a barn: leave it outside unless it is all there is
+    settled = known & (course.offset_half_width < 4.0 * course.offset_half_width[last] + 0.5)
+    picture.y_range = _range_of(np.concatenate([low[settled], high[settled]]), None, 0.0)
+    x, columns = broken_at_holes(
+        course.time[rows], {"offset": course.offset[rows], "low": low[rows], "high": high[rows]}, course.hole
+    )
+    source = _source(x=x, **columns)
+    picture.varea("x", "low", "high", source=source, fill_color=COLOURS["estimate"], fill_alpha=0.25)
+    line = picture.line("x", "offset", source=source, color=COLOURS["estimate"], line_width=2)
+    picture.add_tools(HoverTool(renderers=[line], mode="vline", tooltips=[
+        ("offset", "@offset{0.00} deg"), ("95 %", "@low{0.00} to @high{0.00} deg"),
+        ("time", f"@x{{0.00}} {course.time_unit}"),
+    ]))  # fmt: skip
+    return picture
+
+
+def _cloud(answer: Answer, course: Course) -> figure | None:
+    clean = np.flatnonzero(course.reasons == 0)
+    if not len(clean):
+        return None
+    picture = _scatter(course.filtered_lateral_acceleration, course.residual, clean, "residual (deg)")
+    offset, interval = answer.offset.value, answer.offset.ci95
+    if answer.offset.status == "unobservable" or offset is None:
+        return picture
+    a_y = np.array([picture.x_range.start, picture.x_range.end])
+    slope = answer.vehicle.ratio_near_centre * (answer.understeer_gradient.value or 0.0)
+    line = (offset + slope * a_y) / DEGREE
+    if interval is not None:
+        low, high = ((bound - offset) / DEGREE for bound in interval)
+        picture.varea(a_y, line + low, line + high, fill_color=COLOURS["estimate"], fill_alpha=0.25)
+    picture.line(a_y, line, color=COLOURS["estimate"], line_width=2.5)
+    play = answer.backlash.value
+    if answer.backlash.status != "unobservable" and play:
+        for flank in (-0.5, 0.5):
+            picture.line(a_y, line + flank * play / DEGREE, color=COLOURS["estimate"], line_width=1.5, line_dash="dashed")
+    return picture
+
+
+def _understeer_over_time(answer: Answer, course: Course, time: Range1d) -> figure | None:
+    rows = _every(len(course.time), 2 * _BINS)
+    values = course.understeer_gradient[rows]
+    if not np.isfinite(values).any():
+        return None
+    picture = _over_time(course, time, "K_us/g (deg/(m/s²))", 280)
+    interval = answer.understeer_gradient.ci95
+    bounds = np.array(interval or ()) / DEGREE
+    if interval is not None:
+        picture.add_layout(
+            BoxAnnotation(bottom=bounds[0], top=bounds[1], fill_color=COLOURS["estimate"], fill_alpha=0.25, line_color=None)
+        )
+    late = values[np.isfinite(values)]
+    picture.y_range = _range_of(np.concatenate([late[len(late) // 20 :], bounds]), None, 0.0)
+    x, columns = broken_at_holes(course.time[rows], {"y": values}, course.hole)
+    picture.line(x, columns["y"], color=COLOURS["estimate"], line_width=2)
+    return picture
+
+
+def _bends(answer: Answer, course: Course) -> figure | None:
+    """(38): what is left of the angle in bends once the offset is taken away, and the line through the origin."""
+    K_us, interval, offset = answer.understeer_gradient.value, answer.understeer_gradient.ci95, answer.offset.value
+    a_y = np.abs(course.filtered_lateral_acceleration)
+    bend = (a_y > answer.params["understeer_acceleration_min_m_s2"]) & (
+        a_y < answer.params["understeer_acceleration_max_m_s2"]
+    )
+    rows = np.flatnonzero(bend & ((course.reasons & ~np.uint32(_core.REASONS["curvature"])) == 0))
+    if not len(rows) or K_us is None or offset is None or answer.understeer_gradient.status == "unobservable":
+        return None
+    picture = _scatter(
+        course.filtered_lateral_acceleration, course.residual - offset / DEGREE, rows, "residual less offset (deg)"
+    )
+    ends = np.array([picture.x_range.start, 0.0, picture.x_range.end])
+    ratio = answer.vehicle.ratio_near_centre
+    if interval is not None:
+        low, high = (ratio * bound / DEGREE * ends for bound in interval)
+        picture.varea(ends, low, high, fill_color=COLOURS["estimate"], fill_alpha=0.25)
+    picture.line(ends, ratio * K_us / DEGREE * ends, color=COLOURS["estimate"], line_width=2.5)
+    return picture
+
+
+def _over_time(course: Course, time: Range1d, label: str | None, height: int, y_range: Any = None) -> figure:
+    others = {} if y_range is None else {"y_range": y_range}
+    picture = _plain(height, "xpan,xbox_zoom,xwheel_zoom,reset,save", x_range=time, **others)
+    picture.xaxis.axis_label = f"driving time ({course.time_unit})"
+    picture.yaxis.axis_label = label
+    for start in course.starts[1:]:
+        picture.add_layout(Span(location=start, dimension="height", line_color=COLOURS["line"], line_dash="dotted"))
+    return picture
+
+
+def _scatter(x: Floats, y: Floats, rows: Indices, label: str) -> figure:
+    """Lateral acceleration to the right, an angle upward; the outermost of the points are outside at first."""
+    picture = _plain(380, "pan,box_zoom,wheel_zoom,reset,save", x_range=_range_of(x[rows], None, 0.2),
+                     y_range=_range_of(y[rows], None, 0.2))  # fmt: skip
+    few = sample(rows, _CLOUD)
+    picture.scatter(
+        "x", "y", source=_source(x=x[few], y=y[few]), size=4, fill_color=COLOURS["used"], line_color=None,
+        fill_alpha=float(np.clip(1500.0 / len(few), 0.3, 0.8)),
+    )  # fmt: skip
+    picture.xaxis.axis_label = "lateral acceleration, left positive (m/s²)"
+    picture.yaxis.axis_label = label
+    return picture
+
+
+def _plain(height: int, tools: str, **ranges: Any) -> figure:
+    """An empty figure that lets the page's ground through; page.js matches text and grid to light and dark."""
+    picture = figure(height=height, sizing_mode="stretch_width", tools=tools, active_scroll=None,
+                     toolbar_location="above", min_border_left=70, min_border_right=12, background_fill_alpha=0.0,
+                     border_fill_alpha=0.0, outline_line_color=None, **ranges)  # fmt: skip
+    picture.toolbar.logo = None
+    picture.toolbar.autohide = True
+    picture.axis.axis_label_text_font = _FONT
+    picture.axis.axis_label_text_font_style = "normal"
+    picture.axis.axis_label_text_font_size = "12px"
+    picture.axis.major_label_text_font = _FONT
+    picture.axis.major_label_text_font_size = "12px"
+    picture.axis.minor_tick_line_color = None
+    picture.axis.axis_label_text_color = COLOURS["line"]
+    picture.axis.major_label_text_color = COLOURS["line"]
+    picture.axis.axis_line_color = COLOURS["line"]
+    picture.axis.major_tick_line_color = COLOURS["line"]
+    picture.grid.grid_line_color = COLOURS["line"]
+    picture.grid.grid_line_alpha = 0.25
+    return picture
+
+
+def _line(picture: figure, course: Course, values: Floats, colour: str) -> None:
+    rows = extremes(values, _BINS)
+    x, columns = broken_at_holes(course.time[rows], {"y": values[rows]}, course.hole)
+    picture.line("x", "y", source=_source(x=x, **columns), color=COLOURS[colour], line_width=1.3)
+
+
+def _source(**columns: Any) -> dict[str, Any]:
+    """Columns for a glyph, numbers in single precision: half the file, and finer than any screen."""
+    return {
+        name: column.astype(np.float32) if isinstance(column, np.ndarray) else column
+        for name, column in columns.items()
+    }
+
+
+def _every(n: int, count: int) -> Indices:
+    """Some `count` of n rows, evenly spread, the last among them."""
+    return np.unique(np.append(np.arange(0, n, max(1, n // count)), n - 1))
+
+
+def _range_of(values: Floats, rows: Mask | None, outside_percent: float = 0.5) -> Range1d:
+    """A range for most of the finite values, of those rows if there are any, with some air."""
+    chosen = values if rows is None or not rows.any() else values[rows]
+    finite = chosen[np.isfinite(chosen)]
+    if not len(finite):
+        return Range1d(-1.0, 1.0)
+    low, high = np.percentile(finite, [outside_percent, 100.0 - outside_percent])
+    air = max(0.08 * (high - low), 0.02 * max(abs(low), abs(high)), 1e-3)
+    return Range1d(float(low - air), float(high + air))

@@ -1,0 +1,65 @@
+"""Fewer points that look the same: a screen has some thousand columns, a drive a million ticks."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
+
+
+def extremes(values: Floats, bins: int) -> Indices:
+    """Rows that keep the outline of a series: the lowest and the highest of each bin, in order.
+
+    Args:
+        values: shape (n,); NaN is left out, but a bin of nothing else gives one NaN, so that the line breaks there.
+        bins: of equal length in rows; all rows are returned when there are at most two a bin.
+
+    Returns:
+        Row numbers, ascending, at most 2 * bins.
+    """
+    n = len(values)
+    if n <= 2 * bins:
+        return np.arange(n)
+    starts = np.linspace(0, n, bins, endpoint=False).astype(np.intp)
+    lowest = _extreme_rows(values, starts, np.fmin)
+    highest = _extreme_rows(values, starts, np.fmax)
+    return np.unique(np.concatenate([lowest, highest]))
+
+
+def _extreme_rows(values: Floats, starts: Indices, better: np.ufunc) -> Indices:
+    """The first row of each bin that holds the bin's extreme; the bin's first row where all are NaN."""
+    lengths = np.diff(np.append(starts, len(values)))
+    extreme = np.repeat(better.reduceat(values, starts), lengths)
+    rows = np.where(values == extreme, np.arange(len(values)), len(values))
+    first = np.minimum.reduceat(rows, starts)
+    return np.where(first < len(values), first, starts).astype(np.intp)
+
+
+def broken_at_holes(
+    x: Floats, columns: dict[str, Floats], hole: float
+) -> tuple[Floats, dict[str, Floats]]:
+    """Puts a NaN into every hole of the series that is wide enough to be seen, so that no line bridges it.
+
+    Args:
+        x: shape (n,), ascending.
+        columns: each of shape (n,).
+        hole: narrower ones are none; nor are those narrower than three usual steps of x.
+
+    Returns:
+        x and columns with rows put in.
+    """
+    if len(x) < 3:
+        return x, columns
+    steps = np.diff(x)
+    after = np.flatnonzero(steps > max(hole, 3.0 * float(np.median(steps)))) + 1
+    middle = (x[after - 1] + x[after]) / 2.0
+    return np.insert(x, after, middle), {name: np.insert(c, after, np.nan) for name, c in columns.items()}
+
+
+def sample(rows: Indices, count: int) -> Indices:
+    """At most `count` of the rows, picked at random but always the same, in order."""
+    if len(rows) <= count:
+        return rows
+    return np.sort(np.random.default_rng(1).choice(rows, count, replace=False))

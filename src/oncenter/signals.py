@@ -1,0 +1,113 @@
+"""The signals that all rooms hand on: one table of names, units, signs and thesis symbols, and the table type itself.
+
+ISO 8855: left turn positive for angle, yaw rate and lateral acceleration; the accelerometer reports specific force.
+Inside all is SI and rad; `time_s` is in seconds. Not available is NaN, never null.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import polars as pl
+
+DEGREE = math.pi / 180.0
+STANDARD_GRAVITY = 9.80665  # m/s^2, exact by convention
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A unit in SI and the other units that files may use for it, each with its factor to SI."""
+
+    unit: str
+    factors: Mapping[str, float]
+
+
+ANGLE = Quantity("rad", {"rad": 1.0, "deg": DEGREE})
+ANGULAR_RATE = Quantity("rad_s", {"rad_s": 1.0, "deg_s": DEGREE})
+SPEED = Quantity("m_s", {"m_s": 1.0, "km_h": 1 / 3.6})
+WHEEL_SPEED = Quantity("m_s", {"m_s": 1.0, "km_h": 1 / 3.6})
+ACCELERATION = Quantity("m_s2", {"m_s2": 1.0, "g": STANDARD_GRAVITY})
+PURE_NUMBER = Quantity("1", {"1": 1.0})
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A signal by its name without unit. `column` is how tables inside call it."""
+
+    name: str
+    quantity: Quantity
+    symbol: str  # the thesis's
+    about: str
+
+    @property
+    def column(self) -> str:
+        return self.name if self.quantity is PURE_NUMBER else f"{self.name}_{self.quantity.unit}"
+
+
+SIGNALS: dict[str, Signal] = {
+    s.name: s
+    for s in (
+        Signal("steering_wheel_angle", ANGLE, "delta_m", "as measured, offset included, left positive"),
+        Signal("yaw_rate", ANGULAR_RATE, "r", "left positive"),
+        Signal("vehicle_speed", SPEED, "v_x", "forward positive"),
+        Signal("lateral_acceleration", ACCELERATION, "a_y", "specific force, left positive"),
+        Signal("longitudinal_acceleration", ACCELERATION, "a_x", "specific force, forward positive"),
+        Signal("wheel_speed_front_left", WHEEL_SPEED, "v_fl", "at the tread"),
+        Signal("wheel_speed_front_right", WHEEL_SPEED, "v_fr", "at the tread"),
+        Signal("wheel_speed_rear_left", WHEEL_SPEED, "v_rl", "at the tread"),
+        Signal("wheel_speed_rear_right", WHEEL_SPEED, "v_rr", "at the tread"),
+        Signal("steering_wheel_angle_sensor_type", PURE_NUMBER, "", "SPN 1812: 0 relative, 1 absolute"),
+        Signal("latitude", Quantity("deg", {"deg": 1.0}), "", "WGS 84"),
+        Signal("longitude", Quantity("deg", {"deg": 1.0}), "", "WGS 84"),
+        Signal("heading", Quantity("deg", {"deg": 1.0}), "", "GNSS, clockwise from north"),
+    )
+}
+
+
+@dataclass(frozen=True)
+class SignalName:
+    """How a log that is not ours calls a signal: an entry of a vehicle file's `[signals]` table.
+
+    `name` is the column, the MF4 channel, or `Message.Signal` of a DBC. `unit` is a key of the quantity's factors, or
+    None when the file's own unit is to be taken. `sign` is -1 where right is positive.
+    """
+
+    name: str
+    unit: str | None = None
+    sign: int = 1
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a signal came from and how good it was before it was brought to the common tick."""
+
+    description: str  # "VDC2 from 0x3E", "column swa_deg", "channel YawRate (VDC2)"
+    rate_hz: float  # of its own messages, median
+    samples: int
+    not_available: int  # of the samples
+    others: tuple[str, ...] = ()  # sources that also had it and were not taken
+
+
+@dataclass(frozen=True)
+class Signals:
+    """A drive as every room hands it on.
+
+    Attributes:
+        table: polars DataFrame, `time_s` strictly increasing with step 1/rate_hz but for holes (a hole longer than a
+            few seconds has no rows), then one Float64 column per signal in SI, named `Signal.column`; NaN where not
+            available; a signal that the log lacks has no column.
+        sources: by signal name, one for each column.
+        rate_hz: of the table, 20 to 200.
+        log: what it was read from, for people.
+        notes: one line each about choices made while reading, for people.
+    """
+
+    table: pl.DataFrame
+    sources: Mapping[str, Source]
+    rate_hz: float
+    log: str
+    notes: tuple[str, ...] = field(default=())

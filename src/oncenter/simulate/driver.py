@@ -1,0 +1,37 @@
+"""What the driver needs of a scenario."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from oncenter._simulate import ffi
+from oncenter.signals import DEGREE
+from oncenter.simulate.scenario import Scenario
+from oncenter.simulate.truck import understeer_gradient
+
+
+def native_driver(scenario: Scenario, tick_s: float) -> Any:
+    """The driver as a `sim_driver`, who knows the truck."""
+    driver, drive, ratio = scenario.driver, scenario.drive, scenario.steering.steering_ratio
+    return ffi.new(
+        "sim_driver *",
+        {
+            "angle_per_curvature": ratio * scenario.truck.wheelbase_m,
+            "angle_per_lateral_acceleration": ratio * understeer_gradient(scenario.truck, scenario.steering),
+            "preview_time": driver.preview_time_s,
+            "gain": driver.preview_gain,
+            "trim_keep": math.exp(-tick_s / driver.trim_time_s),
+            "reaction_time": driver.reaction_time_s,
+            "reaction_ticks": round(driver.reaction_time_s / tick_s),
+            "arm_frequency": driver.arm_frequency_rad_s,
+            "lane_wander": driver.lane_wander_sd_m,
+            "lane_wander_keep": math.exp(-tick_s / driver.lane_wander_time_s),
+            "hand_motion": driver.hand_motion_sd_deg * DEGREE,
+            "hand_motion_keep": math.exp(-tick_s / driver.hand_motion_time_s),
+            "start_time": drive.standing_at_start_s,
+            "stop_time": drive.duration_s - drive.standing_at_end_s,
+            "acceleration_max": driver.acceleration_max_m_s2,
+            "deceleration_max": driver.deceleration_max_m_s2,
+        },
+    )

@@ -1,0 +1,27 @@
+#include "backlash.h"
+
+#include <math.h>
+
+static double limited(double value, double low, double high)
+{
+    if (value < low)
+        return low;
+    return value > high ? high : value;
+}
+
+double oc_backlash_step(oc_backlash_state *state, const oc_backlash *backlash, double outer, double load,
+                        double step_s)
+{
+    const double half = backlash->half_width;
+    if (half <= 0.0) {
+        state->inner = outer;
+        return 0.0;
+    }
+
+    const double beyond_friction = fabs(load) - backlash->friction;
+    if (beyond_friction > 0.0)
+        state->inner -= copysign(backlash->creep * beyond_friction * step_s, load);
+
+    state->inner = limited(state->inner, outer - half, outer + half);
+    return limited((outer - state->inner) / half, -1.0, 1.0);
+}

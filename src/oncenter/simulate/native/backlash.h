@@ -1,0 +1,23 @@
+#ifndef OC_BACKLASH_H
+#define OC_BACKLASH_H
+/* Play between an outer element, which somebody moves, and an inner one, which is carried along at either end.
+ *
+ * Inside the play the inner element stays where the last motion left it (hysteresis, the play operator) until a load
+ * beats its friction: then it creeps against the load to its end of the play (5.3.3). */
+
+typedef struct {
+    double half_width; /* rad of the outer element, from the midpoint to either end; 0: none */
+    double friction;   /* unit of the load: what the load must beat to move the inner element */
+    double creep;      /* rad/s per unit of load beyond friction */
+} oc_backlash;
+
+typedef struct {
+    double inner; /* rad, in the outer element's measure */
+} oc_backlash_state;
+
+/* One step of step_s seconds to where the outer element is now. A positive load drives the inner element negative.
+ * Returns the place in the play, from -1 to 1: outer less inner over half the width, 0 where there is no play. */
+double oc_backlash_step(oc_backlash_state *state, const oc_backlash *backlash, double outer, double load,
+                        double step_s);
+
+#endif

@@ -1,0 +1,84 @@
+#include "drive.h"
+
+#include <string.h>
+
+static const double STANDARD_GRAVITY = 9.80665; /* m/s^2 */
+
+static double gravity_to_left(const sim_state *state, const sim_drive *drive)
+{
+    return -STANDARD_GRAVITY * sim_road_at(&drive->road, drive->road.cross_slope, state->station);
+}
+
+static double lateral_error_rate(const sim_state *state)
+{
+    return state->driver.speed * state->heading_error + state->truck.lateral_speed;
+}
+
+/* Along the road and across it; small heading errors. */
+static void move_along(sim_state *state, const sim_drive *drive, double step_s)
+{
+    const double curvature = sim_road_at(&drive->road, drive->road.curvature, state->station);
+    const double progress = state->driver.speed / (1.0 - curvature * state->lateral_error);
+    state->lateral_error += lateral_error_rate(state) * step_s;
+    state->heading_error += (state->truck.yaw_rate - curvature * progress) * step_s;
+    state->station += progress * step_s;
+}
+
+static void write_row(const sim_state *state, const sim_drive *drive, sim_row *row)
+{
+    const double angle = state->steering.front_wheel_angle;
+    row->time = state->time;
+    row->steering_wheel_angle = state->driver.steering_wheel_angle;
+    row->place_in_play = state->steering.place_in_play;
+    row->front_wheel_angle = angle;
+    row->yaw_rate = state->truck.yaw_rate;
+    row->vehicle_speed = state->driver.speed;
+    row->lateral_speed = state->truck.lateral_speed;
+    row->lateral_acceleration = sim_truck_lateral_acceleration(&state->truck, &drive->truck, angle,
+                                                               state->driver.speed, gravity_to_left(state, drive));
+    row->longitudinal_acceleration = state->driver.longitudinal_acceleration;
+    row->front_force = state->truck.front_force;
+    row->aligning_moment = state->steering.aligning_moment;
+    row->curvature = sim_road_at(&drive->road, drive->road.curvature, state->station);
+    row->cross_slope = sim_road_at(&drive->road, drive->road.cross_slope, state->station);
+    row->station = state->station;
+    row->lateral_error = state->lateral_error;
+}
+
+void sim_init(sim_state *state)
+{
+    memset(state, 0, sizeof *state);
+}
+
+void sim_step(sim_state *state, const sim_drive *drive, double lane_normal, double hand_normal, sim_row *row)
+{
+    write_row(state, drive, row);
+
+    const sim_view view = {state->station, state->lateral_error, lateral_error_rate(state), state->truck.yaw_rate};
+    sim_driver_decide(&state->driver, &drive->driver, &drive->road, &view, lane_normal, hand_normal);
+
+    const double tick_began = state->time;
+    const double step_s = drive->tick / drive->steps_per_tick;
+    for (int32_t k = 0; k < drive->steps_per_tick; ++k) {
+        const double wanted_speed = sim_road_at(&drive->road, drive->road.speed, state->station);
+        sim_driver_drive(&state->driver, &drive->driver, wanted_speed, state->time, step_s);
+        sim_driver_steer(&state->driver, &drive->driver, step_s);
+        sim_steering_step(&state->steering, &drive->steering, state->driver.steering_wheel_angle,
+                          state->truck.front_force, step_s);
+        sim_truck_step(&state->truck, &drive->truck, state->steering.front_wheel_angle, state->driver.speed,
+                       gravity_to_left(state, drive), step_s);
+        move_along(state, drive, step_s);
+        state->time = tick_began + (k + 1) * step_s;
+    }
+}
+
+void sim_run(const sim_drive *drive, const double *lane_normals, const double *hand_normals, size_t count,
+             sim_row *rows)
+{
+    sim_state state;
+    sim_init(&state);
+    for (size_t k = 0; k < count; ++k) {
+        state.time = (double)k * drive->tick; /* sums of ticks would drift */
+        sim_step(&state, drive, lane_normals[k], hand_normals[k], &rows[k]);
+    }
+}

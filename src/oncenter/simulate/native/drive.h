@@ -1,0 +1,60 @@
+#ifndef SIM_DRIVE_H
+#define SIM_DRIVE_H
+/* Driver, steering, truck and road put together: one drive, tick by tick.
+ *
+ * SI and rad; ISO 8855: left positive. */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "driver.h"
+#include "road.h"
+#include "steering.h"
+#include "truck.h"
+
+typedef struct {
+    sim_truck truck;
+    sim_steering steering;
+    sim_road road;
+    sim_driver driver;
+    double tick;            /* s, between rows and between the driver's decisions */
+    int32_t steps_per_tick; /* of the integration */
+} sim_drive;
+
+typedef struct {
+    sim_truck_state truck;
+    sim_steering_state steering;
+    sim_driver_state driver;
+    double time;          /* s */
+    double station;       /* m, along the road */
+    double lateral_error; /* m, left of the lane's middle */
+    double heading_error; /* rad, against the road's */
+} sim_state;
+
+/* What is true at a tick. Doubles only: Python makes a table of it. */
+typedef struct {
+    double time;                      /* s */
+    double steering_wheel_angle;      /* rad, at the wheel, without offset */
+    double place_in_play;             /* -1 to 1 */
+    double front_wheel_angle;         /* rad, as the steering sets it; less what gives way under side force */
+    double yaw_rate;                  /* rad/s */
+    double vehicle_speed;             /* m/s */
+    double lateral_speed;             /* m/s, of the centre of gravity */
+    double lateral_acceleration;      /* m/s^2, specific force at the centre of gravity */
+    double longitudinal_acceleration; /* m/s^2 */
+    double front_force;               /* N, side force of the front axle */
+    double aligning_moment;           /* N m */
+    double curvature;                 /* 1/m, of the road */
+    double cross_slope;               /* 1, positive where the road falls to the right */
+    double station;                   /* m */
+    double lateral_error;             /* m */
+} sim_row;
+
+void sim_init(sim_state *state);
+void sim_step(sim_state *state, const sim_drive *drive, double lane_normal, double hand_normal, sim_row *row);
+
+/* As many steps as there are rows. The normals: standard normal numbers, one a tick. */
+void sim_run(const sim_drive *drive, const double *lane_normals, const double *hand_normals, size_t count,
+             sim_row *rows);
+
+#endif

@@ -1,0 +1,79 @@
+#include "driver.h"
+
+#include <math.h>
+
+static const double LOOKS_AS_AT_M_S = 5.0;  /* slower, the driver looks no nearer */
+static const double MOVES_ABOVE_M_S = 0.5;  /* slower, the hands rest */
+static const double PEDAL_ANSWERS_S = 0.5;
+static const double SPEED_ANSWERS_S = 2.0;
+static const double STANDS_BELOW_M_S = 0.05; /* the parking brake takes over */
+
+static double limited(double value, double low, double high)
+{
+    if (value < low)
+        return low;
+    return value > high ? high : value;
+}
+
+/* Ornstein-Uhlenbeck: wanders about zero with the given standard deviation. */
+static double wander(double now, double keep, double standard_deviation, double normal)
+{
+    return keep * now + sqrt(1.0 - keep * keep) * standard_deviation * normal;
+}
+
+void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const sim_road *road, const sim_view *view,
+                       double lane_normal, double hand_normal)
+{
+    if (state->speed < MOVES_ABOVE_M_S)
+        return;
+    state->lane_wander = wander(state->lane_wander, driver->lane_wander_keep, driver->lane_wander, lane_normal);
+    state->hand_motion = wander(state->hand_motion, driver->hand_motion_keep, driver->hand_motion, hand_normal);
+
+    const double v = fmax(state->speed, LOOKS_AS_AT_M_S);
+    const double T = driver->preview_time;
+
+    /* Where the truck will be if nothing changes, against where the driver means to be. */
+    const double here = sim_road_at(road, road->curvature, view->station);
+    const double error_acceleration = v * (view->yaw_rate - v * here);
+    const double error_ahead = view->lateral_error - state->lane_wander + view->lateral_error_rate * T
+                               + 0.5 * error_acceleration * T * T;
+
+    /* The bend as it will be when the arms have moved, and the arc that takes the error away. */
+    const double until_moved = driver->reaction_time + 2.0 / driver->arm_frequency;
+    const double ahead = sim_road_at(road, road->curvature, view->station + state->speed * until_moved);
+    const double correction = -driver->gain * 2.0 * error_ahead / (v * v * T * T);
+    state->trim += (1.0 - driver->trim_keep) * correction;
+    const double curvature = ahead + correction + state->trim;
+
+    state->seen[state->next] = (driver->angle_per_curvature
+                                + driver->angle_per_lateral_acceleration * state->speed * state->speed) * curvature
+                               + state->hand_motion;
+    state->next = (state->next + 1) % (driver->reaction_ticks + 1);
+    state->wanted_angle = state->seen[state->next];
+}
+
+void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double step_s)
+{
+    const double w = driver->arm_frequency;
+    const double angular_acceleration =
+        w * w * (state->wanted_angle - state->steering_wheel_angle) - 2.0 * w * state->steering_wheel_rate;
+    state->steering_wheel_rate += angular_acceleration * step_s;
+    state->steering_wheel_angle += state->steering_wheel_rate * step_s;
+}
+
+void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, double wanted_speed, double time,
+                      double step_s)
+{
+    const double may_still = driver->deceleration_max * (driver->stop_time - time);
+    const double wanted = time < driver->start_time ? 0.0 : fmax(0.0, fmin(wanted_speed, may_still));
+    if (wanted <= 0.0 && state->speed < STANDS_BELOW_M_S) {
+        state->speed = 0.0;
+        state->longitudinal_acceleration = 0.0;
+        return;
+    }
+    const double acceleration = limited((wanted - state->speed) / SPEED_ANSWERS_S, -driver->deceleration_max,
+                                        driver->acceleration_max);
+    state->longitudinal_acceleration +=
+        (acceleration - state->longitudinal_acceleration) * step_s / PEDAL_ANSWERS_S;
+    state->speed = fmax(0.0, state->speed + state->longitudinal_acceleration * step_s);
+}

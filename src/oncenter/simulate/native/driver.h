@@ -1,0 +1,66 @@
+#ifndef SIM_DRIVER_H
+#define SIM_DRIVER_H
+/* Somebody who looks ahead, answers late, does not mind being some decimetres off, and whose hands are never quite
+ * still: what makes a real drive's residuals resemble each other for seconds. */
+
+#include <stdint.h>
+
+#include "road.h"
+
+enum { SIM_REACTION_MAX = 128 /* ticks */ };
+
+typedef struct {
+    /* the truck as the driver has come to know it */
+    double angle_per_curvature;             /* rad m, ratio * wheelbase */
+    double angle_per_lateral_acceleration;  /* rad/(m/s^2), ratio * K_us/g */
+    /* steering */
+    double preview_time;    /* s, how far ahead the driver looks */
+    double gain;            /* share of the expected lateral error that is steered away by then */
+    double trim_keep;       /* 0 to 1: how little of a lasting correction becomes the hands' new middle at a tick */
+    double reaction_time;   /* s, from seeing to moving */
+    int32_t reaction_ticks; /* the same, 0 to SIM_REACTION_MAX - 1 */
+    double arm_frequency;   /* rad/s, of the critically damped arms */
+    double lane_wander;     /* m, standard deviation of where in the lane the driver means to be */
+    double lane_wander_keep; /* of that from one tick to the next, 0 to 1 */
+    double hand_motion;      /* rad, standard deviation of the hands' small corrections */
+    double hand_motion_keep;
+    /* speed */
+    double start_time;        /* s, standing before */
+    double stop_time;         /* s, standing after */
+    double acceleration_max;  /* m/s^2 */
+    double deceleration_max;  /* m/s^2, positive */
+} sim_driver;
+
+typedef struct {
+    double lane_wander;              /* m, wanted lateral position */
+    double hand_motion;              /* rad */
+    double trim;                     /* 1/m, lasting correction */
+    double seen[SIM_REACTION_MAX];   /* rad, ring of decisions that wait for the reaction time */
+    int32_t next;                    /* in the ring */
+    double wanted_angle;             /* rad, what the arms move to */
+    double steering_wheel_angle;     /* rad */
+    double steering_wheel_rate;      /* rad/s */
+    double speed;                    /* m/s */
+    double longitudinal_acceleration; /* m/s^2 */
+} sim_driver_state;
+
+/* What the driver sees. */
+typedef struct {
+    double station;       /* m, along the road */
+    double lateral_error; /* m, left of the lane's middle */
+    double lateral_error_rate; /* m/s */
+    double yaw_rate;      /* rad/s */
+} sim_view;
+
+/* One decision; the two normals are standard normal numbers of this tick. */
+void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const sim_road *road, const sim_view *view,
+                       double lane_normal, double hand_normal);
+
+/* The arms' way to what was decided a reaction time ago. */
+void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double step_s);
+
+/* The feet's: towards the road's speed, standing before start_time and after stop_time. */
+void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, double wanted_speed, double time,
+                      double step_s);
+
+#endif

@@ -1,0 +1,18 @@
+#ifndef SIM_ROAD_H
+#define SIM_ROAD_H
+/* The road as a table over its length, at even spacing. */
+
+#include <stddef.h>
+
+typedef struct {
+    size_t count;              /* at least 2 */
+    double spacing;            /* m */
+    const double *curvature;   /* 1/m, left positive */
+    const double *cross_slope; /* 1, sine of the bank; positive where the road falls to the right */
+    const double *speed;       /* m/s, what the driver means to drive there */
+} sim_road;
+
+/* Value of one of the road's columns at that station (m), linear between points; beyond the ends as at the ends. */
+double sim_road_at(const sim_road *road, const double *column, double station);
+
+#endif

@@ -1,0 +1,166 @@
+"""Reads a vehicle file (TOML) and refuses a value without a unit or out of its range, by name."""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from oncenter import _core
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.signals import DEGREE, SIGNALS, SignalName
+
+_Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class _SignalEntry(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str
+    unit: str | None = None
+    sign: Literal[1, -1] = 1
+
+
+class Vehicle(BaseModel):
+    """What a truck is. `wheelbase_m` and `steering_ratio` are enough; the rest sharpens or comes in later.
+
+    Attributes:
+        name: for people.
+        wheelbase_m: first to (equivalent) rear axle, 1 to 20 m; Winkler's equivalent wheelbase for more than two axles.
+        steering_ratio: steering wheel angle per front wheel angle near the centre, 1 to 60; or the polynomial's
+            coefficients from the steering wheel angle to the front wheel angle (both rad, lowest power first), of
+            which the ratio near the centre follows.
+        track_width_front_m, track_width_rear_m: between wheel centres.
+        axle_layout: 4x2, 6x2, 6x4, 8x4.
+        mass_kg: prior.
+        understeer_gradient_deg_m_s2: prior, K_us/g at the road wheel.
+        traffic_side: which side of the road is driven on: tells the side to which the crown falls.
+        signals: by signal name, how this truck's logs call it, for logs that use other names.
+        params: of the estimator, where they differ from the core's defaults; an angle may be given in `_deg`.
+        source: by key, where a value comes from.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str = "unnamed"
+    wheelbase_m: _Positive
+    steering_ratio: float | tuple[float, ...]
+    track_width_front_m: _Positive | None = None
+    track_width_rear_m: _Positive | None = None
+    axle_layout: Literal["4x2", "6x2", "6x4", "8x4"] | None = None
+    mass_kg: _Positive | None = None
+    understeer_gradient_deg_m_s2: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    traffic_side: Literal["right", "left"] | None = None
+    signals: Mapping[str, _SignalEntry] = {}
+    params: Mapping[str, float] = {}
+    source: Mapping[str, str] = {}
+
+    @field_validator("steering_ratio")
+    @classmethod
+    def _has_a_slope(cls, value: float | tuple[float, ...]) -> float | tuple[float, ...]:
+        if isinstance(value, tuple) and (len(value) < 2 or value[1] == 0):
+            raise ValueError("a polynomial needs a slope: [constant, per_rad, ...], lowest power first")
+        return value
+
+    @field_validator("signals")
+    @classmethod
+    def _known_signals(cls, value: Mapping[str, _SignalEntry]) -> Mapping[str, _SignalEntry]:
+        for name in value:
+            if name != "time" and name not in SIGNALS:
+                raise ValueError(f"'{name}' is no signal; known are time, {', '.join(SIGNALS)}")
+        return value
+
+    @field_validator("params")
+    @classmethod
+    def _known_params(cls, value: Mapping[str, float]) -> Mapping[str, float]:
+        return core_params(value)
+
+    @property
+    def ratio_near_centre(self) -> float:
+        if isinstance(self.steering_ratio, tuple):
+            return 1.0 / self.steering_ratio[1]
+        return self.steering_ratio
+
+    @property
+    def signal_names(self) -> dict[str, SignalName]:
+        """The `[signals]` table as readers take it."""
+        return {key: SignalName(entry.name, entry.unit, entry.sign) for key, entry in self.signals.items()}
+
+
+def core_params(params: Mapping[str, float]) -> dict[str, float]:
+    """Params by the core's names: an angle given with `_deg` becomes its `_rad`.
+
+    Raises:
+        ValueError: naming a param that is unknown, lacks its unit, or is out of its range.
+    """
+    known = _core.default_params()
+    renamed: dict[str, float] = {}
+    for name, value in params.items():
+        in_rad = re.sub(r"_deg(?=_|$)", "_rad", name)
+        if in_rad not in known:
+            near = [k for k in known if k.startswith(name) or name.startswith(k.rsplit("_", 1)[0])]
+            raise ValueError(f"'{name}' is no parameter; {'did you mean' if near else 'known are'} "
+                             f"{', '.join(near or known)}")  # fmt: skip
+        renamed[in_rad] = float(value) * (DEGREE if in_rad != name else 1.0)
+    bad = _core.bad_param(renamed)
+    if bad is not None:
+        raise ValueError(f"parameter '{bad}' is out of its range, got {renamed.get(bad, known[bad]):g}")
+    return renamed
+
+
+def vehicle(path: str | os.PathLike[str]) -> Vehicle:
+    """Reads a vehicle file.
+
+    Args:
+        path: a TOML file; the shipped ones may be given by their name alone, as "scania_r730_4x2".
+
+    Raises:
+        OncenterError: "vehicle_file", exit code 2: unreadable, no TOML, or a value is missing, unknown or out of range.
+    """
+    file = Path(path)
+    shipped = Path(__file__).parent / "vehicles" / f"{file.name.removesuffix('.toml')}.toml"
+    if not file.exists() and shipped.exists() and file.parent == Path("."):
+        file = shipped
+    try:
+        values = tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise _refusal(f"vehicle file {path} cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise _refusal(f"vehicle file {path} is not TOML: {error}") from None
+    return vehicle_from(values, str(path))
+
+
+def vehicle_from(values: Mapping[str, Any], origin: str) -> Vehicle:
+    """A vehicle from a mapping as a vehicle file holds it; raises as `vehicle` does, naming `origin`."""
+    try:
+        truck = Vehicle.model_validate({"name": Path(origin).stem, **values})
+    except ValidationError as error:
+        raise _refusal(f"vehicle file {origin}: {_first_error(error)}") from None
+    bad = _core.bad_vehicle(truck.wheelbase_m, truck.ratio_near_centre)
+    if bad == "wheelbase":
+        raise _refusal(f"vehicle file {origin}: 'wheelbase_m' must be 1 to 20, got {truck.wheelbase_m:g}")
+    if bad is not None:
+        raise _refusal(f"vehicle file {origin}: 'steering_ratio' must be 1 to 60, got {truck.ratio_near_centre:g}")
+    return truck
+
+
+def _first_error(error: ValidationError) -> str:
+    """The first complaint in one line, with the names that would do."""
+    first = error.errors()[0]
+    key = ".".join(str(part) for part in first["loc"] if part not in ("float", "tuple[float, ...]"))
+    if first["type"] == "missing":
+        return f"'{key}' is missing"
+    if first["type"] == "extra_forbidden":
+        near = [field for field in Vehicle.model_fields if field.startswith(key)]
+        return f"'{key}' is not known here; {'did you mean' if near else 'known are'} {', '.join(near or Vehicle.model_fields)}"
+    message = str(first["msg"]).removeprefix("Value error, ")
+    return message if first["type"] == "value_error" else f"'{key}': {message}, got {first['input']!r}"
+
+
+def _refusal(message: str) -> OncenterError:
+    return OncenterError(message, code="vehicle_file", exit_code=WRONG_USAGE)

@@ -1,0 +1,166 @@
+"""The house as its papers describe it: what they name exists, and what is said twice is said alike."""
+
+import fnmatch
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+
+import cffi
+import pytest
+
+ROOT = Path(__file__).parents[1]
+LINKS = ("core", "vehicles", "dbc", "scenarios")
+HEADERS = sorted(ROOT.glob("core/*.h")) + sorted(ROOT.glob("src/oncenter/simulate/native/*.h"))
+MADE_BY_COMMANDS = {"demo/report.html", ".venv/bin/oncenter", ".venv/bin/python"}
+
+
+def text(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def kept_files() -> Iterator[Path]:
+    """All files that are ours to keep: what .gitignore names is not, nor what git keeps for itself."""
+    ignored = [line.strip("/") for line in text(".gitignore").split()]
+    waiting = [ROOT]
+    while waiting:
+        for path in waiting.pop().iterdir():
+            if path.name == ".git" or any(fnmatch.fnmatch(path.name, pattern) for pattern in ignored):
+                continue
+            if path.is_dir() and not path.is_symlink():
+                waiting.append(path)
+            elif path.is_file():
+                yield path
+
+
+def braces(name: str) -> list[str]:
+    """`mean.{h,c}` as mean.h and mean.c."""
+    whole = re.fullmatch(r"(.*)\{(.+)\}(.*)", name)
+    return [whole[1] + part + whole[3] for part in whole[2].split(",")] if whole else [name]
+
+
+def named_in(page: str) -> set[str]:
+    """Paths that a page links to or gives as code; NAME stands for any name."""
+    prose = re.sub(r"^```.*?^```", "", page, flags=re.MULTILINE | re.DOTALL)
+    links = {target for target in re.findall(r"\]\(([^)#]+)\)", page) if "://" not in target}
+    code = set(re.findall(r"`([\w./{},*-]+/[\w./{},*-]*)`", prose))
+    return {name for given in links | code for name in braces(given) if "NAME" not in name} - MADE_BY_COMMANDS
+
+
+def house_picture(page: str) -> set[str]:
+    """Paths of the picture: a folder a line at the margin, its files indented below, names before two spaces."""
+    picture = page.split("```house\n")[1].split("```")[0]
+    found, folder = set(), ""
+    for line in picture.splitlines():
+        given = re.split(r"\s{2,}", line.strip())[0].split()
+        if not line.startswith(" "):
+            folder = given[0] if len(given) == 1 and given[0].endswith("/") else ""
+            found |= {name for entry in given for name in braces(entry)}
+        else:
+            found |= {folder + name for entry in given for name in braces(entry)}
+    return found
+
+
+def declarations(header: Path, seen: set[Path]) -> str:
+    """One header after those of ours that it includes, without directives."""
+    if header in seen:
+        return ""
+    seen.add(header)
+    source = header.read_text(encoding="utf-8")
+    included = [
+        next(p for p in (header.parent / name, ROOT / "core" / name) if p.is_file())
+        for name in re.findall(r'^#include "(.+)"', source, re.MULTILINE)
+    ]
+    return "".join(declarations(p, seen) for p in included) + re.sub(r"^#.*$", "", source, flags=re.MULTILINE)
+
+
+def header_version() -> str:
+    return ".".join(re.findall(r"OC_VERSION_(?:MAJOR|MINOR|PATCH) = (\d+)", text("core/monitor.h")))
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
+def test_a_page_names_only_files_that_exist(page: str) -> None:
+    assert sorted(name for name in named_in(text(page)) if not any(ROOT.glob(name.rstrip("/")))) == []
+
+
+def test_the_picture_of_the_house_shows_only_rooms_that_exist() -> None:
+    picture = house_picture(text("CONTRIBUTING.md"))
+    assert sorted(name for name in picture if not any(ROOT.glob(name.rstrip("/")))) == []
+
+
+def test_the_picture_of_the_house_leaves_no_room_out() -> None:
+    picture = house_picture(text("CONTRIBUTING.md"))
+    rooms = {p.relative_to(ROOT).as_posix() for p in ROOT.glob("core/*.[ch]")}
+    rooms |= {p.relative_to(ROOT).as_posix() for p in ROOT.glob("src/oncenter/*.py")}
+    rooms |= {p.parent.relative_to(ROOT).as_posix() + "/" for p in ROOT.glob("src/oncenter/*/__init__.py")}
+    rooms |= {p.name + "/" for p in ROOT.iterdir() if p.is_dir() and any(f.is_relative_to(p) for f in kept_files())}
+    assert sorted(rooms - picture - {"src/"}) == []
+
+
+def test_the_version_is_the_same_everywhere() -> None:
+    import oncenter
+
+    ours = header_version()
+    assert re.fullmatch(r"\d+\.\d+\.\d+", ours)
+    assert version("oncenter") == ours
+    assert oncenter.__version__ == ours
+    assert re.search(r"^## \[(.+?)\]", text("CHANGELOG.md"), re.MULTILINE)[1] == ours
+    assert re.search(r"^version: (.+)$", text("CITATION.cff"), re.MULTILINE)[1] == ours
+
+
+def test_the_lock_pins_versions_and_tells_no_address() -> None:
+    lines = text("requirements.lock").splitlines()
+    assert lines
+    assert not [line for line in lines if not re.fullmatch(r"[\w.-]+==[\w.]+", line)]
+
+
+def test_every_locked_package_has_its_licence_listed() -> None:
+    listed = dict(re.findall(r"^\| ([\w.-]+) \| (\d\S*) \| (?!not stated)", text("docs/licences.md"), re.MULTILINE))
+    assert listed == dict(line.split("==") for line in text("requirements.lock").splitlines())
+
+
+def test_no_kept_file_names_a_machine_or_a_package_registry() -> None:
+    strange = re.compile("|".join(["/wo" + "rk/", "/ro" + "ot/", "/ho" + "me/", "py" + "pi", "python" + "hosted"]))
+    found = {}
+    for path in kept_files():
+        try:
+            hits = strange.findall(path.read_text(encoding="utf-8").lower())
+        except UnicodeDecodeError:
+            continue
+        if hits:
+            found[path.relative_to(ROOT).as_posix()] = hits
+    assert not found
+
+
+@pytest.mark.parametrize("folder", LINKS)
+def test_a_linked_folder_is_the_one_at_the_root(folder: str) -> None:
+    link = ROOT / "src" / "oncenter" / folder
+    assert link.is_symlink()
+    assert link.readlink() == Path("../..") / folder
+    assert link.is_dir()
+
+
+@pytest.mark.parametrize("header", HEADERS, ids=lambda path: path.name)
+def test_a_header_holds_guard_includes_types_and_prototypes_only(header: Path) -> None:
+    source = header.read_text(encoding="utf-8")
+    directives = re.findall(r"^[ \t]*#.*$", source, re.MULTILINE)
+    guard = directives[0].removeprefix("#ifndef ")
+    assert directives[1] == f"#define {guard}"
+    assert directives[-1] == "#endif"
+    assert not [line for line in directives[2:-1] if not re.fullmatch(r'#include (<\w+\.h>|"\w+\.h")', line)]
+    assert not re.search(r"\b(static|inline|extern|__attribute__)\b", re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL))
+    cffi.FFI().cdef(declarations(header, set()))  # refuses bodies and whatever else does not declare
+
+
+HELP = "import sys; from oncenter.cli import main; sys.argv = ['oncenter', '--help']; main()"
+
+
+@pytest.mark.parametrize("program", ["import oncenter", HELP], ids=["import", "help"])
+def test_nothing_heavy_is_loaded_before_it_is_needed(program: str) -> None:
+    command = [sys.executable, "-X", "importtime", "-c", program]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)
+    loaded = {line.split("|")[-1].strip().split(".")[0] for line in run.stderr.splitlines() if "|" in line}
+    assert "oncenter" in loaded
+    assert not loaded & {"can", "cantools", "asammdf", "pandas", "bokeh", "matplotlib"}

@@ -23,7 +23,7 @@ def ticks(count: int, seed: int = 1) -> dict[str, Column]:
     """Columns as the core takes them, `count` rows at RATE_HZ."""
     noise = np.random.default_rng(seed).normal
     t = np.arange(count) / RATE_HZ
-    speed = np.clip(17 + 9 * np.sin(t / 90) + 4 * np.sin(t / 37) + 1.2 * np.sin(t / 4), 0, 25)
+    speed = np.clip(15 + 10 * np.sin(t / 90) + 6 * np.sin(t / 37) + 1.2 * np.sin(t / 4), 0, 25)
     curvature = 0.004 * np.sin(t / 7.5) ** 7
     yaw_rate = curvature * speed
     acceleration = yaw_rate * speed + CROWN_M_S2 + 0.1 * np.sin(t / 61)

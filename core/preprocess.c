@@ -59,6 +59,9 @@ void oc_preprocess_restart(oc_preprocess_state *state, const oc_preprocess *desi
     for (int32_t k = 0; k < OC_DELAY_MAX; ++k) {
         state->angle[k] = angle;
     }
+    for (int32_t k = 0; k < OC_SLOPE_POINTS; ++k) {
+        state->speed[k] = speed;
+    }
 }
 
 /* Keeps every slope_every-th speed, and the slope of the line through the kept ones. */

@@ -43,11 +43,10 @@ class Motion:
 
 @dataclass(frozen=True)
 class Queue:
-    """What a queue of blocks made final: tick numbers in order, and after how many ticks each block ended."""
+    """What a queue of blocks made final: tick numbers in order."""
 
     final: npt.NDArray[np.int64]
-    block_ends: npt.NDArray[np.int64]  # numbers of final ticks so far
-    final_since: npt.NDArray[np.int64]  # the tick number that made the block final
+    final_since: npt.NDArray[np.int64]  # of each block, the tick number that made it final
     pending: npt.NDArray[np.int64]  # ticks that wait at the end of the drive
 
 
@@ -171,27 +170,11 @@ def queue(clean: npt.NDArray[np.bool_], ticks_per_block: int, blocks_until_final
         since.append(start + (np.arange(blocks) + 1 + blocks_until_final) * ticks_per_block - 1)
         if stop == len(clean):
             pending = np.arange(start + blocks * ticks_per_block, stop)
-    ends = (np.arange(sum(map(len, since))) + 1) * ticks_per_block
-    return Queue(np.concatenate(final), ends, np.concatenate(since), pending)
-
-
-def batch_edges(ticks: int, ticks_per_block: int, ticks_per_batch: float) -> npt.NDArray[np.int64]:
-    """Where whole batches end: the first whole number of blocks that spans one."""
-    size = ticks_per_block * max(1, int(np.ceil(ticks_per_batch / ticks_per_block)))
-    return np.arange(0, ticks + 1, size)
+    return Queue(np.concatenate(final), np.concatenate(since), pending)
 
 
 def few_batches(n: int) -> float:
     return float(stats.t.ppf(0.975, n - 1)) / NORMAL_95
-
-
-def scatter_variance(residual: Array, edges: npt.NDArray[np.int64]) -> float:
-    """rad^2, of the mean, from batch means; 10 below two batches."""
-    n = len(edges) - 1
-    if n < 2:
-        return 10.0
-    means = np.add.reduceat(residual[: edges[-1]], edges[:-1]) / np.diff(edges)
-    return float(np.var(means, ddof=1)) / n * few_batches(n) ** 2
 
 
 def status_next(now: str, half_width: float, limit: float) -> str:
@@ -214,11 +197,220 @@ def understeer_literal(motion: Motion, ticks: npt.NDArray[np.int64], offset: flo
     return float(np.mean((((delta - offset) / ratio - wheelbase * r / v) / (r * v))[far]))
 
 
-def standstill(values: Array, still: npt.NDArray[np.bool_], rate_hz: float,
-               params: Mapping[str, float]) -> tuple[float, float] | None:
-    """Mean and its standard deviation over what is left of each standstill after settling."""
-    raise NotImplementedError
+def still_ticks(speed: Array, rate_hz: float, params: Mapping[str, float]) -> npt.NDArray[np.int64]:
+    """Numbers of the ticks that stand, less what settles at the beginning of each standstill."""
+    still = np.abs(speed) <= params["standstill_speed_max_m_s"]
+    number = np.arange(len(still))
+    moved = np.maximum.accumulate(np.where(still, -1, number)) if len(still) else number
+    return np.flatnonzero(still & (number - moved > int(params["standstill_settling_s"] * rate_hz + 0.5)))
 
 
-def clean_mean(values: Array) -> float:
+def standstill(
+    values: Array, floor: float, rate_hz: float, params: Mapping[str, float]
+) -> tuple[float, float] | None:
+    """Mean and its standard deviation, when there is enough: ten ticks say as much as one, and no less than a floor."""
+    n = len(values)
+    if n < 2 or n * (1.0 / rate_hz) < params["standstill_time_min_s"]:
+        return None
+    return float(np.mean(values)), float(np.sqrt(np.var(values, ddof=1) * 10 / n + floor**2))
+
+
+@dataclass(frozen=True)
+class Verdict:
+    offset: float
+    offset_sd: float
+    scatter: float  # rad^2
+    offset_status: str
+    understeer: float
+    understeer_sd: float
+    understeer_status: str
+
+
+def verdict(
+    straight: dict[str, Array],
+    bends: dict[str, Array],
+    ticks_per_block: int,
+    bias: tuple[float, float] | None,
+    before: tuple[str, str],
+    params: Mapping[str, float],
+    rate_hz: float,
+) -> Verdict:
+    """(36)-(38), (42) and the intervals from the means of y, x, w per straight block and the sums per bend block."""
+    ticks_per_batch = params["batch_s"] * rate_hz
+    blocks_per_batch = max(1, int(np.ceil(ticks_per_batch / ticks_per_block)))
+    y, x, w = (float(np.mean(straight[k])) if len(straight["y"]) else 0.0 for k in "yxw")
+    Sx, Sxx, Sxy = (float(np.sum(bends[k])) for k in ("x", "xx", "xy"))
+    bend_batches = len(bends["x"]) // blocks_per_batch
+
+    def by_batch(values: Array) -> Array:
+        whole = len(values) // blocks_per_batch
+        return values[: whole * blocks_per_batch].reshape(whole, blocks_per_batch)
+
+    def scatter(K: float) -> float:
+        """rad^2, of the mean of y - K*x, from its batch means; knowing nothing below two."""
+        means = by_batch(straight["y"] - K * straight["x"]).mean(axis=1)
+        n = len(means)
+        return float(np.var(means, ddof=1)) / n * few_batches(n) ** 2 if n > 1 else 10.0
+
+    K, K_variance, K_status = 0.0, params["understeer_sd_rad_m_s2"] ** 2, "unobservable"
+    bend_time = len(bends["x"]) * ticks_per_block * (1.0 / rate_hz)
+    if bend_time >= params["understeer_evidence_min_s"] and bend_batches > 1:
+        if x * Sx <= 0.75 * Sxx:
+            K = (Sxy - y * Sx) / (Sxx - x * Sx)
+        e = by_batch(bends["xy"] - (y - K * x) * bends["x"] - K * bends["xx"]).sum(axis=1)
+        n = len(e)
+        K_variance = float(np.sum(e**2)) * n / (n - 1) * few_batches(n) ** 2 / Sxx**2 + (Sx / Sxx) ** 2 * scatter(K)
+        K_status = status_next(before[1], NORMAL_95 * K_variance**0.5, params["understeer_half_width_max_rad_m_s2"])
+
+    bias_spread = float(np.hypot(*bias)) if bias else params["yaw_rate_bias_sd_rad_s"]
+    sd = (scatter(K) + (w * bias_spread) ** 2 + x**2 * K_variance) ** 0.5
+    straight_time = len(straight["y"]) * ticks_per_block * (1.0 / rate_hz)
+    if not straight_time:
+        status = "unobservable"
+    elif straight_time < params["offset_evidence_min_s"]:
+        status = "converging"
+    else:
+        status = status_next(before[0], NORMAL_95 * sd, params["offset_half_width_max_rad"])
+    return Verdict(y - K * x, sd, scatter(K), status, K, K_variance**0.5, K_status)
+
+
+def mean_or_zero(values: Array) -> float:
     return float(np.mean(values)) if len(values) else 0.0
+
+
+def estimate(
+    columns: Mapping[str, Array], wheelbase: float, ratio: float, params: Mapping[str, float], rate_hz: float
+) -> Answer:
+    """The whole of docs/method.md on columns named as in tables (`time_s`, `yaw_rate_rad_s`, ...)."""
+    t = columns["time_s"]
+    n = len(t)
+    lacking = np.full(n, np.nan)
+    rows = {
+        "time": t,
+        "angle": columns.get("steering_wheel_angle_rad", lacking),
+        "yaw_rate": columns.get("yaw_rate_rad_s", lacking),
+        "speed": columns.get("vehicle_speed_m_s", lacking),
+        "acceleration": columns.get("lateral_acceleration_m_s2", lacking),
+    }
+    # the door
+    newest = np.fmax.accumulate(np.where(np.isfinite(t), t, -np.inf)) if n else t
+    accepted = np.isfinite(t) & (t > np.concatenate([[-np.inf], newest[:-1]])[:n])
+    limits = {"angle": 100.0, "yaw_rate": 10.0, "speed": 150.0, "acceleration": 100.0}
+    present = {name: np.abs(rows[name]) < limit for name, limit in limits.items()}
+    has_acceleration = present["acceleration"]
+    if not params["use_accelerometer"]:
+        rows["acceleration"] = np.zeros(n)
+        present["acceleration"] = np.ones(n, bool)
+    complete = accepted & np.logical_and.reduce(list(present.values()))
+    complete_rows = {name: np.asarray(values)[complete] for name, values in rows.items()}
+
+    # one tick after the other, all at once
+    motion = motion_of(complete_rows, wheelbase, ratio, params, rate_hz)
+    bits = gate(motion, params)
+    bits[motion.settling] |= SETTLING
+    bits[motion.restarted & (np.arange(len(bits)) > 0)] |= GAP
+    reasons = np.zeros(n, np.uint32)
+    reasons[~accepted] = TIME
+    reasons[accepted & ~complete] = MISSING_SIGNAL
+    reasons[complete] = bits
+
+    # runs go over accepted ticks: one that lacks a signal ends them, a refused one never was
+    place = np.cumsum(complete) - 1  # of a row among complete ticks
+    rows_in_order = np.flatnonzero(accepted)
+    clean = reasons[rows_in_order] == 0
+    t1_ticks = params["clean_time_s"] * rate_hz
+    ticks_per_block = max(1, int(t1_ticks // 20))
+    blocks_until_final = int(np.ceil(t1_ticks / ticks_per_block))
+    straight = queue(clean, ticks_per_block, blocks_until_final)
+
+    def complete_ticks(numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        return np.asarray(place[rows_in_order[numbers]])
+
+    def per_block(values: Array) -> Array:
+        return values.reshape(-1, ticks_per_block)
+
+    s = complete_ticks(straight.final)
+    straight_blocks = {k: per_block(v[s]).mean(axis=1) for k, v in (("y", motion.y), ("x", motion.x), ("w", motion.w))}
+    no_bends = {k: np.empty(0) for k in ("x", "xx", "xy")}
+
+    # standing still
+    standing = still_ticks(complete_rows["speed"], rate_hz, params)
+    standing_rows = np.flatnonzero(complete)[standing]
+
+    def bias_after(row: int) -> tuple[float, float] | None:
+        shown = standing[: np.searchsorted(standing_rows, row, side="right")]
+        return standstill(complete_rows["yaw_rate"][shown], 3.5e-4, rate_hz, params)
+
+    def blocks_until(count: int, blocks: dict[str, Array]) -> dict[str, Array]:
+        return {name: values[:count] for name, values in blocks.items()}
+
+    # trusted: from the tick after the block that made it so
+    trusted_since = n + 1
+    for count, since in enumerate(straight.final_since, start=1):
+        if count * ticks_per_block * (1.0 / rate_hz) < params["offset_evidence_min_s"]:
+            continue
+        now = verdict(blocks_until(count, straight_blocks), no_bends, ticks_per_block, None, ("", ""), params, rate_hz)
+        if NORMAL_95 * now.scatter**0.5 <= params["offset_half_width_max_rad"]:
+            trusted_since = int(since)
+            break
+
+    # bends for K_us
+    a_y = np.zeros(len(rows_in_order))
+    is_complete = complete[rows_in_order]
+    a_y[is_complete] = np.abs(motion.x / ratio)
+    bend = (
+        ((reasons[rows_in_order] & ~np.uint32(CURVATURE)) == 0)
+        & (a_y > params["understeer_acceleration_min_m_s2"])
+        & (a_y < params["understeer_acceleration_max_m_s2"])
+        & (np.arange(len(rows_in_order)) > trusted_since)
+    )
+    bends = queue(bend, ticks_per_block, blocks_until_final)
+    b = complete_ticks(bends.final)
+    products = (("x", motion.x), ("xx", motion.x**2), ("xy", motion.x * motion.y))
+    bend_blocks = {k: per_block(v[b]).sum(axis=1) for k, v in products}
+
+    # the standing of the answer as evidence grew; the last look has all of it
+    now = verdict(blocks_until(0, straight_blocks), no_bends, ticks_per_block, None, ("", ""), params, rate_hz)
+    for tick in [*np.unique(np.concatenate([straight.final_since, bends.final_since])), len(rows_in_order) - 1]:
+        now = verdict(
+            blocks_until(int(np.searchsorted(straight.final_since, tick, side="right")), straight_blocks),
+            blocks_until(int(np.searchsorted(bends.final_since, tick, side="right")), bend_blocks),
+            ticks_per_block,
+            bias_after(int(rows_in_order[tick])) if len(rows_in_order) else None,
+            (now.offset_status, now.understeer_status),
+            params,
+            rate_hz,
+        )
+
+    tick_s = 1.0 / rate_hz
+    waiting = complete_ticks(np.concatenate([straight.final, straight.pending]))
+    fast = (bits & (SETTLING | SPEED)) == 0
+    rejected = {name: float(np.sum((reasons >> k) & 1)) * tick_s for k, name in enumerate(REASONS)}
+    rejected["window"] = float(np.sum(clean) - len(s)) * tick_s
+    residual = motion.y[s] - now.understeer * motion.x[s]
+    return Answer(
+        reasons=reasons,
+        motion=motion,
+        straight=s,
+        bends=b,
+        offset=now.offset,
+        offset_temporary=mean_or_zero(motion.y[waiting] - now.understeer * motion.x[waiting]),
+        offset_sd=now.offset_sd,
+        offset_variance_if_independent=float(np.var(residual, ddof=1)) / len(s) if len(s) > 1 else 10.0,
+        offset_status=now.offset_status,
+        understeer=now.understeer,
+        understeer_sd=now.understeer_sd,
+        understeer_status=now.understeer_status,
+        offset_per_yaw_rate_bias=mean_or_zero(motion.w[s]),
+        yaw_rate_bias=bias_after(n),
+        standstill_acceleration=standstill(
+            columns.get("lateral_acceleration_m_s2", lacking)[standing_rows][has_acceleration[standing_rows]],
+            0.01, rate_hz, params,
+        ),
+        bank_mean=mean_or_zero(motion.bank[fast]),
+        bank_time=float(np.sum(fast)) * tick_s,
+        duration=len(rows_in_order) * tick_s,
+        used=len(s) * tick_s,
+        unused=(len(rows_in_order) - len(s)) * tick_s,
+        rejected=rejected,
+    )

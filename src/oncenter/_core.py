@@ -124,14 +124,10 @@ class Core:
         ValueError: naming what the core refuses.
     """
 
-    def __init__(
-        self, wheelbase_m: float, steering_ratio: float, params: Mapping[str, float], rate_hz: float
-    ) -> None:
+    def __init__(self, wheelbase_m: float, steering_ratio: float, params: Mapping[str, float], rate_hz: float) -> None:
         self._coefficients = ffi.new("oc_coefficients *")
         self._state = ffi.new("oc_state *")
-        error = lib.oc_setup(
-            self._coefficients, _vehicle(wheelbase_m, steering_ratio), _params(params), float(rate_hz)
-        )
+        error = lib.oc_setup(self._coefficients, _vehicle(wheelbase_m, steering_ratio), _params(params), float(rate_hz))
         if error != lib.OC_OK:
             raise ValueError(f"the core refuses the {_text(lib.oc_error_name(error))}")
         lib.oc_init(self._state)
@@ -140,9 +136,7 @@ class Core:
         """Ignition, or the next log: filters are lost, evidence stays, time may begin anywhere."""
         lib.oc_restart(self._state)
 
-    def run(
-        self, columns: Mapping[str, npt.NDArray[np.float64]], outputs: npt.NDArray[np.void] | None = None
-    ) -> None:
+    def run(self, columns: Mapping[str, npt.NDArray[np.float64]], outputs: npt.NDArray[np.void] | None = None) -> None:
         """One step per row. `columns` by table name (COLUMNS), float64, shape (n,); one that is left out is missing.
 
         `outputs`, dtype OUTPUT_DTYPE and shape (n,), is filled when given. The GIL is released meanwhile.

@@ -9,6 +9,7 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
@@ -100,8 +101,8 @@ class Answer:
             parts.append(f"the steering has {self.backlash} of play")
         if self.understeer_gradient.value is not None:
             parts.append(f"understeer gradient {self.understeer_gradient}")
-        worst = [(s, name) for name, s in self.rejected_s.items() if s > 0.05 * self.duration_s]
-        rejected = "".join(f", {_minutes(s)} rejected for {name.replace('_', ' ')}" for s, name in sorted(worst)[:-4:-1])
+        worst = sorted(((s, name) for name, s in self.rejected_s.items() if s > 0.05 * self.duration_s), reverse=True)
+        rejected = "".join(f", {_minutes(s)} rejected for {name.replace('_', ' ')}" for s, name in worst[:3])
         parts.append(f"driven {_minutes(self.used_s)} of {_minutes(self.duration_s)} usable{rejected}")
         return "; ".join(parts)
 
@@ -193,8 +194,7 @@ def _in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
     """By their first time stamp, unless they overlap, as logs do that all start at zero: then as they were given."""
     by_time = sorted(drives, key=lambda drive: float(drive.table["time_s"][0]))
     apart = all(
-        float(a.table["time_s"][-1]) < float(b.table["time_s"][0])
-        for a, b in zip(by_time, by_time[1:], strict=False)
+        float(before.table["time_s"][-1]) < float(after.table["time_s"][0]) for before, after in pairwise(by_time)
     )
     return tuple(by_time) if apart else drives
 
@@ -298,4 +298,6 @@ def _file_unit(unit: str) -> tuple[float, str]:
 
 
 def _minutes(seconds: float) -> str:
-    return f"{seconds / 60:.0f} min" if seconds >= 600 else f"{seconds / 60:.1f} min" if seconds >= 60 else f"{seconds:.0f} s"
+    if seconds < 60:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.1f} min" if seconds < 600 else f"{seconds / 60:.0f} min"

@@ -64,7 +64,7 @@ def findings_of(native: Mapping[str, Any], params: Mapping[str, float], relative
 
 
 def _status(estimate: Mapping[str, Any]) -> str:
-    return _core.STATUSES[estimate["status"]]
+    return _core.STATUSES[int(estimate["status"])]
 
 
 def _missing(native: Mapping[str, Any]) -> Finding | None:
@@ -139,7 +139,8 @@ def _yaw_rate_bias(native: Mapping[str, Any]) -> Finding | None:
     text = f"the yaw rate reads {value:+.2f} deg/s at standstill (seen for {bias['evidence']:.1f} s)"
     if native["used"] > 0:
         effect = abs(native["offset_per_yaw_rate_bias"] * value)
-        text += f"; this method does not correct it: the offset reads about {effect:.1f} deg too {'low' if value > 0 else 'high'}"
+        side = "low" if value > 0 else "high"
+        text += f"; this method does not correct it: the offset reads about {effect:.1f} deg too {side}"
     if 0.08 <= value <= 0.12:
         text += "; a sender that takes raw 32127 for zero in VDC2 reads +0.10 deg/s"
     return Finding("yaw_rate_bias", "warning", text, value, "deg/s")
@@ -207,9 +208,9 @@ def _play(native: Mapping[str, Any]) -> Finding | None:
     return Finding(
         "play_not_seen",
         "info",
-        "the interval counts the scatter of the drive, the yaw rate's bias and the understeer gradient; play in the steering "
-        f"and an accelerometer bias are not seen by this method, and {_PLAY_STANDARD_DEG:g} deg of play can shift the offset "
-        f"by up to {_PLAY_STANDARD_DEG / 2:g} deg",
+        "the interval counts the scatter of the drive, the yaw rate's bias and the understeer gradient; play in the "
+        f"steering and an accelerometer bias are not seen by this method: {_PLAY_STANDARD_DEG:g} deg of play can shift "
+        f"the offset by up to {_PLAY_STANDARD_DEG / 2:g} deg, and play makes the understeer gradient read high",
         _PLAY_STANDARD_DEG / 2,
         "deg",
     )

@@ -54,9 +54,7 @@ class Monitor:
         OncenterError: "params" or "rate", exit code 2.
     """
 
-    def __init__(
-        self, vehicle: Vehicle, rate_hz: float = 100.0, *, params: Mapping[str, float] | None = None
-    ) -> None:
+    def __init__(self, vehicle: Vehicle, rate_hz: float = 100.0, *, params: Mapping[str, float] | None = None) -> None:
         if not _core.RATE_MIN_HZ <= rate_hz <= _core.RATE_MAX_HZ:
             raise OncenterError(f"'rate_hz' must be 20 to 200, got {rate_hz:g}", code="rate", exit_code=WRONG_USAGE)
         try:

@@ -104,8 +104,8 @@ def core_params(params: Mapping[str, float]) -> dict[str, float]:
         in_rad = re.sub(r"_deg(?=_|$)", "_rad", name)
         if in_rad not in known:
             near = [k for k in known if k.startswith(name) or name.startswith(k.rsplit("_", 1)[0])]
-            raise ValueError(f"'{name}' is no parameter; {'did you mean' if near else 'known are'} "
-                             f"{', '.join(near or known)}")  # fmt: skip
+            hint = "did you mean" if near else "known are"
+            raise ValueError(f"'{name}' is no parameter; {hint} {', '.join(near or known)}")
         renamed[in_rad] = float(value) * (DEGREE if in_rad != name else 1.0)
     bad = _core.bad_param(renamed)
     if bad is not None:
@@ -157,7 +157,8 @@ def _first_error(error: ValidationError) -> str:
         return f"'{key}' is missing"
     if first["type"] == "extra_forbidden":
         near = [field for field in Vehicle.model_fields if field.startswith(key)]
-        return f"'{key}' is not known here; {'did you mean' if near else 'known are'} {', '.join(near or Vehicle.model_fields)}"
+        hint = "did you mean" if near else "known are"
+        return f"'{key}' is not known here; {hint} {', '.join(near or Vehicle.model_fields)}"
     message = str(first["msg"]).removeprefix("Value error, ")
     return message if first["type"] == "value_error" else f"'{key}': {message}, got {first['input']!r}"
 

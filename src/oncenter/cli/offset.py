@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -20,7 +20,7 @@ def offset(
     vehicle_file: VehicleFile,
     json: Json = False,
     report: Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a page that shows why.")] = None,
-    method: Annotated[str, typer.Option(help="thesis")] = "thesis",
+    method: Annotated[Literal["thesis"], typer.Option(help="How: the thesis's mean.")] = "thesis",
     no_accelerometer: Annotated[
         bool, typer.Option("--no-accelerometer", help="Use yaw rate times speed for the lateral acceleration.")
     ] = False,

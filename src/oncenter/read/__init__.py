@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from oncenter.errors import OncenterError
-from oncenter.read import candump, choose, clock, j1939, tabular
-from oncenter.read.frames import Frames, Kept, Wanted, keep
+from oncenter.read import candump, choose, clock, j1939, mf4, python_can, tabular
+from oncenter.read import dbc as databases
+from oncenter.read.frames import Kept, Wanted, keep
 from oncenter.read.samples import Samples
 from oncenter.read.units import columns_that_would_do
 from oncenter.signals import SIGNALS, SignalName, Signals
@@ -49,7 +50,7 @@ def read(
     elif suffix == ".parquet":
         candidates = tabular.read_parquet(path, names or {}, notes)
     else:
-        candidates = _from_frames(path, candump.chunks(path, notes, tell), notes)
+        candidates = _from_bus(path, suffix, names or {}, dbc, notes, tell)
     signals = _signals(path, candidates, take or {}, notes)
     tell(1.0)
     return signals
@@ -107,9 +108,30 @@ def _refuse_unreadable(path: Path) -> None:
         raise OncenterError(f"cannot read {path}: {reason}", code="unreadable_log") from error
 
 
-def _from_frames(path: Path, chunks: Iterator[Frames], notes: list[str]) -> list[Samples]:
-    kept = keep(chunks, Wanted(frozenset(j1939.MESSAGES)))
-    candidates = j1939.samples(kept)
+def _from_bus(
+    path: Path,
+    suffix: str,
+    names: Mapping[str, SignalName],
+    dbc: Sequence[str | os.PathLike[str]],
+    notes: list[str],
+    tell: Callable[[float], None],
+) -> list[Samples]:
+    """Signals of a log of frames: what a DBC says about a message comes before what we know about it."""
+    described = databases.definitions(dbc, names, notes)
+    described_pgns = frozenset(definition.pgn for definition in described if definition.pgn is not None)
+    standard_ids = frozenset(definition.message.frame_id for definition in described if definition.pgn is None)
+    wanted = Wanted(frozenset(j1939.MESSAGES) | described_pgns, standard_ids)
+    decoded: list[Samples] = []
+    if suffix == ".log":
+        kept = keep(candump.chunks(path, notes, tell), wanted)
+    elif suffix in (".mf4", ".mdf"):
+        kept, decoded = mf4.read(path, names, wanted, notes, tell)
+    else:
+        kept = keep(python_can.chunks(path, suffix, tell), wanted)
+    by_dbc = databases.samples(kept, described)
+    described_signals = {(samples.signal, samples.kind) for samples in by_dbc}
+    known = [samples for samples in j1939.samples(kept) if (samples.signal, samples.kind) not in described_signals]
+    candidates = by_dbc + decoded + known
     if not candidates:
         raise _nothing_known(path, kept)
     return candidates
@@ -150,7 +172,7 @@ def _about_sensor_type(chosen: Sequence[Samples]) -> list[str]:
     for samples in chosen:
         if samples.signal == "steering_wheel_angle_sensor_type" and (samples.values == 0).any():
             return [
-                "the steering wheel angle sensor is relative (SPN 1812 is 0): its angle may be off by whole turns after "
-                "each ignition, so the offset is known modulo 360 deg only"
+                "the steering wheel angle sensor is relative (SPN 1812 is 0): its angle may be off by whole turns "
+                "after each ignition, so the offset is known modulo 360 deg only"
             ]
     return []

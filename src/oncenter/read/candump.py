@@ -6,7 +6,6 @@ eight characters at once as one number. Lines that are written in any other way 
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -147,8 +146,9 @@ def _first_in_line(characters: npt.NDArray[np.uint8], wanted: int, starts: Place
     places = np.flatnonzero(characters == wanted)
     if len(places) == len(ends) and bool(np.all(places < ends)) and bool(np.all(places >= starts)):
         return places
-    following = np.searchsorted(places, starts)
-    return np.minimum(np.append(places, len(characters) - 1)[following], ends)
+    following = np.append(places, len(characters) - 1)[np.searchsorted(places, starts)]
+    first: Places = np.minimum(following, ends)
+    return first
 
 
 _FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
@@ -205,7 +205,9 @@ def _without_first(digits: Words, bits: Words | np.uint64) -> Words:
     """Zero in the first characters; 64 bits are all of them, which a shift cannot say."""
     half = bits >> np.uint64(1)
     rest = bits - half
-    return digits >> half >> rest << half << rest
+    shifted = digits >> half >> rest
+    without: Words = np.left_shift(np.left_shift(shifted, half), rest, dtype=np.uint64)
+    return without
 
 
 def _decimal(digits: Words) -> Words:
@@ -247,5 +249,3 @@ def _parse_one_by_one(
         np.array(columns[5], np.uint64),
     )
     return frames, np.array(places, np.int64), bad
-
-

@@ -136,7 +136,8 @@ def _ticks(chosen: Sequence[Samples], rate: float) -> Column:
     from_tick = np.ceil((first - origin - ON_TICK_S) * rate).astype(np.int64)
     to_tick = np.floor((last - origin + ON_TICK_S) * rate).astype(np.int64)
     pieces = [np.arange(a, b + 1) for a, b in zip(from_tick.tolist(), to_tick.tolist(), strict=True)]
-    return origin + np.concatenate(pieces) / rate
+    ticks: Column = origin + np.concatenate(pieces) / rate
+    return ticks
 
 
 @dataclass(frozen=True)

@@ -66,9 +66,7 @@ VDC2 = Message(
     (
         Parameter(1807, "SteeringWheelAngle", 1, 1, 16, 1 / 1024, -31.374, "rad", "steering_wheel_angle"),
         Parameter(1811, "SteeringWheelTurnCounter", 3, 1, 6, 1.0, -32.0, "turns"),
-        Parameter(
-            1812, "SteeringWheelAngleSensorType", 3, 7, 2, 1.0, 0.0, "1", "steering_wheel_angle_sensor_type"
-        ),
+        Parameter(1812, "SteeringWheelAngleSensorType", 3, 7, 2, 1.0, 0.0, "1", "steering_wheel_angle_sensor_type"),
         Parameter(1808, "YawRate", 4, 1, 16, 1 / 8192, -3.92, "rad_s", "yaw_rate"),
         Parameter(1809, "LateralAcceleration", 6, 1, 16, 1 / 2048, -15.687, "m_s2", "lateral_acceleration"),
         Parameter(1810, "LongitudinalAcceleration", 8, 1, 8, 0.1, -12.5, "m_s2", "longitudinal_acceleration"),

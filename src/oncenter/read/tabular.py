@@ -67,9 +67,7 @@ def _unreadable(path: Path, error: BaseException) -> OncenterError:
     return OncenterError(f"cannot read {path.name}: {reason}", code="unreadable_log")
 
 
-def _samples(
-    path: Path, frame: pl.DataFrame, names: Mapping[str, SignalName], notes: list[str]
-) -> list[Samples]:
+def _samples(path: Path, frame: pl.DataFrame, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
     time_column, wanted = _columns(path, frame.columns, names, notes)
     time = _numbers(path, frame[time_column]) * _time_factor(names)
     stamped = np.isfinite(time)
@@ -83,9 +81,7 @@ def _samples(
         values = _numbers(path, frame[column])[stamped] * factor
         values[~np.isfinite(values)] = np.nan
         rank = 0 if signal in names and names[signal].name == column else 1
-        given.append(
-            Samples(signal, time, values, "column", f"column {column}", rank, labels=(column.lower(),))
-        )
+        given.append(Samples(signal, time, values, "column", f"column {column}", rank, labels=(column.lower(),)))
     return given
 
 
@@ -191,5 +187,3 @@ def _filled(column: pl.Series) -> Column:
 def _listed(columns: Sequence[str]) -> str:
     shown = ", ".join(repr(name[:40]) for name in columns[:12])
     return shown + (f" and {len(columns) - 12} more" if len(columns) > 12 else "")
-
-

@@ -52,8 +52,8 @@ def figures(answer: Answer, course: Course) -> dict[str, figure]:
     time = Range1d(0.0, end, bounds=(0.0, end))
     pictures = {
         "angle": _angle(answer, course, time),
-        "speed": _signal(course, time, course.speed, "speed (m/s)", 150),
-        "yaw_rate": _signal(course, time, course.yaw_rate, "yaw rate (deg/s)", 170),
+        "speed": _signal(course, time, course.speed, "speed (m/s)", 170),
+        "yaw_rate": _signal(course, time, course.yaw_rate, "yaw rate (deg/s)", 190),
         "lateral_acceleration": _lateral_acceleration(course, time),
         "gate": _gate(course, time),
         "offset": _offset(course, time),
@@ -83,7 +83,7 @@ def _signal(course: Course, time: Range1d, values: Floats | None, label: str, he
 
 
 def _lateral_acceleration(course: Course, time: Range1d) -> figure:
-    picture = _over_time(course, time, "lateral acc. (m/s²)", 190)
+    picture = _over_time(course, time, "lateral acc. (m/s²)", 210)
     if course.lateral_acceleration is not None:
         _line(picture, course, course.lateral_acceleration, "measured")
     _line(picture, course, course.yaw_rate_times_speed, "estimate")
@@ -222,6 +222,7 @@ def _over_time(course: Course, time: Range1d, label: str | None, height: int, y_
     others = {} if y_range is None else {"y_range": y_range}
     picture = _plain(height, "xpan,xbox_zoom,xwheel_zoom,reset,save", x_range=time, **others)
     picture.xaxis.axis_label = f"driving time ({course.time_unit})"
+    picture.xaxis.axis_label_standoff = 2
     picture.yaxis.axis_label = label
     for start in course.starts[1:]:
         picture.add_layout(Span(location=start, dimension="height", line_color=COLOURS["line"], line_dash="dotted"))

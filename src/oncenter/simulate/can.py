@@ -61,7 +61,8 @@ def write_candump(signals: Signals, path: str | os.PathLike[str], *, jitter_sd_s
 
 def _messages(signals: Signals) -> Iterator[_Message]:
     column = {name: signals.table[SIGNALS[name].column].to_numpy() for name in signals.sources}
-    wheels = [column[f"wheel_speed_{wheel}"] * _KM_H for wheel in ("front_left", "front_right", "rear_left", "rear_right")]
+    corners = ("front_left", "front_right", "rear_left", "rear_right")
+    wheels = [column[f"wheel_speed_{corner}"] * _KM_H for corner in corners]
     speed = column["vehicle_speed"] * _KM_H
 
     def each(period_s: float, values: Array) -> Array:
@@ -98,7 +99,8 @@ def _messages(signals: Signals) -> Iterator[_Message]:
 
 def two_bytes(value: Array, scale: float, offset: float) -> Bytes:
     """J1939's little-endian two-byte encoding, shape (n, 2): NaN is not available, beyond the range is an error."""
-    return _raw(value, scale, offset, _LARGEST_2, _ERROR_2, _NOT_AVAILABLE_2).astype("<u2").view(np.uint8).reshape(-1, 2)
+    raw = _raw(value, scale, offset, _LARGEST_2, _ERROR_2, _NOT_AVAILABLE_2).astype("<u2")
+    return raw.view(np.uint8).reshape(-1, 2)
 
 
 def one_byte(value: Array, scale: float, offset: float) -> Bytes:

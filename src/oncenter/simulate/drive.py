@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter._simulate import ffi, lib
+from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.simulate.driver import native_driver
 from oncenter.simulate.road import SPACING_M, LaidRoad
 from oncenter.simulate.scenario import Scenario
@@ -16,6 +17,7 @@ Array = npt.NDArray[np.float64]
 
 RATE_HZ = 100.0
 _STEPS_PER_TICK = 4  # 2.5 ms: the stiffest mode, yaw and side slip at 2 m/s, is 40 1/s
+_OFF_THE_ROAD_M = 8.0  # from the lane's middle
 
 ROW_DTYPE = np.dtype([(name, np.float64) for name, _ in ffi.typeof("sim_row").fields])
 assert ROW_DTYPE.itemsize == ffi.sizeof("sim_row")  # doubles only, as the header promises
@@ -36,6 +38,9 @@ def run(scenario: Scenario, road: LaidRoad, lane_normals: Array, hand_normals: A
 
     Returns:
         `ROW_DTYPE`, one a tick at `RATE_HZ` from time 0: what is true, in SI and rad, as `sim_row` in native/drive.h.
+
+    Raises:
+        OncenterError: "scenario_file", exit code 2: this driver cannot hold this truck on this road.
     """
     columns = [np.ascontiguousarray(c, np.float64) for c in (road.curvature_1_m, road.cross_slope, road.speed_m_s)]
     curvature, cross_slope, speed = (ffi.from_buffer("double[]", column) for column in columns)
@@ -62,4 +67,17 @@ def run(scenario: Scenario, road: LaidRoad, lane_normals: Array, hand_normals: A
         len(rows),
         ffi.from_buffer("sim_row[]", rows),
     )
+    _check_held(scenario, rows)
     return rows
+
+
+def _check_held(scenario: Scenario, rows: npt.NDArray[np.void]) -> None:
+    held = np.abs(rows["lateral_error"]) < _OFF_THE_ROAD_M  # false for NaN as well
+    if held.all():
+        return
+    raise OncenterError(
+        f"scenario {scenario.name}: the truck leaves the road after {rows['time'][np.argmin(held)]:.1f} s; a lower "
+        "'driver.preview_gain', 'steering.backlash_deg' or 'driver.speed_km_h', or another 'truck', would hold it",
+        code="scenario_file",
+        exit_code=WRONG_USAGE,
+    )

@@ -13,7 +13,6 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.signals import DEGREE
 
 _Number = Annotated[float, Field(allow_inf_nan=False)]
 _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -34,7 +33,7 @@ class _Section(BaseModel):
 
 
 class Drive(_Section):
-    duration_s: Annotated[float, Field(ge=1, le=86400)]
+    duration_s: Annotated[float, Field(ge=1, le=36000)]
     standing_at_start_s: _NotNegative
     standing_at_end_s: _NotNegative
 
@@ -215,5 +214,3 @@ def _first_error(error: ValidationError) -> str:
 
 def _refusal(message: str) -> OncenterError:
     return OncenterError(message, code="scenario_file", exit_code=WRONG_USAGE)
-
-

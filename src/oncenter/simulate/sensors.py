@@ -42,9 +42,7 @@ def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Gene
     }
     for wheel, speed in wheel_speeds(scenario.truck, rows).items():
         columns[wheel] = _rolling(speed, sensors.speed, random)
-    table = pl.DataFrame(
-        {"time_s": rows["time"], **{SIGNALS[name].column: values for name, values in columns.items()}}
-    )
+    table = pl.DataFrame({"time_s": rows["time"], **{SIGNALS[name].column: values for name, values in columns.items()}})
     source = Source(f"simulated by {scenario.name}", RATE_HZ, len(rows), 0)
     return Signals(table, dict.fromkeys(columns, source), RATE_HZ, scenario.name)
 
@@ -64,9 +62,7 @@ def wheel_speeds(truck: Truck, rows: npt.NDArray[np.void]) -> dict[str, Array]:
 
 
 def _acceleration(true: Array, sensor: Accelerometer, random: np.random.Generator) -> Array:
-    return _reading(
-        true + sensor.bias_m_s2, random, sensor.noise_sd_m_s2, sensor.resolution_m_s2, sensor.range_m_s2
-    )
+    return _reading(true + sensor.bias_m_s2, random, sensor.noise_sd_m_s2, sensor.resolution_m_s2, sensor.range_m_s2)
 
 
 def _rolling(true: Array, sensor: SpeedSensor, random: np.random.Generator) -> Array:

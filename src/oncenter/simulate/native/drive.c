@@ -60,8 +60,7 @@ void sim_step(sim_state *state, const sim_drive *drive, double lane_normal, doub
     const double tick_began = state->time;
     const double step_s = drive->tick / drive->steps_per_tick;
     for (int32_t k = 0; k < drive->steps_per_tick; ++k) {
-        const double wanted_speed = sim_road_at(&drive->road, drive->road.speed, state->station);
-        sim_driver_drive(&state->driver, &drive->driver, wanted_speed, state->time, step_s);
+        sim_driver_drive(&state->driver, &drive->driver, &drive->road, state->station, state->time, step_s);
         sim_driver_steer(&state->driver, &drive->driver, step_s);
         sim_steering_step(&state->steering, &drive->steering, state->driver.steering_wheel_angle,
                           state->truck.front_force, step_s);

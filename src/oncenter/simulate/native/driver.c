@@ -61,11 +61,13 @@ void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double 
     state->steering_wheel_angle += state->steering_wheel_rate * step_s;
 }
 
-void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, double wanted_speed, double time,
-                      double step_s)
+void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, const sim_road *road, double station,
+                      double time, double step_s)
 {
+    const double until_there = state->speed * (SPEED_ANSWERS_S + PEDAL_ANSWERS_S);
+    const double of_road = sim_road_at(road, road->speed, station + until_there);
     const double may_still = driver->deceleration_max * (driver->stop_time - time);
-    const double wanted = time < driver->start_time ? 0.0 : fmax(0.0, fmin(wanted_speed, may_still));
+    const double wanted = time < driver->start_time ? 0.0 : fmax(0.0, fmin(of_road, may_still));
     if (wanted <= 0.0 && state->speed < STANDS_BELOW_M_S) {
         state->speed = 0.0;
         state->longitudinal_acceleration = 0.0;

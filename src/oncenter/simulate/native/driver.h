@@ -59,8 +59,8 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
 /* The arms' way to what was decided a reaction time ago. */
 void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double step_s);
 
-/* The feet's: towards the road's speed, standing before start_time and after stop_time. */
-void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, double wanted_speed, double time,
-                      double step_s);
+/* The feet's way to the road's speed, standing before start_time and after stop_time. */
+void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, const sim_road *road, double station,
+                      double time, double step_s);
 
 #endif

@@ -1,0 +1,229 @@
+"""Any DBC by option: cantools reads it, and its layout decodes whole columns of frames."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.read import j1939
+from oncenter.read.frames import PGN_COUNT, Column, Frames, Kept, bus_name, pgn_of
+from oncenter.read.samples import Samples
+from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
+from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
+
+if TYPE_CHECKING:
+    from cantools.database.can import Message, Signal
+
+_BY_SPN = {p.spn: (m, p) for m in j1939.MESSAGES.values() for p in m.parameters}
+_BY_NAME = {p.name.lower(): (m, p) for m in j1939.MESSAGES.values() for p in m.parameters}
+
+
+@dataclass(frozen=True)
+class Field:
+    """A DBC signal that is one of ours, or a J1939 parameter that helps to one."""
+
+    layout: Signal
+    factor: float  # to SI with sign, or to the J1939 parameter's unit
+    signal: str | None = None
+    parameter: j1939.Parameter | None = None
+    group: j1939.Message | None = None
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A DBC message that carries something for us."""
+
+    message: Message
+    fields: tuple[Field, ...]
+
+    @property
+    def pgn(self) -> int | None:
+        if not self.message.is_extended_frame:
+            return None
+        return int(pgn_of(np.array([self.message.frame_id], np.uint32))[0])
+
+
+def definitions(
+    paths: Sequence[str | os.PathLike[str]], names: Mapping[str, SignalName], notes: list[str]
+) -> list[Definition]:
+    """What the databases say about our signals: by `[signals]` first, else by SPN, else by name.
+
+    Raises:
+        OncenterError: a file is no DBC, or a named signal has no unit.
+    """
+    found = []
+    for path in paths:
+        for message in _messages(Path(path)):
+            fields = [field for layout in message.signals for field in _fields(message, layout, names, notes)]
+            if fields:
+                found.append(Definition(message, tuple(fields)))
+    return found
+
+
+def _messages(path: Path) -> list[Message]:
+    from cantools.database import load_file
+    from cantools.database.can import Database
+
+    try:
+        if path.stat().st_size == 0:
+            raise OncenterError(f"{path.name} is empty, not a DBC", code="bad_dbc", exit_code=WRONG_USAGE)
+        database = load_file(path, database_format="dbc", strict=False)
+    except OncenterError:
+        raise
+    except Exception as error:  # cantools lets key, value and attribute errors of broken files through
+        reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
+        raise OncenterError(
+            f"cannot read the DBC {path.name}: {reason[:160]}", code="bad_dbc", exit_code=WRONG_USAGE
+        ) from error
+    if not isinstance(database, Database) or not database.messages:
+        raise OncenterError(f"the DBC {path.name} has no messages", code="bad_dbc", exit_code=WRONG_USAGE)
+    return database.messages
+
+
+def _fields(message: Message, layout: Signal, names: Mapping[str, SignalName], notes: list[str]) -> list[Field]:
+    """What a DBC signal is for us; nothing, mostly."""
+    by_names = [
+        Field(layout, entry.sign * factors(signal)[named_unit(signal, entry, factors(signal), layout.unit)], signal)
+        for signal, entry in names.items()
+        if signal in SIGNALS and entry.name in (layout.name, f"{message.name}.{layout.name}")
+    ]
+    fields = by_names or _by_spn_or_name(layout, notes)
+    if fields and (layout.multiplexer_ids or _place(layout)[1] > 64):
+        what = "multiplexed" if layout.multiplexer_ids else "beyond eight bytes"
+        notes.append(f"{fields[0].signal or layout.name}: {message.name}.{layout.name} is {what} and was left out")
+        return []
+    return fields
+
+
+def _by_spn_or_name(layout: Signal, notes: list[str]) -> list[Field]:
+    group, parameter = _BY_SPN.get(layout.spn or -1) or _BY_NAME.get(layout.name.lower()) or (None, None)
+    if group is not None and parameter is not None and parameter.signal is not None:
+        known = factors(parameter.signal)
+        unit = unit_key(layout.unit, known) if layout.unit else parameter.unit
+        if unit is None:
+            notes.append(f"{parameter.signal}: {layout.name} has unit {layout.unit!r}, {' or '.join(known)} would do")
+            return []
+        return [Field(layout, known[unit] / known[parameter.unit], None, parameter, group)]
+    for signal in SIGNALS:
+        known = factors(signal)
+        suffixed = unit_by_suffix(layout.name, known)
+        if layout.name.lower() not in (signal, f"{signal}_{suffixed}"):
+            continue
+        unit = (
+            unit_key(layout.unit or "", known) or suffixed or ("1" if SIGNALS[signal].quantity is PURE_NUMBER else None)
+        )
+        if unit is None:
+            notes.append(f"{signal}: {layout.name} has unit {layout.unit!r}, {' or '.join(known)} would do")
+            return []
+        return [Field(layout, known[unit], signal)]
+    return []
+
+
+def samples(kept: Kept, found: Sequence[Definition]) -> list[Samples]:
+    """Every signal of every source that the databases describe."""
+    pgn = np.where(kept.frames.extended, pgn_of(kept.frames.identifier), PGN_COUNT)
+    given: list[Samples] = []
+    for definition in found:
+        message = definition.message
+        if definition.pgn is None:
+            matching = ~kept.frames.extended & (kept.frames.identifier == message.frame_id)
+        else:
+            # Two messages of one group (a J1939 DBC has one) can only be told apart by the whole identifier.
+            rivals = sum(other.pgn == definition.pgn for other in found)
+            matching = pgn == definition.pgn
+            if rivals > 1:
+                matching &= kept.frames.identifier == message.frame_id
+        given += _samples_of(definition, kept.frames.where(matching))
+    return given
+
+
+def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
+    message = definition.message
+    address = frames.identifier & np.uint32(0xFF) if message.is_extended_frame else np.zeros(len(frames), np.uint32)
+    given = []
+    for source, bus in sorted(set(zip(address.tolist(), frames.bus.tolist(), strict=True))):
+        on_bus = frames.where((address == source) & (frames.bus == bus))
+        where = f"from 0x{source:02X}" if message.is_extended_frame else f"(0x{message.frame_id:X})"
+        several = len(np.unique(frames.bus[address == source])) > 1
+        description = f"{message.name} {where}" + (f" on {bus_name(bus)}" if several else "")
+        labels = (message.name.lower(), f"0x{source:02x}", bus_name(bus).lower())
+        given += [
+            Samples(
+                signal,
+                on_bus.time,
+                values,
+                message.name,
+                description,
+                rank,
+                source if message.is_extended_frame else None,
+                labels,
+            )
+            for signal, values, rank in _values(definition, on_bus)
+        ]
+    return given
+
+
+def _values(definition: Definition, frames: Frames) -> list[tuple[str, Column, int]]:
+    """Signals of one source in SI, and their rank: named ones come before all others."""
+    direct = [
+        (field.signal, decode(field.layout, frames) * field.factor, -1)
+        for field in definition.fields
+        if field.signal is not None
+    ]
+    groups: dict[int, dict[int, Column]] = {}
+    for field in definition.fields:
+        if field.parameter is not None and field.group is not None:
+            values = decode(field.layout, frames) * field.factor
+            groups.setdefault(field.group.pgn, {})[field.parameter.spn] = values
+    return direct + [
+        (signal, values, j1939.rank(signal, j1939.MESSAGES[pgn].name))
+        for pgn, by_spn in groups.items()
+        for signal, values in j1939.signals_of(j1939.MESSAGES[pgn], by_spn).items()
+    ]
+
+
+def decode(layout: Signal, frames: Frames) -> Column:
+    """A DBC signal of many frames in its unit; NaN where the frame is too short or the value is no number.
+
+    No number is, in 29-bit messages, what J1939 reserves (top byte 0xFB and above), and anything outside the range
+    that the DBC gives.
+    """
+    shift, last = _place(layout)
+    words = frames.data if layout.byte_order == "little_endian" else frames.data.byteswap()
+    raw = (words >> np.uint64(shift)) & np.uint64((1 << layout.length) - 1)
+    values = _number(raw, layout) * float(layout.scale) + float(layout.offset)
+    values[frames.length.astype(np.int64) * 8 < last] = np.nan
+    if layout.length in (8, 16, 32) and not layout.is_signed and not layout.is_float:
+        reserved = raw >> np.uint64(layout.length - 8) > 0xFA
+        values[reserved & frames.extended] = np.nan
+    low, high = layout.minimum, layout.maximum
+    if low is not None and high is not None and high > low:
+        slack = abs(float(layout.scale))
+        values[(values < low - slack) | (values > high + slack)] = np.nan
+    return values
+
+
+def _place(layout: Signal) -> tuple[int, int]:
+    """How far a signal is shifted in its eight bytes read in its byte order, and how many bits reach to its end."""
+    if layout.byte_order == "little_endian":
+        return layout.start, layout.start + layout.length
+    # Here the start is the most significant bit, counted 7..0 in byte 0, 15..8 in byte 1, ...
+    first = 8 * (layout.start // 8) + 7 - layout.start % 8
+    return 64 - first - layout.length, first + layout.length
+
+
+def _number(raw: npt.NDArray[np.uint64], layout: Signal) -> Column:
+    if layout.is_float:
+        whole = raw.astype(f"<u{layout.length // 8}")
+        return whole.view(f"<f{layout.length // 8}").astype(np.float64)
+    if layout.is_signed:
+        shift = np.uint64(64 - layout.length)
+        return ((raw << shift).view(np.int64) >> np.int64(64 - layout.length)).astype(np.float64)
+    return raw.astype(np.float64)

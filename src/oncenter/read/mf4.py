@@ -1,0 +1,222 @@
+"""ASAM MDF 3 and 4 through asammdf: raw CAN frames of bus logging, and decoded channels at their own rasters."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter.errors import OncenterError
+from oncenter.read import j1939
+from oncenter.read.frames import Column, Frames, Kept, Wanted, bus_code, keep
+from oncenter.read.samples import Samples
+from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
+from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
+
+if TYPE_CHECKING:
+    from asammdf import MDF
+
+FRAME_CHANNEL = "CAN_DataFrame"
+_PARAMETERS = {p.name.lower(): (m, p) for m in j1939.MESSAGES.values() for p in m.parameters}
+
+
+def read(
+    path: Path,
+    names: Mapping[str, SignalName],
+    wanted: Wanted,
+    notes: list[str],
+    progress: Callable[[float], None],
+) -> tuple[Kept, list[Samples]]:
+    """Wanted frames, in order of time, and signals of decoded channels.
+
+    Raises:
+        OncenterError: asammdf cannot read it, or it is shorter than it says.
+    """
+    with _asammdf(path):
+        from asammdf import MDF
+
+        with MDF(path) as mdf:
+            start = mdf.start_time.timestamp()
+            kept = keep(_frames(mdf, start, progress), wanted)
+            decoded = _decoded(mdf, start, names, notes)
+    in_time = np.argsort(kept.frames.time, kind="stable")
+    frames = Frames(*(getattr(kept.frames, column)[in_time] for column in Frames.__dataclass_fields__))
+    return Kept(frames, kept.pgn_frames, kept.standard_frames), decoded
+
+
+@contextlib.contextmanager
+def _asammdf(path: Path) -> Iterator[None]:
+    """asammdf logs, prints and lets many kinds of errors through: it is quiet here, and has one error."""
+    logger = logging.getLogger("asammdf")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
+    try:
+        with (
+            warnings.catch_warnings(),
+            contextlib.redirect_stdout(io.StringIO()),
+            contextlib.redirect_stderr(io.StringIO()),
+        ):
+            warnings.simplefilter("ignore")
+            yield
+    except OncenterError:
+        raise
+    except Exception as error:
+        reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
+        raise OncenterError(
+            f"cannot read {path.name}, it is damaged or of another format: {reason[:160]}", code="unreadable_log"
+        ) from error
+    finally:
+        logger.setLevel(level)
+
+
+def _filled_groups(mdf: MDF) -> list[int]:
+    groups: list[Any] = list(mdf.groups)
+    return [index for index, group in enumerate(groups) if group.channel_group.cycles_nr]
+
+
+def _frames(mdf: MDF, start: float, progress: Callable[[float], None]) -> Iterator[Frames]:
+    filled = _filled_groups(mdf)
+    for done, group in enumerate(filled):
+        progress(done / len(filled))
+        if any(channel.name == FRAME_CHANNEL for channel in mdf.groups[group].channels):
+            yield _frames_of_group(mdf, group, start)
+
+
+def _frames_of_group(mdf: MDF, group: int, start: float) -> Frames:
+    signal = mdf.get(FRAME_CHANNEL, group=group, raw=True)
+    fields = signal.samples
+
+    def field(name: str, otherwise: int) -> npt.NDArray[Any]:
+        full = f"{FRAME_CHANNEL}.{name}"
+        if full in (fields.dtype.names or ()):
+            return np.asarray(fields[full])
+        return np.full(len(fields), otherwise)
+
+    identifier = field("ID", 0).astype(np.uint32)
+    # Without an IDE field, bit 31 of the identifier says that it is extended.
+    extended = field("IDE", 0).astype(bool) | (identifier >> np.uint32(31) == 1)
+    bytes_ = np.asarray(fields[f"{FRAME_CHANNEL}.DataBytes"])
+    width = min(bytes_.shape[1], 8)
+    length = np.minimum(field("DataLength", width).astype(np.int64), 8)
+    padded = np.full((len(fields), 8), 0xFF, np.uint8)
+    padded[:, :width] = bytes_[:, :width]
+    padded[np.arange(8) >= length[:, None]] = 0xFF
+    channel = field("BusChannel", 0).astype(np.int64)
+    bus = np.zeros(len(fields), np.uint64)
+    for number in np.unique(channel).tolist():
+        bus[channel == number] = bus_code(f"CAN{number}")
+    return Frames(
+        signal.timestamps + start,
+        identifier & np.uint32((1 << 29) - 1),
+        extended,
+        padded.view("<u8")[:, 0],
+        length.astype(np.uint8),
+        bus,
+    )
+
+
+def _decoded(mdf: MDF, start: float, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
+    given: list[Samples] = []
+    for group in _filled_groups(mdf):
+        channels = [channel.name for channel in mdf.groups[group].channels]
+        if any("Frame" in name and name.startswith(("CAN_", "LIN_", "FLX_", "ETH_")) for name in channels):
+            continue
+        reader = _Group(mdf, group, start)
+        for index, name in enumerate(channels):
+            given += _named_channel(reader, index, name, names, notes)
+        given += _j1939_channels(reader, channels, names, notes)
+    return given
+
+
+class _Group:
+    """Channels of one raster; its time is one array, so that the clock sees that they share it."""
+
+    def __init__(self, mdf: MDF, group: int, start: float) -> None:
+        self._mdf, self._group, self._start = mdf, group, start
+        self._time: Column | None = None
+        acquired = mdf.groups[group].channel_group
+        self.label = str(getattr(acquired, "acq_name", "") or "")
+
+    def channel(self, index: int) -> tuple[Column, Column, str] | None:
+        """Time, values and unit of a channel, NaN where invalid; None when it holds no numbers."""
+        signal = self._mdf.get(group=self._group, index=index, ignore_invalidation_bits=True)
+        if signal.samples.ndim != 1 or signal.samples.dtype.kind not in "iufb":
+            return None
+        values = signal.samples.astype(np.float64)
+        if signal.invalidation_bits is not None:
+            values[np.asarray(signal.invalidation_bits, bool)] = np.nan
+        if self._time is None:
+            self._time = signal.timestamps.astype(np.float64) + self._start
+        values[~np.isfinite(values)] = np.nan
+        return self._time, values, str(signal.unit or "")
+
+
+def _named_channel(
+    reader: _Group, index: int, name: str, names: Mapping[str, SignalName], notes: list[str]
+) -> list[Samples]:
+    """A channel that `[signals]` names, or that is called as our signals are."""
+    given = []
+    for signal in SIGNALS:
+        entry = names.get(signal)
+        by_name = entry is not None and entry.name in (name, f"{reader.label}.{name}")
+        known = factors(signal)
+        suffixed = unit_by_suffix(name, known)
+        ours = name == signal or (suffixed is not None and name == f"{signal}_{suffixed}")
+        if not by_name and not ours:
+            continue
+        content = reader.channel(index)
+        if content is None:
+            notes.append(f"{signal}: channel {name} holds no numbers")
+            continue
+        time, values, written = content
+        if entry is not None and by_name:
+            factor = entry.sign * known[named_unit(signal, entry, known, written)]
+        else:
+            unit = suffixed or unit_key(written, known) or ("1" if SIGNALS[signal].quantity is PURE_NUMBER else None)
+            if unit is None:
+                notes.append(f"{signal}: channel {name} has unit {written!r}, {' or '.join(known)} would do")
+                continue
+            factor = known[unit]
+        given.append(_sample(signal, time, values * factor, name, reader.label, 0 if by_name else 1))
+    return given
+
+
+def _j1939_channels(
+    reader: _Group, channels: list[str], names: Mapping[str, SignalName], notes: list[str]
+) -> list[Samples]:
+    """Channels that are called as J1939 parameters are, as a decoder with a J1939 DBC writes them."""
+    by_message: dict[int, dict[int, Column]] = {}
+    time: Column | None = None
+    for index, name in enumerate(channels):
+        message, parameter = _PARAMETERS.get(name.rsplit(".", 1)[-1].lower(), (None, None))
+        if message is None or parameter is None or parameter.signal is None:
+            continue
+        content = reader.channel(index)
+        if content is None:
+            continue
+        known = factors(parameter.signal)
+        unit = unit_key(content[2], known) if content[2] else parameter.unit
+        if unit is None:
+            notes.append(f"{parameter.signal}: channel {name} has unit {content[2]!r}, {' or '.join(known)} would do")
+            continue
+        time = content[0]
+        by_message.setdefault(message.pgn, {})[parameter.spn] = content[1] * known[unit] / known[parameter.unit]
+    if time is None:
+        return []
+    return [
+        _sample(signal, time, values, message.name, reader.label, 2 + j1939.rank(signal, message.name))
+        for message in (j1939.MESSAGES[pgn] for pgn in by_message)
+        for signal, values in j1939.signals_of(message, by_message[message.pgn]).items()
+    ]
+
+
+def _sample(signal: str, time: Column, values: Column, name: str, label: str, rank: int) -> Samples:
+    description = f"channel {name}" + (f" ({label})" if label else "")
+    return Samples(signal, time, values, name, description, rank, labels=(name.lower(), label.lower()))

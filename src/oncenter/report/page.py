@@ -1,0 +1,325 @@
+"""The page as text: the answer in words first, then the pictures, then what produced it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from html import escape
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from bokeh.embed import components
+from bokeh.resources import Resources
+
+from oncenter.report.course import Course, course
+from oncenter.report.plots import COLOURS, STRIP_NAMES, figures
+from oncenter.signals import DEGREE, SIGNALS
+
+if TYPE_CHECKING:
+    from oncenter.estimate import Answer, Estimate
+
+_QUANTITIES = {
+    "offset": "Offset of the steering wheel angle sensor",
+    "backlash": "Play in the steering, at the steering wheel",
+    "understeer_gradient": "Understeer gradient <i>K</i><sub>us</sub>/<i>g</i>, at the road wheel",
+    "yaw_rate_bias": "Yaw rate sensor bias",
+    "lateral_acceleration_bias": "Accelerometer bias, lateral",
+}
+_STATUSES = {
+    "converging": "the interval is still too wide",
+    "unobservable": "this drive does not tell",
+    "invalid": "a signal is at fault",
+}
+
+# The browser itself is told to fetch nothing, whatever the page or a library in it should try.
+_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
+
+
+def page(answer: Answer, rows: npt.NDArray[Any]) -> str:
+    """The whole HTML document for an answer and its trace (`oncenter.estimate.trace`)."""
+    drive = course(answer, rows)
+    pictures = figures(answer, drive)
+    script, divs = components(pictures) if pictures else ("", {})
+    colours = "".join(f"--{name}:{colour};" for name, colour in COLOURS.items())
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<title>Steering wheel angle offset: {escape(answer.log)}</title>
+<style>:root{{{colours}}}
+{_asset("page.css")}</style>
+</head>
+<body>
+<main>
+{_answer_in_words(answer)}
+{_quantities(answer)}
+{_findings(answer)}
+{_time(answer)}
+{_pictures(answer, drive, divs)}
+{_provenance(answer)}
+</main>
+{_scripts(script) if pictures else ""}
+</body>
+</html>
+"""
+
+
+def _asset(name: str) -> str:
+    return files("oncenter.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def _scripts(plots: str) -> str:
+    library = Resources(mode="inline", minified=True, components=["bokeh"]).render_js()
+    return f"{library}\n{plots}\n<script>{_asset('page.js')}</script>"
+
+
+def _answer_in_words(answer: Answer) -> str:
+    given = answer.offset.to_dict()
+    number, interval = _number_and_interval(answer.offset)
+    size = "" if number != "—" else " none"
+    return f"""<header>
+<p class="log">{escape(answer.vehicle.name)} · {escape(answer.log)}</p>
+<h1>Steering wheel angle offset</h1>
+<p class="offset{size}">{number}{"<small>deg</small>" if number != "—" else ""}</p>
+<p class="standing">{f"95 % interval {interval} deg · " if interval != "—" else ""}{_status(given["status"])}</p>
+<p class="words">{escape(_sentence(answer.words()))}</p>
+<p class="quiet">The offset is what the sensor reads when the truck drives straight without lateral acceleration, at the
+midpoint of the play; left is positive, and measured less offset is true.</p>
+</header>"""
+
+
+def _quantities(answer: Answer) -> str:
+    lines = []
+    for name, title in _QUANTITIES.items():
+        estimate: Estimate = getattr(answer, name)
+        number, interval = _number_and_interval(estimate)
+        given = estimate.to_dict()
+        unit = _unit(given["unit"]) if number != "—" else ""
+        lines.append(
+            f'<tr><th scope="row">{title}</th><td class="number">{number} <span class="unit">{unit}</span></td>'
+            f'<td class="number interval">{interval}</td>'
+            f"<td>{_status(given['status'])}</td></tr>"
+        )
+    return f"""<section>
+<table class="quantities">
+<thead><tr><th>Quantity</th><th class="number">Value</th><th class="number">95 % interval</th><th>Status</th></tr></thead>
+<tbody>
+{_lines(lines)}
+</tbody>
+</table>
+</section>"""
+
+
+def _findings(answer: Answer) -> str:
+    if not answer.findings:
+        return ""
+    lines = [
+        f'<li class="{escape(finding.severity)}"><b>{escape(finding.severity)}</b> {escape(_sentence(finding.text))}</li>'
+        for finding in answer.findings
+    ]
+    return f'<section>\n<h2>Findings</h2>\n<ul class="findings">\n{_lines(lines)}\n</ul>\n</section>'
+
+
+def _time(answer: Answer) -> str:
+    whole = max(answer.duration_s, 1e-9)
+    meanings = _reasons(answer.params)
+    lines = [_bar("Used", answer.used_s, whole, "used")]
+    lines += [
+        _bar(f"{meanings[reason]} <i>{STRIP_NAMES[reason]}</i>", seconds, whole, "rejected")
+        for reason, seconds in sorted(answer.rejected_s.items(), key=lambda item: -item[1])
+        if seconds > 0.0
+    ]
+    return f"""<section>
+<h2>Time used and rejected</h2>
+<p>{_duration(answer.used_s)} of {_duration(answer.duration_s)} used for the offset, {_duration(answer.unused_s)} not.
+Reasons overlap, so they may sum to more than that.</p>
+<div class="bars">
+{_lines(lines)}
+</div>
+</section>"""
+
+
+def _bar(label: str, seconds: float, whole: float, colour: str) -> str:
+    share = 100.0 * min(seconds / whole, 1.0)
+    return (
+        f'<span>{label}</span><span class="track"><span class="{colour}" style="width:{share:.2f}%"></span></span>'
+        f'<span class="number">{_duration(seconds)}</span>'
+    )
+
+
+def _reasons(params: Mapping[str, float]) -> dict[str, str]:
+    """What each reason of the gate means with the limits in force."""
+    speed = params["speed_min_m_s"]
+    return {
+        "missing_signal": "A signal not available",
+        "time": "Time stood still or ran backward",
+        "gap": f"First tick after a hole of more than {params['gap_max_s']:g} s",
+        "settling": "Filters settling",
+        "speed": f"Slower than {speed:g} m/s ({3.6 * speed:.0f} km/h)",
+        "curvature": f"In a bend tighter than {1.0 / params['curvature_max_1_m']:.0f} m",
+        "longitudinal_acceleration": (
+            f"Speeding up or braking by more than {params['longitudinal_acceleration_max_m_s2']:g} m/s²"
+        ),
+        "bank": f"Road bank or accelerometer bias, |a<sub>y</sub> − r·v| above {params['bank_max_m_s2']:g} m/s²",
+        "window": f"Not clean for {params['clean_time_s']:g} s on end",
+    }
+
+
+def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
+    several = (
+        f"<p>{len(drive.starts)} drives, one after the other, parted by dotted lines.</p>" if len(drive.starts) > 1 else ""
+    )
+    relative = (
+        f"<p>The angle sensor is relative: {drive.turns} whole turns are taken from it here.</p>" if drive.turns else ""
+    )
+    slope = "i·K<sub>us</sub>·a<sub>y</sub>"
+    play = (
+        ", dashed the two flanks of the play" if answer.backlash.to_dict()["value"] and "cloud" in divs else ""
+    )
+    clean = "Nothing to draw: no tick passed the gate. The strip above says why."
+    return "\n".join(
+        [
+            "<section>\n<h2>The drive</h2>",
+            several + relative,
+            _key(measured="measured", estimate=f"expected from the motion without offset, i·L·r/v + {slope}"),
+            divs.get("angle", _nothing("The log has no steering wheel angle.")),
+            divs.get("speed", ""),
+            divs.get("yaw_rate", ""),
+            _key(measured="measured (specific force)", estimate="r·v; the difference is the road's bank or a bias"),
+            divs.get("lateral_acceleration", ""),
+            "</section>\n<section>\n<h2>The gate</h2>",
+            _key(used="used for the offset", rejected="rejected, one row per reason as named under Time above"),
+            divs.get("gate", _nothing("The drive has no tick.")),
+            "</section>\n<section>\n<h2>Offset over time</h2>",
+            _key(estimate="offset as learned up to then, with its 95 % interval") if "offset" in divs else "",
+            divs.get("offset", _nothing("No offset was learned at any time.")),
+            "</section>\n<section>\n<h2>Residual against lateral acceleration</h2>",
+            "<p>What is left of the measured angle when the Ackermann angle i·L·r/v is taken away, in ticks that passed "
+            "the gate. Play in the steering shows as two parallel lines, one on each side of zero.</p>",
+            _key(used="clean ticks", estimate=f"offset + {slope}, with the offset's 95 % interval{play}")
+            if "cloud" in divs
+            else "",
+            divs.get("cloud", _nothing(clean)),
+            "</section>\n<section>\n<h2>Understeer gradient</h2>",
+            _understeer(answer, divs),
+            "</section>",
+        ]
+    )
+
+
+def _understeer(answer: Answer, divs: Mapping[str, str]) -> str:
+    low, high = (answer.params[f"understeer_acceleration_{end}_m_s2"] for end in ("min", "max"))
+    if "bends" not in divs:
+        return _nothing(
+            f"Not learned: it needs a trusted offset and bends of {low:g} to {high:g} m/s² that are clean but for their "
+            "curvature. It was taken as zero."
+        )
+    return f"""<div class="pair">
+<div>{_key(estimate="K<sub>us</sub>/g as learned up to then; band: 95 % interval of the last")}
+{divs.get("understeer", "")}</div>
+<div>{_key(used=f"ticks in bends of {low:g} to {high:g} m/s²", estimate="i·K<sub>us</sub>·a<sub>y</sub>, 95 %")}
+{divs["bends"]}</div>
+</div>"""
+
+
+def _key(**entries: str) -> str:
+    spans = [f'<span><i class="swatch {colour}"></i>{text}</span>' for colour, text in entries.items()]
+    return f'<p class="key">{" ".join(spans)}</p>'
+
+
+def _nothing(text: str) -> str:
+    return f'<p class="nothing">{text}</p>'
+
+
+def _provenance(answer: Answer) -> str:
+    vehicle = answer.vehicle
+    truck = {
+        "Vehicle": escape(vehicle.name),
+        "Wheelbase": f"{vehicle.wheelbase_m:g} m",
+        "Steering ratio near the centre": f"{vehicle.ratio_near_centre:.4g}",
+        "Method": escape(answer.method),
+        "Version": f"oncenter {escape(answer.version)}",
+    }
+    logs = [f"{escape(d.log)} <span class=quiet>{d.table.height} ticks at {d.rate_hz:g} Hz</span>" for d in answer.drives]
+    truck["Logs" if len(logs) > 1 else "Log"] = "<br>".join(logs)
+    sources = {_signal_name(name): escape(text) for name, text in answer.sources.items()}
+    params = dict(_param(name, value) for name, value in answer.params.items())
+    notes = "".join(f"<li>{escape(note)}</li>" for note in answer.notes)
+    return f"""<section class="provenance">
+<h2>What produced it</h2>
+{_table(truck)}
+<h3>Signals and where they came from</h3>
+{_table(sources)}
+{f"<h3>Notes</h3><ul>{notes}</ul>" if notes else ""}
+<details><summary>Parameters in force</summary>
+{_table(params)}
+</details>
+</section>"""
+
+
+def _table(entries: Mapping[str, str]) -> str:
+    lines = [f'<tr><th scope="row">{key}</th><td>{value}</td></tr>' for key, value in entries.items()]
+    return f"<table>\n{_lines(lines)}\n</table>"
+
+
+def _signal_name(name: str) -> str:
+    symbol = SIGNALS[name].symbol if name in SIGNALS else ""
+    return escape(name.replace("_", " ")) + (f" <i>{escape(symbol)}</i>" if symbol else "")
+
+
+def _param(name: str, value: float) -> tuple[str, str]:
+    """As a vehicle file may hold it: angles in deg."""
+    parts = name.split("_")
+    if "rad" in parts:
+        return escape("_".join("deg" if part == "rad" else part for part in parts)), f"{value / DEGREE:.4g}"
+    return escape(name), f"{value:.4g}"
+
+
+def _number_and_interval(estimate: Estimate) -> tuple[str, str]:
+    """Value and interval in the page's unit with as many digits as the interval bears; a dash for what there is not."""
+    given = estimate.to_dict()
+    value, interval = given["value"], given["ci95"]
+    if estimate.status == "unobservable" or value is None or not math.isfinite(value):
+        return "—", "—"
+    if interval is None or not np.isfinite(interval).all():
+        return _signed(value, 2), "—"
+    width = max(interval[1] - interval[0], 1e-6)
+    digits = int(np.clip(2 - math.floor(math.log10(width)), 1, 4)) if width < 10.0 else 1
+    digits = min(digits, 3)
+    return _signed(value, digits), f"{_signed(interval[0], digits)} to {_signed(interval[1], digits)}"
+
+
+def _signed(value: float, digits: int) -> str:
+    return f"{value:+.{digits}f}".replace("-", "−")
+
+
+def _unit(unit: str) -> str:
+    return escape(unit.replace("^2", "²"))
+
+
+def _status(status: str) -> str:
+    return (
+        f'<span class="status {escape(status)}">{escape(status)}</span> '
+        f'<span class="quiet">{_STATUSES.get(status, "")}</span>'
+    )
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
+
+
+def _duration(seconds: float) -> str:
+    """As people say it: 45.0 s, 12 min 5 s, 3 h 2 min."""
+    if seconds < 60.0:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def _lines(lines: list[str]) -> str:
+    return "\n".join(lines)

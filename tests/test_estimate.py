@@ -1,0 +1,196 @@
+"""From a simulated drive to the answer: what is told, in which unit, and what is held back."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import polars as pl
+import pytest
+
+import oncenter as oc
+from oncenter.signals import DEGREE, Signals, Source
+from oncenter.vehicle import vehicle_from
+
+TRUCK = vehicle_from({"wheelbase_m": 3.7, "steering_ratio": 19.3}, "truck.toml")
+RATE_HZ = 50.0
+
+
+def steady_drive(
+    *,
+    offset_deg: float = 2.0,
+    yaw_rate_bias_deg_s: float = 0.0,
+    acceleration_bias_m_s2: float = 0.0,
+    minutes: float = 4.0,
+    start_s: float = 0.0,
+    bends: bool = True,
+) -> Signals:
+    """A truck without play that follows (37) exactly: 3 s of standing, 20 m/s, a minute straight, a minute of bends."""
+    time = np.arange(0.0, 60 * minutes, 1 / RATE_HZ)
+    speed = np.clip((time - 3.0) * 1.0, 0.0, 20.0)
+    bend = np.clip(4 * np.sin(2 * math.pi * time / 30.0), -1, 1) * (time // 60 % 2 == 1)
+    curvature = (0.7 / 400.0 if bends else 1e-5) * bend
+    yaw_rate = curvature * speed
+    a_y = yaw_rate * speed + 0.1
+    angle = 19.3 * (3.7 * curvature + 0.4 * DEGREE * a_y) + offset_deg * DEGREE
+    table = pl.DataFrame(
+        {
+            "time_s": time + start_s,
+            "steering_wheel_angle_rad": angle,
+            "yaw_rate_rad_s": yaw_rate + yaw_rate_bias_deg_s * DEGREE,
+            "vehicle_speed_m_s": speed,
+            "lateral_acceleration_m_s2": a_y + acceleration_bias_m_s2,
+        }
+    )
+    sources = {
+        name: Source("made up", RATE_HZ, len(time), 0)
+        for name in ("steering_wheel_angle", "yaw_rate", "vehicle_speed", "lateral_acceleration")
+    }
+    return Signals(table, sources, RATE_HZ, "made up")
+
+
+def codes(answer: oc.Answer) -> set[str]:
+    return {finding.code for finding in answer.findings}
+
+
+def test_a_truck_that_follows_the_model_gives_its_offset_and_gradient_back() -> None:
+    answer = oc.offset(steady_drive(), TRUCK)
+    assert answer.offset.status == "valid"
+    assert answer.offset.value == pytest.approx(2.0 * DEGREE, abs=0.05 * DEGREE)
+    assert answer.understeer_gradient.value == pytest.approx(0.4 * DEGREE, abs=0.01 * DEGREE)
+
+
+def test_used_and_unused_seconds_are_the_drive() -> None:
+    answer = oc.offset(steady_drive(), TRUCK)
+    assert answer.used_s + answer.unused_s == pytest.approx(answer.duration_s)
+    assert answer.duration_s == pytest.approx(240.0)
+    assert sum(answer.rejected_s.values()) >= answer.unused_s - 1e-9
+
+
+def test_a_yaw_rate_bias_is_seen_at_standstill_and_told_with_its_effect() -> None:
+    biased = oc.offset(steady_drive(yaw_rate_bias_deg_s=0.25), TRUCK)
+    plain = oc.offset(steady_drive(), TRUCK)
+    finding = next(f for f in biased.findings if f.code == "yaw_rate_bias")
+    assert finding.value == pytest.approx(0.25, abs=1e-6)
+    assert plain.offset.value is not None and biased.offset.value is not None
+    moved_deg = (plain.offset.value - biased.offset.value) / DEGREE
+    # the effect in the words, (48)'s first term, and the shift that the core shows are one number
+    assert moved_deg == pytest.approx(19.3 * 3.7 / 20.0 * 0.25, abs=0.1)
+    assert f"about {moved_deg:.1f} deg too low" in finding.text
+    assert biased.offset.ci95 is not None and biased.offset.ci95[1] > 2.0 * DEGREE - 0.05 * DEGREE
+
+
+def test_an_accelerometer_bias_beyond_table_4_shuts_the_gate_and_is_named() -> None:
+    answer = oc.offset(steady_drive(acceleration_bias_m_s2=-0.6), TRUCK)
+    assert (answer.offset.status, answer.offset.value, answer.offset.ci95) == ("unobservable", None, None)
+    finding = next(f for f in answer.findings if f.code == "gate_shut")
+    assert finding.value == pytest.approx(-0.5, abs=0.01)  # bias and the road's 0.1
+    assert "bank_max_m_s2" in finding.text
+    assert "lateral_acceleration_at_standstill" in codes(answer)
+
+
+def test_without_the_accelerometer_its_bias_does_not_matter() -> None:
+    a = oc.offset(steady_drive(acceleration_bias_m_s2=-0.6), TRUCK, params={"use_accelerometer": 0})
+    b = oc.offset(steady_drive(acceleration_bias_m_s2=+0.6), TRUCK, params={"use_accelerometer": 0})
+    assert a.offset.value is not None
+    assert a.offset.value == b.offset.value
+
+
+def test_on_a_straight_road_the_understeer_gradient_is_unobservable() -> None:
+    answer = oc.offset(steady_drive(bends=False), TRUCK)
+    assert answer.understeer_gradient.status == "unobservable"
+    assert answer.understeer_gradient.value is None
+    assert "understeer_gradient_unknown" in codes(answer)
+
+
+def test_two_logs_of_one_truck_are_one_evidence_whatever_their_order() -> None:
+    first, second = steady_drive(), steady_drive(start_s=1000.0)
+    there = oc.offset([first, second], TRUCK)
+    back = oc.offset([second, first], TRUCK)
+    assert there.offset == back.offset
+    assert there.duration_s == pytest.approx(480.0)
+    assert there.used_s == pytest.approx(2 * oc.offset(first, TRUCK).used_s)
+
+
+def test_logs_that_all_start_at_zero_are_taken_in_the_order_given() -> None:
+    twice = oc.offset([steady_drive(), steady_drive()], TRUCK)
+    assert twice.rejected_s["time"] == 0.0
+    assert twice.duration_s == pytest.approx(480.0)
+
+
+def test_a_relative_angle_sensor_is_judged_modulo_one_turn() -> None:
+    drive = steady_drive(offset_deg=2.0 + 720.0)
+    relative = replace(drive, table=drive.table.with_columns(steering_wheel_angle_sensor_type=pl.lit(0.0)))
+    answer = oc.offset(relative, TRUCK)
+    assert answer.offset.value == pytest.approx(2.0 * DEGREE, abs=0.05 * DEGREE)
+    assert "relative_angle_sensor" in codes(answer)
+
+
+def test_the_json_object_keeps_the_contract() -> None:
+    given = json.loads(oc.offset(steady_drive(), TRUCK).to_json())
+    assert given["schema"] == "oncenter/offset-1"
+    assert given["version"] == oc.__version__
+    units = {
+        "offset": "deg",
+        "understeer_gradient": "deg/(m/s^2)",
+        "backlash": "deg",
+        "yaw_rate_bias": "deg/s",
+        "lateral_acceleration_bias": "m/s^2",
+    }
+    for name, unit in units.items():
+        assert given[name]["unit"] == unit
+        assert {"value", "ci95", "status"} <= set(given[name])
+        assert (given[name]["value"] is None) == (given[name]["ci95"] is None)
+    assert {"log", "vehicle", "method", "params", "signals", "time", "findings"} <= set(given)
+    assert {"duration_s", "used_s", "unused_s", "rejected_s"} == set(given["time"])
+    assert given["offset"]["value"] == pytest.approx(2.0, abs=0.05)
+
+
+def test_the_trace_ends_where_the_answer_stands() -> None:
+    answer = oc.offset(steady_drive(), TRUCK)
+    trace = oc.trace(answer)
+    assert len(trace) == answer.drives[0].table.height
+    assert trace["offset"][-1] == answer.offset.value
+    rejected_s = np.count_nonzero(trace["reasons"] & 32) / RATE_HZ
+    assert rejected_s == pytest.approx(answer.rejected_s["curvature"])
+
+
+def test_the_monitor_fed_tick_by_tick_says_what_the_log_says() -> None:
+    drive = steady_drive(minutes=2.0)
+    monitor = oc.Monitor(TRUCK, rate_hz=RATE_HZ)
+    for row in drive.table.iter_rows(named=True):
+        now = monitor.step(oc.Tick(**row))
+    answer = oc.offset(drive, TRUCK)
+    assert now.offset_rad == answer.offset.value
+    assert now.offset_status == answer.offset.status
+
+
+def test_the_monitor_says_why_a_tick_is_not_used() -> None:
+    monitor = oc.Monitor(TRUCK)
+    now = monitor.step(oc.Tick(0.0, 0.0, 0.0, 5.0, 0.0))
+    assert set(now.reasons) == {"settling", "speed"}
+    assert now.offset_rad is None
+    assert monitor.step(oc.Tick(0.01, math.nan, 0.0, 5.0, 0.0)).reasons == ("missing_signal",)
+
+
+def test_a_missing_signal_is_named() -> None:
+    drive = steady_drive()
+    blind = replace(drive, table=drive.table.drop("yaw_rate_rad_s"))
+    with pytest.raises(oc.OncenterError, match="yaw rate") as refused:
+        oc.offset(blind, TRUCK)
+    assert (refused.value.code, refused.value.exit_code) == ("missing_signal", 1)
+    assert refused.value.needs == ("yaw_rate",)
+
+
+def test_a_log_in_which_no_tick_has_all_its_signals_has_no_answer() -> None:
+    drive = steady_drive()
+    dark = replace(drive, table=drive.table.with_columns(yaw_rate_rad_s=pl.lit(math.nan)))
+    with pytest.raises(oc.OncenterError) as refused:
+        oc.offset(dark, TRUCK)
+    assert (refused.value.code, refused.value.exit_code) == ("no_usable_second", 1)
+
+
+def test_logs_of_different_rates_are_refused_together() -> None:
+    drive = steady_drive()
+    with pytest.raises(oc.OncenterError, match="one rate"):
+        oc.offset([drive, replace(drive, rate_hz=100.0)], TRUCK)

@@ -1,0 +1,99 @@
+"""Vehicle files: what is right is read, what is wrong is refused by name in one line."""
+
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import oncenter as oc
+from oncenter.errors import WRONG_USAGE
+from oncenter.vehicle import vehicle_from
+
+TRUCK = {"wheelbase_m": 3.7, "steering_ratio": 19.3}
+
+
+def test_wheelbase_and_ratio_are_enough() -> None:
+    truck = vehicle_from(TRUCK, "some/truck.toml")
+    assert (truck.name, truck.wheelbase_m, truck.ratio_near_centre) == ("truck", 3.7, 19.3)
+
+
+def test_the_shipped_truck_is_table_2() -> None:
+    truck = oc.vehicle("scania_r730_4x2")
+    assert (truck.wheelbase_m, truck.ratio_near_centre) == (3.7, 19.3)
+
+
+def test_the_ratio_near_centre_is_the_inverse_slope_of_the_polynomial() -> None:
+    truck = vehicle_from({**TRUCK, "steering_ratio": [0.0, 1 / 20, 0.0, 1e-4]}, "t.toml")
+    assert math.isclose(truck.ratio_near_centre, 20.0)
+
+
+def test_an_angle_among_the_params_may_be_given_in_degrees() -> None:
+    truck = vehicle_from({**TRUCK, "params": {"offset_half_width_max_deg": 2.0}}, "t.toml")
+    assert math.isclose(truck.params["offset_half_width_max_rad"], math.radians(2.0))
+
+
+@pytest.mark.parametrize(
+    ("values", "named"),
+    [
+        ({"wheelbase_m": 0.0}, "wheelbase_m"),
+        ({"wheelbase_m": -3.7}, "wheelbase_m"),
+        ({"wheelbase_m": 100.0}, "wheelbase_m"),
+        ({"wheelbase_m": math.nan}, "wheelbase_m"),
+        ({"wheelbase_m": "long"}, "wheelbase_m"),
+        ({"steering_ratio": 0.5}, "steering_ratio"),
+        ({"steering_ratio": [1.0]}, "slope"),
+        ({"wheelbase": 3.7}, "wheelbase_m"),
+        ({"params": {"bank_max": 0.5}}, "bank_max_m_s2"),
+        ({"params": {"bank_max_m_s2": -1.0}}, "bank_max_m_s2"),
+        ({"params": {"use_accelerometer": 2}}, "use_accelerometer"),
+        ({"signals": {"yaw": {"name": "x"}}}, "yaw_rate"),
+        ({"signals": {"yaw_rate": {"name": "x", "sign": 2}}}, "sign"),
+        ({"traffic_side": "middle"}, "traffic_side"),
+    ],
+)
+def test_a_wrong_value_is_refused_by_name_in_one_line(values: dict[str, object], named: str) -> None:
+    with pytest.raises(oc.OncenterError) as refused:
+        vehicle_from({**TRUCK, **values}, "t.toml")
+    assert named in str(refused.value)
+    assert "\n" not in str(refused.value)
+    assert (refused.value.code, refused.value.exit_code) == ("vehicle_file", WRONG_USAGE)
+
+
+def test_a_missing_value_is_named() -> None:
+    with pytest.raises(oc.OncenterError, match="'steering_ratio' is missing"):
+        vehicle_from({"wheelbase_m": 3.7}, "t.toml")
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(oc.OncenterError, match=r"none\.toml cannot be read"):
+        oc.vehicle(tmp_path / "none.toml")
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_are_a_vehicle_or_one_clear_refusal(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
+    file = tmp_path_factory.mktemp("vehicle") / "any.toml"
+    file.write_bytes(content)
+    with pytest.raises(oc.OncenterError):
+        oc.vehicle(file)
+
+
+@given(
+    st.dictionaries(
+        st.sampled_from(["wheelbase_m", "steering_ratio", "params", "signals", "mass_kg", "source", "x"]),
+        st.recursive(
+            st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=5),
+            lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=2),
+            max_leaves=5,
+        ),
+    )
+)
+def test_any_values_are_a_vehicle_in_range_or_one_clear_refusal(values: dict[str, object]) -> None:
+    try:
+        truck = vehicle_from(values, "any.toml")
+    except oc.OncenterError as refused:
+        assert "\n" not in str(refused)
+    else:
+        assert 1 <= truck.wheelbase_m <= 20
+        assert 1 <= truck.ratio_near_centre <= 60

@@ -46,10 +46,11 @@ cppcheck:
 # A second copy of the package, compiled with the sanitizers, comes first on the path.
 sanitize: .venv/ready ## the tests with address and undefined-behaviour sanitizers in the C code
 	rm -rf build/sanitize
-	CFLAGS="-g -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer" \
+	CFLAGS="-g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer" \
 	  $(BIN)/python setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
 	LD_PRELOAD="$$($(CC) -print-file-name=libasan.so) $$($(CC) -print-file-name=libstdc++.so.6)" \
-	  ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitize/lib $(BIN)/python -m pytest -p no:cacheprovider
+	  ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitize/lib \
+	  $(BIN)/python -m pytest -p no:cacheprovider --capture=sys
 
 pytest: .venv/ready
 	$(BIN)/python -m pytest

@@ -247,7 +247,7 @@ def run(c, time, angle, yaw_rate, speed, acceleration, outputs):  # type: ignore
                     v1 = (2.0 * b0 - a1) * v_m + v2
                     a_1 = (2.0 * b0 - a1) * a_in + a_2
                     ring_angle[:] = d_m
-                    ring_speed[:] = 0.0
+                    ring_speed[:] = v_m
                     angle_next, speed_next, slope_wait, seen, slope, running = 0, 0, 0, 0, 0.0, True
                 last_filtered = t
                 b0x = b0 * v_m

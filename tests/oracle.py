@@ -64,6 +64,7 @@ class Answer:
     understeer: float  # rad/(m/s^2), zero until learned
     understeer_sd: float
     understeer_status: str
+    understeer_evidence: float  # s
     offset_per_yaw_rate_bias: float
     yaw_rate_bias: tuple[float, float] | None  # value and standard deviation at standstill, rad/s
     standstill_acceleration: tuple[float, float] | None
@@ -265,7 +266,7 @@ def verdict(
     bias_spread = float(np.hypot(*bias)) if bias else params["yaw_rate_bias_sd_rad_s"]
     sd = (scatter(K) + (w * bias_spread) ** 2 + x**2 * K_variance) ** 0.5
     straight_time = len(straight["y"]) * ticks_per_block * (1.0 / rate_hz)
-    if not straight_time:
+    if len(straight["y"]) // blocks_per_batch < 2:
         status = "unobservable"
     elif straight_time < params["offset_evidence_min_s"]:
         status = "converging"
@@ -401,6 +402,7 @@ def estimate(
         understeer=now.understeer,
         understeer_sd=now.understeer_sd,
         understeer_status=now.understeer_status,
+        understeer_evidence=len(b) * tick_s,
         offset_per_yaw_rate_bias=mean_or_zero(motion.w[s]),
         yaw_rate_bias=bias_after(n),
         standstill_acceleration=standstill(

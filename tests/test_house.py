@@ -4,6 +4,7 @@ import fnmatch
 import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
@@ -140,6 +141,21 @@ def test_a_linked_folder_is_the_one_at_the_root(folder: str) -> None:
     assert link.is_symlink()
     assert link.readlink() == Path("../..") / folder
     assert link.is_dir()
+
+
+def test_a_wheel_carries_every_file_that_the_package_reads() -> None:
+    given = tomllib.loads(text("pyproject.toml"))["tool"]["setuptools"]["package-data"]
+    carried = {
+        path.relative_to(ROOT)
+        for package, patterns in given.items()
+        for pattern in patterns
+        for path in (ROOT / "src" / package.replace(".", "/")).glob(pattern)
+    }
+    package = ROOT / "src" / "oncenter"
+    read = {path.relative_to(ROOT) for path in kept_files() if path.is_relative_to(package) and path.suffix != ".py"}
+    read |= {path.relative_to(ROOT) for link in LINKS for path in (package / link).glob("*.*")}
+    compiled = {path.relative_to(ROOT) for path in (package / "simulate" / "native").glob("*.[ch]")}
+    assert sorted(map(str, read - carried - compiled)) == []
 
 
 @pytest.mark.parametrize("header", HEADERS, ids=lambda path: path.name)

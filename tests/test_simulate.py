@@ -13,12 +13,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from oncenter._simulate import ffi, lib
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY
 from oncenter.simulate import simulate, simulate_to_log
 from oncenter.simulate.can import one_byte, two_bytes
-from oncenter.simulate.drive import run, tick_count
+from oncenter.simulate.drive import ffi, lib, run, tick_count
 from oncenter.simulate.road import lay_road
 from oncenter.simulate.scenario import read_scenario
 from oncenter.simulate.truck import native_truck, understeer_gradient
@@ -110,7 +109,8 @@ def test_a_tyre_has_rolled_its_relaxation_length_when_63_percent_of_the_force_is
     for k in range(1, 60):
         lib.sim_truck_step(state, truck, delta, v, 0.0, STEP_S)
         rolled = v * k * STEP_S / truck.front_relaxation_length  # (5) and (6)
-        assert state.front_force == pytest.approx(truck.front_cornering_stiffness * delta * -math.expm1(-rolled), rel=1e-4)
+        rolled_in = -math.expm1(-rolled)
+        assert state.front_force == pytest.approx(truck.front_cornering_stiffness * delta * rolled_in, rel=1e-4)
 
 
 def test_compliance_acts_as_a_spring_between_the_steering_and_the_lagging_tyres() -> None:
@@ -119,25 +119,25 @@ def test_compliance_acts_as_a_spring_between_the_steering_and_the_lagging_tyres(
     compliance = scenario.steering.compliance_deg_kn_m * DEGREE / 1000 * scenario.steering.trail_m  # rad/N
     rigid = native_truck(stiff, scenario.steering.model_copy(update={"compliance_deg_kn_m": 0.0}))
     a, b = ffi.new("sim_truck_state *"), ffi.new("sim_truck_state *")
-    for _ in range(20000):
+    forces = np.empty((2, 20000))
+    for k in range(forces.shape[1]):
         lib.sim_truck_step(a, soft, 0.01, 20.0, 0.0, 5e-5)
         lib.sim_truck_step(b, rigid, 0.01 - compliance * b.front_force, 20.0, 0.0, 5e-5)
-    assert a.yaw_rate == pytest.approx(b.yaw_rate, rel=1e-3)
-    assert a.front_force == pytest.approx(b.front_force, rel=1e-3)
+        forces[:, k] = a.front_force, b.front_force
+    assert np.abs(forces[0] - forces[1]).max() < 2e-3 * forces.max()
 
 
 def test_from_standstill_to_walking_speed_and_back_the_truck_rolls_where_its_wheels_point_without_a_jolt() -> None:
-    truck, state, angle = thesis_truck(), ffi.new("sim_truck_state *"), 0.03
+    truck, state, angle, to_left = thesis_truck(), ffi.new("sim_truck_state *"), 0.03, -0.7
     speeds = np.r_[np.linspace(0, 5, 8000), np.linspace(5, 0, 8000), np.zeros(400)]
     yaw_rate = np.empty_like(speeds)
     for k, speed in enumerate(speeds):
-        lib.sim_truck_step(state, truck, angle, speed, 0.0, STEP_S)
+        lib.sim_truck_step(state, truck, angle, speed, to_left, STEP_S)
         yaw_rate[k] = state.yaw_rate
-    ackermann = speeds * angle / 3.7
-    assert np.abs(yaw_rate - ackermann).max() < 0.1 * ackermann.max()  # (7), 5 m/s still understeers
-    assert np.abs(yaw_rate - ackermann)[speeds < 0.5].max() < 2e-3
-    assert np.abs(np.diff(yaw_rate)).max() / STEP_S < 0.02  # rad/s^2; the ramp itself takes 0.002
-    assert yaw_rate[-1] == pytest.approx(0.0, abs=1e-4)
+    assert np.abs(yaw_rate - speeds * angle / 3.7)[speeds < 0.5].max() < 3e-4  # (7)
+    assert np.abs(np.diff(yaw_rate)).max() / STEP_S < 0.004  # rad/s^2, of which the ramp itself takes 0.002
+    assert yaw_rate[-1] == pytest.approx(0.0, abs=1e-6)
+    assert state.front_force == pytest.approx(0.7 * truck.mass * truck.rear_axle_distance / 3.7, rel=1e-3)
 
 
 # The play
@@ -182,6 +182,16 @@ def test_an_aligning_moment_above_king_pin_friction_carries_the_wheels_to_the_fl
     assert reached == place
 
 
+# The road
+
+
+def test_between_its_points_the_road_goes_in_a_straight_line_and_beyond_its_ends_as_it_ended() -> None:
+    curvature = ffi.new("double[]", [1.0, 2.0, 4.0])
+    road = ffi.new("sim_road *", {"count": 3, "spacing": 5.0, "curvature": curvature})
+    for station, expected in ((-1.0, 1.0), (0.0, 1.0), (2.5, 1.5), (6.0, 2.4), (10.0, 4.0), (99.0, 4.0)):
+        assert lib.sim_road_at(road, curvature, station) == pytest.approx(expected, rel=1e-12)
+
+
 # The drive
 
 
@@ -199,7 +209,7 @@ def test_a_mirrored_drive_is_driven_with_mirrored_angles_to_the_last_bit() -> No
 def test_there_and_back_on_a_crowned_straight_mirrors_the_acceleration_and_leaves_the_offset(variant: Variant) -> None:
     """Chapter 3 and Figure 9: what the road does to the angle cancels, what the sensor does stays."""
     there, truth = simulate(variant("there", crown_percent="2.0", **STRAIGHT))
-    back, _ = simulate(variant("back", crown_percent="-2.0", **STRAIGHT), seed=2)
+    back, truth_back = simulate(variant("back", crown_percent="-2.0", **STRAIGHT), seed=2)
     moving = slice(4000, 17000)
 
     def mean(drive: Any, column: str) -> float:
@@ -212,8 +222,10 @@ def test_there_and_back_on_a_crowned_straight_mirrors_the_acceleration_and_leave
 
     angles = [mean(drive, "steering_wheel_angle_rad") for drive in (there, back)]
     assert sum(angles) / 2 == pytest.approx(truth.offset_rad, abs=0.1 * DEGREE)
-    flank = truth.backlash_rad / 2 + 19.3 * truth.understeer_gradient * crown
-    assert (angles[0] - angles[1]) / 2 == pytest.approx(flank, abs=0.15 * DEGREE)
+    places = [mean(t, "place_in_play") for t in (truth, truth_back)]
+    assert places == pytest.approx([1.0, -1.0], abs=0.2)  # hanging on the flank, but for what the hands do
+    play, slip = (places[0] - places[1]) / 2 * truth.backlash_rad / 2, 19.3 * truth.understeer_gradient * crown
+    assert (angles[0] - angles[1]) / 2 == pytest.approx(play + slip, abs=0.05 * DEGREE)
 
 
 def test_the_thesis_drive_is_the_thesis_s(thesis_drive: Any) -> None:
@@ -227,7 +239,7 @@ def test_the_thesis_drive_is_the_thesis_s(thesis_drive: Any) -> None:
     speed = truth.table["vehicle_speed_m_s"].to_numpy() * 3.6
     assert len(speed) == 180_000
     assert (speed[:1000] == 0).all()
-    assert (speed[-900:] == 0).all()
+    assert (speed[-950:] == 0).all()
     assert speed.max() < 91
     assert 45 < speed[speed > 0].mean() < 70
     assert np.abs(truth.table["lateral_error_m"].to_numpy()).max() < 1.0
@@ -260,9 +272,10 @@ def test_left_is_positive_for_angle_yaw_rate_and_acceleration_and_the_left_wheel
     assert left.sum() > 1000
     for column in ("steering_wheel_angle_rad", "yaw_rate_rad_s", "lateral_acceleration_m_s2"):
         assert table[column].to_numpy()[left].mean() > 0
-    for axle in ("front", "rear"):
+    turning = truth.table["yaw_rate_rad_s"].to_numpy()[left].mean()
+    for axle, track_m in (("front", 2.05), ("rear", 1.83)):
         right_less_left = table[f"wheel_speed_{axle}_right_m_s"] - table[f"wheel_speed_{axle}_left_m_s"]
-        assert right_less_left.to_numpy()[left].mean() > 0
+        assert right_less_left.to_numpy()[left].mean() == pytest.approx(track_m * turning, rel=0.02)
 
 
 def test_residuals_resemble_each_other_for_seconds(variant: Variant) -> None:
@@ -327,7 +340,8 @@ def test_the_log_says_what_the_sensors_said_within_j1939_s_steps(variant: Varian
     signals, _ = simulate(scenario, 5)
     table = {name: signals.table[SIGNALS[name].column].to_numpy() for name in signals.sources}
     messages = frames(log)
-    assert {pgn: len(t) for pgn, (t, _) in messages.items()} == {61449: 12000, 65134: 6000, 65265: 1200, 65215: 1200, 61444: 6000}  # fmt: skip
+    counts = {pgn: len(times) for pgn, (times, _) in messages.items()}
+    assert counts == {61449: 12000, 65134: 6000, 65265: 1200, 65215: 1200, 61444: 6000}
 
     def word(payload: np.ndarray, byte: int) -> np.ndarray:
         return payload[:, byte - 1] + 256.0 * payload[:, byte]
@@ -368,8 +382,8 @@ def test_every_message_comes_at_its_own_rate_with_jitter_and_in_order_of_time(va
 
 
 def test_what_is_not_available_or_out_of_range_is_said_as_j1939_says_it() -> None:
-    angle = two_bytes(np.array([math.nan, 1e3, -1e3, -31.374, 153.0 * DEGREE]), 1 / 1024, -31.374)
-    assert angle.tobytes().hex() == "ffff" + "fffe" * 2 + "0000" + "2e88"
+    angle = two_bytes(np.array([math.nan, 1e3, -1e3, -31.374, -1.23 * DEGREE]), 1 / 1024, -31.374)
+    assert angle.tobytes().hex() == "ffff" + "fffe" * 2 + "0000" + "697d"
     assert one_byte(np.array([math.nan, 99.0, -12.5, 12.5]), 0.1, -12.5).tobytes().hex() == "fffe00fa"
 
 
@@ -426,7 +440,7 @@ def test_a_file_that_is_no_scenario_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "drive.toml"
     for content in (b"", b"\xff\xfe", b"about = [", b"name = 3"):
         file.write_bytes(content)
-        with pytest.raises(OncenterError, match="drive.toml") as refusal:
+        with pytest.raises(OncenterError, match=r"drive\.toml") as refusal:
             simulate(file)
         assert refusal.value.exit_code == 2
 

@@ -9,8 +9,7 @@ SI and rad inside; findings are for people and files and hold degrees.
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -90,7 +89,7 @@ class _Drive:
         self.speed = self._means("vehicle_speed")
         self.lateral_acceleration = self._means("lateral_acceleration")
         self.rear_difference = self._means("wheel_speed_rear_right") - self._means("wheel_speed_rear_left")
-        self.wheel_speed = np.mean([self._means(name) for name in self._wheel_pair()], axis=0)
+        self.wheel_speed = np.mean([self._means(name) for name in self.wheel_pair()], axis=0)
         rolling = self.speed > _ROLLING_M_S
         self.curvature = np.where(rolling, self.yaw_rate / np.where(rolling, self.speed, 1.0), np.nan)
         self.centripetal = np.where(rolling, self.yaw_rate * self.speed, np.nan)
@@ -100,7 +99,7 @@ class _Drive:
         table, column = self.signals.table, SIGNALS[name].column
         if column not in table.columns:
             return np.full(table.height, np.nan)
-        return table[column].to_numpy().astype(np.float64)
+        return np.asarray(table[column].to_numpy(), dtype=np.float64)
 
     def has(self, *names: str) -> bool:
         return all(name in self.signals.sources for name in names)
@@ -121,9 +120,9 @@ class _Drive:
     def _means(self, name: str) -> Column:
         ticks, k = self.ticks(name), self.ticks_per_step
         whole = len(ticks) // k * k
-        return ticks[:whole].reshape(-1, k).mean(axis=1)
+        return np.asarray(ticks[:whole].reshape(-1, k).mean(axis=1))
 
-    def _wheel_pair(self) -> tuple[str, str]:
+    def wheel_pair(self) -> tuple[str, str]:
         """Left and right of one axle, so that a bend does not change their mean; the axle without drive first."""
         front, rear = ((f"wheel_speed_{axle}_left", f"wheel_speed_{axle}_right") for axle in ("front", "rear"))
         return front if self.has(*front) else rear
@@ -145,20 +144,21 @@ def _missing(drive: _Drive) -> list[Verdict]:
     ]
 
 
-_NOT_AVAILABLE = 0.05  # of the samples
-_SLOWEST_HZ = 10.0  # the 3 Hz low-pass of 5.1.1 needs more than twice its cut-off
+_NOT_AVAILABLE = 0.05  # of the ticks
+_SLOWEST_HZ = 9.5  # the 3 Hz low-pass of 5.1.1 needs more than twice its cut-off; EBC2 and CCVS1 come at 10
 
 
 def _availability(drive: _Drive) -> list[Verdict]:
     found: list[Verdict] = []
-    for name, source in drive.signals.sources.items():
-        share = source.not_available / source.samples if source.samples else 1.0
-        if name in USEFUL and share > _NOT_AVAILABLE:
-            text = f"the {_words(name)} is not available in {100 * share:.0f} % of its samples"
+    for name in filter(drive.has, USEFUL):
+        share = float(np.isnan(drive.ticks(name)).mean())
+        if share > _NOT_AVAILABLE:
+            text = f"the {_words(name)} has no number for {100 * share:.0f} % of the time"
             found.append(Finding("signal_not_available", "warning", text, 100 * share, "%"))
-        if name in USEFUL and 0 < source.rate_hz < _SLOWEST_HZ:
-            text = f"the {_words(name)} comes at {source.rate_hz:.3g} Hz only: steering is faster than that"
-            found.append(Finding("signal_slow", "warning", text, source.rate_hz, "Hz"))
+        rate_hz = drive.signals.sources[name].rate_hz
+        if 0 < rate_hz < _SLOWEST_HZ:
+            text = f"the {_words(name)} comes at {rate_hz:.3g} Hz only: steering is faster than that"
+            found.append(Finding("signal_slow", "warning", text, rate_hz, "Hz"))
     return found
 
 
@@ -223,12 +223,12 @@ def _sign(drive: _Drive) -> Verdict:
     like = ["yaw rate", *(name for name, sign in agrees.items() if sign > 0)]
     unlike = [name for name, sign in agrees.items() if sign < 0]
     if len(like) + len(unlike) < 2:
-        return CannotTell("signs", _needs_bends(drive))
+        return CannotTell("signs", _lacks(drive, NEEDED, _BENDS))
     if not unlike:
         return None
     minority, majority = sorted((like, unlike), key=len)
     if len(minority) == len(majority):
-        text = f"either the {_and(minority)} or the {_and(majority)} has its sign reversed: left turns are to be positive"
+        text = f"either the {_and(like)} or the {_and(unlike)} has its sign reversed: left turns are to be positive"
     else:
         text = f"the {_and(minority)} has its sign reversed: left turns are positive in the {_and(majority)}"
     return Finding("sign_reversed", "error", text + " (set sign = -1 in [signals])")
@@ -273,6 +273,10 @@ class _UnitSlip:
     words: str
     powers: Mapping[str, int]
 
+    def __str__(self) -> str:
+        size = f"{'large' if self.factor > 1 else 'small'} by {max(self.factor, 1 / self.factor):.3g}"
+        return f"the {self.signal} {'are' if self.signal.endswith('s') else 'is'} too {size} ({self.words})"
+
 
 _MOVES = {
     "steering wheel angle": {"angle": 1},
@@ -298,7 +302,7 @@ def _scale(drive: _Drive) -> Verdict:
     """Each relation between witnesses against where it belongs; a slip of units must explain all of them at once."""
     seen = _relations(drive)
     if not seen:
-        return CannotTell("scales", _needs_bends(drive))
+        return CannotTell("scales", _lacks(drive, NEEDED, _BENDS))
     none = _UnitSlip("", 1.0, "", {})
     if _explains(none, seen):
         return None
@@ -312,12 +316,7 @@ def _scale(drive: _Drive) -> Verdict:
             for name in off
         )
         return Finding("scale", "error", text)
-    told = [
-        f"the {slip.signal} {'are' if slip.signal.endswith('s') else 'is'} too {'large' if slip.factor > 1 else 'small'} "
-        f"by {max(slip.factor, 1 / slip.factor):.3g} ({slip.words})"
-        for slip in slips
-    ]
-    return Finding("scale", "error", "a unit is mixed up: " + ", or ".join(told), slips[0].factor, "1")
+    return Finding("scale", "error", "a unit is mixed up: " + ", or ".join(map(str, slips)), slips[0].factor, "1")
 
 
 _RELATION = {
@@ -337,9 +336,7 @@ def _relations(drive: _Drive) -> dict[str, tuple[float, float, float]]:
         "acceleration": (drive.lateral_acceleration, drive.centripetal, _ACCELERATION_PER_RV),
         "turning wheels": (drive.rear_difference, drive.yaw_rate, _WHEELS_PER_YAW_RATE_M),
     }
-    seen = {
-        name: (_spread_ratio(x, y), *limits) for name, (x, y, limits) in pairs.items() if _agreement(x, y) != 0
-    }
+    seen = {name: (_spread_ratio(x, y), *limits) for name, (x, y, limits) in pairs.items() if _agreement(x, y) != 0}
     wheels = _wheel_speed_ratio(drive)
     if wheels is not None:
         seen["wheels"] = (wheels, *_WHEELS_PER_SPEED)
@@ -364,11 +361,14 @@ _WHEELS_OFF = 0.05  # tyre wear and pressure make 3 %
 def _wheels(drive: _Drive) -> Verdict:
     ratio = _wheel_speed_ratio(drive)
     if ratio is None:
-        return CannotTell("vehicle speed against wheel speeds", f"needs both for {_MIN_TIME_S:.0f} s")
+        why = _lacks(drive, ("vehicle_speed",), f"needs {_MIN_TIME_S:.0f} s of rolling")
+        has_wheels = drive.has(*drive.wheel_pair())
+        return CannotTell("vehicle speed against wheel speeds", why if has_wheels else "no wheel speeds")
     if abs(ratio - 1) <= _WHEELS_OFF or isinstance(_scale(drive), Finding):
         return None
-    text = f"the wheels turn {100 * (ratio - 1):+.0f} % against the vehicle speed: tyre size, or the speed's calibration"
-    return Finding("wheel_speed", "warning", text, 100 * (ratio - 1), "%")
+    faster = 100 * (ratio - 1)
+    text = f"the wheels turn {faster:+.0f} % against the vehicle speed: tyre size, or the speed's calibration"
+    return Finding("wheel_speed", "warning", text, faster, "%")
 
 
 def _wheel_speed_ratio(drive: _Drive) -> float | None:
@@ -390,21 +390,22 @@ _YAW_TO_ACCELERATION_S = (-0.2, 0.2)  # the sensor's place along the vehicle and
 
 def _angle_lag(drive: _Drive) -> Verdict:
     subject = "lag of the yaw rate behind the angle"
-    return _lag_verdict(drive, subject, _angle_to_yaw_s(drive), _ANGLE_TO_YAW_S, "lag_yaw_rate")
+    lag_s = _angle_to_yaw_s(drive)
+    if lag_s is None:
+        return CannotTell(subject, _lacks(drive, NEEDED, _BENDS))
+    return _beyond(subject, lag_s, _ANGLE_TO_YAW_S, "lag_yaw_rate")
 
 
 def _acceleration_lag(drive: _Drive) -> Verdict:
+    subject = "lag of the lateral acceleration behind the yaw rate"
     driving = drive.speed > _DRIVING_M_S
     lag_s = _lag_s(np.where(driving, drive.centripetal, np.nan), drive.lateral_acceleration, drive.step_s)
-    subject = "lag of the lateral acceleration behind the yaw rate"
-    return _lag_verdict(drive, subject, lag_s, _YAW_TO_ACCELERATION_S, "lag_lateral_acceleration")
-
-
-def _lag_verdict(
-    drive: _Drive, subject: str, lag_s: float | None, limits: tuple[float, float], code: str
-) -> Verdict:
     if lag_s is None:
-        return CannotTell(subject, _needs_bends(drive))
+        return CannotTell(subject, _lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), _BENDS))
+    return _beyond(subject, lag_s, _YAW_TO_ACCELERATION_S, "lag_lateral_acceleration")
+
+
+def _beyond(subject: str, lag_s: float, limits: tuple[float, float], code: str) -> Verdict:
     if limits[0] <= lag_s <= limits[1]:
         return None
     text = (
@@ -434,8 +435,9 @@ def _lag_s(early: Column, late: Column, step_s: float) -> float | None:
 
 
 def _increments(values: Column) -> Column:
-    """Changes over 0.2 s: level and drift are gone, noise is still low."""
-    return np.asarray(values[4:] - values[:-4])
+    """Changes over 0.5 s of means over 0.2 s: level and drift are gone, noise is still low."""
+    smooth = np.convolve(values, np.full(4, 0.25), mode="valid")
+    return np.asarray(smooth[10:] - smooth[:-10])
 
 
 def _lag_of_increments(x: Column, y: Column, step_s: float) -> float | None:
@@ -444,18 +446,20 @@ def _lag_of_increments(x: Column, y: Column, step_s: float) -> float | None:
         return None
     x, y = np.where(both, x, 0.0), np.where(both, y, 0.0)
     furthest = min(round(_LAG_SEARCHED_S / step_s), len(x) - 1)
-    shifts = np.arange(-furthest, furthest + 1)
     energy = float(np.sqrt(np.sum(x * x) * np.sum(y * y)))
     if energy == 0.0:
         return None
-    products = [np.dot(x[max(0, -k) : len(x) - max(0, k)], y[max(0, k) : len(y) + min(0, k)]) for k in shifts]
-    likeness = np.abs(products) / energy
+    products = [
+        float(np.dot(x[max(0, -k) : len(x) - max(0, k)], y[max(0, k) : len(y) + min(0, k)]))
+        for k in range(-furthest, furthest + 1)
+    ]
+    likeness: Column = np.abs(np.array(products)) / energy
     best = int(likeness.argmax())
-    if likeness[best] < _LAG_CORRELATION or best in (0, len(shifts) - 1):
+    if likeness[best] < _LAG_CORRELATION or best in (0, len(likeness) - 1):
         return None
-    before, peak, after = likeness[best - 1 : best + 2]
+    before, peak, after = (float(likeness[k]) for k in (best - 1, best, best + 1))
     between = 0.5 * (before - after) / (before - 2 * peak + after)  # summit of the parabola
-    return float((shifts[best] + between) * step_s)
+    return (best - furthest + between) * step_s
 
 
 # ---- ratio times wheelbase
@@ -476,7 +480,7 @@ def _ratio(drive: _Drive) -> Verdict:
         return CannotTell(subject, "signs and scales first")
     shown = ratio_times_wheelbase_shown(drive)
     if shown is None:
-        return CannotTell(subject, "needs bends at several speeds")
+        return CannotTell(subject, _lacks(drive, NEEDED, "needs bends at several speeds"))
     value, half_width = shown
     low, high = value - half_width, value + half_width
     told = f"ratio times wheelbase is {value:.1f} m in this drive ({low:.1f} to {high:.1f})"
@@ -517,12 +521,13 @@ def ratio_times_wheelbase_shown(drive: _Drive) -> tuple[float, float] | None:
 
 def _later(values: Column, by_s: float, step_s: float) -> Column:
     time = np.arange(len(values)) * step_s
-    return np.interp(time - by_s, time, values, left=np.nan, right=np.nan)
+    return np.asarray(np.interp(time - by_s, time, values, left=np.nan, right=np.nan))
 
 
 def _first_with_interval(unknowns: Column, y: Column) -> tuple[float, float]:
     """Least squares' first coefficient and its 95 % half-width from leaving out one part of the drive at a time."""
-    normal = [(a.T @ a, a.T @ b) for a, b in zip(np.array_split(unknowns, _PARTS), np.array_split(y, _PARTS), strict=True)]
+    parts = zip(np.array_split(unknowns, _PARTS), np.array_split(y, _PARTS), strict=True)
+    normal = [(a.T @ a, a.T @ b) for a, b in parts]
     all_a = np.sum([a for a, _ in normal], axis=0)
     all_b = np.sum([b for _, b in normal], axis=0)
 
@@ -545,7 +550,7 @@ _STANDING_ACCELERATION_M_S2 = 0.25  # a 2.5 % slope of the ground
 def _yaw_rate_zero(drive: _Drive) -> Verdict:
     seen = _at_standstill(drive, "yaw_rate")
     if seen is None:
-        return CannotTell("zero of the yaw rate", _needs_standstill(drive))
+        return CannotTell("zero of the yaw rate", _lacks_standing(drive, "yaw_rate"))
     bias, time_s = seen
     if abs(bias) < _YAW_RATE_ZERO_RAD_S:
         return None
@@ -559,7 +564,7 @@ def _yaw_rate_zero(drive: _Drive) -> Verdict:
 def _standing(drive: _Drive) -> Verdict:
     seen = _at_standstill(drive, "lateral_acceleration")
     if seen is None:
-        return CannotTell("zero of the lateral acceleration", _needs_standstill(drive))
+        return CannotTell("zero of the lateral acceleration", _lacks_standing(drive, "lateral_acceleration"))
     reading, time_s = seen
     if abs(reading) < _STANDING_ACCELERATION_M_S2:
         return None
@@ -584,7 +589,8 @@ def _bank(drive: _Drive) -> Verdict:
     bank = bank[np.isfinite(bank)]
     subject = "mean of a_y - r*v"
     if len(bank) * drive.step_s < _MIN_TIME_S:
-        return CannotTell(subject, f"needs {_MIN_TIME_S:.0f} s above {drive.params['speed_min_m_s']:g} m/s")
+        fast = f"needs {_MIN_TIME_S:.0f} s above {drive.params['speed_min_m_s']:g} m/s"
+        return CannotTell(subject, _lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), fast))
     limit = drive.params["bank_max_m_s2"]
     mean = float(bank.mean())
     if drive.unlike or abs(mean) <= limit:
@@ -616,7 +622,7 @@ def _whole_turns(drive: _Drive) -> Verdict:
     straight = drive.angle[(drive.speed > _DRIVING_M_S) & (np.abs(drive.curvature) < _NEARLY_STRAIGHT_1_M)]
     straight = straight[np.isfinite(straight)]
     if len(straight) * drive.step_s < 2.0:
-        return CannotTell("whole turns of the angle", "needs 2 s of nearly straight driving")
+        return CannotTell("whole turns of the angle", _lacks(drive, NEEDED, "needs 2 s of nearly straight driving"))
     middle_deg = float(np.median(straight)) / DEGREE
     if drive.unlike or abs(middle_deg) < 180:
         return None
@@ -626,17 +632,22 @@ def _whole_turns(drive: _Drive) -> Verdict:
 
 # ---- words
 
+_BENDS = f"needs {_MIN_TIME_S:.0f} s with bends to both sides"
 
-def _needs_bends(drive: _Drive) -> str:
-    lacking = [_words(name) for name in NEEDED if not drive.has(name)]
-    if lacking:
-        return f"no {_and(lacking)}"
+
+def _lacks(drive: _Drive, names: tuple[str, ...], rolling: str) -> str:
+    """Why a check that takes these signals of a rolling vehicle is not judged, the plainest reason first."""
+    missing = [_words(name) for name in names if not drive.has(name)]
+    if missing:
+        return f"no {', no '.join(missing)}"
     if not np.any(drive.speed > _ROLLING_M_S):
         return "the vehicle does not move"
-    return f"needs {_MIN_TIME_S:.0f} s with bends to both sides"
+    return rolling
 
 
-def _needs_standstill(drive: _Drive) -> str:
+def _lacks_standing(drive: _Drive, name: str) -> str:
+    if not drive.has(name):
+        return f"no {_words(name)}"
     return f"needs {drive.params['standstill_time_min_s']:g} s of standing still"
 
 

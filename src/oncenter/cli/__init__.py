@@ -10,7 +10,6 @@ import json
 import sys
 from collections.abc import Sequence
 
-import click
 import typer
 
 from oncenter.cli.demo import demo
@@ -25,7 +24,6 @@ _INTERRUPTED = 130
 app = typer.Typer(
     name="oncenter",
     help="How far a truck's steering wheel angle sensor is off, from ordinary driving.",
-    no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -64,16 +62,13 @@ def run(arguments: Sequence[str]) -> int:
     """One command line without the program's name; the exit code."""
     as_json = "--json" in arguments
     try:
-        result = app(args=list(arguments), prog_name="oncenter", standalone_mode=False)
+        result = app(args=list(arguments) or ["--help"], prog_name="oncenter", standalone_mode=False)
         return result if isinstance(result, int) else 0
     except OncenterError as error:
         return _fail(str(error), error.code, error.exit_code, error.needs, as_json)
-    except click.exceptions.NoArgsIsHelpError as error:
-        print(error.format_message())
-        return WRONG_USAGE
-    except click.ClickException as error:
-        return _fail(error.format_message(), "usage", WRONG_USAGE, (), as_json)
-    except (click.Abort, KeyboardInterrupt):
+    except typer.TyperException as error:
+        return _fail(str(error), "usage", WRONG_USAGE, (), as_json)
+    except (typer.Abort, KeyboardInterrupt):
         return _fail("interrupted", "interrupted", _INTERRUPTED, (), as_json)
     except BrokenPipeError:  # the reader of our output has seen enough
         sys.stderr.close()

@@ -66,15 +66,22 @@ def require(signals: Signals, needed: Sequence[str]) -> None:
     if not missing:
         return
     log = Path(signals.log).name
-    found = ", ".join(f"{name} from {source.description}" for name, source in signals.sources.items())
+    found = _found(signals)
     columns = any(source.description.startswith("column ") for source in signals.sources.values())
     homes = "; ".join(f"no {_spoken(name)} ({_home(name, columns)})" for name in missing)
     why = [note for note in signals.notes if note.split(":")[0] in missing]
     raise OncenterError(
-        "; ".join([f"{homes} in {log}", *why, f"found: {found or 'nothing'}"]),
+        "; ".join([f"{homes} in {log}", *why, f"found: {found}"]),
         code="missing_signal",
         needs=tuple(missing),
     )
+
+
+def _found(signals: Signals) -> str:
+    by_source: dict[str, list[str]] = {}
+    for name, source in signals.sources.items():
+        by_source.setdefault(source.description, []).append(name)
+    return "; ".join(f"{', '.join(names)} from {description}" for description, names in by_source.items())
 
 
 def _spoken(signal: str) -> str:

@@ -40,7 +40,7 @@ def choose(
             notes.append(f"{signal}: {silent} never had a number")
             continue
         best = _named(numbered, signal, take, log) or _first(numbered, signal, log)
-        others = [samples for samples in having if samples is not best]
+        others = sorted((samples for samples in having if samples is not best), key=_order)
         if others:
             not_taken = ", ".join(samples.description for samples in others)
             notes.append(f"{signal}: taken from {best.description}, not from {not_taken}")

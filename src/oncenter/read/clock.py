@@ -21,6 +21,7 @@ STEADY_JITTER = 0.05  # of the step
 HOLE_S = 5.0  # a longer silence of all signals has no rows
 BRIDGE_PERIODS, BRIDGE_MIN_S = 2.5, 0.05  # what interpolation may span between two samples
 ON_TICK_S = 1e-6  # a sample so near a tick is at it; epoch stamps resolve 0.24 us
+LATEST_S = 1e11  # beyond the year 5000: not seconds
 BACKWARD_SHARE = 0.1  # of the steps; more is not a scratch but a log that has no time
 
 _SET_BY_RATE = ("steering_wheel_angle", "yaw_rate")
@@ -47,9 +48,9 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
 
 def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
     """The steering wheel angle's own rate; without one, that of the best other signal."""
-    by_signal = {samples.signal: samples for samples in chosen}
     for samples in chosen:
-        _refuse_backward(samples, log)
+        _refuse_senseless_time(samples, log)
+    by_signal = {samples.signal: samples for samples in chosen}
     leading = next((by_signal[name] for name in _SET_BY_RATE if name in by_signal), None)
     if leading is None:
         return max(SLOWEST_HZ, *(samples.rate_hz for samples in chosen))
@@ -64,7 +65,15 @@ def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
     return max(rate, SLOWEST_HZ)
 
 
-def _refuse_backward(samples: Samples, log: str) -> None:
+def _refuse_senseless_time(samples: Samples, log: str) -> None:
+    farthest = float(np.abs(samples.time).max())
+    if farthest > LATEST_S:
+        raise OncenterError(
+            f"time of {samples.description} in {log} runs to {farthest:.3g} s: give its unit (s, ms, us, ns) as "
+            "[signals] time",
+            code="time_out_of_range",
+            needs=("time",),
+        )
     steps = np.diff(samples.time)
     wrong = np.flatnonzero(~(steps > 0))
     if len(wrong) > max(1, BACKWARD_SHARE * len(steps)) or len(wrong) == len(steps) > 0:

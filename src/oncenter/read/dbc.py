@@ -58,12 +58,15 @@ def definitions(
     Raises:
         OncenterError: a file is no DBC, or a named signal has no unit.
     """
-    found = []
+    found: list[Definition] = []
     for path in paths:
+        before = len(found)
         for message in _messages(Path(path)):
             fields = [field for layout in message.signals for field in _fields(message, layout, names, notes)]
             if fields:
                 found.append(Definition(message, tuple(fields)))
+        if len(found) == before:
+            notes.append(f"the DBC {Path(path).name} has none of our signals: name them in a [signals] table")
     return found
 
 
@@ -222,7 +225,9 @@ def _place(layout: Signal) -> tuple[int, int]:
 def _number(raw: npt.NDArray[np.uint64], layout: Signal) -> Column:
     if layout.is_float:
         whole = raw.astype(f"<u{layout.length // 8}")
-        return whole.view(f"<f{layout.length // 8}").astype(np.float64)
+        with np.errstate(invalid="ignore"):  # a signalling NaN is no number either
+            numbers = whole.view(f"<f{layout.length // 8}").astype(np.float64)
+        return np.where(np.isfinite(numbers), numbers, np.nan)
     if layout.is_signed:
         shift = np.uint64(64 - layout.length)
         return ((raw << shift).view(np.int64) >> np.int64(64 - layout.length)).astype(np.float64)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import io
 import logging
+import sys
+import traceback
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -43,9 +46,11 @@ def read(
         from asammdf import MDF
 
         with MDF(path) as mdf:
+            if _was_never_closed(path):
+                notes.append(f"{path.name} was never closed by its logger: read up to its last whole record")
             start = mdf.start_time.timestamp()
-            kept = keep(_frames(mdf, start, progress), wanted)
-            decoded = _decoded(mdf, start, names, notes)
+            kept = keep(_frames(path, mdf, start, progress), wanted)
+            decoded = _decoded(path, mdf, start, names, notes)
     in_time = np.argsort(kept.frames.time, kind="stable")
     frames = Frames(*(getattr(kept.frames, column)[in_time] for column in Frames.__dataclass_fields__))
     return Kept(frames, kept.pgn_frames, kept.standard_frames), decoded
@@ -69,11 +74,40 @@ def _asammdf(path: Path) -> Iterator[None]:
         raise
     except Exception as error:
         reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
+        _let_go(error)
         raise OncenterError(
             f"cannot read {path.name}, it is damaged or of another format: {reason[:160]}", code="unreadable_log"
-        ) from error
+        ) from None
     finally:
         logger.setLevel(level)
+
+
+def _was_never_closed(path: Path) -> bool:
+    """Loggers that lose power leave files whose end nobody knows; MDF has a name for them, and they are read."""
+    with path.open("rb") as file:
+        return file.read(8) == b"UnFinMF "
+
+
+def _let_go(error: Exception) -> None:
+    """Drops asammdf's half-made objects now, while nobody hears that their `__del__` fails on what they lack."""
+    heard = sys.unraisablehook
+    sys.unraisablehook = lambda unraisable: None
+    try:
+        traceback.clear_frames(error.__traceback__)
+        error.__traceback__ = error.__context__ = error.__cause__ = None
+        gc.collect()
+    finally:
+        sys.unraisablehook = heard
+
+
+def _refuse_cut_off(path: Path, mdf: MDF, group: int, records: int) -> None:
+    """asammdf reads what is left of a file that lost its end, and says nothing."""
+    groups: list[Any] = list(mdf.groups)
+    announced = int(groups[group].channel_group.cycles_nr)
+    if records < announced:
+        raise OncenterError(
+            f"{path.name} is cut off: {records} of {announced} records of a group are there", code="unreadable_log"
+        )
 
 
 def _filled_groups(mdf: MDF) -> list[int]:
@@ -81,16 +115,18 @@ def _filled_groups(mdf: MDF) -> list[int]:
     return [index for index, group in enumerate(groups) if group.channel_group.cycles_nr]
 
 
-def _frames(mdf: MDF, start: float, progress: Callable[[float], None]) -> Iterator[Frames]:
+def _frames(path: Path, mdf: MDF, start: float, progress: Callable[[float], None]) -> Iterator[Frames]:
     filled = _filled_groups(mdf)
     for done, group in enumerate(filled):
         progress(done / len(filled))
         if any(channel.name == FRAME_CHANNEL for channel in mdf.groups[group].channels):
-            yield _frames_of_group(mdf, group, start)
+            frames = _frames_of_group(mdf, group, start)
+            _refuse_cut_off(path, mdf, group, len(frames))
+            yield frames
 
 
 def _frames_of_group(mdf: MDF, group: int, start: float) -> Frames:
-    signal = mdf.get(FRAME_CHANNEL, group=group, raw=True)
+    signal = mdf.get(FRAME_CHANNEL, group=group)
     fields = signal.samples
 
     def field(name: str, otherwise: int) -> npt.NDArray[Any]:
@@ -122,13 +158,13 @@ def _frames_of_group(mdf: MDF, group: int, start: float) -> Frames:
     )
 
 
-def _decoded(mdf: MDF, start: float, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
+def _decoded(path: Path, mdf: MDF, start: float, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
     given: list[Samples] = []
     for group in _filled_groups(mdf):
         channels = [channel.name for channel in mdf.groups[group].channels]
         if any("Frame" in name and name.startswith(("CAN_", "LIN_", "FLX_", "ETH_")) for name in channels):
             continue
-        reader = _Group(mdf, group, start)
+        reader = _Group(path, mdf, group, start)
         for index, name in enumerate(channels):
             given += _named_channel(reader, index, name, names, notes)
         given += _j1939_channels(reader, channels, names, notes)
@@ -138,8 +174,8 @@ def _decoded(mdf: MDF, start: float, names: Mapping[str, SignalName], notes: lis
 class _Group:
     """Channels of one raster; its time is one array, so that the clock sees that they share it."""
 
-    def __init__(self, mdf: MDF, group: int, start: float) -> None:
-        self._mdf, self._group, self._start = mdf, group, start
+    def __init__(self, path: Path, mdf: MDF, group: int, start: float) -> None:
+        self._path, self._mdf, self._group, self._start = path, mdf, group, start
         self._time: Column | None = None
         acquired = mdf.groups[group].channel_group
         self.label = str(getattr(acquired, "acq_name", "") or "")
@@ -153,6 +189,7 @@ class _Group:
         if signal.invalidation_bits is not None:
             values[np.asarray(signal.invalidation_bits, bool)] = np.nan
         if self._time is None:
+            _refuse_cut_off(self._path, self._mdf, self._group, len(values))
             self._time = signal.timestamps.astype(np.float64) + self._start
         values[~np.isfinite(values)] = np.nan
         return self._time, values, str(signal.unit or "")
@@ -184,7 +221,7 @@ def _named_channel(
                 notes.append(f"{signal}: channel {name} has unit {written!r}, {' or '.join(known)} would do")
                 continue
             factor = known[unit]
-        given.append(_sample(signal, time, values * factor, name, reader.label, 0 if by_name else 1))
+        given.append(_sample(signal, time, values * factor, name, reader.label, 0 if by_name else 1, name))
     return given
 
 
@@ -207,16 +244,37 @@ def _j1939_channels(
             notes.append(f"{parameter.signal}: channel {name} has unit {content[2]!r}, {' or '.join(known)} would do")
             continue
         time = content[0]
-        by_message.setdefault(message.pgn, {})[parameter.spn] = content[1] * known[unit] / known[parameter.unit]
+        values = _in_range(content[1] * (known[unit] / known[parameter.unit]), parameter)
+        by_message.setdefault(message.pgn, {})[parameter.spn] = values
     if time is None:
         return []
     return [
-        _sample(signal, time, values, message.name, reader.label, 2 + j1939.rank(signal, message.name))
+        _sample(
+            signal,
+            time,
+            values,
+            message.name,
+            ", ".join(filter(None, (message.name, reader.label))),
+            2 + j1939.rank(signal, message.name),
+            _channel_name(message, signal),
+        )
         for message in (j1939.MESSAGES[pgn] for pgn in by_message)
         for signal, values in j1939.signals_of(message, by_message[message.pgn]).items()
     ]
 
 
-def _sample(signal: str, time: Column, values: Column, name: str, label: str, rank: int) -> Samples:
-    description = f"channel {name}" + (f" ({label})" if label else "")
-    return Samples(signal, time, values, name, description, rank, labels=(name.lower(), label.lower()))
+def _in_range(values: Column, parameter: j1939.Parameter) -> Column:
+    """NaN where a decoder took error and not available for numbers."""
+    highest = parameter.offset + parameter.scale * (parameter.largest_number + 0.5)
+    lowest = parameter.offset - parameter.scale * 0.5
+    return np.where((values > highest) | (values < lowest), np.nan, values)
+
+
+def _channel_name(message: j1939.Message, signal: str) -> str:
+    own = [parameter.name for parameter in message.parameters if parameter.signal == signal]
+    return own[0] if own else "mean wheel speed"
+
+
+def _sample(signal: str, time: Column, values: Column, kind: str, label: str, rank: int, channel: str) -> Samples:
+    description = f"channel {channel}" + (f" ({label})" if label else "")
+    return Samples(signal, time, values, kind, description, rank, labels=(channel.lower(), kind.lower(), label.lower()))

@@ -30,7 +30,7 @@ def chunks(path: Path, suffix: str, progress: Callable[[float], None]) -> Iterat
     with path.open("rb") as file, _quiet():
         messages = _messages(path, suffix, file, size)
         while frames := _some(path, messages):
-            progress(min(file.tell() / size, 1.0))
+            progress(1.0 if file.closed else min(file.tell() / size, 1.0))
             yield frames
 
 

@@ -12,6 +12,25 @@ if TYPE_CHECKING:
     from oncenter.estimate import Answer
 
 
+def check_path(path: str | os.PathLike[str]) -> None:
+    """Refuses, before an answer is worked out, a path to which no page could be written.
+
+    Raises:
+        OncenterError: "output", exit code 2.
+    """
+    folder = Path(path).parent
+    if Path(path).is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
+        raise _unwritable(path, "no such folder" if not folder.exists() else "not a file that can be written")
+
+
+def _unwritable(path: str | os.PathLike[str], why: str | None) -> OncenterError:
+    return OncenterError(
+        f"report {os.fspath(path)} cannot be written: {why}; name a file in a folder that exists and is yours",
+        code="output",
+        exit_code=WRONG_USAGE,
+    )
+
+
 def report(answer: Answer, path: str | os.PathLike[str]) -> None:
     """Writes the page: the answer in words, the drive, the gate, the offset over time, where it came from.
 
@@ -30,9 +49,4 @@ def report(answer: Answer, path: str | os.PathLike[str]) -> None:
     try:
         Path(path).write_text(text, encoding="utf-8")
     except OSError as error:
-        raise OncenterError(
-            f"report {os.fspath(path)} cannot be written: {error.strerror}; name a file in a folder that exists and "
-            "is yours",
-            code="output",
-            exit_code=WRONG_USAGE,
-        ) from None
+        raise _unwritable(path, error.strerror) from None

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
-from oncenter.report.thin import Floats
+from oncenter.report.thin import Floats, Indices
 from oncenter.signals import DEGREE, Signals
 
 if TYPE_CHECKING:
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 Mask = npt.NDArray[np.bool_]
 
-_PAUSE = 0.01  # between drives, of all driving time: enough to be seen
+# of all driving time
+_PAUSE = 0.01  # between drives: enough to be seen
+_VISIBLE = 0.0005  # a narrower hole is less than a column of the screen
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Course:
         turns: whole turns by which a relative angle sensor started off; taken from measured, residual and offset.
         time: driving time in `time_unit`, ascending; drives follow each other after a short pause.
         time_unit: "s" or "min".
-        hole: a longer step of `time` is a hole in the log, same unit.
+        holes: rows before which there is a hole in the log wide enough to be seen, or a new drive.
         starts: time at which each drive starts.
         measured, speed, yaw_rate, lateral_acceleration: as the table has them: deg, m/s, deg/s, m/s^2; NaN where not
             available, None where a log has none.
@@ -46,7 +48,7 @@ class Course:
     turns: int
     time: Floats
     time_unit: str
-    hole: float
+    holes: Indices
     starts: tuple[float, ...]
     measured: Floats | None
     speed: Floats | None
@@ -71,9 +73,7 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
     speed = rows["vehicle_speed"]
     ratio = answer.vehicle.ratio_near_centre
     K_us = answer.understeer_gradient.value or 0.0
-    steady_state = ratio * (
-        answer.vehicle.wheelbase_m * motion["curvature"] + K_us * motion["lateral_acceleration"]
-    )
+    steady_state = ratio * (answer.vehicle.wheelbase_m * motion["curvature"] + K_us * motion["lateral_acceleration"])
     known = (rows["reasons"] & (_core.REASONS["missing_signal"] | _core.REASONS["time"])) == 0
     moving = known & (speed > answer.params["speed_min_m_s"])
     has_offset = (rows["offset_status"] != _core.STATUSES.index("unobservable")) & np.isfinite(rows["offset_sd"])
@@ -84,7 +84,7 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
         turns=turns,
         time=seconds / per_unit,
         time_unit=unit,
-        hole=1.5 * max(answer.params["gap_max_s"], *(1.0 / drive.rate_hz for drive in answer.drives)) / per_unit,
+        holes=_holes(seconds, answer),
         starts=tuple(start / per_unit for start in starts),
         measured=None if measured is None else measured - 360.0 * turns,
         speed=_column(answer.drives, "vehicle_speed_m_s", 1.0),
@@ -99,9 +99,7 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
         used=_used(rows["reasons"] == 0, answer.drives, answer.params["clean_time_s"]),
         offset=offset - 360.0 * turns,
         offset_half_width=np.where(has_offset, 1.96 * rows["offset_sd"] / DEGREE, np.nan),
-        understeer_gradient=np.where(
-            rows["understeer_gradient"] != 0.0, rows["understeer_gradient"] / DEGREE, np.nan
-        ),
+        understeer_gradient=np.where(rows["understeer_gradient"] != 0.0, rows["understeer_gradient"] / DEGREE, np.nan),
     )
 
 
@@ -120,6 +118,14 @@ def _driving_time(times: list[Floats]) -> tuple[Floats, list[float]]:
     starts = [sum(spans[:k]) + k * pause for k in range(len(times))]
     shifted = [t - t[0] + start for t, start in zip(times, starts, strict=True) if len(t)]
     return (np.concatenate(shifted) if shifted else np.empty(0)), starts
+
+
+def _holes(seconds: Floats, answer: Answer) -> Indices:
+    ticks = (1.0 / drive.rate_hz for drive in answer.drives)
+    if not len(seconds):
+        return np.empty(0, np.intp)
+    narrowest = max(answer.params["gap_max_s"], *(1.5 * tick for tick in ticks), _VISIBLE * float(seconds[-1]))
+    return np.flatnonzero(np.diff(seconds) > narrowest) + 1
 
 
 def _column(drives: tuple[Signals, ...], name: str, factor: float) -> Floats | None:

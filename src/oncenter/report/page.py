@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
+import re
 from collections.abc import Mapping
 from html import escape
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import numpy.typing as npt
 from bokeh.embed import components
 from bokeh.resources import Resources
@@ -27,6 +26,7 @@ _QUANTITIES = {
     "yaw_rate_bias": "Yaw rate sensor bias",
     "lateral_acceleration_bias": "Accelerometer bias, lateral",
 }
+_UNSIGNED = ("backlash", "understeer_gradient")
 _STATUSES = {
     "converging": "the interval is still too wide",
     "unobservable": "this drive does not tell",
@@ -80,14 +80,14 @@ def _scripts(plots: str) -> str:
 
 def _answer_in_words(answer: Answer) -> str:
     given = answer.offset.to_dict()
-    number, interval = _number_and_interval(answer.offset)
+    number, interval = _number_and_interval(answer.offset, signed=True)
     size = "" if number != "—" else " none"
     return f"""<header>
 <p class="log">{escape(answer.vehicle.name)} · {escape(answer.log)}</p>
 <h1>Steering wheel angle offset</h1>
 <p class="offset{size}">{number}{"<small>deg</small>" if number != "—" else ""}</p>
 <p class="standing">{f"95 % interval {interval} deg · " if interval != "—" else ""}{_status(given["status"])}</p>
-<p class="words">{escape(_sentence(answer.words()))}</p>
+<p class="words">{_sentence(answer.words())}</p>
 <p class="quiet">The offset is what the sensor reads when the truck drives straight without lateral acceleration, at the
 midpoint of the play; left is positive, and measured less offset is true.</p>
 </header>"""
@@ -97,9 +97,9 @@ def _quantities(answer: Answer) -> str:
     lines = []
     for name, title in _QUANTITIES.items():
         estimate: Estimate = getattr(answer, name)
-        number, interval = _number_and_interval(estimate)
+        number, interval = _number_and_interval(estimate, signed=name not in _UNSIGNED)
         given = estimate.to_dict()
-        unit = _unit(given["unit"]) if number != "—" else ""
+        unit = _text(given["unit"]) if number != "—" else ""
         lines.append(
             f'<tr><th scope="row">{title}</th><td class="number">{number} <span class="unit">{unit}</span></td>'
             f'<td class="number interval">{interval}</td>'
@@ -107,7 +107,8 @@ def _quantities(answer: Answer) -> str:
         )
     return f"""<section>
 <table class="quantities">
-<thead><tr><th>Quantity</th><th class="number">Value</th><th class="number">95 % interval</th><th>Status</th></tr></thead>
+<thead><tr><th>Quantity</th><th class="number">Value</th><th class="number">95 % interval</th>
+<th>Status</th></tr></thead>
 <tbody>
 {_lines(lines)}
 </tbody>
@@ -119,7 +120,7 @@ def _findings(answer: Answer) -> str:
     if not answer.findings:
         return ""
     lines = [
-        f'<li class="{escape(finding.severity)}"><b>{escape(finding.severity)}</b> {escape(_sentence(finding.text))}</li>'
+        f'<li class="{escape(finding.severity)}"><b>{escape(finding.severity)}</b> {_sentence(finding.text)}</li>'
         for finding in answer.findings
     ]
     return f'<section>\n<h2>Findings</h2>\n<ul class="findings">\n{_lines(lines)}\n</ul>\n</section>'
@@ -147,8 +148,8 @@ Reasons overlap, so they may sum to more than that.</p>
 def _bar(label: str, seconds: float, whole: float, colour: str) -> str:
     share = 100.0 * min(seconds / whole, 1.0)
     return (
-        f'<span>{label}</span><span class="track"><span class="{colour}" style="width:{share:.2f}%"></span></span>'
-        f'<span class="number">{_duration(seconds)}</span>'
+        f'<div class="bar"><span>{label}</span><span class="number">{_duration(seconds)}</span>'
+        f'<span class="track"><span class="{colour}" style="width:{share:.2f}%"></span></span></div>'
     )
 
 
@@ -171,16 +172,14 @@ def _reasons(params: Mapping[str, float]) -> dict[str, str]:
 
 
 def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
-    several = (
-        f"<p>{len(drive.starts)} drives, one after the other, parted by dotted lines.</p>" if len(drive.starts) > 1 else ""
-    )
+    count = len(drive.starts)
+    several = f"<p>{count} drives, one after the other, parted by dotted lines.</p>" if count > 1 else ""
     relative = (
         f"<p>The angle sensor is relative: {drive.turns} whole turns are taken from it here.</p>" if drive.turns else ""
     )
     slope = "i·K<sub>us</sub>·a<sub>y</sub>"
-    play = (
-        ", dashed the two flanks of the play" if answer.backlash.to_dict()["value"] and "cloud" in divs else ""
-    )
+    play = ", dashed the two flanks of the play" if _known(answer.backlash) else ""
+    line = {"estimate": f"offset + {slope}, with the offset's 95 % interval{play}"} if _known(answer.offset) else {}
     clean = "Nothing to draw: no tick passed the gate. The strip above says why."
     return "\n".join(
         [
@@ -190,20 +189,20 @@ def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
             divs.get("angle", _nothing("The log has no steering wheel angle.")),
             divs.get("speed", ""),
             divs.get("yaw_rate", ""),
-            _key(measured="measured (specific force)", estimate="r·v; the difference is the road's bank or a bias"),
+            _key(measured="measured (specific force)", estimate="r·v; the difference is the road's bank or a bias")
+            if drive.lateral_acceleration is not None
+            else _key(estimate="r·v, in place of an accelerometer"),
             divs.get("lateral_acceleration", ""),
             "</section>\n<section>\n<h2>The gate</h2>",
             _key(used="used for the offset", rejected="rejected, one row per reason as named under Time above"),
             divs.get("gate", _nothing("The drive has no tick.")),
             "</section>\n<section>\n<h2>Offset over time</h2>",
             _key(estimate="offset as learned up to then, with its 95 % interval") if "offset" in divs else "",
-            divs.get("offset", _nothing("No offset was learned at any time.")),
+            divs.get("offset", _nothing("No offset with an interval was learned at any time.")),
             "</section>\n<section>\n<h2>Residual against lateral acceleration</h2>",
-            "<p>What is left of the measured angle when the Ackermann angle i·L·r/v is taken away, in ticks that passed "
-            "the gate. Play in the steering shows as two parallel lines, one on each side of zero.</p>",
-            _key(used="clean ticks", estimate=f"offset + {slope}, with the offset's 95 % interval{play}")
-            if "cloud" in divs
-            else "",
+            "<p>What is left of the measured angle when the Ackermann angle i·L·r/v is taken away, in ticks that "
+            "passed the gate. Play in the steering shows as two parallel lines, one on each side of zero.</p>",
+            _key(used="clean ticks", **line) if "cloud" in divs else "",
             divs.get("cloud", _nothing(clean)),
             "</section>\n<section>\n<h2>Understeer gradient</h2>",
             _understeer(answer, divs),
@@ -216,12 +215,12 @@ def _understeer(answer: Answer, divs: Mapping[str, str]) -> str:
     low, high = (answer.params[f"understeer_acceleration_{end}_m_s2"] for end in ("min", "max"))
     if "bends" not in divs:
         return _nothing(
-            f"Not learned: it needs a trusted offset and bends of {low:g} to {high:g} m/s² that are clean but for their "
-            "curvature. It was taken as zero."
+            f"Not learned: it needs a trusted offset and bends of {low:g} to {high:g} m/s² that are clean but for "
+            "their curvature. It was taken as zero."
         )
     return f"""<div class="pair">
 <div>{_key(estimate="K<sub>us</sub>/g as learned up to then; band: 95 % interval of the last")}
-{divs.get("understeer", "")}</div>
+{divs.get("understeer", _nothing("Zero throughout."))}</div>
 <div>{_key(used=f"ticks in bends of {low:g} to {high:g} m/s²", estimate="i·K<sub>us</sub>·a<sub>y</sub>, 95 %")}
 {divs["bends"]}</div>
 </div>"""
@@ -245,7 +244,9 @@ def _provenance(answer: Answer) -> str:
         "Method": escape(answer.method),
         "Version": f"oncenter {escape(answer.version)}",
     }
-    logs = [f"{escape(d.log)} <span class=quiet>{d.table.height} ticks at {d.rate_hz:g} Hz</span>" for d in answer.drives]
+    logs = [
+        f"{escape(d.log)} <span class=quiet>{d.table.height} ticks at {d.rate_hz:g} Hz</span>" for d in answer.drives
+    ]
     truck["Logs" if len(logs) > 1 else "Log"] = "<br>".join(logs)
     sources = {_signal_name(name): escape(text) for name, text in answer.sources.items()}
     params = dict(_param(name, value) for name, value in answer.params.items())
@@ -280,26 +281,24 @@ def _param(name: str, value: float) -> tuple[str, str]:
     return escape(name), f"{value:.4g}"
 
 
-def _number_and_interval(estimate: Estimate) -> tuple[str, str]:
+def _known(estimate: Estimate) -> bool:
+    return estimate.status != "unobservable" and estimate.value is not None
+
+
+def _number_and_interval(estimate: Estimate, signed: bool) -> tuple[str, str]:
     """Value and interval in the page's unit with as many digits as the interval bears; a dash for what there is not."""
     given = estimate.to_dict()
-    value, interval = given["value"], given["ci95"]
-    if estimate.status == "unobservable" or value is None or not math.isfinite(value):
+    if not _known(estimate):
         return "—", "—"
-    if interval is None or not np.isfinite(interval).all():
-        return _signed(value, 2), "—"
-    width = max(interval[1] - interval[0], 1e-6)
-    digits = int(np.clip(2 - math.floor(math.log10(width)), 1, 4)) if width < 10.0 else 1
-    digits = min(digits, 3)
-    return _signed(value, digits), f"{_signed(interval[0], digits)} to {_signed(interval[1], digits)}"
+    if given["ci95"] is None:
+        return _number(given["value"], 2, signed), "—"
+    low, high = given["ci95"]
+    digits = 1 if high - low > 4.0 else 2 if high - low > 0.1 else 3
+    return _number(given["value"], digits, signed), f"{_number(low, digits, signed)} to {_number(high, digits, signed)}"
 
 
-def _signed(value: float, digits: int) -> str:
-    return f"{value:+.{digits}f}".replace("-", "−")
-
-
-def _unit(unit: str) -> str:
-    return escape(unit.replace("^2", "²"))
+def _number(value: float, digits: int, signed: bool) -> str:
+    return f"{value:{'+' if signed else ''}.{digits}f}".replace("-", "−")
 
 
 def _status(status: str) -> str:
@@ -309,8 +308,12 @@ def _status(status: str) -> str:
     )
 
 
+def _text(text: str) -> str:
+    return escape(re.sub(r"(?<![\w.])-(?=\d)", "−", text.replace("^2", "²")))
+
+
 def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
+    return _text(text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else "."))
 
 
 def _duration(seconds: float) -> str:

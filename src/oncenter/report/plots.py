@@ -41,6 +41,8 @@ STRIP_NAMES = {
 
 _BINS = 1200  # a screen's columns
 _CLOUD = 4000  # points
+_FAST_ENOUGH = 0.1  # of the ticks
+_SCATTER_HEIGHT = 380
 _FONT = "system-ui, sans-serif"
 
 
@@ -68,7 +70,10 @@ def _angle(answer: Answer, course: Course, time: Range1d) -> figure | None:
     if course.measured is None:
         return None
     picture = _over_time(course, time, "angle (deg)", 260)
-    picture.y_range = _range_of(course.measured, np.isfinite(course.expected))
+    # on-centre driving, not the yard: the outermost angles are outside at first, where there is enough of the former
+    fast = np.isfinite(course.expected)
+    rows = fast if fast.mean() > _FAST_ENOUGH else np.ones_like(fast)
+    picture.y_range = _range_of(np.concatenate([course.measured[rows], course.expected[rows]]))
     _line(picture, course, course.measured, "measured")
     _line(picture, course, course.expected, "estimate")
     return picture
@@ -110,7 +115,10 @@ def _gate(course: Course, time: Range1d) -> figure:
         share = np.histogram(course.time[mask], bins)[0] / np.maximum(ticks, 1)
         strip = _runs(picture, bins, share, [name], colour, 1.0)
         picture.add_tools(
-            HoverTool(renderers=[strip], tooltips=[(name, "@share{0 %} of the ticks"), ("time", f"$x{{0.00}} {course.time_unit}")])
+            HoverTool(
+                renderers=[strip],
+                tooltips=[(name, "@share{0 %} of the ticks"), ("time", f"$x{{0.00}} {course.time_unit}")],
+            )
         )
     return picture
 
@@ -123,12 +131,21 @@ def _runs(picture: figure, bins: Floats, share: Floats, names: list[str], colour
     kept = quarters[first] > 0
     left, right, part = bins[first[kept]], bins[last[kept]], quarters[first[kept]] / 4.0
     return picture.hbar(
-        y="name", left="left", right="right", fill_alpha="alpha", height=0.76,
-        color=COLOURS[colour], line_color=None, source=_source(
-            left=np.tile(left, len(names)), right=np.tile(right, len(names)), share=np.tile(part, len(names)),
-            alpha=np.tile(alpha * (0.25 + 0.75 * part), len(names)), name=[n for n in names for _ in left],
+        y="name",
+        left="left",
+        right="right",
+        fill_alpha="alpha",
+        height=0.76,
+        color=COLOURS[colour],
+        line_color=None,
+        source=_source(
+            left=np.tile(left, len(names)),
+            right=np.tile(right, len(names)),
+            share=np.tile(part, len(names)),
+            alpha=np.tile(alpha * (0.25 + 0.75 * part), len(names)),
+            name=[n for n in names for _ in left],
         ),
-    )  # fmt: skip
+    )
 
 
 def _offset(course: Course, time: Range1d) -> figure | None:
@@ -141,17 +158,22 @@ def _offset(course: Course, time: Range1d) -> figure | None:
     last = np.flatnonzero(known)[-1]
     # the first seconds' interval is as wide as a barn: leave it outside unless it is all there is
     settled = known & (course.offset_half_width < 4.0 * course.offset_half_width[last] + 0.5)
-    picture.y_range = _range_of(np.concatenate([low[settled], high[settled]]), None, 0.0)
-    x, columns = broken_at_holes(
-        course.time[rows], {"offset": course.offset[rows], "low": low[rows], "high": high[rows]}, course.hole
-    )
+    picture.y_range = _range_of(np.concatenate([low[settled], high[settled]]), 0.0)
+    x, columns = broken_at_holes(course.time, rows, course.holes, {"offset": course.offset, "low": low, "high": high})
     source = _source(x=x, **columns)
     picture.varea("x", "low", "high", source=source, fill_color=COLOURS["estimate"], fill_alpha=0.25)
     line = picture.line("x", "offset", source=source, color=COLOURS["estimate"], line_width=2)
-    picture.add_tools(HoverTool(renderers=[line], mode="vline", tooltips=[
-        ("offset", "@offset{0.00} deg"), ("95 %", "@low{0.00} to @high{0.00} deg"),
-        ("time", f"@x{{0.00}} {course.time_unit}"),
-    ]))  # fmt: skip
+    picture.add_tools(
+        HoverTool(
+            renderers=[line],
+            mode="vline",
+            tooltips=[
+                ("offset", "@offset{0.00} deg"),
+                ("95 %", "@low{0.00} to @high{0.00} deg"),
+                ("time", f"@x{{0.00}} {course.time_unit}"),
+            ],
+        )
+    )
     return picture
 
 
@@ -173,7 +195,9 @@ def _cloud(answer: Answer, course: Course) -> figure | None:
     play = answer.backlash.value
     if answer.backlash.status != "unobservable" and play:
         for flank in (-0.5, 0.5):
-            picture.line(a_y, line + flank * play / DEGREE, color=COLOURS["estimate"], line_width=1.5, line_dash="dashed")
+            picture.line(
+                a_y, line + flank * play / DEGREE, color=COLOURS["estimate"], line_width=1.5, line_dash="dashed"
+            )
     return picture
 
 
@@ -182,16 +206,18 @@ def _understeer_over_time(answer: Answer, course: Course, time: Range1d) -> figu
     values = course.understeer_gradient[rows]
     if not np.isfinite(values).any():
         return None
-    picture = _over_time(course, time, "K_us/g (deg/(m/s²))", 280)
+    picture = _over_time(course, time, "K_us/g (deg/(m/s²))", _SCATTER_HEIGHT)
     interval = answer.understeer_gradient.ci95
     bounds = np.array(interval or ()) / DEGREE
     if interval is not None:
         picture.add_layout(
-            BoxAnnotation(bottom=bounds[0], top=bounds[1], fill_color=COLOURS["estimate"], fill_alpha=0.25, line_color=None)
+            BoxAnnotation(
+                bottom=bounds[0], top=bounds[1], fill_color=COLOURS["estimate"], fill_alpha=0.25, line_color=None
+            )
         )
     late = values[np.isfinite(values)]
-    picture.y_range = _range_of(np.concatenate([late[len(late) // 20 :], bounds]), None, 0.0)
-    x, columns = broken_at_holes(course.time[rows], {"y": values}, course.hole)
+    picture.y_range = _range_of(np.concatenate([late[len(late) // 20 :], bounds]), 0.0)
+    x, columns = broken_at_holes(course.time, rows, course.holes, {"y": course.understeer_gradient})
     picture.line(x, columns["y"], color=COLOURS["estimate"], line_width=2)
     return picture
 
@@ -231,13 +257,22 @@ def _over_time(course: Course, time: Range1d, label: str | None, height: int, y_
 
 def _scatter(x: Floats, y: Floats, rows: Indices, label: str) -> figure:
     """Lateral acceleration to the right, an angle upward; the outermost of the points are outside at first."""
-    picture = _plain(380, "pan,box_zoom,wheel_zoom,reset,save", x_range=_range_of(x[rows], None, 0.2),
-                     y_range=_range_of(y[rows], None, 0.2))  # fmt: skip
+    picture = _plain(
+        _SCATTER_HEIGHT,
+        "pan,box_zoom,wheel_zoom,reset,save",
+        x_range=_range_of(x[rows], 0.2),
+        y_range=_range_of(y[rows], 0.2),
+    )
     few = sample(rows, _CLOUD)
     picture.scatter(
-        "x", "y", source=_source(x=x[few], y=y[few]), size=4, fill_color=COLOURS["used"], line_color=None,
+        "x",
+        "y",
+        source=_source(x=x[few], y=y[few]),
+        size=4,
+        fill_color=COLOURS["used"],
+        line_color=None,
         fill_alpha=float(np.clip(1500.0 / len(few), 0.3, 0.8)),
-    )  # fmt: skip
+    )
     picture.xaxis.axis_label = "lateral acceleration, left positive (m/s²)"
     picture.yaxis.axis_label = label
     return picture
@@ -245,9 +280,21 @@ def _scatter(x: Floats, y: Floats, rows: Indices, label: str) -> figure:
 
 def _plain(height: int, tools: str, **ranges: Any) -> figure:
     """An empty figure that lets the page's ground through; page.js matches text and grid to light and dark."""
-    picture = figure(height=height, sizing_mode="stretch_width", tools=tools, active_scroll=None,
-                     toolbar_location="above", min_border_left=70, min_border_right=12, background_fill_alpha=0.0,
-                     border_fill_alpha=0.0, outline_line_color=None, **ranges)  # fmt: skip
+    picture = figure(
+        height=height,
+        sizing_mode="stretch_width",
+        tools=tools,
+        active_scroll=None,
+        toolbar_location="above",
+        toolbar_inner=True,
+        min_border_left=78,
+        min_border_right=12,
+        min_border_top=10,
+        background_fill_alpha=0.0,
+        border_fill_alpha=0.0,
+        outline_line_color=None,
+        **ranges,
+    )
     picture.toolbar.logo = None
     picture.toolbar.autohide = True
     picture.axis.axis_label_text_font = _FONT
@@ -267,7 +314,7 @@ def _plain(height: int, tools: str, **ranges: Any) -> figure:
 
 def _line(picture: figure, course: Course, values: Floats, colour: str) -> None:
     rows = extremes(values, _BINS)
-    x, columns = broken_at_holes(course.time[rows], {"y": values[rows]}, course.hole)
+    x, columns = broken_at_holes(course.time, rows, course.holes, {"y": values})
     picture.line("x", "y", source=_source(x=x, **columns), color=COLOURS[colour], line_width=1.3)
 
 
@@ -284,10 +331,9 @@ def _every(n: int, count: int) -> Indices:
     return np.unique(np.append(np.arange(0, n, max(1, n // count)), n - 1))
 
 
-def _range_of(values: Floats, rows: Mask | None, outside_percent: float = 0.5) -> Range1d:
-    """A range for most of the finite values, of those rows if there are any, with some air."""
-    chosen = values if rows is None or not rows.any() else values[rows]
-    finite = chosen[np.isfinite(chosen)]
+def _range_of(values: Floats, outside_percent: float = 0.5) -> Range1d:
+    """A range for the finite values, but for the outermost on both sides, with some air."""
+    finite = values[np.isfinite(values)]
     if not len(finite):
         return Range1d(-1.0, 1.0)
     low, high = np.percentile(finite, [outside_percent, 100.0 - outside_percent])

@@ -38,24 +38,26 @@ def _extreme_rows(values: Floats, starts: Indices, better: np.ufunc) -> Indices:
 
 
 def broken_at_holes(
-    x: Floats, columns: dict[str, Floats], hole: float
+    x: Floats, rows: Indices, holes: Indices, columns: dict[str, Floats]
 ) -> tuple[Floats, dict[str, Floats]]:
-    """Puts a NaN into every hole of the series that is wide enough to be seen, so that no line bridges it.
+    """The chosen rows, with a NaN put into every hole between two of them, so that no line bridges it.
 
     Args:
         x: shape (n,), ascending.
+        rows: those chosen of the n, ascending.
+        holes: rows before which there is a hole, ascending.
         columns: each of shape (n,).
-        hole: narrower ones are none; nor are those narrower than three usual steps of x.
 
     Returns:
-        x and columns with rows put in.
+        x and columns at the chosen rows, with rows put in.
     """
-    if len(x) < 3:
-        return x, columns
-    steps = np.diff(x)
-    after = np.flatnonzero(steps > max(hole, 3.0 * float(np.median(steps)))) + 1
-    middle = (x[after - 1] + x[after]) / 2.0
-    return np.insert(x, after, middle), {name: np.insert(c, after, np.nan) for name, c in columns.items()}
+    after = np.unique(np.searchsorted(rows, holes))
+    after = after[(after > 0) & (after < len(rows))]
+    middle = (x[rows[after - 1]] + x[rows[after]]) / 2.0
+    return (
+        np.insert(x[rows], after, middle),
+        {name: np.insert(column[rows], after, np.nan) for name, column in columns.items()},
+    )
 
 
 def sample(rows: Indices, count: int) -> Indices:

@@ -21,6 +21,7 @@ Bytes = npt.NDArray[np.uint8]
 START_S = 1_466_000_000  # of every simulated log, since 1970: one day in June 2016
 _LATENCY_S = 0.001  # mean way from the sensor to the bus
 _KM_H = 3.6  # per m/s
+_LINES_AT_ONCE = 200_000  # some 50 MB of working memory
 
 _NOT_AVAILABLE_1, _NOT_AVAILABLE_2 = 0xFF, 0xFFFF
 _LARGEST_1, _LARGEST_2 = 0xFA, 0xFAFF
@@ -54,9 +55,10 @@ def write_candump(signals: Signals, path: str | os.PathLike[str], *, jitter_sd_s
         payloads.append(message.payload)
     microseconds = np.round(np.concatenate(seconds) * 1e6).astype(np.int64)
     order = np.argsort(microseconds, kind="stable")
-    text = _lines(microseconds[order], np.concatenate(identifiers)[order], np.concatenate(payloads)[order])
+    identifier, payload = np.concatenate(identifiers), np.concatenate(payloads)
     with open(path, "wb") as log:
-        log.write(text.data)
+        for some in np.split(order, range(_LINES_AT_ONCE, len(order), _LINES_AT_ONCE)):
+            log.write(_lines(microseconds[some], identifier[some], payload[some]).data)
 
 
 def _messages(signals: Signals) -> Iterator[_Message]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -84,6 +85,6 @@ def write_truth(truth: Truth, log: Path) -> None:
         "yaw_rate_bias_deg_s": truth.yaw_rate_bias_rad_s / DEGREE,
         "lateral_acceleration_bias_m_s2": truth.lateral_acceleration_bias_m_s2,
     }
-    lines = [f'scenario = "{truth.scenario}"', f"seed = {truth.seed}"]
+    lines = [f"scenario = {json.dumps(truth.scenario)}", f"seed = {truth.seed}"]
     lines += [f"{name} = {float(f'{value:.9g}')!r}" for name, value in values.items()]
     log.with_suffix(".truth.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")

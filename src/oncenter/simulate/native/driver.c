@@ -64,17 +64,18 @@ void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double 
 void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, const sim_road *road, double station,
                       double time, double step_s)
 {
-    const double until_there = state->speed * (SPEED_ANSWERS_S + PEDAL_ANSWERS_S);
-    const double of_road = sim_road_at(road, road->speed, station + until_there);
-    const double may_still = driver->deceleration_max * (driver->stop_time - time);
+    const double answers_s = SPEED_ANSWERS_S + PEDAL_ANSWERS_S;
+    const double of_road = sim_road_at(road, road->speed, station + state->speed * answers_s);
+    const double may_still = driver->deceleration_max * (driver->stop_time - time - 2.0 * answers_s);
     const double wanted = time < driver->start_time ? 0.0 : fmax(0.0, fmin(of_road, may_still));
     if (wanted <= 0.0 && state->speed < STANDS_BELOW_M_S) {
         state->speed = 0.0;
         state->longitudinal_acceleration = 0.0;
         return;
     }
-    const double acceleration = limited((wanted - state->speed) / SPEED_ANSWERS_S, -driver->deceleration_max,
-                                        driver->acceleration_max);
+    const double acceleration = wanted <= 0.0 ? -driver->deceleration_max
+                                              : limited((wanted - state->speed) / SPEED_ANSWERS_S,
+                                                        -driver->deceleration_max, driver->acceleration_max);
     state->longitudinal_acceleration +=
         (acceleration - state->longitudinal_acceleration) * step_s / PEDAL_ANSWERS_S;
     state->speed = fmax(0.0, state->speed + state->longitudinal_acceleration * step_s);

@@ -16,7 +16,7 @@ typedef struct {
     /* steering */
     double preview_time;    /* s, how far ahead the driver looks */
     double gain;            /* share of the expected lateral error that is steered away by then */
-    double trim_keep;       /* 0 to 1: how little of a lasting correction becomes the hands' new middle at a tick */
+    double trim_keep;       /* 1 less the share of a correction that becomes lasting at every tick */
     double reaction_time;   /* s, from seeing to moving */
     int32_t reaction_ticks; /* the same, 0 to SIM_REACTION_MAX - 1 */
     double arm_frequency;   /* rad/s, of the critically damped arms */

@@ -1,0 +1,261 @@
+"""How fast and how small, side by side in one run: the core against scipy and numba, whole logs against python-can.
+
+    python bench/speed.py [--ticks N] [--frames N] [--rounds N] [--json]
+
+Contenders take turns and the best of their rounds counts, so that a busy machine slows all of them alike. Ticks are
+timed by the processor time of this one thread, logs by the clock on the wall. A rival that gives another answer than
+the core's ends the run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import drives
+import numpy as np
+
+from oncenter._core import COLUMNS, OUTPUT_DTYPE, Core
+
+HERE = Path(__file__).parent
+OFFSET_AGREES_DEG = 1e-9
+LOG_OFFSETS_AGREE_DEG = 0.01  # the rival interpolates the speed in its own way
+CORE_MIN_MTICKS_S, CORE_MIN_OF_NUMBA, CANDUMP_MAX_OF_RIVAL = 20.0, 0.7, 0.1  # what is asked of us
+
+Row = dict[str, Any]
+
+
+def core() -> Core:
+    return Core(drives.WHEELBASE_M, drives.STEERING_RATIO, {}, drives.RATE_HZ)
+
+
+def contenders(ticks: int) -> dict[tuple[str, str], Callable[[], float]]:
+    """By name and what is asked of it: a function that goes over the drive and returns the offset in rad.
+
+    numba has compiled and all memory that they share has been touched before they are handed out.
+    """
+    import numba_monitor
+    import scipy_monitor
+
+    columns = drives.ticks(ticks)
+    arrays = [columns[name] for name in COLUMNS]
+    coefficients = numba_monitor.coefficients(core())
+    outputs, none = np.zeros(ticks, OUTPUT_DTYPE), np.empty(0, numba_monitor.FLAT_OUTPUT)
+
+    def run_core(outputs: Any) -> float:
+        one = core()
+        one.run(columns, outputs)
+        return float(one.answer()["offset"]["value"])
+
+    def run_numba(outputs: Any) -> float:
+        return float(numba_monitor.run(coefficients, *arrays, outputs)[0])
+
+    def run_scipy() -> float:
+        return float(scipy_monitor.run(coefficients, *arrays)[0])
+
+    run_numba(none)
+    return {
+        ("core through Python", "summary"): lambda: run_core(None),
+        ("numba", "summary"): lambda: run_numba(none),
+        ("scipy + numpy", "summary"): run_scipy,
+        ("core through Python", "outputs"): lambda: run_core(outputs),
+        ("numba", "outputs"): lambda: run_numba(outputs.view(numba_monitor.FLAT_OUTPUT)),
+    }
+
+
+def check_agreement(ticks: int) -> None:
+    """Every output of every tick, and what scipy says in the end."""
+    import numba_monitor
+    import scipy_monitor
+
+    columns = drives.ticks(ticks)
+    arrays = [columns[name] for name in COLUMNS]
+    ours, theirs = np.zeros(ticks, OUTPUT_DTYPE), np.zeros(ticks, numba_monitor.FLAT_OUTPUT)
+    one = core()
+    one.run(columns, ours)
+    answer = one.answer()
+    coefficients = numba_monitor.coefficients(one)
+    answers = {
+        "numba": numba_monitor.run(coefficients, *arrays, theirs),
+        "scipy + numpy": scipy_monitor.run(coefficients, *arrays),
+    }
+    for name in numba_monitor.FLAT_OUTPUT.names or ():
+        np.testing.assert_allclose(
+            theirs[name], ours.view(numba_monitor.FLAT_OUTPUT)[name], rtol=0, atol=1e-11, err_msg=f"numba: {name}"
+        )
+    rejected_s = np.array(answer["rejected"])
+    for who, (offset, sd, gradient, rejected, still_yaw_rate, _) in answers.items():
+        differs = math.degrees(abs(offset - answer["offset"]["value"]))
+        if not differs < OFFSET_AGREES_DEG:
+            sys.exit(f"{who} differs from the core by {differs:g} deg")
+        np.testing.assert_allclose(sd, answer["offset"]["standard_deviation"], atol=1e-11, err_msg=who)
+        np.testing.assert_allclose(gradient, answer["understeer_gradient"]["value"], atol=1e-11, err_msg=who)
+        np.testing.assert_allclose(rejected / drives.RATE_HZ, rejected_s, atol=1e-6, err_msg=who)
+        np.testing.assert_allclose(still_yaw_rate, answer["yaw_rate_bias"]["value"], atol=1e-11, err_msg=who)
+
+
+def peak_beyond_mb(work: Callable[[], object]) -> float | None:
+    """What `work` needs at its peak beyond what is held before it; None where the system does not tell."""
+    status, forget = Path("/proc/self/status"), Path("/proc/self/clear_refs")
+    try:
+        forget.write_text("5")  # the peak starts anew from what is held now
+        before = int(status.read_text().split("VmHWM:")[1].split()[0])
+        work()
+        return (int(status.read_text().split("VmHWM:")[1].split()[0]) - before) / 1024
+    except (OSError, IndexError):
+        return None
+
+
+def ticks_table(ticks: int, rounds: int) -> list[Row]:
+    check_agreement(min(ticks, 1_000_000))
+    field = contenders(ticks)
+    memory = {key: peak_beyond_mb(work) for key, work in field.items()}
+    best = dict.fromkeys(field, math.inf)
+    for _ in range(rounds):
+        for key, work in field.items():
+            start = time.thread_time()
+            work()
+            best[key] = min(best[key], time.thread_time() - start)
+    return [
+        {
+            "who": who,
+            "asked": asked,
+            "mticks_s": ticks / seconds / 1e6,
+            "core_is_times_faster": seconds / best["core through Python", asked],
+            "peak_mb": memory[who, asked],
+        }
+        for (who, asked), seconds in best.items()
+    ]
+
+
+def one_log(who: str, log: Path) -> dict[str, float]:
+    done = subprocess.run(
+        [sys.executable, HERE / "log_to_answer.py", who, log], capture_output=True, text=True, check=False
+    )
+    if done.returncode != 0:
+        sys.exit(f"{who} on {log.name}: {done.stderr}")
+    return dict(json.loads(done.stdout.splitlines()[-1]))
+
+
+def logs_table(frames: int, rounds: int) -> list[Row]:
+    import logs
+
+    rows: list[Row] = []
+    made = logs.frames(frames)
+    with tempfile.TemporaryDirectory() as folder:
+        for suffix, write in logs.WRITERS.items():
+            log = Path(folder) / f"drive{suffix}"
+            write(log, made)
+            ran: dict[str, list[dict[str, float]]] = {"ours": [], "rival": []}
+            for _ in range(rounds):
+                for who, results in ran.items():
+                    results.append(one_log(who, log))
+            offsets = [result["offset_deg"] for results in ran.values() for result in results]
+            if not max(offsets) - min(offsets) < LOG_OFFSETS_AGREE_DEG:
+                sys.exit(f"{log.name}: offsets differ, {offsets} deg")
+            best = {who: min(results, key=lambda result: result["s"]) for who, results in ran.items()}
+            rows.append(
+                {
+                    "log": suffix,
+                    "mb": log.stat().st_size / 1e6,
+                    "offset_deg": offsets[0],
+                    "s": best["ours"]["s"],
+                    "rival_s": best["rival"]["s"],
+                    "of_rival": best["ours"]["s"] / best["rival"]["s"],
+                    "peak_mb": best["ours"]["peak_mb"],
+                    "rival_peak_mb": best["rival"]["peak_mb"],
+                    "imported_mb": best["ours"]["imported_mb"],
+                }
+            )
+            log.unlink()
+    return rows
+
+
+def requirements(ticks: list[Row], logs: list[Row]) -> list[Row]:
+    rate = {(row["who"], row["asked"]): row["mticks_s"] for row in ticks}
+    ours = rate["core through Python", "summary"]
+    candump = next(row["of_rival"] for row in logs if row["log"] == ".log")
+    of_numba = ours / rate["numba", "summary"]
+    return [
+        {"asked": f"core at least {CORE_MIN_MTICKS_S:g} M ticks/s", "is": ours, "met": ours >= CORE_MIN_MTICKS_S},
+        {"asked": f"at least {CORE_MIN_OF_NUMBA:g} of numba", "is": of_numba, "met": of_numba >= CORE_MIN_OF_NUMBA},
+        {
+            "asked": f"candump at most {CANDUMP_MAX_OF_RIVAL:g} of python-can + cantools",
+            "is": candump,
+            "met": candump <= CANDUMP_MAX_OF_RIVAL,
+        },
+    ]
+
+
+def machine() -> str:
+    info = Path("/proc/cpuinfo")
+    names = [line.split(":")[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")] if (
+        info.exists()
+    ) else [platform.processor()]  # fmt: skip
+    return f"{names[0] if names else platform.machine()}, {os.cpu_count()} CPUs, Python {platform.python_version()}"
+
+
+def markdown(result: dict[str, Any]) -> str:
+    def mb(value: float | None) -> str:
+        return "?" if value is None else f"{value:.1f}"
+
+    lines = [
+        f"{result['machine']}; {result['ticks']:,} ticks, {result['frames']:,} frames, best of {result['rounds']}.",
+        "",
+        "| one core | asked | M ticks/s | core is times faster | peak beyond its input, MB |",
+        "|---|---|--:|--:|--:|",
+    ]
+    for row in result["core"]:
+        lines.append(
+            f"| {row['who']} | {row['asked']} | {row['mticks_s']:.1f} | {row['core_is_times_faster']:.2f} "
+            f"| {mb(row['peak_mb'])} |"
+        )
+    lines += [
+        "",
+        "| log to answer | MB | ours, s | python-can + cantools, s | ours of theirs | peak, MB: imports, ours, theirs |",
+        "|---|--:|--:|--:|--:|--:|",
+    ]
+    for row in result["logs"]:
+        lines.append(
+            f"| {row['log']} | {row['mb']:.0f} | {row['s']:.2f} | {row['rival_s']:.2f} | {row['of_rival']:.3f} "
+            f"| {mb(row['imported_mb'])}, {mb(row['peak_mb'])}, {mb(row['rival_peak_mb'])} |"
+        )
+    lines += ["", "| asked | is | |", "|---|--:|---|"]
+    for row in result["requirements"]:
+        lines.append(f"| {row['asked']} | {row['is']:.3g} | {'met' if row['met'] else 'MISSED'} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--ticks", type=int, default=2_000_000, help="rows of the drive, at least 20000")
+    parser.add_argument("--frames", type=int, default=1_000_000, help="frames in each log, at least 100000")
+    parser.add_argument("--rounds", type=int, default=5, help="of the ticks; logs have two")
+    parser.add_argument("--json", action="store_true")
+    given = parser.parse_args()
+    ticks = ticks_table(max(given.ticks, 20_000), given.rounds)
+    logs = logs_table(max(given.frames, 100_000), min(given.rounds, 2))
+    result = {
+        "machine": machine(),
+        "ticks": given.ticks,
+        "frames": given.frames,
+        "rounds": given.rounds,
+        "core": ticks,
+        "logs": logs,
+        "requirements": requirements(ticks, logs),
+    }
+    print(json.dumps(result, indent=2) if given.json else markdown(result))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,5 @@
+"""python -m oncenter."""
+
+from oncenter.cli import main
+
+main()

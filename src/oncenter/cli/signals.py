@@ -1,0 +1,161 @@
+"""oncenter signals: what a log has, and whether it fits together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from oncenter.cli.options import Dbc, Json, Source, progress_bar, sources_of
+
+if TYPE_CHECKING:
+    import oncenter as oc
+    from oncenter.plausibility import CannotTell, Plausibility
+
+_WIDTH = 100  # characters of the table and of the words below it
+
+
+def signals(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A drive: .log .asc .blf .trc .mf4 .csv .parquet")],
+    vehicle_file: Annotated[
+        str | None, typer.Option("--vehicle", metavar="FILE", help="What the truck is, to check its ratio and names.")
+    ] = None,
+    json: Json = False,
+    dbc: Dbc = None,
+    source: Source = None,
+) -> None:
+    """What a log has, from which sender, how much of it is missing, and whether it fits together."""
+    import oncenter as oc
+    from oncenter.plausibility import check
+
+    truck = None if vehicle_file is None else oc.vehicle(vehicle_file)
+    names = None if truck is None else truck.signal_names
+    with progress_bar(f"reading {log.name}", log) as progress:
+        drive = oc.read(log, names=names, dbc=dbc or (), take=sources_of(source), progress=progress)
+    judged = check(drive, truck)
+    typer.echo(_to_json(drive, judged) if json else _as_text(drive, judged))
+
+
+# By SI unit: the unit of files as factors name it, as people read it, and the decimals that it deserves.
+_FILE_UNITS = {
+    "rad": ("deg", "deg", 1),
+    "rad_s": ("deg_s", "deg/s", 2),
+    "m_s": ("km_h", "km/h", 1),
+    "m_s2": ("m_s2", "m/s^2", 2),
+    "deg": ("deg", "deg", 4),
+    "1": ("1", "", 0),
+}
+
+
+def _rows(drive: oc.Signals) -> Iterator[tuple[str, dict[str, Any]]]:
+    """By signal: its source, and its range in the units of files."""
+    from oncenter.signals import SIGNALS
+
+    for name, source in drive.sources.items():
+        signal = SIGNALS[name]
+        file_unit, words, _ = _FILE_UNITS[signal.quantity.unit]
+        values = drive.table[signal.column].to_numpy() / signal.quantity.factors[file_unit]
+        numbers = values[values == values]
+        yield (
+            name,
+            {
+                "source": source.description,
+                "rate_hz": source.rate_hz,
+                "samples": source.samples,
+                "not_available": source.not_available,
+                "ticks_without": len(values) - len(numbers),
+                "min": float(numbers.min()) if len(numbers) else None,
+                "max": float(numbers.max()) if len(numbers) else None,
+                "unit": words or "1",
+                "others": list(source.others),
+            },
+        )
+
+
+def _to_json(drive: oc.Signals, judged: Plausibility) -> str:
+    """The object of the schema oncenter/signals-1."""
+    import json
+
+    import oncenter as oc
+
+    whole = {
+        "schema": "oncenter/signals-1",
+        "version": oc.__version__,
+        "log": drive.log,
+        "rate_hz": drive.rate_hz,
+        "duration_s": _duration_s(drive),
+        "signals": dict(_rows(drive)),
+        "findings": [finding.to_dict() for finding in judged.findings],
+        "cannot_tell": [{"check": verdict.check, "why": verdict.why} for verdict in judged.cannot_tell],
+        "notes": list(drive.notes),
+    }
+    return json.dumps(whole, ensure_ascii=False, allow_nan=False)
+
+
+def _as_text(drive: oc.Signals, judged: Plausibility) -> str:
+    """A table of what is there, then what is odd and what could not be judged, in words."""
+    lines = [f"{Path(drive.log).name}: {_duration_s(drive):.1f} s, brought to {drive.rate_hz:.4g} Hz", ""]
+    lines += [*_table(drive), ""]
+    for finding in judged.findings:
+        lines += _wrapped(f"{finding.severity}: {finding.text}")
+    if not any(finding.severity != "info" for finding in judged.findings):
+        lines.append("All that could be judged fits together.")
+    for why, checks in _by_reason(judged.cannot_tell).items():
+        lines += _wrapped(f"not judged: {', '.join(checks)} ({why})")
+    choices = tuple(f"{name}: taken from" for name in drive.sources)  # the table has told them
+    for note in drive.notes:
+        lines += [] if note.startswith(choices) else _wrapped(f"note: {note}")
+    return "\n".join(lines)
+
+
+def _table(drive: oc.Signals) -> Iterator[str]:
+    """n/a is the share of samples that say so themselves, gaps the share of all ticks that have no number."""
+    cells = [("signal", "rate", "samples", "n/a", "gaps", "range")]
+    sources: list[tuple[str, list[str]]] = [("source", [])]
+    for name, row in _rows(drive):
+        missing = _percent(row["not_available"], row["samples"])
+        gaps = _percent(row["ticks_without"], drive.table.height)
+        cells.append((name, f"{row['rate_hz']:.0f} Hz", str(row["samples"]), missing, gaps, _range(name, row)))
+        sources.append((row["source"], row["others"]))
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    for (name, *numbers, span), (source, others) in zip(cells, sources, strict=True):
+        aligned = [f"{cell:>{width}}" for cell, width in zip(numbers, widths[1:], strict=False)]
+        line = "  ".join([f"{name:<{widths[0]}}", *aligned, f"{span:<{widths[-1]}}"])
+        fits = len(line) + 2 + len(source) <= _WIDTH
+        yield f"{line}  {source}" if fits else line.rstrip()
+        below = [*([] if fits else [source]), *(f"not from {other}" for other in others)]
+        if below:
+            yield from _wrapped(f"    {', '.join(below)}")
+
+
+def _percent(part: int, whole: int) -> str:
+    return f"{100 * part / whole if whole else 100.0:.0f}%"
+
+
+def _range(name: str, row: dict[str, Any]) -> str:
+    from oncenter.signals import SIGNALS
+
+    if row["min"] is None:
+        return "-"
+    _, words, decimals = _FILE_UNITS[SIGNALS[name].quantity.unit]
+    return f"{row['min']:.{decimals}f}..{row['max']:.{decimals}f} {words}"
+
+
+def _by_reason(verdicts: tuple[CannotTell, ...]) -> dict[str, list[str]]:
+    by_reason: dict[str, list[str]] = {}
+    for verdict in verdicts:
+        by_reason.setdefault(verdict.why, []).append(verdict.check)
+    return by_reason
+
+
+def _duration_s(drive: oc.Signals) -> float:
+    time = drive.table["time_s"]
+    return float(time[-1] - time[0])
+
+
+def _wrapped(text: str, width: int = _WIDTH) -> list[str]:
+    import textwrap
+
+    return textwrap.wrap(text, width, subsequent_indent="    ")

@@ -1,0 +1,275 @@
+"""Whatever is wrong with a log, it ends in one line that says so, and never in a number."""
+
+from __future__ import annotations
+
+import contextlib
+import gzip
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import can
+import numpy as np
+import polars as pl
+import pytest
+from can.io.mf4 import MF4Writer
+from drive_frames import START_S, Frame, candump, drive, identifier
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from real_data import real_drive
+
+from oncenter.errors import OncenterError
+from oncenter.read import SUFFIXES, read
+from oncenter.signals import Signals
+
+CSV = "time_s,steering_wheel_angle_deg,yaw_rate_deg_s,vehicle_speed_km_h\n" + "".join(
+    f"{k / 100},{k % 7},{k % 5},60\n" for k in range(200)
+)
+
+
+def refusal(path: Path, **options: object) -> OncenterError:
+    with pytest.raises(OncenterError) as refused:
+        read(path, **options)  # type: ignore[arg-type]
+    assert "\n" not in str(refused.value)
+    return refused.value
+
+
+def refusal_of(folder: Path, name: str, content: str | bytes) -> OncenterError:
+    path = folder / name
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return refusal(path)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_an_empty_file_is_called_empty(tmp_path: Path, suffix: str) -> None:
+    error = refusal_of(tmp_path, f"drive{suffix}", b"")
+    assert (error.code, error.exit_code) == ("empty_log", 1)
+    assert "empty" in str(error)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_noise_under_any_name_is_refused(tmp_path: Path, suffix: str) -> None:
+    noise = np.random.default_rng(3).bytes(20_000)
+    error = refusal_of(tmp_path, f"drive{suffix}", noise)
+    assert error.exit_code == 1
+    assert f"drive{suffix}" in str(error)
+
+
+def test_a_path_that_is_not_there_a_directory_and_one_without_rights(tmp_path: Path) -> None:
+    assert "No such file" in str(refusal(tmp_path / "drive.log"))
+    (tmp_path / "folder.log").mkdir()
+    assert "is a directory" in str(refusal(tmp_path / "folder.log"))
+    (tmp_path / "mine.log").write_text(candump(drive()))
+    (tmp_path / "mine.log").chmod(0)
+    if os.access(tmp_path / "mine.log", os.R_OK):  # root may read everything
+        pytest.skip("this user may read any file")
+    assert "ermission" in str(refusal(tmp_path / "mine.log"))
+
+
+def test_an_unknown_suffix_lists_the_known_ones(tmp_path: Path) -> None:
+    error = refusal_of(tmp_path, "drive.xlsx", b"x")
+    assert error.code == "unknown_format"
+    assert all(suffix in str(error) for suffix in SUFFIXES)
+
+
+@pytest.mark.parametrize("writer", [(".blf", can.BLFWriter), (".mf4", MF4Writer)], ids=str)
+@pytest.mark.parametrize("share", [0.05, 0.5, 0.9, 0.999])
+def test_a_truncated_binary_log_is_refused(
+    tmp_path: Path, writer: tuple[str, type[can.BLFWriter]], share: float, capfd: pytest.CaptureFixture[str]
+) -> None:
+    suffix, kind = writer
+    whole = tmp_path / f"whole{suffix}"
+    with kind(whole) as log:
+        for frame in drive():
+            log.on_message_received(
+                can.Message(
+                    timestamp=frame.time,
+                    arbitration_id=frame.identifier,
+                    is_extended_id=frame.extended,
+                    data=frame.data,
+                    channel=1,
+                )
+            )
+    content = whole.read_bytes()
+    error = refusal_of(tmp_path, f"cut{suffix}", content[: int(share * len(content))])
+    assert error.code == "unreadable_log"
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_log_of_a_real_truck_is_read_as_far_as_its_logger_got(tmp_path: Path) -> None:
+    """Its file was never closed, so that a shorter one is a shorter drive; without its heading it is nothing."""
+    content = real_drive("j1939_truck_stationary/truck_stationary.mf4").read_bytes()
+    (tmp_path / "half.mf4").write_bytes(content[: len(content) // 2])
+    half = read(tmp_path / "half.mf4")
+    assert any("never closed" in note for note in half.notes)
+    assert 0.4 < (half.table["time_s"][-1] - half.table["time_s"][0]) / 402 < 0.6
+    assert refusal_of(tmp_path, "cut.mf4", content[:30_000]).code == "unreadable_log"
+
+
+def test_nothing_but_our_one_line_is_said_about_a_damaged_measurement_file(tmp_path: Path) -> None:
+    (tmp_path / "cut.mf4").write_bytes(b"MDF     4.10    " + b"\1" * 500)
+    code = (
+        "from oncenter.read import read\n"
+        "from oncenter.errors import OncenterError\n"
+        f"try: read({str(tmp_path / 'cut.mf4')!r})\n"
+        "except OncenterError as error: print(error)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.count("\n") == 1
+    assert run.stderr == ""
+
+
+@pytest.mark.parametrize("share", [0.1, 0.9])
+def test_truncated_gzip_and_parquet_are_refused(tmp_path: Path, share: float) -> None:
+    packed = gzip.compress(CSV.encode())
+    assert refusal_of(tmp_path, "cut.csv.gz", packed[: int(share * len(packed))]).code == "unreadable_log"
+    pl.read_csv(CSV.encode()).write_parquet(tmp_path / "whole.parquet")
+    table = (tmp_path / "whole.parquet").read_bytes()
+    assert refusal_of(tmp_path, "cut.parquet", table[: int(share * len(table))]).code == "unreadable_log"
+
+
+def test_a_column_without_a_unit_is_refused_with_the_names_that_would_do(tmp_path: Path) -> None:
+    error = refusal_of(tmp_path, "drive.csv", CSV.replace("yaw_rate_deg_s", "yaw_rate"))
+    assert error.code == "unit_missing"
+    assert error.needs == ("yaw_rate_rad_s", "yaw_rate_deg_s")
+    assert "yaw_rate_rad_s or yaw_rate_deg_s" in str(error)
+
+
+def test_text_where_a_number_belongs_is_named_by_column_and_row(tmp_path: Path) -> None:
+    error = refusal_of(tmp_path, "drive.csv", CSV.replace("\n0.03,3,3,", "\n0.03,3,three,"))
+    assert error.code == "not_a_number"
+    assert "column yaw_rate_deg_s, row 4" in str(error)
+    assert "'three'" in str(error)
+
+
+def test_a_table_without_time_or_with_one_row_is_refused(tmp_path: Path) -> None:
+    error = refusal_of(tmp_path, "drive.csv", CSV.replace("time_s", "when"))
+    assert (error.code, error.needs) == ("missing_time", ("time_s",))
+    assert refusal_of(tmp_path, "one.csv", "\n".join(CSV.splitlines()[:2])).code == "too_short"
+    assert refusal_of(tmp_path, "none.csv", CSV.splitlines()[0]).code == "too_short"
+
+
+def test_a_table_of_something_else_lists_what_it_has(tmp_path: Path) -> None:
+    error = refusal_of(tmp_path, "drive.csv", "time_s,oil_temperature\n0,80\n1,81\n")
+    assert error.code == "missing_signal"
+    assert "oil_temperature" in str(error)
+
+
+def test_a_table_whose_time_runs_backward_is_refused(tmp_path: Path) -> None:
+    header, *rows = CSV.splitlines()
+    error = refusal_of(tmp_path, "drive.csv", "\n".join([header, *reversed(rows)]))
+    assert error.code == "time_backward"
+
+
+def test_milliseconds_that_are_called_seconds_are_refused(tmp_path: Path) -> None:
+    rows = "".join(f"{1_700_000_000_000 + 10 * k},{k % 5}\n" for k in range(100))
+    error = refusal_of(tmp_path, "drive.csv", "time_s,yaw_rate_deg_s\n" + rows)
+    assert error.code == "time_out_of_range"
+
+
+def test_a_log_of_another_protocol_says_so(tmp_path: Path) -> None:
+    car = [Frame(START_S + k / 100, 0x123, b"\1\2\3", extended=False) for k in range(50)]
+    error = refusal_of(tmp_path, "car.log", candump(car))
+    assert error.code == "not_j1939"
+    assert "11-bit" in str(error)
+
+
+def test_a_truck_log_without_our_messages_lists_the_groups_it_has(tmp_path: Path) -> None:
+    frames = [Frame(START_S + k / 100, identifier(61444, 0), b"\1" * 8) for k in range(50)]
+    frames += [Frame(START_S + 1 + k / 100, identifier(65103, 0x0B), b"\1" * 8) for k in range(9)]
+    error = refusal_of(tmp_path, "truck.log", candump(frames))
+    assert error.code == "missing_signal"
+    assert "PGN 61449 VDC2, SPN 1807" in str(error)
+    assert "found: PGN 61444 EEC1, 65103 VDC1" in str(error)
+
+
+@pytest.mark.parametrize("content", ["", "VERSION", "not a database", "BO_ x A: 8 X"])
+def test_a_broken_dbc_is_wrong_usage(tmp_path: Path, content: str) -> None:
+    (tmp_path / "drive.log").write_text(candump(drive()))
+    (tmp_path / "other.dbc").write_text(content)
+    error = refusal(tmp_path / "drive.log", dbc=[tmp_path / "other.dbc"])
+    assert (error.code, error.exit_code) == ("bad_dbc", 2)
+    assert "other.dbc" in str(error)
+    assert refusal(tmp_path / "drive.log", dbc=[tmp_path / "none.dbc"]).exit_code == 2
+
+
+def survives(suffix: str, content: bytes) -> Signals | None:
+    """The signals of a file with that content, or None when it is refused as bad input is."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"drive{suffix}"
+        path.write_bytes(content)
+        with contextlib.suppress(OncenterError):
+            signals = read(path)
+            assert signals.table.height >= 2
+            assert 20.0 <= signals.rate_hz <= 200.0
+            assert signals.table.null_count().sum_horizontal()[0] == 0
+            return signals
+    return None
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@settings(max_examples=25)
+@given(content=st.binary(max_size=400))
+def test_random_bytes_give_a_refusal_or_a_table(suffix: str, content: bytes) -> None:
+    survives(suffix, content)
+
+
+CELL = st.one_of(
+    st.floats(allow_nan=True).map(str),
+    st.integers(-(10**20), 10**20).map(str),
+    st.sampled_from(["", "nan", "inf", "-inf", "1e999", "NA", '"', "a", "1,5", "٣", "\x00", " 7 "]),
+)
+
+
+@given(
+    header=st.lists(
+        st.sampled_from(
+            ["time_s", "steering_wheel_angle_deg", "yaw_rate", "yaw_rate_rad_s", "heading_deg", "x", "", '"q"']
+        ),
+        min_size=1,
+        max_size=5,
+    ),
+    rows=st.lists(st.lists(CELL, min_size=1, max_size=5), max_size=12),
+    separator=st.sampled_from([",", ";", "\t"]),
+)
+@example(["time_s", "yaw_rate_rad_s"], [["0", "1"], ["1e300", "2"]], ",")
+@example(["time_s", "yaw_rate_rad_s"], [["-1e308", "1"], ["1e308", "2"], ["1.1e308", "2"]], ",")
+def test_random_tables_give_a_refusal_or_a_table(header: list[str], rows: list[list[str]], separator: str) -> None:
+    survives(".csv", "\n".join(separator.join(row) for row in [header, *rows]).encode())
+
+
+LINE = st.one_of(
+    st.text(max_size=30),
+    st.builds(
+        lambda t, bus, i, d: f"({t}) {bus} {i}#{d}",
+        st.one_of(
+            st.floats(0, 1e12, allow_nan=False).map("{:.6f}".format),
+            st.sampled_from(["", ".", "1.", ".000001", "99999999999999999.000000", "1.5", "12.3456789"]),
+        ),
+        st.sampled_from(["can0", "c", "a_long_name_of_a_bus", ""]),
+        st.sampled_from(["18F0093E", "18FEF100", "123", "7FF", "FFFFFFFF", "1234", ""]),
+        st.sampled_from(["697D7F637D577F7D", "69", "697", "R", "", "697D7F637D577F7D00", "#1AA", "zz"]),
+    ),
+)
+
+
+@given(st.lists(LINE, max_size=30))
+@example(["(99999999999.000000) can0 18F0093E#697D7F637D577F7D", "(0.000001) can0 18F0093E#697D7F637D577F7D"])
+def test_random_lines_give_a_refusal_or_a_table(lines: list[str]) -> None:
+    survives(".log", "\n".join(lines).encode())
+
+
+@given(st.integers(0, 400 * 45), st.binary(min_size=1, max_size=20))
+def test_a_scratch_in_a_candump_log_never_moves_a_number(place: int, scratch: bytes) -> None:
+    """Whatever a damaged stretch reads as, the undamaged frames around it keep their values."""
+    whole = candump(drive()).encode()
+    signals = survives(".log", whole[:place] + scratch + whole[place + len(scratch) :])
+    if signals is None:
+        return
+    undamaged = survives(".log", whole)
+    assert undamaged is not None
+    both = undamaged.table.join(signals.table, on="time_s", suffix="_then")
+    moved = (both["steering_wheel_angle_rad"] - both["steering_wheel_angle_rad_then"]).abs() > 1e-9
+    assert moved.sum() <= 3

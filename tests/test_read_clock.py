@@ -1,0 +1,161 @@
+"""Many rates come to one tick, and nothing is invented where the log is silent."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from oncenter.errors import OncenterError
+from oncenter.read.clock import to_one_tick
+from oncenter.read.samples import Samples
+
+
+def samples(signal: str, time: np.ndarray, values: np.ndarray) -> Samples:
+    return Samples(signal, time, values, "test", f"{signal} of the test")
+
+
+def one_tick(*chosen: Samples) -> tuple[dict[str, np.ndarray], float]:
+    table, rate = to_one_tick(chosen, "test", [])
+    return {name: table[name].to_numpy() for name in table.columns}, rate
+
+
+def test_one_steady_time_passes_through_untouched() -> None:
+    rng = np.random.default_rng(1)
+    time = 1.7e9 + np.arange(500) * 0.01
+    angle, speed = rng.normal(size=500), rng.normal(size=500)
+    angle[7] = np.nan
+    table, rate = one_tick(samples("steering_wheel_angle", time, angle), samples("vehicle_speed", time.copy(), speed))
+    assert rate == 100.0
+    assert np.array_equal(table["time_s"], time)
+    assert np.array_equal(table["steering_wheel_angle_rad"], angle, equal_nan=True)
+    assert np.array_equal(table["vehicle_speed_m_s"], speed)
+
+
+def test_repeated_and_backward_stamps_of_a_steady_table_are_left_for_the_core_to_count() -> None:
+    time = np.arange(500) * 0.01
+    time[100] = time[99]
+    time[200] = time[150]
+    table, rate = one_tick(samples("steering_wheel_angle", time, time * 0))
+    assert rate == 100.0
+    assert np.array_equal(table["time_s"], time)
+
+
+@given(
+    slope=st.floats(-5, 5),
+    level=st.floats(-5, 5),
+    late=st.lists(st.floats(-0.3, 0.3), min_size=60, max_size=60),
+    rate=st.sampled_from([7.0, 10.0, 20.0, 50.0, 93.0]),
+)
+def test_a_straight_line_comes_out_straight_whatever_the_rates(
+    slope: float, level: float, late: list[float], rate: float
+) -> None:
+    fast = np.arange(500) / 100
+    slow = (np.arange(60) + np.array(late)) / rate
+    table, _ = one_tick(
+        samples("steering_wheel_angle", fast, slope * fast + level),
+        samples("vehicle_speed", slow, slope * slow + level),
+    )
+    exact = slope * table["time_s"] + level
+    speed = table["vehicle_speed_m_s"]
+    known = ~np.isnan(speed)
+    assert np.allclose(speed[known], exact[known], atol=1e-9)
+    inside = (table["time_s"] >= slow[0]) & (table["time_s"] <= slow[-1])
+    assert known[inside].all()
+    assert not known[~inside & ((table["time_s"] < slow[0] - 1e-5) | (table["time_s"] > slow[-1] + 1e-5))].any()
+
+
+@given(
+    start=st.integers(20, 200),
+    gap=st.integers(1, 100),
+    silence=st.booleans(),
+)
+def test_no_number_appears_inside_a_gap(start: int, gap: int, silence: bool) -> None:
+    """Whether the messages stop or say "not available": what is further apart than 2.5 periods has nothing between."""
+    fast, slow = np.arange(3000) / 100, np.arange(300) / 10
+    values = np.sin(slow)
+    lost = np.zeros(300, bool)
+    lost[start : start + gap] = True
+    kept = slow[~lost] if silence else slow
+    seen = values[~lost] if silence else np.where(lost, np.nan, values)
+    table, _ = one_tick(samples("steering_wheel_angle", fast, fast), samples("vehicle_speed", kept, seen))
+    time, speed = table["time_s"], table["vehicle_speed_m_s"]
+    before, after = slow[start - 1], slow[min(start + gap, 299)]
+    within = (time > before + 1e-5) & (time < after - 1e-5)
+    if gap >= 2:
+        assert np.isnan(speed[within]).all()
+    else:
+        assert not np.isnan(speed[within]).any()  # one lost message of three is bridged
+    outside = (time <= before) | ((time >= after) & (time <= slow[~lost][-1]))
+    assert not np.isnan(speed[outside]).any()
+
+
+def test_a_long_silence_of_everything_has_no_rows() -> None:
+    time = np.concatenate((np.arange(300) / 100, 60 + np.arange(300) / 100))
+    slow = np.concatenate((np.arange(30) / 10, 60 + np.arange(30) / 10))
+    table, _ = one_tick(samples("steering_wheel_angle", time, time), samples("vehicle_speed", slow, slow))
+    ticks = table["time_s"]
+    assert len(ticks) == 600
+    assert not ((ticks > 3.0) & (ticks < 60.0)).any()
+    assert np.allclose(table["steering_wheel_angle_rad"], ticks)
+    assert np.isclose(np.diff(ticks), 0.01).sum() == 598
+
+
+def test_a_jittering_clock_is_put_on_a_uniform_tick() -> None:
+    rng = np.random.default_rng(2)
+    time = np.arange(1000) / 100 + rng.uniform(-0.003, 0.003, 1000)
+    table, rate = one_tick(samples("steering_wheel_angle", time, 2 * time), samples("yaw_rate", time, 3 * time))
+    assert rate == pytest.approx(100, rel=0.01)
+    assert np.allclose(np.diff(table["time_s"]), 1 / rate)
+    assert np.allclose(table["yaw_rate_rad_s"], 3 * table["time_s"], atol=1e-9)
+
+
+def test_a_fast_angle_is_thinned_to_at_most_200_hz() -> None:
+    time = np.arange(5000) / 1000
+    table, rate = one_tick(samples("steering_wheel_angle", time, time))
+    assert rate == 200.0
+    assert np.array_equal(table["time_s"], time[::5])
+    table, rate = one_tick(samples("steering_wheel_angle", time, time), samples("vehicle_speed", time[::7], time[::7]))
+    assert rate == 200.0
+    assert np.allclose(table["steering_wheel_angle_rad"], table["time_s"])
+
+
+def test_an_angle_slower_than_20_hz_is_refused_with_its_rate() -> None:
+    time = np.arange(100) / 10
+    with pytest.raises(OncenterError, match=r"10 Hz.*at least 20 Hz") as refused:
+        one_tick(samples("steering_wheel_angle", time, time))
+    assert refused.value.code == "rate_too_low"
+
+
+def test_a_nominal_20_hz_clock_that_runs_slow_is_still_20_hz() -> None:
+    time = np.arange(200) / 19.7
+    _, rate = one_tick(samples("steering_wheel_angle", time, time))
+    assert rate == 20.0
+
+
+@pytest.mark.parametrize("time", [np.arange(300)[::-1] / 100, np.zeros(300), np.repeat(np.arange(150) / 50, 2)])
+def test_time_that_does_not_run_forward_is_refused(time: np.ndarray) -> None:
+    with pytest.raises(OncenterError, match="time does not increase") as refused:
+        one_tick(samples("steering_wheel_angle", time, time))
+    assert refused.value.code == "time_backward"
+
+
+def test_a_sensor_type_is_never_something_in_between() -> None:
+    time, rare = np.arange(300) / 100, np.arange(60) / 20
+    kind = (np.arange(60) >= 30).astype(float)
+    table, _ = one_tick(
+        samples("steering_wheel_angle", time, time), samples("steering_wheel_angle_sensor_type", rare, kind)
+    )
+    seen = table["steering_wheel_angle_sensor_type"]
+    assert set(seen[~np.isnan(seen)]) == {0.0, 1.0}
+
+
+def test_a_heading_across_north_does_not_swing_through_south() -> None:
+    time, slow = np.arange(300) / 100, np.arange(30) / 10
+    table, _ = one_tick(
+        samples("steering_wheel_angle", time, time), samples("heading", slow, np.mod(350 + 10 * slow, 360))
+    )
+    heading = table["heading_deg"]
+    known = ~np.isnan(heading)
+    assert np.allclose(heading[known], np.mod(350 + 10 * table["time_s"][known], 360))

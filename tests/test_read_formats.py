@@ -1,0 +1,273 @@
+"""Each format, written by its own library from the same frames, reads back to the same signals."""
+
+from __future__ import annotations
+
+import gzip
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import can
+import numpy as np
+import polars as pl
+import pytest
+from can.io.mf4 import MF4Writer
+from drive_frames import DBC, START_S, candump, drive, truth
+from real_data import real_drive
+
+from oncenter.errors import OncenterError
+from oncenter.read import read, require
+from oncenter.signals import DEGREE, SignalName, Signals
+
+WRITERS = {
+    ".asc": can.ASCWriter,
+    ".blf": can.BLFWriter,
+    ".trc": can.TRCWriter,
+    ".log": can.CanutilsLogWriter,
+    ".mf4": MF4Writer,
+}
+QUANTUM = {
+    "steering_wheel_angle_rad": 1 / 1024,
+    "yaw_rate_rad_s": 1 / 8192,
+    "vehicle_speed_m_s": 1 / 256 / 3.6,
+    "lateral_acceleration_m_s2": 1 / 2048,
+}
+# Between two samples of a sine a straight line is off by h^2/8 of its second derivative: for the speed at 10 Hz.
+SAG = {"vehicle_speed_m_s": 0.1**2 / 8 * 2.0 * 0.3**2}
+
+
+def written(folder: Path, suffix: str) -> Path:
+    path = folder / f"drive{suffix}"
+    with WRITERS[suffix](path) as writer:
+        for frame in drive():
+            writer.on_message_received(
+                can.Message(
+                    timestamp=frame.time,
+                    arbitration_id=frame.identifier,
+                    is_extended_id=frame.extended,
+                    data=frame.data,
+                    channel=1,
+                )
+            )
+    return path
+
+
+def assert_is_the_drive(signals: Signals, quanta: float = 0.51) -> None:
+    since = signals.table["time_s"].to_numpy() - signals.table["time_s"][0]
+    assert signals.rate_hz == 100.0
+    assert len(since) == pytest.approx(400, abs=1)
+    for column, exact in truth(since).items():
+        error = np.abs(signals.table[column].to_numpy() - exact)
+        allowed = quanta * QUANTUM[column] + SAG.get(column, 0.0)
+        assert np.nanmax(error) < allowed, column
+        # The speed's first sample is 1 ms late, its last 99 ms early: nothing is said beyond them.
+        assert np.isnan(error).sum() <= (11 if column == "vehicle_speed_m_s" else 0), column
+
+
+@pytest.mark.parametrize("suffix", WRITERS)
+def test_a_log_written_by_its_own_library_reads_back_to_the_drive(tmp_path: Path, suffix: str) -> None:
+    signals = read(written(tmp_path, suffix))
+    # python-can's writers round stamps: asc and trc to 0.1 ms
+    assert_is_the_drive(signals, quanta=0.7)
+    assert signals.sources["yaw_rate"].description == "VDC2 from 0x3E"
+    assert signals.sources["vehicle_speed"].description == "CCVS1 from 0x00"
+
+
+def test_a_text_log_keeps_the_time_of_day(tmp_path: Path) -> None:
+    for suffix in (".log", ".blf", ".mf4"):
+        assert read(written(tmp_path, suffix)).table["time_s"][0] == pytest.approx(START_S, abs=2e-3), suffix
+
+
+def test_both_ways_of_candump_say_the_same(tmp_path: Path) -> None:
+    log, console = tmp_path / "a.log", tmp_path / "b.log"
+    log.write_text(candump(drive()))
+    console.write_text(
+        "".join(
+            f" ({frame.time:.6f})  can0  {frame.identifier:0{8 if frame.extended else 3}X}   [{len(frame.data)}]  "
+            f"{frame.data.hex(' ').upper()}\n"
+            for frame in drive()
+        )
+    )
+    assert_is_the_drive(read(log))
+    assert read(console).table.equals(read(log).table)
+
+
+def test_candump_of_any_bus_name_line_end_and_direction_reads_the_same(tmp_path: Path) -> None:
+    log, other = tmp_path / "a.log", tmp_path / "b.log"
+    log.write_text(candump(drive()))
+    other.write_bytes(candump(drive(), "vcan_front12").lower().replace("\n", " R\r\n").encode())
+    assert read(other).table.equals(read(log).table)
+
+
+def test_remote_error_and_fd_frames_are_passed_over(tmp_path: Path) -> None:
+    log = tmp_path / "a.log"
+    others = "(1700000000.000100) can0 123#R\n(1700000000.000200) can0 20000004#0000000000000000\n"
+    others += "(1700000000.000300) can0 18F0093E##1697D7F637D577F7D00112233\n\n"
+    log.write_text(others + candump(drive()))
+    signals = read(log)
+    assert_is_the_drive(signals)
+    assert not [note for note in signals.notes if "left out" in note]
+
+
+def test_a_log_cut_off_in_its_last_line_is_read_up_to_there_and_says_so(tmp_path: Path) -> None:
+    log = tmp_path / "a.log"
+    log.write_text(candump(drive())[:-20])
+    signals = read(log)
+    assert_is_the_drive(signals)
+    assert any("cut off" in note for note in signals.notes)
+
+
+def test_channels_decoded_by_asammdf_with_our_dbc_read_like_the_frames(tmp_path: Path) -> None:
+    from asammdf import MDF
+
+    raw, decoded = written(tmp_path, ".mf4"), tmp_path / "decoded.mf4"
+    with MDF(raw) as mdf:
+        mdf.extract_bus_logging({"CAN": [(str(DBC), 0)]}).save(decoded)
+    signals = read(decoded)
+    assert_is_the_drive(signals, quanta=0.7)
+    assert signals.sources["yaw_rate"].description.startswith("channel YawRate (VDC2")
+
+
+def test_channels_at_several_rasters_keep_their_own_time_and_unit(tmp_path: Path) -> None:
+    from asammdf import MDF, Signal
+
+    path = tmp_path / "rasters.mf4"
+    fast, slow = np.arange(400) / 100, np.arange(40) / 10
+    with MDF() as mdf:
+        angle = truth(fast)["steering_wheel_angle_rad"] / DEGREE
+        mdf.append([Signal(-angle, fast, name="SWA", unit="°")])
+        mdf.append([Signal(truth(fast)["yaw_rate_rad_s"] / DEGREE, fast, name="yaw_rate", unit="deg/s")])
+        mdf.append([Signal(truth(slow)["vehicle_speed_m_s"] * 3.6, slow, name="vehicle_speed_km_h")])
+        mdf.save(path)
+    names = {"steering_wheel_angle": SignalName("SWA", sign=-1)}
+    table = read(path, names=names).table
+    since = table["time_s"].to_numpy() - table["time_s"][0]
+    exact = truth(since)
+    for column in ("steering_wheel_angle_rad", "yaw_rate_rad_s"):
+        assert np.allclose(table[column], exact[column], atol=1e-6, rtol=0)
+    speed = table["vehicle_speed_m_s"].to_numpy()
+    assert np.nanmax(np.abs(speed - exact["vehicle_speed_m_s"])) < SAG["vehicle_speed_m_s"] + 1e-6
+
+
+def table_of_the_drive() -> pl.DataFrame:
+    time = np.arange(400) / 100
+    return pl.DataFrame({"time_s": time, **truth(time)})
+
+
+def test_csv_and_parquet_pass_through_to_the_last_bit(tmp_path: Path) -> None:
+    table = table_of_the_drive()
+    table.write_csv(tmp_path / "drive.csv")
+    (tmp_path / "drive.csv.gz").write_bytes(gzip.compress((tmp_path / "drive.csv").read_bytes()))
+    table.write_parquet(tmp_path / "drive.parquet")
+    for name in ("drive.csv", "drive.csv.gz", "drive.parquet"):
+        signals = read(tmp_path / name)
+        assert signals.table.select(table.columns).equals(table), name
+        assert signals.rate_hz == 100.0
+
+
+def test_every_unit_of_the_contract_comes_in_as_si(tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text(
+        "time_s,steering_wheel_angle_deg,yaw_rate_deg_s,vehicle_speed_km_h,lateral_acceleration_g,"
+        "wheel_speed_rear_left_rad_s,note\n" + "".join(f"{k / 50},180,90,36,1,10,text {k}\n" for k in range(10))
+    )
+    signals = read(path)
+    row = signals.table.row(3, named=True)
+    assert row["steering_wheel_angle_rad"] == pytest.approx(math.pi)
+    assert row["yaw_rate_rad_s"] == pytest.approx(math.pi / 2)
+    assert row["vehicle_speed_m_s"] == pytest.approx(10)
+    assert row["lateral_acceleration_m_s2"] == pytest.approx(9.80665)
+    assert row["wheel_speed_rear_left_m_s"] == pytest.approx(5)
+    assert any("nominal wheel radius" in note for note in signals.notes)
+
+
+@pytest.mark.parametrize("unit", ["deg/s", "°/s", "deg_s", None])
+def test_a_signals_table_names_columns_units_and_signs(tmp_path: Path, unit: str | None) -> None:
+    path = tmp_path / "drive.csv"
+    path.write_text("ms;gyro_deg_s\n" + "".join(f"{10 * k};{'' if k == 5 else '1,5'}\n" for k in range(20)))
+    names = {"time": SignalName("ms", "ms"), "yaw_rate": SignalName("gyro_deg_s", unit, -1)}
+    table = read(path, names=names).table
+    assert table["time_s"][1] == pytest.approx(0.01)
+    assert table["yaw_rate_rad_s"][0] == pytest.approx(-1.5 * DEGREE)
+    assert math.isnan(table["yaw_rate_rad_s"][5])
+    assert table.null_count().sum_horizontal()[0] == 0
+
+
+def test_light_formats_load_no_heavy_library(tmp_path: Path) -> None:
+    (tmp_path / "drive.log").write_text(candump(drive()))
+    table_of_the_drive().write_csv(tmp_path / "drive.csv")
+    table_of_the_drive().write_parquet(tmp_path / "drive.parquet")
+    code = (
+        "import sys; from oncenter.read import read\n"
+        f"for s in ('log', 'csv', 'parquet'): read({str(tmp_path)!r} + '/drive.' + s)\n"
+        "print([m for m in ('can', 'cantools', 'asammdf', 'pandas', 'bokeh', 'matplotlib') if m in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
+
+
+def test_progress_rises_from_nought_to_one(tmp_path: Path) -> None:
+    told: list[float] = []
+    read(written(tmp_path, ".blf"), progress=told.append)
+    assert told[0] == 0.0
+    assert told[-1] == 1.0
+    assert told == sorted(told)
+
+
+GENESIS = {
+    "time": SignalName("t_s", "s"),
+    "steering_wheel_angle": SignalName("swa_deg", "deg"),
+    "yaw_rate": SignalName("yaw_rate_dps", "deg/s"),
+    "vehicle_speed": SignalName("speed_ref_mps", "m/s"),
+    "lateral_acceleration": SignalName("lat_accel_mps2", "m/s^2"),
+}
+
+
+def test_a_real_car_comes_in_with_its_units(tmp_path: Path) -> None:
+    path = real_drive("genesis/cpg_fast_lap.csv.gz")
+    signals = read(path, names=GENESIS)
+    raw = pl.read_csv(path)
+    assert signals.rate_hz == 100.0
+    assert signals.table.height == pytest.approx(raw.height, rel=0.01)
+    for column, name, factor in (
+        ("steering_wheel_angle_rad", "swa_deg", DEGREE),
+        ("yaw_rate_rad_s", "yaw_rate_dps", DEGREE),
+        ("vehicle_speed_m_s", "speed_ref_mps", 1.0),
+    ):
+        at_ticks = np.interp(signals.table["time_s"], raw["t_s"], raw[name]) * factor
+        assert np.nanmax(np.abs(signals.table[column].to_numpy() - at_ticks)) < 1e-9
+
+
+def test_a_real_car_logged_by_topic_gives_one_topic_a_file() -> None:
+    names = {"time": SignalName("t_s", "s")} | {
+        f"wheel_speed_{place}": SignalName(f"ws_{short}", "m/s")
+        for place, short in (
+            ("front_left", "fl"),
+            ("front_right", "fr"),
+            ("rear_left", "rl"),
+            ("rear_right", "rr"),
+        )
+    }
+    wheels = read(real_drive("genesis_raw_multirate/wheel_speeds.csv.gz"), names=names)
+    assert wheels.rate_hz == 50.0
+    assert set(wheels.sources) == set(names) - {"time"}
+    imu = read(
+        real_drive("genesis_raw_multirate/vehicle_imu.csv.gz"),
+        names={"time": SignalName("t_s", "s"), "yaw_rate": SignalName("yaw_rate", "deg/s")},
+    )
+    assert imu.rate_hz == pytest.approx(100, rel=0.01)
+
+
+def test_a_real_truck_without_steering_angle_is_told_what_is_missing_and_what_is_there() -> None:
+    signals = read(real_drive("j1939_truck_stationary/truck_stationary.mf4"))
+    assert signals.sources["vehicle_speed"].description == "CCVS1 from 0x00"
+    assert signals.table["vehicle_speed_m_s"].drop_nans().max() == 0.0
+    with pytest.raises(OncenterError) as refused:
+        require(signals, ["steering_wheel_angle", "yaw_rate", "vehicle_speed"])
+    said = str(refused.value)
+    assert "steering wheel angle (PGN 61449 VDC2, SPN 1807)" in said
+    assert "truck_stationary.mf4; found: vehicle_speed from CCVS1 from 0x00" in said
+    assert refused.value.code == "missing_signal"
+    assert refused.value.exit_code == 1
+    assert refused.value.needs == ("steering_wheel_angle", "yaw_rate")

@@ -1,0 +1,253 @@
+"""The report: one page that says the answer first, tells the truth about what it does not know, and loads nothing."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from bokeh.models import Line
+from hypothesis import given
+from hypothesis import strategies as st
+
+import oncenter
+from oncenter.errors import OncenterError
+from oncenter.estimate import Answer, Estimate, trace
+from oncenter.findings import Finding
+from oncenter.report.course import Course, course
+from oncenter.report.page import page
+from oncenter.report.plots import figures
+from oncenter.report.thin import broken_at_holes, extremes
+from oncenter.signals import DEGREE, Signals
+
+TRUCK = oncenter.vehicle("scania_r730_4x2")
+PARKING_S = 30  # the thesis drive's first seconds are too slow to tell anything
+
+
+class Parsed(HTMLParser):
+    """What a browser would find: tags with attributes, the text a reader sees, and the style sheets."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.visible = self.style = ""
+        self._inside = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        self._inside = tag
+
+    def handle_endtag(self, tag: str) -> None:
+        self._inside = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._inside == "style":
+            self.style += data
+        elif self._inside != "script":
+            self.visible += data
+
+
+def answer_to(*drives: Signals, **params: float) -> Answer:
+    return oncenter.offset(list(drives), TRUCK, params=params)
+
+
+def page_of(answer: Answer) -> str:
+    return page(answer, trace(answer))
+
+
+def course_of(answer: Answer) -> Course:
+    return course(answer, trace(answer))
+
+
+@pytest.fixture(scope="module")
+def drive() -> Signals:
+    return oncenter.simulate("thesis_drive", seed=1)[0]
+
+
+@pytest.fixture(scope="module")
+def answer(drive: Signals) -> Answer:
+    return answer_to(drive)
+
+
+@pytest.fixture(scope="module")
+def text(answer: Answer) -> str:
+    return page_of(answer)
+
+
+@pytest.fixture(scope="module")
+def parking(drive: Signals) -> Answer:
+    return answer_to(replace(drive, table=drive.table[: int(PARKING_S * drive.rate_hz)]))
+
+
+def parts(drive: Signals, *slices: slice) -> list[Signals]:
+    return [replace(drive, table=drive.table[part]) for part in slices]
+
+
+def test_the_page_loads_nothing_from_anywhere(text: str) -> None:
+    found = Parsed(text)
+    loading = ("src", "href", "srcset", "data", "poster", "action", "background", "xlink:href")
+    assert [a[name] for _, a in found.tags for name in loading if name in a] == []
+    assert "url(" not in found.style and "@import" not in found.style
+    policies = [a["content"] for tag, a in found.tags if tag == "meta" and a.get("http-equiv")]
+    assert len(policies) == 1 and "default-src 'none'" in str(policies[0]) and "http" not in str(policies[0])
+
+
+def test_a_reader_meets_the_answer_in_words_before_any_picture(answer: Answer, text: str) -> None:
+    assert answer.offset.value is not None and answer.offset.ci95 is not None
+    words = answer.words().replace("^2", "²")[1:]
+    for said in (f"{answer.offset.value / DEGREE:+.2f}", f"{answer.offset.ci95[0] / DEGREE:+.2f} to", words, "valid"):
+        assert 0 < text.index(said) < text.index("<h2>The drive</h2>"), said
+    for finding in answer.findings:
+        assert finding.text[1:] in Parsed(text).visible
+
+
+def test_the_page_names_what_produced_it(answer: Answer, text: str) -> None:
+    visible = Parsed(text).visible
+    for said in (answer.log, TRUCK.name, f"oncenter {oncenter.__version__}", "offset_half_width_max_deg", "3.7 m"):
+        assert said in visible
+    assert all(source in visible for source in answer.sources.values())
+
+
+def test_names_from_a_log_stay_text(answer: Answer, text: str) -> None:
+    nasty = "<script>alert(1)</script><img src=http://x/y>\"'&.log"
+    changed = replace(
+        answer,
+        log=nasty,
+        notes=(nasty,),
+        sources={nasty: nasty},
+        findings=(Finding(nasty, "warning", nasty),),
+        vehicle=TRUCK.model_copy(update={"name": nasty}),
+        drives=tuple(replace(d, log=nasty) for d in answer.drives),
+    )
+    before, after = Parsed(text), Parsed(page_of(changed))
+    for tag in ("script", "img"):
+        assert [t for t, _ in after.tags].count(tag) == [t for t, _ in before.tags].count(tag)
+    assert after.visible.count(nasty) >= 6
+
+
+def test_what_a_drive_does_not_tell_is_a_dash_with_its_status_in_words(parking: Answer) -> None:
+    assert parking.offset.value is None
+    text = page_of(parking)
+    visible = Parsed(text).visible
+    assert '<p class="offset none">—</p>' in text
+    assert "unobservable" in visible and "this drive does not tell" in visible
+    assert re.search(r"\b(nan|inf|None)\b", visible, re.IGNORECASE) is None
+
+
+def test_known_play_is_drawn_as_its_two_flanks(answer: Answer) -> None:
+    play = Estimate(8.0 * DEGREE, (7.5 * DEGREE, 8.5 * DEGREE), "valid", "rad")
+    known = replace(answer, backlash=play)
+    lines = [r.glyph for r in figures(known, course_of(known))["cloud"].renderers if isinstance(r.glyph, Line)]
+    assert [bool(line.line_dash) for line in lines] == [False, True, True]
+    assert "8.00" in page_of(known)
+
+
+def test_a_drive_without_a_clean_tick_still_gives_a_page_that_says_so(parking: Answer) -> None:
+    pictures = figures(parking, course_of(parking))
+    assert {"angle", "gate"} <= set(pictures) and not {"offset", "cloud", "bends", "understeer"} & set(pictures)
+    assert "no tick passed the gate" in Parsed(page_of(parking)).visible
+
+
+def test_a_drive_without_an_accelerometer_gives_a_page(drive: Signals) -> None:
+    table = drive.table[:60000].drop("lateral_acceleration_m_s2")
+    without = answer_to(replace(drive, table=table), use_accelerometer=0)
+    assert "in place of an accelerometer" in Parsed(page_of(without)).visible
+
+
+def test_the_strip_says_used_where_the_core_used(drive: Signals) -> None:
+    three = answer_to(*parts(drive, slice(0, 45000), slice(60000, 90000), slice(95000, None)))
+    used = course_of(three).used.sum() / drive.rate_hz
+    runs = 200  # of clean driving; each may end within a block of t1/20
+    assert used == pytest.approx(three.used_s, abs=runs * three.params["clean_time_s"] / 20)
+    assert used == pytest.approx(three.used_s, rel=0.02)
+
+
+def test_the_course_ends_at_the_answer_in_degrees(answer: Answer) -> None:
+    drive = course_of(answer)
+    assert answer.offset.value is not None and answer.offset.ci95 is not None
+    assert drive.offset[-1] == pytest.approx(answer.offset.value / DEGREE)
+    assert drive.offset[-1] + drive.offset_half_width[-1] == pytest.approx(answer.offset.ci95[1] / DEGREE)
+
+
+def test_the_expected_angle_is_the_measured_one_less_the_offset(answer: Answer) -> None:
+    drive = course_of(answer)
+    assert drive.measured is not None
+    gap = (drive.measured - drive.expected)[drive.used]
+    assert float(gap.mean()) == pytest.approx(answer.offset.value / DEGREE, abs=0.1)  # type: ignore[operator]
+
+
+def test_several_drives_follow_each_other_in_driving_time(drive: Signals) -> None:
+    first, second = parts(drive, slice(0, 30000), slice(90000, 120000))
+    both = course_of(answer_to(first, second))
+    assert np.all(np.diff(both.time) > 0) and len(both.starts) == 2
+    assert both.time[-1] == pytest.approx(10.0, rel=0.03)  # minutes, though 15 lie between them on the clock
+    assert 30000 in both.holes
+
+
+def test_a_relative_sensor_is_drawn_less_its_whole_turns(drive: Signals, answer: Answer) -> None:
+    table = drive.table.with_columns(
+        pl.col("steering_wheel_angle_rad") - 720.0 * DEGREE, pl.lit(0.0).alias("steering_wheel_angle_sensor_type")
+    )
+    turned = answer_to(replace(drive, table=table))
+    there, here = course_of(turned), course_of(answer)
+    assert there.turns == -2
+    assert np.allclose(there.residual[there.used], here.residual[there.used], atol=1e-6)
+    assert there.offset[-1] == pytest.approx(here.offset[-1], abs=1e-6)
+
+
+def test_three_hours_make_no_larger_page_than_half_an_hour(drive: Signals, text: str) -> None:
+    table = pl.concat([drive.table] * 6)
+    long = replace(drive, table=table.with_columns(pl.Series("time_s", np.arange(table.height) / drive.rate_hz)))
+    size = len(page_of(answer_to(long)).encode())
+    assert size < 4e6 and size < 1.2 * len(text.encode())
+
+
+def test_a_minute_is_drawn_tick_by_tick_in_seconds(drive: Signals) -> None:
+    [minute] = parts(drive, slice(60000, 60000 + int(20 * drive.rate_hz)))
+    short = course_of(answer_to(minute))
+    assert short.time_unit == "s" and short.time[-1] == pytest.approx(20.0, abs=0.1)
+    assert len(extremes(short.residual, 1200)) == len(short.time)
+
+
+@given(
+    st.lists(st.one_of(st.floats(-1e6, 1e6), st.just(float("nan"))), min_size=1, max_size=400),
+    st.integers(1, 40),
+)
+def test_thinning_keeps_the_highest_and_the_lowest_and_the_order(values: list[float], bins: int) -> None:
+    series = np.array(values)
+    rows = extremes(series, bins)
+    assert np.all(np.diff(rows) > 0) and len(rows) <= max(2 * bins, 1)
+    if np.isfinite(series).any():
+        assert np.nanmax(series[rows]) == np.nanmax(series) and np.nanmin(series[rows]) == np.nanmin(series)
+
+
+def test_no_line_bridges_a_hole() -> None:
+    x = np.concatenate([np.arange(100.0), np.arange(200.0, 300.0)])
+    rows = np.arange(0, 200, 7)
+    at, columns = broken_at_holes(x, rows, np.array([100]), {"y": np.ones(200)})
+    joined = np.isfinite(columns["y"][1:]) & np.isfinite(columns["y"][:-1])
+    assert np.diff(at)[joined].max() < 50 and np.all(np.diff(at) > 0)
+
+
+def test_the_written_file_is_the_page(parking: Answer, tmp_path: Path) -> None:
+    file = tmp_path / "drive.html"
+    oncenter.report(parking, file)
+    assert file.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
+def test_a_path_that_cannot_be_written_is_wrong_usage_in_one_line(parking: Answer, tmp_path: Path) -> None:
+    with pytest.raises(OncenterError) as refused:
+        oncenter.report(parking, tmp_path / "no" / "such" / "folder.html")
+    assert refused.value.exit_code == 2 and "folder.html" in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_bokeh_is_not_loaded_before_a_report_is_asked_for() -> None:
+    asked = "import sys, oncenter; oncenter.report; sys.exit('bokeh' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", asked], check=False).returncode == 0

@@ -38,10 +38,10 @@ def drive(seed: int, rate_hz: float, duration_s: float = 240.0, truth: Truth | N
     t = np.arange(count) / rate_hz
     v = np.interp(t, [0, 3, 18, duration_s - 20, duration_s - 5, duration_s], [0, 0, 22, 22, 0, 0])
     v = v + np.where(v > 5, smooth(rng, count, rate_hz, 20.0), 0.0)
-    bends = np.clip(smooth(rng, count, rate_hz, 6.0) - 0.9, 0, None) - np.clip(
-        smooth(rng, count, rate_hz, 6.0) - 0.9, 0, None
+    bends = np.clip(smooth(rng, count, rate_hz, 6.0) - 0.7, 0, None) - np.clip(
+        smooth(rng, count, rate_hz, 6.0) - 0.7, 0, None
     )
-    curvature = 0.0018 * bends + 1e-4 * smooth(rng, count, rate_hz, 2.0)
+    curvature = 0.003 * bends + 1e-4 * smooth(rng, count, rate_hz, 2.0)
     r = v * curvature
     a_y = r * v + truth.crown * (1 + 0.5 * smooth(rng, count, rate_hz, 15.0)) * (v > 0.5)
     angle = RATIO * (WHEELBASE * curvature + truth.understeer * a_y) + truth.offset

@@ -257,8 +257,21 @@ def test_a_coarse_signal_is_told_with_its_step(name: str, step: float) -> None:
 
 def test_resolution_is_the_step_of_the_encoding() -> None:
     fine = np.random.default_rng(0).normal(size=5000)
-    assert resolution(np.round(fine * 1024) / 1024) == pytest.approx(1 / 1024)
+    assert resolution(np.round(fine * 64) / 64) == pytest.approx(1 / 64)
+    assert resolution(fine) is None
     assert resolution(np.zeros(100)) is None
+
+
+def test_a_coarse_signal_is_told_also_when_it_was_brought_to_another_clock() -> None:
+    sampled = np.arange(0.0, 300.0, 0.02)
+    fault = both(
+        in_steps("steering_wheel_angle", 2.0 * DEGREE),
+        lambda signals: changed(
+            signals, "steering_wheel_angle", lambda x, t: np.interp(t, sampled + 0.003 * np.sin(sampled), x)
+        ),
+    )
+    coarse = [f for f in check(fault(drive()), TRUCK).findings if f.code == "signal_coarse"]
+    assert only(tuple(coarse)).value == pytest.approx(2.0)
 
 
 def test_a_relative_sensor_is_told() -> None:
@@ -395,7 +408,7 @@ def test_the_verb_prints_a_table_of_100_columns_and_then_words(log: Path, capsys
     assert run(["signals", str(log), *VEHICLE]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= 100
-    rows = {line.split()[0]: line for line in lines[4 : lines.index("", 3)] if not line.startswith(" ")}
+    rows = {line.split()[0]: line for line in lines[3 : lines.index("", 3)] if not line.startswith(" ")}
     assert set(rows) == set(drive().sources)
     assert rows["vehicle_speed"].split()[1:] == ["50", "Hz", "15000", "0%", "0%", "0.0..79.2", "km/h"]
     assert "    column vehicle_speed_m_s" in lines

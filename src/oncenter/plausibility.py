@@ -202,11 +202,13 @@ def _resolution(drive: _Drive) -> list[Verdict]:
 
 
 def resolution(values: Column) -> float | None:
-    """The step in which a signal comes, in its unit; None where it shows none (too few different numbers)."""
-    numbers = np.unique(np.round(values[np.isfinite(values)], 9))
-    if len(numbers) < 5:
-        return None
-    return float(np.quantile(np.diff(numbers), 0.1))
+    """The step in which a signal comes, in its unit; None where it shows none.
+
+    Only numbers that recur count: what was interpolated between two samples hardly does, what was measured does.
+    """
+    numbers, counts = np.unique(np.round(values[np.isfinite(values)], 9), return_counts=True)
+    recurring = numbers[counts >= 3]
+    return float(np.quantile(np.diff(recurring), 0.1)) if len(recurring) >= 5 else None
 
 
 # ---- sign

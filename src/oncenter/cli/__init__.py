@@ -67,7 +67,7 @@ def run(arguments: Sequence[str]) -> int:
     except OncenterError as error:
         return _fail(str(error), error.code, error.exit_code, error.needs, as_json)
     except typer.TyperException as error:
-        return _fail(str(error), "usage", WRONG_USAGE, (), as_json)
+        return _fail(error.format_message(), "usage", WRONG_USAGE, (), as_json)
     except (typer.Abort, KeyboardInterrupt):
         return _fail("interrupted", "interrupted", _INTERRUPTED, (), as_json)
     except BrokenPipeError:  # the reader of our output has seen enough

@@ -161,6 +161,7 @@ def _nothing_known(path: Path, kept: Kept) -> OncenterError:
 
 
 def _signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str], notes: list[str]) -> Signals:
+    clock.refuse_time_out_of_range(candidates, path.name)
     chosen, sources = choose.choose(candidates, take, path.name, notes)
     if not chosen:
         raise OncenterError(

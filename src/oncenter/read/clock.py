@@ -49,7 +49,7 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
 def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
     """The steering wheel angle's own rate; without one, that of the best other signal."""
     for samples in chosen:
-        _refuse_senseless_time(samples, log)
+        _refuse_backward(samples, log)
     by_signal = {samples.signal: samples for samples in chosen}
     leading = next((by_signal[name] for name in _SET_BY_RATE if name in by_signal), None)
     if leading is None:
@@ -65,15 +65,24 @@ def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
     return max(rate, SLOWEST_HZ)
 
 
-def _refuse_senseless_time(samples: Samples, log: str) -> None:
-    farthest = float(np.abs(samples.time).max())
-    if farthest > LATEST_S:
-        raise OncenterError(
-            f"time of {samples.description} in {log} runs to {farthest:.3g} s: give its unit (s, ms, us, ns) as "
-            "[signals] time",
-            code="time_out_of_range",
-            needs=("time",),
-        )
+def refuse_time_out_of_range(candidates: Sequence[Samples], log: str) -> None:
+    """Stamps that cannot be seconds are milliseconds or dirt, and nothing can be computed from them.
+
+    Raises:
+        OncenterError: a stamp is beyond `LATEST_S`.
+    """
+    for samples in candidates:
+        farthest = float(np.abs(samples.time).max())
+        if farthest > LATEST_S:
+            raise OncenterError(
+                f"time of {samples.description} in {log} runs to {farthest:.3g} s: give its unit (s, ms, us, ns) as "
+                "[signals] time",
+                code="time_out_of_range",
+                needs=("time",),
+            )
+
+
+def _refuse_backward(samples: Samples, log: str) -> None:
     steps = np.diff(samples.time)
     wrong = np.flatnonzero(~(steps > 0))
     if len(wrong) > max(1, BACKWARD_SHARE * len(steps)) or len(wrong) == len(steps) > 0:

@@ -5,8 +5,6 @@ Made from a few sinusoids, so that every branch of the core is taken: straights,
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import numpy.typing as npt
 

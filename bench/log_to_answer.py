@@ -96,7 +96,8 @@ def main() -> None:
     start = time.perf_counter()
     offset = answer()
     seconds = time.perf_counter() - start
-    print(json.dumps({"s": seconds, "peak_mb": peak_mb(), "imported_mb": imported_mb, "offset_deg": math.degrees(offset)}))
+    found = {"s": seconds, "imported_mb": imported_mb, "peak_mb": peak_mb(), "offset_deg": math.degrees(offset)}
+    print(json.dumps(found))
 
 
 if __name__ == "__main__":

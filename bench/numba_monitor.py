@@ -43,7 +43,7 @@ def flat(members: Mapping[str, Any]) -> Any:
     numbers: dict[str, Any] = {}
     for name, value in members.items():
         numbers.update(flat(value)._asdict() if isinstance(value, dict) else {name: value})
-    return NamedTuple("Coefficients", [(n, type(v)) for n, v in numbers.items()])(**numbers)  # type: ignore[misc]
+    return NamedTuple("Coefficients", [(n, type(v)) for n, v in numbers.items()])(**numbers)
 
 
 def coefficients(core: Core) -> Any:
@@ -91,7 +91,7 @@ def status_next(now: int, half_width: float, narrow: float) -> int:
 
 
 @njit
-def learn(c, offset, batches, bends, bend_batches, still_weight, still_mean, still_squares, trusted, statuses):  # type: ignore[no-untyped-def]
+def learn(c, offset, batches, bends, bend_batches, still_weight, still_mean, still_squares, trusted, statuses):
     """(offset, its standard deviation, K_us/g, trusted) from the evidence; `statuses` is [offset, understeer]."""
     K, K_variance, K_status = 0.0, c.understeer_sd_rad_m_s2 * c.understeer_sd_rad_m_s2, UNOBSERVABLE
     n, x, xx, xy = bends
@@ -117,7 +117,7 @@ def learn(c, offset, batches, bends, bend_batches, still_weight, still_mean, sti
     enough = offset[0] * c.tick_s >= c.offset_evidence_min_s
     if enough and 1.96 * np.sqrt(scatter) <= c.offset_half_width_max_rad:
         trusted = True
-    if not offset[0] > 0.0:
+    if not batches[0] > 1.0:
         statuses[0] = UNOBSERVABLE
     elif not enough:
         statuses[0] = CONVERGING
@@ -127,7 +127,7 @@ def learn(c, offset, batches, bends, bend_batches, still_weight, still_mean, sti
 
 
 @njit
-def pend(c, ring, place, sums, final):  # type: ignore[no-untyped-def]
+def pend(c, ring, place, sums, final):
     """A whole block enters the ring; true when the oldest became final. `place` is [first, count]."""
     n = sums[0]
     y, x = sums[1] / n, sums[2] / n
@@ -144,7 +144,7 @@ def pend(c, ring, place, sums, final):  # type: ignore[no-untyped-def]
 
 
 @njit
-def add_to_batch(c, filling, block, batches):  # type: ignore[no-untyped-def]
+def add_to_batch(c, filling, block, batches):
     merge(filling, block)
     if filling[0] >= c.ticks_per_batch:
         mean = np.array([1.0, filling[1], filling[2], filling[3], 0.0, 0.0, 0.0])
@@ -153,7 +153,7 @@ def add_to_batch(c, filling, block, batches):  # type: ignore[no-untyped-def]
 
 
 @njit
-def add_to_bends(c, bends, filling, block, batches):  # type: ignore[no-untyped-def]
+def add_to_bends(c, bends, filling, block, batches):
     bends[0] += block[0]
     bends[1] += block[0] * block[2]
     bends[2] += block[6] + block[0] * block[2] * block[2]
@@ -168,7 +168,7 @@ def add_to_bends(c, bends, filling, block, batches):  # type: ignore[no-untyped-
 
 
 @njit
-def run(c, time, angle, yaw_rate, speed, acceleration, outputs):  # type: ignore[no-untyped-def]
+def run(c, time, angle, yaw_rate, speed, acceleration, outputs):
     """Figure 15 over all rows; fills `outputs` unless it is empty.
 
     Returns:

@@ -21,13 +21,13 @@ Rows = npt.NDArray[np.int64]
 def lowpass(c: Any, x: Column) -> Column:
     s2 = (c.b0 - c.a2) * x[0]
     s1 = (2.0 * c.b0 - c.a1) * x[0] + s2
-    return lfilter([c.b0, 2.0 * c.b0, c.b0], [1.0, c.a1, c.a2], x, zi=[s1, s2])[0]  # type: ignore[no-any-return]
+    return lfilter([c.b0, 2.0 * c.b0, c.b0], [1.0, c.a1, c.a2], x, zi=[s1, s2])[0]
 
 
 def delayed(c: Any, angle: Column) -> Column:
     before = np.concatenate([np.full(c.delay_ticks + 1, angle[0]), angle])
     later, earlier = before[1:][: len(angle)], before[: len(angle)]
-    return later + c.delay_fraction * (earlier - later)  # type: ignore[no-any-return]
+    return later + c.delay_fraction * (earlier - later)
 
 
 def slope(c: Any, speed: Column) -> Column:
@@ -103,7 +103,7 @@ def run(c: Any, time: Column, angle: Column, yaw_rate: Column, speed: Column, ac
 
     # standstill
     still = np.abs(v_m) <= c.standstill_speed_max_m_s
-    starts, lengths = runs(still, np.zeros(len(still), bool))
+    _, lengths = runs(still, np.zeros(len(still), bool))
     in_run = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
     at_rest = r_m[still][in_run >= c.standstill_settling_ticks]
     still_mean = float(at_rest.mean()) if len(at_rest) else 0.0

@@ -63,6 +63,7 @@ def contenders(ticks: int) -> dict[tuple[str, str], Callable[[], float]]:
     def run_scipy() -> float:
         return float(scipy_monitor.run(coefficients, *arrays)[0])
 
+    outputs["time"] = 0.0  # touches every page
     run_numba(none)
     return {
         ("core through Python", "summary"): lambda: run_core(None),
@@ -199,10 +200,10 @@ def requirements(ticks: list[Row], logs: list[Row]) -> list[Row]:
 
 def machine() -> str:
     info = Path("/proc/cpuinfo")
-    names = [line.split(":")[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")] if (
-        info.exists()
-    ) else [platform.processor()]  # fmt: skip
-    return f"{names[0] if names else platform.machine()}, {os.cpu_count()} CPUs, Python {platform.python_version()}"
+    lines = info.read_text().splitlines() if info.exists() else []
+    names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
+    name = names[0] if names else platform.machine()
+    return f"{name}, {os.cpu_count()} CPUs, Python {platform.python_version()}"
 
 
 def markdown(result: dict[str, Any]) -> str:
@@ -222,7 +223,7 @@ def markdown(result: dict[str, Any]) -> str:
         )
     lines += [
         "",
-        "| log to answer | MB | ours, s | python-can + cantools, s | ours of theirs | peak, MB: imports, ours, theirs |",
+        "| log to answer | MB | ours, s | python-can + cantools, s | ratio | peak, MB: imports, ours, theirs |",
         "|---|--:|--:|--:|--:|--:|",
     ]
     for row in result["logs"]:

@@ -125,7 +125,8 @@ static void learn(oc_evidence *evidence, oc_learned *learned, const oc_coefficie
     double K = 0.0;
     double K_variance = p->understeer_sd_rad_m_s2 * p->understeer_sd_rad_m_s2;
     oc_status K_status = OC_UNOBSERVABLE;
-    if (understeer_time >= p->understeer_evidence_min_s && understeer->batches > 1.0) {
+    if (understeer_time >= p->understeer_evidence_min_s && understeer->batches > 1.0 &&
+        oc_understeer_parts_offset(understeer, offset->ticks.x)) {
         K = oc_understeer_with_offset(understeer, offset->ticks.y, offset->ticks.x);
         const double offset_part = oc_understeer_per_offset(understeer);
         K_variance = oc_understeer_variance(understeer, oc_offset_value(offset, K), K) +

@@ -4,7 +4,7 @@
 
 static const double variance_of_ignorance = 1.0; /* (rad/(m/s^2))^2, a hundred times the heaviest truck's */
 
-/* Closer than this to one, straights and bends have the same mix of signs, and offset and gradient do not part. */
+/* Below it straights and bends have so much the same mix of signs that offset and gradient trade places. */
 static const double apart_min = 0.25;
 
 void oc_understeer_update(oc_understeer *understeer, const oc_moments *block, double ticks_per_batch) {
@@ -40,14 +40,17 @@ double oc_understeer_per_offset(const oc_understeer *understeer) {
     return understeer->xx > 0.0 ? -understeer->x / understeer->xx : 0.0;
 }
 
-/* How well bends part the gradient from the offset that straights with mean x leave open: 1 at best, 0 not at all. */
+/* 1 when bends part the two at best, 0 when not at all. */
 static double apart(const oc_understeer *understeer, double straight_x) {
     return understeer->xx > 0.0 ? 1.0 - straight_x * understeer->x / understeer->xx : 0.0;
 }
 
+bool oc_understeer_parts_offset(const oc_understeer *understeer, double straight_x) {
+    return apart(understeer, straight_x) > apart_min;
+}
+
 double oc_understeer_with_offset(const oc_understeer *understeer, double straight_y, double straight_x) {
-    const double share = apart(understeer, straight_x);
-    return share > apart_min ? oc_understeer_value(understeer, straight_y) / share : 0.0;
+    return oc_understeer_value(understeer, straight_y) / apart(understeer, straight_x);
 }
 
 double oc_understeer_variance(const oc_understeer *understeer, double offset, double understeer_gradient) {

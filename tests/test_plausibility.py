@@ -26,8 +26,10 @@ K_US = 0.86 * DEGREE  # rad/(m/s^2) at the road wheel
 Fault = Callable[[Signals], Signals]
 
 
-def drive(seed: int = 1, duration_s: float = 300.0, bends: float = 1.0) -> Signals:
-    """A truck with offset, understeer, 3 deg of play, lags and noise, that stands, then goes at 3 to 22 m/s."""
+def drive(
+    seed: int = 1, duration_s: float = 300.0, bends: float = 1.0, play_deg: float = 3.0, lag_s: float = 0.15
+) -> Signals:
+    """A truck with offset, understeer, play, lag and noise, that stands, then goes at 3 to 22 m/s."""
     rng = np.random.default_rng(seed)
     t = np.arange(0.0, duration_s, 1 / RATE_HZ)
     v = np.where(t < 5, 0.0, 12.5 + 9.5 * np.sin(2 * np.pi * (t - 5) / 110 - np.pi / 2))
@@ -35,8 +37,8 @@ def drive(seed: int = 1, duration_s: float = 300.0, bends: float = 1.0) -> Signa
     a_y = bends * 1.6 * road * np.minimum((v / 10) ** 2, 1.0)
     curvature = a_y / np.maximum(v, 1.0) ** 2
     wheel = 19.3 * (3.7 * curvature + K_US * a_y)
-    play = np.clip(a_y / 0.1, -1, 1) * 1.5 * DEGREE
-    angle = later(wheel + play, -0.15, t) + 2.0 * DEGREE + 0.1 * DEGREE * rng.standard_normal(len(t))
+    play = np.clip(a_y / 0.1, -1, 1) * play_deg / 2 * DEGREE
+    angle = later(wheel + play, -lag_s, t) + 2.0 * DEGREE + 0.1 * DEGREE * rng.standard_normal(len(t))
     r = curvature * v
     columns = {
         "steering_wheel_angle": np.round(angle * 1024) / 1024,
@@ -209,6 +211,14 @@ def test_a_wrong_ratio_in_the_vehicle_file_is_told_with_the_right_one(ratio: flo
     assert float(finding.text.split()[-1]) == pytest.approx(19.3, rel=0.05)
 
 
+@pytest.mark.parametrize("habit", [{"play_deg": 15.0}, {"lag_s": 0.4}, {"lag_s": 0.0}], ids=str)
+@pytest.mark.parametrize("seed", range(4))
+def test_neither_play_nor_lag_is_taken_for_another_ratio(seed: int, habit: dict[str, float]) -> None:
+    finding = only(check(drive(seed, **habit)).findings)
+    assert finding.code == "ratio_times_wheelbase"
+    assert finding.value == pytest.approx(19.3 * 3.7, rel=0.015)
+
+
 def test_without_a_vehicle_file_the_drive_tells_ratio_times_wheelbase() -> None:
     finding = only(check(drive()).findings)
     assert finding.severity == "info"
@@ -294,6 +304,38 @@ def test_a_straight_road_tells_neither_sign_nor_scale_nor_ratio_and_says_so() ->
 @pytest.mark.parametrize("fault", [scaled("yaw_rate", -1.0), scaled("yaw_rate", 2.0)], ids=["sign", "factor"])
 def test_a_straight_road_accuses_nobody(fault: Fault) -> None:
     assert check(fault(drive(bends=0.0)), TRUCK).findings == ()
+
+
+def test_one_glitch_does_not_decide_a_sign() -> None:
+    def glitch(size: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+        return lambda x, t: x + size * ((t > 200) & (t < 202))
+
+    signals = changed(drive(bends=0.0), "yaw_rate", glitch(0.2))
+    judged = check(changed(signals, "steering_wheel_angle", glitch(-2.0)), TRUCK)
+    assert "sign_reversed" not in {finding.code for finding in judged.findings}
+    assert "signs" in {verdict.check for verdict in judged.cannot_tell}
+
+
+def test_an_angle_that_turns_its_sign_midway_accuses_nobody() -> None:
+    signals = without(drive(), *WHEELS, "lateral_acceleration")
+    judged = check(changed(signals, "steering_wheel_angle", lambda x, t: np.where(t > 152, -x, x)), TRUCK)
+    assert "sign_reversed" not in {finding.code for finding in judged.findings}
+    assert "signs" in {verdict.check for verdict in judged.cannot_tell}
+
+
+def test_a_cab_that_still_rocks_after_stopping_is_not_a_bias() -> None:
+    stopped = changed(drive(), "vehicle_speed", lambda x, t: np.where(t > 299.2, 0.0, np.maximum(x, 3.0)))
+    rocking = changed(stopped, "yaw_rate", lambda x, t: np.where(t > 299.2, (t < 299.38) * 2.0 * DEGREE, x))
+    judged = check(rocking, TRUCK)
+    assert "yaw_rate_bias" not in {finding.code for finding in judged.findings}
+    assert "zero of the yaw rate" not in {verdict.check for verdict in judged.cannot_tell}
+
+
+def test_a_signal_that_comes_too_seldom_is_told() -> None:
+    signals = drive()
+    sources = {**signals.sources, "yaw_rate": Source("VDC2 from 0x3E", 5.0, 1500, 0)}
+    finding = only(check(replace(signals, sources=sources), TRUCK).findings)
+    assert (finding.code, finding.value, finding.unit) == ("signal_slow", 5.0, "Hz")
 
 
 def test_a_truck_that_stands_says_that_it_does_not_move() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -113,6 +114,24 @@ def test_the_page_names_what_produced_it(answer: Answer, text: str) -> None:
     for said in (answer.log, TRUCK.name, f"oncenter {oncenter.__version__}", "offset_half_width_max_deg", "3.7 m"):
         assert said in visible
     assert all(source in visible for source in answer.sources.values())
+
+
+def test_every_picture_has_its_place_whatever_is_known(drive: Signals, answer: Answer, parking: Answer) -> None:
+    [minute] = parts(drive, slice(60000, 66000))
+    nothing = Estimate(None, None, "unobservable", "rad")
+    zero = Estimate(0.0, (-0.001, 0.001), "valid", "rad/(m/s^2)")
+    for one in (
+        answer,
+        parking,
+        answer_to(minute),
+        replace(answer, understeer_gradient=nothing),
+        replace(answer, offset=nothing),
+        replace(answer_to(minute), offset=answer.offset, understeer_gradient=zero),
+    ):
+        text = page_of(one)
+        places = {a.get("id") for tag, a in Parsed(text).tags if tag == "div"}
+        [render_items] = re.findall(r"render_items = (\[.*\]);", text)
+        assert set(json.loads(render_items)[0]["roots"].values()) <= places
 
 
 def test_names_from_a_log_stay_text(answer: Answer, text: str) -> None:

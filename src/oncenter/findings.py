@@ -191,12 +191,19 @@ def _understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Findi
     if native["used"] == 0 or _status(gradient) != "unobservable":
         return None
     lacking = max(params["understeer_evidence_min_s"] - gradient["evidence"], 0.0)
+    bends = (
+        f"bends of {params['understeer_acceleration_min_m_s2']:g} to "
+        f"{params['understeer_acceleration_max_m_s2']:g} m/s^2"
+    )
+    needs = (
+        f"{lacking:.0f} s more in {bends} once the offset is accurate enough"
+        if lacking > 0
+        else f"{bends} to both sides in like measure (an accelerometer bias makes them look one-sided)"
+    )
     return Finding(
         "understeer_gradient_unknown",
         "info",
-        "the understeer gradient is taken as zero: it needs "
-        f"{lacking:.0f} s more in bends of {params['understeer_acceleration_min_m_s2']:g} to "
-        f"{params['understeer_acceleration_max_m_s2']:g} m/s^2 once the offset is accurate enough",
+        f"the understeer gradient is taken as zero: it needs {needs}",
         lacking,
         "s",
     )

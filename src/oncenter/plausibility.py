@@ -30,8 +30,7 @@ _GRID_HZ = 20.0  # checks run on means over 50 ms: noise is less, steering and y
 _ROLLING_M_S = 2.0  # r/v means something above it
 _DRIVING_M_S = 5.0
 _MIN_TIME_S = 30.0  # a comparison of two witnesses needs it
-_CORRELATION = 0.7  # a witness that follows another less than this tells nothing of it
-_CORRELATION_OF_HALVES = 0.5  # in either half of the drive, so that one chance event does not decide
+_CORRELATION = 0.6  # in either half of the drive, so that no single event decides; less tells nothing
 
 
 @dataclass(frozen=True)
@@ -241,12 +240,11 @@ def _agreement(x: Column, y: Column) -> int:
     both = np.isfinite(x) & np.isfinite(y)
     if both.sum() < _MIN_TIME_S * _GRID_HZ:
         return 0
-    x, y = x[both], y[both]
-    whole = _correlation(x, y)
-    halves = [_correlation(a, b) for a, b in zip(np.array_split(x, 2), np.array_split(y, 2), strict=True)]
-    sign = int(np.sign(whole))
-    follows = abs(whole) >= _CORRELATION and all(sign * half >= _CORRELATION_OF_HALVES for half in halves)
-    return sign if follows else 0
+    halves = zip(np.array_split(x[both], 2), np.array_split(y[both], 2), strict=True)
+    first, second = (_correlation(a, b) for a, b in halves)
+    if min(abs(first), abs(second)) < _CORRELATION or first * second < 0:
+        return 0
+    return 1 if first > 0 else -1
 
 
 def _correlation(x: Column, y: Column) -> float:
@@ -259,7 +257,7 @@ def _correlation(x: Column, y: Column) -> float:
 # Where a right scale puts each relation. Understeer turns more angle than i*L*r/v at speed: up to four times.
 _ANGLE_PER_IL = (0.5, 4.0)
 _ANGLE_PER_CURVATURE_M = (15.0, 400.0)  # i*L of cars 35 to heavy trucks 140 m, where no vehicle file says it
-_ACCELERATION_PER_RV = (1 / 1.6, 1.6)
+_ACCELERATION_PER_RV = (1 / 1.8, 1.8)
 _WHEELS_PER_YAW_RATE_M = (0.9, 3.5)  # track width; noise widens it
 _WHEELS_PER_SPEED = (0.8, 1.25)
 
@@ -385,7 +383,6 @@ def _wheel_speed_ratio(drive: _Drive) -> float | None:
 
 _LAG_SEARCHED_S = 2.0
 _LAG_CORRELATION = 0.8
-_LAG_HALVES_S = 0.1  # the halves of the drive must agree to this
 _ANGLE_TO_YAW_S = (-0.05, 0.5)  # tyres, chassis and play make it late; a loaded truck at speed takes some 0.3 s
 _YAW_TO_ACCELERATION_S = (-0.2, 0.2)  # the sensor's place along the vehicle and the roll of the cab move it
 
@@ -423,34 +420,16 @@ def _angle_to_yaw_s(drive: _Drive) -> float | None:
 
 
 def _lag_s(early: Column, late: Column, step_s: float) -> float | None:
-    """How much `late` comes after `early`; None unless both halves of the drive say the same."""
+    """How much `late` comes after `early`: where their changes are most alike, or None when they never are."""
     x, y = _increments(early), _increments(late)
-    if np.isfinite(x * y).sum() * step_s < _MIN_TIME_S:
-        return None
-    middle = len(x) // 2
-    whole, first, second = (
-        _lag_of_increments(x[part], y[part], step_s) for part in (slice(None), slice(middle), slice(middle, None))
-    )
-    if whole is None or first is None or second is None or abs(first - second) > _LAG_HALVES_S:
-        return None
-    return whole
-
-
-def _increments(values: Column) -> Column:
-    """Changes over 0.5 s of means over 0.2 s: level and drift are gone, noise is still low."""
-    smooth = np.convolve(values, np.full(4, 0.25), mode="valid")
-    return np.asarray(smooth[10:] - smooth[:-10])
-
-
-def _lag_of_increments(x: Column, y: Column, step_s: float) -> float | None:
     both = np.isfinite(x) & np.isfinite(y)
-    if not both.any():
+    if both.sum() * step_s < _MIN_TIME_S:
         return None
     x, y = np.where(both, x, 0.0), np.where(both, y, 0.0)
-    furthest = min(round(_LAG_SEARCHED_S / step_s), len(x) - 1)
     energy = float(np.sqrt(np.sum(x * x) * np.sum(y * y)))
     if energy == 0.0:
         return None
+    furthest = round(_LAG_SEARCHED_S / step_s)
     products = [
         float(np.dot(x[max(0, -k) : len(x) - max(0, k)], y[max(0, k) : len(y) + min(0, k)]))
         for k in range(-furthest, furthest + 1)
@@ -462,6 +441,12 @@ def _lag_of_increments(x: Column, y: Column, step_s: float) -> float | None:
     before, peak, after = (float(likeness[k]) for k in (best - 1, best, best + 1))
     between = 0.5 * (before - after) / (before - 2 * peak + after)  # summit of the parabola
     return (best - furthest + between) * step_s
+
+
+def _increments(values: Column) -> Column:
+    """Changes over 0.5 s of means over 0.2 s: level and drift are gone, noise is still low."""
+    smooth = np.convolve(values, np.full(4, 0.25), mode="valid")
+    return np.asarray(smooth[10:] - smooth[:-10])
 
 
 # ---- ratio times wheelbase

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from oncenter.errors import OncenterError
 from oncenter.read.frames import Frames, bus_code, joined
 
-BLOCK_BYTES = 4 << 20  # text per step: its columns stay in the cache
+BLOCK_BYTES = 1 << 20  # text per step: its columns stay in the cache
 PAD = b"\0" * 32  # before and after a block, so that no look around a place leaves it
 BAD_LINES_SHARE = 0.01  # more than that is not a candump log with a scratch, but something else
 

@@ -199,8 +199,9 @@ def _way(time: Column, ticks: Column, span: float) -> _Way:
     step = time[before + 1] - time[before]
     since = ticks - time[before]
     weight = since / step
-    at_start, at_end = np.abs(since) <= ON_TICK_S, np.abs(since - step) <= ON_TICK_S
+    inside = (since > 0) & (since < step) & (step <= span * (1 + 1e-9))
+    at_start = ~inside & (np.abs(since) <= ON_TICK_S)
+    at_end = ~inside & (np.abs(since - step) <= ON_TICK_S)
     weight[at_start] = 0.0
     weight[at_end] = 1.0
-    inside = (since > 0) & (since < step) & (step <= span * (1 + 1e-9))
     return _Way(before, weight, inside | at_start | at_end)

@@ -102,7 +102,7 @@ def _quantities(answer: Answer) -> str:
         unit = _text(given["unit"]) if number != "—" else ""
         lines.append(
             f'<tr><th scope="row">{title}</th><td class="number">{number} <span class="unit">{unit}</span></td>'
-            f'<td class="number interval">{interval}</td>'
+            f'<td class="number interval{"" if interval != "—" else " none"}">{interval}</td>'
             f"<td>{_status(given['status'])}</td></tr>"
         )
     return f"""<section>
@@ -220,7 +220,7 @@ def _understeer(answer: Answer, divs: Mapping[str, str]) -> str:
         )
     return f"""<div class="pair">
 <div>{_key(estimate="K<sub>us</sub>/g as learned up to then; band: 95 % interval of the last")}
-{divs.get("understeer", _nothing("Zero throughout."))}</div>
+{divs["understeer"]}</div>
 <div>{_key(used=f"ticks in bends of {low:g} to {high:g} m/s²", estimate="i·K<sub>us</sub>·a<sub>y</sub>, 95 %")}
 {divs["bends"]}</div>
 </div>"""

@@ -60,8 +60,7 @@ def figures(answer: Answer, course: Course) -> dict[str, figure]:
         "gate": _gate(course, time),
         "offset": _offset(course, time),
         "cloud": _cloud(answer, course),
-        "understeer": _understeer_over_time(answer, course, time),
-        "bends": _bends(answer, course),
+        **_understeer(answer, course, time),
     }
     return {name: picture for name, picture in pictures.items() if picture is not None}
 
@@ -199,6 +198,12 @@ def _cloud(answer: Answer, course: Course) -> figure | None:
                 a_y, line + flank * play / DEGREE, color=COLOURS["estimate"], line_width=1.5, line_dash="dashed"
             )
     return picture
+
+
+def _understeer(answer: Answer, course: Course, time: Range1d) -> dict[str, figure]:
+    """How the gradient was learned and from what: both pictures or none."""
+    over_time, bends = _understeer_over_time(answer, course, time), _bends(answer, course)
+    return {} if over_time is None or bends is None else {"understeer": over_time, "bends": bends}
 
 
 def _understeer_over_time(answer: Answer, course: Course, time: Range1d) -> figure | None:

@@ -1,5 +1,6 @@
 #include "drive.h"
 
+#include <math.h>
 #include <string.h>
 
 static const double STANDARD_GRAVITY = 9.80665; /* m/s^2 */
@@ -24,7 +25,17 @@ static void move_along(sim_state *state, const sim_drive *drive, double step_s)
     state->station += progress * step_s;
 }
 
-static void write_row(const sim_state *state, const sim_drive *drive, sim_row *row)
+/* Over the ground, with the heading of the step's middle. */
+static void move_over(sim_state *state, double step_s)
+{
+    const double heading = state->heading + 0.5 * state->truck.yaw_rate * step_s;
+    const double forward = state->driver.speed, to_left = state->truck.lateral_speed;
+    state->east += (forward * cos(heading) - to_left * sin(heading)) * step_s;
+    state->north += (forward * sin(heading) + to_left * cos(heading)) * step_s;
+    state->heading += state->truck.yaw_rate * step_s;
+}
+
+static void write_row(const sim_state *state, const sim_drive *drive, int32_t has_lane, sim_row *row)
 {
     const double angle = state->steering.front_wheel_angle;
     row->time = state->time;
@@ -42,42 +53,64 @@ static void write_row(const sim_state *state, const sim_drive *drive, sim_row *r
     row->curvature = sim_road_at(&drive->road, drive->road.curvature, state->station);
     row->cross_slope = sim_road_at(&drive->road, drive->road.cross_slope, state->station);
     row->station = state->station;
-    row->lateral_error = state->lateral_error;
+    row->lateral_error = has_lane ? state->lateral_error : NAN;
+    row->east = state->east;
+    row->north = state->north;
+    row->heading = state->heading;
+    row->wind_force = state->wind.side_force;
 }
 
-void sim_init(sim_state *state)
+void sim_init(sim_state *state, const sim_drive *drive)
 {
     memset(state, 0, sizeof *state);
+    state->heading = drive->start_heading;
 }
 
-void sim_step(sim_state *state, const sim_drive *drive, double lane_normal, double hand_normal, sim_row *row)
+/* The driver looks at the lane and decides; a machine has decided long ago. */
+static void decide(sim_state *state, const sim_drive *drive, const sim_inputs *inputs, size_t tick)
 {
-    write_row(state, drive, row);
-
+    if (inputs->machine_angles != NULL)
+        return;
     const sim_view view = {state->station, state->lateral_error, lateral_error_rate(state), state->truck.yaw_rate};
-    sim_driver_decide(&state->driver, &drive->driver, &drive->road, &view, lane_normal, hand_normal);
+    sim_driver_decide(&state->driver, &drive->driver, &drive->road, &view, inputs->lane_normals[tick],
+                      inputs->hand_normals[tick]);
+}
+
+void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs, size_t tick, sim_row *row)
+{
+    const double *machine = inputs->machine_angles;
+    if (machine != NULL)
+        state->driver.steering_wheel_angle = machine[tick];
+    if (inputs->gust_normals != NULL)
+        sim_wind_blow(&state->wind, &drive->wind, state->heading, state->driver.speed, inputs->gust_normals[tick]);
+    write_row(state, drive, machine == NULL, row);
+    decide(state, drive, inputs, tick);
 
     const double tick_began = state->time;
     const double step_s = drive->tick / drive->steps_per_tick;
+    const double machine_rate = machine == NULL ? 0.0 : (machine[tick + 1] - machine[tick]) / drive->tick;
     for (int32_t k = 0; k < drive->steps_per_tick; ++k) {
         sim_driver_drive(&state->driver, &drive->driver, &drive->road, state->station, state->time, step_s);
-        sim_driver_steer(&state->driver, &drive->driver, step_s);
+        if (machine == NULL)
+            sim_driver_steer(&state->driver, &drive->driver, step_s);
+        else
+            state->driver.steering_wheel_angle += machine_rate * step_s;
         sim_steering_step(&state->steering, &drive->steering, state->driver.steering_wheel_angle,
                           state->truck.front_force, step_s);
         sim_truck_step(&state->truck, &drive->truck, state->steering.front_wheel_angle, state->driver.speed,
                        gravity_to_left(state, drive), step_s);
         move_along(state, drive, step_s);
+        move_over(state, step_s);
         state->time = tick_began + (k + 1) * step_s;
     }
 }
 
-void sim_run(const sim_drive *drive, const double *lane_normals, const double *hand_normals, size_t count,
-             sim_row *rows)
+void sim_run(const sim_drive *drive, const sim_inputs *inputs, size_t count, sim_row *rows)
 {
     sim_state state;
-    sim_init(&state);
+    sim_init(&state, drive);
     for (size_t k = 0; k < count; ++k) {
         state.time = (double)k * drive->tick; /* sums of ticks would drift */
-        sim_step(&state, drive, lane_normals[k], hand_normals[k], &rows[k]);
+        sim_step(&state, drive, inputs, k, &rows[k]);
     }
 }

@@ -11,12 +11,15 @@
 #include "road.h"
 #include "steering.h"
 #include "truck.h"
+#include "wind.h"
 
 typedef struct {
     sim_truck truck;
     sim_steering steering;
     sim_road road;
     sim_driver driver;
+    sim_wind wind;
+    double start_heading;   /* rad, counter-clockwise from east */
     double tick;            /* s, between rows and between the driver's decisions */
     int32_t steps_per_tick; /* of the integration */
 } sim_drive;
@@ -29,6 +32,9 @@ typedef struct {
     double station;       /* m, along the road */
     double lateral_error; /* m, left of the lane's middle */
     double heading_error; /* rad, against the road's */
+    double heading;       /* rad, counter-clockwise from east, turns added up */
+    double east, north;   /* m, of the centre of gravity from where it began */
+    sim_wind_state wind;
 } sim_state;
 
 /* What is true at a tick. Doubles only: Python makes a table of it. */
@@ -47,14 +53,27 @@ typedef struct {
     double curvature;                 /* 1/m, of the road */
     double cross_slope;               /* 1, positive where the road falls to the right */
     double station;                   /* m */
-    double lateral_error;             /* m */
+    double lateral_error;             /* m, left of the lane's middle; NaN where there is no lane */
+    double east, north;               /* m, of the centre of gravity from where it began */
+    double heading;                   /* rad, counter-clockwise from east, turns added up */
+    double wind_force;                /* N, from the side, left positive */
 } sim_row;
 
-void sim_init(sim_state *state);
-void sim_step(sim_state *state, const sim_drive *drive, double lane_normal, double hand_normal, sim_row *row);
+/* What comes from outside, one number a tick. */
+typedef struct {
+    const double *lane_normals;   /* standard normal numbers: where in the lane the driver means to be */
+    const double *hand_normals;   /* the hands' small corrections */
+    const double *gust_normals;   /* the wind's; NULL: no wind at all */
+    const double *machine_angles; /* rad, steering wheel angles of a machine that steers, one more than there are ticks;
+                                     NULL: the driver steers */
+} sim_inputs;
 
-/* As many steps as there are rows. The normals: standard normal numbers, one a tick. */
-void sim_run(const sim_drive *drive, const double *lane_normals, const double *hand_normals, size_t count,
-             sim_row *rows);
+void sim_init(sim_state *state, const sim_drive *drive);
+
+/* From this tick to the next. A machine looks at no lane. */
+void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs, size_t tick, sim_row *row);
+
+/* As many steps as there are rows. */
+void sim_run(const sim_drive *drive, const sim_inputs *inputs, size_t count, sim_row *rows);
 
 #endif

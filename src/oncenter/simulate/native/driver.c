@@ -6,6 +6,8 @@ static const double LOOKS_AS_AT_M_S = 5.0;  /* slower, the driver looks no neare
 static const double MOVES_ABOVE_M_S = 0.5;  /* slower, the hands rest */
 static const double PEDAL_ANSWERS_S = 0.5;
 static const double SPEED_ANSWERS_S = 2.0;
+static const double STOPPING_SHARE = 0.5;    /* of the greatest deceleration, on the way to a stop */
+static const double STOPS_BEFORE_M = 2.0;
 static const double STANDS_BELOW_M_S = 0.05; /* the parking brake takes over */
 
 static double limited(double value, double low, double high)
@@ -29,8 +31,8 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
     state->lane_wander = wander(state->lane_wander, driver->lane_wander_keep, driver->lane_wander, lane_normal);
     state->hand_motion = wander(state->hand_motion, driver->hand_motion_keep, driver->hand_motion, hand_normal);
 
-    const double v = fmax(state->speed, LOOKS_AS_AT_M_S);
-    const double T = driver->preview_time;
+    const double v = state->speed;
+    const double T = driver->preview_time * fmax(1.0, LOOKS_AS_AT_M_S / v);
 
     /* Where the truck will be if nothing changes, against where the driver means to be. */
     const double here = sim_road_at(road, road->curvature, view->station);
@@ -40,13 +42,13 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
 
     /* The bend as it will be when the arms have moved, and the arc that takes the error away. */
     const double until_moved = driver->reaction_time + 2.0 / driver->arm_frequency;
-    const double ahead = sim_road_at(road, road->curvature, view->station + state->speed * until_moved);
+    const double ahead = sim_road_at(road, road->curvature, view->station + v * until_moved);
     const double correction = -driver->gain * 2.0 * error_ahead / (v * v * T * T);
     state->trim += (1.0 - driver->trim_keep) * correction;
     const double curvature = ahead + correction + state->trim;
 
     state->seen[state->next] = (driver->angle_per_curvature
-                                + driver->angle_per_lateral_acceleration * state->speed * state->speed) * curvature
+                                + driver->angle_per_lateral_acceleration * v * v) * curvature
                                + state->hand_motion;
     state->next = (state->next + 1) % (driver->reaction_ticks + 1);
     state->wanted_angle = state->seen[state->next];
@@ -61,13 +63,31 @@ void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double 
     state->steering_wheel_angle += state->steering_wheel_rate * step_s;
 }
 
+/* m/s; what still allows to brake gently to the next stop. Having stood there long enough, the driver forgets it. */
+static double speed_before_stop(sim_driver_state *state, const sim_driver *driver, const sim_road *road, double station,
+                                double step_s)
+{
+    if (state->next_stop >= road->stop_count)
+        return INFINITY;
+    const double way = road->stop_station[state->next_stop] - station - STOPS_BEFORE_M - state->speed * PEDAL_ANSWERS_S;
+    if (state->speed <= 0.0 && way <= 0.0) {
+        state->stood += step_s;
+        if (state->stood >= road->stop_duration[state->next_stop]) {
+            state->stood = 0.0;
+            ++state->next_stop;
+        }
+    }
+    return way <= 0.0 ? 0.0 : sqrt(2.0 * STOPPING_SHARE * driver->deceleration_max * way);
+}
+
 void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, const sim_road *road, double station,
                       double time, double step_s)
 {
     const double answers_s = SPEED_ANSWERS_S + PEDAL_ANSWERS_S;
     const double of_road = sim_road_at(road, road->speed, station + state->speed * answers_s);
     const double may_still = driver->deceleration_max * (driver->stop_time - time - 2.0 * answers_s);
-    const double wanted = time < driver->start_time ? 0.0 : fmax(0.0, fmin(of_road, may_still));
+    const double before_stop = speed_before_stop(state, driver, road, station, step_s);
+    const double wanted = time < driver->start_time ? 0.0 : fmax(0.0, fmin(before_stop, fmin(of_road, may_still)));
     if (wanted <= 0.0 && state->speed < STANDS_BELOW_M_S) {
         state->speed = 0.0;
         state->longitudinal_acceleration = 0.0;

@@ -42,6 +42,8 @@ typedef struct {
     double steering_wheel_rate;      /* rad/s */
     double speed;                    /* m/s */
     double longitudinal_acceleration; /* m/s^2 */
+    size_t next_stop;                /* of the road's */
+    double stood;                    /* s, at it so far */
 } sim_driver_state;
 
 /* What the driver sees. */
@@ -59,7 +61,7 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
 /* The arms' way to what was decided a reaction time ago. */
 void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double step_s);
 
-/* The feet's way to the road's speed, standing before start_time and after stop_time. */
+/* The feet's way to the road's speed, standing at its stops, before start_time and after stop_time. */
 void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, const sim_road *road, double station,
                       double time, double step_s);
 

@@ -10,6 +10,9 @@ typedef struct {
     const double *curvature;   /* 1/m, left positive */
     const double *cross_slope; /* 1, sine of the bank; positive where the road falls to the right */
     const double *speed;       /* m/s, what the driver means to drive there */
+    size_t stop_count;
+    const double *stop_station;  /* m, ascending: where the truck stops */
+    const double *stop_duration; /* s, how long it then stands */
 } sim_road;
 
 /* Value of one of the road's columns at that station (m), linear between points; beyond the ends as at the ends. */

@@ -1,0 +1,419 @@
+"""Figure 15 whole, through the public door: symmetries, chunks, silence, damage and what may never come out."""
+
+import math
+import struct
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_drives import RATIO, WHEELBASE, Array, damaged, drive
+
+from oncenter import _core
+from oncenter._native import lib
+
+RATE_HZ = 100.0
+ANGLE, YAW_RATE, SPEED, ACCELERATION = (name for name in _core.COLUMNS if name != "time_s")
+
+
+def core_of(rate_hz: float = RATE_HZ, **params: float) -> _core.Core:
+    return _core.Core(WHEELBASE, RATIO, params, rate_hz)
+
+
+def after(columns: Mapping[str, Array], rate_hz: float = RATE_HZ, **params: float) -> _core.Core:
+    core = core_of(rate_hz, **params)
+    core.run(columns)
+    return core
+
+
+def numbers(answer: dict[str, Any]) -> Iterator[float]:
+    for value in answer.values():
+        if isinstance(value, dict):
+            yield from numbers(value)
+        else:
+            yield from value if isinstance(value, list) else [value]
+
+
+def status(estimate: dict[str, Any]) -> str:
+    return _core.STATUSES[estimate["status"]]
+
+
+def sliced(columns: Mapping[str, Array], rows: slice) -> dict[str, Array]:
+    return {name: values[rows] for name, values in columns.items()}
+
+
+def straight(seconds: float = 60.0, rate_hz: float = RATE_HZ, **constant: float) -> dict[str, Array]:
+    """Nothing happens at 20 m/s but what is given by column."""
+    t = np.arange(int(seconds * rate_hz)) / rate_hz
+    values = {ANGLE: 0.0356, YAW_RATE: 0.0, SPEED: 20.0, ACCELERATION: 0.0} | constant
+    return {"time_s": t} | {name: np.full_like(t, value) for name, value in values.items()}
+
+
+@pytest.fixture(scope="module")
+def whole() -> dict[str, Array]:
+    return drive(1, RATE_HZ, 200.0)
+
+
+def test_the_answer_is_near_the_truth(whole: dict[str, Array]) -> None:
+    answer = after(whole).answer()
+    assert answer["offset"]["value"] == pytest.approx(0.035, abs=math.radians(0.3))
+    assert answer["understeer_gradient"]["value"] == pytest.approx(0.007, rel=0.1)
+    assert status(answer["offset"]) == status(answer["understeer_gradient"]) == "valid"
+
+
+def test_a_mirrored_drive_has_the_mirrored_offset(whole: dict[str, Array]) -> None:
+    mirrored = whole | {name: -whole[name] for name in (ANGLE, YAW_RATE, ACCELERATION)}
+    there, back = after(whole).answer(), after(mirrored).answer()
+    assert back["offset"]["value"] == -there["offset"]["value"] != 0.0
+    assert back["offset"]["standard_deviation"] == there["offset"]["standard_deviation"]
+    assert back["understeer_gradient"]["value"] == there["understeer_gradient"]["value"] != 0.0
+    assert back["rejected"] == there["rejected"]
+
+
+@pytest.mark.parametrize("c", [0.1, -1.3])
+def test_a_sensor_turned_on_its_shaft_turns_the_offset_as_much(whole: dict[str, Array], c: float) -> None:
+    there, back = after(whole).answer(), after(whole | {ANGLE: whole[ANGLE] + c}).answer()
+    assert back["offset"]["value"] - there["offset"]["value"] == pytest.approx(c, abs=1e-12)
+    assert back["understeer_gradient"]["value"] == pytest.approx(there["understeer_gradient"]["value"], abs=1e-12)
+    assert back["offset"]["standard_deviation"] == pytest.approx(there["offset"]["standard_deviation"], rel=1e-6)
+
+
+def test_a_gyro_bias_moves_the_offset_by_the_mean_of_iL_over_v() -> None:
+    """(45), (48) without understeer: every bit of the drive but the yaw rate stays, and the gate stays open."""
+    b = 2e-4
+    params = {"understeer_evidence_min_s": 1e5}
+    columns = straight(**{ACCELERATION: 0.02}) | {SPEED: np.linspace(15.0, 25.0, 6000)}
+    there, back = after(columns, **params).answer(), after(columns | {YAW_RATE: columns[YAW_RATE] + b}, **params).answer()
+    assert there["used"] == back["used"] > 50
+    per_bias = there["offset_per_yaw_rate_bias"]
+    assert per_bias == pytest.approx(RATIO * WHEELBASE / 20.0, rel=0.05)
+    assert back["offset"]["value"] - there["offset"]["value"] == pytest.approx(-per_bias * b, rel=1e-9)
+
+
+def test_an_understeer_gradient_learned_late_applies_to_all_that_was_gathered(whole: dict[str, Array]) -> None:
+    answer = after(whole).answer()
+    never = after(whole, understeer_evidence_min_s=1e5).answer()
+    assert answer["used"] == never["used"]
+    crown = 0.1  # m/s^2, of random_drives
+    moved = never["offset"]["value"] - answer["offset"]["value"]
+    assert moved == pytest.approx(answer["understeer_gradient"]["value"] * RATIO * crown, rel=0.5)
+
+
+def stepped(core: _core.Core, columns: Mapping[str, Array]) -> list[dict[str, Any]]:
+    names, rows = list(columns), np.column_stack(list(columns.values())).tolist()
+    return [core.step(dict(zip(names, row, strict=True))) for row in rows]
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_run_is_its_chunks_is_its_steps(seed: int) -> None:
+    columns = damaged(drive(seed, 50.0, 150.0), seed)
+    count = len(columns["time_s"])
+    whole, chunks, steps = core_of(50.0), core_of(50.0), core_of(50.0)
+    outputs = np.zeros(count, _core.OUTPUT_DTYPE)
+    whole.run(columns, outputs)
+    cuts = [0, *sorted(np.random.default_rng(seed).integers(0, count, 20).tolist()), count]
+    for start, stop in zip(cuts, cuts[1:], strict=False):
+        chunks.run(sliced(columns, slice(start, stop)))
+    singly = stepped(steps, columns)
+    assert whole.state_bytes() == chunks.state_bytes() == steps.state_bytes()
+    assert whole.answer() == steps.answer()
+    assert [tick["reasons"] for tick in singly] == outputs["reasons"].tolist()
+    assert [tick["offset"] for tick in singly] == outputs["offset"].tolist()
+
+
+@settings(max_examples=10)
+@given(cut=st.floats(0.0, 1.0))
+def test_a_copied_state_goes_on_as_if_nothing_had_been(whole: dict[str, Array], cut: float) -> None:
+    rows = int(cut * len(whole["time_s"]))
+    first, second = after(sliced(whole, slice(0, rows))), core_of()
+    second.copy_state_from(first)
+    second.run(sliced(whole, slice(rows, None)))
+    assert second.state_bytes() == after(whole).state_bytes()
+
+
+def test_asking_changes_nothing(whole: dict[str, Array]) -> None:
+    core = after(sliced(whole, slice(0, 12_345)))
+    before = core.state_bytes()
+    assert core.answer() == core.answer()
+    assert core.state_bytes() == before
+
+
+@pytest.mark.parametrize("time_s", [math.nan, math.inf, -math.inf, 59.99, 12.0, -1.0])
+def test_time_that_does_not_go_forward_touches_nothing_but_its_count(time_s: float) -> None:
+    columns = straight()
+    core, other = after(columns), after(columns)
+    out = core.step({"time_s": time_s, ANGLE: 5.0, YAW_RATE: 1.0, SPEED: 3.0, ACCELERATION: 9.0})
+    assert out["reasons"] == lib.OC_REASON_TIME
+    before, now = other.answer(), core.answer()
+    assert now["rejected"][1] == pytest.approx(1 / RATE_HZ)
+    now["rejected"][1] = 0.0
+    assert now == before
+    following = {name: values[-1:] + (0.01 if name == "time_s" else 0.0) for name, values in columns.items()}
+    core.run(following)
+    other.run(following)
+    assert core.answer()["offset"] == other.answer()["offset"]
+    assert core.answer()["used"] == other.answer()["used"]
+
+
+@pytest.mark.parametrize("name", [ANGLE, YAW_RATE, SPEED, ACCELERATION])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e308, -1e4])
+def test_a_signal_that_is_no_measurement_is_counted_and_goes_no_further(name: str, value: float) -> None:
+    columns = straight()
+    columns[name][3000] = value
+    core = core_of()
+    outputs = np.zeros(6000, _core.OUTPUT_DTYPE)
+    core.run(columns, outputs)
+    answer = core.answer()
+    assert outputs["reasons"][3000] == lib.OC_REASON_MISSING_SIGNAL
+    assert np.count_nonzero(outputs["reasons"] & lib.OC_REASON_MISSING_SIGNAL) == 1
+    assert answer["rejected"][0] == pytest.approx(1 / RATE_HZ)
+    assert answer["offset"]["value"] == pytest.approx(0.0356, abs=1e-14)
+    assert all(map(math.isfinite, numbers(answer)))
+
+
+@pytest.mark.parametrize("name", [ANGLE, YAW_RATE, SPEED, ACCELERATION])
+def test_a_missing_column_is_a_missing_signal_on_every_tick(name: str) -> None:
+    answer = after({key: values for key, values in straight().items() if key != name}).answer()
+    assert answer["rejected"][0] == answer["unused"] == answer["duration"] == pytest.approx(60.0)
+    assert status(answer["offset"]) == "unobservable"
+
+
+def test_a_hole_starts_the_filters_anew_and_drops_what_was_pending() -> None:
+    columns = straight(30.0)
+    kept = np.ones(3000, bool)
+    kept[1500:1520] = False
+    core = core_of()
+    outputs = np.zeros(2980, _core.OUTPUT_DTYPE)
+    core.run({name: values[kept] for name, values in columns.items()}, outputs)
+    design = core.coefficients()["preprocess"]
+    settling = 10 * design["slope_every"] + design["delay_ticks"]
+    assert outputs["reasons"][1500] == lib.OC_REASON_GAP | lib.OC_REASON_SETTLING
+    assert (outputs["reasons"][1501 : 1500 + settling] == lib.OC_REASON_SETTLING).all()
+    assert (outputs["reasons"][1500 + settling :] == 0).all()
+    answer = core.answer()
+    assert answer["rejected"][8] == pytest.approx(4.0)  # t1 before the hole and t1 at the end
+    assert answer["used"] == pytest.approx(29.8 - 4.0 - 2 * settling / RATE_HZ)
+
+
+def test_a_short_hole_is_no_gap() -> None:
+    columns = straight(30.0)
+    kept = np.ones(3000, bool)
+    kept[1500:1505] = False
+    assert after({name: values[kept] for name, values in columns.items()}).answer()["rejected"][2] == 0.0
+
+
+def test_while_the_filters_settle_no_braking_is_seen() -> None:
+    """After a hole on a straight nothing but the hole is to blame."""
+    columns = straight(20.0)
+    columns["time_s"][1000:] += 5.0
+    rejected = dict(zip(_core.REASONS, after(columns).answer()["rejected"], strict=True))
+    assert {name for name, seconds in rejected.items() if seconds} == {"gap", "settling", "window"}
+
+
+def test_ignition_loses_what_is_pending_and_keeps_what_is_learned() -> None:
+    core = after(straight())
+    before = core.answer()
+    core.restart()
+    assert core.answer()["offset"] == before["offset"]
+    assert core.answer()["offset_temporary"] == before["offset"]["value"]
+    again = straight(30.0, **{ANGLE: 0.05})  # its time begins at zero again
+    core.run(again)
+    answer = core.answer()
+    alone = after(again).answer()
+    assert answer["used"] == pytest.approx(before["used"] + alone["used"])
+    mean = (before["used"] * 0.0356 + alone["used"] * 0.05) / answer["used"]
+    assert answer["offset"]["value"] == pytest.approx(mean, rel=1e-12)
+    assert answer["rejected"][1] == answer["rejected"][2] == 0.0
+
+
+def test_what_is_pending_shows_in_the_temporary_offset_to_the_last_tick() -> None:
+    """Till now straight on, in the last clean ticks another angle: only the temporary offset may know."""
+    columns = straight(20.0)
+    columns[ANGLE][-105:] += 0.1
+    answer = after(columns).answer()
+    assert answer["offset"]["value"] == pytest.approx(0.0356, abs=1e-14)
+    delay = lib.oc_lowpass_delay(3.0, 2.0, RATE_HZ) * RATE_HZ
+    clean = answer["used"] * RATE_HZ + answer["rejected"][8] * RATE_HZ
+    assert answer["offset_temporary"] - 0.0356 == pytest.approx(0.1 * (105 - delay) / clean, rel=1e-6)
+
+
+def test_silence_changes_nothing() -> None:
+    core = after(straight())
+    before = core.state_bytes()
+    core.run(straight(0.0))
+    assert core.state_bytes() == before
+    fresh = core_of()
+    assert fresh.answer()["duration"] == 0.0
+    assert all(map(math.isfinite, numbers(fresh.answer())))
+
+
+def test_a_run_shorter_than_the_clean_time_counts_nothing() -> None:
+    design = core_of().coefficients()["preprocess"]
+    settling = 10 * design["slope_every"] + design["delay_ticks"]
+    for extra, used in ((209, 0.0), (210, 0.1)):
+        answer = after(sliced(straight(), slice(0, settling + extra))).answer()
+        assert answer["used"] == pytest.approx(used)
+        assert answer["rejected"][8] == pytest.approx((extra - used * RATE_HZ) / RATE_HZ)
+
+
+@pytest.mark.parametrize("rate_hz", [20.0, 128.7, 200.0])
+def test_used_and_unused_are_the_whole_duration(rate_hz: float) -> None:
+    columns = damaged(drive(2, rate_hz, 150.0), 2)
+    core = core_of(rate_hz)
+    outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
+    core.run(columns, outputs)
+    answer = core.answer()
+    forward = (outputs["reasons"] & lib.OC_REASON_TIME) == 0
+    assert answer["duration"] == pytest.approx(np.sum(forward) / rate_hz)
+    assert answer["used"] + answer["unused"] == pytest.approx(answer["duration"])
+    clean = np.sum(outputs["reasons"] == 0) / rate_hz
+    assert answer["rejected"][8] == pytest.approx(clean - answer["used"])
+    assert answer["offset"]["evidence"] == answer["used"] > 10
+
+
+def reasons_of(columns: dict[str, Array], **params: float) -> npt.NDArray[np.uint32]:
+    outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
+    core_of(**params).run(columns, outputs)
+    return np.asarray(outputs["reasons"])
+
+
+@pytest.mark.parametrize(
+    ("reason", "constant"),
+    [
+        ("speed", {SPEED: 9.9}),
+        ("curvature", {YAW_RATE: 0.03, ACCELERATION: 0.6}),
+        ("bank", {ACCELERATION: 0.35}),
+        ("missing_signal", {ANGLE: math.nan}),
+        ("settling", {}),
+    ],
+)
+def test_each_reason_is_given_where_it_holds(reason: str, constant: dict[str, float]) -> None:
+    seen = reasons_of(straight(5.0, **constant))
+    bit = _core.REASONS[reason]
+    if reason == "settling":
+        assert seen[0] == bit
+        assert not (seen[200:]).any()
+    else:
+        assert (seen[200:] == bit).all()
+
+
+def test_braking_is_a_reason_to_wait() -> None:
+    columns = straight(10.0) | {SPEED: 25.0 - 0.31 * np.arange(1000) / RATE_HZ}
+    assert (reasons_of(columns)[300:] == lib.OC_REASON_LONGITUDINAL_ACCELERATION).all()
+    columns = straight(10.0) | {SPEED: 25.0 - 0.29 * np.arange(1000) / RATE_HZ}
+    assert not reasons_of(columns)[300:].any()
+
+
+def test_every_reason_has_a_name_and_is_reached(whole: dict[str, Array]) -> None:
+    assert list(_core.REASONS.values()) == [1 << k for k in range(lib.OC_REASON_COUNT)]
+    columns = damaged(whole, 1)
+    columns[ACCELERATION] = columns[ACCELERATION] + 0.2
+    answer = after(columns).answer()
+    assert all(seconds > 0 for seconds in answer["rejected"]), dict(zip(_core.REASONS, answer["rejected"], strict=True))
+
+
+def test_a_bank_limit_that_is_never_met_names_the_bank() -> None:
+    """The Genesis drives' case: an accelerometer 0.6 m/s^2 off shuts the gate for good."""
+    answer = after(straight(**{ACCELERATION: -0.6})).answer()
+    assert answer["used"] == 0.0
+    assert status(answer["offset"]) == "unobservable"
+    assert answer["bank_mean"] == pytest.approx(-0.6)
+    assert answer["bank_time"] == pytest.approx(answer["rejected"][7], abs=1.2)
+
+
+def test_the_standing_at_the_end_counts_like_the_standing_before() -> None:
+    """5.3.1: a gyro bias that standstill showed belongs in the interval, whenever it showed."""
+    stand = straight(3.0, **{SPEED: 0.0, YAW_RATE: 0.004})
+    go = straight(**{YAW_RATE: 0.004, ACCELERATION: 0.08})
+
+    def joined(first: dict[str, Array], second: dict[str, Array]) -> dict[str, Array]:
+        both = {name: np.concatenate([first[name], second[name]]) for name in first}
+        return both | {"time_s": np.arange(len(both["time_s"])) / RATE_HZ}
+
+    before, after_it = after(joined(stand, go)).answer(), after(joined(go, stand)).answer()
+    assert before["yaw_rate_bias"] == after_it["yaw_rate_bias"]
+    widths = [answer["offset"]["standard_deviation"] for answer in (before, after_it)]
+    assert widths[0] == pytest.approx(before["offset_per_yaw_rate_bias"] * 0.004, rel=0.05)
+    assert widths[1] == pytest.approx(widths[0], rel=0.02)
+
+
+def cornering(seed: int, straight_a_y: float, bend_a_y: tuple[float, float], noise: float = 0.02) -> dict[str, Array]:
+    """40 s straight with a constant lateral acceleration, then a minute of left-hand bends; K_us 0.007, offset 0.035."""
+    rng = np.random.default_rng(seed)
+    count = 10_000
+    t = np.arange(count) / RATE_HZ
+    a_y = np.where(t < 40.0, straight_a_y, np.interp(t, np.arange(0, 101, 5), rng.uniform(*bend_a_y, 21)))
+    v = 20.0
+    r = a_y / v
+    angle = 0.035 + RATIO * (WHEELBASE * r / v + 0.007 * a_y)
+    wobble = np.interp(t, np.arange(0, 102), noise * rng.standard_normal(102))
+    return {"time_s": t, ANGLE: angle + wobble, YAW_RATE: r, SPEED: np.full(count, v), ACCELERATION: a_y}
+
+
+def test_bends_like_the_straights_leave_the_understeer_gradient_unobservable() -> None:
+    """Always the same pull to one side: K_us and offset do not part, and zero is not an answer."""
+    answer = after(cornering(0, 0.35, (0.36, 0.42), noise=0.002)).answer()
+    assert answer["understeer_gradient"]["evidence"] > 10.0
+    assert status(answer["understeer_gradient"]) == "unobservable"
+    assert abs(answer["offset"]["value"] - 0.035) < 1.96 * answer["offset"]["standard_deviation"]
+
+
+@pytest.mark.parametrize("straight_a_y", [0.05, 0.4])
+def test_the_intervals_hold_the_truth_as_often_as_they_say(straight_a_y: float) -> None:
+    """Where straights resemble bends, offset and K_us share their errors, and both intervals must say so."""
+    held = {"offset": 0, "understeer_gradient": 0}
+    drives = 60
+    for seed in range(drives):
+        answer = after(cornering(seed, straight_a_y, (0.45, 1.2)), yaw_rate_bias_sd_rad_s=0.0).answer()
+        for name, truth in (("offset", 0.035), ("understeer_gradient", 0.007)):
+            held[name] += abs(answer[name]["value"] - truth) < 1.96 * answer[name]["standard_deviation"]
+    assert min(held.values()) >= 0.85 * drives, held
+
+
+DOUBLES = st.one_of(
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.binary(min_size=8, max_size=8).map(lambda raw: struct.unpack("d", raw)[0]),
+    st.sampled_from([0.0, -0.0, 5e-324, 1e308, -1e308, 149.9, 99.99, 9.99, -9.99, 20.0, 0.05, 1e-310]),
+)
+TICKS = st.lists(st.tuples(DOUBLES, DOUBLES, DOUBLES, DOUBLES), max_size=60)
+
+
+@settings(max_examples=200)
+@given(ticks=TICKS, repeats=st.integers(1, 40), accelerometer=st.integers(0, 1), rate_hz=st.sampled_from([20.0, 200.0]))
+def test_no_input_makes_a_number_that_is_none(
+    ticks: list[tuple[float, float, float, float]], repeats: int, accelerometer: int, rate_hz: float
+) -> None:
+    core = core_of(
+        rate_hz, use_accelerometer=accelerometer, clean_time_s=0.1, batch_s=0.1, curvature_max_1_m=0.1, bank_max_m_s2=10.0,
+        longitudinal_acceleration_max_m_s2=10.0, offset_evidence_min_s=0.0, understeer_evidence_min_s=0.0,
+        speed_slope_window_s=0.2, speed_min_m_s=1.0, standstill_settling_s=0.0, standstill_time_min_s=0.1,
+    )  # fmt: skip
+    rows = np.repeat(np.array(ticks, float).reshape(-1, 4), repeats, axis=0)
+    columns = {"time_s": np.arange(len(rows)) / rate_hz} | dict(
+        zip((ANGLE, YAW_RATE, SPEED, ACCELERATION), rows.T, strict=True)
+    )
+    outputs = np.zeros(len(rows), _core.OUTPUT_DTYPE)
+    core.run(columns, outputs)
+    answer = core.answer()
+    assert all(map(math.isfinite, numbers(answer)))
+    for name in ("offset", "offset_sd", "understeer_gradient", "vehicle_speed"):
+        assert np.isfinite(outputs[name]).all()
+    assert answer["used"] + answer["unused"] == pytest.approx(answer["duration"])
+
+
+@settings(max_examples=200)
+@given(times=st.lists(DOUBLES, max_size=100))
+def test_no_time_makes_a_number_that_is_none(times: list[float]) -> None:
+    columns = straight(len(times) / RATE_HZ) | {"time_s": np.array(times, float)}
+    answer = after(sliced(columns, slice(0, len(times)))).answer()
+    assert all(map(math.isfinite, numbers(answer)))
+    assert answer["duration"] + answer["rejected"][1] == pytest.approx(len(times) / RATE_HZ)
+
+
+def test_the_enums_have_names_for_all_and_nothing_more() -> None:
+    assert _core.STATUSES == ("unobservable", "converging", "valid", "invalid")
+    assert len(_core.REASONS) == lib.OC_REASON_COUNT
+    assert not lib.oc_reason_name(3)

@@ -43,10 +43,11 @@ cppcheck:
 	@$(call need,command -v cppcheck >/dev/null,cppcheck)
 	cppcheck -q --std=c99 --enable=warning,style,performance,portability --error-exitcode=1 $(INCLUDES) $(C_FILES)
 
-# A second copy of the package, compiled with the sanitizers, comes first on the path.
+# A second copy of the package, compiled with the sanitizers, comes first on the path. -fno-wrapv: Python's own
+# -fwrapv would hide overflows.
 sanitize: .venv/ready ## the tests with address and undefined-behaviour sanitizers in the C code
 	rm -rf build/sanitize
-	CFLAGS="-g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer" \
+	CFLAGS="-g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-wrapv" \
 	  $(BIN)/python setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
 	LD_PRELOAD="$$($(CC) -print-file-name=libasan.so) $$($(CC) -print-file-name=libstdc++.so.6)" \
 	  ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitize/lib \

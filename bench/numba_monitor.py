@@ -95,9 +95,9 @@ def learn(c, offset, batches, bends, bend_batches, still_weight, still_mean, sti
     """(offset, its standard deviation, K_us/g, trusted) from the evidence; `statuses` is [offset, understeer]."""
     K, K_variance, K_status = 0.0, c.understeer_sd_rad_m_s2 * c.understeer_sd_rad_m_s2, UNOBSERVABLE
     n, x, xx, xy = bends
-    if n * c.tick_s >= c.understeer_evidence_min_s and bend_batches[0] > 1.0:
-        share = 1.0 - offset[2] * x / xx
-        K = (xy - offset[1] * x) / xx / share if share > 0.25 else 0.0
+    share = 1.0 - offset[2] * x / xx if xx > 0.0 else 0.0
+    if n * c.tick_s >= c.understeer_evidence_min_s and bend_batches[0] > 1.0 and share > 0.25:
+        K = (xy - offset[1] * x) / xx / share
         o = offset[1] - K * offset[2]
         b, xy_xy, x_x, xx_xx, xy_x, xy_xx, x_xx = bend_batches
         squares = xy_xy + o * o * x_x + K * K * xx_xx - 2.0 * o * xy_x - 2.0 * K * xy_xx + 2.0 * o * K * x_xx

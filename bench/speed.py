@@ -1,6 +1,6 @@
 """How fast and how small, side by side in one run: the core against scipy and numba, whole logs against python-can.
 
-    python bench/speed.py [--ticks N] [--frames N] [--rounds N] [--json]
+    python bench/speed.py [--ticks N] [--frames N] [--rounds N] [--json | --readme]
 
 Contenders take turns and the best of their rounds counts, so that a busy machine slows all of them alike. Ticks are
 timed by the processor time of this one thread, logs by the clock on the wall. A rival that gives another answer than
@@ -29,6 +29,7 @@ from oncenter._core import COLUMNS, OUTPUT_DTYPE, Core
 
 HERE = Path(__file__).parent
 OFFSET_AGREES_DEG = 1e-9
+README_MARK = "<!-- below: written by speed.py --readme -->\n"
 LOG_OFFSETS_AGREE_DEG = 0.01  # the rival interpolates the speed in its own way
 CORE_MIN_MTICKS_S, CORE_MIN_OF_NUMBA, CANDUMP_MAX_OF_RIVAL = 20.0, 0.7, 0.1  # what is asked of us
 
@@ -241,8 +242,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--ticks", type=int, default=2_000_000, help="rows of the drive, at least 20000")
     parser.add_argument("--frames", type=int, default=1_000_000, help="frames in each log, at least 100000")
-    parser.add_argument("--rounds", type=int, default=5, help="of the ticks; logs have two")
-    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--rounds", type=int, default=10, help="of the ticks; logs have two")
+    shape = parser.add_mutually_exclusive_group()
+    shape.add_argument("--json", action="store_true", help="print an object instead of tables")
+    shape.add_argument("--readme", action="store_true", help="write the tables into README.md as well")
     given = parser.parse_args()
     ticks = ticks_table(max(given.ticks, 20_000), given.rounds)
     logs = logs_table(max(given.frames, 100_000), min(given.rounds, 2))
@@ -256,6 +259,10 @@ def main() -> None:
         "requirements": requirements(ticks, logs),
     }
     print(json.dumps(result, indent=2) if given.json else markdown(result))
+    if given.readme:
+        readme = HERE / "README.md"
+        kept = readme.read_text(encoding="utf-8").split(README_MARK)[0]
+        readme.write_text(f"{kept}{README_MARK}\n{markdown(result)}\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -130,7 +130,7 @@ def motion_of(
         parts["v"].append(v)
         parts["a"].append(filtered(rows["acceleration"][piece], b, a))
         parts["dv"].append(slope(v, every, rate_hz))
-        parts["settling"].append(np.arange(stop - start) < 10 * every + int(delay))
+        parts["settling"].append((np.arange(stop - start) < 10 * every + int(delay)).astype(float))
     angle, r, v, a_y, dv, settling = (np.concatenate([np.empty(0), *parts[name]]) for name in parts)
     v_safe = np.maximum(v, 1.0)
     accelerometer = bool(params["use_accelerometer"])
@@ -255,9 +255,9 @@ def verdict(
 
     K, K_variance, K_status = 0.0, params["understeer_sd_rad_m_s2"] ** 2, "unobservable"
     bend_time = len(bends["x"]) * ticks_per_block * (1.0 / rate_hz)
-    if bend_time >= params["understeer_evidence_min_s"] and bend_batches > 1:
-        if x * Sx <= 0.75 * Sxx:
-            K = (Sxy - y * Sx) / (Sxx - x * Sx)
+    parted = x * Sx < 0.75 * Sxx  # else straights and bends have so much the same mix that the two trade places
+    if bend_time >= params["understeer_evidence_min_s"] and bend_batches > 1 and parted:
+        K = (Sxy - y * Sx) / (Sxx - x * Sx)
         e = by_batch(bends["xy"] - (y - K * x) * bends["x"] - K * bends["xx"]).sum(axis=1)
         n = len(e)
         K_variance = float(np.sum(e**2)) * n / (n - 1) * few_batches(n) ** 2 / Sxx**2 + (Sx / Sxx) ** 2 * scatter(K)

@@ -1,5 +1,6 @@
 """Figure 15 whole, through the public door: symmetries, chunks, silence, damage and what may never come out."""
 
+import itertools
 import math
 import struct
 from collections.abc import Iterator, Mapping
@@ -10,10 +11,10 @@ import numpy.typing as npt
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oncenter._native import lib
 from random_drives import RATIO, WHEELBASE, Array, damaged, drive
 
 from oncenter import _core
-from oncenter._native import lib
 
 RATE_HZ = 100.0
 ANGLE, YAW_RATE, SPEED, ACCELERATION = (name for name in _core.COLUMNS if name != "time_s")
@@ -38,7 +39,7 @@ def numbers(answer: dict[str, Any]) -> Iterator[float]:
 
 
 def status(estimate: dict[str, Any]) -> str:
-    return _core.STATUSES[estimate["status"]]
+    return str(_core.STATUSES[estimate["status"]])
 
 
 def sliced(columns: Mapping[str, Array], rows: slice) -> dict[str, Array]:
@@ -86,7 +87,8 @@ def test_a_gyro_bias_moves_the_offset_by_the_mean_of_iL_over_v() -> None:
     b = 2e-4
     params = {"understeer_evidence_min_s": 1e5}
     columns = straight(**{ACCELERATION: 0.02}) | {SPEED: np.linspace(15.0, 25.0, 6000)}
-    there, back = after(columns, **params).answer(), after(columns | {YAW_RATE: columns[YAW_RATE] + b}, **params).answer()
+    there = after(columns, **params).answer()
+    back = after(columns | {YAW_RATE: columns[YAW_RATE] + b}, **params).answer()
     assert there["used"] == back["used"] > 50
     per_bias = there["offset_per_yaw_rate_bias"]
     assert per_bias == pytest.approx(RATIO * WHEELBASE / 20.0, rel=0.05)
@@ -115,7 +117,7 @@ def test_a_run_is_its_chunks_is_its_steps(seed: int) -> None:
     outputs = np.zeros(count, _core.OUTPUT_DTYPE)
     whole.run(columns, outputs)
     cuts = [0, *sorted(np.random.default_rng(seed).integers(0, count, 20).tolist()), count]
-    for start, stop in zip(cuts, cuts[1:], strict=False):
+    for start, stop in itertools.pairwise(cuts):
         chunks.run(sliced(columns, slice(start, stop)))
     singly = stepped(steps, columns)
     assert whole.state_bytes() == chunks.state_bytes() == steps.state_bytes()
@@ -194,8 +196,9 @@ def test_a_hole_starts_the_filters_anew_and_drops_what_was_pending() -> None:
     assert (outputs["reasons"][1501 : 1500 + settling] == lib.OC_REASON_SETTLING).all()
     assert (outputs["reasons"][1500 + settling :] == 0).all()
     answer = core.answer()
-    assert answer["rejected"][8] == pytest.approx(4.0)  # t1 before the hole and t1 at the end
-    assert answer["used"] == pytest.approx(29.8 - 4.0 - 2 * settling / RATE_HZ)
+    used = sum((run - settling) // 10 - 20 for run in (1500, 1480)) / 10  # s: whole blocks less t1, each
+    assert answer["used"] == pytest.approx(used)
+    assert answer["rejected"][8] == pytest.approx(29.8 - 2 * settling / RATE_HZ - used)
 
 
 def test_a_short_hole_is_no_gap() -> None:
@@ -301,10 +304,10 @@ def test_each_reason_is_given_where_it_holds(reason: str, constant: dict[str, fl
 
 
 def test_braking_is_a_reason_to_wait() -> None:
-    columns = straight(10.0) | {SPEED: 25.0 - 0.31 * np.arange(1000) / RATE_HZ}
-    assert (reasons_of(columns)[300:] == lib.OC_REASON_LONGITUDINAL_ACCELERATION).all()
-    columns = straight(10.0) | {SPEED: 25.0 - 0.29 * np.arange(1000) / RATE_HZ}
-    assert not reasons_of(columns)[300:].any()
+    columns = straight(10.0)
+    for braking, reason in ((0.31, lib.OC_REASON_LONGITUDINAL_ACCELERATION), (0.29, 0)):
+        columns[SPEED] = 25.0 - braking * columns["time_s"]
+        assert (reasons_of(columns)[300:] == reason).all()
 
 
 def test_every_reason_has_a_name_and_is_reached(whole: dict[str, Array]) -> None:
@@ -327,7 +330,7 @@ def test_a_bank_limit_that_is_never_met_names_the_bank() -> None:
 def test_the_standing_at_the_end_counts_like_the_standing_before() -> None:
     """5.3.1: a gyro bias that standstill showed belongs in the interval, whenever it showed."""
     stand = straight(3.0, **{SPEED: 0.0, YAW_RATE: 0.004})
-    go = straight(**{YAW_RATE: 0.004, ACCELERATION: 0.08})
+    go = straight(**{YAW_RATE: 0.004})
 
     def joined(first: dict[str, Array], second: dict[str, Array]) -> dict[str, Array]:
         both = {name: np.concatenate([first[name], second[name]]) for name in first}
@@ -341,7 +344,7 @@ def test_the_standing_at_the_end_counts_like_the_standing_before() -> None:
 
 
 def cornering(seed: int, straight_a_y: float, bend_a_y: tuple[float, float], noise: float = 0.02) -> dict[str, Array]:
-    """40 s straight with a constant lateral acceleration, then a minute of left-hand bends; K_us 0.007, offset 0.035."""
+    """40 s straight at a constant lateral acceleration, a minute of left-hand bends; K_us 0.007, offset 0.035."""
     rng = np.random.default_rng(seed)
     count = 10_000
     t = np.arange(count) / RATE_HZ
@@ -367,7 +370,7 @@ def test_the_intervals_hold_the_truth_as_often_as_they_say(straight_a_y: float) 
     held = {"offset": 0, "understeer_gradient": 0}
     drives = 60
     for seed in range(drives):
-        answer = after(cornering(seed, straight_a_y, (0.45, 1.2)), yaw_rate_bias_sd_rad_s=0.0).answer()
+        answer = after(cornering(seed, straight_a_y, (0.45, 0.9)), yaw_rate_bias_sd_rad_s=0.0).answer()
         for name, truth in (("offset", 0.035), ("understeer_gradient", 0.007)):
             held[name] += abs(answer[name]["value"] - truth) < 1.96 * answer[name]["standard_deviation"]
     assert min(held.values()) >= 0.85 * drives, held
@@ -387,9 +390,9 @@ def test_no_input_makes_a_number_that_is_none(
     ticks: list[tuple[float, float, float, float]], repeats: int, accelerometer: int, rate_hz: float
 ) -> None:
     core = core_of(
-        rate_hz, use_accelerometer=accelerometer, clean_time_s=0.1, batch_s=0.1, curvature_max_1_m=0.1, bank_max_m_s2=10.0,
-        longitudinal_acceleration_max_m_s2=10.0, offset_evidence_min_s=0.0, understeer_evidence_min_s=0.0,
-        speed_slope_window_s=0.2, speed_min_m_s=1.0, standstill_settling_s=0.0, standstill_time_min_s=0.1,
+        rate_hz, use_accelerometer=accelerometer, clean_time_s=0.1, batch_s=0.1, speed_slope_window_s=0.2,
+        speed_min_m_s=1.0, curvature_max_1_m=0.1, bank_max_m_s2=10.0, longitudinal_acceleration_max_m_s2=10.0,
+        offset_evidence_min_s=0.0, understeer_evidence_min_s=0.0, standstill_settling_s=0.0, standstill_time_min_s=0.1,
     )  # fmt: skip
     rows = np.repeat(np.array(ticks, float).reshape(-1, 4), repeats, axis=0)
     columns = {"time_s": np.arange(len(rows)) / rate_hz} | dict(

@@ -5,9 +5,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from test_core_mean import moments_of, random_rows
-
 from oncenter._native import ffi, lib
+from test_core_mean import moments_of, random_rows
 
 KNOWING_NOTHING = 10.0  # rad^2
 

@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from scipy import signal
-
 from oncenter._native import ffi, lib
+from scipy import signal
 
 Array = npt.NDArray[np.float64]
 RATES = (20.0, 50.0, 100.0, 128.7, 200.0)
@@ -88,8 +87,9 @@ def test_a_turning_wheel_is_seen_one_delay_ago_to_the_fraction_of_a_tick(rate_hz
 @pytest.mark.parametrize("window_s", [0.2, 1.0, 4.3])
 def test_the_slope_of_a_steady_braking_is_exact(rate_hz: float, window_s: float) -> None:
     count = int(rate_hz * (window_s + 4))
-    speed = 25.0 - 0.8 * np.arange(count) / rate_hz
-    last = list(filtered(design_of(rate_hz, window_s=window_s), *[np.zeros(count)] * 2, speed, np.zeros(count)))[-1][0]
+    speed: Array = 25.0 - 0.8 * np.arange(count, dtype=np.float64) / rate_hz
+    zero = np.zeros(count)
+    last = list(filtered(design_of(rate_hz, window_s=window_s), zero, zero, speed, zero))[-1][0]
     assert last.longitudinal_acceleration == pytest.approx(-0.8, abs=1e-6)  # what the filter has not yet forgotten
 
 

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from oncenter._native import lib
 
 CORE = Path(__file__).parents[1] / "core"
 
 
 def units_in_the_last_place(ours: float, theirs: float) -> float:
-    return abs(ours - theirs) / np.spacing(abs(theirs))
+    return abs(ours - theirs) / float(np.spacing(abs(theirs)))
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from test_core_mean import moments_of
-
 from oncenter._native import ffi, lib
+from test_core_mean import moments_of
 
 K, OFFSET = 0.0069, 0.0356  # rad/(m/s^2), rad: Fig. 14's truck and the thesis's offset
 
@@ -58,19 +57,19 @@ def test_offset_and_gradient_solve_both_equations_at_once(straight_x: float) -> 
     assert lib.oc_understeer_value(understeer, offset) == pytest.approx(found, rel=1e-10)
 
 
-def test_bends_that_are_like_the_straights_tell_no_gradient() -> None:
-    rows = bends(4, lean=0.0)
-    y, x, _ = rows.T
-    same = float(np.sum(x * x) / np.sum(x))
-    assert lib.oc_understeer_with_offset(gathered(rows), float(np.mean(y)), 0.76 * same) == 0.0
-    assert lib.oc_understeer_with_offset(gathered(rows), float(np.mean(y)), 0.74 * same) != 0.0
+def test_bends_that_are_like_the_straights_part_nothing() -> None:
+    understeer = gathered(bends(4, lean=0.0))
+    same = float(np.sum(bends(4, lean=0.0)[:, 1] ** 2) / np.sum(bends(4, lean=0.0)[:, 1]))
+    assert not lib.oc_understeer_parts_offset(understeer, 0.76 * same)
+    assert lib.oc_understeer_parts_offset(understeer, 0.74 * same)
+    assert lib.oc_understeer_parts_offset(understeer, -5.0 * same)
 
 
 def test_nothing_gathered_is_no_gradient() -> None:
     nothing = ffi.new("oc_understeer *")
     assert lib.oc_understeer_value(nothing, 0.1) == 0.0
     assert lib.oc_understeer_per_offset(nothing) == 0.0
-    assert lib.oc_understeer_with_offset(nothing, 0.1, 1.0) == 0.0
+    assert not lib.oc_understeer_parts_offset(nothing, 1.0)
     assert lib.oc_understeer_variance(nothing, 0.1, 0.0) >= 1.0
     one_batch = gathered(bends(0, count=200)[:100])
     assert lib.oc_understeer_variance(one_batch, 0.1, 0.0) >= 1.0

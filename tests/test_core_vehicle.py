@@ -3,9 +3,9 @@
 import math
 
 import pytest
+from oncenter._native import ffi, lib
 
 from oncenter import _core
-from oncenter._native import ffi, lib
 
 TRUCK = ffi.new("oc_vehicle *", {"wheelbase": 3.9, "steering_ratio": 19.3})
 

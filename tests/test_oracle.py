@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import oracle
 import pytest
+from oncenter._native import lib
 from random_drives import RATIO, WHEELBASE, Array, Truth, damaged, drive
 
 from oncenter import _core
-from oncenter._native import lib
 
 RATES = (20.0, 50.0, 100.0, 128.7, 200.0)
 NANODEGREE = np.radians(1e-9)
@@ -129,7 +129,7 @@ def test_the_recursive_mean_is_the_least_squares_offset_is_the_cores() -> None:
 
 
 def test_the_printed_understeer_equation_is_near_the_slope_where_no_road_banks() -> None:
-    """(38) literally, the mean of ratios, against the slope; on a banked road it is not, which is why it is not used."""
+    """(38) literally, the mean of ratios, against the slope; on a banked road it is far off, so it is not used."""
     flat, banked = (motions(3, 100.0, replace(Truth(), crown=crown)) for crown in (0.0, 0.15))
 
     def literal(drive: oracle.Answer) -> float:
@@ -140,3 +140,20 @@ def test_the_printed_understeer_equation_is_near_the_slope_where_no_road_banks()
     assert flat.understeer == pytest.approx(Truth().understeer, rel=0.05)
     assert banked.understeer == pytest.approx(Truth().understeer, rel=0.05)
     assert abs(literal(banked) - Truth().understeer) > 2 * abs(banked.understeer - Truth().understeer)
+
+
+def test_play_moves_the_offset_by_its_mean_place_and_no_further_than_its_half() -> None:
+    """(49)-(51): the mean of B[k] over the ticks used, seen by nobody; on one flank for ever it is half the play."""
+    columns = drive(0, 100.0)
+    half = np.radians(7.5)
+    without = both(columns, 100.0, understeer_evidence_min_s=1e5)[0]
+    flank = np.where(np.sin(2 * np.pi * columns["time_s"] / 17.0) > -0.6, half, -half)  # mostly the left one
+    for place in (flank, np.full_like(flank, half), np.full_like(flank, -half)):
+        played = columns | {"steering_wheel_angle_rad": columns["steering_wheel_angle_rad"] + place}
+        expected, answer, outputs = both(played, 100.0, understeer_evidence_min_s=1e5)
+        agree(expected, answer, outputs)
+        delay = oracle.mean_group_delay(3.0, 2.0, 100.0) * 100.0
+        error = np.mean(oracle.delayed(place, delay)[expected.straight])
+        assert answer["offset"]["value"] - without.offset == pytest.approx(error, abs=1e-12)
+        assert abs(error) <= half + 1e-12
+        assert abs(error) > half / 3

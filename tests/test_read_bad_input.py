@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import gzip
-import os
 import subprocess
 import sys
 import tempfile
@@ -21,7 +19,7 @@ from hypothesis import strategies as st
 from real_data import real_drive
 
 from oncenter.errors import OncenterError
-from oncenter.read import SUFFIXES, read
+from oncenter.read import SUFFIXES, read, require
 from oncenter.signals import Signals
 
 CSV = "time_s,steering_wheel_angle_deg,yaw_rate_deg_s,vehicle_speed_km_h\n" + "".join(
@@ -57,15 +55,21 @@ def test_noise_under_any_name_is_refused(tmp_path: Path, suffix: str) -> None:
     assert f"drive{suffix}" in str(error)
 
 
-def test_a_path_that_is_not_there_a_directory_and_one_without_rights(tmp_path: Path) -> None:
+def test_a_path_that_is_not_there_and_one_that_is_a_directory(tmp_path: Path) -> None:
     assert "No such file" in str(refusal(tmp_path / "drive.log"))
     (tmp_path / "folder.log").mkdir()
     assert "is a directory" in str(refusal(tmp_path / "folder.log"))
-    (tmp_path / "mine.log").write_text(candump(drive()))
-    (tmp_path / "mine.log").chmod(0)
-    if os.access(tmp_path / "mine.log", os.R_OK):  # root may read everything
-        pytest.skip("this user may read any file")
-    assert "ermission" in str(refusal(tmp_path / "mine.log"))
+
+
+def test_a_file_that_may_not_be_read_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "mine.log"
+    path.write_text(candump(drive()))
+
+    def forbidden(*_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied", str(path))  # root, who often runs tests, may read any file
+
+    monkeypatch.setattr(Path, "open", forbidden)
+    assert str(refusal(path)) == f"cannot read {path}: Permission denied"
 
 
 def test_an_unknown_suffix_lists_the_known_ones(tmp_path: Path) -> None:
@@ -108,6 +112,24 @@ def test_a_log_of_a_real_truck_is_read_as_far_as_its_logger_got(tmp_path: Path) 
     assert refusal_of(tmp_path, "cut.mf4", content[:30_000]).code == "unreadable_log"
 
 
+def test_a_measurement_file_whose_data_come_last_is_refused_when_they_are_cut(tmp_path: Path) -> None:
+    from asammdf import MDF, Signal
+
+    time = np.arange(2000) / 100
+    with MDF() as mdf:
+        mdf.append([Signal(np.sin(time), time, name="steering_wheel_angle", unit="rad")])
+        mdf.save(tmp_path / "whole.mf4")
+    content = (tmp_path / "whole.mf4").read_bytes()
+    data, group = content.find(b"##DT"), content.find(b"##DG")
+    length = int.from_bytes(content[data + 8 : data + 16], "little")
+    end = len(content) + -len(content) % 8
+    moved = bytearray(content.ljust(end, b"\0") + content[data : data + length])
+    moved[group + 40 : group + 48] = end.to_bytes(8, "little")  # the data group's link to its data
+    (tmp_path / "moved.mf4").write_bytes(moved)
+    assert read(tmp_path / "moved.mf4").table.height == 2000
+    assert refusal_of(tmp_path, "cut.mf4", bytes(moved[: end + length // 2])).code == "unreadable_log"
+
+
 def test_nothing_but_our_one_line_is_said_about_a_damaged_measurement_file(tmp_path: Path) -> None:
     (tmp_path / "cut.mf4").write_bytes(b"MDF     4.10    " + b"\1" * 500)
     code = (
@@ -135,6 +157,12 @@ def test_a_column_without_a_unit_is_refused_with_the_names_that_would_do(tmp_pat
     assert error.code == "unit_missing"
     assert error.needs == ("yaw_rate_rad_s", "yaw_rate_deg_s")
     assert "yaw_rate_rad_s or yaw_rate_deg_s" in str(error)
+
+
+def test_a_column_with_an_unknown_unit_is_told_when_the_signal_is_missed(tmp_path: Path) -> None:
+    (tmp_path / "drive.csv").write_text(CSV.replace("yaw_rate_deg_s", "yaw_rate_dps"))
+    with pytest.raises(OncenterError, match="column yaw_rate_dps has no known unit, yaw_rate_rad_s or yaw_rate_deg_s"):
+        require(read(tmp_path / "drive.csv"), ["yaw_rate"])
 
 
 def test_text_where_a_number_belongs_is_named_by_column_and_row(tmp_path: Path) -> None:
@@ -200,13 +228,16 @@ def survives(suffix: str, content: bytes) -> Signals | None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"drive{suffix}"
         path.write_bytes(content)
-        with contextlib.suppress(OncenterError):
+        try:
             signals = read(path)
-            assert signals.table.height >= 2
-            assert 20.0 <= signals.rate_hz <= 200.0
-            assert signals.table.null_count().sum_horizontal()[0] == 0
-            return signals
-    return None
+        except OncenterError as error:
+            assert "\n" not in str(error)
+            assert error.exit_code == 1
+            return None
+    assert signals.table.height >= 2
+    assert 20.0 <= signals.rate_hz <= 200.0
+    assert signals.table.null_count().sum_horizontal()[0] == 0
+    return signals
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -235,6 +266,7 @@ CELL = st.one_of(
     separator=st.sampled_from([",", ";", "\t"]),
 )
 @example(["time_s", "yaw_rate_rad_s"], [["0", "1"], ["1e300", "2"]], ",")
+@example(["time_s", "yaw_rate_rad_s"], [["0", "1"], ["1e-310", "2"]], ",")
 @example(["time_s", "yaw_rate_rad_s"], [["-1e308", "1"], ["1e308", "2"], ["1.1e308", "2"]], ",")
 def test_random_tables_give_a_refusal_or_a_table(header: list[str], rows: list[list[str]], separator: str) -> None:
     survives(".csv", "\n".join(separator.join(row) for row in [header, *rows]).encode())

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import gzip
 import math
+import re
 import subprocess
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
 
 import can
@@ -92,6 +94,12 @@ def test_both_ways_of_candump_say_the_same(tmp_path: Path) -> None:
     assert_is_the_drive(read(log))
     assert read(console).table.equals(read(log).table)
 
+    dated = tmp_path / "c.log"
+    dated.write_text(
+        re.sub(r"\((17\S+?)\)", lambda m: f"({datetime.fromtimestamp(float(m[1]), UTC):%F %T.%f})", console.read_text())
+    )
+    assert_is_the_drive(read(dated))
+
 
 def test_candump_of_any_bus_name_line_end_and_direction_reads_the_same(tmp_path: Path) -> None:
     log, other = tmp_path / "a.log", tmp_path / "b.log"
@@ -103,6 +111,7 @@ def test_candump_of_any_bus_name_line_end_and_direction_reads_the_same(tmp_path:
 def test_remote_error_and_fd_frames_are_passed_over(tmp_path: Path) -> None:
     log = tmp_path / "a.log"
     others = "(1700000000.000100) can0 123#R\n(1700000000.000200) can0 20000004#0000000000000000\n"
+    others += "(1700000000.000250) can0 38F0093E#2E8820857D577D7D\n"
     others += "(1700000000.000300) can0 18F0093E##1697D7F637D577F7D00112233\n\n"
     log.write_text(others + candump(drive()))
     signals = read(log)
@@ -192,6 +201,13 @@ def test_a_signals_table_names_columns_units_and_signs(tmp_path: Path, unit: str
     assert table["yaw_rate_rad_s"][0] == pytest.approx(-1.5 * DEGREE)
     assert math.isnan(table["yaw_rate_rad_s"][5])
     assert table.null_count().sum_horizontal()[0] == 0
+
+
+def test_names_of_another_log_do_no_harm_to_one_that_speaks_our_names(tmp_path: Path) -> None:
+    table_of_the_drive().write_parquet(tmp_path / "drive.parquet")
+    names = {"time": SignalName("ms", "ms"), "yaw_rate": SignalName("gyro", "deg/s", -1)}
+    signals = read(tmp_path / "drive.parquet", names=names)
+    assert signals.table.select(table_of_the_drive().columns).equals(table_of_the_drive())
 
 
 def test_light_formats_load_no_heavy_library(tmp_path: Path) -> None:

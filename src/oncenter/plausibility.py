@@ -105,7 +105,7 @@ class _Drive:
 
     @cached_property
     def unlike(self) -> bool:
-        """Whether sign or scale is wrong already: then lag and ratio are not worth judging."""
+        """Whether sign or scale is wrong: then what rests on r/v and r*v being right is not judged."""
         return isinstance(_sign(self), Finding) or isinstance(_scale(self), Finding)
 
     @cached_property
@@ -116,18 +116,15 @@ class _Drive:
         since_moving = np.arange(len(slow)) - np.maximum.accumulate(np.where(slow, -1, np.arange(len(slow))))
         return np.asarray(slow & (since_moving > settling))
 
-    def _means(self, name: str) -> Column:
-        ticks, k = self.ticks(name), self.ticks_per_step
-        whole = len(ticks) // k * k
-        return np.asarray(ticks[:whole].reshape(-1, k).mean(axis=1))
-
     def wheel_pair(self) -> tuple[str, str]:
         """Left and right of one axle, so that a bend does not change their mean; the axle without drive first."""
         front, rear = ((f"wheel_speed_{axle}_left", f"wheel_speed_{axle}_right") for axle in ("front", "rear"))
         return front if self.has(*front) else rear
 
-
-# ---- what is there
+    def _means(self, name: str) -> Column:
+        ticks, k = self.ticks(name), self.ticks_per_step
+        whole = len(ticks) // k * k
+        return np.asarray(ticks[:whole].reshape(-1, k).mean(axis=1))
 
 
 def _missing(drive: _Drive) -> list[Verdict]:
@@ -210,9 +207,6 @@ def resolution(values: Column) -> float | None:
     return float(np.quantile(np.diff(recurring), 0.1)) if len(recurring) >= 5 else None
 
 
-# ---- sign
-
-
 def _sign(drive: _Drive) -> Verdict:
     """The witnesses of a turn vote; the minority is reversed."""
     against = {
@@ -251,8 +245,6 @@ def _correlation(x: Column, y: Column) -> float:
     spread = float(np.std(x) * np.std(y))
     return float(np.mean((x - x.mean()) * (y - y.mean()))) / spread if spread > 0 else 0.0
 
-
-# ---- scale
 
 # Where a right scale puts each relation. Understeer turns more angle than i*L*r/v at speed: up to four times.
 _ANGLE_PER_IL = (0.5, 4.0)
@@ -367,6 +359,8 @@ def _wheels(drive: _Drive) -> Verdict:
     if abs(ratio - 1) <= _WHEELS_OFF or isinstance(_scale(drive), Finding):
         return None
     faster = 100 * (ratio - 1)
+    if faster > 1000:
+        return Finding("wheel_speed", "error", "the wheels turn while the vehicle speed reads next to nothing")
     text = f"the wheels turn {faster:+.0f} % against the vehicle speed: tyre size, or the speed's calibration"
     return Finding("wheel_speed", "warning", text, faster, "%")
 
@@ -379,8 +373,6 @@ def _wheel_speed_ratio(drive: _Drive) -> float | None:
     return float(np.median(drive.wheel_speed[both]) / max(float(np.median(drive.speed[both])), 1e-3))
 
 
-# ---- lag
-
 _LAG_SEARCHED_S = 2.0
 _LAG_CORRELATION = 0.8
 _ANGLE_TO_YAW_S = (-0.05, 0.5)  # tyres, chassis and play make it late; a loaded truck at speed takes some 0.3 s
@@ -389,71 +381,83 @@ _YAW_TO_ACCELERATION_S = (-0.2, 0.2)  # the sensor's place along the vehicle and
 
 def _angle_lag(drive: _Drive) -> Verdict:
     subject = "lag of the yaw rate behind the angle"
-    lag_s = _angle_to_yaw_s(drive)
-    if lag_s is None:
+    lags_s = _lags_s(_driven(drive, drive.angle), drive.curvature, drive.step_s)
+    if lags_s is None:
         return CannotTell(subject, _lacks(drive, NEEDED, _BENDS))
-    return _beyond(subject, lag_s, _ANGLE_TO_YAW_S, "lag_yaw_rate")
+    return _beyond(subject, lags_s, _ANGLE_TO_YAW_S, "lag_yaw_rate")
 
 
 def _acceleration_lag(drive: _Drive) -> Verdict:
     subject = "lag of the lateral acceleration behind the yaw rate"
-    driving = drive.speed > _DRIVING_M_S
-    lag_s = _lag_s(np.where(driving, drive.centripetal, np.nan), drive.lateral_acceleration, drive.step_s)
-    if lag_s is None:
+    lags_s = _lags_s(_driven(drive, drive.centripetal), drive.lateral_acceleration, drive.step_s)
+    if lags_s is None:
         return CannotTell(subject, _lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), _BENDS))
-    return _beyond(subject, lag_s, _YAW_TO_ACCELERATION_S, "lag_lateral_acceleration")
+    return _beyond(subject, lags_s, _YAW_TO_ACCELERATION_S, "lag_lateral_acceleration")
 
 
-def _beyond(subject: str, lag_s: float, limits: tuple[float, float], code: str) -> Verdict:
-    if limits[0] <= lag_s <= limits[1]:
+def _beyond(subject: str, lags_s: tuple[float, float], limits: tuple[float, float], code: str) -> Verdict:
+    """A finding when both halves of the drive lie beyond the limits on the same side."""
+    low, high = limits
+    if max(lags_s) >= low and min(lags_s) <= high:
         return None
+    lag_ms = 1e3 * sum(lags_s) / 2
     text = (
-        f"the {subject} is {1e3 * lag_s:.0f} ms, plausible is {1e3 * limits[0]:.0f} to {1e3 * limits[1]:.0f}: "
+        f"the {subject} is {lag_ms:.0f} ms, plausible is {1e3 * low:.0f} to {1e3 * high:.0f}: "
         "look at the time stamps, or at a filter in a sensor"
     )
-    return Finding(code, "warning", text, 1e3 * lag_s, "ms")
+    return Finding(code, "warning", text, lag_ms, "ms")
 
 
-def _angle_to_yaw_s(drive: _Drive) -> float | None:
-    driving = drive.speed > _DRIVING_M_S
-    return _lag_s(np.where(driving, drive.angle, np.nan), drive.curvature, drive.step_s)
+def _driven(drive: _Drive, values: Column) -> Column:
+    return np.where(drive.speed > _DRIVING_M_S, values, np.nan)
+
+
+def _lags_s(early: Column, late: Column, step_s: float) -> tuple[float, float] | None:
+    """`_lag_s` in each half of the drive; None unless both tell."""
+    middle = len(early) // 2
+    first = _lag_s(early[:middle], late[:middle], step_s)
+    second = _lag_s(early[middle:], late[middle:], step_s)
+    return None if first is None or second is None else (first, second)
 
 
 def _lag_s(early: Column, late: Column, step_s: float) -> float | None:
     """How much `late` comes after `early`: where their changes are most alike, or None when they never are."""
     x, y = _increments(early), _increments(late)
-    both = np.isfinite(x) & np.isfinite(y)
-    if both.sum() * step_s < _MIN_TIME_S:
-        return None
-    x, y = np.where(both, x, 0.0), np.where(both, y, 0.0)
-    energy = float(np.sqrt(np.sum(x * x) * np.sum(y * y)))
-    if energy == 0.0:
+    if np.isfinite(x * y).sum() * step_s < _MIN_TIME_S / 2:
         return None
     furthest = round(_LAG_SEARCHED_S / step_s)
-    products = [
-        float(np.dot(x[max(0, -k) : len(x) - max(0, k)], y[max(0, k) : len(y) + min(0, k)]))
-        for k in range(-furthest, furthest + 1)
-    ]
-    likeness: Column = np.abs(np.array(products)) / energy
-    best = int(likeness.argmax())
-    if likeness[best] < _LAG_CORRELATION or best in (0, len(likeness) - 1):
+    y = np.pad(y, furthest, constant_values=np.nan)
+    likeness = [_likeness(x, y[shift : shift + len(x)]) for shift in range(2 * furthest + 1)]
+    best = int(np.argmax(likeness))
+    if likeness[best] < _LAG_CORRELATION or best in (0, 2 * furthest):
         return None
-    before, peak, after = (float(likeness[k]) for k in (best - 1, best, best + 1))
+    before, peak, after = likeness[best - 1 : best + 2]
     between = 0.5 * (before - after) / (before - 2 * peak + after)  # summit of the parabola
     return (best - furthest + between) * step_s
 
 
+def _likeness(x: Column, y: Column) -> float:
+    """0 to 1, whatever their signs; over what both have."""
+    both = np.isfinite(x) & np.isfinite(y)
+    x, y = x[both], y[both]
+    energy = float(np.sqrt(np.dot(x, x) * np.dot(y, y)))
+    return abs(float(np.dot(x, y))) / energy if energy > 0 else 0.0
+
+
 def _increments(values: Column) -> Column:
     """Changes over 0.5 s of means over 0.2 s: level and drift are gone, noise is still low."""
+    if len(values) < 4 + 10:
+        return np.empty(0)
     smooth = np.convolve(values, np.full(4, 0.25), mode="valid")
     return np.asarray(smooth[10:] - smooth[:-10])
 
 
-# ---- ratio times wheelbase
-
 _RATIO_SPEED_M_S = 3.0
 _RATIO_CURVATURE_1_M = 1 / 15  # beyond it tan and a variable ratio bend the line
 _RATIO_ACCELERATION_M_S2 = 3.0  # beyond it tyres do
+_RATIO_BEND_1_M = 1 / 200  # tighter ones turn the wheel by several times any play
+_RATIO_BEND_TIME_S = 10.0
+_RATIO_SPEEDS = 1.2  # between slow and fast bends; at one speed understeer and ratio are the same
 _RATIO_OFF = 0.10
 _RATIO_HALF_WIDTH = 0.15  # a wider interval judges nothing
 _PLAY_ACCELERATION_M_S2 = 0.2  # side force beyond which the wheels lie on one flank of the play
@@ -465,9 +469,10 @@ def _ratio(drive: _Drive) -> Verdict:
     subject = "ratio times wheelbase"
     if drive.unlike:
         return CannotTell(subject, "signs and scales first")
-    shown = ratio_times_wheelbase_shown(drive)
+    shown = _ratio_times_wheelbase_shown(drive)
     if shown is None:
-        return CannotTell(subject, _lacks(drive, NEEDED, "needs bends at several speeds"))
+        bends = f"needs {_RATIO_BEND_TIME_S:.0f} s in bends of less than {1 / _RATIO_BEND_1_M:.0f} m, at several speeds"
+        return CannotTell(subject, _lacks(drive, NEEDED, bends))
     value, half_width = shown
     low, high = value - half_width, value + half_width
     told = f"ratio times wheelbase is {value:.1f} m in this drive ({low:.1f} to {high:.1f})"
@@ -487,17 +492,21 @@ def _ratio_times_wheelbase(vehicle: Vehicle | None) -> float | None:
     return None if vehicle is None else vehicle.ratio_near_centre * vehicle.wheelbase_m
 
 
-def ratio_times_wheelbase_shown(drive: _Drive) -> tuple[float, float] | None:
+def _ratio_times_wheelbase_shown(drive: _Drive) -> tuple[float, float] | None:
     """i*L in m and its 95 % half-width: (10) with offset, understeer, gyro bias and play as further unknowns.
 
     The interval is a jackknife over parts of the drive, since residuals are alike for seconds.
     """
-    angle = _later(drive.angle, _angle_to_yaw_s(drive) or 0.0, drive.step_s)
+    lag_s = _lag_s(_driven(drive, drive.angle), drive.curvature, drive.step_s)
+    angle = _later(drive.angle, lag_s or 0.0, drive.step_s)
     k, rv, v = drive.curvature, drive.centripetal, drive.speed
-    with np.errstate(invalid="ignore"):
-        used = (v > _RATIO_SPEED_M_S) & (np.abs(k) < _RATIO_CURVATURE_1_M) & (np.abs(rv) < _RATIO_ACCELERATION_M_S2)
+    used = (v > _RATIO_SPEED_M_S) & (np.abs(k) < _RATIO_CURVATURE_1_M) & (np.abs(rv) < _RATIO_ACCELERATION_M_S2)
     used &= np.isfinite(angle)
-    if used.sum() * drive.step_s < _MIN_TIME_S:
+    bends = used & (np.abs(k) > _RATIO_BEND_1_M)
+    if used.sum() * drive.step_s < _MIN_TIME_S or bends.sum() * drive.step_s < _RATIO_BEND_TIME_S:
+        return None
+    slow, fast = np.quantile(v[bends], [0.1, 0.9])
+    if fast < _RATIO_SPEEDS * slow:
         return None
     angle, k, rv, v = angle[used], k[used], rv[used], v[used]
     flank = np.clip(rv / _PLAY_ACCELERATION_M_S2, -1, 1)
@@ -525,8 +534,6 @@ def _first_with_interval(unknowns: Column, y: Column) -> tuple[float, float]:
     variance = (_PARTS - 1) / _PARTS * float(np.sum((without - without.mean()) ** 2))
     return first(all_a, all_b), _STUDENT_T * variance**0.5
 
-
-# ---- zeros
 
 _YAW_RATE_ZERO_RAD_S = 0.05 * DEGREE
 _VDC2_ZERO_RAD_S = (32127 - 32112.64) / 8192  # SPN 1808: what a sender reads that takes raw 32127 for zero
@@ -571,7 +578,7 @@ def _at_standstill(drive: _Drive, name: str) -> tuple[float, float] | None:
 
 
 def _bank(drive: _Drive) -> Verdict:
-    """(33) averaged over all fast driving: a road banks to both sides, an accelerometer's bias stays."""
+    """(33) averaged over all fast driving: banked bends come and go, a crown is some 0.2 m/s^2, the rest is bias."""
     bank = (drive.lateral_acceleration - drive.centripetal)[drive.speed > drive.params["speed_min_m_s"]]
     bank = bank[np.isfinite(bank)]
     subject = "mean of a_y - r*v"
@@ -587,9 +594,6 @@ def _bank(drive: _Drive) -> Verdict:
         "an accelerometer bias, with which little or nothing passes the gate"
     )
     return Finding("bank", "warning", text, mean, "m/s^2")
-
-
-# ---- whole turns
 
 
 def _relative_sensor(drive: _Drive) -> Verdict:
@@ -616,8 +620,6 @@ def _whole_turns(drive: _Drive) -> Verdict:
     text = f"the steering wheel angle reads {middle_deg:+.0f} deg when driving straight: off by a whole turn"
     return Finding("whole_turns", "warning", text, middle_deg, "deg")
 
-
-# ---- words
 
 _BENDS = f"needs {_MIN_TIME_S:.0f} s with bends to both sides"
 

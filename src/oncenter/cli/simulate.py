@@ -10,11 +10,11 @@ import typer
 
 def simulate(
     scenario: Annotated[str, typer.Argument(help="A shipped scenario's name, or a TOML file.")],
-    output: Annotated[Path, typer.Option(metavar="LOG", help="Where to write: .log .csv .parquet")],
+    output: Annotated[Path, typer.Option(metavar="LOG", help="Where to write: .log .asc .blf .trc .mf4 .csv .csv.gz .parquet")],
     seed: Annotated[int, typer.Option(help="The same seed gives the same bytes.")] = 1,
 ) -> None:
     """Drive a truck whose truth is known, and write its log and its truth."""
-    from oncenter.simulate import simulate_to_log
+    from oncenter.simulate import simulate_to_log, truth_files
 
     simulate_to_log(scenario, seed, output)
-    typer.echo(f"wrote {output}, {output.with_suffix('.truth.parquet')}, {output.with_suffix('.truth.toml')}")
+    typer.echo(f"wrote {', '.join(map(str, (output, *truth_files(output))))}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -27,8 +28,9 @@ _NIBBLE = bytes(int(chr(c), 16) if chr(c) in "0123456789abcdefABCDEF" else 0xFF 
 _LOG_LINE = re.compile(
     rb"\s*\((\d+\.\d+)\)\s+(\S+)\s+([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#((?:[0-9A-Fa-f]{2}){0,8})(?:\s+[RT])?\s*"
 )
+_STAMP = rb"(\d+\.\d+|\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+)"
 _CONSOLE_LINE = re.compile(
-    rb"\s*\((\d+\.\d+)\)\s+(\S+)\s+(?:[RT]X\s+\S+\s+\S+\s+)?([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})\s+\[0?\d\]"
+    rb"\s*\(" + _STAMP + rb"\)\s+(\S+)\s+(?:[RT]X\s+\S+\s+\S+\s+)?([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})\s+\[0?\d\]"
     rb"\s*((?:[0-9A-Fa-f]{2}\s*){0,8})(?:'.*')?\s*"
 )
 _NO_DATA_LINE = re.compile(rb".*(#R\d?|##[0-9A-Fa-f]+|remote request|ERRORFRAME|\[\d\d\].*)(\s+[RT])?\s*", re.DOTALL)
@@ -50,7 +52,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
             whole, newline, rest = (rest + block).rpartition(b"\n")
             if not newline:
                 if len(rest) > BLOCK_BYTES:
-                    raise _not_candump(path, 1, rest)
+                    raise _not_candump(path, _quoted(1, rest))
                 continue
             frames, bad, count = _parse(whole + newline)
             if bad and not first_bad:
@@ -58,7 +60,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
             bad_lines += len(bad)
             lines += count
             if bad_lines > 100 + BAD_LINES_SHARE * lines:
-                raise OncenterError(f"{path.name} is not a candump log: {first_bad}", code="unreadable_log")
+                raise _not_candump(path, first_bad)
             progress(done / size)
             yield frames
     if rest.strip():
@@ -68,13 +70,15 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
             notes.append(f"the last line of {path.name} is cut off and was left out")
         yield frames
     if bad_lines > BAD_LINES_SHARE * lines:
-        raise OncenterError(f"{path.name} is not a candump log: {first_bad}", code="unreadable_log")
+        raise _not_candump(path, first_bad)
     if bad_lines:
         notes.append(f"{bad_lines} lines of {path.name} are not candump's and were left out, the first {first_bad}")
 
 
-def _not_candump(path: Path, line: int, text: bytes) -> OncenterError:
-    return OncenterError(f"{path.name} is not a candump log: {_quoted(line, text)}", code="unreadable_log")
+def _not_candump(path: Path, line: str) -> OncenterError:
+    return OncenterError(
+        f"{path.name} is not a candump log with time stamps (candump -l, candump -ta): {line}", code="unreadable_log"
+    )
 
 
 def _quoted(line: int, text: bytes) -> str:
@@ -217,6 +221,13 @@ def _decimal(digits: Words) -> Words:
     return (fours * np.uint64(10000) + (fours >> np.uint64(32))) & np.uint64(0xFFFFFFFF)
 
 
+def _seconds(stamp: bytes) -> float:
+    """Of seconds, or of a date (`candump -tA`), whose unknown time zone is taken for UTC: only differences count."""
+    if b"-" not in stamp:
+        return float(stamp)
+    return datetime.fromisoformat(stamp.decode()).replace(tzinfo=UTC).timestamp()
+
+
 def _parse_one_by_one(
     text: bytes, starts: Places, ends: Places, lines: Places
 ) -> tuple[Frames, Places, list[tuple[int, bytes]]]:
@@ -237,7 +248,7 @@ def _parse_one_by_one(
         if number >= 1 << 29:
             continue  # an error frame
         padded = int.from_bytes(data.ljust(8, b"\xff"), "little")
-        rows.append((float(stamp), number, len(identifier) == 8, padded, len(data), bus_code(bus.decode("latin-1"))))
+        rows.append((_seconds(stamp), number, len(identifier) == 8, padded, len(data), bus_code(bus.decode("latin-1"))))
         places.append(line)
     columns = list(zip(*rows, strict=True)) if rows else [()] * 6
     frames = Frames(

@@ -172,7 +172,8 @@ def _at(samples: Samples, ticks: Column, ways: dict[int, _Way]) -> Column:
     available = ~np.isnan(samples.values)
     if int(available.sum()) < 2:
         return np.full(len(ticks), np.nan)
-    span = max(BRIDGE_PERIODS / samples.rate_hz, BRIDGE_MIN_S)
+    rate = samples.rate_hz
+    span = max(BRIDGE_PERIODS / rate, BRIDGE_MIN_S) if rate else BRIDGE_MIN_S
     if available.all():
         if id(samples.time) not in ways:
             ways[id(samples.time)] = _way(samples.time, ticks, span)

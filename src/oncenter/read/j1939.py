@@ -40,7 +40,7 @@ class Parameter:
     @property
     def largest_number(self) -> int:
         """Above it is no number: 0xFB to 0xFD are reserved, 0xFE is an error, 0xFF not available (of the top byte)."""
-        return {16: 0xFAFF, 8: 0xFA, 6: 0x3D, 2: 1}[self.bits]
+        return {32: 0xFAFFFFFF, 16: 0xFAFF, 8: 0xFA, 6: 0x3D, 2: 1}[self.bits]
 
 
 @dataclass(frozen=True)
@@ -109,12 +109,30 @@ TCO1 = Message(
     "Tachograph",
     (_speed(1624, "TachographVehicleSpeed", 7, "vehicle_speed"),),
 )
-MESSAGES = {message.pgn: message for message in (VDC2, EBC2, HRW, CCVS1, TCO1)}
+VP = Message(
+    65267,
+    "VP",
+    "Vehicle Position",
+    (
+        Parameter(584, "Latitude", 1, 1, 32, 1e-7, -210.0, "deg", "latitude"),
+        Parameter(585, "Longitude", 5, 1, 32, 1e-7, -210.0, "deg", "longitude"),
+    ),
+)
+VDS = Message(
+    65256,
+    "VDS",
+    "Vehicle Direction/Speed",
+    (
+        Parameter(165, "CompassBearing", 1, 1, 16, 1 / 128, 0.0, "deg", "heading"),
+        _speed(517, "NavigationBasedVehicleSpeed", 3, "vehicle_speed"),
+    ),
+)
+MESSAGES = {message.pgn: message for message in (VDC2, EBC2, HRW, CCVS1, TCO1, VP, VDS)}
 
 # The first message that has a signal is taken: the speed from where it is filtered for driving, wheel speeds from
 # where they are finest.
 PREFERENCE = {
-    "vehicle_speed": ("CCVS1", "EBC2", "TCO1", "HRW"),
+    "vehicle_speed": ("CCVS1", "EBC2", "TCO1", "HRW", "VDS"),
     **{f"wheel_speed_{wheel}": ("HRW", "EBC2") for wheel in ("front_left", "front_right", "rear_left", "rear_right")},
 }
 
@@ -138,12 +156,10 @@ NAMES = {
     65248: "VD",
     65253: "HOURS",
     65254: "TD",
-    65256: "VDS",
     65258: "VW",
     65262: "ET1",
     65263: "EFL/P1",
     65266: "LFE1",
-    65267: "VP",
     65269: "AMB",
     65270: "IC1",
     65271: "VEP1",

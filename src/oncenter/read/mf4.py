@@ -49,8 +49,8 @@ def read(
             if _was_never_closed(path):
                 notes.append(f"{path.name} was never closed by its logger: read up to its last whole record")
             start = mdf.start_time.timestamp()
-            kept = keep(_frames(path, mdf, start, progress), wanted)
-            decoded = _decoded(path, mdf, start, names, notes)
+            kept = keep(_frames(mdf, start, progress), wanted)
+            decoded = _decoded(mdf, start, names, notes)
     in_time = np.argsort(kept.frames.time, kind="stable")
     frames = Frames(*(getattr(kept.frames, column)[in_time] for column in Frames.__dataclass_fields__))
     return Kept(frames, kept.pgn_frames, kept.standard_frames), decoded
@@ -100,29 +100,17 @@ def _let_go(error: Exception) -> None:
         sys.unraisablehook = heard
 
 
-def _refuse_cut_off(path: Path, mdf: MDF, group: int, records: int) -> None:
-    """asammdf reads what is left of a file that lost its end, and says nothing."""
-    groups: list[Any] = list(mdf.groups)
-    announced = int(groups[group].channel_group.cycles_nr)
-    if records < announced:
-        raise OncenterError(
-            f"{path.name} is cut off: {records} of {announced} records of a group are there", code="unreadable_log"
-        )
-
-
 def _filled_groups(mdf: MDF) -> list[int]:
     groups: list[Any] = list(mdf.groups)
     return [index for index, group in enumerate(groups) if group.channel_group.cycles_nr]
 
 
-def _frames(path: Path, mdf: MDF, start: float, progress: Callable[[float], None]) -> Iterator[Frames]:
+def _frames(mdf: MDF, start: float, progress: Callable[[float], None]) -> Iterator[Frames]:
     filled = _filled_groups(mdf)
     for done, group in enumerate(filled):
         progress(done / len(filled))
         if any(channel.name == FRAME_CHANNEL for channel in mdf.groups[group].channels):
-            frames = _frames_of_group(mdf, group, start)
-            _refuse_cut_off(path, mdf, group, len(frames))
-            yield frames
+            yield _frames_of_group(mdf, group, start)
 
 
 def _frames_of_group(mdf: MDF, group: int, start: float) -> Frames:
@@ -158,13 +146,13 @@ def _frames_of_group(mdf: MDF, group: int, start: float) -> Frames:
     )
 
 
-def _decoded(path: Path, mdf: MDF, start: float, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
+def _decoded(mdf: MDF, start: float, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
     given: list[Samples] = []
     for group in _filled_groups(mdf):
         channels = [channel.name for channel in mdf.groups[group].channels]
         if any("Frame" in name and name.startswith(("CAN_", "LIN_", "FLX_", "ETH_")) for name in channels):
             continue
-        reader = _Group(path, mdf, group, start)
+        reader = _Group(mdf, group, start)
         for index, name in enumerate(channels):
             given += _named_channel(reader, index, name, names, notes)
         given += _j1939_channels(reader, channels, names, notes)
@@ -174,8 +162,8 @@ def _decoded(path: Path, mdf: MDF, start: float, names: Mapping[str, SignalName]
 class _Group:
     """Channels of one raster; its time is one array, so that the clock sees that they share it."""
 
-    def __init__(self, path: Path, mdf: MDF, group: int, start: float) -> None:
-        self._path, self._mdf, self._group, self._start = path, mdf, group, start
+    def __init__(self, mdf: MDF, group: int, start: float) -> None:
+        self._mdf, self._group, self._start = mdf, group, start
         self._time: Column | None = None
         acquired = mdf.groups[group].channel_group
         self.label = str(getattr(acquired, "acq_name", "") or "")
@@ -189,7 +177,6 @@ class _Group:
         if signal.invalidation_bits is not None:
             values[np.asarray(signal.invalidation_bits, bool)] = np.nan
         if self._time is None:
-            _refuse_cut_off(self._path, self._mdf, self._group, len(values))
             self._time = signal.timestamps.astype(np.float64) + self._start
         values[~np.isfinite(values)] = np.nan
         return self._time, values, str(signal.unit or "")

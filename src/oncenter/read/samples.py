@@ -8,6 +8,8 @@ import numpy as np
 
 from oncenter.read.frames import Column
 
+SHORTEST_STEP_S = 1e-9  # less is the same stamp, rounded
+
 
 @dataclass(frozen=True)
 class Samples:
@@ -46,10 +48,11 @@ class Samples:
 def median_rate(time: Column) -> float:
     """Hz; from the steps near the median one, so that rounded stamps do not move it. 0 where there are none."""
     steps = np.diff(time)
-    steps = steps[steps > 0]
+    steps = steps[steps > SHORTEST_STEP_S]
     if not len(steps):
         return 0.0
-    median = float(np.median(steps))
+    middle = (len(steps) - 1) // 2
+    median = float(np.partition(steps, middle)[middle])  # a step that occurs, unlike the mean of two
     usual = steps[np.abs(steps - median) <= 0.2 * median]
     rate = 1.0 / float(np.mean(usual))
     whole = round(rate)

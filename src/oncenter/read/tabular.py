@@ -13,7 +13,7 @@ import polars as pl
 from oncenter.errors import OncenterError
 from oncenter.read.frames import Column
 from oncenter.read.samples import Samples
-from oncenter.read.units import TIME, columns_that_would_do, factors, named_unit
+from oncenter.read.units import TIME, columns_that_would_do, factors, named_unit, unit_by_suffix
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
 
 _NO_NUMBER = ("", "na", "n/a", "nan", "null", "none")  # what CSV writers put for "not available"
@@ -34,18 +34,20 @@ def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> l
     frame = frame.rename({name: name.strip() for name in frame.columns}) if _distinct(frame.columns) else frame
     if separator == ";":
         frame = frame.with_columns(pl.all().str.replace(",", ".", literal=True))
-    return _samples(path, frame, names, notes)
+    time_column, wanted = _columns(path, frame.columns, names, notes)
+    return _samples(path, frame, time_column, wanted, names, notes)
 
 
 def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
     """Signals of a `.parquet`."""
     try:
         columns = list(pl.read_parquet_schema(path))
-        time, wanted = _columns(path, columns, names, notes)
-        frame = pl.read_parquet(path, columns=list(dict.fromkeys([time, *(column for column, _, _ in wanted)])))
+        time_column, wanted = _columns(path, columns, names, notes)
+        needed = dict.fromkeys([time_column, *(column for column, _, _ in wanted)])
+        frame = pl.read_parquet(path, columns=list(needed))
     except _POLARS_ERRORS as error:
         raise _unreadable(path, error) from error
-    return _samples(path, frame, names, [])
+    return _samples(path, frame, time_column, wanted, names, notes)
 
 
 def _distinct(columns: Sequence[str]) -> bool:
@@ -67,9 +69,16 @@ def _unreadable(path: Path, error: BaseException) -> OncenterError:
     return OncenterError(f"cannot read {path.name}: {reason}", code="unreadable_log")
 
 
-def _samples(path: Path, frame: pl.DataFrame, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
-    time_column, wanted = _columns(path, frame.columns, names, notes)
-    time = _numbers(path, frame[time_column]) * _time_factor(names)
+def _samples(
+    path: Path,
+    frame: pl.DataFrame,
+    time_column: str,
+    wanted: Sequence[tuple[str, str, float]],
+    names: Mapping[str, SignalName],
+    notes: list[str],
+) -> list[Samples]:
+    """Columns in SI; `wanted` is column, signal and factor."""
+    time = _numbers(path, frame[time_column]) * _time_factor(time_column, names)
     stamped = np.isfinite(time)
     if not stamped.all():
         notes.append(f"{int((~stamped).sum())} rows of {path.name} have no time and were left out")
@@ -98,7 +107,10 @@ def _columns(
             continue
         if named is not None:
             notes.append(f"{signal}: no column {named.name!r}, which [signals] names")
-        wanted += _unit_suffixed(path, columns, signal)
+        suffixed = _unit_suffixed(path, columns, signal)
+        if not suffixed:
+            notes += _nearly(columns, signal)
+        wanted += suffixed
     if not wanted:
         raise OncenterError(
             f"no known signal in {path.name}: its columns are {_listed(columns)}; name them in a [signals] table, or "
@@ -139,6 +151,17 @@ def _unit_suffixed(path: Path, columns: Sequence[str], signal: str) -> list[tupl
     return found
 
 
+def _nearly(columns: Sequence[str], signal: str) -> list[str]:
+    """Notes on columns that are called like the signal, with a unit that nobody knows."""
+    strange = [
+        column
+        for column in columns
+        if column.startswith(f"{signal}_") and column not in SIGNALS and not unit_by_suffix(column, factors(signal))
+    ]
+    would_do = " or ".join(columns_that_would_do(signal))
+    return [f"{signal}: column {column} has no known unit, {would_do} would do" for column in strange]
+
+
 def _time_column(path: Path, columns: Sequence[str], names: Mapping[str, SignalName]) -> str:
     named = names["time"].name if "time" in names else "time_s"
     for column in (named, "time_s"):
@@ -151,8 +174,11 @@ def _time_column(path: Path, columns: Sequence[str], names: Mapping[str, SignalN
     )
 
 
-def _time_factor(names: Mapping[str, SignalName]) -> float:
-    entry = names.get("time", SignalName("time_s", "s"))
+def _time_factor(column: str, names: Mapping[str, SignalName]) -> float:
+    """To seconds; the unit that [signals] gives is that of the column it names."""
+    entry = names.get("time")
+    if entry is None or entry.name != column:
+        return 1.0
     return TIME.factors[named_unit("time", entry, dict(TIME.factors))]
 
 

@@ -9,17 +9,15 @@ import numpy as np
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import Signals
-from oncenter.simulate.can import write_candump
 from oncenter.simulate.drive import run, tick_count
 from oncenter.simulate.road import lay_road
 from oncenter.simulate.scenario import Scenario, read_scenario
-from oncenter.simulate.sensors import sense
+from oncenter.simulate.sensors import Fault, Sensed, sense
 from oncenter.simulate.truck import check_holdable
 from oncenter.simulate.truth import Truth, truth_of, write_truth
+from oncenter.simulate.write import suffix_of, write_log
 
-__all__ = ["Truth", "simulate", "simulate_to_log"]
-
-_SUFFIXES = (".log", ".csv", ".parquet")
+__all__ = ["Fault", "Truth", "simulate", "simulate_to_log", "truth_files"]
 
 
 def simulate(scenario: str | os.PathLike[str], seed: int = 1) -> tuple[Signals, Truth]:
@@ -36,7 +34,8 @@ def simulate(scenario: str | os.PathLike[str], seed: int = 1) -> tuple[Signals, 
         OncenterError: "scenario_file", exit code 2: no such scenario, or a value is missing, unknown or impossible.
             "seed", exit code 2: the seed is negative.
     """
-    return _simulate(read_scenario(scenario), seed)
+    sensed, truth = _simulate(read_scenario(scenario), seed)
+    return sensed.signals, truth
 
 
 def simulate_to_log(scenario: str | os.PathLike[str], seed: int, output: str | os.PathLike[str]) -> Truth:
@@ -44,21 +43,19 @@ def simulate_to_log(scenario: str | os.PathLike[str], seed: int, output: str | o
 
     Args:
         scenario, seed: as for `simulate`.
-        output: `.log` for a J1939 candump log, `.csv` or `.parquet` for the table of signals at 100 Hz.
+        output: `.log` (candump), `.asc`, `.blf`, `.trc` or `.mf4` for a log of J1939 frames; `.csv`, `.csv.gz` or
+            `.parquet` for the table of signals at 100 Hz.
 
     Raises:
         OncenterError: as `simulate`; and "output", exit code 2: another suffix, or it cannot be written.
     """
     log = Path(output)
-    if log.suffix not in _SUFFIXES:
-        raise OncenterError(
-            f"cannot write {log}: its name must end in {', '.join(_SUFFIXES)}", code="output", exit_code=WRONG_USAGE
-        )
+    table, summary = truth_files(log)
     settings = read_scenario(scenario)
-    signals, truth = _simulate(settings, seed)
+    sensed, truth = _simulate(settings, seed)
     try:
-        _write(signals, log, settings, seed)
-        write_truth(truth, log)
+        write_log(sensed, log, jitter_sd_s=settings.can.jitter_sd_ms / 1000.0, seed=seed)
+        write_truth(truth, table, summary)
     except OSError as error:
         raise OncenterError(
             f"cannot write {log}: {error.strerror or error}", code="output", exit_code=WRONG_USAGE
@@ -66,22 +63,25 @@ def simulate_to_log(scenario: str | os.PathLike[str], seed: int, output: str | o
     return truth
 
 
-def _simulate(scenario: Scenario, seed: int) -> tuple[Signals, Truth]:
+def truth_files(log: Path) -> tuple[Path, Path]:
+    """`drive.truth.parquet` and `drive.truth.toml` beside a log `drive.log` or `drive.csv.gz`.
+
+    Raises:
+        OncenterError: "output", exit code 2: the log's suffix is none that can be written.
+    """
+    stem = log.name.removesuffix(suffix_of(log))
+    return log.with_name(f"{stem}.truth.parquet"), log.with_name(f"{stem}.truth.toml")
+
+
+def _simulate(scenario: Scenario, seed: int) -> tuple[Sensed, Truth]:
     """Each room has its own chances, so that a change in one leaves the others' as they were."""
     if seed < 0:
         raise OncenterError(f"'seed' must not be negative, got {seed}", code="seed", exit_code=WRONG_USAGE)
     check_holdable(scenario)
-    of_road, of_driver, of_sensors = (np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3))
+    of_road, of_driver, of_sensors, of_wind = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(4))
     road = lay_road(scenario, of_road)
     lane_normals, hand_normals = of_driver.standard_normal((2, tick_count(scenario)))
-    rows = run(scenario, road, lane_normals, hand_normals)
-    return sense(scenario, rows, of_sensors), truth_of(scenario, seed, rows)
-
-
-def _write(signals: Signals, log: Path, scenario: Scenario, seed: int) -> None:
-    if log.suffix == ".parquet":
-        signals.table.write_parquet(log)
-    elif log.suffix == ".csv":
-        signals.table.write_csv(log)
-    else:
-        write_candump(signals, log, jitter_sd_s=scenario.can.jitter_sd_ms / 1000.0, seed=seed)
+    gust_normals = None if scenario.wind is None else of_wind.standard_normal(tick_count(scenario))
+    rows = run(scenario, road, lane_normals, hand_normals, gust_normals)
+    sensed = sense(scenario, rows, of_sensors)
+    return sensed, truth_of(scenario, seed, rows, sensed)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
 from oncenter._simulate import ffi, lib
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.signals import DEGREE
 from oncenter.simulate.driver import native_driver
-from oncenter.simulate.road import SPACING_M, LaidRoad
+from oncenter.simulate.manoeuvre import machine_angles_rad
+from oncenter.simulate.road import LaidRoad
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.steering import native_steering
-from oncenter.simulate.truck import native_truck
+from oncenter.simulate.truck import axle_lift, native_truck
+from oncenter.simulate.wind import native_wind
 
 Array = npt.NDArray[np.float64]
 
@@ -27,57 +32,93 @@ def tick_count(scenario: Scenario) -> int:
     return round(scenario.drive.duration_s * RATE_HZ)
 
 
-def run(scenario: Scenario, road: LaidRoad, lane_normals: Array, hand_normals: Array) -> npt.NDArray[np.void]:
+def run(
+    scenario: Scenario,
+    road: LaidRoad,
+    lane_normals: Array,
+    hand_normals: Array,
+    gust_normals: Array | None = None,
+) -> npt.NDArray[np.void]:
     """Drives the whole scenario.
 
     Args:
         scenario: the truck, its steering and its driver.
-        road: at least as long as the drive.
+        road: what `lay_road` made of the scenario, or that mirrored.
         lane_normals: standard normal numbers, one a tick: where in the lane the driver means to be.
         hand_normals: as many: the hands' small corrections.
+        gust_normals: as many: the wind's gusts; needed where the scenario has wind.
 
     Returns:
         `ROW_DTYPE`, one a tick at `RATE_HZ` from time 0: what is true, in SI and rad, as `sim_row` in native/drive.h.
 
     Raises:
-        OncenterError: "scenario_file", exit code 2: this driver cannot hold this truck on this road.
+        OncenterError: "scenario_file", exit code 2: this driver cannot hold this truck on this road, or the road is
+            shorter than the drive.
     """
-    columns = [np.ascontiguousarray(c, np.float64) for c in (road.curvature_1_m, road.cross_slope, road.speed_m_s)]
-    curvature, cross_slope, speed = (ffi.from_buffer("double[]", column) for column in columns)
+    kept = []  # native memory points into these
+
+    def native(column: Array) -> Any:
+        kept.append(np.ascontiguousarray(column, np.float64))
+        return ffi.from_buffer("double[]", kept[-1])
+
     drive = ffi.new("sim_drive *")
     drive.truck = native_truck(scenario.truck, scenario.steering)[0]
-    drive.steering = native_steering(scenario.steering)[0]
+    drive.steering = native_steering(scenario.steering, scenario.truck)[0]
     drive.driver = native_driver(scenario, 1.0 / RATE_HZ)[0]
     drive.road = {
-        "count": len(columns[0]),
-        "spacing": SPACING_M,
-        "curvature": curvature,
-        "cross_slope": cross_slope,
-        "speed": speed,
+        "count": len(road.curvature_1_m),
+        "spacing": road.spacing_m,
+        "curvature": native(road.curvature_1_m),
+        "cross_slope": native(road.cross_slope),
+        "speed": native(road.speed_m_s),
+        "stop_count": len(road.stop_station_m),
+        "stop_station": native(road.stop_station_m),
+        "stop_duration": native(road.stop_duration_s),
     }
+    drive.start_heading = (90.0 - scenario.road.heading_deg) * DEGREE
     drive.tick = 1.0 / RATE_HZ
     drive.steps_per_tick = _STEPS_PER_TICK
 
-    normals = [np.ascontiguousarray(c, np.float64) for c in (lane_normals, hand_normals)]
-    rows = np.empty(len(normals[0]), ROW_DTYPE)
-    lib.sim_run(
-        drive,
-        ffi.from_buffer("double[]", normals[0]),
-        ffi.from_buffer("double[]", normals[1]),
-        len(rows),
-        ffi.from_buffer("sim_row[]", rows),
-    )
+    inputs = ffi.new("sim_inputs *", {"lane_normals": native(lane_normals), "hand_normals": native(hand_normals)})
+    if scenario.wind is not None:
+        assert gust_normals is not None
+        drive.wind = native_wind(scenario.wind, 1.0 / RATE_HZ)[0]
+        inputs.gust_normals = native(gust_normals)
+    if scenario.truck.lift_axle_up_s:
+        drive.lifted = native_truck(scenario.truck, scenario.steering, lifted=True)[0]
+        inputs.axle_lift = native(axle_lift(scenario.truck, np.arange(len(lane_normals)) / RATE_HZ))
+    if scenario.manoeuvre is not None:
+        ticks_s = np.arange(len(lane_normals) + 1) / RATE_HZ
+        inputs.machine_angles = native(machine_angles_rad(scenario.manoeuvre, ticks_s))
+
+    rows = np.empty(len(lane_normals), ROW_DTYPE)
+    lib.sim_run(drive, inputs, len(rows), ffi.from_buffer("sim_row[]", rows))
     _check_held(scenario, rows)
+    _check_long_enough(scenario, road, rows)
     return rows
 
 
 def _check_held(scenario: Scenario, rows: npt.NDArray[np.void]) -> None:
+    if scenario.manoeuvre is not None:
+        return  # there is no lane to leave
     held = np.abs(rows["lateral_error"]) < _OFF_THE_ROAD_M  # false for NaN as well
     if held.all():
         return
     raise OncenterError(
         f"scenario {scenario.name}: the truck leaves the road after {rows['time'][np.argmin(held)]:.1f} s; a lower "
         "'driver.preview_gain', 'steering.backlash_deg' or 'driver.speed_km_h', or another 'truck', would hold it",
+        code="scenario_file",
+        exit_code=WRONG_USAGE,
+    )
+
+
+def _check_long_enough(scenario: Scenario, road: LaidRoad, rows: npt.NDArray[np.void]) -> None:
+    on_road = rows["station"] <= road.length_m
+    if on_road.all():
+        return
+    raise OncenterError(
+        f"scenario {scenario.name}: 'road' is shorter than the drive: its {road.length_m:g} m are driven after "
+        f"{rows['time'][np.argmin(on_road)]:.1f} s; a shorter 'drive.duration_s' or a longer road would do",
         code="scenario_file",
         exit_code=WRONG_USAGE,
     )

@@ -8,16 +8,16 @@ from typing import Any
 from oncenter._simulate import ffi
 from oncenter.signals import DEGREE
 from oncenter.simulate.scenario import Scenario
-from oncenter.simulate.truck import understeer_gradient
+from oncenter.simulate.truck import equivalent_wheelbase_m, understeer_gradient
 
 
 def native_driver(scenario: Scenario, tick_s: float) -> Any:
     """The driver as a `sim_driver`, who knows the truck."""
-    driver, drive, ratio = scenario.driver, scenario.drive, scenario.steering.steering_ratio
+    driver, drive, ratio = scenario.driver, scenario.drive, scenario.steering.ratio_near_centre
     return ffi.new(
         "sim_driver *",
         {
-            "angle_per_curvature": ratio * scenario.truck.wheelbase_m,
+            "angle_per_curvature": ratio * equivalent_wheelbase_m(scenario.truck, scenario.steering),
             "angle_per_lateral_acceleration": ratio * understeer_gradient(scenario.truck, scenario.steering),
             "preview_time": driver.preview_time_s,
             "gain": driver.preview_gain,

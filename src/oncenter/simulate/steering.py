@@ -1,21 +1,59 @@
-"""What the steering needs of a scenario."""
+"""What the steering needs of a scenario, and where it would rather go than straight ahead."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from oncenter._simulate import ffi
-from oncenter.signals import DEGREE
-from oncenter.simulate.scenario import Steering
+from oncenter.signals import DEGREE, STANDARD_GRAVITY
+from oncenter.simulate.truck import steered_force_n, steered_stiffness_n_rad
+from oncenter.simulate.truck_sections import Steering, Truck
 
 
-def native_steering(steering: Steering) -> Any:
+def set_moment_n_m(truck: Truck, steering: Steering) -> float:
+    """About the king pins, towards the left, always there: the pull and what unloads the steering on the crown."""
+    crown = steering.unloads_on_crown_percent / 100.0 * STANDARD_GRAVITY
+    return steering.pull_n_m + steering.trail_m * steered_force_n(truck, steering, crown)
+
+
+def unloading_acceleration_m_s2(truck: Truck, steering: Steering) -> float:
+    """Lateral acceleration, without a bend, at which the play changes its flank: no moment is left at the king pins.
+
+    0 where side force has no lever arm about them and nothing pulls either; pull without lever arm has no such point
+    and gives NaN.
+    """
+    moment_n_m = set_moment_n_m(truck, steering)
+    if moment_n_m == 0.0:
+        return 0.0
+    per_m_s2 = steering.trail_m * steered_force_n(truck, steering, 1.0)
+    return moment_n_m / per_m_s2 if per_m_s2 > 0.0 else float("nan")
+
+
+def straight_ahead_rad(truck: Truck, steering: Steering) -> float:
+    """Steering wheel angle, at the middle of play and wind-up, that drives straight on a level road at even speed.
+
+    Zero but for what the alignment pulls, which looks like a sensor's offset and is none, and for a ratio's polynomial
+    that does not go through zero.
+    """
+    at_wheels_rad = _set_angle_rad(truck, steering) + _compliance_rad_n_m(steering) * set_moment_n_m(truck, steering)
+    return -(at_wheels_rad + steering.ratio_polynomial[0]) * steering.ratio_near_centre
+
+
+def native_steering(steering: Steering, truck: Truck) -> Any:
     """The steering as a `sim_steering`."""
     return ffi.new(
         "sim_steering *",
         {
-            "ratio": steering.steering_ratio,
+            "ratio_terms": len(steering.ratio_polynomial),
+            "ratio": steering.ratio_polynomial,
             "trail": steering.trail_m,
+            "compliance": _compliance_rad_n_m(steering),
+            "set_angle": _set_angle_rad(truck, steering),
+            "set_moment": set_moment_n_m(truck, steering),
+            "brake_pull": steering.brake_pull_n_m_per_m_s2,
+            "torque_steer": steering.torque_steer_n_m_per_m_s2,
+            "windup": {"half_width": steering.windup_deg * DEGREE, "friction": 0.0, "creep": 1.0},
+            "active_return": steering.active_return_1_s,
             "backlash": {
                 "half_width": steering.backlash_deg * DEGREE / 2.0,
                 "friction": steering.king_pin_friction_n_m,
@@ -23,3 +61,12 @@ def native_steering(steering: Steering) -> Any:
             },
         },
     )
+
+
+def _compliance_rad_n_m(steering: Steering) -> float:
+    return steering.compliance_deg_kn_m * DEGREE / 1000.0
+
+
+def _set_angle_rad(truck: Truck, steering: Steering) -> float:
+    """By which the wheels would have to be turned for the side force that they give without slip."""
+    return steering.pull_n / steered_stiffness_n_rad(truck, steering)

@@ -1,68 +1,292 @@
-"""What the single-track truck needs of a scenario, and its understeer gradient by (10).
+"""What the single-track truck needs of a scenario: its axles as loaded, and what follows from them by (10).
 
-Steering that gives way under the aligning moment makes the front axle softer, exactly so while tyres are linear:
-delta - c*F - alpha = F/C becomes delta - alpha = F*(1/C + c), and the axle's relaxation length shrinks as its stiffness
-does (Pacejka's effective axle characteristic).
+Each axle's tyres get stiffer with the load on it, by a power (2.3 says: about in proportion). Axles of a group share
+its load by their suspension. A truck with several axles that are not steered turns like one with two axles and a longer,
+equivalent wheelbase (Winkler [8]): L_e = L (1 + T/L^2 (1 + C_r/C_f)), where T is the mean square of the rear axles'
+distances from their middle.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from oncenter._simulate import ffi
+import numpy as np
+import numpy.typing as npt
+
+from oncenter._simulate import ffi, lib
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.signals import DEGREE
-from oncenter.simulate.scenario import Scenario, Steering, Truck
+from oncenter.signals import DEGREE, STANDARD_GRAVITY
+from oncenter.simulate.scenario import Scenario
+from oncenter.simulate.truck_sections import LIFTING_S, Payload, Steering, Trailer, Truck, Tyres
 
 _SPEED_MARGIN = 0.8  # of the critical speed, above which a driver no longer holds an oversteering truck
 
 
-def _front_softening(truck: Truck, steering: Steering) -> float:
-    """How many times softer the front axle is for its steering's compliance, 1 or more."""
-    compliance_rad_n = steering.compliance_deg_kn_m * DEGREE / 1000.0 * steering.trail_m
-    return 1.0 + truck.front_cornering_stiffness_n_rad * compliance_rad_n
+@dataclass(frozen=True)
+class _Axle:
+    behind_m: float  # the first axle, or a trailer's hitch
+    stiffness_n_rad: float  # of its tyres
+    load_n: float
+    scrub_n_m2: float = 0.0
+    steer_share: float = 0.0
 
 
-def understeer_gradient(truck: Truck, steering: Steering) -> float:
-    """K_us/g of (10) at the road wheel, steering compliance included, rad/(m/s^2)."""
-    m, L, l_f = truck.mass_kg, truck.wheelbase_m, truck.front_axle_distance_m
-    C_f = truck.front_cornering_stiffness_n_rad / _front_softening(truck, steering)
-    C_r = truck.rear_cornering_stiffness_n_rad
-    return m / L * ((L - l_f) / C_f - l_f / C_r)
+@dataclass(frozen=True)
+class _Body:
+    """Mass, inertia about its centre of gravity, and where that is behind the first axle, or behind the hitch."""
+
+    mass_kg: float
+    yaw_inertia_kg_m2: float
+    behind_m: float
+
+    def laden(self, payload: Payload | None) -> _Body:
+        if payload is None:
+            return self
+        mass = self.mass_kg + payload.mass_kg
+        behind = (self.mass_kg * self.behind_m + payload.mass_kg * payload.distance_m) / mass
+        inertia = self.yaw_inertia_kg_m2 + payload.mass_kg * payload.length_m**2 / 12.0
+        for m, x in ((self.mass_kg, self.behind_m), (payload.mass_kg, payload.distance_m)):
+            inertia += m * (x - behind) ** 2
+        return _Body(mass, inertia, behind)
+
+
+def first_axle_distance_m(truck: Truck) -> float:
+    """From the centre of gravity, payload included, to the first axle."""
+    return _body(truck).behind_m
+
+
+def equivalent_wheelbase_m(truck: Truck, steering: Steering, *, lifted: bool = False) -> float:
+    """Winkler's [8]: what (10) takes for L with any row of axles, dual tyres and semitrailer; tyres near zero slip.
+
+    Args:
+        truck, steering: the steering's compliance softens the front axles.
+        lifted: with the last axle off the road.
+    """
+    return float(_stance(truck, steering, lifted, 1.0, 0.0).front_wheel_angle)
+
+
+def understeer_gradient(truck: Truck, steering: Steering, *, lifted: bool = False) -> float:
+    """K_us/g of (10) at the road wheel, steering compliance included, rad/(m/s^2); tyres near zero slip."""
+    return float(_stance(truck, steering, lifted, 0.0, 1.0).front_wheel_angle)
+
+
+def steered_force_n(truck: Truck, steering: Steering, lateral_acceleration_m_s2: float) -> float:
+    """Side force of the steered wheels that goes with a lateral acceleration without a bend, as on a banked road."""
+    return float(_stance(truck, steering, False, 0.0, lateral_acceleration_m_s2).steered_force)
+
+
+def steered_stiffness_n_rad(truck: Truck, steering: Steering) -> float:
+    """Side force of all steered wheels per front wheel angle, as loaded, the steering's compliance included."""
+    native = native_truck(truck, steering)
+    axles = [native.axles[k] for k in range(truck.front_axle_count)]
+    return float(sum(axle.steer_share * lib.sim_axle_stiffness(ffi.addressof(axle)) for axle in axles))
 
 
 def check_holdable(scenario: Scenario) -> None:
-    """Refuses an oversteering truck that is to be driven near its critical speed or beyond.
+    """Refuses a truck that does not stand on all its axles, and an oversteering one that is to be driven near its
+    critical speed or beyond.
 
     Raises:
         OncenterError: "scenario_file", exit code 2.
     """
-    gradient = understeer_gradient(scenario.truck, scenario.steering)
-    if gradient >= 0.0:
-        return
-    critical_km_h = (scenario.truck.wheelbase_m / -gradient) ** 0.5 * 3.6
-    if scenario.driver.speed_km_h[1] > _SPEED_MARGIN * critical_km_h:
-        raise OncenterError(
-            f"scenario {scenario.name}: 'truck' oversteers and cannot be held above {critical_km_h:.0f} km/h; lower "
-            "'driver.speed_km_h' or raise 'truck.rear_cornering_stiffness_n_rad'",
-            code="scenario_file",
-            exit_code=WRONG_USAGE,
-        )
+    truck, steering = scenario.truck, scenario.steering
+    for lifted in {False, bool(truck.lift_axle_up_s)}:
+        _check_stands(scenario.name, truck, lifted)
+        gradient = understeer_gradient(truck, steering, lifted=lifted)
+        if gradient >= 0.0:
+            continue
+        critical_km_h = (equivalent_wheelbase_m(truck, steering, lifted=lifted) / -gradient) ** 0.5 * 3.6
+        if scenario.driver.speed_km_h[1] > _SPEED_MARGIN * critical_km_h:
+            raise _refusal(
+                scenario.name,
+                f"'truck' oversteers and cannot be held above {critical_km_h:.0f} km/h; lower "
+                "'driver.speed_km_h' or raise 'truck.rear_cornering_stiffness_n_rad'",
+            )
 
 
-def native_truck(truck: Truck, steering: Steering) -> Any:
-    """The truck as a `sim_truck`."""
-    softening = _front_softening(truck, steering)
-    return ffi.new(
+def _check_stands(name: str, truck: Truck, lifted: bool) -> None:
+    if truck.trailer is not None:
+        if _trailer_body(truck.trailer).behind_m >= truck.trailer.axles_m:
+            raise _refusal(name, "'truck.trailer' has its centre of gravity behind its axles and would tip the hitch up")
+        if _hitch_load_kg(truck.trailer) < 0.0:
+            raise _refusal(name, "'truck.trailer' has its centre of gravity in front of the hitch")
+    if min(_group_loads_n(truck, lifted)) <= 0.0:
+        raise _refusal(name, "'truck' does not stand on all its axles; move 'front_axle_distance_m' or 'payload'")
+
+
+def axle_lift(truck: Truck, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Share by which the last axle is lifted at each time, 0 to 1: it begins to move at the scenario's times."""
+    knots_s, shares = [-1.0], [0.0]
+    for up_s, down_s in truck.lift_axle_up_s:
+        knots_s += [up_s, up_s + LIFTING_S, down_s, down_s + LIFTING_S]
+        shares += [0.0, 1.0, 1.0, 0.0]
+    return np.interp(time_s, knots_s, shares)
+
+
+def native_truck(truck: Truck, steering: Steering, *, lifted: bool = False) -> Any:
+    """The truck as a `sim_truck`, with its payload and its trailer."""
+    body = _body(truck)
+    compliance_rad_n = steering.compliance_deg_kn_m * DEGREE / 1000.0 * steering.trail_m
+    native = ffi.new(
         "sim_truck *",
         {
-            "mass": truck.mass_kg,
-            "yaw_inertia": truck.yaw_inertia_kg_m2,
-            "front_axle_distance": truck.front_axle_distance_m,
-            "rear_axle_distance": truck.wheelbase_m - truck.front_axle_distance_m,
-            "front_cornering_stiffness": truck.front_cornering_stiffness_n_rad / softening,
-            "rear_cornering_stiffness": truck.rear_cornering_stiffness_n_rad,
-            "front_relaxation_length": truck.relaxation_length_m / softening,
-            "rear_relaxation_length": truck.relaxation_length_m,
+            "mass": body.mass_kg,
+            "yaw_inertia": body.yaw_inertia_kg_m2,
+            "roll_per_acceleration": truck.roll_deg_m_s2 * DEGREE,
+            "roll_frequency": 2.0 * np.pi * truck.roll_frequency_hz,
+            "roll_damping": truck.roll_damping,
         },
     )
+    axles = _axles(truck, lifted)
+    native.axle_count = len(axles)
+    for k, axle in enumerate(axles):
+        native.axles[k] = _native_axle(axle, body.behind_m, truck, compliance_rad_n if axle.steer_share > 0.0 else 0.0)
+    if truck.trailer is not None:
+        native.hitch_distance = body.behind_m - truck.trailer.hitch_m
+        native.trailer = _native_trailer(truck.trailer, truck)[0]
+    return native
+
+
+def _native_trailer(trailer: Trailer, truck: Truck) -> Any:
+    body = _trailer_body(trailer)
+    native = ffi.new(
+        "sim_trailer *",
+        {
+            "mass": body.mass_kg,
+            "yaw_inertia": body.yaw_inertia_kg_m2,
+            "gravity_centre_distance": body.behind_m,
+            "axle_count": trailer.axle_count,
+        },
+    )
+    for k, axle in enumerate(_trailer_axles(trailer, truck.stiffness_load_exponent)):
+        native.axles[k] = _native_axle(axle, 0.0, truck, 0.0)
+    return native
+
+
+def _native_axle(axle: _Axle, from_m: float, truck: Truck, compliance_rad_n: float) -> dict[str, Any]:
+    return {
+        "distance": from_m - axle.behind_m,
+        "steer_share": axle.steer_share,
+        "compliance": compliance_rad_n,
+        "relaxation_length": truck.relaxation_length_m,
+        "scrub_stiffness": axle.scrub_n_m2,
+        "tyre": _native_tyre(axle, truck.tyres),
+    }
+
+
+def _native_tyre(axle: _Axle, tyres: Tyres | None) -> dict[str, Any]:
+    if tyres is None:
+        return {"model": lib.SIM_TYRE_LINEAR, "cornering_stiffness": axle.stiffness_n_rad}
+    return {
+        "model": lib.SIM_TYRE_BRUSH if tyres.model == "brush" else lib.SIM_TYRE_MAGIC_FORMULA,
+        "cornering_stiffness": axle.stiffness_n_rad,
+        "D": tyres.friction * axle.load_n,
+        "C": tyres.C or 0.0,
+        "E": tyres.E or 0.0,
+    }
+
+
+def _stance(truck: Truck, steering: Steering, lifted: bool, curvature_1_m: float, a_y: float) -> Any:
+    return lib.sim_truck_stance(native_truck(truck, steering, lifted=lifted), curvature_1_m, a_y)
+
+
+def _body(truck: Truck) -> _Body:
+    return _Body(truck.mass_kg, truck.yaw_inertia_kg_m2, truck.front_axle_distance_m).laden(truck.payload)
+
+
+def _trailer_body(trailer: Trailer) -> _Body:
+    return _Body(trailer.mass_kg, trailer.yaw_inertia_kg_m2, trailer.gravity_centre_m).laden(trailer.payload)
+
+
+def _hitch_load_kg(trailer: Trailer) -> float:
+    body = _trailer_body(trailer)
+    return body.mass_kg * (1.0 - body.behind_m / trailer.axles_m)
+
+
+def _axles(truck: Truck, lifted: bool) -> list[_Axle]:
+    """First to last, as loaded."""
+    in_front = truck.front_axle_count
+    empty = _loads_n(truck, _group_loads_of(truck, truck.mass_kg, truck.mass_kg * truck.front_axle_distance_m, False))
+    loads = _loads_n(truck, _group_loads_n(truck, lifted), lifted)
+    groups_n_rad = truck.front_cornering_stiffness_n_rad, truck.rear_cornering_stiffness_n_rad
+    shares = _load_shares(truck, False)
+    scrub_n_m2 = truck.dual_tyre_longitudinal_stiffness_n * truck.dual_tyre_spacing_m**2
+    duals = {"6x2": 1}.get(truck.axle_layout, truck.rear_axle_count)  # a tag axle has single tyres
+    axles = []
+    for k, behind_m in enumerate(_places_m(truck)):
+        ratio = (loads[k] / empty[k]) ** truck.stiffness_load_exponent if loads[k] > 0.0 else 0.0
+        stiffness = groups_n_rad[k >= in_front] * shares[k] * ratio
+        scrub = scrub_n_m2 if in_front <= k < in_front + duals else 0.0
+        axles.append(_Axle(behind_m, stiffness, loads[k], scrub, _steer_share(truck, k)))
+    return axles
+
+
+def _places_m(truck: Truck) -> list[float]:
+    front, rear = truck.front_axle_spacing_m, truck.rear_axle_spacing_m
+    first = [0.0] if front is None else [0.0, front]
+    return [*first, truck.wheelbase_m] if rear is None else [*first, truck.wheelbase_m, truck.wheelbase_m + rear]
+
+
+def _steer_share(truck: Truck, k: int) -> float:
+    """The second steered axle points, if not told otherwise, to where the middle of the rear axles lets it turn."""
+    if k == 0:
+        return 1.0
+    if k >= truck.front_axle_count:
+        return 0.0
+    if truck.second_axle_steer_share is not None:
+        return truck.second_axle_steer_share
+    to_middle_m = _centre(_places_m(truck), _load_shares(truck, False), slice(truck.front_axle_count, None))
+    return (to_middle_m - _places_m(truck)[k]) / to_middle_m
+
+
+def _load_shares(truck: Truck, lifted: bool) -> list[float]:
+    """Of each axle in its group."""
+    front = [1.0 / truck.front_axle_count] * truck.front_axle_count
+    if truck.rear_axle_count == 1:
+        return [*front, 1.0]
+    last = 0.0 if lifted else truck.last_axle_load_share
+    return [*front, 1.0 - last, last]
+
+
+def _centre(places_m: Sequence[float], shares: Sequence[float], group: slice) -> float:
+    return sum(x * s for x, s in zip(places_m[group], shares[group], strict=True))
+
+
+def _group_loads_n(truck: Truck, lifted: bool) -> tuple[float, float]:
+    """All front and all rear axles, with payload and what a trailer lays on the hitch."""
+    body = _body(truck)
+    mass, moment = body.mass_kg, body.mass_kg * body.behind_m
+    if truck.trailer is not None:
+        mass += _hitch_load_kg(truck.trailer)
+        moment += _hitch_load_kg(truck.trailer) * truck.trailer.hitch_m
+    return _group_loads_of(truck, mass, moment, lifted)
+
+
+def _group_loads_of(truck: Truck, mass_kg: float, moment_kg_m: float, lifted: bool) -> tuple[float, float]:
+    """moment_kg_m: mass times its distance behind the first axle."""
+    places_m, shares = _places_m(truck), _load_shares(truck, lifted)
+    front_m = _centre(places_m, shares, slice(None, truck.front_axle_count))
+    rear_m = _centre(places_m, shares, slice(truck.front_axle_count, None))
+    rear_kg = (moment_kg_m - mass_kg * front_m) / (rear_m - front_m)
+    return (mass_kg - rear_kg) * STANDARD_GRAVITY, rear_kg * STANDARD_GRAVITY
+
+
+def _loads_n(truck: Truck, groups_n: tuple[float, float], lifted: bool = False) -> list[float]:
+    shares = _load_shares(truck, lifted)
+    return [share * groups_n[k >= truck.front_axle_count] for k, share in enumerate(shares)]
+
+
+def _trailer_axles(trailer: Trailer, load_exponent: float) -> list[_Axle]:
+    """An even group about `axles_m`."""
+    n, body = trailer.axle_count, _trailer_body(trailer)
+    empty_kg = trailer.mass_kg * trailer.gravity_centre_m / trailer.axles_m
+    carried_kg = body.mass_kg * body.behind_m / trailer.axles_m
+    stiffness = trailer.cornering_stiffness_n_rad / n * (carried_kg / empty_kg) ** load_exponent
+    offs_m = [(k - (n - 1) / 2) * trailer.axle_spacing_m for k in range(n)]
+    return [_Axle(trailer.axles_m + off, stiffness, carried_kg * STANDARD_GRAVITY / n) for off in offs_m]
+
+
+def _refusal(name: str, message: str) -> OncenterError:
+    return OncenterError(f"scenario {name}: {message}", code="scenario_file", exit_code=WRONG_USAGE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +13,9 @@ import polars as pl
 
 from oncenter.signals import DEGREE
 from oncenter.simulate.scenario import Scenario
-from oncenter.simulate.truck import understeer_gradient
+from oncenter.simulate.sensors import Fault, Sensed
+from oncenter.simulate.steering import straight_ahead_rad, unloading_acceleration_m_s2
+from oncenter.simulate.truck import equivalent_wheelbase_m, understeer_gradient
 
 _COLUMNS = {
     "time_s": "time",
@@ -30,7 +33,18 @@ _COLUMNS = {
     "road_cross_slope": "cross_slope",
     "station_m": "station",
     "lateral_error_m": "lateral_error",
+    "east_m": "east",
+    "north_m": "north",
+    "heading_rad": "heading",
+    "wind_side_force_n": "wind_force",
+    "felt_lateral_acceleration_m_s2": "felt_lateral_acceleration",
+    "roll_rad": "roll",
+    "place_in_windup": "place_in_windup",
+    "articulation_rad": "articulation",
+    "axle_lift": "axle_lift",
 }
+
+_UNITS_IN_FILES = {"rad": ("deg", DEGREE), "rad_s": ("deg_s", DEGREE), "m_s2": ("m_s2", 1.0), "1": ("percent", 0.01)}
 
 
 @dataclass(frozen=True)
@@ -40,51 +54,112 @@ class Truth:
     Attributes:
         scenario: its name.
         seed: of its chances.
-        offset_rad: of the steering wheel angle sensor: measured less offset is true.
+        offset_rad: of the steering wheel angle sensor at the drive's end: measured less offset is true, but for whole
+            turns where the sensor is relative.
         understeer_gradient: K_us/g of (10) at the road wheel, steering compliance included, rad/(m/s^2).
+        equivalent_wheelbase_m: L of (10), Winkler's; the wheelbase where two axles with single tyres are all.
+        lifted_understeer_gradient: K_us/g while the lift axle is up, rad/(m/s^2); None where it never is.
+        lifted_equivalent_wheelbase_m: L of (10) while the lift axle is up; None where it never is.
+        steering_ratio: near the centre.
         backlash_rad: full width of the play, at the steering wheel.
-        yaw_rate_bias_rad_s: of the yaw rate sensor.
-        lateral_acceleration_bias_m_s2: of the accelerometer.
+        windup_rad: full width of the column's wind-up against friction, which looks like play.
+        unloading_acceleration_m_s2: lateral acceleration at which no moment is left at the king pins; NaN where there
+            is none.
+        straight_ahead_rad: true steering wheel angle that drives straight without lateral acceleration, at the middle
+            of play and wind-up: 0 but for wheel alignment. The sensor then reads this and `offset_rad`.
+        yaw_rate_bias_rad_s: of the yaw rate sensor at the drive's end.
+        lateral_acceleration_bias_m_s2: of the accelerometer at the drive's end.
+        faults: all that was wrong with the sensors, in order of time.
         table: one row a tick at 100 Hz, units as the columns say: `time_s`, `steering_wheel_angle_rad` (at the wheel,
             without offset), `place_in_play` (-1 to 1), `front_wheel_angle_rad` (as the steering sets the wheels,
             without what gives way under side force), the motion of the centre of gravity without any sensor, and the
-            road (`road_cross_slope` is the sine of the bank, positive where the road falls to the right).
+            road (`road_cross_slope` is the sine of the bank, positive where the road falls to the right). The path of
+            the centre of gravity from where it began (`east_m`, `north_m`), where the truck points (`heading_rad`,
+            counter-clockwise from east, whole turns added up) and the wind's push (`wind_side_force_n`, left
+            positive). `lateral_error_m` is NaN where there is no lane. What the sensors added at every tick:
+            `steering_wheel_angle_offset_rad` (whole turns included), `yaw_rate_bias_rad_s`,
+            `lateral_acceleration_bias_m_s2` and `longitudinal_acceleration_bias_m_s2`. An ideal accelerometer on the
+            leaning body feels `felt_lateral_acceleration_m_s2`; `roll_rad` is positive with the right side down.
+            `place_in_windup` is -1 to 1, `articulation_rad` the truck's heading less the trailer's, `axle_lift` 0 while
+            the last axle is down and 1 while it is up.
     """
 
     scenario: str
     seed: int
     offset_rad: float
     understeer_gradient: float
+    equivalent_wheelbase_m: float
+    lifted_understeer_gradient: float | None
+    lifted_equivalent_wheelbase_m: float | None
+    steering_ratio: float
     backlash_rad: float
+    windup_rad: float
+    unloading_acceleration_m_s2: float
+    straight_ahead_rad: float
     yaw_rate_bias_rad_s: float
     lateral_acceleration_bias_m_s2: float
+    faults: tuple[Fault, ...]
     table: pl.DataFrame
 
 
-def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void]) -> Truth:
-    sensors = scenario.sensors
+def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: Sensed) -> Truth:
+    true = {column: np.ascontiguousarray(rows[field]) for column, field in _COLUMNS.items()}
+    truck, steering = scenario.truck, scenario.steering
+    lifts = bool(truck.lift_axle_up_s)
     return Truth(
         scenario=scenario.name,
         seed=seed,
-        offset_rad=sensors.steering_wheel_angle.offset_deg * DEGREE,
-        understeer_gradient=understeer_gradient(scenario.truck, scenario.steering),
-        backlash_rad=scenario.steering.backlash_deg * DEGREE,
-        yaw_rate_bias_rad_s=sensors.yaw_rate.bias_deg_s * DEGREE,
-        lateral_acceleration_bias_m_s2=sensors.lateral_acceleration.bias_m_s2,
-        table=pl.DataFrame({column: np.ascontiguousarray(rows[field]) for column, field in _COLUMNS.items()}),
+        offset_rad=sensed.offset_rad,
+        understeer_gradient=understeer_gradient(truck, steering),
+        equivalent_wheelbase_m=equivalent_wheelbase_m(truck, steering),
+        lifted_understeer_gradient=understeer_gradient(truck, steering, lifted=True) if lifts else None,
+        lifted_equivalent_wheelbase_m=equivalent_wheelbase_m(truck, steering, lifted=True) if lifts else None,
+        steering_ratio=steering.ratio_near_centre,
+        backlash_rad=steering.backlash_deg * DEGREE,
+        windup_rad=2.0 * steering.windup_deg * DEGREE,
+        unloading_acceleration_m_s2=unloading_acceleration_m_s2(truck, steering),
+        straight_ahead_rad=straight_ahead_rad(truck, steering),
+        yaw_rate_bias_rad_s=float(sensed.courses["yaw_rate_bias_rad_s"][-1]),
+        lateral_acceleration_bias_m_s2=float(sensed.courses["lateral_acceleration_bias_m_s2"][-1]),
+        faults=sensed.faults,
+        table=pl.DataFrame(true | dict(sensed.courses)),
     )
 
 
-def write_truth(truth: Truth, log: Path) -> None:
-    """Writes `drive.truth.parquet` and `drive.truth.toml` beside `drive.log`; angles in the latter in degrees."""
-    truth.table.write_parquet(log.with_suffix(".truth.parquet"))
+def write_truth(truth: Truth, table: Path, summary: Path) -> None:
+    """Writes the truth's table as Parquet, and the rest as TOML with its angles in degrees."""
+    truth.table.write_parquet(table)
     values = {
         "offset_deg": truth.offset_rad / DEGREE,
         "understeer_gradient_deg_m_s2": truth.understeer_gradient / DEGREE,
+        "equivalent_wheelbase_m": truth.equivalent_wheelbase_m,
+        "steering_ratio": truth.steering_ratio,
         "backlash_deg": truth.backlash_rad / DEGREE,
+        "windup_deg": truth.windup_rad / DEGREE,
+        "unloading_acceleration_m_s2": truth.unloading_acceleration_m_s2,
+        "straight_ahead_deg": truth.straight_ahead_rad / DEGREE,
         "yaw_rate_bias_deg_s": truth.yaw_rate_bias_rad_s / DEGREE,
         "lateral_acceleration_bias_m_s2": truth.lateral_acceleration_bias_m_s2,
     }
+    if truth.lifted_understeer_gradient is not None and truth.lifted_equivalent_wheelbase_m is not None:
+        values["lifted_understeer_gradient_deg_m_s2"] = truth.lifted_understeer_gradient / DEGREE
+        values["lifted_equivalent_wheelbase_m"] = truth.lifted_equivalent_wheelbase_m
     lines = [f"scenario = {json.dumps(truth.scenario)}", f"seed = {truth.seed}"]
-    lines += [f"{name} = {float(f'{value:.9g}')!r}" for name, value in values.items()]
-    log.with_suffix(".truth.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    lines += [f"{name} = {_number(value)}" for name, value in values.items()]
+    for fault in truth.faults:
+        lines += ["", "[[faults]]", *_fault_lines(fault)]
+    summary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _fault_lines(fault: Fault) -> Iterator[str]:
+    yield f"signal = {json.dumps(fault.signal)}"
+    yield f"kind = {json.dumps(fault.kind)}"
+    yield f"begin_s = {_number(fault.begin_s)}"
+    yield f"end_s = {_number(fault.end_s)}"
+    if fault.size is not None:
+        unit, factor = _UNITS_IN_FILES[fault.unit]
+        yield f"size_{unit} = {_number(fault.size / factor)}"
+
+
+def _number(value: float) -> str:
+    return repr(float(f"{value:.9g}"))

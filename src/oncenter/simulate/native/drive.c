@@ -10,6 +10,24 @@ static double gravity_to_left(const sim_state *state, const sim_drive *drive)
     return -STANDARD_GRAVITY * sim_road_at(&drive->road, drive->road.cross_slope, state->station);
 }
 
+static sim_truck truck_now(const sim_drive *drive, const sim_inputs *inputs, size_t tick)
+{
+    const double lift = inputs->axle_lift == NULL ? 0.0 : inputs->axle_lift[tick];
+    return lift > 0.0 ? sim_truck_between(&drive->truck, &drive->lifted, lift) : drive->truck;
+}
+
+static sim_truck_input acting(const sim_state *state, const sim_drive *drive)
+{
+    const sim_truck_input input = {
+        .front_wheel_angle = state->steering.front_wheel_angle,
+        .speed = state->driver.speed,
+        .gravity_to_left = gravity_to_left(state, drive),
+        .wind_force = state->wind.side_force,
+        .wind_arm = drive->wind.arm,
+    };
+    return input;
+}
+
 static double lateral_error_rate(const sim_state *state)
 {
     return state->driver.speed * state->heading_error + state->truck.lateral_speed;
@@ -35,20 +53,23 @@ static void move_over(sim_state *state, double step_s)
     state->heading += state->truck.yaw_rate * step_s;
 }
 
-static void write_row(const sim_state *state, const sim_drive *drive, int32_t has_lane, sim_row *row)
+static void write_row(const sim_state *state, const sim_drive *drive, const sim_truck *truck, int32_t has_lane,
+                      sim_row *row)
 {
-    const double angle = state->steering.front_wheel_angle;
+    const sim_truck_input input = acting(state, drive);
     row->time = state->time;
     row->steering_wheel_angle = state->driver.steering_wheel_angle;
     row->place_in_play = state->steering.place_in_play;
-    row->front_wheel_angle = angle;
+    row->front_wheel_angle = input.front_wheel_angle;
     row->yaw_rate = state->truck.yaw_rate;
     row->vehicle_speed = state->driver.speed;
     row->lateral_speed = state->truck.lateral_speed;
-    row->lateral_acceleration = sim_truck_lateral_acceleration(&state->truck, &drive->truck, angle,
-                                                               state->driver.speed, gravity_to_left(state, drive));
+    row->lateral_acceleration = sim_truck_lateral_acceleration(&state->truck, truck, &input);
+    row->felt_lateral_acceleration = row->lateral_acceleration * cos(state->truck.roll)
+                                     + STANDARD_GRAVITY * sin(state->truck.roll);
+    row->roll = state->truck.roll;
     row->longitudinal_acceleration = state->driver.longitudinal_acceleration;
-    row->front_force = state->truck.front_force;
+    row->front_force = sim_truck_steered_force(&state->truck, truck);
     row->aligning_moment = state->steering.aligning_moment;
     row->curvature = sim_road_at(&drive->road, drive->road.curvature, state->station);
     row->cross_slope = sim_road_at(&drive->road, drive->road.cross_slope, state->station);
@@ -58,6 +79,8 @@ static void write_row(const sim_state *state, const sim_drive *drive, int32_t ha
     row->north = state->north;
     row->heading = state->heading;
     row->wind_force = state->wind.side_force;
+    row->place_in_windup = state->steering.place_in_windup;
+    row->articulation = state->truck.trailer.articulation;
 }
 
 void sim_init(sim_state *state, const sim_drive *drive)
@@ -83,7 +106,9 @@ void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs
         state->driver.steering_wheel_angle = machine[tick];
     if (inputs->gust_normals != NULL)
         sim_wind_blow(&state->wind, &drive->wind, state->heading, state->driver.speed, inputs->gust_normals[tick]);
-    write_row(state, drive, machine == NULL, row);
+    const sim_truck truck = truck_now(drive, inputs, tick);
+    write_row(state, drive, &truck, machine == NULL, row);
+    row->axle_lift = inputs->axle_lift == NULL ? 0.0 : inputs->axle_lift[tick];
     decide(state, drive, inputs, tick);
 
     const double tick_began = state->time;
@@ -96,9 +121,10 @@ void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs
         else
             state->driver.steering_wheel_angle += machine_rate * step_s;
         sim_steering_step(&state->steering, &drive->steering, state->driver.steering_wheel_angle,
-                          state->truck.front_force, step_s);
-        sim_truck_step(&state->truck, &drive->truck, state->steering.front_wheel_angle, state->driver.speed,
-                       gravity_to_left(state, drive), step_s);
+                          sim_truck_steered_force(&state->truck, &truck), state->driver.longitudinal_acceleration,
+                          step_s);
+        const sim_truck_input input = acting(state, drive);
+        sim_truck_step(&state->truck, &truck, &input, step_s);
         move_along(state, drive, step_s);
         move_over(state, step_s);
         state->time = tick_began + (k + 1) * step_s;

@@ -15,6 +15,7 @@
 
 typedef struct {
     sim_truck truck;
+    sim_truck lifted; /* the same truck while its last axle hangs; only where inputs lift it */
     sim_steering steering;
     sim_road road;
     sim_driver driver;
@@ -57,6 +58,11 @@ typedef struct {
     double east, north;               /* m, of the centre of gravity from where it began */
     double heading;                   /* rad, counter-clockwise from east, turns added up */
     double wind_force;                /* N, from the side, left positive */
+    double felt_lateral_acceleration; /* m/s^2, as an ideal accelerometer on the leaning body feels it */
+    double roll;                      /* rad, of the body, right side down positive */
+    double place_in_windup;           /* -1 to 1, of the column */
+    double articulation;              /* rad, truck's heading less trailer's; 0 without trailer */
+    double axle_lift;                 /* 1, 0: last axle down, 1: up */
 } sim_row;
 
 /* What comes from outside, one number a tick. */
@@ -66,6 +72,7 @@ typedef struct {
     const double *gust_normals;   /* the wind's; NULL: no wind at all */
     const double *machine_angles; /* rad, steering wheel angles of a machine that steers, one more than there are ticks;
                                      NULL: the driver steers */
+    const double *axle_lift;      /* 1, 0: last axle down, 1: up; NULL: it stays down */
 } sim_inputs;
 
 void sim_init(sim_state *state, const sim_drive *drive);

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-static const double LOOKS_AS_AT_M_S = 5.0;  /* slower, the driver looks no nearer */
+static const double LOOKS_AS_AT_M_S = 8.0;  /* slower, the driver looks no nearer, and corrects the more calmly */
 static const double MOVES_ABOVE_M_S = 0.5;  /* slower, the hands rest */
 static const double PEDAL_ANSWERS_S = 0.5;
 static const double SPEED_ANSWERS_S = 2.0;
@@ -32,7 +32,8 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
     state->hand_motion = wander(state->hand_motion, driver->hand_motion_keep, driver->hand_motion, hand_normal);
 
     const double v = state->speed;
-    const double T = driver->preview_time * fmax(1.0, LOOKS_AS_AT_M_S / v);
+    const double slowness = fmax(1.0, LOOKS_AS_AT_M_S / v);
+    const double T = driver->preview_time * slowness;
 
     /* Where the truck will be if nothing changes, against where the driver means to be. */
     const double here = sim_road_at(road, road->curvature, view->station);
@@ -43,7 +44,7 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
     /* The bend as it will be when the arms have moved, and the arc that takes the error away. */
     const double until_moved = driver->reaction_time + 2.0 / driver->arm_frequency;
     const double ahead = sim_road_at(road, road->curvature, view->station + v * until_moved);
-    const double correction = -driver->gain * 2.0 * error_ahead / (v * v * T * T);
+    const double correction = -driver->gain / slowness * 2.0 * error_ahead / (v * v * T * T);
     state->trim += (1.0 - driver->trim_keep) * correction;
     const double curvature = ahead + correction + state->trim;
 

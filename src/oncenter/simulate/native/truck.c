@@ -15,108 +15,239 @@ static double dynamic_share(double speed)
     return x * x * (3.0 - 2.0 * x);
 }
 
-/* (16), (18): the axle's force once the tyres have rolled in. */
-static double settled_front_force(const sim_truck_state *state, const sim_truck *truck, double angle, double speed)
+static sim_hitch hitch_of(const sim_truck_state *state, const sim_truck *truck, const sim_truck_input *input)
 {
-    const double slip = (state->lateral_speed + truck->front_axle_distance * state->yaw_rate) / speed - angle;
-    return -truck->front_cornering_stiffness * slip;
+    const sim_hitch hitch = {
+        .speed = input->speed,
+        .lateral_speed = state->lateral_speed + truck->hitch_distance * state->yaw_rate,
+        .yaw_rate = state->yaw_rate,
+        .mobility = 1.0 / truck->mass + truck->hitch_distance * truck->hitch_distance / truck->yaw_inertia,
+        .gravity_to_left = input->gravity_to_left,
+    };
+    return hitch;
 }
 
-/* (17), (18) */
-static double settled_rear_force(const sim_truck_state *state, const sim_truck *truck, double speed)
+/* (15) with (5), (6), (16) to (18), for any number of axles. */
+static void dynamic_slope(const sim_truck_state *state, const sim_truck *truck, const sim_truck_input *input,
+                          sim_truck_state *slope)
 {
-    const double slip = (state->lateral_speed - truck->rear_axle_distance * state->yaw_rate) / speed;
-    return -truck->rear_cornering_stiffness * slip;
+    const double v = input->speed, r = state->yaw_rate;
+    double force = input->wind_force, moment = input->wind_force * input->wind_arm;
+    for (int32_t k = 0; k < truck->axle_count; ++k) {
+        const sim_axle *axle = &truck->axles[k];
+        const double direction = (state->lateral_speed + axle->distance * r) / v;
+        const double now = sim_axle_force(axle, state->axle_forces[k], input->front_wheel_angle, direction);
+        force += now;
+        moment += axle->distance * now - axle->scrub_stiffness * r / v;
+        slope->axle_forces[k] =
+            sim_axle_force_slope(axle, state->axle_forces[k], input->front_wheel_angle, direction, v);
+    }
+    if (truck->trailer.axle_count > 0) {
+        sim_hitch hitch = hitch_of(state, truck, input);
+        hitch.lateral_acceleration = force / truck->mass + input->gravity_to_left
+                                     + truck->hitch_distance * moment / truck->yaw_inertia;
+        const double pull = sim_trailer_slope(&state->trailer, &truck->trailer, &hitch, &slope->trailer);
+        force -= pull;
+        moment -= truck->hitch_distance * pull;
+    }
+    slope->lateral_speed = force / truck->mass + input->gravity_to_left - v * r;
+    slope->yaw_rate = moment / truck->yaw_inertia;
 }
 
-/* (15) with (5) and (6) */
-static sim_truck_state dynamic_slope(const sim_truck_state *state, const sim_truck *truck, double angle,
-                                     double speed, double gravity_to_left)
-{
-    const double settled_front = settled_front_force(state, truck, angle, speed);
-    const double settled_rear = settled_rear_force(state, truck, speed);
-    const double front = truck->front_relaxation_length > 0.0 ? state->front_force : settled_front;
-    const double rear = truck->rear_relaxation_length > 0.0 ? state->rear_force : settled_rear;
+/* The sums over the axles that a stance follows from: C stiffness, x place, s steer share. */
+typedef struct {
+    double C, Cx, Cxx; /* Cxx with what dual tyres add */
+    double Cs, Csx;
+} axle_sums;
 
-    sim_truck_state slope = {0};
-    slope.lateral_speed = (front + rear) / truck->mass + gravity_to_left - speed * state->yaw_rate;
-    slope.yaw_rate = (truck->front_axle_distance * front - truck->rear_axle_distance * rear) / truck->yaw_inertia;
-    if (truck->front_relaxation_length > 0.0)
-        slope.front_force = (settled_front - front) * speed / truck->front_relaxation_length;
-    if (truck->rear_relaxation_length > 0.0)
-        slope.rear_force = (settled_rear - rear) * speed / truck->rear_relaxation_length;
-    return slope;
+static axle_sums sums_of(const sim_truck *truck)
+{
+    axle_sums sums = {0.0, 0.0, 0.0, 0.0, 0.0};
+    for (int32_t k = 0; k < truck->axle_count; ++k) {
+        const sim_axle *axle = &truck->axles[k];
+        const double C = sim_axle_stiffness(axle), x = axle->distance;
+        sums.C += C;
+        sums.Cx += C * x;
+        sums.Cxx += C * x * x + axle->scrub_stiffness;
+        sums.Cs += C * axle->steer_share;
+        sums.Csx += C * axle->steer_share * x;
+    }
+    return sums;
 }
 
-/* (7): the truck rolls as its wheels point; the axles carry what that takes, by their lever arms. */
-static sim_truck_state rolling_slope(const sim_truck_state *state, const sim_truck *truck, double angle, double speed,
-                                     double gravity_to_left)
+/* The stance at which the tyres give that side force (N) and yaw moment (N m) in that bend. */
+static sim_stance stance_of(const axle_sums *s, double curvature, double force, double moment)
 {
-    const double wheelbase = truck->front_axle_distance + truck->rear_axle_distance;
-    const double yaw_rate = speed * angle / wheelbase;
-    const double lateral_speed = truck->rear_axle_distance * yaw_rate;
-    const double force = truck->mass * (speed * state->yaw_rate - gravity_to_left);
-
-    sim_truck_state slope;
-    slope.lateral_speed = (lateral_speed - state->lateral_speed) / ROLLING_SETTLES_S;
-    slope.yaw_rate = (yaw_rate - state->yaw_rate) / ROLLING_SETTLES_S;
-    slope.front_force = (force * truck->rear_axle_distance / wheelbase - state->front_force) / ROLLING_SETTLES_S;
-    slope.rear_force = (force * truck->front_axle_distance / wheelbase - state->rear_force) / ROLLING_SETTLES_S;
-    return slope;
-}
-
-static sim_truck_state sum(const sim_truck_state *a, double weight, const sim_truck_state *b)
-{
-    const sim_truck_state result = {
-        a->lateral_speed + weight * b->lateral_speed,
-        a->yaw_rate + weight * b->yaw_rate,
-        a->front_force + weight * b->front_force,
-        a->rear_force + weight * b->rear_force,
+    const double f = force + s->Cx * curvature;
+    const double g = moment + s->Cxx * curvature;
+    const double determinant = s->Csx * s->C - s->Cs * s->Cx;
+    const sim_stance result = {
+        .front_wheel_angle = (s->C * g - s->Cx * f) / determinant,
+        .direction = (s->Cs * g - s->Csx * f) / determinant,
     };
     return result;
 }
 
-static sim_truck_state slope_of(const sim_truck_state *state, const sim_truck *truck, double angle, double speed,
-                                double gravity_to_left)
+static double force_in(const sim_stance *stance, const sim_axle *axle, double curvature)
 {
-    const double share = dynamic_share(speed);
-    if (share >= 1.0)
-        return dynamic_slope(state, truck, angle, speed, gravity_to_left);
-    const sim_truck_state rolling = rolling_slope(state, truck, angle, speed, gravity_to_left);
-    if (share <= 0.0)
-        return rolling;
-    const sim_truck_state dynamic = dynamic_slope(state, truck, angle, speed, gravity_to_left);
-    const sim_truck_state difference = sum(&dynamic, -1.0, &rolling);
-    return sum(&rolling, share, &difference);
+    const double slip =
+        axle->steer_share * stance->front_wheel_angle - stance->direction - axle->distance * curvature;
+    return sim_axle_stiffness(axle) * slip;
 }
 
-void sim_truck_step(sim_truck_state *state, const sim_truck *truck, double front_wheel_angle, double speed,
-                    double gravity_to_left, double step_s)
+static sim_trailer_load trailer_load(const sim_truck *truck)
 {
-    const sim_truck_state k1 = slope_of(state, truck, front_wheel_angle, speed, gravity_to_left);
-    const sim_truck_state at2 = sum(state, 0.5 * step_s, &k1);
-    const sim_truck_state k2 = slope_of(&at2, truck, front_wheel_angle, speed, gravity_to_left);
-    const sim_truck_state at3 = sum(state, 0.5 * step_s, &k2);
-    const sim_truck_state k3 = slope_of(&at3, truck, front_wheel_angle, speed, gravity_to_left);
-    const sim_truck_state at4 = sum(state, step_s, &k3);
-    const sim_truck_state k4 = slope_of(&at4, truck, front_wheel_angle, speed, gravity_to_left);
+    const sim_trailer_load none = {0.0, 0.0};
+    return truck->trailer.axle_count > 0 ? sim_trailer_load_of(&truck->trailer) : none;
+}
 
-    const sim_truck_state k14 = sum(&k1, 1.0, &k4);
-    const sim_truck_state k23 = sum(&k2, 1.0, &k3);
-    const sim_truck_state total = sum(&k14, 2.0, &k23);
-    *state = sum(state, step_s / 6.0, &total);
+sim_stance sim_truck_stance(const sim_truck *truck, double curvature, double lateral_acceleration)
+{
+    const axle_sums sums = sums_of(truck);
+    const sim_trailer_load load = trailer_load(truck);
+    const double hitch_force = load.mass * lateral_acceleration + load.scrub * curvature;
+    sim_stance stance = stance_of(&sums, curvature, truck->mass * lateral_acceleration + hitch_force,
+                                  truck->hitch_distance * hitch_force);
+    for (int32_t k = 0; k < truck->axle_count; ++k)
+        if (truck->axles[k].steer_share > 0.0)
+            stance.steered_force += force_in(&stance, &truck->axles[k], curvature);
+    return stance;
+}
 
-    if (speed <= ROLLS_BELOW_M_S)
+/* (7): the truck rolls as its axles together point; they carry what that takes, each by its stiffness and place. */
+static void rolling_slope(const sim_truck_state *state, const sim_truck *truck, const sim_truck_input *input,
+                          sim_truck_state *slope)
+{
+    const axle_sums sums = sums_of(truck);
+    const sim_trailer_load load = trailer_load(truck);
+    const double x = truck->hitch_distance;
+
+    const sim_stance in_bend = stance_of(&sums, 1.0, load.scrub, x * load.scrub); /* of 1/m, at no speed */
+    const double curvature = input->front_wheel_angle / in_bend.front_wheel_angle;
+    slope->yaw_rate = (input->speed * curvature - state->yaw_rate) / ROLLING_SETTLES_S;
+    slope->lateral_speed = (input->speed * curvature * in_bend.direction - state->lateral_speed) / ROLLING_SETTLES_S;
+
+    const double a_y = input->speed * state->yaw_rate - input->gravity_to_left;
+    const double hitch_force = load.mass * a_y + load.scrub * curvature;
+    const sim_stance now = stance_of(&sums, curvature, truck->mass * a_y + hitch_force - input->wind_force,
+                                 x * hitch_force - input->wind_force * input->wind_arm);
+    for (int32_t k = 0; k < truck->axle_count; ++k) {
+        const double force = force_in(&now, &truck->axles[k], curvature);
+        slope->axle_forces[k] = (force - state->axle_forces[k]) / ROLLING_SETTLES_S;
+    }
+    if (truck->trailer.axle_count == 0)
         return;
-    if (truck->front_relaxation_length <= 0.0)
-        state->front_force = settled_front_force(state, truck, front_wheel_angle, speed);
-    if (truck->rear_relaxation_length <= 0.0)
-        state->rear_force = settled_rear_force(state, truck, speed);
+    const sim_hitch hitch = hitch_of(state, truck, input);
+    sim_trailer_rolling_slope(&state->trailer, &truck->trailer, &hitch, ROLLING_SETTLES_S, &slope->trailer);
 }
 
-double sim_truck_lateral_acceleration(const sim_truck_state *state, const sim_truck *truck, double front_wheel_angle,
-                                      double speed, double gravity_to_left)
+/* a + weight * b, for what Runge and Kutta integrate: all but the roll. */
+static void add(const sim_truck *truck, const sim_truck_state *a, double weight, const sim_truck_state *b,
+                sim_truck_state *sum)
 {
-    const sim_truck_state slope = slope_of(state, truck, front_wheel_angle, speed, gravity_to_left);
-    return slope.lateral_speed + speed * state->yaw_rate - gravity_to_left;
+    sum->lateral_speed = a->lateral_speed + weight * b->lateral_speed;
+    sum->yaw_rate = a->yaw_rate + weight * b->yaw_rate;
+    for (int32_t k = 0; k < truck->axle_count; ++k)
+        sum->axle_forces[k] = a->axle_forces[k] + weight * b->axle_forces[k];
+    if (truck->trailer.axle_count == 0)
+        return;
+    sum->trailer.yaw_rate = a->trailer.yaw_rate + weight * b->trailer.yaw_rate;
+    sum->trailer.articulation = a->trailer.articulation + weight * b->trailer.articulation;
+    for (int32_t k = 0; k < truck->trailer.axle_count; ++k)
+        sum->trailer.axle_forces[k] = a->trailer.axle_forces[k] + weight * b->trailer.axle_forces[k];
+}
+
+static void slope_of(const sim_truck_state *state, const sim_truck *truck, const sim_truck_input *input,
+                     sim_truck_state *slope)
+{
+    const double share = dynamic_share(input->speed);
+    if (share >= 1.0) {
+        dynamic_slope(state, truck, input, slope);
+        return;
+    }
+    rolling_slope(state, truck, input, slope);
+    if (share <= 0.0)
+        return;
+    sim_truck_state dynamic, difference;
+    dynamic_slope(state, truck, input, &dynamic);
+    add(truck, &dynamic, -1.0, slope, &difference);
+    add(truck, slope, share, &difference, slope);
+}
+
+static double acceleration_of(const sim_truck_state *state, const sim_truck_state *slope,
+                              const sim_truck_input *input)
+{
+    return slope->lateral_speed + input->speed * state->yaw_rate - input->gravity_to_left;
+}
+
+/* The body leans outward on its springs, by the side force that its axles carry. */
+static void roll_step(sim_truck_state *state, const sim_truck *truck, double lateral_acceleration, double step_s)
+{
+    const double w = truck->roll_frequency;
+    const double rest = truck->roll_per_acceleration * lateral_acceleration;
+    state->roll_rate += (w * w * (rest - state->roll) - 2.0 * truck->roll_damping * w * state->roll_rate) * step_s;
+    state->roll += state->roll_rate * step_s;
+}
+
+/* Tyres that do not lag. */
+static void settle_forces(sim_truck_state *state, const sim_truck *truck, const sim_truck_input *input)
+{
+    const double v = input->speed;
+    for (int32_t k = 0; k < truck->axle_count; ++k) {
+        const double direction = (state->lateral_speed + truck->axles[k].distance * state->yaw_rate) / v;
+        state->axle_forces[k] =
+            sim_axle_force(&truck->axles[k], state->axle_forces[k], input->front_wheel_angle, direction);
+    }
+}
+
+void sim_truck_step(sim_truck_state *state, const sim_truck *truck, const sim_truck_input *input, double step_s)
+{
+    sim_truck_state k1, k2, k3, k4, at;
+    slope_of(state, truck, input, &k1);
+    add(truck, state, 0.5 * step_s, &k1, &at);
+    slope_of(&at, truck, input, &k2);
+    add(truck, state, 0.5 * step_s, &k2, &at);
+    slope_of(&at, truck, input, &k3);
+    add(truck, state, step_s, &k3, &at);
+    slope_of(&at, truck, input, &k4);
+
+    if (truck->roll_per_acceleration > 0.0)
+        roll_step(state, truck, acceleration_of(state, &k1, input), step_s);
+    add(truck, &k1, 1.0, &k4, &k1);
+    add(truck, &k2, 1.0, &k3, &k2);
+    add(truck, &k1, 2.0, &k2, &k1);
+    add(truck, state, step_s / 6.0, &k1, state);
+    if (input->speed > ROLLS_BELOW_M_S)
+        settle_forces(state, truck, input);
+}
+
+double sim_truck_lateral_acceleration(const sim_truck_state *state, const sim_truck *truck,
+                                      const sim_truck_input *input)
+{
+    sim_truck_state slope;
+    slope_of(state, truck, input, &slope);
+    return acceleration_of(state, &slope, input);
+}
+
+double sim_truck_steered_force(const sim_truck_state *state, const sim_truck *truck)
+{
+    double force = 0.0;
+    for (int32_t k = 0; k < truck->axle_count; ++k)
+        if (truck->axles[k].steer_share > 0.0)
+            force += state->axle_forces[k];
+    return force;
+}
+
+sim_truck sim_truck_between(const sim_truck *down, const sim_truck *up, double share)
+{
+    sim_truck between = *down;
+    for (int32_t k = 0; k < down->axle_count; ++k) {
+        const sim_axle *a = &down->axles[k], *b = &up->axles[k];
+        sim_axle *axle = &between.axles[k];
+        axle->scrub_stiffness = a->scrub_stiffness + share * (b->scrub_stiffness - a->scrub_stiffness);
+        axle->tyre.cornering_stiffness =
+            a->tyre.cornering_stiffness + share * (b->tyre.cornering_stiffness - a->tyre.cornering_stiffness);
+        axle->tyre.D = a->tyre.D + share * (b->tyre.D - a->tyre.D);
+    }
+    return between;
 }

@@ -1,35 +1,69 @@
 #ifndef SIM_TRUCK_H
 #define SIM_TRUCK_H
-/* The dynamic single-track truck (13) with lagging tyres (5), (6).
+/* The dynamic single-track truck (13) with lagging tyres (5), (6), for any row of axles, with or without semitrailer.
  *
- * Linear tyres: good to some 4 m/s^2. Below walking speed slip angles mean nothing, so there the truck rolls as its
- * wheels point (7); between 0.5 and 2 m/s the two models are blended by their derivatives. */
+ * Slip angles are small, the speed is what the driver makes it. Below walking speed slip angles mean nothing, so there
+ * the truck rolls where its axles together point, which is (7) with the equivalent wheelbase; between 0.5 and 2 m/s
+ * the two models are blended by their derivatives. */
+
+#include <stdint.h>
+
+#include "axle.h"
+#include "trailer.h"
+
+enum { SIM_AXLES_MAX = 4 };
 
 typedef struct {
-    double mass;                     /* kg */
-    double yaw_inertia;              /* kg m^2, about the centre of gravity */
-    double front_axle_distance;      /* m, l_f, from the centre of gravity */
-    double rear_axle_distance;       /* m, l_r */
-    double front_cornering_stiffness; /* N/rad, of the axle: 2 C_f of (13), steering compliance included */
-    double rear_cornering_stiffness;  /* N/rad, of the axle: 2 C_r */
-    double front_relaxation_length;  /* m, sigma_r of (6); 0: forces at once */
-    double rear_relaxation_length;   /* m */
+    double mass;        /* kg, without trailer */
+    double yaw_inertia; /* kg m^2, about the centre of gravity */
+    int32_t axle_count; /* 2 to SIM_AXLES_MAX */
+    sim_axle axles[SIM_AXLES_MAX];
+    double roll_per_acceleration; /* rad/(m/s^2), body roll in a steady bend; 0: none */
+    double roll_frequency;        /* rad/s, natural */
+    double roll_damping;          /* 1, share of critical */
+    double hitch_distance;        /* m, ahead of the centre of gravity, thus negative */
+    sim_trailer trailer;
 } sim_truck;
 
 typedef struct {
     double lateral_speed; /* m/s, of the centre of gravity */
     double yaw_rate;      /* rad/s */
-    double front_force;   /* N, side force of the axle, left positive */
-    double rear_force;    /* N */
+    double axle_forces[SIM_AXLES_MAX]; /* N, side forces, left positive */
+    double roll;          /* rad, of the body against the road, right side down positive */
+    double roll_rate;     /* rad/s */
+    sim_trailer_state trailer;
 } sim_truck_state;
 
-/* One Runge-Kutta step. front_wheel_angle: rad, as the steering would set the wheels without side force; speed: m/s,
- * not negative; gravity_to_left: m/s^2, what of gravity a banked road turns to the left. */
-void sim_truck_step(sim_truck_state *state, const sim_truck *truck, double front_wheel_angle, double speed,
-                    double gravity_to_left, double step_s);
+/* What acts on the truck from outside, constant over a step. */
+typedef struct {
+    double front_wheel_angle; /* rad, as the steering would set the wheels without side force */
+    double speed;             /* m/s, not negative */
+    double gravity_to_left;   /* m/s^2, what of gravity a banked road turns to the left */
+    double wind_force;        /* N, from the side, left positive */
+    double wind_arm;          /* m, where it acts, ahead of the centre of gravity */
+} sim_truck_input;
 
-/* m/s^2, specific force at the centre of gravity, as an ideal accelerometer feels it. */
-double sim_truck_lateral_acceleration(const sim_truck_state *state, const sim_truck *truck, double front_wheel_angle,
-                                      double speed, double gravity_to_left);
+/* One Runge-Kutta step. */
+void sim_truck_step(sim_truck_state *state, const sim_truck *truck, const sim_truck_input *input, double step_s);
+
+/* m/s^2, specific force at the centre of gravity along the road's surface. */
+double sim_truck_lateral_acceleration(const sim_truck_state *state, const sim_truck *truck,
+                                      const sim_truck_input *input);
+
+/* How the truck with linear tyres goes in steady motion: (10) for any row of axles, by superposition of a curvature
+ * (1/m) at no speed and a lateral acceleration (m/s^2, specific force) on no bend. */
+typedef struct {
+    double front_wheel_angle; /* rad */
+    double direction;         /* rad, of the centre of gravity's motion against the truck */
+    double steered_force;     /* N, of all steered wheels */
+} sim_stance;
+
+sim_stance sim_truck_stance(const sim_truck *truck, double curvature, double lateral_acceleration);
+
+/* N, side force of all steered wheels. */
+double sim_truck_steered_force(const sim_truck_state *state, const sim_truck *truck);
+
+/* A truck between two whose axles carry differently, as while an axle is lifted: share 0 is `down`, 1 is `up`. */
+sim_truck sim_truck_between(const sim_truck *down, const sim_truck *up, double share);
 
 #endif

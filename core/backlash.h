@@ -1,9 +1,10 @@
 #ifndef OC_BACKLASH_H
 #define OC_BACKLASH_H
-/* Play between an outer element, which somebody moves, and an inner one, which is carried along at either end.
+/* The play operator: play between an outer element, which somebody moves, and an inner one, which is carried along at
+ * either end.
  *
- * Inside the play the inner element stays where the last motion left it (hysteresis, the play operator) until a load
- * beats its friction: then it creeps against the load to its end of the play (5.3.3). */
+ * Inside the play the inner element stays where the last motion left it (hysteresis) until a load beats its friction:
+ * then it creeps against the load to its end of the play (5.3.3). */
 
 typedef struct {
     double half_width; /* rad of the outer element, from the midpoint to either end; 0: none */

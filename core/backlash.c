@@ -2,16 +2,14 @@
 
 #include <math.h>
 
-static double limited(double value, double low, double high)
-{
+static double limited(double value, double low, double high) {
     if (value < low)
         return low;
     return value > high ? high : value;
 }
 
 double oc_backlash_step(oc_backlash_state *state, const oc_backlash *backlash, double outer, double load,
-                        double step_s)
-{
+                        double step_s) {
     const double half = backlash->half_width;
     if (half <= 0.0) {
         state->inner = outer;
@@ -19,8 +17,10 @@ double oc_backlash_step(oc_backlash_state *state, const oc_backlash *backlash, d
     }
 
     const double beyond_friction = fabs(load) - backlash->friction;
-    if (beyond_friction > 0.0)
-        state->inner -= copysign(backlash->creep * beyond_friction * step_s, load);
+    if (beyond_friction > 0.0) {
+        const double crept = backlash->creep * beyond_friction * step_s;
+        state->inner -= load > 0.0 ? crept : -crept;
+    }
 
     state->inner = limited(state->inner, outer - half, outer + half);
     return limited((outer - state->inner) / half, -1.0, 1.0);

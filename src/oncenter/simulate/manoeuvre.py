@@ -1,0 +1,52 @@
+"""What a machine at the steering wheel does, tick by tick."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter.signals import DEGREE
+from oncenter.simulate.road_sections import Manoeuvre, ProfileManoeuvre, RampManoeuvre, WeaveManoeuvre
+
+Array = npt.NDArray[np.float64]
+
+
+def machine_angles_rad(manoeuvre: Manoeuvre, time_s: Array) -> Array:
+    """Steering wheel angles at those times; before the manoeuvre zero, after it as it ended."""
+    if isinstance(manoeuvre, WeaveManoeuvre):
+        return _weave(manoeuvre, time_s)
+    knots_s, knots_deg = _ramp(manoeuvre) if isinstance(manoeuvre, RampManoeuvre) else _profile(manoeuvre)
+    return np.interp(time_s, knots_s, knots_deg, left=0.0) * DEGREE
+
+
+def manoeuvre_ends_s(manoeuvre: Manoeuvre) -> float:
+    """When the last movement of the wheel is over."""
+    if isinstance(manoeuvre, WeaveManoeuvre):
+        return _weave_begins_s(manoeuvre)[-1] + manoeuvre.cycles / manoeuvre.frequency_hz[-1]
+    return (_ramp(manoeuvre) if isinstance(manoeuvre, RampManoeuvre) else _profile(manoeuvre))[0][-1]
+
+
+def _profile(manoeuvre: ProfileManoeuvre) -> tuple[list[float], list[float]]:
+    return list(manoeuvre.time_s), list(manoeuvre.angle_deg)
+
+
+def _ramp(manoeuvre: RampManoeuvre) -> tuple[list[float], list[float]]:
+    rate_deg_s, first_deg, second_deg = manoeuvre.rate_deg_s, manoeuvre.from_deg, manoeuvre.to_deg
+    there_s = manoeuvre.begin_s + abs(first_deg) / rate_deg_s
+    leaves_s = there_s + manoeuvre.hold_s
+    ends_s = leaves_s + abs(second_deg - first_deg) / rate_deg_s
+    return [manoeuvre.begin_s, there_s, leaves_s, ends_s], [0.0, first_deg, first_deg, second_deg]
+
+
+def _weave(manoeuvre: WeaveManoeuvre, time_s: Array) -> Array:
+    angle = np.zeros_like(time_s)
+    for begin_s, frequency_hz in zip(_weave_begins_s(manoeuvre), manoeuvre.frequency_hz, strict=True):
+        turns = (time_s - begin_s) * frequency_hz
+        during = (turns >= 0.0) & (turns <= manoeuvre.cycles)
+        angle[during] = manoeuvre.amplitude_deg * DEGREE * np.sin(2.0 * np.pi * turns[during])
+    return angle
+
+
+def _weave_begins_s(manoeuvre: WeaveManoeuvre) -> list[float]:
+    lasts_s = [manoeuvre.cycles / frequency_hz + manoeuvre.pause_s for frequency_hz in manoeuvre.frequency_hz]
+    return [manoeuvre.begin_s + sum(lasts_s[:k]) for k in range(len(lasts_s))]

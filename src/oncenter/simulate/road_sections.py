@@ -1,0 +1,185 @@
+"""What a scenario file says of the road, the wind over it, and the driver or the machine that steers."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+
+from oncenter.signals import DEGREE
+from oncenter.simulate.section import NotNegative, Positive, PositiveRange, Section, in_order
+
+CrossSlope = Annotated[float, Field(ge=-15, le=15)]
+
+
+class _Road(Section):
+    """What every road has."""
+
+    heading_deg: Annotated[float, Field(ge=0, lt=360)] = 0.0
+    rough_bank_sd_percent: Annotated[float, Field(ge=0, le=2)] = 0.0
+    rough_bank_length_m: Annotated[float, Field(ge=5, le=1000)] = 40.0
+
+
+class BendsRoad(_Road):
+    """Straights and bends by chance, without end."""
+
+    kind: Literal["bends"] = "bends"
+    crown_percent: CrossSlope
+    superelevation_max_percent: Annotated[float, Field(ge=0, le=8)] | None = None
+    straight_length_m: PositiveRange
+    bend_radius_m: Annotated[tuple[float, float], Field(), AfterValidator(in_order)]
+    bend_angle_deg: PositiveRange
+    bend_side: Literal["left", "right", "both"] = "both"
+    clothoid_length_m: PositiveRange
+
+    @model_validator(mode="after")
+    def _can_be_steered(self) -> BendsRoad:
+        if self.bend_radius_m[0] < 15:
+            raise ValueError(f"'bend_radius_m' must be at least 15, got {self.bend_radius_m[0]:g}")
+        if self.bend_angle_deg[1] > 180:
+            raise ValueError(f"'bend_angle_deg' must be at most 180, got {self.bend_angle_deg[1]:g}")
+        return self
+
+
+class RoadSection(Section):
+    length_m: Positive
+    turn_deg: Annotated[float, Field(ge=-360, le=360)] = 0.0
+    cross_slope_percent: CrossSlope | None = None
+    speed_km_h: Positive | None = None
+
+
+class SectionsRoad(_Road):
+    """Straights and bends one after the other as given, once or again and again."""
+
+    kind: Literal["sections"]
+    crown_percent: CrossSlope
+    clothoid_length_m: Positive
+    repeat: bool
+    sections: Annotated[tuple[RoadSection, ...], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _can_be_steered(self) -> SectionsRoad:
+        for number, section in enumerate(self.sections, start=1):
+            if section.length_m < 2.0 * self.clothoid_length_m:
+                raise ValueError(f"'sections' number {number} must be longer than both its clothoids together")
+            radius_m = (section.length_m - self.clothoid_length_m) / max(abs(section.turn_deg) * DEGREE, 1e-9)
+            if radius_m < 10:
+                raise ValueError(f"'sections' number {number} must not bend closer than 10 m, got {radius_m:.1f} m")
+        return self
+
+
+class CsvRoad(_Road):
+    """As measured: a CSV file with station_m, curvature_1_m, cross_slope_1 and speed_m_s."""
+
+    kind: Literal["csv"]
+    file: Path
+
+
+class OpenRoad(_Road):
+    """Open ground without lanes, for a machine that steers."""
+
+    kind: Literal["open"]
+    crown_percent: CrossSlope
+
+
+ROAD_KINDS = ("bends", "sections", "csv", "open")
+KINDS = {*ROAD_KINDS, "profile", "ramp", "weave"}  # no keys of a file, but parts of pydantic's locations
+
+
+def _kind_of_road(values: Any) -> str:
+    return str(values.get("kind", "bends") if isinstance(values, dict) else getattr(values, "kind", "bends"))
+
+
+Road = Annotated[
+    Annotated[BendsRoad, Tag("bends")]
+    | Annotated[SectionsRoad, Tag("sections")]
+    | Annotated[CsvRoad, Tag("csv")]
+    | Annotated[OpenRoad, Tag("open")],
+    Discriminator(
+        _kind_of_road,
+        custom_error_type="road_kind",
+        custom_error_message=f"'kind' must be one of {', '.join(ROAD_KINDS)}",
+    ),
+]
+
+
+class Stops(Section):
+    """Where the road makes the truck stop and stand."""
+
+    spacing_m: PositiveRange
+    duration_s: PositiveRange
+
+
+class Wind(Section):
+    """Blows over open land; its force acts in front of the centre of gravity."""
+
+    mean_m_s: Annotated[float, Field(ge=0, le=30)]
+    from_deg: Annotated[float, Field(ge=0, lt=360)]
+    gust_sd_m_s: Annotated[float, Field(ge=0, le=10)]
+    gust_time_s: Positive
+    side_area_m2: Positive
+    side_force_coefficient: Annotated[float, Field(gt=0, le=3)]
+    force_arm_m: Annotated[float, Field(ge=-10, le=10)]
+
+
+_MachineAngle = Annotated[float, Field(ge=-1000, le=1000)]
+
+
+class ProfileManoeuvre(Section):
+    """Steering wheel angles at given times, straight lines between them."""
+
+    kind: Literal["profile"]
+    time_s: Annotated[tuple[NotNegative, ...], Field(min_length=2)]
+    angle_deg: tuple[_MachineAngle, ...]
+
+    @model_validator(mode="after")
+    def _is_a_course(self) -> ProfileManoeuvre:
+        if len(self.angle_deg) != len(self.time_s):
+            raise ValueError(f"'angle_deg' must be as many as 'time_s', got {len(self.angle_deg)}")
+        if any(after <= before for before, after in pairwise(self.time_s)):
+            raise ValueError("'time_s' must ascend")
+        return self
+
+
+class RampManoeuvre(Section):
+    """From zero to one angle, held, and on to another, both at one rate: Figure 12; a step steer when from zero."""
+
+    kind: Literal["ramp"]
+    begin_s: NotNegative
+    from_deg: _MachineAngle
+    hold_s: NotNegative
+    to_deg: _MachineAngle
+    rate_deg_s: Annotated[float, Field(gt=0, le=2000)]
+
+
+class WeaveManoeuvre(Section):
+    """Sines, one frequency after the other."""
+
+    kind: Literal["weave"]
+    begin_s: NotNegative
+    amplitude_deg: Annotated[float, Field(gt=0, le=500)]
+    frequency_hz: Annotated[tuple[Annotated[float, Field(gt=0, le=5)], ...], Field(min_length=1)]
+    cycles: Annotated[int, Field(ge=1, le=1000)]
+    pause_s: NotNegative
+
+
+Manoeuvre = Annotated[ProfileManoeuvre | RampManoeuvre | WeaveManoeuvre, Field(discriminator="kind")]
+
+
+class Driver(Section):
+    speed_km_h: Annotated[tuple[Positive, Annotated[float, Field(le=150)]], AfterValidator(in_order)]
+    speed_section_length_m: PositiveRange
+    bend_lateral_acceleration_max_m_s2: Annotated[float, Field(gt=0, le=4)]
+    acceleration_max_m_s2: Annotated[float, Field(gt=0, le=5)]
+    deceleration_max_m_s2: Annotated[float, Field(gt=0, le=8)]
+    preview_time_s: Annotated[float, Field(ge=0.5, le=10)]
+    preview_gain: Annotated[float, Field(gt=0, le=2)]
+    trim_time_s: Positive
+    reaction_time_s: Annotated[float, Field(ge=0, le=1)]
+    arm_frequency_rad_s: Annotated[float, Field(ge=1, le=100)]
+    lane_wander_sd_m: NotNegative
+    lane_wander_time_s: Positive
+    hand_motion_sd_deg: NotNegative
+    hand_motion_time_s: Positive

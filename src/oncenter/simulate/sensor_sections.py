@@ -1,0 +1,194 @@
+"""The `[sensors]` of a scenario file: what each sensor can do, and what goes wrong with it.
+
+What a file does not say does not happen: every key that makes a sensor worse than Table 1 has a neutral default.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from oncenter.simulate.section import NotNegative, Number, Positive, PositiveRange, Section
+
+_Percent = Annotated[float, Field(ge=-20, le=20)]
+_Turns = Annotated[int, Field(ge=-4, le=4)]
+_TURN_DEG = 360.0
+
+
+class Dropouts(Section):
+    """Short silences at random."""
+
+    rate_1_h: Annotated[float, Field(gt=0, le=3600)]
+    length_s: PositiveRange
+
+
+class Failure(Section):
+    """No number comes from a time on: for a time, or for good."""
+
+    begin_s: NotNegative
+    length_s: Positive | None = None
+    says: Literal["not_available", "error"] = "not_available"
+
+
+class Stuck(Section):
+    """The last number comes again and again from a time on: for a time, or for good."""
+
+    begin_s: NotNegative
+    length_s: Positive | None = None
+
+
+class Sensor(Section):
+    """What every sensor may do wrong."""
+
+    dropouts: Dropouts | None = None
+    failures: tuple[Failure, ...] = ()
+    stuck: tuple[Stuck, ...] = ()
+
+
+class AngleRemount(Section):
+    begin_s: NotNegative
+    step_deg: Number
+
+
+class SelfCorrection(Section):
+    """A stability control that finds the offset by itself and takes it out of what it sends, gradually or at once."""
+
+    begin_s: NotNegative
+    length_s: NotNegative = 0.0
+    share: Annotated[float, Field(gt=0, le=1)] = 1.0
+
+
+class Ignition(Section):
+    """Off for some seconds, and then off by other whole turns."""
+
+    begin_s: NotNegative
+    off_s: Positive
+    turns: _Turns
+
+
+class RelativeAngle(Section):
+    """A sensor that does not know which turn it is in: SPN 1812 is 0."""
+
+    turns: _Turns = 0
+    ignitions: tuple[Ignition, ...] = ()
+
+
+class SteeringWheelAngleSensor(Sensor):
+    offset_deg: Number
+    noise_sd_deg: NotNegative
+    resolution_deg: NotNegative
+    range_deg: Positive
+    hysteresis_deg: Annotated[float, Field(ge=0, le=20)] = 0.0
+    remounts: tuple[AngleRemount, ...] = ()
+    self_correction: SelfCorrection | None = None
+    relative: RelativeAngle | None = None
+
+    @model_validator(mode="after")
+    def _reads_straight_ahead(self) -> SteeringWheelAngleSensor:
+        """Whatever happens to it, straight ahead is within its range."""
+        turns = 0
+        if self.relative is not None:
+            turns = max(abs(t) for t in (self.relative.turns, *(i.turns for i in self.relative.ignitions)))
+        farthest = abs(self.offset_deg) + sum(abs(r.step_deg) for r in self.remounts) + turns * _TURN_DEG
+        if farthest >= self.range_deg:
+            raise ValueError(f"'range_deg' must exceed offset, remounts and whole turns, {farthest:g} together")
+        return self
+
+
+class YawRateRemount(Section):
+    begin_s: NotNegative
+    step_deg_s: Number
+
+
+class YawRateSensor(Sensor):
+    bias_deg_s: Number
+    noise_sd_deg_s: NotNegative
+    resolution_deg_s: NotNegative
+    range_deg_s: Positive
+    drift_deg_s_min: Number = 0.0
+    random_walk_sd_deg_s_min: NotNegative = 0.0  # of the bias's change in one minute
+    warm_up_deg_s: Number = 0.0  # what there is besides the bias when switched on
+    warm_up_time_min: Positive = 15.0  # until only 5 % of that is left, 2.5
+    bank_shift_mrad_s_percent: Annotated[float, Field(ge=-1, le=1)] = 0.0  # of cross slope, 2.5: 0.05
+    remounts: tuple[YawRateRemount, ...] = ()
+
+
+class AccelerometerRemount(Section):
+    begin_s: NotNegative
+    step_m_s2: Number
+
+
+class Accelerometer(Sensor):
+    bias_m_s2: Number
+    noise_sd_m_s2: NotNegative
+    resolution_m_s2: NotNegative
+    range_m_s2: Positive
+    drift_m_s2_min: Number = 0.0
+    random_walk_sd_m_s2_min: NotNegative = 0.0
+    warm_up_m_s2: Number = 0.0
+    warm_up_time_min: Positive = 15.0
+    remounts: tuple[AccelerometerRemount, ...] = ()
+
+
+class SpeedSensor(Sensor):
+    noise_sd_m_s: NotNegative
+    resolution_m_s: NotNegative
+    scale_error_percent: _Percent = 0.0
+
+
+class RadiusErrors(Section):
+    """How much larger a wheel rolls than its control unit believes; a larger wheel reads less."""
+
+    front_left: _Percent = 0.0
+    front_right: _Percent = 0.0
+    rear_left: _Percent = 0.0
+    rear_right: _Percent = 0.0
+
+
+class WheelSpeedSensors(Sensor):
+    """The four wheels', beyond the noise and resolution of `[sensors.speed]`."""
+
+    scale_error_percent: _Percent = 0.0
+    radius_error_percent: RadiusErrors = RadiusErrors()
+    load_transfer_percent_m_s2: Annotated[float, Field(ge=0, le=2)] = 0.0  # of the radius, per lateral acceleration
+    pulses_per_turn: Annotated[int, Field(ge=0, le=1000)] = 0  # 0: speed comes without pulses
+    rolling_radius_m: Annotated[float, Field(ge=0.1, le=2)] = 0.5
+    pulse_window_s: Annotated[float, Field(ge=0.01, le=1)] = 0.02  # in which pulses are counted and timed
+
+
+class Gnss(Sensor):
+    """A receiver with inertial sensors, as the thesis's RT3040; its errors fade as their correlation times say."""
+
+    latitude_deg: Annotated[float, Field(ge=-80, le=80)]  # where the drive begins
+    longitude_deg: Annotated[float, Field(ge=-180, le=180)]
+    position_sd_m: NotNegative = 0.5
+    position_time_s: Positive = 60.0
+    heading_sd_deg: NotNegative = 0.1
+    heading_time_s: Positive = 10.0
+
+
+class Sensors(Section):
+    steering_wheel_angle: SteeringWheelAngleSensor
+    yaw_rate: YawRateSensor
+    lateral_acceleration: Accelerometer
+    longitudinal_acceleration: Accelerometer
+    speed: SpeedSensor
+    wheel_speed: WheelSpeedSensors = WheelSpeedSensors()
+    gnss: Gnss | None = None
+
+
+class Can(Section):
+    jitter_sd_ms: Annotated[float, Field(ge=0, le=2)]
+
+
+def begins_s(section: Section, name: str) -> Iterator[tuple[str, float]]:
+    """When something happens to a sensor, by its key in the file: "sensors.yaw_rate.stuck", 600.0."""
+    for key in type(section).model_fields:
+        value = getattr(section, key)
+        if key == "begin_s":
+            yield name, value
+        for part in value if isinstance(value, tuple) else (value,):
+            if isinstance(part, Section):
+                yield from begins_s(part, f"{name}.{key}")

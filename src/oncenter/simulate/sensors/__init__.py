@@ -1,0 +1,112 @@
+"""What the truck's sensors make of what is true: Table 1's resolution, range, bias and noise, and their faults."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from oncenter.signals import SIGNALS, Signals, Source
+from oncenter.simulate.drive import RATE_HZ
+from oncenter.simulate.scenario import Scenario
+from oncenter.simulate.sensor_sections import Sensor
+from oncenter.simulate.sensors.angle import sense_angle
+from oncenter.simulate.sensors.faults import Fault, silenced, silences
+from oncenter.simulate.sensors.gnss import sense_gnss
+from oncenter.simulate.sensors.inertial import sense_acceleration, sense_yaw_rate
+from oncenter.simulate.sensors.reading import Array
+from oncenter.simulate.sensors.wheels import sense_vehicle_speed, sense_wheel_speeds
+
+__all__ = ["Fault", "Sensed", "sense"]
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """A drive as its sensors report it.
+
+    Attributes:
+        signals: at `RATE_HZ`, NaN where a sensor says nothing.
+        speed_over_ground_m_s: as a GNSS receiver says it; None without one.
+        faults: all that was wrong, in order of time.
+        offset_rad: of the steering wheel angle at the drive's end, without the whole turns of a relative sensor.
+        courses: what was added to a reading at every tick, by truth's column.
+    """
+
+    signals: Signals
+    speed_over_ground_m_s: Array | None
+    faults: tuple[Fault, ...]
+    offset_rad: float
+    courses: Mapping[str, Array]
+
+
+def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Generator) -> Sensed:
+    """The drive as its sensors report it.
+
+    The white noise of Table 1's sensors is drawn from `random`, always all of it and in this order; whatever else has
+    chances draws from a child of its own name.
+    """
+    sensors = scenario.sensors
+    columns: dict[str, Array] = {}
+    faults: list[Fault] = []
+
+    def take(signal: str, read: Array, sensor: Sensor, own: list[Fault]) -> None:
+        """A signal as it comes through what its sensor's section says, and what was wrong with it."""
+        faults.extend(own)
+        silent = silences(signal, sensor, len(rows), random)
+        faults.extend(silent)
+        columns[signal] = silenced(read, [*own, *silent])
+
+    angle, offset, offset_and_turns, of_angle = sense_angle(
+        rows["steering_wheel_angle"], sensors.steering_wheel_angle, random
+    )
+    take("steering_wheel_angle", angle, sensors.steering_wheel_angle, of_angle)
+    yaw_rate, yaw_rate_bias, of_yaw_rate = sense_yaw_rate(rows, sensors.yaw_rate, random)
+    take("yaw_rate", yaw_rate, sensors.yaw_rate, of_yaw_rate)
+    speed, of_speed = sense_vehicle_speed(rows["vehicle_speed"], sensors.speed, random)
+    take("vehicle_speed", speed, sensors.speed, of_speed)
+    biases = {}
+    for signal, felt, sensor in (
+        ("lateral_acceleration", "felt_lateral_acceleration", sensors.lateral_acceleration),
+        ("longitudinal_acceleration", "longitudinal_acceleration", sensors.longitudinal_acceleration),
+    ):
+        acceleration, biases[signal], own = sense_acceleration(signal, rows[felt], sensor, random)
+        take(signal, acceleration, sensor, own)
+
+    wheels, of_wheels = sense_wheel_speeds(scenario.truck, rows, sensors.wheel_speed, sensors.speed, random)
+    silent = silences("wheel_speed", sensors.wheel_speed, len(rows), random)
+    columns |= {wheel: silenced(read, silent) for wheel, read in wheels.items()}
+    faults += of_wheels + silent
+
+    absolute = float(sensors.steering_wheel_angle.relative is None)
+    columns["steering_wheel_angle_sensor_type"] = np.full(len(rows), absolute)
+    speed_over_ground = None
+    if sensors.gnss is not None:
+        received, over_ground = sense_gnss(rows, sensors.gnss, random)
+        silent = silences("gnss", sensors.gnss, len(rows), random)
+        columns |= {signal: silenced(read, silent) for signal, read in received.items()}
+        speed_over_ground = silenced(over_ground, silent)
+        faults += silent
+
+    return Sensed(
+        _signals(scenario.name, rows["time"], columns),
+        speed_over_ground,
+        tuple(sorted(faults, key=lambda fault: fault.begin_s)),
+        float(offset[-1]),
+        {
+            "steering_wheel_angle_offset_rad": offset_and_turns,
+            "yaw_rate_bias_rad_s": yaw_rate_bias,
+            **{f"{signal}_bias_m_s2": bias for signal, bias in biases.items()},
+        },
+    )
+
+
+def _signals(name: str, time: Array, columns: Mapping[str, Array]) -> Signals:
+    table = pl.DataFrame({"time_s": time, **{SIGNALS[signal].column: values for signal, values in columns.items()}})
+    sources = {
+        signal: Source(f"simulated by {name}", RATE_HZ, len(time), int(np.isnan(values).sum()))
+        for signal, values in columns.items()
+    }
+    return Signals(table, sources, RATE_HZ, name)

@@ -1,0 +1,80 @@
+"""The steering wheel angle sensor: its offset, which may change, its whole turns and its hysteresis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import accumulate
+
+import numpy as np
+
+from oncenter.signals import DEGREE
+from oncenter.simulate.drive import RATE_HZ
+from oncenter.simulate.sensor_sections import RelativeAngle, SteeringWheelAngleSensor
+from oncenter.simulate.sensors.faults import Fault, lasting
+from oncenter.simulate.sensors.reading import Array, reading, ticks
+
+SIGNAL = "steering_wheel_angle"
+_TURN_DEG = 360.0
+
+
+def sense_angle(
+    true_rad: Array, sensor: SteeringWheelAngleSensor, random: np.random.Generator
+) -> tuple[Array, Array, Array, list[Fault]]:
+    """The angle as read, its offset without and its offset with whole turns, all rad, and what was wrong."""
+    offset_deg, faults = _offset(sensor, len(true_rad))
+    turns_deg, of_turns = _whole_turns(sensor.relative, len(true_rad))
+    played_deg = _with_hysteresis(true_rad / DEGREE, sensor.hysteresis_deg)
+    faults += lasting(SIGNAL, "hysteresis", sensor.hysteresis_deg / 2.0 * DEGREE, "rad", len(true_rad))
+    read_deg = reading(
+        played_deg + (offset_deg + turns_deg), random, sensor.noise_sd_deg, sensor.resolution_deg, sensor.range_deg
+    )
+    return DEGREE * read_deg, DEGREE * offset_deg, DEGREE * (offset_deg + turns_deg), faults + of_turns
+
+
+def _offset(sensor: SteeringWheelAngleSensor, count: int) -> tuple[Array, list[Fault]]:
+    """deg, at every tick, without whole turns."""
+    offset = np.full(count, sensor.offset_deg)
+    faults = lasting(SIGNAL, "offset", sensor.offset_deg * DEGREE, "rad", count)
+    for remount in sensor.remounts:
+        offset[ticks(remount.begin_s, None)] += remount.step_deg
+        faults += lasting(SIGNAL, "remount", remount.step_deg * DEGREE, "rad", count, remount.begin_s)
+    if (correction := sensor.self_correction) is not None:
+        found = -correction.share * float(offset[round(correction.begin_s * RATE_HZ)])
+        since_s = np.arange(count) / RATE_HZ - correction.begin_s
+        done = np.clip(since_s / correction.length_s, 0.0, 1.0) if correction.length_s > 0.0 else since_s >= 0.0
+        offset += found * done
+        faults += lasting(SIGNAL, "self_correction", found * DEGREE, "rad", count, correction.begin_s)
+    return offset, faults
+
+
+def _whole_turns(relative: RelativeAngle | None, count: int) -> tuple[Array, list[Fault]]:
+    """deg, at every tick, and the silences after ignition."""
+    turns = np.zeros(count)
+    faults: list[Fault] = []
+    for begin_s, off_s, number in _ignitions(relative):
+        turns[ticks(begin_s, None)] = number * _TURN_DEG
+        if off_s > 0.0:
+            faults.append(Fault(SIGNAL, "not_available", begin_s, min(begin_s + off_s, count / RATE_HZ)))
+        faults += lasting(SIGNAL, "whole_turns", number * _TURN_DEG * DEGREE, "rad", count, begin_s)
+    return turns, faults
+
+
+def _ignitions(relative: RelativeAngle | None) -> Iterator[tuple[float, float, int]]:
+    """When, how long the sensor is off, and the whole turns from then on; in order of time."""
+    if relative is None:
+        return
+    yield 0.0, 0.0, relative.turns
+    for ignition in sorted(relative.ignitions, key=lambda i: i.begin_s):
+        yield ignition.begin_s, ignition.off_s, ignition.turns
+
+
+def _with_hysteresis(true_deg: Array, width_deg: float) -> Array:
+    """The sensor's wheel follows the column's only once its play is used up: +-half the width behind."""
+    if width_deg == 0.0:
+        return true_deg
+    half = width_deg / 2.0
+    followed = accumulate(
+        true_deg.tolist(),
+        lambda inner, outer: outer - half if outer - half > inner else min(inner, outer + half),
+    )
+    return np.fromiter(followed, np.float64, len(true_deg))

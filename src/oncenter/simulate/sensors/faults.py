@@ -1,0 +1,81 @@
+"""What was wrong with a sensor, written down; and the ways in which any sensor falls silent or sticks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from oncenter.simulate.chances import named_chances
+from oncenter.simulate.drive import RATE_HZ
+from oncenter.simulate.sensor_sections import Dropouts, Sensor
+from oncenter.simulate.sensors.reading import Array, ticks
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something that a sensor said and was not so, or did not say.
+
+    Attributes:
+        signal: by its name without unit; "wheel_speed" and "gnss" for all that these say.
+        kind: "offset", "remount", "self_correction", "whole_turns", "hysteresis", "bias", "drift", "random_walk",
+            "warm_up", "bank_shift", "scale_error", "radius_error", "load_transfer", "stuck", "not_available", "error".
+        begin_s, end_s: since the drive began; to the drive's end for what lasts.
+        size: what it adds to the reading, at its largest, in `unit`; a share of the reading where the unit is "1"; None
+            for what has no size.
+        unit: "rad", "rad_s", "m_s2" or "1".
+    """
+
+    signal: str
+    kind: str
+    begin_s: float
+    end_s: float
+    size: float | None = None
+    unit: str = ""
+
+
+def lasting(signal: str, kind: str, added: Array | float, unit: str, count: int, begin_s: float = 0.0) -> list[Fault]:
+    """One fault from `begin_s` to the end of `count` ticks; none where nothing is ever added."""
+    course = np.atleast_1d(added)
+    size = float(course[np.argmax(np.abs(course))])
+    return [Fault(signal, kind, begin_s, count / RATE_HZ, size, unit)] if size != 0.0 else []
+
+
+def silences(signal: str, sensor: Sensor, count: int, random: np.random.Generator) -> list[Fault]:
+    """When the sensor sticks, fails and drops out, as its section and the chances of this signal say."""
+    end_s = count / RATE_HZ
+    faults = [Fault(signal, "stuck", s.begin_s, _end(s.begin_s, s.length_s, end_s)) for s in sensor.stuck]
+    faults += [Fault(signal, f.says, f.begin_s, _end(f.begin_s, f.length_s, end_s)) for f in sensor.failures]
+    if sensor.dropouts is not None:
+        chances = named_chances(random, f"{signal} dropouts")
+        faults += [
+            Fault(signal, "not_available", begin_s, _end(begin_s, length_s, end_s))
+            for begin_s, length_s in _dropouts(sensor.dropouts, end_s, chances)
+        ]
+    return faults
+
+
+def silenced(values: Array, faults: list[Fault]) -> Array:
+    """The values as they come through: stuck where stuck, NaN where there is none."""
+    result = values.copy()
+    for fault in faults:
+        when = ticks(fault.begin_s, fault.end_s - fault.begin_s)
+        if fault.kind == "stuck":
+            result[when] = values[when.start : when.start + 1]
+    for fault in faults:
+        if fault.kind in ("not_available", "error"):
+            result[ticks(fault.begin_s, fault.end_s - fault.begin_s)] = np.nan
+    return result
+
+
+def _dropouts(dropouts: Dropouts, end_s: float, random: np.random.Generator) -> Iterator[tuple[float, float]]:
+    """Begin and length of each, by a Poisson process."""
+    number = random.poisson(dropouts.rate_1_h * end_s / 3600.0)
+    begins_s = np.sort(random.uniform(0.0, end_s, number)).round(2)
+    lengths_s = random.uniform(*dropouts.length_s, number).round(2)
+    yield from zip(begins_s.tolist(), lengths_s.tolist(), strict=True)
+
+
+def _end(begin_s: float, length_s: float | None, end_s: float) -> float:
+    return end_s if length_s is None else min(begin_s + length_s, end_s)

@@ -1,0 +1,42 @@
+"""A satellite receiver with inertial sensors, as the thesis's RT3040 (chapter 3): position, heading, speed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter.signals import DEGREE
+from oncenter.simulate.chances import named_chances
+from oncenter.simulate.sensor_sections import Gnss
+from oncenter.simulate.sensors.reading import Array, fading
+
+_EQUATOR_M, _FLATTENING = 6_378_137.0, 1 / 298.257223563  # WGS 84
+
+
+def sense_gnss(rows: npt.NDArray[np.void], sensor: Gnss, random: np.random.Generator) -> tuple[dict[str, Array], Array]:
+    """Latitude, longitude and heading (clockwise from north) in deg by signal name, and the speed over ground, m/s."""
+
+    def error(what: str, sd: float, time_s: float) -> Array:
+        return fading(len(rows), named_chances(random, f"gnss {what}"), sd, time_s)
+
+    east_m = rows["east"] + error("east", sensor.position_sd_m, sensor.position_time_s)
+    north_m = rows["north"] + error("north", sensor.position_sd_m, sensor.position_time_s)
+    north_radius_m, east_radius_m = radii_of_curvature_m(sensor.latitude_deg)
+    latitude_deg = sensor.latitude_deg + north_m / north_radius_m / DEGREE
+    longitude_deg = sensor.longitude_deg + east_m / (east_radius_m * np.cos(latitude_deg * DEGREE)) / DEGREE
+    heading_deg = 90.0 - rows["heading"] / DEGREE + error("heading", sensor.heading_sd_deg, sensor.heading_time_s)
+    columns = {
+        "latitude": latitude_deg,
+        "longitude": (longitude_deg + 180.0) % 360.0 - 180.0,
+        "heading": heading_deg % 360.0,
+    }
+    return columns, np.hypot(rows["vehicle_speed"], rows["lateral_speed"])
+
+
+def radii_of_curvature_m(latitude_deg: float) -> tuple[float, float]:
+    """Of the WGS 84 ellipsoid: along the meridian, and across it."""
+    eccentricity_squared = _FLATTENING * (2.0 - _FLATTENING)
+    squashed = 1.0 - eccentricity_squared * math.sin(latitude_deg * DEGREE) ** 2
+    return _EQUATOR_M * (1.0 - eccentricity_squared) / squashed**1.5, _EQUATOR_M / math.sqrt(squashed)

@@ -1,0 +1,107 @@
+"""Yaw rate sensor and accelerometers: a bias that drifts, wanders, settles as the sensor warms up, and jumps (2.5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter.signals import DEGREE
+from oncenter.simulate.chances import named_chances
+from oncenter.simulate.drive import RATE_HZ
+from oncenter.simulate.sensor_sections import Accelerometer, YawRateSensor
+from oncenter.simulate.sensors.faults import Fault, lasting
+from oncenter.simulate.sensors.reading import Array, reading, ticks
+
+_SETTLED = 3.0  # time constants until 5 % is left
+
+
+@dataclass(frozen=True)
+class _Bias:
+    """In the sensor's own unit, which is `si` of `unit`."""
+
+    signal: str
+    constant: float
+    drift_1_min: float
+    random_walk_sd_min: float
+    warm_up: float
+    warm_up_time_min: float
+    steps: tuple[tuple[float, float], ...]  # when, s, and by how much
+    unit: str
+    si: float
+
+
+def sense_yaw_rate(
+    rows: npt.NDArray[np.void], sensor: YawRateSensor, random: np.random.Generator
+) -> tuple[Array, Array, list[Fault]]:
+    """The yaw rate as read and its bias, rad/s, and what was wrong."""
+    bias_deg_s, faults = _course(
+        _Bias(
+            "yaw_rate",
+            sensor.bias_deg_s,
+            sensor.drift_deg_s_min,
+            sensor.random_walk_sd_deg_s_min,
+            sensor.warm_up_deg_s,
+            sensor.warm_up_time_min,
+            tuple((remount.begin_s, remount.step_deg_s) for remount in sensor.remounts),
+            "rad_s",
+            DEGREE,
+        ),
+        len(rows),
+        random,
+    )
+    if sensor.bank_shift_mrad_s_percent != 0.0:
+        shift_rad_s = sensor.bank_shift_mrad_s_percent / 1000.0 * 100.0 * rows["cross_slope"]
+        bias_deg_s = bias_deg_s + shift_rad_s / DEGREE
+        faults += lasting("yaw_rate", "bank_shift", shift_rad_s, "rad_s", len(rows))
+    read_deg_s = reading(
+        rows["yaw_rate"] / DEGREE + bias_deg_s,
+        random,
+        sensor.noise_sd_deg_s,
+        sensor.resolution_deg_s,
+        sensor.range_deg_s,
+    )
+    return DEGREE * read_deg_s, DEGREE * bias_deg_s, faults
+
+
+def sense_acceleration(
+    signal: str, true_m_s2: Array, sensor: Accelerometer, random: np.random.Generator
+) -> tuple[Array, Array, list[Fault]]:
+    """The acceleration as read and its bias, m/s^2, and what was wrong."""
+    bias, faults = _course(
+        _Bias(
+            signal,
+            sensor.bias_m_s2,
+            sensor.drift_m_s2_min,
+            sensor.random_walk_sd_m_s2_min,
+            sensor.warm_up_m_s2,
+            sensor.warm_up_time_min,
+            tuple((remount.begin_s, remount.step_m_s2) for remount in sensor.remounts),
+            "m_s2",
+            1.0,
+        ),
+        len(true_m_s2),
+        random,
+    )
+    read = reading(true_m_s2 + bias, random, sensor.noise_sd_m_s2, sensor.resolution_m_s2, sensor.range_m_s2)
+    return read, bias, faults
+
+
+def _course(bias: _Bias, count: int, random: np.random.Generator) -> tuple[Array, list[Fault]]:
+    """The bias at every tick, and what it is made of."""
+    minutes = np.arange(count) / RATE_HZ / 60.0
+    parts = {"bias": np.full(count, bias.constant)}
+    if bias.drift_1_min != 0.0:
+        parts["drift"] = bias.drift_1_min * minutes
+    if bias.random_walk_sd_min > 0.0:
+        steps = named_chances(random, f"{bias.signal} random walk").standard_normal(count)
+        parts["random_walk"] = np.cumsum(steps) * bias.random_walk_sd_min * np.sqrt(minutes[1])
+    if bias.warm_up != 0.0:
+        parts["warm_up"] = bias.warm_up * np.exp(-_SETTLED * minutes / bias.warm_up_time_min)
+    faults = [f for kind, part in parts.items() for f in lasting(bias.signal, kind, bias.si * part, bias.unit, count)]
+    total = sum(parts.values(), np.zeros(count))
+    for begin_s, step in bias.steps:
+        total[ticks(begin_s, None)] += step
+        faults += lasting(bias.signal, "remount", bias.si * step, bias.unit, count, begin_s)
+    return total, faults

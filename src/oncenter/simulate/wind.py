@@ -1,0 +1,27 @@
+"""What the wind needs of a scenario."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from oncenter._simulate import ffi
+from oncenter.signals import DEGREE
+from oncenter.simulate.road_sections import Wind
+
+AIR_DENSITY_KG_M3 = 1.225  # ISO 2533, at sea level and 15 degrees Celsius
+
+
+def native_wind(wind: Wind, tick_s: float) -> Any:
+    """The wind as a `sim_wind`: a compass direction becomes an angle counter-clockwise from east."""
+    return ffi.new(
+        "sim_wind *",
+        {
+            "mean": wind.mean_m_s,
+            "from": (90.0 - wind.from_deg) * DEGREE,
+            "gust": wind.gust_sd_m_s,
+            "gust_keep": math.exp(-tick_s / wind.gust_time_s),
+            "force_constant": 0.5 * AIR_DENSITY_KG_M3 * wind.side_area_m2 * wind.side_force_coefficient,
+            "arm": wind.force_arm_m,
+        },
+    )

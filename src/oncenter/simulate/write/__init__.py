@@ -1,0 +1,59 @@
+"""Logs of a simulated drive, one format a file; the same drive gives the same bytes wherever and whenever."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.simulate.can import frames
+from oncenter.simulate.sensors import Sensed
+from oncenter.simulate.write.candump import write_candump
+from oncenter.simulate.write.mf4 import write_mf4
+from oncenter.simulate.write.python_can import write_asc, write_blf, write_trc
+from oncenter.simulate.write.tabular import write_csv, write_csv_gz, write_parquet
+
+_FRAME_LOGS = {
+    ".log": write_candump,
+    ".asc": write_asc,
+    ".blf": write_blf,
+    ".trc": write_trc,
+    ".mf4": write_mf4,
+}
+_TABLES = {".csv": write_csv, ".csv.gz": write_csv_gz, ".parquet": write_parquet}
+SUFFIXES = (*_FRAME_LOGS, *_TABLES)
+
+__all__ = ["SUFFIXES", "suffix_of", "write_log"]
+
+
+def suffix_of(log: Path) -> str:
+    """The one of `SUFFIXES` that a log's name ends in.
+
+    Raises:
+        OncenterError: "output", exit code 2: it ends in none of them.
+    """
+    for suffix in SUFFIXES:
+        if log.name.endswith(suffix):
+            return suffix
+    raise OncenterError(
+        f"cannot write {log}: its name must end in {', '.join(SUFFIXES)}", code="output", exit_code=WRONG_USAGE
+    )
+
+
+def write_log(sensed: Sensed, log: Path, *, jitter_sd_s: float, seed: int) -> None:
+    """Writes a drive in the format that the log's name ends in, overwriting what is there.
+
+    Args:
+        sensed: what the sensors report.
+        log: ends in one of `SUFFIXES`.
+        jitter_sd_s: of the frames' delays, 0 to 0.002; tables have none.
+        seed: of the jitter.
+
+    Raises:
+        OncenterError: as `suffix_of`.
+        OSError: the log cannot be written.
+    """
+    suffix = suffix_of(log)
+    if suffix in _TABLES:
+        _TABLES[suffix](sensed.signals.table, log)
+    else:
+        _FRAME_LOGS[suffix](frames(sensed, jitter_sd_s=jitter_sd_s, seed=seed), log)

@@ -1,0 +1,51 @@
+"""ASAM MDF 4 with raw frames in the layout of its bus logging standard: one group, one structured channel."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from oncenter.simulate.can import START_S, BusFrames
+
+_NAME = "CAN_DataFrame"
+_DTYPE = np.dtype(
+    [
+        (f"{_NAME}.BusChannel", "<u1"),
+        (f"{_NAME}.ID", "<u4"),
+        (f"{_NAME}.IDE", "<u1"),
+        (f"{_NAME}.DLC", "<u1"),
+        (f"{_NAME}.DataLength", "<u1"),
+        (f"{_NAME}.DataBytes", "(8,)u1"),
+        (f"{_NAME}.Dir", "<u1"),
+        (f"{_NAME}.EDL", "<u1"),
+        (f"{_NAME}.BRS", "<u1"),
+        (f"{_NAME}.ESI", "<u1"),
+    ]
+)
+_TRANSPOSED_AND_DEFLATED = 2
+
+
+def write_mf4(frames: BusFrames, path: Path) -> None:
+    """Its file history says the drive's time, where asammdf would put the time of writing."""
+    from asammdf import MDF, Signal
+    from asammdf.blocks.v4_blocks import FileHistory, SourceInformation
+    from asammdf.blocks.v4_constants import BUS_TYPE_CAN, SOURCE_BUS
+
+    records = np.zeros(len(frames.microseconds), _DTYPE)
+    records[f"{_NAME}.BusChannel"] = 1
+    records[f"{_NAME}.ID"] = frames.identifier
+    records[f"{_NAME}.IDE"] = 1
+    records[f"{_NAME}.DLC"] = records[f"{_NAME}.DataLength"] = 8
+    records[f"{_NAME}.DataBytes"] = frames.payload
+    bus = SourceInformation(source_type=SOURCE_BUS, bus_type=BUS_TYPE_CAN)
+    written = FileHistory(abs_time=START_S * 10**9, tz_offset=0, daylight_save_time=0)
+    written.comment = (
+        "<FHcomment><TX>simulated</TX><tool_id>oncenter</tool_id></FHcomment>"
+    )
+    with MDF(version="4.10") as mdf:
+        mdf.start_time = datetime.fromtimestamp(START_S, UTC)
+        mdf.append(Signal(records, frames.microseconds / 1e6, name=_NAME, source=bus))
+        mdf.file_history.append(written)
+        mdf.save(path, overwrite=True, compression=_TRANSPOSED_AND_DEFLATED, add_history_block=False)

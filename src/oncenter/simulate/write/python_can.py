@@ -1,0 +1,61 @@
+"""Vector `.asc` and `.blf` and PEAK `.trc`, frame by frame through python-can, without its traces of here and now."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from oncenter.simulate.can import START_S, BusFrames
+
+if TYPE_CHECKING:
+    import can
+
+_CHANNEL = 1
+
+
+def write_asc(frames: BusFrames, path: Path) -> None:
+    """Its header says UTC, where the format leaves the zone open and python-can would say the writer's own."""
+    from can.io.asc import ASCWriter
+
+    class OfTheDrive(ASCWriter):
+        def _format_header_datetime(self, dt: datetime) -> str:
+            return super()._format_header_datetime(datetime.fromtimestamp(START_S, UTC))
+
+    with path.open("w", encoding="ascii", newline="\n") as file, OfTheDrive(file, channel=_CHANNEL) as writer:
+        for message in _messages(frames):
+            writer.on_message_received(message)
+
+
+def write_blf(frames: BusFrames, path: Path) -> None:
+    from can.io.blf import BLFWriter
+
+    with path.open("wb") as file, BLFWriter(file, channel=_CHANNEL) as writer:
+        for message in _messages(frames):
+            writer.on_message_received(message)
+
+
+def write_trc(frames: BusFrames, path: Path) -> None:
+    """Its header names the log as the folder has it, where python-can would give the path on this machine."""
+    from can.io.trc import TRCWriter
+
+    with path.open("w", encoding="ascii") as file, TRCWriter(file, channel=_CHANNEL) as writer:
+        writer.filepath = path.name
+        for message in _messages(frames):
+            writer.on_message_received(message)
+
+
+def _messages(frames: BusFrames) -> Iterator[can.Message]:
+    from can import Message
+
+    for microseconds, identifier, payload in zip(
+        frames.microseconds.tolist(), frames.identifier.tolist(), frames.payload, strict=True
+    ):
+        yield Message(
+            timestamp=START_S + microseconds / 1e6,
+            arbitration_id=identifier,
+            is_extended_id=True,
+            data=payload.tobytes(),
+            dlc=8,
+        )

@@ -89,7 +89,7 @@ void oc_restart(oc_state *state) {
 }
 
 static bool within(double value, double limit) {
-    return value > -limit && value < limit;
+    return fabs(value) < limit;
 }
 
 static bool signals_present(const oc_signals *tick, uint32_t needed) {
@@ -113,50 +113,68 @@ static double yaw_rate_bias_spread(const oc_evidence *evidence, const oc_coeffic
     return sqrt(bias.value * bias.value + bias.standard_deviation * bias.standard_deviation);
 }
 
+/* Below it straights and bends have so much the same mix of signs that offset and gradient trade places. */
+static const double apart_min = 0.25;
+
+/* (38): the understeer gradient, zero with its prior's spread until its own evidence suffices. The two errors that reach
+ * it, the bends' own and the offset's, both grow where bends and straights are alike. */
+static oc_estimate understeer_of(oc_evidence *evidence, const oc_coefficients *c, double apart) {
+    const oc_params *p = &c->params;
+    const oc_understeer *understeer = &evidence->understeer;
+    const oc_offset *offset = &evidence->offset;
+    const double time = understeer->weight * c->tick_s;
+    if (!(time >= p->understeer_evidence_min_s) || !(understeer->batches > 1.0) || !(apart > apart_min)) {
+        evidence->understeer_status = OC_UNOBSERVABLE;
+        return (oc_estimate){.standard_deviation = p->understeer_sd_rad_m_s2, .evidence = time};
+    }
+    const double K = oc_understeer_with_offset(understeer, offset->ticks.y, offset->ticks.x);
+    const double per_offset = oc_understeer_per_offset(understeer);
+    const double variance = oc_understeer_variance(understeer, oc_offset_value(offset, K), K) +
+                            per_offset * per_offset * oc_offset_variance(offset, K);
+    const double sd = sqrt(variance) / apart;
+    const double narrow = p->understeer_half_width_max_rad_m_s2;
+    evidence->understeer_status = oc_status_next(evidence->understeer_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
+    return (oc_estimate){
+        .value = K, .standard_deviation = sd, .evidence = time, .status = evidence->understeer_status};
+}
+
+/* Variance of the offset by all that the gradient and the drive's scatter leave open; the gyro's part comes on top. */
+static double offset_variance(const oc_evidence *evidence, const oc_estimate *gradient, double apart) {
+    const double K = gradient->value;
+    const double x = evidence->offset.ticks.x;
+    const double scatter = oc_offset_variance(&evidence->offset, K);
+    if (gradient->status == OC_UNOBSERVABLE) {
+        return scatter + x * x * gradient->standard_deviation * gradient->standard_deviation;
+    }
+    const double bends = oc_understeer_variance(&evidence->understeer, oc_offset_value(&evidence->offset, K), K);
+    return (scatter + x * x * bends) / (apart * apart);
+}
+
 /* (36), (37), (38) from the evidence as it stands. */
 static void learn(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c) {
     const oc_params *p = &c->params;
     const oc_offset *offset = &evidence->offset;
-    const oc_understeer *understeer = &evidence->understeer;
-    const double offset_time = offset->ticks.weight * c->tick_s;
-    const double understeer_time = understeer->weight * c->tick_s;
-
-    /* the understeer gradient stays zero until its own evidence suffices */
-    double K = 0.0;
-    double K_variance = p->understeer_sd_rad_m_s2 * p->understeer_sd_rad_m_s2;
-    oc_status K_status = OC_UNOBSERVABLE;
-    if (understeer_time >= p->understeer_evidence_min_s && understeer->batches > 1.0 &&
-        oc_understeer_parts_offset(understeer, offset->ticks.x)) {
-        K = oc_understeer_with_offset(understeer, offset->ticks.y, offset->ticks.x);
-        const double offset_part = oc_understeer_per_offset(understeer);
-        K_variance = oc_understeer_variance(understeer, oc_offset_value(offset, K), K) +
-                     offset_part * offset_part * oc_offset_variance(offset, K);
-        K_status = oc_status_next(evidence->understeer_status, 1.96 * sqrt(K_variance),
-                                  p->understeer_half_width_max_rad_m_s2,
-                                  4.0 / 3.0 * p->understeer_half_width_max_rad_m_s2);
-    }
-    evidence->understeer_status = K_status;
-    learned->understeer_gradient =
-        (oc_estimate){.value = K, .standard_deviation = sqrt(K_variance), .evidence = understeer_time, .status = K_status};
-
-    /* the offset: scatter, gyro bias through mean i*L/v, understeer gradient through mean i*a_y */
-    const double scatter = oc_offset_variance(offset, K);
+    const double time = offset->ticks.weight * c->tick_s;
+    const double apart = oc_understeer_apart(&evidence->understeer, offset->ticks.x);
+    const oc_estimate gradient = understeer_of(evidence, c, apart);
     const double gyro = offset->ticks.w * yaw_rate_bias_spread(evidence, c);
-    const double crown = offset->ticks.x * offset->ticks.x * K_variance;
-    const double sd = sqrt(scatter + gyro * gyro + crown);
-    const bool enough = offset_time >= p->offset_evidence_min_s;
-    if (enough && 1.96 * sqrt(scatter) <= p->offset_half_width_max_rad) {
+    const double sd = sqrt(offset_variance(evidence, &gradient, apart) + gyro * gyro);
+
+    const bool enough = time >= p->offset_evidence_min_s;
+    const double narrow = p->offset_half_width_max_rad;
+    if (enough && 1.96 * sqrt(oc_offset_variance(offset, gradient.value)) <= narrow) {
         evidence->offset_trusted = 1;
     }
     evidence->offset_status = !(offset->batches.weight > 1.0) ? OC_UNOBSERVABLE
-                              : !enough            ? OC_CONVERGING
-                                                   : oc_status_next(evidence->offset_status, 1.96 * sd,
-                                                                    p->offset_half_width_max_rad,
-                                                                    4.0 / 3.0 * p->offset_half_width_max_rad);
-    learned->offset = (oc_estimate){.value = oc_offset_value(offset, K),
-                                    .standard_deviation = sd,
-                                    .evidence = offset_time,
-                                    .status = evidence->offset_status};
+                              : !enough ? OC_CONVERGING
+                                        : oc_status_next(evidence->offset_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
+    learned->understeer_gradient = gradient;
+    learned->offset = (oc_estimate){
+        .value = oc_offset_value(offset, gradient.value),
+        .standard_deviation = sd,
+        .evidence = time,
+        .status = evidence->offset_status,
+    };
 }
 
 /* Figure 15, the estimation: clean ticks wait for their t1, final blocks are learned from. */
@@ -192,8 +210,8 @@ static void estimate(oc_state *state, const oc_coefficients *c, const oc_motion 
 }
 
 static void count(oc_evidence *evidence, uint32_t reasons) {
-    for (uint32_t k = 0; k < OC_REASON_COUNT; ++k) {
-        evidence->rejected[k] += (reasons >> k) & 1u;
+    for (uint32_t k = 0, left = reasons; left != 0; ++k, left >>= 1) {
+        evidence->rejected[k] += left & 1u;
     }
     evidence->unused_motion += reasons != 0;
 }
@@ -307,37 +325,40 @@ void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_colum
 }
 
 /* The offset as it would be if what is pending were final. */
-static double temporary_offset(const oc_state *state) {
+static double temporary_offset(const oc_state *state, double understeer_gradient) {
     oc_offset all = state->evidence.offset;
     const oc_pending *pending = &state->tracking.straight;
+    const oc_moments filling = oc_moments_of(&pending->filling);
     for (int32_t k = 0; k < pending->count; ++k) {
         oc_moments_merge(&all.ticks, &pending->blocks[(pending->first + k) % OC_PENDING_MAX]);
     }
-    return oc_offset_value(&all, state->learned.understeer_gradient.value);
+    oc_moments_merge(&all.ticks, &filling);
+    return oc_offset_value(&all, understeer_gradient);
 }
 
 void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *answer) {
-    const oc_evidence *evidence = &state->evidence;
-    const double used = evidence->offset.ticks.weight;
-    const double K = state->learned.understeer_gradient.value;
+    oc_evidence now = state->evidence; /* a standstill since the last final block counts, too */
+    oc_learned learned;
+    learn(&now, &learned, c);
+    const double used = now.offset.ticks.weight;
+    const double K = learned.understeer_gradient.value;
     const double time_min = c->params.standstill_time_min_s;
     *answer = (oc_answer){
-        .offset = state->learned.offset,
-        .offset_temporary = temporary_offset(state),
-        .offset_variance_if_independent = oc_offset_variance_if_independent(&evidence->offset, K),
-        .understeer_gradient = state->learned.understeer_gradient,
-        .yaw_rate_bias = oc_standstill_yaw_rate(&evidence->standstill, c->tick_s, time_min),
-        .standstill_lateral_acceleration =
-            oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, time_min),
-        .offset_per_yaw_rate_bias = evidence->offset.ticks.w,
-        .bank_mean = evidence->bank_ticks > 0.0 ? evidence->bank_sum / evidence->bank_ticks : 0.0,
-        .bank_time = evidence->bank_ticks * c->tick_s,
-        .duration = (double)evidence->ticks * c->tick_s,
+        .offset = learned.offset,
+        .offset_temporary = temporary_offset(state, K),
+        .offset_variance_if_independent = oc_offset_variance_if_independent(&now.offset, K),
+        .understeer_gradient = learned.understeer_gradient,
+        .yaw_rate_bias = oc_standstill_yaw_rate(&now.standstill, c->tick_s, time_min),
+        .standstill_lateral_acceleration = oc_standstill_lateral_acceleration(&now.standstill, c->tick_s, time_min),
+        .offset_per_yaw_rate_bias = now.offset.ticks.w,
+        .bank_mean = now.bank_ticks > 0.0 ? now.bank_sum / now.bank_ticks : 0.0,
+        .bank_time = now.bank_ticks * c->tick_s,
+        .duration = (double)now.ticks * c->tick_s,
         .used = used * c->tick_s,
-        .unused = ((double)evidence->ticks - used) * c->tick_s,
+        .unused = ((double)now.ticks - used) * c->tick_s,
     };
     for (int32_t k = 0; k < OC_REASON_COUNT; ++k) {
-        answer->rejected[k] = (double)evidence->rejected[k] * c->tick_s;
+        answer->rejected[k] = (double)now.rejected[k] * c->tick_s;
     }
-    answer->rejected[OC_REASON_COUNT - 1] = ((double)evidence->ticks - (double)evidence->unused_motion - used) * c->tick_s;
+    answer->rejected[OC_REASON_COUNT - 1] = ((double)now.ticks - (double)now.unused_motion - used) * c->tick_s;
 }

@@ -3,6 +3,9 @@
 #include <math.h>
 
 void oc_pending_drop(oc_pending *pending) {
+    if (pending->ticks == 0 && pending->count == 0) {
+        return;
+    }
     pending->filling = (oc_sums){0};
     pending->ticks = 0;
     pending->count = 0;
@@ -51,18 +54,10 @@ oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase,
 }
 
 uint32_t oc_gate(const oc_params *params, const oc_motion *motion, double speed) {
-    uint32_t reasons = 0;
-    if (!(speed > params->speed_min_m_s)) {
-        reasons |= OC_REASON_SPEED;
-    }
-    if (!(fabs(motion->curvature) < params->curvature_max_1_m)) {
-        reasons |= OC_REASON_CURVATURE;
-    }
-    if (!(fabs(motion->longitudinal_acceleration) < params->longitudinal_acceleration_max_m_s2)) {
-        reasons |= OC_REASON_LONGITUDINAL_ACCELERATION;
-    }
-    if (!(fabs(motion->bank) < params->bank_max_m_s2)) {
-        reasons |= OC_REASON_BANK;
-    }
-    return reasons;
+    const bool fast = speed > params->speed_min_m_s;
+    const bool straight = fabs(motion->curvature) < params->curvature_max_1_m;
+    const bool steady = fabs(motion->longitudinal_acceleration) < params->longitudinal_acceleration_max_m_s2;
+    const bool level = fabs(motion->bank) < params->bank_max_m_s2;
+    return (fast ? 0u : OC_REASON_SPEED) | (straight ? 0u : OC_REASON_CURVATURE) |
+           (steady ? 0u : OC_REASON_LONGITUDINAL_ACCELERATION) | (level ? 0u : OC_REASON_BANK);
 }

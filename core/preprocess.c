@@ -84,11 +84,12 @@ static void differentiate(oc_preprocess_state *state, const oc_preprocess *desig
 
 /* The angle as it was delay_ticks + delay_fraction ago. */
 static double delayed(oc_preprocess_state *state, const oc_preprocess *design, double angle) {
+    const int32_t ring = OC_DELAY_MAX - 1; /* mask of a place in it: OC_DELAY_MAX is a power of two */
     const int32_t now = state->angle_next;
     state->angle[now] = angle;
-    state->angle_next = (now + 1) % OC_DELAY_MAX;
-    const double later = state->angle[(now - design->delay_ticks + OC_DELAY_MAX) % OC_DELAY_MAX];
-    const double earlier = state->angle[(now - design->delay_ticks - 1 + OC_DELAY_MAX) % OC_DELAY_MAX];
+    state->angle_next = (now + 1) & ring;
+    const double later = state->angle[(now + OC_DELAY_MAX - design->delay_ticks) & ring];
+    const double earlier = state->angle[(now + OC_DELAY_MAX - design->delay_ticks - 1) & ring];
     return later + design->delay_fraction * (earlier - later);
 }
 

@@ -29,8 +29,8 @@ void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double s
     }
 }
 
-static oc_estimate estimate(double weight, double value, double squares, double floor_sd, double tick_s,
-                            double time_min) {
+static oc_estimate mean_estimate(double weight, double value, double squares, double floor_sd, double tick_s,
+                                 double time_min) {
     const double evidence = weight * tick_s;
     if (!(evidence >= time_min) || !(weight > 1.0)) {
         return (oc_estimate){.evidence = evidence, .status = OC_UNOBSERVABLE};
@@ -45,10 +45,10 @@ static oc_estimate estimate(double weight, double value, double squares, double 
 }
 
 oc_estimate oc_standstill_yaw_rate(const oc_standstill *state, double tick_s, double time_min) {
-    return estimate(state->weight, state->yaw_rate, state->yaw_rate_squares, yaw_rate_floor, tick_s, time_min);
+    return mean_estimate(state->weight, state->yaw_rate, state->yaw_rate_squares, yaw_rate_floor, tick_s, time_min);
 }
 
 oc_estimate oc_standstill_lateral_acceleration(const oc_standstill *state, double tick_s, double time_min) {
-    return estimate(state->acceleration_weight, state->lateral_acceleration, state->lateral_acceleration_squares,
-                    lateral_acceleration_floor, tick_s, time_min);
+    return mean_estimate(state->acceleration_weight, state->lateral_acceleration, state->lateral_acceleration_squares,
+                         lateral_acceleration_floor, tick_s, time_min);
 }

@@ -2,10 +2,7 @@
 
 #include "estimate.h"
 
-static const double variance_of_ignorance = 1.0; /* (rad/(m/s^2))^2, a hundred times the heaviest truck's */
-
-/* Below it straights and bends have so much the same mix of signs that offset and gradient trade places. */
-static const double apart_min = 0.25;
+static const double gradient_variance_of_ignorance = 1.0; /* (rad/(m/s^2))^2, a hundred times the heaviest truck's */
 
 void oc_understeer_update(oc_understeer *understeer, const oc_moments *block, double ticks_per_batch) {
     const double n = block->weight;
@@ -40,17 +37,12 @@ double oc_understeer_per_offset(const oc_understeer *understeer) {
     return understeer->xx > 0.0 ? -understeer->x / understeer->xx : 0.0;
 }
 
-/* 1 when bends part the two at best, 0 when not at all. */
-static double apart(const oc_understeer *understeer, double straight_x) {
+double oc_understeer_apart(const oc_understeer *understeer, double straight_x) {
     return understeer->xx > 0.0 ? 1.0 - straight_x * understeer->x / understeer->xx : 0.0;
 }
 
-bool oc_understeer_parts_offset(const oc_understeer *understeer, double straight_x) {
-    return apart(understeer, straight_x) > apart_min;
-}
-
 double oc_understeer_with_offset(const oc_understeer *understeer, double straight_y, double straight_x) {
-    return oc_understeer_value(understeer, straight_y) / apart(understeer, straight_x);
+    return oc_understeer_value(understeer, straight_y) / oc_understeer_apart(understeer, straight_x);
 }
 
 double oc_understeer_variance(const oc_understeer *understeer, double offset, double understeer_gradient) {
@@ -58,7 +50,7 @@ double oc_understeer_variance(const oc_understeer *understeer, double offset, do
     const double o = offset;
     const double K = understeer_gradient;
     if (!(u->batches > 1.0) || !(u->xx > 0.0)) {
-        return variance_of_ignorance;
+        return gradient_variance_of_ignorance;
     }
     /* Each batch's sum of x (y - o - K x) is its own verdict; their squares are the spread of the slope's numerator. */
     const double squares = u->xy_xy + o * o * u->x_x + K * K * u->xx_xx - 2.0 * o * u->xy_x - 2.0 * K * u->xy_xx +

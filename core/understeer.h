@@ -4,8 +4,6 @@
  * (measured angle - offset)/i - L*r/v on the lateral acceleration, in bends. All at the steering wheel inside:
  * y = angle - i*L*r/v and x = i*a_y, so that their slope is K_us/g at the road wheel. */
 
-#include <stdbool.h>
-
 #include "mean.h"
 
 typedef struct {
@@ -27,12 +25,13 @@ double oc_understeer_variance(const oc_understeer *understeer, double offset, do
 /* How far the gradient moves per rad of offset, 1/(m/s^2): its sign tells which bends prevail. */
 double oc_understeer_per_offset(const oc_understeer *understeer);
 
-/* Whether bends part the gradient from the offset that straights with this mean of x leave open: not when both have the
- * same mix of signs, as with a large accelerometer bias. */
-bool oc_understeer_parts_offset(const oc_understeer *understeer, double straight_x);
+/* How well bends part the gradient from the offset that straights with this mean of x leave open: 1 at best, 0 not at
+ * all, as when straights and bends have the same mix of signs because the accelerometer's bias is large. Both errors
+ * grow by its inverse. */
+double oc_understeer_apart(const oc_understeer *understeer, double straight_x);
 
 /* The pair that satisfies (37) and (38) at once: the gradient for the offset that this gradient gives, when the
- * straights' means of y and x are as given. Only where oc_understeer_parts_offset. */
+ * straights' means of y and x are as given. Only where oc_understeer_apart is well above 0. */
 double oc_understeer_with_offset(const oc_understeer *understeer, double straight_y, double straight_x);
 
 #endif

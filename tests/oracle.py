@@ -254,17 +254,20 @@ def verdict(
         return float(np.var(means, ddof=1)) / n * few_batches(n) ** 2 if n > 1 else 10.0
 
     K, K_variance, K_status = 0.0, params["understeer_sd_rad_m_s2"] ** 2, "unobservable"
+    bends_variance, shared = K_variance, 1.0
     bend_time = len(bends["x"]) * ticks_per_block * (1.0 / rate_hz)
-    parted = x * Sx < 0.75 * Sxx  # else straights and bends have so much the same mix that the two trade places
-    if bend_time >= params["understeer_evidence_min_s"] and bend_batches > 1 and parted:
+    apart = 1 - x * Sx / Sxx if Sxx else 0.0  # how well bends part gradient and offset
+    if bend_time >= params["understeer_evidence_min_s"] and bend_batches > 1 and apart > 0.25:
         K = (Sxy - y * Sx) / (Sxx - x * Sx)
         e = by_batch(bends["xy"] - (y - K * x) * bends["x"] - K * bends["xx"]).sum(axis=1)
         n = len(e)
-        K_variance = float(np.sum(e**2)) * n / (n - 1) * few_batches(n) ** 2 / Sxx**2 + (Sx / Sxx) ** 2 * scatter(K)
+        bends_variance = float(np.sum(e**2)) * n / (n - 1) * few_batches(n) ** 2 / Sxx**2
+        shared = apart**2
+        K_variance = (bends_variance + (Sx / Sxx) ** 2 * scatter(K)) / shared
         K_status = status_next(before[1], NORMAL_95 * K_variance**0.5, params["understeer_half_width_max_rad_m_s2"])
 
     bias_spread = float(np.hypot(*bias)) if bias else params["yaw_rate_bias_sd_rad_s"]
-    sd = (scatter(K) + (w * bias_spread) ** 2 + x**2 * K_variance) ** 0.5
+    sd = ((scatter(K) + x**2 * bends_variance) / shared + (w * bias_spread) ** 2) ** 0.5
     straight_time = len(straight["y"]) * ticks_per_block * (1.0 / rate_hz)
     if len(straight["y"]) // blocks_per_batch < 2:
         status = "unobservable"

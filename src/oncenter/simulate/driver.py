@@ -8,17 +8,20 @@ from typing import Any
 from oncenter._simulate import ffi
 from oncenter.signals import DEGREE
 from oncenter.simulate.scenario import Scenario
-from oncenter.simulate.truck import equivalent_wheelbase_m, understeer_gradient
+from oncenter.simulate.truck import equivalent_wheelbase_m, first_axle_distance_m, understeer_gradient
 
 
 def native_driver(scenario: Scenario, tick_s: float) -> Any:
     """The driver as a `sim_driver`, who knows the truck."""
     driver, drive, ratio = scenario.driver, scenario.drive, scenario.steering.ratio_near_centre
+    wheelbase_m = equivalent_wheelbase_m(scenario.truck, scenario.steering)
     return ffi.new(
         "sim_driver *",
         {
-            "angle_per_curvature": ratio * equivalent_wheelbase_m(scenario.truck, scenario.steering),
+            "angle_per_curvature": ratio * wheelbase_m,
             "angle_per_lateral_acceleration": ratio * understeer_gradient(scenario.truck, scenario.steering),
+            "backlash_half_width": scenario.steering.backlash_deg * DEGREE / 2.0,
+            "turns_behind": wheelbase_m - first_axle_distance_m(scenario.truck),
             "preview_time": driver.preview_time_s,
             "gain": driver.preview_gain,
             "trim_keep": math.exp(-tick_s / driver.trim_time_s),
@@ -29,8 +32,9 @@ def native_driver(scenario: Scenario, tick_s: float) -> Any:
             "lane_wander_keep": math.exp(-tick_s / driver.lane_wander_time_s),
             "hand_motion": driver.hand_motion_sd_deg * DEGREE,
             "hand_motion_keep": math.exp(-tick_s / driver.hand_motion_time_s),
-            "start_time": drive.standing_at_start_s,
-            "stop_time": drive.duration_s - drive.standing_at_end_s,
+            "standing_count": len(standing_s),
+            "standing_begin": standing_begin,
+            "standing_end": standing_end,
             "acceleration_max": driver.acceleration_max_m_s2,
             "deceleration_max": driver.deceleration_max_m_s2,
         },

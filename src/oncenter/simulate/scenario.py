@@ -6,8 +6,10 @@ scenarios/README.md. A file with a `base` says only what is different from that 
 
 from __future__ import annotations
 
+import math
 import os
 import tomllib
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -29,11 +31,20 @@ class Drive(_Section):
     duration_s: Annotated[float, Field(ge=1, le=36000)]
     standing_at_start_s: _NotNegative
     standing_at_end_s: _NotNegative
+    standing_s: tuple[tuple[_NotNegative, _NotNegative], ...] = ()
+
+    @property
+    def all_standing_s(self) -> tuple[tuple[float, float], ...]:
+        """From and until when: before the start, breaks, after the end."""
+        end_s = self.duration_s - self.standing_at_end_s
+        return (-1.0, self.standing_at_start_s), *self.standing_s, (end_s, math.inf)
 
     @model_validator(mode="after")
     def _drives_at_all(self) -> Drive:
         if self.standing_at_start_s + self.standing_at_end_s >= self.duration_s:
             raise ValueError(f"'duration_s' must exceed the time standing, got {self.duration_s:g}")
+        if any(after <= before for before, after in pairwise(sum(self.all_standing_s, ()))):
+            raise ValueError("'standing_s' must be times from and until, ascending, after the start and before the end")
         return self
 
 

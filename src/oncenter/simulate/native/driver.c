@@ -3,6 +3,8 @@
 #include <math.h>
 
 static const double LOOKS_AS_AT_M_S = 8.0;  /* slower, the driver looks no nearer, and corrects the more calmly */
+static const double FLANK_SURE_M_S2 = 0.15;  /* side force per mass that makes the driver fairly sure of it */
+static const double STANDARD_GRAVITY = 9.80665; /* m/s^2 */
 static const double MOVES_ABOVE_M_S = 0.5;  /* slower, the hands rest */
 static const double PEDAL_ANSWERS_S = 0.5;
 static const double SPEED_ANSWERS_S = 2.0;
@@ -43,14 +45,19 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
 
     /* The bend as it will be when the arms have moved, and the arc that takes the error away. */
     const double until_moved = driver->reaction_time + 2.0 / driver->arm_frequency;
-    const double ahead = sim_road_at(road, road->curvature, view->station + v * until_moved);
+    const double there = view->station + v * until_moved - driver->turns_behind * (1.0 - 1.0 / slowness);
+    const double ahead = sim_road_at(road, road->curvature, there);
     const double correction = -driver->gain / slowness * 2.0 * error_ahead / (v * v * T * T);
     state->trim += (1.0 - driver->trim_keep) * correction;
     const double curvature = ahead + correction + state->trim;
 
+    /* On which flank of the play the wheels will hang there; hands pass through it at once. */
+    const double side_force = v * v * ahead + STANDARD_GRAVITY * sim_road_at(road, road->cross_slope, there);
+    const double flank = side_force / sqrt(side_force * side_force + FLANK_SURE_M_S2 * FLANK_SURE_M_S2);
+
     state->seen[state->next] = (driver->angle_per_curvature
                                 + driver->angle_per_lateral_acceleration * v * v) * curvature
-                               + state->hand_motion;
+                               + driver->backlash_half_width * flank + state->hand_motion;
     state->next = (state->next + 1) % (driver->reaction_ticks + 1);
     state->wanted_angle = state->seen[state->next];
 }
@@ -62,6 +69,17 @@ void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double 
         w * w * (state->wanted_angle - state->steering_wheel_angle) - 2.0 * w * state->steering_wheel_rate;
     state->steering_wheel_rate += angular_acceleration * step_s;
     state->steering_wheel_angle += state->steering_wheel_rate * step_s;
+}
+
+/* m/s; what still allows to stand in time. */
+static double speed_before_standing(sim_driver_state *state, const sim_driver *driver, double time, double answers_s)
+{
+    if (state->next_standing < driver->standing_count && time >= driver->standing_end[state->next_standing])
+        ++state->next_standing;
+    if (state->next_standing >= driver->standing_count)
+        return INFINITY;
+    const double begin = driver->standing_begin[state->next_standing];
+    return time >= begin ? 0.0 : driver->deceleration_max * (begin - time - 2.0 * answers_s);
 }
 
 /* m/s; what still allows to brake gently to the next stop. Having stood there long enough, the driver forgets it. */
@@ -85,10 +103,11 @@ void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, const s
                       double time, double step_s)
 {
     const double answers_s = SPEED_ANSWERS_S + PEDAL_ANSWERS_S;
-    const double of_road = sim_road_at(road, road->speed, station + state->speed * answers_s);
-    const double may_still = driver->deceleration_max * (driver->stop_time - time - 2.0 * answers_s);
+    const double of_road = fmin(sim_road_at(road, road->speed, station), /* a bend is driven to its end */
+                                sim_road_at(road, road->speed, station + state->speed * answers_s));
+    const double in_time = speed_before_standing(state, driver, time, answers_s);
     const double before_stop = speed_before_stop(state, driver, road, station, step_s);
-    const double wanted = time < driver->start_time ? 0.0 : fmax(0.0, fmin(before_stop, fmin(of_road, may_still)));
+    const double wanted = fmax(0.0, fmin(of_road, fmin(before_stop, in_time)));
     if (wanted <= 0.0 && state->speed < STANDS_BELOW_M_S) {
         state->speed = 0.0;
         state->longitudinal_acceleration = 0.0;

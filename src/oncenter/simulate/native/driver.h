@@ -3,6 +3,7 @@
 /* Somebody who looks ahead, answers late, does not mind being some decimetres off, and whose hands are never quite
  * still: what makes a real drive's residuals resemble each other for seconds. */
 
+#include <stddef.h>
 #include <stdint.h>
 
 #include "road.h"
@@ -13,6 +14,8 @@ typedef struct {
     /* the truck as the driver has come to know it */
     double angle_per_curvature;             /* rad m, ratio * wheelbase */
     double angle_per_lateral_acceleration;  /* rad/(m/s^2), ratio * K_us/g */
+    double backlash_half_width;             /* rad, of the steering wheel */
+    double turns_behind; /* m; walking, the truck turns about its rear axle, so far behind its centre of gravity */
     /* steering */
     double preview_time;    /* s, how far ahead the driver looks */
     double gain;            /* share of the expected lateral error that is steered away by then */
@@ -25,8 +28,9 @@ typedef struct {
     double hand_motion;      /* rad, standard deviation of the hands' small corrections */
     double hand_motion_keep;
     /* speed */
-    double start_time;        /* s, standing before */
-    double stop_time;         /* s, standing after */
+    size_t standing_count;    /* times of standing, in order: before the start, breaks, after the end */
+    const double *standing_begin; /* s */
+    const double *standing_end;   /* s */
     double acceleration_max;  /* m/s^2 */
     double deceleration_max;  /* m/s^2, positive */
 } sim_driver;
@@ -42,6 +46,7 @@ typedef struct {
     double steering_wheel_rate;      /* rad/s */
     double speed;                    /* m/s */
     double longitudinal_acceleration; /* m/s^2 */
+    size_t next_standing;            /* of the driver's */
     size_t next_stop;                /* of the road's */
     double stood;                    /* s, at it so far */
 } sim_driver_state;
@@ -61,7 +66,7 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
 /* The arms' way to what was decided a reaction time ago. */
 void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double step_s);
 
-/* The feet's way to the road's speed, standing at its stops, before start_time and after stop_time. */
+/* The feet's way to the road's speed, standing at its stops and at the driver's times. */
 void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, const sim_road *road, double station,
                       double time, double step_s);
 

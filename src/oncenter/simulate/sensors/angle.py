@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import accumulate
 
 import numpy as np
@@ -50,22 +49,21 @@ def _offset(sensor: SteeringWheelAngleSensor, count: int) -> tuple[Array, list[F
 def _whole_turns(relative: RelativeAngle | None, count: int) -> tuple[Array, list[Fault]]:
     """deg, at every tick, and the silences after ignition."""
     turns = np.zeros(count)
-    faults: list[Fault] = []
-    for begin_s, off_s, number in _ignitions(relative):
-        turns[ticks(begin_s, None)] = number * _TURN_DEG
-        if off_s > 0.0:
-            faults.append(Fault(SIGNAL, "not_available", begin_s, min(begin_s + off_s, count / RATE_HZ)))
-        faults += lasting(SIGNAL, "whole_turns", number * _TURN_DEG * DEGREE, "rad", count, begin_s)
-    return turns, faults
-
-
-def _ignitions(relative: RelativeAngle | None) -> Iterator[tuple[float, float, int]]:
-    """When, how long the sensor is off, and the whole turns from then on; in order of time."""
     if relative is None:
-        return
-    yield 0.0, 0.0, relative.turns
-    for ignition in sorted(relative.ignitions, key=lambda i: i.begin_s):
-        yield ignition.begin_s, ignition.off_s, ignition.turns
+        return turns, []
+    faults: list[Fault] = []
+    ignitions = sorted(relative.ignitions, key=lambda ignition: ignition.begin_s)
+    ends_s = [*(ignition.begin_s for ignition in ignitions), count / RATE_HZ]
+    for begin_s, end_s, number in zip(
+        [0.0, *ends_s], ends_s, [relative.turns, *(ignition.turns for ignition in ignitions)], strict=False
+    ):
+        turns[ticks(begin_s, end_s - begin_s)] = number * _TURN_DEG
+        if number != 0:
+            faults.append(Fault(SIGNAL, "whole_turns", begin_s, end_s, number * _TURN_DEG * DEGREE, "rad"))
+    for ignition in ignitions:
+        silent_until_s = min(ignition.begin_s + ignition.off_s, count / RATE_HZ)
+        faults.append(Fault(SIGNAL, "not_available", ignition.begin_s, silent_until_s))
+    return turns, faults
 
 
 def _with_hysteresis(true_deg: Array, width_deg: float) -> Array:

@@ -40,12 +40,14 @@ def write_mf4(frames: BusFrames, path: Path) -> None:
     records[f"{_NAME}.DLC"] = records[f"{_NAME}.DataLength"] = 8
     records[f"{_NAME}.DataBytes"] = frames.payload
     bus = SourceInformation(source_type=SOURCE_BUS, bus_type=BUS_TYPE_CAN)
-    written = FileHistory(abs_time=START_S * 10**9, tz_offset=0, daylight_save_time=0)
+    start = datetime.fromtimestamp(START_S, UTC)
+    written = FileHistory()
+    written.time_stamp = start
     written.comment = (
         "<FHcomment><TX>simulated</TX><tool_id>oncenter</tool_id></FHcomment>"
     )
     with MDF(version="4.10") as mdf:
-        mdf.start_time = datetime.fromtimestamp(START_S, UTC)
+        mdf.start_time = start
         mdf.append(Signal(records, frames.microseconds / 1e6, name=_NAME, source=bus))
         mdf.file_history.append(written)
         mdf.save(path, overwrite=True, compression=_TRANSPOSED_AND_DEFLATED, add_history_block=False)

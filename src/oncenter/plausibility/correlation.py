@@ -1,0 +1,71 @@
+"""How alike two witnesses are: whether one follows the other, and how long after it.
+
+A verdict needs both halves of the drive, so that no single event decides.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from oncenter.plausibility.drive import GRID_HZ, MIN_TIME_S, Column
+
+_CORRELATION = 0.6  # less tells nothing
+_LAG_SEARCHED_S = 2.0
+_LAG_CORRELATION = 0.8
+
+
+def agreement(x: Column, y: Column) -> int:
+    """1 when two witnesses follow each other, -1 when they do so mirrored, 0 when the drive does not tell."""
+    both = np.isfinite(x) & np.isfinite(y)
+    if both.sum() < MIN_TIME_S * GRID_HZ:
+        return 0
+    halves = zip(np.array_split(x[both], 2), np.array_split(y[both], 2), strict=True)
+    first, second = (_correlation(a, b) for a, b in halves)
+    if min(abs(first), abs(second)) < _CORRELATION or first * second < 0:
+        return 0
+    return 1 if first > 0 else -1
+
+
+def _correlation(x: Column, y: Column) -> float:
+    spread = float(np.std(x) * np.std(y))
+    return float(np.mean((x - x.mean()) * (y - y.mean()))) / spread if spread > 0 else 0.0
+
+
+def lags_s(early: Column, late: Column, step_s: float) -> tuple[float, float] | None:
+    """`lag_s` in each half of the drive; None unless both tell."""
+    middle = len(early) // 2
+    first = lag_s(early[:middle], late[:middle], step_s)
+    second = lag_s(early[middle:], late[middle:], step_s)
+    return None if first is None or second is None else (first, second)
+
+
+def lag_s(early: Column, late: Column, step_s: float) -> float | None:
+    """How much `late` comes after `early`: where their changes are most alike, or None when they never are."""
+    x, y = _increments(early), _increments(late)
+    if np.isfinite(x * y).sum() * step_s < MIN_TIME_S / 2:
+        return None
+    furthest = round(_LAG_SEARCHED_S / step_s)
+    y = np.pad(y, furthest, constant_values=np.nan)
+    likeness = [_likeness(x, y[shift : shift + len(x)]) for shift in range(2 * furthest + 1)]
+    best = int(np.argmax(likeness))
+    if likeness[best] < _LAG_CORRELATION or best in (0, 2 * furthest):
+        return None
+    before, peak, after = likeness[best - 1 : best + 2]
+    between = 0.5 * (before - after) / (before - 2 * peak + after)  # summit of the parabola
+    return (best - furthest + between) * step_s
+
+
+def _likeness(x: Column, y: Column) -> float:
+    """0 to 1, whatever their signs; over what both have."""
+    both = np.isfinite(x) & np.isfinite(y)
+    x, y = x[both], y[both]
+    energy = float(np.sqrt(np.dot(x, x) * np.dot(y, y)))
+    return abs(float(np.dot(x, y))) / energy if energy > 0 else 0.0
+
+
+def _increments(values: Column) -> Column:
+    """Changes over 0.5 s of means over 0.2 s: level and drift are gone, noise is still low."""
+    if len(values) < 4 + 10:
+        return np.empty(0)
+    smooth = np.convolve(values, np.full(4, 0.25), mode="valid")
+    return np.asarray(smooth[10:] - smooth[:-10])

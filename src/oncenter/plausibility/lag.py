@@ -1,0 +1,40 @@
+"""Whether the witnesses of a turn come when they should: the yaw rate after the angle, the acceleration with it."""
+
+from __future__ import annotations
+
+from oncenter.findings import Finding
+from oncenter.plausibility.correlation import lags_s
+from oncenter.plausibility.drive import NEEDED, Drive
+from oncenter.plausibility.verdict import BENDS, CannotTell, Verdict, lacks
+
+_ANGLE_TO_YAW_S = (-0.05, 0.5)  # tyres, chassis and play make it late; a loaded truck at speed takes some 0.3 s
+_YAW_TO_ACCELERATION_S = (-0.2, 0.2)  # the sensor's place along the vehicle and the roll of the cab move it
+
+
+def yaw_rate(drive: Drive) -> Verdict:
+    subject = "lag of the yaw rate behind the angle"
+    lags_s = _lags_s(_driven(drive, drive.angle), drive.curvature, drive.step_s)
+    if lags_s is None:
+        return CannotTell(subject, lacks(drive, NEEDED, BENDS))
+    return _beyond(subject, lags_s, _ANGLE_TO_YAW_S, "lag_yaw_rate")
+
+
+def lateral_acceleration(drive: Drive) -> Verdict:
+    subject = "lag of the lateral acceleration behind the yaw rate"
+    lags_s = _lags_s(_driven(drive, drive.centripetal), drive.lateral_acceleration, drive.step_s)
+    if lags_s is None:
+        return CannotTell(subject, lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), BENDS))
+    return _beyond(subject, lags_s, _YAW_TO_ACCELERATION_S, "lag_lateral_acceleration")
+
+
+def _beyond(subject: str, lags_s: tuple[float, float], limits: tuple[float, float], code: str) -> Verdict:
+    """A finding when both halves of the drive lie beyond the limits on the same side."""
+    low, high = limits
+    if max(lags_s) >= low and min(lags_s) <= high:
+        return None
+    lag_ms = 1e3 * sum(lags_s) / 2
+    text = (
+        f"the {subject} is {lag_ms:.0f} ms, plausible is {1e3 * low:.0f} to {1e3 * high:.0f}: "
+        "look at the time stamps, or at a filter in a sensor"
+    )
+    return Finding(code, "warning", text, lag_ms, "ms")

@@ -1,0 +1,91 @@
+"""Whether each signal is there, often enough, moving, and fine enough."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter.findings import Finding
+from oncenter.plausibility.drive import NEEDED, ROLLING_M_S, USEFUL, Column, Drive
+from oncenter.plausibility.verdict import words
+from oncenter.signals import DEGREE
+
+
+def missing(drive: Drive) -> list[Finding]:
+    return [
+        Finding(
+            "missing_signal",
+            "error" if name in NEEDED else "info",
+            f"no {words(name)}: "
+            + ("no answer without it" if name in NEEDED else "bank and understeer then rest on r*v alone"),
+        )
+        for name in USEFUL
+        if not drive.has(name)
+    ]
+
+
+_NOT_AVAILABLE = 0.05  # of the ticks
+_SLOWEST_HZ = 9.5  # the 3 Hz low-pass of 5.1.1 needs more than twice its cut-off; EBC2 and CCVS1 come at 10
+
+
+def availability(drive: Drive) -> list[Finding]:
+    found: list[Finding] = []
+    for name in filter(drive.has, USEFUL):
+        share = float(np.isnan(drive.ticks(name)).mean())
+        if share > _NOT_AVAILABLE:
+            text = f"the {words(name)} has no number for {100 * share:.0f} % of the time"
+            found.append(Finding("signal_not_available", "warning", text, 100 * share, "%"))
+        rate_hz = drive.signals.sources[name].rate_hz
+        if 0 < rate_hz < _SLOWEST_HZ:
+            text = f"the {words(name)} comes at {rate_hz:.3g} Hz only: steering is faster than that"
+            found.append(Finding("signal_slow", "warning", text, rate_hz, "Hz"))
+    return found
+
+
+# s of the very same number while rolling; a held wheel still moves by a bit of 1/1024 rad, a cruise control holds long
+_STUCK_S = {"steering_wheel_angle": 20.0, "yaw_rate": 20.0, "lateral_acceleration": 20.0, "vehicle_speed": 120.0}
+
+
+def stuck(drive: Drive) -> list[Finding]:
+    rolling = (drive.ticks("vehicle_speed") > ROLLING_M_S)[1:]
+    found: list[Finding] = []
+    for name, limit_s in _STUCK_S.items():
+        same_s = _longest_run((np.diff(drive.ticks(name)) == 0.0) & rolling) / drive.signals.rate_hz
+        if same_s > limit_s:
+            text = f"the {words(name)} stands still at one number for {same_s:.0f} s while the vehicle rolls: stuck?"
+            found.append(Finding("signal_stuck", "error", text, same_s, "s"))
+    return found
+
+
+def _longest_run(true: npt.NDArray[np.bool_]) -> int:
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], true, [False])).astype(np.int8)))
+    return int((edges[1::2] - edges[::2]).max(initial=0))
+
+
+# coarsest step that does no harm: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
+_COARSEST = {
+    "steering_wheel_angle": (1.05, DEGREE, "deg"),
+    "yaw_rate": (0.105, DEGREE, "deg/s"),
+    "lateral_acceleration": (0.105, 1.0, "m/s^2"),
+    "vehicle_speed": (1.05, 1 / 3.6, "km/h"),
+}
+
+
+def steps(drive: Drive) -> list[Finding]:
+    found: list[Finding] = []
+    for name, (coarsest, factor, unit) in _COARSEST.items():
+        step = resolution(drive.ticks(name))
+        if step is not None and step / factor > coarsest:
+            text = f"the {words(name)} comes in steps of {step / factor:.3g} {unit}: coarse for this purpose"
+            found.append(Finding("signal_coarse", "warning", text, step / factor, unit))
+    return found
+
+
+def resolution(values: Column) -> float | None:
+    """The step in which a signal comes, in its unit; None where it shows none.
+
+    Only numbers that recur count: what was interpolated between two samples hardly does, what was measured does.
+    """
+    numbers, counts = np.unique(np.round(values[np.isfinite(values)], 9), return_counts=True)
+    recurring = numbers[counts >= 3]
+    return float(np.quantile(np.diff(recurring), 0.1)) if len(recurring) >= 5 else None

@@ -1,0 +1,92 @@
+"""Steering ratio times wheelbase as the drive shows it, against what the vehicle file says."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from oncenter.findings import Finding
+from oncenter.plausibility.correlation import lag_s
+from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
+from oncenter.plausibility.verdict import CannotTell, Verdict, lacks
+
+_RATIO_SPEED_M_S = 3.0
+_RATIO_CURVATURE_1_M = 1 / 15  # beyond it tan and a variable ratio bend the line
+_RATIO_ACCELERATION_M_S2 = 3.0  # beyond it tyres do
+_RATIO_BEND_1_M = 1 / 200  # tighter ones turn the wheel by several times any play
+_RATIO_BEND_TIME_S = 10.0
+_RATIO_SPEEDS = 1.2  # between slow and fast bends; at one speed understeer and ratio are the same
+_RATIO_OFF = 0.10
+_RATIO_HALF_WIDTH = 0.15  # a wider interval judges nothing
+_PLAY_ACCELERATION_M_S2 = 0.2  # side force beyond which the wheels lie on one flank of the play
+_PARTS = 12  # of the drive, for the jackknife
+_STUDENT_T = 2.20  # 97.5 %, _PARTS - 1 degrees of freedom
+
+
+def _ratio(drive: Drive) -> Verdict:
+    subject = "ratio times wheelbase"
+    if drive.unlike:
+        return CannotTell(subject, "signs and scales first")
+    shown = _ratio_times_wheelbase_shown(drive)
+    if shown is None:
+        bends = f"needs {_RATIO_BEND_TIME_S:.0f} s in bends of less than {1 / _RATIO_BEND_1_M:.0f} m, at several speeds"
+        return CannotTell(subject, lacks(drive, NEEDED, bends))
+    value, half_width = shown
+    low, high = value - half_width, value + half_width
+    told = f"ratio times wheelbase is {value:.1f} m in this drive ({low:.1f} to {high:.1f})"
+    expected = _ratio_times_wheelbase(drive.vehicle)
+    if expected is None or drive.vehicle is None:
+        return Finding("ratio_times_wheelbase", "info", told, value, "m")
+    if abs(value / expected - 1) <= _RATIO_OFF or low <= expected <= high:
+        return None
+    text = (
+        f"{told}, the vehicle file says {expected:.1f}: if its wheelbase is right, the ratio is "
+        f"{value / drive.vehicle.wheelbase_m:.1f}"
+    )
+    return Finding("ratio_times_wheelbase", "warning", text, value, "m")
+
+
+def _ratio_times_wheelbase(vehicle: Vehicle | None) -> float | None:
+    return None if vehicle is None else vehicle.ratio_near_centre * vehicle.wheelbase_m
+
+
+def _ratio_times_wheelbase_shown(drive: Drive) -> tuple[float, float] | None:
+    """i*L in m and its 95 % half-width: (10) with offset, understeer, gyro bias and play as further unknowns.
+
+    The interval is a jackknife over parts of the drive, since residuals are alike for seconds.
+    """
+    lag_s = _lag_s(_driven(drive, drive.angle), drive.curvature, drive.step_s)
+    angle = _later(drive.angle, lag_s or 0.0, drive.step_s)
+    k, rv, v = drive.curvature, drive.centripetal, drive.speed
+    used = (v > _RATIO_SPEED_M_S) & (np.abs(k) < _RATIO_CURVATURE_1_M) & (np.abs(rv) < _RATIO_ACCELERATION_M_S2)
+    used &= np.isfinite(angle)
+    bends = used & (np.abs(k) > _RATIO_BEND_1_M)
+    if used.sum() * drive.step_s < MIN_TIME_S or bends.sum() * drive.step_s < _RATIO_BEND_TIME_S:
+        return None
+    slow, fast = np.quantile(v[bends], [0.1, 0.9])
+    if fast < _RATIO_SPEEDS * slow:
+        return None
+    angle, k, rv, v = angle[used], k[used], rv[used], v[used]
+    flank = np.clip(rv / _PLAY_ACCELERATION_M_S2, -1, 1)
+    unknowns = np.column_stack([k, np.ones_like(k), rv, 1 / v, flank])
+    value, half_width = _first_with_interval(unknowns, angle)
+    return (value, half_width) if half_width < _RATIO_HALF_WIDTH * abs(value) else None
+
+
+def _later(values: Column, by_s: float, step_s: float) -> Column:
+    time = np.arange(len(values)) * step_s
+    return np.asarray(np.interp(time - by_s, time, values, left=np.nan, right=np.nan))
+
+
+def _first_with_interval(unknowns: Column, y: Column) -> tuple[float, float]:
+    """Least squares' first coefficient and its 95 % half-width from leaving out one part of the drive at a time."""
+    parts = zip(np.array_split(unknowns, _PARTS), np.array_split(y, _PARTS), strict=True)
+    normal = [(a.T @ a, a.T @ b) for a, b in parts]
+    all_a = np.sum([a for a, _ in normal], axis=0)
+    all_b = np.sum([b for _, b in normal], axis=0)
+
+    def first(a: Column, b: Column) -> float:
+        return float(np.linalg.lstsq(a, b, rcond=None)[0][0])
+
+    without = np.array([first(all_a - a, all_b - b) for a, b in normal])
+    variance = (_PARTS - 1) / _PARTS * float(np.sum((without - without.mean()) ** 2))
+    return first(all_a, all_b), _STUDENT_T * variance**0.5

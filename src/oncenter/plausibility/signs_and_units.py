@@ -1,0 +1,167 @@
+"""Whether left is positive everywhere, and every signal in the unit that it says: the witnesses of a turn compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from oncenter.findings import Finding
+from oncenter.plausibility.correlation import agreement
+from oncenter.plausibility.drive import GRID_HZ, MIN_TIME_S, NEEDED, ROLLING_M_S, Column, Drive
+from oncenter.plausibility.verdict import BENDS, CannotTell, Verdict, lacks
+from oncenter.signals import DEGREE, STANDARD_GRAVITY
+
+
+def sign(drive: Drive) -> Verdict:
+    """The witnesses of a turn vote; the minority is reversed."""
+    against = {
+        "steering wheel angle": (drive.angle, drive.curvature),
+        "lateral acceleration": (drive.lateral_acceleration, drive.centripetal),
+        "difference of the rear wheel speeds": (drive.rear_difference, drive.yaw_rate),
+    }
+    agrees = {name: agreement(x, y) for name, (x, y) in against.items()}
+    like = ["yaw rate", *(name for name, sign in agrees.items() if sign > 0)]
+    unlike = [name for name, sign in agrees.items() if sign < 0]
+    if len(like) + len(unlike) < 2:
+        return CannotTell("signs", lacks(drive, NEEDED, BENDS))
+    if not unlike:
+        return None
+    minority, majority = sorted((like, unlike), key=len)
+    if len(minority) == len(majority):
+        text = f"either the {_and(like)} or the {_and(unlike)} has its sign reversed: left turns are to be positive"
+    else:
+        text = f"the {_and(minority)} has its sign reversed: left turns are positive in the {_and(majority)}"
+    return Finding("sign_reversed", "error", text + " (set sign = -1 in [signals])")
+
+
+def _and(names: list[str]) -> str:
+    return " and the ".join(names)
+
+
+# Where a right scale puts each relation. Understeer turns more angle than i*L*r/v at speed: up to four times.
+_ANGLE_PER_IL = (0.5, 4.0)
+_ANGLE_PER_CURVATURE_M = (15.0, 400.0)  # i*L of cars 35 to heavy trucks 140 m, where no vehicle file says it
+_ACCELERATION_PER_RV = (1 / 1.8, 1.8)
+_WHEELS_PER_YAW_RATE_M = (0.9, 3.5)  # track width; noise widens it
+_WHEELS_PER_SPEED = (0.8, 1.25)
+
+_RADIAN_IN_DEGREES = 1 / DEGREE
+
+
+@dataclass(frozen=True)
+class _UnitSlip:
+    """One signal read in the wrong unit: too large by `factor`, and how that moves each relation (its power)."""
+
+    signal: str
+    factor: float
+    words: str
+    powers: Mapping[str, int]
+
+    def __str__(self) -> str:
+        size = f"{'large' if self.factor > 1 else 'small'} by {max(self.factor, 1 / self.factor):.3g}"
+        return f"the {self.signal} {'are' if self.signal.endswith('s') else 'is'} too {size} ({self.words})"
+
+
+_MOVES = {
+    "steering wheel angle": {"angle": 1},
+    "yaw rate": {"angle": -1, "acceleration": -1, "turning wheels": -1},
+    "vehicle speed": {"angle": 1, "acceleration": -1, "wheels": -1},
+    "lateral acceleration": {"acceleration": 1},
+    "wheel speeds": {"wheels": 1, "turning wheels": 1},
+}
+_SLIPS = [
+    _UnitSlip(signal, factor**power, words, _MOVES[signal])
+    for signal, factor, read_large, read_small in (
+        ("steering wheel angle", _RADIAN_IN_DEGREES, "deg taken for rad", "rad taken for deg"),
+        ("yaw rate", _RADIAN_IN_DEGREES, "deg/s taken for rad/s", "rad/s taken for deg/s"),
+        ("vehicle speed", 3.6, "km/h taken for m/s", "m/s taken for km/h"),
+        ("lateral acceleration", STANDARD_GRAVITY, "m/s^2 taken for g", "g taken for m/s^2"),
+        ("wheel speeds", 3.6, "km/h taken for m/s", "m/s taken for km/h"),
+    )
+    for power, words in ((1, read_large), (-1, read_small))
+]
+
+
+def units(drive: Drive) -> Verdict:
+    """Each relation between witnesses against where it belongs; a slip of units must explain all of them at once."""
+    seen = _relations(drive)
+    if not seen:
+        return CannotTell("scales", lacks(drive, NEEDED, BENDS))
+    none = _UnitSlip("", 1.0, "", {})
+    if _explains(none, seen):
+        return None
+    slips = [slip for slip in _SLIPS if _explains(slip, seen)]
+    if not slips:
+        off = [name for name, (ratio, low, high) in seen.items() if not low <= ratio <= high]
+        if off == ["wheels"]:
+            return None  # `_wheels` says it
+        text = "the scales do not fit together, and no single mix-up of units explains it: " + ", ".join(
+            f"{_RELATION[name]} is {seen[name][0]:.3g}, usual is {seen[name][1]:.3g} to {seen[name][2]:.3g}"
+            for name in off
+        )
+        return Finding("scale", "error", text)
+    return Finding("scale", "error", "a unit is mixed up: " + ", or ".join(map(str, slips)), slips[0].factor, "1")
+
+
+_RELATION = {
+    "angle": "angle over r/v in m",
+    "acceleration": "lateral acceleration over r*v",
+    "turning wheels": "rear wheel difference over yaw rate in m",
+    "wheels": "wheel speed over vehicle speed",
+}
+
+
+def _relations(drive: Drive) -> dict[str, tuple[float, float, float]]:
+    """By name: the ratio that the drive shows, and between what it belongs."""
+    il = _ratio_times_wheelbase(drive.vehicle)
+    angle_limits = _ANGLE_PER_CURVATURE_M if il is None else (_ANGLE_PER_IL[0] * il, _ANGLE_PER_IL[1] * il)
+    pairs = {
+        "angle": (drive.angle, drive.curvature, angle_limits),
+        "acceleration": (drive.lateral_acceleration, drive.centripetal, _ACCELERATION_PER_RV),
+        "turning wheels": (drive.rear_difference, drive.yaw_rate, _WHEELS_PER_YAW_RATE_M),
+    }
+    seen = {name: (_spread_ratio(x, y), *limits) for name, (x, y, limits) in pairs.items() if agreement(x, y) != 0}
+    wheels = _wheel_speed_ratio(drive)
+    if wheels is not None:
+        seen["wheels"] = (wheels, *_WHEELS_PER_SPEED)
+    return seen
+
+
+def _spread_ratio(x: Column, y: Column) -> float:
+    """How much x moves for y, whatever their signs."""
+    both = np.isfinite(x) & np.isfinite(y)
+    return float(np.std(x[both]) / np.std(y[both]))
+
+
+def _explains(slip: _UnitSlip, seen: Mapping[str, tuple[float, float, float]]) -> bool:
+    return all(
+        low <= ratio / slip.factor ** slip.powers.get(name, 0) <= high for name, (ratio, low, high) in seen.items()
+    )
+
+
+_WHEELS_OFF = 0.05  # tyre wear and pressure make 3 %
+
+
+def wheels(drive: Drive) -> Verdict:
+    ratio = _wheel_speed_ratio(drive)
+    if ratio is None:
+        why = lacks(drive, ("vehicle_speed",), f"needs {MIN_TIME_S:.0f} s of rolling")
+        has_wheels = drive.has(*drive.wheel_pair())
+        return CannotTell("vehicle speed against wheel speeds", why if has_wheels else "no wheel speeds")
+    if abs(ratio - 1) <= _WHEELS_OFF or isinstance(units(drive), Finding):
+        return None
+    faster = 100 * (ratio - 1)
+    if faster > 1000:
+        return Finding("wheel_speed", "error", "the wheels turn while the vehicle speed reads next to nothing")
+    text = f"the wheels turn {faster:+.0f} % against the vehicle speed: tyre size, or the speed's calibration"
+    return Finding("wheel_speed", "warning", text, faster, "%")
+
+
+def _wheel_speed_ratio(drive: Drive) -> float | None:
+    both = np.isfinite(drive.wheel_speed) & np.isfinite(drive.speed)
+    both &= np.fmax(drive.wheel_speed, drive.speed) > ROLLING_M_S
+    if both.sum() < MIN_TIME_S * GRID_HZ:
+        return None
+    return float(np.median(drive.wheel_speed[both]) / max(float(np.median(drive.speed[both])), 1e-3))

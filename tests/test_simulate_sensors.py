@@ -1,0 +1,377 @@
+"""Sensors and their faults: what the truth lists is what the readings show, and nothing else is."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from oncenter.errors import OncenterError
+from oncenter.signals import DEGREE, Signals
+from oncenter.simulate import Truth, simulate, simulate_to_log
+from oncenter.simulate.drive import ROW_DTYPE
+from oncenter.simulate.scenario import read_scenario
+from oncenter.simulate.sensor_sections import Gnss, SteeringWheelAngleSensor, WheelSpeedSensors, YawRateSensor
+from oncenter.simulate.sensors.angle import sense_angle
+from oncenter.simulate.sensors.gnss import sense_gnss
+from oncenter.simulate.sensors.inertial import sense_yaw_rate
+from oncenter.simulate.sensors.wheels import sense_wheel_speeds, wheel_speeds
+
+DRIVE = """base = "thesis_drive"
+about = "a minute and a half"
+[drive]
+duration_s = 90.0
+standing_at_start_s = 2.0
+standing_at_end_s = 2.0
+"""
+WITHOUT_NOISE = {"noise_sd_deg": 0.0, "resolution_deg": 0.0, "range_deg": 2000.0}
+STEP_DEG = 0.1  # resolution of the thesis drive's angle and yaw rate
+
+Drive = Callable[[str], tuple[Signals, Truth]]
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Callable[[str], Path]:
+    def write(extra: str) -> Path:
+        file = tmp_path / "faulty.toml"
+        file.write_text(DRIVE + extra, encoding="utf-8")
+        return file
+
+    return write
+
+
+@pytest.fixture
+def drive(scenario: Callable[[str], Path]) -> Drive:
+    return lambda extra: simulate(scenario(extra), seed=3)
+
+
+@pytest.fixture(scope="module")
+def faultless(tmp_path_factory: pytest.TempPathFactory) -> tuple[Signals, Truth]:
+    file = tmp_path_factory.mktemp("faultless") / "faulty.toml"
+    file.write_text(DRIVE, encoding="utf-8")
+    return simulate(file, seed=3)
+
+
+def rows(count: int, **columns: Any) -> np.ndarray:
+    made = np.zeros(count, ROW_DTYPE)
+    made["time"] = np.arange(count) / 100
+    for name, values in columns.items():
+        made[name] = values
+    return made
+
+
+def column(signals: Signals, name: str) -> np.ndarray:
+    return signals.table[name].to_numpy()
+
+
+def chances(seed: int = 1) -> np.random.Generator:
+    return np.random.default_rng(np.random.SeedSequence(seed))
+
+
+# All of them
+
+FAULTS = {
+    "steering_wheel_angle_rad": [
+        "[sensors.steering_wheel_angle]\nhysteresis_deg = 2.0",
+        "[[sensors.steering_wheel_angle.remounts]]\nbegin_s = 30.0\nstep_deg = 5.0",
+        "[sensors.steering_wheel_angle.self_correction]\nbegin_s = 30.0\nlength_s = 20.0",
+        "[sensors.steering_wheel_angle.dropouts]\nrate_1_h = 400.0\nlength_s = [0.1, 2.0]",
+    ],
+    "yaw_rate_rad_s": [
+        "[sensors.yaw_rate]\nrandom_walk_sd_deg_s_min = 1.0",
+        "[sensors.yaw_rate]\ndrift_deg_s_min = 0.5\nwarm_up_deg_s = 2.0\nbank_shift_mrad_s_percent = 0.05",
+        "[[sensors.yaw_rate.stuck]]\nbegin_s = 30.0\nlength_s = 20.0",
+    ],
+    "lateral_acceleration_m_s2": ["[sensors.lateral_acceleration]\ndrift_m_s2_min = 0.3\nrandom_walk_sd_m_s2_min = 0.2"],
+    "wheel_speed_": ["[sensors.wheel_speed]\nscale_error_percent = 1.0\npulses_per_turn = 100"],
+    "vehicle_speed_m_s": ["[[sensors.speed.failures]]\nbegin_s = 80.0"],
+    "none": ["[sensors.gnss]\nlatitude_deg = 59.2\nlongitude_deg = 17.6"],
+}
+
+
+@pytest.mark.parametrize(("of", "extra"), [(of, extra) for of, extras in FAULTS.items() for extra in extras])
+def test_a_fault_of_one_sensor_leaves_every_other_reading_as_it_was(
+    drive: Drive, faultless: tuple[Signals, Truth], of: str, extra: str
+) -> None:
+    signals, truth = drive(extra)
+    known, known_truth = faultless
+    for name in known.table.columns:
+        same = np.array_equal(column(signals, name), column(known, name), equal_nan=True)
+        assert same != name.startswith(of), name
+    assert len(truth.faults) > len(known_truth.faults) or of == "none"
+
+
+def test_without_faults_the_truth_lists_offset_and_biases_only(faultless: tuple[Signals, Truth]) -> None:
+    signals, truth = faultless
+    assert [(f.signal, f.kind) for f in truth.faults] == [
+        ("steering_wheel_angle", "offset"),
+        ("yaw_rate", "bias"),
+        ("lateral_acceleration", "bias"),
+    ]
+    assert [f.size for f in truth.faults] == pytest.approx([2.04 * DEGREE, 0.05 * DEGREE, 0.02])
+    assert truth.table["steering_wheel_angle_offset_rad"].unique().to_list() == [2.04 * DEGREE]
+    assert not np.isnan(signals.table.to_numpy()).any()
+    assert all(source.not_available == 0 for source in signals.sources.values())
+
+
+def test_every_silence_is_in_the_truth_and_everything_in_the_truth_is_silent(drive: Drive) -> None:
+    signals, truth = drive(
+        "[sensors.yaw_rate.dropouts]\nrate_1_h = 1200.0\nlength_s = [0.05, 0.4]\n"
+        '[[sensors.yaw_rate.failures]]\nbegin_s = 70.0\nlength_s = 5.0\nsays = "error"\n'
+        "[[sensors.yaw_rate.failures]]\nbegin_s = 85.0\n"
+    )
+    time = column(signals, "time_s")
+    silent = np.zeros(len(time), bool)
+    dropouts = [f for f in truth.faults if f.kind == "not_available"]
+    for fault in (*dropouts, *(f for f in truth.faults if f.kind == "error")):
+        silent |= (time > fault.begin_s - 0.001) & (time < fault.end_s - 0.001)
+    np.testing.assert_array_equal(np.isnan(column(signals, "yaw_rate_rad_s")), silent)
+    assert signals.sources["yaw_rate"].not_available == silent.sum()
+    assert 15 < len(dropouts) - 1 < 50  # 30 are expected
+    assert all(0.04 < f.end_s - f.begin_s < 0.41 for f in dropouts[:-1])
+    assert (dropouts[-1].begin_s, dropouts[-1].end_s) == (85.0, 90.0)
+
+
+def test_a_stuck_sensor_says_its_last_number_and_then_goes_on(drive: Drive, faultless: tuple[Signals, Truth]) -> None:
+    signals, truth = drive("[[sensors.wheel_speed.stuck]]\nbegin_s = 30.0\nlength_s = 10.0\n")
+    stuck, lively = (column(s, "wheel_speed_rear_left_m_s") for s in (signals, faultless[0]))
+    assert (stuck[3000:4000] == lively[3000]).all()
+    assert len(np.unique(lively[3000:4000])) > 100
+    np.testing.assert_array_equal(np.delete(stuck, slice(3000, 4000)), np.delete(lively, slice(3000, 4000)))
+    assert ("wheel_speed", "stuck", 30.0, 40.0) in [(f.signal, f.kind, f.begin_s, f.end_s) for f in truth.faults]
+
+
+# The angle
+
+
+def test_measured_less_the_offset_of_the_moment_is_true_whatever_happens_to_the_sensor(drive: Drive) -> None:
+    signals, truth = drive(
+        "[[sensors.steering_wheel_angle.remounts]]\nbegin_s = 20.0\nstep_deg = -7.0\n"
+        "[sensors.steering_wheel_angle.self_correction]\nbegin_s = 40.0\nlength_s = 10.0\nshare = 0.5\n"
+        "[sensors.steering_wheel_angle.relative]\nturns = 1\n"
+        "[[sensors.steering_wheel_angle.relative.ignitions]]\nbegin_s = 60.0\noff_s = 3.0\nturns = -1\n"
+    )
+    measured, offset = column(signals, "steering_wheel_angle_rad"), truth.table["steering_wheel_angle_offset_rad"]
+    error_deg = (measured - offset.to_numpy() - truth.table["steering_wheel_angle_rad"].to_numpy()) / DEGREE
+    assert np.nanmax(np.abs(error_deg)) < 0.15
+    np.testing.assert_array_equal(np.isnan(error_deg), (np.arange(9000) >= 6000) & (np.arange(9000) < 6300))
+    at_deg = [offset[int(100 * s)] / DEGREE for s in (0, 19.99, 20, 40, 45, 50, 59.99, 60, 89.99)]
+    expected = [362.04, 362.04, 355.04, 355.04, 356.28, 357.52, 357.52, -362.48, -362.48]
+    assert at_deg == pytest.approx(expected, abs=1e-9)
+    assert truth.offset_rad / DEGREE == pytest.approx(-2.48, abs=1e-9)  # without the whole turns
+    assert (signals.table["steering_wheel_angle_sensor_type"] == 0).all()
+    listed = {(f.kind, f.begin_s, f.end_s): f.size / DEGREE for f in truth.faults if f.unit == "rad"}
+    assert listed == pytest.approx(
+        {
+            ("offset", 0.0, 90.0): 2.04,
+            ("whole_turns", 0.0, 60.0): 360.0,
+            ("remount", 20.0, 90.0): -7.0,
+            ("self_correction", 40.0, 90.0): 2.48,
+            ("whole_turns", 60.0, 90.0): -360.0,
+        }
+    )
+
+
+def test_a_sensor_with_hysteresis_stays_half_its_width_behind_the_wheel() -> None:
+    turns_deg = np.r_[np.linspace(0, 20, 401), np.linspace(20, -20, 801)[1:]]
+    sensor = SteeringWheelAngleSensor(offset_deg=0.0, hysteresis_deg=3.0, **WITHOUT_NOISE)
+    read, *_ = sense_angle(turns_deg * DEGREE, sensor, chances())
+    behind_deg = read / DEGREE - turns_deg
+    np.testing.assert_allclose(behind_deg[40:401], -1.5, atol=1e-9)
+    np.testing.assert_allclose(behind_deg[470:], 1.5, atol=1e-9)
+    np.testing.assert_allclose(read[400:450] / DEGREE, 18.5, atol=1e-9)  # the play is being used up
+
+
+def test_an_angle_beyond_the_sensor_s_range_reads_its_end() -> None:
+    sensor = SteeringWheelAngleSensor(offset_deg=0.0, noise_sd_deg=0.0, resolution_deg=0.1, range_deg=750.0)
+    read, *_ = sense_angle(np.array([-800.0, -12.34, 12.36, 800.0]) * DEGREE, sensor, chances())
+    np.testing.assert_allclose(read / DEGREE, [-750.0, -12.3, 12.4, 750.0], atol=1e-9)
+
+
+# The yaw rate
+
+
+def gyro(**keys: float) -> YawRateSensor:
+    return YawRateSensor(bias_deg_s=0.2, noise_sd_deg_s=0.0, resolution_deg_s=0.0, range_deg_s=50.0, **keys)
+
+
+def test_a_bias_drifts_linearly_settles_while_warming_up_and_jumps_when_remounted() -> None:
+    minutes = np.arange(180_000) / 6000
+    sensor = YawRateSensor.model_validate(
+        gyro(drift_deg_s_min=0.5, warm_up_deg_s=5.0).model_dump() | {"remounts": [{"begin_s": 600.0, "step_deg_s": -1.0}]}
+    )
+    read, bias, faults = sense_yaw_rate(rows(180_000), sensor, chances())
+    expected = 0.2 + 0.5 * minutes + 5.0 * np.exp(-minutes / 5.0) - (minutes >= 10.0)
+    np.testing.assert_allclose(read / DEGREE, expected, atol=1e-9)
+    np.testing.assert_array_equal(read, bias)
+    rate = np.diff(5.0 * np.exp(-minutes / 5.0)) * 6000
+    assert rate[0] == pytest.approx(-1.0, rel=1e-3)  # deg/s/min, which 2.5 calls not uncommon
+    sizes = {f.kind: f.size / DEGREE for f in faults}
+    assert sizes == pytest.approx({"bias": 0.2, "drift": 15.0, "warm_up": 5.0, "remount": -1.0}, rel=1e-4)
+
+
+def test_a_random_walk_goes_as_far_in_a_minute_as_it_says_and_twice_as_far_in_four() -> None:
+    still, sensor = rows(24_001), gyro(random_walk_sd_deg_s_min=0.3)
+    walks = np.array([sense_yaw_rate(still, sensor, chances(seed))[1] for seed in range(300)]) / DEGREE
+    assert walks[:, 6000].std() == pytest.approx(0.3, rel=0.12)
+    assert walks[:, 24_000].std() == pytest.approx(0.6, rel=0.12)
+
+
+@pytest.mark.parametrize(("slope_percent", "shift_mrad_s"), [(2.0, 0.1), (7.0, 0.35), (-4.0, -0.2)])
+def test_a_banked_road_shifts_the_yaw_rate(slope_percent: float, shift_mrad_s: float) -> None:
+    """2.5: 0.1 to 0.3 mrad/s at 2 to 7 %."""
+    read, _, faults = sense_yaw_rate(
+        rows(100, cross_slope=slope_percent / 100), gyro(bank_shift_mrad_s_percent=0.05), chances()
+    )
+    assert read * 1000 == pytest.approx(0.2 * DEGREE * 1000 + shift_mrad_s, abs=1e-9)
+    assert faults[-1].kind == "bank_shift"
+    assert faults[-1].size == pytest.approx(shift_mrad_s / 1000)
+
+
+# The wheels
+
+
+def wheels_of(sensor: WheelSpeedSensors, moving: np.ndarray) -> dict[str, np.ndarray]:
+    scenario = read_scenario("thesis_drive")
+    fine = scenario.sensors.speed.model_copy(update={"noise_sd_m_s": 0.0})
+    read, _ = sense_wheel_speeds(scenario.truck, moving, sensor, fine, chances())
+    return {name.removeprefix("wheel_speed_"): speed for name, speed in read.items()}
+
+
+def test_each_wheel_rolls_as_fast_as_its_own_place_moves() -> None:
+    truck, r, v = read_scenario("thesis_drive").truck, 0.1, 10.0
+    angle = np.arctan(3.7 * r / v)  # rolls about a point on the rear axle's line
+    turning = rows(1, vehicle_speed=v, yaw_rate=r, lateral_speed=r * (3.7 - 1.005), front_wheel_angle=angle)
+    speed = {name: float(values[0]) for name, values in wheel_speeds(truck, turning).items()}
+    radius = v / r
+    for side, sign in (("left", -1), ("right", 1)):
+        assert speed[f"wheel_speed_rear_{side}"] == pytest.approx(r * (radius + sign * 1.83 / 2), rel=1e-9)
+        own = np.hypot(radius + sign * 2.05 / 2, 3.7)
+        assert speed[f"wheel_speed_front_{side}"] == pytest.approx(r * own, rel=1e-3)  # its angle is the middle's
+
+
+def test_a_larger_wheel_reads_less_and_in_a_left_turn_the_loaded_right_ones_read_more() -> None:
+    straight, left = rows(10, vehicle_speed=20.0), rows(10, vehicle_speed=20.0, lateral_acceleration=2.0)
+    larger = WheelSpeedSensors.model_validate({"radius_error_percent": {"front_left": 1.0}, "scale_error_percent": 2.0})
+    read = wheels_of(larger, straight)
+    assert read["front_left"] == pytest.approx(20.0 * 1.02 / 1.01)
+    assert read["rear_right"] == pytest.approx(20.0 * 1.02)
+    soft = WheelSpeedSensors(load_transfer_percent_m_s2=0.1)
+    assert wheels_of(soft, straight)["rear_left"] == pytest.approx(20.0)
+    read = wheels_of(soft, left)
+    assert read["rear_right"] == pytest.approx(20.0 / 0.998)
+    assert read["rear_left"] == pytest.approx(20.0 / 1.002)
+
+
+def test_a_pole_wheel_counts_every_pulse_and_says_nothing_below_one_in_its_window() -> None:
+    sensor = WheelSpeedSensors(pulses_per_turn=100, rolling_radius_m=0.5, pulse_window_s=0.02)
+    speed = np.r_[np.zeros(100), np.linspace(0, 25, 2000), np.full(1000, 25.0), np.linspace(25, 0, 1000), np.zeros(100)]
+    read = wheels_of(sensor, rows(len(speed), vehicle_speed=speed))["rear_left"]
+    per_pulse_m = 2 * np.pi * 0.5 / 100
+    assert (read[speed == 0] == 0).all()
+    fast = speed > 2 * per_pulse_m / 0.02
+    assert np.abs(read - speed)[fast].max() < 1.0  # 25 m/s^2 times the window's age
+    assert np.abs(read[2200:3000] - 25.0).max() < 1e-9  # pulses are timed, so a steady speed is exact
+    assert (read[(speed > 0) & (speed < 0.3 * per_pulse_m / 0.02)] == 0).mean() > 0.5
+    assert read.sum() == pytest.approx(speed.sum(), rel=0.01)
+
+
+# The satellite receiver
+
+HERE = {"latitude_deg": 59.2, "longitude_deg": 17.6}
+
+
+def test_latitude_longitude_and_heading_lead_along_the_road_driven(drive: Drive) -> None:
+    """Against speed and yaw rate integrated anew, and the ellipsoid's own definition."""
+    signals, truth = drive(
+        "[sensors.gnss]\nlatitude_deg = 59.2\nlongitude_deg = 17.6\nposition_sd_m = 0.0\nheading_sd_deg = 0.0\n"
+    )
+    r, v, v_y = (truth.table[c].to_numpy() for c in ("yaw_rate_rad_s", "vehicle_speed_m_s", "lateral_speed_m_s"))
+    heading = np.pi / 2 - np.deg2rad(column(signals, "heading_deg")[0]) + np.cumsum(r) / 100
+    over_ground = (v + 1j * v_y) * np.exp(1j * heading)
+    path = np.cumsum(over_ground) / 100
+
+    def earth_centred(latitude_deg: np.ndarray, longitude_deg: np.ndarray) -> np.ndarray:
+        a, e2 = 6_378_137.0, 0.00669437999014
+        phi, lam = np.deg2rad(latitude_deg), np.deg2rad(longitude_deg)
+        n = a / np.sqrt(1 - e2 * np.sin(phi) ** 2)
+        return np.stack([n * np.cos(phi) * np.cos(lam), n * np.cos(phi) * np.sin(lam), n * (1 - e2) * np.sin(phi)])
+
+    moved = earth_centred(column(signals, "latitude_deg"), column(signals, "longitude_deg"))
+    phi, lam = np.deg2rad(59.2), np.deg2rad(17.6)
+    moved = moved - moved[:, :1]
+    east = np.array([-np.sin(lam), np.cos(lam), 0.0]) @ moved
+    north = np.array([-np.sin(phi) * np.cos(lam), -np.sin(phi) * np.sin(lam), np.cos(phi)]) @ moved
+    assert np.abs(path).max() > 500
+    np.testing.assert_allclose(east, path.real, atol=0.5)
+    np.testing.assert_allclose(north, path.imag, atol=0.5)
+    turned = np.angle(np.exp(1j * (np.pi / 2 - np.deg2rad(column(signals, "heading_deg")) - heading)))
+    assert np.abs(turned).max() < 0.05 * DEGREE
+
+
+def test_the_receiver_is_as_good_as_the_thesis_s() -> None:
+    """RT3040: 0.1 deg and 0.5 m to one standard deviation, and errors that stay for a while."""
+    still = rows(360_000)
+    received = [sense_gnss(still, Gnss(**HERE), chances(seed))[0] for seed in range(10)]
+    north_m = np.array([(r["latitude"] - 59.2) * 111_400 for r in received])
+    heading_deg = np.array([(r["heading"] - 90.0 + 180) % 360 - 180 for r in received])
+    assert north_m.std() == pytest.approx(0.5, rel=0.15)
+    assert heading_deg.std() == pytest.approx(0.1, rel=0.1)
+    for errors, lag in ((north_m, 6000), (heading_deg, 1000)):  # their correlation times
+        assert np.mean(errors[:, lag:] * errors[:, :-lag]) / errors.var() == pytest.approx(np.exp(-1), abs=0.12)
+
+
+# What is written and what is refused
+
+
+def test_the_truth_file_lists_every_fault_with_time_and_size_in_degrees(
+    scenario: Callable[[str], Path], tmp_path: Path
+) -> None:
+    truth = simulate_to_log(
+        scenario(
+            "[sensors.wheel_speed.radius_error_percent]\nrear_left = 0.4\n"
+            "[[sensors.yaw_rate.remounts]]\nbegin_s = 30.0\nstep_deg_s = 1.5\n"
+            "[[sensors.lateral_acceleration.failures]]\nbegin_s = 50.0\nlength_s = 10.0\n"
+        ),
+        1,
+        tmp_path / "drive.csv.gz",
+    )
+    listed = tomllib.loads((tmp_path / "drive.truth.toml").read_text(encoding="utf-8"))["faults"]
+    assert len(listed) == len(truth.faults)
+    for entry in (
+        {"signal": "wheel_speed_rear_left", "kind": "radius_error", "begin_s": 0.0, "end_s": 90.0, "size_percent": 0.4},
+        {"signal": "yaw_rate", "kind": "remount", "begin_s": 30.0, "end_s": 90.0, "size_deg_s": 1.5},
+        {"signal": "lateral_acceleration", "kind": "not_available", "begin_s": 50.0, "end_s": 60.0},
+    ):
+        assert entry in listed
+    assert (tmp_path / "drive.truth.parquet").exists()
+
+
+@pytest.mark.parametrize(
+    ("extra", "names"),
+    [
+        ("[[sensors.yaw_rate.failures]]\nbegin_s = 95.0", "sensors.yaw_rate.failures.begin_s"),
+        ("[sensors.steering_wheel_angle.self_correction]\nbegin_s = 90.0", "self_correction.begin_s"),
+        ("[sensors.steering_wheel_angle.self_correction]\nbegin_s = 9.0\nshare = 1.5", "self_correction.share"),
+        ("[sensors.steering_wheel_angle.relative]\nturns = 3", "range_deg"),
+        ("[sensors.steering_wheel_angle]\nhysteresis_deg = -1.0", "steering_wheel_angle.hysteresis_deg"),
+        ("[sensors.yaw_rate]\nwarm_up_time_min = 0.0", "yaw_rate.warm_up_time_min"),
+        ("[sensors.yaw_rate.dropouts]\nrate_1_h = 10.0\nlength_s = [3.0, 1.0]", "dropouts.length_s"),
+        ("[[sensors.yaw_rate.failures]]\nbegin_s = 9.0\nsays = 'nothing'", "failures.0.says"),
+        ("[sensors.wheel_speed.radius_error_percent]\nmiddle_left = 1.0", "radius_error_percent.middle_left"),
+        ("[sensors.wheel_speed]\npulses_per_turn = -3", "wheel_speed.pulses_per_turn"),
+        ("[sensors.gnss]\nlatitude_deg = 59.2", "gnss.longitude_deg"),
+        ("[sensors.gnss]\nlatitude_deg = 95.0\nlongitude_deg = 0.0", "gnss.latitude_deg"),
+        ("[sensors.compass]\nbias_deg = 1.0", "sensors.compass"),
+    ],
+)
+def test_an_impossible_sensor_is_refused_by_name(drive: Drive, extra: str, names: str) -> None:
+    with pytest.raises(OncenterError, match=re.escape(names)) as refusal:
+        drive(extra + "\n")
+    assert refusal.value.exit_code == 2
+    assert "\n" not in str(refusal.value)

@@ -93,18 +93,20 @@ def status_next(now: int, half_width: float, narrow: float) -> int:
 @njit
 def learn(c, offset, batches, bends, bend_batches, still_weight, still_mean, still_squares, trusted, statuses):
     """(offset, its standard deviation, K_us/g, trusted) from the evidence; `statuses` is [offset, understeer]."""
-    K, K_variance, K_status = 0.0, c.understeer_sd_rad_m_s2 * c.understeer_sd_rad_m_s2, UNOBSERVABLE
+    K, own, K_status = 0.0, c.understeer_sd_rad_m_s2 * c.understeer_sd_rad_m_s2, UNOBSERVABLE
     n, x, xx, xy = bends
+    shared = 1.0
     share = 1.0 - offset[2] * x / xx if xx > 0.0 else 0.0
     if n * c.tick_s >= c.understeer_evidence_min_s and bend_batches[0] > 1.0 and share > 0.25:
         K = (xy - offset[1] * x) / xx / share
         o = offset[1] - K * offset[2]
-        b, xy_xy, x_x, xx_xx, xy_x, xy_xx, x_xx = bend_batches
+        b, b_xx, xy_xy, x_x, xx_xx, xy_x, xy_xx, x_xx = bend_batches
         squares = xy_xy + o * o * x_x + K * K * xx_xx - 2.0 * o * xy_x - 2.0 * K * xy_xx + 2.0 * o * K * x_xx
         factor = few_batches_factor(b)
-        own = factor * factor * (b / (b - 1.0)) * max(squares, 0.0) / (xx * xx)
+        own = factor * factor * (b / (b - 1.0)) * max(squares, 0.0) / (b_xx * b_xx)
         K_variance = own + (-x / xx) * (-x / xx) * offset_variance(batches, K)
-        K_status = status_next(statuses[1], 1.96 * np.sqrt(K_variance), c.understeer_half_width_max_rad_m_s2)
+        shared = share
+        K_status = status_next(statuses[1], 1.96 * np.sqrt(K_variance) / share, c.understeer_half_width_max_rad_m_s2)
     statuses[1] = K_status
 
     bias = c.yaw_rate_bias_sd_rad_s
@@ -113,7 +115,7 @@ def learn(c, offset, batches, bends, bend_batches, still_weight, still_mean, sti
         bias = np.sqrt(still_mean * still_mean + sd * sd)
     scatter = offset_variance(batches, K)
     gyro = offset[3] * bias
-    sd = np.sqrt(scatter + gyro * gyro + offset[2] * offset[2] * K_variance)
+    sd = np.sqrt((scatter + offset[2] * offset[2] * own) / (shared * shared) + gyro * gyro)
     enough = offset[0] * c.tick_s >= c.offset_evidence_min_s
     if enough and 1.96 * np.sqrt(scatter) <= c.offset_half_width_max_rad:
         trusted = True
@@ -163,7 +165,7 @@ def add_to_bends(c, bends, filling, block, batches):
         x = filling[0] * filling[2]
         xx = filling[6] + filling[0] * filling[2] * filling[2]
         xy = filling[5] + filling[0] * filling[2] * filling[1]
-        batches += np.array([1.0, xy * xy, x * x, xx * xx, xy * x, xy * xx, x * xx])
+        batches += np.array([1.0, xx, xy * xy, x * x, xx * xx, xy * x, xy * xx, x * xx])
         filling[:] = 0.0
 
 
@@ -181,6 +183,7 @@ def run(c, time, angle, yaw_rate, speed, acceleration, outputs):
     ring_angle, ring_speed = np.zeros(DELAY), np.zeros(POINTS)
     angle_next, speed_next, slope_wait, seen, slope = 0, 0, 0, 0, 0.0
     clock_started, running, last_time, last_filtered = False, False, 0.0, 0.0
+    last_refused, in_order = 0.0, 0
     still_ticks, still_weight, still_mean, still_squares = 0, 0.0, 0.0, 0.0
     still_a_weight, still_a_mean, still_a_squares = 0.0, 0.0, 0.0
     n1 = y1 = x1 = w1 = yy1 = xy1 = xx1 = 0.0  # the growing block on straights
@@ -189,7 +192,7 @@ def run(c, time, angle, yaw_rate, speed, acceleration, outputs):
     ring1, ring2 = np.zeros((PENDING, 7)), np.zeros((PENDING, 7))
     place1, place2 = np.zeros(2, np.int64), np.zeros(2, np.int64)
     offset, filling1, batches1 = np.zeros(7), np.zeros(7), np.zeros(7)
-    bends, filling2, batches2 = np.zeros(4), np.zeros(7), np.zeros(7)
+    bends, filling2, batches2 = np.zeros(4), np.zeros(7), np.zeros(8)
     block, statuses, trusted = np.zeros(7), np.zeros(2, np.int64), False
     value, sd, K = 0.0, 0.0, 0.0
     rejected, unused, ticks = np.zeros(9, np.int64), 0, 0
@@ -200,11 +203,16 @@ def run(c, time, angle, yaw_rate, speed, acceleration, outputs):
         reasons = 0
         curvature = bank = a_y = residual = v = shown_slope = 0.0
 
-        if not (-1e300 < t < 1e300) or (clock_started and not t > last_time):
+        forward = -1e300 < t < 1e300
+        if forward and clock_started and not t > last_time:
+            in_order = in_order + 1 if t > last_refused else 0
+            last_refused = t
+            forward = in_order >= c.ticks_until_new_clock
+        if not forward:
             reasons = TIME
             rejected[1] += 1
         else:
-            last_time, clock_started = t, True
+            last_time, clock_started, in_order = t, True, 0
             ticks += 1
             has_acceleration = -100.0 < a_m < 100.0
             if not (
@@ -220,7 +228,23 @@ def run(c, time, angle, yaw_rate, speed, acceleration, outputs):
                 n2 = y2 = x2 = w2 = yy2 = xy2 = xx2 = 0.0
                 in1 = in2 = 0
                 place1[1] = place2[1] = 0
+                still_ticks = 0
             else:
+                # filters
+                a_in = a_m if use_accelerometer else 0.0
+                hole = t - last_filtered - 0.5 * c.tick_s
+                if not running or hole < -c.tick_s or (hole > c.gap_max_s and hole > c.tick_s):
+                    reasons = GAP if running else 0
+                    r2, v2, a_2 = (b0 - a2) * r_m, (b0 - a2) * v_m, (b0 - a2) * a_in
+                    r1 = (2.0 * b0 - a1) * r_m + r2
+                    v1 = (2.0 * b0 - a1) * v_m + v2
+                    a_1 = (2.0 * b0 - a1) * a_in + a_2
+                    ring_angle[:] = d_m
+                    ring_speed[:] = v_m
+                    angle_next, speed_next, slope_wait, seen, slope, running = 0, 0, 0, 0, 0.0, True
+                    still_ticks = 0
+                last_filtered = t
+
                 # standstill
                 if not abs(v_m) <= c.standstill_speed_max_m_s:
                     still_ticks = 0
@@ -237,19 +261,6 @@ def run(c, time, angle, yaw_rate, speed, acceleration, outputs):
                         still_a_mean += innovation / still_a_weight
                         still_a_squares += innovation * (a_m - still_a_mean)
 
-                # filters
-                a_in = a_m if use_accelerometer else 0.0
-                pause = t - last_filtered
-                if not running or (pause > c.gap_max_s and pause > 1.5 * c.tick_s):
-                    reasons = GAP if running else 0
-                    r2, v2, a_2 = (b0 - a2) * r_m, (b0 - a2) * v_m, (b0 - a2) * a_in
-                    r1 = (2.0 * b0 - a1) * r_m + r2
-                    v1 = (2.0 * b0 - a1) * v_m + v2
-                    a_1 = (2.0 * b0 - a1) * a_in + a_2
-                    ring_angle[:] = d_m
-                    ring_speed[:] = v_m
-                    angle_next, speed_next, slope_wait, seen, slope, running = 0, 0, 0, 0, 0.0, True
-                last_filtered = t
                 b0x = b0 * v_m
                 v = b0x + v1
                 v1 = 2.0 * b0x - a1 * v + v2

@@ -109,8 +109,8 @@ def run(c: Any, time: Column, angle: Column, yaw_rate: Column, speed: Column, ac
     still_mean = float(at_rest.mean()) if len(at_rest) else 0.0
 
     # filters, from hole to hole
-    pause = np.diff(t)
-    restarts = np.flatnonzero((pause > c.gap_max_s) & (pause > 1.5 * c.tick_s)) + 1
+    hole = np.diff(t) - 0.5 * c.tick_s
+    restarts = np.flatnonzero((hole > c.gap_max_s) & (hole > c.tick_s)) + 1
     pieces = [slice(a, b) for a, b in zip([0, *restarts], [*restarts, len(t)], strict=True)]
     r, v, a = (np.concatenate([lowpass(c, x[piece]) for piece in pieces]) for x in (r_m, v_m, a_m))
     delta_m = np.concatenate([delayed(c, d_m[piece]) for piece in pieces])
@@ -148,7 +148,7 @@ def run(c: Any, time: Column, angle: Column, yaw_rate: Column, speed: Column, ac
     bends = np.array([float(rows.size), *(s.sum() for s in sums)])
     sx, sxx, sxy = (in_batches(c, s).sum(axis=1) for s in sums)
     products = ((sxy, sxy), (sx, sx), (sxx, sxx), (sxy, sx), (sxy, sxx), (sx, sxx))
-    bend_batches = np.array([float(len(sx)), *(p @ q for p, q in products)])
+    bend_batches = np.array([float(len(sx)), sxx.sum(), *(p @ q for p, q in products)])
 
     # the last lines of arithmetic are the numba rival's: once in a drive
     squares = float(((at_rest - still_mean) ** 2).sum())

@@ -8,6 +8,9 @@ static const double yaw_rate_limit = 10.0;      /* rad/s */
 static const double speed_limit = 150.0;        /* m/s */
 static const double acceleration_limit = 100.0; /* m/s^2 */
 
+/* A second in order on a clock set back, or after one wild stamp, is the new time; less is disorder. */
+static const double new_clock_s = 1.0;
+
 const char *oc_version(void) {
     /* written from the header's numbers, each below 10, without stdio */
     static const char version[] = {'0' + OC_VERSION_MAJOR, '.', '0' + OC_VERSION_MINOR, '.', '0' + OC_VERSION_PATCH, 0};
@@ -67,6 +70,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
         .tick_s = 1.0 / rate_hz,
         .ratio_times_wheelbase = vehicle->steering_ratio * vehicle->wheelbase,
         .ticks_per_batch = params->batch_s * rate_hz,
+        .ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz),
         .standstill_settling_ticks = (int32_t)(params->standstill_settling_s * rate_hz + 0.5),
     };
     oc_preprocess_design(&c.preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
@@ -216,10 +220,29 @@ static void count(oc_evidence *evidence, uint32_t reasons) {
     evidence->unused_motion += reasons != 0;
 }
 
-/* Whether the filters must start anew at this tick: nothing before it, or a hole. */
+/* Whether the filters must start anew at this tick: nothing before it, a hole, or a clock set back. Half a tick more
+ * than the longest hole, so that the last bit of a time stamp does not decide. */
 static bool interrupted(const oc_tracking *tracking, const oc_coefficients *c, double time) {
-    const double pause = time - tracking->last_filtered;
-    return !tracking->running || (pause > c->params.gap_max_s && pause > 1.5 * c->tick_s);
+    const double hole = time - tracking->last_filtered - 0.5 * c->tick_s;
+    return !tracking->running || hole < -c->tick_s || (hole > c->params.gap_max_s && hole > c->tick_s);
+}
+
+/* Whether a tick brings time forward; one that does not is refused, unless a whole second of such ticks is in order. */
+static bool goes_forward(oc_tracking *tracking, const oc_coefficients *c, double time) {
+    if (!(time > -1e300 && time < 1e300)) {
+        return false;
+    }
+    if (tracking->clock_started && !(time > tracking->last_time)) {
+        tracking->refused_in_order = time > tracking->last_refused ? tracking->refused_in_order + 1 : 0;
+        tracking->last_refused = time;
+        if (tracking->refused_in_order < c->ticks_until_new_clock) {
+            return false;
+        }
+    }
+    tracking->refused_in_order = 0;
+    tracking->last_time = time;
+    tracking->clock_started = 1;
+    return true;
 }
 
 /* Figure 15 as one function: the reasons against this tick and the motion at it. */
@@ -233,25 +256,20 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, const oc_signals
     const double a_y = p->use_accelerometer ? tick->lateral_acceleration : 0.0;
 
     /* time goes forward, or nothing happened */
-    if (!(tick->time > -1e300 && tick->time < 1e300) || (tracking->clock_started && !(tick->time > tracking->last_time))) {
+    if (!goes_forward(tracking, c, tick->time)) {
         ++evidence->rejected[1];
         return OC_REASON_TIME;
     }
-    tracking->last_time = tick->time;
-    tracking->clock_started = 1;
     ++evidence->ticks;
 
     /* a tick without its signals leaves the filters alone and what was pending unproven */
     if (!signals_present(tick, signals_needed(p))) {
         oc_pending_drop(&tracking->straight);
         oc_pending_drop(&tracking->cornering);
+        evidence->standstill.still_ticks = 0;
         count(evidence, OC_REASON_MISSING_SIGNAL);
         return OC_REASON_MISSING_SIGNAL;
     }
-
-    /* standing still shows what the sensors read for nothing */
-    oc_standstill_update(&evidence->standstill, c->standstill_settling_ticks, tick->vehicle_speed,
-                         p->standstill_speed_max_m_s, tick->yaw_rate, tick->lateral_acceleration, has_acceleration);
 
     /* 5.1.1: filter, delay, differentiate */
     uint32_t reasons = 0;
@@ -259,6 +277,7 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, const oc_signals
         reasons = tracking->running ? OC_REASON_GAP : 0;
         oc_preprocess_restart(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle, tick->yaw_rate,
                               tick->vehicle_speed, a_y);
+        evidence->standstill.still_ticks = 0;
         tracking->running = 1;
     }
     tracking->last_filtered = tick->time;
@@ -268,6 +287,10 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, const oc_signals
     if (!oc_preprocess_settled(&tracking->preprocess, &c->preprocess)) {
         reasons |= OC_REASON_SETTLING;
     }
+
+    /* standing still shows what the sensors read for nothing */
+    oc_standstill_update(&evidence->standstill, c->standstill_settling_ticks, tick->vehicle_speed,
+                         p->standstill_speed_max_m_s, tick->yaw_rate, tick->lateral_acceleration, has_acceleration);
 
     /* 5.1.2: motion and gate */
     *motion = oc_motion_of(&filtered, c->ratio_times_wheelbase, p->use_accelerometer != 0);
@@ -290,7 +313,7 @@ void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_sign
     const uint32_t reasons = step(state, coefficients, tick, &motion, &speed);
     if (output != NULL) {
         *output = (oc_output){
-            .time = tick->time,
+            .time = state->tracking.last_time,
             .vehicle_speed = speed,
             .motion = motion,
             .reasons = reasons,

@@ -36,13 +36,16 @@ typedef struct {
     double ticks_per_batch;
     int32_t ticks_per_block, blocks_until_final;
     int32_t standstill_settling_ticks;
+    int32_t ticks_until_new_clock; /* refused in order, until it is the clock that was set back */
 } oc_coefficients;
 
 typedef struct {
     double last_time;           /* s, of the last tick that advanced the clock */
     double last_filtered;       /* s, of the last tick that had all its signals */
-    int32_t running;            /* the filters hold something */
+    double last_refused;        /* s, of the last tick that was not later */
+    int32_t refused_in_order;   /* ticks in a row that were not later, each later than the one before it */
     int32_t clock_started;
+    int32_t running;            /* the filters hold something */
     oc_preprocess_state preprocess;
     oc_pending straight;        /* for the offset */
     oc_pending cornering;       /* for the understeer gradient */
@@ -74,7 +77,7 @@ typedef struct {
 
 /* What one tick gave. The motion is one filter delay old. */
 typedef struct {
-    double time;                 /* s */
+    double time;                 /* s, of the last tick that was not refused */
     double vehicle_speed;        /* m/s */
     oc_motion motion;
     uint32_t reasons;            /* oc_reason, 0: clean */

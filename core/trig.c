@@ -34,6 +34,10 @@ static double cosine_near_zero(double angle) {
 
 /* The quarter turns nearest to the angle, and what is left of it. */
 static double quarter_turns(double angle, double *rest) {
+    if (!(fabs(angle) <= 1e6)) { /* too many turns to count them, or no number */
+        *rest = 0.0;
+        return 0.0;
+    }
     const double turns = floor(angle / half_pi_high + 0.5);
     *rest = (angle - turns * half_pi_high) - turns * half_pi_low;
     return turns - 4.0 * floor(turns / 4.0);

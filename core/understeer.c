@@ -20,6 +20,7 @@ void oc_understeer_update(oc_understeer *understeer, const oc_moments *block, do
     const double xx = b->xx + b->weight * b->x * b->x;
     const double xy = b->xy + b->weight * b->x * b->y;
     understeer->batches += 1.0;
+    understeer->batches_xx += xx;
     understeer->xy_xy += xy * xy;
     understeer->x_x += x * x;
     understeer->xx_xx += xx * xx;
@@ -49,7 +50,7 @@ double oc_understeer_variance(const oc_understeer *understeer, double offset, do
     const oc_understeer *u = understeer;
     const double o = offset;
     const double K = understeer_gradient;
-    if (!(u->batches > 1.0) || !(u->xx > 0.0)) {
+    if (!(u->batches > 1.0) || !(u->batches_xx > 0.0)) {
         return gradient_variance_of_ignorance;
     }
     /* Each batch's sum of x (y - o - K x) is its own verdict; their squares are the spread of the slope's numerator. */
@@ -57,5 +58,5 @@ double oc_understeer_variance(const oc_understeer *understeer, double offset, do
                            2.0 * o * K * u->x_xx;
     const double factor = oc_few_batches_factor(u->batches);
     const double unbiased = u->batches / (u->batches - 1.0);
-    return factor * factor * unbiased * (squares > 0.0 ? squares : 0.0) / (u->xx * u->xx);
+    return factor * factor * unbiased * (squares > 0.0 ? squares : 0.0) / (u->batches_xx * u->batches_xx);
 }

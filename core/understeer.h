@@ -11,6 +11,7 @@ typedef struct {
     double weight;                 /* ticks */
     oc_moments filling;            /* the batch that grows */
     double batches;                /* whole ones */
+    double batches_xx;             /* sum over them */
     double xy_xy, x_x, xx_xx, xy_x, xy_xx, x_xx; /* squares and products of the batches' sums */
 } oc_understeer;
 
@@ -19,7 +20,8 @@ void oc_understeer_update(oc_understeer *understeer, const oc_moments *block, do
 /* rad/(m/s^2) for an offset in rad. */
 double oc_understeer_value(const oc_understeer *understeer, double offset);
 
-/* Squared unit of the value; from the scatter of batches at that offset. Infinite below two batches. */
+/* Squared unit of the value; from the scatter of batches at that offset. 1, which is knowing nothing, below two
+ * batches. */
 double oc_understeer_variance(const oc_understeer *understeer, double offset, double understeer_gradient);
 
 /* How far the gradient moves per rad of offset, 1/(m/s^2): its sign tells which bends prevail. */

@@ -8,7 +8,13 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from oncenter.simulate.drive import RATE_HZ, run, tick_count
+from oncenter.simulate.road import lay_road
 from oncenter.simulate.scenario import Scenario, scenario_from
+from oncenter.simulate.truck import check_holdable
 
 ROOT = Path(__file__).parents[1]
 THESIS_DRIVE = tomllib.loads((ROOT / "scenarios" / "thesis_drive.toml").read_text(encoding="utf-8"))
@@ -82,3 +88,27 @@ def scenario(changes: dict[str, dict[str, Any]] | None = None, layout: str = "4x
         changed[section] = new
     changed |= {section: values for section, values in (changes or {}).items() if section not in changed}
     return scenario_from(changed, layout)
+
+
+def steered_by_machine(
+    manoeuvre: dict[str, Any],
+    duration_s: float,
+    speed_km_h: float,
+    changes: dict[str, dict[str, Any]] | None = None,
+    layout: str = "4x2",
+) -> npt.NDArray[np.void]:
+    """What is true at every tick on open, level ground, where a machine turns the steering wheel; braking comes later."""
+    of_bends = dict.fromkeys(THESIS_DRIVE["road"])
+    given: dict[str, dict[str, Any]] = {
+        "drive": {"duration_s": duration_s + 60.0, "standing_at_start_s": 0.0, "standing_at_end_s": 0.0},
+        "road": of_bends | {"kind": "open", "crown_percent": 0.0},
+        "driver": {"speed_km_h": [speed_km_h, speed_km_h], "acceleration_max_m_s2": 2.0},
+        "manoeuvre": manoeuvre,
+    }
+    for section, values in (changes or {}).items():
+        given[section] = given.get(section, {}) | values
+    settings = scenario(given, layout)
+    check_holdable(settings)
+    nobody = np.zeros(tick_count(settings))
+    rows = run(settings, lay_road(settings, np.random.default_rng(1)), nobody, nobody)
+    return rows[: round(duration_s * RATE_HZ)]

@@ -17,9 +17,7 @@ from scipy import signal, stats
 Array = npt.NDArray[np.float64]
 
 MISSING_SIGNAL, TIME, GAP, SETTLING, SPEED, CURVATURE, LONGITUDINAL, BANK = (1 << k for k in range(8))
-REASONS = (
-    "missing_signal time gap settling speed curvature longitudinal_acceleration bank window"
-).split()  # by bit
+REASONS = ("missing_signal time gap settling speed curvature longitudinal_acceleration bank window").split()  # by bit
 NORMAL_95 = 1.96
 
 
@@ -115,8 +113,8 @@ def motion_of(
 ) -> Motion:
     """5.1.1 and 5.1.2 over ticks that have all their signals, segment by segment between holes."""
     time = rows["time"]
-    step = np.diff(time, prepend=-np.inf)
-    restarted = step > max(params["gap_max_s"], 1.5 / rate_hz)
+    hole = np.diff(time, prepend=-np.inf) - 0.5 / rate_hz
+    restarted = (hole > max(params["gap_max_s"], 1.0 / rate_hz)) | (hole < -1.0 / rate_hz)
     every = max(1, int(params["speed_slope_window_s"] / 10 * rate_hz + 0.5))
     b, a = lowpass(params["cutoff_hz"], rate_hz)
     delay = mean_group_delay(params["cutoff_hz"], params["delay_band_hz"], rate_hz) * rate_hz
@@ -190,25 +188,42 @@ def recursive_mean(values: Array) -> float:
     return offset
 
 
-def understeer_literal(motion: Motion, ticks: npt.NDArray[np.int64], offset: float, ratio: float,
-                       wheelbase: float, floor: float) -> float:
+def understeer_literal(
+    motion: Motion, ticks: npt.NDArray[np.int64], offset: float, ratio: float, wheelbase: float, floor: float
+) -> float:
     """(38) as printed, K_us/g: the mean of its values where |r*v| is above the floor, rad/(m/s^2)."""
     r, v, delta = motion.yaw_rate[ticks], motion.speed[ticks], motion.angle[ticks]
     far = np.abs(r * v) > floor
     return float(np.mean((((delta - offset) / ratio - wheelbase * r / v) / (r * v))[far]))
 
 
-def still_ticks(speed: Array, rate_hz: float, params: Mapping[str, float]) -> npt.NDArray[np.int64]:
-    """Numbers of the ticks that stand, less what settles at the beginning of each standstill."""
+def forward(time: Array, ticks_until_new_clock: int) -> npt.NDArray[np.bool_]:
+    """Which ticks bring time forward, one after the other."""
+    accepted = np.zeros(len(time), bool)
+    newest, refused, in_order = -np.inf, 0.0, 0
+    for k, t in enumerate(time):
+        if not abs(t) < 1e300:
+            continue
+        if t <= newest:
+            in_order = in_order + 1 if t > refused else 0
+            refused = t
+            if in_order < ticks_until_new_clock:
+                continue
+        newest, in_order, accepted[k] = t, 0, True
+    return accepted
+
+
+def still_ticks(
+    speed: Array, anew: npt.NDArray[np.bool_], rate_hz: float, params: Mapping[str, float]
+) -> npt.NDArray[np.int64]:
+    """Numbers of the ticks that stand, less what settles at the beginning of each standstill or where it is `anew`."""
     still = np.abs(speed) <= params["standstill_speed_max_m_s"]
     number = np.arange(len(still))
-    moved = np.maximum.accumulate(np.where(still, -1, number)) if len(still) else number
+    moved = np.maximum.accumulate(np.where(still, np.where(anew, number - 1, -1), number)) if len(still) else number
     return np.flatnonzero(still & (number - moved > int(params["standstill_settling_s"] * rate_hz + 0.5)))
 
 
-def standstill(
-    values: Array, floor: float, rate_hz: float, params: Mapping[str, float]
-) -> tuple[float, float] | None:
+def standstill(values: Array, floor: float, rate_hz: float, params: Mapping[str, float]) -> tuple[float, float] | None:
     """Mean and its standard deviation, when there is enough: ten ticks say as much as one, and no less than a floor."""
     n = len(values)
     if n < 2 or n * (1.0 / rate_hz) < params["standstill_time_min_s"]:
@@ -261,7 +276,7 @@ def verdict(
         K = (Sxy - y * Sx) / (Sxx - x * Sx)
         e = by_batch(bends["xy"] - (y - K * x) * bends["x"] - K * bends["xx"]).sum(axis=1)
         n = len(e)
-        bends_variance = float(np.sum(e**2)) * n / (n - 1) * few_batches(n) ** 2 / Sxx**2
+        bends_variance = float(np.sum(e**2)) * n / (n - 1) * few_batches(n) ** 2 / by_batch(bends["xx"]).sum() ** 2
         shared = apart**2
         K_variance = (bends_variance + (Sx / Sxx) ** 2 * scatter(K)) / shared
         K_status = status_next(before[1], NORMAL_95 * K_variance**0.5, params["understeer_half_width_max_rad_m_s2"])
@@ -297,8 +312,7 @@ def estimate(
         "acceleration": columns.get("lateral_acceleration_m_s2", lacking),
     }
     # the door
-    newest = np.fmax.accumulate(np.where(np.isfinite(t), t, -np.inf)) if n else t
-    accepted = np.isfinite(t) & (t > np.concatenate([[-np.inf], newest[:-1]])[:n])
+    accepted = forward(t, int(rate_hz))
     limits = {"angle": 100.0, "yaw_rate": 10.0, "speed": 150.0, "acceleration": 100.0}
     present = {name: np.abs(rows[name]) < limit for name, limit in limits.items()}
     has_acceleration = present["acceleration"]
@@ -338,7 +352,8 @@ def estimate(
     no_bends = {k: np.empty(0) for k in ("x", "xx", "xy")}
 
     # standing still
-    standing = still_ticks(complete_rows["speed"], rate_hz, params)
+    after_missing = np.diff(np.cumsum(accepted & ~complete)[complete], prepend=0) > 0
+    standing = still_ticks(complete_rows["speed"], motion.restarted | after_missing, rate_hz, params)
     standing_rows = np.flatnonzero(complete)[standing]
 
     def bias_after(row: int) -> tuple[float, float] | None:
@@ -410,7 +425,9 @@ def estimate(
         yaw_rate_bias=bias_after(n),
         standstill_acceleration=standstill(
             columns.get("lateral_acceleration_m_s2", lacking)[standing_rows][has_acceleration[standing_rows]],
-            0.01, rate_hz, params,
+            0.01,
+            rate_hz,
+            params,
         ),
         bank_mean=mean_or_zero(motion.bank[fast]),
         bank_time=float(np.sum(fast)) * tick_s,

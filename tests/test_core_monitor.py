@@ -243,6 +243,39 @@ def test_what_is_pending_shows_in_the_temporary_offset_to_the_last_tick() -> Non
     assert answer["offset_temporary"] - 0.0356 == pytest.approx(0.1 * (105 - delay) / clean, rel=1e-6)
 
 
+def test_one_wild_time_stamp_costs_a_second_and_no_more() -> None:
+    """A stamp far ahead is believed, as a hole is; then the clock seems set back, and a second in order proves it."""
+    columns = straight(60.0)
+    undisturbed = after(columns).answer()
+    columns["time_s"][2000] = 1e9
+    answer = after(columns).answer()
+    assert answer["rejected"][1] == pytest.approx(1.0, abs=0.02)
+    assert undisturbed["used"] - 8.0 < answer["used"] < undisturbed["used"]
+    assert answer["offset"]["value"] == pytest.approx(0.0356, abs=1e-12)
+
+
+def test_time_stamps_in_disorder_never_become_a_new_clock() -> None:
+    columns = straight(20.0)
+    columns["time_s"][1::2] = columns["time_s"][0:-1:2] - 5.0  # every other one is five seconds old
+    answer = after(columns).answer()
+    assert answer["rejected"][1] == pytest.approx(10.0)
+
+
+def test_the_longest_hole_is_bridged_whatever_the_last_bit_of_its_time_stamps() -> None:
+    for start in range(0, 100):
+        columns = {name: np.delete(column, slice(1000, 1009)) for name, column in straight(20.0).items()}
+        columns["time_s"] = columns["time_s"] + start / 7.0
+        assert after(columns).answer()["rejected"][2] == 0.0
+
+
+def test_after_a_hole_a_standstill_settles_anew() -> None:
+    """The truck may have moved in the hole, so what follows is a stop of its own."""
+    stand = straight(2.0, **{SPEED: 0.0, YAW_RATE: 0.004})
+    whole = after(stand).answer()["yaw_rate_bias"]["evidence"]
+    stand["time_s"][100:] += 1.0
+    assert after(stand).answer()["yaw_rate_bias"]["evidence"] == pytest.approx(whole - 0.2)
+
+
 def test_silence_changes_nothing() -> None:
     core = after(straight())
     before = core.state_bytes()

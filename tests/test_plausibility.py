@@ -14,7 +14,8 @@ from real_data import real_drive
 import oncenter
 from oncenter.cli import run
 from oncenter.findings import Finding
-from oncenter.plausibility import check, resolution
+from oncenter.plausibility import check
+from oncenter.plausibility.presence import resolution
 from oncenter.signals import DEGREE, SIGNALS, Signals, Source
 from oncenter.vehicle import Vehicle
 

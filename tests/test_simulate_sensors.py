@@ -87,7 +87,9 @@ FAULTS = {
         "[sensors.yaw_rate]\ndrift_deg_s_min = 0.5\nwarm_up_deg_s = 2.0\nbank_shift_mrad_s_percent = 0.05",
         "[[sensors.yaw_rate.stuck]]\nbegin_s = 30.0\nlength_s = 20.0",
     ],
-    "lateral_acceleration_m_s2": ["[sensors.lateral_acceleration]\ndrift_m_s2_min = 0.3\nrandom_walk_sd_m_s2_min = 0.2"],
+    "lateral_acceleration_m_s2": [
+        "[sensors.lateral_acceleration]\ndrift_m_s2_min = 0.3\nrandom_walk_sd_m_s2_min = 0.2"
+    ],
     "wheel_speed_": ["[sensors.wheel_speed]\nscale_error_percent = 1.0\npulses_per_turn = 100"],
     "vehicle_speed_m_s": ["[[sensors.speed.failures]]\nbegin_s = 80.0"],
     "none": ["[sensors.gnss]\nlatitude_deg = 59.2\nlongitude_deg = 17.6"],
@@ -132,9 +134,10 @@ def test_every_silence_is_in_the_truth_and_everything_in_the_truth_is_silent(dri
         silent |= (time > fault.begin_s - 0.001) & (time < fault.end_s - 0.001)
     np.testing.assert_array_equal(np.isnan(column(signals, "yaw_rate_rad_s")), silent)
     assert signals.sources["yaw_rate"].not_available == silent.sum()
-    assert 15 < len(dropouts) - 1 < 50  # 30 are expected
-    assert all(0.04 < f.end_s - f.begin_s < 0.41 for f in dropouts[:-1])
-    assert (dropouts[-1].begin_s, dropouts[-1].end_s) == (85.0, 90.0)
+    lengths_s = [f.end_s - f.begin_s for f in dropouts if (f.begin_s, f.end_s) != (85.0, 90.0)]
+    assert len(lengths_s) == len(dropouts) - 1
+    assert 15 < len(lengths_s) < 50  # 30 are expected
+    assert all(0.0 < length < 0.41 for length in lengths_s)  # the drive's end may cut the last one off
 
 
 def test_a_stuck_sensor_says_its_last_number_and_then_goes_on(drive: Drive, faultless: tuple[Signals, Truth]) -> None:
@@ -203,7 +206,8 @@ def gyro(**keys: float) -> YawRateSensor:
 def test_a_bias_drifts_linearly_settles_while_warming_up_and_jumps_when_remounted() -> None:
     minutes = np.arange(180_000) / 6000
     sensor = YawRateSensor.model_validate(
-        gyro(drift_deg_s_min=0.5, warm_up_deg_s=5.0).model_dump() | {"remounts": [{"begin_s": 600.0, "step_deg_s": -1.0}]}
+        gyro(drift_deg_s_min=0.5, warm_up_deg_s=5.0).model_dump()
+        | {"remounts": [{"begin_s": 600.0, "step_deg_s": -1.0}]}
     )
     read, bias, faults = sense_yaw_rate(rows(180_000), sensor, chances())
     expected = 0.2 + 0.5 * minutes + 5.0 * np.exp(-minutes / 5.0) - (minutes >= 10.0)

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from layouts import FULL_LOAD, SEMITRAILER, TRUCKS, scenario
+from layouts import FULL_LOAD, SEMITRAILER, TRUCKS, scenario, steered_by_machine
 from scipy.linalg import expm
 
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
-from oncenter.simulate import simulate
 from oncenter.simulate.drive import ffi, lib
 from oncenter.simulate.truck import (
     check_holdable,
@@ -25,7 +24,6 @@ from oncenter.simulate.truck import (
 from oncenter.vehicle import vehicle
 
 STEP_S = 0.0025
-SHARED = {"wheelbase_m": 3.7, "front_axle_distance_m": 1.005}
 
 
 def thesis_truck(**changes: float) -> Any:
@@ -62,7 +60,7 @@ def test_a_steady_bend_takes_the_angle_of_equation_10_with_winklers_wheelbase(
     """Articulation makes cosines of which (10) knows nothing: a few 1e-4 with the semitrailer."""
     settings = scenario(layout=layout)
     truck, given = native_truck(settings.truck, settings.steering), acting(angle, speed, to_left)
-    state = settled(truck, given)
+    state = settled(truck, given, 60.0)
     a_y = specific_force(state, truck, given)
     L_e = equivalent_wheelbase_m(settings.truck, settings.steering)
     K = understeer_gradient(settings.truck, settings.steering)
@@ -76,7 +74,8 @@ def test_the_equivalent_wheelbase_is_winklers_closed_form(layout: str) -> None:
     """L (1 + T/L^2 (1 + C_r/C_f)) of [8], L to the middle of the rear axles by stiffness, T = sum of C d^2 over C_r,
     and dual tyres as if the axles were as much further apart as their scrubbing is worth."""
     settings = scenario(layout=layout)
-    front, *rear = list(native_truck(settings.truck, settings.steering).axles)[: 2 if layout == "4x2" else 3]
+    truck = native_truck(settings.truck, settings.steering)
+    front, *rear = (truck.axles[k] for k in range(truck.axle_count))
     C_f = lib.sim_axle_stiffness(ffi.addressof(front))
     C = [axle.tyre.cornering_stiffness for axle in rear]
     behind = [front.distance - axle.distance for axle in rear]
@@ -91,7 +90,8 @@ def test_the_equivalent_wheelbase_is_winklers_closed_form(layout: str) -> None:
 def test_two_equal_rear_axles_have_the_tandem_factor_of_half_their_spacing_squared() -> None:
     settings = scenario({"truck": {"dual_tyre_spacing_m": None, "dual_tyre_longitudinal_stiffness_n": None}}, "6x4")
     C_f, L = steered_stiffness_n_rad(settings.truck, settings.steering), 3.9 + 1.37 / 2
-    C_r = sum(native_truck(settings.truck, settings.steering).axles[k].tyre.cornering_stiffness for k in (1, 2))
+    truck = native_truck(settings.truck, settings.steering)
+    C_r = sum(truck.axles[k].tyre.cornering_stiffness for k in (1, 2))
     L_e = L * (1 + (1.37 / 2) ** 2 / L**2 * (1 + C_r / C_f))
     assert equivalent_wheelbase_m(settings.truck, settings.steering) == pytest.approx(L_e, rel=1e-12)
 
@@ -217,27 +217,28 @@ def test_a_magic_formula_tyre_has_slope_BCD_and_peak_D() -> None:
     np.testing.assert_allclose(forces, -forces[::-1], atol=1e-9)
 
 
-@pytest.mark.parametrize("tyres", [{"model": "brush", "friction": 0.8}, {"model": "magic_formula", "friction": 0.8, "C": 1.3, "E": -1.0}])
+@pytest.mark.parametrize(
+    "tyres",
+    [{"model": "brush", "friction": 0.8}, {"model": "magic_formula", "friction": 0.8, "C": 1.3, "E": -1.0}],
+    ids=["brush", "magic_formula"],
+)
 def test_saturating_tyres_are_linear_on_centre_and_hold_no_more_than_friction(tyres: dict[str, Any]) -> None:
-    linear, bounded = scenario(), scenario({"truck": {"tyres": tyres}})
-    speed = 20.0
-    yaw_rates = []
-    for angle in (1e-4, 0.05):
-        for settings in (linear, bounded):
-            truck = native_truck(settings.truck, settings.steering)
-            yaw_rates.append(settled(truck, acting(angle, speed)).yaw_rate)
-    assert yaw_rates[1] == pytest.approx(yaw_rates[0], rel=5e-3)
-    assert speed * yaw_rates[2] > 7.0
-    assert speed * yaw_rates[3] < 0.8 * STANDARD_GRAVITY
+    settings = scenario({"truck": {"tyres": tyres}})
+    linear, bounded, speed = thesis_truck(), native_truck(settings.truck, settings.steering), 20.0
+    on_centre = [settled(truck, acting(1e-4, speed)).yaw_rate for truck in (linear, bounded)]
+    assert on_centre[1] == pytest.approx(on_centre[0], rel=5e-3)
+    largest = [settled(truck, acting(0.2, speed), 1.0).axle_forces[0] for truck in (linear, bounded)]
+    assert bounded.axles[0].tyre.D == pytest.approx(0.8 * 8100 * STANDARD_GRAVITY * 2.695 / 3.7, rel=1e-9)
+    assert largest[0] > bounded.axles[0].tyre.D >= largest[1] > 0.9 * bounded.axles[0].tyre.D
 
 
 def test_stiffness_grows_with_the_load_by_its_power() -> None:
-    axles = {}
+    trucks = []
     for exponent in (0.0, 0.5, 1.0):
         settings = scenario({"truck": {"stiffness_load_exponent": exponent}}, "semitrailer")
-        axles[exponent] = native_truck(settings.truck, settings.steering).axles
+        trucks.append(native_truck(settings.truck, settings.steering))
     for k in range(2):
-        fixed, half, full = (axles[e][k].tyre.cornering_stiffness for e in (0.0, 0.5, 1.0))
+        fixed, half, full = (truck.axles[k].tyre.cornering_stiffness for truck in trucks)
         assert half == pytest.approx(math.sqrt(fixed * full), rel=1e-12)
         assert full > 1.2 * fixed
 
@@ -258,30 +259,222 @@ def test_payload_moves_mass_centre_of_gravity_and_inertia_as_a_row_of_points_wou
 
 
 def test_with_its_last_axle_up_a_6x2_is_a_4x2_and_turns_more_sharply_for_the_same_angle() -> None:
-    profile = {"kind": "profile", "time_s": [0.0, 20.0, 22.0, 90.0], "angle_deg": [0.0, 0.0, 20.0, 20.0]}
-    settings = scenario(
-        {
-            "drive": {"duration_s": 90.0, "standing_at_start_s": 0.0, "standing_at_end_s": 0.0},
-            "truck": {"lift_axle_up_s": [[55.0, 200.0]]},
-            "road": None or {"kind": "open", **dict.fromkeys(OF_BENDS)},
-            "driver": {"speed_km_h": [36.0, 36.0], "acceleration_max_m_s2": 2.0},
-            "steering": {"backlash_deg": 0.0},
-            "manoeuvre": profile,
-        },
-        "6x2",
-    )
-    table = driven(settings).table
-    assert equivalent_wheelbase_m(settings.truck, settings.steering, lifted=True) == pytest.approx(4.6, rel=1e-12)
-    r, v, wheels, lift = (
-        table[c].to_numpy() for c in ("yaw_rate_rad_s", "vehicle_speed_m_s", "front_wheel_angle_rad", "axle_lift")
-    )
-    gains = []
+    change, profile = {"truck": {"lift_axle_up_s": [[55.0, 200.0]]}, "steering": {"backlash_deg": 0.0}}, [0.0, 0.0, 40.0, 40.0]
+    turn = {"kind": "profile", "time_s": [0.0, 20.0, 22.0, 90.0], "angle_deg": profile}
+    rows, settings = steered_by_machine(turn, 90.0, 36.0, change, "6x2"), scenario(change, "6x2")
+    v, r, wheels, lift = (rows[c] for c in ("vehicle_speed", "yaw_rate", "front_wheel_angle", "axle_lift"))
     for at, lifted in ((5400, False), (8990, True)):
         L_e = equivalent_wheelbase_m(settings.truck, settings.steering, lifted=lifted)
         K = understeer_gradient(settings.truck, settings.steering, lifted=lifted)
         assert lift[at] == lifted
-        a_y = v[at] * r[at] - STANDARD_GRAVITY * -0.02
-        assert wheels[at] == pytest.approx(L_e * r[at] / v[at] + K * a_y, rel=1e-4)
-        gains.append(r[at])
-    assert gains[1] > 1.1 * gains[0]
-    assert np.abs(np.diff(r)).max() < 0.002  # no jolt
+        assert wheels[at] == pytest.approx(L_e * r[at] / v[at] + K * v[at] * r[at], rel=1e-6)
+        assert L_e == pytest.approx(4.6, rel=1e-12) if lifted else L_e > 5.3
+    assert r[8990] > 1.1 * r[5400]
+    assert np.abs(np.diff(r))[5000:].max() < 1e-3  # without a jolt
+
+
+def test_a_leaning_body_adds_gravity_to_what_its_accelerometer_feels() -> None:
+    settings = scenario({"truck": {"roll_deg_m_s2": 0.5}})
+    truck, given = native_truck(settings.truck, settings.steering), acting(0.02, 20.0)
+    state = settled(truck, given)
+    a_y = specific_force(state, truck, given)
+    assert state.roll == pytest.approx(0.5 * DEGREE * a_y, rel=1e-6)
+    assert state.roll > 0.0  # right side down in a bend to the left
+    turn = {"kind": "profile", "time_s": [0.0, 20.0, 22.0, 40.0], "angle_deg": [0.0, 0.0, 25.0, 25.0]}
+    last = steered_by_machine(turn, 40.0, 60.0, {"truck": {"roll_deg_m_s2": 0.5}})[-1]
+    a_y, felt = last["lateral_acceleration"], last["felt_lateral_acceleration"]
+    assert a_y > 1.0
+    assert felt == pytest.approx(a_y * (1 + 0.5 * DEGREE * STANDARD_GRAVITY), rel=1e-3)
+
+
+def test_a_side_wind_is_not_felt_once_the_tyres_balance_it() -> None:
+    truck, speed, push, arm = thesis_truck(), 20.0, 2000.0, 0.8
+    bends = [settled(truck, given).yaw_rate for given in (acting(1e-3, speed), acting(0.0, speed, 0.0, push, arm))]
+    against = -bends[1] / bends[0] * 1e-3  # the front wheel angle that holds it straight
+    given = acting(against, speed, 0.0, push, arm)
+    state = settled(truck, given)
+    front, rear = state.axle_forces[0], state.axle_forces[1]
+    assert specific_force(state, truck, given) == pytest.approx(0.0, abs=1e-9)
+    assert front + rear == pytest.approx(-push, rel=1e-9)
+    assert truck.axles[0].distance * front + truck.axles[1].distance * rear == pytest.approx(-push * arm, rel=1e-9)
+
+
+# The semitrailer
+
+
+@dataclass
+class Lagrange:
+    """Tractor and semitrailer by Lagrange's equations in the plane's own axes, all angles small, tyres without lag.
+
+    q = (y, psi, psi_t): the tractor's centre of gravity across its first direction, and both headings; the trailer's is
+    y + h psi - c psi_t. An axle's slip angle is its heading (and steering) less the direction that its place moves in.
+    """
+
+    truck: Any
+    v: float
+
+    @property
+    def mass(self) -> np.ndarray:
+        t, s = self.truck, self.truck.trailer
+        tractor = np.diag([t.mass, t.yaw_inertia, s.yaw_inertia])
+        arm = np.array([1.0, t.hitch_distance, -s.gravity_centre_distance])
+        return tractor + s.mass * np.outer(arm, arm)
+
+    @property
+    def axles(self) -> list[tuple[Any, np.ndarray, int]]:
+        """Each with how its place moves over q, and which heading it has."""
+        t, s = self.truck, self.truck.trailer
+        front = [(t.axles[k], np.array([1.0, t.axles[k].distance, 0.0]), 1) for k in range(t.axle_count)]
+        behind = [
+            (s.axles[k], np.array([1.0, t.hitch_distance, s.axles[k].distance]), 2) for k in range(s.axle_count)
+        ]
+        return front + behind
+
+    def system(self) -> tuple[np.ndarray, np.ndarray]:
+        """x' = A x + b delta for x = (q, q')."""
+        damping, stiffness, input_ = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(3)
+        for axle, moves, heading in self.axles:
+            C = lib.sim_axle_stiffness(ffi.addressof(axle))
+            damping -= C / self.v * np.outer(moves, moves)
+            stiffness[:, heading] += C * moves
+            input_ += C * axle.steer_share * moves
+            damping[heading, heading] -= axle.scrub_stiffness / self.v
+        inverse = np.linalg.inv(self.mass)
+        A = np.block([[np.zeros((3, 3)), np.eye(3)], [inverse @ stiffness, inverse @ damping]])
+        return A, np.r_[np.zeros(3), inverse @ input_]
+
+
+def semitrailer(payload: dict[str, Any] | None = FULL_LOAD, **trailer: Any) -> Any:
+    settings = scenario({"truck": {"trailer": SEMITRAILER | {"payload": payload} | trailer}})
+    return native_truck(settings.truck, settings.steering)
+
+
+@pytest.mark.parametrize("payload", [None, FULL_LOAD | {"mass_kg": 12500.0}, FULL_LOAD], ids=["empty", "half", "full"])
+@pytest.mark.parametrize("speed", [8.0, 25.0])
+def test_a_semitrailer_swings_as_lagrange_s_equations_say(payload: dict[str, Any] | None, speed: float) -> None:
+    truck, delta = semitrailer(payload), 1e-5
+    for axles, count in ((truck.axles, truck.axle_count), (truck.trailer.axles, truck.trailer.axle_count)):
+        for k in range(count):
+            axles[k].relaxation_length = 0.0
+    A, b = Lagrange(truck, speed).system()
+    step = expm(np.block([[A, b[:, None] * delta], [np.zeros((1, 7))]]) * STEP_S)
+    x, state = np.r_[np.zeros(6), 1.0], ffi.new("sim_truck_state *")
+    for _ in range(1600):
+        lib.sim_truck_step(state, truck, acting(delta, speed), STEP_S)
+        x = step @ x
+        assert state.yaw_rate == pytest.approx(x[4], abs=2e-6 * delta)
+        assert state.trailer.yaw_rate == pytest.approx(x[5], abs=2e-6 * delta)
+        assert state.trailer.articulation == pytest.approx(x[1] - x[2], abs=2e-6 * delta)
+
+
+def test_a_semitrailer_in_a_steady_bend_hangs_as_the_static_equations_say() -> None:
+    """Unknown: front wheel angle, direction, articulation, hitch force. Known: the bend, the speed, where all axles are."""
+    truck, speed, curvature = semitrailer(), 15.0, 1e-4
+    trailer, h, a_y = truck.trailer, truck.hitch_distance, 1e-4 * 15.0**2
+    rows, right = np.zeros((4, 4)), np.array([truck.mass * a_y, 0.0, trailer.mass * a_y, 0.0])
+    rows[0, 3], rows[1, 3], rows[2, 3], rows[3, 3] = -1.0, -h, 1.0, trailer.gravity_centre_distance
+    for k in range(truck.axle_count):
+        axle, x = truck.axles[k], truck.axles[k].distance
+        C = lib.sim_axle_stiffness(ffi.addressof(axle))
+        for row, arm in ((0, 1.0), (1, x)):
+            rows[row, :2] += arm * C * np.array([axle.steer_share, -1.0])
+            right[row] += arm * C * x * curvature
+    for k in range(trailer.axle_count):
+        axle, e = trailer.axles[k], -trailer.axles[k].distance
+        C = lib.sim_axle_stiffness(ffi.addressof(axle))
+        for row, arm in ((2, 1.0), (3, trailer.gravity_centre_distance - e)):  # moves at direction + h/R + angle - e/R
+            rows[row, 1:3] -= arm * C
+            right[row] += arm * C * (h - e) * curvature
+    angle, direction, articulation, hitch_force = np.linalg.solve(rows, right)
+    state = settled(truck, acting(angle, speed), 60.0)
+    assert state.yaw_rate == pytest.approx(speed * curvature, rel=1e-6)
+    assert state.lateral_speed == pytest.approx(speed * direction, rel=1e-5)
+    assert state.trailer.articulation == pytest.approx(articulation, rel=1e-5)
+    of_axles = sum(state.trailer.axle_forces[k] for k in range(3))
+    assert trailer.mass * a_y - of_axles == pytest.approx(hitch_force, rel=1e-5)
+
+
+def test_at_walking_speed_a_one_axle_trailer_cuts_the_corner_by_its_geometry() -> None:
+    """All axles point to one centre: articulation and off-tracking follow from the lengths alone."""
+    truck, angle = semitrailer(axle_count=1), 0.25
+    state = settled(truck, acting(angle, 0.4), 300.0)
+    R = truck.axles[0].distance - truck.axles[1].distance
+    R /= angle  # of the rear axle: the wheels' tangent is their angle here
+    ahead = truck.hitch_distance - truck.axles[1].distance
+    at_hitch = math.hypot(R, ahead)
+    articulation = math.asin(7.7 / at_hitch) - math.atan(ahead / R)
+    assert 28 * DEGREE < articulation < 30 * DEGREE
+    assert state.trailer.articulation == pytest.approx(articulation, rel=1e-5)
+    cut_m = R - math.sqrt(at_hitch**2 - 7.7**2)
+    assert cut_m == pytest.approx(2.1, abs=0.2)
+    assert state.yaw_rate == pytest.approx(state.trailer.yaw_rate, rel=1e-5)
+
+
+def one_step(truck: Any, speed: float, x: np.ndarray) -> np.ndarray:
+    """Where a state of motions and side forces (in MN) goes in one step."""
+    state = ffi.new("sim_truck_state *")
+    trailer = state.trailer
+    state.lateral_speed, state.yaw_rate, trailer.yaw_rate, trailer.articulation = x[:4]
+    state.axle_forces[0:2], trailer.axle_forces[0:3] = list(x[4:6] * 1e6), list(x[6:9] * 1e6)
+    lib.sim_truck_step(state, truck, acting(0.0, speed), STEP_S)
+    motion = [state.lateral_speed, state.yaw_rate, trailer.yaw_rate, trailer.articulation]
+    return np.r_[motion, np.array([*state.axle_forces[0:2], *trailer.axle_forces[0:3]]) / 1e6]
+
+
+@pytest.mark.parametrize("payload", [None, FULL_LOAD], ids=["empty", "full"])
+def test_a_semitrailer_s_swing_dies_away_and_the_sooner_the_slower_it_drives(payload: dict[str, Any] | None) -> None:
+    damping = []
+    for speed in (15.0, 25.0):
+        truck, tiny = semitrailer(payload), 1e-6
+        jacobian = np.stack([one_step(truck, speed, tiny * unit) / tiny for unit in np.eye(9)], axis=1)
+        poles = np.log(np.linalg.eigvals(jacobian)) / STEP_S
+        assert (poles.real < 0).all()
+        damping.append(float((-poles.real / np.abs(poles)).min()))
+    assert 0.2 < damping[1] < damping[0]
+
+
+def test_a_heavier_semitrailer_lets_the_tractor_understeer_otherwise_than_alone() -> None:
+    alone = scenario()
+    laden = scenario(layout="semitrailer")
+    gradients = [understeer_gradient(s.truck, s.steering) for s in (alone, laden)]
+    assert gradients[0] / DEGREE == pytest.approx(0.40, abs=0.01)
+    assert gradients[1] != pytest.approx(gradients[0], rel=0.02)
+
+
+# What is refused, and what is shipped
+
+
+@pytest.mark.parametrize(
+    ("layout", "changes", "names"),
+    [
+        ("4x2", {"mass_kg": -1.0}, "truck.mass_kg"),
+        ("4x2", {"rear_axle_spacing_m": 1.3}, "rear_axle_spacing_m"),
+        ("6x4", {"rear_axle_spacing_m": None}, "rear_axle_spacing_m"),
+        ("8x4", {"front_axle_spacing_m": 6.0}, "front_axle_spacing_m"),
+        ("6x4", {"axle_layout": "6x6"}, "truck.axle_layout"),
+        ("6x4", {"second_axle_steer_share": 0.5}, "second_axle_steer_share"),
+        ("6x4", {"lift_axle_up_s": [[10.0, 20.0]]}, "lift_axle_up_s"),
+        ("6x2", {"lift_axle_up_s": [[10.0, 12.0]]}, "lift_axle_up_s"),
+        ("6x4", {"dual_tyre_spacing_m": 0.0}, "dual_tyre_spacing_m"),
+        ("4x2", {"tyres": {"model": "brush", "friction": 0.8}, "relaxation_length_m": 0.0}, "relaxation_length_m"),
+        ("4x2", {"tyres": {"model": "brush", "friction": 0.8, "C": 1.3}}, "'C'"),
+        ("4x2", {"tyres": {"model": "magic_formula", "friction": 0.8, "C": 1.3}}, "'E'"),
+        ("4x2", {"payload": {"mass_kg": 9000.0, "distance_m": 9.0, "length_m": 2.0}}, "payload"),
+        ("4x2", {"payload": {"mass_kg": -9.0, "distance_m": 2.0, "length_m": 2.0}}, "truck.payload.mass_kg"),
+        ("semitrailer", {"trailer": SEMITRAILER | {"gravity_centre_m": 8.0}}, "truck.trailer"),
+        ("semitrailer", {"trailer": SEMITRAILER | {"hitch_m": 12.0, "payload": FULL_LOAD}}, "stand on all its axles"),
+        ("semitrailer", {"trailer": SEMITRAILER | {"axle_count": 4}}, "truck.trailer.axle_count"),
+    ],
+)
+def test_an_impossible_truck_is_refused_by_name(layout: str, changes: dict[str, Any], names: str) -> None:
+    with pytest.raises(OncenterError, match=names) as refusal:
+        check_holdable(scenario({"truck": changes}, layout))
+    assert refusal.value.exit_code == 2
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("layout", ["6x2", "6x4", "8x4"])
+def test_a_shipped_vehicle_file_has_the_equivalent_wheelbase_of_its_layout(layout: str) -> None:
+    settings, shipped = scenario(layout=layout), vehicle(f"rigid_{layout}")
+    assert shipped.axle_layout == layout
+    assert shipped.wheelbase_m == pytest.approx(equivalent_wheelbase_m(settings.truck, settings.steering), abs=0.005)

@@ -5,8 +5,8 @@ Degrees here: findings are for people and files.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 from oncenter import _core
@@ -14,7 +14,9 @@ from oncenter.signals import DEGREE
 
 # Thresholds for speaking up, ours; a finding below them would be noise on healthy trucks.
 _OFFSET_WORTH_TELLING_DEG = 2.5  # Table 1: what a healthy sensor's hysteresis may show
-_YAW_RATE_BIAS_WORTH_TELLING_DEG_S = 0.05
+_YAW_RATE_BIAS_WORTH_TELLING_RAD_S = 0.05 * DEGREE
+_VDC2_ZERO_RAD_S = (32127 - 32112.64) / 8192  # SPN 1808: what a sender reads that takes raw 32127 for zero
+_VDC2_ZERO_WITHIN_RAD_S = 0.015 * DEGREE  # two bits of 1/8192 rad/s
 _STANDING_ACCELERATION_WORTH_TELLING_M_S2 = 0.25  # a 2.5 % slope of the ground
 _MISSING_WORTH_TELLING = 0.05  # of the duration
 _PLAY_STANDARD_DEG = 15.0  # maintenance standard, thesis 2.1
@@ -40,27 +42,70 @@ class Finding:
         }
 
 
-def findings_of(native: Mapping[str, Any], params: Mapping[str, float], relative_sensor: bool) -> tuple[Finding, ...]:
+def gravest_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Errors, warnings, then infos; within each as given."""
+    rank = {"error": 0, "warning": 1, "info": 2}
+    return tuple(sorted(findings, key=lambda finding: rank[finding.severity]))
+
+
+def yaw_rate_at_standstill(bias: float, seen_s: float, *, from_vdc2: bool) -> Finding | None:
+    """None where the bias (rad/s, mean over `seen_s` s) is small; `from_vdc2` when J1939's VDC2 brought it."""
+    if abs(bias) < _YAW_RATE_BIAS_WORTH_TELLING_RAD_S:
+        return None
+    text = f"the yaw rate reads {bias / DEGREE:+.2f} deg/s at standstill (seen for {seen_s:.1f} s)"
+    if from_vdc2 and abs(bias - _VDC2_ZERO_RAD_S) < _VDC2_ZERO_WITHIN_RAD_S:
+        text += "; a sender that takes raw 32127 for zero in VDC2, where 32112.64 is, reads +0.10 deg/s"
+    return Finding("yaw_rate_bias", "warning", text, bias / DEGREE, "deg/s")
+
+
+def lateral_acceleration_at_standstill(reading: float, seen_s: float) -> Finding | None:
+    """None where the reading (m/s^2, mean over `seen_s` s) is small."""
+    if abs(reading) < _STANDING_ACCELERATION_WORTH_TELLING_M_S2:
+        return None
+    text = (
+        f"the accelerometer reads {reading:+.2f} m/s^2 at standstill (seen for {seen_s:.1f} s): "
+        "its bias, or the slope of the ground"
+    )
+    return Finding("lateral_acceleration_at_standstill", "warning", text, reading, "m/s^2")
+
+
+def relative_angle_sensor() -> Finding:
+    """For an angle sensor that says of itself that its zero is arbitrary."""
+    return Finding(
+        "relative_angle_sensor",
+        "info",
+        "the angle sensor is a relative one (SPN 1812 = 0): its zero may be off by whole turns after each ignition, "
+        "so the offset is told modulo 360 deg",
+    )
+
+
+def findings_of(
+    native: Mapping[str, Any],
+    params: Mapping[str, float],
+    relative_sensor: bool,
+    *,
+    yaw_rate_from_vdc2: bool = True,
+) -> tuple[Finding, ...]:
     """All findings on one answer of the core, the gravest kind first.
 
     Args:
         native: the core's oc_answer as a dict, SI and rad.
         params: in force.
         relative_sensor: the angle sensor says of itself that its zero is arbitrary (SPN 1812 = 0).
+        yaw_rate_from_vdc2: then a bias that a known mistake of VDC2 senders explains is told with it.
     """
     found = (
         _missing(native),
         _gate_shut(native, params),
         _offset(native),
-        _yaw_rate_bias(native),
+        _yaw_rate_bias(native, yaw_rate_from_vdc2),
         _standing_acceleration(native),
-        _relative(relative_sensor),
+        relative_angle_sensor() if relative_sensor else None,
         _evidence(native, params),
         _understeer(native, params),
         _play(native),
     )
-    rank = {"error": 0, "warning": 1, "info": 2}
-    return tuple(sorted((f for f in found if f is not None), key=lambda f: rank[f.severity]))
+    return gravest_first(finding for finding in found if finding is not None)
 
 
 def _status(estimate: Mapping[str, Any]) -> str:
@@ -131,45 +176,25 @@ def _offset(native: Mapping[str, Any]) -> Finding | None:
     )
 
 
-def _yaw_rate_bias(native: Mapping[str, Any]) -> Finding | None:
+def _yaw_rate_bias(native: Mapping[str, Any], from_vdc2: bool) -> Finding | None:
+    """With what the bias does to the offset."""
     bias = native["yaw_rate_bias"]
-    value = bias["value"] / DEGREE
-    if _status(bias) != "valid" or abs(value) < _YAW_RATE_BIAS_WORTH_TELLING_DEG_S:
+    if _status(bias) != "valid":
         return None
-    text = f"the yaw rate reads {value:+.2f} deg/s at standstill (seen for {bias['evidence']:.1f} s)"
-    if native["used"] > 0:
-        effect = abs(native["offset_per_yaw_rate_bias"] * value)
-        side = "low" if value > 0 else "high"
-        text += f"; this method does not correct it: the offset reads about {effect:.1f} deg too {side}"
-    if 0.08 <= value <= 0.12:
-        text += "; a sender that takes raw 32127 for zero in VDC2 reads +0.10 deg/s"
-    return Finding("yaw_rate_bias", "warning", text, value, "deg/s")
+    finding = yaw_rate_at_standstill(bias["value"], bias["evidence"], from_vdc2=from_vdc2)
+    if finding is None or native["used"] == 0:
+        return finding
+    effect = abs(native["offset_per_yaw_rate_bias"] * bias["value"]) / DEGREE
+    side = "low" if bias["value"] > 0 else "high"
+    text = f"{finding.text}; this method does not correct the bias: the offset reads about {effect:.1f} deg too {side}"
+    return replace(finding, text=text)
 
 
 def _standing_acceleration(native: Mapping[str, Any]) -> Finding | None:
     reading = native["standstill_lateral_acceleration"]
-    value = reading["value"]
-    if _status(reading) != "valid" or abs(value) < _STANDING_ACCELERATION_WORTH_TELLING_M_S2:
+    if _status(reading) != "valid":
         return None
-    return Finding(
-        "lateral_acceleration_at_standstill",
-        "warning",
-        f"the accelerometer reads {value:+.2f} m/s^2 at standstill (seen for {reading['evidence']:.1f} s): "
-        "its bias, or the slope of the ground",
-        value,
-        "m/s^2",
-    )
-
-
-def _relative(relative_sensor: bool) -> Finding | None:
-    if not relative_sensor:
-        return None
-    return Finding(
-        "relative_angle_sensor",
-        "info",
-        "the angle sensor is a relative one (SPN 1812 = 0): its zero may be off by whole turns after each ignition, "
-        "so the offset is told modulo 360 deg",
-    )
+    return lateral_acceleration_at_standstill(reading["value"], reading["evidence"])
 
 
 def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -104,30 +104,41 @@ def _as_text(drive: oc.Signals, judged: Plausibility) -> str:
         lines.append("All that could be judged fits together.")
     for why, checks in _by_reason(judged.cannot_tell).items():
         lines += _wrapped(f"not judged: {', '.join(checks)} ({why})")
-    choices = tuple(f"{name}: taken from" for name in drive.sources)  # the table has told them
-    for note in drive.notes:
-        lines += [] if note.startswith(choices) else _wrapped(f"note: {note}")
+    for note in drive.notes:  # sources that were not taken among them
+        lines += _wrapped(f"note: {note}")
     return "\n".join(lines)
 
 
-def _table(drive: oc.Signals) -> Iterator[str]:
-    """n/a is the share of samples that say so themselves, gaps the share of all ticks that have no number."""
-    cells = [("signal", "rate", "samples", "n/a", "gaps", "range")]
-    sources: list[tuple[str, list[str]]] = [("source", [])]
+def _table(drive: oc.Signals) -> list[str]:
+    """A line a signal; n/a is the share of samples that say so themselves, gaps that of all ticks without a number.
+
+    Sources that are long cost the column of samples; those that are longer still stand below their signals.
+    """
+    columns: dict[str, list[str]] = {name: [name] for name in ("signal", "rate", "samples", "n/a", "gaps", "range")}
+    sources = ["source"]
     for name, row in _rows(drive):
         missing = _percent(row["not_available"], row["samples"])
         gaps = _percent(row["ticks_without"], drive.table.height)
-        cells.append((name, f"{row['rate_hz']:.0f} Hz", str(row["samples"]), missing, gaps, _range(name, row)))
-        sources.append((row["source"], row["others"]))
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    for (name, *numbers, span), (source, others) in zip(cells, sources, strict=True):
-        aligned = [f"{cell:>{width}}" for cell, width in zip(numbers, widths[1:], strict=False)]
-        line = "  ".join([f"{name:<{widths[0]}}", *aligned, f"{span:<{widths[-1]}}"])
-        fits = len(line) + 2 + len(source) <= _WIDTH
-        yield f"{line}  {source}" if fits else line.rstrip()
-        below = [*([] if fits else [source]), *(f"not from {other}" for other in others)]
-        if below:
-            yield from _wrapped(f"    {', '.join(below)}")
+        cells = (name, f"{row['rate_hz']:.0f} Hz", str(row["samples"]), missing, gaps, _range(name, row))
+        for column, cell in zip(columns.values(), cells, strict=True):
+            column.append(cell)
+        sources.append(row["source"])
+    whole = _aligned(columns)
+    for lines in (whole, _aligned({name: cells for name, cells in columns.items() if name != "samples"})):
+        if len(lines[0]) + 2 + max(map(len, sources)) <= _WIDTH:
+            return [f"{line}  {source}" for line, source in zip(lines, sources, strict=True)]
+    pairs = zip(whole, sources, strict=True)
+    return [part for line, source in pairs for part in (line.rstrip(), *_wrapped(f"    {source}"))]
+
+
+def _aligned(columns: Mapping[str, list[str]]) -> list[str]:
+    """Lines of one length: names and ranges to the left, numbers to the right."""
+    padded = []
+    for name, cells in columns.items():
+        pad = str.ljust if name in ("signal", "range") else str.rjust
+        width = max(map(len, cells))
+        padded.append([pad(cell, width) for cell in cells])
+    return ["  ".join(cells) for cells in zip(*padded, strict=True)]
 
 
 def _percent(part: int, whole: int) -> str:

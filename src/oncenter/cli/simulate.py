@@ -10,7 +10,9 @@ import typer
 
 def simulate(
     scenario: Annotated[str, typer.Argument(help="A shipped scenario's name, or a TOML file.")],
-    output: Annotated[Path, typer.Option(metavar="LOG", help="Where to write: .log .asc .blf .trc .mf4 .csv .csv.gz .parquet")],
+    output: Annotated[
+        Path, typer.Option(metavar="LOG", help="Where to write: .log .asc .blf .trc .mf4 .csv .csv.gz .parquet")
+    ],
     seed: Annotated[int, typer.Option(help="The same seed gives the same bytes.")] = 1,
 ) -> None:
     """Drive a truck whose truth is known, and write its log and its truth."""

@@ -13,26 +13,26 @@ _YAW_TO_ACCELERATION_S = (-0.2, 0.2)  # the sensor's place along the vehicle and
 
 def yaw_rate(drive: Drive) -> Verdict:
     subject = "lag of the yaw rate behind the angle"
-    lags_s = _lags_s(_driven(drive, drive.angle), drive.curvature, drive.step_s)
-    if lags_s is None:
+    found_s = lags_s(drive.driven(drive.angle), drive.curvature, drive.step_s)
+    if found_s is None:
         return CannotTell(subject, lacks(drive, NEEDED, BENDS))
-    return _beyond(subject, lags_s, _ANGLE_TO_YAW_S, "lag_yaw_rate")
+    return _beyond(subject, found_s, _ANGLE_TO_YAW_S, "lag_yaw_rate")
 
 
 def lateral_acceleration(drive: Drive) -> Verdict:
     subject = "lag of the lateral acceleration behind the yaw rate"
-    lags_s = _lags_s(_driven(drive, drive.centripetal), drive.lateral_acceleration, drive.step_s)
-    if lags_s is None:
+    found_s = lags_s(drive.driven(drive.centripetal), drive.lateral_acceleration, drive.step_s)
+    if found_s is None:
         return CannotTell(subject, lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), BENDS))
-    return _beyond(subject, lags_s, _YAW_TO_ACCELERATION_S, "lag_lateral_acceleration")
+    return _beyond(subject, found_s, _YAW_TO_ACCELERATION_S, "lag_lateral_acceleration")
 
 
-def _beyond(subject: str, lags_s: tuple[float, float], limits: tuple[float, float], code: str) -> Verdict:
+def _beyond(subject: str, found_s: tuple[float, float], limits: tuple[float, float], code: str) -> Verdict:
     """A finding when both halves of the drive lie beyond the limits on the same side."""
     low, high = limits
-    if max(lags_s) >= low and min(lags_s) <= high:
+    if max(found_s) >= low and min(found_s) <= high:
         return None
-    lag_ms = 1e3 * sum(lags_s) / 2
+    lag_ms = 1e3 * sum(found_s) / 2
     text = (
         f"the {subject} is {lag_ms:.0f} ms, plausible is {1e3 * low:.0f} to {1e3 * high:.0f}: "
         "look at the time stamps, or at a filter in a sensor"

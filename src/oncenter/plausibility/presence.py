@@ -10,6 +10,20 @@ from oncenter.plausibility.drive import NEEDED, ROLLING_M_S, USEFUL, Column, Dri
 from oncenter.plausibility.verdict import words
 from oncenter.signals import DEGREE
 
+_NOT_AVAILABLE = 0.05  # of the ticks
+_SLOWEST_HZ = 9.5  # the 3 Hz low-pass of 5.1.1 needs more than twice its cut-off; EBC2 and CCVS1 come at 10
+
+# s of the very same number while rolling; a held wheel still moves by a bit of 1/1024 rad, a cruise control holds long
+_STUCK_S = {"steering_wheel_angle": 20.0, "yaw_rate": 20.0, "lateral_acceleration": 20.0, "vehicle_speed": 120.0}
+
+# coarsest step that does no harm: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
+_COARSEST = {
+    "steering_wheel_angle": (1.05, DEGREE, "deg"),
+    "yaw_rate": (0.105, DEGREE, "deg/s"),
+    "lateral_acceleration": (0.105, 1.0, "m/s^2"),
+    "vehicle_speed": (1.05, 1 / 3.6, "km/h"),
+}
+
 
 def missing(drive: Drive) -> list[Finding]:
     return [
@@ -24,10 +38,6 @@ def missing(drive: Drive) -> list[Finding]:
     ]
 
 
-_NOT_AVAILABLE = 0.05  # of the ticks
-_SLOWEST_HZ = 9.5  # the 3 Hz low-pass of 5.1.1 needs more than twice its cut-off; EBC2 and CCVS1 come at 10
-
-
 def availability(drive: Drive) -> list[Finding]:
     found: list[Finding] = []
     for name in filter(drive.has, USEFUL):
@@ -40,10 +50,6 @@ def availability(drive: Drive) -> list[Finding]:
             text = f"the {words(name)} comes at {rate_hz:.3g} Hz only: steering is faster than that"
             found.append(Finding("signal_slow", "warning", text, rate_hz, "Hz"))
     return found
-
-
-# s of the very same number while rolling; a held wheel still moves by a bit of 1/1024 rad, a cruise control holds long
-_STUCK_S = {"steering_wheel_angle": 20.0, "yaw_rate": 20.0, "lateral_acceleration": 20.0, "vehicle_speed": 120.0}
 
 
 def stuck(drive: Drive) -> list[Finding]:
@@ -62,16 +68,7 @@ def _longest_run(true: npt.NDArray[np.bool_]) -> int:
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
-# coarsest step that does no harm: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
-_COARSEST = {
-    "steering_wheel_angle": (1.05, DEGREE, "deg"),
-    "yaw_rate": (0.105, DEGREE, "deg/s"),
-    "lateral_acceleration": (0.105, 1.0, "m/s^2"),
-    "vehicle_speed": (1.05, 1 / 3.6, "km/h"),
-}
-
-
-def steps(drive: Drive) -> list[Finding]:
+def coarse(drive: Drive) -> list[Finding]:
     found: list[Finding] = []
     for name, (coarsest, factor, unit) in _COARSEST.items():
         step = resolution(drive.ticks(name))

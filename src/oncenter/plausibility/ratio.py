@@ -9,34 +9,35 @@ from oncenter.plausibility.correlation import lag_s
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
 from oncenter.plausibility.verdict import CannotTell, Verdict, lacks
 
-_RATIO_SPEED_M_S = 3.0
-_RATIO_CURVATURE_1_M = 1 / 15  # beyond it tan and a variable ratio bend the line
-_RATIO_ACCELERATION_M_S2 = 3.0  # beyond it tyres do
-_RATIO_BEND_1_M = 1 / 200  # tighter ones turn the wheel by several times any play
-_RATIO_BEND_TIME_S = 10.0
-_RATIO_SPEEDS = 1.2  # between slow and fast bends; at one speed understeer and ratio are the same
-_RATIO_OFF = 0.10
-_RATIO_HALF_WIDTH = 0.15  # a wider interval judges nothing
+_SPEED_MIN_M_S = 3.0
+_CURVATURE_MAX_1_M = 1 / 15  # beyond it tan and a variable ratio bend the line
+_ACCELERATION_MAX_M_S2 = 3.0  # beyond it tyres do
+_BEND_1_M = 1 / 200  # tighter ones turn the wheel by several times any play
+_BEND_TIME_MIN_S = 10.0
+_SPEEDS_APART = 1.2  # between slow and fast bends; at one speed understeer and ratio are the same
+_OFF = 0.10
+_HALF_WIDTH_MAX = 0.15  # of the value; a wider interval judges nothing
 _PLAY_ACCELERATION_M_S2 = 0.2  # side force beyond which the wheels lie on one flank of the play
 _PARTS = 12  # of the drive, for the jackknife
 _STUDENT_T = 2.20  # 97.5 %, _PARTS - 1 degrees of freedom
 
 
-def _ratio(drive: Drive) -> Verdict:
+def ratio_times_wheelbase(drive: Drive, comparable: bool) -> Verdict:
+    """Told without a vehicle file, judged with one; `comparable`: signs and scales let r/v be compared at all."""
     subject = "ratio times wheelbase"
-    if drive.unlike:
+    if not comparable:
         return CannotTell(subject, "signs and scales first")
-    shown = _ratio_times_wheelbase_shown(drive)
+    shown = _shown(drive)
     if shown is None:
-        bends = f"needs {_RATIO_BEND_TIME_S:.0f} s in bends of less than {1 / _RATIO_BEND_1_M:.0f} m, at several speeds"
+        bends = f"needs {_BEND_TIME_MIN_S:.0f} s in bends of less than {1 / _BEND_1_M:.0f} m, at several speeds"
         return CannotTell(subject, lacks(drive, NEEDED, bends))
     value, half_width = shown
     low, high = value - half_width, value + half_width
     told = f"ratio times wheelbase is {value:.1f} m in this drive ({low:.1f} to {high:.1f})"
-    expected = _ratio_times_wheelbase(drive.vehicle)
+    expected = drive.ratio_times_wheelbase_m()
     if expected is None or drive.vehicle is None:
         return Finding("ratio_times_wheelbase", "info", told, value, "m")
-    if abs(value / expected - 1) <= _RATIO_OFF or low <= expected <= high:
+    if abs(value / expected - 1) <= _OFF or low <= expected <= high:
         return None
     text = (
         f"{told}, the vehicle file says {expected:.1f}: if its wheelbase is right, the ratio is "
@@ -45,31 +46,27 @@ def _ratio(drive: Drive) -> Verdict:
     return Finding("ratio_times_wheelbase", "warning", text, value, "m")
 
 
-def _ratio_times_wheelbase(vehicle: Vehicle | None) -> float | None:
-    return None if vehicle is None else vehicle.ratio_near_centre * vehicle.wheelbase_m
-
-
-def _ratio_times_wheelbase_shown(drive: Drive) -> tuple[float, float] | None:
+def _shown(drive: Drive) -> tuple[float, float] | None:
     """i*L in m and its 95 % half-width: (10) with offset, understeer, gyro bias and play as further unknowns.
 
     The interval is a jackknife over parts of the drive, since residuals are alike for seconds.
     """
-    lag_s = _lag_s(_driven(drive, drive.angle), drive.curvature, drive.step_s)
-    angle = _later(drive.angle, lag_s or 0.0, drive.step_s)
+    late_s = lag_s(drive.driven(drive.angle), drive.curvature, drive.step_s)
+    angle = _later(drive.angle, late_s or 0.0, drive.step_s)
     k, rv, v = drive.curvature, drive.centripetal, drive.speed
-    used = (v > _RATIO_SPEED_M_S) & (np.abs(k) < _RATIO_CURVATURE_1_M) & (np.abs(rv) < _RATIO_ACCELERATION_M_S2)
+    used = (v > _SPEED_MIN_M_S) & (np.abs(k) < _CURVATURE_MAX_1_M) & (np.abs(rv) < _ACCELERATION_MAX_M_S2)
     used &= np.isfinite(angle)
-    bends = used & (np.abs(k) > _RATIO_BEND_1_M)
-    if used.sum() * drive.step_s < MIN_TIME_S or bends.sum() * drive.step_s < _RATIO_BEND_TIME_S:
+    bends = used & (np.abs(k) > _BEND_1_M)
+    if used.sum() * drive.step_s < MIN_TIME_S or bends.sum() * drive.step_s < _BEND_TIME_MIN_S:
         return None
     slow, fast = np.quantile(v[bends], [0.1, 0.9])
-    if fast < _RATIO_SPEEDS * slow:
+    if fast < _SPEEDS_APART * slow:
         return None
     angle, k, rv, v = angle[used], k[used], rv[used], v[used]
     flank = np.clip(rv / _PLAY_ACCELERATION_M_S2, -1, 1)
     unknowns = np.column_stack([k, np.ones_like(k), rv, 1 / v, flank])
     value, half_width = _first_with_interval(unknowns, angle)
-    return (value, half_width) if half_width < _RATIO_HALF_WIDTH * abs(value) else None
+    return (value, half_width) if half_width < _HALF_WIDTH_MAX * abs(value) else None
 
 
 def _later(values: Column, by_s: float, step_s: float) -> Column:

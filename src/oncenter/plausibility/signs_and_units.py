@@ -96,7 +96,7 @@ def units(drive: Drive) -> Verdict:
     if not slips:
         off = [name for name, (ratio, low, high) in seen.items() if not low <= ratio <= high]
         if off == ["wheels"]:
-            return None  # `_wheels` says it
+            return None  # `wheels` says it
         text = "the scales do not fit together, and no single mix-up of units explains it: " + ", ".join(
             f"{_RELATION[name]} is {seen[name][0]:.3g}, usual is {seen[name][1]:.3g} to {seen[name][2]:.3g}"
             for name in off
@@ -115,7 +115,7 @@ _RELATION = {
 
 def _relations(drive: Drive) -> dict[str, tuple[float, float, float]]:
     """By name: the ratio that the drive shows, and between what it belongs."""
-    il = _ratio_times_wheelbase(drive.vehicle)
+    il = drive.ratio_times_wheelbase_m()
     angle_limits = _ANGLE_PER_CURVATURE_M if il is None else (_ANGLE_PER_IL[0] * il, _ANGLE_PER_IL[1] * il)
     pairs = {
         "angle": (drive.angle, drive.curvature, angle_limits),
@@ -144,13 +144,14 @@ def _explains(slip: _UnitSlip, seen: Mapping[str, tuple[float, float, float]]) -
 _WHEELS_OFF = 0.05  # tyre wear and pressure make 3 %
 
 
-def wheels(drive: Drive) -> Verdict:
+def wheels(drive: Drive, scale: Verdict) -> Verdict:
+    """`scale` is the verdict of `units`, which has the word where a mix-up explains the same difference."""
     ratio = _wheel_speed_ratio(drive)
     if ratio is None:
         why = lacks(drive, ("vehicle_speed",), f"needs {MIN_TIME_S:.0f} s of rolling")
         has_wheels = drive.has(*drive.wheel_pair())
         return CannotTell("vehicle speed against wheel speeds", why if has_wheels else "no wheel speeds")
-    if abs(ratio - 1) <= _WHEELS_OFF or isinstance(units(drive), Finding):
+    if abs(ratio - 1) <= _WHEELS_OFF or isinstance(scale, Finding):
         return None
     faster = 100 * (ratio - 1)
     if faster > 1000:

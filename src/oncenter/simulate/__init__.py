@@ -51,6 +51,10 @@ def simulate_to_log(scenario: str | os.PathLike[str], seed: int, output: str | o
     """
     log = Path(output)
     table, summary = truth_files(log)
+    if not log.parent.is_dir():  # some libraries would make one
+        raise OncenterError(
+            f"cannot write {log}: there is no folder {log.parent}", code="output", exit_code=WRONG_USAGE
+        )
     settings = read_scenario(scenario)
     sensed, truth = _simulate(settings, seed)
     try:

@@ -65,6 +65,9 @@ def run(
     drive.truck = native_truck(scenario.truck, scenario.steering)[0]
     drive.steering = native_steering(scenario.steering, scenario.truck)[0]
     drive.driver = native_driver(scenario, 1.0 / RATE_HZ)[0]
+    standing_s = np.asarray(scenario.drive.all_standing_s)
+    drive.driver.standing_count = len(standing_s)
+    drive.driver.standing_begin, drive.driver.standing_end = native(standing_s[:, 0]), native(standing_s[:, 1])
     drive.road = {
         "count": len(road.curvature_1_m),
         "spacing": road.spacing_m,

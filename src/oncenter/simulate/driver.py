@@ -12,8 +12,8 @@ from oncenter.simulate.truck import equivalent_wheelbase_m, first_axle_distance_
 
 
 def native_driver(scenario: Scenario, tick_s: float) -> Any:
-    """The driver as a `sim_driver`, who knows the truck."""
-    driver, drive, ratio = scenario.driver, scenario.drive, scenario.steering.ratio_near_centre
+    """The driver as a `sim_driver`, who knows the truck, but not yet when to stand."""
+    driver, ratio = scenario.driver, scenario.steering.ratio_near_centre
     wheelbase_m = equivalent_wheelbase_m(scenario.truck, scenario.steering)
     return ffi.new(
         "sim_driver *",
@@ -32,9 +32,6 @@ def native_driver(scenario: Scenario, tick_s: float) -> Any:
             "lane_wander_keep": math.exp(-tick_s / driver.lane_wander_time_s),
             "hand_motion": driver.hand_motion_sd_deg * DEGREE,
             "hand_motion_keep": math.exp(-tick_s / driver.hand_motion_time_s),
-            "standing_count": len(standing_s),
-            "standing_begin": standing_begin,
-            "standing_end": standing_end,
             "acceleration_max": driver.acceleration_max_m_s2,
             "deceleration_max": driver.deceleration_max_m_s2,
         },

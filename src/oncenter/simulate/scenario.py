@@ -170,7 +170,9 @@ def _first_error(error: ValidationError) -> str:
         return f"[{key}] {first['msg']}"
     if first["type"] == "value_error":
         message = str(first["msg"]).removeprefix("Value error, ")
-        return f"[{key}] {message}" if message.startswith("'") else f"'{key}' {message}"
+        if not message.startswith("'"):
+            return f"'{key}' {message}"
+        return f"[{key}] {message}" if key else message
     return f"'{key}': {first['msg']}, got {first['input']!r}"
 
 

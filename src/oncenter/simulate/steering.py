@@ -36,7 +36,7 @@ def straight_ahead_rad(truck: Truck, steering: Steering) -> float:
     that does not go through zero.
     """
     at_wheels_rad = _set_angle_rad(truck, steering) + _compliance_rad_n_m(steering) * set_moment_n_m(truck, steering)
-    return -(at_wheels_rad + steering.ratio_polynomial[0]) * steering.ratio_near_centre
+    return (0.0 - at_wheels_rad - steering.ratio_polynomial[0]) * steering.ratio_near_centre
 
 
 def native_steering(steering: Steering, truck: Truck) -> Any:

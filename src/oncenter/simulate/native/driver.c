@@ -25,6 +25,20 @@ static double wander(double now, double keep, double standard_deviation, double 
     return keep * now + sqrt(1.0 - keep * keep) * standard_deviation * normal;
 }
 
+/* m; where the truck will be if nothing changes, left of the lane's middle. */
+static double error_ahead(const sim_view *view, const sim_road *road, double v, double T)
+{
+    const double here = sim_road_at(road, road->curvature, view->station);
+    const double error_acceleration = v * (view->yaw_rate - v * here);
+    return view->lateral_error + view->lateral_error_rate * T + 0.5 * error_acceleration * T * T;
+}
+
+/* -1 to 1; on which flank of the play the wheels will hang. Hands that know the truck pass through it at once. */
+static double flank(double side_force)
+{
+    return side_force / sqrt(side_force * side_force + FLANK_SURE_M_S2 * FLANK_SURE_M_S2);
+}
+
 void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const sim_road *road, const sim_view *view,
                        double lane_normal, double hand_normal)
 {
@@ -37,27 +51,19 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
     const double slowness = fmax(1.0, LOOKS_AS_AT_M_S / v);
     const double T = driver->preview_time * slowness;
 
-    /* Where the truck will be if nothing changes, against where the driver means to be. */
-    const double here = sim_road_at(road, road->curvature, view->station);
-    const double error_acceleration = v * (view->yaw_rate - v * here);
-    const double error_ahead = view->lateral_error - state->lane_wander + view->lateral_error_rate * T
-                               + 0.5 * error_acceleration * T * T;
-
     /* The bend as it will be when the arms have moved, and the arc that takes the error away. */
     const double until_moved = driver->reaction_time + 2.0 / driver->arm_frequency;
     const double there = view->station + v * until_moved - driver->turns_behind * (1.0 - 1.0 / slowness);
     const double ahead = sim_road_at(road, road->curvature, there);
-    const double correction = -driver->gain / slowness * 2.0 * error_ahead / (v * v * T * T);
+    const double error = error_ahead(view, road, v, T) - state->lane_wander;
+    const double correction = -driver->gain / slowness * 2.0 * error / (v * v * T * T);
     state->trim += (1.0 - driver->trim_keep) * correction;
-    const double curvature = ahead + correction + state->trim;
-
-    /* On which flank of the play the wheels will hang there; hands pass through it at once. */
-    const double side_force = v * v * ahead + STANDARD_GRAVITY * sim_road_at(road, road->cross_slope, there);
-    const double flank = side_force / sqrt(side_force * side_force + FLANK_SURE_M_S2 * FLANK_SURE_M_S2);
+    const double wanted = ahead + correction;
+    const double side_force = v * v * wanted + STANDARD_GRAVITY * sim_road_at(road, road->cross_slope, there);
 
     state->seen[state->next] = (driver->angle_per_curvature
-                                + driver->angle_per_lateral_acceleration * v * v) * curvature
-                               + driver->backlash_half_width * flank + state->hand_motion;
+                                + driver->angle_per_lateral_acceleration * v * v) * (wanted + state->trim)
+                               + driver->backlash_half_width * flank(side_force) + state->hand_motion;
     state->next = (state->next + 1) % (driver->reaction_ticks + 1);
     state->wanted_angle = state->seen[state->next];
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -24,7 +25,7 @@ _DTYPE = np.dtype(
         (f"{_NAME}.ESI", "<u1"),
     ]
 )
-_TRANSPOSED_AND_DEFLATED = 2
+_TRANSPOSED_AND_DEFLATED: Final = 2
 
 
 def write_mf4(frames: BusFrames, path: Path) -> None:

@@ -1,0 +1,62 @@
+"""Whether the signals of a drive fit together: sign, scale, lag, ratio times wheelbase, zero, resolution.
+
+A turn is told four times over: by the angle, the yaw rate, the lateral acceleration and the rear wheels' difference.
+Each check compares some of these witnesses and returns a finding, nothing (all is well), or `CannotTell` with the
+evidence that it lacks. Limits are ours unless a source is named; they are wide enough for any road vehicle.
+
+SI and rad inside; findings are for people and files and hold degrees.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from oncenter.findings import Finding, gravest_first
+from oncenter.plausibility import lag, presence, ratio, signs_and_units, zeros
+from oncenter.plausibility.drive import Drive
+from oncenter.plausibility.verdict import CannotTell, Verdict
+from oncenter.signals import Signals
+from oncenter.vehicle import Vehicle
+
+__all__ = ["CannotTell", "Plausibility", "check"]
+
+
+@dataclass(frozen=True)
+class Plausibility:
+    """`findings` the gravest first, empty when all that could be judged fits; `cannot_tell` what was not judged."""
+
+    findings: tuple[Finding, ...]
+    cannot_tell: tuple[CannotTell, ...]
+
+
+def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
+    """Judges the signals of a drive together.
+
+    Args:
+        signals: of one drive; any of them may be missing, and what needs it is not judged.
+        vehicle: with it, ratio times wheelbase is judged; without, it is told as the drive shows it.
+    """
+    drive = Drive(signals, vehicle)
+    sign, units = signs_and_units.sign(drive), signs_and_units.units(drive)
+    comparable = not (isinstance(sign, Finding) or isinstance(units, Finding))  # else r/v and r*v mean nothing
+    verdicts: list[Verdict] = [
+        *presence.missing(drive),
+        *presence.availability(drive),
+        *presence.stuck(drive),
+        *presence.coarse(drive),
+        sign,
+        units,
+        signs_and_units.wheels(drive, units),
+        lag.yaw_rate(drive),
+        lag.lateral_acceleration(drive),
+        ratio.ratio_times_wheelbase(drive, comparable),
+        zeros.yaw_rate(drive),
+        zeros.lateral_acceleration(drive),
+        zeros.bank(drive, comparable),
+        zeros.relative_sensor(drive),
+        zeros.whole_turns(drive, comparable),
+    ]
+    return Plausibility(
+        gravest_first(verdict for verdict in verdicts if isinstance(verdict, Finding)),
+        tuple(verdict for verdict in verdicts if isinstance(verdict, CannotTell)),
+    )

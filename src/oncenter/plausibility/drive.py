@@ -1,0 +1,68 @@
+"""The witnesses of a drive on one grid, as all checks see them."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter import _core
+from oncenter.signals import SIGNALS, Signals
+from oncenter.vehicle import Vehicle
+
+Column = npt.NDArray[np.float64]
+
+NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
+USEFUL = (*NEEDED, "lateral_acceleration")
+
+GRID_HZ = 20.0  # checks run on means over 50 ms: noise is less, steering and yawing are all there
+ROLLING_M_S = 2.0  # r/v means something above it
+DRIVING_M_S = 5.0
+MIN_TIME_S = 30.0  # a comparison of two witnesses needs it
+
+
+class Drive:
+    """The witnesses on the 20 Hz grid; NaN where not available, all NaN where the log lacks a signal."""
+
+    def __init__(self, signals: Signals, vehicle: Vehicle | None) -> None:
+        self.signals = signals
+        self.vehicle = vehicle
+        self.params = {**_core.default_params(), **(vehicle.params if vehicle else {})}
+        self.ticks_per_step = max(1, round(signals.rate_hz / GRID_HZ))
+        self.step_s = self.ticks_per_step / signals.rate_hz
+        self.angle = self._means("steering_wheel_angle")
+        self.yaw_rate = self._means("yaw_rate")
+        self.speed = self._means("vehicle_speed")
+        self.lateral_acceleration = self._means("lateral_acceleration")
+        self.rear_difference = self._means("wheel_speed_rear_right") - self._means("wheel_speed_rear_left")
+        self.wheel_speed = np.mean([self._means(name) for name in self.wheel_pair()], axis=0)
+        rolling = self.speed > ROLLING_M_S
+        self.curvature = np.where(rolling, self.yaw_rate / np.where(rolling, self.speed, 1.0), np.nan)
+        self.centripetal = np.where(rolling, self.yaw_rate * self.speed, np.nan)
+
+    def ticks(self, name: str) -> Column:
+        """A signal at the table's own rate."""
+        table, column = self.signals.table, SIGNALS[name].column
+        if column not in table.columns:
+            return np.full(table.height, np.nan)
+        return np.asarray(table[column].to_numpy(), dtype=np.float64)
+
+    def has(self, *names: str) -> bool:
+        return all(name in self.signals.sources for name in names)
+
+    def driven(self, values: Column) -> Column:
+        """A column of the grid, NaN where the vehicle is slow or stands."""
+        return np.where(self.speed > DRIVING_M_S, values, np.nan)
+
+    def wheel_pair(self) -> tuple[str, str]:
+        """Left and right of one axle, so that a bend does not change their mean; the axle without drive first."""
+        front, rear = ((f"wheel_speed_{axle}_left", f"wheel_speed_{axle}_right") for axle in ("front", "rear"))
+        return front if self.has(*front) else rear
+
+    def ratio_times_wheelbase_m(self) -> float | None:
+        """As the vehicle file says it."""
+        return None if self.vehicle is None else self.vehicle.ratio_near_centre * self.vehicle.wheelbase_m
+
+    def _means(self, name: str) -> Column:
+        ticks, k = self.ticks(name), self.ticks_per_step
+        whole = len(ticks) // k * k
+        return np.asarray(ticks[:whole].reshape(-1, k).mean(axis=1))

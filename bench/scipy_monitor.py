@@ -101,16 +101,19 @@ def run(c: Any, time: Column, angle: Column, yaw_rate: Column, speed: Column, ac
     breaks = np.concatenate([[True], np.diff(tick) > 1])
     t, d_m, r_m, v_m, a_m = (column[row] for column in (time, angle, yaw_rate, speed, acceleration))
 
+    hole = np.diff(t) - 0.5 * c.tick_s
+    restarts = np.flatnonzero((hole > c.gap_max_s) & (hole > c.tick_s)) + 1
+
     # standstill
     still = np.abs(v_m) <= c.standstill_speed_max_m_s
-    _, lengths = runs(still, np.zeros(len(still), bool))
+    anew = breaks.copy()  # after a hole or a missing tick a standstill begins again
+    anew[restarts] = True
+    _, lengths = runs(still, anew)
     in_run = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
     at_rest = r_m[still][in_run >= c.standstill_settling_ticks]
     still_mean = float(at_rest.mean()) if len(at_rest) else 0.0
 
     # filters, from hole to hole
-    hole = np.diff(t) - 0.5 * c.tick_s
-    restarts = np.flatnonzero((hole > c.gap_max_s) & (hole > c.tick_s)) + 1
     pieces = [slice(a, b) for a, b in zip([0, *restarts], [*restarts, len(t)], strict=True)]
     r, v, a = (np.concatenate([lowpass(c, x[piece]) for piece in pieces]) for x in (r_m, v_m, a_m))
     delta_m = np.concatenate([delayed(c, d_m[piece]) for piece in pieces])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +18,7 @@ from drive_frames import DBC, database
 
 import oncenter
 from oncenter.cli import run
+from oncenter.errors import OncenterError
 from oncenter.read import read
 from oncenter.signals import SIGNALS
 from oncenter.simulate import simulate, simulate_to_log, truth_files
@@ -245,6 +247,20 @@ def test_simulate_on_the_command_line_says_what_it_wrote(
     assert all(file.stat().st_size > 0 for file in written)
     assert run(["simulate", str(faulty), "--output", str(tmp_path / "drive.xls")]) == 2
     assert ".csv.gz" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_log_that_cannot_be_written_is_refused_in_one_line(faulty: Path, tmp_path: Path, suffix: str) -> None:
+    full = tmp_path / f"full{suffix}"
+    full.symlink_to("/dev/full")  # where every write fails
+    folder = tmp_path / f"folder{suffix}"
+    folder.mkdir()
+    nowhere = tmp_path / "nowhere" / f"drive{suffix}"
+    for log in (full, folder, nowhere):
+        with pytest.raises(OncenterError, match=re.escape(str(log))) as refusal:
+            simulate_to_log(faulty, 1, log)
+        assert (refusal.value.code, refusal.value.exit_code) == ("output", 2)
+    assert not nowhere.parent.exists()
 
 
 def test_light_formats_are_written_without_heavy_libraries(faulty: Path, tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import Signals
@@ -60,10 +61,9 @@ def simulate_to_log(scenario: str | os.PathLike[str], seed: int, output: str | o
     try:
         write_log(sensed, log, jitter_sd_s=settings.can.jitter_sd_ms / 1000.0, seed=seed)
         write_truth(truth, table, summary)
-    except OSError as error:
-        raise OncenterError(
-            f"cannot write {log}: {error.strerror or error}", code="output", exit_code=WRONG_USAGE
-        ) from None
+    except (OSError, pl.exceptions.ComputeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise OncenterError(f"cannot write {log}: {reason}", code="output", exit_code=WRONG_USAGE) from None
     return truth
 
 

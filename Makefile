@@ -57,7 +57,7 @@ pytest: .venv/ready
 	$(BIN)/python -m pytest
 
 bench: .venv/ready ## speed, side by side with scipy, numba and python-can
-	$(BIN)/python bench/speed.py
+	$(BIN)/python bench/speed.py --readme
 
 lock: .venv/python ## pin today's newest dependencies in requirements.lock and list their licences
 	rm -rf build/lock

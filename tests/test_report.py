@@ -192,7 +192,8 @@ def test_the_course_ends_at_the_answer_in_degrees(answer: Answer) -> None:
     drive = course_of(answer)
     assert answer.offset.value is not None and answer.offset.ci95 is not None
     assert drive.offset[-1] == pytest.approx(answer.offset.value / DEGREE)
-    assert drive.offset[-1] + drive.offset_half_width[-1] == pytest.approx(answer.offset.ci95[1] / DEGREE)
+    # the trace's interval is as of the last final block; the answer's knows of the standstill behind it, too
+    assert drive.offset[-1] + drive.offset_half_width[-1] == pytest.approx(answer.offset.ci95[1] / DEGREE, rel=0.02)
 
 
 def test_the_expected_angle_is_the_measured_one_less_the_offset(answer: Answer) -> None:

@@ -81,3 +81,216 @@ def test_an_aligning_moment_above_king_pin_friction_carries_the_wheels_to_the_fl
     assert reached == place
 
 
+
+# Ratio and compliance
+
+
+def test_a_polynomial_turns_the_wheels_as_it_says_and_a_number_by_its_ratio() -> None:
+    polynomial = (0.0, 0.0518, 0.0004, -0.0003)
+    state, angle = ffi.new("sim_steering_state *"), 2.5
+    curved = turn_to(state, steering(steering_ratio=polynomial, **NO_PLAY), angle).front_wheel_angle
+    assert curved == pytest.approx(np.polynomial.Polynomial(polynomial)(angle), rel=1e-12)
+    straight = turn_to(state, steering(**NO_PLAY), angle).front_wheel_angle
+    assert straight == pytest.approx(angle / RATIO, rel=1e-12)
+    assert scenario({"steering": {"steering_ratio": polynomial}}).steering.ratio_near_centre == pytest.approx(1 / 0.0518)
+
+
+# Wind-up of the column
+
+
+def test_wind_up_follows_the_hands_and_unwinds_only_when_they_turn_back() -> None:
+    system, state = steering(windup_deg=2.0, **NO_PLAY), ffi.new("sim_steering_state *")
+    assert turn_to(state, system, 10 * DEGREE).place_in_windup == pytest.approx(1.0)
+    assert state.front_wheel_angle == pytest.approx(8 * DEGREE / RATIO)
+    turn_to(state, system, 9 * DEGREE)
+    assert state.front_wheel_angle == pytest.approx(8 * DEGREE / RATIO)
+    assert turn_to(state, system, -10 * DEGREE).place_in_windup == pytest.approx(-1.0)
+    assert state.front_wheel_angle == pytest.approx(-8 * DEGREE / RATIO)
+
+
+def test_active_return_winds_the_column_to_the_outer_side_of_any_bend() -> None:
+    """Hands that come back to a small angle leave the gear further out; active return takes it back in."""
+    angles = []
+    for active_return in (0.0, 2.0):
+        system = steering(windup_deg=2.0, active_return_1_s=active_return, **NO_PLAY)
+        state = turn_to(ffi.new("sim_steering_state *"), system, 20 * DEGREE)
+        angles.append(turn_to(state, system, 17 * DEGREE, seconds=5.0).front_wheel_angle * RATIO / DEGREE)
+    assert angles == pytest.approx([18.0, 15.0], abs=0.01)
+    state = turn_to(ffi.new("sim_steering_state *"), system, 1.0 * DEGREE, seconds=10.0)
+    assert state.front_wheel_angle == pytest.approx(0.0, abs=1e-6)  # within the wind-up, straight ahead
+
+
+# What pulls
+
+
+def aligning(force: float, **changes: Any) -> float:
+    """Place in the play that some side force leads to, without king-pin friction."""
+    system = steering(**(ALIGNING_PLAY | changes))
+    return float(turn_to(ffi.new("sim_steering_state *"), system, 0.0, force, seconds=5.0).place_in_play)
+
+
+def test_pull_moves_the_side_force_at_which_the_play_changes_its_flank() -> None:
+    settings = scenario({"steering": ALIGNING_PLAY | {"pull_n_m": 60.0}})
+    a_0 = unloading_acceleration_m_s2(settings.truck, settings.steering)
+    force = steered_force_n(settings.truck, settings.steering, a_0)
+    assert force == pytest.approx(60.0 / 0.06)
+    assert a_0 == pytest.approx(1000.0 / (8100.0 * 2.695 / 3.7), rel=1e-9)
+    assert aligning(1.01 * force, pull_n_m=60.0) == 1.0
+    assert aligning(0.99 * force, pull_n_m=60.0) == -1.0
+    assert aligning(1.0) == 1.0
+    assert aligning(-1.0) == -1.0
+
+
+def test_an_axle_set_up_for_the_crown_unloads_where_the_crown_holds_it() -> None:
+    settings = scenario({"steering": ALIGNING_PLAY | {"unloads_on_crown_percent": 2.0}})
+    crown = 0.02 * STANDARD_GRAVITY
+    assert unloading_acceleration_m_s2(settings.truck, settings.steering) == pytest.approx(crown, rel=1e-12)
+    force = steered_force_n(settings.truck, settings.steering, crown)
+    places = [aligning(share * force, unloads_on_crown_percent=2.0) for share in (0.0, 0.9, 1.1)]
+    assert places == [-1.0, -1.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    "changes", [{"pull_n_m": 80.0}, {"pull_n": -500.0}, {"steering_ratio": (0.002, 0.0518)}, {"pull_n": 0.0}]
+)
+def test_the_truth_knows_which_angle_drives_straight_on_a_level_road(changes: dict[str, Any]) -> None:
+    settings = scenario({"steering": NO_PLAY | changes})
+    truck, system = native_truck(settings.truck, settings.steering), native_steering(settings.steering, settings.truck)
+    angle = straight_ahead_rad(settings.truck, settings.steering)
+    car, wheels = ffi.new("sim_truck_state *"), ffi.new("sim_steering_state *")
+    for _ in range(4000):
+        force = lib.sim_truck_steered_force(car, truck)
+        lib.sim_steering_step(wheels, system, angle, force, 0.0, STEP_S)
+        given = ffi.new("sim_truck_input *", [wheels.front_wheel_angle, 20.0, 0.0, 0.0, 0.0])
+        lib.sim_truck_step(car, truck, given, STEP_S)
+    assert car.yaw_rate == pytest.approx(0.0, abs=1e-9)
+    assert (angle == 0.0) == (changes == {"pull_n": 0.0})
+    if "pull_n_m" in changes:  # it pulls to the left, so that the driver holds against it
+        assert angle / DEGREE == pytest.approx(-0.43e-3 * 80.0 * RATIO, rel=1e-9)
+        assert set_moment_n_m(settings.truck, settings.steering) == 80.0
+
+
+def test_braking_pulls_by_its_own_measure_and_driving_by_another() -> None:
+    system = steering(brake_pull_n_m_per_m_s2=50.0, torque_steer_n_m_per_m_s2=-20.0, **NO_PLAY)
+    state, compliance = ffi.new("sim_steering_state *"), 0.43e-3 * DEGREE
+    for a_x, moment in ((-2.0, 100.0), (0.0, 0.0), (1.5, -30.0)):
+        assert turn_to(state, system, 0.0, 0.0, a_x).front_wheel_angle == pytest.approx(compliance * moment, abs=1e-15)
+    assert aligning(1000.0) == 1.0
+    flank = steering(**(ALIGNING_PLAY | {"brake_pull_n_m_per_m_s2": 50.0}))
+    state = turn_to(ffi.new("sim_steering_state *"), flank, 0.0, 1000.0, -2.0, seconds=5.0)
+    assert state.place_in_play == -1.0  # 60 N m of aligning moment against 100 of brake pull
+
+
+# Manoeuvres
+
+
+def weave(changes: dict[str, Any], frequencies_hz: list[float], amplitude_deg: float) -> Any:
+    begin_s, pause_s, cycles = 45.0, 5.0, 3
+    manoeuvre = {
+        "kind": "weave",
+        "begin_s": begin_s,
+        "amplitude_deg": amplitude_deg,
+        "frequency_hz": frequencies_hz,
+        "cycles": cycles,
+        "pause_s": pause_s,
+    }
+    lengths = [cycles / f for f in frequencies_hz]
+    rows = steered_by_machine(manoeuvre, begin_s + sum(lengths) + pause_s * len(lengths), 60.0, {"steering": changes})
+    runs, begin = [], begin_s
+    for length in lengths:
+        runs.append(rows[round((begin + length / cycles) * 100) : round((begin + length) * 100)])  # without the first
+        begin += length + pause_s
+    return runs
+
+
+def loop_width_deg(run: Any, over: str) -> float:
+    """Steering wheel angle where the other column goes up through zero, less where it comes down; at its mean."""
+    column, angle = run[over], run["steering_wheel_angle"] / DEGREE
+    crossings: dict[bool, list[float]] = {True: [], False: []}
+    for k in np.flatnonzero(np.diff(np.sign(column)) != 0):
+        if column[k + 1] == column[k]:
+            continue
+        share = -column[k] / (column[k + 1] - column[k])
+        crossings[bool(column[k + 1] > column[k])].append(angle[k] + share * (angle[k + 1] - angle[k]))
+    return float(np.mean(crossings[True]) - np.mean(crossings[False]))
+
+
+def test_in_a_weave_play_is_as_wide_at_any_frequency_and_lag_widens_with_it() -> None:
+    frequencies = [0.1, 0.2, 0.4]
+    loose, tight = (weave(changes, frequencies, 20.0) for changes in (FRICTION_PLAY, NO_PLAY))
+    play = [loop_width_deg(run, "front_wheel_angle") for run in loose]
+    assert play == pytest.approx([8.0] * 3, abs=0.05)
+    assert [loop_width_deg(run, "front_wheel_angle") for run in tight] == pytest.approx([0.0] * 3, abs=1e-6)
+    lag = [loop_width_deg(run, "yaw_rate") for run in tight]
+    assert lag[0] > 1.0
+    assert lag[1] / lag[0] == pytest.approx(2.0, rel=0.05)
+    assert lag[2] / lag[0] == pytest.approx(4.0, rel=0.15)
+    both = [loop_width_deg(run, "yaw_rate") for run in loose]
+    assert [b - a for a, b in zip(lag, both, strict=True)] == pytest.approx([8.0] * 3, abs=1.2)
+
+
+def splits_deg(changes: dict[str, Any]) -> tuple[float, float]:
+    """Of the residual: by the sign of the steering rate, and by that of the side force; in a slow weave, off its ends."""
+    settings = scenario({"steering": changes})
+    (run,) = weave(changes, [0.02], 20.0)
+    L_e = equivalent_wheelbase_m(settings.truck, settings.steering)
+    K = understeer_gradient(settings.truck, settings.steering)
+    a_y, angle = run["lateral_acceleration"], run["steering_wheel_angle"]
+    residual = (angle - RATIO * (L_e * run["yaw_rate"] / run["vehicle_speed"] + K * a_y)) / DEGREE
+    between = (np.abs(angle) < 10.0 * DEGREE) & (np.abs(a_y) > 0.02)
+    by_rate = np.gradient(angle) > 0
+
+    def split(sign: Any) -> float:
+        return float(residual[between & sign].mean() - residual[between & ~sign].mean())
+
+    return split(by_rate), split(a_y > 0)
+
+
+@pytest.fixture(scope="module")
+def lag_deg() -> float:
+    """What the tyres' and the truck's lag alone splits by the steering rate."""
+    by_rate, by_force = splits_deg(NO_PLAY)
+    assert by_force == pytest.approx(0.0, abs=0.05)
+    return by_rate
+
+
+def test_friction_play_splits_the_residual_by_the_steering_rate(lag_deg: float) -> None:
+    by_rate, by_force = splits_deg(FRICTION_PLAY)
+    assert by_rate - lag_deg == pytest.approx(8.0, abs=0.1)
+    assert by_force == pytest.approx(0.0, abs=0.5)
+
+
+def test_aligning_moment_play_splits_the_residual_by_the_side_force(lag_deg: float) -> None:
+    by_rate, by_force = splits_deg(ALIGNING_PLAY)
+    assert by_force == pytest.approx(8.0, abs=0.1)
+    assert by_rate - lag_deg == pytest.approx(0.0, abs=1.0)
+
+
+def test_column_wind_up_looks_like_friction_play_of_twice_its_size(lag_deg: float) -> None:
+    by_rate, by_force = splits_deg(NO_PLAY | {"windup_deg": 2.0})
+    assert by_rate - lag_deg == pytest.approx(4.0, abs=0.1)
+    assert by_force == pytest.approx(0.0, abs=0.5)
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(
+    ("changes", "names"),
+    [
+        ({"backlash_deg": 21.0}, "steering.backlash_deg"),
+        ({"backlash_deg": 15.0, "steering_ratio": 6.0}, "backlash_deg"),
+        ({"steering_ratio": 0.5}, "steering.steering_ratio"),
+        ({"steering_ratio": (0.0, -0.05)}, "steering_ratio"),
+        ({"steering_ratio": (0.0, 0.05, 0.0, -0.004)}, "steering_ratio"),
+        ({"steering_ratio": (0.0,)}, "steering.steering_ratio"),
+        ({"windup_deg": -1.0}, "steering.windup_deg"),
+        ({"pull_n_m": math.inf}, "steering.pull_n_m"),
+        ({"active_return_1_s": 100.0}, "steering.active_return_1_s"),
+    ],
+)
+def test_an_impossible_steering_is_refused_by_name(changes: dict[str, Any], names: str) -> None:
+    with pytest.raises(OncenterError, match=names) as refusal:
+        scenario({"steering": changes})
+    assert refusal.value.exit_code == 2
+    assert "\n" not in str(refusal.value)

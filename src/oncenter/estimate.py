@@ -18,7 +18,7 @@ import numpy.typing as npt
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.findings import Finding, findings_of
-from oncenter.signals import DEGREE, Signals
+from oncenter.signals import DEGREE, SIGNALS, Signals
 from oncenter.vehicle import Vehicle, core_params
 
 REASONS = _core.REASONS
@@ -253,6 +253,7 @@ def _answer(
             needs=_NEEDED,
         )
     relative = any(_is_relative(drive) for drive in drives)
+    yaw_rate_from_vdc2 = all("VDC2" in drive.sources["yaw_rate"].description for drive in drives)
     return Answer(
         version=_core.version(),
         log=", ".join(drive.log for drive in drives),
@@ -260,7 +261,7 @@ def _answer(
         method=method,
         params=params,
         sources={name: source.description for drive in drives for name, source in drive.sources.items()},
-        notes=tuple(dict.fromkeys(note for drive in drives for note in drive.notes)),
+        notes=tuple(dict.fromkeys(note for drive in drives for note in (*_choices(drive), *drive.notes))),
         offset=_estimate(native["offset"], "rad", wrap=relative),
         understeer_gradient=_estimate(native["understeer_gradient"], "rad/(m/s^2)"),
         backlash=Estimate(None, None, "unobservable", "rad"),
@@ -271,9 +272,18 @@ def _answer(
         used_s=native["used"],
         unused_s=native["unused"],
         rejected_s=rejected_s,
-        findings=findings_of(native, params, relative),
+        findings=findings_of(native, params, relative, yaw_rate_from_vdc2=yaw_rate_from_vdc2),
         drives=drives,
     )
+
+
+def _choices(drive: Signals) -> list[str]:
+    """Which source was believed, of the signals that the core reads and several sources had."""
+    return [
+        f"{name} is taken from {source.description}, not from {', '.join(source.others)}"
+        for name, source in drive.sources.items()
+        if source.others and SIGNALS[name].column in _core.COLUMNS
+    ]
 
 
 def _is_relative(drive: Signals) -> bool:

@@ -84,7 +84,7 @@ def findings_of(
     params: Mapping[str, float],
     relative_sensor: bool,
     *,
-    yaw_rate_from_vdc2: bool = True,
+    yaw_rate_from_vdc2: bool,
 ) -> tuple[Finding, ...]:
     """All findings on one answer of the core, the gravest kind first.
 

@@ -41,9 +41,6 @@ def choose(
             continue
         best = _named(numbered, signal, take, log) or _first(numbered, signal, log)
         others = sorted((samples for samples in having if samples is not best), key=_order)
-        if others:
-            not_taken = ", ".join(samples.description for samples in others)
-            notes.append(f"{signal}: taken from {best.description}, not from {not_taken}")
         chosen.append(best)
         sources[signal] = Source(
             best.description,

@@ -11,7 +11,7 @@ from oncenter._simulate import ffi, lib
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import DEGREE
 from oncenter.simulate.driver import native_driver
-from oncenter.simulate.manoeuvre import machine_angles_rad
+from oncenter.simulate.manoeuvre import check_fits, machine_angles_rad
 from oncenter.simulate.road import LaidRoad
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.steering import native_steering
@@ -91,6 +91,7 @@ def run(
         drive.lifted = native_truck(scenario.truck, scenario.steering, lifted=True)[0]
         inputs.axle_lift = native(axle_lift(scenario.truck, np.arange(len(lane_normals)) / RATE_HZ))
     if scenario.manoeuvre is not None:
+        check_fits(scenario, scenario.manoeuvre)
         ticks_s = np.arange(len(lane_normals) + 1) / RATE_HZ
         inputs.machine_angles = native(machine_angles_rad(scenario.manoeuvre, ticks_s))
 

@@ -5,10 +5,28 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import DEGREE
 from oncenter.simulate.road_sections import Manoeuvre, ProfileManoeuvre, RampManoeuvre, WeaveManoeuvre
+from oncenter.simulate.scenario import Scenario
 
 Array = npt.NDArray[np.float64]
+
+
+def check_fits(scenario: Scenario, manoeuvre: Manoeuvre) -> None:
+    """Refuses a manoeuvre that is not over when the truck has to stand.
+
+    Raises:
+        OncenterError: "scenario_file", exit code 2.
+    """
+    ends_s, stands_s = manoeuvre_ends_s(manoeuvre), scenario.drive.duration_s - scenario.drive.standing_at_end_s
+    if ends_s > stands_s:
+        raise OncenterError(
+            f"scenario {scenario.name}: 'manoeuvre' is over at {ends_s:g} s, but the truck stands from {stands_s:g} s on; "
+            "a longer 'drive.duration_s' would do",
+            code="scenario_file",
+            exit_code=WRONG_USAGE,
+        )
 
 
 def machine_angles_rad(manoeuvre: Manoeuvre, time_s: Array) -> Array:

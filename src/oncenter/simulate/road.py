@@ -13,6 +13,7 @@ import polars as pl
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import DEGREE
+from oncenter.simulate.chances import named_chances
 from oncenter.simulate.road_sections import BendsRoad, CsvRoad, OpenRoad, SectionsRoad, Stops
 from oncenter.simulate.scenario import Scenario
 
@@ -43,23 +44,12 @@ class LaidRoad:
         return replace(self, curvature_1_m=-self.curvature_1_m, cross_slope=-self.cross_slope)
 
 
-@dataclass(frozen=True)
-class _Course:
-    """A road before anybody drives on it: knots over its length, straight lines between them."""
-
-    station_m: Array
-    curvature_1_m: Array
-    cross_slope_station_m: Array
-    cross_slope: Array
-
-
 def lay_road(scenario: Scenario, random: np.random.Generator) -> LaidRoad:
     """The road of a scenario, long enough for the whole drive unless it is given with an end.
 
     Raises:
         OncenterError: "scenario_file", exit code 2: its CSV file cannot be used.
     """
-    of_bank, of_stops = random.spawn(2)
     road = scenario.road
     if isinstance(road, BendsRoad):
         laid = _bends(scenario, road, random)
@@ -69,8 +59,8 @@ def lay_road(scenario: Scenario, random: np.random.Generator) -> LaidRoad:
         laid = _measured(scenario, road)
     else:
         laid = _open(scenario, road)
-    laid = replace(laid, cross_slope=laid.cross_slope + _rough_bank(scenario, laid, of_bank))
-    return laid if scenario.stops is None else _with_stops(laid, scenario.stops, of_stops)
+    laid = replace(laid, cross_slope=laid.cross_slope + _rough_bank(scenario, laid, named_chances(random, "bank")))
+    return laid if scenario.stops is None else _with_stops(laid, scenario.stops, named_chances(random, "stops"))
 
 
 def _reach_m(scenario: Scenario) -> float:

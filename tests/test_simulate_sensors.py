@@ -13,10 +13,17 @@ import pytest
 
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, Signals
-from oncenter.simulate import Truth, simulate, simulate_to_log
+from oncenter.simulate import Truth, sensor_sections, simulate, simulate_to_log
 from oncenter.simulate.drive import ROW_DTYPE
 from oncenter.simulate.scenario import read_scenario
-from oncenter.simulate.sensor_sections import Gnss, SteeringWheelAngleSensor, WheelSpeedSensors, YawRateSensor
+from oncenter.simulate.section import Section
+from oncenter.simulate.sensor_sections import (
+    Gnss,
+    Sensors,
+    SteeringWheelAngleSensor,
+    WheelSpeedSensors,
+    YawRateSensor,
+)
 from oncenter.simulate.sensors.angle import sense_angle
 from oncenter.simulate.sensors.gnss import sense_gnss
 from oncenter.simulate.sensors.inertial import sense_yaw_rate
@@ -354,6 +361,15 @@ def test_the_truth_file_lists_every_fault_with_time_and_size_in_degrees(
     ):
         assert entry in listed
     assert (tmp_path / "drive.truth.parquet").exists()
+
+
+def test_the_scenarios_page_names_every_key_of_every_sensor() -> None:
+    page = (Path(__file__).parents[1] / "scenarios" / "README.md").read_text(encoding="utf-8")
+    base = (Path(__file__).parents[1] / "scenarios" / "thesis_drive.toml").read_text(encoding="utf-8")
+    sections = [s for s in vars(sensor_sections).values() if isinstance(s, type) and issubclass(s, Section)]
+    keys = {key for section in sections if section is not Sensors for key in section.model_fields}
+    assert len(keys) > 40
+    assert [key for key in sorted(keys) if f"`{key}`" not in page and f"\n{key} = " not in base] == []
 
 
 @pytest.mark.parametrize(

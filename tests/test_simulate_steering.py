@@ -81,7 +81,6 @@ def test_an_aligning_moment_above_king_pin_friction_carries_the_wheels_to_the_fl
     assert reached == place
 
 
-
 # Ratio and compliance
 
 
@@ -92,7 +91,9 @@ def test_a_polynomial_turns_the_wheels_as_it_says_and_a_number_by_its_ratio() ->
     assert curved == pytest.approx(np.polynomial.Polynomial(polynomial)(angle), rel=1e-12)
     straight = turn_to(state, steering(**NO_PLAY), angle).front_wheel_angle
     assert straight == pytest.approx(angle / RATIO, rel=1e-12)
-    assert scenario({"steering": {"steering_ratio": polynomial}}).steering.ratio_near_centre == pytest.approx(1 / 0.0518)
+    assert scenario({"steering": {"steering_ratio": polynomial}}).steering.ratio_near_centre == pytest.approx(
+        1 / 0.0518
+    )
 
 
 # Wind-up of the column

@@ -259,7 +259,10 @@ def test_payload_moves_mass_centre_of_gravity_and_inertia_as_a_row_of_points_wou
 
 
 def test_with_its_last_axle_up_a_6x2_is_a_4x2_and_turns_more_sharply_for_the_same_angle() -> None:
-    change, profile = {"truck": {"lift_axle_up_s": [[55.0, 200.0]]}, "steering": {"backlash_deg": 0.0}}, [0.0, 0.0, 40.0, 40.0]
+    change, profile = (
+        {"truck": {"lift_axle_up_s": [[55.0, 200.0]]}, "steering": {"backlash_deg": 0.0}},
+        [0.0, 0.0, 40.0, 40.0],
+    )
     turn = {"kind": "profile", "time_s": [0.0, 20.0, 22.0, 90.0], "angle_deg": profile}
     rows, settings = steered_by_machine(turn, 90.0, 36.0, change, "6x2"), scenario(change, "6x2")
     v, r, wheels, lift = (rows[c] for c in ("vehicle_speed", "yaw_rate", "front_wheel_angle", "axle_lift"))
@@ -325,9 +328,7 @@ class Lagrange:
         """Each with how its place moves over q, and which heading it has."""
         t, s = self.truck, self.truck.trailer
         front = [(t.axles[k], np.array([1.0, t.axles[k].distance, 0.0]), 1) for k in range(t.axle_count)]
-        behind = [
-            (s.axles[k], np.array([1.0, t.hitch_distance, s.axles[k].distance]), 2) for k in range(s.axle_count)
-        ]
+        behind = [(s.axles[k], np.array([1.0, t.hitch_distance, s.axles[k].distance]), 2) for k in range(s.axle_count)]
         return front + behind
 
     def system(self) -> tuple[np.ndarray, np.ndarray]:

@@ -103,7 +103,7 @@ def run(
 
 
 def _check_held(scenario: Scenario, rows: npt.NDArray[np.void]) -> None:
-    if scenario.manoeuvre is not None:
+    if scenario.manoeuvre is not None and np.isfinite(rows["yaw_rate"]).all():
         return  # there is no lane to leave
     held = np.abs(rows["lateral_error"]) < _OFF_THE_ROAD_M  # false for NaN as well
     if held.all():

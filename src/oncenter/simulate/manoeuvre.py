@@ -22,8 +22,8 @@ def check_fits(scenario: Scenario, manoeuvre: Manoeuvre) -> None:
     ends_s, stands_s = manoeuvre_ends_s(manoeuvre), scenario.drive.duration_s - scenario.drive.standing_at_end_s
     if ends_s > stands_s:
         raise OncenterError(
-            f"scenario {scenario.name}: 'manoeuvre' is over at {ends_s:g} s, but the truck stands from {stands_s:g} s on; "
-            "a longer 'drive.duration_s' would do",
+            f"scenario {scenario.name}: 'manoeuvre' is over at {ends_s:g} s, but the truck stands from {stands_s:g} s "
+            "on; a longer 'drive.duration_s' would do",
             code="scenario_file",
             exit_code=WRONG_USAGE,
         )

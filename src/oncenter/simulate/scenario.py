@@ -21,17 +21,16 @@ from pydantic import (
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.simulate.road_sections import KINDS, Driver, Manoeuvre, Road, Stops, Wind
-from oncenter.simulate.section import NotNegative as _NotNegative
-from oncenter.simulate.section import Section as _Section
+from oncenter.simulate.section import NotNegative, Section
 from oncenter.simulate.sensor_sections import Can, Sensors, begins_s
 from oncenter.simulate.truck_sections import Steering, Truck
 
 
-class Drive(_Section):
+class Drive(Section):
     duration_s: Annotated[float, Field(ge=1, le=36000)]
-    standing_at_start_s: _NotNegative
-    standing_at_end_s: _NotNegative
-    standing_s: tuple[tuple[_NotNegative, _NotNegative], ...] = ()
+    standing_at_start_s: NotNegative
+    standing_at_end_s: NotNegative
+    standing_s: tuple[tuple[NotNegative, NotNegative], ...] = ()
 
     @property
     def all_standing_s(self) -> tuple[tuple[float, float], ...]:
@@ -48,7 +47,7 @@ class Drive(_Section):
         return self
 
 
-class Scenario(_Section):
+class Scenario(Section):
     """A drive as a scenario file describes it: units as the names say, lateral quantities positive to the left."""
 
     name: str
@@ -127,9 +126,11 @@ def _laid_over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
     result = dict(below)
     for key, value in above.items():
         beneath = result.get(key)
-        tables = isinstance(value, dict) and isinstance(beneath, dict)
-        alike = tables and value.get("kind", beneath.get("kind")) == beneath.get("kind")
-        result[key] = _laid_over(beneath, value) if alike else value
+        result[key] = value
+        if isinstance(value, dict) and isinstance(beneath, dict):
+            kind = beneath.get("kind")
+            if value.get("kind", kind) == kind:
+                result[key] = _laid_over(beneath, value)
     return result
 
 

@@ -109,7 +109,9 @@ def check_holdable(scenario: Scenario) -> None:
 def _check_stands(name: str, truck: Truck, lifted: bool) -> None:
     if truck.trailer is not None:
         if _trailer_body(truck.trailer).behind_m >= truck.trailer.axles_m:
-            raise _refusal(name, "'truck.trailer' has its centre of gravity behind its axles and would tip the hitch up")
+            raise _refusal(
+                name, "'truck.trailer' has its centre of gravity behind its axles and would tip the hitch up"
+            )
         if _hitch_load_kg(truck.trailer) < 0.0:
             raise _refusal(name, "'truck.trailer' has its centre of gravity in front of the hitch")
     if min(_group_loads_n(truck, lifted)) <= 0.0:

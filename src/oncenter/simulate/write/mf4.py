@@ -44,9 +44,7 @@ def write_mf4(frames: BusFrames, path: Path) -> None:
     start = datetime.fromtimestamp(START_S, UTC)
     written = FileHistory()
     written.time_stamp = start
-    written.comment = (
-        "<FHcomment><TX>simulated</TX><tool_id>oncenter</tool_id></FHcomment>"
-    )
+    written.comment = "<FHcomment><TX>simulated</TX><tool_id>oncenter</tool_id></FHcomment>"
     with MDF(version="4.10") as mdf:
         mdf.start_time = start
         mdf.append(Signal(records, frames.microseconds / 1e6, name=_NAME, source=bus))

@@ -97,7 +97,7 @@ def steered_by_machine(
     changes: dict[str, dict[str, Any]] | None = None,
     layout: str = "4x2",
 ) -> npt.NDArray[np.void]:
-    """What is true at every tick on open, level ground, where a machine turns the steering wheel; braking comes later."""
+    """What is true at every tick on open, level ground, where a machine steers; braking comes later."""
     of_bends = dict.fromkeys(THESIS_DRIVE["road"])
     given: dict[str, dict[str, Any]] = {
         "drive": {"duration_s": duration_s + 60.0, "standing_at_start_s": 0.0, "standing_at_end_s": 0.0},

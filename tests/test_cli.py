@@ -1,4 +1,4 @@
-"""The command line: an answer and exit code 0, or one line on stderr, the right exit code, and with --json an object."""
+"""The command line: an answer and exit code 0, or one line on stderr, the right exit code, with --json an object."""
 
 import gzip
 import json
@@ -127,7 +127,9 @@ def test_wrong_usage_is_one_line_and_exit_code_2(
 ) -> None:
     (tmp_path / "zero.toml").write_text("wheelbase_m = 0\nsteering_ratio = 19.3\n")
     (tmp_path / "empty.dbc").write_text("")
-    (tmp_path / "frames.log").write_text("(0.00) can0 18F0093E#697D7F637D577F7D\n(0.01) can0 18F0093E#697D7F637D577F7D\n")
+    (tmp_path / "frames.log").write_text(
+        "(0.00) can0 18F0093E#697D7F637D577F7D\n(0.01) can0 18F0093E#697D7F637D577F7D\n"
+    )
     places = {
         "log": drive_csv,
         "zero": tmp_path / "zero.toml",

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY
@@ -20,7 +19,6 @@ from oncenter.simulate.can import one_byte, two_bytes
 from oncenter.simulate.drive import ffi, lib, run, tick_count
 from oncenter.simulate.road import lay_road
 from oncenter.simulate.scenario import read_scenario
-from oncenter.simulate.truck import native_truck, understeer_gradient
 from oncenter.vehicle import vehicle
 
 THESIS_DRIVE = Path(__file__).parents[1] / "scenarios" / "thesis_drive.toml"

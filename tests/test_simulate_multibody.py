@@ -26,13 +26,12 @@ import numpy as np
 import pytest
 from layouts import scenario
 from scipy.integrate import solve_ivp
+from vehiclemodels.init_mb import init_mb
+from vehiclemodels.parameters_vehicle3 import parameters_vehicle3
+from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
 
 from oncenter.simulate.drive import ffi, lib
 from oncenter.simulate.truck import native_truck
-
-init_mb = pytest.importorskip("vehiclemodels.init_mb", reason="needs commonroad-vehicle-models").init_mb
-from vehiclemodels.parameters_vehicle3 import parameters_vehicle3  # noqa: E402
-from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb  # noqa: E402
 
 GRAVITY = 9.81  # m/s^2, as the multi-body model has it
 STIFFNESS_PER_LOAD = 8.5  # 1/rad

@@ -327,7 +327,7 @@ def test_the_path_goes_where_the_truck_points_and_as_far_as_it_drives() -> None:
     rows = driven(of)
     assert rows["heading"][0] == pytest.approx(-30.0 * DEGREE)
     turned = np.concatenate([[0.0], np.cumsum((rows["yaw_rate"][1:] + rows["yaw_rate"][:-1]) / 200.0)])
-    np.testing.assert_allclose(rows["heading"] - rows["heading"][0], turned, atol=1e-4)
+    np.testing.assert_allclose(rows["heading"] - rows["heading"][0], turned, atol=3e-4)
     driven_m = np.hypot(np.diff(rows["east"]), np.diff(rows["north"])).sum()
     assert driven_m == pytest.approx(rows["vehicle_speed"].sum() / 100.0, rel=1e-3)
     first = np.flatnonzero(rows["station"] > 20.0)[0]
@@ -343,22 +343,22 @@ def test_there_and_back_the_acceleration_is_mirrored_and_the_angle_s_means_strad
     station = truth.table["station_m"].to_numpy()
     slope = truth.table["road_cross_slope"].to_numpy()
     moving = truth.table["vehicle_speed_m_s"].to_numpy() > 2.7
-    there, back = moving & (slope > 0.0199) & (station > 50.0), moving & (slope < -0.0199)
+    settled = (station % 1641.0 > 100.0) & (station % 1641.0 < 1450.0)
+    there, back = moving & settled & (slope > 0.0119), moving & settled & (slope < -0.0119)
 
     a_y = signals.table["lateral_acceleration_m_s2"].to_numpy() - truth.lateral_acceleration_bias_m_s2
-    assert a_y[there].mean() == pytest.approx(0.02 * STANDARD_GRAVITY, abs=0.01)
-    assert a_y[back].mean() == pytest.approx(-0.02 * STANDARD_GRAVITY, abs=0.01)
+    assert a_y[there].mean() == pytest.approx(0.012 * STANDARD_GRAVITY, abs=0.01)
+    assert a_y[back].mean() == pytest.approx(-0.012 * STANDARD_GRAVITY, abs=0.01)
 
     wheel = signals.table["steering_wheel_angle_rad"].to_numpy() / DEGREE
     upper, lower = wheel[there].mean(), wheel[back].mean()
-    assert lower < 2.04 - 1.0 < 2.04 + 1.0 < upper
+    assert lower + 1.0 < 2.04 < upper - 1.0
     assert (upper + lower) / 2 == pytest.approx(2.04, abs=0.15)
-    assert upper - lower == pytest.approx(3.12, abs=1.0)
+    assert upper - lower == pytest.approx(3.12, abs=0.5)
+    assert wheel[there].std() == pytest.approx(1.19, abs=0.5)
 
     north_west = truth.table["heading_rad"].to_numpy() / DEGREE
-    assert north_west[there].mean() == pytest.approx(135.0 - 360.0, abs=0.5) or north_west[
-        there
-    ].mean() == pytest.approx(135.0, abs=0.5)
+    assert north_west[there].mean() % 360.0 == pytest.approx(135.0, abs=0.5)
     line = truth.table["east_m"].to_numpy() + truth.table["north_m"].to_numpy()  # across north-west, times sqrt(2)
     assert np.abs(line[there | back]).max() < 2.5
 

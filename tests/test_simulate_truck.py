@@ -1,4 +1,4 @@
-"""The simulated truck against closed forms: (4) to (7), (10), (13), Winkler's equivalent wheelbase, Lagrange's equations."""
+"""The simulated truck against closed forms: (4) to (7), (10), (13), Winkler's wheelbase, Lagrange's equations."""
 
 from __future__ import annotations
 
@@ -228,8 +228,9 @@ def test_saturating_tyres_are_linear_on_centre_and_hold_no_more_than_friction(ty
     on_centre = [settled(truck, acting(1e-4, speed)).yaw_rate for truck in (linear, bounded)]
     assert on_centre[1] == pytest.approx(on_centre[0], rel=5e-3)
     largest = [settled(truck, acting(0.2, speed), 1.0).axle_forces[0] for truck in (linear, bounded)]
-    assert bounded.axles[0].tyre.D == pytest.approx(0.8 * 8100 * STANDARD_GRAVITY * 2.695 / 3.7, rel=1e-9)
-    assert largest[0] > bounded.axles[0].tyre.D >= largest[1] > 0.9 * bounded.axles[0].tyre.D
+    D = bounded.axles[0].tyre.D
+    assert pytest.approx(0.8 * 8100 * STANDARD_GRAVITY * 2.695 / 3.7, rel=1e-9) == D
+    assert largest[0] > D >= largest[1] > 0.9 * D
 
 
 def test_stiffness_grows_with_the_load_by_its_power() -> None:
@@ -259,11 +260,8 @@ def test_payload_moves_mass_centre_of_gravity_and_inertia_as_a_row_of_points_wou
 
 
 def test_with_its_last_axle_up_a_6x2_is_a_4x2_and_turns_more_sharply_for_the_same_angle() -> None:
-    change, profile = (
-        {"truck": {"lift_axle_up_s": [[55.0, 200.0]]}, "steering": {"backlash_deg": 0.0}},
-        [0.0, 0.0, 40.0, 40.0],
-    )
-    turn = {"kind": "profile", "time_s": [0.0, 20.0, 22.0, 90.0], "angle_deg": profile}
+    change = {"truck": {"lift_axle_up_s": [[55.0, 200.0]]}, "steering": {"backlash_deg": 0.0}}
+    turn = {"kind": "profile", "time_s": [0.0, 20.0, 22.0, 90.0], "angle_deg": [0.0, 0.0, 40.0, 40.0]}
     rows, settings = steered_by_machine(turn, 90.0, 36.0, change, "6x2"), scenario(change, "6x2")
     v, r, wheels, lift = (rows[c] for c in ("vehicle_speed", "yaw_rate", "front_wheel_angle", "axle_lift"))
     for at, lifted in ((5400, False), (8990, True)):
@@ -369,7 +367,7 @@ def test_a_semitrailer_swings_as_lagrange_s_equations_say(payload: dict[str, Any
 
 
 def test_a_semitrailer_in_a_steady_bend_hangs_as_the_static_equations_say() -> None:
-    """Unknown: front wheel angle, direction, articulation, hitch force. Known: the bend, the speed, where all axles are."""
+    """Unknown: front wheel angle, direction, articulation, hitch force. Known: the bend, the speed and all axles."""
     truck, speed, curvature = semitrailer(), 15.0, 1e-4
     trailer, h, a_y = truck.trailer, truck.hitch_distance, 1e-4 * 15.0**2
     rows, right = np.zeros((4, 4)), np.array([truck.mass * a_y, 0.0, trailer.mass * a_y, 0.0])

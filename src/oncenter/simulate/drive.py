@@ -55,51 +55,64 @@ def run(
         OncenterError: "scenario_file", exit code 2: this driver cannot hold this truck on this road, or the road is
             shorter than the drive.
     """
-    kept = []  # native memory points into these
-
-    def native(column: Array) -> Any:
-        kept.append(np.ascontiguousarray(column, np.float64))
-        return ffi.from_buffer("double[]", kept[-1])
-
-    drive = ffi.new("sim_drive *")
-    drive.truck = native_truck(scenario.truck, scenario.steering)[0]
-    drive.steering = native_steering(scenario.steering, scenario.truck)[0]
-    drive.driver = native_driver(scenario, 1.0 / RATE_HZ)[0]
-    standing_s = np.asarray(scenario.drive.all_standing_s)
-    drive.driver.standing_count = len(standing_s)
-    drive.driver.standing_begin, drive.driver.standing_end = native(standing_s[:, 0]), native(standing_s[:, 1])
-    drive.road = {
-        "count": len(road.curvature_1_m),
-        "spacing": road.spacing_m,
-        "curvature": native(road.curvature_1_m),
-        "cross_slope": native(road.cross_slope),
-        "speed": native(road.speed_m_s),
-        "stop_count": len(road.stop_station_m),
-        "stop_station": native(road.stop_station_m),
-        "stop_duration": native(road.stop_duration_s),
-    }
-    drive.start_heading = (90.0 - scenario.road.heading_deg) * DEGREE
-    drive.tick = 1.0 / RATE_HZ
-    drive.steps_per_tick = _STEPS_PER_TICK
-
-    inputs = ffi.new("sim_inputs *", {"lane_normals": native(lane_normals), "hand_normals": native(hand_normals)})
+    lent = _Lent()
+    drive = _native_drive(scenario, road, lent)
+    inputs = ffi.new("sim_inputs *", {"lane_normals": lent(lane_normals), "hand_normals": lent(hand_normals)})
+    time_s = np.arange(len(lane_normals) + 1) / RATE_HZ
     if scenario.wind is not None:
         assert gust_normals is not None
-        drive.wind = native_wind(scenario.wind, 1.0 / RATE_HZ)[0]
-        inputs.gust_normals = native(gust_normals)
+        inputs.gust_normals = lent(gust_normals)
     if scenario.truck.lift_axle_up_s:
-        drive.lifted = native_truck(scenario.truck, scenario.steering, lifted=True)[0]
-        inputs.axle_lift = native(axle_lift(scenario.truck, np.arange(len(lane_normals)) / RATE_HZ))
+        inputs.axle_lift = lent(axle_lift(scenario.truck, time_s))
     if scenario.manoeuvre is not None:
         check_fits(scenario, scenario.manoeuvre)
-        ticks_s = np.arange(len(lane_normals) + 1) / RATE_HZ
-        inputs.machine_angles = native(machine_angles_rad(scenario.manoeuvre, ticks_s))
+        inputs.machine_angles = lent(machine_angles_rad(scenario.manoeuvre, time_s))
 
     rows = np.empty(len(lane_normals), ROW_DTYPE)
     lib.sim_run(drive, inputs, len(rows), ffi.from_buffer("sim_row[]", rows))
     _check_held(scenario, rows)
     _check_long_enough(scenario, road, rows)
     return rows
+
+
+class _Lent:
+    """Columns that native memory points into, kept for as long as it does."""
+
+    def __init__(self) -> None:
+        self._kept: list[Array] = []
+
+    def __call__(self, column: Array) -> Any:
+        self._kept.append(np.ascontiguousarray(column, np.float64))
+        return ffi.from_buffer("double[]", self._kept[-1])
+
+
+def _native_drive(scenario: Scenario, road: LaidRoad, lent: _Lent) -> Any:
+    """Everything that does not change from tick to tick, as a `sim_drive`."""
+    drive = ffi.new("sim_drive *")
+    drive.truck = native_truck(scenario.truck, scenario.steering)[0]
+    drive.steering = native_steering(scenario.steering, scenario.truck)[0]
+    drive.driver = native_driver(scenario, 1.0 / RATE_HZ)[0]
+    standing_s = np.asarray(scenario.drive.all_standing_s)
+    drive.driver.standing_count = len(standing_s)
+    drive.driver.standing_begin, drive.driver.standing_end = lent(standing_s[:, 0]), lent(standing_s[:, 1])
+    drive.road = {
+        "count": len(road.curvature_1_m),
+        "spacing": road.spacing_m,
+        "curvature": lent(road.curvature_1_m),
+        "cross_slope": lent(road.cross_slope),
+        "speed": lent(road.speed_m_s),
+        "stop_count": len(road.stop_station_m),
+        "stop_station": lent(road.stop_station_m),
+        "stop_duration": lent(road.stop_duration_s),
+    }
+    drive.start_heading = (90.0 - scenario.road.heading_deg) * DEGREE
+    drive.tick = 1.0 / RATE_HZ
+    drive.steps_per_tick = _STEPS_PER_TICK
+    if scenario.wind is not None:
+        drive.wind = native_wind(scenario.wind, 1.0 / RATE_HZ)[0]
+    if scenario.truck.lift_axle_up_s:
+        drive.lifted = native_truck(scenario.truck, scenario.steering, lifted=True)[0]
+    return drive
 
 
 def _check_held(scenario: Scenario, rows: npt.NDArray[np.void]) -> None:

@@ -84,8 +84,7 @@ class OpenRoad(_Road):
     crown_percent: CrossSlope
 
 
-ROAD_KINDS = ("bends", "sections", "csv", "open")
-KINDS = {*ROAD_KINDS, "profile", "ramp", "weave"}  # no keys of a file, but parts of pydantic's locations
+_ROAD_KINDS = ("bends", "sections", "csv", "open")
 
 
 def _kind_of_road(values: Any) -> str:
@@ -100,7 +99,7 @@ Road = Annotated[
     Discriminator(
         _kind_of_road,
         custom_error_type="road_kind",
-        custom_error_message=f"'kind' must be one of {', '.join(ROAD_KINDS)}",
+        custom_error_message=f"'kind' must be one of {', '.join(_ROAD_KINDS)}",
     ),
 ]
 

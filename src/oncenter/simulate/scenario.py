@@ -20,7 +20,7 @@ from pydantic import (
 )
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.simulate.road_sections import KINDS, Driver, Manoeuvre, Road, Stops, Wind
+from oncenter.simulate.road_sections import Driver, Manoeuvre, Road, Stops, Wind
 from oncenter.simulate.section import NotNegative, Section
 from oncenter.simulate.sensor_sections import Can, Sensors, begins_s
 from oncenter.simulate.truck_sections import Steering, Truck
@@ -159,10 +159,16 @@ def _shipped() -> dict[str, Path]:
     return {} if folder is None else {file.stem: file for file in folder.glob("*.toml")}
 
 
+def _in_file(location: tuple[int | str, ...]) -> list[str]:
+    """A location without the kind that pydantic puts behind a table that has several."""
+    parts = [str(part) for part in location]
+    return parts[:1] + parts[2:] if parts[:1] in (["road"], ["manoeuvre"]) else parts
+
+
 def _first_error(error: ValidationError) -> str:
     """The first complaint in one line, by the key as the file has it."""
     first = error.errors()[0]
-    key = ".".join(str(part) for part in first["loc"] if part not in KINDS and "[" not in str(part))
+    key = ".".join(_in_file(first["loc"]))
     if first["type"] == "missing":
         return f"'{key}' is missing"
     if first["type"] == "extra_forbidden":

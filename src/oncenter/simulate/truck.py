@@ -1,9 +1,9 @@
 """What the single-track truck needs of a scenario: its axles as loaded, and what follows from them by (10).
 
 Each axle's tyres get stiffer with the load on it, by a power (2.3 says: about in proportion). Axles of a group share
-its load by their suspension. A truck with several axles that are not steered turns like one with two axles and a longer,
+its load by their suspension. A truck with several axles that are not steered turns like one with two axles and another,
 equivalent wheelbase (Winkler [8]): L_e = L (1 + T/L^2 (1 + C_r/C_f)), where T is the mean square of the rear axles'
-distances from their middle.
+distances from their middle, to which dual tyres add. A semitrailer's axles bear on it through the hitch.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The `[truck]` and `[steering]` of a scenario file, with payload, trailer and all that a steering does besides steering.
+"""The `[truck]` and `[steering]` of a scenario file: axles, payload, trailer, and what a steering does beside steering.
 
 What a file does not say does not happen: every key beyond a plain 4x2 tractor has a neutral default.
 """
@@ -9,7 +9,7 @@ import math
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from oncenter.signals import DEGREE
 from oncenter.simulate.section import NotNegative, Number, Positive, Section
@@ -20,20 +20,20 @@ _Percent = Annotated[float, Field(ge=-15, le=15)]
 
 
 class Payload(Section):
-    """Goods as an even box; its place is behind the first axle of a truck, behind the hitch of a trailer."""
+    """Goods as an even box."""
 
     mass_kg: Positive
-    distance_m: Annotated[float, Field(ge=-5, le=20)]
+    distance_m: Annotated[float, Field(ge=-5, le=20)]  # its middle behind the truck's first axle, the trailer's hitch
     length_m: Annotated[float, Field(gt=0, le=20)]
 
 
 class Tyres(Section):
-    """What bounds the side force: friction times load is the Magic Formula's D, B follows from the stiffness."""
+    """What bounds the side force. B of the Magic Formula follows from the axle's stiffness, which is B C D."""
 
     model: Literal["brush", "magic_formula"]
-    friction: Annotated[float, Field(gt=0, le=2)]
-    C: Annotated[float, Field(ge=1, le=2)] | None = None
-    E: Annotated[float, Field(ge=-10, le=1)] | None = None
+    friction: Annotated[float, Field(gt=0, le=2)]  # times the load is the largest side force, the Magic Formula's D
+    C: Annotated[float, Field(ge=1, le=2)] | None = None  # shape, magic_formula only; trucks some 1.3
+    E: Annotated[float, Field(ge=-10, le=1)] | None = None  # curvature, magic_formula only; trucks some -1
 
     @model_validator(mode="after")
     def _has_its_shape(self) -> Tyres:
@@ -44,16 +44,16 @@ class Tyres(Section):
 
 
 class Trailer(Section):
-    """A semitrailer; lengths are behind its hitch, `hitch_m` is behind the tractor's first axle."""
+    """A semitrailer, without its payload; its lengths are behind its hitch."""
 
-    hitch_m: Annotated[float, Field(gt=0, le=20)]
+    hitch_m: Annotated[float, Field(gt=0, le=20)]  # behind the tractor's first axle
     mass_kg: Positive
     yaw_inertia_kg_m2: Positive
     gravity_centre_m: Positive
     axle_count: Annotated[int, Field(ge=1, le=3)]
-    axles_m: Annotated[float, Field(ge=1, le=20)]
+    axles_m: Annotated[float, Field(ge=1, le=20)]  # to the middle of its axles
     axle_spacing_m: Annotated[float, Field(gt=0, le=3)] = 1.31
-    cornering_stiffness_n_rad: Positive
+    cornering_stiffness_n_rad: Positive  # all tyres, empty
     payload: Payload | None = None
 
 
@@ -61,31 +61,30 @@ _FrontAndRearAxles = {"4x2": (1, 1), "6x2": (1, 2), "6x4": (1, 2), "8x4": (2, 2)
 
 
 class Truck(Section):
-    """Without payload and trailer. The wheelbase is from the first axle to the first that is not steered; front and rear
-    stiffness are of all tyres in front and all behind."""
+    """Mass, inertia, centre of gravity and stiffness are without payload and trailer, all axles on the road."""
 
     mass_kg: Positive
-    yaw_inertia_kg_m2: Positive
-    wheelbase_m: Annotated[float, Field(ge=1, le=20)]
-    front_axle_distance_m: Positive
-    front_cornering_stiffness_n_rad: Positive
-    rear_cornering_stiffness_n_rad: Positive
+    yaw_inertia_kg_m2: Positive  # about the centre of gravity
+    wheelbase_m: Annotated[float, Field(ge=1, le=20)]  # from the first axle to the first that is not steered
+    front_axle_distance_m: Positive  # from the centre of gravity to the first axle
+    front_cornering_stiffness_n_rad: Positive  # all steered tyres
+    rear_cornering_stiffness_n_rad: Positive  # all tyres that are not steered
     relaxation_length_m: Annotated[float, Field(ge=0, le=5)]
     track_width_front_m: Positive
     track_width_rear_m: Positive
     axle_layout: Literal["4x2", "6x2", "6x4", "8x4"] = "4x2"
-    front_axle_spacing_m: Annotated[float, Field(gt=0, le=5)] | None = None
-    rear_axle_spacing_m: Annotated[float, Field(gt=0, le=5)] | None = None
-    last_axle_load_share: Annotated[float, Field(gt=0, lt=1)] = 0.5
-    second_axle_steer_share: Annotated[float, Field(gt=0, le=1)] | None = None
-    lift_axle_up_s: tuple[tuple[NotNegative, NotNegative], ...] = ()
-    dual_tyre_spacing_m: Annotated[float, Field(ge=0, le=0.6)] = 0.0
-    dual_tyre_longitudinal_stiffness_n: NotNegative = 0.0
-    stiffness_load_exponent: Annotated[float, Field(ge=0, le=1)] = 1.0
-    roll_deg_m_s2: Annotated[float, Field(ge=0, le=5)] = 0.0
+    front_axle_spacing_m: Annotated[float, Field(gt=0, le=5)] | None = None  # 8x4: to the second steered axle
+    rear_axle_spacing_m: Annotated[float, Field(gt=0, le=5)] | None = None  # 6x2, 6x4, 8x4: between the last two axles
+    last_axle_load_share: Annotated[float, Field(gt=0, lt=1)] = 0.5  # of load and stiffness of the last two axles
+    second_axle_steer_share: Annotated[float, Field(gt=0, le=1)] | None = None  # of the first's angle; by geometry
+    lift_axle_up_s: tuple[tuple[NotNegative, NotNegative], ...] = ()  # 6x2: times up and down again of the last axle
+    dual_tyre_spacing_m: Annotated[float, Field(ge=0, le=0.6)] = 0.0  # middle to middle; a tag axle has single tyres
+    dual_tyre_longitudinal_stiffness_n: NotNegative = 0.0  # of one tyre, N per unit of slip
+    stiffness_load_exponent: Annotated[float, Field(ge=0, le=1)] = 1.0  # 1: stiffness in proportion to load, 2.3
+    roll_deg_m_s2: Annotated[float, Field(ge=0, le=5)] = 0.0  # how far the body leans in a steady bend
     roll_frequency_hz: Annotated[float, Field(gt=0, le=5)] = 0.7
-    roll_damping: Annotated[float, Field(gt=0, le=2)] = 0.3
-    tyres: Tyres | None = None
+    roll_damping: Annotated[float, Field(gt=0, le=2)] = 0.3  # share of critical
+    tyres: Tyres | None = None  # None: linear (4)
     payload: Payload | None = None
     trailer: Trailer | None = None
 
@@ -131,28 +130,37 @@ class Truck(Section):
         return self
 
 
-_Ratio = Annotated[float, Field(ge=1, le=60)]
+_RATIO_MIN, _RATIO_MAX = 1.0, 60.0  # of steering wheel angle to front wheel angle, as the core takes them
+_RATIO_TERMS_MAX = 8
 _PLAY_AT_THE_WHEELS_MAX_DEG = 2.0  # beyond it nobody keeps a lane
 _TURNED_MAX_RAD = 3.0  # steering wheel angle to which a ratio's polynomial must hold
 
 
 class Steering(Section):
-    """`steering_ratio` is a number, or a polynomial's coefficients from steering wheel angle to front wheel angle, both
-    in rad, lowest power first. Moments are about the king pins; whatever pulls does so to the left where positive."""
+    """Moments are about the king pins, of both wheels together; whatever pulls does so to the left where positive."""
 
-    steering_ratio: _Ratio | Annotated[tuple[Number, ...], Field(min_length=2, max_length=8)]
-    backlash_deg: Annotated[float, Field(ge=0, le=20)]
-    king_pin_friction_n_m: NotNegative
-    trail_m: NotNegative
-    creep_deg_s_n_m: NotNegative
-    compliance_deg_kn_m: NotNegative
-    windup_deg: Annotated[float, Field(ge=0, le=5)] = 0.0
-    active_return_1_s: Annotated[float, Field(ge=0, le=10)] = 0.0
-    pull_n_m: Number = 0.0
-    pull_n: Number = 0.0
-    unloads_on_crown_percent: _Percent = 0.0
-    brake_pull_n_m_per_m_s2: Number = 0.0
-    torque_steer_n_m_per_m_s2: Number = 0.0
+    steering_ratio: float | tuple[float, ...]  # a number; or a polynomial's coefficients from the steering wheel angle
+    # to the front wheel angle, both in rad, lowest power first
+    backlash_deg: Annotated[float, Field(ge=0, le=20)]  # full width of the play, at the steering wheel
+    king_pin_friction_n_m: NotNegative  # what the aligning moment must beat to carry the wheels through the play
+    trail_m: NotNegative  # side force times trail is the aligning moment
+    creep_deg_s_n_m: NotNegative  # how fast the wheels go through the play: deg/s per N m beyond friction
+    compliance_deg_kn_m: NotNegative  # of the front wheels, column and linkages together, under a moment
+    windup_deg: Annotated[float, Field(ge=0, le=5)] = 0.0  # of the column against friction, to either side
+    active_return_1_s: Annotated[float, Field(ge=0, le=10)] = 0.0  # how fast a motor takes the wind-up back to centre
+    pull_n_m: Number = 0.0  # moment of a wrong alignment, always there
+    pull_n: Number = 0.0  # side force of a wrong alignment (toe, camber) that the steered wheels give without slip
+    unloads_on_crown_percent: _Percent = 0.0  # crown on which the axle is set up to have no moment
+    brake_pull_n_m_per_m_s2: Number = 0.0  # moment per deceleration
+    torque_steer_n_m_per_m_s2: Number = 0.0  # moment per acceleration
+
+    @field_validator("steering_ratio", mode="before")
+    @classmethod
+    def _is_a_ratio(cls, value: object) -> object:
+        terms = list(value) if isinstance(value, list | tuple) else [0.0, value]
+        if 2 <= len(terms) <= _RATIO_TERMS_MAX and all(isinstance(a, int | float) and math.isfinite(a) for a in terms):
+            return value
+        raise ValueError(f"must be a number, or a polynomial of 2 to {_RATIO_TERMS_MAX} of them, got {value!r}")
 
     @property
     def ratio_polynomial(self) -> tuple[float, ...]:
@@ -166,10 +174,20 @@ class Steering(Section):
 
     @model_validator(mode="after")
     def _turns_the_wheels_one_way(self) -> Steering:
-        slope = [power * a for power, a in enumerate(self.ratio_polynomial)][1:]
+        if not isinstance(self.steering_ratio, tuple):
+            if not _RATIO_MIN <= self.steering_ratio <= _RATIO_MAX:
+                raise ValueError(
+                    f"'steering_ratio' must be {_RATIO_MIN:g} to {_RATIO_MAX:g}, got {self.steering_ratio:g}"
+                )
+            return self
+        slope = [power * a for power, a in enumerate(self.steering_ratio)][1:]
         for turned in (k * _TURNED_MAX_RAD / 50 for k in range(-50, 51)):
-            if not 1.0 <= 1.0 / (sum(a * turned**power for power, a in enumerate(slope)) or math.inf) <= 60.0:
-                raise ValueError(f"'steering_ratio' must be 1 to 60, and is not at {turned / DEGREE:.0f} deg")
+            per_turned = sum(a * turned**power for power, a in enumerate(slope))
+            if not 1.0 / _RATIO_MAX <= per_turned <= 1.0 / _RATIO_MIN:
+                raise ValueError(
+                    f"'steering_ratio' must be {_RATIO_MIN:g} to {_RATIO_MAX:g} at any angle, and is not at "
+                    f"{turned / DEGREE:.0f} deg"
+                )
         return self
 
     @model_validator(mode="after")
@@ -177,6 +195,7 @@ class Steering(Section):
         largest_deg = _PLAY_AT_THE_WHEELS_MAX_DEG * self.ratio_near_centre
         if self.backlash_deg > largest_deg:
             raise ValueError(
-                f"'backlash_deg' must be at most {largest_deg:.3g} with this 'steering_ratio', got {self.backlash_deg:g}"
+                f"'backlash_deg' must be at most {largest_deg:.3g} with this 'steering_ratio', "
+                f"got {self.backlash_deg:g}"
             )
         return self

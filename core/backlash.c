@@ -8,6 +8,15 @@ static double limited(double value, double low, double high) {
     return value > high ? high : value;
 }
 
+double oc_backlash_carry(double inner, const oc_backlash *backlash, double outer, double load, double step_s) {
+    const double beyond_friction = fabs(load) - backlash->friction;
+    if (beyond_friction > 0.0) {
+        const double crept = backlash->creep * beyond_friction * step_s;
+        inner -= load > 0.0 ? crept : -crept;
+    }
+    return limited(inner, outer - backlash->half_width, outer + backlash->half_width);
+}
+
 double oc_backlash_step(oc_backlash_state *state, const oc_backlash *backlash, double outer, double load,
                         double step_s) {
     const double half = backlash->half_width;
@@ -15,13 +24,6 @@ double oc_backlash_step(oc_backlash_state *state, const oc_backlash *backlash, d
         state->inner = outer;
         return 0.0;
     }
-
-    const double beyond_friction = fabs(load) - backlash->friction;
-    if (beyond_friction > 0.0) {
-        const double crept = backlash->creep * beyond_friction * step_s;
-        state->inner -= load > 0.0 ? crept : -crept;
-    }
-
-    state->inner = limited(state->inner, outer - half, outer + half);
+    state->inner = oc_backlash_carry(state->inner, backlash, outer, load, step_s);
     return limited((outer - state->inner) / half, -1.0, 1.0);
 }

@@ -21,4 +21,7 @@ typedef struct {
 double oc_backlash_step(oc_backlash_state *state, const oc_backlash *backlash, double outer, double load,
                         double step_s);
 
+/* The same without the place: where the inner element is after the step, rad. */
+double oc_backlash_carry(double inner, const oc_backlash *backlash, double outer, double load, double step_s);
+
 #endif

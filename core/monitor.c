@@ -27,6 +27,11 @@ const char *oc_status_name(oc_status status) {
     return (unsigned)status < OC_STATUS_COUNT ? names[status] : "unknown";
 }
 
+const char *oc_method_name(oc_method method) {
+    static const char *const names[OC_METHOD_COUNT] = {"thesis", "joint", "wheel-speed"};
+    return (unsigned)method < OC_METHOD_COUNT ? names[method] : "unknown";
+}
+
 const char *oc_reason_name(oc_reason reason) {
     switch (reason) {
     case OC_REASON_MISSING_SIGNAL: return "missing_signal";
@@ -38,9 +43,15 @@ const char *oc_reason_name(oc_reason reason) {
     case OC_REASON_LONGITUDINAL_ACCELERATION: return "longitudinal_acceleration";
     case OC_REASON_BANK: return "bank";
     case OC_REASON_WINDOW: return "window";
+    case OC_REASON_YAW_RATE_BIAS: return "yaw_rate_bias";
+    case OC_REASON_LATERAL_ACCELERATION: return "lateral_acceleration";
     case OC_REASON_COUNT: break;
     }
     return NULL;
+}
+
+static bool track_is_sane(double track) {
+    return track == 0.0 || (track >= 1.0 && track <= 3.0);
 }
 
 const char *oc_vehicle_check(const oc_vehicle *vehicle) {
@@ -49,6 +60,12 @@ const char *oc_vehicle_check(const oc_vehicle *vehicle) {
     }
     if (!(vehicle->steering_ratio >= 1.0 && vehicle->steering_ratio <= 60.0)) {
         return "steering_ratio";
+    }
+    if (!track_is_sane(vehicle->track_width_front)) {
+        return "track_width_front";
+    }
+    if (!track_is_sane(vehicle->track_width_rear)) {
+        return "track_width_rear";
     }
     return NULL;
 }
@@ -63,6 +80,11 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     if (!(rate_hz >= 20.0 && rate_hz <= 200.0) || !(params->cutoff_hz < 0.45 * rate_hz)) {
         return OC_ERROR_RATE;
     }
+    const int32_t axle = vehicle->track_width_rear > 0.0 ? OC_AXLE_REAR : OC_AXLE_FRONT;
+    const double track = axle == OC_AXLE_REAR ? vehicle->track_width_rear : vehicle->track_width_front;
+    if (params->method == OC_METHOD_WHEEL_SPEED && !(track > 0.0)) {
+        return OC_ERROR_VEHICLE;
+    }
     oc_coefficients c = {
         .vehicle = *vehicle,
         .params = *params,
@@ -70,11 +92,17 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
         .tick_s = 1.0 / rate_hz,
         .ratio_times_wheelbase = vehicle->steering_ratio * vehicle->wheelbase,
         .ticks_per_batch = params->batch_s * rate_hz,
+        .wheel_axle = axle,
+        .offset_per_mismatch = track > 0.0 ? vehicle->steering_ratio * vehicle->wheelbase / track : 0.0,
         .ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz),
         .standstill_settling_ticks = (int32_t)(params->standstill_settling_s * rate_hz + 0.5),
     };
     oc_preprocess_design(&c.preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
                          rate_hz);
+    oc_gyro_bias_setup(&c.gyro_bias, vehicle, params, rate_hz);
+    const double pull = params->pull_sd_m_s2, wind = params->wind_sd_m_s2;
+    oc_joint_setup(&c.joint, rate_hz, vehicle->steering_ratio, c.ratio_times_wheelbase,
+                   sqrt(pull * pull + wind * wind), params->joint_memory_s);
     const double clean_ticks = params->clean_time_s * rate_hz;
     const double per_block = floor(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
     c.ticks_per_block = per_block > 1.0 ? (int32_t)per_block : 1;
@@ -90,31 +118,99 @@ void oc_init(oc_state *state) {
 void oc_restart(oc_state *state) {
     state->tracking = (oc_tracking){0};
     state->evidence.standstill.still_ticks = 0;
+    oc_gyro_bias_restart(&state->evidence.gyro_bias);
 }
 
 static bool within(double value, double limit) {
     return fabs(value) < limit;
 }
 
-static bool signals_present(const oc_signals *tick, uint32_t needed) {
-    return (tick->valid & needed) == needed && within(tick->steering_wheel_angle, angle_limit) &&
-           within(tick->yaw_rate, yaw_rate_limit) && within(tick->vehicle_speed, speed_limit) &&
-           (!(needed & OC_HAS_LATERAL_ACCELERATION) || within(tick->lateral_acceleration, acceleration_limit));
+/* The bit where its member is a measurement. */
+static uint32_t bit_where(uint32_t valid, oc_signal_bit bit, double value, double limit) {
+    return (valid & bit) && within(value, limit) ? (uint32_t)bit : 0u;
 }
 
-static uint32_t signals_needed(const oc_params *params) {
+/* The bits of what a road vehicle can have measured. */
+static uint32_t measured(const oc_signals *tick) {
+    const uint32_t valid = tick->valid;
+    return bit_where(valid, OC_HAS_STEERING_WHEEL_ANGLE, tick->steering_wheel_angle, angle_limit) |
+           bit_where(valid, OC_HAS_YAW_RATE, tick->yaw_rate, yaw_rate_limit) |
+           bit_where(valid, OC_HAS_VEHICLE_SPEED, tick->vehicle_speed, speed_limit) |
+           bit_where(valid, OC_HAS_LATERAL_ACCELERATION, tick->lateral_acceleration, acceleration_limit) |
+           bit_where(valid, OC_HAS_WHEEL_SPEED_FRONT_LEFT, tick->wheel_speed_front_left, speed_limit) |
+           bit_where(valid, OC_HAS_WHEEL_SPEED_FRONT_RIGHT, tick->wheel_speed_front_right, speed_limit) |
+           bit_where(valid, OC_HAS_WHEEL_SPEED_REAR_LEFT, tick->wheel_speed_rear_left, speed_limit) |
+           bit_where(valid, OC_HAS_WHEEL_SPEED_REAR_RIGHT, tick->wheel_speed_rear_right, speed_limit);
+}
+
+static uint32_t signals_needed(const oc_coefficients *c) {
+    if (c->params.method == OC_METHOD_WHEEL_SPEED) {
+        return OC_HAS_STEERING_WHEEL_ANGLE | (c->wheel_axle == OC_AXLE_REAR
+                                                  ? OC_HAS_WHEEL_SPEED_REAR_LEFT | OC_HAS_WHEEL_SPEED_REAR_RIGHT
+                                                  : OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT);
+    }
     const uint32_t always = OC_HAS_STEERING_WHEEL_ANGLE | OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
-    return params->use_accelerometer ? always | OC_HAS_LATERAL_ACCELERATION : always;
+    return c->params.use_accelerometer ? always | OC_HAS_LATERAL_ACCELERATION : always;
 }
 
-/* Spread of the yaw rate's bias: what standing showed and the thesis's method leaves uncorrected, else the prior. */
-static double yaw_rate_bias_spread(const oc_evidence *evidence, const oc_coefficients *c) {
+/* What turns and drives the truck, by the method's sensors: yaw rate, vehicle speed, lateral acceleration. */
+typedef struct {
+    double yaw_rate, speed, lateral_acceleration; /* rad/s, m/s, m/s^2 */
+    bool use_accelerometer;
+} sensed;
+
+/* 5.5.4: speed and yaw rate of the axle, as if its wheels were of one radius. */
+static sensed sensed_by_wheels(const oc_coefficients *c, const oc_signals *tick) {
+    const bool rear = c->wheel_axle == OC_AXLE_REAR;
+    const double left = rear ? tick->wheel_speed_rear_left : tick->wheel_speed_front_left;
+    const double right = rear ? tick->wheel_speed_rear_right : tick->wheel_speed_front_right;
+    const oc_vehicle *vehicle = &c->vehicle;
+    const double curvature =
+        rear ? oc_wheel_speed_rear_curvature(vehicle->track_width_rear, left, right, 0.0)
+             : oc_wheel_speed_front_curvature(vehicle->wheelbase, vehicle->track_width_front, left, right, 0.0);
+    const double speed = 0.5 * (left + right);
+    return (sensed){.yaw_rate = curvature * speed, .speed = speed};
+}
+
+static sensed sensed_by(const oc_coefficients *c, const oc_signals *tick) {
+    if (c->params.method == OC_METHOD_WHEEL_SPEED) {
+        return sensed_by_wheels(c, tick);
+    }
+    const bool use_accelerometer = c->params.use_accelerometer != 0;
+    return (sensed){
+        .yaw_rate = tick->yaw_rate,
+        .speed = tick->vehicle_speed,
+        .lateral_acceleration = use_accelerometer ? tick->lateral_acceleration : 0.0,
+        .use_accelerometer = use_accelerometer,
+    };
+}
+
+/* The mismatch of the radii by which the wheel speeds' method corrects: a gyro's where there is one. */
+static oc_estimate mismatch_of(const oc_evidence *evidence, const oc_coefficients *c) {
+    const int32_t axle = c->wheel_axle;
+    if (evidence->gyro_bias.axles[axle].blocks > 0.0) {
+        return oc_gyro_bias_mismatch(&evidence->gyro_bias, &c->params, axle);
+    }
+    return oc_wheel_speed_mismatch(&evidence->wheel_speed, &c->params, c->gyro_bias.track[axle]);
+}
+
+/* Of the offset by the yaw rate's bias: what standing showed and the thesis's method leaves uncorrected, else the
+ * prior. */
+static double yaw_rate_bias_variance(const oc_evidence *evidence, const oc_coefficients *c) {
     const oc_estimate bias =
         oc_standstill_yaw_rate(&evidence->standstill, c->tick_s, c->params.standstill_time_min_s);
-    if (bias.status != OC_VALID) {
-        return c->params.yaw_rate_bias_sd_rad_s;
-    }
-    return sqrt(bias.value * bias.value + bias.standard_deviation * bias.standard_deviation);
+    const double spread = bias.status == OC_VALID
+                              ? sqrt(bias.value * bias.value + bias.standard_deviation * bias.standard_deviation)
+                              : c->params.yaw_rate_bias_sd_rad_s;
+    const double moved = evidence->offset.ticks.w * spread;
+    return moved * moved;
+}
+
+/* Of the offset by the wheels' radii, and by the bank of the road that no accelerometer has seen. */
+static double wheels_variance(const oc_coefficients *c, const oc_estimate *mismatch, const oc_estimate *gradient) {
+    const double radii = c->offset_per_mismatch * mismatch->standard_deviation;
+    const double bank = c->vehicle.steering_ratio * c->params.bank_sd_m_s2 * gradient->standard_deviation;
+    return radii * radii + bank * bank;
 }
 
 /* Below it straights and bends have so much the same mix of signs that offset and gradient trade places. */
@@ -127,7 +223,9 @@ static oc_estimate understeer_of(oc_evidence *evidence, const oc_coefficients *c
     const oc_understeer *understeer = &evidence->understeer;
     const oc_offset *offset = &evidence->offset;
     const double time = understeer->weight * c->tick_s;
-    if (!(time >= p->understeer_evidence_min_s) || !(understeer->batches > 1.0) || !(apart > apart_min)) {
+    /* without an accelerometer's word on superelevation, wheel speeds take a banked bend for an easy one */
+    const bool told = p->method != OC_METHOD_WHEEL_SPEED;
+    if (!told || !(time >= p->understeer_evidence_min_s) || !(understeer->batches > 1.0) || !(apart > apart_min)) {
         evidence->understeer_status = OC_UNOBSERVABLE;
         return (oc_estimate){.standard_deviation = p->understeer_sd_rad_m_s2, .evidence = time};
     }
@@ -161,8 +259,10 @@ static void learn(oc_evidence *evidence, oc_learned *learned, const oc_coefficie
     const double time = offset->ticks.weight * c->tick_s;
     const double apart = oc_understeer_apart(&evidence->understeer, offset->ticks.x);
     const oc_estimate gradient = understeer_of(evidence, c, apart);
-    const double gyro = offset->ticks.w * yaw_rate_bias_spread(evidence, c);
-    const double sd = sqrt(offset_variance(evidence, &gradient, apart) + gyro * gyro);
+    const bool by_wheels = p->method == OC_METHOD_WHEEL_SPEED;
+    const oc_estimate mismatch = by_wheels ? mismatch_of(evidence, c) : (oc_estimate){0};
+    const double unseen = by_wheels ? wheels_variance(c, &mismatch, &gradient) : yaw_rate_bias_variance(evidence, c);
+    const double sd = sqrt(offset_variance(evidence, &gradient, apart) + unseen);
 
     const bool enough = time >= p->offset_evidence_min_s;
     const double narrow = p->offset_half_width_max_rad;
@@ -174,20 +274,99 @@ static void learn(oc_evidence *evidence, oc_learned *learned, const oc_coefficie
                                         : oc_status_next(evidence->offset_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
     learned->understeer_gradient = gradient;
     learned->offset = (oc_estimate){
-        .value = oc_offset_value(offset, gradient.value),
+        .value = oc_offset_value(offset, gradient.value) + c->offset_per_mismatch * mismatch.value,
         .standard_deviation = sd,
         .evidence = time,
         .status = evidence->offset_status,
     };
 }
 
+/* Where the accelerometer's bias is, before the steering is asked: by its own prior, the roads' crown and the ground
+ * stood on; without an accelerometer the crown alone, which then is not seen. */
+static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, double yaw_rate_bias_sd) {
+    const oc_params *p = &c->params;
+    const double crown = c->vehicle.traffic_side * p->crown_m_s2;
+    const double unknown_side = c->vehicle.traffic_side == 0.0 ? p->crown_m_s2 : 0.0;
+    const double turning = p->joint_speed_min_m_s * 2.0 * yaw_rate_bias_sd;
+    const double road = p->crown_sd_m_s2 * p->crown_sd_m_s2 + unknown_side * unknown_side + turning * turning;
+    oc_prior prior = {.unloading_mean = (float)-crown, .unloading_sd = (float)sqrt(road),
+                      .yaw_rate_bias_sd = (float)yaw_rate_bias_sd};
+    if (!p->use_accelerometer) {
+        return prior;
+    }
+    double weight = 1.0 / (p->accelerometer_bias_sd_m_s2 * p->accelerometer_bias_sd_m_s2);
+    double sum = 0.0;
+    if (evidence->joint.bank_samples > 0.0) {
+        /* a few seconds' bank is no mean crown yet */
+        const double variance = road * (1.0 + 300.0 / evidence->joint.bank_samples);
+        sum += (evidence->joint.bank_mean - crown) / variance;
+        weight += 1.0 / variance;
+    }
+    const oc_estimate standing =
+        oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
+    if (standing.status == OC_VALID) {
+        const double variance = p->standing_slope_sd_m_s2 * p->standing_slope_sd_m_s2;
+        sum += standing.value / variance;
+        weight += 1.0 / variance;
+    }
+    prior.unloading_mean = (float)(sum / weight);
+    prior.unloading_sd = (float)sqrt(1.0 / weight);
+    return prior;
+}
+
+/* What the hypotheses say together. */
+static void learn_jointly(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c) {
+    const oc_params *p = &c->params;
+    if (!(evidence->joint.second.used_s > 0.0f)) {
+        *learned = (oc_learned){0};
+        return;
+    }
+    const oc_joint_answer found = oc_joint_answer_get(&evidence->joint);
+    const bool enough = found.used >= p->joint_evidence_min_s;
+    const double narrow = p->offset_half_width_max_rad;
+    const double steep = p->understeer_half_width_max_rad_m_s2;
+    evidence->offset_status =
+        enough ? oc_status_next(evidence->offset_status, 1.96 * found.offset_sd, narrow, 4.0 / 3.0 * narrow)
+               : OC_CONVERGING;
+    evidence->understeer_status =
+        enough ? oc_status_next(evidence->understeer_status, 1.96 * found.gradient_sd, steep, 4.0 / 3.0 * steep)
+               : OC_CONVERGING;
+    evidence->backlash_status =
+        enough ? oc_status_next(evidence->backlash_status, 1.96 * found.backlash_sd, narrow, 4.0 / 3.0 * narrow)
+               : OC_CONVERGING;
+    learned->offset = (oc_estimate){found.offset, found.offset_sd, found.used, evidence->offset_status};
+    learned->understeer_gradient =
+        (oc_estimate){found.gradient, found.gradient_sd, found.used, evidence->understeer_status};
+    learned->backlash = (oc_estimate){found.backlash, found.backlash_sd, found.used, evidence->backlash_status};
+    learned->unloading_acceleration =
+        (oc_estimate){found.unloading, found.unloading_sd, found.used, evidence->backlash_status};
+}
+
+/* The joint method: all hypotheses go along with every tick, and learn from whole seconds of clean ones. */
+static void estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_filtered *filtered,
+                             const oc_motion *motion, const oc_estimate *yaw_rate_bias, uint32_t reasons) {
+    const oc_prior prior = prior_of(&state->evidence, c, yaw_rate_bias->standard_deviation);
+    const oc_joint_tick tick = {
+        .angle = filtered->steering_wheel_angle,
+        .residual = motion->residual,
+        .yaw_rate = filtered->yaw_rate,
+        .lateral_acceleration = motion->lateral_acceleration,
+        .curvature = motion->curvature,
+        .speed = filtered->vehicle_speed,
+        .yaw_rate_bias = yaw_rate_bias->value,
+        .usable = reasons == 0,
+    };
+    if (oc_joint_update(&state->evidence.joint, &state->tracking.joint, &c->joint, &prior, &tick)) {
+        learn_jointly(&state->evidence, &state->learned, c);
+    }
+}
+
 /* Figure 15, the estimation: clean ticks wait for their t1, final blocks are learned from. */
 static void estimate(oc_state *state, const oc_coefficients *c, const oc_motion *motion, double speed,
-                     uint32_t reasons) {
+                     double y, uint32_t reasons) {
     const oc_params *p = &c->params;
     oc_moments block;
     const double i = c->vehicle.steering_ratio;
-    const double y = motion->residual;
     const double x = i * motion->lateral_acceleration;
     const double w = c->ratio_times_wheelbase / (speed > 1.0 ? speed : 1.0);
     bool learned = false;
@@ -212,6 +391,8 @@ static void estimate(oc_state *state, const oc_coefficients *c, const oc_motion 
         learn(&state->evidence, &state->learned, c);
     }
 }
+
+enum { window_bit = 8 }; /* place of OC_REASON_WINDOW among the bits */
 
 static void count(oc_evidence *evidence, uint32_t reasons) {
     for (uint32_t k = 0, left = reasons; left != 0; ++k, left >>= 1) {
@@ -246,56 +427,82 @@ static bool goes_forward(oc_tracking *tracking, const oc_coefficients *c, double
 }
 
 /* Figure 15 as one function: the reasons against this tick and the motion at it. */
-static uint32_t step(oc_state *state, const oc_coefficients *c, const oc_signals *tick, oc_motion *motion,
+static uint32_t step(oc_state *state, const oc_coefficients *c, const oc_signals *given, oc_motion *motion,
                      double *speed) {
     oc_tracking *tracking = &state->tracking;
     oc_evidence *evidence = &state->evidence;
     const oc_params *p = &c->params;
-    const bool has_acceleration =
-        (tick->valid & OC_HAS_LATERAL_ACCELERATION) && within(tick->lateral_acceleration, acceleration_limit);
-    const double a_y = p->use_accelerometer ? tick->lateral_acceleration : 0.0;
+    const bool by_wheels = p->method == OC_METHOD_WHEEL_SPEED;
+    oc_signals tick = *given;
+    tick.valid = measured(given);
 
     /* time goes forward, or nothing happened */
-    if (!goes_forward(tracking, c, tick->time)) {
+    if (!goes_forward(tracking, c, tick.time)) {
         ++evidence->rejected[1];
         return OC_REASON_TIME;
     }
     ++evidence->ticks;
 
+    /* 5.3.1: the gyro is judged whether there is an angle or not */
+    oc_gyro_bias_update(&evidence->gyro_bias, &c->gyro_bias, p, &tick);
+
     /* a tick without its signals leaves the filters alone and what was pending unproven */
-    if (!signals_present(tick, signals_needed(p))) {
+    const uint32_t needed = signals_needed(c);
+    if ((tick.valid & needed) != needed) {
         oc_pending_drop(&tracking->straight);
         oc_pending_drop(&tracking->cornering);
         evidence->standstill.still_ticks = 0;
         count(evidence, OC_REASON_MISSING_SIGNAL);
         return OC_REASON_MISSING_SIGNAL;
     }
+    const sensed by = sensed_by(c, &tick);
 
     /* 5.1.1: filter, delay, differentiate */
     uint32_t reasons = 0;
-    if (interrupted(tracking, c, tick->time)) {
+    if (interrupted(tracking, c, tick.time)) {
         reasons = tracking->running ? OC_REASON_GAP : 0;
-        oc_preprocess_restart(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle, tick->yaw_rate,
-                              tick->vehicle_speed, a_y);
+        oc_preprocess_restart(&tracking->preprocess, &c->preprocess, tick.steering_wheel_angle, by.yaw_rate, by.speed,
+                              by.lateral_acceleration);
         evidence->standstill.still_ticks = 0;
+        tracking->joint.running = 0;
         tracking->running = 1;
     }
-    tracking->last_filtered = tick->time;
-    const oc_filtered filtered =
-        oc_preprocess_update(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle, tick->yaw_rate,
-                             tick->vehicle_speed, a_y);
+    tracking->last_filtered = tick.time;
+    oc_filtered filtered = oc_preprocess_update(&tracking->preprocess, &c->preprocess, tick.steering_wheel_angle,
+                                                by.yaw_rate, by.speed, by.lateral_acceleration);
     if (!oc_preprocess_settled(&tracking->preprocess, &c->preprocess)) {
         reasons |= OC_REASON_SETTLING;
     }
 
     /* standing still shows what the sensors read for nothing */
-    oc_standstill_update(&evidence->standstill, c->standstill_settling_ticks, tick->vehicle_speed,
-                         p->standstill_speed_max_m_s, tick->yaw_rate, tick->lateral_acceleration, has_acceleration);
+    if (tick.valid & OC_HAS_YAW_RATE) {
+        oc_standstill_update(&evidence->standstill, c->standstill_settling_ticks, by.speed,
+                             p->standstill_speed_max_m_s, tick.yaw_rate, tick.lateral_acceleration,
+                             (tick.valid & OC_HAS_LATERAL_ACCELERATION) != 0);
+    }
 
-    /* 5.1.2: motion and gate */
-    *motion = oc_motion_of(&filtered, c->ratio_times_wheelbase, p->use_accelerometer != 0);
+    /* 5.1.2: motion and gate; the residual stays as if the wheels were of one radius, until all is known of them */
+    double mismatch_residual = 0.0;
+    if (by_wheels) {
+        const double mismatch = mismatch_of(evidence, c).value;
+        oc_wheel_speed_update(&evidence->wheel_speed, by.speed - 0.5 * by.yaw_rate * c->gyro_bias.track[c->wheel_axle],
+                              by.speed + 0.5 * by.yaw_rate * c->gyro_bias.track[c->wheel_axle], c->tick_s);
+        filtered.yaw_rate -= filtered.vehicle_speed * mismatch / c->gyro_bias.track[c->wheel_axle];
+        mismatch_residual = c->offset_per_mismatch * mismatch;
+    }
+    const bool jointly = p->method == OC_METHOD_JOINT;
+    oc_estimate yaw_rate_bias = {0};
+    if (jointly) {
+        yaw_rate_bias = oc_gyro_bias_get(&evidence->gyro_bias, p);
+        filtered.yaw_rate -= yaw_rate_bias.value;
+    }
+    *motion = oc_motion_of(&filtered, c->ratio_times_wheelbase, by.use_accelerometer);
     *speed = filtered.vehicle_speed;
-    reasons |= oc_gate(p, motion, filtered.vehicle_speed);
+    reasons |= jointly ? oc_joint_gate(p, motion, filtered.vehicle_speed, evidence->joint.bank_mean)
+                       : oc_gate(p, motion, filtered.vehicle_speed);
+    if (jointly && oc_gyro_bias_alarmed(&evidence->gyro_bias)) {
+        reasons |= OC_REASON_YAW_RATE_BIAS;
+    }
     if (!(reasons & (OC_REASON_SETTLING | OC_REASON_SPEED))) {
         evidence->bank_ticks += 1.0;
         evidence->bank_sum += motion->bank;
@@ -303,7 +510,11 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, const oc_signals
     count(evidence, reasons);
 
     /* 5.1.3: offset and understeer gradient */
-    estimate(state, c, motion, filtered.vehicle_speed, reasons);
+    if (jointly) {
+        estimate_jointly(state, c, &filtered, motion, &yaw_rate_bias, reasons);
+        return reasons;
+    }
+    estimate(state, c, motion, filtered.vehicle_speed, motion->residual - mismatch_residual, reasons);
     return reasons;
 }
 
@@ -312,6 +523,7 @@ void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_sign
     double speed = 0.0;
     const uint32_t reasons = step(state, coefficients, tick, &motion, &speed);
     if (output != NULL) {
+        const oc_estimate bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &coefficients->params);
         *output = (oc_output){
             .time = state->tracking.last_time,
             .vehicle_speed = speed,
@@ -321,6 +533,9 @@ void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_sign
             .offset = state->learned.offset.value,
             .offset_sd = state->learned.offset.standard_deviation,
             .understeer_gradient = state->learned.understeer_gradient.value,
+            .backlash = state->learned.backlash.value,
+            .yaw_rate_bias = bias.value,
+            .yaw_rate_bias_sd = bias.standard_deviation,
         };
     }
 }
@@ -333,7 +548,11 @@ void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_colum
     const uint32_t valid = (columns->steering_wheel_angle != NULL ? OC_HAS_STEERING_WHEEL_ANGLE : 0u) |
                            (columns->yaw_rate != NULL ? OC_HAS_YAW_RATE : 0u) |
                            (columns->vehicle_speed != NULL ? OC_HAS_VEHICLE_SPEED : 0u) |
-                           (columns->lateral_acceleration != NULL ? OC_HAS_LATERAL_ACCELERATION : 0u);
+                           (columns->lateral_acceleration != NULL ? OC_HAS_LATERAL_ACCELERATION : 0u) |
+                           (columns->wheel_speed_front_left != NULL ? OC_HAS_WHEEL_SPEED_FRONT_LEFT : 0u) |
+                           (columns->wheel_speed_front_right != NULL ? OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u) |
+                           (columns->wheel_speed_rear_left != NULL ? OC_HAS_WHEEL_SPEED_REAR_LEFT : 0u) |
+                           (columns->wheel_speed_rear_right != NULL ? OC_HAS_WHEEL_SPEED_REAR_RIGHT : 0u);
     for (size_t row = 0; row < columns->count; ++row) {
         const oc_signals tick = {
             .time = columns->time[row],
@@ -341,6 +560,10 @@ void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_colum
             .yaw_rate = at(columns->yaw_rate, row),
             .vehicle_speed = at(columns->vehicle_speed, row),
             .lateral_acceleration = at(columns->lateral_acceleration, row),
+            .wheel_speed_front_left = at(columns->wheel_speed_front_left, row),
+            .wheel_speed_front_right = at(columns->wheel_speed_front_right, row),
+            .wheel_speed_rear_left = at(columns->wheel_speed_rear_left, row),
+            .wheel_speed_rear_right = at(columns->wheel_speed_rear_right, row),
             .valid = valid,
         };
         oc_step(state, coefficients, &tick, outputs == NULL ? NULL : &outputs[row]);
@@ -359,19 +582,43 @@ static double temporary_offset(const oc_state *state, double understeer_gradient
     return oc_offset_value(&all, understeer_gradient);
 }
 
+/* Whether wheel speeds have told where the bias went since the last standstill. */
+static bool wheels_tell(const oc_evidence *evidence, const oc_coefficients *c) {
+    return evidence->gyro_bias.wheel_evidence > 0.0 &&
+           oc_gyro_bias_get(&evidence->gyro_bias, &c->params).status != OC_UNOBSERVABLE;
+}
+
+static oc_estimate yaw_rate_bias_of(const oc_evidence *evidence, const oc_coefficients *c) {
+    return wheels_tell(evidence, c)
+               ? oc_gyro_bias_get(&evidence->gyro_bias, &c->params)
+               : oc_standstill_yaw_rate(&evidence->standstill, c->tick_s, c->params.standstill_time_min_s);
+}
+
 void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *answer) {
     oc_evidence now = state->evidence; /* a standstill since the last final block counts, too */
-    oc_learned learned;
-    learn(&now, &learned, c);
-    const double used = now.offset.ticks.weight;
+    oc_learned learned = {0};
+    const bool jointly = c->params.method == OC_METHOD_JOINT;
+    if (jointly) {
+        learn_jointly(&now, &learned, c);
+    } else {
+        learn(&now, &learned, c);
+    }
+    const double used = jointly ? (double)now.joint.second.used_s / c->tick_s : now.offset.ticks.weight;
     const double K = learned.understeer_gradient.value;
     const double time_min = c->params.standstill_time_min_s;
     *answer = (oc_answer){
         .offset = learned.offset,
-        .offset_temporary = temporary_offset(state, K),
+        .offset_temporary = jointly ? learned.offset.value
+                                    : temporary_offset(state, K) + learned.offset.value - oc_offset_value(&now.offset, K),
         .offset_variance_if_independent = oc_offset_variance_if_independent(&now.offset, K),
         .understeer_gradient = learned.understeer_gradient,
-        .yaw_rate_bias = oc_standstill_yaw_rate(&now.standstill, c->tick_s, time_min),
+        .backlash = learned.backlash,
+        .unloading_acceleration = learned.unloading_acceleration,
+        .yaw_rate_bias = yaw_rate_bias_of(&now, c),
+        .yaw_rate_bias_wheel_time = wheels_tell(&now, c) ? now.gyro_bias.wheel_evidence : 0.0,
+        .yaw_rate_bias_alarm_time = now.gyro_bias.alarm_time,
+        .wheel_radius_mismatch_rear = oc_gyro_bias_mismatch(&now.gyro_bias, &c->params, OC_AXLE_REAR),
+        .wheel_radius_mismatch_front = oc_gyro_bias_mismatch(&now.gyro_bias, &c->params, OC_AXLE_FRONT),
         .standstill_lateral_acceleration = oc_standstill_lateral_acceleration(&now.standstill, c->tick_s, time_min),
         .offset_per_yaw_rate_bias = now.offset.ticks.w,
         .bank_mean = now.bank_ticks > 0.0 ? now.bank_sum / now.bank_ticks : 0.0,
@@ -383,5 +630,5 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     for (int32_t k = 0; k < OC_REASON_COUNT; ++k) {
         answer->rejected[k] = (double)now.rejected[k] * c->tick_s;
     }
-    answer->rejected[OC_REASON_COUNT - 1] = ((double)now.ticks - (double)now.unused_motion - used) * c->tick_s;
+    answer->rejected[window_bit] = ((double)now.ticks - (double)now.unused_motion - used) * c->tick_s;
 }

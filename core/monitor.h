@@ -6,6 +6,8 @@
  * it. State = Tracking (filters and what is pending, lost at ignition) + Evidence (all that is worth keeping). */
 
 #include "estimate.h"
+#include "gyro_bias.h"
+#include "joint.h"
 #include "motion.h"
 #include "offset.h"
 #include "params.h"
@@ -15,6 +17,7 @@
 #include "trig.h"
 #include "understeer.h"
 #include "vehicle.h"
+#include "wheel_speed.h"
 
 /* The version of all, of which every other place takes it. */
 enum { OC_VERSION_MAJOR = 0, OC_VERSION_MINOR = 1, OC_VERSION_PATCH = 0 };
@@ -31,9 +34,13 @@ typedef struct {
     oc_vehicle vehicle;
     oc_params params;
     oc_preprocess preprocess;
+    oc_gyro_bias_design gyro_bias;
+    oc_joint_design joint;
     double rate_hz, tick_s;
     double ratio_times_wheelbase; /* m, i*L */
     double ticks_per_batch;
+    int32_t wheel_axle;           /* the one whose speeds stand for the motion: the rear one where its track is known */
+    double offset_per_mismatch;   /* rad of residual per r_l/r_r - 1 of that axle, i*L/track */
     int32_t ticks_per_block, blocks_until_final;
     int32_t standstill_settling_ticks;
     int32_t ticks_until_new_clock; /* refused in order, until it is the clock that was set back */
@@ -49,14 +56,18 @@ typedef struct {
     oc_preprocess_state preprocess;
     oc_pending straight;        /* for the offset */
     oc_pending cornering;       /* for the understeer gradient */
+    oc_joint_tracking joint;
 } oc_tracking;
 
 typedef struct {
     oc_offset offset;
     oc_understeer understeer;
     oc_standstill standstill;
+    oc_gyro_bias gyro_bias;
+    oc_wheel_speed wheel_speed;
+    oc_joint joint;
     int32_t offset_trusted;      /* once accurate enough to learn K_us */
-    oc_status offset_status, understeer_status;
+    oc_status offset_status, understeer_status, backlash_status;
     uint64_t ticks;              /* all that advanced the clock */
     uint64_t rejected[OC_REASON_COUNT]; /* ticks by reason bit; a tick may have several */
     uint64_t unused_motion;      /* ticks with any reason but a window */
@@ -67,6 +78,8 @@ typedef struct {
 typedef struct {
     oc_estimate offset;              /* rad */
     oc_estimate understeer_gradient; /* rad/(m/s^2), K_us/g at the road wheel */
+    oc_estimate backlash;            /* rad, full width, friction wind-up included; the joint method's */
+    oc_estimate unloading_acceleration; /* m/s^2, as measured, at which the steering unloads; the joint method's */
 } oc_learned;
 
 typedef struct {
@@ -85,6 +98,9 @@ typedef struct {
     double offset;               /* rad, final evidence only */
     double offset_sd;            /* rad */
     double understeer_gradient;  /* rad/(m/s^2), 0 until learned */
+    double backlash;             /* rad, 0 until learned */
+    double yaw_rate_bias;        /* rad/s, by wheels and standstill */
+    double yaw_rate_bias_sd;     /* rad/s */
 } oc_output;
 
 typedef struct {
@@ -92,7 +108,12 @@ typedef struct {
     double offset_temporary;               /* rad, with what is pending taken in as if it were final */
     double offset_variance_if_independent; /* rad^2, (43) */
     oc_estimate understeer_gradient;       /* rad/(m/s^2) */
-    oc_estimate yaw_rate_bias;             /* rad/s, at standstill */
+    oc_estimate backlash;                  /* rad, full width */
+    oc_estimate unloading_acceleration;    /* m/s^2, as measured */
+    oc_estimate yaw_rate_bias;             /* rad/s, now; where no wheel speeds tell, at standstill */
+    double yaw_rate_bias_wheel_time;       /* s of wheel speeds behind it; 0: standstill alone */
+    double yaw_rate_bias_alarm_time;       /* s for which it moved faster than it was followed */
+    oc_estimate wheel_radius_mismatch_rear, wheel_radius_mismatch_front; /* r_l/r_r - 1 */
     oc_estimate standstill_lateral_acceleration; /* m/s^2: bias and slope of the ground together */
     double offset_per_yaw_rate_bias;       /* s: rad of offset per rad/s, mean of i*L/v, (48) */
     double bank_mean;                      /* m/s^2, above the speed limit */
@@ -105,11 +126,12 @@ const char *oc_version(void);
 const char *oc_error_name(oc_error error);
 const char *oc_reason_name(oc_reason reason); /* NULL when it is none */
 const char *oc_status_name(oc_status status);
+const char *oc_method_name(oc_method method);
 
 /* The name of the first member out of its range, or NULL. */
 const char *oc_vehicle_check(const oc_vehicle *vehicle);
 
-/* rate_hz: 20 to 200. */
+/* rate_hz: 20 to 200. The wheel speeds' method needs a track width of the vehicle. */
 oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, const oc_params *params, double rate_hz);
 
 void oc_init(oc_state *state);

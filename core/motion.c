@@ -61,3 +61,14 @@ uint32_t oc_gate(const oc_params *params, const oc_motion *motion, double speed)
     return (fast ? 0u : OC_REASON_SPEED) | (straight ? 0u : OC_REASON_CURVATURE) |
            (steady ? 0u : OC_REASON_LONGITUDINAL_ACCELERATION) | (level ? 0u : OC_REASON_BANK);
 }
+
+uint32_t oc_joint_gate(const oc_params *params, const oc_motion *motion, double speed, double bank_mean) {
+    const bool fast = speed > params->joint_speed_min_m_s;
+    const bool wide = fabs(motion->curvature) < params->joint_curvature_max_1_m;
+    const bool gentle = fabs(motion->curvature) * speed * speed < params->joint_lateral_acceleration_max_m_s2;
+    const bool steady = fabs(motion->longitudinal_acceleration) < params->joint_longitudinal_acceleration_max_m_s2;
+    const bool usual = fabs(motion->bank - bank_mean) < params->joint_bank_change_max_m_s2;
+    return (fast ? 0u : OC_REASON_SPEED) | (wide ? 0u : OC_REASON_CURVATURE) |
+           (gentle ? 0u : OC_REASON_LATERAL_ACCELERATION) | (steady ? 0u : OC_REASON_LONGITUDINAL_ACCELERATION) |
+           (usual ? 0u : OC_REASON_BANK);
+}

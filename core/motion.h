@@ -25,7 +25,9 @@ typedef enum {
     OC_REASON_LONGITUDINAL_ACCELERATION = 64,
     OC_REASON_BANK = 128,
     OC_REASON_WINDOW = 256,
-    OC_REASON_COUNT = 9
+    OC_REASON_YAW_RATE_BIAS = 512, /* it moves faster than it can be followed; not for the thesis's method */
+    OC_REASON_LATERAL_ACCELERATION = 1024, /* tyres and axles bend the line; not for the thesis's method */
+    OC_REASON_COUNT = 11
 } oc_reason;
 
 /* The motion at one tick. Below 1 m/s the curvature is taken at 1 m/s: the gate never looks at it there. */
@@ -60,5 +62,8 @@ oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase,
 
 /* (34), (35) and v > 10 m/s: the reason bits, 0 when all is well. */
 uint32_t oc_gate(const oc_params *params, const oc_motion *motion, double speed);
+
+/* The gate of the joint method, which models bends and banks: bank_mean is (33)'s, m/s^2, and speed in m/s. */
+uint32_t oc_joint_gate(const oc_params *params, const oc_motion *motion, double speed, double bank_mean);
 
 #endif

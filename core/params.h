@@ -5,7 +5,16 @@
 
 #include <stdint.h>
 
+/* Whose word is taken for the motion, and what is estimated from it. */
+typedef enum {
+    OC_METHOD_THESIS,      /* (36)-(38) from yaw rate and vehicle speed as they are */
+    OC_METHOD_JOINT,       /* offset, gradient, play and unloading point together, from the corrected yaw rate */
+    OC_METHOD_WHEEL_SPEED, /* (36)-(38) from wheel speeds, 5.5.4 */
+    OC_METHOD_COUNT
+} oc_method;
+
 typedef struct {
+    oc_method method;
     /* preprocess */
     double cutoff_hz;             /* low-pass of all signals but the angle; small is smoother and later. 3, 5.1.1 */
     double delay_band_hz;         /* the angle's delay is the filters' mean group delay from 0 to here. 2, 5.1.1 */
@@ -32,6 +41,39 @@ typedef struct {
     double standstill_speed_max_m_s; /* slower is standing. 0.1, ours */
     double standstill_settling_s;    /* what is left out after stopping, until the cab is still. 0.2, ours */
     double standstill_time_min_s;    /* shorter tells nothing. 0.5, ours */
+    /* gyro bias and wheel radii, 5.3.1 */
+    double gyro_bias_sd_rad_s;          /* prior; large trusts the wheels' radii instead. 1.5 deg/s, ours: 3 occurs */
+    double gyro_bias_ignition_sd_rad_s; /* how far it may be elsewhere after each ignition. 0.1 deg/s, ours */
+    double gyro_bias_wander_sd_rad_s;   /* of its random change in a minute. 0.01 deg/s, ours */
+    double gyro_bias_drift_first_sd_rad_s2;    /* of its steady change at ignition. 0.3 deg/s/min, 2.5: up to 1 occurs */
+    double gyro_bias_drift_sd_rad_s2;          /* later, where wheels follow it; large follows sooner, and the wheels'
+                                                * noise with it. 0.05 deg/s/min, ours */
+    double gyro_bias_drift_standing_sd_rad_s2; /* where only standing shows it. 0.01 deg/s/min, ours */
+    double gyro_bias_drift_time_s;             /* how long a drift lasts. 1800, ours: twice 2.5's warm-up */
+    double gyro_bias_half_width_max_rad_s;     /* a wider 95 % interval is not valid. 0.1 deg/s, half of 5.3.1's 0.2 */
+    double wheel_radius_mismatch_sd_1;  /* prior of left over right less one. 0.005, ours: wear and pressure */
+    double wheel_radius_wander_sd_1;    /* of its random change in an hour. 5e-5, ours: tyres warm up alike */
+    double wheel_radius_load_sd_s2_m;   /* prior of the mismatch per m/s^2 of side force. 0.003, ours */
+    double net_turn_sd_rad;             /* prior of a whole drive's turning, where no gyro tells it; more where a
+                                         * track is lapped one way. 2 pi, ours: a loop more to one side */
+    double bank_sd_m_s2;                /* prior of a whole drive's mean bank, where no accelerometer tells it; the
+                                         * wheel speeds' method alone counts it. 0.2, 5.3.2: 2 % of crown */
+    double track_width_sd_1;            /* prior, of the width, where the vehicle file has it. 0.02, ours */
+    /* the joint method's gate: it models what the thesis's must avoid */
+    double joint_speed_min_m_s;                      /* 8, ours */
+    double joint_curvature_max_1_m;                  /* large lets in what the ratio near centre does not fit. 1/100, ours */
+    double joint_lateral_acceleration_max_m_s2;      /* above it tyres and axles bend the line. 1.8, ours */
+    double joint_longitudinal_acceleration_max_m_s2; /* large lets brake pull and torque steer in. 0.6, ours */
+    double joint_bank_change_max_m_s2;               /* of (33) about its mean: kerbs and faults. 1.0, ours */
+    /* the joint method: how far back its evidence reaches, and what is believed before a drive */
+    double joint_memory_s;              /* small follows change sooner, large is surer. 2000, ours */
+    double joint_evidence_min_s;        /* 60, ours */
+    double accelerometer_bias_sd_m_s2;  /* 0.5, ours: 0.6 was seen */
+    double pull_sd_m_s2;                /* side force by which alignment shifts where steering unloads. 0.05, ours */
+    double wind_sd_m_s2;                /* the same by a drive's mean cross-wind. 0.02, ours: some 1.5 m/s of it */
+    double crown_m_s2;                  /* a road's mean fall to the side of traffic. 0.2, 2.5: 2 % */
+    double crown_sd_m_s2;               /* of that. 0.1, ours */
+    double standing_slope_sd_m_s2;      /* of the ground where trucks stand. 0.2, ours: 2 % */
     /* whether the accelerometer is used at all (5.3.2, 5.5.3): 1, or 0 for r*v alone and no bank limit */
     int32_t use_accelerometer;
 } oc_params;

@@ -14,7 +14,11 @@ typedef enum {
     OC_HAS_STEERING_WHEEL_ANGLE = 1,
     OC_HAS_YAW_RATE = 2,
     OC_HAS_VEHICLE_SPEED = 4,
-    OC_HAS_LATERAL_ACCELERATION = 8
+    OC_HAS_LATERAL_ACCELERATION = 8,
+    OC_HAS_WHEEL_SPEED_FRONT_LEFT = 16,
+    OC_HAS_WHEEL_SPEED_FRONT_RIGHT = 32,
+    OC_HAS_WHEEL_SPEED_REAR_LEFT = 64,
+    OC_HAS_WHEEL_SPEED_REAR_RIGHT = 128
 } oc_signal_bit;
 
 typedef struct {
@@ -23,6 +27,8 @@ typedef struct {
     double yaw_rate;             /* rad/s */
     double vehicle_speed;        /* m/s */
     double lateral_acceleration; /* m/s^2, specific force */
+    double wheel_speed_front_left, wheel_speed_front_right; /* m/s at the tread, by a nominal radius */
+    double wheel_speed_rear_left, wheel_speed_rear_right;   /* m/s */
     uint32_t valid;              /* oc_signal_bit */
 } oc_signals;
 
@@ -34,6 +40,8 @@ typedef struct {
     const double *yaw_rate;             /* rad/s */
     const double *vehicle_speed;        /* m/s */
     const double *lateral_acceleration; /* m/s^2 */
+    const double *wheel_speed_front_left, *wheel_speed_front_right; /* m/s */
+    const double *wheel_speed_rear_left, *wheel_speed_rear_right;   /* m/s */
 } oc_columns;
 
 #endif

@@ -5,6 +5,8 @@
 typedef struct {
     double wheelbase;      /* m, equivalent wheelbase where there are more than two axles (Winkler), 1 to 20 */
     double steering_ratio; /* steering wheel angle per front wheel angle near centre, 1 to 60 */
+    double traffic_side;   /* of the road: 1 right, -1 left, 0 unknown; a crown falls to it */
+    double track_width_front, track_width_rear; /* m, between the middles of left and right tyres, 1 to 3; 0: unknown */
 } oc_vehicle;
 
 /* (7) The Ackermann angle L/R at the front wheels, rad; curvature in 1/m. */

@@ -7,7 +7,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import polars as pl
 import pytest
+from drive_frames import candump, drive
 from real_data import real_drive
 from test_estimate import steady_drive
 
@@ -158,14 +160,25 @@ def test_a_bug_of_ours_is_one_line_and_exit_code_70(
 HEAVY = ("can", "cantools", "asammdf", "pandas", "bokeh", "matplotlib")
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["offset", "--help"], ["offset", "{log}", "--vehicle", TRUCK]])
-def test_help_and_offset_on_csv_load_nothing_heavy(arguments: list[str], drive_csv: Path) -> None:
+@pytest.mark.parametrize(
+    "arguments",
+    [["--help"], ["offset", "--help"]]
+    + [
+        [verb, f"drive.{suffix}", "--vehicle", TRUCK]
+        for verb in ("offset", "signals")
+        for suffix in ("csv", "parquet", "log")
+    ],
+)
+def test_help_and_light_formats_load_nothing_heavy(arguments: list[str], tmp_path: Path) -> None:
+    steady_drive(minutes=0.5).table.write_csv(tmp_path / "drive.csv")
+    steady_drive(minutes=0.5).table.write_parquet(tmp_path / "drive.parquet")
+    (tmp_path / "drive.log").write_text(candump(drive()))
     program = (
-        "import sys; from oncenter.cli import run; run(sys.argv[1:]); "
+        "import sys; from oncenter.cli import run; assert run(sys.argv[1:]) == 0; "
         f"print([name for name in {HEAVY} if name in sys.modules], file=sys.stderr)"
     )
-    filled = [argument.format(log=drive_csv) for argument in arguments]
-    done = subprocess.run([sys.executable, "-c", program, *filled], capture_output=True, text=True, check=True)
+    command = [sys.executable, "-c", program, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)
     assert done.stderr.strip() == "[]"
 
 
@@ -214,3 +227,86 @@ def test_a_truck_that_stands_and_has_no_angle_is_told_what_is_missing(capfd: pyt
     assert "61449" in given["message"]
     assert "1807" in given["message"]
     assert "vehicle_speed" in given["message"] or "vehicle speed" in given["message"]
+
+
+def parts_of(drive_csv: Path, folder: Path, *rows: tuple[int, int], since: float = 0.0) -> list[str]:
+    """Logs with those rows of the drive each."""
+    table = steady_drive().table.with_columns(pl.col("time_s") + since)
+    paths = [folder / f"part{k}.csv" for k in range(len(rows))]
+    for path, (first, last) in zip(paths, rows, strict=True):
+        table[first:last].write_csv(path)
+    return [str(path) for path in paths]
+
+
+def test_a_bad_log_among_good_ones_is_named_and_the_others_are_answered(
+    drive_csv: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "bad.csv").write_text("nothing\nof ours\n")
+    (tmp_path / "blind.csv").write_text(steady_drive().table.drop("steering_wheel_angle_rad").write_csv())
+    first, second = parts_of(drive_csv, tmp_path, (0, 6000), (6000, 12000))
+    missing = str(tmp_path / "none.csv")
+    logs = [second, str(tmp_path / "bad.csv"), missing, first, str(tmp_path / "blind.csv")]
+    assert run(["offset", *logs, "--vehicle", TRUCK, "--json"]) == 0
+    out, err = capfd.readouterr()
+    given = json.loads(out)
+    left_out = [finding["text"] for finding in given["findings"] if finding["code"] == "log_left_out"]
+    assert [name in text for name, text in zip(("bad.csv", missing, "blind.csv"), left_out, strict=True)] == [True] * 3
+    assert given["time"]["duration_s"] == pytest.approx(240.0)
+    assert given["offset"]["value"] == pytest.approx(2.0, abs=0.05)
+    assert err == ""
+
+
+def test_logs_of_which_none_can_be_read_are_one_refusal(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.csv").write_text("nothing\nof ours\n")
+    (tmp_path / "b.csv").write_text("")
+    assert run(["offset", str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "--vehicle", TRUCK, "--json"]) == 1
+    out, err = capfd.readouterr()
+    assert err.count("\n") == 1 and "a.csv" in err and "b.csv is empty" in err
+    assert json.loads(out)["code"] == "missing_signal"
+
+
+def test_logs_that_overlap_or_are_given_twice_are_told(
+    drive_csv: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    first, second = parts_of(drive_csv, tmp_path, (0, 7000), (6000, 12000), since=1.7e9)
+    assert run(["offset", second, first, second, "--vehicle", TRUCK, "--json"]) == 0
+    given = json.loads(capfd.readouterr().out)
+    found = {finding["code"]: finding["text"] for finding in given["findings"]}
+    assert "part1.csv is given twice" in found["log_given_twice"]
+    assert "part0.csv and" in found["logs_overlap"] and "for 20 s" in found["logs_overlap"]
+    assert given["time"]["duration_s"] == pytest.approx(260.0)
+
+
+def test_a_path_that_may_not_be_looked_at_is_one_line(
+    drive_csv: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Root, who often runs tests, may look anywhere: the operating system is asked to say no."""
+    seen = Path.stat
+
+    def forbidden(self: Path, **options: bool) -> os.stat_result:
+        if "secret" in self.parts:
+            raise PermissionError(13, "Permission denied", str(self))
+        return seen(self, **options)
+
+    monkeypatch.setattr(Path, "stat", forbidden)
+    secret = tmp_path / "secret"
+    for exit_code, arguments in (
+        (1, ["offset", f"{secret}/drive.csv", "--vehicle", TRUCK]),
+        (1, ["signals", f"{secret}/drive.csv"]),
+        (2, ["offset", str(drive_csv), "--vehicle", f"{secret}/truck.toml"]),
+        (2, ["offset", str(drive_csv), "--vehicle", TRUCK, "--report", f"{secret}/out.html"]),
+    ):
+        assert run(arguments) == exit_code, arguments
+        err = capfd.readouterr().err
+        assert err.count("\n") == 1 and "Permission denied" in err and "bug" not in err
+
+
+def test_a_directory_a_pipe_and_a_pattern_that_matched_nothing_are_no_logs(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "logs").mkdir()
+    os.mkfifo(tmp_path / "pipe.csv")
+    for name, said in (("logs", "a directory"), ("pipe.csv", "a pipe"), ("*.csv", "No such file")):
+        assert run(["offset", str(tmp_path / name), "--vehicle", TRUCK]) == 1
+        err = capfd.readouterr().err
+        assert err.count("\n") == 1 and said in err and name in err

@@ -9,6 +9,7 @@ import polars as pl
 import pytest
 
 import oncenter as oc
+from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, Source
 from oncenter.vehicle import vehicle_from
 
@@ -194,3 +195,56 @@ def test_logs_of_different_rates_are_refused_together() -> None:
     drive = steady_drive()
     with pytest.raises(oc.OncenterError, match="one rate"):
         oc.offset([drive, replace(drive, rate_hz=100.0)], TRUCK)
+
+
+def relative(drive: Signals, turns: np.ndarray) -> Signals:
+    """The drive as a relative angle sensor gives it that is off by so many whole turns."""
+    angle = drive.table["steering_wheel_angle_rad"].to_numpy() + 2 * math.pi * turns
+    return replace(
+        drive,
+        table=drive.table.with_columns(
+            pl.Series("steering_wheel_angle_rad", angle), steering_wheel_angle_sensor_type=pl.lit(0.0)
+        ),
+    )
+
+
+@pytest.mark.parametrize("break_s", [0.0, 20.0])
+@pytest.mark.parametrize("offset_deg", [2.0, -170.0, 175.0])
+def test_whole_turns_that_ignitions_add_change_nothing(break_s: float, offset_deg: float) -> None:
+    drive = steady_drive(offset_deg=offset_deg)
+    time = drive.table["time_s"].to_numpy()
+    breaks = ((time >= 90.0) & (time < 90.0 + break_s)) | ((time >= 170.0) & (time < 170.0 + break_s))
+    off = np.where(breaks, math.nan, 0.0)
+    turns = np.where(time < 90.0, -1, np.where(time < 170.0, 2, 0))
+    jumped, absolute = oc.offset(relative(drive, turns + off), TRUCK), oc.offset(relative(drive, off), TRUCK)
+    assert jumped.offset.value == pytest.approx(absolute.offset.value, abs=1e-9)
+    assert jumped.offset.ci95 == pytest.approx(absolute.offset.ci95, abs=1e-9)
+    note = next(note for note in jumped.notes if "whole turns" in note)
+    begin = 90 + round(break_s), 170 + round(break_s)
+    assert note.endswith(f": -1 from 0 s on, +2 from {begin[0]} s on, +0 from {begin[1]} s on")
+    assert not any("whole turns" in note for note in absolute.notes)
+    assert np.nanmax(np.abs(oc.trace(jumped)["offset"] - oc.trace(absolute)["offset"])) < 1e-9
+
+
+def test_a_truck_of_whole_turns_in_each_of_its_logs_has_one_offset() -> None:
+    first, second = steady_drive(), steady_drive(start_s=1000.0)
+    ones = np.ones(first.table.height)
+    answer = oc.offset([relative(first, 3 * ones), relative(second, -2 * ones)], TRUCK)
+    assert answer.offset.value == pytest.approx(2.0 * DEGREE, abs=0.05 * DEGREE)
+    assert answer.offset.status == "valid"
+    assert sum("whole turns" in note for note in answer.notes) == 2
+
+
+def test_an_absolute_sensor_keeps_whatever_turns_it_shows() -> None:
+    answer = oc.offset(steady_drive(offset_deg=362.0), TRUCK)
+    assert answer.offset.value == pytest.approx(362.0 * DEGREE, abs=0.05 * DEGREE)
+    assert answer.notes == ()
+
+
+def test_whole_turns_are_taken_from_a_drive_that_does_not_know_its_speed() -> None:
+    drive = steady_drive()
+    turns = np.where(drive.table["time_s"].to_numpy() < 90.0, -1, 2)
+    blind = replace(relative(drive, turns), table=relative(drive, turns).table.drop("vehicle_speed_m_s"))
+    [kept] = without_whole_turns([blind])
+    off = kept.table["steering_wheel_angle_rad"] - drive.table["steering_wheel_angle_rad"]
+    assert off.abs().max() == pytest.approx(0.0, abs=1e-9)

@@ -287,3 +287,181 @@ def test_a_real_truck_without_steering_angle_is_told_what_is_missing_and_what_is
     assert refused.value.code == "missing_signal"
     assert refused.value.exit_code == 1
     assert refused.value.needs == ("steering_wheel_angle", "yaw_rate")
+
+
+def asc(*, relative: bool = False, decimal: bool = False, named: bool = False, written: str = "ID = {}x") -> str:
+    """The drive as Vector tools write it, with an event that is no frame every now and then."""
+    lines = [
+        "date Wed May 1 12:00:00.000 pm 2024",
+        f"base {'dec' if decimal else 'hex'}  timestamps {'relative' if relative else 'absolute'}",
+        "internal events logged",
+        "// version 9.0.0",
+        "Begin Triggerblock Wed May 1 12:00:00.000 pm 2024",
+        "   0.000000 Start of measurement",
+    ]
+    last = 0.0
+
+    def stamp(time: float) -> str:
+        nonlocal last
+        told, last = time - last if relative else time, time
+        return f"   {told:.6f}"
+
+    for k, frame in enumerate(drive()):
+        if not frame.extended:
+            continue
+        number = f"{frame.identifier:d}" if decimal else f"{frame.identifier:X}"
+        data = " ".join(f"{byte:d}" if decimal else f"{byte:02X}" for byte in frame.data)
+        name = "VDC2" if named and frame.identifier == 0x18F0093E else number + "x"
+        since = frame.time - START_S
+        tail = f"Length = 0 BitCount = 138 {written.format(frame.identifier)}"
+        lines.append(f"{stamp(since)} 1  {name}  Rx   d {len(frame.data)} {data}  {tail}")
+        if k % 20 == 0:
+            lines.append(f"{stamp(since + 1e-4)} 1  ErrorFrame")
+            lines.append(f"{stamp(since + 2e-4)} CAN 1 Status:chip status error active")
+            lines.append(f"{stamp(since + 3e-4)} 1  123  Rx   r")
+    return "\n".join([*lines, "End TriggerBlock"]) + "\n"
+
+
+@pytest.mark.parametrize(
+    "way", [{}, {"relative": True}, {"decimal": True}, {"named": True}, {"named": True, "decimal": True}]
+)
+def test_an_asc_log_may_be_relative_decimal_or_name_its_messages(way: dict[str, bool], tmp_path: Path) -> None:
+    (tmp_path / "drive.asc").write_text(asc(**way))
+    assert_is_the_drive(read(tmp_path / "drive.asc"), quanta=0.7)
+
+
+def test_an_asc_log_that_names_messages_without_their_identifiers_is_refused_as_such(tmp_path: Path) -> None:
+    (tmp_path / "drive.asc").write_text(asc(named=True, written=""))
+    with pytest.raises(OncenterError, match=r"names messages .'VDC2'. and not their identifiers") as refused:
+        read(tmp_path / "drive.asc")
+    assert refused.value.code == "unreadable_log"
+
+
+def trc(version: str) -> str:
+    head = [f";$FILEVERSION={version}", ";$STARTTIME=45413.5"]
+    head += [";$COLUMNS=N,O,T,B,I,d,R,L,D"] if version == "2.1" else []
+    head += [";$COLUMNS=N,O,T,I,d,l,D"] if version == "2.0" else []
+    lines = []
+    for k, frame in enumerate(drive(), 1):
+        ms, size, data = 1000 * (frame.time - START_S), len(frame.data), frame.data.hex(" ").upper()
+        number = f"{frame.identifier:0{8 if frame.extended else 4}X}"
+        lines.append(
+            {
+                "1.1": f"{k:6d}) {ms:11.1f}  Rx     {number}  {size}  {data}",
+                "1.3": f"{k:6d}) {ms:11.1f} 1  Rx    {number} -  {size}    {data}",
+                "2.0": f"{k:6d} {ms:13.3f} DT {number} Rx {size}  {data}",
+                "2.1": f"{k:6d} {ms:13.3f} DT 1 {number} Rx -  {size}    {data}",
+            }[version]
+        )
+        if k % 50 == 0 and version == "2.1":
+            lines += [f"{k} {ms:.3f} ST 1 - Rx - 4    00 00 00 08", f"{k} {ms:.3f} RR 1 0123 Rx -  8"]
+        if k % 50 == 0 and version == "1.1":
+            lines += [f"{k}) {ms:.1f}  Warng  FFFFFFFF  4  00 00 00 08  BUSHEAVY", f"{k}) {ms:.1f}  Rx  0123  8  RTR"]
+    return "\n".join(head + lines) + "\n"
+
+
+@pytest.mark.parametrize("version", ["1.1", "1.3", "2.0", "2.1"])
+def test_trc_of_each_version_is_the_drive(version: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "drive.trc").write_text(trc(version))
+    # python-can's writers round stamps: asc and trc to 0.1 ms
+    assert_is_the_drive(read(tmp_path / "drive.trc"), quanta=0.7)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("suffix", "text"), [(".asc", asc()), (".trc", trc("1.1")), (".trc", trc("2.1"))])
+@pytest.mark.parametrize("less", [18, 30, 55, 75])
+def test_a_text_log_that_is_cut_off_is_read_up_to_there_and_says_so(
+    suffix: str, text: str, less: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / f"drive{suffix}"
+    path.write_text(text.removesuffix("End TriggerBlock\n")[:-less])
+    signals = read(path)
+    assert any("last line of" in note and "cut off" in note for note in signals.notes)
+    assert signals.table.height > 390
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_line_that_python_can_leaves_out_is_told_in_a_note_and_not_on_the_terminal(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    lines = trc("1.1").splitlines()
+    (tmp_path / "drive.trc").write_text("\n".join([*lines[:50], "51)   0.5  Rx", *lines[50:]]) + "\n")
+    signals = read(tmp_path / "drive.trc")
+    assert_is_the_drive(signals, quanta=0.7)
+    assert [note for note in signals.notes if "1 lines of drive.trc were left out" in note]
+    assert caplog.records == []
+
+
+@pytest.mark.parametrize("suffix", [".blf", ".mf4"])
+def test_error_remote_and_fd_frames_of_binary_logs_are_passed_over(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"drive{suffix}"
+    with WRITERS[suffix](path) as writer:
+        for k, frame in enumerate(drive()):
+            about = {"timestamp": frame.time, "arbitration_id": frame.identifier, "is_extended_id": frame.extended}
+            late = about | {"timestamp": frame.time + 0.003}
+            writer.on_message_received(can.Message(**about, data=frame.data, channel=1))
+            if k % 20 == 0:
+                writer.on_message_received(can.Message(timestamp=frame.time, is_error_frame=True, channel=1))
+                writer.on_message_received(can.Message(**about, is_remote_frame=True, dlc=8, channel=1))
+                writer.on_message_received(can.Message(**late, is_fd=True, data=bytes(12), channel=1))
+    assert_is_the_drive(read(path))
+
+
+def test_a_blf_log_that_was_never_closed_is_read_and_says_so(tmp_path: Path) -> None:
+    content = bytearray(written(tmp_path, ".blf").read_bytes())
+    content[16:24] = bytes(8)  # its size, which the logger writes last
+    (tmp_path / "open.blf").write_bytes(content)
+    signals = read(tmp_path / "open.blf")
+    assert_is_the_drive(signals)
+    assert any("never closed" in note for note in signals.notes)
+
+
+def test_candump_with_error_details_and_a_byte_order_mark_reads_the_same(tmp_path: Path) -> None:
+    (tmp_path / "a.log").write_text(candump(drive()))
+    error = " (1700000000.000100)  can0  20000080   [8]  00 00 00 00 00 00 00 00   ERRORFRAME\n"
+    details = "\tcontroller-problem{rx-overflow}\n\tbus-error\n\terror-counter-tx-rx{{0}{127}}\n"
+    (tmp_path / "b.log").write_text("\ufeff" + candump(drive()) + 20 * (error + details))
+    signals = read(tmp_path / "b.log")
+    assert signals.table.equals(read(tmp_path / "a.log").table)
+    assert signals.notes == read(tmp_path / "a.log").notes
+
+
+def test_channels_of_mdf_3_read_like_those_of_mdf_4(tmp_path: Path) -> None:
+    from asammdf import MDF, Signal
+
+    time = np.arange(400) / 100
+    for version, name in (("3.30", "old.mdf"), ("4.10", "new.mf4")):
+        with MDF(version=version) as mdf:
+            for column, unit in (("steering_wheel_angle", "rad"), ("yaw_rate", "rad/s"), ("vehicle_speed", "m/s")):
+                values = next(v for k, v in truth(time).items() if k.startswith(column))
+                mdf.append([Signal(values, time, name=column, unit=unit)])
+            mdf.save(tmp_path / name)
+    old, new = (read(tmp_path / name).table for name in ("old.mdf", "new.mf4"))
+    assert old.drop("time_s").equals(new.drop("time_s"))
+
+
+def test_a_channel_that_two_groups_have_can_be_named_as_the_refusal_says(tmp_path: Path) -> None:
+    from asammdf import MDF, Signal
+
+    time, path = np.arange(400) / 100, tmp_path / "drive.mf4"
+    with MDF() as mdf:
+        mdf.append([Signal(np.zeros(400), time, name="yaw_rate", unit="rad/s")])
+        mdf.append([Signal(np.ones(40), time[::10], name="yaw_rate", unit="rad/s")])
+        mdf.save(path)
+    with pytest.raises(OncenterError, match=r'--source "yaw_rate=channel yaw_rate .group 0.') as refused:
+        read(path)
+    assert refused.value.code == "sources_disagree"
+    assert (read(path, take={"yaw_rate": "channel yaw_rate (group 1)"}).table["yaw_rate_rad_s"] == 1.0).any()
+
+
+def test_a_measurement_file_of_foreign_channels_lists_them(tmp_path: Path) -> None:
+    from asammdf import MDF, Signal
+
+    with MDF() as mdf:
+        mdf.append([Signal(np.zeros(40), np.arange(40) / 10, name="WheelAng", unit="deg")])
+        mdf.append([Signal(np.zeros(40), np.arange(40) / 10, name="yaw_rate")])
+        mdf.save(tmp_path / "drive.mf4")
+    with pytest.raises(OncenterError, match="its channels are 'WheelAng', 'yaw_rate'") as refused:
+        read(tmp_path / "drive.mf4")
+    assert "yaw_rate has unit '', rad_s or deg_s would do" in str(refused.value)
+    assert refused.value.code == "missing_signal"

@@ -228,7 +228,7 @@ def test_the_same_message_on_two_buses_is_two_sources(tmp_path: Path) -> None:
 def test_a_relative_sensor_is_named(tmp_path: Path) -> None:
     data = bytes.fromhex("2E8820857D577D7D")
     signals = read_frames(tmp_path, [Frame(START_S + k / 100, identifier(61449, 0x3E), data) for k in range(200)])
-    assert any("relative" in note and "360" in note for note in signals.notes)
+    assert (signals.table["steering_wheel_angle_sensor_type"] == 0.0).all()
     assert not any("relative" in note for note in read_frames(tmp_path, drive()).notes)
 
 
@@ -264,6 +264,53 @@ def test_a_dbc_brings_in_what_j1939_does_not_have(tmp_path: Path) -> None:
     assert row["vehicle_speed_m_s"] == pytest.approx(20.0)
     assert signals.sources["steering_wheel_angle"].description == "STEER (0x123)"
     assert signals.sources["vehicle_speed"].description == "PROP from 0x42"
+
+
+MIXED = """VERSION ""
+NS_ :
+    SG_MUL_VAL_
+BU_: Vector__XXX
+BO_ 800 MIX: 8 Vector__XXX
+ SG_ SEL M : 0|8@1+ (1,0) [0|0] "" Vector__XXX
+ SG_ SUB m0M : 8|8@1+ (1,0) [0|0] "" Vector__XXX
+ SG_ steering_wheel_angle m1 : 16|16@1- (0.1,0) [-800|800] "deg" Vector__XXX
+ SG_ yaw_rate m2 : 16|16@1- (0.01,0) [0|0] "deg/s" Vector__XXX
+ SG_ vehicle_speed m1 : 16|16@1+ (0.01,0) [0|300] "km/h" Vector__XXX
+
+SG_MUL_VAL_ 800 SUB SEL 0-0;
+SG_MUL_VAL_ 800 steering_wheel_angle SUB 1-1, 5-6;
+SG_MUL_VAL_ 800 yaw_rate SUB 2-2;
+SG_MUL_VAL_ 800 vehicle_speed SEL 1-1;
+"""
+
+
+def test_a_multiplexed_signal_is_read_from_the_frames_that_have_it(tmp_path: Path) -> None:
+    """Two multiplexers, one within the other, one of them with ranges: what is elsewhere in its place is not it."""
+    (tmp_path / "mix.dbc").write_text(MIXED)
+    frames = []
+    for k in range(200):
+        at = START_S + k / 100
+        for late, (select, below, value) in enumerate([(0, (1, 5, 6)[k % 3], 100 + k), (0, 2, 300), (0, 3, 9999)]):
+            data = bytes([select, below]) + value.to_bytes(2, "little") + bytes(4)
+            frames.append(Frame(at + 0.002 * late, 800, data, extended=False))
+        if k % 10 == 0:
+            frames.append(Frame(at + 0.007, 800, b"\1\1" + (7200).to_bytes(2, "little") + bytes(4), extended=False))
+    signals = read_frames(tmp_path, frames, dbc=[tmp_path / "mix.dbc"])
+    assert np.allclose(signals.table["steering_wheel_angle_rad"], (10 + np.arange(200) / 10) * DEGREE)
+    assert signals.table["yaw_rate_rad_s"].drop_nans().unique().to_list() == pytest.approx([3.0 * DEGREE])
+    assert signals.table["vehicle_speed_m_s"].drop_nans().unique().to_list() == pytest.approx([20.0])
+    assert {name: (s.rate_hz, s.samples, s.not_available) for name, s in signals.sources.items()} == {
+        "steering_wheel_angle": (100.0, 200, 0),
+        "yaw_rate": (100.0, 200, 0),
+        "vehicle_speed": (10.0, 20, 0),
+    }
+
+
+def test_a_dbc_of_another_car_is_told_by_the_messages_that_the_log_lacks(tmp_path: Path) -> None:
+    (tmp_path / "mix.dbc").write_text(MIXED)
+    car = [Frame(START_S + k / 100, 0x123, b"\1\2\3", extended=False) for k in range(50)]
+    with pytest.raises(OncenterError, match=r"none of the messages in which the DBC has our signals: MIX .0x320."):
+        read_frames(tmp_path, car, dbc=[tmp_path / "mix.dbc"])
 
 
 def test_our_own_dbc_by_option_changes_nothing(tmp_path: Path) -> None:

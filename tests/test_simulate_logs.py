@@ -101,7 +101,6 @@ def test_a_log_of_frames_reads_back_to_what_the_sensors_said_within_j1939_s_step
         np.testing.assert_array_equal(np.isnan(back), np.isnan(there), err_msg=name)
         between = np.nanmax(np.abs(change)) * STAMP_S / (every * 0.01)
         assert np.nanmax(np.abs(error)) <= half_step + between + 1e-9, name
-    assert any("SPN 1812 is 0" in note for note in again.notes)
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".csv.gz", ".parquet"])

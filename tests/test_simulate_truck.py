@@ -366,6 +366,29 @@ def test_a_semitrailer_swings_as_lagrange_s_equations_say(payload: dict[str, Any
         assert state.trailer.articulation == pytest.approx(x[1] - x[2], abs=2e-6 * delta)
 
 
+@pytest.mark.parametrize("articulation", [-1.2, -0.3, 0.0, 0.7, 1.3])
+def test_at_any_articulation_hitch_and_trailer_move_alike_and_newton_holds(articulation: float) -> None:
+    """Across the trailer: its own axis is turned by the articulation against the truck's, in which the hitch moves."""
+    truck, slope = semitrailer(), ffi.new("sim_trailer_state *")
+    trailer = ffi.addressof(truck, "trailer")
+    side_forces = [3000.0, -2000.0, 5000.0]
+    state = ffi.new("sim_trailer_state *", [0.2, articulation, side_forces])
+    hitch = {"speed": 5.0, "lateral_speed": 1.5, "yaw_rate": 0.6, "lateral_acceleration": 2.0, "gravity_to_left": 0.3}
+    pull = lib.sim_trailer_slope(state, trailer, ffi.new("sim_hitch *", hitch | {"mobility": 1 / 9000.0}), slope)
+
+    sine, cosine = np.sin(articulation), np.cos(articulation)
+    of_hitch = (
+        cosine * (hitch["lateral_acceleration"] - pull / 9000.0) - sine * hitch["lateral_speed"] * hitch["yaw_rate"]
+    )
+    c = trailer.gravity_centre_distance
+    moved = of_hitch - c * slope.yaw_rate - cosine * hitch["gravity_to_left"]
+    at_hitch = pull / cosine
+    assert trailer.mass * moved == pytest.approx(sum(side_forces) + at_hitch, rel=1e-9)
+    turning = sum((trailer.axles[k].distance + c) * side_forces[k] for k in range(3))
+    assert trailer.yaw_inertia * slope.yaw_rate == pytest.approx(turning + c * at_hitch, rel=1e-9)
+    assert slope.articulation == pytest.approx(hitch["yaw_rate"] - 0.2)
+
+
 def test_a_semitrailer_in_a_steady_bend_hangs_as_the_static_equations_say() -> None:
     """Unknown: front wheel angle, direction, articulation, hitch force. Known: the bend, the speed and all axles."""
     truck, speed, curvature = semitrailer(), 15.0, 1e-4

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from oncenter._native import ffi, lib
 
-_NUMBERS = {"double": "f8", "int32_t": "i4", "uint32_t": "u4", "uint64_t": "u8", "_Bool": "?"}
+_NUMBERS = {"double": "f8", "float": "f4", "int32_t": "i4", "uint32_t": "u4", "uint64_t": "u8", "_Bool": "?"}
 
 RATE_MIN_HZ, RATE_MAX_HZ = 20.0, 200.0
 
@@ -24,13 +24,12 @@ COLUMNS = {
     "yaw_rate_rad_s": "yaw_rate",
     "vehicle_speed_m_s": "vehicle_speed",
     "lateral_acceleration_m_s2": "lateral_acceleration",
+    "wheel_speed_front_left_m_s": "wheel_speed_front_left",
+    "wheel_speed_front_right_m_s": "wheel_speed_front_right",
+    "wheel_speed_rear_left_m_s": "wheel_speed_rear_left",
+    "wheel_speed_rear_right_m_s": "wheel_speed_rear_right",
 }
-_VALID_BITS = {
-    "steering_wheel_angle": lib.OC_HAS_STEERING_WHEEL_ANGLE,
-    "yaw_rate": lib.OC_HAS_YAW_RATE,
-    "vehicle_speed": lib.OC_HAS_VEHICLE_SPEED,
-    "lateral_acceleration": lib.OC_HAS_LATERAL_ACCELERATION,
-}
+_VALID_BITS = {name: getattr(lib, f"OC_HAS_{name.upper()}") for name in COLUMNS.values() if name != "time"}
 
 
 def _text(pointer: Any) -> str:
@@ -42,6 +41,7 @@ def version() -> str:
 
 
 STATUSES: tuple[str, ...] = tuple(_text(lib.oc_status_name(k)) for k in range(lib.OC_STATUS_COUNT))
+METHODS: tuple[str, ...] = tuple(_text(lib.oc_method_name(k)) for k in range(lib.OC_METHOD_COUNT))
 REASONS: dict[str, int] = {_text(lib.oc_reason_name(1 << k)): 1 << k for k in range(lib.OC_REASON_COUNT)}
 
 
@@ -81,34 +81,55 @@ def _members(struct: Any) -> dict[str, Any]:
 
 
 def default_params() -> dict[str, float]:
-    """The params of the core by name, each name ending in its unit; the core's header says what they mean."""
+    """The params of the core by name, each name ending in its unit; the core's header says what they mean.
+
+    The method is none of them: it is told by its name.
+    """
     params = ffi.new("oc_params *")
     lib.oc_params_defaults(params)
-    return _members(params)
+    return {name: value for name, value in _members(params).items() if name != "method"}
 
 
 def bad_param(params: Mapping[str, float]) -> str | None:
     """The name of the first param out of its range, or None."""
-    name = lib.oc_params_check(_params(params))
+    name = lib.oc_params_check(_params(params, METHODS[0]))
     return None if name == ffi.NULL else _text(name)
 
 
-def bad_vehicle(wheelbase_m: float, steering_ratio: float) -> str | None:
+def bad_vehicle(
+    wheelbase_m: float, steering_ratio: float, track_width_front_m: float = 0.0, track_width_rear_m: float = 0.0
+) -> str | None:
     """The name of the first vehicle value out of its range, or None."""
-    name = lib.oc_vehicle_check(_vehicle(wheelbase_m, steering_ratio))
+    name = lib.oc_vehicle_check(_vehicle(wheelbase_m, steering_ratio, track_width_front_m, track_width_rear_m))
     return None if name == ffi.NULL else _text(name)
 
 
-def _params(params: Mapping[str, float]) -> Any:
+def _params(params: Mapping[str, float], method: str) -> Any:
     native = ffi.new("oc_params *")
     lib.oc_params_defaults(native)
+    native.method = METHODS.index(method)
     for name, value in params.items():
         setattr(native, name, int(value) if name == "use_accelerometer" else value)
     return native
 
 
-def _vehicle(wheelbase_m: float, steering_ratio: float) -> Any:
-    return ffi.new("oc_vehicle *", {"wheelbase": wheelbase_m, "steering_ratio": steering_ratio})
+def _vehicle(
+    wheelbase_m: float,
+    steering_ratio: float,
+    track_width_front_m: float,
+    track_width_rear_m: float,
+    traffic_side: float = 0.0,
+) -> Any:
+    return ffi.new(
+        "oc_vehicle *",
+        {
+            "wheelbase": wheelbase_m,
+            "steering_ratio": steering_ratio,
+            "track_width_front": track_width_front_m,
+            "track_width_rear": track_width_rear_m,
+            "traffic_side": traffic_side,
+        },
+    )
 
 
 class Core:
@@ -119,15 +140,30 @@ class Core:
         steering_ratio: steering wheel angle per front wheel angle, 1 to 60.
         params: what differs from `default_params`.
         rate_hz: ticks per second, 20 to 200.
+        track_width_front_m, track_width_rear_m: 1 to 3; 0 where unknown.
+        traffic_side: 1 right, -1 left, 0 unknown.
+        method: one of METHODS.
 
     Raises:
         ValueError: naming what the core refuses.
     """
 
-    def __init__(self, wheelbase_m: float, steering_ratio: float, params: Mapping[str, float], rate_hz: float) -> None:
+    def __init__(
+        self,
+        wheelbase_m: float,
+        steering_ratio: float,
+        params: Mapping[str, float],
+        rate_hz: float,
+        *,
+        track_width_front_m: float = 0.0,
+        track_width_rear_m: float = 0.0,
+        traffic_side: float = 0.0,
+        method: str = METHODS[0],
+    ) -> None:
         self._coefficients = ffi.new("oc_coefficients *")
         self._state = ffi.new("oc_state *")
-        error = lib.oc_setup(self._coefficients, _vehicle(wheelbase_m, steering_ratio), _params(params), float(rate_hz))
+        vehicle = _vehicle(wheelbase_m, steering_ratio, track_width_front_m, track_width_rear_m, traffic_side)
+        error = lib.oc_setup(self._coefficients, vehicle, _params(params, method), float(rate_hz))
         if error != lib.OC_OK:
             raise ValueError(f"the core refuses the {_text(lib.oc_error_name(error))}")
         lib.oc_init(self._state)

@@ -6,7 +6,6 @@ SI and rad inside; degrees appear in `Answer.words`, `Answer.to_json` and in fin
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,14 +17,16 @@ import numpy.typing as npt
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.findings import Finding, findings_of
+from oncenter.read.whole_turns import is_relative, without_whole_turns
 from oncenter.signals import DEGREE, SIGNALS, Signals
 from oncenter.vehicle import Vehicle, core_params
 
 REASONS = _core.REASONS
-Method = Literal["thesis"]
-METHODS: tuple[Method, ...] = ("thesis",)
+Method = Literal["thesis", "joint", "wheel-speed"]
+METHODS: tuple[Method, ...] = ("thesis", "joint", "wheel-speed")
 
 _NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
+_AXLES = ("rear", "front")  # whose wheel speeds stand for the motion, the better one first
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _RATES_ALIKE = 0.01  # of the rate; clocks differ by less
 
@@ -71,7 +72,7 @@ class Answer:
 
     `str(answer)` is the answer in words, `to_json` the contract's object. Times are in seconds of ticks;
     duration_s = used_s + unused_s, and the reasons in `rejected_s` overlap. `drives` are the tables answered, so that
-    `trace` can run them again.
+    `trace` can run them again. The wheel radius mismatch of an axle is its left radius over its right less one.
     """
 
     version: str
@@ -86,6 +87,8 @@ class Answer:
     backlash: Estimate
     yaw_rate_bias: Estimate
     lateral_acceleration_bias: Estimate
+    wheel_radius_mismatch_rear: Estimate
+    wheel_radius_mismatch_front: Estimate
     variance_if_independent_rad2: float
     duration_s: float
     used_s: float
@@ -131,6 +134,8 @@ class Answer:
             "backlash": self.backlash.to_dict(),
             "yaw_rate_bias": self.yaw_rate_bias.to_dict(),
             "lateral_acceleration_bias": self.lateral_acceleration_bias.to_dict(),
+            "wheel_radius_mismatch_rear": self.wheel_radius_mismatch_rear.to_dict(),
+            "wheel_radius_mismatch_front": self.wheel_radius_mismatch_front.to_dict(),
             "time": {
                 "duration_s": self.duration_s,
                 "used_s": self.used_s,
@@ -158,12 +163,14 @@ def offset(
     Args:
         signals: what `oncenter.read` or `oncenter.simulate` gave; several are put in order of time.
         vehicle: what `oncenter.vehicle` gave; its `[params]` apply.
-        method: "thesis", (36) to (38) of docs/method.md.
+        method: "thesis", (36) to (38) of docs/method.md; "wheel-speed", the same from the angle and the wheel speeds
+            of one axle (the rear one's where the log has them), whose track width the vehicle must tell.
         params: over the vehicle's; names and units as in core/params.h.
         progress: called with the fraction done.
 
     Raises:
-        OncenterError: "missing_signal", "no_usable_second" (exit 1); "params", "rates_differ" (exit 2).
+        OncenterError: "missing_signal", "no_usable_second" (exit 1); "method", "params", "rates_differ",
+            "track_width" (exit 2).
     """
     if method not in METHODS:
         raise OncenterError(
@@ -171,15 +178,16 @@ def offset(
         )
     drives = _in_order((signals,) if isinstance(signals, Signals) else tuple(signals))
     used_params = _params_of(vehicle, params)
-    _check(drives, used_params)
-    core = _run(drives, vehicle, used_params, progress, None)
+    _check(drives, _needed(method, drives, used_params))
+    drives = without_whole_turns(drives)
+    core = _run(drives, vehicle, used_params, method, progress, None)
     return _answer(core.answer(), drives, vehicle, method, used_params)
 
 
 def trace(answer: Answer) -> npt.NDArray[np.void]:
     """What each tick of an answer gave: the core's oc_output, one row per row of all its drives, in order."""
     outputs = np.zeros(sum(drive.table.height for drive in answer.drives), _core.OUTPUT_DTYPE)
-    _run(answer.drives, answer.vehicle, answer.params, None, outputs)
+    _run(answer.drives, answer.vehicle, answer.params, answer.method, None, outputs)
     return outputs
 
 
@@ -199,10 +207,45 @@ def _in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
     return tuple(by_time) if apart else drives
 
 
-def _check(drives: tuple[Signals, ...], params: Mapping[str, float]) -> None:
+def _needed(method: Method, drives: Sequence[Signals], params: Mapping[str, float]) -> tuple[str, ...]:
+    if method == "wheel-speed":
+        return ("steering_wheel_angle", *_wheels(_axle(drives)))
+    return (*_NEEDED, "lateral_acceleration") if params["use_accelerometer"] else _NEEDED
+
+
+def _wheels(axle: str) -> tuple[str, str]:
+    return f"wheel_speed_{axle}_left", f"wheel_speed_{axle}_right"
+
+
+def _axle(drives: Sequence[Signals]) -> str:
+    """The first axle of which all drives have both wheels; the first of all where none has."""
+
+    def has_both(axle: str) -> bool:
+        return all(SIGNALS[wheel].column in drive.table.columns for drive in drives for wheel in _wheels(axle))
+
+    return next(filter(has_both, _AXLES), _AXLES[0])
+
+
+def _track_widths(vehicle: Vehicle, method: Method, drives: Sequence[Signals]) -> dict[str, float]:
+    """As the core takes them, 0 where unknown; for wheel speeds alone only the axle's that is used."""
+    widths = {"front": vehicle.track_width_front_m or 0.0, "rear": vehicle.track_width_rear_m or 0.0}
+    if method == "wheel-speed":
+        axle = _axle(drives)
+        if widths[axle] == 0.0:
+            raise OncenterError(
+                f"method 'wheel-speed' needs 'track_width_{axle}_m' in the vehicle file",
+                code="track_width",
+                exit_code=WRONG_USAGE,
+                needs=(f"track_width_{axle}_m",),
+            )
+        if axle == "front":
+            widths["rear"] = 0.0
+    return {f"track_width_{axle}_m": width for axle, width in widths.items()}
+
+
+def _check(drives: tuple[Signals, ...], needed: Sequence[str]) -> None:
     from oncenter.read import require
 
-    needed = (*_NEEDED, "lateral_acceleration") if params["use_accelerometer"] else _NEEDED
     for drive in drives:
         require(drive, needed)
         if abs(drive.rate_hz / drives[0].rate_hz - 1) > _RATES_ALIKE:
@@ -218,11 +261,20 @@ def _run(
     drives: Sequence[Signals],
     vehicle: Vehicle,
     params: Mapping[str, float],
+    method: Method,
     progress: Callable[[float], None] | None,
     outputs: npt.NDArray[np.void] | None,
 ) -> _core.Core:
     """The core after all drives; fills `outputs`, one row a tick, when given."""
-    core = _core.Core(vehicle.wheelbase_m, vehicle.ratio_near_centre, params, drives[0].rate_hz)
+    core = _core.Core(
+        vehicle.wheelbase_m,
+        vehicle.ratio_near_centre,
+        params,
+        drives[0].rate_hz,
+        method=method,
+        traffic_side=vehicle.traffic_sign,
+        **_track_widths(vehicle, method, drives),
+    )
     rows = sum(drive.table.height for drive in drives)
     done = 0
     for drive in drives:
@@ -250,10 +302,12 @@ def _answer(
         raise OncenterError(
             f"{drives[0].log}: no usable second, at no time are all of its signals available together",
             code="no_usable_second",
-            needs=_NEEDED,
+            needs=_needed(method, drives, params),
         )
-    relative = any(_is_relative(drive) for drive in drives)
-    yaw_rate_from_vdc2 = all("VDC2" in drive.sources["yaw_rate"].description for drive in drives)
+    relative = any(is_relative(drive) for drive in drives)
+    yaw_rate_from_vdc2 = all(
+        "yaw_rate" in drive.sources and "VDC2" in drive.sources["yaw_rate"].description for drive in drives
+    )
     return Answer(
         version=_core.version(),
         log=", ".join(drive.log for drive in drives),
@@ -262,42 +316,40 @@ def _answer(
         params=params,
         sources={name: source.description for drive in drives for name, source in drive.sources.items()},
         notes=tuple(dict.fromkeys(note for drive in drives for note in (*_choices(drive), *drive.notes))),
-        offset=_estimate(native["offset"], "rad", wrap=relative),
+        offset=_estimate(native["offset"], "rad"),
         understeer_gradient=_estimate(native["understeer_gradient"], "rad/(m/s^2)"),
-        backlash=Estimate(None, None, "unobservable", "rad"),
+        backlash=_estimate(native["backlash"], "rad"),
         yaw_rate_bias=_estimate(native["yaw_rate_bias"], "rad/s"),
         lateral_acceleration_bias=Estimate(None, None, "unobservable", "m/s^2"),
+        wheel_radius_mismatch_rear=_estimate(native["wheel_radius_mismatch_rear"], "1"),
+        wheel_radius_mismatch_front=_estimate(native["wheel_radius_mismatch_front"], "1"),
         variance_if_independent_rad2=native["offset_variance_if_independent"],
         duration_s=native["duration"],
         used_s=native["used"],
         unused_s=native["unused"],
         rejected_s=rejected_s,
-        findings=findings_of(native, params, relative, yaw_rate_from_vdc2=yaw_rate_from_vdc2),
+        findings=findings_of(native, params, relative, method=method, yaw_rate_from_vdc2=yaw_rate_from_vdc2),
         drives=drives,
     )
 
 
 def _choices(drive: Signals) -> list[str]:
-    """Which source was believed, of the signals that the core reads and several sources had."""
+    """Which source was believed, of the signals that the core reads and several sources had; one line a choice."""
+    chosen: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+    for name, source in drive.sources.items():
+        if source.others and SIGNALS[name].column in _core.COLUMNS:
+            chosen.setdefault((source.description, source.others), []).append(name)
     return [
-        f"{name} is taken from {source.description}, not from {', '.join(source.others)}"
-        for name, source in drive.sources.items()
-        if source.others and SIGNALS[name].column in _core.COLUMNS
+        f"{', '.join(names)} {'is' if len(names) == 1 else 'are'} taken from {source}, not from {', '.join(others)}"
+        for (source, others), names in chosen.items()
     ]
 
 
-def _is_relative(drive: Signals) -> bool:
-    column = "steering_wheel_angle_sensor_type"
-    return column in drive.table.columns and bool((drive.table[column] == 0.0).any())
-
-
-def _estimate(native: Mapping[str, Any], unit: str, *, wrap: bool = False) -> Estimate:
+def _estimate(native: Mapping[str, Any], unit: str) -> Estimate:
     status = _core.STATUSES[native["status"]]
     if status == "unobservable":
         return Estimate(None, None, status, unit, native["evidence"])
     value = native["value"]
-    if wrap:  # a relative angle sensor may be off by whole turns
-        value = (value + math.pi) % (2 * math.pi) - math.pi
     half_width = 1.96 * native["standard_deviation"]
     return Estimate(value, (value - half_width, value + half_width), status, unit, native["evidence"])
 

@@ -5,6 +5,7 @@ Degrees here: findings are for people and files.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -50,9 +51,18 @@ def gravest_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 
 def yaw_rate_at_standstill(bias: float, seen_s: float, *, from_vdc2: bool) -> Finding | None:
     """None where the bias (rad/s, mean over `seen_s` s) is small; `from_vdc2` when J1939's VDC2 brought it."""
+    return _yaw_rate(bias, f"at standstill (seen for {seen_s:.1f} s)", from_vdc2=from_vdc2)
+
+
+def yaw_rate_beside_wheels(bias: float, seen_s: float, *, from_vdc2: bool) -> Finding | None:
+    """None where the bias (rad/s, now, after `seen_s` s of wheel speeds) is small."""
+    return _yaw_rate(bias, f"when nothing turns, by {seen_s:.0f} s of wheel speeds", from_vdc2=from_vdc2)
+
+
+def _yaw_rate(bias: float, when: str, *, from_vdc2: bool) -> Finding | None:
     if abs(bias) < _YAW_RATE_BIAS_WORTH_TELLING_RAD_S:
         return None
-    text = f"the yaw rate reads {bias / DEGREE:+.2f} deg/s at standstill (seen for {seen_s:.1f} s)"
+    text = f"the yaw rate reads {bias / DEGREE:+.2f} deg/s {when}"
     if from_vdc2 and abs(bias - _VDC2_ZERO_RAD_S) < _VDC2_ZERO_WITHIN_RAD_S:
         text += "; a sender that takes raw 32127 for zero in VDC2, where 32112.64 is, reads +0.10 deg/s"
     return Finding("yaw_rate_bias", "warning", text, bias / DEGREE, "deg/s")
@@ -84,6 +94,7 @@ def findings_of(
     params: Mapping[str, float],
     relative_sensor: bool,
     *,
+    method: str,
     yaw_rate_from_vdc2: bool,
 ) -> tuple[Finding, ...]:
     """All findings on one answer of the core, the gravest kind first.
@@ -92,18 +103,20 @@ def findings_of(
         native: the core's oc_answer as a dict, SI and rad.
         params: in force.
         relative_sensor: the angle sensor says of itself that its zero is arbitrary (SPN 1812 = 0).
+        method: whose answer it is.
         yaw_rate_from_vdc2: then a bias that a known mistake of VDC2 senders explains is told with it.
     """
     found = (
         _missing(native),
         _gate_shut(native, params),
         _offset(native),
-        _yaw_rate_bias(native, yaw_rate_from_vdc2),
+        _yaw_rate_bias(native, method, yaw_rate_from_vdc2),
+        _yaw_rate_bias_moves(native),
         _standing_acceleration(native),
         relative_angle_sensor() if relative_sensor else None,
         _evidence(native, params),
-        _understeer(native, params),
-        _play(native),
+        _understeer_by_wheels(native) if method == "wheel-speed" else _understeer(native, params),
+        _play(native, method),
     )
     return gravest_first(finding for finding in found if finding is not None)
 
@@ -176,18 +189,36 @@ def _offset(native: Mapping[str, Any]) -> Finding | None:
     )
 
 
-def _yaw_rate_bias(native: Mapping[str, Any], from_vdc2: bool) -> Finding | None:
+def _yaw_rate_bias(native: Mapping[str, Any], method: str, from_vdc2: bool) -> Finding | None:
     """With what the bias does to the offset."""
-    bias = native["yaw_rate_bias"]
-    if _status(bias) != "valid":
+    bias, rolled_s = native["yaw_rate_bias"], native["yaw_rate_bias_wheel_time"]
+    if _status(bias) not in ("valid", "converging"):
         return None
-    finding = yaw_rate_at_standstill(bias["value"], bias["evidence"], from_vdc2=from_vdc2)
-    if finding is None or native["used"] == 0:
+    finding = (
+        yaw_rate_beside_wheels(bias["value"], rolled_s, from_vdc2=from_vdc2)
+        if rolled_s > 0
+        else yaw_rate_at_standstill(bias["value"], bias["evidence"], from_vdc2=from_vdc2)
+    )
+    if finding is None or native["used"] == 0 or method != "thesis":
         return finding
     effect = abs(native["offset_per_yaw_rate_bias"] * bias["value"]) / DEGREE
     side = "low" if bias["value"] > 0 else "high"
     text = f"{finding.text}; this method does not correct the bias: the offset reads about {effect:.1f} deg too {side}"
     return replace(finding, text=text)
+
+
+def _yaw_rate_bias_moves(native: Mapping[str, Any]) -> Finding | None:
+    """5.3.1's CUSUM has spoken."""
+    moving_s = native["yaw_rate_bias_alarm_time"]
+    if moving_s == 0:
+        return None
+    return Finding(
+        "yaw_rate_bias_moves",
+        "warning",
+        f"for {moving_s:.0f} s the yaw rate's bias, or a wheel's radius, moved faster than the wheel speeds can follow",
+        moving_s,
+        "s",
+    )
 
 
 def _standing_acceleration(native: Mapping[str, Any]) -> Finding | None:
@@ -204,7 +235,7 @@ def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding
     return Finding(
         "not_enough_evidence",
         "info",
-        f"not enough evidence yet: needs {lacking:.0f} s more nearly straight ahead above "
+        f"not enough evidence yet: needs {math.ceil(lacking)} s more nearly straight ahead above "
         f"{params['speed_min_m_s']:g} m/s",
         lacking,
         "s",
@@ -221,7 +252,7 @@ def _understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Findi
         f"{params['understeer_acceleration_max_m_s2']:g} m/s^2"
     )
     needs = (
-        f"{lacking:.0f} s more in {bends} once the offset is accurate enough"
+        f"{math.ceil(lacking)} s more in {bends} once the offset is accurate enough"
         if lacking > 0
         else f"{bends} to both sides in like measure (an accelerometer bias makes them look one-sided)"
     )
@@ -234,15 +265,31 @@ def _understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Findi
     )
 
 
-def _play(native: Mapping[str, Any]) -> Finding | None:
+def _understeer_by_wheels(native: Mapping[str, Any]) -> Finding | None:
     if native["used"] == 0:
         return None
     return Finding(
+        "understeer_gradient_unknown",
+        "info",
+        "the understeer gradient is taken as zero: without an accelerometer a banked bend looks like an easy one",
+    )
+
+
+def _play(native: Mapping[str, Any], method: str) -> Finding | None:
+    if native["used"] == 0:
+        return None
+    if method == "wheel-speed":
+        counted = "the wheels' radii, the road's bank and the understeer gradient"
+        unseen, besides = "play in the steering is", ""
+    else:
+        counted = "the yaw rate's bias and the understeer gradient"
+        unseen = "play in the steering and an accelerometer bias are"
+        besides = ", and play makes the understeer gradient read high"
+    return Finding(
         "play_not_seen",
         "info",
-        "the interval counts the scatter of the drive, the yaw rate's bias and the understeer gradient; play in the "
-        f"steering and an accelerometer bias are not seen by this method: {_PLAY_STANDARD_DEG:g} deg of play can shift "
-        f"the offset by up to {_PLAY_STANDARD_DEG / 2:g} deg, and play makes the understeer gradient read high",
+        f"the interval counts the scatter of the drive, {counted}; {unseen} not seen by this method: "
+        f"{_PLAY_STANDARD_DEG:g} deg of play can shift the offset by up to {_PLAY_STANDARD_DEG / 2:g} deg{besides}",
         _PLAY_STANDARD_DEG / 2,
         "deg",
     )

@@ -21,6 +21,10 @@ class Tick:
     yaw_rate_rad_s: float
     vehicle_speed_m_s: float
     lateral_acceleration_m_s2: float = NOT_AVAILABLE
+    wheel_speed_front_left_m_s: float = NOT_AVAILABLE
+    wheel_speed_front_right_m_s: float = NOT_AVAILABLE
+    wheel_speed_rear_left_m_s: float = NOT_AVAILABLE
+    wheel_speed_rear_right_m_s: float = NOT_AVAILABLE
 
 
 @dataclass(frozen=True)
@@ -28,7 +32,8 @@ class Now:
     """What a tick gave. The motion is one filter delay old; the offset rests on final evidence only.
 
     `offset_rad` and `offset_sd_rad` are None while the offset is unobservable. `reasons` says why the tick cannot be
-    used; none means that it waits for its t1.
+    used; none means that it waits for its t1. The yaw rate's bias is as wheel speeds and standstill tell it; its
+    standard deviation is the prior's before.
     """
 
     time_s: float
@@ -40,6 +45,8 @@ class Now:
     offset_sd_rad: float | None
     offset_status: str
     understeer_gradient_rad_m_s2: float
+    yaw_rate_bias_rad_s: float
+    yaw_rate_bias_sd_rad_s: float
 
 
 class Monitor:
@@ -59,7 +66,15 @@ class Monitor:
             raise OncenterError(f"'rate_hz' must be 20 to 200, got {rate_hz:g}", code="rate", exit_code=WRONG_USAGE)
         try:
             used = core_params({**vehicle.params, **(params or {})})
-            self._core = _core.Core(vehicle.wheelbase_m, vehicle.ratio_near_centre, used, rate_hz)
+            self._core = _core.Core(
+                vehicle.wheelbase_m,
+                vehicle.ratio_near_centre,
+                used,
+                rate_hz,
+                traffic_side=vehicle.traffic_sign,
+                track_width_front_m=vehicle.track_width_front_m or 0.0,
+                track_width_rear_m=vehicle.track_width_rear_m or 0.0,
+            )
         except ValueError as error:
             raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None
 
@@ -78,6 +93,8 @@ class Monitor:
             offset_sd_rad=output["offset_sd"] if told else None,
             offset_status=status,
             understeer_gradient_rad_m_s2=output["understeer_gradient"],
+            yaw_rate_bias_rad_s=output["yaw_rate_bias"],
+            yaw_rate_bias_sd_rad_s=output["yaw_rate_bias_sd"],
         )
 
     def restart(self) -> None:

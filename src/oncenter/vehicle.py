@@ -16,6 +16,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import DEGREE, SIGNALS, SignalName
 
 _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+_TrackWidth = Annotated[float, Field(ge=1, le=3)]
 
 
 class _SignalEntry(BaseModel):
@@ -35,7 +36,8 @@ class Vehicle(BaseModel):
         steering_ratio: steering wheel angle per front wheel angle near the centre, 1 to 60; or the polynomial's
             coefficients from the steering wheel angle to the front wheel angle (both rad, lowest power first), of
             which the ratio near the centre follows.
-        track_width_front_m, track_width_rear_m: between wheel centres.
+        track_width_front_m, track_width_rear_m: between the middles of left and right tyres, 1 to 3 m; with them the
+            wheel speeds tell the yaw rate's bias better.
         axle_layout: 4x2, 6x2, 6x4, 8x4.
         mass_kg: prior.
         understeer_gradient_deg_m_s2: prior, K_us/g at the road wheel.
@@ -50,8 +52,8 @@ class Vehicle(BaseModel):
     name: str = "unnamed"
     wheelbase_m: _Positive
     steering_ratio: float | tuple[float, ...]
-    track_width_front_m: _Positive | None = None
-    track_width_rear_m: _Positive | None = None
+    track_width_front_m: _TrackWidth | None = None
+    track_width_rear_m: _TrackWidth | None = None
     axle_layout: Literal["4x2", "6x2", "6x4", "8x4"] | None = None
     mass_kg: _Positive | None = None
     understeer_gradient_deg_m_s2: Annotated[float, Field(allow_inf_nan=False)] | None = None
@@ -85,6 +87,11 @@ class Vehicle(BaseModel):
         if isinstance(self.steering_ratio, tuple):
             return 1.0 / self.steering_ratio[1]
         return self.steering_ratio
+
+    @property
+    def traffic_sign(self) -> float:
+        """1 where the road's crown falls to the right, -1 to the left, 0 where nobody knows."""
+        return {"right": 1.0, "left": -1.0, None: 0.0}[self.traffic_side]
 
     @property
     def signal_names(self) -> dict[str, SignalName]:
@@ -124,9 +131,9 @@ def vehicle(path: str | os.PathLike[str]) -> Vehicle:
     """
     file = Path(path)
     shipped = Path(__file__).parent / "vehicles" / f"{file.name.removesuffix('.toml')}.toml"
-    if not file.exists() and shipped.exists() and file.parent == Path("."):
-        file = shipped
     try:
+        if not file.exists() and shipped.exists() and file.parent == Path("."):
+            file = shipped
         values = tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise _refusal(f"vehicle file {path} cannot be read: {error.strerror}") from None

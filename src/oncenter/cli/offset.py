@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -15,12 +16,18 @@ if TYPE_CHECKING:
 
 def offset(
     logs: Annotated[
-        list[Path], typer.Argument(metavar="LOG…", help="Drives of one truck: .log .asc .blf .trc .mf4 .csv .parquet")
+        list[Path],
+        typer.Argument(
+            metavar="LOG…", readable=False, help="Drives of one truck: .log .asc .blf .trc .mf4 .csv .parquet"
+        ),
     ],
     vehicle_file: VehicleFile,
     json: Json = False,
     report: Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a page that shows why.")] = None,
-    method: Annotated[Literal["thesis"], typer.Option(help="How: the thesis's mean.")] = "thesis",
+    method: Annotated[
+        Literal["thesis", "joint", "wheel-speed"],
+        typer.Option(help="How: the thesis's mean; all with the play jointly; the mean from angle and wheel speeds."),
+    ] = "thesis",
     no_accelerometer: Annotated[
         bool, typer.Option("--no-accelerometer", help="Use yaw rate times speed for the lateral acceleration.")
     ] = False,
@@ -29,17 +36,14 @@ def offset(
 ) -> None:
     """How far the steering wheel angle sensor is off, and how sure that is."""
     import oncenter as oc
+    from oncenter.cli.logs import read_logs
+    from oncenter.findings import gravest_first
     from oncenter.report import check_path
 
     truck = oc.vehicle(vehicle_file)
     if report is not None:
         check_path(report)
-    drives = []
-    for log in logs:
-        with progress_bar(f"reading {log.name}", log) as progress:
-            drives.append(
-                oc.read(log, names=truck.signal_names, dbc=dbc or (), take=sources_of(source), progress=progress)
-            )
+    drives, told = read_logs(logs, truck, dbc or (), sources_of(source))
     with progress_bar("answering", *logs) as progress:
         answer = oc.offset(
             drives,
@@ -48,6 +52,7 @@ def offset(
             params={"use_accelerometer": 0.0} if no_accelerometer else None,
             progress=progress,
         )
+    answer = replace(answer, findings=gravest_first((*told, *answer.findings)))
     if report is not None:
         oc.report(answer, report)
     typer.echo(answer.to_json() if json else as_table(answer))

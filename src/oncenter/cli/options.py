@@ -43,7 +43,10 @@ def sources_of(pairs: Sequence[str] | None) -> dict[str, str]:
 @contextmanager
 def progress_bar(label: str, *logs: Path) -> Iterator[Callable[[float], None] | None]:
     """Gives what readers and estimators report their progress to: a bar on a terminal for long logs, else None."""
-    size = sum(log.stat().st_size for log in logs if log.is_file())
+    try:
+        size = sum(log.stat().st_size for log in logs)
+    except (OSError, ValueError):  # reading says what is wrong with it
+        size = 0
     if size < _LONG_LOG_BYTES or not sys.stderr.isatty():
         yield None
         return

@@ -18,7 +18,9 @@ _WIDTH = 100  # characters of the table and of the words below it
 
 
 def signals(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A drive: .log .asc .blf .trc .mf4 .csv .parquet")],
+    log: Annotated[
+        Path, typer.Argument(metavar="LOG", readable=False, help="A drive: .log .asc .blf .trc .mf4 .csv .parquet")
+    ],
     vehicle_file: Annotated[
         str | None, typer.Option("--vehicle", metavar="FILE", help="What the truck is, to check its ratio and names.")
     ] = None,

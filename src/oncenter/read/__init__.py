@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -40,6 +41,7 @@ def read(
         OncenterError: the log cannot be read, has no known signal, or has two that disagree.
     """
     path = Path(path)
+    _refuse_what_is_no_file(path)
     suffix = _suffix(path)
     _refuse_unreadable(path)
     tell = progress or (lambda fraction: None)
@@ -103,16 +105,29 @@ def _suffix(path: Path) -> str:
     )
 
 
+def _refuse_what_is_no_file(path: Path) -> None:
+    """A directory, a device, or a pipe, in which no reader could go back."""
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError) as error:
+        raise _cannot_read(path, error) from error
+    if not stat.S_ISREG(mode):
+        what = "is a directory, not a log" if stat.S_ISDIR(mode) else "is a device or a pipe, not a file"
+        raise OncenterError(f"{path} {what}", code="unreadable_log")
+
+
 def _refuse_unreadable(path: Path) -> None:
     try:
-        if path.is_dir():
-            raise OncenterError(f"{path} is a directory, not a log", code="unreadable_log")
         with path.open("rb") as file:
             if not file.read(1):
                 raise OncenterError(f"{path.name} is empty", code="empty_log")
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise OncenterError(f"cannot read {path}: {reason}", code="unreadable_log") from error
+        raise _cannot_read(path, error) from error
+
+
+def _cannot_read(path: Path, error: Exception) -> OncenterError:
+    reason = getattr(error, "strerror", None) or str(error)
+    return OncenterError(f"cannot read {path}: {reason}", code="unreadable_log")
 
 
 def _from_bus(
@@ -134,19 +149,30 @@ def _from_bus(
     elif suffix in (".mf4", ".mdf"):
         kept, decoded = mf4.read(path, names, wanted, notes, tell)
     else:
-        kept = keep(python_can.chunks(path, suffix, tell), wanted)
+        kept = keep(python_can.chunks(path, suffix, notes, tell), wanted)
     by_dbc = databases.samples(kept, described)
     described_signals = {(samples.signal, samples.kind) for samples in by_dbc}
     known = [samples for samples in j1939.samples(kept) if (samples.signal, samples.kind) not in described_signals]
     candidates = by_dbc + decoded + known
     if not candidates:
-        raise _nothing_known(path, kept)
+        raise _nothing_known(path, kept, described, notes)
     return candidates
 
 
-def _nothing_known(path: Path, kept: Kept) -> OncenterError:
+def _nothing_known(
+    path: Path, kept: Kept, described: Sequence[databases.Definition], notes: Sequence[str]
+) -> OncenterError:
     if kept.total == 0:
-        return OncenterError(f"no CAN data frames in {path.name}", code="empty_log")
+        return OncenterError(f"no CAN data frames in {path.name} (CAN FD is not read)", code="empty_log")
+    if described:
+        messages = ", ".join(f"{d.message.name} (0x{d.message.frame_id:X})" for d in described)
+        return OncenterError(
+            f"{path.name} has none of the messages in which the DBC has our signals: {messages}",
+            code="missing_signal",
+            needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
+        )
+    if kept.standard_frames == kept.total and notes:
+        return OncenterError(f"no known signal in {path.name}: {'; '.join(notes)}", code="not_j1939")
     if kept.standard_frames == kept.total:
         return OncenterError(
             f"{path.name} has only 11-bit identifiers ({kept.total} frames): that is not J1939; give a DBC with --dbc",
@@ -169,18 +195,7 @@ def _signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str],
             code="missing_signal",
             needs=tuple(dict.fromkeys(samples.signal for samples in candidates)),
         )
-    notes += _about_sensor_type(chosen)
     table, rate = clock.to_one_tick(chosen, path.name, notes)
     if table.height < 2:
         raise OncenterError(f"{path.name} has {table.height} ticks, at least 2 are needed", code="too_short")
     return Signals(table, sources, rate, os.fspath(path), tuple(notes))
-
-
-def _about_sensor_type(chosen: Sequence[Samples]) -> list[str]:
-    for samples in chosen:
-        if samples.signal == "steering_wheel_angle_sensor_type" and (samples.values == 0).any():
-            return [
-                "the steering wheel angle sensor is relative (SPN 1812 is 0): its angle may be off by whole turns "
-                "after each ignition, so the offset is known modulo 360 deg only"
-            ]
-    return []

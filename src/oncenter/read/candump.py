@@ -7,6 +7,7 @@ eight characters at once as one number. Lines that are written in any other way 
 from __future__ import annotations
 
 import re
+from codecs import BOM_UTF8
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -33,7 +34,9 @@ _CONSOLE_LINE = re.compile(
     rb"\s*\(" + _STAMP + rb"\)\s+(\S+)\s+(?:[RT]X\s+\S+\s+\S+\s+)?([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})\s+\[0?\d\]"
     rb"\s*((?:[0-9A-Fa-f]{2}\s*){0,8})(?:'.*')?\s*"
 )
-_NO_DATA_LINE = re.compile(rb".*(#R\d?|##[0-9A-Fa-f]+|remote request|ERRORFRAME|\[\d\d\].*)(\s+[RT])?\s*", re.DOTALL)
+_NO_DATA_LINE = re.compile(
+    rb".*(#R\d?|##[0-9A-Fa-f]+|remote request|ERRORFRAME|\[\d\d\].*)(\s+[RT])?\s*|\t[a-z-]+(\{.*\})?\s*", re.DOTALL
+)
 
 
 def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
@@ -47,6 +50,8 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
     first_bad = ""
     with path.open("rb") as file:
         rest = b""
+        if file.read(len(BOM_UTF8)) != BOM_UTF8:
+            file.seek(0)
         while block := file.read(BLOCK_BYTES):
             done += len(block)
             whole, newline, rest = (rest + block).rpartition(b"\n")
@@ -82,7 +87,7 @@ def _not_candump(path: Path, line: str) -> OncenterError:
 
 
 def _quoted(line: int, text: bytes) -> str:
-    shown = text[:40].decode("ascii", "backslashreplace").strip()
+    shown = text[:40].decode("latin-1").strip()
     return f"line {line} reads {shown!r}"
 
 

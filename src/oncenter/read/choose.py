@@ -113,7 +113,7 @@ def _first(having: Sequence[Samples], signal: str, log: str) -> Samples:
         if other.kind == best.kind and _disagree(best, other):
             raise OncenterError(
                 f"{best.description} and {other.description} disagree about {signal} in {log}: "
-                f"name one with --source {signal}={_short(best)}",
+                f"name one with --source {_quoted(f'{signal}={_short(best)}')}",
                 code="sources_disagree",
                 needs=(signal,),
             )
@@ -122,6 +122,11 @@ def _first(having: Sequence[Samples], signal: str, log: str) -> Samples:
 
 def _short(samples: Samples) -> str:
     return samples.description if samples.address is None else f"0x{samples.address:02X}"
+
+
+def _quoted(pair: str) -> str:
+    """As a shell takes it for one word."""
+    return f'"{pair}"' if " " in pair else pair
 
 
 def _disagree(one: Samples, other: Samples) -> bool:

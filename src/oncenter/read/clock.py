@@ -20,6 +20,7 @@ RATE_SLACK = 0.03  # a clock that is so much too slow still counts as 20 Hz
 STEADY_JITTER = 0.05  # of the step
 HOLE_S = 5.0  # a longer silence of all signals has no rows
 BRIDGE_PERIODS, BRIDGE_MIN_S = 2.5, 0.05  # what interpolation may span between two samples
+SLOWER = 0.75  # of a table's rate: every second cell of the column is empty, or more
 ON_TICK_S = 1e-6  # a sample so near a tick is at it; epoch stamps resolve 0.24 us
 LATEST_S = 1e11  # beyond the year 5000: not seconds
 BACKWARD_SHARE = 0.1  # of the steps; more is not a scratch but a log that has no time
@@ -40,7 +41,7 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
         every = math.ceil(rate / FASTEST_HZ - 1e-3)
         if every > 1:
             notes.append(f"{rate:.4g} Hz is more than needed: every {every}. row is taken")
-        columns = {SIGNALS[s.signal].column: s.values[::every] for s in chosen}
+        columns = {SIGNALS[s.signal].column: _bridged_if_slower(s, rate)[::every] for s in chosen}
         return pl.DataFrame({"time_s": chosen[0].time[::every], **columns}), rate / every
     rate = min(max(rate, SLOWEST_HZ), FASTEST_HZ)
     return _resampled([_in_order(samples, log, notes) for samples in chosen], rate), rate
@@ -156,6 +157,13 @@ def _ticks(chosen: Sequence[Samples], rate: float) -> Column:
     pieces = [np.arange(a, b + 1) for a, b in zip(from_tick.tolist(), to_tick.tolist(), strict=True)]
     ticks: Column = origin + np.concatenate(pieces) / rate
     return ticks
+
+
+def _bridged_if_slower(samples: Samples, rate: float) -> Column:
+    """A column of a table of that rate; one that is empty between the numbers of a slower signal, as its frames are."""
+    if samples.rate_hz > SLOWER * rate or not np.all(np.diff(samples.time) > 0):
+        return samples.values
+    return _at(samples, samples.time, {})
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -98,11 +99,20 @@ def _fields(message: Message, layout: Signal, names: Mapping[str, SignalName], n
         if signal in SIGNALS and entry.name in (layout.name, f"{message.name}.{layout.name}")
     ]
     fields = by_names or _by_spn_or_name(layout, notes)
-    if fields and (layout.multiplexer_ids or _place(layout)[1] > 64):
-        what = "multiplexed" if layout.multiplexer_ids else "beyond eight bytes"
-        notes.append(f"{fields[0].signal or layout.name}: {message.name}.{layout.name} is {what} and was left out")
+    if fields and any(_place(part)[1] > 64 for part in (layout, *_selectors(message, layout))):
+        notes.append(
+            f"{fields[0].signal or layout.name}: {message.name}.{layout.name} is beyond eight bytes and was left out"
+        )
         return []
     return fields
+
+
+def _selectors(message: Message, layout: Signal) -> list[Signal]:
+    """The multiplexers that decide whether a frame has a signal, the nearest first."""
+    if not layout.multiplexer_ids or layout.multiplexer_signal is None:
+        return []
+    selector = message.get_signal_by_name(layout.multiplexer_signal)
+    return [selector, *_selectors(message, selector)]
 
 
 def _by_spn_or_name(layout: Signal, notes: list[str]) -> list[Field]:
@@ -160,7 +170,7 @@ def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
         given += [
             Samples(
                 signal,
-                on_bus.time,
+                time,
                 values,
                 message.name,
                 description,
@@ -168,28 +178,37 @@ def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
                 source if message.is_extended_frame else None,
                 labels,
             )
-            for signal, values, rank in _values(definition, on_bus)
+            for signal, time, values, rank in _values(definition, on_bus)
         ]
     return given
 
 
-def _values(definition: Definition, frames: Frames) -> list[tuple[str, Column, int]]:
-    """Signals of one source in SI, and their rank: named ones come before all others."""
-    direct = [
-        (field.signal, decode(field.layout, frames) * field.factor, -1)
-        for field in definition.fields
-        if field.signal is not None
-    ]
+def _values(definition: Definition, frames: Frames) -> list[tuple[str, Column, Column, int]]:
+    """Signals of one source with their time, in SI, and their rank: named ones come before all others."""
+    message, direct = definition.message, []
+    for field in definition.fields:
+        if field.signal is not None:
+            having = frames.where(_has(message, field.layout, frames))
+            direct.append((field.signal, having.time, decode(field.layout, having) * field.factor, -1))
     groups: dict[int, dict[int, Column]] = {}
     for field in definition.fields:
         if field.parameter is not None and field.group is not None:
             values = decode(field.layout, frames) * field.factor
+            values[~_has(message, field.layout, frames)] = np.nan
             groups.setdefault(field.group.pgn, {})[field.parameter.spn] = values
     return direct + [
-        (signal, values, j1939.rank(signal, j1939.MESSAGES[pgn].name))
+        (signal, frames.time, values, j1939.rank(signal, j1939.MESSAGES[pgn].name))
         for pgn, by_spn in groups.items()
         for signal, values in j1939.signals_of(j1939.MESSAGES[pgn], by_spn).items()
     ]
+
+
+def _has(message: Message, layout: Signal, frames: Frames) -> npt.NDArray[np.bool_]:
+    """Which frames have a signal, as their multiplexers say."""
+    has = np.ones(len(frames), bool)
+    for part, selector in pairwise([layout, *_selectors(message, layout)]):
+        has &= np.isin(_raw(selector, frames), part.multiplexer_ids or [])
+    return has
 
 
 def decode(layout: Signal, frames: Frames) -> Column:
@@ -198,11 +217,9 @@ def decode(layout: Signal, frames: Frames) -> Column:
     No number is, in 29-bit messages, what J1939 reserves (top byte 0xFB and above), and anything outside the range
     that the DBC gives.
     """
-    shift, last = _place(layout)
-    words = frames.data if layout.byte_order == "little_endian" else frames.data.byteswap()
-    raw = (words >> np.uint64(shift)) & np.uint64((1 << layout.length) - 1)
+    raw = _raw(layout, frames)
     values = _number(raw, layout) * float(layout.scale) + float(layout.offset)
-    values[frames.length.astype(np.int64) * 8 < last] = np.nan
+    values[frames.length.astype(np.int64) * 8 < _place(layout)[1]] = np.nan
     if layout.length in (8, 16, 32) and not layout.is_signed and not layout.is_float:
         reserved = raw >> np.uint64(layout.length - 8) > 0xFA
         values[reserved & frames.extended] = np.nan
@@ -211,6 +228,12 @@ def decode(layout: Signal, frames: Frames) -> Column:
         slack = abs(float(layout.scale))
         values[(values < low - slack) | (values > high + slack)] = np.nan
     return values
+
+
+def _raw(layout: Signal, frames: Frames) -> npt.NDArray[np.uint64]:
+    words = frames.data if layout.byte_order == "little_endian" else frames.data.byteswap()
+    shift, _ = _place(layout)
+    return (words >> np.uint64(shift)) & np.uint64((1 << layout.length) - 1)
 
 
 def _place(layout: Signal) -> tuple[int, int]:

@@ -9,6 +9,7 @@ import logging
 import sys
 import traceback
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -51,9 +52,26 @@ def read(
             start = mdf.start_time.timestamp()
             kept = keep(_frames(mdf, start, progress), wanted)
             decoded = _decoded(mdf, start, names, notes)
+            if not decoded and not kept.total:
+                raise _nothing_known(path, mdf, notes)
     in_time = np.argsort(kept.frames.time, kind="stable")
     frames = Frames(*(getattr(kept.frames, column)[in_time] for column in Frames.__dataclass_fields__))
     return Kept(frames, kept.pgn_frames, kept.standard_frames), decoded
+
+
+def _nothing_known(path: Path, mdf: MDF, notes: list[str]) -> OncenterError:
+    names = {channel.name for group in _filled_groups(mdf) for channel in mdf.groups[group].channels}
+    channels = sorted(names - {"time", "t", "timestamps"})
+    if not channels:
+        return OncenterError(f"{path.name} has no samples", code="empty_log")
+    more = f" and {len(channels) - 12} more" if len(channels) > 12 else ""
+    shown = ", ".join(repr(name[:40]) for name in channels[:12]) + more
+    return OncenterError(
+        f"{'; '.join(['no CAN data frames and no known signal', *notes])} in {path.name}: its channels are {shown}; "
+        "name them in a [signals] table",
+        code="missing_signal",
+        needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
+    )
 
 
 @contextlib.contextmanager
@@ -62,6 +80,9 @@ def _asammdf(path: Path) -> Iterator[None]:
     logger = logging.getLogger("asammdf")
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)
+    frozen_by_others = gc.get_freeze_count() > 0
+    if not frozen_by_others:
+        gc.freeze()  # what was there before need not be searched when asammdf fails
     try:
         with (
             warnings.catch_warnings(),
@@ -79,6 +100,8 @@ def _asammdf(path: Path) -> Iterator[None]:
             f"cannot read {path.name}, it is damaged or of another format: {reason[:160]}", code="unreadable_log"
         ) from None
     finally:
+        if not frozen_by_others:
+            gc.unfreeze()
         logger.setLevel(level)
 
 
@@ -136,7 +159,7 @@ def _frames_of_group(mdf: MDF, group: int, start: float) -> Frames:
     bus = np.zeros(len(fields), np.uint64)
     for number in np.unique(channel).tolist():
         bus[channel == number] = bus_code(f"CAN{number}")
-    return Frames(
+    frames = Frames(
         signal.timestamps + start,
         identifier & np.uint32((1 << 29) - 1),
         extended,
@@ -144,15 +167,20 @@ def _frames_of_group(mdf: MDF, group: int, start: float) -> Frames:
         length.astype(np.uint8),
         bus,
     )
+    flexible = field("EDL", 0).astype(bool)  # CAN FD
+    return frames.where(~flexible) if flexible.any() else frames
 
 
 def _decoded(mdf: MDF, start: float, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
     given: list[Samples] = []
+    count = Counter(channel.name for group in _filled_groups(mdf) for channel in mdf.groups[group].channels)
     for group in _filled_groups(mdf):
         channels = [channel.name for channel in mdf.groups[group].channels]
         if any("Frame" in name and name.startswith(("CAN_", "LIN_", "FLX_", "ETH_")) for name in channels):
             continue
         reader = _Group(mdf, group, start)
+        if not reader.label and any(count[name] > 1 for name in channels[1:]):
+            reader.label = f"group {group}"  # or else its channels could not be told from others of their name
         for index, name in enumerate(channels):
             given += _named_channel(reader, index, name, names, notes)
         given += _j1939_channels(reader, channels, names, notes)

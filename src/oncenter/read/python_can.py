@@ -13,6 +13,7 @@ import numpy as np
 
 from oncenter.errors import OncenterError
 from oncenter.read.frames import Frames, bus_code
+from oncenter.read.text_lines import AscLines, TextLines
 
 if TYPE_CHECKING:
     import can
@@ -20,44 +21,69 @@ if TYPE_CHECKING:
 FRAMES_PER_CHUNK = 100_000
 
 
-def chunks(path: Path, suffix: str, progress: Callable[[float], None]) -> Iterator[Frames]:
-    """Frames of a log, many at a time.
+def chunks(path: Path, suffix: str, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
+    """Frames of a log, many at a time; notes say what is left out.
 
     Raises:
         OncenterError: python-can cannot read it, or it is shorter than it says.
     """
     size = max(path.stat().st_size, 1)
-    with path.open("rb") as file, _quiet():
-        messages = _messages(path, suffix, file, size)
+    with path.open("rb") as file, _complaints() as complaints:
+        text = None if suffix == ".blf" else AscLines(file, path.name) if suffix == ".asc" else TextLines(file)
+        messages = _messages(path, file, size, text, notes)
         while frames := _some(path, messages):
             progress(1.0 if file.closed else min(file.tell() / size, 1.0))
             yield frames
+    if text is not None and text.cut_off:
+        notes.append(f"the last line of {path.name} is cut off and was left out")
+    if complaints:
+        notes.append(
+            f"{len(complaints)} lines of {path.name} were left out, the first as python-can says: {complaints[0]}"
+        )
+
+
+class _Complaints(logging.Handler):
+    """What python-can logs about single lines that it leaves out."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.said: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.said.append(record.getMessage()[:100])
 
 
 @contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """What python-can logs about a damaged file is in the error we raise."""
-    logger = logging.getLogger("can")
-    before, logger.disabled = logger.disabled, True
+def _complaints() -> Iterator[list[str]]:
+    """Kept from the terminal, for our notes."""
+    logger, heard = logging.getLogger("can"), _Complaints()
+    before, logger.propagate = logger.propagate, False
+    logger.addHandler(heard)
     try:
-        yield
+        yield heard.said
     finally:
-        logger.disabled = before
+        logger.removeHandler(heard)
+        logger.propagate = before
 
 
-def _messages(path: Path, suffix: str, file: io.BufferedReader, size: int) -> Iterator[can.Message]:
+def _messages(
+    path: Path, file: io.BufferedReader, size: int, text: TextLines | None, notes: list[str]
+) -> Iterator[can.Message]:
     from can.io import asc, blf, trc
 
     try:
-        if suffix == ".blf":
-            reader = blf.BLFReader(file)
-            if reader.file_size > size:
-                raise OncenterError(
-                    f"{path.name} is cut off: {size} of {reader.file_size} bytes are there", code="unreadable_log"
-                )
-            return iter(reader)
-        text = io.TextIOWrapper(file, encoding="utf-8", errors="replace")
-        return iter(trc.TRCReader(text) if suffix == ".trc" else asc.ASCReader(text, relative_timestamp=False))
+        if isinstance(text, AscLines):
+            return iter(asc.ASCReader(text, relative_timestamp=False))
+        if text is not None:
+            return iter(trc.TRCReader(text))
+        reader = blf.BLFReader(file)
+        if reader.file_size == 0:
+            notes.append(f"{path.name} was never closed by its logger: read up to its last whole part")
+        if reader.file_size > size:
+            raise OncenterError(
+                f"{path.name} is cut off: {size} of {reader.file_size} bytes are there", code="unreadable_log"
+            )
+        return iter(reader)
     except OncenterError:
         raise
     except Exception as error:  # python-can's readers let struct, zlib, value and index errors through
@@ -77,6 +103,8 @@ def _some(path: Path, messages: Iterator[can.Message]) -> Frames | None:
             if len(rows) == FRAMES_PER_CHUNK:
                 break
         return _frames(rows) if rows else None
+    except OncenterError:
+        raise
     except Exception as error:  # as above
         raise _unreadable(path, error) from error
 

@@ -41,8 +41,9 @@ class Samples:
 
     @property
     def rate_hz(self) -> float:
-        """Median rate of the source's own messages; 0 below two samples."""
-        return median_rate(self.time)
+        """Median rate of the source's own numbers; 0 below two. Cells that a table leaves empty are no samples."""
+        available = ~np.isnan(self.values)
+        return median_rate(self.time if available.all() else self.time[available])
 
 
 def median_rate(time: Column) -> float:

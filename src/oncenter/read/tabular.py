@@ -1,9 +1,7 @@
-"""CSV and Parquet: columns whose names say their units, or that a `[signals]` table names."""
+"""CSV and Parquet: columns whose names say their units, or that a `[signals]` table or a row of units names."""
 
 from __future__ import annotations
 
-import gzip
-import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -11,103 +9,129 @@ import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
-from oncenter.read.frames import Column
+from oncenter.read.csv_text import csv_text, separator_of, with_header_as_long_as_rows
+from oncenter.read.numbers import numbers
 from oncenter.read.samples import Samples
-from oncenter.read.units import TIME, columns_that_would_do, factors, named_unit, unit_by_suffix
+from oncenter.read.time_column import seconds, time_column
+from oncenter.read.units import columns_that_would_do, factors, is_unit, named_unit, unit_by_suffix, unit_key
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
 
-_NO_NUMBER = ("", "na", "n/a", "nan", "null", "none")  # what CSV writers put for "not available"
 _POLARS_ERRORS = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
+_SECOND = "_duplicated_0"  # what polars adds to a column of a name that was there before
+Wanted = tuple[str, str, float]  # column, signal, factor to SI with sign
 
 
 def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
-    """Signals of a `.csv` or `.csv.gz`; separators , ; tab; a decimal comma where ; separates."""
-    text = _csv_text(path)
-    header = text.lstrip(b"\xef\xbb\xbf\r\n ").split(b"\n", 1)[0]
-    if not header.strip():
-        raise OncenterError(f"{path.name} is empty", code="empty_log")
-    separator = max(",;\t", key=lambda mark: header.count(mark.encode()))
+    """Signals of a `.csv` or `.csv.gz`; separators , ; tab; a decimal comma where ; or tab separates."""
+    text = csv_text(path)
+    separator = separator_of(text)
+    text = with_header_as_long_as_rows(text, separator)
     try:
         frame = pl.read_csv(text, separator=separator, infer_schema=False, encoding="utf8-lossy")
     except _POLARS_ERRORS as error:
         raise _unreadable(path, error) from error
     frame = frame.rename({name: name.strip() for name in frame.columns}) if _distinct(frame.columns) else frame
-    if separator == ";":
-        frame = frame.with_columns(pl.all().str.replace(",", ".", literal=True))
-    time_column, wanted = _columns(path, frame.columns, names, notes)
-    return _samples(path, frame, time_column, wanted, names, notes)
+    frame, units = _without_units_row(frame)
+    if separator != ",":
+        frame = _with_decimal_points(frame)
+    wanted = _columns(path, frame.columns, names, units, notes)
+    return _samples(path, frame, time_column(path, frame.columns, names), wanted, names, units, notes)
 
 
 def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
     """Signals of a `.parquet`."""
     try:
         columns = list(pl.read_parquet_schema(path))
-        time_column, wanted = _columns(path, columns, names, notes)
-        needed = dict.fromkeys([time_column, *(column for column, _, _ in wanted)])
+        wanted = _columns(path, columns, names, {}, notes)
+        when = time_column(path, columns, names)
+        needed = dict.fromkeys([when, *(column for column, _, _ in wanted)])
         frame = pl.read_parquet(path, columns=list(needed))
     except _POLARS_ERRORS as error:
         raise _unreadable(path, error) from error
-    return _samples(path, frame, time_column, wanted, names, notes)
+    return _samples(path, frame, when, wanted, names, {}, notes)
 
 
 def _distinct(columns: Sequence[str]) -> bool:
     return len({name.strip() for name in columns}) == len(columns)
 
 
-def _csv_text(path: Path) -> bytes:
-    data = path.read_bytes()
-    if not path.name.lower().endswith(".gz"):
-        return data
-    try:
-        return gzip.decompress(data)
-    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise _unreadable(path, error) from error
+def _without_units_row(frame: pl.DataFrame) -> tuple[pl.DataFrame, dict[str, str]]:
+    """Some loggers write a row of units below the header: the rest, and the units by column."""
+    first = frame.head(1)
+    if not first.height or any(number is not None for number in first.cast(pl.Float64, strict=False).row(0)):
+        return frame, {}
+    units = {name: (cell or "").strip().strip("[]()") for name, cell in first.row(0, named=True).items()}
+    if sum(is_unit(unit) for unit in units.values()) < 2:
+        return frame, {}
+    return frame.slice(1), units
+
+
+def _with_decimal_points(frame: pl.DataFrame) -> pl.DataFrame:
+    """Decimal points for commas, but in columns that have points as well: there a comma parts thousands, or is dirt."""
+    pointed = frame.select(pl.all().str.contains(".", literal=True).any()).row(0) if frame.height else ()
+    commas = [name for name, has_point in zip(frame.columns, pointed, strict=False) if not has_point]
+    return frame.with_columns(pl.col(commas).str.replace(",", ".", literal=True))
 
 
 def _unreadable(path: Path, error: BaseException) -> OncenterError:
     reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
+    if "more fields" in reason:
+        reason = "a row has more fields than the header (decimal commas need ; or tabs between columns)"
     return OncenterError(f"cannot read {path.name}: {reason}", code="unreadable_log")
 
 
 def _samples(
     path: Path,
     frame: pl.DataFrame,
-    time_column: str,
-    wanted: Sequence[tuple[str, str, float]],
+    when: str,
+    wanted: Sequence[Wanted],
     names: Mapping[str, SignalName],
+    units: Mapping[str, str],
     notes: list[str],
 ) -> list[Samples]:
-    """Columns in SI; `wanted` is column, signal and factor."""
-    time = _numbers(path, frame[time_column]) * _time_factor(time_column, names)
+    """Columns in SI."""
+    for column in (when, *(column for column, _, _ in wanted)):
+        if column + _SECOND in frame.columns:
+            raise OncenterError(
+                f"two columns of {path.name} are called {column}: which one is meant?", code="ambiguous_column"
+            )
+    time = seconds(path, frame[when], names, units.get(when))
     stamped = np.isfinite(time)
-    if not stamped.all():
-        notes.append(f"{int((~stamped).sum())} rows of {path.name} have no time and were left out")
+    empty = int((~stamped).sum())
+    if empty and frame.filter(~stamped).select(pl.any_horizontal(_has_content(frame)).any()).item():
+        notes.append(f"{empty} rows of {path.name} have no time and were left out")
     time = time[stamped]
     if len(time) < 2:
         raise OncenterError(f"{path.name} has {len(time)} rows with a time, at least 2 are needed", code="too_short")
     given = []
     for column, signal, factor in wanted:
-        values = _numbers(path, frame[column])[stamped] * factor
+        values = numbers(path, frame[column])[stamped] * factor
         values[~np.isfinite(values)] = np.nan
         rank = 0 if signal in names and names[signal].name == column else 1
         given.append(Samples(signal, time, values, "column", f"column {column}", rank, labels=(column.lower(),)))
     return given
 
 
+def _has_content(frame: pl.DataFrame) -> list[pl.Expr]:
+    """By column, whether its cells hold anything: an empty line of a CSV file is no row."""
+    return [pl.col(name).is_not_null() for name in frame.columns]
+
+
 def _columns(
-    path: Path, columns: Sequence[str], names: Mapping[str, SignalName], notes: list[str]
-) -> tuple[str, list[tuple[str, str, float]]]:
-    """The time column, and column, signal and factor to SI (with sign) of every column that is a signal."""
-    wanted = []
+    path: Path, columns: Sequence[str], names: Mapping[str, SignalName], units: Mapping[str, str], notes: list[str]
+) -> list[Wanted]:
+    """Every column that is a signal."""
+    wanted: list[Wanted] = []
     for signal in SIGNALS:
         named = names.get(signal)
         if named is not None and named.name in columns:
             known = factors(signal)
-            wanted.append((named.name, signal, named.sign * known[named_unit(signal, named, known)]))
+            unit = named_unit(signal, named, known, units.get(named.name))
+            wanted.append((named.name, signal, named.sign * known[unit]))
             continue
         if named is not None:
             notes.append(f"{signal}: no column {named.name!r}, which [signals] names")
-        suffixed = _unit_suffixed(path, columns, signal)
+        suffixed = _unit_suffixed(path, columns, signal, units)
         if not suffixed:
             notes += _nearly(columns, signal)
         wanted += suffixed
@@ -120,7 +144,7 @@ def _columns(
         )
     for signal in {signal for column, signal, _ in wanted if _is_wheel_rate(column, signal, names)}:
         notes.append(f"{signal}: rad/s taken as speed with a nominal wheel radius of 0.5 m")
-    return _time_column(path, columns, names), wanted
+    return wanted
 
 
 def _is_wheel_rate(column: str, signal: str, names: Mapping[str, SignalName]) -> bool:
@@ -131,24 +155,34 @@ def _is_wheel_rate(column: str, signal: str, names: Mapping[str, SignalName]) ->
     return named_unit(signal, entry, factors(signal)) == "rad_s"
 
 
-def _unit_suffixed(path: Path, columns: Sequence[str], signal: str) -> list[tuple[str, str, float]]:
-    """Columns of a signal that are called as the contract says.
+def _unit_suffixed(path: Path, columns: Sequence[str], signal: str, units: Mapping[str, str]) -> list[Wanted]:
+    """Columns of a signal that are called as the contract says, or without the unit that the row of units gives.
 
     Raises:
-        OncenterError: the signal's column has no unit.
+        OncenterError: the signal's column has no unit, or two that contradict each other.
     """
     known = factors(signal)
     if SIGNALS[signal].quantity is PURE_NUMBER:
         return [(signal, signal, 1.0)] if signal in columns else []
     found = [(f"{signal}_{unit}", signal, factor) for unit, factor in known.items() if f"{signal}_{unit}" in columns]
-    if not found and signal in columns:
-        would_do = columns_that_would_do(signal)
-        raise OncenterError(
-            f"column {signal} of {path.name} has no unit: call it {' or '.join(would_do)}",
-            code="unit_missing",
-            needs=would_do,
-        )
-    return found
+    for column, _, factor in found:
+        written = unit_key(units.get(column, ""), known)
+        if written is not None and known[written] != factor:
+            raise OncenterError(
+                f"column {column} of {path.name} is in {units[column]!r} by its row of units: which one is meant?",
+                code="unit_ambiguous",
+            )
+    if found or signal not in columns:
+        return found
+    written = unit_key(units.get(signal, ""), known)
+    if written is not None:
+        return [(signal, signal, known[written])]
+    would_do = columns_that_would_do(signal)
+    raise OncenterError(
+        f"column {signal} of {path.name} has no unit: call it {' or '.join(would_do)}",
+        code="unit_missing",
+        needs=would_do,
+    )
 
 
 def _nearly(columns: Sequence[str], signal: str) -> list[str]:
@@ -160,54 +194,6 @@ def _nearly(columns: Sequence[str], signal: str) -> list[str]:
     ]
     would_do = " or ".join(columns_that_would_do(signal))
     return [f"{signal}: column {column} has no known unit, {would_do} would do" for column in strange]
-
-
-def _time_column(path: Path, columns: Sequence[str], names: Mapping[str, SignalName]) -> str:
-    named = names["time"].name if "time" in names else "time_s"
-    for column in (named, "time_s"):
-        if column in columns:
-            return column
-    raise OncenterError(
-        f"no time column {named!r} in {path.name}: its columns are {_listed(columns)}",
-        code="missing_time",
-        needs=("time_s",),
-    )
-
-
-def _time_factor(column: str, names: Mapping[str, SignalName]) -> float:
-    """To seconds; the unit that [signals] gives is that of the column it names."""
-    entry = names.get("time")
-    if entry is None or entry.name != column:
-        return 1.0
-    return TIME.factors[named_unit("time", entry, dict(TIME.factors))]
-
-
-def _numbers(path: Path, column: pl.Series) -> Column:
-    """A column as numbers, NaN where empty.
-
-    Raises:
-        OncenterError: text where a number belongs.
-    """
-    if column.dtype.is_numeric() or column.dtype in (pl.Boolean, pl.Null):
-        return _filled(column.cast(pl.Float64))
-    if column.dtype != pl.String:
-        raise OncenterError(
-            f"column {column.name} of {path.name} is {column.dtype}, numbers are needed", code="not_a_number"
-        )
-    text = column.str.strip_chars()
-    numbers = text.cast(pl.Float64, strict=False)
-    wrong = numbers.is_null() & text.is_not_null() & ~text.str.to_lowercase().is_in(_NO_NUMBER)
-    if wrong.any():
-        row = wrong.arg_max() or 0
-        raise OncenterError(
-            f"column {column.name}, row {row + 1} of {path.name}: {text[row][:40]!r} is not a number",
-            code="not_a_number",
-        )
-    return _filled(numbers)
-
-
-def _filled(column: pl.Series) -> Column:
-    return column.fill_null(float("nan")).to_numpy().astype(np.float64, copy=True)
 
 
 def _listed(columns: Sequence[str]) -> str:

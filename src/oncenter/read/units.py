@@ -58,6 +58,12 @@ def unit_key(written: str, known: dict[str, float]) -> str | None:
     return None
 
 
+def is_unit(written: str) -> bool:
+    """Whether any quantity is measured in it."""
+    quantities = (TIME, *(signal.quantity for signal in SIGNALS.values() if signal.quantity is not PURE_NUMBER))
+    return any(unit_key(written, dict(quantity.factors)) is not None for quantity in quantities)
+
+
 def unit_by_suffix(name: str, known: dict[str, float]) -> str | None:
     """The unit that a column's name ends with, the longest that fits, or None."""
     ending = [unit for unit in known if name.lower().endswith("_" + unit)]

@@ -19,8 +19,11 @@ def check_path(path: str | os.PathLike[str]) -> None:
         OncenterError: "output", exit code 2.
     """
     folder = Path(path).parent
-    if Path(path).is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
-        raise _unwritable(path, "no such folder" if not folder.exists() else "not a file that can be written")
+    try:
+        if Path(path).is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
+            raise _unwritable(path, "no such folder" if not folder.exists() else "not a file that can be written")
+    except OSError as error:
+        raise _unwritable(path, error.strerror) from None
 
 
 def _unwritable(path: str | os.PathLike[str], why: str | None) -> OncenterError:

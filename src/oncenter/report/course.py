@@ -27,7 +27,6 @@ class Course:
     """One row per tick of all drives in order. Angles in deg at the steering wheel unless said otherwise.
 
     Attributes:
-        turns: whole turns by which a relative angle sensor started off; taken from measured, residual and offset.
         time: driving time in `time_unit`, ascending; drives follow each other after a short pause.
         time_unit: "s" or "min".
         holes: rows before which there is a hole in the log wide enough to be seen, or a new drive.
@@ -45,7 +44,6 @@ class Course:
         understeer_gradient: deg/(m/s^2) at the road wheel; NaN before it is learned.
     """
 
-    turns: int
     time: Floats
     time_unit: str
     holes: Indices
@@ -78,37 +76,27 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
     moving = known & (speed > answer.params["speed_min_m_s"])
     has_offset = (rows["offset_status"] != _core.STATUSES.index("unobservable")) & np.isfinite(rows["offset_sd"])
     offset = np.where(has_offset, rows["offset"] / DEGREE, np.nan)
-    turns = _turns(answer, offset)
     measured = _column(answer.drives, "steering_wheel_angle_rad", 1.0 / DEGREE)
     return Course(
-        turns=turns,
         time=seconds / per_unit,
         time_unit=unit,
         holes=_holes(seconds, answer),
         starts=tuple(start / per_unit for start in starts),
-        measured=None if measured is None else measured - 360.0 * turns,
+        measured=measured,
         speed=_column(answer.drives, "vehicle_speed_m_s", 1.0),
         yaw_rate=_column(answer.drives, "yaw_rate_rad_s", 1.0 / DEGREE),
         lateral_acceleration=_column(answer.drives, "lateral_acceleration_m_s2", 1.0),
         expected=np.where(moving, steady_state / DEGREE, np.nan),
         # the core takes the curvature at 1 m/s below that
         yaw_rate_times_speed=np.where(known, motion["curvature"] * np.maximum(speed, 1.0) * speed, np.nan),
-        residual=motion["residual"] / DEGREE - 360.0 * turns,
+        residual=motion["residual"] / DEGREE,
         filtered_lateral_acceleration=motion["lateral_acceleration"],
         reasons=rows["reasons"],
         used=_used(rows["reasons"] == 0, answer.drives, answer.params["clean_time_s"]),
-        offset=offset - 360.0 * turns,
+        offset=offset,
         offset_half_width=np.where(has_offset, 1.96 * rows["offset_sd"] / DEGREE, np.nan),
         understeer_gradient=np.where(rows["understeer_gradient"] != 0.0, rows["understeer_gradient"] / DEGREE, np.nan),
     )
-
-
-def _turns(answer: Answer, offset: Floats) -> int:
-    """How many whole turns the core's last offset, in deg, is from the answer, which is given modulo a turn."""
-    known = offset[np.isfinite(offset)]
-    if not len(known) or answer.offset.value is None:
-        return 0
-    return round((float(known[-1]) - answer.offset.value / DEGREE) / 360.0)
 
 
 def _driving_time(times: list[Floats]) -> tuple[Floats, list[float]]:

@@ -174,9 +174,6 @@ def _reasons(params: Mapping[str, float]) -> dict[str, str]:
 def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
     count = len(drive.starts)
     several = f"<p>{count} drives, one after the other, parted by dotted lines.</p>" if count > 1 else ""
-    relative = (
-        f"<p>The angle sensor is relative: {drive.turns} whole turns are taken from it here.</p>" if drive.turns else ""
-    )
     slope = "i·K<sub>us</sub>·a<sub>y</sub>"
     play = ", dashed the two flanks of the play" if _known(answer.backlash) else ""
     line = {"estimate": f"offset + {slope}, with the offset's 95 % interval{play}"} if _known(answer.offset) else {}
@@ -184,7 +181,7 @@ def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
     return "\n".join(
         [
             "<section>\n<h2>The drive</h2>",
-            several + relative,
+            several,
             _key(measured="measured", estimate=f"expected from the motion without offset, i·L·r/v + {slope}"),
             divs.get("angle", _nothing("The log has no steering wheel angle.")),
             divs.get("speed", ""),

@@ -23,6 +23,7 @@ Array = npt.NDArray[np.float64]
 RATE_HZ = 100.0
 _STEPS_PER_TICK = 4  # 2.5 ms: the stiffest mode, yaw and side slip at 2 m/s, is 40 1/s
 _OFF_THE_ROAD_M = 8.0  # from the lane's middle
+_TIPS_OVER_M_S2 = 7.0  # a tractor alone; whatever has a higher centre of gravity does long before
 
 ROW_DTYPE = np.dtype([(name, np.float64) for name, _ in ffi.typeof("sim_row").fields])
 assert ROW_DTYPE.itemsize == ffi.sizeof("sim_row")  # doubles only, as the header promises
@@ -71,6 +72,7 @@ def run(
     rows = np.empty(len(lane_normals), ROW_DTYPE)
     lib.sim_run(drive, inputs, len(rows), ffi.from_buffer("sim_row[]", rows))
     _check_held(scenario, rows)
+    _check_upright(scenario, rows)
     _check_long_enough(scenario, road, rows)
     return rows
 
@@ -113,6 +115,19 @@ def _native_drive(scenario: Scenario, road: LaidRoad, lent: _Lent) -> Any:
     if scenario.truck.lift_axle_up_s:
         drive.lifted = native_truck(scenario.truck, scenario.steering, lifted=True)[0]
     return drive
+
+
+def _check_upright(scenario: Scenario, rows: npt.NDArray[np.void]) -> None:
+    over = np.abs(rows["lateral_acceleration"]) > _TIPS_OVER_M_S2
+    if not over.any():
+        return
+    raise OncenterError(
+        f"scenario {scenario.name}: the truck tips over after {rows['time'][np.argmax(over)]:.1f} s, at a lateral "
+        f"acceleration above {_TIPS_OVER_M_S2:g} m/s^2; a lower 'driver.speed_km_h' or a gentler 'road' or 'manoeuvre' "
+        "would do",
+        code="scenario_file",
+        exit_code=WRONG_USAGE,
+    )
 
 
 def _check_held(scenario: Scenario, rows: npt.NDArray[np.void]) -> None:

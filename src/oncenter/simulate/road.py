@@ -164,13 +164,15 @@ def _measured(scenario: Scenario, road: CsvRoad) -> LaidRoad:
     """As the file has it, in straight lines between its rows, no faster than the driver's fastest."""
     station_m, *columns = _read_csv(road.file)
     length_m = station_m[-1] - station_m[0]
-    at_m = np.arange(0.0, length_m + _FINE_M, _FINE_M)
+    at_m = np.arange(0.0, min(length_m, _reach_m(scenario)) + _FINE_M, _FINE_M)
     curvature, cross_slope, speed = (np.interp(at_m, station_m - station_m[0], column) for column in columns)
     fastest_m_s = scenario.driver.speed_km_h[1] / 3.6
     return _without_stops(curvature, cross_slope, np.minimum(speed, fastest_m_s), _FINE_M, length_m)
 
 
 def _read_csv(file: Path) -> list[Array]:
+    if not file.is_file():  # polars would read every file of a folder
+        raise _refusal(file, "cannot be read: there is no such file")
     try:
         table = pl.read_csv(file, schema_overrides=dict.fromkeys(_CSV_COLUMNS, pl.Float64))
     except OSError as error:

@@ -9,17 +9,28 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from oncenter.signals import DEGREE
-from oncenter.simulate.section import NotNegative, Positive, PositiveRange, Section, in_order
+from oncenter.simulate.section import (
+    Length,
+    LengthRange,
+    NotNegative,
+    Number,
+    Positive,
+    PositiveRange,
+    Range,
+    Section,
+    Whole,
+    in_order,
+)
 
-CrossSlope = Annotated[float, Field(ge=-15, le=15)]
+CrossSlope = Annotated[Number, Field(ge=-15, le=15)]
 
 
 class _Road(Section):
     """What every road has."""
 
-    heading_deg: Annotated[float, Field(ge=0, lt=360)] = 0.0
-    rough_bank_sd_percent: Annotated[float, Field(ge=0, le=2)] = 0.0
-    rough_bank_length_m: Annotated[float, Field(ge=5, le=1000)] = 40.0
+    heading_deg: Annotated[Number, Field(ge=0, lt=360)] = 0.0
+    rough_bank_sd_percent: Annotated[Number, Field(ge=0, le=2)] = 0.0
+    rough_bank_length_m: Annotated[Number, Field(ge=5, le=1000)] = 40.0
 
 
 class BendsRoad(_Road):
@@ -27,9 +38,9 @@ class BendsRoad(_Road):
 
     kind: Literal["bends"] = "bends"
     crown_percent: CrossSlope
-    superelevation_max_percent: Annotated[float, Field(ge=0, le=8)] | None = None
-    straight_length_m: PositiveRange
-    bend_radius_m: Annotated[tuple[float, float], Field(), AfterValidator(in_order)]
+    superelevation_max_percent: Annotated[Number, Field(ge=0, le=8)] | None = None
+    straight_length_m: LengthRange
+    bend_radius_m: Range
     bend_angle_deg: PositiveRange
     bend_side: Literal["left", "right", "both"] = "both"
     clothoid_length_m: PositiveRange
@@ -44,8 +55,8 @@ class BendsRoad(_Road):
 
 
 class RoadSection(Section):
-    length_m: Positive
-    turn_deg: Annotated[float, Field(ge=-360, le=360)] = 0.0
+    length_m: Length
+    turn_deg: Annotated[Number, Field(ge=-360, le=360)] = 0.0
     cross_slope_percent: CrossSlope | None = None
     speed_km_h: Positive | None = None
 
@@ -56,7 +67,7 @@ class SectionsRoad(_Road):
     kind: Literal["sections"]
     crown_percent: CrossSlope
     clothoid_length_m: Positive
-    repeat: bool
+    repeat: Annotated[bool, Field(strict=True)]
     sections: Annotated[tuple[RoadSection, ...], Field(min_length=1)]
 
     @model_validator(mode="after")
@@ -107,23 +118,23 @@ Road = Annotated[
 class Stops(Section):
     """Where the road makes the truck stop and stand."""
 
-    spacing_m: PositiveRange
+    spacing_m: LengthRange
     duration_s: PositiveRange
 
 
 class Wind(Section):
     """Blows over open land; its force acts in front of the centre of gravity."""
 
-    mean_m_s: Annotated[float, Field(ge=0, le=30)]
-    from_deg: Annotated[float, Field(ge=0, lt=360)]
-    gust_sd_m_s: Annotated[float, Field(ge=0, le=10)]
+    mean_m_s: Annotated[Number, Field(ge=0, le=30)]
+    from_deg: Annotated[Number, Field(ge=0, lt=360)]
+    gust_sd_m_s: Annotated[Number, Field(ge=0, le=10)]
     gust_time_s: Positive
     side_area_m2: Positive
-    side_force_coefficient: Annotated[float, Field(gt=0, le=3)]
-    force_arm_m: Annotated[float, Field(ge=-10, le=10)]
+    side_force_coefficient: Annotated[Number, Field(gt=0, le=3)]
+    force_arm_m: Annotated[Number, Field(ge=-10, le=10)]
 
 
-_MachineAngle = Annotated[float, Field(ge=-1000, le=1000)]
+_MachineAngle = Annotated[Number, Field(ge=-1000, le=1000)]
 
 
 class ProfileManoeuvre(Section):
@@ -150,7 +161,7 @@ class RampManoeuvre(Section):
     from_deg: _MachineAngle
     hold_s: NotNegative
     to_deg: _MachineAngle
-    rate_deg_s: Annotated[float, Field(gt=0, le=2000)]
+    rate_deg_s: Annotated[Number, Field(gt=0, le=2000)]
 
 
 class WeaveManoeuvre(Section):
@@ -158,27 +169,30 @@ class WeaveManoeuvre(Section):
 
     kind: Literal["weave"]
     begin_s: NotNegative
-    amplitude_deg: Annotated[float, Field(gt=0, le=500)]
-    frequency_hz: Annotated[tuple[Annotated[float, Field(gt=0, le=5)], ...], Field(min_length=1)]
-    cycles: Annotated[int, Field(ge=1, le=1000)]
+    amplitude_deg: Annotated[Number, Field(gt=0, le=500)]
+    frequency_hz: Annotated[tuple[Annotated[Number, Field(gt=0, le=5)], ...], Field(min_length=1)]
+    cycles: Annotated[Whole, Field(ge=1, le=1000)]
     pause_s: NotNegative
 
 
 Manoeuvre = Annotated[ProfileManoeuvre | RampManoeuvre | WeaveManoeuvre, Field(discriminator="kind")]
 
 
+_DrivenSpeed = Annotated[Number, Field(ge=1, le=150)]
+
+
 class Driver(Section):
-    speed_km_h: Annotated[tuple[Positive, Annotated[float, Field(le=150)]], AfterValidator(in_order)]
-    speed_section_length_m: PositiveRange
-    bend_lateral_acceleration_max_m_s2: Annotated[float, Field(gt=0, le=4)]
-    acceleration_max_m_s2: Annotated[float, Field(gt=0, le=5)]
-    deceleration_max_m_s2: Annotated[float, Field(gt=0, le=8)]
-    preview_time_s: Annotated[float, Field(ge=0.5, le=10)]
-    preview_gain: Annotated[float, Field(gt=0, le=2)]
-    trim_time_s: Positive
-    reaction_time_s: Annotated[float, Field(ge=0, le=1)]
-    arm_frequency_rad_s: Annotated[float, Field(ge=1, le=100)]
-    lane_wander_sd_m: NotNegative
+    speed_km_h: Annotated[tuple[_DrivenSpeed, _DrivenSpeed], AfterValidator(in_order)]
+    speed_section_length_m: LengthRange
+    bend_lateral_acceleration_max_m_s2: Annotated[Number, Field(ge=0.1, le=4)]
+    acceleration_max_m_s2: Annotated[Number, Field(ge=0.05, le=5)]
+    deceleration_max_m_s2: Annotated[Number, Field(ge=0.05, le=8)]
+    preview_time_s: Annotated[Number, Field(ge=0.5, le=10)]
+    preview_gain: Annotated[Number, Field(gt=0, le=2)]
+    trim_time_s: Annotated[Number, Field(ge=1, le=1000)]
+    reaction_time_s: Annotated[Number, Field(ge=0, le=1)]
+    arm_frequency_rad_s: Annotated[Number, Field(ge=1, le=100)]
+    lane_wander_sd_m: Annotated[Number, Field(ge=0, le=1)]
     lane_wander_time_s: Positive
-    hand_motion_sd_deg: NotNegative
+    hand_motion_sd_deg: Annotated[Number, Field(ge=0, le=10)]
     hand_motion_time_s: Positive

@@ -21,13 +21,13 @@ from pydantic import (
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.simulate.road_sections import Driver, Manoeuvre, Road, Stops, Wind
-from oncenter.simulate.section import NotNegative, Section
+from oncenter.simulate.section import NotNegative, Number, Section
 from oncenter.simulate.sensor_sections import Can, Sensors, begins_s
 from oncenter.simulate.truck_sections import Steering, Truck
 
 
 class Drive(Section):
-    duration_s: Annotated[float, Field(ge=1, le=36000)]
+    duration_s: Annotated[Number, Field(ge=1, le=36000)]
     standing_at_start_s: NotNegative
     standing_at_end_s: NotNegative
     standing_s: tuple[tuple[NotNegative, NotNegative], ...] = ()
@@ -68,6 +68,13 @@ class Scenario(Section):
         for key, begin_s in begins_s(self.sensors, "sensors"):
             if begin_s >= self.drive.duration_s:
                 raise ValueError(f"'{key}.begin_s' must be below 'drive.duration_s', got {begin_s:g}")
+        return self
+
+    @model_validator(mode="after")
+    def _lifts_its_axle_during_the_drive(self) -> Scenario:
+        lifts_s = self.truck.lift_axle_up_s
+        if lifts_s and lifts_s[-1][0] >= self.drive.duration_s:
+            raise ValueError(f"'truck.lift_axle_up_s' must begin before 'drive.duration_s', got {lifts_s[-1][0]:g}")
         return self
 
     @model_validator(mode="after")

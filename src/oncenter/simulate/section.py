@@ -6,9 +6,10 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]  # "8100" and true are none
+Whole = Annotated[int, Field(strict=True)]
+Positive = Annotated[Number, Field(gt=0)]
+NotNegative = Annotated[Number, Field(ge=0)]
 
 
 def in_order(interval: tuple[float, float]) -> tuple[float, float]:
@@ -18,7 +19,10 @@ def in_order(interval: tuple[float, float]) -> tuple[float, float]:
     return interval
 
 
+Length = Annotated[Number, Field(ge=1)]  # m, of a stretch of road
+Range = Annotated[tuple[Number, Number], AfterValidator(in_order)]
 PositiveRange = Annotated[tuple[Positive, Positive], AfterValidator(in_order)]
+LengthRange = Annotated[tuple[Length, Length], AfterValidator(in_order)]
 
 
 class Section(BaseModel):

@@ -6,21 +6,22 @@ What a file does not say does not happen: every key that makes a sensor worse th
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from oncenter.simulate.section import NotNegative, Number, Positive, PositiveRange, Section
+from oncenter.simulate.section import NotNegative, Number, Positive, PositiveRange, Section, Whole
 
-_Percent = Annotated[float, Field(ge=-20, le=20)]
-_Turns = Annotated[int, Field(ge=-4, le=4)]
+_Percent = Annotated[Number, Field(ge=-20, le=20)]
+_Turns = Annotated[Whole, Field(ge=-4, le=4)]
 _TURN_DEG = 360.0
 
 
 class Dropouts(Section):
     """Short silences at random."""
 
-    rate_1_h: Annotated[float, Field(gt=0, le=3600)]
+    rate_1_h: Annotated[Number, Field(gt=0, le=3600)]
     length_s: PositiveRange
 
 
@@ -47,6 +48,14 @@ class Sensor(Section):
     stuck: tuple[Stuck, ...] = ()
 
 
+def _check_reads_zero(range_: float, resolution: float, farthest: float, unit: str) -> None:
+    """Whatever happens to a sensor, it has steps enough to tell nought, and nought is within its range."""
+    if farthest >= range_:
+        raise ValueError(f"'range_{unit}' must exceed all that is added to nought, {farthest:g} together")
+    if resolution >= range_:
+        raise ValueError(f"'resolution_{unit}' must be below the range, got {resolution:g}")
+
+
 class AngleRemount(Section):
     begin_s: NotNegative
     step_deg: Number
@@ -57,7 +66,7 @@ class SelfCorrection(Section):
 
     begin_s: NotNegative
     length_s: NotNegative = 0.0
-    share: Annotated[float, Field(gt=0, le=1)] = 1.0
+    share: Annotated[Number, Field(gt=0, le=1)] = 1.0
 
 
 class Ignition(Section):
@@ -74,13 +83,19 @@ class RelativeAngle(Section):
     turns: _Turns = 0
     ignitions: tuple[Ignition, ...] = ()
 
+    @model_validator(mode="after")
+    def _is_off_before_it_is_off_again(self) -> RelativeAngle:
+        if any(after.begin_s < before.begin_s + before.off_s for before, after in pairwise(self.ignitions)):
+            raise ValueError("'ignitions' must come one after the other, each when the one before is over")
+        return self
+
 
 class SteeringWheelAngleSensor(Sensor):
     offset_deg: Number
     noise_sd_deg: NotNegative
     resolution_deg: NotNegative
     range_deg: Positive
-    hysteresis_deg: Annotated[float, Field(ge=0, le=20)] = 0.0
+    hysteresis_deg: Annotated[Number, Field(ge=0, le=20)] = 0.0
     remounts: tuple[AngleRemount, ...] = ()
     self_correction: SelfCorrection | None = None
     relative: RelativeAngle | None = None
@@ -92,8 +107,7 @@ class SteeringWheelAngleSensor(Sensor):
         if self.relative is not None:
             turns = max(abs(t) for t in (self.relative.turns, *(i.turns for i in self.relative.ignitions)))
         farthest = abs(self.offset_deg) + sum(abs(r.step_deg) for r in self.remounts) + turns * _TURN_DEG
-        if farthest >= self.range_deg:
-            raise ValueError(f"'range_deg' must exceed offset, remounts and whole turns, {farthest:g} together")
+        _check_reads_zero(self.range_deg, self.resolution_deg, farthest, "deg")
         return self
 
 
@@ -111,8 +125,14 @@ class YawRateSensor(Sensor):
     random_walk_sd_deg_s_min: NotNegative = 0.0  # of the bias's change in one minute
     warm_up_deg_s: Number = 0.0  # what there is besides the bias when switched on
     warm_up_time_min: Positive = 15.0  # until only 5 % of that is left, 2.5
-    bank_shift_mrad_s_percent: Annotated[float, Field(ge=-1, le=1)] = 0.0  # of cross slope, 2.5: 0.05
+    bank_shift_mrad_s_percent: Annotated[Number, Field(ge=-1, le=1)] = 0.0  # of cross slope, 2.5: 0.05
     remounts: tuple[YawRateRemount, ...] = ()
+
+    @model_validator(mode="after")
+    def _reads_standing(self) -> YawRateSensor:
+        farthest = abs(self.bias_deg_s) + abs(self.warm_up_deg_s) + sum(abs(r.step_deg_s) for r in self.remounts)
+        _check_reads_zero(self.range_deg_s, self.resolution_deg_s, farthest, "deg_s")
+        return self
 
 
 class AccelerometerRemount(Section):
@@ -131,10 +151,16 @@ class Accelerometer(Sensor):
     warm_up_time_min: Positive = 15.0
     remounts: tuple[AccelerometerRemount, ...] = ()
 
+    @model_validator(mode="after")
+    def _reads_standing(self) -> Accelerometer:
+        farthest = abs(self.bias_m_s2) + abs(self.warm_up_m_s2) + sum(abs(r.step_m_s2) for r in self.remounts)
+        _check_reads_zero(self.range_m_s2, self.resolution_m_s2, farthest, "m_s2")
+        return self
+
 
 class SpeedSensor(Sensor):
     noise_sd_m_s: NotNegative
-    resolution_m_s: NotNegative
+    resolution_m_s: Annotated[Number, Field(ge=0, le=5)]
     scale_error_percent: _Percent = 0.0
 
 
@@ -152,17 +178,17 @@ class WheelSpeedSensors(Sensor):
 
     scale_error_percent: _Percent = 0.0
     radius_error_percent: RadiusErrors = RadiusErrors()
-    load_transfer_percent_m_s2: Annotated[float, Field(ge=0, le=2)] = 0.0  # of the radius, per lateral acceleration
-    pulses_per_turn: Annotated[int, Field(ge=0, le=1000)] = 0  # 0: speed comes without pulses
-    rolling_radius_m: Annotated[float, Field(ge=0.1, le=2)] = 0.5
-    pulse_window_s: Annotated[float, Field(ge=0.01, le=1)] = 0.02  # in which pulses are counted and timed
+    load_transfer_percent_m_s2: Annotated[Number, Field(ge=0, le=2)] = 0.0  # of the radius, per lateral acceleration
+    pulses_per_turn: Annotated[Whole, Field(ge=0, le=1000)] = 0  # 0: speed comes without pulses
+    rolling_radius_m: Annotated[Number, Field(ge=0.1, le=2)] = 0.5
+    pulse_window_s: Annotated[Number, Field(ge=0.01, le=1)] = 0.02  # in which pulses are counted and timed
 
 
 class Gnss(Sensor):
     """A receiver with inertial sensors, as the thesis's RT3040; its errors fade as their correlation times say."""
 
-    latitude_deg: Annotated[float, Field(ge=-80, le=80)]  # where the drive begins
-    longitude_deg: Annotated[float, Field(ge=-180, le=180)]
+    latitude_deg: Annotated[Number, Field(ge=-80, le=80)]  # where the drive begins
+    longitude_deg: Annotated[Number, Field(ge=-180, le=180)]
     position_sd_m: NotNegative = 0.5
     position_time_s: Positive = 60.0
     heading_sd_deg: NotNegative = 0.1
@@ -180,7 +206,7 @@ class Sensors(Section):
 
 
 class Can(Section):
-    jitter_sd_ms: Annotated[float, Field(ge=0, le=2)]
+    jitter_sd_ms: Annotated[Number, Field(ge=0, le=2)]
 
 
 def begins_s(section: Section, name: str) -> Iterator[tuple[str, float]]:

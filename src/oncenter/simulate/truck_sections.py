@@ -12,28 +12,42 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from oncenter.signals import DEGREE
-from oncenter.simulate.section import NotNegative, Number, Positive, Section
+from oncenter.simulate.section import NotNegative, Number, Positive, Section, Whole
 
 LIFTING_S = 4.0  # an axle on its way up or down
 
-_Percent = Annotated[float, Field(ge=-15, le=15)]
+_Percent = Annotated[Number, Field(ge=-15, le=15)]
+_Mass = Annotated[Number, Field(ge=500, le=100_000)]
+_Stiffness = Annotated[Number, Field(ge=10_000, le=5_000_000)]
+_TrackWidth = Annotated[Number, Field(ge=1, le=3)]
+_GYRATION_MIN_M, _GYRATION_MAX_M = 0.5, 6.0  # radii of gyration that a truck or a trailer can have
+_RELAXATION_MIN_M = 0.05  # shorter, the tyres' lag would be over between two steps of the integration
+
+
+def _check_inertia(mass_kg: float, yaw_inertia_kg_m2: float) -> None:
+    radius_m = math.sqrt(yaw_inertia_kg_m2 / mass_kg)
+    if not _GYRATION_MIN_M <= radius_m <= _GYRATION_MAX_M:
+        raise ValueError(
+            f"'yaw_inertia_kg_m2' does not go with 'mass_kg': the radius of gyration must be {_GYRATION_MIN_M:g} to "
+            f"{_GYRATION_MAX_M:g} m, got {radius_m:.3g}"
+        )
 
 
 class Payload(Section):
     """Goods as an even box."""
 
-    mass_kg: Positive
-    distance_m: Annotated[float, Field(ge=-5, le=20)]  # its middle behind the truck's first axle, the trailer's hitch
-    length_m: Annotated[float, Field(gt=0, le=20)]
+    mass_kg: Annotated[Number, Field(gt=0, le=100_000)]
+    distance_m: Annotated[Number, Field(ge=-5, le=20)]  # its middle behind the truck's first axle, the trailer's hitch
+    length_m: Annotated[Number, Field(gt=0, le=20)]
 
 
 class Tyres(Section):
     """What bounds the side force. B of the Magic Formula follows from the axle's stiffness, which is B C D."""
 
     model: Literal["brush", "magic_formula"]
-    friction: Annotated[float, Field(gt=0, le=2)]  # times the load is the largest side force, the Magic Formula's D
-    C: Annotated[float, Field(ge=1, le=2)] | None = None  # shape, magic_formula only; trucks some 1.3
-    E: Annotated[float, Field(ge=-10, le=1)] | None = None  # curvature, magic_formula only; trucks some -1
+    friction: Annotated[Number, Field(gt=0, le=2)]  # times the load is the largest side force, the Magic Formula's D
+    C: Annotated[Number, Field(ge=1, le=2)] | None = None  # shape, magic_formula only; trucks some 1.3
+    E: Annotated[Number, Field(ge=-10, le=1)] | None = None  # curvature, magic_formula only; trucks some -1
 
     @model_validator(mode="after")
     def _has_its_shape(self) -> Tyres:
@@ -46,15 +60,23 @@ class Tyres(Section):
 class Trailer(Section):
     """A semitrailer, without its payload; its lengths are behind its hitch."""
 
-    hitch_m: Annotated[float, Field(gt=0, le=20)]  # behind the tractor's first axle
-    mass_kg: Positive
+    hitch_m: Annotated[Number, Field(gt=0, le=20)]  # behind the tractor's first axle
+    mass_kg: _Mass
     yaw_inertia_kg_m2: Positive
     gravity_centre_m: Positive
-    axle_count: Annotated[int, Field(ge=1, le=3)]
-    axles_m: Annotated[float, Field(ge=1, le=20)]  # to the middle of its axles
-    axle_spacing_m: Annotated[float, Field(gt=0, le=3)] = 1.31
-    cornering_stiffness_n_rad: Positive  # all tyres, empty
+    axle_count: Annotated[Whole, Field(ge=1, le=3)]
+    axles_m: Annotated[Number, Field(ge=1, le=20)]  # to the middle of its axles
+    axle_spacing_m: Annotated[Number, Field(gt=0, le=3)] = 1.31
+    cornering_stiffness_n_rad: _Stiffness  # all tyres, empty
     payload: Payload | None = None
+
+    @model_validator(mode="after")
+    def _follows_its_hitch(self) -> Trailer:
+        _check_inertia(self.mass_kg, self.yaw_inertia_kg_m2)
+        foremost_m = self.axles_m - (self.axle_count - 1) / 2 * self.axle_spacing_m
+        if foremost_m < 1.0:
+            raise ValueError(f"'axles_m' must put every axle at least 1 m behind the hitch, got {foremost_m:.3g}")
+        return self
 
 
 _FrontAndRearAxles = {"4x2": (1, 1), "6x2": (1, 2), "6x4": (1, 2), "8x4": (2, 2)}
@@ -63,27 +85,27 @@ _FrontAndRearAxles = {"4x2": (1, 1), "6x2": (1, 2), "6x4": (1, 2), "8x4": (2, 2)
 class Truck(Section):
     """Mass, inertia, centre of gravity and stiffness are without payload and trailer, all axles on the road."""
 
-    mass_kg: Positive
+    mass_kg: _Mass
     yaw_inertia_kg_m2: Positive  # about the centre of gravity
-    wheelbase_m: Annotated[float, Field(ge=1, le=20)]  # from the first axle to the first that is not steered
+    wheelbase_m: Annotated[Number, Field(ge=1, le=20)]  # from the first axle to the first that is not steered
     front_axle_distance_m: Positive  # from the centre of gravity to the first axle
-    front_cornering_stiffness_n_rad: Positive  # all steered tyres
-    rear_cornering_stiffness_n_rad: Positive  # all tyres that are not steered
-    relaxation_length_m: Annotated[float, Field(ge=0, le=5)]
-    track_width_front_m: Positive
-    track_width_rear_m: Positive
+    front_cornering_stiffness_n_rad: _Stiffness  # all steered tyres
+    rear_cornering_stiffness_n_rad: _Stiffness  # all tyres that are not steered
+    relaxation_length_m: Annotated[Number, Field(ge=0, le=5)]
+    track_width_front_m: _TrackWidth
+    track_width_rear_m: _TrackWidth
     axle_layout: Literal["4x2", "6x2", "6x4", "8x4"] = "4x2"
-    front_axle_spacing_m: Annotated[float, Field(gt=0, le=5)] | None = None  # 8x4: to the second steered axle
-    rear_axle_spacing_m: Annotated[float, Field(gt=0, le=5)] | None = None  # 6x2, 6x4, 8x4: between the last two axles
-    last_axle_load_share: Annotated[float, Field(gt=0, lt=1)] = 0.5  # of load and stiffness of the last two axles
-    second_axle_steer_share: Annotated[float, Field(gt=0, le=1)] | None = None  # of the first's angle; by geometry
+    front_axle_spacing_m: Annotated[Number, Field(gt=0, le=5)] | None = None  # 8x4: to the second steered axle
+    rear_axle_spacing_m: Annotated[Number, Field(gt=0, le=5)] | None = None  # 6x2, 6x4, 8x4: between the last two axles
+    last_axle_load_share: Annotated[Number, Field(gt=0, lt=1)] = 0.5  # of load and stiffness of the last two axles
+    second_axle_steer_share: Annotated[Number, Field(gt=0, le=1)] | None = None  # of the first's angle; by geometry
     lift_axle_up_s: tuple[tuple[NotNegative, NotNegative], ...] = ()  # 6x2: times up and down again of the last axle
-    dual_tyre_spacing_m: Annotated[float, Field(ge=0, le=0.6)] = 0.0  # middle to middle; a tag axle has single tyres
+    dual_tyre_spacing_m: Annotated[Number, Field(ge=0, le=0.6)] = 0.0  # middle to middle; a tag axle has single tyres
     dual_tyre_longitudinal_stiffness_n: NotNegative = 0.0  # of one tyre, N per unit of slip
-    stiffness_load_exponent: Annotated[float, Field(ge=0, le=1)] = 1.0  # 1: stiffness in proportion to load, 2.3
-    roll_deg_m_s2: Annotated[float, Field(ge=0, le=5)] = 0.0  # how far the body leans in a steady bend
-    roll_frequency_hz: Annotated[float, Field(gt=0, le=5)] = 0.7
-    roll_damping: Annotated[float, Field(gt=0, le=2)] = 0.3  # share of critical
+    stiffness_load_exponent: Annotated[Number, Field(ge=0, le=1)] = 1.0  # 1: stiffness in proportion to load, 2.3
+    roll_deg_m_s2: Annotated[Number, Field(ge=0, le=5)] = 0.0  # how far the body leans in a steady bend
+    roll_frequency_hz: Annotated[Number, Field(gt=0, le=5)] = 0.7
+    roll_damping: Annotated[Number, Field(gt=0, le=2)] = 0.3  # share of critical
     tyres: Tyres | None = None  # None: linear (4)
     payload: Payload | None = None
     trailer: Trailer | None = None
@@ -98,6 +120,7 @@ class Truck(Section):
 
     @model_validator(mode="after")
     def _stands_on_both_axles(self) -> Truck:
+        _check_inertia(self.mass_kg, self.yaw_inertia_kg_m2)
         if self.front_axle_distance_m >= self.wheelbase_m:
             raise ValueError(f"'front_axle_distance_m' must be below the wheelbase, got {self.front_axle_distance_m:g}")
         return self
@@ -127,32 +150,41 @@ class Truck(Section):
             raise ValueError("'dual_tyre_spacing_m' and 'dual_tyre_longitudinal_stiffness_n' go together")
         if self.tyres is not None and self.relaxation_length_m <= 0:
             raise ValueError("'relaxation_length_m' must be positive where 'tyres' saturate, got 0")
+        if 0.0 < self.relaxation_length_m < _RELAXATION_MIN_M:
+            raise ValueError(
+                f"'relaxation_length_m' must be 0 or at least {_RELAXATION_MIN_M:g}, got {self.relaxation_length_m:g}"
+            )
         return self
 
 
 _RATIO_MIN, _RATIO_MAX = 1.0, 60.0  # of steering wheel angle to front wheel angle, as the core takes them
 _RATIO_TERMS_MAX = 8
 _PLAY_AT_THE_WHEELS_MAX_DEG = 2.0  # beyond it nobody keeps a lane
+_Compliance = Annotated[Number, Field(ge=0, le=10)]
+_PullForce = Annotated[Number, Field(ge=-20_000, le=20_000)]
+_MomentPerAcceleration = Annotated[Number, Field(ge=-1000, le=1000)]
+_UNTURNED_MAX_DEG = 2.0  # front wheel angle of a gear that stands in its middle
 _TURNED_MAX_RAD = 3.0  # steering wheel angle to which a ratio's polynomial must hold
 
 
 class Steering(Section):
     """Moments are about the king pins, of both wheels together; whatever pulls does so to the left where positive."""
 
-    steering_ratio: float | tuple[float, ...]  # a number; or a polynomial's coefficients from the steering wheel angle
-    # to the front wheel angle, both in rad, lowest power first
-    backlash_deg: Annotated[float, Field(ge=0, le=20)]  # full width of the play, at the steering wheel
+    # a number; or a polynomial's coefficients from the steering wheel angle to the front wheel angle, both in rad,
+    # lowest power first
+    steering_ratio: Number | tuple[Number, ...]
+    backlash_deg: Annotated[Number, Field(ge=0, le=20)]  # full width of the play, at the steering wheel
     king_pin_friction_n_m: NotNegative  # what the aligning moment must beat to carry the wheels through the play
-    trail_m: NotNegative  # side force times trail is the aligning moment
+    trail_m: Annotated[Number, Field(ge=0, le=0.5)]  # side force times trail is the aligning moment
     creep_deg_s_n_m: NotNegative  # how fast the wheels go through the play: deg/s per N m beyond friction
-    compliance_deg_kn_m: NotNegative  # of the front wheels, column and linkages together, under a moment
-    windup_deg: Annotated[float, Field(ge=0, le=5)] = 0.0  # of the column against friction, to either side
-    active_return_1_s: Annotated[float, Field(ge=0, le=10)] = 0.0  # how fast a motor takes the wind-up back to centre
-    pull_n_m: Number = 0.0  # moment of a wrong alignment, always there
-    pull_n: Number = 0.0  # side force of a wrong alignment (toe, camber) that the steered wheels give without slip
+    compliance_deg_kn_m: _Compliance  # of the front wheels, column and linkages together, under a moment
+    windup_deg: Annotated[Number, Field(ge=0, le=5)] = 0.0  # of the column against friction, to either side
+    active_return_1_s: Annotated[Number, Field(ge=0, le=10)] = 0.0  # how fast a motor takes the wind-up back to centre
+    pull_n_m: Annotated[Number, Field(ge=-2000, le=2000)] = 0.0  # moment of a wrong alignment, always there
+    pull_n: _PullForce = 0.0  # side force of a wrong alignment (toe, camber) that the steered wheels give without slip
     unloads_on_crown_percent: _Percent = 0.0  # crown on which the axle is set up to have no moment
-    brake_pull_n_m_per_m_s2: Number = 0.0  # moment per deceleration
-    torque_steer_n_m_per_m_s2: Number = 0.0  # moment per acceleration
+    brake_pull_n_m_per_m_s2: _MomentPerAcceleration = 0.0  # moment per deceleration
+    torque_steer_n_m_per_m_s2: _MomentPerAcceleration = 0.0  # moment per acceleration
 
     @field_validator("steering_ratio", mode="before")
     @classmethod
@@ -180,6 +212,11 @@ class Steering(Section):
                     f"'steering_ratio' must be {_RATIO_MIN:g} to {_RATIO_MAX:g}, got {self.steering_ratio:g}"
                 )
             return self
+        if abs(self.steering_ratio[0]) > _UNTURNED_MAX_DEG * DEGREE:
+            raise ValueError(
+                f"'steering_ratio' must leave the wheels within {_UNTURNED_MAX_DEG:g} deg at 0 deg, and they are at "
+                f"{self.steering_ratio[0] / DEGREE:.3g} deg"
+            )
         slope = [power * a for power, a in enumerate(self.steering_ratio)][1:]
         for turned in (k * _TURNED_MAX_RAD / 50 for k in range(-50, 51)):
             per_turned = sum(a * turned**power for power, a in enumerate(slope))

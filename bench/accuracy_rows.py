@@ -1,0 +1,363 @@
+"""The matrix of bench/accuracy.py: what each row drives, and one drive of it by its seed.
+
+A drive's truck, road and sensors are drawn from population.py but for what its row fixes. What it counts against is
+what the sensor reads at the middle of play and wind-up when driving straight without lateral acceleration: the sensor's
+own offset, and what a wrong alignment needs to go straight (truth.straight_ahead_rad), which no log parts from it. A
+pull that is a moment at the king pins also moves the side force at which the steering unloads; a method that takes that
+for the accelerometer's bias is off by i K_us pull.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+from population import (
+    PRIORS,
+    Distribution,
+    Draw,
+    Normal,
+    Random,
+    Uniform,
+    cannot_be_told_apart_m_s2,
+    draw,
+    sensors,
+    steering,
+    truck,
+    wind,
+)
+from rivals import MINUTE_TICKS, Array, Known
+
+import oncenter as oc
+from oncenter.errors import OncenterError
+from oncenter.signals import DEGREE, Signals
+from oncenter.simulate.scenario import Scenario, read_scenario
+from oncenter.simulate.truck import steered_stiffness_n_rad
+from oncenter.simulate.truck_sections import Truck
+from oncenter.simulate.truth import Truth
+from oncenter.vehicle import Vehicle, vehicle_from
+
+DURATION_S = 1200.0
+ATTEMPTS = 20  # a draw that no driver can hold is drawn anew
+
+Table = dict[str, Any]
+WHEEL_SPEEDS = [f"wheel_speed_{corner}" for corner in ("front_left", "front_right", "rear_left", "rear_right")]
+
+
+@dataclass(frozen=True)
+class Row:
+    """`asked` is what must be shown of it: "error", "interval", or "" where only coverage is."""
+
+    name: str
+    about: str
+    asked: str = "error"
+    base: str = "thesis_drive"
+    fixed: Mapping[str, Distribution | float] = dataclasses.field(default_factory=dict)
+    extra: Callable[[Random], Table] = lambda random: {}
+    front_axle_load_kg: float | None = None  # of a base that brings its own truck
+    wind: bool = False
+    pulls: bool = False
+    traffic_side: str = "right"
+    spoil: Callable[[Signals, Random], Signals] = lambda signals, random: signals
+    vehicle_error: Distribution | None = None  # share by which wheelbase and ratio of the vehicle file are wrong
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A drive, what the estimators are told of the truck, and what they would have to find.
+
+    Attributes:
+        target_rad: the offset at the end of every minute.
+        floor_rad: half-width that a 95 % interval needs for what no drive can tell apart.
+        wind_m_s2: mean push of the wind above 10 m/s, by mass.
+        redrawn: draws before this one that no driver could hold.
+    """
+
+    row: str
+    seed: int
+    signals: Signals
+    vehicle: Vehicle
+    known: Known
+    target_rad: Array
+    floor_rad: float
+    wind_m_s2: float
+    redrawn: int
+
+    @property
+    def columns(self) -> dict[str, Array]:
+        return {name: self.signals.table[name].to_numpy() for name in self.signals.table.columns}
+
+
+def drive(row: Row, seed: int, folder: Path) -> Drive:
+    """The row's drive of that seed. `folder` takes its scenario file for a while."""
+    random = np.random.default_rng([seed, zlib.crc32(row.name.encode())])
+    scenario, signals, truth, redrawn = _driven(row, seed, random, folder)
+    vehicle = _vehicle_file(row, scenario.truck, truth, random)
+    ends = slice(MINUTE_TICKS - 1, None, MINUTE_TICKS)
+    moving = truth.table.filter(pl.col("vehicle_speed_m_s") > 10.0)
+    pushed_n: Any = moving["wind_side_force_n"].mean() or 0.0
+    has_play = truth.backlash_rad + truth.windup_rad > 0.0
+    angle_per_m_s2 = truth.steering_ratio * truth.understeer_gradient
+    return Drive(
+        row=row.name,
+        seed=seed,
+        signals=row.spoil(signals, random),
+        vehicle=vehicle,
+        known=_known(vehicle, scenario),
+        target_rad=truth.table["steering_wheel_angle_offset_rad"].to_numpy()[ends] + truth.straight_ahead_rad,
+        floor_rad=1.96 * angle_per_m_s2 * cannot_be_told_apart_m_s2(play=has_play),
+        wind_m_s2=float(pushed_n) / scenario.truck.mass_kg,
+        redrawn=redrawn,
+    )
+
+
+def _driven(row: Row, seed: int, random: Random, folder: Path) -> tuple[Scenario, Signals, Truth, int]:
+    """Draws until a driver can hold what was drawn; at last, how many he could not."""
+    file = folder / f"{row.name}_{seed}.toml"
+    for redrawn in range(ATTEMPTS):
+        drawn = draw(random, {**EVERY_ROW, **row.fixed})
+        file.write_text(_toml(_laid_over(_scenario(row, drawn, random), row.extra(random))), encoding="utf-8")
+        try:
+            signals, truth = oc.simulate(file, seed)
+        except OncenterError as error:
+            refusal = error
+            continue
+        scenario = read_scenario(file)
+        file.unlink()
+        return scenario, signals, truth, redrawn
+    raise refusal
+
+
+def _vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehicle:
+    """Winkler's equivalent wheelbase of the truck with all axles down, as a vehicle file has it, without a trailer."""
+    wheelbase_m = truth.equivalent_wheelbase_m if truck.trailer is None else truck.wheelbase_m
+    ratio = truth.steering_ratio
+    if row.vehicle_error is not None:
+        wheelbase_m *= 1.0 + row.vehicle_error.draw(random)
+        ratio *= 1.0 + row.vehicle_error.draw(random)
+    return vehicle_from(
+        {
+            "wheelbase_m": round(wheelbase_m, 3),
+            "steering_ratio": round(ratio, 3),
+            "track_width_front_m": truck.track_width_front_m,
+            "track_width_rear_m": truck.track_width_rear_m,
+            "axle_layout": truck.axle_layout,
+            "traffic_side": row.traffic_side,
+        },
+        row.name,
+    )
+
+
+def _known(vehicle: Vehicle, scenario: Scenario) -> Known:
+    truck = scenario.truck
+    return Known(
+        wheelbase_m=vehicle.wheelbase_m,
+        steering_ratio=vehicle.ratio_near_centre,
+        mass_kg=truck.mass_kg,
+        yaw_inertia_kg_m2=truck.yaw_inertia_kg_m2,
+        front_axle_distance_m=truck.front_axle_distance_m,
+        front_cornering_stiffness_n_rad=steered_stiffness_n_rad(truck, scenario.steering),
+        rear_cornering_stiffness_n_rad=truck.rear_cornering_stiffness_n_rad,
+    )
+
+
+def _scenario(row: Row, drawn: Draw, random: Random) -> Table:
+    load_kg = row.front_axle_load_kg or drawn["front_axle_load_kg"]
+    side = 1.0 if row.traffic_side == "right" else -1.0
+    values: Table = {
+        "base": row.base,
+        "about": row.about,
+        "drive": {
+            "duration_s": DURATION_S,
+            "standing_at_start_s": drawn["standing_at_start_s"],
+            "standing_at_end_s": 0.0,
+        },
+        "steering": steering(drawn, load_kg, pulls=row.pulls),
+        "road": {
+            "heading_deg": drawn["heading_deg"],
+            "crown_percent": side * drawn["crown_percent"],
+            "rough_bank_sd_percent": drawn["rough_bank_sd_percent"],
+        },
+        "sensors": sensors(drawn),
+    }
+    if row.front_axle_load_kg is None:
+        values["truck"] = truck(drawn)
+    of_wind = wind(drawn, random)
+    if row.wind:
+        values["wind"] = of_wind
+    return values
+
+
+def _laid_over(below: Table, above: Table) -> Table:
+    result = dict(below)
+    for key, value in above.items():
+        both = isinstance(value, dict) and isinstance(result.get(key), dict)
+        result[key] = _laid_over(result[key], value) if both else value
+    return result
+
+
+def _toml(values: Table, path: tuple[str, ...] = ()) -> str:
+    """Tables of numbers, texts and lists of them; JSON's are TOML's."""
+    plain = [f"{key} = {_inline(value)}" for key, value in values.items() if not isinstance(value, dict)]
+    text = "\n".join(([f"[{'.'.join(path)}]"] if path else []) + plain) + "\n"
+    return text + "".join(_toml(value, (*path, key)) for key, value in values.items() if isinstance(value, dict))
+
+
+def _inline(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {_inline(v)}" for key, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_inline, value)) + "]"
+    return json.dumps(value)
+
+
+def _with_columns(signals: Signals, columns: Mapping[str, Array]) -> Signals:
+    table = signals.table.with_columns(**{name: pl.Series(values) for name, values in columns.items()})
+    return dataclasses.replace(signals, table=table)
+
+
+def as_ebc2(signals: Signals, random: Random) -> Signals:
+    """Wheel speeds as EBC2 sends them: the front axle's in 1/256 km/h, each wheel's relative to it in 1/16 km/h, every
+    100 ms, and between them what a reader's interpolation makes of them."""
+    time = signals.table["time_s"].to_numpy()
+    wheels = {name: signals.table[f"{name}_m_s"].to_numpy()[::10] for name in WHEEL_SPEEDS}
+    axle = _rounded((wheels["wheel_speed_front_left"] + wheels["wheel_speed_front_right"]) / 2.0, 1.0 / 256.0 / 3.6)
+    coarse = {name: axle + _rounded(speed - axle, 1.0 / 16.0 / 3.6) for name, speed in wheels.items()}
+    fine = {f"{name}_m_s": np.interp(time, time[::10], speed) for name, speed in coarse.items()}
+    sources = {
+        name: dataclasses.replace(source, description="EBC2 from 0x0B", rate_hz=10.0) if name in wheels else source
+        for name, source in signals.sources.items()
+    }
+    return dataclasses.replace(_with_columns(signals, fine), sources=sources)
+
+
+def _rounded(values: Array, quantum: float) -> Array:
+    return np.round(values / quantum) * quantum
+
+
+def without_wheel_speeds(signals: Signals, random: Random) -> Signals:
+    sources = {name: source for name, source in signals.sources.items() if name not in WHEEL_SPEEDS}
+    return dataclasses.replace(
+        signals, table=signals.table.drop([f"{name}_m_s" for name in WHEEL_SPEEDS]), sources=sources
+    )
+
+
+def with_kicks(signals: Signals, random: Random) -> Signals:
+    """Kerbs, potholes and a stability control at work: once in forty seconds, for 0.2 to 1.5 s, half a sine of up to 40
+    deg on the angle, 6 deg/s on the yaw rate and 2 m/s^2 on the lateral acceleration, each of its own sign."""
+    columns = {
+        name: signals.table[name].to_numpy().copy()
+        for name in ("steering_wheel_angle_rad", "yaw_rate_rad_s", "lateral_acceleration_m_s2")
+    }
+    largest = {"steering_wheel_angle_rad": 40.0 * DEGREE, "yaw_rate_rad_s": 6.0 * DEGREE}
+    count = len(signals.table)
+    for begin in random.integers(0, count - 150, round(DURATION_S / 40.0)):
+        shape = np.sin(np.linspace(0.0, np.pi, int(random.integers(20, 150))))
+        for name, column in columns.items():
+            column[begin : begin + len(shape)] += random.uniform(-1.0, 1.0) * largest.get(name, 2.0) * shape
+    return _with_columns(signals, columns)
+
+
+def _sensor(signal: str, **values: Any) -> Callable[[Random], Table]:
+    return lambda random: {"sensors": {signal: values}}
+
+
+def _remounted(random: Random) -> Table:
+    step = float(random.choice([-1.0, 1.0]) * random.uniform(2.0, 6.0))
+    begin = float(random.uniform(360.0, 720.0))
+    return {"sensors": {"steering_wheel_angle": {"remounts": [{"begin_s": begin, "step_deg": step}]}}}
+
+
+def _corrected_by_itself(random: Random) -> Table:
+    begin = float(random.uniform(360.0, 600.0))
+    return {"sensors": {"steering_wheel_angle": {"self_correction": {"begin_s": begin, "length_s": 120.0}}}}
+
+
+def _never_stands(random: Random) -> Table:
+    return {"drive": {"standing_at_start_s": 0.0}}
+
+
+def _wound_up(random: Random) -> Table:
+    return {"steering": {"windup_deg": float(random.uniform(0.5, 3.0))}}
+
+
+def _wound_up_and_returned(random: Random) -> Table:
+    return _laid_over(_wound_up(random), {"steering": {"active_return_1_s": float(random.uniform(0.5, 5.0))}})
+
+
+def _unloads_on_crown(random: Random) -> Table:
+    return {"steering": {"unloads_on_crown_percent": 2.0}}
+
+
+def _population(random: Random) -> Table:
+    standing = _never_stands(random) if random.random() < 0.5 else {}
+    return {"base": str(random.choice(POPULATED_BY)), **standing}
+
+
+# What a row has that does not say otherwise: play as maintenance leaves it, carried through by the aligning moment, on
+# a road whose crown is near the usual 2 %.
+EVERY_ROW: dict[str, Distribution | float] = {
+    "backlash_deg": Uniform(2.0, 8.0),
+    "king_pin_friction_m_s2": Uniform(0.02, 0.1),
+    "crown_percent": Normal(2.0, 0.5),
+}
+POPULATED_BY = ("thesis_drive", "country", "motorway", "town")
+FRICTION_NEVER_OVERCOME_M_S2 = 10.0
+FRONT_OF_THESIS_KG, FRONT_OF_LIFT_AXLE_KG = 5900.0, 6660.0  # on the front axles of trucks that a base brings
+
+_ROWS = (
+    Row("ordinary", "2 to 8 deg of play, aligning moment"),
+    Row("play_15_aligning", "15 deg of play, aligning moment", fixed={"backlash_deg": 15.0}),
+    Row(
+        "play_15_friction",
+        "15 deg of play, king pins that no aligning moment turns",
+        fixed={"backlash_deg": 15.0, "king_pin_friction_m_s2": FRICTION_NEVER_OVERCOME_M_S2},
+    ),
+    Row("no_play", "no play at all", asked="interval", fixed={"backlash_deg": 0.0}),
+    Row("gyro_3_deg_s", "yaw rate bias 3 deg/s", fixed={"yaw_rate_bias_deg_s": 3.0}),
+    Row("gyro_drift", "yaw rate bias drifts by 0.1 deg/s a minute", extra=_sensor("yaw_rate", drift_deg_s_min=0.1)),
+    Row("accelerometer_plus", "accelerometer bias +0.3 m/s²", fixed={"lateral_acceleration_bias_m_s2": 0.3}),
+    Row("accelerometer_minus", "accelerometer bias -0.3 m/s²", fixed={"lateral_acceleration_bias_m_s2": -0.3}),
+    Row("pull", "alignment that pulls, sd 0.05 m/s² and 100 N", asked="interval", pulls=True),
+    Row("cross_wind", "motorway in wind", asked="interval", base="motorway", wind=True),
+    Row("bypass", "bends to the left only, on a crown to the right: one flank", asked="interval", base="bypass"),
+    Row("motorway", "75 to 90 km/h, never stands", base="motorway", extra=_never_stands),
+    Row("country", "bends down to 120 m, uneven bank", base="country"),
+    Row("town", "25 to 50 km/h, stops", base="town"),
+    Row(
+        "lift_axle",
+        "6x2, tag axle up for ten minutes",
+        base="lift_axle",
+        front_axle_load_kg=FRONT_OF_LIFT_AXLE_KG,
+        extra=lambda random: {"truck": {"lift_axle_up_s": [[300.0, 900.0]]}},
+    ),
+    Row("trailer_half", "semitrailer, half laden", base="semitrailer_half", front_axle_load_kg=FRONT_OF_THESIS_KG),
+    Row("trailer_full", "semitrailer, laden", base="semitrailer_full", front_axle_load_kg=FRONT_OF_THESIS_KG),
+    Row("windup", "column winds up by 0.5 to 3 deg either way", extra=_wound_up),
+    Row("active_return", "the same, and a motor unwinds it", extra=_wound_up_and_returned),
+    Row("unloads_on_crown", "axle set up to unload on 2 %", asked="interval", extra=_unloads_on_crown),
+    Row("ebc2", "wheel speeds in 1/16 km/h at 10 Hz, never stands", spoil=as_ebc2, extra=_never_stands),
+    Row("no_wheel_speeds", "no wheel speeds on the bus", spoil=without_wheel_speeds),
+    Row("kicks", "kerbs, and a stability control at work", spoil=with_kicks),
+    Row("left_hand", "traffic on the left, crown mirrored", traffic_side="left"),
+    Row("remounted", "sensor moves by 2 to 6 deg in minute 6 to 12", extra=_remounted),
+    Row("self_correction", "sender takes its offset out in two minutes", extra=_corrected_by_itself),
+    Row("vehicle_off", "vehicle file 3 % off in wheelbase and ratio (sd)", asked="", vehicle_error=Normal(0.0, 0.03)),
+    Row(
+        "population",
+        "all drawn from the priors",
+        asked="coverage",
+        fixed={name: PRIORS[name][0] for name in EVERY_ROW},
+        extra=_population,
+        wind=True,
+        pulls=True,
+    ),
+)
+ROWS = {row.name: row for row in _ROWS}

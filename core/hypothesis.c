@@ -1,0 +1,399 @@
+#include "hypothesis.h"
+
+#include <math.h>
+
+#include "backlash.h"
+
+/* The terms, in this order. */
+enum { GRADIENT, YAW_ACCELERATION, JERK, WHEELBASE, YAW_RATE_BIAS, WIDTH, UNLOADING, FRICTION, CREEP };
+
+/* Priors. Trucks have 0 to 15 deg of play, most of them little; king-pin friction holds some 0.1 m/s^2 of side force. */
+static const float rad_per_deg = 0.017453292f;
+static const float width_mean = 4.0f * 0.017453292f;    /* rad */
+static const float friction_mean = 0.1f;                /* m/s^2 */
+static const float creep_mean = 100.0f * 0.017453292f;  /* rad/s per m/s^2 */
+
+/* How far the model is linear, and the most by which a second may move the hypothesis. */
+static const float width_share = 0.1f;
+static const float width_least = 0.1f * 0.017453292f;   /* rad, of half the width */
+static const float unloading_step = 0.03f;              /* m/s^2 */
+static const float friction_step = 0.03f;               /* m/s^2 */
+static const float creep_factor = 1.4f;
+static const float creep_factors_apart = 0.6729f;       /* 2 ln 1.4 */
+
+void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
+                         double ratio_times_wheelbase, double pull_sd) {
+    *design = (oc_hypothesis_design){
+        .step_s = (float)step_s,
+        .steering_ratio = (float)steering_ratio,
+        .ratio_times_wheelbase = (float)ratio_times_wheelbase,
+        .pull_sd = (float)pull_sd,
+        .scale = {
+            [GRADIENT] = 0.8f * rad_per_deg,
+            [YAW_ACCELERATION] = 100.0f * rad_per_deg,
+            [JERK] = 10.0f * rad_per_deg,
+            [WHEELBASE] = 0.02f,
+            [YAW_RATE_BIAS] = 1.0f * rad_per_deg,
+            [WIDTH] = 6.0f * rad_per_deg,
+            [UNLOADING] = 0.15f,
+            [FRICTION] = 0.15f,
+            [CREEP] = 0.7f,
+        },
+    };
+}
+
+static float within_range(float value, float low, float high) {
+    if (value < low) {
+        return low;
+    }
+    return value > high ? high : value;
+}
+
+static float larger(float a, float b) {
+    return a > b ? a : b;
+}
+
+static bool creeps(const oc_play *play) {
+    return play->friction >= 0.0f;
+}
+
+/* As far to one side of a parameter, by its sign, as the model's slope is taken. */
+static oc_play moved(const oc_play *play, int32_t slope, float sign) {
+    oc_play to = *play;
+    switch (slope) {
+    case 0: to.half_width = larger(to.half_width + sign * larger(width_share * to.half_width, width_least), 1e-4f); break;
+    case 1: to.unloading += sign * unloading_step; break;
+    case 2: to.friction = larger(to.friction + sign * friction_step, 0.0f); break;
+    default: to.creep *= sign > 0.0f ? creep_factor : 1.0f / creep_factor; break;
+    }
+    return to;
+}
+
+/* By how much the two differ in that parameter: the whole width, and creep as a share. */
+static float between(const oc_play *more, const oc_play *less, int32_t slope) {
+    switch (slope) {
+    case 0: return 2.0f * (more->half_width - less->half_width);
+    case 1: return more->unloading - less->unloading;
+    case 2: return more->friction - less->friction;
+    default: return creep_factors_apart;
+    }
+}
+
+static double carried(double inner, const oc_play *play, const oc_motion_sample *sample, float step_s) {
+    const oc_backlash backlash = {
+        .half_width = (double)play->half_width,
+        .friction = creeps(play) ? (double)play->friction : 1e6,
+        .creep = (double)play->creep,
+    };
+    const double load = (double)(sample->lateral_acceleration - play->unloading);
+    return oc_backlash_carry(inner, &backlash, sample->angle, load, (double)step_s);
+}
+
+/* Moves all operators on; the model's slopes go to `terms`. Returns (B/2) c, rad. */
+static float place(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
+                   float *terms) {
+    h->inner = carried(h->inner, &h->play, sample, design->step_s);
+    const int32_t slopes = creeps(&h->play) ? OC_PLAY_SLOPES : 1;
+    for (int32_t k = 0; k < slopes; ++k) {
+        const oc_play more = moved(&h->play, k, 1.0f);
+        const oc_play less = moved(&h->play, k, -1.0f);
+        h->inner_more[k] = carried(h->inner_more[k], &more, sample, design->step_s);
+        h->inner_less[k] = carried(h->inner_less[k], &less, sample, design->step_s);
+        terms[WIDTH + k] = design->scale[WIDTH + k] * (float)(h->inner_less[k] - h->inner_more[k]) /
+                           between(&more, &less, k);
+    }
+    for (int32_t k = slopes; k < OC_PLAY_SLOPES; ++k) {
+        terms[WIDTH + k] = 0.0f;
+    }
+    return (float)(sample->angle - h->inner);
+}
+
+static void motion_terms(const oc_hypothesis_design *design, const oc_motion_sample *sample, float *terms) {
+    const float *scale = design->scale;
+    terms[GRADIENT] = scale[GRADIENT] * design->steering_ratio * sample->lateral_acceleration;
+    terms[YAW_ACCELERATION] = scale[YAW_ACCELERATION] * sample->yaw_acceleration;
+    terms[JERK] = scale[JERK] * sample->jerk;
+    terms[WHEELBASE] = scale[WHEELBASE] * design->ratio_times_wheelbase * sample->curvature;
+    terms[YAW_RATE_BIAS] = -scale[YAW_RATE_BIAS] * design->ratio_times_wheelbase / larger(sample->speed, 1.0f);
+}
+
+/* Recursive least squares about the means; what is far off counts by its sign only (Huber). Deviations and not plain
+ * products: a term that hardly varies could not be told from the constant in single precision. */
+static void regress(oc_hypothesis *h, const oc_second *second, const float *terms, float target) {
+    float error = target - h->constant;
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        error -= terms[k] * h->terms[k];
+    }
+    const float squared = error * error;
+    const float limit = 4.0f * h->variance;
+    const float weight = squared > limit ? sqrtf(limit / squared) : 1.0f;
+
+    const float keep = second->memory_share;
+    const float quick = larger(1.0f / (2.0f + second->used_s / second->second_s), 0.02f);
+    h->error = error;
+    h->variance += (within_range(squared, 0.0f, 9.0f * h->variance) - h->variance) * quick;
+    h->blocks.sum += weight * error;
+    h->long_blocks.sum += weight * error;
+    h->cost = keep * h->cost + 0.5f * within_range(squared / second->reference, 0.0f, 16.0f);
+
+    float apart[OC_TERMS];
+    h->weight = keep * h->weight + weight;
+    const float share = weight / h->weight;
+    const float target_apart = target - h->target_mean;
+    h->target_mean += share * target_apart;
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        apart[k] = terms[k] - h->means[k];
+        h->means[k] += share * apart[k];
+    }
+    const float added = weight * (1.0f - share);
+    float *cell = h->scatter;
+    for (int32_t row = 0; row < OC_TERMS; ++row) {
+        const float weighted = added * apart[row];
+        h->toward[row] = keep * h->toward[row] + weighted * target_apart;
+        for (int32_t column = 0; column <= row; ++column, ++cell) {
+            *cell = keep * *cell + weighted * apart[column];
+        }
+    }
+}
+
+static void correlate(oc_correlation *correlation, float variance, int32_t seconds, int32_t blocks) {
+    const float ratio = within_range(correlation->sum * correlation->sum / ((float)seconds * variance), 0.0f, 60.0f);
+    correlation->factor += (ratio - correlation->factor) * larger(1.0f / (5.0f + (float)blocks), 0.01f);
+    correlation->sum = 0.0f;
+}
+
+float oc_hypothesis_noise(const oc_hypothesis *h) {
+    return h->variance * larger(larger(h->blocks.factor, h->long_blocks.factor), 1.0f);
+}
+
+/* Cholesky's lower triangle of the scatter in units of the noise, with the prior's information on the diagonal. */
+static void factor(const float *scatter, const float *information, float noise, float *lower) {
+    for (int32_t i = 0; i < OC_TERMS; ++i) {
+        float *row = lower + i * (i + 1) / 2;
+        for (int32_t j = 0; j <= i; ++j) {
+            const float *other = lower + j * (j + 1) / 2;
+            float sum = scatter[i * (i + 1) / 2 + j] / noise + (i == j ? information[i] : 0.0f);
+            for (int32_t k = 0; k < j; ++k) {
+                sum -= row[k] * other[k];
+            }
+            row[j] = i == j ? sqrtf(larger(sum, 1e-6f)) : sum / other[j];
+        }
+    }
+}
+
+static void solve_lower(const float *lower, float *vector) {
+    for (int32_t i = 0; i < OC_TERMS; ++i) {
+        const float *row = lower + i * (i + 1) / 2;
+        for (int32_t k = 0; k < i; ++k) {
+            vector[i] -= row[k] * vector[k];
+        }
+        vector[i] /= row[i];
+    }
+}
+
+static void solve_upper(const float *lower, float *vector) {
+    for (int32_t i = OC_TERMS - 1; i >= 0; --i) {
+        for (int32_t k = i + 1; k < OC_TERMS; ++k) {
+            vector[i] -= lower[k * (k + 1) / 2 + i] * vector[k];
+        }
+        vector[i] /= lower[i * (i + 1) / 2 + i];
+    }
+}
+
+/* Of a weighted sum of the terms; uses its weights up. */
+static float variance_of(const float *lower, float *weights) {
+    solve_lower(lower, weights);
+    float sum = 0.0f;
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        sum += weights[k] * weights[k];
+    }
+    return sum;
+}
+
+static float cell_of(const float *triangle, int32_t row, int32_t column) {
+    return row >= column ? triangle[row * (row + 1) / 2 + column] : triangle[column * (column + 1) / 2 + row];
+}
+
+/* A parameter of the play was moved by that much: what is left to be found is less by it. */
+static void shift(oc_hypothesis *h, const oc_hypothesis_design *design, int32_t term, float by) {
+    const float scaled = by / design->scale[term];
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        h->toward[k] -= cell_of(h->scatter, k, term) * scaled;
+    }
+    h->target_mean -= h->means[term] * scaled;
+    h->terms[term] -= scaled;
+}
+
+static float found(const oc_hypothesis *h, const oc_hypothesis_design *design, int32_t term) {
+    return h->terms[term] * design->scale[term];
+}
+
+/* In a narrower play all that happens within it shows less: so would it have in what was gathered. */
+static void narrow(oc_hypothesis *h, float share) {
+    for (int32_t term = UNLOADING; term <= CREEP; ++term) {
+        for (int32_t k = 0; k < OC_TERMS; ++k) {
+            float *cell = k <= term ? &h->scatter[term * (term + 1) / 2 + k] : &h->scatter[k * (k + 1) / 2 + term];
+            *cell *= k == term ? share * share : share;
+        }
+        h->toward[term] *= share;
+        h->means[term] *= share;
+    }
+}
+
+/* The hypothesis goes where its terms point, a little at a time, and keeps its evidence. */
+static void relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
+    oc_play *play = &h->play;
+    const oc_play before = *play;
+    const float half_step = larger(width_share * before.half_width, width_least);
+    play->half_width = within_range(before.half_width + within_range(0.5f * found(h, design, WIDTH), -half_step, half_step),
+                               0.05f * rad_per_deg, 12.5f * rad_per_deg);
+    shift(h, design, WIDTH, 2.0f * (play->half_width - before.half_width));
+    if (play->half_width < before.half_width) {
+        narrow(h, play->half_width / before.half_width);
+    }
+    play->unloading = within_range(
+        before.unloading + within_range(found(h, design, UNLOADING), -unloading_step, unloading_step), -1.0f, 1.0f);
+    shift(h, design, UNLOADING, play->unloading - before.unloading);
+    if (!creeps(play)) {
+        return;
+    }
+    play->friction =
+        within_range(before.friction + within_range(found(h, design, FRICTION), -friction_step, friction_step), 0.0f, 2.0f);
+    shift(h, design, FRICTION, play->friction - before.friction);
+    play->creep = within_range(before.creep * (1.0f + within_range(found(h, design, CREEP), -0.3f, 0.3f)), 0.05f * creep_mean,
+                          10.0f * creep_mean);
+    shift(h, design, CREEP, play->creep / before.creep - 1.0f);
+}
+
+/* The priors' information, and their pull on what is left to be found. */
+static void add_priors(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                       float *information) {
+    const float *scale = design->scale;
+    const oc_play *play = &h->play;
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        information[k] = 1.0f;
+    }
+    const float unloading = scale[UNLOADING] / prior->unloading_sd;
+    const float bias = scale[YAW_RATE_BIAS] / prior->yaw_rate_bias_sd;
+    information[UNLOADING] = unloading * unloading;
+    information[YAW_RATE_BIAS] = bias * bias;
+    h->terms[UNLOADING] += information[UNLOADING] * (prior->unloading_mean - play->unloading) / scale[UNLOADING];
+    h->terms[WIDTH] += (width_mean - 2.0f * play->half_width) / scale[WIDTH];
+    if (creeps(play)) {
+        const float share = creep_mean / play->creep;
+        h->terms[FRICTION] += (friction_mean - play->friction) / scale[FRICTION];
+        h->terms[CREEP] += (share > 1.0f ? share - 1.0f : 1.0f - 1.0f / share) / scale[CREEP];
+    }
+}
+
+/* The offset is what the sensor reads at a = a_0, where no side force acts but for pull and wind. */
+static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior, const float *lower,
+                     float noise) {
+    const float *scale = design->scale;
+    const float slope = design->steering_ratio * found(h, design, GRADIENT);
+    const float a_0 = h->play.unloading + found(h, design, UNLOADING);
+    float of_unloading[OC_TERMS] = {[UNLOADING] = scale[UNLOADING]};
+    float of_gradient[OC_TERMS] = {[GRADIENT] = scale[GRADIENT]};
+    float of_width[OC_TERMS] = {[WIDTH] = scale[WIDTH]};
+    float of_offset[OC_TERMS] = {
+        [UNLOADING] = slope * scale[UNLOADING],
+        [GRADIENT] = scale[GRADIENT] * design->steering_ratio * a_0,
+    };
+    h->constant = h->target_mean;
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        h->constant -= h->means[k] * h->terms[k];
+        of_offset[k] -= h->means[k];
+    }
+    h->offset = h->constant + slope * a_0;
+    h->gradient = found(h, design, GRADIENT);
+    h->unloading = a_0;
+    h->unloading_variance = variance_of(lower, of_unloading);
+    h->gradient_variance = variance_of(lower, of_gradient);
+    h->width_variance = variance_of(lower, of_width);
+
+    /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds */
+    const float parted = h->unloading_variance + design->pull_sd * design->pull_sd;
+    const float bias = prior->unloading_sd * prior->unloading_sd;
+    const float beyond = larger((parted < bias ? parted : bias) - h->unloading_variance, 0.0f);
+    h->offset_variance = noise / larger(h->weight, 1.0f) + variance_of(lower, of_offset) + slope * slope * beyond;
+}
+
+static void solve(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior) {
+    float information[OC_TERMS], lower[OC_TERMS_TRIANGLE];
+    const float noise = oc_hypothesis_noise(h);
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        h->terms[k] = h->toward[k] / noise;
+    }
+    add_priors(h, design, prior, information);
+    factor(h->scatter, information, noise, lower);
+    solve_lower(lower, h->terms);
+    solve_upper(lower, h->terms);
+    conclude(h, design, prior, lower, noise);
+}
+
+void oc_hypothesis_restart(oc_hypothesis *h, double angle) {
+    h->inner = angle;
+    for (int32_t k = 0; k < OC_PLAY_SLOPES; ++k) {
+        h->inner_more[k] = h->inner_less[k] = angle;
+    }
+}
+
+void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
+    *h = (oc_hypothesis){
+        .play = *play,
+        .variance = rad_per_deg * rad_per_deg,
+        .blocks.factor = 3.0f,
+        .long_blocks.factor = 3.0f,
+    };
+    oc_hypothesis_restart(h, angle);
+}
+
+void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
+                          bool begins_second) {
+    float terms[OC_TERMS];
+    const float shifted = place(h, design, sample, terms);
+    if (begins_second) {
+        h->target_sum = 0.0f;
+        for (int32_t k = 0; k < OC_TERMS; ++k) {
+            h->sums[k] = 0.0f;
+        }
+    }
+    if (!sample->usable) {
+        return;
+    }
+    motion_terms(design, sample, terms);
+    h->target_sum += sample->residual - shifted;
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        h->sums[k] += terms[k];
+    }
+}
+
+void oc_hypothesis_second(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                          const oc_second *second, int32_t samples) {
+    /* a second's means have less of the sensors' noise, which flattens slopes, than its samples */
+    float terms[OC_TERMS];
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        terms[k] = h->sums[k] / (float)samples;
+    }
+    regress(h, second, terms, h->target_sum / (float)samples);
+    if (second->block_ends) {
+        correlate(&h->blocks, h->variance, OC_SECONDS_PER_BLOCK, second->blocks);
+    }
+    if (second->long_block_ends) {
+        correlate(&h->long_blocks, h->variance, OC_SECONDS_PER_LONG_BLOCK, second->long_blocks);
+    }
+    solve(h, design, prior);
+    relinearise(h, design);
+}
+
+void oc_hypothesis_correct(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior, float rad_s) {
+    shift(h, design, YAW_RATE_BIAS, rad_s);
+    solve(h, design, prior);
+}
+
+void oc_hypothesis_remounted(oc_hypothesis *h, float by, float seconds) {
+    h->target_mean += by;
+    h->constant += by;
+    h->offset += by;
+    h->weight = seconds;
+}

@@ -1,0 +1,125 @@
+#ifndef OC_HYPOTHESIS_H
+#define OC_HYPOTHESIS_H
+/* One hypothesis of how the steering plays, and all that follows from it by least squares.
+ *
+ * The measured angle less i*L*r/v is
+ *
+ *     y = offset + K (i a) + (B/2) c + what changes of motion add,
+ *
+ * c in [-1, 1] being the place in a play of width B. Where that is, the play operator says: it is moved by the measured
+ * angle and creeps against the side force a - a_0 beyond friction. Eight operators run beside the hypothesis's own, at a
+ * little more and less of width, a_0, friction and creep: their differences are the slopes of the model, so that all is
+ * found by one recursive least squares, which is linearised anew each second.
+ *
+ * Single precision, so that the whole bank fits a microcontroller. */
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum {
+    OC_TERMS = 9,           /* beside the offset */
+    OC_TERMS_TRIANGLE = 45, /* of a symmetric matrix of so many rows */
+    OC_PLAY_SLOPES = 4      /* width, a_0, friction, creep */
+};
+
+/* One sample of the motion, some ten a second. */
+typedef struct {
+    double angle;               /* rad, steering wheel, as measured */
+    float residual;             /* rad, angle less i*L*r/v */
+    float lateral_acceleration; /* m/s^2, what the tyres carry, with the accelerometer's bias */
+    float yaw_acceleration;     /* rad/s^2 */
+    float jerk;                 /* m/s^3, lateral */
+    float curvature;            /* 1/m */
+    float speed;                /* m/s */
+    int32_t usable;             /* the gate is open */
+} oc_motion_sample;
+
+/* What is known before the drive, or from other sensors; standard deviations. */
+typedef struct {
+    float unloading_mean;   /* m/s^2, where the accelerometer's bias is believed to be */
+    float unloading_sd;     /* m/s^2 */
+    float yaw_rate_bias_sd; /* rad/s, of what correction the yaw rate had */
+} oc_prior;
+
+typedef struct {
+    float half_width; /* rad */
+    float unloading;  /* m/s^2, a_0 */
+    float friction;   /* m/s^2; negative: no side force moves the wheels in their play */
+    float creep;      /* rad/s per m/s^2 */
+} oc_play;
+
+typedef struct {
+    float step_s;                                 /* between samples */
+    float steering_ratio, ratio_times_wheelbase;  /* 1, m */
+    float scale[OC_TERMS];                        /* each term's unit: its prior's standard deviation */
+    float pull_sd;                                /* m/s^2, of wheel alignment and mean wind */
+} oc_hypothesis_design;
+
+/* How much more a block of what is left varies than it would if seconds told new things each. */
+typedef struct {
+    float sum;    /* rad, over the block that fills */
+    float factor;
+} oc_correlation;
+
+typedef struct {
+    oc_play play;
+    double inner;                        /* rad, of the operator at `play` */
+    double inner_more[OC_PLAY_SLOPES];   /* rad, of those at a little more of each parameter */
+    double inner_less[OC_PLAY_SLOPES];
+    float sums[OC_TERMS], target_sum;    /* over the second that fills */
+    float weight;                        /* seconds, forgetting; what follows is over them */
+    float target_mean;                   /* rad */
+    float means[OC_TERMS];
+    float scatter[OC_TERMS_TRIANGLE];    /* sums of products of deviations from the means */
+    float toward[OC_TERMS];              /* the same with the target's */
+    float constant;                      /* rad, of the model */
+    float terms[OC_TERMS];               /* what is sought, in units of `scale` */
+    float variance;                      /* rad^2, of what a second's mean leaves */
+    oc_correlation blocks, long_blocks;
+    float error;                         /* rad, of the last second, foretold before it was learned from */
+    float cost;                          /* minus its logarithmic likelihood, forgetting */
+    float offset, offset_variance;       /* rad, rad^2 */
+    float gradient, gradient_variance;   /* rad/(m/s^2) */
+    float width_variance;                /* rad^2 */
+    float unloading, unloading_variance; /* m/s^2 and its square */
+} oc_hypothesis;
+
+/* Where a second stands among the others, the same for all hypotheses. */
+typedef struct {
+    float used_s;       /* of driving before it */
+    float second_s;     /* its length */
+    float memory_share; /* 1 less what it makes be forgotten */
+    float reference;    /* rad^2, the best hypothesis's noise, by which errors are judged */
+    int32_t block_ends, long_block_ends;
+    int32_t blocks, long_blocks; /* whole ones before */
+} oc_second;
+
+enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };
+
+void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
+                         double ratio_times_wheelbase, double pull_sd);
+
+void oc_hypothesis_start(oc_hypothesis *hypothesis, const oc_play *play, double angle);
+
+/* The wheel was elsewhere when last seen: the operators start anew, what was learned stays. */
+void oc_hypothesis_restart(oc_hypothesis *hypothesis, double angle);
+
+/* Moves all operators on and, where the sample is usable, adds it to the second that fills. */
+void oc_hypothesis_sample(oc_hypothesis *hypothesis, const oc_hypothesis_design *design,
+                          const oc_motion_sample *sample, bool begins_second);
+
+/* Learns from a whole second of so many samples; where that is dropped instead, nothing need be called. */
+void oc_hypothesis_second(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_prior *prior,
+                          const oc_second *second, int32_t samples);
+
+/* rad^2, of a second's mean as if seconds told new things each. */
+float oc_hypothesis_noise(const oc_hypothesis *hypothesis);
+
+/* The yaw rates so far were corrected by rad/s too little: what was gathered from them is set right. */
+void oc_hypothesis_correct(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_prior *prior,
+                           float rad_s);
+
+/* The sensor reads `by` rad more from now on; so many seconds tell how much. */
+void oc_hypothesis_remounted(oc_hypothesis *hypothesis, float by, float seconds);
+
+#endif

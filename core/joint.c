@@ -1,0 +1,272 @@
+#include "joint.h"
+
+#include <math.h>
+
+static const double sample_s = 0.1;
+static const double side_force_s = 1.0; /* a bank lasts longer; the accelerometer's noise does not */
+static const float radians = 0.017453292f;
+
+static const float least_correction = 1e-6f; /* rad/s */
+
+/* A flank of the play counts as seen after so long with a side force that is so clearly beyond friction. */
+static const float flank_s = 8.0f;
+static const float clearly = 0.02f;                    /* m/s^2 */
+static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
+static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
+
+void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_ratio, double ratio_times_wheelbase,
+                    double pull_sd, double memory_s) {
+    const int32_t ticks = (int32_t)(sample_s * rate_hz + 0.5);
+    const double step_s = ticks / rate_hz;
+    oc_hypothesis_setup(&design->hypothesis, step_s, steering_ratio, ratio_times_wheelbase, pull_sd);
+    design->rate_hz = rate_hz;
+    design->side_force_share = 1.0 / (side_force_s * rate_hz);
+    design->memory_s = (float)memory_s;
+    design->ticks_per_sample = ticks;
+    design->hypotheses_per_tick = (OC_JOINT_HYPOTHESES + ticks - 1) / ticks;
+    design->samples_per_second = (int32_t)(1.0 / step_s + 0.5);
+}
+
+/* Little, some and much play; wheels that side force carries through it, sooner or later, or that stay where they rub;
+ * and an accelerometer that may be off to either side. */
+static void start(oc_joint *joint, const oc_joint_design *design, double angle) {
+    static const float widths[3] = {2.0f, 6.0f, 12.0f}; /* deg */
+    static const float unloadings[3] = {-0.2f, 0.0f, 0.2f};
+    static const float frictions[2] = {0.03f, 0.15f};
+    static const float creep = 100.0f * 0.017453292f;
+    int32_t n = 0;
+    *joint = (oc_joint){
+        .started = 1,
+        .second = {
+            .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
+            .memory_share = 1.0f,
+            .reference = radians * radians,
+        },
+    };
+    for (int32_t w = 0; w < 3; ++w) {
+        oc_play play = {.half_width = 0.5f * widths[w] * radians, .friction = -1.0f};
+        oc_hypothesis_start(&joint->hypotheses[n++], &play, angle);
+        play.creep = creep;
+        for (int32_t f = 0; f < 2; ++f) {
+            play.friction = frictions[f];
+            for (int32_t u = 0; u < 3; ++u) {
+                play.unloading = unloadings[u];
+                oc_hypothesis_start(&joint->hypotheses[n++], &play, angle);
+            }
+        }
+    }
+}
+
+static void restart(oc_joint *joint, const oc_joint_design *design, double angle) {
+    if (!joint->started) {
+        start(joint, design, angle);
+        return;
+    }
+    joint->in_second = 0;
+    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+        oc_hypothesis_restart(&joint->hypotheses[k], angle);
+    }
+}
+
+/* What the tyres carry. Turning says it with less noise than the accelerometer, which is needed for the bank alone. */
+static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_tracking *before, double rate_hz) {
+    return (oc_motion_sample){
+        .angle = tick->angle,
+        .residual = (float)tick->residual,
+        .lateral_acceleration = (float)(tick->yaw_rate * tick->speed + before->bank),
+        .yaw_acceleration = (float)((tick->yaw_rate - before->yaw_rate) * rate_hz),
+        .jerk = (float)((tick->lateral_acceleration - before->lateral_acceleration) * rate_hz),
+        .curvature = (float)tick->curvature,
+        .speed = (float)tick->speed,
+        .usable = tick->usable,
+    };
+}
+
+/* What is learned of a bias that has not changed holds for the yaw rates before as well: of its last move, the share by
+ * which it became surer. A bias that only wanders does not become surer. */
+static float correction_of(oc_joint *joint, double bias, double sd) {
+    const double variance = sd * sd;
+    const double before = joint->yaw_rate_bias_variance;
+    const double moved = bias - joint->yaw_rate_bias;
+    joint->yaw_rate_bias = bias;
+    joint->yaw_rate_bias_variance = variance;
+    return before > variance ? (float)((1.0 - variance / before) * moved) : 0.0f;
+}
+
+static int32_t best_of(const oc_joint *joint) {
+    int32_t best = 0;
+    for (int32_t k = 1; k < OC_JOINT_HYPOTHESES; ++k) {
+        if (joint->hypotheses[k].cost < joint->hypotheses[best].cost) {
+            best = k;
+        }
+    }
+    return best;
+}
+
+static void see_flank(oc_joint *joint, const oc_motion_sample *sample, float step_s) {
+    const oc_hypothesis *best = &joint->hypotheses[joint->best];
+    const float load = sample->lateral_acceleration - best->unloading;
+    const float friction = best->play.friction > 0.0f ? best->play.friction : 0.0f;
+    const float beyond = clearly + friction + sqrtf(best->unloading_variance);
+    joint->to_left += load > beyond ? step_s : 0.0f;
+    joint->to_right += load < -beyond ? step_s : 0.0f;
+}
+
+/* What the next whole second will be. */
+static void turn_second(oc_joint *joint, float memory_s) {
+    oc_second *second = &joint->second;
+    const float least = 0.05f * radians;
+    joint->best = best_of(joint);
+    const float noise = oc_hypothesis_noise(&joint->hypotheses[joint->best]);
+    second->reference = noise > least * least ? noise : least * least;
+    second->used_s += second->second_s;
+    second->blocks += second->block_ends;
+    second->long_blocks += second->long_block_ends;
+    joint->in_block = second->block_ends ? 0 : joint->in_block + 1;
+    joint->in_long_block = second->long_block_ends ? 0 : joint->in_long_block + 1;
+    second->block_ends = joint->in_block + 1 == OC_SECONDS_PER_BLOCK;
+    second->long_block_ends = joint->in_long_block + 1 == OC_SECONDS_PER_LONG_BLOCK;
+    /* a short memory at first, since early evidence was gathered far from where the hypotheses went */
+    const float memory = 60.0f + 0.5f * second->used_s;
+    second->memory_share = 1.0f - second->second_s / (memory < memory_s ? memory : memory_s);
+}
+
+/* All hypotheses have taken the sample in. */
+static void sampled(oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample, double bank) {
+    if (!sample->usable) {
+        joint->in_second = 0;
+        return;
+    }
+    const double memory = 10.0 * (double)design->memory_s;
+    joint->bank_samples += joint->bank_samples < memory ? 1.0 : 0.0;
+    joint->bank_mean += (bank - joint->bank_mean) / joint->bank_samples;
+    joint->speed_mean += ((double)sample->speed - joint->speed_mean) / joint->bank_samples;
+    see_flank(joint, sample, design->hypothesis.step_s);
+    if (++joint->in_second == design->samples_per_second) {
+        joint->in_second = 0;
+        turn_second(joint, design->memory_s);
+    }
+}
+
+/* Some more hypotheses take the sample in, and learn where it makes a second whole. */
+static bool take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                    const oc_prior *prior) {
+    const oc_motion_sample *sample = &tracking->sample;
+    const bool ends_second = sample->usable && joint->in_second + 1 == design->samples_per_second;
+    const int32_t end = tracking->taken + design->hypotheses_per_tick;
+    for (; tracking->taken < end && tracking->taken < OC_JOINT_HYPOTHESES; ++tracking->taken) {
+        oc_hypothesis *h = &joint->hypotheses[tracking->taken];
+        if (fabsf(tracking->correction) > least_correction && joint->second.used_s > 0.0f) {
+            oc_hypothesis_correct(h, &design->hypothesis, prior, tracking->correction);
+        }
+        oc_hypothesis_sample(h, &design->hypothesis, sample, joint->in_second == 0);
+        if (ends_second) {
+            oc_hypothesis_second(h, &design->hypothesis, prior, &joint->second, design->samples_per_second);
+        }
+    }
+    if (tracking->taken < OC_JOINT_HYPOTHESES) {
+        return false;
+    }
+    sampled(joint, design, sample, tracking->bank);
+    return ends_second;
+}
+
+bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                     const oc_prior *prior, const oc_joint_tick *tick) {
+    const double bank = tick->lateral_acceleration - tick->yaw_rate * tick->speed;
+    bool learned = false;
+    if (!tracking->running) {
+        restart(joint, design, tick->angle);
+        *tracking = (oc_joint_tracking){
+            .running = 1,
+            .bank = bank,
+            .taken = OC_JOINT_HYPOTHESES,
+            .yaw_rate = tick->yaw_rate,
+            .lateral_acceleration = tick->lateral_acceleration,
+        };
+    }
+    tracking->bank += (bank - tracking->bank) * design->side_force_share;
+    if (tracking->phase == 0) {
+        tracking->sample = sample_of(tick, tracking, design->rate_hz);
+        tracking->taken = 0;
+        tracking->correction = correction_of(joint, tick->yaw_rate_bias, (double)prior->yaw_rate_bias_sd);
+        joint->bank_mean += (double)tracking->correction * joint->speed_mean;
+    }
+    tracking->phase = tracking->phase + 1 < design->ticks_per_sample ? tracking->phase + 1 : 0;
+    if (tracking->taken < OC_JOINT_HYPOTHESES) {
+        learned = take_in(joint, tracking, design, prior);
+    }
+    tracking->yaw_rate = tick->yaw_rate;
+    tracking->lateral_acceleration = tick->lateral_acceleration;
+    return learned;
+}
+
+static float share_of(float value) {
+    if (value < 0.0f) {
+        return 0.0f;
+    }
+    return value > 1.0f ? 1.0f : value;
+}
+
+/* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was found by leaving that flank; that there is
+ * hardly any is believed only where the side force was on both sides, and else the midpoint stays as uncertain as half
+ * the play is beforehand. */
+static double unseen_width_variance(const oc_joint *joint, const oc_hypothesis *h) {
+    const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
+    const float missing = share_of(1.0f - seen / flank_s);
+    const float doubtful = share_of(1.0f - 2.0f * h->play.half_width / found_width);
+    return (double)(missing * doubtful * width_sd * width_sd);
+}
+
+/* exp(-x), near enough for a weight, for x >= 0. */
+static double likelihood(double x) {
+    return 1.0 / (1.0 + x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x / 24.0))));
+}
+
+/* Of values that each have a variance: mean, and variance within and between. */
+typedef struct {
+    double weight, sum, squares, variances;
+} mixture;
+
+static void mix(mixture *mixture, double weight, double value, double variance) {
+    mixture->weight += weight;
+    mixture->sum += weight * value;
+    mixture->squares += weight * value * value;
+    mixture->variances += weight * variance;
+}
+
+static double mean_of(const mixture *mixture) {
+    return mixture->sum / mixture->weight;
+}
+
+static double sd_of(const mixture *mixture) {
+    const double mean = mean_of(mixture);
+    const double between = mixture->squares / mixture->weight - mean * mean;
+    return sqrt(mixture->variances / mixture->weight + (between > 0.0 ? between : 0.0));
+}
+
+oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
+    mixture offset = {0}, gradient = {0}, backlash = {0}, unloading = {0};
+    const oc_hypothesis *best = &joint->hypotheses[joint->best];
+    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+        const oc_hypothesis *h = &joint->hypotheses[k];
+        const double weight = likelihood(h->cost > best->cost ? (double)(h->cost - best->cost) : 0.0);
+        const double unseen = unseen_width_variance(joint, h);
+        mix(&offset, weight, (double)(h->offset - best->offset),
+            (double)h->offset_variance + 0.25 * unseen);
+        mix(&gradient, weight, (double)h->gradient, (double)h->gradient_variance);
+        mix(&backlash, weight, 2.0 * (double)h->play.half_width, (double)h->width_variance + unseen);
+        mix(&unloading, weight, (double)h->unloading, (double)h->unloading_variance);
+    }
+    return (oc_joint_answer){
+        .offset = (double)best->offset + mean_of(&offset),
+        .offset_sd = sd_of(&offset),
+        .gradient = mean_of(&gradient),
+        .gradient_sd = sd_of(&gradient),
+        .backlash = mean_of(&backlash),
+        .backlash_sd = sd_of(&backlash),
+        .unloading = mean_of(&unloading),
+        .unloading_sd = sd_of(&unloading),
+        .used = (double)joint->second.used_s,
+    };
+}

@@ -1,0 +1,79 @@
+#ifndef OC_JOINT_H
+#define OC_JOINT_H
+/* Offset, understeer gradient, play and the side force at which the steering unloads, estimated together: a bank of
+ * hypotheses that start apart, each of which learns them all; how well each foretold the measured angle is its weight.
+ *
+ * A tick in ten or so is a sample. The hypotheses take it in a few at a time, so that no tick is a spike. */
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "hypothesis.h"
+
+enum { OC_JOINT_HYPOTHESES = 21 };
+
+/* The motion at one tick, filtered, the yaw rate corrected. */
+typedef struct {
+    double angle;                /* rad, as measured */
+    double residual;             /* rad, angle less i*L*r/v */
+    double yaw_rate;             /* rad/s */
+    double lateral_acceleration; /* m/s^2, as measured */
+    double curvature;            /* 1/m */
+    double speed;                /* m/s */
+    double yaw_rate_bias;        /* rad/s, by which the yaw rate was corrected; the prior has its spread */
+    bool usable;                 /* the gate is open */
+} oc_joint_tick;
+
+typedef struct {
+    oc_hypothesis_design hypothesis;
+    double rate_hz;
+    double side_force_share;     /* of a new tick in the smoothed bank */
+    float memory_s;              /* how far back evidence reaches at most */
+    int32_t ticks_per_sample, hypotheses_per_tick, samples_per_second;
+} oc_joint_design;
+
+/* Lost at ignition. */
+typedef struct {
+    int32_t running;
+    int32_t phase;               /* ticks since the sample was taken */
+    int32_t taken;               /* hypotheses that have it */
+    double bank;                 /* m/s^2, a_y - r*v smoothed */
+    double yaw_rate, lateral_acceleration; /* of the tick before */
+    oc_motion_sample sample;
+    float correction;            /* rad/s, of the yaw rates before the sample */
+} oc_joint_tracking;
+
+typedef struct {
+    int32_t started;
+    int32_t best;                /* hypothesis */
+    int32_t in_second;           /* samples of the second that fills */
+    int32_t in_block, in_long_block;
+    oc_second second;            /* what the next whole second will be */
+    float to_left, to_right;     /* s during which the side force was clearly to either side of a_0 */
+    double yaw_rate_bias, yaw_rate_bias_variance; /* at the last sample, rad/s */
+    double speed_mean;           /* m/s, and */
+    double bank_mean, bank_samples; /* m/s^2, a_y - r*v over all usable samples */
+    oc_hypothesis hypotheses[OC_JOINT_HYPOTHESES];
+} oc_joint;
+
+typedef struct {
+    double offset, offset_sd;       /* rad */
+    double gradient, gradient_sd;   /* rad/(m/s^2) */
+    double backlash, backlash_sd;   /* rad, full width */
+    double unloading, unloading_sd; /* m/s^2 */
+    double used;                    /* s */
+} oc_joint_answer;
+
+/* pull_sd: m/s^2, of wheel alignment and mean wind, which shift a_0; memory_s: how far back evidence reaches. */
+void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_ratio, double ratio_times_wheelbase,
+                    double pull_sd, double memory_s);
+
+/* One tick later than the one before; after an ignition or a hole tracking is all zero. True when a second was learned
+ * from. */
+bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                     const oc_prior *prior, const oc_joint_tick *tick);
+
+/* The hypotheses' mean by their weights, and what that leaves open. */
+oc_joint_answer oc_joint_answer_get(const oc_joint *joint);
+
+#endif

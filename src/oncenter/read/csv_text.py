@@ -1,0 +1,72 @@
+"""What stands between a CSV file's bytes and its header: packing, encoding, line ends and what programs put first."""
+
+from __future__ import annotations
+
+import codecs
+import gzip
+import zlib
+from pathlib import Path
+
+from oncenter.errors import OncenterError
+
+_GZIP = b"\x1f\x8b"
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def csv_text(path: Path) -> bytes:
+    """UTF-8 from the header on, lines ended by a line feed, packed or not whatever the name says.
+
+    Raises:
+        OncenterError: cut off, no text, or nothing in it.
+    """
+    data = path.read_bytes()
+    if data.startswith(_GZIP):
+        data = _unpacked(path, data)
+    if data.startswith(_UTF_16):
+        data = data.decode("utf-16", "replace").encode()
+    data = data.removeprefix(codecs.BOM_UTF8)
+    if b"\n" not in data:
+        data = data.replace(b"\r", b"\n")
+    text = _from_header(data)
+    header = text.split(b"\n", 1)[0]
+    if not header.strip():
+        raise OncenterError(f"{path.name} is empty", code="empty_log")
+    if b"\0" in header:
+        raise OncenterError(
+            f"cannot read {path.name}: its first line has zero bytes, so it is no text, or UTF-16 without its mark",
+            code="unreadable_log",
+        )
+    return text
+
+
+def separator_of(text: bytes) -> str:
+    """What parts the columns: the most frequent of , ; tab in the header."""
+    header = text.split(b"\n", 1)[0]
+    return max(",;\t", key=lambda mark: header.count(mark.encode()))
+
+
+def with_header_as_long_as_rows(text: bytes, separator: str) -> bytes:
+    """Some programs end each row with a separator, but not the header."""
+    mark = separator.encode()
+    header, *rest = text.split(b"\n", 2)
+    first = rest[0].rstrip(b"\r") if rest else b""
+    if first.endswith(mark) and first.count(mark) == header.count(mark) + 1:
+        return header.rstrip(b"\r") + mark + text[len(header.rstrip(b"\r")) :]
+    return text
+
+
+def _unpacked(path: Path, data: bytes) -> bytes:
+    try:
+        return gzip.decompress(data)
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise OncenterError(f"cannot read {path.name}: {error}", code="unreadable_log") from error
+
+
+def _from_header(data: bytes) -> bytes:
+    """Without the empty lines, the comments and Excel's `sep=;` that may stand before it."""
+    while data:
+        line, _, rest = data.partition(b"\n")
+        if line.strip() and not line.startswith((b"#", b"sep=")):
+            return data
+        data = rest
+    return data

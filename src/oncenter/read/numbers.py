@@ -1,0 +1,41 @@
+"""A table's column as numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from oncenter.errors import OncenterError
+from oncenter.read.frames import Column
+
+_NO_NUMBER = ("", "na", "n/a", "#n/a", "nan", "null", "none", "-", "--")  # what CSV writers put for "not available"
+
+
+def numbers(path: Path, column: pl.Series) -> Column:
+    """A column as numbers, NaN where empty.
+
+    Raises:
+        OncenterError: text where a number belongs.
+    """
+    if column.dtype.is_numeric() or column.dtype in (pl.Boolean, pl.Null):
+        return _filled(column.cast(pl.Float64))
+    if column.dtype != pl.String:
+        raise OncenterError(
+            f"column {column.name} of {path.name} is {column.dtype}, numbers are needed", code="not_a_number"
+        )
+    text = column.str.strip_chars()
+    read = text.cast(pl.Float64, strict=False)
+    wrong = read.is_null() & text.is_not_null() & ~text.str.to_lowercase().is_in(_NO_NUMBER)
+    if wrong.any():
+        row = wrong.arg_max() or 0
+        raise OncenterError(
+            f"column {column.name}, row {row + 1} of {path.name}: {text[row][:40]!r} is not a number",
+            code="not_a_number",
+        )
+    return _filled(read)
+
+
+def _filled(column: pl.Series) -> Column:
+    return column.fill_null(float("nan")).to_numpy().astype(np.float64, copy=True)

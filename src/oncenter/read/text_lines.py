@@ -1,0 +1,78 @@
+"""Lines of `.asc` and `.trc` as python-can reads them: without a last one that is cut off, and in absolute time."""
+
+from __future__ import annotations
+
+import io
+import re
+from typing import BinaryIO
+
+from oncenter.errors import OncenterError
+
+_BASE = re.compile(r"\s*base\s+(hex|dec)(?:\s+timestamps\s+(absolute|relative))?", re.IGNORECASE)
+_IDENTIFIER = re.compile(r"[0-9A-Fa-f]+x?", re.IGNORECASE)
+_DECIMAL_IDENTIFIER = re.compile(r"\bID = (\d+)(x?)")
+
+
+class TextLines(io.TextIOWrapper):
+    """A text log to iterate over; what does not end in a line end is left out and told in `cut_off`."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        super().__init__(file, encoding="utf-8", errors="replace")
+        self.cut_off = False
+
+    def __next__(self) -> str:  # type: ignore[override]
+        line = super().__next__()
+        if not line.endswith("\n"):
+            self.cut_off = bool(line.strip())
+            raise StopIteration
+        return line
+
+
+class AscLines(TextLines):
+    """A Vector log as if it had been written with absolute times and with identifiers, not with messages' names."""
+
+    def __init__(self, file: BinaryIO, name: str) -> None:
+        super().__init__(file)
+        self._name = name
+        self._decimal = self._relative = False
+        self._time = 0.0
+
+    def __next__(self) -> str:  # type: ignore[override]
+        line = super().__next__()
+        base = _BASE.match(line)
+        if base:
+            self._decimal = base[1].lower() == "dec"
+            self._relative = (base[2] or "").lower() == "relative"
+        elif line[:5].lower() == "begin":  # a trigger block brings its own date
+            self._time = 0.0
+        words = line.split(None, 4)
+        if len(words) < 2 or not words[0][:1].isdigit():
+            return line
+        return self._with_identifier(self._in_absolute_time(line, words[0]), words)
+
+    def _in_absolute_time(self, line: str, stamp: str) -> str:
+        if not self._relative:
+            return line
+        try:
+            self._time += float(stamp)
+        except ValueError:
+            return line
+        return line.replace(stamp, f"{self._time:.9f}", 1)
+
+    def _with_identifier(self, line: str, words: list[str]) -> str:
+        """Identifiers that are written as names stand, in decimal, at the line's end.
+
+        Raises:
+            OncenterError: this one does not.
+        """
+        is_frame = len(words) == 5 and words[1].isdigit() and words[3] in ("Rx", "Tx") and words[4][:2] == "d "
+        if not is_frame or _IDENTIFIER.fullmatch(words[2]):
+            return line
+        written = _DECIMAL_IDENTIFIER.search(words[4])
+        if written is None:
+            raise OncenterError(
+                f"{self._name} names messages ({words[2][:40]!r}) and not their identifiers: export it without names",
+                code="unreadable_log",
+            )
+        number = int(written[1])
+        return line.replace(words[2], (f"{number}" if self._decimal else f"{number:X}") + written[2], 1)

@@ -1,0 +1,119 @@
+"""The accuracy bench: its drives are what their rows say, and its figures what they are called."""
+
+import dataclasses
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "bench"))
+
+import accuracy
+import accuracy_rows
+import population
+from accuracy_rows import ROWS, drive
+
+from oncenter.signals import DEGREE
+
+
+def test_a_drawn_truck_has_the_understeer_gradient_that_was_drawn() -> None:
+    from oncenter.simulate.truck import understeer_gradient
+    from oncenter.simulate.truck_sections import Steering, Truck
+
+    random = np.random.default_rng(5)
+    for _ in range(20):
+        drawn = population.draw(random)
+        steering = Steering(**population.steering(drawn, drawn["front_axle_load_kg"], pulls=False))
+        truck = Truck(
+            **population.truck(drawn), relaxation_length_m=0.5, track_width_front_m=2.05, track_width_rear_m=1.83
+        )
+        wanted = drawn["understeer_gradient_deg_m_s2"] * DEGREE
+        assert understeer_gradient(truck, steering) == pytest.approx(wanted, rel=1e-9)
+
+
+def test_what_a_row_fixes_does_not_move_what_it_leaves_to_chance() -> None:
+    free = population.draw(np.random.default_rng(3))
+    fixed = population.draw(np.random.default_rng(3), {"backlash_deg": 0.0, "trail_m": 0.05})
+    assert {name for name in free.numbers if free[name] != fixed[name]} == {"backlash_deg", "trail_m"}
+
+
+def test_every_row_can_be_driven_and_has_a_truth_for_each_minute(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for row in ROWS.values():
+        driven = drive(row, 1, tmp_path)
+        assert len(driven.target_rad) == 20
+        assert np.isfinite(driven.target_rad).all()
+        assert 0.0 < driven.floor_rad < 4.0 * DEGREE
+        assert driven.vehicle.traffic_side == row.traffic_side
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_same_row_and_seed_give_the_same_drive(tmp_path: Path) -> None:
+    first, again = (drive(ROWS["population"], 7, tmp_path) for _ in range(2))
+    assert first.signals.table.equals(again.signals.table, null_equal=True)
+    assert first.vehicle == again.vehicle
+    assert not first.signals.table.equals(drive(ROWS["population"], 8, tmp_path).signals.table)
+
+
+def test_a_remounted_sensor_is_judged_by_where_it_is_at_the_time(tmp_path: Path) -> None:
+    remount = {"sensors": {"steering_wheel_angle": {"remounts": [{"begin_s": 630.0, "step_deg": 3.0}]}}}
+    row = dataclasses.replace(ROWS["remounted"], extra=lambda random: remount)
+    steps = np.diff(drive(row, 1, tmp_path).target_rad)
+    assert np.flatnonzero(steps).tolist() == [9]  # between the ends of the 10th and the 11th minute
+    assert steps[9] == pytest.approx(3.0 * DEGREE)
+
+
+def test_ebc2_s_wheel_speeds_are_whole_sixteenths_about_the_front_axle_s(tmp_path: Path) -> None:
+    table = drive(ROWS["ebc2"], 1, tmp_path).signals.table[::10]
+    wheels = {name: table[f"{name}_m_s"].to_numpy() * 3.6 * 16.0 for name in accuracy_rows.WHEEL_SPEEDS}
+    apart = wheels["wheel_speed_rear_left"] - wheels["wheel_speed_rear_right"]
+    np.testing.assert_allclose(apart, np.round(apart), atol=1e-6)
+    assert np.ptp(apart) > 5.0
+
+
+def test_the_floor_of_an_interval_is_what_accelerometer_pull_and_wind_leave() -> None:
+    bias = 0.1 / math.sqrt(2.0)  # known twice as well: by its prior and by the crown's
+    assert population.cannot_be_told_apart_m_s2(play=False) == pytest.approx(math.hypot(bias, population.WIND_SD_M_S2))
+    others = math.hypot(population.PULL_SD_M_S2, population.WIND_SD_M_S2)
+    both = population.cannot_be_told_apart_m_s2(play=True)
+    assert both == pytest.approx(bias * others / math.hypot(bias, others))
+    assert population.cannot_be_told_apart_m_s2(play=True, crown_known=False) > both
+
+
+@pytest.mark.parametrize(
+    ("error_deg", "minutes"),
+    [
+        ([0.1, 0.1, 0.1], 1),
+        ([3.0, 0.1, 0.1], 2),
+        ([0.1, 3.0, 0.1], 3),
+        ([np.nan, np.nan, 0.1], 3),
+        ([0.1, 0.1, 3.0], np.inf),
+        ([0.1, 0.1, np.nan], np.inf),
+    ],
+)
+def test_the_time_to_a_bound_is_when_the_error_is_below_it_for_good(error_deg: list[float], minutes: float) -> None:
+    assert accuracy.minutes_until_below(np.array(error_deg), 1.0) == minutes
+
+
+def test_a_summary_counts_coverage_over_intervals_and_errors_over_values(tmp_path: Path) -> None:
+    import polars as pl
+
+    part = pl.DataFrame(
+        {
+            "error_deg": [[0.5, 0.1], [0.5, -0.4], [None, None]],
+            "sd_deg": [[1.0, 0.1], [1.0, 0.1], [None, None]],
+            "valid": [[False, True], [False, False], [False, False]],
+            "floor_deg": [0.1, 0.1, 0.1],
+            "ns_per_sample": [30.0, 20.0, 25.0],
+        }
+    )
+    summary = accuracy._summary("ordinary", "thesis", part)
+    assert (summary.answered, summary.valid) == (pytest.approx(2 / 3), pytest.approx(1 / 3))
+    assert (summary.median, summary.valid_median, summary.largest) == (0.25, 0.1, 0.4)
+    assert summary.coverage == 0.5  # 0.4 lies outside of 1.96 * 0.1
+    assert summary.of_floor == pytest.approx(1.96)
+    assert summary.minutes_to_half_deg == 2.0
+    assert summary.ns_per_sample == 25.0

@@ -1,0 +1,196 @@
+"""Tables as spreadsheets, loggers and scripts write them: the same drive, or a refusal, never other numbers."""
+
+from __future__ import annotations
+
+import gzip
+import math
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from oncenter.errors import OncenterError
+from oncenter.read import read
+from oncenter.signals import DEGREE, SignalName
+
+ROWS = 200
+NOON = datetime(2024, 5, 1, 12, tzinfo=UTC)
+TABLE = pl.DataFrame(
+    {
+        "time_s": np.arange(ROWS) / 100,
+        "steering_wheel_angle_deg": np.round(20 * np.sin(np.arange(ROWS) / 30), 2),
+        "yaw_rate_deg_s": np.round(3 * np.sin(np.arange(ROWS) / 30), 3),
+    }
+)
+HEADER, *LINES = TABLE.write_csv().splitlines()
+
+
+def csv(*, header: str = HEADER, separator: str = ",", decimal: str = ".", end: str = "\n") -> str:
+    rows = [line.replace(",", "\0").replace(".", decimal).replace("\0", separator) for line in LINES]
+    return end.join([header.replace(",", separator), *rows]) + end
+
+
+def with_time(head: str, time: Callable[[float], str]) -> str:
+    cells = [line.split(",", 1) for line in LINES]
+    return "\n".join([HEADER.replace("time_s", head), *(f"{time(float(t))},{rest}" for t, rest in cells)])
+
+
+def clock(of: str, since: datetime = NOON) -> Callable[[float], str]:
+    return lambda t: (since + timedelta(seconds=t)).strftime(of)[:-3]
+
+
+WAYS: dict[str, str | bytes] = {
+    "decimal commas between semicolons": csv(separator=";", decimal=","),
+    "decimal commas between tabs": csv(separator="\t", decimal=","),
+    "decimal points between semicolons": csv(separator=";"),
+    "a byte order mark": "\ufeff" + csv(),
+    "UTF-16": csv().encode("utf-16"),
+    "UTF-16, big end first": ("\ufeff" + csv(separator=";", decimal=",")).encode("utf-16-be"),
+    "a carriage return and a line feed": csv(end="\r\n"),
+    "carriage returns": csv(end="\r"),
+    "a separator at each line's end": csv(end=",\n"),
+    "a separator at each row's end": "\n".join([HEADER, *(line + "," for line in LINES)]),
+    "quoted names": csv(header=",".join(f'"{name}"' for name in HEADER.split(","))),
+    "a row of units": csv(header=HEADER + "\ns,deg,deg/s"),
+    "a row of units in brackets, below names without": csv(
+        header="time,steering_wheel_angle,yaw_rate\n[s],[°],[deg/s]"
+    ),
+    "comments and Excel's mark first": "# logger 3\n\nsep=;\n" + csv(separator=";"),
+    "empty lines": csv(end="\n\n"),
+    "gzip that does not say so": gzip.compress(csv().encode()),
+    "milliseconds": with_time("time_ms", lambda t: f"{1000 * t:.0f}"),
+    "microseconds": with_time("time_us", lambda t: f"{1e6 * t:.0f}"),
+    "ISO dates": with_time("time_s", clock("%Y-%m-%dT%H:%M:%S.%f")),
+    "ISO dates in UTC": with_time("timestamp", lambda t: clock("%Y-%m-%dT%H:%M:%S.%f")(t) + "Z"),
+    "ISO dates of a zone": with_time("Time", lambda t: clock("%Y-%m-%d %H:%M:%S.%f")(t) + "+02:00"),
+    "the time of day past midnight": with_time("time", clock("%H:%M:%S.%f", datetime(2024, 5, 1, 23, 59, 59))),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_however_a_table_is_written_it_is_the_same_drive(way: str, tmp_path: Path) -> None:
+    content = WAYS[way]
+    (tmp_path / "drive.csv").write_bytes(content.encode() if isinstance(content, str) else content)
+    signals = read(tmp_path / "drive.csv")
+    assert signals.rate_hz == 100.0
+    assert signals.notes == ()
+    since = signals.table["time_s"].to_numpy() - signals.table["time_s"][0]
+    assert np.allclose(since, TABLE["time_s"], atol=1e-6)
+    assert np.allclose(signals.table["steering_wheel_angle_rad"], TABLE["steering_wheel_angle_deg"] * DEGREE, atol=1e-9)
+    assert np.allclose(signals.table["yaw_rate_rad_s"], TABLE["yaw_rate_deg_s"] * DEGREE, atol=1e-9)
+
+
+def test_dates_are_seconds_since_1970_where_they_name_no_zone_too(tmp_path: Path) -> None:
+    for way, start in (("ISO dates", 0), ("ISO dates in UTC", 0), ("ISO dates of a zone", -7200)):
+        (tmp_path / "drive.csv").write_text(str(WAYS[way]))
+        assert read(tmp_path / "drive.csv").table["time_s"][0] == pytest.approx(NOON.timestamp() + start, abs=1e-6)
+
+
+SINCE_NOON = pl.lit(NOON.replace(tzinfo=None)) + pl.duration(
+    milliseconds=(pl.col("time_s") * 1000).round().cast(pl.Int64)
+)
+PARQUET: dict[str, pl.DataFrame] = {
+    "32 bits": TABLE.with_columns(pl.exclude("time_s").cast(pl.Float32)),
+    "decimals": TABLE.with_columns(pl.all().cast(pl.Decimal(12, 3))),
+    "whole milliseconds": TABLE.select(
+        (pl.col("time_s") * 1000).round().cast(pl.Int64).alias("time_ms"), pl.exclude("time_s")
+    ),
+    "text": TABLE.cast(pl.String),
+    **{
+        f"dates in {u}": TABLE.with_columns(SINCE_NOON.cast(pl.Datetime(u)).alias("time_s")) for u in ("ms", "us", "ns")
+    },
+    "dates of a zone": TABLE.with_columns(SINCE_NOON.dt.replace_time_zone("UTC").alias("time_s")),
+    "durations": TABLE.with_columns((SINCE_NOON - pl.lit(NOON.replace(tzinfo=None))).alias("time_s")),
+    "times of day": TABLE.with_columns(SINCE_NOON.dt.time().alias("time_s")),
+    "others beside": TABLE.with_columns(pl.lit(b"x").alias("blob"), pl.lit(None).alias("nothing")),
+}
+
+
+@pytest.mark.parametrize("kind", PARQUET)
+def test_parquet_of_any_type_is_the_same_drive(kind: str, tmp_path: Path) -> None:
+    PARQUET[kind].write_parquet(tmp_path / "drive.parquet")
+    signals = read(tmp_path / "drive.parquet")
+    assert np.allclose(signals.table["time_s"] - signals.table["time_s"][0], TABLE["time_s"], atol=1e-6)
+    assert np.allclose(signals.table["yaw_rate_rad_s"], TABLE["yaw_rate_deg_s"] * DEGREE, atol=1e-7)
+
+
+def test_a_null_is_not_available(tmp_path: Path) -> None:
+    missing = TABLE.with_columns(
+        pl.when(pl.int_range(pl.len()) == 7).then(None).otherwise("yaw_rate_deg_s").alias("yaw_rate_deg_s")
+    )
+    missing.write_parquet(tmp_path / "drive.parquet")
+    assert math.isnan(read(tmp_path / "drive.parquet").table["yaw_rate_rad_s"][7])
+
+
+REFUSED: dict[str, tuple[str | bytes, str, str]] = {
+    "decimal commas between commas": (csv(decimal=","), "unreadable_log", "more fields than the header"),
+    "commas between thousands": (csv(separator=";").replace("\n0.07;", "\n1,000;"), "not_a_number", "row 8 "),
+    "UTF-16 without its mark": (csv().encode("utf-16-le"), "unreadable_log", "UTF-16"),
+    "a time without a unit": (csv(header=HEADER.replace("time_s", "time")), "unit_missing", "time_ms"),
+    "two units": (csv(header=HEADER + "\ns,rad,deg/s"), "unit_ambiguous", "'rad'"),
+    "a signal that is there twice": (
+        "\n".join([HEADER + ",yaw_rate_deg_s", *(line + ",9" for line in LINES)]),
+        "ambiguous_column",
+        "yaw_rate_deg_s",
+    ),
+    "a time that is there twice": (
+        "\n".join([HEADER + ",time_s", *(f"{r},9" for r in LINES)]),
+        "ambiguous_column",
+        "time_s",
+    ),
+    "dates the other way round": (with_time("time_s", clock("%d.%m.%Y %H:%M:%S.%f")), "not_a_number", "01.05.2024"),
+    "noon": (with_time("time_s", lambda t: "noon" if t > 1 else clock("%H:%M:%S.%f")(t)), "not_a_time", "'noon'"),
+    "whole seconds": (with_time("time_s", lambda t: clock("%H:%M:%S.%f")(t)[:8]), "time_backward", "does not increase"),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_can_be_read_in_two_ways_is_refused(what: str, tmp_path: Path) -> None:
+    content, code, said = REFUSED[what]
+    (tmp_path / "drive.csv").write_bytes(content.encode() if isinstance(content, str) else content)
+    with pytest.raises(OncenterError) as refused:
+        read(tmp_path / "drive.csv")
+    assert (refused.value.code, refused.value.exit_code) == (code, 1)
+    assert said in str(refused.value) and "drive.csv" in str(refused.value)
+
+
+def test_a_time_that_the_vehicle_file_names_may_be_a_date(tmp_path: Path) -> None:
+    (tmp_path / "drive.csv").write_text(with_time("Zeit", clock("%Y-%m-%d %H:%M:%S.%f")))
+    table = read(tmp_path / "drive.csv", names={"time": SignalName("Zeit")}).table
+    assert table["time_s"][0] == pytest.approx(NOON.timestamp(), abs=1e-6)
+
+
+def test_cells_left_empty_between_those_of_a_slower_signal_are_bridged_and_holes_are_not(tmp_path: Path) -> None:
+    row = pl.int_range(pl.len())
+    slow = (row % 10 == 3) & ~row.is_between(60, 140)
+    sparse = TABLE.with_columns(pl.when(slow).then(72.0 + row).alias("vehicle_speed_km_h"))
+    sparse.write_csv(tmp_path / "drive.csv")
+    signals = read(tmp_path / "drive.csv")
+    speed = 3.6 * signals.table["vehicle_speed_m_s"].to_numpy() - 72
+    assert signals.sources["vehicle_speed"].rate_hz == pytest.approx(10.0)
+    known = np.r_[3:54, 143:194]
+    assert np.allclose(speed[known], known, atol=1e-9)
+    assert np.isnan(np.delete(speed, known)).all()
+
+
+def test_an_angle_slower_than_its_table_is_as_slow_as_it_is(tmp_path: Path) -> None:
+    every_tenth = pl.when(pl.int_range(pl.len()) % 10 == 0).then("steering_wheel_angle_deg")
+    TABLE.with_columns(every_tenth.alias("steering_wheel_angle_deg")).write_csv(tmp_path / "drive.csv")
+    with pytest.raises(OncenterError, match="comes at 10 Hz") as refused:
+        read(tmp_path / "drive.csv")
+    assert refused.value.code == "rate_too_low"
+
+
+def test_rows_that_each_hold_one_event_give_each_signal_its_own_rate(tmp_path: Path) -> None:
+    angle = TABLE.select("time_s", "steering_wheel_angle_deg")
+    yaw = TABLE.gather_every(2).select(pl.col("time_s") + 0.003, "yaw_rate_deg_s")
+    pl.concat([angle, yaw], how="diagonal").sort("time_s").write_csv(tmp_path / "drive.csv")
+    signals = read(tmp_path / "drive.csv")
+    assert signals.rate_hz == 100.0
+    assert [signals.sources[s].rate_hz for s in ("steering_wheel_angle", "yaw_rate")] == pytest.approx([100.0, 50.0])
+    at_ticks = np.interp(signals.table["time_s"], yaw["time_s"], yaw["yaw_rate_deg_s"]) * DEGREE
+    inside = signals.table["time_s"].is_between(0.004, 1.98).to_numpy()
+    assert np.allclose(signals.table["yaw_rate_rad_s"].to_numpy()[inside], at_ticks[inside], atol=1e-9)

@@ -17,7 +17,7 @@ need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && ec
 	apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2) \
 	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
 
-.PHONY: help demo test lint types warnings cppcheck sanitize pytest bench lock clean
+.PHONY: help demo test lint types warnings cppcheck sanitize pytest bench accuracy lock clean
 .DEFAULT_GOAL := help
 
 help: ## show this
@@ -58,6 +58,9 @@ pytest: .venv/ready
 
 bench: .venv/ready ## speed, side by side with scipy, numba and python-can
 	$(BIN)/python bench/speed.py --readme
+
+accuracy: .venv/ready ## errors, intervals and times of all methods and rivals: docs/accuracy.md
+	$(BIN)/python bench/accuracy.py --page --jobs 2
 
 lock: .venv/python ## pin today's newest dependencies in requirements.lock and list their licences
 	rm -rf build/lock

@@ -15,6 +15,7 @@ static const double slip_speed = 0.15;         /* m/s, besides: 3 deg/s of bias,
 static const double slip_turn = 0.2;           /* of the turn's own difference, besides */
 static const double standing_floor = 3.5e-4;   /* rad/s, 0.02 deg/s: what no standing averages away */
 static const double standing_alike = 10.0;     /* neighbouring ticks that say the same thing again */
+static const double standing_blocks = 10.0;    /* after which a block of one standstill adds no less */
 static const double standing_spread = 0.01;    /* rad/s; more is a truck that rolls or is shaken */
 static const double rolling_speed = 0.3;       /* m/s of a wheel while the truck is said to stand */
 static const double first_noise = 0.0017;      /* rad/s of a block, 0.1 deg/s */
@@ -172,14 +173,14 @@ static void settle_status(oc_gyro_bias *state, const oc_params *p) {
 }
 
 /* A standing block's mean is the bias. It is so sure that a bias far from it has moved. The floor is the standstill's,
- * not the block's: the k-th block of one adds as a k-th part. */
+ * not the block's: the k-th block of one adds as a k-th part, until a drift must be followed. */
 static void learn_standing(oc_gyro_bias *state, const oc_params *p, double time, double tick_s) {
     static const double h[OC_GYRO_BIAS_STATES] = {1.0};
     const double n = state->still;
     const double variance = state->still_squares / n;
     if (variance <= squared(standing_spread)) {
         predict(state, p, time);
-        state->still_blocks += 1.0;
+        state->still_blocks += state->still_blocks < standing_blocks ? 1.0 : 0.0;
         const double R = squared(standing_floor) * state->still_blocks + variance * standing_alike / n;
         const double innovation = state->still_yaw_rate - state->x[BIAS];
         const double S = state->P[BIAS][BIAS] + R;

@@ -32,7 +32,7 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
             [GRADIENT] = 0.8f * rad_per_deg,
             [YAW_ACCELERATION] = 100.0f * rad_per_deg,
             [JERK] = 10.0f * rad_per_deg,
-            [WHEELBASE] = 0.02f,
+            [WHEELBASE] = 0.05f,
             [YAW_RATE_BIAS] = 1.0f * rad_per_deg,
             [WIDTH] = 6.0f * rad_per_deg,
             [UNLOADING] = 0.15f,
@@ -117,23 +117,27 @@ static void motion_terms(const oc_hypothesis_design *design, const oc_motion_sam
     terms[YAW_RATE_BIAS] = -scale[YAW_RATE_BIAS] * design->ratio_times_wheelbase / larger(sample->speed, 1.0f);
 }
 
-/* Recursive least squares about the means; what is far off counts by its sign only (Huber). Deviations and not plain
- * products: a term that hardly varies could not be told from the constant in single precision. */
-static void regress(oc_hypothesis *h, const oc_second *second, const float *terms, float target) {
+/* What a second showed that was not foretold, rad. */
+static float surprise(const oc_hypothesis *h, const float *terms, float target) {
     float error = target - h->constant;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         error -= terms[k] * h->terms[k];
     }
-    const float squared = error * error;
+    return error;
+}
+
+/* Recursive least squares about the means; what is far off counts by its sign only (Huber). Deviations and not plain
+ * products: a term that hardly varies could not be told from the constant in single precision. */
+static void regress(oc_hypothesis *h, const oc_second *second, const float *terms, float target) {
+    const float squared = h->error * h->error;
     const float limit = 4.0f * h->variance;
     const float weight = squared > limit ? sqrtf(limit / squared) : 1.0f;
 
     const float keep = second->memory_share;
     const float quick = larger(1.0f / (2.0f + second->used_s / second->second_s), 0.02f);
-    h->error = error;
     h->variance += (within_range(squared, 0.0f, 9.0f * h->variance) - h->variance) * quick;
-    h->blocks.sum += weight * error;
-    h->long_blocks.sum += weight * error;
+    h->blocks.sum += weight * h->error;
+    h->long_blocks.sum += weight * h->error;
     h->cost = keep * h->cost + 0.5f * within_range(squared / second->reference, 0.0f, 16.0f);
 
     float apart[OC_TERMS];
@@ -228,15 +232,22 @@ static float found(const oc_hypothesis *h, const oc_hypothesis_design *design, i
     return h->terms[term] * design->scale[term];
 }
 
-/* In a narrower play all that happens within it shows less: so would it have in what was gathered. */
-static void narrow(oc_hypothesis *h, float share) {
-    for (int32_t term = UNLOADING; term <= CREEP; ++term) {
-        for (int32_t k = 0; k < OC_TERMS; ++k) {
-            float *cell = k <= term ? &h->scatter[term * (term + 1) / 2 + k] : &h->scatter[k * (k + 1) / 2 + term];
-            *cell *= k == term ? share * share : share;
+/* All that was gathered of a term as if it had shown only by that share. */
+static void fade(oc_hypothesis *h, int32_t term, float share) {
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        float *cell = k <= term ? &h->scatter[term * (term + 1) / 2 + k] : &h->scatter[k * (k + 1) / 2 + term];
+        *cell *= k == term ? share * share : share;
+    }
+    h->toward[term] *= share;
+}
+
+/* What is found stays so, whatever became of the evidence. */
+static void keep_found(oc_hypothesis *h) {
+    for (int32_t row = 0; row < OC_TERMS; ++row) {
+        h->toward[row] = 0.0f;
+        for (int32_t column = 0; column < OC_TERMS; ++column) {
+            h->toward[row] += cell_of(h->scatter, row, column) * h->terms[column];
         }
-        h->toward[term] *= share;
-        h->means[term] *= share;
     }
 }
 
@@ -249,7 +260,12 @@ static void relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
                                0.05f * rad_per_deg, 12.5f * rad_per_deg);
     shift(h, design, WIDTH, 2.0f * (play->half_width - before.half_width));
     if (play->half_width < before.half_width) {
-        narrow(h, play->half_width / before.half_width);
+        /* in a narrower play all that happens within it shows less: so would it have before */
+        for (int32_t term = UNLOADING; term <= CREEP; ++term) {
+            const float share = play->half_width / before.half_width;
+            fade(h, term, share);
+            h->means[term] *= share;
+        }
     }
     play->unloading = within_range(
         before.unloading + within_range(found(h, design, UNLOADING), -unloading_step, unloading_step), -1.0f, 1.0f);
@@ -375,7 +391,13 @@ void oc_hypothesis_second(oc_hypothesis *h, const oc_hypothesis_design *design, 
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         terms[k] = h->sums[k] / (float)samples;
     }
-    regress(h, second, terms, h->target_sum / (float)samples);
+    const float target = h->target_sum / (float)samples;
+    h->error = surprise(h, terms, target);
+    h->curvature = terms[WHEELBASE] / (design->scale[WHEELBASE] * design->ratio_times_wheelbase);
+    if (!second->learns) {
+        return;
+    }
+    regress(h, second, terms, target);
     if (second->block_ends) {
         correlate(&h->blocks, h->variance, OC_SECONDS_PER_BLOCK, second->blocks);
     }
@@ -396,4 +418,11 @@ void oc_hypothesis_remounted(oc_hypothesis *h, float by, float seconds) {
     h->constant += by;
     h->offset += by;
     h->weight = seconds;
+}
+
+void oc_hypothesis_loaded(oc_hypothesis *h) {
+    static const float share = 0.1f;
+    fade(h, GRADIENT, share);
+    fade(h, WHEELBASE, share);
+    keep_found(h);
 }

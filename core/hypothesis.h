@@ -77,6 +77,7 @@ typedef struct {
     float variance;                      /* rad^2, of what a second's mean leaves */
     oc_correlation blocks, long_blocks;
     float error;                         /* rad, of the last second, foretold before it was learned from */
+    float curvature;                     /* 1/m, of the last second */
     float cost;                          /* minus its logarithmic likelihood, forgetting */
     float offset, offset_variance;       /* rad, rad^2 */
     float gradient, gradient_variance;   /* rad/(m/s^2) */
@@ -90,6 +91,7 @@ typedef struct {
     float second_s;     /* its length */
     float memory_share; /* 1 less what it makes be forgotten */
     float reference;    /* rad^2, the best hypothesis's noise, by which errors are judged */
+    int32_t learns;     /* 0: what was learned is in doubt, the second is only foretold */
     int32_t block_ends, long_block_ends;
     int32_t blocks, long_blocks; /* whole ones before */
 } oc_second;
@@ -121,5 +123,8 @@ void oc_hypothesis_correct(oc_hypothesis *hypothesis, const oc_hypothesis_design
 
 /* The sensor reads `by` rad more from now on; so many seconds tell how much. */
 void oc_hypothesis_remounted(oc_hypothesis *hypothesis, float by, float seconds);
+
+/* Bends take another angle from now on: what was known of gradient and wheelbase counts little. */
+void oc_hypothesis_loaded(oc_hypothesis *hypothesis);
 
 #endif

@@ -40,6 +40,7 @@ static void start(oc_joint *joint, const oc_joint_design *design, double angle) 
         .second = {
             .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
             .memory_share = 1.0f,
+            .learns = 1,
             .reference = radians * radians,
         },
     };
@@ -131,8 +132,39 @@ static void turn_second(oc_joint *joint, float memory_s) {
     second->memory_share = 1.0f - second->second_s / (memory < memory_s ? memory : memory_s);
 }
 
+/* Errors of what was foretold are watched once there is something to doubt. */
+static void watch(oc_joint *joint, double time) {
+    static const float learned_s = 300.0f; /* hypotheses that still go their ways err, too */
+    const oc_hypothesis *best = &joint->hypotheses[joint->best];
+    if (!(joint->second.used_s > learned_s)) {
+        return;
+    }
+    const oc_joint_answer before = oc_joint_answer_get(joint);
+    const oc_change change = oc_change_update(&joint->watch, (double)best->error,
+                                              sqrt((double)joint->second.reference), (double)best->curvature);
+    joint->second.learns = !oc_change_suspected(&joint->watch);
+    if (change.kind == OC_CHANGE_NONE) {
+        return;
+    }
+    joint->changed[joint->changes % OC_CHANGES_MAX] = (oc_changed){
+        .time = time - change.seconds,
+        .before = before.offset,
+        .before_sd = before.offset_sd,
+        .change = change,
+    };
+    ++joint->changes;
+    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+        if (change.kind == OC_CHANGE_OFFSET) {
+            oc_hypothesis_remounted(&joint->hypotheses[k], (float)change.size, (float)change.seconds);
+        } else {
+            oc_hypothesis_loaded(&joint->hypotheses[k]);
+        }
+    }
+}
+
 /* All hypotheses have taken the sample in. */
-static void sampled(oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample, double bank) {
+static void sampled(oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample, double bank,
+                    double time) {
     if (!sample->usable) {
         joint->in_second = 0;
         return;
@@ -144,13 +176,17 @@ static void sampled(oc_joint *joint, const oc_joint_design *design, const oc_mot
     see_flank(joint, sample, design->hypothesis.step_s);
     if (++joint->in_second == design->samples_per_second) {
         joint->in_second = 0;
-        turn_second(joint, design->memory_s);
+        const bool learned = joint->second.learns;
+        watch(joint, time);
+        if (learned) {
+            turn_second(joint, design->memory_s);
+        }
     }
 }
 
 /* Some more hypotheses take the sample in, and learn where it makes a second whole. */
 static bool take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
-                    const oc_prior *prior) {
+                    const oc_prior *prior, const oc_joint_tick *tick) {
     const oc_motion_sample *sample = &tracking->sample;
     const bool ends_second = sample->usable && joint->in_second + 1 == design->samples_per_second;
     const int32_t end = tracking->taken + design->hypotheses_per_tick;
@@ -167,7 +203,7 @@ static bool take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
     if (tracking->taken < OC_JOINT_HYPOTHESES) {
         return false;
     }
-    sampled(joint, design, sample, tracking->bank);
+    sampled(joint, design, sample, tracking->bank, tick->time);
     return ends_second;
 }
 
@@ -194,7 +230,7 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     }
     tracking->phase = tracking->phase + 1 < design->ticks_per_sample ? tracking->phase + 1 : 0;
     if (tracking->taken < OC_JOINT_HYPOTHESES) {
-        learned = take_in(joint, tracking, design, prior);
+        learned = take_in(joint, tracking, design, prior, tick);
     }
     tracking->yaw_rate = tick->yaw_rate;
     tracking->lateral_acceleration = tick->lateral_acceleration;

@@ -8,12 +8,21 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "change.h"
 #include "hypothesis.h"
 
-enum { OC_JOINT_HYPOTHESES = 21 };
+enum { OC_JOINT_HYPOTHESES = 21, OC_CHANGES_MAX = 8 };
+
+/* What changed in a drive. */
+typedef struct {
+    double time;                    /* s, when */
+    double before, before_sd;       /* rad, the offset until then */
+    oc_change change;
+} oc_changed;
 
 /* The motion at one tick, filtered, the yaw rate corrected. */
 typedef struct {
+    double time;                 /* s */
     double angle;                /* rad, as measured */
     double residual;             /* rad, angle less i*L*r/v */
     double yaw_rate;             /* rad/s */
@@ -53,6 +62,9 @@ typedef struct {
     double yaw_rate_bias, yaw_rate_bias_variance; /* at the last sample, rad/s */
     double speed_mean;           /* m/s, and */
     double bank_mean, bank_samples; /* m/s^2, a_y - r*v over all usable samples */
+    oc_change_watch watch;
+    int32_t changes;             /* seen; the last of them are kept */
+    oc_changed changed[OC_CHANGES_MAX];
     oc_hypothesis hypotheses[OC_JOINT_HYPOTHESES];
 } oc_joint;
 

@@ -347,6 +347,7 @@ static void estimate_jointly(oc_state *state, const oc_coefficients *c, const oc
                              const oc_motion *motion, const oc_estimate *yaw_rate_bias, uint32_t reasons) {
     const oc_prior prior = prior_of(&state->evidence, c, yaw_rate_bias->standard_deviation);
     const oc_joint_tick tick = {
+        .time = state->tracking.last_time,
         .angle = filtered->steering_wheel_angle,
         .residual = motion->residual,
         .yaw_rate = filtered->yaw_rate,
@@ -614,6 +615,7 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
         .understeer_gradient = learned.understeer_gradient,
         .backlash = learned.backlash,
         .unloading_acceleration = learned.unloading_acceleration,
+        .changes = jointly ? now.joint.changes : 0,
         .yaw_rate_bias = yaw_rate_bias_of(&now, c),
         .yaw_rate_bias_wheel_time = wheels_tell(&now, c) ? now.gyro_bias.wheel_evidence : 0.0,
         .yaw_rate_bias_alarm_time = now.gyro_bias.alarm_time,
@@ -629,6 +631,9 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     };
     for (int32_t k = 0; k < OC_REASON_COUNT; ++k) {
         answer->rejected[k] = (double)now.rejected[k] * c->tick_s;
+    }
+    for (int32_t k = 0; k < OC_CHANGES_MAX; ++k) {
+        answer->changed[k] = now.joint.changed[k];
     }
     answer->rejected[window_bit] = ((double)now.ticks - (double)now.unused_motion - used) * c->tick_s;
 }

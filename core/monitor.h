@@ -110,6 +110,8 @@ typedef struct {
     oc_estimate understeer_gradient;       /* rad/(m/s^2) */
     oc_estimate backlash;                  /* rad, full width */
     oc_estimate unloading_acceleration;    /* m/s^2, as measured */
+    int32_t changes;                       /* seen in the drive; the last of them are in */
+    oc_changed changed[OC_CHANGES_MAX];    /* the one that came k-th at k modulo their number */
     oc_estimate yaw_rate_bias;             /* rad/s, now; where no wheel speeds tell, at standstill */
     double yaw_rate_bias_wheel_time;       /* s of wheel speeds behind it; 0: standstill alone */
     double yaw_rate_bias_alarm_time;       /* s for which it moved faster than it was followed */

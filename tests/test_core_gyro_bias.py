@@ -22,6 +22,13 @@ from oncenter.simulate import simulate, simulate_to_log
 YAW_RATE = "yaw_rate_rad_s"
 WHEELS = [f"wheel_speed_{corner}_m_s" for corner in CORNERS]
 MINUTE = int(60 * RATE_HZ)
+NOTHING_WANDERS = {
+    "gyro_bias_wander_sd_rad_s": 0.0,
+    "wheel_radius_wander_sd_1": 0.0,
+    "gyro_bias_drift_first_sd_rad_s2": 0.0,
+    "gyro_bias_drift_sd_rad_s2": 0.0,
+    "gyro_bias_drift_standing_sd_rad_s2": 0.0,
+}
 
 
 def ran(core: _core.Core, columns: Mapping[str, Array]) -> tuple[_core.Core, np.ndarray[Any, Any]]:
@@ -53,16 +60,9 @@ def test_bias_and_radii_are_found_together() -> None:
 
 def test_the_filter_agrees_with_least_squares_over_the_whole_drive() -> None:
     """Two derivations: nothing wanders, so that the recursion must end where all blocks at once do."""
-    still = {
-        "gyro_bias_wander_sd_rad_s": 0.0,
-        "wheel_radius_wander_sd_1": 0.0,
-        "gyro_bias_drift_first_sd_rad_s2": 0.0,
-        "gyro_bias_drift_sd_rad_s2": 0.0,
-        "gyro_bias_drift_standing_sd_rad_s2": 0.0,
-    }
     columns = rolling(3, standing_s=0.0)
     rear_only = {name: c for name, c in columns.items() if "front" not in name}
-    answer = ran(core_of(**still), rear_only)[0].answer()
+    answer = ran(core_of(**NOTHING_WANDERS), rear_only)[0].answer()
 
     def blocks(values: Array) -> Array:
         return values.reshape(-1, int(RATE_HZ)).mean(axis=1)
@@ -102,8 +102,10 @@ def test_half_a_second_of_standing_tells_the_bias() -> None:
 
 def test_standing_for_long_tells_little_more_than_standing() -> None:
     """What quantisation and mounting leave does not average away."""
-    outputs = ran(core_of(), {name: c[:6000] for name, c in rolling(0, standing_s=60.0).items()})[1]
-    assert 0.006 * DEGREE < outputs["yaw_rate_bias_sd"][-1] < 0.02 * DEGREE
+    quiet = rolling(0, truth=Truth(gyro_noise=1e-4), standing_s=60.0)
+    standing = {name: c[:6000] for name, c in quiet.items()}
+    outputs = ran(core_of(**NOTHING_WANDERS), standing)[1]
+    assert 0.004 * DEGREE < outputs["yaw_rate_bias_sd"][-1] < 0.02 * DEGREE
 
 
 def test_wheels_that_roll_are_no_standstill_whatever_the_vehicle_speed_says() -> None:

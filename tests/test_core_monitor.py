@@ -31,12 +31,12 @@ def after(columns: Mapping[str, Array], rate_hz: float = RATE_HZ, **params: floa
     return core
 
 
-def numbers(answer: dict[str, Any]) -> Iterator[float]:
-    for value in answer.values():
-        if isinstance(value, dict):
+def numbers(answer: Any) -> Iterator[float]:
+    if isinstance(answer, dict | list):
+        for value in answer.values() if isinstance(answer, dict) else answer:
             yield from numbers(value)
-        else:
-            yield from value if isinstance(value, list) else [value]
+    else:
+        yield answer
 
 
 def status(estimate: dict[str, Any]) -> str:

@@ -510,3 +510,13 @@ def test_a_standing_truck_without_an_angle_is_told_what_it_lacks(capsys: pytest.
     said = capsys.readouterr().out
     assert "error: no steering wheel angle" in said
     assert "EBC2 from 0x0B" in said
+
+
+@pytest.mark.parametrize("rate_hz", [20.0, 50.0, 200.0])
+def test_a_log_of_a_few_ticks_tells_nothing_and_accuses_nobody(rate_hz: float) -> None:
+    whole = drive()
+    for ticks in (2, 3, 7, 21, 50):
+        short = replace(whole, table=whole.table[10_000 : 10_000 + ticks], rate_hz=rate_hz)
+        judged = check(short, TRUCK)
+        assert [finding for finding in judged.findings if finding.severity != "info"] == []
+        assert judged.cannot_tell

@@ -65,4 +65,6 @@ class Drive:
     def _means(self, name: str) -> Column:
         ticks, k = self.ticks(name), self.ticks_per_step
         whole = len(ticks) // k * k
+        if not whole:
+            return np.full(1, np.nan)  # the log is shorter than one step
         return np.asarray(ticks[:whole].reshape(-1, k).mean(axis=1))

@@ -8,6 +8,7 @@ static const double suspicious = 5.0;
 static const double proven = 10.0;
 static const double error_max = 6.0;          /* one wild second proves nothing */
 static const double curvature_scale = 0.002;  /* 1/m: from here on a bend tells as much as any */
+static const double rest_s = 60.0;            /* for what was learned anew, or was not to be doubted */
 static const double proof_s = 40.0;           /* what passes sooner is no change */
 static const double size_min = 0.8 * 0.017453292519943295; /* rad: less is left to forgetting */
 
@@ -65,6 +66,10 @@ static oc_change judged(const oc_change_watch *watch, double usual) {
 }
 
 oc_change oc_change_update(oc_change_watch *watch, double error, double usual, double curvature) {
+    if (watch->rest > 0.0) {
+        watch->rest -= 1.0;
+        return (oc_change){0};
+    }
     const double relative = bounded(error / usual, error_max);
     accumulate(&watch->offset, relative);
     accumulate(&watch->bends, relative * bounded(curvature / curvature_scale, 1.0));
@@ -82,6 +87,6 @@ oc_change oc_change_update(oc_change_watch *watch, double error, double usual, d
     }
     oc_change change = judged(watch, usual);
     change.seconds = age(offset > bends ? &watch->offset : &watch->bends);
-    *watch = (oc_change_watch){0};
+    *watch = (oc_change_watch){.rest = rest_s};
     return change;
 }

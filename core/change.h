@@ -19,6 +19,7 @@ typedef struct {
 
 typedef struct {
     oc_cusum offset, bends;
+    double rest;           /* s, until anything is suspected again */
     double seconds, error, error_curvature, curvature_squares; /* sums since something became suspicious */
 } oc_change_watch;
 

@@ -19,6 +19,7 @@ static const float width_least = 0.1f * 0.017453292f;   /* rad, of half the widt
 static const float unloading_step = 0.03f;              /* m/s^2 */
 static const float friction_step = 0.03f;               /* m/s^2 */
 static const float creep_factor = 1.4f;
+static const float newborn_handicap = 8.0f;             /* of cost */
 static const float creep_factors_apart = 0.6729f;       /* 2 ln 1.4 */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
@@ -134,11 +135,16 @@ static void regress(oc_hypothesis *h, const oc_second *second, const float *term
     const float weight = squared > limit ? sqrtf(limit / squared) : 1.0f;
 
     const float keep = second->memory_share;
-    const float quick = larger(1.0f / (2.0f + second->used_s / second->second_s), 0.02f);
+    const float quick = larger(1.0f / (2.0f + h->age / second->second_s), 0.02f);
     h->variance += (within_range(squared, 0.0f, 9.0f * h->variance) - h->variance) * quick;
     h->blocks.sum += weight * h->error;
     h->long_blocks.sum += weight * h->error;
-    h->cost = keep * h->cost + 0.5f * within_range(squared / second->reference, 0.0f, 16.0f);
+    h->age += second->second_s;
+    if (h->age <= (float)OC_NEWBORN_S) {
+        h->cost = keep * second->best_cost + newborn_handicap;
+    } else {
+        h->cost = keep * h->cost + 0.5f * within_range(squared / second->reference, 0.0f, 16.0f);
+    }
 
     float apart[OC_TERMS];
     h->weight = keep * h->weight + weight;

@@ -78,7 +78,8 @@ typedef struct {
     oc_correlation blocks, long_blocks;
     float error;                         /* rad, of the last second, foretold before it was learned from */
     float curvature;                     /* 1/m, of the last second */
-    float cost;                          /* minus its logarithmic likelihood, forgetting */
+    float age;                           /* s of driving learned from */
+    float cost;                          /* minus its logarithmic likelihood, forgetting; once it is no newborn */
     float offset, offset_variance;       /* rad, rad^2 */
     float gradient, gradient_variance;   /* rad/(m/s^2) */
     float width_variance;                /* rad^2 */
@@ -88,6 +89,7 @@ typedef struct {
 /* Where a second stands among the others, the same for all hypotheses. */
 typedef struct {
     float used_s;       /* of driving before it */
+    float best_cost;    /* of all hypotheses */
     float second_s;     /* its length */
     float memory_share; /* 1 less what it makes be forgotten */
     float reference;    /* rad^2, the best hypothesis's noise, by which errors are judged */
@@ -95,6 +97,9 @@ typedef struct {
     int32_t block_ends, long_block_ends;
     int32_t blocks, long_blocks; /* whole ones before */
 } oc_second;
+
+/* A newborn hypothesis learns until it is so old, in s, before its word counts. */
+enum { OC_NEWBORN_S = 60 };
 
 enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };
 

@@ -29,32 +29,34 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
 
 /* Little, some and much play; wheels that side force carries through it, sooner or later, or that stay where they rub;
  * and an accelerometer that may be off to either side. */
-static void start(oc_joint *joint, const oc_joint_design *design, double angle) {
+static oc_play start_of(int32_t k) {
     static const float widths[3] = {2.0f, 6.0f, 12.0f}; /* deg */
     static const float unloadings[3] = {-0.2f, 0.0f, 0.2f};
     static const float frictions[2] = {0.03f, 0.15f};
     static const float creep = 100.0f * 0.017453292f;
-    int32_t n = 0;
+    const int32_t kind = k % 7;
+    oc_play play = {.half_width = 0.5f * widths[k / 7] * radians, .friction = -1.0f};
+    if (kind > 0) {
+        play.creep = creep;
+        play.friction = frictions[(kind - 1) / 3];
+        play.unloading = unloadings[(kind - 1) % 3];
+    }
+    return play;
+}
+
+static void start(oc_joint *joint, const oc_joint_design *design, double angle) {
     *joint = (oc_joint){
         .started = 1,
         .second = {
             .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
             .memory_share = 1.0f,
-            .learns = 1,
             .reference = radians * radians,
+            .learns = 1,
         },
     };
-    for (int32_t w = 0; w < 3; ++w) {
-        oc_play play = {.half_width = 0.5f * widths[w] * radians, .friction = -1.0f};
-        oc_hypothesis_start(&joint->hypotheses[n++], &play, angle);
-        play.creep = creep;
-        for (int32_t f = 0; f < 2; ++f) {
-            play.friction = frictions[f];
-            for (int32_t u = 0; u < 3; ++u) {
-                play.unloading = unloadings[u];
-                oc_hypothesis_start(&joint->hypotheses[n++], &play, angle);
-            }
-        }
+    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+        const oc_play play = start_of(k);
+        oc_hypothesis_start(&joint->hypotheses[k], &play, angle);
     }
 }
 
@@ -94,10 +96,15 @@ static float correction_of(oc_joint *joint, double bias, double sd) {
     return before > variance ? (float)((1.0 - variance / before) * moved) : 0.0f;
 }
 
+static bool is_newborn(const oc_joint *joint, const oc_hypothesis *h) {
+    return h->age <= (float)OC_NEWBORN_S && joint->second.used_s > (float)OC_NEWBORN_S;
+}
+
 static int32_t best_of(const oc_joint *joint) {
-    int32_t best = 0;
-    for (int32_t k = 1; k < OC_JOINT_HYPOTHESES; ++k) {
-        if (joint->hypotheses[k].cost < joint->hypotheses[best].cost) {
+    int32_t best = joint->best;
+    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+        const oc_hypothesis *h = &joint->hypotheses[k];
+        if (!is_newborn(joint, h) && h->cost < joint->hypotheses[best].cost) {
             best = k;
         }
     }
@@ -113,14 +120,36 @@ static void see_flank(oc_joint *joint, const oc_motion_sample *sample, float ste
     joint->to_right += load < -beyond ? step_s : 0.0f;
 }
 
+/* Now and then the worst hypothesis is given up and another takes its place, lest all of them went astray at first. */
+static void renew(oc_joint *joint) {
+    static const float hopeless = 10.0f; /* of cost */
+    int32_t worst = joint->best;
+    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+        const oc_hypothesis *h = &joint->hypotheses[k];
+        if (!is_newborn(joint, h) && h->cost > joint->hypotheses[worst].cost) {
+            worst = k;
+        }
+    }
+    oc_hypothesis *h = &joint->hypotheses[worst];
+    if (h->cost > joint->hypotheses[joint->best].cost + hopeless) {
+        const oc_play play = start_of(joint->born);
+        joint->born = (joint->born + 1) % OC_JOINT_HYPOTHESES;
+        oc_hypothesis_start(h, &play, h->inner);
+    }
+}
+
 /* What the next whole second will be. */
 static void turn_second(oc_joint *joint, float memory_s) {
     oc_second *second = &joint->second;
     const float least = 0.05f * radians;
     joint->best = best_of(joint);
+    second->best_cost = joint->hypotheses[joint->best].cost;
     const float noise = oc_hypothesis_noise(&joint->hypotheses[joint->best]);
     second->reference = noise > least * least ? noise : least * least;
     second->used_s += second->second_s;
+    if (second->long_block_ends) {
+        renew(joint);
+    }
     second->blocks += second->block_ends;
     second->long_blocks += second->long_block_ends;
     joint->in_block = second->block_ends ? 0 : joint->in_block + 1;
@@ -256,7 +285,11 @@ static double unseen_width_variance(const oc_joint *joint, const oc_hypothesis *
 
 /* exp(-x), near enough for a weight, for x >= 0. */
 static double likelihood(double x) {
-    return 1.0 / (1.0 + x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x / 24.0))));
+    double power = 1.0 / (1.0 + x / 32.0);
+    for (int32_t k = 0; k < 5; ++k) {
+        power *= power;
+    }
+    return power;
 }
 
 /* Of values that each have a variance: mean, and variance within and between. */
@@ -286,6 +319,9 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
+        if (is_newborn(joint, h)) {
+            continue;
+        }
         const double weight = likelihood(h->cost > best->cost ? (double)(h->cost - best->cost) : 0.0);
         const double unseen = unseen_width_variance(joint, h);
         mix(&offset, weight, (double)(h->offset - best->offset),

@@ -55,6 +55,7 @@ typedef struct {
 typedef struct {
     int32_t started;
     int32_t best;                /* hypothesis */
+    int32_t born;                /* of the starts, which one is next */
     int32_t in_second;           /* samples of the second that fills */
     int32_t in_block, in_long_block;
     oc_second second;            /* what the next whole second will be */

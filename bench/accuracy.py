@@ -90,6 +90,7 @@ def records(row: str, seed: int, methods: Sequence[str], folder: Path) -> list[R
             "sd_deg": (course.sd_rad / DEGREE).tolist(),
             "valid": course.valid.tolist(),
             "floor_deg": driven.floor_rad / DEGREE,
+            "deg_per_m_s2": driven.angle_per_m_s2 / DEGREE,
             "wind_m_s2": driven.wind_m_s2,
             "redrawn": driven.redrawn,
             "ns_per_sample": spent_ns,

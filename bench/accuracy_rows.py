@@ -45,6 +45,7 @@ from oncenter.simulate.truth import Truth
 from oncenter.vehicle import Vehicle, vehicle_from
 
 DURATION_S = 1200.0
+MOVING_M_S = 8.0  # from which on the joint method learns
 ATTEMPTS = 20  # a draw that no driver can hold is drawn anew
 
 Table = dict[str, Any]
@@ -76,7 +77,8 @@ class Drive:
     Attributes:
         target_rad: the offset at the end of every minute.
         floor_rad: half-width that a 95 % interval needs for what no drive can tell apart.
-        wind_m_s2: mean push of the wind above 10 m/s, by mass.
+        angle_per_m_s2: rad of steering wheel for each m/s^2 by which the steering's unloading point is taken wrongly, i K_us.
+        wind_m_s2: by how much the wind moved that point on average while the truck drove as fast as estimators ask.
         redrawn: draws before this one that no driver could hold.
     """
 
@@ -87,6 +89,7 @@ class Drive:
     known: Known
     target_rad: Array
     floor_rad: float
+    angle_per_m_s2: float
     wind_m_s2: float
     redrawn: int
 
@@ -101,9 +104,8 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
     scenario, signals, truth, redrawn = _driven(row, seed, random, folder)
     vehicle = _vehicle_file(row, scenario.truck, truth, random)
     ends = slice(MINUTE_TICKS - 1, None, MINUTE_TICKS)
-    moving = truth.table.filter(pl.col("vehicle_speed_m_s") > 10.0)
-    pushed_n: Any = moving["wind_side_force_n"].mean() or 0.0
     has_play = truth.backlash_rad + truth.windup_rad > 0.0
+    stood = bool((truth.table["vehicle_speed_m_s"] < 0.1).any())
     angle_per_m_s2 = truth.steering_ratio * truth.understeer_gradient
     return Drive(
         row=row.name,
@@ -112,10 +114,21 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
         vehicle=vehicle,
         known=_known(vehicle, scenario),
         target_rad=truth.table["steering_wheel_angle_offset_rad"].to_numpy()[ends] + truth.straight_ahead_rad,
-        floor_rad=1.96 * angle_per_m_s2 * cannot_be_told_apart_m_s2(play=has_play),
-        wind_m_s2=float(pushed_n) / scenario.truck.mass_kg,
+        floor_rad=1.96 * angle_per_m_s2 * cannot_be_told_apart_m_s2(play=has_play, stood=stood),
+        angle_per_m_s2=angle_per_m_s2,
+        wind_m_s2=_unloading_point_moved_by_wind_m_s2(scenario, truth),
         redrawn=redrawn,
     )
+
+
+def _unloading_point_moved_by_wind_m_s2(scenario: Scenario, truth: Truth) -> float:
+    """Where the front tyres carry nothing: the wind's push and its turning moment, which the rear ones hold."""
+    if scenario.wind is None:
+        return 0.0
+    moving = truth.table.filter(pl.col("vehicle_speed_m_s") > MOVING_M_S)["wind_side_force_n"].to_numpy()
+    to_rear_m = scenario.truck.wheelbase_m - scenario.truck.front_axle_distance_m
+    by_moment = 1.0 + scenario.wind.force_arm_m / to_rear_m
+    return float(moving.mean()) / scenario.truck.mass_kg * by_moment if len(moving) else 0.0
 
 
 def _driven(row: Row, seed: int, random: Random, folder: Path) -> tuple[Scenario, Signals, Truth, int]:

@@ -1,6 +1,7 @@
 """Trucks, roads and sensors by chance: every distribution in one table, and the scenario that a draw of it makes.
 
-What a row of the accuracy matrix does not fix is drawn from here. What an interval must cover are these priors.
+What a row of the accuracy matrix does not fix is drawn from here. What an interval must cover are these priors; those
+that the core states as well (params.h) have their numbers from there.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from oncenter import _core
 
 Random = np.random.Generator
 
@@ -54,6 +57,12 @@ class Rayleigh:
 
 Distribution = Uniform | Normal | Rayleigh
 
+BELIEVED = _core.default_params()  # by the estimator before a drive
+PULL_SD_M_S2, WIND_SD_M_S2 = BELIEVED["pull_sd_m_s2"], BELIEVED["wind_sd_m_s2"]
+CROWN_M_S2, CROWN_SD_M_S2 = BELIEVED["crown_m_s2"], BELIEVED["crown_sd_m_s2"]
+G_M_S2 = 9.80665
+PERCENT_PER_M_S2 = 100.0 / G_M_S2  # of a road's cross slope
+
 # Name with unit: distribution, what it is.
 PRIORS: dict[str, tuple[Distribution, str]] = {
     "wheelbase_m": (Uniform(3.5, 6.0), "known to the estimator"),
@@ -68,24 +77,22 @@ PRIORS: dict[str, tuple[Distribution, str]] = {
     "backlash_deg": (Uniform(0.0, 15.0), "play, full width at the steering wheel"),
     "offset_deg": (Normal(0.0, 5.0), "of the steering wheel angle sensor"),
     "yaw_rate_bias_deg_s": (Normal(0.0, 0.2), ""),
-    "lateral_acceleration_bias_m_s2": (Normal(0.0, 0.1), ""),
-    "pull_m_s2": (Normal(0.0, 0.05), "lateral acceleration at which a pulling alignment unloads the steering"),
+    "lateral_acceleration_bias_m_s2": (Normal(0.0, 0.1), "the estimator believes sd 0.5, for 0.6 was seen"),
+    "pull_m_s2": (Normal(0.0, PULL_SD_M_S2), "lateral acceleration at which a pulling alignment unloads the steering"),
     "pull_n": (Normal(0.0, 100.0), "side force of the alignment without slip"),
-    "wind_m_s": (Rayleigh(3.0), "mean wind, from any direction"),
+    "wind_m_s": (Rayleigh(2.3), "mean wind, from any direction; moves the unloading point by 0.02 m/s^2 (sd)"),
     "gust_sd_m_s": (Uniform(0.5, 2.0), ""),
-    "crown_percent": (Normal(2.0, 1.0), "cross slope toward the side of the traffic, 0.2 +- 0.1 m/s^2"),
+    "crown_percent": (
+        Normal(round(CROWN_M_S2 * PERCENT_PER_M_S2, 1), round(CROWN_SD_M_S2 * PERCENT_PER_M_S2, 1)),
+        "cross slope toward the side of the traffic, 0.2 +- 0.1 m/s^2",
+    ),
     "rough_bank_sd_percent": (Uniform(0.0, 0.5), ""),
     "heading_deg": (Uniform(0.0, 359.0), "of the road at its begin"),
     "wheel_radius_error_percent": (Normal(0.0, 0.3), "of each wheel"),
     "load_transfer_percent_m_s2": (Uniform(0.0, 0.2), "of the radius per lateral acceleration"),
     "standing_at_start_s": (Uniform(2.0, 20.0), "with the engine on; half of the population does not stand at all"),
 }
-# What an interval has to know of what no drive tells apart, as lateral acceleration.
-ACCELEROMETER_BIAS_SD_M_S2 = 0.1
-PULL_SD_M_S2 = 0.05
-WIND_SD_M_S2 = 0.035  # mean over 20 minutes of what PRIORS' wind does to PRIORS' trucks, by simulation
 REAR_STIFFNESS_SHARE_1_DEG = 0.19  # of the load, per deg of slip, 2.3
-G_M_S2 = 9.80665
 
 
 @dataclass(frozen=True)
@@ -172,15 +179,17 @@ def sensors(drawn: Draw) -> dict[str, Any]:
     }
 
 
-def cannot_be_told_apart_m_s2(*, play: bool, crown_known: bool = True) -> float:
+def cannot_be_told_apart_m_s2(*, play: bool, stood: bool) -> float:
     """Standard deviation of the side force, as lateral acceleration, that no drive tells: the interval's floor.
 
     With play the drive shows accelerometer bias + pull + wind in one; without, none of it, and an offset at zero
-    lateral acceleration lacks bias and wind. The crown's prior, 0.2 +- 0.1 m/s^2, is another reading of the bias.
+    lateral acceleration lacks bias and wind. The bias is known three times: by its prior, by the roads' mean bank, whose
+    crown has a prior, and by the ground stood on, if it stood.
     """
-    bias = ACCELEROMETER_BIAS_SD_M_S2
-    if crown_known:
-        bias = 1.0 / math.hypot(1.0 / bias, 1.0 / 0.1)
+    readings = [BELIEVED["accelerometer_bias_sd_m_s2"], CROWN_SD_M_S2]
+    if stood:
+        readings.append(BELIEVED["standing_slope_sd_m_s2"])
+    bias = 1.0 / math.hypot(*(1.0 / sd for sd in readings))
     if not play:
         return math.hypot(bias, WIND_SD_M_S2)
     others = math.hypot(PULL_SD_M_S2, WIND_SD_M_S2)

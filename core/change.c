@@ -6,6 +6,7 @@
 static const double tolerated = 0.75;
 static const double suspicious = 5.0;
 static const double proven = 10.0;
+static const double highest = 20.0;           /* lest what has passed stay proven */
 static const double error_max = 6.0;          /* one wild second proves nothing */
 static const double curvature_scale = 0.002;  /* 1/m: from here on a bend tells as much as any */
 static const double rest_s = 60.0;            /* for what was learned anew, or was not to be doubted */
@@ -20,8 +21,8 @@ static double bounded(double value, double limit) {
 }
 
 static void accumulate(oc_cusum *sums, double error) {
-    sums->up = sums->up + error - tolerated;
-    sums->down = sums->down - error - tolerated;
+    sums->up = bounded(sums->up + error - tolerated, highest);
+    sums->down = bounded(sums->down - error - tolerated, highest);
     sums->seconds_up += 1.0;
     sums->seconds_down += 1.0;
     if (!(sums->up > 0.0)) {

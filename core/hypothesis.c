@@ -5,11 +5,12 @@
 #include "backlash.h"
 
 /* The terms, in this order. */
-enum { GRADIENT, YAW_ACCELERATION, JERK, WHEELBASE, YAW_RATE_BIAS, WIDTH, UNLOADING, FRICTION, CREEP };
+enum { YAW_ACCELERATION, JERK, WHEELBASE, YAW_RATE_BIAS, WIDTH, UNLOADING, FRICTION, CREEP, GRADIENT };
 
 /* Priors. Trucks have 0 to 15 deg of play, most of them little; king-pin friction holds some 0.1 m/s^2 of side force. */
 static const float rad_per_deg = 0.017453292f;
 static const float width_mean = 4.0f * 0.017453292f;    /* rad */
+static const float gradient_mean = 0.4f * 0.017453292f; /* rad/(m/s^2) */
 static const float friction_mean = 0.1f;                /* m/s^2 */
 static const float creep_mean = 100.0f * 0.017453292f;  /* rad/s per m/s^2 */
 
@@ -19,7 +20,7 @@ static const float width_least = 0.1f * 0.017453292f;   /* rad, of half the widt
 static const float unloading_step = 0.03f;              /* m/s^2 */
 static const float friction_step = 0.03f;               /* m/s^2 */
 static const float creep_factor = 1.4f;
-static const float newborn_handicap = 8.0f;             /* of cost */
+static const float newborn_handicap = 16.0f;            /* of cost: two wild seconds do not make it the best */
 static const float creep_factors_apart = 0.6729f;       /* 2 ln 1.4 */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
@@ -30,7 +31,7 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
         .ratio_times_wheelbase = (float)ratio_times_wheelbase,
         .pull_sd = (float)pull_sd,
         .scale = {
-            [GRADIENT] = 0.8f * rad_per_deg,
+            [GRADIENT] = 0.4f * rad_per_deg,
             [YAW_ACCELERATION] = 100.0f * rad_per_deg,
             [JERK] = 10.0f * rad_per_deg,
             [WHEELBASE] = 0.05f,
@@ -140,7 +141,7 @@ static void regress(oc_hypothesis *h, const oc_second *second, const float *term
     h->blocks.sum += weight * h->error;
     h->long_blocks.sum += weight * h->error;
     h->age += second->second_s;
-    if (h->age <= (float)OC_NEWBORN_S) {
+    if (h->age <= (float)OC_NEWBORN_S && second->used_s > (float)OC_NEWBORN_S) {
         h->cost = keep * second->best_cost + newborn_handicap;
     } else {
         h->cost = keep * h->cost + 0.5f * within_range(squared / second->reference, 0.0f, 16.0f);
@@ -178,23 +179,27 @@ float oc_hypothesis_noise(const oc_hypothesis *h) {
 
 /* Cholesky's lower triangle of the scatter in units of the noise, with the prior's information on the diagonal. */
 static void factor(const float *scatter, const float *information, float noise, float *lower) {
+    const float weight = 1.0f / noise;
+    float inverse[OC_TERMS];
     for (int32_t i = 0; i < OC_TERMS; ++i) {
         float *row = lower + i * (i + 1) / 2;
         for (int32_t j = 0; j <= i; ++j) {
             const float *other = lower + j * (j + 1) / 2;
-            float sum = scatter[i * (i + 1) / 2 + j] / noise + (i == j ? information[i] : 0.0f);
+            float sum = scatter[i * (i + 1) / 2 + j] * weight + (i == j ? information[i] : 0.0f);
             for (int32_t k = 0; k < j; ++k) {
                 sum -= row[k] * other[k];
             }
-            row[j] = i == j ? sqrtf(larger(sum, 1e-6f)) : sum / other[j];
+            row[j] = i == j ? sqrtf(larger(sum, 1e-6f)) : sum * inverse[j];
         }
+        inverse[i] = 1.0f / row[i];
     }
 }
 
-static void solve_lower(const float *lower, float *vector) {
-    for (int32_t i = 0; i < OC_TERMS; ++i) {
+/* The vector is zero before `first`. */
+static void solve_lower(const float *lower, int32_t first, float *vector) {
+    for (int32_t i = first; i < OC_TERMS; ++i) {
         const float *row = lower + i * (i + 1) / 2;
-        for (int32_t k = 0; k < i; ++k) {
+        for (int32_t k = first; k < i; ++k) {
             vector[i] -= row[k] * vector[k];
         }
         vector[i] /= row[i];
@@ -210,11 +215,11 @@ static void solve_upper(const float *lower, float *vector) {
     }
 }
 
-/* Of a weighted sum of the terms; uses its weights up. */
-static float variance_of(const float *lower, float *weights) {
-    solve_lower(lower, weights);
+/* Of a weighted sum of the terms, from the first that has a weight; uses the weights up. */
+static float variance_of(const float *lower, int32_t first, float *weights) {
+    solve_lower(lower, first, weights);
     float sum = 0.0f;
-    for (int32_t k = 0; k < OC_TERMS; ++k) {
+    for (int32_t k = first; k < OC_TERMS; ++k) {
         sum += weights[k] * weights[k];
     }
     return sum;
@@ -300,6 +305,7 @@ static void add_priors(oc_hypothesis *h, const oc_hypothesis_design *design, con
     information[UNLOADING] = unloading * unloading;
     information[YAW_RATE_BIAS] = bias * bias;
     h->terms[UNLOADING] += information[UNLOADING] * (prior->unloading_mean - play->unloading) / scale[UNLOADING];
+    h->terms[GRADIENT] += gradient_mean / scale[GRADIENT];
     h->terms[WIDTH] += (width_mean - 2.0f * play->half_width) / scale[WIDTH];
     if (creeps(play)) {
         const float share = creep_mean / play->creep;
@@ -317,6 +323,7 @@ static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const
     float of_unloading[OC_TERMS] = {[UNLOADING] = scale[UNLOADING]};
     float of_gradient[OC_TERMS] = {[GRADIENT] = scale[GRADIENT]};
     float of_width[OC_TERMS] = {[WIDTH] = scale[WIDTH]};
+    float of_wheelbase[OC_TERMS] = {[WHEELBASE] = scale[WHEELBASE]};
     float of_offset[OC_TERMS] = {
         [UNLOADING] = slope * scale[UNLOADING],
         [GRADIENT] = scale[GRADIENT] * design->steering_ratio * a_0,
@@ -329,15 +336,17 @@ static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const
     h->offset = h->constant + slope * a_0;
     h->gradient = found(h, design, GRADIENT);
     h->unloading = a_0;
-    h->unloading_variance = variance_of(lower, of_unloading);
-    h->gradient_variance = variance_of(lower, of_gradient);
-    h->width_variance = variance_of(lower, of_width);
+    h->unloading_variance = variance_of(lower, UNLOADING, of_unloading);
+    h->gradient_variance = variance_of(lower, GRADIENT, of_gradient);
+    h->width_variance = variance_of(lower, WIDTH, of_width);
+    h->wheelbase = found(h, design, WHEELBASE);
+    h->wheelbase_variance = variance_of(lower, WHEELBASE, of_wheelbase);
 
     /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds */
     const float parted = h->unloading_variance + design->pull_sd * design->pull_sd;
     const float bias = prior->unloading_sd * prior->unloading_sd;
     const float beyond = larger((parted < bias ? parted : bias) - h->unloading_variance, 0.0f);
-    h->offset_variance = noise / larger(h->weight, 1.0f) + variance_of(lower, of_offset) + slope * slope * beyond;
+    h->offset_variance = noise / larger(h->weight, 1.0f) + variance_of(lower, 0, of_offset) + slope * slope * beyond;
 }
 
 static void solve(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior) {
@@ -348,7 +357,7 @@ static void solve(oc_hypothesis *h, const oc_hypothesis_design *design, const oc
     }
     add_priors(h, design, prior, information);
     factor(h->scatter, information, noise, lower);
-    solve_lower(lower, h->terms);
+    solve_lower(lower, 0, h->terms);
     solve_upper(lower, h->terms);
     conclude(h, design, prior, lower, noise);
 }

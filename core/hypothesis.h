@@ -82,6 +82,7 @@ typedef struct {
     float cost;                          /* minus its logarithmic likelihood, forgetting; once it is no newborn */
     float offset, offset_variance;       /* rad, rad^2 */
     float gradient, gradient_variance;   /* rad/(m/s^2) */
+    float wheelbase, wheelbase_variance; /* share by which the truck turns as if it were longer */
     float width_variance;                /* rad^2 */
     float unloading, unloading_variance; /* m/s^2 and its square */
 } oc_hypothesis;

@@ -9,9 +9,10 @@ static const float radians = 0.017453292f;
 static const float least_correction = 1e-6f; /* rad/s */
 
 /* A flank of the play counts as seen after so long with a side force that is so clearly beyond friction. */
-static const float flank_s = 8.0f;
+static const float flank_s = 4.0f;
 static const float clearly = 0.02f;                    /* m/s^2 */
 static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
+static const float always_doubtful = 0.15f;            /* of that variance, whatever was found */
 static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
 
 void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_ratio, double ratio_times_wheelbase,
@@ -86,14 +87,18 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
 }
 
 /* What is learned of a bias that has not changed holds for the yaw rates before as well: of its last move, the share by
- * which it became surer. A bias that only wanders does not become surer. */
+ * which it became surer than it ever was. A bias that only wanders, or that is sought anew after an ignition or a jump,
+ * does not become so. */
 static float correction_of(oc_joint *joint, double bias, double sd) {
     const double variance = sd * sd;
-    const double before = joint->yaw_rate_bias_variance;
+    const double least = joint->yaw_rate_bias_variance;
     const double moved = bias - joint->yaw_rate_bias;
     joint->yaw_rate_bias = bias;
+    if (least > 0.0 && !(variance < least)) {
+        return 0.0f;
+    }
     joint->yaw_rate_bias_variance = variance;
-    return before > variance ? (float)((1.0 - variance / before) * moved) : 0.0f;
+    return least > 0.0 ? (float)((1.0 - variance / least) * moved) : 0.0f;
 }
 
 static bool is_newborn(const oc_joint *joint, const oc_hypothesis *h) {
@@ -122,7 +127,7 @@ static void see_flank(oc_joint *joint, const oc_motion_sample *sample, float ste
 
 /* Now and then the worst hypothesis is given up and another takes its place, lest all of them went astray at first. */
 static void renew(oc_joint *joint) {
-    static const float hopeless = 10.0f; /* of cost */
+    static const float hopeless = 20.0f; /* of cost */
     int32_t worst = joint->best;
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
@@ -266,6 +271,21 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     return learned;
 }
 
+double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking) {
+    const oc_hypothesis *best = &joint->hypotheses[joint->best];
+    const double place = (tracking->sample.angle - best->inner) / (double)best->play.half_width;
+    if (place < -1.0) {
+        return -1.0;
+    }
+    return place > 1.0 ? 1.0 : place;
+}
+
+double oc_joint_flank_lacking(const oc_joint *joint, int32_t side) {
+    const float seen = side > 0 ? joint->to_left : joint->to_right;
+    const bool found = 2.0f * joint->hypotheses[joint->best].play.half_width > found_width;
+    return found || seen > flank_s ? 0.0 : (double)(flank_s - seen);
+}
+
 static float share_of(float value) {
     if (value < 0.0f) {
         return 0.0f;
@@ -279,7 +299,8 @@ static float share_of(float value) {
 static double unseen_width_variance(const oc_joint *joint, const oc_hypothesis *h) {
     const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
     const float missing = share_of(1.0f - seen / flank_s);
-    const float doubtful = share_of(1.0f - 2.0f * h->play.half_width / found_width);
+    const float little = share_of(1.0f - 2.0f * h->play.half_width / found_width);
+    const float doubtful = little > always_doubtful ? little : always_doubtful;
     return (double)(missing * doubtful * width_sd * width_sd);
 }
 
@@ -315,7 +336,7 @@ static double sd_of(const mixture *mixture) {
 }
 
 oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
-    mixture offset = {0}, gradient = {0}, backlash = {0}, unloading = {0};
+    mixture offset = {0}, gradient = {0}, backlash = {0}, unloading = {0}, wheelbase = {0};
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
@@ -328,6 +349,7 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
             (double)h->offset_variance + 0.25 * unseen);
         mix(&gradient, weight, (double)h->gradient, (double)h->gradient_variance);
         mix(&backlash, weight, 2.0 * (double)h->play.half_width, (double)h->width_variance + unseen);
+        mix(&wheelbase, weight, (double)h->wheelbase, (double)h->wheelbase_variance);
         mix(&unloading, weight, (double)h->unloading, (double)h->unloading_variance);
     }
     return (oc_joint_answer){
@@ -339,6 +361,8 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
         .backlash_sd = sd_of(&backlash),
         .unloading = mean_of(&unloading),
         .unloading_sd = sd_of(&unloading),
+        .wheelbase = mean_of(&wheelbase),
+        .wheelbase_sd = sd_of(&wheelbase),
         .used = (double)joint->second.used_s,
     };
 }

@@ -60,7 +60,8 @@ typedef struct {
     int32_t in_block, in_long_block;
     oc_second second;            /* what the next whole second will be */
     float to_left, to_right;     /* s during which the side force was clearly to either side of a_0 */
-    double yaw_rate_bias, yaw_rate_bias_variance; /* at the last sample, rad/s */
+    double yaw_rate_bias;          /* rad/s, at the last sample */
+    double yaw_rate_bias_variance; /* rad^2/s^2, the least so far; 0: none */
     double speed_mean;           /* m/s, and */
     double bank_mean, bank_samples; /* m/s^2, a_y - r*v over all usable samples */
     oc_change_watch watch;
@@ -74,6 +75,7 @@ typedef struct {
     double gradient, gradient_sd;   /* rad/(m/s^2) */
     double backlash, backlash_sd;   /* rad, full width */
     double unloading, unloading_sd; /* m/s^2 */
+    double wheelbase, wheelbase_sd; /* share by which the truck turns as if it were longer */
     double used;                    /* s */
 } oc_joint_answer;
 
@@ -85,6 +87,13 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
  * from. */
 bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                      const oc_prior *prior, const oc_joint_tick *tick);
+
+/* s of side force clearly to one side, 1 left or -1 right, that are lacking before the play's flank there is seen; 0 where
+ * the play was found, which nobody does on one flank. */
+double oc_joint_flank_lacking(const oc_joint *joint, int32_t side);
+
+/* Where in the play the best hypothesis has the last sample, from -1 to 1: 1 is the flank of a left turn. */
+double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking);
 
 /* The hypotheses' mean by their weights, and what that leaves open. */
 oc_joint_answer oc_joint_answer_get(const oc_joint *joint);

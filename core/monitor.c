@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "methods.h"
+
 /* Beyond these a value is no measurement of a road vehicle; NaN is beyond them, too. */
 static const double angle_limit = 100.0;        /* rad, 16 turns */
 static const double yaw_rate_limit = 10.0;      /* rad/s */
@@ -10,45 +12,6 @@ static const double acceleration_limit = 100.0; /* m/s^2 */
 
 /* A second in order on a clock set back, or after one wild stamp, is the new time; less is disorder. */
 static const double new_clock_s = 1.0;
-
-const char *oc_version(void) {
-    /* written from the header's numbers, each below 10, without stdio */
-    static const char version[] = {'0' + OC_VERSION_MAJOR, '.', '0' + OC_VERSION_MINOR, '.', '0' + OC_VERSION_PATCH, 0};
-    return version;
-}
-
-const char *oc_error_name(oc_error error) {
-    static const char *const names[OC_ERROR_COUNT] = {"ok", "vehicle", "params", "rate"};
-    return (unsigned)error < OC_ERROR_COUNT ? names[error] : "unknown";
-}
-
-const char *oc_status_name(oc_status status) {
-    static const char *const names[OC_STATUS_COUNT] = {"unobservable", "converging", "valid", "invalid"};
-    return (unsigned)status < OC_STATUS_COUNT ? names[status] : "unknown";
-}
-
-const char *oc_method_name(oc_method method) {
-    static const char *const names[OC_METHOD_COUNT] = {"thesis", "joint", "wheel-speed"};
-    return (unsigned)method < OC_METHOD_COUNT ? names[method] : "unknown";
-}
-
-const char *oc_reason_name(oc_reason reason) {
-    switch (reason) {
-    case OC_REASON_MISSING_SIGNAL: return "missing_signal";
-    case OC_REASON_TIME: return "time";
-    case OC_REASON_GAP: return "gap";
-    case OC_REASON_SETTLING: return "settling";
-    case OC_REASON_SPEED: return "speed";
-    case OC_REASON_CURVATURE: return "curvature";
-    case OC_REASON_LONGITUDINAL_ACCELERATION: return "longitudinal_acceleration";
-    case OC_REASON_BANK: return "bank";
-    case OC_REASON_WINDOW: return "window";
-    case OC_REASON_YAW_RATE_BIAS: return "yaw_rate_bias";
-    case OC_REASON_LATERAL_ACCELERATION: return "lateral_acceleration";
-    case OC_REASON_COUNT: break;
-    }
-    return NULL;
-}
 
 static bool track_is_sane(double track) {
     return track == 0.0 || (track >= 1.0 && track <= 3.0);
@@ -185,214 +148,6 @@ static sensed sensed_by(const oc_coefficients *c, const oc_signals *tick) {
     };
 }
 
-/* The mismatch of the radii by which the wheel speeds' method corrects: a gyro's where there is one. */
-static oc_estimate mismatch_of(const oc_evidence *evidence, const oc_coefficients *c) {
-    const int32_t axle = c->wheel_axle;
-    if (evidence->gyro_bias.axles[axle].blocks > 0.0) {
-        return oc_gyro_bias_mismatch(&evidence->gyro_bias, &c->params, axle);
-    }
-    return oc_wheel_speed_mismatch(&evidence->wheel_speed, &c->params, c->gyro_bias.track[axle]);
-}
-
-/* Of the offset by the yaw rate's bias: what standing showed and the thesis's method leaves uncorrected, else the
- * prior. */
-static double yaw_rate_bias_variance(const oc_evidence *evidence, const oc_coefficients *c) {
-    const oc_estimate bias =
-        oc_standstill_yaw_rate(&evidence->standstill, c->tick_s, c->params.standstill_time_min_s);
-    const double spread = bias.status == OC_VALID
-                              ? sqrt(bias.value * bias.value + bias.standard_deviation * bias.standard_deviation)
-                              : c->params.yaw_rate_bias_sd_rad_s;
-    const double moved = evidence->offset.ticks.w * spread;
-    return moved * moved;
-}
-
-/* Of the offset by the wheels' radii, and by the bank of the road that no accelerometer has seen. */
-static double wheels_variance(const oc_coefficients *c, const oc_estimate *mismatch, const oc_estimate *gradient) {
-    const double radii = c->offset_per_mismatch * mismatch->standard_deviation;
-    const double bank = c->vehicle.steering_ratio * c->params.bank_sd_m_s2 * gradient->standard_deviation;
-    return radii * radii + bank * bank;
-}
-
-/* Below it straights and bends have so much the same mix of signs that offset and gradient trade places. */
-static const double apart_min = 0.25;
-
-/* (38): the understeer gradient, zero with its prior's spread until its own evidence suffices. The two errors that reach
- * it, the bends' own and the offset's, both grow where bends and straights are alike. */
-static oc_estimate understeer_of(oc_evidence *evidence, const oc_coefficients *c, double apart) {
-    const oc_params *p = &c->params;
-    const oc_understeer *understeer = &evidence->understeer;
-    const oc_offset *offset = &evidence->offset;
-    const double time = understeer->weight * c->tick_s;
-    /* without an accelerometer's word on superelevation, wheel speeds take a banked bend for an easy one */
-    const bool told = p->method != OC_METHOD_WHEEL_SPEED;
-    if (!told || !(time >= p->understeer_evidence_min_s) || !(understeer->batches > 1.0) || !(apart > apart_min)) {
-        evidence->understeer_status = OC_UNOBSERVABLE;
-        return (oc_estimate){.standard_deviation = p->understeer_sd_rad_m_s2, .evidence = time};
-    }
-    const double K = oc_understeer_with_offset(understeer, offset->ticks.y, offset->ticks.x);
-    const double per_offset = oc_understeer_per_offset(understeer);
-    const double variance = oc_understeer_variance(understeer, oc_offset_value(offset, K), K) +
-                            per_offset * per_offset * oc_offset_variance(offset, K);
-    const double sd = sqrt(variance) / apart;
-    const double narrow = p->understeer_half_width_max_rad_m_s2;
-    evidence->understeer_status = oc_status_next(evidence->understeer_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
-    return (oc_estimate){
-        .value = K, .standard_deviation = sd, .evidence = time, .status = evidence->understeer_status};
-}
-
-/* Variance of the offset by all that the gradient and the drive's scatter leave open; the gyro's part comes on top. */
-static double offset_variance(const oc_evidence *evidence, const oc_estimate *gradient, double apart) {
-    const double K = gradient->value;
-    const double x = evidence->offset.ticks.x;
-    const double scatter = oc_offset_variance(&evidence->offset, K);
-    if (gradient->status == OC_UNOBSERVABLE) {
-        return scatter + x * x * gradient->standard_deviation * gradient->standard_deviation;
-    }
-    const double bends = oc_understeer_variance(&evidence->understeer, oc_offset_value(&evidence->offset, K), K);
-    return (scatter + x * x * bends) / (apart * apart);
-}
-
-/* (36), (37), (38) from the evidence as it stands. */
-static void learn(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c) {
-    const oc_params *p = &c->params;
-    const oc_offset *offset = &evidence->offset;
-    const double time = offset->ticks.weight * c->tick_s;
-    const double apart = oc_understeer_apart(&evidence->understeer, offset->ticks.x);
-    const oc_estimate gradient = understeer_of(evidence, c, apart);
-    const bool by_wheels = p->method == OC_METHOD_WHEEL_SPEED;
-    const oc_estimate mismatch = by_wheels ? mismatch_of(evidence, c) : (oc_estimate){0};
-    const double unseen = by_wheels ? wheels_variance(c, &mismatch, &gradient) : yaw_rate_bias_variance(evidence, c);
-    const double sd = sqrt(offset_variance(evidence, &gradient, apart) + unseen);
-
-    const bool enough = time >= p->offset_evidence_min_s;
-    const double narrow = p->offset_half_width_max_rad;
-    if (enough && 1.96 * sqrt(oc_offset_variance(offset, gradient.value)) <= narrow) {
-        evidence->offset_trusted = 1;
-    }
-    evidence->offset_status = !(offset->batches.weight > 1.0) ? OC_UNOBSERVABLE
-                              : !enough ? OC_CONVERGING
-                                        : oc_status_next(evidence->offset_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
-    learned->understeer_gradient = gradient;
-    learned->offset = (oc_estimate){
-        .value = oc_offset_value(offset, gradient.value) + c->offset_per_mismatch * mismatch.value,
-        .standard_deviation = sd,
-        .evidence = time,
-        .status = evidence->offset_status,
-    };
-}
-
-/* Where the accelerometer's bias is, before the steering is asked: by its own prior, the roads' crown and the ground
- * stood on; without an accelerometer the crown alone, which then is not seen. */
-static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, double yaw_rate_bias_sd) {
-    const oc_params *p = &c->params;
-    const double crown = c->vehicle.traffic_side * p->crown_m_s2;
-    const double unknown_side = c->vehicle.traffic_side == 0.0 ? p->crown_m_s2 : 0.0;
-    const double turning = p->joint_speed_min_m_s * 2.0 * yaw_rate_bias_sd;
-    const double road = p->crown_sd_m_s2 * p->crown_sd_m_s2 + unknown_side * unknown_side + turning * turning;
-    oc_prior prior = {.unloading_mean = (float)-crown, .unloading_sd = (float)sqrt(road),
-                      .yaw_rate_bias_sd = (float)yaw_rate_bias_sd};
-    if (!p->use_accelerometer) {
-        return prior;
-    }
-    double weight = 1.0 / (p->accelerometer_bias_sd_m_s2 * p->accelerometer_bias_sd_m_s2);
-    double sum = 0.0;
-    if (evidence->joint.bank_samples > 0.0) {
-        /* a few seconds' bank is no mean crown yet */
-        const double variance = road * (1.0 + 300.0 / evidence->joint.bank_samples);
-        sum += (evidence->joint.bank_mean - crown) / variance;
-        weight += 1.0 / variance;
-    }
-    const oc_estimate standing =
-        oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
-    if (standing.status == OC_VALID) {
-        const double variance = p->standing_slope_sd_m_s2 * p->standing_slope_sd_m_s2;
-        sum += standing.value / variance;
-        weight += 1.0 / variance;
-    }
-    prior.unloading_mean = (float)(sum / weight);
-    prior.unloading_sd = (float)sqrt(1.0 / weight);
-    return prior;
-}
-
-/* What the hypotheses say together. */
-static void learn_jointly(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c) {
-    const oc_params *p = &c->params;
-    if (!(evidence->joint.second.used_s > 0.0f)) {
-        *learned = (oc_learned){0};
-        return;
-    }
-    const oc_joint_answer found = oc_joint_answer_get(&evidence->joint);
-    const bool enough = found.used >= p->joint_evidence_min_s;
-    const double narrow = p->offset_half_width_max_rad;
-    const double steep = p->understeer_half_width_max_rad_m_s2;
-    evidence->offset_status =
-        enough ? oc_status_next(evidence->offset_status, 1.96 * found.offset_sd, narrow, 4.0 / 3.0 * narrow)
-               : OC_CONVERGING;
-    evidence->understeer_status =
-        enough ? oc_status_next(evidence->understeer_status, 1.96 * found.gradient_sd, steep, 4.0 / 3.0 * steep)
-               : OC_CONVERGING;
-    evidence->backlash_status =
-        enough ? oc_status_next(evidence->backlash_status, 1.96 * found.backlash_sd, narrow, 4.0 / 3.0 * narrow)
-               : OC_CONVERGING;
-    learned->offset = (oc_estimate){found.offset, found.offset_sd, found.used, evidence->offset_status};
-    learned->understeer_gradient =
-        (oc_estimate){found.gradient, found.gradient_sd, found.used, evidence->understeer_status};
-    learned->backlash = (oc_estimate){found.backlash, found.backlash_sd, found.used, evidence->backlash_status};
-    learned->unloading_acceleration =
-        (oc_estimate){found.unloading, found.unloading_sd, found.used, evidence->backlash_status};
-}
-
-/* The joint method: all hypotheses go along with every tick, and learn from whole seconds of clean ones. */
-static void estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_filtered *filtered,
-                             const oc_motion *motion, const oc_estimate *yaw_rate_bias, uint32_t reasons) {
-    const oc_prior prior = prior_of(&state->evidence, c, yaw_rate_bias->standard_deviation);
-    const oc_joint_tick tick = {
-        .time = state->tracking.last_time,
-        .angle = filtered->steering_wheel_angle,
-        .residual = motion->residual,
-        .yaw_rate = filtered->yaw_rate,
-        .lateral_acceleration = motion->lateral_acceleration,
-        .curvature = motion->curvature,
-        .speed = filtered->vehicle_speed,
-        .yaw_rate_bias = yaw_rate_bias->value,
-        .usable = reasons == 0,
-    };
-    if (oc_joint_update(&state->evidence.joint, &state->tracking.joint, &c->joint, &prior, &tick)) {
-        learn_jointly(&state->evidence, &state->learned, c);
-    }
-}
-
-/* Figure 15, the estimation: clean ticks wait for their t1, final blocks are learned from. */
-static void estimate(oc_state *state, const oc_coefficients *c, const oc_motion *motion, double speed,
-                     double y, uint32_t reasons) {
-    const oc_params *p = &c->params;
-    oc_moments block;
-    const double i = c->vehicle.steering_ratio;
-    const double x = i * motion->lateral_acceleration;
-    const double w = c->ratio_times_wheelbase / (speed > 1.0 ? speed : 1.0);
-    bool learned = false;
-
-    if (reasons != 0) {
-        oc_pending_drop(&state->tracking.straight);
-    } else if (oc_pending_add(&state->tracking.straight, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
-        oc_offset_update(&state->evidence.offset, &block, c->ticks_per_batch);
-        learned = true;
-    }
-
-    const double a_y = fabs(motion->lateral_acceleration);
-    const bool bend = a_y > p->understeer_acceleration_min_m_s2 && a_y < p->understeer_acceleration_max_m_s2;
-    if ((reasons & ~(uint32_t)OC_REASON_CURVATURE) != 0 || !bend || !state->evidence.offset_trusted) {
-        oc_pending_drop(&state->tracking.cornering);
-    } else if (oc_pending_add(&state->tracking.cornering, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
-        oc_understeer_update(&state->evidence.understeer, &block, c->ticks_per_batch);
-        learned = true;
-    }
-
-    if (learned) {
-        learn(&state->evidence, &state->learned, c);
-    }
-}
-
 enum { window_bit = 8 }; /* place of OC_REASON_WINDOW among the bits */
 
 static void count(oc_evidence *evidence, uint32_t reasons) {
@@ -485,7 +240,7 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, const oc_signals
     /* 5.1.2: motion and gate; the residual stays as if the wheels were of one radius, until all is known of them */
     double mismatch_residual = 0.0;
     if (by_wheels) {
-        const double mismatch = mismatch_of(evidence, c).value;
+        const double mismatch = oc_wheel_mismatch_of(evidence, c).value;
         oc_wheel_speed_update(&evidence->wheel_speed, by.speed - 0.5 * by.yaw_rate * c->gyro_bias.track[c->wheel_axle],
                               by.speed + 0.5 * by.yaw_rate * c->gyro_bias.track[c->wheel_axle], c->tick_s);
         filtered.yaw_rate -= filtered.vehicle_speed * mismatch / c->gyro_bias.track[c->wheel_axle];
@@ -512,10 +267,10 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, const oc_signals
 
     /* 5.1.3: offset and understeer gradient */
     if (jointly) {
-        estimate_jointly(state, c, &filtered, motion, &yaw_rate_bias, reasons);
+        oc_estimate_jointly(state, c, &filtered, motion, &yaw_rate_bias, reasons);
         return reasons;
     }
-    estimate(state, c, motion, filtered.vehicle_speed, motion->residual - mismatch_residual, reasons);
+    oc_estimate_straight_ahead(state, c, motion, filtered.vehicle_speed, motion->residual - mismatch_residual, reasons);
     return reasons;
 }
 
@@ -535,6 +290,11 @@ void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_sign
             .offset_sd = state->learned.offset.standard_deviation,
             .understeer_gradient = state->learned.understeer_gradient.value,
             .backlash = state->learned.backlash.value,
+            .place = state->learned.backlash.evidence > 0.0
+                         ? oc_joint_place(&state->evidence.joint, &state->tracking.joint)
+                         : 0.0,
+            .unloading_acceleration = state->learned.unloading_acceleration.value,
+            .evidence = state->learned.offset.evidence,
             .yaw_rate_bias = bias.value,
             .yaw_rate_bias_sd = bias.standard_deviation,
         };
@@ -571,18 +331,6 @@ void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_colum
     }
 }
 
-/* The offset as it would be if what is pending were final. */
-static double temporary_offset(const oc_state *state, double understeer_gradient) {
-    oc_offset all = state->evidence.offset;
-    const oc_pending *pending = &state->tracking.straight;
-    const oc_moments filling = oc_moments_of(&pending->filling);
-    for (int32_t k = 0; k < pending->count; ++k) {
-        oc_moments_merge(&all.ticks, &pending->blocks[(pending->first + k) % OC_PENDING_MAX]);
-    }
-    oc_moments_merge(&all.ticks, &filling);
-    return oc_offset_value(&all, understeer_gradient);
-}
-
 /* Whether wheel speeds have told where the bias went since the last standstill. */
 static bool wheels_tell(const oc_evidence *evidence, const oc_coefficients *c) {
     return evidence->gyro_bias.wheel_evidence > 0.0 &&
@@ -600,9 +348,9 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     oc_learned learned = {0};
     const bool jointly = c->params.method == OC_METHOD_JOINT;
     if (jointly) {
-        learn_jointly(&now, &learned, c);
+        oc_learn_jointly(&now, &learned, c);
     } else {
-        learn(&now, &learned, c);
+        oc_learn_straight_ahead(&now, &learned, c);
     }
     const double used = jointly ? (double)now.joint.second.used_s / c->tick_s : now.offset.ticks.weight;
     const double K = learned.understeer_gradient.value;
@@ -610,11 +358,12 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     *answer = (oc_answer){
         .offset = learned.offset,
         .offset_temporary = jointly ? learned.offset.value
-                                    : temporary_offset(state, K) + learned.offset.value - oc_offset_value(&now.offset, K),
+                                    : oc_temporary_offset(state, K) + learned.offset.value - oc_offset_value(&now.offset, K),
         .offset_variance_if_independent = oc_offset_variance_if_independent(&now.offset, K),
         .understeer_gradient = learned.understeer_gradient,
         .backlash = learned.backlash,
         .unloading_acceleration = learned.unloading_acceleration,
+        .equivalent_wheelbase = learned.equivalent_wheelbase,
         .changes = jointly ? now.joint.changes : 0,
         .yaw_rate_bias = yaw_rate_bias_of(&now, c),
         .yaw_rate_bias_wheel_time = wheels_tell(&now, c) ? now.gyro_bias.wheel_evidence : 0.0,
@@ -622,7 +371,11 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
         .wheel_radius_mismatch_rear = oc_gyro_bias_mismatch(&now.gyro_bias, &c->params, OC_AXLE_REAR),
         .wheel_radius_mismatch_front = oc_gyro_bias_mismatch(&now.gyro_bias, &c->params, OC_AXLE_FRONT),
         .standstill_lateral_acceleration = oc_standstill_lateral_acceleration(&now.standstill, c->tick_s, time_min),
-        .offset_per_yaw_rate_bias = now.offset.ticks.w,
+        .lacking_to_left = jointly ? oc_joint_flank_lacking(&now.joint, 1) : 0.0,
+        .lacking_to_right = jointly ? oc_joint_flank_lacking(&now.joint, -1) : 0.0,
+        .offset_per_yaw_rate_bias = !jointly ? now.offset.ticks.w
+                                    : now.joint.speed_mean > 0.0 ? c->ratio_times_wheelbase / now.joint.speed_mean
+                                                                 : 0.0,
         .bank_mean = now.bank_ticks > 0.0 ? now.bank_sum / now.bank_ticks : 0.0,
         .bank_time = now.bank_ticks * c->tick_s,
         .duration = (double)now.ticks * c->tick_s,

@@ -80,6 +80,7 @@ typedef struct {
     oc_estimate understeer_gradient; /* rad/(m/s^2), K_us/g at the road wheel */
     oc_estimate backlash;            /* rad, full width, friction wind-up included; the joint method's */
     oc_estimate unloading_acceleration; /* m/s^2, as measured, at which the steering unloads; the joint method's */
+    oc_estimate equivalent_wheelbase;   /* m, of (10); an error of the ratio counts as one of the wheelbase */
 } oc_learned;
 
 typedef struct {
@@ -99,6 +100,9 @@ typedef struct {
     double offset_sd;            /* rad */
     double understeer_gradient;  /* rad/(m/s^2), 0 until learned */
     double backlash;             /* rad, 0 until learned */
+    double place;                /* in the play, 1 on the left turn's flank, -1 on the right's; 0 until learned */
+    double unloading_acceleration; /* m/s^2, as measured; where no play shows it, what was believed beforehand */
+    double evidence;             /* s of driving behind the offset */
     double yaw_rate_bias;        /* rad/s, by wheels and standstill */
     double yaw_rate_bias_sd;     /* rad/s */
 } oc_output;
@@ -110,6 +114,7 @@ typedef struct {
     oc_estimate understeer_gradient;       /* rad/(m/s^2) */
     oc_estimate backlash;                  /* rad, full width */
     oc_estimate unloading_acceleration;    /* m/s^2, as measured */
+    oc_estimate equivalent_wheelbase;      /* m; unobservable where the vehicle file's alone tells */
     int32_t changes;                       /* seen in the drive; the last of them are in */
     oc_changed changed[OC_CHANGES_MAX];    /* the one that came k-th at k modulo their number */
     oc_estimate yaw_rate_bias;             /* rad/s, now; where no wheel speeds tell, at standstill */
@@ -117,7 +122,8 @@ typedef struct {
     double yaw_rate_bias_alarm_time;       /* s for which it moved faster than it was followed */
     oc_estimate wheel_radius_mismatch_rear, wheel_radius_mismatch_front; /* r_l/r_r - 1 */
     oc_estimate standstill_lateral_acceleration; /* m/s^2: bias and slope of the ground together */
-    double offset_per_yaw_rate_bias;       /* s: rad of offset per rad/s, mean of i*L/v, (48) */
+    double lacking_to_left, lacking_to_right; /* s of side force to show the play's flanks; the joint method's */
+    double offset_per_yaw_rate_bias;       /* s: rad of offset per rad/s, mean of i*L/v, (48); jointly i*L/mean(v) */
     double bank_mean;                      /* m/s^2, above the speed limit */
     double bank_time;                      /* s behind it */
     double duration, used, unused;         /* s; duration = used + unused */

@@ -1,7 +1,9 @@
 """From a simulated drive to the answer: what is told, in which unit, and what is held back."""
 
+import functools
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +17,21 @@ from oncenter.vehicle import vehicle_from
 
 TRUCK = vehicle_from({"wheelbase_m": 3.7, "steering_ratio": 19.3}, "truck.toml")
 RATE_HZ = 50.0
+
+
+TABLE_2 = oc.vehicle("scania_r730_4x2")
+
+
+def thesis_drive(yaw_rate_bias_deg_s: float = 0.0) -> Signals:
+    """The shipped scenario, 3 deg of play, its gyro off by so much more than the 0.05 deg/s that it is."""
+    drive = _thesis_drive()
+    biased = pl.col("yaw_rate_rad_s") + yaw_rate_bias_deg_s * DEGREE
+    return replace(drive, table=drive.table.with_columns(biased))
+
+
+@functools.cache
+def _thesis_drive() -> Signals:
+    return oc.simulate("thesis_drive", seed=1)[0]
 
 
 def steady_drive(
@@ -50,27 +67,31 @@ def steady_drive(
     return Signals(table, sources, RATE_HZ, "made up")
 
 
+def by_thesis(drives: Signals | list[Signals], params: dict[str, float] | None = None) -> oc.Answer:
+    return oc.offset(drives, TRUCK, method="thesis", params=params)
+
+
 def codes(answer: oc.Answer) -> set[str]:
     return {finding.code for finding in answer.findings}
 
 
 def test_a_truck_that_follows_the_model_gives_its_offset_and_gradient_back() -> None:
-    answer = oc.offset(steady_drive(), TRUCK)
+    answer = by_thesis(steady_drive())
     assert answer.offset.status == "valid"
     assert answer.offset.value == pytest.approx(2.0 * DEGREE, abs=0.05 * DEGREE)
     assert answer.understeer_gradient.value == pytest.approx(0.4 * DEGREE, abs=0.01 * DEGREE)
 
 
 def test_used_and_unused_seconds_are_the_drive() -> None:
-    answer = oc.offset(steady_drive(), TRUCK)
+    answer = by_thesis(steady_drive())
     assert answer.used_s + answer.unused_s == pytest.approx(answer.duration_s)
     assert answer.duration_s == pytest.approx(240.0)
     assert sum(answer.rejected_s.values()) >= answer.unused_s - 1e-9
 
 
 def test_a_yaw_rate_bias_is_seen_at_standstill_and_told_with_its_effect() -> None:
-    biased = oc.offset(steady_drive(yaw_rate_bias_deg_s=0.25), TRUCK)
-    plain = oc.offset(steady_drive(), TRUCK)
+    biased = by_thesis(steady_drive(yaw_rate_bias_deg_s=0.25))
+    plain = by_thesis(steady_drive())
     finding = next(f for f in biased.findings if f.code == "yaw_rate_bias")
     assert finding.value == pytest.approx(0.25, abs=1e-6)
     assert plain.offset.value is not None and biased.offset.value is not None
@@ -82,7 +103,7 @@ def test_a_yaw_rate_bias_is_seen_at_standstill_and_told_with_its_effect() -> Non
 
 
 def test_an_accelerometer_bias_beyond_table_4_shuts_the_gate_and_is_named() -> None:
-    answer = oc.offset(steady_drive(acceleration_bias_m_s2=-0.6), TRUCK)
+    answer = by_thesis(steady_drive(acceleration_bias_m_s2=-0.6))
     assert (answer.offset.status, answer.offset.value, answer.offset.ci95) == ("unobservable", None, None)
     finding = next(f for f in answer.findings if f.code == "gate_shut")
     assert finding.value == pytest.approx(-0.5, abs=0.01)  # bias and the road's 0.1
@@ -91,14 +112,14 @@ def test_an_accelerometer_bias_beyond_table_4_shuts_the_gate_and_is_named() -> N
 
 
 def test_without_the_accelerometer_its_bias_does_not_matter() -> None:
-    a = oc.offset(steady_drive(acceleration_bias_m_s2=-0.6), TRUCK, params={"use_accelerometer": 0})
-    b = oc.offset(steady_drive(acceleration_bias_m_s2=+0.6), TRUCK, params={"use_accelerometer": 0})
+    a = by_thesis(steady_drive(acceleration_bias_m_s2=-0.6), params={"use_accelerometer": 0})
+    b = by_thesis(steady_drive(acceleration_bias_m_s2=+0.6), params={"use_accelerometer": 0})
     assert a.offset.value is not None
     assert a.offset.value == b.offset.value
 
 
 def test_on_a_straight_road_the_understeer_gradient_is_unobservable() -> None:
-    answer = oc.offset(steady_drive(bends=False), TRUCK)
+    answer = by_thesis(steady_drive(bends=False))
     assert answer.understeer_gradient.status == "unobservable"
     assert answer.understeer_gradient.value is None
     assert "understeer_gradient_unknown" in codes(answer)
@@ -110,7 +131,7 @@ def test_two_logs_of_one_truck_are_one_evidence_whatever_their_order() -> None:
     back = oc.offset([second, first], TRUCK)
     assert there.offset == back.offset
     assert there.duration_s == pytest.approx(480.0)
-    assert there.used_s == pytest.approx(2 * oc.offset(first, TRUCK).used_s)
+    assert there.used_s == pytest.approx(2 * oc.offset(first, TRUCK).used_s, abs=2.0)  # whole seconds
 
 
 def test_logs_that_all_start_at_zero_are_taken_in_the_order_given() -> None:
@@ -122,13 +143,13 @@ def test_logs_that_all_start_at_zero_are_taken_in_the_order_given() -> None:
 def test_a_relative_angle_sensor_is_judged_modulo_one_turn() -> None:
     drive = steady_drive(offset_deg=2.0 + 720.0)
     relative = replace(drive, table=drive.table.with_columns(steering_wheel_angle_sensor_type=pl.lit(0.0)))
-    answer = oc.offset(relative, TRUCK)
+    answer = by_thesis(relative)
     assert answer.offset.value == pytest.approx(2.0 * DEGREE, abs=0.05 * DEGREE)
     assert "relative_angle_sensor" in codes(answer)
 
 
 def test_the_json_object_keeps_the_contract() -> None:
-    given = json.loads(oc.offset(steady_drive(), TRUCK).to_json())
+    given = json.loads(by_thesis(steady_drive()).to_json())
     assert given["schema"] == "oncenter/offset-1"
     assert given["version"] == oc.__version__
     units = {
@@ -147,11 +168,73 @@ def test_the_json_object_keeps_the_contract() -> None:
     assert given["offset"]["value"] == pytest.approx(2.0, abs=0.05)
 
 
+def test_the_joint_answer_adds_its_quantities_to_the_json_and_takes_none_away() -> None:
+    thesis, joint = (oc.offset(thesis_drive(), TABLE_2, method=m).to_dict() for m in ("thesis", "joint"))
+    assert set(thesis) == set(joint)
+    assert set(thesis["offset"]) == set(joint["offset"])
+    assert joint["offset"]["variance_if_independent_deg2"] is None
+    assert joint["unloading_acceleration"]["unit"] == "m/s^2"
+    assert joint["unloading_acceleration"]["value"] == pytest.approx(0.02, abs=0.02)  # the accelerometer's bias
+    assert joint["backlash"]["value"] == pytest.approx(3.0, abs=0.2)
+    assert (thesis["unloading_acceleration"]["value"], thesis["backlash"]["value"]) == (None, None)
+    assert thesis["changes"] == joint["changes"] == []
+
+
+def test_joint_is_the_method_where_none_is_asked_for() -> None:
+    assert oc.offset(steady_drive(), TRUCK).method == "joint"
+
+
+def test_the_words_are_what_an_engineer_reads_first() -> None:
+    answer = oc.offset(thesis_drive(yaw_rate_bias_deg_s=0.2), TABLE_2)
+    said = re.fullmatch(
+        r"offset (\S+) deg, (\S+) to (\S+); the steering has (\S+) deg of play; "
+        r"the gyro is off by (\S+) deg/s and was corrected; driven (\d+) of 30 minutes usable(, \d+ rejected for .+)?",
+        answer.words(),
+    )
+    assert said is not None, answer.words()
+    offset, low, high, play, bias, minutes = map(float, said.groups()[:6])
+    assert low < 2.04 < high and abs(offset - 2.04) < 0.3
+    assert (play, bias) == (pytest.approx(3.0, abs=0.2), pytest.approx(0.25, abs=0.03))
+    assert minutes == pytest.approx(answer.used_s / 60, abs=0.5)
+
+
+def test_a_gyro_that_is_right_is_not_spoken_of() -> None:
+    assert "gyro" not in oc.offset(thesis_drive(yaw_rate_bias_deg_s=-0.05), TABLE_2).words()
+
+
+def test_play_that_may_be_none_is_told_as_a_bound() -> None:
+    answer = oc.offset(steady_drive(), TRUCK)
+    assert answer.backlash.ci95 is not None and 0.0 <= answer.backlash.ci95[0] < 0.5 * DEGREE
+    assert f"at most {answer.backlash.ci95[1] / DEGREE:.1f} deg of play" in answer.words()
+
+
+def test_without_play_nothing_tells_where_the_steering_unloads() -> None:
+    answer = oc.offset(steady_drive(), TRUCK)
+    assert (answer.unloading_acceleration.value, answer.unloading_acceleration.status) == (None, "unobservable")
+
+
+@pytest.mark.parametrize("minute", [6, 14, 23])
+def test_a_drive_cut_in_two_by_an_ignition_says_nearly_what_it_says_in_one(minute: int) -> None:
+    drive = thesis_drive()
+    row = int(60 * minute * drive.rate_hz)
+    one, two = oc.offset(drive, TABLE_2), oc.offset(cut(drive, row), TABLE_2)
+    assert one.offset.value is not None and two.offset.value is not None
+    assert two.offset.value == pytest.approx(one.offset.value, abs=0.1 * DEGREE)
+    assert two.backlash.value == pytest.approx(one.backlash.value, abs=0.2 * DEGREE)
+    assert two.used_s == pytest.approx(one.used_s, abs=15.0)
+    assert two.offset.status == "valid" and two.changes == ()
+
+
+def cut(drive: Signals, row: int) -> list[Signals]:
+    return [replace(drive, table=drive.table[:row]), replace(drive, table=drive.table[row:])]
+
+
 def test_the_trace_ends_where_the_answer_stands() -> None:
     answer = oc.offset(steady_drive(), TRUCK)
     trace = oc.trace(answer)
     assert len(trace) == answer.drives[0].table.height
     assert trace["offset"][-1] == answer.offset.value
+    assert trace["evidence"][-1] == answer.used_s
     rejected_s = np.count_nonzero(trace["reasons"] & 32) / RATE_HZ
     assert rejected_s == pytest.approx(answer.rejected_s["curvature"])
 
@@ -229,14 +312,14 @@ def test_whole_turns_that_ignitions_add_change_nothing(break_s: float, offset_de
 def test_a_truck_of_whole_turns_in_each_of_its_logs_has_one_offset() -> None:
     first, second = steady_drive(), steady_drive(start_s=1000.0)
     ones = np.ones(first.table.height)
-    answer = oc.offset([relative(first, 3 * ones), relative(second, -2 * ones)], TRUCK)
+    answer = by_thesis([relative(first, 3 * ones), relative(second, -2 * ones)])
     assert answer.offset.value == pytest.approx(2.0 * DEGREE, abs=0.05 * DEGREE)
     assert answer.offset.status == "valid"
     assert sum("whole turns" in note for note in answer.notes) == 2
 
 
 def test_an_absolute_sensor_keeps_whatever_turns_it_shows() -> None:
-    answer = oc.offset(steady_drive(offset_deg=362.0), TRUCK)
+    answer = by_thesis(steady_drive(offset_deg=362.0))
     assert answer.offset.value == pytest.approx(362.0 * DEGREE, abs=0.05 * DEGREE)
     assert answer.notes == ()
 

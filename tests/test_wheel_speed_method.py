@@ -85,7 +85,7 @@ def test_the_thesiss_answer_tells_the_bias_that_the_wheels_see(drive: tuple[Sign
     biased = dataclasses.replace(
         signals, table=signals.table.with_columns(yaw_rate_rad_s=signals.table["yaw_rate_rad_s"] + 0.3 * DEGREE)
     )
-    answer = oc.offset(biased, TRUCK)
+    answer = oc.offset(biased, TRUCK, method="thesis")
     told = next(finding for finding in answer.findings if finding.code == "yaw_rate_bias")
     assert told.value == pytest.approx(truth.yaw_rate_bias_rad_s / DEGREE + 0.3, abs=0.05)
     assert "wheel speeds" in told.text

@@ -1,4 +1,5 @@
-"""The estimators that are out there, each written anew from its equations, and how a course of theirs is handed on.
+"""The estimators that are out there and those of the thesis's further work (bins, rls), each written anew from its
+equations, and how a course of theirs is handed on.
 
 A rival gets the columns of a drive and what is known of the truck, and says at the end of every minute what it thinks.
 Angles are in rad at the steering wheel; measured less offset is true, as with ours.
@@ -60,8 +61,10 @@ Rival = Callable[[Mapping[str, Array], Known], Course]
 def rivals() -> dict[str, Rival]:
     """By name, compiled at their first call."""
     from rivals.autoware import autoware
+    from rivals.bins import bins
     from rivals.median import median
     from rivals.mode import mode
     from rivals.openpilot import openpilot
+    from rivals.rls import rls
 
-    return {"autoware": autoware, "openpilot": openpilot, "median": median, "mode": mode}
+    return {"bins": bins, "rls": rls, "autoware": autoware, "openpilot": openpilot, "median": median, "mode": mode}

@@ -6,8 +6,8 @@ SI and rad inside; degrees appear in `Answer.words`, `Answer.to_json` and in fin
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -15,8 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
+from oncenter.changes import Change, changes_of
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.findings import Finding, findings_of
+from oncenter.joint_findings import joint_findings
 from oncenter.read.whole_turns import is_relative, without_whole_turns
 from oncenter.signals import DEGREE, SIGNALS, Signals
 from oncenter.vehicle import Vehicle, core_params
@@ -24,11 +26,14 @@ from oncenter.vehicle import Vehicle, core_params
 REASONS = _core.REASONS
 Method = Literal["thesis", "joint", "wheel-speed"]
 METHODS: tuple[Method, ...] = ("thesis", "joint", "wheel-speed")
+DEFAULT_METHOD: Method = "joint"
 
 _NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
 _AXLES = ("rear", "front")  # whose wheel speeds stand for the motion, the better one first
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _RATES_ALIKE = 0.01  # of the rate; clocks differ by less
+_NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none
+_CORRECTION_WORTH_TELLING_RAD_S = 0.05 * DEGREE
 
 
 @dataclass(frozen=True)
@@ -72,7 +77,9 @@ class Answer:
 
     `str(answer)` is the answer in words, `to_json` the contract's object. Times are in seconds of ticks;
     duration_s = used_s + unused_s, and the reasons in `rejected_s` overlap. `drives` are the tables answered, so that
-    `trace` can run them again. The wheel radius mismatch of an axle is its left radius over its right less one.
+    `trace` can run them again. The wheel radius mismatch of an axle is its left radius over its right less one;
+    `unloading_acceleration` is the lateral acceleration, as measured, at which the steering is without side force.
+    `changes` are those that the drive proved, the first one first; of more than the core keeps, the last.
     """
 
     version: str
@@ -85,11 +92,13 @@ class Answer:
     offset: Estimate
     understeer_gradient: Estimate
     backlash: Estimate
+    unloading_acceleration: Estimate
     yaw_rate_bias: Estimate
     lateral_acceleration_bias: Estimate
     wheel_radius_mismatch_rear: Estimate
     wheel_radius_mismatch_front: Estimate
-    variance_if_independent_rad2: float
+    variance_if_independent_rad2: float | None
+    changes: tuple[Change, ...]
     duration_s: float
     used_s: float
     unused_s: float
@@ -101,13 +110,20 @@ class Answer:
         """The answer in one paragraph."""
         parts = [f"offset {self.offset}"]
         if self.backlash.value is not None:
-            parts.append(f"the steering has {self.backlash} of play")
-        if self.understeer_gradient.value is not None:
-            parts.append(f"understeer gradient {self.understeer_gradient}")
+            parts.append(f"the steering has {_play(self.backlash)} of play")
+        bias = self.yaw_rate_bias.value
+        if self.method == "joint" and bias is not None and abs(bias) > _CORRECTION_WORTH_TELLING_RAD_S:
+            parts.append(f"the gyro is off by {bias / DEGREE:.2g} deg/s and was corrected")
+        return "; ".join([*parts, self._driven()])
+
+    def _driven(self) -> str:
+        """How much of the drive was of use, and what took the most of the rest."""
+        unit, per_unit = ("minutes", 60.0) if self.duration_s >= 120.0 else ("seconds", 1.0)
+        digits = 0 if self.duration_s / per_unit >= 10.0 else 1
         worst = sorted(((s, name) for name, s in self.rejected_s.items() if s > 0.05 * self.duration_s), reverse=True)
-        rejected = "".join(f", {_minutes(s)} rejected for {name.replace('_', ' ')}" for s, name in worst[:3])
-        parts.append(f"driven {_minutes(self.used_s)} of {_minutes(self.duration_s)} usable{rejected}")
-        return "; ".join(parts)
+        rejected = [f"{s / per_unit:.{digits}f} rejected for {name.replace('_', ' ')}" for s, name in worst[:3]]
+        driven = f"driven {self.used_s / per_unit:.{digits}f} of {self.duration_s / per_unit:.{digits}f} {unit} usable"
+        return ", ".join([driven, *rejected])
 
     def __str__(self) -> str:
         lines = [self.words()]
@@ -127,15 +143,17 @@ class Answer:
             "offset": {
                 **self.offset.to_dict(),
                 "variance_if_independent_deg2": None
-                if self.offset.value is None
+                if self.offset.value is None or self.variance_if_independent_rad2 is None
                 else self.variance_if_independent_rad2 / DEGREE**2,
             },
             "understeer_gradient": self.understeer_gradient.to_dict(),
             "backlash": self.backlash.to_dict(),
+            "unloading_acceleration": self.unloading_acceleration.to_dict(),
             "yaw_rate_bias": self.yaw_rate_bias.to_dict(),
             "lateral_acceleration_bias": self.lateral_acceleration_bias.to_dict(),
             "wheel_radius_mismatch_rear": self.wheel_radius_mismatch_rear.to_dict(),
             "wheel_radius_mismatch_front": self.wheel_radius_mismatch_front.to_dict(),
+            "changes": [change.to_dict() for change in self.changes],
             "time": {
                 "duration_s": self.duration_s,
                 "used_s": self.used_s,
@@ -154,7 +172,7 @@ def offset(
     signals: Signals | Sequence[Signals],
     vehicle: Vehicle,
     *,
-    method: Method = "thesis",
+    method: Method = DEFAULT_METHOD,
     params: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Answer:
@@ -163,8 +181,9 @@ def offset(
     Args:
         signals: what `oncenter.read` or `oncenter.simulate` gave; several are put in order of time.
         vehicle: what `oncenter.vehicle` gave; its `[params]` apply.
-        method: "thesis", (36) to (38) of docs/method.md; "wheel-speed", the same from the angle and the wheel speeds
-            of one axle (the rear one's where the log has them), whose track width the vehicle must tell.
+        method: "joint", offset, understeer gradient, play and the gyro's bias together; "thesis", (36) to (38) of
+            docs/method.md; "wheel-speed", the same from the angle and the wheel speeds of one axle (the rear one's
+            where the log has them), whose track width the vehicle must tell.
         params: over the vehicle's; names and units as in core/params.h.
         progress: called with the fraction done.
 
@@ -180,8 +199,9 @@ def offset(
     used_params = _params_of(vehicle, params)
     _check(drives, _needed(method, drives, used_params))
     drives = without_whole_turns(drives)
-    core = _run(drives, vehicle, used_params, method, progress, None)
-    return _answer(core.answer(), drives, vehicle, method, used_params)
+    core, changes_found = _run(drives, vehicle, used_params, method, progress, None)
+    native = core.answer()
+    return _answer(native, changes_of(native, changes_found, drives), drives, vehicle, method, used_params)
 
 
 def trace(answer: Answer) -> npt.NDArray[np.void]:
@@ -264,8 +284,9 @@ def _run(
     method: Method,
     progress: Callable[[float], None] | None,
     outputs: npt.NDArray[np.void] | None,
-) -> _core.Core:
-    """The core after all drives; fills `outputs`, one row a tick, when given."""
+) -> tuple[_core.Core, list[int]]:
+    """The core after all drives, and how many changes it had found when each ended; fills `outputs`, one row a tick,
+    when given."""
     core = _core.Core(
         vehicle.wheelbase_m,
         vehicle.ratio_near_centre,
@@ -277,6 +298,7 @@ def _run(
     )
     rows = sum(drive.table.height for drive in drives)
     done = 0
+    changes_found = []
     for drive in drives:
         core.restart()
         columns = {name: drive.table[name].to_numpy() for name in _core.COLUMNS if name in drive.table.columns}
@@ -287,11 +309,13 @@ def _run(
             done += count
             if progress is not None:
                 progress(done / rows)
-    return core
+        changes_found.append(core.answer()["changes"])
+    return core, changes_found
 
 
 def _answer(
     native: Mapping[str, Any],
+    changes: tuple[Change, ...],
     drives: tuple[Signals, ...],
     vehicle: Vehicle,
     method: Method,
@@ -318,18 +342,35 @@ def _answer(
         notes=tuple(dict.fromkeys(note for drive in drives for note in (*_choices(drive), *drive.notes))),
         offset=_estimate(native["offset"], "rad"),
         understeer_gradient=_estimate(native["understeer_gradient"], "rad/(m/s^2)"),
-        backlash=_estimate(native["backlash"], "rad"),
+        backlash=_not_negative(_estimate(native["backlash"], "rad")),
+        unloading_acceleration=_estimate(native["unloading_acceleration"], "m/s^2"),
         yaw_rate_bias=_estimate(native["yaw_rate_bias"], "rad/s"),
         lateral_acceleration_bias=Estimate(None, None, "unobservable", "m/s^2"),
         wheel_radius_mismatch_rear=_estimate(native["wheel_radius_mismatch_rear"], "1"),
         wheel_radius_mismatch_front=_estimate(native["wheel_radius_mismatch_front"], "1"),
-        variance_if_independent_rad2=native["offset_variance_if_independent"],
+        variance_if_independent_rad2=None if method == "joint" else native["offset_variance_if_independent"],
+        changes=changes,
         duration_s=native["duration"],
         used_s=native["used"],
         unused_s=native["unused"],
         rejected_s=rejected_s,
-        findings=findings_of(native, params, relative, method=method, yaw_rate_from_vdc2=yaw_rate_from_vdc2),
+        findings=findings_of(
+            native,
+            params,
+            relative,
+            method=method,
+            yaw_rate_from_vdc2=yaw_rate_from_vdc2,
+            of_method=_joint_findings(native, params, changes, vehicle) if method == "joint" else (),
+        ),
         drives=drives,
+    )
+
+
+def _joint_findings(
+    native: Mapping[str, Any], params: Mapping[str, float], changes: tuple[Change, ...], vehicle: Vehicle
+) -> Iterable[Finding | None]:
+    return joint_findings(
+        native, params, changes, steering_ratio=vehicle.ratio_near_centre, traffic_sign=vehicle.traffic_sign
     )
 
 
@@ -359,7 +400,18 @@ def _file_unit(unit: str) -> tuple[float, str]:
     return (DEGREE, unit.replace("rad", "deg")) if unit.startswith("rad") else (1.0, unit)
 
 
-def _minutes(seconds: float) -> str:
-    if seconds < 60:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.1f} min" if seconds < 600 else f"{seconds / 60:.0f} min"
+def _not_negative(estimate: Estimate) -> Estimate:
+    """With an interval that ends at zero, for what cannot be less."""
+    if estimate.value is None or estimate.ci95 is None:
+        return estimate
+    low, high = estimate.ci95
+    return replace(estimate, value=max(estimate.value, 0.0), ci95=(max(low, 0.0), max(high, 0.0)))
+
+
+def _play(play: Estimate) -> str:
+    """Its width in words, with the interval where that is more than a detail."""
+    assert play.value is not None and play.ci95 is not None
+    low, high = (bound / DEGREE for bound in play.ci95)
+    if low < _NO_PLAY_DEG:
+        return f"at most {high:.1f} deg"
+    return f"{play.value / DEGREE:.1f} deg" + (f" ({low:.1f} to {high:.1f})" if high - low > 1.0 else "")

@@ -20,7 +20,8 @@ _VDC2_ZERO_RAD_S = (32127 - 32112.64) / 8192  # SPN 1808: what a sender reads th
 _VDC2_ZERO_WITHIN_RAD_S = 0.015 * DEGREE  # two bits of 1/8192 rad/s
 _STANDING_ACCELERATION_WORTH_TELLING_M_S2 = 0.25  # a 2.5 % slope of the ground
 _MISSING_WORTH_TELLING = 0.05  # of the duration
-_PLAY_STANDARD_DEG = 15.0  # maintenance standard, thesis 2.1
+PLAY_STANDARD_DEG = 15.0  # maintenance standard, thesis 2.1
+_YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # beyond it a corrected one is worth a look at the sensor
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,7 @@ def findings_of(
     *,
     method: str,
     yaw_rate_from_vdc2: bool,
+    of_method: Iterable[Finding | None] = (),
 ) -> tuple[Finding, ...]:
     """All findings on one answer of the core, the gravest kind first.
 
@@ -105,19 +107,24 @@ def findings_of(
         relative_sensor: the angle sensor says of itself that its zero is arbitrary (SPN 1812 = 0).
         method: whose answer it is.
         yaw_rate_from_vdc2: then a bias that a known mistake of VDC2 senders explains is told with it.
+        of_method: what the method's own room has to tell.
     """
-    found = (
+    found = [
         _missing(native),
-        _gate_shut(native, params),
+        _gate_shut(native, params, method),
         _offset(native),
         _yaw_rate_bias(native, method, yaw_rate_from_vdc2),
-        _yaw_rate_bias_moves(native),
+        _yaw_rate_bias_moves(native, method),
         _standing_acceleration(native),
         relative_angle_sensor() if relative_sensor else None,
-        _evidence(native, params),
-        _understeer_by_wheels(native) if method == "wheel-speed" else _understeer(native, params),
-        _play(native, method),
-    )
+        *of_method,
+    ]
+    if method != "joint":
+        found += [
+            _evidence(native, params),
+            _understeer_by_wheels(native) if method == "wheel-speed" else _understeer(native, params),
+            _play(native, method),
+        ]
     return gravest_first(finding for finding in found if finding is not None)
 
 
@@ -144,27 +151,30 @@ def _rejected(native: Mapping[str, Any], reason: str) -> float:
     return seconds
 
 
-def _gate_shut(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+def _gate_shut(native: Mapping[str, Any], params: Mapping[str, float], method: str) -> Finding | None:
     """Fast enough, and yet nothing usable: by which limit, and what may be behind it."""
     fast_s = native["bank_time"]
-    if native["used"] > 0 or fast_s <= params["clean_time_s"]:
+    of = "joint_" if method == "joint" else ""
+    patience_s = params["joint_evidence_min_s"] if method == "joint" else params["clean_time_s"]
+    if native["used"] > 0 or fast_s <= patience_s:
         return None
     limits = {
-        "bank": ("bank limit", "bank_max_m_s2", "m/s^2"),
-        "curvature": ("curvature limit", "curvature_max_1_m", "1/m"),
+        "bank": ("bank limit", "joint_bank_change_max_m_s2" if of else "bank_max_m_s2", "m/s^2"),
+        "curvature": ("curvature limit", f"{of}curvature_max_1_m", "1/m"),
         "longitudinal_acceleration": (
             "longitudinal acceleration limit",
-            "longitudinal_acceleration_max_m_s2",
+            f"{of}longitudinal_acceleration_max_m_s2",
             "m/s^2",
         ),
+        "lateral_acceleration": ("lateral acceleration limit", "joint_lateral_acceleration_max_m_s2", "m/s^2"),
     }
     reason = max(limits, key=lambda name: _rejected(native, name))
     words, param, unit = limits[reason]
     text = (
-        f"no second of {fast_s:.0f} s above {params['speed_min_m_s']:g} m/s passes the gate; "
+        f"no second of {fast_s:.0f} s above {params[f'{of}speed_min_m_s']:g} m/s passes the gate; "
         f"most is rejected by the {words} of {params[param]:g} {unit} ({param})"
     )
-    if reason == "bank":
+    if reason == "bank" and method != "joint":
         mean = native["bank_mean"]
         text += (
             f": a_y - r*v averages {mean:+.2f} m/s^2, as with an accelerometer bias of {mean:+.2f} m/s^2; "
@@ -199,15 +209,19 @@ def _yaw_rate_bias(native: Mapping[str, Any], method: str, from_vdc2: bool) -> F
         if rolled_s > 0
         else yaw_rate_at_standstill(bias["value"], bias["evidence"], from_vdc2=from_vdc2)
     )
-    if finding is None or native["used"] == 0 or method != "thesis":
+    if finding is None or native["used"] == 0 or method == "wheel-speed":
         return finding
+    if method == "joint":
+        large = abs(bias["value"]) / DEGREE > _YAW_RATE_BIAS_LARGE_DEG_S
+        text = f"{finding.text}; it was corrected" + (": look at the sensor and its mounting" if large else "")
+        return replace(finding, text=text, severity="warning" if large else "info")
     effect = abs(native["offset_per_yaw_rate_bias"] * bias["value"]) / DEGREE
     side = "low" if bias["value"] > 0 else "high"
     text = f"{finding.text}; this method does not correct the bias: the offset reads about {effect:.1f} deg too {side}"
     return replace(finding, text=text)
 
 
-def _yaw_rate_bias_moves(native: Mapping[str, Any]) -> Finding | None:
+def _yaw_rate_bias_moves(native: Mapping[str, Any], method: str) -> Finding | None:
     """5.3.1's CUSUM has spoken."""
     moving_s = native["yaw_rate_bias_alarm_time"]
     if moving_s == 0:
@@ -215,7 +229,8 @@ def _yaw_rate_bias_moves(native: Mapping[str, Any]) -> Finding | None:
     return Finding(
         "yaw_rate_bias_moves",
         "warning",
-        f"for {moving_s:.0f} s the yaw rate's bias, or a wheel's radius, moved faster than the wheel speeds can follow",
+        f"for {moving_s:.0f} s the yaw rate's bias, or a wheel's radius, moved faster than the wheel speeds can follow"
+        + ("; the offset was not learned from them" if method == "joint" else ""),
         moving_s,
         "s",
     )
@@ -289,7 +304,7 @@ def _play(native: Mapping[str, Any], method: str) -> Finding | None:
         "play_not_seen",
         "info",
         f"the interval counts the scatter of the drive, {counted}; {unseen} not seen by this method: "
-        f"{_PLAY_STANDARD_DEG:g} deg of play can shift the offset by up to {_PLAY_STANDARD_DEG / 2:g} deg{besides}",
-        _PLAY_STANDARD_DEG / 2,
+        f"{PLAY_STANDARD_DEG:g} deg of play can shift the offset by up to {PLAY_STANDARD_DEG / 2:g} deg{besides}",
+        PLAY_STANDARD_DEG / 2,
         "deg",
     )

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.estimate import DEFAULT_METHOD, METHODS, Method
 from oncenter.vehicle import Vehicle, core_params
 
 NOT_AVAILABLE = float("nan")
@@ -55,13 +56,27 @@ class Monitor:
     Args:
         vehicle: its `[params]` apply.
         rate_hz: of the ticks, 20 to 200.
+        method: as for `oncenter.offset`; "wheel-speed" by the axle whose track width the vehicle tells, the rear one
+            where it tells both.
         params: over the vehicle's.
 
     Raises:
-        OncenterError: "params" or "rate", exit code 2.
+        OncenterError: "method", "params" or "rate", exit code 2.
     """
 
-    def __init__(self, vehicle: Vehicle, rate_hz: float = 100.0, *, params: Mapping[str, float] | None = None) -> None:
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        rate_hz: float = 100.0,
+        *,
+        method: Method = DEFAULT_METHOD,
+        params: Mapping[str, float] | None = None,
+    ) -> None:
+        if method not in METHODS:
+            known = ", ".join(METHODS)
+            raise OncenterError(
+                f"method '{method}' is not known; known are {known}", code="method", exit_code=WRONG_USAGE
+            )
         if not _core.RATE_MIN_HZ <= rate_hz <= _core.RATE_MAX_HZ:
             raise OncenterError(f"'rate_hz' must be 20 to 200, got {rate_hz:g}", code="rate", exit_code=WRONG_USAGE)
         try:
@@ -71,6 +86,7 @@ class Monitor:
                 vehicle.ratio_near_centre,
                 used,
                 rate_hz,
+                method=method,
                 traffic_side=vehicle.traffic_sign,
                 track_width_front_m=vehicle.track_width_front_m or 0.0,
                 track_width_rear_m=vehicle.track_width_rear_m or 0.0,

@@ -25,9 +25,9 @@ def offset(
     json: Json = False,
     report: Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a page that shows why.")] = None,
     method: Annotated[
-        Literal["thesis", "joint", "wheel-speed"],
-        typer.Option(help="How: the thesis's mean; all with the play jointly; the mean from angle and wheel speeds."),
-    ] = "thesis",
+        Literal["joint", "thesis", "wheel-speed"],
+        typer.Option(help="How: offset, play and biases jointly; the thesis's mean; the same from wheel speeds alone."),
+    ] = "joint",
     no_accelerometer: Annotated[
         bool, typer.Option("--no-accelerometer", help="Use yaw rate times speed for the lateral acceleration.")
     ] = False,
@@ -64,6 +64,7 @@ def as_table(answer: oc.Answer) -> str:
         "offset": answer.offset,
         "understeer gradient": answer.understeer_gradient,
         "play": answer.backlash,
+        "steering unloads at": answer.unloading_acceleration,
         "yaw rate bias": answer.yaw_rate_bias,
         "lateral acceleration bias": answer.lateral_acceleration_bias,
     }

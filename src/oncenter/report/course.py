@@ -20,6 +20,8 @@ Mask = npt.NDArray[np.bool_]
 # of all driving time
 _PAUSE = 0.01  # between drives: enough to be seen
 _VISIBLE = 0.0005  # a narrower hole is less than a column of the screen
+_BIAS_KNOWN = 0.5  # of its prior's spread: what is surer was seen
+_SAMPLE_S = 0.1  # the joint method learns from seconds of samples, the last of which may be so late
 
 
 @dataclass(frozen=True)
@@ -33,15 +35,21 @@ class Course:
         starts: time at which each drive starts.
         measured, speed, yaw_rate, lateral_acceleration: as the table has them: deg, m/s, deg/s, m/s^2; NaN where not
             available, None where a log has none.
-        expected: i*L*r/v + i*K_us*a_y, what a sensor without offset would read; NaN below the gate's speed limit,
-            where (10) is poor.
+        expected: i*L*r/v + i*K_us*(a_y - a_0) + (B/2)*place, what a sensor without offset would read; NaN below the
+            gate's speed limit, where (10) is poor. By the joint method r is corrected, B the play and a_0 the side
+            force, as measured, at which the steering unloads; else both are 0.
         yaw_rate_times_speed: r*v in m/s^2; what an accelerometer without bias reads on a level road.
         residual: measured less i*L*r/v, filtered.
         filtered_lateral_acceleration: m/s^2, belongs to `residual`.
+        place: in the play, 1 on the flank of a left turn, -1 on that of a right turn; 0 before it is learned.
         reasons: bits; 0 is clean.
-        used: clean, and clean for t1 after it.
+        used: clean, and the estimator learned from it.
         offset, offset_half_width: as learned up to then, 95 %; NaN before there is one.
         understeer_gradient: deg/(m/s^2) at the road wheel; NaN before it is learned.
+        yaw_rate_bias, yaw_rate_bias_half_width: deg/s, 95 %; NaN before there is more than a prior.
+        changes: time of each of the answer's changes.
+        begin_of_offset: time since which the offset is what it is: before its last change the cloud lay elsewhere.
+        unloading_acceleration: m/s^2, as measured, at which the steering unloads; 0 where no play was looked for.
     """
 
     time: Floats
@@ -56,11 +64,17 @@ class Course:
     yaw_rate_times_speed: Floats
     residual: Floats
     filtered_lateral_acceleration: Floats
+    place: Floats
     reasons: npt.NDArray[np.uint32]
     used: Mask
     offset: Floats
     offset_half_width: Floats
     understeer_gradient: Floats
+    yaw_rate_bias: Floats
+    yaw_rate_bias_half_width: Floats
+    changes: tuple[float, ...]
+    begin_of_offset: float
+    unloading_acceleration: float
 
 
 def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
@@ -70,10 +84,17 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
     motion = rows["motion"]
     speed = rows["vehicle_speed"]
     ratio = answer.vehicle.ratio_near_centre
+    jointly = answer.method == "joint"
     K_us = answer.understeer_gradient.value or 0.0
-    steady_state = ratio * (answer.vehicle.wheelbase_m * motion["curvature"] + K_us * motion["lateral_acceleration"])
+    unloading = float(rows["unloading_acceleration"][-1]) if len(rows) else 0.0
+    changes = tuple((starts[change.drive] + change.into_log_s) / per_unit for change in answer.changes)
+    side_force = motion["lateral_acceleration"] - unloading
+    played = 0.5 * (answer.backlash.value or 0.0) * rows["place"]
+    expected = ratio * (answer.vehicle.wheelbase_m * motion["curvature"] + K_us * side_force) + played
     known = (rows["reasons"] & (_core.REASONS["missing_signal"] | _core.REASONS["time"])) == 0
-    moving = known & (speed > answer.params["speed_min_m_s"])
+    moving = known & (speed > answer.params["joint_speed_min_m_s" if jointly else "speed_min_m_s"])
+    bias_sd = rows["yaw_rate_bias_sd"]
+    has_bias = bias_sd < _BIAS_KNOWN * answer.params["gyro_bias_sd_rad_s"]
     has_offset = (rows["offset_status"] != _core.STATUSES.index("unobservable")) & np.isfinite(rows["offset_sd"])
     offset = np.where(has_offset, rows["offset"] / DEGREE, np.nan)
     measured = _column(answer.drives, "steering_wheel_angle_rad", 1.0 / DEGREE)
@@ -86,16 +107,26 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
         speed=_column(answer.drives, "vehicle_speed_m_s", 1.0),
         yaw_rate=_column(answer.drives, "yaw_rate_rad_s", 1.0 / DEGREE),
         lateral_acceleration=_column(answer.drives, "lateral_acceleration_m_s2", 1.0),
-        expected=np.where(moving, steady_state / DEGREE, np.nan),
+        expected=np.where(moving, expected / DEGREE, np.nan),
         # the core takes the curvature at 1 m/s below that
         yaw_rate_times_speed=np.where(known, motion["curvature"] * np.maximum(speed, 1.0) * speed, np.nan),
         residual=motion["residual"] / DEGREE,
         filtered_lateral_acceleration=motion["lateral_acceleration"],
         reasons=rows["reasons"],
-        used=_used(rows["reasons"] == 0, answer.drives, answer.params["clean_time_s"]),
+        place=rows["place"],
+        used=_learned_from(rows, answer.drives)
+        if jointly
+        else _used(rows["reasons"] == 0, answer.drives, answer.params["clean_time_s"]),
         offset=offset,
         offset_half_width=np.where(has_offset, 1.96 * rows["offset_sd"] / DEGREE, np.nan),
         understeer_gradient=np.where(rows["understeer_gradient"] != 0.0, rows["understeer_gradient"] / DEGREE, np.nan),
+        yaw_rate_bias=np.where(has_bias, rows["yaw_rate_bias"] / DEGREE, np.nan),
+        yaw_rate_bias_half_width=np.where(has_bias, 1.96 * bias_sd / DEGREE, np.nan),
+        changes=changes,
+        begin_of_offset=max(
+            (time for time, change in zip(changes, answer.changes, strict=True) if change.kind == "offset"), default=0.0
+        ),
+        unloading_acceleration=unloading,
     )
 
 
@@ -139,3 +170,19 @@ def _used(clean: Mask, drives: tuple[Signals, ...], clean_time_s: float) -> Mask
         used[first : first + n] = part & (next_unclean - np.arange(n) > clean_time_s * drive.rate_hz)
         first += n
     return used
+
+
+def _learned_from(rows: npt.NDArray[Any], drives: tuple[Signals, ...]) -> Mask:
+    """Clean ticks of the seconds by which the joint method's evidence grew."""
+    edges = np.zeros(len(rows) + 1)
+    first = 0
+    for drive in drives:
+        evidence = rows["evidence"][first : first + drive.table.height]
+        grown = np.diff(evidence, prepend=evidence[:1])
+        ends = np.flatnonzero(grown > 0)
+        length = np.round((grown[ends] + _SAMPLE_S) * drive.rate_hz).astype(np.intp)
+        np.add.at(edges, first + np.maximum(ends + 1 - length, 0), 1)
+        np.add.at(edges, first + ends + 1, -1)
+        first += drive.table.height
+    learned_from: Mask = (np.cumsum(edges[:-1]) > 0) & (rows["reasons"] == 0)
+    return learned_from

@@ -23,6 +23,7 @@ _QUANTITIES = {
     "offset": "Offset of the steering wheel angle sensor",
     "backlash": "Play in the steering, at the steering wheel",
     "understeer_gradient": "Understeer gradient <i>K</i><sub>us</sub>/<i>g</i>, at the road wheel",
+    "unloading_acceleration": "Side acceleration at which the steering unloads",
     "yaw_rate_bias": "Yaw rate sensor bias",
     "lateral_acceleration_bias": "Accelerometer bias, lateral",
 }
@@ -128,7 +129,7 @@ def _findings(answer: Answer) -> str:
 
 def _time(answer: Answer) -> str:
     whole = max(answer.duration_s, 1e-9)
-    meanings = _reasons(answer.params)
+    meanings = _reasons(answer)
     lines = [_bar("Used", answer.used_s, whole, "used")]
     lines += [
         _bar(f"{meanings[reason]} <i>{STRIP_NAMES[reason]}</i>", seconds, whole, "rejected")
@@ -153,36 +154,50 @@ def _bar(label: str, seconds: float, whole: float, colour: str) -> str:
     )
 
 
-def _reasons(params: Mapping[str, float]) -> dict[str, str]:
+def _reasons(answer: Answer) -> dict[str, str]:
     """What each reason of the gate means with the limits in force."""
-    speed = params["speed_min_m_s"]
+    params, jointly = answer.params, answer.method == "joint"
+    of = "joint_" if jointly else ""
+    speed = params[f"{of}speed_min_m_s"]
     return {
         "missing_signal": "A signal not available",
         "time": "Time stood still or ran backward",
         "gap": f"First tick after a hole of more than {params['gap_max_s']:g} s",
         "settling": "Filters settling",
         "speed": f"Slower than {speed:g} m/s ({3.6 * speed:.0f} km/h)",
-        "curvature": f"In a bend tighter than {1.0 / params['curvature_max_1_m']:.0f} m",
-        "longitudinal_acceleration": (
-            f"Speeding up or braking by more than {params['longitudinal_acceleration_max_m_s2']:g} m/s²"
+        "curvature": f"In a bend tighter than {1.0 / params[f'{of}curvature_max_1_m']:.0f} m",
+        "lateral_acceleration": (
+            f"Lateral acceleration above {params['joint_lateral_acceleration_max_m_s2']:g} m/s²: tyres and axles bend "
+            "the line"
         ),
-        "bank": f"Road bank or accelerometer bias, |a<sub>y</sub> − r·v| above {params['bank_max_m_s2']:g} m/s²",
-        "window": f"Not clean for {params['clean_time_s']:g} s on end",
+        "yaw_rate_bias": "Yaw rate bias moving faster than it can be followed",
+        "longitudinal_acceleration": (
+            f"Speeding up or braking by more than {params[f'{of}longitudinal_acceleration_max_m_s2']:g} m/s²"
+        ),
+        "bank": (
+            f"a<sub>y</sub> − r·v farther than {params['joint_bank_change_max_m_s2']:g} m/s² from its mean: kerbs"
+            if jointly
+            else f"Road bank or accelerometer bias, |a<sub>y</sub> − r·v| above {params['bank_max_m_s2']:g} m/s²"
+        ),
+        "window": "No whole second clean, or in doubt while a change was suspected"
+        if jointly
+        else f"Not clean for {params['clean_time_s']:g} s on end",
     }
 
 
 def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
     count = len(drive.starts)
     several = f"<p>{count} drives, one after the other, parted by dotted lines.</p>" if count > 1 else ""
-    slope = "i·K<sub>us</sub>·a<sub>y</sub>"
-    play = ", dashed the two flanks of the play" if _known(answer.backlash) else ""
-    line = {"estimate": f"offset + {slope}, with the offset's 95 % interval{play}"} if _known(answer.offset) else {}
+    jointly = answer.method == "joint"
     clean = "Nothing to draw: no tick passed the gate. The strip above says why."
+    offset_key = {"estimate": "offset as learned up to then, with its 95 % interval"}
+    if drive.changes:
+        offset_key["rejected"] = "a change, dashed"
     return "\n".join(
         [
             "<section>\n<h2>The drive</h2>",
             several,
-            _key(measured="measured", estimate=f"expected from the motion without offset, i·L·r/v + {slope}"),
+            _key(measured="measured", estimate=f"expected from the motion without offset, {_expected(jointly)}"),
             divs.get("angle", _nothing("The log has no steering wheel angle.")),
             divs.get("speed", ""),
             divs.get("yaw_rate", ""),
@@ -194,12 +209,17 @@ def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
             _key(used="used for the offset", rejected="rejected, one row per reason as named under Time above"),
             divs.get("gate", _nothing("The drive has no tick.")),
             "</section>\n<section>\n<h2>Offset over time</h2>",
-            _key(estimate="offset as learned up to then, with its 95 % interval") if "offset" in divs else "",
+            _key(**offset_key) if "offset" in divs else "",
             divs.get("offset", _nothing("No offset with an interval was learned at any time.")),
+            _key(estimate="yaw rate bias as known at the time, with its 95 % interval")
+            if "yaw_rate_bias" in divs
+            else "",
+            divs.get("yaw_rate_bias", ""),
             "</section>\n<section>\n<h2>Residual against lateral acceleration</h2>",
-            "<p>What is left of the measured angle when the Ackermann angle i·L·r/v is taken away, in ticks that "
-            "passed the gate. Play in the steering shows as two parallel lines, one on each side of zero.</p>",
-            _key(used="clean ticks", **line) if "cloud" in divs else "",
+            f"<p>What is left of the measured angle when the Ackermann angle i·L·r/v is taken away, in ticks that "
+            f"passed the gate{_since(answer, drive)}. Play in the steering shows as two parallel lines, one on each "
+            "side of where the steering unloads.</p>",
+            (_key_of_flanks(answer) if jointly else _key_of_cloud(answer)) if "cloud" in divs else "",
             divs.get("cloud", _nothing(clean)),
             "</section>\n<section>\n<h2>Understeer gradient</h2>",
             _understeer(answer, divs),
@@ -208,17 +228,52 @@ def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
     )
 
 
+def _expected(jointly: bool) -> str:
+    if not jointly:
+        return "i·L·r/v + i·K<sub>us</sub>·a<sub>y</sub>"
+    return "i·L·r/v + i·K<sub>us</sub>·(a<sub>y</sub> − a<sub>0</sub>) + the place in the play; r corrected"
+
+
+def _since(answer: Answer, drive: Course) -> str:
+    if drive.begin_of_offset == 0.0:
+        return ""
+    return f" since the offset last changed, {drive.begin_of_offset:.1f} {drive.time_unit} into the drive"
+
+
+def _key_of_cloud(answer: Answer) -> str:
+    if not _known(answer.offset):
+        return _key(used="clean ticks")
+    return _key(used="clean ticks", estimate="offset + i·K<sub>us</sub>·a<sub>y</sub>, with the offset's 95 % interval")
+
+
+def _key_of_flanks(answer: Answer) -> str:
+    lines = {
+        "used": "on the left turn's flank of the play",
+        "right": "on the right turn's flank",
+        "measured": "in between",
+    }
+    if _known(answer.offset):
+        lines["estimate"] = "offset ± half the play + i·K<sub>us</sub>·(a<sub>y</sub> − a<sub>0</sub>)"
+        lines["rejected"] = "offset, at a<sub>0</sub> where the steering unloads, with their 95 % intervals"
+    return _key(**lines)
+
+
 def _understeer(answer: Answer, divs: Mapping[str, str]) -> str:
+    jointly = answer.method == "joint"
     low, high = (answer.params[f"understeer_acceleration_{end}_m_s2"] for end in ("min", "max"))
     if "bends" not in divs:
         return _nothing(
-            f"Not learned: it needs a trusted offset and bends of {low:g} to {high:g} m/s² that are clean but for "
+            "Not learned: no second was used."
+            if jointly
+            else f"Not learned: it needs a trusted offset and bends of {low:g} to {high:g} m/s² that are clean but for "
             "their curvature. It was taken as zero."
         )
+    ticks = "ticks used" if jointly else f"ticks in bends of {low:g} to {high:g} m/s²"
+    line = f"i·K<sub>us</sub>·{'(a<sub>y</sub> − a<sub>0</sub>)' if jointly else 'a<sub>y</sub>'}, 95 %"
     return f"""<div class="pair">
 <div>{_key(estimate="K<sub>us</sub>/g as learned up to then; band: 95 % interval of the last")}
 {divs["understeer"]}</div>
-<div>{_key(used=f"ticks in bends of {low:g} to {high:g} m/s²", estimate="i·K<sub>us</sub>·a<sub>y</sub>, 95 %")}
+<div>{_key(used=ticks, estimate=line)}
 {divs["bends"]}</div>
 </div>"""
 
@@ -306,7 +361,7 @@ def _status(status: str) -> str:
 
 
 def _text(text: str) -> str:
-    return escape(re.sub(r"(?<![\w.])-(?=\d)", "−", text.replace("^2", "²")))
+    return escape(re.sub(r"(?<![\w.])-(?=\d)", "−", text.replace("^2", "²").replace("+-", "±")))
 
 
 def _sentence(text: str) -> str:

@@ -1,5 +1,6 @@
 """The pictures of the page, as bokeh figures, in one colour language: grey is what the sensors said, blue what was
-estimated and its interval, green what was used, orange what was rejected."""
+estimated and its interval, green what was used, orange what was rejected or changed; in the cloud green and violet are
+the two flanks of the play."""
 
 from __future__ import annotations
 
@@ -23,6 +24,7 @@ COLOURS = {
     "estimate": "#3987e5",
     "used": "#2a9d6f",
     "rejected": "#dd7a2f",
+    "right": "#a06cd5",
     "line": "#8a8f98",
 }
 
@@ -31,7 +33,9 @@ STRIP_NAMES = {
     "window": "window",
     "bank": "bank",
     "curvature": "curvature",
+    "lateral_acceleration": "side acc.",
     "longitudinal_acceleration": "dv/dt",
+    "yaw_rate_bias": "gyro bias",
     "speed": "speed",
     "settling": "settling",
     "gap": "gap",
@@ -42,6 +46,8 @@ STRIP_NAMES = {
 _BINS = 1200  # a screen's columns
 _CLOUD = 4000  # points
 _FAST_ENOUGH = 0.1  # of the ticks
+_ON_A_FLANK = 0.5  # of the way from the play's middle
+_BIAS_MOVES_DEG_S = 0.05  # less is no picture
 _SCATTER_HEIGHT = 380
 _FONT = "system-ui, sans-serif"
 
@@ -59,7 +65,8 @@ def figures(answer: Answer, course: Course) -> dict[str, figure]:
         "lateral_acceleration": _lateral_acceleration(course, time),
         "gate": _gate(course, time),
         "offset": _offset(course, time),
-        "cloud": _cloud(answer, course),
+        "yaw_rate_bias": _yaw_rate_bias(course, time),
+        "cloud": _flanks(answer, course) if answer.method == "joint" else _cloud(answer, course),
         **_understeer(answer, course, time),
     }
     return {name: picture for name, picture in pictures.items() if picture is not None}
@@ -173,6 +180,30 @@ def _offset(course: Course, time: Range1d) -> figure | None:
             ],
         )
     )
+    for change in course.changes:
+        picture.add_layout(
+            Span(location=change, dimension="height", line_color=COLOURS["rejected"], line_width=2, line_dash="dashed")
+        )
+    return picture
+
+
+def _yaw_rate_bias(course: Course, time: Range1d) -> figure | None:
+    """Only where it moves: else a number says it."""
+    bias, half_width = course.yaw_rate_bias, course.yaw_rate_bias_half_width
+    known = np.flatnonzero(np.isfinite(bias))
+    if not len(known):
+        return None
+    settled = np.isfinite(bias) & (half_width < 2.0 * half_width[known[-1]] + 0.02)
+    if not settled.any() or np.ptp(bias[settled]) < _BIAS_MOVES_DEG_S:
+        return None
+    picture = _over_time(course, time, "yaw rate bias (deg/s)", 220)
+    low, high = bias - half_width, bias + half_width
+    picture.y_range = _range_of(np.concatenate([low[settled], high[settled]]), 0.0)
+    rows = _every(len(course.time), 2 * _BINS)
+    x, columns = broken_at_holes(course.time, rows, course.holes, {"bias": bias, "low": low, "high": high})
+    source = _source(x=x, **columns)
+    picture.varea("x", "low", "high", source=source, fill_color=COLOURS["estimate"], fill_alpha=0.25)
+    picture.line("x", "bias", source=source, color=COLOURS["estimate"], line_width=2)
     return picture
 
 
@@ -185,19 +216,56 @@ def _cloud(answer: Answer, course: Course) -> figure | None:
     if answer.offset.status == "unobservable" or offset is None:
         return picture
     a_y = np.array([picture.x_range.start, picture.x_range.end])
-    slope = answer.vehicle.ratio_near_centre * (answer.understeer_gradient.value or 0.0)
-    line = (offset + slope * a_y) / DEGREE
+    line = (offset + _slope(answer) * a_y) / DEGREE
     if interval is not None:
         low, high = ((bound - offset) / DEGREE for bound in interval)
         picture.varea(a_y, line + low, line + high, fill_color=COLOURS["estimate"], fill_alpha=0.25)
     picture.line(a_y, line, color=COLOURS["estimate"], line_width=2.5)
-    play = answer.backlash.value
-    if answer.backlash.status != "unobservable" and play:
-        for flank in (-0.5, 0.5):
-            picture.line(
-                a_y, line + flank * play / DEGREE, color=COLOURS["estimate"], line_width=1.5, line_dash="dashed"
-            )
     return picture
+
+
+def _slope(answer: Answer) -> float:
+    """rad at the steering wheel per m/s^2."""
+    return answer.vehicle.ratio_near_centre * (answer.understeer_gradient.value or 0.0)
+
+
+def _flanks(answer: Answer, course: Course) -> figure | None:
+    """The play as two lines through the clouds of its flanks, and between them the point where the steering unloads."""
+    rows = np.flatnonzero((course.reasons == 0) & (course.time >= course.begin_of_offset))
+    if not len(rows):
+        return None
+    a_y, residual = course.filtered_lateral_acceleration, course.residual
+    picture = _empty_scatter(a_y, residual, rows, "residual (deg)")
+    few = sample(rows, _CLOUD)
+    place = course.place[few]
+    for colour, there in (
+        ("measured", np.abs(place) <= _ON_A_FLANK),
+        ("used", place > _ON_A_FLANK),
+        ("right", place < -_ON_A_FLANK),
+    ):
+        _points(picture, a_y, residual, few[there], colour, len(few))
+    offset = answer.offset.value
+    if offset is None:
+        return picture
+    ends = np.array([picture.x_range.start, picture.x_range.end])
+    middle = (offset + _slope(answer) * (ends - course.unloading_acceleration)) / DEGREE
+    half_play = 0.5 * (answer.backlash.value or 0.0) / DEGREE
+    for flank in (half_play, -half_play):
+        picture.line(ends, middle + flank, color=COLOURS["estimate"], line_width=2.5)
+    _unloading_point(answer, course, picture)
+    return picture
+
+
+def _unloading_point(answer: Answer, course: Course, picture: figure) -> None:
+    """Offset and unloading point with their 95 % intervals, as a cross with a dot."""
+    offset, a_0 = answer.offset, course.unloading_acceleration
+    assert offset.value is not None and offset.ci95 is not None
+    y = offset.value / DEGREE
+    low, high = (bound / DEGREE for bound in offset.ci95)
+    left, right = answer.unloading_acceleration.ci95 or (a_0, a_0)
+    whiskers = {"line_color": COLOURS["rejected"], "line_width": 3}
+    picture.segment([a_0, left], [low, y], [a_0, right], [high, y], **whiskers)
+    picture.scatter([a_0], [y], size=11, fill_color=COLOURS["rejected"], line_color="#ffffff", line_width=2)
 
 
 def _understeer(answer: Answer, course: Course, time: Range1d) -> dict[str, figure]:
@@ -228,25 +296,35 @@ def _understeer_over_time(answer: Answer, course: Course, time: Range1d) -> figu
 
 
 def _bends(answer: Answer, course: Course) -> figure | None:
-    """(38): what is left of the angle in bends once the offset is taken away, and the line through the origin."""
+    """(38): what is left of the angle in bends once offset and play are taken away, and the line through the point at
+    which no side force acts."""
     K_us, interval, offset = answer.understeer_gradient.value, answer.understeer_gradient.ci95, answer.offset.value
+    rows = _bend_rows(answer, course)
+    if not len(rows) or K_us is None or offset is None or answer.understeer_gradient.status == "unobservable":
+        return None
+    played = 0.5 * (answer.backlash.value or 0.0) * course.place
+    less = "offset and play" if played.any() else "offset"
+    left = course.residual - (offset + played) / DEGREE
+    picture = _scatter(course.filtered_lateral_acceleration, left, rows, f"residual less {less} (deg)")
+    a_0 = course.unloading_acceleration
+    ends = np.array([picture.x_range.start, a_0, picture.x_range.end])
+    ratio = answer.vehicle.ratio_near_centre
+    if interval is not None:
+        low, high = (ratio * bound / DEGREE * (ends - a_0) for bound in interval)
+        picture.varea(ends, low, high, fill_color=COLOURS["estimate"], fill_alpha=0.25)
+    picture.line(ends, ratio * K_us / DEGREE * (ends - a_0), color=COLOURS["estimate"], line_width=2.5)
+    return picture
+
+
+def _bend_rows(answer: Answer, course: Course) -> Indices:
+    """What the gradient was learned from."""
+    if answer.method == "joint":
+        return np.flatnonzero(course.used & (course.time >= course.begin_of_offset))
     a_y = np.abs(course.filtered_lateral_acceleration)
     bend = (a_y > answer.params["understeer_acceleration_min_m_s2"]) & (
         a_y < answer.params["understeer_acceleration_max_m_s2"]
     )
-    rows = np.flatnonzero(bend & ((course.reasons & ~np.uint32(_core.REASONS["curvature"])) == 0))
-    if not len(rows) or K_us is None or offset is None or answer.understeer_gradient.status == "unobservable":
-        return None
-    picture = _scatter(
-        course.filtered_lateral_acceleration, course.residual - offset / DEGREE, rows, "residual less offset (deg)"
-    )
-    ends = np.array([picture.x_range.start, 0.0, picture.x_range.end])
-    ratio = answer.vehicle.ratio_near_centre
-    if interval is not None:
-        low, high = (ratio * bound / DEGREE * ends for bound in interval)
-        picture.varea(ends, low, high, fill_color=COLOURS["estimate"], fill_alpha=0.25)
-    picture.line(ends, ratio * K_us / DEGREE * ends, color=COLOURS["estimate"], line_width=2.5)
-    return picture
+    return np.flatnonzero(bend & ((course.reasons & ~np.uint32(_core.REASONS["curvature"])) == 0))
 
 
 def _over_time(course: Course, time: Range1d, label: str | None, height: int, y_range: Any = None) -> figure:
@@ -261,26 +339,37 @@ def _over_time(course: Course, time: Range1d, label: str | None, height: int, y_
 
 
 def _scatter(x: Floats, y: Floats, rows: Indices, label: str) -> figure:
-    """Lateral acceleration to the right, an angle upward; the outermost of the points are outside at first."""
+    """A cloud of one colour."""
+    picture = _empty_scatter(x, y, rows, label)
+    few = sample(rows, _CLOUD)
+    _points(picture, x, y, few, "used", len(few))
+    return picture
+
+
+def _empty_scatter(x: Floats, y: Floats, rows: Indices, label: str) -> figure:
+    """Lateral acceleration to the right, an angle upward; the outermost of the points will be outside at first."""
     picture = _plain(
         _SCATTER_HEIGHT,
         "pan,box_zoom,wheel_zoom,reset,save",
         x_range=_range_of(x[rows], 0.2),
         y_range=_range_of(y[rows], 0.2),
     )
-    few = sample(rows, _CLOUD)
-    picture.scatter(
-        "x",
-        "y",
-        source=_source(x=x[few], y=y[few]),
-        size=4,
-        fill_color=COLOURS["used"],
-        line_color=None,
-        fill_alpha=float(np.clip(1500.0 / len(few), 0.3, 0.8)),
-    )
     picture.xaxis.axis_label = "lateral acceleration, left positive (m/s²)"
     picture.yaxis.axis_label = label
     return picture
+
+
+def _points(picture: figure, x: Floats, y: Floats, rows: Indices, colour: str, count: int) -> None:
+    """A cloud of dots, the paler the more there are."""
+    picture.scatter(
+        "x",
+        "y",
+        source=_source(x=x[rows], y=y[rows]),
+        size=4,
+        fill_color=COLOURS[colour],
+        line_color=None,
+        fill_alpha=float(np.clip(1500.0 / max(count, 1), 0.3, 0.8)),
+    )
 
 
 def _plain(height: int, tools: str, **ranges: Any) -> figure:

@@ -1,0 +1,97 @@
+#include "methods.h"
+
+#include <math.h>
+
+/* Where the accelerometer's bias is, before the steering is asked: by its own prior, the roads' crown and the ground
+ * stood on; without an accelerometer the crown alone, which then is not seen. */
+static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, double yaw_rate_bias_sd) {
+    const oc_params *p = &c->params;
+    const double crown = c->vehicle.traffic_side * p->crown_m_s2;
+    const double unknown_side = c->vehicle.traffic_side == 0.0 ? p->crown_m_s2 : 0.0;
+    const double turning = p->joint_speed_min_m_s * 2.0 * yaw_rate_bias_sd;
+    const double road = p->crown_sd_m_s2 * p->crown_sd_m_s2 + unknown_side * unknown_side + turning * turning;
+    oc_prior prior = {.unloading_mean = (float)-crown, .unloading_sd = (float)sqrt(road),
+                      .yaw_rate_bias_sd = (float)yaw_rate_bias_sd};
+    if (!p->use_accelerometer) {
+        return prior;
+    }
+    double weight = 1.0 / (p->accelerometer_bias_sd_m_s2 * p->accelerometer_bias_sd_m_s2);
+    double sum = 0.0;
+    if (evidence->joint.bank_samples > 0.0) {
+        /* a few seconds' bank is no mean crown yet */
+        const double variance = road * (1.0 + 300.0 / evidence->joint.bank_samples);
+        sum += (evidence->joint.bank_mean - crown) / variance;
+        weight += 1.0 / variance;
+    }
+    const oc_estimate standing =
+        oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
+    if (standing.status == OC_VALID) {
+        const double variance = p->standing_slope_sd_m_s2 * p->standing_slope_sd_m_s2;
+        sum += standing.value / variance;
+        weight += 1.0 / variance;
+    }
+    prior.unloading_mean = (float)(sum / weight);
+    prior.unloading_sd = (float)sqrt(1.0 / weight);
+    return prior;
+}
+
+/* 0.5 deg: the least that shows two flanks. */
+static const double least_play = 0.5 * 0.017453292519943295;
+
+/* What the hypotheses say together. */
+void oc_learn_jointly(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c) {
+    const oc_params *p = &c->params;
+    if (!(evidence->joint.second.used_s > 0.0f)) {
+        *learned = (oc_learned){0};
+        return;
+    }
+    const oc_joint_answer found = oc_joint_answer_get(&evidence->joint);
+    const bool enough = found.used >= p->joint_evidence_min_s;
+    const double narrow = p->offset_half_width_max_rad;
+    const double steep = p->understeer_half_width_max_rad_m_s2;
+    evidence->offset_status =
+        enough ? oc_status_next(evidence->offset_status, 1.96 * found.offset_sd, narrow, 4.0 / 3.0 * narrow)
+               : OC_CONVERGING;
+    evidence->understeer_status =
+        enough ? oc_status_next(evidence->understeer_status, 1.96 * found.gradient_sd, steep, 4.0 / 3.0 * steep)
+               : OC_CONVERGING;
+    evidence->backlash_status =
+        enough ? oc_status_next(evidence->backlash_status, 1.96 * found.backlash_sd, narrow, 4.0 / 3.0 * narrow)
+               : OC_CONVERGING;
+    learned->offset = (oc_estimate){found.offset, found.offset_sd, found.used, evidence->offset_status};
+    learned->understeer_gradient =
+        (oc_estimate){found.gradient, found.gradient_sd, found.used, evidence->understeer_status};
+    learned->backlash = (oc_estimate){found.backlash, found.backlash_sd, found.used, evidence->backlash_status};
+    /* without play nothing shows where the steering unloads */
+    const bool plays = found.backlash - 1.96 * found.backlash_sd > least_play;
+    learned->unloading_acceleration = (oc_estimate){found.unloading, found.unloading_sd, found.used,
+                                                    plays ? evidence->backlash_status : OC_UNOBSERVABLE};
+    static const double told = 0.02; /* share of the wheelbase, well below the prior's 0.05 */
+    const double wheelbase = c->vehicle.wheelbase;
+    learned->equivalent_wheelbase = (oc_estimate){
+        .value = wheelbase * (1.0 + found.wheelbase),
+        .standard_deviation = wheelbase * found.wheelbase_sd,
+        .evidence = found.used,
+        .status = !enough ? OC_CONVERGING : found.wheelbase_sd < told ? OC_VALID : OC_UNOBSERVABLE,
+    };
+}
+
+/* The joint method: all hypotheses go along with every tick, and learn from whole seconds of clean ones. */
+void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_filtered *filtered,
+                             const oc_motion *motion, const oc_estimate *yaw_rate_bias, uint32_t reasons) {
+    const oc_prior prior = prior_of(&state->evidence, c, yaw_rate_bias->standard_deviation);
+    const oc_joint_tick tick = {
+        .time = state->tracking.last_time,
+        .angle = filtered->steering_wheel_angle,
+        .residual = motion->residual,
+        .yaw_rate = filtered->yaw_rate,
+        .lateral_acceleration = motion->lateral_acceleration,
+        .curvature = motion->curvature,
+        .speed = filtered->vehicle_speed,
+        .yaw_rate_bias = yaw_rate_bias->value,
+        .usable = reasons == 0,
+    };
+    if (oc_joint_update(&state->evidence.joint, &state->tracking.joint, &c->joint, &prior, &tick)) {
+        oc_learn_jointly(&state->evidence, &state->learned, c);
+    }
+}

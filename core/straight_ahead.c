@@ -1,0 +1,142 @@
+#include "methods.h"
+
+#include <math.h>
+
+/* The mismatch of the radii by which the wheel speeds' method corrects: a gyro's where there is one. */
+oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficients *c) {
+    const int32_t axle = c->wheel_axle;
+    if (evidence->gyro_bias.axles[axle].blocks > 0.0) {
+        return oc_gyro_bias_mismatch(&evidence->gyro_bias, &c->params, axle);
+    }
+    return oc_wheel_speed_mismatch(&evidence->wheel_speed, &c->params, c->gyro_bias.track[axle]);
+}
+
+/* Of the offset by the yaw rate's bias: what standing showed and the thesis's method leaves uncorrected, else the
+ * prior. */
+static double yaw_rate_bias_variance(const oc_evidence *evidence, const oc_coefficients *c) {
+    const oc_estimate bias =
+        oc_standstill_yaw_rate(&evidence->standstill, c->tick_s, c->params.standstill_time_min_s);
+    const double spread = bias.status == OC_VALID
+                              ? sqrt(bias.value * bias.value + bias.standard_deviation * bias.standard_deviation)
+                              : c->params.yaw_rate_bias_sd_rad_s;
+    const double moved = evidence->offset.ticks.w * spread;
+    return moved * moved;
+}
+
+/* Of the offset by the wheels' radii, and by the bank of the road that no accelerometer has seen. */
+static double wheels_variance(const oc_coefficients *c, const oc_estimate *mismatch, const oc_estimate *gradient) {
+    const double radii = c->offset_per_mismatch * mismatch->standard_deviation;
+    const double bank = c->vehicle.steering_ratio * c->params.bank_sd_m_s2 * gradient->standard_deviation;
+    return radii * radii + bank * bank;
+}
+
+/* Below it straights and bends have so much the same mix of signs that offset and gradient trade places. */
+static const double apart_min = 0.25;
+
+/* (38): the understeer gradient, zero with its prior's spread until its own evidence suffices. The two errors that reach
+ * it, the bends' own and the offset's, both grow where bends and straights are alike. */
+static oc_estimate understeer_of(oc_evidence *evidence, const oc_coefficients *c, double apart) {
+    const oc_params *p = &c->params;
+    const oc_understeer *understeer = &evidence->understeer;
+    const oc_offset *offset = &evidence->offset;
+    const double time = understeer->weight * c->tick_s;
+    /* without an accelerometer's word on superelevation, wheel speeds take a banked bend for an easy one */
+    const bool told = p->method != OC_METHOD_WHEEL_SPEED;
+    if (!told || !(time >= p->understeer_evidence_min_s) || !(understeer->batches > 1.0) || !(apart > apart_min)) {
+        evidence->understeer_status = OC_UNOBSERVABLE;
+        return (oc_estimate){.standard_deviation = p->understeer_sd_rad_m_s2, .evidence = time};
+    }
+    const double K = oc_understeer_with_offset(understeer, offset->ticks.y, offset->ticks.x);
+    const double per_offset = oc_understeer_per_offset(understeer);
+    const double variance = oc_understeer_variance(understeer, oc_offset_value(offset, K), K) +
+                            per_offset * per_offset * oc_offset_variance(offset, K);
+    const double sd = sqrt(variance) / apart;
+    const double narrow = p->understeer_half_width_max_rad_m_s2;
+    evidence->understeer_status = oc_status_next(evidence->understeer_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
+    return (oc_estimate){
+        .value = K, .standard_deviation = sd, .evidence = time, .status = evidence->understeer_status};
+}
+
+/* Variance of the offset by all that the gradient and the drive's scatter leave open; the gyro's part comes on top. */
+static double offset_variance(const oc_evidence *evidence, const oc_estimate *gradient, double apart) {
+    const double K = gradient->value;
+    const double x = evidence->offset.ticks.x;
+    const double scatter = oc_offset_variance(&evidence->offset, K);
+    if (gradient->status == OC_UNOBSERVABLE) {
+        return scatter + x * x * gradient->standard_deviation * gradient->standard_deviation;
+    }
+    const double bends = oc_understeer_variance(&evidence->understeer, oc_offset_value(&evidence->offset, K), K);
+    return (scatter + x * x * bends) / (apart * apart);
+}
+
+/* (36), (37), (38) from the evidence as it stands. */
+void oc_learn_straight_ahead(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c) {
+    const oc_params *p = &c->params;
+    const oc_offset *offset = &evidence->offset;
+    const double time = offset->ticks.weight * c->tick_s;
+    const double apart = oc_understeer_apart(&evidence->understeer, offset->ticks.x);
+    const oc_estimate gradient = understeer_of(evidence, c, apart);
+    const bool by_wheels = p->method == OC_METHOD_WHEEL_SPEED;
+    const oc_estimate mismatch = by_wheels ? oc_wheel_mismatch_of(evidence, c) : (oc_estimate){0};
+    const double unseen = by_wheels ? wheels_variance(c, &mismatch, &gradient) : yaw_rate_bias_variance(evidence, c);
+    const double sd = sqrt(offset_variance(evidence, &gradient, apart) + unseen);
+
+    const bool enough = time >= p->offset_evidence_min_s;
+    const double narrow = p->offset_half_width_max_rad;
+    if (enough && 1.96 * sqrt(oc_offset_variance(offset, gradient.value)) <= narrow) {
+        evidence->offset_trusted = 1;
+    }
+    evidence->offset_status = !(offset->batches.weight > 1.0) ? OC_UNOBSERVABLE
+                              : !enough ? OC_CONVERGING
+                                        : oc_status_next(evidence->offset_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
+    learned->understeer_gradient = gradient;
+    learned->offset = (oc_estimate){
+        .value = oc_offset_value(offset, gradient.value) + c->offset_per_mismatch * mismatch.value,
+        .standard_deviation = sd,
+        .evidence = time,
+        .status = evidence->offset_status,
+    };
+}
+
+/* Figure 15, the estimation: clean ticks wait for their t1, final blocks are learned from. */
+void oc_estimate_straight_ahead(oc_state *state, const oc_coefficients *c, const oc_motion *motion, double speed,
+                     double y, uint32_t reasons) {
+    const oc_params *p = &c->params;
+    oc_moments block;
+    const double i = c->vehicle.steering_ratio;
+    const double x = i * motion->lateral_acceleration;
+    const double w = c->ratio_times_wheelbase / (speed > 1.0 ? speed : 1.0);
+    bool learned = false;
+
+    if (reasons != 0) {
+        oc_pending_drop(&state->tracking.straight);
+    } else if (oc_pending_add(&state->tracking.straight, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
+        oc_offset_update(&state->evidence.offset, &block, c->ticks_per_batch);
+        learned = true;
+    }
+
+    const double a_y = fabs(motion->lateral_acceleration);
+    const bool bend = a_y > p->understeer_acceleration_min_m_s2 && a_y < p->understeer_acceleration_max_m_s2;
+    if ((reasons & ~(uint32_t)OC_REASON_CURVATURE) != 0 || !bend || !state->evidence.offset_trusted) {
+        oc_pending_drop(&state->tracking.cornering);
+    } else if (oc_pending_add(&state->tracking.cornering, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
+        oc_understeer_update(&state->evidence.understeer, &block, c->ticks_per_batch);
+        learned = true;
+    }
+
+    if (learned) {
+        oc_learn_straight_ahead(&state->evidence, &state->learned, c);
+    }
+}
+
+/* The offset as it would be if what is pending were final. */
+double oc_temporary_offset(const oc_state *state, double understeer_gradient) {
+    oc_offset all = state->evidence.offset;
+    const oc_pending *pending = &state->tracking.straight;
+    const oc_moments filling = oc_moments_of(&pending->filling);
+    for (int32_t k = 0; k < pending->count; ++k) {
+        oc_moments_merge(&all.ticks, &pending->blocks[(pending->first + k) % OC_PENDING_MAX]);
+    }
+    oc_moments_merge(&all.ticks, &filling);
+    return oc_offset_value(&all, understeer_gradient);
+}

@@ -1,0 +1,195 @@
+"""What the joint method alone can tell of a drive: play, where the steering unloads, what changed, what is lacking.
+
+Degrees here: findings are for people and files.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from oncenter import _core
+from oncenter.changes import Change
+from oncenter.findings import PLAY_STANDARD_DEG, Finding
+from oncenter.signals import DEGREE
+
+# Thresholds for speaking up, ours.
+_UNLOADING_WORTH_TELLING_M_S2 = 0.1  # half a usual crown
+_OFFSET_TAKEN_OUT_DEG = 0.5  # a sender that corrects itself ends so near to zero
+_OFFSET_LARGE_DEG = 1.0  # and had something to correct
+_PART_WORTH_TELLING = 0.25  # of the half-width
+
+
+def joint_findings(
+    native: Mapping[str, Any],
+    params: Mapping[str, float],
+    changes: Sequence[Change],
+    *,
+    steering_ratio: float,
+    traffic_sign: float,
+) -> Iterator[Finding | None]:
+    """Those of the joint method on one answer of the core; None for what is not worth telling.
+
+    Args:
+        native: the core's oc_answer as a dict, SI and rad.
+        params: in force.
+        changes: that the drive proved.
+        steering_ratio: near the centre.
+        traffic_sign: 1 where traffic keeps right, -1 left, 0 unknown.
+    """
+    yield from map(_change, changes)
+    yield _play(native)
+    yield _unloading(native, params, steering_ratio, traffic_sign)
+    yield _evidence(native, params)
+    yield _unseen_flank(native, params)
+    yield _interval(native, params, steering_ratio)
+
+
+def _status(estimate: Mapping[str, Any]) -> str:
+    return _core.STATUSES[int(estimate["status"])]
+
+
+def _change(change: Change) -> Finding:
+    when = f"{change.into_log_s / 60:.1f} min into {change.log}"
+    if change.size_rad is None or change.sd_rad is None:
+        return Finding(
+            "bends_changed",
+            "info",
+            f"{when} bends began to take another angle, as after loading or lifting an axle: the offset is not "
+            "affected, the understeer gradient was learned anew",
+            change.into_log_s,
+            "s",
+        )
+    before, after = change.offset_before_rad / DEGREE, change.offset_after_rad / DEGREE
+    size, half_width = change.size_rad / DEGREE, 1.96 * change.sd_rad / DEGREE
+    course = f"by {size:+.1f} +-{half_width:.1f} deg, from {before:+.1f} to {after:+.1f} deg"
+    if abs(after) < _OFFSET_TAKEN_OUT_DEG and abs(before) > _OFFSET_LARGE_DEG:
+        return Finding(
+            "offset_corrected_by_sender",
+            "warning",
+            f"{when} the offset began to change {course}: the sender corrects its angle itself, or was calibrated; "
+            "do not correct it a second time",
+            size,
+            "deg",
+        )
+    return Finding(
+        "offset_changed",
+        "warning",
+        f"{when} the offset changed {course}: the sensor or the steering wheel was remounted, or the wheels aligned",
+        size,
+        "deg",
+    )
+
+
+def _play(native: Mapping[str, Any]) -> Finding | None:
+    play = native["backlash"]
+    value = play["value"] / DEGREE
+    if _status(play) != "valid" or value < PLAY_STANDARD_DEG:
+        return None
+    sure = value - 1.96 * play["standard_deviation"] / DEGREE > PLAY_STANDARD_DEG
+    return Finding(
+        "steering_play",
+        "warning",
+        f"{value:.1f} deg of on-centre hysteresis (play and friction wind-up) at the steering wheel "
+        f"{'is beyond' if sure else 'is about'} the {PLAY_STANDARD_DEG:g} deg of the maintenance standard: "
+        "look for worn joints",
+        value,
+        "deg",
+    )
+
+
+def _unloading(
+    native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float, traffic_sign: float
+) -> Finding | None:
+    """Where the side force is without effect on the steering, when that is not where the accelerometer reads zero."""
+    found = native["unloading_acceleration"]
+    a_0, half_width = found["value"], 1.96 * found["standard_deviation"]
+    if _status(found) != "valid" or abs(a_0) - half_width < _UNLOADING_WORTH_TELLING_M_S2:
+        return None
+    text = (
+        f"the steering unloads where the accelerometer reads {a_0:+.2f} +-{max(half_width, 0.01):.2f} m/s^2, not at "
+        "zero: its bias, wheel alignment (the truck pulls) or a steady side wind, which one drive cannot tell apart"
+    )
+    crown = traffic_sign * params["crown_m_s2"]
+    doubt = 1.96 * math.hypot(found["standard_deviation"], params["crown_sd_m_s2"])
+    if crown != 0.0 and abs(a_0 - crown) < doubt:
+        moved = steering_ratio * native["understeer_gradient"]["value"] * a_0 / DEGREE
+        text += (
+            f"; it may also be an axle set up to unload on the crown of the road, about {crown:+.1f} m/s^2 here: "
+            f"then the offset is {abs(moved):.1f} deg {'less' if moved > 0 else 'more'}"
+        )
+    return Finding("unloading_off_zero", "warning", text, a_0, "m/s^2")
+
+
+def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+    lacking = params["joint_evidence_min_s"] - native["used"]
+    if lacking <= 0 or (native["used"] == 0 and native["bank_time"] > params["joint_evidence_min_s"]):
+        return None
+    return Finding(
+        "not_enough_evidence",
+        "info",
+        f"not enough evidence yet: needs {_long(lacking)} more above {params['joint_speed_min_m_s']:g} m/s, "
+        "with some bends to either side",
+        lacking,
+        "s",
+    )
+
+
+def _long(seconds: float) -> str:
+    return f"{math.ceil(seconds)} s" if seconds < 120 else f"{math.ceil(seconds / 60)} min"
+
+
+def _lacking_sides(native: Mapping[str, Any]) -> dict[str, float]:
+    """By side, the seconds of side force to it that are lacking before the play's flank there has shown."""
+    sides = {"left": native["lacking_to_left"], "right": native["lacking_to_right"]}
+    return {side: lacking for side, lacking in sides.items() if lacking > 0}
+
+
+def _unseen_flank(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+    lacking = _lacking_sides(native)
+    if native["used"] < params["joint_evidence_min_s"] or not lacking:
+        return None
+    needs = " and ".join(f"{math.ceil(s)} s of bends, or of side force, to the {side}" for side, s in lacking.items())
+    seen = "neither flank" if len(lacking) == 2 else "only one flank"
+    return Finding(
+        "one_flank_seen",
+        "warning",
+        f"{seen} of any play in the steering was seen, so play may hide in the offset: needs {needs}",
+        sum(lacking.values()),
+        "s",
+    )
+
+
+def _interval(native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float) -> Finding | None:
+    """Of what the offset's interval consists, the largest part first."""
+    if _status(native["offset"]) == "unobservable":
+        return None
+    half_width = 1.96 * native["offset"]["standard_deviation"] / DEGREE
+    parts = sorted(_parts(native, params, steering_ratio), reverse=True)
+    told = [f"{words} (+-{part:.1g})" for part, words in parts if part > _PART_WORTH_TELLING * half_width]
+    text = f"the offset's interval of +-{half_width:.2g} deg comes from {', '.join(told)}"
+    return Finding("interval", "info", text, half_width, "deg")
+
+
+def _parts(
+    native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float
+) -> Iterator[tuple[float, str]]:
+    """95 % half-widths in deg; their squares sum to the interval's."""
+    slope = steering_ratio * abs(native["understeer_gradient"]["value"])
+    side_force = math.hypot(params["pull_sd_m_s2"], params["wind_sd_m_s2"])
+    left = native["offset"]["standard_deviation"] ** 2
+    spreads = [
+        (slope * side_force, "a pull or side wind that passes for accelerometer bias"),
+        (slope * native["unloading_acceleration"]["standard_deviation"], "an unknown zero of the accelerometer"),
+        (
+            native["offset_per_yaw_rate_bias"] * native["yaw_rate_bias"]["standard_deviation"],
+            "the bias of the yaw rate sensor",
+        ),
+    ]
+    rest = "play on the flank that was not seen" if _lacking_sides(native) else "scatter of the drive"
+    for spread, words in spreads:
+        part = min(spread**2, left)
+        left -= part
+        yield 1.96 * math.sqrt(part) / DEGREE, words
+    yield 1.96 * math.sqrt(left) / DEGREE, rest

@@ -1,0 +1,241 @@
+"""What is said of a drive beyond its numbers: each finding where the world has it, and none where it has not."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+from test_estimate import steady_drive
+
+import oncenter as oc
+from oncenter import _core
+from oncenter.changes import Change
+from oncenter.findings import Finding, findings_of
+from oncenter.joint_findings import joint_findings
+from oncenter.signals import DEGREE, Signals
+
+TRUCK = oc.vehicle("scania_r730_4x2")
+PARAMS = _core.default_params()
+
+
+def estimate(value: float, sd: float, status: str = "valid") -> dict[str, Any]:
+    return {
+        "value": value,
+        "standard_deviation": sd,
+        "evidence": 1000.0,
+        "status": _core.STATUSES.index(status),
+    }
+
+
+def core_says(**others: Any) -> dict[str, Any]:
+    """What the core says of a healthy truck after half an hour, but for `others`."""
+    return {
+        "offset": estimate(0.3 * DEGREE, 0.4 * DEGREE),
+        "understeer_gradient": estimate(0.4 * DEGREE, 0.01 * DEGREE),
+        "backlash": estimate(3.0 * DEGREE, 0.1 * DEGREE),
+        "unloading_acceleration": estimate(0.02, 0.005),
+        "yaw_rate_bias": estimate(0.01 * DEGREE, 0.01 * DEGREE),
+        "yaw_rate_bias_wheel_time": 1700.0,
+        "yaw_rate_bias_alarm_time": 0.0,
+        "standstill_lateral_acceleration": estimate(0.0, 0.01),
+        "lacking_to_left": 0.0,
+        "lacking_to_right": 0.0,
+        "offset_per_yaw_rate_bias": 4.0,
+        "bank_mean": 0.2,
+        "bank_time": 1700.0,
+        "duration": 1800.0,
+        "used": 1700.0,
+        "rejected": [0.0] * len(_core.REASONS),
+    } | others
+
+
+def told(*changes: Change, traffic_sign: float = 0.0, **others: Any) -> dict[str, Finding]:
+    """The joint method's findings by code."""
+    native = core_says(**others)
+    of_method = joint_findings(native, PARAMS, changes, steering_ratio=19.3, traffic_sign=traffic_sign)
+    found = findings_of(native, PARAMS, False, method="joint", yaw_rate_from_vdc2=False, of_method=of_method)
+    return {finding.code: finding for finding in found}
+
+
+def simulated(name: str, seed: int = 1) -> Signals:
+    return oc.simulate(name, seed=seed)[0]
+
+
+def by_code(answer: oc.Answer) -> dict[str, Finding]:
+    return {finding.code: finding for finding in answer.findings}
+
+
+def changed(before_deg: float, after_deg: float, kind: str = "offset") -> Change:
+    size = (after_deg - before_deg) * DEGREE if kind == "offset" else None
+    return Change(
+        kind=kind,
+        drive=0,
+        log="drive.log",
+        time_s=900.0,
+        into_log_s=900.0,
+        offset_before_rad=before_deg * DEGREE,
+        offset_after_rad=after_deg * DEGREE,
+        size_rad=size,
+        sd_rad=None if size is None else 0.05 * DEGREE,
+    )
+
+
+def test_of_a_healthy_truck_there_is_nothing_to_tell_but_whence_the_interval_comes() -> None:
+    assert set(told()) == {"interval"}
+
+
+def test_every_finding_has_a_severity_a_value_and_its_unit() -> None:
+    for finding in (*told(changed(2, -3)).values(), *told(changed(2, 2, "bends")).values()):
+        assert finding.severity in ("info", "warning", "error")
+        assert finding.value is not None and finding.unit
+
+
+def test_a_gyro_that_was_corrected_is_told_and_is_no_alarm_unless_it_is_far_off() -> None:
+    some = told(yaw_rate_bias=estimate(0.2 * DEGREE, 0.01 * DEGREE))["yaw_rate_bias"]
+    assert some.severity == "info" and "it was corrected" in some.text
+    assert some.value == pytest.approx(0.2)
+    much = told(yaw_rate_bias=estimate(-3.0 * DEGREE, 0.01 * DEGREE))["yaw_rate_bias"]
+    assert much.severity == "warning" and "look at the sensor" in much.text
+
+
+def test_a_gyro_that_runs_away_is_told_with_the_seconds_that_were_left_out() -> None:
+    moved = told(yaw_rate_bias_alarm_time=120.0)["yaw_rate_bias_moves"]
+    assert (moved.value, moved.unit) == (120.0, "s")
+    assert "not learned from them" in moved.text
+
+
+@pytest.mark.parametrize(("play_deg", "says"), [(14.8, None), (15.1, "is about"), (16.0, "is beyond")])
+def test_play_beyond_the_maintenance_standard_is_told_as_hysteresis(play_deg: float, says: str | None) -> None:
+    found = told(backlash=estimate(play_deg * DEGREE, 0.2 * DEGREE)).get("steering_play")
+    assert (found is None) == (says is None)
+    if found is not None and says is not None:
+        assert says in found.text and "friction wind-up" in found.text
+        assert found.value == pytest.approx(play_deg)
+
+
+def test_play_that_is_not_sure_is_no_finding() -> None:
+    assert "steering_play" not in told(backlash=estimate(20 * DEGREE, 5 * DEGREE, "converging"))
+
+
+def test_steering_that_unloads_off_zero_names_all_that_may_be_behind_it() -> None:
+    found = told(unloading_acceleration=estimate(0.25, 0.01))["unloading_off_zero"]
+    assert (found.value, found.unit) == (0.25, "m/s^2")
+    for cause in ("bias", "alignment", "wind"):
+        assert cause in found.text
+    assert "crown" not in found.text
+    assert "unloading_off_zero" not in told(unloading_acceleration=estimate(0.25, 0.1))
+    assert "unloading_off_zero" not in told(unloading_acceleration=estimate(0.25, 0.01, "unobservable"))
+
+
+def test_an_axle_that_unloads_on_the_crown_is_a_cause_where_the_side_of_traffic_is_known() -> None:
+    unloads = estimate(0.2, 0.01)
+    right = told(unloading_acceleration=unloads, traffic_sign=1.0)["unloading_off_zero"].text
+    assert "crown" in right and f"{19.3 * 0.4 * 0.2:.1f} deg less" in right
+    assert "crown" not in told(unloading_acceleration=unloads, traffic_sign=-1.0)["unloading_off_zero"].text
+    left = told(unloading_acceleration=estimate(-0.2, 0.01), traffic_sign=-1.0)["unloading_off_zero"].text
+    assert "1.5 deg more" in left
+
+
+def test_a_change_of_the_offset_is_told_with_its_time_and_its_size() -> None:
+    found = told(changed(2.0, -3.0))["offset_changed"]
+    assert found.value == pytest.approx(-5.0)
+    assert "15.0 min into drive.log" in found.text and "-5.0 +-0.1 deg" in found.text
+    assert "from +2.0 to -3.0" in found.text
+
+
+@pytest.mark.parametrize(
+    ("before_deg", "after_deg", "code"),
+    [
+        (2.0, 0.1, "offset_corrected_by_sender"),
+        (-2.0, -0.1, "offset_corrected_by_sender"),
+        (2.0, 0.7, "offset_changed"),
+        (0.9, 0.0, "offset_changed"),
+    ],
+)
+def test_an_offset_that_goes_away_by_itself_is_the_senders_own_correction(
+    before_deg: float, after_deg: float, code: str
+) -> None:
+    assert code in told(changed(before_deg, after_deg))
+
+
+def test_bends_that_change_leave_the_offset_alone() -> None:
+    found = told(changed(2.0, 2.0, "bends"))["bends_changed"]
+    assert found.severity == "info"
+    assert "lifting an axle" in found.text and "not affected" in found.text
+
+
+def test_too_little_driving_says_how_much_is_lacking_and_of_what() -> None:
+    found = told(used=20.0, bank_time=30.0)["not_enough_evidence"]
+    assert found.value == pytest.approx(PARAMS["joint_evidence_min_s"] - 20.0)
+    assert f"above {PARAMS['joint_speed_min_m_s']:g} m/s" in found.text
+    assert "40 s more" in found.text
+
+
+def test_one_flank_says_to_which_side_the_next_bends_must_go() -> None:
+    found = told(lacking_to_right=3.2)["one_flank_seen"]
+    assert "4 s of bends" in found.text and "to the right" in found.text and "left" not in found.text
+    both = told(lacking_to_left=4.0, lacking_to_right=4.0)["one_flank_seen"]
+    assert "neither flank" in both.text and "left" in both.text and "right" in both.text
+
+
+def test_a_gate_that_stays_shut_names_the_limit_of_its_own_method() -> None:
+    rejected = [0.0] * len(_core.REASONS)
+    rejected[list(_core.REASONS).index("lateral_acceleration")] = 1000.0
+    found = told(used=0.0, rejected=rejected)["gate_shut"]
+    assert "joint_lateral_acceleration_max_m_s2" in found.text
+
+
+def test_the_interval_names_its_largest_part_first() -> None:
+    slope_deg = 19.3 * 0.4
+    pull_deg = 1.96 * slope_deg * np.hypot(PARAMS["pull_sd_m_s2"], PARAMS["wind_sd_m_s2"])
+    offset = estimate(2 * DEGREE, 0.43 * DEGREE)
+    pull = told(offset=offset)["interval"]
+    assert pull.value == pytest.approx(1.96 * 0.43)
+    assert f"comes from a pull or side wind that passes for accelerometer bias (+-{pull_deg:.1g})" in pull.text
+    wide = estimate(2 * DEGREE, 3.0 * DEGREE)
+    assert "comes from scatter of the drive" in told(offset=wide)["interval"].text
+    assert "comes from play on the flank" in told(offset=wide, lacking_to_left=4.0)["interval"].text
+    gyro = told(offset=wide, yaw_rate_bias=estimate(0.0, 0.7 * DEGREE))["interval"]
+    assert "comes from the bias of the yaw rate sensor" in gyro.text
+    zero = told(offset=wide, unloading_acceleration=estimate(0.0, 0.4, "unobservable"))["interval"]
+    assert "comes from an unknown zero of the accelerometer" in zero.text
+
+
+def test_caveats_of_the_thesis_are_not_the_joint_methods() -> None:
+    drive = steady_drive()
+    assert {"play_not_seen"} <= set(by_code(oc.offset(drive, TRUCK, method="thesis")))
+    assert not {"play_not_seen", "understeer_gradient_unknown"} & set(by_code(oc.offset(drive, TRUCK)))
+    assert not {"interval", "one_flank_seen"} & set(by_code(oc.offset(drive, TRUCK, method="thesis")))
+
+
+def test_a_sensor_remounted_in_the_second_log_is_dated_there() -> None:
+    table = simulated("thesis_drive").table.with_columns(pl.col("time_s") + 1.7e9)
+    jump = pl.when(pl.col("time_s") > 1.7e9 + 1200.0).then(-4.0 * DEGREE).otherwise(0.0)
+    table = table.with_columns(pl.col("steering_wheel_angle_rad") + jump)
+    whole = simulated("thesis_drive")
+    first, second = (
+        replace(whole, table=part, log=name)
+        for name, part in (("first.log", table[:90000]), ("second.log", table[90000:]))
+    )
+    answer = oc.offset([second, first], TRUCK)
+    [change] = answer.changes
+    assert (change.kind, change.drive, change.log) == ("offset", 1, "second.log")
+    assert change.into_log_s == pytest.approx(300.0, abs=20.0)
+    assert change.time_s == pytest.approx(1.7e9 + 1200.0, abs=20.0)
+    assert change.size_rad == pytest.approx(-4.0 * DEGREE, abs=0.3 * DEGREE)
+    assert answer.offset.value == pytest.approx(change.offset_after_rad)
+    assert f"{change.into_log_s / 60:.1f} min into second.log" in by_code(answer)["offset_changed"].text
+    given = answer.to_dict()["changes"][0]
+    assert given["value"] == pytest.approx(-4.0, abs=0.3) and given["log"] == "second.log"
+
+
+def test_a_bypass_driven_one_way_is_not_believed_and_asks_for_the_other_side() -> None:
+    answer = oc.offset(simulated("bypass"), TRUCK)
+    assert answer.offset.status != "valid"
+    assert "to the right" in by_code(answer)["one_flank_seen"].text
+
+
+def test_a_truck_that_pulls_is_told_from_its_play() -> None:
+    answer = oc.offset(simulated("pulling_truck"), TRUCK)
+    assert by_code(answer)["unloading_off_zero"].value == pytest.approx(-0.14, abs=0.05)

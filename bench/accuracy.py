@@ -142,7 +142,9 @@ class Summary:
     valid_median: float  # of those called valid
     valid_p95: float
     valid_largest: float
-    coverage: float  # of ci95 where there is one
+    intervals: int  # drives with a ci95
+    covered: int  # of those, how many hold the truth
+    coverage: float  # share
     half_width: float  # median
     of_floor: float  # median of half-width over floor
     minutes_to_1_deg: float  # median; inf: never
@@ -166,19 +168,35 @@ def _summary(row: str, method: str, part: pl.DataFrame) -> Summary:
     says = np.isfinite(last)
     has_interval = says & np.isfinite(half_width)
     good = last[valid & says]
+    covered = int(np.sum(last[has_interval] <= half_width[has_interval]))
+    median, p95, largest = _quantiles(last[says])
+    valid_median, valid_p95, valid_largest = _quantiles(good)
+    to_1_deg, to_half_deg = (
+        float(np.median([minutes_until_below(course, bound) for course in error])) for bound in BOUNDS_DEG
+    )
+    any_interval = bool(has_interval.any())
     return Summary(
-        row,
-        method,
-        len(last),
-        float(np.mean(says)),
-        float(np.mean(valid)),
-        *_quantiles(last[says]),
-        *_quantiles(good),
-        float(np.mean(last[has_interval] <= half_width[has_interval])) if has_interval.any() else np.nan,
-        float(np.median(half_width[has_interval])) if has_interval.any() else np.nan,
-        float(np.median((half_width / part["floor_deg"].to_numpy())[has_interval])) if has_interval.any() else np.nan,
-        *(float(np.median([minutes_until_below(course, bound) for course in error])) for bound in BOUNDS_DEG),
-        float(np.median(part["ns_per_sample"].to_numpy())),
+        row=row,
+        method=method,
+        drives=len(last),
+        answered=float(np.mean(says)),
+        valid=float(np.mean(valid)),
+        median=median,
+        p95=p95,
+        largest=largest,
+        valid_median=valid_median,
+        valid_p95=valid_p95,
+        valid_largest=valid_largest,
+        intervals=int(has_interval.sum()),
+        covered=covered,
+        coverage=covered / int(has_interval.sum()) if any_interval else np.nan,
+        half_width=float(np.median(half_width[has_interval])) if any_interval else np.nan,
+        of_floor=float(np.median((half_width / part["floor_deg"].to_numpy())[has_interval]))
+        if any_interval
+        else np.nan,
+        minutes_to_1_deg=to_1_deg,
+        minutes_to_half_deg=to_half_deg,
+        ns_per_sample=float(np.median(part["ns_per_sample"].to_numpy())),
     )
 
 

@@ -77,7 +77,7 @@ class Drive:
     Attributes:
         target_rad: the offset at the end of every minute.
         floor_rad: half-width that a 95 % interval needs for what no drive can tell apart.
-        angle_per_m_s2: rad of steering wheel for each m/s^2 by which the steering's unloading point is taken wrongly, i K_us.
+        angle_per_m_s2: i K_us, by which an unloading point that is taken wrongly moves the offset, rad/(m/s^2).
         wind_m_s2: by how much the wind moved that point on average while the truck drove as fast as estimators ask.
         redrawn: draws before this one that no driver could hold.
     """

@@ -80,7 +80,7 @@ PRIORS: dict[str, tuple[Distribution, str]] = {
     "lateral_acceleration_bias_m_s2": (Normal(0.0, 0.1), "the estimator believes sd 0.5, for 0.6 was seen"),
     "pull_m_s2": (Normal(0.0, PULL_SD_M_S2), "lateral acceleration at which a pulling alignment unloads the steering"),
     "pull_n": (Normal(0.0, 100.0), "side force of the alignment without slip"),
-    "wind_m_s": (Rayleigh(2.3), "mean wind, from any direction; moves the unloading point by 0.02 m/s^2 (sd)"),
+    "wind_m_s": (Rayleigh(3.0), "mean wind, from any direction; moves the population's unloading by 0.02 m/s^2 (sd)"),
     "gust_sd_m_s": (Uniform(0.5, 2.0), ""),
     "crown_percent": (
         Normal(round(CROWN_M_S2 * PERCENT_PER_M_S2, 1), round(CROWN_SD_M_S2 * PERCENT_PER_M_S2, 1)),
@@ -183,8 +183,8 @@ def cannot_be_told_apart_m_s2(*, play: bool, stood: bool) -> float:
     """Standard deviation of the side force, as lateral acceleration, that no drive tells: the interval's floor.
 
     With play the drive shows accelerometer bias + pull + wind in one; without, none of it, and an offset at zero
-    lateral acceleration lacks bias and wind. The bias is known three times: by its prior, by the roads' mean bank, whose
-    crown has a prior, and by the ground stood on, if it stood.
+    lateral acceleration lacks bias and wind. The bias is known three times: by its prior, by the roads' mean bank,
+    whose crown has a prior, and by the ground stood on, if it stood.
     """
     readings = [BELIEVED["accelerometer_bias_sd_m_s2"], CROWN_SD_M_S2]
     if stood:

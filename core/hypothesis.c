@@ -7,7 +7,8 @@
 /* The terms, in this order. */
 enum { YAW_ACCELERATION, JERK, WHEELBASE, YAW_RATE_BIAS, WIDTH, UNLOADING, FRICTION, CREEP, GRADIENT };
 
-/* Priors. Trucks have 0 to 15 deg of play, most of them little; king-pin friction holds some 0.1 m/s^2 of side force. */
+/* Priors. Trucks have 0 to 15 deg of play, most of them little; king-pin friction holds some 0.1 m/s^2 of side force;
+ * K_us/g is 4.2's, give or take as much. */
 static const float rad_per_deg = 0.017453292f;
 static const float width_mean = 4.0f * 0.017453292f;    /* rad */
 static const float gradient_mean = 0.4f * 0.017453292f; /* rad/(m/s^2) */
@@ -20,6 +21,7 @@ static const float width_least = 0.1f * 0.017453292f;   /* rad, of half the widt
 static const float unloading_step = 0.03f;              /* m/s^2 */
 static const float friction_step = 0.03f;               /* m/s^2 */
 static const float creep_factor = 1.4f;
+static const float creep_step = 0.3f;                   /* share */
 static const float newborn_handicap = 16.0f;            /* of cost: two wild seconds do not make it the best */
 static const float creep_factors_apart = 0.6729f;       /* 2 ln 1.4 */
 
@@ -59,11 +61,16 @@ static bool creeps(const oc_play *play) {
     return play->friction >= 0.0f;
 }
 
+/* rad, of half the width. */
+static float width_step(float half_width) {
+    return larger(width_share * half_width, width_least);
+}
+
 /* As far to one side of a parameter, by its sign, as the model's slope is taken. */
 static oc_play moved(const oc_play *play, int32_t slope, float sign) {
     oc_play to = *play;
     switch (slope) {
-    case 0: to.half_width = larger(to.half_width + sign * larger(width_share * to.half_width, width_least), 1e-4f); break;
+    case 0: to.half_width = larger(to.half_width + sign * width_step(to.half_width), 1e-4f); break;
     case 1: to.unloading += sign * unloading_step; break;
     case 2: to.friction = larger(to.friction + sign * friction_step, 0.0f); break;
     default: to.creep *= sign > 0.0f ? creep_factor : 1.0f / creep_factor; break;
@@ -180,7 +187,7 @@ float oc_hypothesis_noise(const oc_hypothesis *h) {
 /* Cholesky's lower triangle of the scatter in units of the noise, with the prior's information on the diagonal. */
 static void factor(const float *scatter, const float *information, float noise, float *lower) {
     const float weight = 1.0f / noise;
-    float inverse[OC_TERMS];
+    float inverse[OC_TERMS] = {0};
     for (int32_t i = 0; i < OC_TERMS; ++i) {
         float *row = lower + i * (i + 1) / 2;
         for (int32_t j = 0; j <= i; ++j) {
@@ -262,12 +269,16 @@ static void keep_found(oc_hypothesis *h) {
     }
 }
 
+/* Where a parameter goes that is to be moved by so much, a step at most. */
+static float stepped(float value, float by, float step, float low, float high) {
+    return within_range(value + within_range(by, -step, step), low, high);
+}
+
 /* The hypothesis goes where its terms point, a little at a time, and keeps its evidence. */
 static void relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
     oc_play *play = &h->play;
     const oc_play before = *play;
-    const float half_step = larger(width_share * before.half_width, width_least);
-    play->half_width = within_range(before.half_width + within_range(0.5f * found(h, design, WIDTH), -half_step, half_step),
+    play->half_width = stepped(before.half_width, 0.5f * found(h, design, WIDTH), width_step(before.half_width),
                                0.05f * rad_per_deg, 12.5f * rad_per_deg);
     shift(h, design, WIDTH, 2.0f * (play->half_width - before.half_width));
     if (play->half_width < before.half_width) {
@@ -278,17 +289,15 @@ static void relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
             h->means[term] *= share;
         }
     }
-    play->unloading = within_range(
-        before.unloading + within_range(found(h, design, UNLOADING), -unloading_step, unloading_step), -1.0f, 1.0f);
+    play->unloading = stepped(before.unloading, found(h, design, UNLOADING), unloading_step, -1.0f, 1.0f);
     shift(h, design, UNLOADING, play->unloading - before.unloading);
     if (!creeps(play)) {
         return;
     }
-    play->friction =
-        within_range(before.friction + within_range(found(h, design, FRICTION), -friction_step, friction_step), 0.0f, 2.0f);
+    play->friction = stepped(before.friction, found(h, design, FRICTION), friction_step, 0.0f, 2.0f);
     shift(h, design, FRICTION, play->friction - before.friction);
-    play->creep = within_range(before.creep * (1.0f + within_range(found(h, design, CREEP), -0.3f, 0.3f)), 0.05f * creep_mean,
-                          10.0f * creep_mean);
+    play->creep = stepped(before.creep, before.creep * found(h, design, CREEP), before.creep * creep_step,
+                          0.05f * creep_mean, 10.0f * creep_mean);
     shift(h, design, CREEP, play->creep / before.creep - 1.0f);
 }
 

@@ -4,7 +4,7 @@
 
 static const double sample_s = 0.1;
 static const double side_force_s = 1.0; /* a bank lasts longer; the accelerometer's noise does not */
-static const float radians = 0.017453292f;
+static const float one_degree = 0.017453292f; /* rad */
 
 static const float least_correction = 1e-6f; /* rad/s */
 
@@ -36,7 +36,7 @@ static oc_play start_of(int32_t k) {
     static const float frictions[2] = {0.03f, 0.15f};
     static const float creep = 100.0f * 0.017453292f;
     const int32_t kind = k % 7;
-    oc_play play = {.half_width = 0.5f * widths[k / 7] * radians, .friction = -1.0f};
+    oc_play play = {.half_width = 0.5f * widths[k / 7] * one_degree, .friction = -1.0f};
     if (kind > 0) {
         play.creep = creep;
         play.friction = frictions[(kind - 1) / 3];
@@ -51,7 +51,7 @@ static void start(oc_joint *joint, const oc_joint_design *design, double angle) 
         .second = {
             .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
             .memory_share = 1.0f,
-            .reference = radians * radians,
+            .reference = one_degree * one_degree,
             .learns = 1,
         },
     };
@@ -146,7 +146,7 @@ static void renew(oc_joint *joint) {
 /* What the next whole second will be. */
 static void turn_second(oc_joint *joint, float memory_s) {
     oc_second *second = &joint->second;
-    const float least = 0.05f * radians;
+    const float least = 0.05f * one_degree;
     joint->best = best_of(joint);
     second->best_cost = joint->hypotheses[joint->best].cost;
     const float noise = oc_hypothesis_noise(&joint->hypotheses[joint->best]);
@@ -293,9 +293,9 @@ static float share_of(float value) {
     return value > 1.0f ? 1.0f : value;
 }
 
-/* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was found by leaving that flank; that there is
- * hardly any is believed only where the side force was on both sides, and else the midpoint stays as uncertain as half
- * the play is beforehand. */
+/* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was
+ * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides, and else
+ * the midpoint stays as uncertain as half the play is beforehand. */
 static double unseen_width_variance(const oc_joint *joint, const oc_hypothesis *h) {
     const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
     const float missing = share_of(1.0f - seen / flank_s);

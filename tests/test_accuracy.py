@@ -15,6 +15,7 @@ import accuracy_rows
 import population
 from accuracy_rows import ROWS, drive
 
+from oncenter import _core
 from oncenter.signals import DEGREE
 
 
@@ -75,12 +76,61 @@ def test_ebc2_s_wheel_speeds_are_whole_sixteenths_about_the_front_axle_s(tmp_pat
 
 
 def test_the_floor_of_an_interval_is_what_accelerometer_pull_and_wind_leave() -> None:
-    bias = 0.1 / math.sqrt(2.0)  # known twice as well: by its prior and by the crown's
-    assert population.cannot_be_told_apart_m_s2(play=False) == pytest.approx(math.hypot(bias, population.WIND_SD_M_S2))
-    others = math.hypot(population.PULL_SD_M_S2, population.WIND_SD_M_S2)
-    both = population.cannot_be_told_apart_m_s2(play=True)
-    assert both == pytest.approx(bias * others / math.hypot(bias, others))
-    assert population.cannot_be_told_apart_m_s2(play=True, crown_known=False) > both
+    # Bayes' rule as a least squares: unknown bias, pull and wind, each with its prior; crown and ground as readings of
+    # the bias; with play their sum is known, and what is sought is the bias, without it bias + wind.
+    params = _core.default_params()
+    bias, crown, ground = (params[f"{name}_sd_m_s2"] for name in ("accelerometer_bias", "crown", "standing_slope"))
+    pull, wind = params["pull_sd_m_s2"], params["wind_sd_m_s2"]
+    for stood in (False, True):
+        information = np.diag([1 / bias**2 + 1 / crown**2 + stood / ground**2, 1 / pull**2, 1 / wind**2])
+        known_sum = information + np.ones((3, 3)) * 1e12
+        with_play = math.sqrt(np.linalg.inv(known_sum)[0, 0])
+        covariance = np.linalg.inv(information)
+        without = math.sqrt(covariance[0, 0] + covariance[2, 2])
+        assert population.cannot_be_told_apart_m_s2(play=True, stood=stood) == pytest.approx(with_play, rel=1e-4)
+        assert population.cannot_be_told_apart_m_s2(play=False, stood=stood) == pytest.approx(without, rel=1e-12)
+
+
+def test_the_population_s_pull_and_crown_are_what_the_estimator_believes() -> None:
+    params = _core.default_params()
+    random = np.random.default_rng(11)
+    drawn = [population.draw(random) for _ in range(4000)]
+    assert np.std([d["pull_m_s2"] for d in drawn]) == pytest.approx(params["pull_sd_m_s2"], rel=0.05)
+    crown = np.array([d["crown_percent"] for d in drawn]) / 100.0 * 9.80665
+    assert np.mean(crown) == pytest.approx(params["crown_m_s2"], rel=0.05)
+    assert np.std(crown) == pytest.approx(params["crown_sd_m_s2"], rel=0.05)
+
+
+def test_a_row_that_a_rival_wins_says_why_with_its_own_figures() -> None:
+    import accuracy_page
+    import polars as pl
+
+    figures = {"row": "unloads_on_crown", "valid": [[True]], "floor_deg": 0.9, "ns_per_sample": 20.0}
+    table = pl.DataFrame(
+        [
+            {**figures, "method": method, "error_deg": [error], "sd_deg": [0.5], "valid": [True], "deg_per_m_s2": 8.0}
+            for method, error in (("joint", 1.8), ("openpilot", 1.6))
+        ]
+    )
+    summaries = accuracy.summarise(table)
+    (line,) = (x for x in accuracy_page._why(table, summaries) if x.startswith("- "))
+    assert "openpilot has a median of 1.60 deg against 1.80" in line
+    assert "0 of 1 intervals" in line
+    assert "4 sd" in line
+    assert "here 1.60 deg" in line  # 0.2 m/s^2 times 8 deg/(m/s^2)
+    assert not list(accuracy_page._why(table, accuracy.summarise(table.filter(pl.col("method") == "openpilot"))))
+
+
+def test_real_drives_that_are_not_there_are_said_not_to_have_been_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import accuracy_page
+    import accuracy_real
+
+    monkeypatch.setattr(accuracy_real, "REAL_DATA", tmp_path)
+    said = list(accuracy_real.real_drives())
+    assert not said
+    assert any("Not run" in line for line in accuracy_page._real(said))
 
 
 @pytest.mark.parametrize(
@@ -113,7 +163,7 @@ def test_a_summary_counts_coverage_over_intervals_and_errors_over_values(tmp_pat
     summary = accuracy._summary("ordinary", "thesis", part)
     assert (summary.answered, summary.valid) == (pytest.approx(2 / 3), pytest.approx(1 / 3))
     assert (summary.median, summary.valid_median, summary.largest) == (0.25, 0.1, 0.4)
-    assert summary.coverage == 0.5  # 0.4 lies outside of 1.96 * 0.1
+    assert (summary.covered, summary.intervals, summary.coverage) == (1, 2, 0.5)  # 0.4 lies outside of 1.96 * 0.1
     assert summary.of_floor == pytest.approx(1.96)
     assert summary.minutes_to_half_deg == 2.0
     assert summary.ns_per_sample == 25.0

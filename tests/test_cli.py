@@ -32,6 +32,15 @@ def test_offset_prints_the_answer_in_words_first(drive_csv: Path, capsys: pytest
     assert err == ""
 
 
+def test_the_readme_says_what_the_demo_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["demo", "--output", str(tmp_path / "demo")]) == 0
+    words, truth = (capsys.readouterr().out.splitlines()[k] for k in (0, -2))
+    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    assert f"```\n{words}\n```" in readme
+    assert "2.04 deg" in truth and "2.04°" in readme
+    assert (tmp_path / "demo" / "report.html").stat().st_size > 1e6
+
+
 def test_offset_with_json_prints_one_object(drive_csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["offset", str(drive_csv), "--vehicle", TRUCK, "--json"]) == 0
     given = json.loads(capsys.readouterr().out)

@@ -31,7 +31,7 @@ GRADIENT_TERM, BIAS_TERM, WIDTH_TERM, UNLOADING_TERM, FRICTION_TERM, CREEP_TERM 
 )
 WITHIN_PLAY = [UNLOADING_TERM, FRICTION_TERM, CREEP_TERM]
 # What trucks are like, docs/method.md.
-WIDTH_MEAN, FRICTION_MEAN, CREEP_MEAN = 4.0 * DEGREE, 0.1, 100.0 * DEGREE
+GRADIENT_MEAN, WIDTH_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 4.0 * DEGREE, 0.1, 100.0 * DEGREE
 
 
 @dataclass(frozen=True)
@@ -94,9 +94,7 @@ def driven(
     angle = OFFSET + RATIO_TIMES_WHEELBASE * curvature + hands + 1.5 * play.half_width * knots(rng, t, 6.0)
     residual = OFFSET + RATIO * GRADIENT * (a - play.unloading) + angle - play.inner(angle, a)
     residual += noise * rng.standard_normal(len(t)) - RATIO_TIMES_WHEELBASE * yaw_rate_bias / v
-    return Drive(
-        angle, residual, a, np.gradient(v * curvature, STEP_S), np.gradient(a, STEP_S), curvature, v
-    )
+    return Drive(angle, residual, a, np.gradient(v * curvature, STEP_S), np.gradient(a, STEP_S), curvature, v)
 
 
 @dataclass
@@ -227,12 +225,25 @@ def test_it_goes_to_the_play_that_made_the_drive(friction: float) -> None:
 # The recursion
 
 
+def test_the_page_tells_the_priors_that_the_core_has() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "method.md").read_text(encoding="utf-8")
+    rows = {name: (mean, sd) for name, mean, sd in re.findall(r"^\| (\w+) \| (\S+) \| (\S+) \| [^|]+ \|$", page, re.M)}
+    scale = dict(zip(TERMS, Learner(Play()).scale, strict=True))
+    unit = dict.fromkeys(TERMS, DEGREE) | dict.fromkeys(("unloading", "friction", "creep", "wheelbase"), 1.0)
+    for name in set(TERMS) - {"unloading", "yaw_rate_bias"}:  # whose priors come from elsewhere
+        assert float(rows[name][1]) * unit[name] == pytest.approx(scale[name], rel=1e-5), name
+    asked = {"gradient": GRADIENT_MEAN / DEGREE, "width": WIDTH_MEAN / DEGREE, "friction": FRICTION_MEAN}
+    asked |= {"creep": CREEP_MEAN / DEGREE}
+    assert {name: float(rows[name][0]) for name in asked} == pytest.approx(asked)
+
+
 def prior_of(play: Play, learner: Learner) -> tuple[Array, Array]:
     """The terms that the priors ask for, and how surely: their information. In units of `scale`."""
     information = np.ones(len(TERMS))
     information[UNLOADING_TERM] = (learner.scale[UNLOADING_TERM] / learner.unloading_sd) ** 2
     information[BIAS_TERM] = (learner.scale[BIAS_TERM] / learner.yaw_rate_bias_sd) ** 2
     asked = np.zeros(len(TERMS))
+    asked[GRADIENT_TERM] = GRADIENT_MEAN
     asked[WIDTH_TERM] = WIDTH_MEAN - 2 * play.half_width
     asked[UNLOADING_TERM] = learner.unloading_mean - play.unloading
     if play.friction >= 0.0:

@@ -11,6 +11,7 @@ import polars as pl
 import pytest
 
 import oncenter as oc
+from oncenter.estimate import Estimate
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, Source
 from oncenter.vehicle import vehicle_from
@@ -202,6 +203,10 @@ def test_a_gyro_that_is_right_is_not_spoken_of() -> None:
     assert "gyro" not in oc.offset(thesis_drive(yaw_rate_bias_deg_s=-0.05), TABLE_2).words()
 
 
+def test_a_number_that_rounds_to_nothing_has_no_sign() -> None:
+    assert str(Estimate(-1e-5, (-0.02, 0.0), "valid", "rad")) == "0.0 deg, -1.1 to 0.0"
+
+
 def test_play_that_may_be_none_is_told_as_a_bound() -> None:
     answer = oc.offset(steady_drive(), TRUCK)
     assert answer.backlash.ci95 is not None and 0.0 <= answer.backlash.ci95[0] < 0.5 * DEGREE
@@ -247,6 +252,7 @@ def test_the_monitor_fed_tick_by_tick_says_what_the_log_says() -> None:
     answer = oc.offset(drive, TRUCK)
     assert now.offset_rad == answer.offset.value
     assert now.offset_status == answer.offset.status
+    assert now.backlash_rad == answer.backlash.value
 
 
 def test_the_monitor_says_why_a_tick_is_not_used() -> None:

@@ -50,11 +50,11 @@ def core_says(**others: Any) -> dict[str, Any]:
     } | others
 
 
-def told(*changes: Change, traffic_sign: float = 0.0, **others: Any) -> dict[str, Finding]:
+def told(*changes: Change, traffic_sign: float = 0.0, accelerometer: bool = True, **others: Any) -> dict[str, Finding]:
     """The joint method's findings by code."""
-    native = core_says(**others)
-    of_method = joint_findings(native, PARAMS, changes, steering_ratio=19.3, traffic_sign=traffic_sign)
-    found = findings_of(native, PARAMS, False, method="joint", yaw_rate_from_vdc2=False, of_method=of_method)
+    native, params = core_says(**others), PARAMS | {"use_accelerometer": int(accelerometer)}
+    of_method = joint_findings(native, params, changes, steering_ratio=19.3, traffic_sign=traffic_sign)
+    found = findings_of(native, params, False, method="joint", yaw_rate_from_vdc2=False, of_method=of_method)
     return {finding.code: finding for finding in found}
 
 
@@ -66,7 +66,7 @@ def by_code(answer: oc.Answer) -> dict[str, Finding]:
     return {finding.code: finding for finding in answer.findings}
 
 
-def changed(before_deg: float, after_deg: float, kind: str = "offset") -> Change:
+def changed(before_deg: float, after_deg: float, kind: str = "offset", sd_deg: float = 0.05) -> Change:
     size = (after_deg - before_deg) * DEGREE if kind == "offset" else None
     return Change(
         kind=kind,
@@ -77,7 +77,7 @@ def changed(before_deg: float, after_deg: float, kind: str = "offset") -> Change
         offset_before_rad=before_deg * DEGREE,
         offset_after_rad=after_deg * DEGREE,
         size_rad=size,
-        sd_rad=None if size is None else 0.05 * DEGREE,
+        sd_rad=None if size is None else sd_deg * DEGREE,
     )
 
 
@@ -128,6 +128,11 @@ def test_steering_that_unloads_off_zero_names_all_that_may_be_behind_it() -> Non
     assert "unloading_off_zero" not in told(unloading_acceleration=estimate(0.25, 0.01, "unobservable"))
 
 
+def test_without_an_accelerometer_nothing_is_said_of_what_it_reads() -> None:
+    found = told(accelerometer=False, unloading_acceleration=estimate(-0.25, 0.01))
+    assert set(found) == {"interval"} and "accelerometer" not in found["interval"].text
+
+
 def test_an_axle_that_unloads_on_the_crown_is_a_cause_where_the_side_of_traffic_is_known() -> None:
     unloads = estimate(0.2, 0.01)
     right = told(unloading_acceleration=unloads, traffic_sign=1.0)["unloading_off_zero"].text
@@ -142,6 +147,10 @@ def test_a_change_of_the_offset_is_told_with_its_time_and_its_size() -> None:
     assert found.value == pytest.approx(-5.0)
     assert "15.0 min into drive.log" in found.text and "-5.0 +-0.1 deg" in found.text
     assert "from +2.0 to -3.0" in found.text
+
+
+def test_a_change_that_did_not_last_is_no_finding() -> None:
+    assert set(told(changed(2.0, 2.3, sd_deg=0.5))) == {"interval"}
 
 
 @pytest.mark.parametrize(
@@ -179,11 +188,20 @@ def test_one_flank_says_to_which_side_the_next_bends_must_go() -> None:
     assert "neither flank" in both.text and "left" in both.text and "right" in both.text
 
 
-def test_a_gate_that_stays_shut_names_the_limit_of_its_own_method() -> None:
-    rejected = [0.0] * len(_core.REASONS)
-    rejected[list(_core.REASONS).index("lateral_acceleration")] = 1000.0
+@pytest.mark.parametrize(
+    ("reason", "limit"),
+    [
+        ("curvature", "joint_curvature_max_1_m"),
+        ("longitudinal_acceleration", "joint_longitudinal_acceleration_max_m_s2"),
+        ("lateral_acceleration", "joint_lateral_acceleration_max_m_s2"),
+        ("bank", "joint_bank_change_max_m_s2"),
+    ],
+)
+def test_a_gate_that_stays_shut_names_the_limit_of_its_own_method(reason: str, limit: str) -> None:
+    rejected = [1000.0 if name == reason else 0.0 for name in _core.REASONS]
     found = told(used=0.0, rejected=rejected)["gate_shut"]
-    assert "joint_lateral_acceleration_max_m_s2" in found.text
+    assert f"{PARAMS[limit]:g}" in found.text and f"({limit})" in found.text
+    assert found.value == PARAMS[limit]
 
 
 def test_the_interval_names_its_largest_part_first() -> None:
@@ -192,7 +210,7 @@ def test_the_interval_names_its_largest_part_first() -> None:
     offset = estimate(2 * DEGREE, 0.43 * DEGREE)
     pull = told(offset=offset)["interval"]
     assert pull.value == pytest.approx(1.96 * 0.43)
-    assert f"comes from a pull or side wind that passes for accelerometer bias (+-{pull_deg:.1g})" in pull.text
+    assert f"comes from a pull or side wind that passes for accelerometer bias (+-{pull_deg:.1f})" in pull.text
     wide = estimate(2 * DEGREE, 3.0 * DEGREE)
     assert "comes from scatter of the drive" in told(offset=wide)["interval"].text
     assert "comes from play on the flank" in told(offset=wide, lacking_to_left=4.0)["interval"].text

@@ -3,18 +3,25 @@
 import math
 import sys
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import signal
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "bench"))
 
-from rivals import Array, Known
+from rivals import Array, Course, Known
 from rivals.autoware import autoware
+from rivals.bins import bins
 from rivals.median import median
 from rivals.mode import mode
 from rivals.openpilot import STATES, WANDER, body_of, observe, openpilot, predict
+from rivals.rls import KEPT, forgetting, rls
+from rivals.straight import filtered, lowpass, mean_group_delay_s, slope, straight, understeer_gradient
+
+import oncenter as oc
 
 KNOWN = Known(
     wheelbase_m=3.7,
@@ -26,6 +33,7 @@ KNOWN = Known(
     rear_cornering_stiffness_n_rad=235000.0,
 )
 OFFSET = math.radians(2.0)
+VEHICLE = Path(__file__).parents[1] / "vehicles" / "scania_r730_4x2.toml"
 G = 9.80665
 
 
@@ -173,3 +181,97 @@ def test_the_mode_is_the_most_frequent_half_degree_of_the_latest_ten_minutes() -
 
 def test_the_mode_ignores_a_truck_that_hardly_moves() -> None:
     assert np.isnan(mode(kinematic_drive(2, speed=9.9), KNOWN).value_rad).all()
+
+
+def play_drive(left_s: float, right_s: float, minutes: int, play: float) -> dict[str, Array]:
+    """Bends of 2000 m by turns, so long to the left and so long to the right, whose side force carries the wheels to
+    the flanks of a play; nothing but OFFSET is wrong with the sensors."""
+    t = np.arange(minutes * 6000) / 100.0
+    to_left = t % (left_s + right_s) < left_s
+    speed, curvature = 20.0, np.where(to_left, 1.0, -1.0) / 2000.0
+    i, L = KNOWN.steering_ratio, KNOWN.wheelbase_m
+    a_y = curvature * speed**2
+    angle = i * (L * curvature + understeer_gradient(KNOWN) * a_y) + play / 2.0 * np.sign(a_y) + OFFSET
+    return {
+        "time_s": t,
+        "steering_wheel_angle_rad": angle,
+        "yaw_rate_rad_s": curvature * speed,
+        "vehicle_speed_m_s": np.full(len(t), speed),
+        "lateral_acceleration_m_s2": a_y,
+    }
+
+
+@pytest.mark.parametrize("method", [bins, rls])
+def test_sorted_by_turn_the_play_s_middle_is_found_however_uneven_the_turns(method: Callable[..., Course]) -> None:
+    play = math.radians(8.0)
+    columns = play_drive(600.0, 200.0, 20, play)
+    assert straight(columns, KNOWN).residual_rad.mean() - OFFSET > play / 5.0  # where a mean over all would be
+    # An estimation during which the truck turned to either side goes to one of them.
+    assert method(columns, KNOWN).value_rad[-1] == pytest.approx(OFFSET, abs=play / 20.0)
+
+
+@pytest.mark.parametrize("method", [bins, rls])
+def test_of_one_side_alone_the_play_s_middle_is_not_given(method: Callable[..., Course]) -> None:
+    course = method(play_drive(1e9, 1.0, 5, math.radians(8.0)), KNOWN)
+    assert np.isnan(course.value_rad).all()
+    assert not course.valid.any()
+
+
+def test_what_the_gate_lets_through_speaks_of_2_s_ago_and_is_the_offset_where_there_is_no_play() -> None:
+    columns = play_drive(30.0, 20.0, 5, play=0.0)
+    seen = straight(columns, KNOWN)
+    before = np.roll(columns["lateral_acceleration_m_s2"], 200)
+    steady = seen.passed & (np.abs(before - np.roll(before, 100)) + np.abs(before - np.roll(before, -100)) < 1e-9)
+    assert steady.sum() > 15000
+    np.testing.assert_allclose(seen.turning_m_s2[steady], before[steady], rtol=1e-3)
+    np.testing.assert_allclose(seen.residual_rad[steady], OFFSET, rtol=1e-3)
+
+
+def test_an_estimation_of_the_bins_is_20_s_long_and_goes_where_the_truck_turned_on_the_whole() -> None:
+    columns = play_drive(13.0, 31.0, 10, math.radians(6.0))
+    seen = straight(columns, KNOWN)
+    residual, turning = seen.residual_rad[seen.passed], seen.turning_m_s2[seen.passed]
+    whole = len(residual) // 2000 * 2000
+    residual_of, turning_of = (x[:whole].reshape(-1, 2000).mean(axis=1) for x in (residual, turning))
+    wanted = 0.5 * (residual_of[turning_of > 0.0].mean() + residual_of[turning_of <= 0.0].mean())
+    assert bins(columns, KNOWN).value_rad[-1] == pytest.approx(wanted, rel=1e-12)
+
+
+def test_least_squares_that_forget_minimise_squares_weighted_by_their_age() -> None:
+    values = np.random.default_rng(2).normal(size=2500)
+    said = forgetting(values)
+    for n in (1, 2, 700, 2500):
+        weights = KEPT ** np.arange(n - 1, -1, -1.0)
+        assert said[n - 1] == pytest.approx(np.sum(weights * values[:n]) / np.sum(weights), abs=1e-12)
+
+
+def test_the_gate_of_the_bins_filters_as_scipy_does() -> None:
+    values = np.random.default_rng(4).normal(size=1000)
+    b, a = signal.butter(2, 3.0, fs=100.0)
+    b0, a1, a2 = lowpass(3.0)
+    np.testing.assert_allclose(
+        filtered(values, b0, a1, a2),
+        signal.lfilter(b, a, values, zi=signal.lfilter_zi(b, a) * values[0])[0],
+        atol=1e-12,
+    )
+    ramp = np.arange(2000) / 100.0
+    assert slope(3.0 * ramp)[-1] == pytest.approx(3.0)
+    late = mean_group_delay_s(b0, a1, a2, 0.01)  # at next to no frequency: how far a filtered ramp lags
+    assert (ramp - filtered(ramp, b0, a1, a2))[-1] == pytest.approx(late, rel=1e-4)
+
+
+def test_the_gate_of_the_bins_lets_through_what_the_thesis_s_does() -> None:
+    signals, _ = oc.simulate("thesis_drive", seed=3)
+    columns = {name: signals.table[name].to_numpy() for name in signals.table.columns}
+    answer = oc.offset(signals, oc.vehicle(VEHICLE), method="thesis")
+    passed = straight(columns, KNOWN).passed.sum() / 100.0
+    assert answer.used_s > 60.0
+    assert passed == pytest.approx(answer.used_s, rel=0.02)  # the core takes whole blocks of 0.1 s
+
+
+def test_the_gradient_told_is_that_of_tyres_which_share_the_axle_loads() -> None:
+    """(10): front slip less rear slip for each m/s^2, each from its load and stiffness."""
+    a, b = KNOWN.front_axle_distance_m, KNOWN.wheelbase_m - KNOWN.front_axle_distance_m
+    front_kg, rear_kg = KNOWN.mass_kg * b / KNOWN.wheelbase_m, KNOWN.mass_kg * a / KNOWN.wheelbase_m
+    slips = front_kg / KNOWN.front_cornering_stiffness_n_rad - rear_kg / KNOWN.rear_cornering_stiffness_n_rad
+    assert understeer_gradient(KNOWN) == pytest.approx(slips, rel=1e-12)

@@ -26,11 +26,10 @@ def rls(columns: Mapping[str, Array], known: Known) -> Course:
 @njit(cache=True)
 def forgetting(values):  # type: ignore[no-untyped-def]
     """Least squares of a constant, of which each value has KEPT the weight of the next: after each, what it says."""
-    said, P, x = np.empty(len(values)), np.inf, 0.0
+    said, information, x = np.empty(len(values)), 0.0, 0.0
     for k in range(len(values)):
-        gain = 1.0 if P == np.inf else P / (KEPT + P)
-        x += gain * (values[k] - x)
-        P = 1.0 if P == np.inf else (1.0 - gain) * P / KEPT
+        information = KEPT * information + 1.0
+        x += (values[k] - x) / information
         said[k] = x
     return said
 

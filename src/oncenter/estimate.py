@@ -65,8 +65,9 @@ class Estimate:
             return self.status
         low, high = given["ci95"]
         digits = 1 if high - low > 0.4 else 2 if high - low > 0.04 else 3
+        value, low, high = (round(number, digits) + 0.0 for number in (given["value"], low, high))  # no -0.0
         return (
-            f"{given['value']:.{digits}f} {given['unit']}, {low:.{digits}f} to {high:.{digits}f}"
+            f"{value:.{digits}f} {given['unit']}, {low:.{digits}f} to {high:.{digits}f}"
             f"{'' if self.status == 'valid' else f' ({self.status})'}"
         )
 

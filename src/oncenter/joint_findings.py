@@ -50,7 +50,8 @@ def _status(estimate: Mapping[str, Any]) -> str:
     return _core.STATUSES[int(estimate["status"])]
 
 
-def _change(change: Change) -> Finding:
+def _change(change: Change) -> Finding | None:
+    """None for one of the offset that did not last: what it is now may be what it was."""
     when = f"{change.into_log_s / 60:.1f} min into {change.log}"
     if change.size_rad is None or change.sd_rad is None:
         return Finding(
@@ -63,6 +64,8 @@ def _change(change: Change) -> Finding:
         )
     before, after = change.offset_before_rad / DEGREE, change.offset_after_rad / DEGREE
     size, half_width = change.size_rad / DEGREE, 1.96 * change.sd_rad / DEGREE
+    if abs(size) < half_width:
+        return None
     course = f"by {size:+.1f} +-{half_width:.1f} deg, from {before:+.1f} to {after:+.1f} deg"
     if abs(after) < _OFFSET_TAKEN_OUT_DEG and abs(before) > _OFFSET_LARGE_DEG:
         return Finding(
@@ -105,7 +108,11 @@ def _unloading(
     """Where the side force is without effect on the steering, when that is not where the accelerometer reads zero."""
     found = native["unloading_acceleration"]
     a_0, half_width = found["value"], 1.96 * found["standard_deviation"]
-    if _status(found) != "valid" or abs(a_0) - half_width < _UNLOADING_WORTH_TELLING_M_S2:
+    if (
+        not params["use_accelerometer"]
+        or _status(found) != "valid"
+        or abs(a_0) - half_width < _UNLOADING_WORTH_TELLING_M_S2
+    ):
         return None
     text = (
         f"the steering unloads where the accelerometer reads {a_0:+.2f} +-{max(half_width, 0.01):.2f} m/s^2, not at "
@@ -167,7 +174,7 @@ def _interval(native: Mapping[str, Any], params: Mapping[str, float], steering_r
         return None
     half_width = 1.96 * native["offset"]["standard_deviation"] / DEGREE
     parts = sorted(_parts(native, params, steering_ratio), reverse=True)
-    told = [f"{words} (+-{part:.1g})" for part, words in parts if part > _PART_WORTH_TELLING * half_width]
+    told = [f"{words} (+-{part:.1f})" for part, words in parts if part > _PART_WORTH_TELLING * half_width]
     text = f"the offset's interval of +-{half_width:.2g} deg comes from {', '.join(told)}"
     return Finding("interval", "info", text, half_width, "deg")
 
@@ -177,11 +184,17 @@ def _parts(
 ) -> Iterator[tuple[float, str]]:
     """95 % half-widths in deg; their squares sum to the interval's."""
     slope = steering_ratio * abs(native["understeer_gradient"]["value"])
+    unknown = (
+        "an unknown zero of the accelerometer" if params["use_accelerometer"] else "the road's bank, which was not seen"
+    )
     side_force = math.hypot(params["pull_sd_m_s2"], params["wind_sd_m_s2"])
     left = native["offset"]["standard_deviation"] ** 2
     spreads = [
-        (slope * side_force, "a pull or side wind that passes for accelerometer bias"),
-        (slope * native["unloading_acceleration"]["standard_deviation"], "an unknown zero of the accelerometer"),
+        (
+            slope * side_force,
+            f"a pull or side wind that passes for {'accelerometer bias' if params['use_accelerometer'] else 'bank'}",
+        ),
+        (slope * native["unloading_acceleration"]["standard_deviation"], unknown),
         (
             native["offset_per_yaw_rate_bias"] * native["yaw_rate_bias"]["standard_deviation"],
             "the bias of the yaw rate sensor",

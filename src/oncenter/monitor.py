@@ -33,8 +33,8 @@ class Now:
     """What a tick gave. The motion is one filter delay old; the offset rests on final evidence only.
 
     `offset_rad` and `offset_sd_rad` are None while the offset is unobservable. `reasons` says why the tick cannot be
-    used; none means that it waits for its t1. The yaw rate's bias is as wheel speeds and standstill tell it; its
-    standard deviation is the prior's before.
+    used; none means that it waits for what must be clean after it. Gradient and play are 0 until learned. The yaw rate's
+    bias is as wheel speeds and standstill tell it; its standard deviation is the prior's before.
     """
 
     time_s: float
@@ -46,6 +46,7 @@ class Now:
     offset_sd_rad: float | None
     offset_status: str
     understeer_gradient_rad_m_s2: float
+    backlash_rad: float
     yaw_rate_bias_rad_s: float
     yaw_rate_bias_sd_rad_s: float
 
@@ -109,6 +110,7 @@ class Monitor:
             offset_sd_rad=output["offset_sd"] if told else None,
             offset_status=status,
             understeer_gradient_rad_m_s2=output["understeer_gradient"],
+            backlash_rad=output["backlash"],
             yaw_rate_bias_rad_s=output["yaw_rate_bias"],
             yaw_rate_bias_sd_rad_s=output["yaw_rate_bias_sd"],
         )

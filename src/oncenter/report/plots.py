@@ -194,10 +194,11 @@ def _yaw_rate_bias(course: Course, time: Range1d) -> figure | None:
     if not len(known):
         return None
     settled = np.isfinite(bias) & (half_width < 2.0 * half_width[known[-1]] + 0.02)
-    if not settled.any() or np.ptp(bias[settled]) < _BIAS_MOVES_DEG_S:
+    low, high = bias - half_width, bias + half_width
+    # by how much one bias for all the time would be outside some of the intervals
+    if not settled.any() or low[settled].max() - high[settled].min() < _BIAS_MOVES_DEG_S:
         return None
     picture = _over_time(course, time, "yaw rate bias (deg/s)", 220)
-    low, high = bias - half_width, bias + half_width
     picture.y_range = _range_of(np.concatenate([low[settled], high[settled]]), 0.0)
     rows = _every(len(course.time), 2 * _BINS)
     x, columns = broken_at_holes(course.time, rows, course.holes, {"bias": bias, "low": low, "high": high})

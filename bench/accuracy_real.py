@@ -1,0 +1,49 @@
+"""A car on a proving ground, whose offset is known from a GNSS/INS's heading: what each method says of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import oncenter as oc
+from oncenter.errors import OncenterError
+from oncenter.estimate import METHODS
+
+ROOT = Path(__file__).parents[1]
+REAL_DATA = Path(os.environ.get("ONCENTER_REAL_DATA", ROOT / ".." / "shared" / "data"))
+# deg, fitted in bends to the OxTS's heading instead of the gyro; the drives' own README.
+OXTS_OFFSET_DEG = {"cpg_fast_lap": 0.27, "cpg_slow_lap": 0.34}
+
+
+@dataclass(frozen=True)
+class Said:
+    """In deg; `refusal` where there is no answer."""
+
+    drive: str
+    method: str
+    oxts_deg: float
+    value_deg: float | None = None
+    half_width_deg: float | None = None
+    status: str = ""
+    refusal: str = ""
+
+
+def real_drives() -> Iterator[Said]:
+    """By drive and method; nothing where the drives are not there."""
+    vehicle = oc.vehicle(ROOT / "examples" / "genesis.toml")
+    for drive, oxts_deg in OXTS_OFFSET_DEG.items():
+        log = REAL_DATA / "genesis" / f"{drive}.csv.gz"
+        if not log.exists():
+            continue
+        signals = oc.read(log, names=vehicle.signal_names)
+        for method in METHODS:
+            try:
+                said = oc.offset(signals, vehicle, method=method).offset.to_dict()
+            except OncenterError as error:
+                lacks = ", ".join(error.needs)
+                yield Said(drive, method, oxts_deg, refusal=f"lacks {lacks}" if lacks else error.code)
+                continue
+            half_width = None if said["ci95"] is None else (said["ci95"][1] - said["ci95"][0]) / 2.0
+            yield Said(drive, method, oxts_deg, said["value"], half_width, said["status"])

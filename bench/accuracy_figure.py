@@ -17,7 +17,7 @@ from oncenter.estimate import METHODS
 if TYPE_CHECKING:
     from accuracy import Summary
 
-WIDTH_PX, ROWS_HEIGHT_PX, TIME_HEIGHT_PX, GATE_HEIGHT_PX = 800, 1160, 520, 330
+WIDTH_PX, ROWS_HEIGHT_PX, TIME_HEIGHT_PX, GATE_HEIGHT_PX = 800, 1160, 560, 330
 LETTERS, SMALL_LETTERS = "21px", "17px"
 COLOURS = {
     "thesis": "#3584e4",
@@ -149,8 +149,8 @@ def _time_plot(table: pl.DataFrame) -> Any:
         )
     for bound in (1.0, 0.5):
         plot.line([1, 20], [bound, bound], color="#5e5c64", line_dash="dotted", line_width=2)
-    _legend(plot, LETTERS)
-    plot.add_layout(plot.legend[0], "right")
+    _legend(plot, LETTERS, ncols=5, spacing=12)
+    plot.add_layout(plot.legend[0], "above")
     return plot
 
 

@@ -20,6 +20,7 @@ static const float width_share = 0.1f;
 static const float width_least = 0.1f * 0.017453292f;   /* rad, of half the width */
 static const float unloading_step = 0.03f;              /* m/s^2 */
 static const float friction_step = 0.03f;               /* m/s^2 */
+static const float little_width = 2.0f * 0.017453292f;  /* rad */
 static const float creep_factor = 1.4f;
 static const float creep_step = 0.3f;                   /* share */
 static const float newborn_handicap = 16.0f;            /* of cost: two wild seconds do not make it the best */
@@ -351,9 +352,11 @@ static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const
     h->wheelbase = found(h, design, WHEELBASE);
     h->wheelbase_variance = variance_of(lower, WHEELBASE, of_wheelbase);
 
-    /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds */
-    const float parted = h->unloading_variance + design->pull_sd * design->pull_sd;
+    /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds; in little play the lag of whatever
+     * gives way passes for a_0 */
     const float bias = prior->unloading_sd * prior->unloading_sd;
+    const float little = within_range(1.0f - 2.0f * h->play.half_width / little_width, 0.0f, 1.0f);
+    const float parted = h->unloading_variance + design->pull_sd * design->pull_sd + little * bias;
     const float beyond = larger((parted < bias ? parted : bias) - h->unloading_variance, 0.0f);
     h->offset_variance = noise / larger(h->weight, 1.0f) + variance_of(lower, 0, of_offset) + slope * slope * beyond;
 }

@@ -12,7 +12,7 @@ static const float least_correction = 1e-6f; /* rad/s */
 static const float flank_s = 4.0f;
 static const float clearly = 0.02f;                    /* m/s^2 */
 static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
-static const float always_doubtful = 0.15f;            /* of that variance, whatever was found */
+static const float always_doubtful = 0.3f;             /* of that variance, whatever was found */
 static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
 
 void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_ratio, double ratio_times_wheelbase,

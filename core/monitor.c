@@ -64,8 +64,9 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
                          rate_hz);
     oc_gyro_bias_setup(&c.gyro_bias, vehicle, params, rate_hz);
     const double pull = params->pull_sd_m_s2, wind = params->wind_sd_m_s2;
+    const double unseen_bank = params->use_accelerometer ? 0.0 : params->crown_sd_m_s2;
     oc_joint_setup(&c.joint, rate_hz, vehicle->steering_ratio, c.ratio_times_wheelbase,
-                   sqrt(pull * pull + wind * wind), params->joint_memory_s);
+                   sqrt(pull * pull + wind * wind + unseen_bank * unseen_bank), params->joint_memory_s);
     const double clean_ticks = params->clean_time_s * rate_hz;
     const double per_block = floor(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
     c.ticks_per_block = per_block > 1.0 ? (int32_t)per_block : 1;

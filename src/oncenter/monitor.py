@@ -33,8 +33,8 @@ class Now:
     """What a tick gave. The motion is one filter delay old; the offset rests on final evidence only.
 
     `offset_rad` and `offset_sd_rad` are None while the offset is unobservable. `reasons` says why the tick cannot be
-    used; none means that it waits for what must be clean after it. Gradient and play are 0 until learned. The yaw rate's
-    bias is as wheel speeds and standstill tell it; its standard deviation is the prior's before.
+    used; none means that it waits for what must be clean after it. Gradient and play are 0 until learned. The yaw
+    rate's bias is as wheel speeds and standstill tell it; its standard deviation is the prior's before.
     """
 
     time_s: float

@@ -64,6 +64,13 @@ def dtype_of(kind: Any) -> np.dtype[Any]:
 
 
 OUTPUT_DTYPE = dtype_of(ffi.typeof("oc_output"))
+_STATE_DTYPE = dtype_of(ffi.typeof("oc_state"))
+
+
+def _values(array: npt.NDArray[Any]) -> bytes:
+    if array.dtype.names is None:
+        return array.tobytes()
+    return b"".join(_values(array[name]) for name in array.dtype.names)
 
 
 def _members(struct: Any) -> dict[str, Any]:
@@ -207,8 +214,9 @@ class Core:
         return _members(self._coefficients)
 
     def state_bytes(self) -> bytes:
-        """The state as it lies in memory, to compare two runs on this machine."""
-        return bytes(ffi.buffer(self._state))
+        """The state's values as they lie in memory, to compare two runs on this machine; what the compiler leaves between
+        them is no state."""
+        return _values(np.frombuffer(ffi.buffer(self._state), _STATE_DTYPE))
 
     def copy_state_from(self, other: Core) -> None:
         ffi.buffer(self._state)[:] = ffi.buffer(other._state)[:]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from oncenter._native import ffi, lib
+from oncenter._native import lib
 
 from oncenter import _core
 from oncenter.simulate import Truth, simulate
@@ -86,7 +86,7 @@ def holds(estimate: dict[str, Any], truth: float) -> bool:
 
 
 def state_of(core: _core.Core) -> Any:
-    return np.frombuffer(core.state_bytes(), _core.dtype_of(ffi.typeof("oc_state")))[0]
+    return core.state()
 
 
 def numbers(values: Any) -> list[float]:

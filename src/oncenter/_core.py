@@ -67,7 +67,7 @@ OUTPUT_DTYPE = dtype_of(ffi.typeof("oc_output"))
 _STATE_DTYPE = dtype_of(ffi.typeof("oc_state"))
 
 
-def _values(array: npt.NDArray[Any]) -> bytes:
+def _values(array: npt.NDArray[Any] | np.void) -> bytes:
     if array.dtype.names is None:
         return array.tobytes()
     return b"".join(_values(array[name]) for name in array.dtype.names)
@@ -213,10 +213,13 @@ class Core:
         """The oc_coefficients as a dict, for those who check the design."""
         return _members(self._coefficients)
 
+    def state(self) -> Any:
+        """A copy of the oc_state, its members by name."""
+        return np.frombuffer(bytes(ffi.buffer(self._state)), _STATE_DTYPE)[0]
+
     def state_bytes(self) -> bytes:
-        """The state's values as they lie in memory, to compare two runs on this machine; what the compiler leaves between
-        them is no state."""
-        return _values(np.frombuffer(ffi.buffer(self._state), _STATE_DTYPE))
+        """The state's values, to compare two runs on this machine; what lies between them is no state."""
+        return _values(self.state())
 
     def copy_state_from(self, other: Core) -> None:
         ffi.buffer(self._state)[:] = ffi.buffer(other._state)[:]

@@ -31,6 +31,7 @@ COLOURS = {
     "mode": "#986a44",
 }
 BEST_RIVAL = "best rival"
+ANSWERED_MIN = 0.5  # share of a row's drives on which a rival must have a value to be its best
 DASHED = ("bins", "rls")  # of the same blue family as the thesis whose ideas they are
 
 
@@ -119,8 +120,8 @@ def _rows_plot(summaries: Sequence[Summary]) -> Any:
 
 
 def best_rival(summaries: Sequence[Summary], row: str) -> Summary | None:
-    """Of those with anything to say of the row, the one with the least median error."""
-    theirs = [s for s in summaries if s.row == row and s.method not in METHODS and math.isfinite(s.median)]
+    """Of those with a value on enough drives of the row, the one with the least median error."""
+    theirs = [s for s in summaries if s.row == row and s.method not in METHODS and s.answered >= ANSWERED_MIN]
     return min(theirs, key=lambda s: s.median, default=None)
 
 

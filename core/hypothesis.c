@@ -109,8 +109,7 @@ static float place(oc_hypothesis *h, const oc_hypothesis_design *design, const o
         const oc_play less = moved(&h->play, k, -1.0f);
         h->inner_more[k] = carried(h->inner_more[k], &more, sample, design->step_s);
         h->inner_less[k] = carried(h->inner_less[k], &less, sample, design->step_s);
-        terms[WIDTH + k] = design->scale[WIDTH + k] * (float)(h->inner_less[k] - h->inner_more[k]) /
-                           between(&more, &less, k);
+        terms[WIDTH + k] = h->per_difference[k] * (float)(h->inner_less[k] - h->inner_more[k]);
     }
     for (int32_t k = slopes; k < OC_PLAY_SLOPES; ++k) {
         terms[WIDTH + k] = 0.0f;
@@ -275,6 +274,15 @@ static float stepped(float value, float by, float step, float low, float high) {
     return within_range(value + within_range(by, -step, step), low, high);
 }
 
+/* What turns differences of operators into slopes, wherever the play is now. */
+static void measure(oc_hypothesis *h, const oc_hypothesis_design *design) {
+    for (int32_t k = 0; k < OC_PLAY_SLOPES; ++k) {
+        const oc_play more = moved(&h->play, k, 1.0f);
+        const oc_play less = moved(&h->play, k, -1.0f);
+        h->per_difference[k] = design->scale[WIDTH + k] / between(&more, &less, k);
+    }
+}
+
 /* The hypothesis goes where its terms point, a little at a time, and keeps its evidence. */
 static void relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
     oc_play *play = &h->play;
@@ -381,13 +389,14 @@ void oc_hypothesis_restart(oc_hypothesis *h, double angle) {
     }
 }
 
-void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
+void oc_hypothesis_start(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_play *play, double angle) {
     *h = (oc_hypothesis){
         .play = *play,
         .variance = rad_per_deg * rad_per_deg,
         .blocks.factor = 3.0f,
         .long_blocks.factor = 3.0f,
     };
+    measure(h, design);
     oc_hypothesis_restart(h, angle);
 }
 
@@ -433,6 +442,7 @@ void oc_hypothesis_second(oc_hypothesis *h, const oc_hypothesis_design *design, 
     }
     solve(h, design, prior);
     relinearise(h, design);
+    measure(h, design);
 }
 
 void oc_hypothesis_correct(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior, float rad_s) {

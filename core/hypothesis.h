@@ -63,6 +63,7 @@ typedef struct {
 
 typedef struct {
     oc_play play;
+    float per_difference[OC_PLAY_SLOPES]; /* of the model's slope, from a difference of two operators */
     double inner;                        /* rad, of the operator at `play` */
     double inner_more[OC_PLAY_SLOPES];   /* rad, of those at a little more of each parameter */
     double inner_less[OC_PLAY_SLOPES];
@@ -107,7 +108,8 @@ enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
                          double ratio_times_wheelbase, double pull_sd);
 
-void oc_hypothesis_start(oc_hypothesis *hypothesis, const oc_play *play, double angle);
+void oc_hypothesis_start(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_play *play,
+                         double angle);
 
 /* The wheel was elsewhere when last seen: the operators start anew, what was learned stays. */
 void oc_hypothesis_restart(oc_hypothesis *hypothesis, double angle);

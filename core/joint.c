@@ -57,7 +57,7 @@ static void start(oc_joint *joint, const oc_joint_design *design, double angle) 
     };
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
         const oc_play play = start_of(k);
-        oc_hypothesis_start(&joint->hypotheses[k], &play, angle);
+        oc_hypothesis_start(&joint->hypotheses[k], &design->hypothesis, &play, angle);
     }
 }
 
@@ -126,7 +126,7 @@ static void see_flank(oc_joint *joint, const oc_motion_sample *sample, float ste
 }
 
 /* Now and then the worst hypothesis is given up and another takes its place, lest all of them went astray at first. */
-static void renew(oc_joint *joint) {
+static void renew(oc_joint *joint, const oc_hypothesis_design *design) {
     static const float hopeless = 20.0f; /* of cost */
     int32_t worst = joint->best;
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
@@ -139,12 +139,12 @@ static void renew(oc_joint *joint) {
     if (h->cost > joint->hypotheses[joint->best].cost + hopeless) {
         const oc_play play = start_of(joint->born);
         joint->born = (joint->born + 1) % OC_JOINT_HYPOTHESES;
-        oc_hypothesis_start(h, &play, h->inner);
+        oc_hypothesis_start(h, design, &play, h->inner);
     }
 }
 
 /* What the next whole second will be. */
-static void turn_second(oc_joint *joint, float memory_s) {
+static void turn_second(oc_joint *joint, const oc_joint_design *design) {
     oc_second *second = &joint->second;
     const float least = 0.05f * one_degree;
     joint->best = best_of(joint);
@@ -153,7 +153,7 @@ static void turn_second(oc_joint *joint, float memory_s) {
     second->reference = noise > least * least ? noise : least * least;
     second->used_s += second->second_s;
     if (second->long_block_ends) {
-        renew(joint);
+        renew(joint, &design->hypothesis);
     }
     second->blocks += second->block_ends;
     second->long_blocks += second->long_block_ends;
@@ -163,7 +163,7 @@ static void turn_second(oc_joint *joint, float memory_s) {
     second->long_block_ends = joint->in_long_block + 1 == OC_SECONDS_PER_LONG_BLOCK;
     /* a short memory at first, since early evidence was gathered far from where the hypotheses went */
     const float memory = 60.0f + 0.5f * second->used_s;
-    second->memory_share = 1.0f - second->second_s / (memory < memory_s ? memory : memory_s);
+    second->memory_share = 1.0f - second->second_s / (memory < design->memory_s ? memory : design->memory_s);
 }
 
 /* Errors of what was foretold are watched once there is something to doubt. */
@@ -213,15 +213,16 @@ static void sampled(oc_joint *joint, const oc_joint_design *design, const oc_mot
         const bool learned = joint->second.learns;
         watch(joint, time);
         if (learned) {
-            turn_second(joint, design->memory_s);
+            turn_second(joint, design);
         }
     }
 }
 
 /* Some more hypotheses take the sample in, and learn where it makes a second whole. */
 static bool take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
-                    const oc_prior *prior, const oc_joint_tick *tick) {
+                    const oc_joint_tick *tick) {
     const oc_motion_sample *sample = &tracking->sample;
+    const oc_prior *prior = &tracking->prior;
     const bool ends_second = sample->usable && joint->in_second + 1 == design->samples_per_second;
     const int32_t end = tracking->taken + design->hypotheses_per_tick;
     for (; tracking->taken < end && tracking->taken < OC_JOINT_HYPOTHESES; ++tracking->taken) {
@@ -241,14 +242,19 @@ static bool take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
     return ends_second;
 }
 
+bool oc_joint_begins_sample(const oc_joint_tracking *tracking) {
+    return !tracking->running || tracking->phase == 0;
+}
+
 bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
-                     const oc_prior *prior, const oc_joint_tick *tick) {
+                     const oc_joint_tick *tick) {
     const double bank = tick->lateral_acceleration - tick->yaw_rate * tick->speed;
     bool learned = false;
     if (!tracking->running) {
         restart(joint, design, tick->angle);
         *tracking = (oc_joint_tracking){
             .running = 1,
+            .prior = tracking->prior,
             .bank = bank,
             .taken = OC_JOINT_HYPOTHESES,
             .yaw_rate = tick->yaw_rate,
@@ -259,12 +265,12 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     if (tracking->phase == 0) {
         tracking->sample = sample_of(tick, tracking, design->rate_hz);
         tracking->taken = 0;
-        tracking->correction = correction_of(joint, tick->yaw_rate_bias, (double)prior->yaw_rate_bias_sd);
+        tracking->correction = correction_of(joint, tick->yaw_rate_bias, (double)tracking->prior.yaw_rate_bias_sd);
         joint->bank_mean += (double)tracking->correction * joint->speed_mean;
     }
     tracking->phase = tracking->phase + 1 < design->ticks_per_sample ? tracking->phase + 1 : 0;
     if (tracking->taken < OC_JOINT_HYPOTHESES) {
-        learned = take_in(joint, tracking, design, prior, tick);
+        learned = take_in(joint, tracking, design, tick);
     }
     tracking->yaw_rate = tick->yaw_rate;
     tracking->lateral_acceleration = tick->lateral_acceleration;

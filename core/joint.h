@@ -49,6 +49,7 @@ typedef struct {
     double bank;                 /* m/s^2, a_y - r*v smoothed */
     double yaw_rate, lateral_acceleration; /* of the tick before */
     oc_motion_sample sample;
+    oc_prior prior;              /* at the sample; whoever updates sets it where oc_joint_begins_sample */
     float correction;            /* rad/s, of the yaw rates before the sample */
 } oc_joint_tracking;
 
@@ -86,7 +87,10 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
 /* One tick later than the one before; after an ignition or a hole tracking is all zero. True when a second was learned
  * from. */
 bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
-                     const oc_prior *prior, const oc_joint_tick *tick);
+                     const oc_joint_tick *tick);
+
+/* Whether the next tick is a sample. */
+bool oc_joint_begins_sample(const oc_joint_tracking *tracking);
 
 /* s of side force clearly to one side, 1 left or -1 right, that are lacking before the play's flank there is seen; 0 where
  * the play was found, which nobody does on one flank. */

@@ -79,7 +79,6 @@ void oc_learn_jointly(oc_evidence *evidence, oc_learned *learned, const oc_coeff
 /* The joint method: all hypotheses go along with every tick, and learn from whole seconds of clean ones. */
 void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_filtered *filtered,
                              const oc_motion *motion, const oc_estimate *yaw_rate_bias, uint32_t reasons) {
-    const oc_prior prior = prior_of(&state->evidence, c, yaw_rate_bias->standard_deviation);
     const oc_joint_tick tick = {
         .time = state->tracking.last_time,
         .angle = filtered->steering_wheel_angle,
@@ -91,7 +90,11 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_fil
         .yaw_rate_bias = yaw_rate_bias->value,
         .usable = reasons == 0,
     };
-    if (oc_joint_update(&state->evidence.joint, &state->tracking.joint, &c->joint, &prior, &tick)) {
+    oc_joint_tracking *tracking = &state->tracking.joint;
+    if (oc_joint_begins_sample(tracking)) {
+        tracking->prior = prior_of(&state->evidence, c, yaw_rate_bias->standard_deviation);
+    }
+    if (oc_joint_update(&state->evidence.joint, tracking, &c->joint, &tick)) {
         oc_learn_jointly(&state->evidence, &state->learned, c);
     }
 }

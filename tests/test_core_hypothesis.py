@@ -120,7 +120,7 @@ class Learner:
 
     def sample(self, drive: Drive, k: int) -> None:
         if not self.started:
-            lib.oc_hypothesis_start(self.h, ffi.new("oc_play *", vars(self.play)), drive.angle[0])
+            lib.oc_hypothesis_start(self.h, self.design, ffi.new("oc_play *", vars(self.play)), drive.angle[0])
             self.started = True
         native = ffi.new("oc_motion_sample *", {name: column[k] for name, column in vars(drive).items()})
         native.usable = 1

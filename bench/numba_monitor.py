@@ -24,14 +24,14 @@ PENDING = 48  # OC_PENDING_MAX
 MISSING, TIME, GAP, SETTLING, SPEED, CURVATURE, LONGITUDINAL, BANK = (1 << k for k in range(8))
 UNOBSERVABLE, CONVERGING, VALID = 0, 1, 2
 
-# oc_output with the nested oc_motion laid flat: same bytes, and numba can write it.
+# oc_output with the nested oc_motion laid flat, as far as the thesis's method fills it: numba can write it.
 _MOTION = OUTPUT_DTYPE["motion"]
+_THESIS = ("time", "vehicle_speed", "reasons", "offset_status", "offset", "offset_sd", "understeer_gradient")
 FLAT_OUTPUT = np.dtype(
     {
-        "names": [n for n in OUTPUT_DTYPE.names or () if n != "motion"] + list(_MOTION.names or ()),
-        "formats": [OUTPUT_DTYPE[n] for n in OUTPUT_DTYPE.names or () if n != "motion"]
-        + [_MOTION[n] for n in _MOTION.names or ()],
-        "offsets": [OUTPUT_DTYPE.fields[n][1] for n in OUTPUT_DTYPE.names or () if n != "motion"]
+        "names": [*_THESIS, *(_MOTION.names or ())],
+        "formats": [OUTPUT_DTYPE[n] for n in _THESIS] + [_MOTION[n] for n in _MOTION.names or ()],
+        "offsets": [OUTPUT_DTYPE.fields[n][1] for n in _THESIS]
         + [OUTPUT_DTYPE.fields["motion"][1] + _MOTION.fields[n][1] for n in _MOTION.names or ()],
         "itemsize": OUTPUT_DTYPE.itemsize,
     }
@@ -47,7 +47,8 @@ def flat(members: Mapping[str, Any]) -> Any:
 
 
 def coefficients(core: Core) -> Any:
-    return flat(core.coefficients())
+    """Those of the thesis's method."""
+    return flat({name: value for name, value in core.coefficients().items() if name not in ("gyro_bias", "joint")})
 
 
 @njit

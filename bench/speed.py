@@ -25,7 +25,7 @@ from typing import Any
 import drives
 import numpy as np
 
-from oncenter._core import COLUMNS, OUTPUT_DTYPE, Core
+from oncenter._core import OUTPUT_DTYPE, Core
 
 HERE = Path(__file__).parent
 OFFSET_AGREES_DEG = 1e-9
@@ -49,7 +49,7 @@ def contenders(ticks: int) -> dict[tuple[str, str], Callable[[], float]]:
     import scipy_monitor
 
     columns = drives.ticks(ticks)
-    arrays = [columns[name] for name in COLUMNS]
+    arrays = list(columns.values())
     coefficients = numba_monitor.coefficients(core())
     outputs, none = np.zeros(ticks, OUTPUT_DTYPE), np.empty(0, numba_monitor.FLAT_OUTPUT)
 
@@ -81,7 +81,7 @@ def check_agreement(ticks: int) -> None:
     import scipy_monitor
 
     columns = drives.ticks(ticks)
-    arrays = [columns[name] for name in COLUMNS]
+    arrays = list(columns.values())
     ours, theirs = np.zeros(ticks, OUTPUT_DTYPE), np.zeros(ticks, numba_monitor.FLAT_OUTPUT)
     one = core()
     one.run(columns, ours)
@@ -102,7 +102,8 @@ def check_agreement(ticks: int) -> None:
             sys.exit(f"{who} differs from the core by {differs:g} deg")
         np.testing.assert_allclose(sd, answer["offset"]["standard_deviation"], atol=1e-11, err_msg=who)
         np.testing.assert_allclose(gradient, answer["understeer_gradient"]["value"], atol=1e-11, err_msg=who)
-        np.testing.assert_allclose(rejected / drives.RATE_HZ, rejected_s, atol=1e-6, err_msg=who)
+        of_thesis = rejected_s[: len(rejected)]  # the other reasons are other methods'
+        np.testing.assert_allclose(rejected / drives.RATE_HZ, of_thesis, atol=1e-6, err_msg=who)
         np.testing.assert_allclose(still_yaw_rate, answer["yaw_rate_bias"]["value"], atol=1e-11, err_msg=who)
 
 

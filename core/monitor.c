@@ -94,17 +94,24 @@ static uint32_t bit_where(uint32_t valid, oc_signal_bit bit, double value, doubl
     return (valid & bit) && within(value, limit) ? (uint32_t)bit : 0u;
 }
 
+static uint32_t measured_wheels(const oc_signals *tick) {
+    const uint32_t valid = tick->valid;
+    return bit_where(valid, OC_HAS_WHEEL_SPEED_FRONT_LEFT, tick->wheel_speed_front_left, speed_limit) |
+           bit_where(valid, OC_HAS_WHEEL_SPEED_FRONT_RIGHT, tick->wheel_speed_front_right, speed_limit) |
+           bit_where(valid, OC_HAS_WHEEL_SPEED_REAR_LEFT, tick->wheel_speed_rear_left, speed_limit) |
+           bit_where(valid, OC_HAS_WHEEL_SPEED_REAR_RIGHT, tick->wheel_speed_rear_right, speed_limit);
+}
+
 /* The bits of what a road vehicle can have measured. */
 static uint32_t measured(const oc_signals *tick) {
     const uint32_t valid = tick->valid;
+    const uint32_t others =
+        OC_HAS_STEERING_WHEEL_ANGLE | OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED | OC_HAS_LATERAL_ACCELERATION;
     return bit_where(valid, OC_HAS_STEERING_WHEEL_ANGLE, tick->steering_wheel_angle, angle_limit) |
            bit_where(valid, OC_HAS_YAW_RATE, tick->yaw_rate, yaw_rate_limit) |
            bit_where(valid, OC_HAS_VEHICLE_SPEED, tick->vehicle_speed, speed_limit) |
            bit_where(valid, OC_HAS_LATERAL_ACCELERATION, tick->lateral_acceleration, acceleration_limit) |
-           bit_where(valid, OC_HAS_WHEEL_SPEED_FRONT_LEFT, tick->wheel_speed_front_left, speed_limit) |
-           bit_where(valid, OC_HAS_WHEEL_SPEED_FRONT_RIGHT, tick->wheel_speed_front_right, speed_limit) |
-           bit_where(valid, OC_HAS_WHEEL_SPEED_REAR_LEFT, tick->wheel_speed_rear_left, speed_limit) |
-           bit_where(valid, OC_HAS_WHEEL_SPEED_REAR_RIGHT, tick->wheel_speed_rear_right, speed_limit);
+           ((valid & ~others) ? measured_wheels(tick) : 0u);
 }
 
 static uint32_t signals_needed(const oc_coefficients *c) {
@@ -183,59 +190,59 @@ static bool goes_forward(oc_tracking *tracking, const oc_coefficients *c, double
     return true;
 }
 
-/* Figure 15 as one function: the reasons against this tick and the motion at it. */
-static uint32_t step(oc_state *state, const oc_coefficients *c, const oc_signals *given, oc_motion *motion,
+/* Figure 15 as one function: the reasons against this tick and the motion at it. Of the tick's bits those stay that are
+ * over a measurement. */
+static uint32_t step(oc_state *state, const oc_coefficients *c, oc_signals *tick, oc_motion *motion,
                      double *speed) {
     oc_tracking *tracking = &state->tracking;
     oc_evidence *evidence = &state->evidence;
     const oc_params *p = &c->params;
     const bool by_wheels = p->method == OC_METHOD_WHEEL_SPEED;
-    oc_signals tick = *given;
-    tick.valid = measured(given);
+    tick->valid = measured(tick);
 
     /* time goes forward, or nothing happened */
-    if (!goes_forward(tracking, c, tick.time)) {
+    if (!goes_forward(tracking, c, tick->time)) {
         ++evidence->rejected[1];
         return OC_REASON_TIME;
     }
     ++evidence->ticks;
 
     /* 5.3.1: the gyro is judged whether there is an angle or not */
-    oc_gyro_bias_update(&evidence->gyro_bias, &c->gyro_bias, p, &tick);
+    oc_gyro_bias_update(&evidence->gyro_bias, &c->gyro_bias, p, tick);
 
     /* a tick without its signals leaves the filters alone and what was pending unproven */
     const uint32_t needed = signals_needed(c);
-    if ((tick.valid & needed) != needed) {
+    if ((tick->valid & needed) != needed) {
         oc_pending_drop(&tracking->straight);
         oc_pending_drop(&tracking->cornering);
         evidence->standstill.still_ticks = 0;
         count(evidence, OC_REASON_MISSING_SIGNAL);
         return OC_REASON_MISSING_SIGNAL;
     }
-    const sensed by = sensed_by(c, &tick);
+    const sensed by = sensed_by(c, tick);
 
     /* 5.1.1: filter, delay, differentiate */
     uint32_t reasons = 0;
-    if (interrupted(tracking, c, tick.time)) {
+    if (interrupted(tracking, c, tick->time)) {
         reasons = tracking->running ? OC_REASON_GAP : 0;
-        oc_preprocess_restart(&tracking->preprocess, &c->preprocess, tick.steering_wheel_angle, by.yaw_rate, by.speed,
+        oc_preprocess_restart(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle, by.yaw_rate, by.speed,
                               by.lateral_acceleration);
         evidence->standstill.still_ticks = 0;
         tracking->joint.running = 0;
         tracking->running = 1;
     }
-    tracking->last_filtered = tick.time;
-    oc_filtered filtered = oc_preprocess_update(&tracking->preprocess, &c->preprocess, tick.steering_wheel_angle,
+    tracking->last_filtered = tick->time;
+    oc_filtered filtered = oc_preprocess_update(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle,
                                                 by.yaw_rate, by.speed, by.lateral_acceleration);
     if (!oc_preprocess_settled(&tracking->preprocess, &c->preprocess)) {
         reasons |= OC_REASON_SETTLING;
     }
 
     /* standing still shows what the sensors read for nothing */
-    if (tick.valid & OC_HAS_YAW_RATE) {
+    if (tick->valid & OC_HAS_YAW_RATE) {
         oc_standstill_update(&evidence->standstill, c->standstill_settling_ticks, by.speed,
-                             p->standstill_speed_max_m_s, tick.yaw_rate, tick.lateral_acceleration,
-                             (tick.valid & OC_HAS_LATERAL_ACCELERATION) != 0);
+                             p->standstill_speed_max_m_s, tick->yaw_rate, tick->lateral_acceleration,
+                             (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0);
     }
 
     /* 5.1.2: motion and gate; the residual stays as if the wheels were of one radius, until all is known of them */
@@ -275,7 +282,8 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, const oc_signals
     return reasons;
 }
 
-void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *tick, oc_output *output) {
+/* Without a copy of the tick, which would wait for what was just written. */
+static void step_and_tell(oc_state *state, const oc_coefficients *coefficients, oc_signals *tick, oc_output *output) {
     oc_motion motion = {0};
     double speed = 0.0;
     const uint32_t reasons = step(state, coefficients, tick, &motion, &speed);
@@ -302,6 +310,11 @@ void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_sign
     }
 }
 
+void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *tick, oc_output *output) {
+    oc_signals copy = *tick;
+    step_and_tell(state, coefficients, &copy, output);
+}
+
 static double at(const double *column, size_t row) {
     return column == NULL ? 0.0 : column[row];
 }
@@ -316,7 +329,7 @@ void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_colum
                            (columns->wheel_speed_rear_left != NULL ? OC_HAS_WHEEL_SPEED_REAR_LEFT : 0u) |
                            (columns->wheel_speed_rear_right != NULL ? OC_HAS_WHEEL_SPEED_REAR_RIGHT : 0u);
     for (size_t row = 0; row < columns->count; ++row) {
-        const oc_signals tick = {
+        oc_signals tick = {
             .time = columns->time[row],
             .steering_wheel_angle = at(columns->steering_wheel_angle, row),
             .yaw_rate = at(columns->yaw_rate, row),
@@ -328,7 +341,7 @@ void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_colum
             .wheel_speed_rear_right = at(columns->wheel_speed_rear_right, row),
             .valid = valid,
         };
-        oc_step(state, coefficients, &tick, outputs == NULL ? NULL : &outputs[row]);
+        step_and_tell(state, coefficients, &tick, outputs == NULL ? NULL : &outputs[row]);
     }
 }
 

@@ -37,11 +37,11 @@ def write_blf(frames: BusFrames, path: Path) -> None:
 
 
 def write_trc(frames: BusFrames, path: Path) -> None:
-    """Its header names the log as the folder has it, where python-can would give the path on this machine."""
+    """Its header names the same file whatever the log is called; python-can would give the path on this machine."""
     from can.io.trc import TRCWriter
 
     with path.open("w", encoding="ascii") as file, TRCWriter(file, channel=_CHANNEL) as writer:
-        writer.filepath = path.name
+        writer.filepath = "drive.trc"
         for message in _messages(frames):
             writer.on_message_received(message)
 

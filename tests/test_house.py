@@ -15,7 +15,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 LINKS = ("core", "vehicles", "dbc", "scenarios")
 HEADERS = sorted(ROOT.glob("core/*.h")) + sorted(ROOT.glob("src/oncenter/simulate/native/*.h"))
-MADE_BY_COMMANDS = {"demo/report.html", ".venv/bin/oncenter", ".venv/bin/python"}
+MADE_BY_COMMANDS = {"demo/drive.log", "demo/report.html", ".venv/bin/oncenter", ".venv/bin/python"}
 
 
 def text(name: str) -> str:

@@ -21,4 +21,7 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_fil
                          const oc_motion *motion, const oc_estimate *yaw_rate_bias, uint32_t reasons);
 void oc_learn_jointly(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c);
 
+/* Chapter 4: the angle at this tick, whose signals are the valid ones, without its sensor; judges the sensor. */
+oc_angle oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid);
+
 #endif

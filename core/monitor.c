@@ -67,6 +67,9 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     const double unseen_bank = params->use_accelerometer ? 0.0 : params->crown_sd_m_s2;
     oc_joint_setup(&c.joint, rate_hz, vehicle->steering_ratio, c.ratio_times_wheelbase,
                    sqrt(pull * pull + wind * wind + unseen_bank * unseen_bank), params->joint_memory_s);
+    oc_ratio ratio = vehicle->ratio;
+    ratio.ratio = vehicle->steering_ratio;
+    oc_angle_setup(&c.angle, params->angle_method, &ratio, vehicle->wheelbase, rate_hz);
     const double clean_ticks = params->clean_time_s * rate_hz;
     const double per_block = floor(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
     c.ticks_per_block = per_block > 1.0 ? (int32_t)per_block : 1;
@@ -282,11 +285,26 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, oc_signals *tick
     return reasons;
 }
 
+/* A sensor at fault teaches nothing; one that sits elsewhere now does, its new offset. */
+static bool sensor_misleads(const oc_fault_watch *watch) {
+    return watch->fault != OC_FAULT_NONE && watch->fault != OC_FAULT_REMOUNTED && watch->fault != OC_FAULT_JUMPED;
+}
+
 /* Without a copy of the tick, which would wait for what was just written. */
 static void step_and_tell(oc_state *state, const oc_coefficients *coefficients, oc_signals *tick, oc_output *output) {
     oc_motion motion = {0};
     double speed = 0.0;
+    oc_angle angle = {0};
+    const bool follows = coefficients->params.angle_method != OC_ANGLE_NONE;
+    const uint32_t valid = follows ? measured(tick) : 0u;
+    const oc_fault_watch *watch = &state->tracking.fault;
+    if (sensor_misleads(watch)) {
+        tick->valid &= ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE;
+    }
     const uint32_t reasons = step(state, coefficients, tick, &motion, &speed);
+    if (follows && !(reasons & OC_REASON_TIME)) {
+        angle = oc_follow_angle(state, coefficients, tick, valid);
+    }
     if (output != NULL) {
         const oc_estimate bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &coefficients->params);
         *output = (oc_output){
@@ -306,6 +324,10 @@ static void step_and_tell(oc_state *state, const oc_coefficients *coefficients, 
             .evidence = state->learned.offset.evidence,
             .yaw_rate_bias = bias.value,
             .yaw_rate_bias_sd = bias.standard_deviation,
+            .angle = angle,
+            .fault = watch->fault,
+            .fault_since = watch->since,
+            .fault_confidence = watch->confidence,
         };
     }
 }

@@ -5,6 +5,7 @@
  * Coefficients follow from vehicle, params and rate and never change; State is plain data: copy it, compare it, keep
  * it. State = Tracking (filters and what is pending, lost at ignition) + Evidence (all that is worth keeping). */
 
+#include "angle.h"
 #include "estimate.h"
 #include "gyro_bias.h"
 #include "joint.h"
@@ -12,7 +13,9 @@
 #include "offset.h"
 #include "params.h"
 #include "preprocess.h"
+#include "sensor_fault.h"
 #include "signals.h"
+#include "smooth.h"
 #include "standstill.h"
 #include "trig.h"
 #include "understeer.h"
@@ -36,6 +39,7 @@ typedef struct {
     oc_preprocess preprocess;
     oc_gyro_bias_design gyro_bias;
     oc_joint_design joint;
+    oc_angle_design angle;
     double rate_hz, tick_s;
     double ratio_times_wheelbase; /* m, i*L */
     double ticks_per_batch;
@@ -57,6 +61,8 @@ typedef struct {
     oc_pending straight;        /* for the offset */
     oc_pending cornering;       /* for the understeer gradient */
     oc_joint_tracking joint;
+    oc_angle_tracking angle;
+    oc_fault_watch fault;
 } oc_tracking;
 
 typedef struct {
@@ -66,6 +72,7 @@ typedef struct {
     oc_gyro_bias gyro_bias;
     oc_wheel_speed wheel_speed;
     oc_joint joint;
+    oc_angle_evidence angle;
     int32_t offset_trusted;      /* once accurate enough to learn K_us */
     oc_status offset_status, understeer_status, backlash_status;
     uint64_t ticks;              /* all that advanced the clock */
@@ -105,6 +112,10 @@ typedef struct {
     double evidence;             /* s of driving behind the offset */
     double yaw_rate_bias;        /* rad/s, by wheels and standstill */
     double yaw_rate_bias_sd;     /* rad/s */
+    oc_angle angle;              /* now, not delayed; zero where params.angle_method is none */
+    oc_fault fault;              /* of the steering wheel angle sensor */
+    double fault_since;          /* s */
+    double fault_confidence;     /* at least so likely, 0 to 1 */
 } oc_output;
 
 typedef struct {
@@ -135,6 +146,7 @@ const char *oc_error_name(oc_error error);
 const char *oc_reason_name(oc_reason reason); /* NULL when it is none */
 const char *oc_status_name(oc_status status);
 const char *oc_method_name(oc_method method);
+const char *oc_angle_method_name(oc_angle_method method);
 
 /* The name of the first member out of its range, or NULL. */
 const char *oc_vehicle_check(const oc_vehicle *vehicle);

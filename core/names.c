@@ -23,6 +23,12 @@ const char *oc_method_name(oc_method method) {
     return (unsigned)method < OC_METHOD_COUNT ? names[method] : "unknown";
 }
 
+const char *oc_angle_method_name(oc_angle_method method) {
+    static const char *const names[OC_ANGLE_METHOD_COUNT] = {"none",     "observer",           "wheel-speed", "wheel-speed-exact",
+                                                             "yaw-rate", "yaw-rate-understeer"};
+    return (unsigned)method < OC_ANGLE_METHOD_COUNT ? names[method] : "unknown";
+}
+
 const char *oc_reason_name(oc_reason reason) {
     switch (reason) {
     case OC_REASON_MISSING_SIGNAL: return "missing_signal";

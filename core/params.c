@@ -7,6 +7,7 @@ static const double degree = 3.14159265358979323846 / 180.0;
 void oc_params_defaults(oc_params *params) {
     *params = (oc_params){
         .method = OC_METHOD_THESIS,
+        .angle_method = OC_ANGLE_NONE,
         .cutoff_hz = 3.0,
         .delay_band_hz = 2.0,
         .speed_slope_window_s = 1.0,
@@ -116,6 +117,7 @@ const char *oc_params_check(const oc_params *p) {
         {"bank_sd_m_s2", p->bank_sd_m_s2, 0.0, 10.0},
         {"track_width_sd_1", p->track_width_sd_1, 0.0, 0.2},
         {"method", (double)p->method, 0.0, OC_METHOD_COUNT - 1},
+        {"angle_method", (double)p->angle_method, 0.0, OC_ANGLE_METHOD_COUNT - 1},
         {"use_accelerometer", (double)p->use_accelerometer, 0.0, 1.0},
     };
     for (size_t k = 0; k < sizeof ranges / sizeof ranges[0]; ++k) {

@@ -5,6 +5,8 @@
 
 #include <stdint.h>
 
+#include "angle.h"
+
 /* Whose word is taken for the motion, and what is estimated from it. */
 typedef enum {
     OC_METHOD_THESIS,      /* (36)-(38) from yaw rate and vehicle speed as they are */
@@ -15,6 +17,7 @@ typedef enum {
 
 typedef struct {
     oc_method method;
+    oc_angle_method angle_method; /* of the angle without its sensor, which is judged then, too; costs some 50 ns a tick */
     /* preprocess */
     double cutoff_hz;             /* low-pass of all signals but the angle; small is smoother and later. 3, 5.1.1 */
     double delay_band_hz;         /* the angle's delay is the filters' mean group delay from 0 to here. 2, 5.1.1 */

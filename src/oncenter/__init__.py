@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from oncenter.angle import angle as angle
     from oncenter.errors import OncenterError as OncenterError
     from oncenter.estimate import Answer as Answer
     from oncenter.estimate import offset as offset
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 # Where each public name lives. A verb may share its name with its room: the verb wins.
 _HOMES = {
+    "angle": "angle",
     "OncenterError": "errors",
     "Answer": "estimate",
     "offset": "estimate",

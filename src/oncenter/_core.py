@@ -5,7 +5,7 @@ All in SI and rad. Nothing here decides anything: what the numbers mean is said 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -42,6 +42,8 @@ def version() -> str:
 
 STATUSES: tuple[str, ...] = tuple(_text(lib.oc_status_name(k)) for k in range(lib.OC_STATUS_COUNT))
 METHODS: tuple[str, ...] = tuple(_text(lib.oc_method_name(k)) for k in range(lib.OC_METHOD_COUNT))
+ANGLE_METHODS: tuple[str, ...] = tuple(_text(lib.oc_angle_method_name(k)) for k in range(lib.OC_ANGLE_METHOD_COUNT))
+FAULTS: tuple[str, ...] = tuple(_text(lib.oc_fault_name(k)) for k in range(lib.OC_FAULT_COUNT))
 REASONS: dict[str, int] = {_text(lib.oc_reason_name(1 << k)): 1 << k for k in range(lib.OC_REASON_COUNT)}
 
 
@@ -90,11 +92,11 @@ def _members(struct: Any) -> dict[str, Any]:
 def default_params() -> dict[str, float]:
     """The params of the core by name, each name ending in its unit; the core's header says what they mean.
 
-    The method is none of them: it is told by its name.
+    The methods are none of them: they are told by their names.
     """
     params = ffi.new("oc_params *")
     lib.oc_params_defaults(params)
-    return {name: value for name, value in _members(params).items() if name != "method"}
+    return {name: value for name, value in _members(params).items() if name not in ("method", "angle_method")}
 
 
 def bad_param(params: Mapping[str, float]) -> str | None:
@@ -111,10 +113,11 @@ def bad_vehicle(
     return None if name == ffi.NULL else _text(name)
 
 
-def _params(params: Mapping[str, float], method: str) -> Any:
+def _params(params: Mapping[str, float], method: str, angle_method: str = "none") -> Any:
     native = ffi.new("oc_params *")
     lib.oc_params_defaults(native)
     native.method = METHODS.index(method)
+    native.angle_method = ANGLE_METHODS.index(angle_method)
     for name, value in params.items():
         setattr(native, name, int(value) if name == "use_accelerometer" else value)
     return native
@@ -126,7 +129,9 @@ def _vehicle(
     track_width_front_m: float,
     track_width_rear_m: float,
     traffic_side: float = 0.0,
+    ratio_polynomial: Sequence[float] = (),
 ) -> Any:
+    terms = list(ratio_polynomial)
     return ffi.new(
         "oc_vehicle *",
         {
@@ -135,8 +140,26 @@ def _vehicle(
             "track_width_front": track_width_front_m,
             "track_width_rear": track_width_rear_m,
             "traffic_side": traffic_side,
+            "ratio": {"terms": len(terms), "coefficients": terms, "ratio": steering_ratio},
         },
     )
+
+
+def smooth_angle(
+    angle: npt.NDArray[np.float64], standard_deviation: npt.NDArray[np.float64], rate_hz: float
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Angle (rad) and rate (rad/s) by a Kalman smoother over the whole drive, both of shape (n,)."""
+    smoothed = np.array(angle, np.float64)
+    sd = np.ascontiguousarray(standard_deviation, np.float64)
+    rate = np.zeros_like(smoothed)
+    lib.oc_smooth_angle(
+        ffi.from_buffer("double[]", smoothed, require_writable=True),
+        ffi.from_buffer("double[]", rate, require_writable=True),
+        ffi.from_buffer("double[]", sd),
+        len(smoothed),
+        1.0 / rate_hz,
+    )
+    return smoothed, rate
 
 
 class Core:
@@ -149,7 +172,9 @@ class Core:
         rate_hz: ticks per second, 20 to 200.
         track_width_front_m, track_width_rear_m: 1 to 3; 0 where unknown.
         traffic_side: 1 right, -1 left, 0 unknown.
+        ratio_polynomial: from steering wheel to front wheel angle, rad, lowest power first; none: a constant ratio.
         method: one of METHODS.
+        angle_method: one of ANGLE_METHODS.
 
     Raises:
         ValueError: naming what the core refuses.
@@ -165,12 +190,16 @@ class Core:
         track_width_front_m: float = 0.0,
         track_width_rear_m: float = 0.0,
         traffic_side: float = 0.0,
+        ratio_polynomial: Sequence[float] = (),
         method: str = METHODS[0],
+        angle_method: str = "none",
     ) -> None:
         self._coefficients = ffi.new("oc_coefficients *")
         self._state = ffi.new("oc_state *")
-        vehicle = _vehicle(wheelbase_m, steering_ratio, track_width_front_m, track_width_rear_m, traffic_side)
-        error = lib.oc_setup(self._coefficients, vehicle, _params(params, method), float(rate_hz))
+        vehicle = _vehicle(
+            wheelbase_m, steering_ratio, track_width_front_m, track_width_rear_m, traffic_side, ratio_polynomial
+        )
+        error = lib.oc_setup(self._coefficients, vehicle, _params(params, method, angle_method), float(rate_hz))
         if error != lib.OC_OK:
             raise ValueError(f"the core refuses the {_text(lib.oc_error_name(error))}")
         lib.oc_init(self._state)

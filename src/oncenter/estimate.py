@@ -288,6 +288,7 @@ def _run(
 ) -> tuple[_core.Core, list[int]]:
     """The core after all drives, and how many changes it had found when each ended; fills `outputs`, one row a tick,
     when given."""
+    widths = _track_widths(vehicle, method, drives)
     core = _core.Core(
         vehicle.wheelbase_m,
         vehicle.ratio_near_centre,
@@ -295,7 +296,8 @@ def _run(
         drives[0].rate_hz,
         method=method,
         traffic_side=vehicle.traffic_sign,
-        **_track_widths(vehicle, method, drives),
+        track_width_front_m=widths["track_width_front_m"],
+        track_width_rear_m=widths["track_width_rear_m"],
     )
     rows = sum(drive.table.height for drive in drives)
     done = 0

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import typer
 
+from oncenter.cli.angle import angle
 from oncenter.cli.demo import demo
 from oncenter.cli.offset import offset
 from oncenter.cli.signals import signals
@@ -28,7 +29,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for verb in (offset, signals, simulate, demo):
+for verb in (offset, angle, signals, simulate, demo):
     app.command()(verb)
 
 

@@ -1,0 +1,103 @@
+#ifndef OC_ANGLE_H
+#define OC_ANGLE_H
+/* The steering wheel angle now, without its sensor: an observer over (13) with the steering as unknown input.
+ *
+ * Of (13) the front wheel angle is L*r/v + K a + T dr/dt, whatever it does: r by the gyro, its slope by a filter of
+ * three poles, a by r*v and the accelerometer. T is the yaw inertia over the tyres' stiffness, with what the steering
+ * lags; it is learned, together with how far off all this is, while the sensor was healthy. What is between front wheels
+ * and steering wheel is the play, whose operator (backlash.h) is run backward: side force beyond friction brings the
+ * wheels to one flank, wheels that move without it were pushed there.
+ *
+ * 4.2: without ever having had a sensor, only the Ackermann angle is told, and the interval says so.
+ * Below a walking speed the motion says nothing: the angle is held and its interval opens. Driving backward needs a
+ * speed with a sign. Tyres are linear, below some 4 m/s^2. */
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "estimate.h"
+#include "front_wheel.h"
+
+/* By what the front wheels' angle is told. */
+typedef enum {
+    OC_ANGLE_NONE,                    /* not at all */
+    OC_ANGLE_OBSERVER,
+    OC_ANGLE_WHEEL_SPEED,             /* (21); (3) where wheels are taken to be alike */
+    OC_ANGLE_WHEEL_SPEED_EXACT,       /* (2) with the radius ratio */
+    OC_ANGLE_YAW_RATE,                /* L*r/v */
+    OC_ANGLE_YAW_RATE_UNDERSTEER,     /* (22), (31) */
+    OC_ANGLE_METHOD_COUNT
+} oc_angle_method;
+
+/* What a drive with a sensor said of the truck; standard deviations where they matter. */
+typedef struct {
+    bool known;                       /* there was a sensor for long enough */
+    double offset_sd;                 /* rad */
+    double gradient, gradient_sd;     /* rad/(m/s^2) */
+    double wheelbase;                 /* share by which bends take more than L*r/v */
+    double backlash, backlash_sd;     /* rad, full width */
+    double unloading;                 /* m/s^2, a_0 */
+    double friction;                  /* m/s^2 */
+    double creep;                     /* rad/s per m/s^2 */
+} oc_angle_truck;
+
+/* One tick. */
+typedef struct {
+    double tick_s;
+    double yaw_rate, yaw_rate_bias_sd; /* rad/s, corrected */
+    double speed;                     /* m/s */
+    double lateral_acceleration;      /* m/s^2, as measured */
+    double front_wheel;               /* rad, by wheel speeds, for the methods that use them */
+    double true_by_sensor;            /* rad, measured less offset */
+    bool has_sensor;                  /* and it is believed */
+    bool has_motion;                  /* yaw rate, speed and what else the method needs */
+} oc_angle_tick;
+
+typedef struct {
+    oc_angle_method method;
+    oc_ratio ratio;
+    double wheelbase;                 /* m */
+    double yaw_rate_share;            /* of a new tick, of the filter's first pole */
+    double stiffness, damping;        /* 1/s^2, 1/s, of its other two */
+    double speed_share, bank_share, rate_share, takeover_share;
+    double tick_s;
+} oc_angle_design;
+
+/* Lost at ignition. */
+typedef struct {
+    int32_t running;
+    double yaw_rate_first, yaw_rate, yaw_acceleration; /* rad/s, rad/s, rad/s^2: filtered */
+    double speed;                     /* m/s */
+    double bank;                      /* m/s^2, a_y - r*v */
+    double reference;                 /* rad, where the wheels were when they last moved clearly */
+    double place, place_variance;     /* in the play, -1 to 1 */
+    double held_s;                    /* since the motion said something */
+    double without_sensor_s;          /* since it was believed */
+    double standing_s;                /* without a sensor: the load may have changed */
+    double estimate;                  /* rad */
+    double difference;                /* rad, of the sensor to it when it was last believed, fading */
+    double before, rate;              /* rad, rad/s: of the tick before */
+    double sd;                        /* rad, of the estimate */
+} oc_angle_tracking;
+
+/* What was learned by comparing with the sensor. */
+typedef struct {
+    double slopes, products;          /* of yaw acceleration with what is left: T is their ratio */
+    double steady;                    /* the slopes times what angle a yaw rate took when they were gathered */
+    double spread;                    /* mean of squared error over foretold variance */
+    double seconds;                   /* behind it */
+} oc_angle_evidence;
+
+typedef struct {
+    double angle, rate, standard_deviation; /* rad, rad/s, rad: the true angle */
+    double estimate, estimate_sd;     /* rad: what motion alone says */
+    oc_status status;
+} oc_angle;
+
+void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ratio *ratio, double wheelbase,
+                    double rate_hz);
+
+oc_angle oc_angle_update(oc_angle_tracking *tracking, oc_angle_evidence *evidence, const oc_angle_design *design,
+                         const oc_angle_truck *truck, const oc_angle_tick *tick);
+
+#endif

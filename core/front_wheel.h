@@ -1,0 +1,34 @@
+#ifndef OC_FRONT_WHEEL_H
+#define OC_FRONT_WHEEL_H
+/* Chapter 4: the front wheels' mean angle from the truck's motion, and from it the steering wheel angle.
+ *
+ * All angles in rad, left positive: (2) and (3) are the thesis's with the sides exchanged. Speeds in m/s are those of
+ * wheels of a nominal radius; mismatch is r_l/r_r - 1. (21), which is (3) with that, is oc_wheel_speed_front_angle. */
+
+#include <stdint.h>
+
+enum { OC_RATIO_TERMS_MAX = 8 };
+
+/* Front wheel angle over steering wheel angle as a polynomial, both rad, lowest power first; it rises all the way. */
+typedef struct {
+    int32_t terms;                     /* 0: a constant ratio */
+    double coefficients[OC_RATIO_TERMS_MAX];
+    double ratio;                      /* near the centre, steering wheel angle per front wheel angle */
+} oc_ratio;
+
+/* (2) solved for R_l, which it holds, too: Ackermann's geometry itself, up to some 43 deg; (3) is some 10 % off there. */
+double oc_front_wheel_exact(double wheelbase, double track, double left, double right, double mismatch);
+
+/* (7), (22), (31): L*r/v + K_us/g * a_y. Speed not 0. */
+double oc_front_wheel_by_yaw_rate(double wheelbase, double yaw_rate, double speed, double understeer_gradient,
+                                  double lateral_acceleration);
+
+/* (23), (24): from the speed over ground, lateral_speed `ahead` m behind the front axle, and the front tyres' slip. */
+double oc_front_wheel_by_side_slip(double longitudinal_speed, double lateral_speed, double yaw_rate, double ahead,
+                                   double front_slip);
+
+/* The steering wheel angle to the front wheel angle, and back. */
+double oc_ratio_to_front_wheel(const oc_ratio *ratio, double steering_wheel_angle);
+double oc_ratio_to_steering_wheel(const oc_ratio *ratio, double front_wheel_angle);
+
+#endif

@@ -1,0 +1,87 @@
+#include "methods.h"
+
+#include <math.h>
+
+/* Where one flank of the play was hardly seen, half the play may be in the offset. */
+static const double flank_needed_s = 8.0;
+static const double unseen_half_width_sd = 0.07; /* rad, 4 deg: half of up to 15 */
+
+/* What `angle` is told of the truck, from what the drive has taught. */
+static oc_angle_truck angle_truck(const oc_state *state, const oc_coefficients *c) {
+    const oc_learned *l = &state->learned;
+    const oc_joint *joint = &state->evidence.joint;
+    const oc_play *play = &joint->hypotheses[joint->best].play;
+    const bool creeps_by_load = play->friction >= 0.0f;
+    const double L = c->vehicle.wheelbase;
+    const double seen = (double)(joint->to_left < joint->to_right ? joint->to_left : joint->to_right);
+    const double missing = seen < flank_needed_s ? 1.0 - seen / flank_needed_s : 0.0;
+    const double unseen = missing * unseen_half_width_sd;
+    return (oc_angle_truck){
+        .known = l->offset.status == OC_VALID || l->offset.status == OC_CONVERGING,
+        .offset_sd = sqrt(l->offset.standard_deviation * l->offset.standard_deviation + unseen * unseen),
+        .gradient = l->understeer_gradient.value,
+        .gradient_sd = l->understeer_gradient.standard_deviation,
+        .wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? l->equivalent_wheelbase.value / L - 1.0 : 0.0,
+        .backlash = l->backlash.value,
+        .backlash_sd = l->backlash.standard_deviation,
+        .unloading = l->unloading_acceleration.value,
+        .friction = creeps_by_load ? (double)play->friction : 0.0,
+        .creep = creeps_by_load ? (double)play->creep : 0.0,
+    };
+}
+
+static double front_wheel_by_wheels(const oc_coefficients *c, const oc_state *state, const oc_signals *tick) {
+    const oc_vehicle *v = &c->vehicle;
+    const double mismatch = oc_gyro_bias_mismatch(&state->evidence.gyro_bias, &c->params, OC_AXLE_FRONT).value;
+    const double left = tick->wheel_speed_front_left, right = tick->wheel_speed_front_right;
+    return c->params.angle_method == OC_ANGLE_WHEEL_SPEED_EXACT
+               ? oc_front_wheel_exact(v->wheelbase, v->track_width_front, left, right, mismatch)
+               : oc_wheel_speed_front_angle(v->wheelbase, v->track_width_front, left, right, mismatch);
+}
+
+static bool by_wheel_speed(const oc_params *p) {
+    return p->angle_method == OC_ANGLE_WHEEL_SPEED || p->angle_method == OC_ANGLE_WHEEL_SPEED_EXACT;
+}
+
+/* So much comparing, before the sensor that taught is judged by what it taught. */
+static const double judge_after_s = 120.0;
+
+/* Chapter 4 and beyond: the angle without its sensor, and whether that one can be believed. */
+oc_angle oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid) {
+    const oc_params *p = &c->params;
+    const uint32_t needed = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED |
+                            (p->use_accelerometer ? (uint32_t)OC_HAS_LATERAL_ACCELERATION : 0u) |
+                            (by_wheel_speed(p) ? OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u);
+    oc_tracking *tracking = &state->tracking;
+    const oc_estimate bias = oc_gyro_bias_get(&state->evidence.gyro_bias, p);
+    const oc_angle_truck truck = angle_truck(state, c);
+    const bool has_angle = (valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
+    const double measured = has_angle ? tick->steering_wheel_angle - state->learned.offset.value : 0.0;
+    const bool moves = (valid & needed) == needed;
+    const double yaw_rate = tick->yaw_rate - bias.value;
+    const oc_angle_tick now = {
+        .tick_s = c->tick_s,
+        .yaw_rate = yaw_rate,
+        .yaw_rate_bias_sd = bias.standard_deviation,
+        .speed = tick->vehicle_speed,
+        .lateral_acceleration = p->use_accelerometer ? tick->lateral_acceleration : yaw_rate * tick->vehicle_speed,
+        .front_wheel = moves && by_wheel_speed(p) ? front_wheel_by_wheels(c, state, tick) : 0.0,
+        .true_by_sensor = measured,
+        .has_sensor = has_angle && tracking->fault.fault == OC_FAULT_NONE,
+        .has_motion = moves,
+    };
+    const oc_angle angle = oc_angle_update(&tracking->angle, &state->evidence.angle, &c->angle, &truck, &now);
+    const oc_fault_tick judged = {
+        .time = tick->time,
+        .tick_s = c->tick_s,
+        .measured = has_angle ? tick->steering_wheel_angle : 0.0,
+        .offset = state->learned.offset.value,
+        .estimate = angle.estimate,
+        .sd = angle.estimate_sd,
+        .speed = moves ? tick->vehicle_speed : 0.0,
+        .has_measured = has_angle,
+        .can_judge = moves && truck.known && state->evidence.angle.seconds > judge_after_s,
+    };
+    oc_fault_update(&tracking->fault, &judged);
+    return angle;
+}

@@ -1,0 +1,172 @@
+"""The steering wheel angle without its sensor: one run of the core, as a table.
+
+SI and rad. What the truck is like is learned while the sensor is there; after that the angle is estimated from yaw
+rate, lateral acceleration and speeds. The sensor is judged all the while.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter import _core
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.read.whole_turns import without_whole_turns
+from oncenter.signals import DEGREE, Signals
+from oncenter.vehicle import Vehicle, core_params
+
+if TYPE_CHECKING:
+    import polars as pl
+
+Method = Literal["observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "yaw-rate-understeer"]
+METHODS: tuple[Method, ...] = get_args(Method)
+
+_MEASURED = "steering_wheel_angle_rad"
+_FRONT_WHEELS = ("wheel_speed_front_left", "wheel_speed_front_right")
+
+
+def angle(
+    signals: Signals,
+    vehicle: Vehicle,
+    *,
+    sensor_lost_at: float | None = None,
+    method: Method = "observer",
+    taught_by: Sequence[Signals] = (),
+    params: Mapping[str, float] | None = None,
+    smooth: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> pl.DataFrame:
+    """The true steering wheel angle of a drive, with its sensor while that can be believed and without it after.
+
+    Args:
+        signals: what `oncenter.read` or `oncenter.simulate` gave. A drive that never has the angle gets the Ackermann
+            angle, whose interval says so.
+        vehicle: what `oncenter.vehicle` gave; its `[params]` apply.
+        sensor_lost_at: s after the drive's first row, from when on the sensor is not listened to.
+        method: "observer", the single-track model (13) run backward; or the thesis's: "wheel-speed" (3) and (21),
+            "wheel-speed-exact" (2), "yaw-rate" L*r/v, "yaw-rate-understeer" (22) and (31).
+        taught_by: drives of the same truck before this one, with their sensor.
+        params: over the vehicle's; names and units as in core/params.h.
+        smooth: look ahead as well, by a Kalman smoother over the whole drive; not what a truck could know.
+        progress: called with the fraction done.
+
+    Returns:
+        One row per row of the drive: `time_s`, `steering_wheel_angle_rad` (the true angle: measured less offset),
+        `steering_wheel_angle_rate_rad_s`, `standard_deviation_rad`, `status`, `estimate_rad` (what motion alone says),
+        `sensor_fault` ("none", "lost", "stuck", "jumped", "drifting", "wrong_sign", "remounted") with
+        `sensor_fault_since_s` and `sensor_fault_confidence`, and, where the drive has it, `measured_rad` as the sensor
+        said it, also after it was taken to be lost.
+
+    Raises:
+        OncenterError: "missing_signal" (exit 1); "method", "params", "sensor_lost_at", "track_width" (exit 2).
+    """
+    _check(signals, vehicle, method, sensor_lost_at)
+    core = _core_for(vehicle, method, params, signals.rate_hz)
+    for drive in without_whole_turns(tuple(taught_by)):
+        core.run(_columns(drive))
+        core.restart()
+    (drive,) = without_whole_turns((signals,))
+    columns = _columns(drive)
+    measured = columns.get(_MEASURED)
+    if sensor_lost_at is not None and measured is not None:
+        lost = columns["time_s"] >= columns["time_s"][0] + sensor_lost_at
+        columns[_MEASURED] = np.where(lost, np.nan, measured)
+    outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
+    core.run(columns, outputs)
+    if progress is not None:
+        progress(1.0)
+    values, rates = outputs["angle"]["angle"], outputs["angle"]["rate"]
+    if smooth:
+        values, rates = _core.smooth_angle(values, outputs["angle"]["standard_deviation"], signals.rate_hz)
+    original = signals.table[_MEASURED].to_numpy() if _MEASURED in signals.table.columns else None
+    return _table(columns["time_s"], outputs, values, rates, original)
+
+
+def in_degrees(table: pl.DataFrame) -> pl.DataFrame:
+    """The table as files hold it: `_deg` for `_rad`."""
+    import polars as pl
+
+    return table.select(
+        (pl.col(name) / DEGREE).alias(name.replace("rad", "deg")) if "_rad" in name else pl.col(name)
+        for name in table.columns
+    )
+
+
+def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: float | None) -> None:
+    from oncenter.read import require
+
+    if method not in METHODS:
+        raise OncenterError(
+            f"method '{method}' is not known; known are {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
+        )
+    if sensor_lost_at is not None and not (math.isfinite(sensor_lost_at) and sensor_lost_at >= 0.0):
+        raise OncenterError(
+            f"'sensor_lost_at' must be seconds from the drive's begin, got {sensor_lost_at:g}",
+            code="sensor_lost_at",
+            exit_code=WRONG_USAGE,
+        )
+    needed: tuple[str, ...] = ("yaw_rate", "vehicle_speed")
+    if method.startswith("wheel-speed"):
+        needed = (*needed, *_FRONT_WHEELS)
+        if vehicle.track_width_front_m is None:
+            raise OncenterError(
+                f"method '{method}' needs 'track_width_front_m' in the vehicle file",
+                code="track_width",
+                exit_code=WRONG_USAGE,
+                needs=("track_width_front_m",),
+            )
+    require(signals, needed)
+
+
+def _core_for(vehicle: Vehicle, method: Method, params: Mapping[str, float] | None, rate_hz: float) -> _core.Core:
+    try:
+        used = core_params({**vehicle.params, **(params or {})})
+        return _core.Core(
+            vehicle.wheelbase_m,
+            vehicle.ratio_near_centre,
+            used,
+            rate_hz,
+            method="joint",
+            angle_method=method,
+            traffic_side=vehicle.traffic_sign,
+            track_width_front_m=vehicle.track_width_front_m or 0.0,
+            track_width_rear_m=vehicle.track_width_rear_m or 0.0,
+            ratio_polynomial=vehicle.steering_ratio if isinstance(vehicle.steering_ratio, tuple) else (),
+        )
+    except ValueError as error:
+        raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None
+
+
+def _columns(drive: Signals) -> dict[str, npt.NDArray[np.float64]]:
+    return {name: drive.table[name].to_numpy() for name in _core.COLUMNS if name in drive.table.columns}
+
+
+def _table(
+    time: npt.NDArray[np.float64],
+    outputs: npt.NDArray[np.void],
+    values: npt.NDArray[np.float64],
+    rates: npt.NDArray[np.float64],
+    measured: npt.NDArray[np.float64] | None,
+) -> pl.DataFrame:
+    import polars as pl
+
+    found = outputs["fault"] != 0
+    columns: dict[str, Any] = {
+        "time_s": time,
+        _MEASURED: np.ascontiguousarray(values),
+        "steering_wheel_angle_rate_rad_s": np.ascontiguousarray(rates),
+        "standard_deviation_rad": np.ascontiguousarray(outputs["angle"]["standard_deviation"]),
+        "status": np.asarray(_core.STATUSES, dtype=object)[outputs["angle"]["status"]],
+        "estimate_rad": np.ascontiguousarray(outputs["angle"]["estimate"]),
+        "sensor_fault": np.asarray(_core.FAULTS, dtype=object)[outputs["fault"]],
+        "sensor_fault_since_s": np.where(found, outputs["fault_since"], np.nan),
+        "sensor_fault_confidence": np.where(found, outputs["fault_confidence"], np.nan),
+    }
+    if measured is not None:
+        columns["measured_rad"] = measured
+    text = {"status": pl.Utf8, "sensor_fault": pl.Utf8}
+    return pl.DataFrame(columns, schema_overrides=text)

@@ -1,0 +1,93 @@
+"""oncenter angle: the steering wheel angle without its sensor, as a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from oncenter.cli.options import Dbc, Source, VehicleFile, progress_bar, sources_of
+
+
+def angle(
+    log: Annotated[
+        Path, typer.Argument(metavar="LOG", readable=False, help="A drive: .log .asc .blf .trc .mf4 .csv .parquet")
+    ],
+    vehicle_file: VehicleFile,
+    sensor_lost_at: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="From then on, counted from the log's begin, do without the sensor."),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option(metavar="OUT.parquet", help="Where the table goes, .parquet or .csv.")
+    ] = None,
+    method: Annotated[
+        Literal["observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "yaw-rate-understeer"],
+        typer.Option(help="The observer, or one of the thesis's estimators."),
+    ] = "observer",
+    taught_by: Annotated[
+        list[Path] | None, typer.Option(metavar="LOG", help="A drive of the same truck before this one; repeatable.")
+    ] = None,
+    smooth: Annotated[bool, typer.Option("--smooth", help="Look ahead as well: for logs, not for a truck.")] = False,
+    dbc: Dbc = None,
+    source: Source = None,
+) -> None:
+    """The true steering wheel angle, with its sensor while that can be believed and without it after."""
+    import oncenter as oc
+    from oncenter.angle import in_degrees
+    from oncenter.cli.logs import read_logs
+    from oncenter.errors import WRONG_USAGE, OncenterError
+
+    if output is not None and output.suffix not in (".parquet", ".csv"):
+        raise OncenterError(
+            f"--output takes a .parquet or .csv file, got {output.name}", code="output", exit_code=WRONG_USAGE
+        )
+    truck = oc.vehicle(vehicle_file)
+    drives, _ = read_logs([log], truck, dbc or (), sources_of(source))
+    taught = read_logs(taught_by, truck, dbc or (), sources_of(source))[0] if taught_by else []
+    with progress_bar("estimating", log) as progress:
+        table = oc.angle(
+            drives[0],
+            truck,
+            sensor_lost_at=sensor_lost_at,
+            method=method,
+            taught_by=taught,
+            smooth=smooth,
+            progress=progress,
+        )
+    if output is not None:
+        given = in_degrees(table)
+        try:
+            if output.suffix == ".csv":
+                given.write_csv(output)
+            else:
+                given.write_parquet(output)
+        except OSError as error:
+            raise OncenterError(
+                f"cannot write {output}: {error.strerror or error}", code="output", exit_code=WRONG_USAGE
+            ) from None
+    typer.echo(_in_words(table))
+
+
+def _in_words(table: object) -> str:
+    """What a person wants to know of the drive: how sure, for how long, and what became of the sensor."""
+    import polars as pl
+
+    from oncenter.signals import DEGREE
+
+    assert isinstance(table, pl.DataFrame)
+    lines = []
+    for name in table["status"].unique(maintain_order=True):
+        rows = table.filter(pl.col("status") == name)
+        sd = rows["standard_deviation_rad"].median()
+        assert isinstance(sd, float)
+        share = len(rows) / len(table)
+        lines.append(f"{name}: {share:.0%} of the drive, half of it within {0.67 * sd / DEGREE:.1f} deg")
+    begin_s = table["time_s"][0]
+    faults = table.filter(pl.col("sensor_fault") != "none").group_by("sensor_fault", maintain_order=True).first()
+    for fault in faults.iter_rows(named=True):
+        what = fault["sensor_fault"].replace("_", " ")
+        since_s, found_s = fault["sensor_fault_since_s"] - begin_s, fault["time_s"] - begin_s
+        lines.append(f"sensor {what} since {since_s:.1f} s, found at {found_s:.1f} s")
+    return "\n".join(lines)

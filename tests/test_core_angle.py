@@ -1,0 +1,229 @@
+"""Chapter 4: front wheel angles, the ratio both ways, the observer on motion whose steering is known, the judge."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from oncenter._native import ffi, lib
+
+from oncenter import _core
+
+WHEELBASE, TRACK, RATIO = 3.7, 2.05, 19.3
+RATE_HZ = 100.0
+K_US = math.radians(0.4)  # rad/(m/s^2)
+DEG = math.pi / 180.0
+Array = npt.NDArray[np.float64]
+
+
+def front_wheels(angle: float) -> tuple[float, float]:
+    """Speeds of left and right front wheel that roll about a point on the rear axle's line, at 1 m/s of its middle."""
+    rate = math.tan(angle) / WHEELBASE
+    return tuple(math.hypot(1.0 - side * 0.5 * TRACK * rate, WHEELBASE * rate) for side in (1.0, -1.0))  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("degrees", [-40.0, -10.0, -0.5, 0.0, 2.0, 25.0, 40.0])
+def test_the_exact_formula_is_right_where_the_approximate_one_is_not(degrees: float) -> None:
+    """(2), there and back; (3) is some 10 % off at 40 deg."""
+    angle = degrees * DEG
+    found = lib.oc_front_wheel_exact(WHEELBASE, TRACK, *front_wheels(angle), 0.0)
+    assert found == pytest.approx(angle, abs=1e-9)
+    left, right = front_wheels(angle)
+    assert lib.oc_front_wheel_exact(WHEELBASE, TRACK, left / 1.004, right, 0.004) == pytest.approx(angle, abs=1e-9)
+
+
+def test_a_left_turn_is_positive_by_every_formula() -> None:
+    left, right = front_wheels(0.1)
+    assert lib.oc_front_wheel_exact(WHEELBASE, TRACK, left, right, 0.0) > 0.0
+    assert lib.oc_wheel_speed_front_angle(WHEELBASE, TRACK, left, right, 0.0) > 0.0
+    assert lib.oc_front_wheel_by_yaw_rate(WHEELBASE, 0.1, 10.0, K_US, 1.0) > 0.0
+    assert lib.oc_front_wheel_by_side_slip(10.0, 0.0, 0.1, WHEELBASE, -0.01) > 0.0
+
+
+def test_side_slip_and_steady_state_agree_on_the_front_wheels() -> None:
+    """(23) with (24) against (22): the same truck in the same bend, its slip angles from its stiffness."""
+    v, r, front_m, mass, front_n, rear_n = 15.0, 0.08, 1.3, 9000.0, 4.0e5, 3.5e5
+    rear_m, a = WHEELBASE - front_m, v * r
+    front_slip, rear_slip = -mass * a * rear_m / WHEELBASE / front_n, -mass * a * front_m / WHEELBASE / rear_n
+    lateral = rear_slip * v + rear_m * r  # of the centre of gravity
+    gradient = mass / WHEELBASE * (rear_m / front_n - front_m / rear_n)
+    by_slip = lib.oc_front_wheel_by_side_slip(v, lateral, r, front_m, front_slip)
+    assert by_slip == pytest.approx(lib.oc_front_wheel_by_yaw_rate(WHEELBASE, r, v, gradient, a), abs=1e-5)
+
+
+@pytest.mark.parametrize("terms", [[], [0.0, 0.0518, 0.0, -0.0003], [0.001, 0.05, 1e-4, -2e-4, 1e-6]])
+def test_the_ratio_goes_there_and_back(terms: list[float]) -> None:
+    near_centre = 1.0 / terms[1] if terms else RATIO
+    ratio = ffi.new("oc_ratio *", {"terms": len(terms), "coefficients": terms, "ratio": near_centre})
+    for angle in np.linspace(-6.0, 6.0, 25):
+        front = lib.oc_ratio_to_front_wheel(ratio, angle)
+        assert lib.oc_ratio_to_steering_wheel(ratio, front) == pytest.approx(angle, abs=1e-7)
+
+
+def truck(**members: float) -> dict[str, float]:
+    known = {"known": True, "offset_sd": 0.005, "gradient": K_US, "gradient_sd": 0.0003, "creep": 1.7, "friction": 0.1}
+    return known | members
+
+
+def observe(
+    yaw_rate: Array, speed: Array, acceleration: Array, sensor: Array, **members: float
+) -> npt.NDArray[np.void]:
+    """The observer over columns, NaN where there is no sensor; T of one second learned beforehand."""
+    design = ffi.new("oc_angle_design *")
+    lib.oc_angle_setup(design, lib.OC_ANGLE_OBSERVER, ffi.new("oc_ratio *", {"ratio": RATIO}), WHEELBASE, RATE_HZ)
+    tracking, evidence = ffi.new("oc_angle_tracking *"), ffi.new("oc_angle_evidence *")
+    given = ffi.new("oc_angle_truck *", truck(**members))
+    found = np.zeros(len(yaw_rate), _core.dtype_of(ffi.typeof("oc_angle")))
+    for k in range(len(yaw_rate)):
+        tick = ffi.new(
+            "oc_angle_tick *",
+            {
+                "tick_s": 1.0 / RATE_HZ,
+                "yaw_rate": yaw_rate[k],
+                "speed": speed[k],
+                "lateral_acceleration": acceleration[k],
+                "true_by_sensor": 0.0 if np.isnan(sensor[k]) else sensor[k],
+                "has_sensor": not np.isnan(sensor[k]),
+                "has_motion": not np.isnan(yaw_rate[k]),
+            },
+        )
+        out = lib.oc_angle_update(tracking, evidence, design, given, tick)
+        found[k] = (out.angle, out.rate, out.standard_deviation, out.estimate, out.estimate_sd, out.status)
+    return found
+
+
+def bends(seconds: float, speed: float, backlash: float = 0.0) -> tuple[Array, Array, Array, Array]:
+    """Slow bends both ways: yaw rate, speed, lateral acceleration and the steering wheel angle that goes with them."""
+    t = np.arange(int(seconds * RATE_HZ)) / RATE_HZ
+    r = 0.8 / speed * np.sin(2.0 * np.pi * t / 20.0)
+    a = r * speed
+    angle = RATIO * (WHEELBASE * r / speed + K_US * a) + 0.5 * backlash * np.sign(a)
+    return r, np.full_like(t, speed), a, angle
+
+
+def test_steady_bends_give_the_angle_with_its_play() -> None:
+    for backlash in (0.0, 8.0 * DEG):
+        r, v, a, angle = bends(40.0, 20.0, backlash)
+        found = observe(r, v, a, np.full_like(r, np.nan), backlash=backlash)
+        clear = np.abs(a) > 0.3
+        assert np.abs(found["angle"] - angle)[clear][200:].max() < 1.0 * DEG
+
+
+def test_without_a_sensor_ever_only_the_ackermann_angle_is_told_and_the_interval_says_so() -> None:
+    """4.2."""
+    r, v, a, angle = bends(40.0, 20.0)
+    found = observe(r, v, a, np.full_like(r, np.nan), known=False)
+    assert set(found["status"]) == {_core.STATUSES.index("unobservable")}
+    ackermann = RATIO * WHEELBASE * r / v
+    assert np.sqrt(np.mean((found["angle"] - ackermann)[500:] ** 2)) < 1.0 * DEG
+    assert np.all(np.abs(found["angle"] - angle)[500:] < 1.96 * found["standard_deviation"][500:])
+
+
+def test_the_estimate_takes_over_without_a_jump() -> None:
+    r, v, a, angle = bends(60.0, 20.0)
+    sensor = angle + 3.0 * DEG
+    sensor[3500:] = np.nan
+    found = observe(r, v, a, sensor)
+    assert np.abs(np.diff(found["angle"])).max() < 0.5 * DEG
+    assert found["angle"][3400] == pytest.approx(sensor[3400], abs=1e-9)
+    assert found["angle"][4200] == pytest.approx(angle[4200], abs=1.0 * DEG)
+
+
+def test_at_a_standstill_the_angle_is_held_and_its_interval_opens() -> None:
+    r, v, a, _ = bends(20.0, 10.0)
+    r[1000:], v[1000:], a[1000:] = 0.0, 0.0, 0.0
+    found = observe(r, v, a, np.full_like(r, np.nan))
+    assert found["standard_deviation"][-1] > 1.0
+    assert _core.STATUSES[found["status"][-1]] == "unobservable"
+    assert np.ptp(found["angle"][1100:]) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_interval_has_what_no_sensor_could_have_said() -> None:
+    """An offset that was not well known, and bends that take another angle with another load."""
+    r, v, a, _ = bends(20.0, 20.0)
+    sure, unsure, steep = (
+        observe(r, v, a, np.full_like(r, np.nan), **members)["standard_deviation"]
+        for members in ({}, {"offset_sd": 0.1}, {"gradient_sd": 0.005})
+    )
+    assert np.all(unsure[100:] > 0.1) and np.all(unsure[100:] > sure[100:])
+    bend = np.abs(a) > 0.5
+    assert np.all(steep[bend] ** 2 > sure[bend] ** 2 + 0.9 * (RATIO * 0.4 * 0.005) ** 2)
+
+
+def test_motion_that_is_missing_for_a_while_leaves_numbers() -> None:
+    r, v, a, _ = bends(20.0, 15.0)
+    r[700:720] = v[700:720] = a[700:720] = np.nan
+    found = observe(r, v, a, np.full_like(r, np.nan))
+    assert np.all(np.isfinite(found["angle"])) and np.all(np.isfinite(found["standard_deviation"]))
+
+
+def test_reversing_with_a_signed_speed_keeps_the_sign_of_the_angle() -> None:
+    forward = bends(20.0, 3.0)
+    r, v, a, angle = forward
+    found = observe(-r, -v, a, np.full_like(r, np.nan))
+    assert np.corrcoef(found["angle"][300:], angle[300:])[0, 1] > 0.98
+
+
+def judged(measured: Array, estimate: Array, sd: float = 1.0 * DEG, offset: float = 0.0) -> list[str]:
+    watch = ffi.new("oc_fault_watch *")
+    names = []
+    for k in range(len(estimate)):
+        tick = ffi.new(
+            "oc_fault_tick *",
+            {
+                "time": k / RATE_HZ,
+                "tick_s": 1.0 / RATE_HZ,
+                "measured": 0.0 if np.isnan(measured[k]) else measured[k],
+                "offset": offset,
+                "estimate": estimate[k],
+                "sd": sd,
+                "speed": 15.0,
+                "has_measured": not np.isnan(measured[k]),
+                "can_judge": True,
+            },
+        )
+        names.append(ffi.string(lib.oc_fault_name(lib.oc_fault_update(watch, tick))).decode())
+    return names
+
+
+def weaving() -> Array:
+    t = np.arange(12_000) / RATE_HZ
+    return 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0)
+
+
+def test_a_healthy_sensor_is_left_alone_whatever_its_offset() -> None:
+    true = weaving()
+    noisy = true + np.random.default_rng(1).normal(0.0, 1.5 * DEG, len(true))
+    assert set(judged(true + 7.0 * DEG, noisy, offset=7.0 * DEG)) == {"none"}
+
+
+@pytest.mark.parametrize(
+    ("name", "within_s"),
+    [("lost", 0.2), ("stuck", 6.0), ("jumped", 3.0), ("drifting", 60.0), ("wrong_sign", 12.0), ("remounted", 8.0)],
+)
+def test_a_fault_is_found_and_called_by_its_name(name: str, within_s: float) -> None:
+    true, at = weaving(), 4000
+    after = np.arange(len(true)) >= at
+    spoiled = {
+        "lost": np.where(after, np.nan, true),
+        "stuck": np.where(after, true[at], true),
+        "jumped": true + np.where(after, 30.0 * DEG, 0.0),
+        "drifting": true + np.maximum(np.arange(len(true)) - at, 0) / RATE_HZ * 0.4 * DEG,
+        "wrong_sign": np.where(after, -true, true),
+        "remounted": np.where(
+            after & (np.arange(len(true)) < at + 300), np.nan, true + np.where(after, -25.0 * DEG, 0.0)
+        ),
+    }[name]
+    names = judged(spoiled, true)
+    assert set(names[:at]) == {"none"}
+    told = names[at + round(within_s * RATE_HZ)]
+    assert told == name
+    assert names[-1] == name
+
+
+def test_a_fault_that_is_over_is_forgotten_late() -> None:
+    true = weaving()
+    spoiled = true.copy()
+    spoiled[2000:3000] += 30.0 * DEG
+    names = judged(spoiled, true)
+    assert names[2900] == "jumped" and names[3500] == "jumped" and names[-1] == "none"

@@ -49,7 +49,7 @@ def rms(values: Array) -> float:
 
 def estimated(drive: Drive, method: str = "observer", **options: object) -> tuple[Array, Array]:
     """Error and standard deviation, deg."""
-    table = oc.angle(drive.signals, drive.vehicle, method=method, **options)  # type: ignore[arg-type]
+    table = oc.angle(drive.signals, drive.vehicle, method=method, **options)
     error = (table["steering_wheel_angle_rad"].to_numpy() - drive.true_rad) / DEGREE
     return error, table["standard_deviation_rad"].to_numpy() / DEGREE
 
@@ -134,7 +134,7 @@ def _of_manoeuvre(drive: Drive, error: Array) -> tuple[float, float, float]:
 
 def _of_turn(drive: Drive, method: str, teacher: Signals) -> tuple[float, float]:
     """Seconds from the turn's begin until 90 % of it, and the overshoot as its share."""
-    table = oc.angle(drive.signals, drive.vehicle, method=method, taught_by=(teacher,), sensor_lost_at=0.0)  # type: ignore[arg-type]
+    table = oc.angle(drive.signals, drive.vehicle, method=method, taught_by=(teacher,), sensor_lost_at=0.0)
     begin = round(100 * RAMP_BEGIN_S)
     found = table["steering_wheel_angle_rad"].to_numpy()[begin : begin + 300] / DEGREE
     reached = np.flatnonzero(found <= RAMP_FROM_DEG + 0.9 * (RAMP_TO_DEG - RAMP_FROM_DEG))
@@ -158,7 +158,7 @@ def real_rows(seeds: range, folder: Path) -> Iterator[str]:
         told_by = [other for key, other in drives.items() if key != name] if name.startswith("rfs") else []
         lost_at = 0.0 if told_by else 0.5 * len(drive.table) / drive.rate_hz
         for method in ("observer", "yaw-rate", "yaw-rate-understeer"):
-            table = oc.angle(drive, car, method=method, sensor_lost_at=lost_at, taught_by=told_by)  # type: ignore[arg-type]
+            table = oc.angle(drive, car, method=method, sensor_lost_at=lost_at, taught_by=told_by)
             whole = oc.angle(drive, car, taught_by=told_by)
             measured = whole["measured_rad"].to_numpy()
             offset = np.nanmedian(measured - whole["steering_wheel_angle_rad"].to_numpy())

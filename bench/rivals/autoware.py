@@ -33,7 +33,7 @@ def autoware(columns: Mapping[str, Array], known: Known) -> Course:
 
 
 @njit(cache=True)
-def _course(delta, r, v, L):  # type: ignore[no-untyped-def]
+def _course(delta, r, v, L):
     minutes = len(delta) // MINUTE_TICKS
     value, sd = np.full(minutes, np.nan), np.full(minutes, np.nan)
     theta, P, updates = 0.0, P_FIRST_RAD2, 0

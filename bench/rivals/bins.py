@@ -20,7 +20,7 @@ def bins(columns: Mapping[str, Array], known: Known) -> Course:
 
 
 @njit(cache=True)
-def _course(passed, residual, turning):  # type: ignore[no-untyped-def]
+def _course(passed, residual, turning):
     value = np.full(len(passed) // MINUTE_TICKS, np.nan)
     sums, counts = np.zeros(2), np.zeros(2)  # of estimations to the right and to the left
     residual_sum, turning_sum, ticks = 0.0, 0.0, 0

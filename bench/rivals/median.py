@@ -21,7 +21,7 @@ def median(columns: Mapping[str, Array], known: Known) -> Course:
 
 
 @njit(cache=True)
-def _course(angle, r, v):  # type: ignore[no-untyped-def]
+def _course(angle, r, v):
     value = np.full(len(angle) // MINUTE_TICKS, np.nan)
     ring, count = np.zeros(ANGLES_MAX), 0
     for k in range(len(angle)):

@@ -21,7 +21,7 @@ def mode(columns: Mapping[str, Array], known: Known) -> Course:
 
 
 @njit(cache=True)
-def _course(angle, v):  # type: ignore[no-untyped-def]
+def _course(angle, v):
     value = np.full(len(angle) // MINUTE_TICKS, np.nan)
     counts, ring, count = np.zeros(BINS, np.int64), np.zeros(WINDOW, np.int64), 0
     for k in range(len(angle)):

@@ -64,7 +64,7 @@ def body_of(known: Known) -> Array:
 
 
 @njit(cache=True)
-def predict(x, P, body, dt):  # type: ignore[no-untyped-def]
+def predict(x, P, body, dt):
     """One Euler step of x, and P by the Jacobian, of which only the rows of v and r are not the identity's."""
     s, i, u, v, r = x[STIFFNESS], x[RATIO], x[U], x[V], x[YAW_RATE]
     d = (x[ANGLE] - x[SLOW] - x[FAST]) / i
@@ -104,7 +104,7 @@ def predict(x, P, body, dt):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def observe(x, P, which, seen, sd):  # type: ignore[no-untyped-def]
+def observe(x, P, which, seen, sd):
     """State `which` was seen as `seen`."""
     spread = P[which, which] + sd * sd
     gain = P[:, which] / spread
@@ -116,7 +116,7 @@ def observe(x, P, which, seen, sd):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def begin(x, P, ratio, speed):  # type: ignore[no-untyped-def]
+def begin(x, P, ratio, speed):
     x[:] = 0.0
     x[STIFFNESS], x[RATIO], x[U] = 1.0, ratio, speed
     P[:] = 0.0
@@ -125,7 +125,7 @@ def begin(x, P, ratio, speed):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _course(angle, r, v, a_y, body, ratio):  # type: ignore[no-untyped-def]
+def _course(angle, r, v, a_y, body, ratio):
     minutes = len(angle) // MINUTE_TICKS
     value, sd = np.full(minutes, np.nan), np.full(minutes, np.nan)
     valid = np.zeros(minutes, np.bool_)

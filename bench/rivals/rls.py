@@ -24,7 +24,7 @@ def rls(columns: Mapping[str, Array], known: Known) -> Course:
 
 
 @njit(cache=True)
-def forgetting(values):  # type: ignore[no-untyped-def]
+def forgetting(values):
     """Least squares of a constant, of which each value has KEPT the weight of the next: after each, what it says."""
     said, information, x = np.empty(len(values)), 0.0, 0.0
     for k in range(len(values)):
@@ -35,7 +35,7 @@ def forgetting(values):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _course(passed, residual, turning):  # type: ignore[no-untyped-def]
+def _course(passed, residual, turning):
     value = np.full(len(passed) // MINUTE_TICKS, np.nan)
     offset, side_force = forgetting(residual[passed]), forgetting(turning[passed])
     sums, counts = np.zeros(2), np.zeros(2)  # to the right and to the left

@@ -90,7 +90,7 @@ def slope(speed: Array) -> Array:
 
 
 @njit(cache=True)
-def filtered(values, b0, a1, a2):  # type: ignore[no-untyped-def]
+def filtered(values, b0, a1, a2):
     """As if the first value had stood for ever."""
     out = np.empty(len(values))
     s2 = (b0 - a2) * values[0]
@@ -103,7 +103,7 @@ def filtered(values, b0, a1, a2):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def clean_for(clean, ticks):  # type: ignore[no-untyped-def]
+def clean_for(clean, ticks):
     """Whether so many ticks in a row, this one the last, were clean."""
     result, run = np.zeros(len(clean), np.bool_), 0
     for k in range(len(clean)):

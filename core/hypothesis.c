@@ -184,63 +184,11 @@ float oc_hypothesis_noise(const oc_hypothesis *h) {
     return h->variance * larger(larger(h->blocks.factor, h->long_blocks.factor), 1.0f);
 }
 
-/* Cholesky's lower triangle of the scatter in units of the noise, with the prior's information on the diagonal. */
-static void factor(const float *scatter, const float *information, float noise, float *lower) {
-    const float weight = 1.0f / noise;
-    float inverse[OC_TERMS] = {0};
-    for (int32_t i = 0; i < OC_TERMS; ++i) {
-        float *row = lower + i * (i + 1) / 2;
-        for (int32_t j = 0; j <= i; ++j) {
-            const float *other = lower + j * (j + 1) / 2;
-            float sum = scatter[i * (i + 1) / 2 + j] * weight + (i == j ? information[i] : 0.0f);
-            for (int32_t k = 0; k < j; ++k) {
-                sum -= row[k] * other[k];
-            }
-            row[j] = i == j ? sqrtf(larger(sum, 1e-6f)) : sum * inverse[j];
-        }
-        inverse[i] = 1.0f / row[i];
-    }
-}
-
-/* The vector is zero before `first`. */
-static void solve_lower(const float *lower, int32_t first, float *vector) {
-    for (int32_t i = first; i < OC_TERMS; ++i) {
-        const float *row = lower + i * (i + 1) / 2;
-        for (int32_t k = first; k < i; ++k) {
-            vector[i] -= row[k] * vector[k];
-        }
-        vector[i] /= row[i];
-    }
-}
-
-static void solve_upper(const float *lower, float *vector) {
-    for (int32_t i = OC_TERMS - 1; i >= 0; --i) {
-        for (int32_t k = i + 1; k < OC_TERMS; ++k) {
-            vector[i] -= lower[k * (k + 1) / 2 + i] * vector[k];
-        }
-        vector[i] /= lower[i * (i + 1) / 2 + i];
-    }
-}
-
-/* Of a weighted sum of the terms, from the first that has a weight; uses the weights up. */
-static float variance_of(const float *lower, int32_t first, float *weights) {
-    solve_lower(lower, first, weights);
-    float sum = 0.0f;
-    for (int32_t k = first; k < OC_TERMS; ++k) {
-        sum += weights[k] * weights[k];
-    }
-    return sum;
-}
-
-static float cell_of(const float *triangle, int32_t row, int32_t column) {
-    return row >= column ? triangle[row * (row + 1) / 2 + column] : triangle[column * (column + 1) / 2 + row];
-}
-
 /* A parameter of the play was moved by that much: what is left to be found is less by it. */
 static void shift(oc_hypothesis *h, const oc_hypothesis_design *design, int32_t term, float by) {
     const float scaled = by / design->scale[term];
     for (int32_t k = 0; k < OC_TERMS; ++k) {
-        h->toward[k] -= cell_of(h->scatter, k, term) * scaled;
+        h->toward[k] -= oc_triangle_cell(h->scatter, k, term) * scaled;
     }
     h->target_mean -= h->means[term] * scaled;
     h->terms[term] -= scaled;
@@ -264,7 +212,7 @@ static void keep_found(oc_hypothesis *h) {
     for (int32_t row = 0; row < OC_TERMS; ++row) {
         h->toward[row] = 0.0f;
         for (int32_t column = 0; column < OC_TERMS; ++column) {
-            h->toward[row] += cell_of(h->scatter, row, column) * h->terms[column];
+            h->toward[row] += oc_triangle_cell(h->scatter, row, column) * h->terms[column];
         }
     }
 }
@@ -354,11 +302,11 @@ static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const
     h->offset = h->constant + slope * a_0;
     h->gradient = found(h, design, GRADIENT);
     h->unloading = a_0;
-    h->unloading_variance = variance_of(lower, UNLOADING, of_unloading);
-    h->gradient_variance = variance_of(lower, GRADIENT, of_gradient);
-    h->width_variance = variance_of(lower, WIDTH, of_width);
+    h->unloading_variance = oc_triangle_variance(lower, UNLOADING, of_unloading);
+    h->gradient_variance = oc_triangle_variance(lower, GRADIENT, of_gradient);
+    h->width_variance = oc_triangle_variance(lower, WIDTH, of_width);
     h->wheelbase = found(h, design, WHEELBASE);
-    h->wheelbase_variance = variance_of(lower, WHEELBASE, of_wheelbase);
+    h->wheelbase_variance = oc_triangle_variance(lower, WHEELBASE, of_wheelbase);
 
     /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds; in little play the lag of whatever
      * gives way passes for a_0 */
@@ -366,7 +314,7 @@ static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const
     const float little = within_range(1.0f - 2.0f * h->play.half_width / little_width, 0.0f, 1.0f);
     const float parted = h->unloading_variance + design->pull_sd * design->pull_sd + little * bias;
     const float beyond = larger((parted < bias ? parted : bias) - h->unloading_variance, 0.0f);
-    h->offset_variance = noise / larger(h->weight, 1.0f) + variance_of(lower, 0, of_offset) + slope * slope * beyond;
+    h->offset_variance = noise / larger(h->weight, 1.0f) + oc_triangle_variance(lower, 0, of_offset) + slope * slope * beyond;
 }
 
 static void solve(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior) {
@@ -376,9 +324,9 @@ static void solve(oc_hypothesis *h, const oc_hypothesis_design *design, const oc
         h->terms[k] = h->toward[k] / noise;
     }
     add_priors(h, design, prior, information);
-    factor(h->scatter, information, noise, lower);
-    solve_lower(lower, 0, h->terms);
-    solve_upper(lower, h->terms);
+    oc_triangle_factor(h->scatter, information, noise, lower);
+    oc_triangle_solve_lower(lower, 0, h->terms);
+    oc_triangle_solve_upper(lower, h->terms);
     conclude(h, design, prior, lower, noise);
 }
 

@@ -16,11 +16,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum {
-    OC_TERMS = 9,           /* beside the offset */
-    OC_TERMS_TRIANGLE = 45, /* of a symmetric matrix of so many rows */
-    OC_PLAY_SLOPES = 4      /* width, a_0, friction, creep */
-};
+#include "triangle.h"
+
+enum { OC_PLAY_SLOPES = 4 }; /* width, a_0, friction, creep */
 
 /* One sample of the motion, some ten a second. */
 typedef struct {

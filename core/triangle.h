@@ -1,0 +1,24 @@
+#ifndef OC_TRIANGLE_H
+#define OC_TRIANGLE_H
+/* Symmetric matrices of the hypotheses' terms, of which one triangle is kept row by row, and their Cholesky factors. */
+
+#include <stdint.h>
+
+enum {
+    OC_TERMS = 9,          /* of a hypothesis, beside the offset */
+    OC_TERMS_TRIANGLE = 45 /* of a symmetric matrix of so many rows */
+};
+
+float oc_triangle_cell(const float *triangle, int32_t row, int32_t column);
+
+/* Cholesky's lower triangle of the scatter in units of the noise, with the prior's information on the diagonal. */
+void oc_triangle_factor(const float *scatter, const float *information, float noise, float *lower);
+
+/* The vector is zero before `first`. */
+void oc_triangle_solve_lower(const float *lower, int32_t first, float *vector);
+void oc_triangle_solve_upper(const float *lower, float *vector);
+
+/* Of a weighted sum of the terms, from the first that has a weight; uses the weights up. */
+float oc_triangle_variance(const float *lower, int32_t first, float *weights);
+
+#endif

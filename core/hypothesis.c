@@ -2,29 +2,26 @@
 
 #include <math.h>
 
-#include "backlash.h"
-
 /* The terms, in this order. */
-enum { YAW_ACCELERATION, JERK, WHEELBASE, YAW_RATE_BIAS, WIDTH, UNLOADING, FRICTION, CREEP, GRADIENT };
+enum { YAW_ACCELERATION, JERK, WHEELBASE, YAW_RATE_BIAS, WIDTH, UNLOADING, FRICTION, CREEP, WINDUP, UNWINDING,
+       WIND, WIND_ACROSS, GRADIENT };
 
 /* Priors. Trucks have 0 to 15 deg of play, most of them little; king-pin friction holds some 0.1 m/s^2 of side force;
  * K_us/g is 4.2's, give or take as much. */
 static const float rad_per_deg = 0.017453292f;
 static const float width_mean = 4.0f * 0.017453292f;    /* rad */
+static const float windup_mean = 1.0f * 0.017453292f;   /* rad */
 static const float gradient_mean = 0.4f * 0.017453292f; /* rad/(m/s^2) */
 static const float friction_mean = 0.1f;                /* m/s^2 */
 static const float creep_mean = 100.0f * 0.017453292f;  /* rad/s per m/s^2 */
 
-/* How far the model is linear, and the most by which a second may move the hypothesis. */
-static const float width_share = 0.1f;
-static const float width_least = 0.1f * 0.017453292f;   /* rad, of half the width */
+/* The most by which a second may move the hypothesis: as far as the model is linear. */
 static const float unloading_step = 0.03f;              /* m/s^2 */
 static const float friction_step = 0.03f;               /* m/s^2 */
-static const float little_width = 2.0f * 0.017453292f;  /* rad */
-static const float creep_factor = 1.4f;
 static const float creep_step = 0.3f;                   /* share */
+static const float unwinding_step = 0.2f;               /* 1/s */
+static const float little_width = 2.0f * 0.017453292f;  /* rad */
 static const float newborn_handicap = 16.0f;            /* of cost: two wild seconds do not make it the best */
-static const float creep_factors_apart = 0.6729f;       /* 2 ln 1.4 */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
                          double ratio_times_wheelbase, double pull_sd) {
@@ -43,6 +40,10 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
             [UNLOADING] = 0.15f,
             [FRICTION] = 0.15f,
             [CREEP] = 0.7f,
+            [WINDUP] = 2.0f * rad_per_deg,
+            [UNWINDING] = 0.6f,
+            [WIND] = 0.05f,
+            [WIND_ACROSS] = 0.05f,
         },
     };
 }
@@ -62,59 +63,41 @@ static bool creeps(const oc_play *play) {
     return play->friction >= 0.0f;
 }
 
-/* rad, of half the width. */
-static float width_step(float half_width) {
-    return larger(width_share * half_width, width_least);
-}
-
-/* As far to one side of a parameter, by its sign, as the model's slope is taken. */
-static oc_play moved(const oc_play *play, int32_t slope, float sign) {
-    oc_play to = *play;
-    switch (slope) {
-    case 0: to.half_width = larger(to.half_width + sign * width_step(to.half_width), 1e-4f); break;
-    case 1: to.unloading += sign * unloading_step; break;
-    case 2: to.friction = larger(to.friction + sign * friction_step, 0.0f); break;
-    default: to.creep *= sign > 0.0f ? creep_factor : 1.0f / creep_factor; break;
-    }
-    return to;
-}
-
-/* By how much the two differ in that parameter: the whole width, and creep as a share. */
-static float between(const oc_play *more, const oc_play *less, int32_t slope) {
-    switch (slope) {
-    case 0: return 2.0f * (more->half_width - less->half_width);
-    case 1: return more->unloading - less->unloading;
-    case 2: return more->friction - less->friction;
-    default: return creep_factors_apart;
-    }
-}
-
-static double carried(double inner, const oc_play *play, const oc_motion_sample *sample, float step_s) {
-    const oc_backlash backlash = {
-        .half_width = (double)play->half_width,
-        .friction = creeps(play) ? (double)play->friction : 1e6,
-        .creep = (double)play->creep,
-    };
-    const double load = (double)(sample->lateral_acceleration - play->unloading);
-    return oc_backlash_carry(inner, &backlash, sample->angle, load, (double)step_s);
-}
-
-/* Moves all operators on; the model's slopes go to `terms`. Returns (B/2) c, rad. */
+/* Moves all operators on; the model's slopes go to `terms`. Returns (B/2) c + (W/2) d, rad. */
 static float place(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
                    float *terms) {
-    h->inner = carried(h->inner, &h->play, sample, design->step_s);
-    const int32_t slopes = creeps(&h->play) ? OC_PLAY_SLOPES : 1;
+    const float angle = (float)sample->angle, centre = h->offset, step_s = design->step_s;
+    h->place.wound = oc_place_wound(h->place.wound, &h->play, angle, centre, step_s);
+    h->place.inner = oc_place_inner(h->place.inner, &h->play, h->place.wound, oc_play_load(&h->play, sample), step_s);
+    const int32_t slopes = oc_play_slopes(&h->play);
     for (int32_t k = 0; k < slopes; ++k) {
-        const oc_play more = moved(&h->play, k, 1.0f);
-        const oc_play less = moved(&h->play, k, -1.0f);
-        h->inner_more[k] = carried(h->inner_more[k], &more, sample, design->step_s);
-        h->inner_less[k] = carried(h->inner_less[k], &less, sample, design->step_s);
-        terms[WIDTH + k] = h->per_difference[k] * (float)(h->inner_less[k] - h->inner_more[k]);
+        const oc_play more = oc_play_moved(&h->play, (oc_slope)k, 1.0f);
+        const oc_play less = oc_play_moved(&h->play, (oc_slope)k, -1.0f);
+        oc_place *at_more = &h->more[k], *at_less = &h->less[k];
+        at_more->wound = oc_place_wound(at_more->wound, &more, angle, centre, step_s);
+        at_less->wound = oc_place_wound(at_less->wound, &less, angle, centre, step_s);
+        at_more->inner = oc_place_inner(at_more->inner, &more, at_more->wound, oc_play_load(&more, sample), step_s);
+        at_less->inner = oc_place_inner(at_less->inner, &less, at_less->wound, oc_play_load(&less, sample), step_s);
+        terms[WIDTH + k] = h->per_difference[k] * (at_less->inner - at_more->inner);
     }
-    for (int32_t k = slopes; k < OC_PLAY_SLOPES; ++k) {
+    for (int32_t k = slopes; k < OC_SLOPE_COUNT; ++k) {
         terms[WIDTH + k] = 0.0f;
     }
-    return (float)(sample->angle - h->inner);
+    return angle - h->place.inner;
+}
+
+/* What a wind of 1 m/s^2 would add: it takes side force from the tyres, and unloads the play as a_0 does. Returns what the
+ * one believed in adds, rad. */
+static float wind_terms(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
+                        float *terms) {
+    const float slope = design->steering_ratio * h->gradient;
+    const float unloads = terms[UNLOADING] / design->scale[UNLOADING];
+    float blown = 0.0f;
+    for (int32_t k = 0; k < OC_WINDS; ++k) {
+        terms[WIND + k] = design->scale[WIND + k] * (unloads - slope) * sample->wind[k];
+        blown -= slope * h->play.wind[k] * sample->wind[k];
+    }
+    return blown;
 }
 
 static void motion_terms(const oc_hypothesis_design *design, const oc_motion_sample *sample, float *terms) {
@@ -148,7 +131,7 @@ static void regress(oc_hypothesis *h, const oc_second *second, const float *term
     h->blocks.sum += weight * h->error;
     h->long_blocks.sum += weight * h->error;
     h->age += second->second_s;
-    if (h->age <= (float)OC_NEWBORN_S && second->used_s > (float)OC_NEWBORN_S) {
+    if (h->age <= second->trial_s && second->used_s > second->trial_s) {
         h->cost = keep * second->best_cost + newborn_handicap;
     } else {
         h->cost = keep * h->cost + 0.5f * within_range(squared / second->reference, 0.0f, 16.0f);
@@ -224,10 +207,19 @@ static float stepped(float value, float by, float step, float low, float high) {
 
 /* What turns differences of operators into slopes, wherever the play is now. */
 static void measure(oc_hypothesis *h, const oc_hypothesis_design *design) {
-    for (int32_t k = 0; k < OC_PLAY_SLOPES; ++k) {
-        const oc_play more = moved(&h->play, k, 1.0f);
-        const oc_play less = moved(&h->play, k, -1.0f);
-        h->per_difference[k] = design->scale[WIDTH + k] / between(&more, &less, k);
+    const int32_t slopes = oc_play_slopes(&h->play);
+    for (int32_t k = 0; k < slopes; ++k) {
+        const oc_play more = oc_play_moved(&h->play, (oc_slope)k, 1.0f);
+        const oc_play less = oc_play_moved(&h->play, (oc_slope)k, -1.0f);
+        h->per_difference[k] = design->scale[WIDTH + k] / oc_play_between(&more, &less, (oc_slope)k);
+    }
+}
+
+/* Within a narrower play or wind-up all that happens shows less: so would it have before. */
+static void narrow(oc_hypothesis *h, int32_t first, int32_t last, float share) {
+    for (int32_t term = first; term <= last; ++term) {
+        fade(h, term, share);
+        h->means[term] *= share;
     }
 }
 
@@ -235,19 +227,18 @@ static void measure(oc_hypothesis *h, const oc_hypothesis_design *design) {
 static void relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
     oc_play *play = &h->play;
     const oc_play before = *play;
-    play->half_width = stepped(before.half_width, 0.5f * found(h, design, WIDTH), width_step(before.half_width),
+    play->half_width = stepped(before.half_width, 0.5f * found(h, design, WIDTH), oc_play_width_step(before.half_width),
                                0.05f * rad_per_deg, 12.5f * rad_per_deg);
     shift(h, design, WIDTH, 2.0f * (play->half_width - before.half_width));
     if (play->half_width < before.half_width) {
-        /* in a narrower play all that happens within it shows less: so would it have before */
-        for (int32_t term = UNLOADING; term <= CREEP; ++term) {
-            const float share = play->half_width / before.half_width;
-            fade(h, term, share);
-            h->means[term] *= share;
-        }
+        narrow(h, UNLOADING, CREEP, play->half_width / before.half_width);
     }
     play->unloading = stepped(before.unloading, found(h, design, UNLOADING), unloading_step, -1.0f, 1.0f);
     shift(h, design, UNLOADING, play->unloading - before.unloading);
+    for (int32_t k = 0; k < OC_WINDS; ++k) {
+        play->wind[k] = stepped(before.wind[k], found(h, design, WIND + k), unloading_step, -0.5f, 0.5f);
+        shift(h, design, WIND + k, play->wind[k] - before.wind[k]);
+    }
     if (!creeps(play)) {
         return;
     }
@@ -256,6 +247,14 @@ static void relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
     play->creep = stepped(before.creep, before.creep * found(h, design, CREEP), before.creep * creep_step,
                           0.05f * creep_mean, 10.0f * creep_mean);
     shift(h, design, CREEP, play->creep / before.creep - 1.0f);
+    play->windup = stepped(before.windup, 0.5f * found(h, design, WINDUP), oc_play_width_step(before.windup),
+                           0.02f * rad_per_deg, 12.5f * rad_per_deg);
+    shift(h, design, WINDUP, 2.0f * (play->windup - before.windup));
+    if (play->windup < before.windup) {
+        narrow(h, UNWINDING, UNWINDING, play->windup / before.windup);
+    }
+    play->unwinding = stepped(before.unwinding, found(h, design, UNWINDING), unwinding_step, 0.0f, 10.0f);
+    shift(h, design, UNWINDING, play->unwinding - before.unwinding);
 }
 
 /* The priors' information, and their pull on what is left to be found. */
@@ -273,9 +272,14 @@ static void add_priors(oc_hypothesis *h, const oc_hypothesis_design *design, con
     h->terms[UNLOADING] += information[UNLOADING] * (prior->unloading_mean - play->unloading) / scale[UNLOADING];
     h->terms[GRADIENT] += gradient_mean / scale[GRADIENT];
     h->terms[WIDTH] += (width_mean - 2.0f * play->half_width) / scale[WIDTH];
+    for (int32_t k = 0; k < OC_WINDS; ++k) {
+        h->terms[WIND + k] -= play->wind[k] / scale[WIND + k];
+    }
     if (creeps(play)) {
         const float share = creep_mean / play->creep;
         h->terms[FRICTION] += (friction_mean - play->friction) / scale[FRICTION];
+        h->terms[UNWINDING] -= play->unwinding / scale[UNWINDING];
+        h->terms[WINDUP] += (windup_mean - 2.0f * play->windup) / scale[WINDUP];
         h->terms[CREEP] += (share > 1.0f ? share - 1.0f : 1.0f - 1.0f / share) / scale[CREEP];
     }
 }
@@ -288,7 +292,7 @@ static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const
     const float a_0 = h->play.unloading + found(h, design, UNLOADING);
     float of_unloading[OC_TERMS] = {[UNLOADING] = scale[UNLOADING]};
     float of_gradient[OC_TERMS] = {[GRADIENT] = scale[GRADIENT]};
-    float of_width[OC_TERMS] = {[WIDTH] = scale[WIDTH]};
+    float of_width[OC_TERMS] = {[WIDTH] = scale[WIDTH], [WINDUP] = scale[WINDUP]};
     float of_wheelbase[OC_TERMS] = {[WHEELBASE] = scale[WHEELBASE]};
     float of_offset[OC_TERMS] = {
         [UNLOADING] = slope * scale[UNLOADING],
@@ -331,9 +335,14 @@ static void solve(oc_hypothesis *h, const oc_hypothesis_design *design, const oc
 }
 
 void oc_hypothesis_restart(oc_hypothesis *h, double angle) {
-    h->inner = angle;
-    for (int32_t k = 0; k < OC_PLAY_SLOPES; ++k) {
-        h->inner_more[k] = h->inner_less[k] = angle;
+    const oc_place there = {(float)angle, (float)angle};
+    h->place = there;
+    for (int32_t k = 0; k < OC_SLOPE_COUNT; ++k) {
+        h->more[k] = h->less[k] = there;
+    }
+    for (int32_t k = 0; k < OC_WINDS; ++k) {
+        narrow(h, WIND + k, WIND + k, 0.0f);
+        h->terms[WIND + k] = h->play.wind[k] = 0.0f;
     }
 }
 
@@ -362,7 +371,8 @@ void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, 
         return;
     }
     motion_terms(design, sample, terms);
-    h->target_sum += sample->residual - shifted;
+    const float blown = wind_terms(h, design, sample, terms);
+    h->target_sum += sample->residual - shifted - blown;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         h->sums[k] += terms[k];
     }

@@ -4,33 +4,20 @@
  *
  * The measured angle less i*L*r/v is
  *
- *     y = offset + K (i a) + (B/2) c + what changes of motion add,
+ *     y = offset + K (i a) + (B/2) c + (W/2) d + what changes of motion add,
  *
- * c in [-1, 1] being the place in a play of width B. Where that is, the play operator says: it is moved by the measured
- * angle and creeps against the side force a - a_0 beyond friction. Eight operators run beside the hypothesis's own, at a
- * little more and less of width, a_0, friction and creep: their differences are the slopes of the model, so that all is
- * found by one recursive least squares, which is linearised anew each second.
+ * c and d in [-1, 1] being the places in a play of width B and in a wind-up of width W. Where they are, operators say
+ * (play.h). Twelve more run beside the hypothesis's own, at a little more and less of each parameter: their differences
+ * are the slopes of the model, so that all is found by one recursive least squares, which is linearised anew each
+ * second. A steady wind adds to a what its part across the truck's heading carries.
  *
  * Single precision, so that the whole bank fits a microcontroller. */
 
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "play.h"
 #include "triangle.h"
-
-enum { OC_PLAY_SLOPES = 4 }; /* width, a_0, friction, creep */
-
-/* One sample of the motion, some ten a second. */
-typedef struct {
-    double angle;               /* rad, steering wheel, as measured */
-    float residual;             /* rad, angle less i*L*r/v */
-    float lateral_acceleration; /* m/s^2, what the tyres carry, with the accelerometer's bias */
-    float yaw_acceleration;     /* rad/s^2 */
-    float jerk;                 /* m/s^3, lateral */
-    float curvature;            /* 1/m */
-    float speed;                /* m/s */
-    int32_t usable;             /* the gate is open */
-} oc_motion_sample;
 
 /* What is known before the drive, or from other sensors; standard deviations. */
 typedef struct {
@@ -38,13 +25,6 @@ typedef struct {
     float unloading_sd;     /* m/s^2 */
     float yaw_rate_bias_sd; /* rad/s, of what correction the yaw rate had */
 } oc_prior;
-
-typedef struct {
-    float half_width; /* rad */
-    float unloading;  /* m/s^2, a_0 */
-    float friction;   /* m/s^2; negative: no side force moves the wheels in their play */
-    float creep;      /* rad/s per m/s^2 */
-} oc_play;
 
 typedef struct {
     float step_s;                                 /* between samples */
@@ -61,10 +41,9 @@ typedef struct {
 
 typedef struct {
     oc_play play;
-    float per_difference[OC_PLAY_SLOPES]; /* of the model's slope, from a difference of two operators */
-    double inner;                        /* rad, of the operator at `play` */
-    double inner_more[OC_PLAY_SLOPES];   /* rad, of those at a little more of each parameter */
-    double inner_less[OC_PLAY_SLOPES];
+    float per_difference[OC_SLOPE_COUNT]; /* of the model's slope, from a difference of two operators */
+    oc_place place;                      /* at `play`, and at a little more and less of each parameter */
+    oc_place more[OC_SLOPE_COUNT], less[OC_SLOPE_COUNT];
     float sums[OC_TERMS], target_sum;    /* over the second that fills */
     float weight;                        /* seconds, forgetting; what follows is over them */
     float target_mean;                   /* rad */
@@ -89,6 +68,7 @@ typedef struct {
 /* Where a second stands among the others, the same for all hypotheses. */
 typedef struct {
     float used_s;       /* of driving before it */
+    float trial_s;      /* until a hypothesis is so old it only learns: it is newborn, and its word does not count */
     float best_cost;    /* of all hypotheses */
     float second_s;     /* its length */
     float memory_share; /* 1 less what it makes be forgotten */
@@ -98,9 +78,6 @@ typedef struct {
     int32_t blocks, long_blocks; /* whole ones before */
 } oc_second;
 
-/* A newborn hypothesis learns until it is so old, in s, before its word counts. */
-enum { OC_NEWBORN_S = 60 };
-
 enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
@@ -109,7 +86,8 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
 void oc_hypothesis_start(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_play *play,
                          double angle);
 
-/* The wheel was elsewhere when last seen: the operators start anew, what was learned stays. */
+/* The wheel was elsewhere when last seen, and the heading another: the operators start anew, the wind is unknown, what else
+ * was learned stays. */
 void oc_hypothesis_restart(oc_hypothesis *hypothesis, double angle);
 
 /* Moves all operators on and, where the sample is usable, adds it to the second that fills. */

@@ -1,6 +1,7 @@
 #include "joint.h"
 
 #include <math.h>
+#include "trig.h"
 
 static const double sample_s = 0.1;
 static const double side_force_s = 1.0; /* a bank lasts longer; the accelerometer's noise does not */
@@ -33,14 +34,14 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
 static oc_play start_of(int32_t k) {
     static const float widths[3] = {2.0f, 6.0f, 12.0f}; /* deg */
     static const float unloadings[3] = {-0.2f, 0.0f, 0.2f};
-    static const float frictions[2] = {0.03f, 0.15f};
     static const float creep = 100.0f * 0.017453292f;
-    const int32_t kind = k % 7;
-    oc_play play = {.half_width = 0.5f * widths[k / 7] * one_degree, .friction = -1.0f};
+    const int32_t kind = k % 4;
+    oc_play play = {.half_width = 0.5f * widths[k / 4] * one_degree, .friction = -1.0f};
     if (kind > 0) {
         play.creep = creep;
-        play.friction = frictions[(kind - 1) / 3];
-        play.unloading = unloadings[(kind - 1) % 3];
+        play.windup = 0.25f * one_degree;
+        play.friction = 0.06f;
+        play.unloading = unloadings[kind - 1];
     }
     return play;
 }
@@ -51,6 +52,7 @@ static void start(oc_joint *joint, const oc_joint_design *design, double angle) 
         .second = {
             .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
             .memory_share = 1.0f,
+            .trial_s = 60.0f,
             .reference = one_degree * one_degree,
             .learns = 1,
         },
@@ -82,6 +84,7 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
         .jerk = (float)((tick->lateral_acceleration - before->lateral_acceleration) * rate_hz),
         .curvature = (float)tick->curvature,
         .speed = (float)tick->speed,
+        .wind = {(float)(tick->speed / 20.0 * oc_sin(before->heading + 1.5707963267948966)), (float)(tick->speed / 20.0 * oc_sin(before->heading))},
         .usable = tick->usable,
     };
 }
@@ -102,7 +105,7 @@ static float correction_of(oc_joint *joint, double bias, double sd) {
 }
 
 static bool is_newborn(const oc_joint *joint, const oc_hypothesis *h) {
-    return h->age <= (float)OC_NEWBORN_S && joint->second.used_s > (float)OC_NEWBORN_S;
+    return h->age <= joint->second.trial_s && joint->second.used_s > joint->second.trial_s;
 }
 
 static int32_t best_of(const oc_joint *joint) {
@@ -118,15 +121,22 @@ static int32_t best_of(const oc_joint *joint) {
 
 static void see_flank(oc_joint *joint, const oc_motion_sample *sample, float step_s) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    const float load = sample->lateral_acceleration - best->unloading;
+    const float load = oc_play_load(&best->play, sample);
     const float friction = best->play.friction > 0.0f ? best->play.friction : 0.0f;
     const float beyond = clearly + friction + sqrtf(best->unloading_variance);
     joint->to_left += load > beyond ? step_s : 0.0f;
     joint->to_right += load < -beyond ? step_s : 0.0f;
 }
 
-/* Now and then the worst hypothesis is given up and another takes its place, lest all of them went astray at first. */
-static void renew(oc_joint *joint, const oc_hypothesis_design *design) {
+/* Two hypotheses that went the same way say the same twice. */
+static bool are_twins(const oc_hypothesis *a, const oc_hypothesis *b) {
+    static const float near = 0.1f * 0.017453292f; /* rad */
+    return fabsf(a->play.half_width - b->play.half_width) < near && fabsf(a->play.windup - b->play.windup) < near &&
+           fabsf(a->offset - b->offset) < near && (a->play.friction < 0.0f) == (b->play.friction < 0.0f);
+}
+
+/* The worst hypothesis if it is hopeless, or else one that another of the elder ones says as well. */
+static int32_t dispensable(const oc_joint *joint) {
     static const float hopeless = 20.0f; /* of cost */
     int32_t worst = joint->best;
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
@@ -135,12 +145,34 @@ static void renew(oc_joint *joint, const oc_hypothesis_design *design) {
             worst = k;
         }
     }
-    oc_hypothesis *h = &joint->hypotheses[worst];
-    if (h->cost > joint->hypotheses[joint->best].cost + hopeless) {
+    if (joint->hypotheses[worst].cost > joint->hypotheses[joint->best].cost + hopeless) {
+        return worst;
+    }
+    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+        const oc_hypothesis *h = &joint->hypotheses[k];
+        if (k != joint->best && !is_newborn(joint, h) && are_twins(h, &joint->hypotheses[joint->best])) {
+            return k;
+        }
+    }
+    return -1;
+}
+
+/* Now and then another hypothesis takes the place of one that is not needed, lest all of them went astray at first. */
+static void renew(oc_joint *joint, const oc_hypothesis_design *design) {
+    const int32_t k = dispensable(joint);
+    if (k >= 0) {
+        oc_hypothesis *h = &joint->hypotheses[k];
         const oc_play play = start_of(joint->born);
         joint->born = (joint->born + 1) % OC_JOINT_HYPOTHESES;
-        oc_hypothesis_start(h, design, &play, h->inner);
+        oc_hypothesis_start(h, design, &play, (double)h->place.inner);
     }
+}
+
+static float clamped(float value, float low, float high) {
+    if (value < low) {
+        return low;
+    }
+    return value > high ? high : value;
 }
 
 /* What the next whole second will be. */
@@ -152,6 +184,7 @@ static void turn_second(oc_joint *joint, const oc_joint_design *design) {
     const float noise = oc_hypothesis_noise(&joint->hypotheses[joint->best]);
     second->reference = noise > least * least ? noise : least * least;
     second->used_s += second->second_s;
+    second->trial_s = clamped(0.05f * second->used_s, 60.0f, 600.0f);
     if (second->long_block_ends) {
         renew(joint, &design->hypothesis);
     }
@@ -170,7 +203,8 @@ static void turn_second(oc_joint *joint, const oc_joint_design *design) {
 static void watch(oc_joint *joint, double time) {
     static const float learned_s = 300.0f; /* hypotheses that still go their ways err, too */
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    if (!(joint->second.used_s > learned_s)) {
+    if (!(best->age > learned_s)) {
+        joint->second.learns = 1;
         return;
     }
     const oc_joint_answer before = oc_joint_answer_get(joint);
@@ -261,6 +295,7 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
             .lateral_acceleration = tick->lateral_acceleration,
         };
     }
+    tracking->heading += tick->yaw_rate / design->rate_hz;
     tracking->bank += (bank - tracking->bank) * design->side_force_share;
     if (tracking->phase == 0) {
         tracking->sample = sample_of(tick, tracking, design->rate_hz);
@@ -277,9 +312,9 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     return learned;
 }
 
-double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking) {
+double oc_joint_place(const oc_joint *joint) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    const double place = (tracking->sample.angle - best->inner) / (double)best->play.half_width;
+    const double place = (double)(best->place.wound - best->place.inner) / (double)best->play.half_width;
     if (place < -1.0) {
         return -1.0;
     }
@@ -299,12 +334,17 @@ static float share_of(float value) {
     return value > 1.0f ? 1.0f : value;
 }
 
+static float larger_factor(const oc_hypothesis *h) {
+    const float f = h->blocks.factor > h->long_blocks.factor ? h->blocks.factor : h->long_blocks.factor;
+    return f > 1.0f ? f : 1.0f;
+}
+
 /* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was
  * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides, and else
  * the midpoint stays as uncertain as half the play is beforehand. */
 static double unseen_width_variance(const oc_joint *joint, const oc_hypothesis *h) {
     const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
-    const float missing = share_of(1.0f - seen / flank_s);
+    const float missing = share_of(1.0f - seen / (flank_s * larger_factor(h)));
     const float little = share_of(1.0f - 2.0f * h->play.half_width / found_width);
     const float doubtful = little > always_doubtful ? little : always_doubtful;
     return (double)(missing * doubtful * width_sd * width_sd);
@@ -354,7 +394,7 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
         mix(&offset, weight, (double)(h->offset - best->offset),
             (double)h->offset_variance + 0.25 * unseen);
         mix(&gradient, weight, (double)h->gradient, (double)h->gradient_variance);
-        mix(&backlash, weight, 2.0 * (double)h->play.half_width, (double)h->width_variance + unseen);
+        mix(&backlash, weight, 2.0 * (double)(h->play.half_width + h->play.windup), (double)h->width_variance + unseen);
         mix(&wheelbase, weight, (double)h->wheelbase, (double)h->wheelbase_variance);
         mix(&unloading, weight, (double)h->unloading, (double)h->unloading_variance);
     }

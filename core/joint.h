@@ -11,7 +11,7 @@
 #include "change.h"
 #include "hypothesis.h"
 
-enum { OC_JOINT_HYPOTHESES = 21, OC_CHANGES_MAX = 8 };
+enum { OC_JOINT_HYPOTHESES = 12, OC_CHANGES_MAX = 8 };
 
 /* What changed in a drive. */
 typedef struct {
@@ -46,6 +46,7 @@ typedef struct {
     int32_t running;
     int32_t phase;               /* ticks since the sample was taken */
     int32_t taken;               /* hypotheses that have it */
+    double heading;
     double bank;                 /* m/s^2, a_y - r*v smoothed */
     double yaw_rate, lateral_acceleration; /* of the tick before */
     oc_motion_sample sample;
@@ -97,7 +98,7 @@ bool oc_joint_begins_sample(const oc_joint_tracking *tracking);
 double oc_joint_flank_lacking(const oc_joint *joint, int32_t side);
 
 /* Where in the play the best hypothesis has the last sample, from -1 to 1: 1 is the flank of a left turn. */
-double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking);
+double oc_joint_place(const oc_joint *joint);
 
 /* The hypotheses' mean by their weights, and what that leaves open. */
 oc_joint_answer oc_joint_answer_get(const oc_joint *joint);

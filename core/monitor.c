@@ -318,7 +318,7 @@ static void step_and_tell(oc_state *state, const oc_coefficients *coefficients, 
             .understeer_gradient = state->learned.understeer_gradient.value,
             .backlash = state->learned.backlash.value,
             .place = state->learned.backlash.evidence > 0.0
-                         ? oc_joint_place(&state->evidence.joint, &state->tracking.joint)
+                         ? oc_joint_place(&state->evidence.joint)
                          : 0.0,
             .unloading_acceleration = state->learned.unloading_acceleration.value,
             .evidence = state->learned.offset.evidence,

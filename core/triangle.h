@@ -5,8 +5,8 @@
 #include <stdint.h>
 
 enum {
-    OC_TERMS = 9,          /* of a hypothesis, beside the offset */
-    OC_TERMS_TRIANGLE = 45 /* of a symmetric matrix of so many rows */
+    OC_TERMS = 13,         /* of a hypothesis, beside the offset */
+    OC_TERMS_TRIANGLE = 91 /* of a symmetric matrix of so many rows */
 };
 
 float oc_triangle_cell(const float *triangle, int32_t row, int32_t column);

@@ -2,7 +2,7 @@
 least squares over the whole drive, and what it must keep when sensor, load or gyro turn out to be others.
 
 The truck here is made of random numbers, not simulated: steering wheel angle, lateral acceleration and curvature go
-their ways, and the residual is what the play operator below, an offset and a gradient make of them.
+their ways, and the residual is what the operators below, an offset, a gradient and a wind make of them.
 """
 
 import math
@@ -25,13 +25,20 @@ PULL_SD = 0.05
 
 # The model's terms, in the core's order.
 SOURCE = (Path(__file__).parents[1] / "core" / "hypothesis.c").read_text(encoding="utf-8")
-TERMS = re.search(r"/\* The terms, in this order\. \*/\nenum \{ (.+) \};", SOURCE)[1].lower().split(", ")
+TERMS = re.search(r"/\* The terms, in this order\. \*/\nenum \{ (.+?) \};", SOURCE, re.S)[1]
+TERMS = re.split(r",\s+", TERMS.lower())
 GRADIENT_TERM, BIAS_TERM, WIDTH_TERM, UNLOADING_TERM, FRICTION_TERM, CREEP_TERM = (
     TERMS.index(name) for name in ("gradient", "yaw_rate_bias", "width", "unloading", "friction", "creep")
+)
+WINDUP_TERM, UNWINDING_TERM, WIND_TERMS = (
+    TERMS.index("windup"),
+    TERMS.index("unwinding"),
+    [TERMS.index("wind"), TERMS.index("wind_across")],
 )
 WITHIN_PLAY = [UNLOADING_TERM, FRICTION_TERM, CREEP_TERM]
 # What trucks are like, docs/method.md.
 GRADIENT_MEAN, WIDTH_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 4.0 * DEGREE, 0.1, 100.0 * DEGREE
+WINDUP_MEAN = 1.0 * DEGREE
 
 
 @dataclass(frozen=True)
@@ -40,16 +47,22 @@ class Play:
     unloading: float = 0.1  # m/s^2
     friction: float = 0.05  # m/s^2; negative: the wheels stay where they rub
     creep: float = 100.0 * DEGREE  # rad/s per m/s^2
+    windup: float = 0.3 * DEGREE  # rad, half
+    unwinding: float = 0.0  # 1/s
+    wind: tuple[float, float] = (0.0, 0.0)  # m/s^2
 
-    def inner(self, angle: Array, lateral_acceleration: Array) -> Array:
-        """The play operator once more, written from the page."""
-        now = float(angle[0])
+    def inner(self, angle: Array, lateral_acceleration: Array, blows: Array, centre: float = 0.0) -> Array:
+        """Wind-up and play once more, written from the page. `blows` (n, 2) is the share of each wind."""
+        wound = now = float(angle[0])
         course = np.empty_like(angle)
-        for k, (outer, a) in enumerate(zip(angle, lateral_acceleration, strict=True)):
+        carried = blows @ np.array(self.wind)
+        for k, (outer, a) in enumerate(zip(angle, lateral_acceleration - carried, strict=True)):
+            wound -= self.unwinding * (wound - centre) * STEP_S
+            wound = min(max(wound, outer - self.windup), outer + self.windup)
             load = a - self.unloading
             if self.friction >= 0.0:
                 now -= math.copysign(self.creep * max(abs(load) - self.friction, 0.0) * STEP_S, load)
-            now = min(max(now, outer - self.half_width), outer + self.half_width)
+            now = min(max(now, wound - self.half_width), wound + self.half_width)
             course[k] = now
         return course
 
@@ -65,9 +78,12 @@ class Drive:
     jerk: Array
     curvature: Array
     speed: Array
+    wind: Array
 
     def mirrored(self) -> "Drive":
-        return Drive(**{name: column if name == "speed" else -column for name, column in vars(self).items()})
+        """As seen in a mirror: what is to the left is to the right; the winds are where they were."""
+        same = ("speed", "wind")
+        return Drive(**{name: column if name in same else -column for name, column in vars(self).items()})
 
 
 def knots(rng: np.random.Generator, t: Array, every_s: float) -> Array:
@@ -92,9 +108,12 @@ def driven(
     a = v * v * curvature + 0.2
     hands = 0.8 * play.half_width * knots(rng, t, 1.7)
     angle = OFFSET + RATIO_TIMES_WHEELBASE * curvature + hands + 1.5 * play.half_width * knots(rng, t, 6.0)
-    residual = OFFSET + RATIO * GRADIENT * (a - play.unloading) + angle - play.inner(angle, a)
+    heading = np.cumsum(v * curvature) * STEP_S + t / 100.0
+    blows = v[:, None] / 20.0 * np.column_stack([np.cos(heading), np.sin(heading)])
+    borne = a - play.unloading - blows @ np.array(play.wind)
+    residual = OFFSET + RATIO * GRADIENT * borne + angle - play.inner(angle, a, blows, OFFSET)
     residual += noise * rng.standard_normal(len(t)) - RATIO_TIMES_WHEELBASE * yaw_rate_bias / v
-    return Drive(angle, residual, a, np.gradient(v * curvature, STEP_S), np.gradient(a, STEP_S), curvature, v)
+    return Drive(angle, residual, a, np.gradient(v * curvature, STEP_S), np.gradient(a, STEP_S), curvature, v, blows)
 
 
 @dataclass
@@ -122,7 +141,8 @@ class Learner:
         if not self.started:
             lib.oc_hypothesis_start(self.h, self.design, ffi.new("oc_play *", vars(self.play)), drive.angle[0])
             self.started = True
-        native = ffi.new("oc_motion_sample *", {name: column[k] for name, column in vars(drive).items()})
+        row = {name: column[k].tolist() for name, column in vars(drive).items()}
+        native = ffi.new("oc_motion_sample *", row)
         native.usable = 1
         lib.oc_hypothesis_sample(self.h, self.design, native, k % SAMPLES == 0)
 
@@ -147,7 +167,8 @@ class Learner:
 
     @property
     def now(self) -> Play:
-        return Play(**{name: getattr(self.h.play, name) for name in vars(self.play)})
+        told = {name: getattr(self.h.play, name) for name in vars(self.play)}
+        return Play(**{**told, "wind": tuple(told["wind"])})
 
     @property
     def total(self) -> dict[str, float]:
@@ -163,6 +184,14 @@ class Learner:
 # The model
 
 
+def moved(
+    value: float | tuple[float, float], sign: float, by: float | tuple[float, float]
+) -> float | tuple[float, ...]:
+    if isinstance(value, tuple) and isinstance(by, tuple):
+        return tuple(v + sign * b for v, b in zip(value, by, strict=True))
+    return value + sign * by
+
+
 @pytest.mark.parametrize(
     ("term", "change"),
     [
@@ -170,16 +199,20 @@ class Learner:
         (UNLOADING_TERM, {"unloading": 0.03}),
         (FRICTION_TERM, {"friction": 0.03}),
         (CREEP_TERM, {"creep": 3.0 * DEGREE}),
+        (WINDUP_TERM, {"windup": 0.1 * DEGREE}),
+        (UNWINDING_TERM, {"unwinding": 0.2}),
+        (WIND_TERMS[0], {"wind": (0.03, 0.0)}),
+        (WIND_TERMS[1], {"wind": (0.0, 0.03)}),
     ],
-    ids=["width", "unloading", "friction", "creep"],
+    ids=["width", "unloading", "friction", "creep", "windup", "unwinding", "wind", "wind_across"],
 )
 def test_a_slope_foretells_what_a_little_more_of_its_parameter_does(term: int, change: dict[str, float]) -> None:
     """Two operators of the test's own, a little apart, against the core's slope times that little."""
-    hypothesis = Play(creep=30.0 * DEGREE)
-    (name, by), drive = *change.items(), driven(4, Play(creep=30.0 * DEGREE), 300)
+    hypothesis = Play(creep=30.0 * DEGREE, windup=1.5 * DEGREE, unwinding=0.4)
+    (name, by), drive = *change.items(), driven(4, Play(creep=30.0 * DEGREE, windup=1.5 * DEGREE), 300)
     more, less = (
-        Play(**{**vars(hypothesis), name: getattr(hypothesis, name) + sign * by}).inner(
-            drive.angle, drive.lateral_acceleration
+        Play(**{**vars(hypothesis), name: moved(getattr(hypothesis, name), sign, by)}).inner(
+            drive.angle, drive.lateral_acceleration, drive.wind
         )
         for sign in (1.0, -1.0)
     )
@@ -190,11 +223,13 @@ def test_a_slope_foretells_what_a_little_more_of_its_parameter_does(term: int, c
         learner.sample(drive, k)
         if k % SAMPLES == SAMPLES - 1:
             slope.append(learner.h.sums[term] / SAMPLES / learner.scale[term])
-    # the core's are of the full width, and of creep as a share of itself
-    by *= {WIDTH_TERM: 2.0, CREEP_TERM: 1.0 / hypothesis.creep}.get(term, 1.0)
+    # the core's are of full widths, and of creep as a share of itself; no gradient is known yet that a wind works on
+    by = max(by) if isinstance(by, tuple) else by
+    by *= {WIDTH_TERM: 2.0, WINDUP_TERM: 2.0, CREEP_TERM: 1.0 / hypothesis.creep}.get(term, 1.0)
     foretold = by * np.array(slope)
     assert np.std(apart) > 1e-5
-    assert np.corrcoef(foretold, apart)[0, 1] > 0.97
+    # a wind's is a_0's by the share that acts now, though the play still holds what blew before
+    assert np.corrcoef(foretold, apart)[0, 1] > (0.95 if term in WIND_TERMS else 0.97)
     assert np.abs(foretold).sum() == pytest.approx(np.abs(apart).sum(), rel=0.05)
 
 
@@ -204,7 +239,7 @@ def test_where_side_force_moves_nothing_only_the_width_has_a_slope() -> None:
     learner = Learner(rubbing)
     for k in range(len(drive.angle)):
         learner.sample(drive, k)
-        assert all(learner.h.sums[term] == 0.0 for term in WITHIN_PLAY)
+        assert all(learner.h.sums[term] == 0.0 for term in (*WITHIN_PLAY, WINDUP_TERM, UNWINDING_TERM))
     assert learner.h.sums[WIDTH_TERM] != 0.0
 
 
@@ -222,6 +257,25 @@ def test_it_goes_to_the_play_that_made_the_drive(friction: float) -> None:
             assert learner.now.friction == pytest.approx(0.05, abs=0.01)
 
 
+def test_it_tells_wind_up_from_play_and_a_wind_from_the_unloading_point() -> None:
+    """4 deg of wind-up before 6 deg of play, and a wind of 0.08 m/s^2: each by its own signature."""
+    truth = Play(windup=2.0 * DEGREE, unloading=0.1, wind=(0.06, -0.05))
+    for seed in range(2, 5):
+        learner = Learner(Play(unloading=0.05)).learn(driven(seed, truth, 900))
+        assert learner.h.offset == pytest.approx(OFFSET, abs=0.15 * DEGREE)
+        assert 2 * learner.now.windup == pytest.approx(4.0 * DEGREE, abs=0.5 * DEGREE)
+        assert 2 * learner.now.half_width == pytest.approx(6.0 * DEGREE, abs=0.5 * DEGREE)
+        assert learner.now.unloading == pytest.approx(0.1, abs=0.015)
+        assert learner.now.wind == pytest.approx(truth.wind, abs=0.015)
+
+
+def test_it_tells_how_fast_a_motor_unwinds_the_column() -> None:
+    truth = Play(windup=2.0 * DEGREE, unwinding=0.8)
+    learner = Learner(Play(windup=1.5 * DEGREE)).learn(driven(3, truth, 900))
+    assert learner.now.unwinding == pytest.approx(0.8, abs=0.15)
+    assert learner.h.offset == pytest.approx(OFFSET, abs=0.15 * DEGREE)
+
+
 # The recursion
 
 
@@ -229,11 +283,12 @@ def test_the_page_tells_the_priors_that_the_core_has() -> None:
     page = (Path(__file__).parents[1] / "docs" / "method.md").read_text(encoding="utf-8")
     rows = {name: (mean, sd) for name, mean, sd in re.findall(r"^\| (\w+) \| (\S+) \| (\S+) \| [^|]+ \|$", page, re.M)}
     scale = dict(zip(TERMS, Learner(Play()).scale, strict=True))
-    unit = dict.fromkeys(TERMS, DEGREE) | dict.fromkeys(("unloading", "friction", "creep", "wheelbase"), 1.0)
+    plain = ("unloading", "friction", "creep", "wheelbase", "unwinding", "wind", "wind_across")
+    unit = dict.fromkeys(TERMS, DEGREE) | dict.fromkeys(plain, 1.0)
     for name in set(TERMS) - {"unloading", "yaw_rate_bias"}:  # whose priors come from elsewhere
         assert float(rows[name][1]) * unit[name] == pytest.approx(scale[name], rel=1e-5), name
     asked = {"gradient": GRADIENT_MEAN / DEGREE, "width": WIDTH_MEAN / DEGREE, "friction": FRICTION_MEAN}
-    asked |= {"creep": CREEP_MEAN / DEGREE}
+    asked |= {"creep": CREEP_MEAN / DEGREE, "windup": WINDUP_MEAN / DEGREE, "unwinding": 0.0}
     assert {name: float(rows[name][0]) for name in asked} == pytest.approx(asked)
 
 
@@ -246,10 +301,13 @@ def prior_of(play: Play, learner: Learner) -> tuple[Array, Array]:
     asked[GRADIENT_TERM] = GRADIENT_MEAN
     asked[WIDTH_TERM] = WIDTH_MEAN - 2 * play.half_width
     asked[UNLOADING_TERM] = learner.unloading_mean - play.unloading
+    asked[WIND_TERMS] = [-wind for wind in play.wind]
     if play.friction >= 0.0:
         share = CREEP_MEAN / play.creep
         asked[FRICTION_TERM] = FRICTION_MEAN - play.friction
         asked[CREEP_TERM] = share - 1.0 if share > 1.0 else 1.0 - 1.0 / share
+        asked[WINDUP_TERM] = WINDUP_MEAN - 2 * play.windup
+        asked[UNWINDING_TERM] = -play.unwinding
     return asked / learner.scale, information
 
 
@@ -273,6 +331,10 @@ class Batch:
         Z[:, WITHIN_PLAY] *= min(after.half_width / before.half_width, 1.0)
         moved = [after.unloading - before.unloading, after.friction - before.friction, after.creep / before.creep - 1.0]
         y -= Z[:, WITHIN_PLAY] @ (moved / scale[WITHIN_PLAY])
+        y -= Z[:, WINDUP_TERM] * 2 * (after.windup - before.windup) / scale[WINDUP_TERM]
+        Z[:, UNWINDING_TERM] *= min(after.windup / before.windup, 1.0)
+        y -= Z[:, UNWINDING_TERM] * (after.unwinding - before.unwinding) / scale[UNWINDING_TERM]
+        y -= Z[:, WIND_TERMS] @ (np.subtract(after.wind, before.wind) / scale[WIND_TERMS])
         self.terms, self.targets = list(Z), list(y)
 
     def solve(self, noise: float, asked: Array, information: Array) -> tuple[Array, Array]:
@@ -320,7 +382,10 @@ def test_the_recursion_is_least_squares_over_the_whole_drive(friction: float, me
     variances = np.diag(C)[1:]
     unloading_variance = variances[UNLOADING_TERM] * of_unloading**2
     assert h.gradient_variance == pytest.approx(variances[GRADIENT_TERM] * of_gradient**2, rel=0.02)
-    assert h.width_variance == pytest.approx(variances[WIDTH_TERM] * of_width**2, rel=0.02)
+    # the width that is told is play and wind-up together
+    both = np.zeros(len(found))
+    both[1 + WIDTH_TERM], both[1 + WINDUP_TERM] = of_width, learner.scale[WINDUP_TERM]
+    assert h.width_variance == pytest.approx(both @ C @ both, rel=0.02)
     assert h.unloading_variance == pytest.approx(unloading_variance, rel=0.02)
     # d offset: the constant, the gradient at a_0, a_0 at the gradient; pull and wind on top, up to the bias's prior
     slope = np.zeros(len(found))
@@ -354,7 +419,7 @@ def test_the_variance_knows_when_seconds_resemble_their_neighbours() -> None:
         drive = driven(8, Play(), 600)
         drive.residual[:] += 0.2 * DEGREE * np.repeat(wander, SAMPLES)
         noises[name] = lib.oc_hypothesis_noise(Learner(Play(), 0.1).learn(drive).h)
-    assert noises["slow"] > 3.0 * noises["anew"]
+    assert noises["slow"] > 2.0 * noises["anew"]
 
 
 def test_a_kerb_counts_by_its_sign_only() -> None:
@@ -374,7 +439,8 @@ def test_where_the_play_shows_nothing_the_priors_decide() -> None:
         column[:] = 0.0
     still.curvature[:] = 0.0
     learner.learn(still)
-    assert math.sqrt(learner.h.width_variance) == pytest.approx(learner.scale[WIDTH_TERM], rel=0.01)
+    of_both = math.hypot(learner.scale[WIDTH_TERM], learner.scale[WINDUP_TERM])
+    assert math.sqrt(learner.h.width_variance) == pytest.approx(of_both, rel=0.01)
     assert math.sqrt(learner.h.gradient_variance) == pytest.approx(learner.scale[GRADIENT_TERM], rel=0.01)
     assert math.sqrt(learner.h.unloading_variance) == pytest.approx(0.15, rel=0.01)
 
@@ -402,6 +468,7 @@ def test_a_remounted_sensor_shifts_the_offset_by_its_step_and_nothing_else() -> 
     assert learner.h.offset == pytest.approx(before + 5.0 * DEGREE, abs=1e-5)
     assert (learner.total, learner.h.gradient) == known
     after = driven(11, Play(), 60)
+    after.angle[:] += 5.0 * DEGREE
     after.residual[:] += 5.0 * DEGREE
     learner.learn(after)
     assert learner.h.offset == pytest.approx(OFFSET + 5.0 * DEGREE, abs=0.1 * DEGREE)
@@ -412,6 +479,7 @@ def test_a_step_told_wrongly_is_soon_put_right() -> None:
     learner = Learner(Play(), 0.1).learn(driven(10, Play(), 300))
     lib.oc_hypothesis_remounted(learner.h, 4.5 * DEGREE, 30.0)
     after = driven(11, Play(), 120)
+    after.angle[:] += 5.0 * DEGREE
     after.residual[:] += 5.0 * DEGREE
     learner.learn(after)
     assert learner.h.offset == pytest.approx(OFFSET + 5.0 * DEGREE, abs=0.15 * DEGREE)
@@ -435,7 +503,7 @@ def test_what_was_learned_survives_an_ignition() -> None:
     offset, cost = learner.h.offset, learner.h.cost
     lib.oc_hypothesis_restart(learner.h, 1.0)
     assert (learner.h.offset, learner.h.cost) == (offset, cost)
-    assert learner.h.inner == learner.h.inner_more[0] == learner.h.inner_less[3] == 1.0
+    assert learner.h.place.inner == learner.h.more[0].inner == learner.h.less[3].wound == 1.0
 
 
 def test_a_second_in_doubt_is_foretold_and_not_learned_from() -> None:

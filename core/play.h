@@ -1,0 +1,72 @@
+#ifndef OC_PLAY_H
+#define OC_PLAY_H
+/* How the steering plays, as a hypothesis has it: first the column winds up against its friction, and a motor may
+ * unwind it; behind that lies a play, through which side force carries the wheels beyond friction. Each is the operator
+ * of backlash.h, here in single precision: a bank moves hundreds of them. */
+
+#include <stdint.h>
+
+enum { OC_WINDS = 2 };
+
+/* One sample of the motion, some ten a second. */
+typedef struct {
+    double angle;               /* rad, steering wheel, as measured */
+    float residual;             /* rad, angle less i*L*r/v */
+    float lateral_acceleration; /* m/s^2, what the tyres carry, with the accelerometer's bias */
+    float yaw_acceleration;     /* rad/s^2 */
+    float jerk;                 /* m/s^3, lateral */
+    float curvature;            /* 1/m */
+    float speed;                /* m/s */
+    float wind[OC_WINDS];       /* how much of the side force by a steady wind acts now, 1 at 20 m/s: of one from the
+                                 * side at the drive's first heading, and of one from a quarter turn on */
+    int32_t usable;             /* the gate is open */
+} oc_motion_sample;
+
+typedef struct {
+    float half_width;     /* rad, of the play */
+    float unloading;      /* m/s^2, a_0 */
+    float friction;       /* m/s^2; negative: no side force moves the wheels in their play */
+    float creep;          /* rad/s per m/s^2 */
+    float windup;         /* rad, half of what the column winds up in all */
+    float unwinding;      /* 1/s, at which a motor turns the wheels back to the centre */
+    float wind[OC_WINDS]; /* m/s^2 */
+} oc_play;
+
+/* What a slope of the model is taken by, in this order. */
+typedef enum {
+    OC_SLOPE_WIDTH,
+    OC_SLOPE_UNLOADING,
+    OC_SLOPE_FRICTION,
+    OC_SLOPE_CREEP,
+    OC_SLOPE_WINDUP,
+    OC_SLOPE_UNWINDING,
+    OC_SLOPE_COUNT
+} oc_slope;
+
+/* Where the measured angle is behind the wind-up, and behind the play as well: rad, as the sensor would say it. */
+typedef struct {
+    float wound, inner;
+} oc_place;
+
+/* The slopes that a play has: one that no side force moves has but its width's. */
+int32_t oc_play_slopes(const oc_play *play);
+
+/* As far to one side of a parameter, by its sign, as the model's slope is taken. */
+oc_play oc_play_moved(const oc_play *play, oc_slope slope, float sign);
+
+/* By how much two plays differ in that parameter: whole widths in rad, creep as a share. */
+float oc_play_between(const oc_play *more, const oc_play *less, oc_slope slope);
+
+/* By how much one sample's evidence may move a width, rad of half of it: as far as its slope is taken. */
+float oc_play_width_step(float half_width);
+
+/* m/s^2, side force on the front wheels, less what the accelerometer is off by and what the wind carries. */
+float oc_play_load(const oc_play *play, const oc_motion_sample *sample);
+
+/* Behind the wind-up, where a motor turns it to `centre` (rad, as measured). */
+float oc_place_wound(float wound, const oc_play *play, float angle, float centre, float step_s);
+
+/* Behind the play that follows. */
+float oc_place_inner(float inner, const oc_play *play, float wound, float load, float step_s);
+
+#endif

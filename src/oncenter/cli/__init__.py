@@ -14,6 +14,7 @@ import typer
 
 from oncenter.cli.angle import angle
 from oncenter.cli.demo import demo
+from oncenter.cli.export import export
 from oncenter.cli.offset import offset
 from oncenter.cli.signals import signals
 from oncenter.cli.simulate import simulate
@@ -31,6 +32,7 @@ app = typer.Typer(
 )
 for verb in (offset, angle, signals, simulate, demo):
     app.command()(verb)
+app.add_typer(export)
 
 
 def _version(wanted: bool) -> None:

@@ -1,0 +1,48 @@
+"""oncenter export: the core for other tools."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from oncenter.cli.options import VehicleFile
+from oncenter.errors import WRONG_USAGE, OncenterError
+
+export = typer.Typer(name="export")
+
+
+@export.callback(invoke_without_command=True)
+def _export(context: typer.Context) -> None:
+    """The core for other tools: an FMU, or a folder of C."""
+    if context.invoked_subcommand is None:
+        raise OncenterError(
+            "export what: oncenter export fmu, or oncenter export c", code="usage", exit_code=WRONG_USAGE
+        )
+
+
+@export.command()
+def fmu(
+    vehicle_file: VehicleFile,
+    output: Annotated[Path, typer.Option(metavar="F.fmu", help="Where the FMU goes.")],
+    fmi: Annotated[Literal["2", "3"], typer.Option(help="FMI 2.0, which nearly all tools import, or 3.0.")] = "2",
+) -> None:
+    """A co-simulation FMU of one truck's monitor, with sources and the binary for this machine."""
+    import oncenter as oc
+    from oncenter.export import write_fmu
+
+    truck = oc.vehicle(vehicle_file)
+    path = write_fmu(truck, output, fmi=2 if fmi == "2" else 3)
+    typer.echo(f"wrote {path}: FMI {fmi}.0, co-simulation, {truck.name}")
+
+
+@export.command()
+def c(
+    output: Annotated[Path, typer.Option(metavar="DIR", help="A folder that is new or empty.")],
+) -> None:
+    """The core as one folder of C with a test, and an A2L description for an ECU project."""
+    from oncenter.export import write_c
+
+    folder = write_c(output)
+    typer.echo(f"wrote {folder}: cd there and run make, or see its README.md")

@@ -1,0 +1,40 @@
+#include "oncenter_ecu.h"
+
+oc_vehicle oncenter_vehicle;
+oc_params oncenter_params;
+oc_signals oncenter_tick;
+oc_output oncenter_output;
+oc_answer oncenter_answer;
+
+static oc_coefficients coefficients;
+static oc_state state;
+static bool started;
+
+void oncenter_ecu_defaults(void) {
+    oc_params_defaults(&oncenter_params);
+    oncenter_params.method = OC_METHOD_JOINT;
+    oncenter_params.angle_method = OC_ANGLE_OBSERVER;
+    oc_init(&state);
+}
+
+oc_error oncenter_ecu_start(void) {
+    oncenter_vehicle.ratio.ratio = oncenter_vehicle.steering_ratio;
+    const oc_error error = oc_setup(&coefficients, &oncenter_vehicle, &oncenter_params, (double)ONCENTER_RATE_HZ);
+    started = error == OC_OK;
+    if (started) {
+        oc_restart(&state);
+    }
+    return error;
+}
+
+void oncenter_ecu_tick(void) {
+    if (started) {
+        oc_step(&state, &coefficients, &oncenter_tick, &oncenter_output);
+    }
+}
+
+void oncenter_ecu_tell(void) {
+    if (started) {
+        oc_answer_get(&state, &coefficients, &oncenter_answer);
+    }
+}

@@ -1,0 +1,156 @@
+"""An FMU from a vehicle: model description, sources and the binary for this machine, packed with fixed dates."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from oncenter import _core
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.export.core_source import LICENCE, core_files
+from oncenter.export.model_description import (
+    COMPILER_OPTIONS,
+    MODEL_IDENTIFIER,
+    Fmi,
+    build_description,
+    model_description,
+)
+from oncenter.export.page import page
+from oncenter.export.variables import Variable, c_table, variables_of
+from oncenter.vehicle import Vehicle
+
+_FMI = Path(__file__).with_name("fmi")
+_CORE = "core.c"  # includes the core's files, so that the compiler sees from room to room
+_VARIABLES = "variables.c"
+_SOURCES: dict[Fmi, tuple[str, ...]] = {2: ("instance.c", "fmi2.c"), 3: ("instance.c", "fmi3.c", "fmi3_unused.c")}
+_HEADERS: dict[Fmi, tuple[str, ...]] = {
+    2: ("instance.h", "fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+    3: ("instance.h", "fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
+}
+_LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same vehicle gives the same bytes
+
+
+def write_fmu(vehicle: Vehicle, output: str | os.PathLike[str], *, fmi: Fmi = 2) -> Path:
+    """Writes the monitor of one truck as a co-simulation FMU, with sources and the binary for this machine.
+
+    Args:
+        vehicle: what `oncenter.vehicle` gave; its values and `[params]` become the start values of the FMU's
+            parameters, which an importer may change before the simulation.
+        output: the file to write, ending in .fmu.
+        fmi: 2 or 3, for FMI 2.0 or 3.0.
+
+    Returns:
+        The path written.
+
+    Raises:
+        OncenterError: "output", "compiler" (none, or it refuses), "vehicle_file" (exit 2).
+    """
+    path = Path(output)
+    if path.suffix != ".fmu":
+        raise OncenterError(f"--output takes a .fmu file, got {path.name}", code="output", exit_code=WRONG_USAGE)
+    if path.is_dir() or not path.parent.is_dir():  # before the compiler takes its time
+        raise OncenterError(
+            f"cannot write {path}: it is a folder, or there is no folder {path.parent}",
+            code="output",
+            exit_code=WRONG_USAGE,
+        )
+    files = _contents(vehicle, fmi)
+    sources = {Path(name).name: data for name, data in files.items() if name.startswith("sources/")}
+    files[_binary_path(fmi)] = _compile(sources, _compiled(fmi))
+    try:
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, data in files.items():
+                entry = zipfile.ZipInfo(name, _LONG_AGO)
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                entry.external_attr = 0o644 << 16
+                archive.writestr(entry, data)
+    except OSError as error:
+        raise OncenterError(
+            f"cannot write {path}: {error.strerror or error}", code="output", exit_code=WRONG_USAGE
+        ) from None
+    return path
+
+
+def _contents(vehicle: Vehicle, fmi: Fmi) -> dict[str, bytes]:
+    """All of the FMU but its binary, by path."""
+    variables = variables_of(vehicle)
+    sources = {file.name: file.read_bytes() for file in core_files()}
+    sources[_CORE] = _core_in_one(sources).encode()
+    sources |= {name: (_FMI / name).read_bytes() for name in (*_SOURCES[fmi], *_HEADERS[fmi])}
+    token = _token(fmi, vehicle.name, variables, sources)
+    sources[_VARIABLES] = c_table(variables, token).encode()
+    if fmi == 3:
+        sources["buildDescription.xml"] = build_description(_compiled(fmi))
+    licences = "documentation/licenses/"
+    return {
+        "modelDescription.xml": model_description(fmi, vehicle.name, variables, token, _compiled(fmi)),
+        "documentation/index.html": page(vehicle.name, variables).encode(),
+        f"{licences}license.txt": LICENCE.read_bytes(),
+        f"{licences}fmi_headers.txt": (_FMI / "LICENSE.txt").read_bytes(),
+        **{f"sources/{name}": data for name, data in sorted(sources.items())},
+    }
+
+
+def _token(fmi: Fmi, name: str, variables: Sequence[Variable], sources: Mapping[str, bytes]) -> str:
+    """The same for the same variables and sources, another for any other."""
+    said = hashlib.sha256(f"{fmi} {name} {_core.version()} {variables!r}".encode())
+    for file in sorted(sources):
+        said.update(file.encode() + b"\0" + sources[file])
+    return f"{{{uuid.UUID(bytes=said.digest()[:16], version=4)}}}"
+
+
+def _compiled(fmi: Fmi) -> tuple[str, ...]:
+    """The files that a compiler is given."""
+    return (_CORE, _VARIABLES, *_SOURCES[fmi])
+
+
+def _core_in_one(sources: Iterable[str]) -> str:
+    """The pragmas say to compilers that heed them what COMPILER_OPTIONS say to gcc."""
+    included = [f'#include "{name}"' for name in sorted(sources) if name.endswith(".c")]
+    pragmas = ["#if defined(_MSC_VER)", "#pragma fp_contract(off)", "#elif defined(__clang__)"]
+    pragmas += ["#pragma STDC FP_CONTRACT OFF", "#endif"]
+    return "\n".join(["/* The core as one translation unit. */", *pragmas, *included, ""])
+
+
+def _binary_path(fmi: Fmi) -> str:
+    """Where FMI looks for this machine's binary."""
+    system = {"linux": "linux", "darwin": "darwin"}.get(sys.platform, sys.platform)
+    machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
+    ending = "dylib" if system == "darwin" else "so"
+    folder = f"{system}64" if fmi == 2 else f"{machine}-{system}"
+    return f"binaries/{folder}/{MODEL_IDENTIFIER}.{ending}"
+
+
+def _compile(sources: Mapping[str, bytes], compiled: Sequence[str]) -> bytes:
+    """The shared library, by $CC or else the system's cc."""
+    compiler = shlex.split(os.environ.get("CC", "")) or ["cc"]
+    if shutil.which(compiler[0]) is None:
+        raise OncenterError(
+            f"no C compiler: '{compiler[0]}' is not found; install gcc, or name one in CC",
+            code="compiler",
+            exit_code=WRONG_USAGE,
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        for name, data in sources.items():
+            (Path(folder) / name).write_bytes(data)
+        library = Path(folder) / "library"
+        options = [*COMPILER_OPTIONS, "-shared", "-fPIC", "-fvisibility=hidden", "-o", library.name, *compiled, "-lm"]
+        run = subprocess.run([*compiler, *options], cwd=folder, capture_output=True, text=True, check=False)
+        if run.returncode != 0:
+            first = next((line for line in run.stderr.splitlines() if "error" in line), "it says nothing")
+            raise OncenterError(
+                f"the C compiler '{compiler[0]}' cannot compile the FMU: {first.strip()}",
+                code="compiler",
+                exit_code=WRONG_USAGE,
+            )
+        return library.read_bytes()

@@ -1,0 +1,293 @@
+"""The variables of the FMU: one table of names, units, types and what they are, and the C table written from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from oncenter import _core
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.estimate import DEFAULT_METHOD
+from oncenter.export.core_source import params
+from oncenter.signals import DEGREE
+from oncenter.vehicle import Vehicle
+
+Type = Literal["real", "integer", "boolean", "enumeration"]
+Role = Literal["independent", "parameter", "input", "output", "answer"]
+
+# By name: what FMI calls base units, each with its power.
+UNITS: dict[str, dict[str, int]] = {
+    "rad": {"rad": 1},
+    "rad/s": {"rad": 1, "s": -1},
+    "rad/s2": {"rad": 1, "s": -2},
+    "rad/(m/s2)": {"rad": 1, "m": -1, "s": 2},
+    "m": {"m": 1},
+    "m/s": {"m": 1, "s": -1},
+    "m/s2": {"m": 1, "s": -2},
+    "1/m": {"m": -1},
+    "s2/m": {"m": -1, "s": 2},
+    "s": {"s": 1},
+    "Hz": {"s": -1},
+    "1": {},
+}
+DISPLAY_UNITS = {unit: unit.replace("rad", "deg") for unit in UNITS if unit.startswith("rad")}
+RADIANS_TO_DEGREES = 1.0 / DEGREE
+
+ENUMERATIONS: dict[str, dict[str, int]] = {
+    "Status": {name: k for k, name in enumerate(_core.STATUSES)},
+    "Method": {name: k for k, name in enumerate(_core.METHODS)},
+    "AngleMethod": {name: k for k, name in enumerate(_core.ANGLE_METHODS)},
+    "SensorFault": {name: k for k, name in enumerate(_core.FAULTS)},
+    "TrafficSide": {"left": -1, "unknown": 0, "right": 1},
+}
+
+_NOT_TOLD = "unobservable"
+_RATIO_TERMS_MAX = 8  # OC_RATIO_TERMS_MAX
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable; its value reference is its place in the table.
+
+    Attributes:
+        member: of `oc_fmu` in export/fmi/instance.h.
+        unit: of UNITS, of a real one.
+        enumeration: of ENUMERATIONS, of an enumeration.
+        start: of parameters and inputs; None of outputs.
+        low, high: the range that the core accepts, of parameters.
+    """
+
+    name: str
+    member: str
+    role: Role
+    about: str
+    type: Type = "real"
+    unit: str = "1"
+    enumeration: str = ""
+    start: float | None = None
+    low: float | None = None
+    high: float | None = None
+
+
+def variables_of(vehicle: Vehicle) -> list[Variable]:
+    """All variables in the order of their value references, with the vehicle file's values as start values.
+
+    Raises:
+        OncenterError: "vehicle_file", exit code 2, for a steering ratio of more terms than the core holds.
+    """
+    return [
+        Variable("time", "now", "independent", "Simulation time", unit="s"),
+        *_vehicle(vehicle),
+        *_params(vehicle),
+        *_inputs(),
+        *_outputs(),
+        *_answer(),
+    ]
+
+
+def _vehicle(vehicle: Vehicle) -> Iterator[Variable]:
+    terms = vehicle.steering_ratio if isinstance(vehicle.steering_ratio, tuple) else ()
+    if len(terms) > _RATIO_TERMS_MAX:
+        raise OncenterError(
+            f"vehicle '{vehicle.name}': 'steering_ratio' has {len(terms)} terms, the core holds {_RATIO_TERMS_MAX}",
+            code="vehicle_file",
+            exit_code=WRONG_USAGE,
+        )
+
+    def real(name: str, member: str, about: str, unit: str, start: float, low: float, high: float) -> Variable:
+        return Variable(f"vehicle.{name}", f"vehicle.{member}", "parameter", about, "real", unit, "", start, low, high)
+
+    yield real(
+        "wheelbase_m", "wheelbase", "Wheelbase, equivalent for more than two axles", "m", vehicle.wheelbase_m, 1, 20
+    )
+    yield real(
+        "steering_ratio",
+        "steering_ratio",
+        "Steering wheel angle per front wheel angle near the centre",
+        "1",
+        vehicle.ratio_near_centre,
+        1,
+        60,
+    )
+    for axle, width in (("front", vehicle.track_width_front_m), ("rear", vehicle.track_width_rear_m)):
+        about = f"Between the middles of the {axle} axle's left and right tyres, 1 to 3; 0 where unknown"
+        yield real(f"track_width_{axle}_m", f"track_width_{axle}", about, "m", width or 0.0, 0, 3)
+    yield Variable(
+        "vehicle.traffic_side",
+        "traffic_side",
+        "parameter",
+        "Side of the road that is driven on; its crown falls to it",
+        "enumeration",
+        enumeration="TrafficSide",
+        start=vehicle.traffic_sign,
+    )
+    yield Variable(
+        "vehicle.steering_ratio_terms",
+        "vehicle.ratio.terms",
+        "parameter",
+        "Terms of the polynomial from steering wheel to front wheel angle; 0 for a constant ratio",
+        "integer",
+        start=len(terms),
+        low=0,
+        high=_RATIO_TERMS_MAX,
+    )
+    for k in range(_RATIO_TERMS_MAX):
+        yield Variable(
+            f"vehicle.steering_ratio_term[{k + 1}]",
+            f"vehicle.ratio.coefficients[{k}]",
+            "parameter",
+            f"Front wheel angle in rad per (steering wheel angle in rad)^{k}",
+            start=terms[k] if k < len(terms) else 0.0,
+        )
+
+
+def _params(vehicle: Vehicle) -> Iterator[Variable]:
+    used = _core.default_params() | dict(vehicle.params)
+    yield Variable("rate_hz", "rate_hz", "parameter", "Ticks per second", unit="Hz", start=100.0, low=20.0, high=200.0)
+    yield Variable(
+        "method",
+        "method",
+        "parameter",
+        "What is estimated from what",
+        "enumeration",
+        enumeration="Method",
+        start=_core.METHODS.index(DEFAULT_METHOD),
+    )
+    yield Variable(
+        "angle_method",
+        "angle_method",
+        "parameter",
+        "How the steering wheel angle is estimated without its sensor, which is judged then, too",
+        "enumeration",
+        enumeration="AngleMethod",
+        start=_core.ANGLE_METHODS.index("none"),
+    )
+    yield Variable(
+        "params.use_accelerometer",
+        "params.use_accelerometer",
+        "parameter",
+        "Whether the lateral acceleration is used; else yaw rate times speed",
+        "boolean",
+        start=used["use_accelerometer"],
+    )
+    for param in params():
+        yield Variable(
+            f"params.{param.name}",
+            f"params.{param.name}",
+            "parameter",
+            param.about,
+            unit=param.unit,
+            start=used[param.name],
+            low=param.low,
+            high=param.high,
+        )
+
+
+_INPUTS = (  # by the bits of oc_signals.valid: name, unit, what it is, whether there is one unless said otherwise
+    ("steering_wheel_angle", "rad", "Steering wheel angle as measured, left positive", True),
+    ("yaw_rate", "rad/s", "Yaw rate as measured, left positive", True),
+    ("vehicle_speed", "m/s", "Vehicle speed, forward positive", True),
+    ("lateral_acceleration", "m/s2", "Lateral acceleration, specific force, left positive", True),
+    ("wheel_speed_front_left", "m/s", "Wheel speed at the tread, front left", False),
+    ("wheel_speed_front_right", "m/s", "Wheel speed at the tread, front right", False),
+    ("wheel_speed_rear_left", "m/s", "Wheel speed at the tread, rear left", False),
+    ("wheel_speed_rear_right", "m/s", "Wheel speed at the tread, rear right", False),
+)
+
+
+def _inputs() -> Iterator[Variable]:
+    for name, unit, about, _ in _INPUTS:
+        yield Variable(name, f"tick.{name}", "input", about, unit=unit, start=0.0)
+    for k, (name, _, _, available) in enumerate(_INPUTS):
+        about = f"Whether {name} is a measurement at this tick"
+        yield Variable(f"{name}_available", f"available[{k}]", "input", about, "boolean", start=float(available))
+
+
+def _outputs() -> Iterator[Variable]:
+    def real(name: str, member: str, unit: str, about: str) -> Variable:
+        return Variable(name, f"output.{member}", "output", about, unit=unit)
+
+    def status(name: str, member: str, enumeration: str, about: str) -> Variable:
+        return Variable(name, member, "output", about, "enumeration", enumeration=enumeration)
+
+    yield real("tick_time", "time", "s", "Time of the last tick")
+    yield real("motion.curvature", "motion.curvature", "1/m", "Curvature of the path, one filter delay old")
+    yield real(
+        "motion.longitudinal_acceleration",
+        "motion.longitudinal_acceleration",
+        "m/s2",
+        "From the vehicle speed, one filter delay old",
+    )
+    yield real("motion.bank", "motion.bank", "m/s2", "Lateral acceleration less yaw rate times speed: the road's bank")
+    yield real(
+        "motion.residual", "motion.residual", "rad", "Measured angle less the one that yaw rate and speed ask for"
+    )
+    for k, (reason, bit) in enumerate(_core.REASONS.items()):
+        if reason != "window":  # never a tick's own
+            assert bit == 1 << k
+            about = f"The last tick is not used: {reason.replace('_', ' ')}"
+            yield Variable(f"reason.{reason}", f"reasons[{k}]", "output", about, "boolean")
+    yield real("play_place", "place", "1", "Place in the play, 1 on the left turn's flank, -1 on the right's")
+    yield real("angle", "angle.angle", "rad", "True steering wheel angle; 0 where angle_method is none")
+    yield real("angle_rate", "angle.rate", "rad/s", "Rate of the true steering wheel angle")
+    yield real("angle_sd", "angle.standard_deviation", "rad", "Standard deviation of angle")
+    yield real("angle_estimate", "angle.estimate", "rad", "What motion alone says of the steering wheel angle")
+    yield status("angle_status", "angle_status", "Status", f"Standing of angle; it means nothing while {_NOT_TOLD}")
+    yield status("sensor_fault", "fault", "SensorFault", "What is wrong with the steering wheel angle sensor")
+    yield real("sensor_fault_since", "fault_since", "s", "When the sensor's fault began")
+    yield real("sensor_fault_confidence", "fault_confidence", "1", "At least so likely is the sensor's fault")
+
+
+_ESTIMATES = (  # name, member of oc_answer, unit, what it is
+    ("offset", "offset", "rad", "Steering wheel angle offset: measured less offset is true"),
+    ("understeer_gradient", "understeer_gradient", "rad/(m/s2)", "Understeer gradient over g at the road wheel"),
+    ("backlash", "backlash", "rad", "Play of the steering at the steering wheel, full width"),
+    ("unloading_acceleration", "unloading_acceleration", "m/s2", "Measured acceleration where the steering unloads"),
+    ("equivalent_wheelbase", "equivalent_wheelbase", "m", "Wheelbase that bends show"),
+    ("yaw_rate_bias", "yaw_rate_bias", "rad/s", "Bias of the yaw rate, now"),
+    ("wheel_radius_mismatch_front", "wheel_radius_mismatch_front", "1", "Left over right radius less one, front"),
+    ("wheel_radius_mismatch_rear", "wheel_radius_mismatch_rear", "1", "Left over right radius less one, rear"),
+)
+
+
+def _answer() -> Iterator[Variable]:
+    for name, member, unit, about in _ESTIMATES:
+        yield Variable(name, f"answer.{member}.value", "answer", about, unit=unit)
+        sd = f"Standard deviation of {name}; 1.96 of it on both sides is the 95 % interval"
+        yield Variable(f"{name}_sd", f"answer.{member}.standard_deviation", "answer", sd, unit=unit)
+        standing = f"Standing of {name}; its value means nothing while {_NOT_TOLD}"
+        yield Variable(
+            f"{name}_status", f"answer.{member}.status", "answer", standing, "enumeration", enumeration="Status"
+        )
+    yield Variable("changes", "answer.changes", "answer", "Changes of offset or bends that the drive proved", "integer")
+    for name, about in (("duration", "All ticks"), ("used", "Ticks that were used"), ("unused", "All others")):
+        yield Variable(f"{name}_time", f"answer.{name}", "answer", about, unit="s")
+    for k, reason in enumerate(_core.REASONS):
+        about = f"Not used for {reason.replace('_', ' ')}; reasons overlap"
+        yield Variable(f"rejected_time.{reason}", f"answer.rejected[{k}]", "answer", about, unit="s")
+
+
+def c_table(variables: Iterable[Variable], token: str) -> str:
+    """The table of export/fmi/instance.h as C."""
+    rows = [
+        f"    {{OC_FMU_{v.type.upper()}, OC_FMU_{v.role.upper()}, offsetof(oc_fmu, {v.member}), "
+        f'{float(v.start or 0.0).hex()}, "{v.name}"}},'
+        for v in variables
+    ]
+    return "\n".join(
+        [
+            "/* Written by oncenter export; a variable's value reference is its place here. */",
+            "",
+            '#include "instance.h"',
+            "",
+            "const oc_fmu_variable oc_fmu_variables[] = {",
+            *rows,
+            "};",
+            "",
+            "const uint32_t oc_fmu_variable_count = sizeof oc_fmu_variables / sizeof oc_fmu_variables[0];",
+            "",
+            f'const char oc_fmu_token[] = "{token}";',
+            "",
+        ]
+    )

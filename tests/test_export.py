@@ -1,0 +1,504 @@
+"""The core for other tools: FMUs that say what `oncenter offset` says, to the bit, and C that proves itself."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import subprocess
+import sys
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import polars as pl
+import pytest
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
+from fmpy.model_description import ModelDescription
+from fmpy.validation import validate_fmu
+from test_estimate import steady_drive
+
+import oncenter as oc
+from oncenter import _core, export
+from oncenter.cli import run
+from oncenter.export.core_source import params
+from oncenter.signals import Signals
+
+ROOT = Path(__file__).parents[1]
+TRUCK = oc.vehicle("scania_r730_4x2")
+LEFT_HAND = TRUCK.model_copy(update={"params": {"joint_evidence_min_s": 30.0}, "traffic_side": "left"})
+INPUTS = {column: name for column, name in _core.COLUMNS.items() if name != "time"}
+ESTIMATES = (
+    "offset understeer_gradient backlash unloading_acceleration yaw_rate_bias "
+    "wheel_radius_mismatch_front wheel_radius_mismatch_rear"
+).split()
+
+
+@pytest.fixture(scope="module")
+def drive() -> Signals:
+    """Eight minutes of a worn truck: play, bends, four wheel speeds, sensors that drop out."""
+    signals, _ = oc.simulate("worn_truck", seed=3)
+    return Signals(signals.table.head(48_000), signals.sources, signals.rate_hz, signals.log)
+
+
+class Fmu:
+    """An FMU as an importer holds it, by the names of its variables; what FMI 2.0 and 3.0 call differently is here."""
+
+    def __init__(self, path: Path, folder: Path) -> None:
+        self.description: ModelDescription = fmpy.read_model_description(str(path))
+        self.references = {v.name: v.valueReference for v in self.description.modelVariables}
+        self.types = {v.name: v.type for v in self.description.modelVariables}
+        self.fmi2 = self.description.fmiVersion == "2.0"
+        self.complaints: list[str] = []
+        self.slave = (FMU2Slave if self.fmi2 else FMU3Slave)(
+            guid=self.description.guid or self.description.instantiationToken,
+            unzipDirectory=fmpy.extract(str(path), unzipdir=str(folder)),
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName="truck",
+        )
+        self.slave.instantiate()
+
+    def begin(self, start: float = 0.0) -> None:
+        if self.fmi2:
+            self.slave.setupExperiment(startTime=start)
+            self.slave.enterInitializationMode()
+        else:
+            self.slave.enterInitializationMode(startTime=start)
+        self.slave.exitInitializationMode()
+
+    def get(self, name: str) -> float:
+        call = {"Enumeration": "Integer"} if self.fmi2 else {"Enumeration": "Int64"}
+        kind = call.get(self.types[name], self.types[name])
+        return getattr(self.slave, f"get{kind}")([self.references[name]])[0]
+
+    def set(self, name: str, value: float) -> None:
+        call = {"Enumeration": "Integer"} if self.fmi2 else {"Enumeration": "Int64"}
+        kind = call.get(self.types[name], self.types[name])
+        getattr(self.slave, f"set{kind}")([self.references[name]], [value])
+
+    def drive(self, table: pl.DataFrame, rate_hz: float) -> None:
+        """Row by row, as an importer that steps by ticks: inputs at a time, then the step from there."""
+        columns = [column for column in INPUTS if column in table.columns]
+        references = [self.references[INPUTS[column]] for column in columns]
+        set_inputs = self.slave.setReal if self.fmi2 else self.slave.setFloat64
+        for time, *values in table.select("time_s", *columns).iter_rows():
+            set_inputs(references, values)
+            self.slave.doStep(time, 1.0 / rate_hz)
+
+    def has(self, table: pl.DataFrame) -> None:
+        for column, name in INPUTS.items():
+            self.set(f"{name}_available", column in table.columns)
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> dict[int, Path]:
+    folder = tmp_path_factory.mktemp("fmu")
+    return {fmi: export.write_fmu(LEFT_HAND, folder / f"truck{fmi}.fmu", fmi=fmi) for fmi in (2, 3)}
+
+
+@pytest.fixture(params=[2, 3], ids=["FMI 2.0", "FMI 3.0"])
+def path(request: pytest.FixtureRequest, written: dict[int, Path]) -> Path:
+    return written[request.param]
+
+
+@pytest.fixture
+def fmu(path: Path, tmp_path: Path) -> Iterator[Fmu]:
+    instance = Fmu(path, tmp_path / "unzipped")
+    yield instance
+    instance.slave.freeInstance()
+
+
+def test_an_fmu_has_no_problem_that_fmpy_finds(path: Path) -> None:
+    assert validate_fmu(str(path)) == []
+
+
+def bits(value: float | None) -> str:
+    assert value is not None
+    return float(value).hex()
+
+
+def test_an_fmu_says_of_a_drive_what_offset_says_bit_for_bit(fmu: Fmu, drive: Signals) -> None:
+    fmu.has(drive.table)
+    fmu.begin(drive.table["time_s"][0])
+    fmu.drive(drive.table, drive.rate_hz)
+    answer = oc.offset(drive, LEFT_HAND)
+    assert answer.offset.value is not None and answer.backlash.value is not None
+    for name in ESTIMATES:
+        estimate = getattr(answer, name)
+        assert _core.STATUSES[int(fmu.get(f"{name}_status"))] == estimate.status
+        if estimate.value is not None:
+            low = fmu.get(name) - 1.96 * fmu.get(f"{name}_sd")
+            assert (bits(fmu.get(name)), bits(low)) == (bits(estimate.value), bits(estimate.ci95[0]))
+    assert bits(fmu.get("used_time")) == bits(answer.used_s)
+    for reason, seconds in answer.rejected_s.items():
+        assert bits(fmu.get(f"rejected_time.{reason}")) == bits(seconds)
+
+
+def test_fmpy_itself_simulates_a_drive_to_the_same_offset(path: Path) -> None:
+    given = steady_drive(minutes=3.0)
+    table = given.table.with_columns(time_s=np.arange(given.table.height) * (1.0 / given.rate_hz))
+    columns = {"time_s": "time", **{column: name for column, name in INPUTS.items() if column in table.columns}}
+    inputs = table.select(pl.col(column).alias(name) for column, name in columns.items()).to_numpy(structured=True)
+    result = fmpy.simulate_fmu(
+        str(path),
+        start_values={"rate_hz": given.rate_hz},
+        stop_time=table.height / given.rate_hz,
+        output_interval=1.0 / given.rate_hz,
+        input=inputs,
+        output=["offset", "offset_sd", "duration_time"],
+    )
+    answer = oc.offset(Signals(table, given.sources, given.rate_hz, given.log), LEFT_HAND)
+    assert result["duration_time"][-1] == answer.duration_s
+    assert bits(result["offset"][-1]) == bits(answer.offset.value)
+    assert result["offset"][-1] - 1.96 * result["offset_sd"][-1] == answer.offset.ci95[0]
+
+
+def test_the_vehicle_files_values_are_the_fmus_start_values_and_an_importer_may_change_them(
+    fmu: Fmu,
+) -> None:
+    steady = steady_drive()
+    assert fmu.get("params.joint_evidence_min_s") == 30.0
+    assert fmu.get("vehicle.traffic_side") == -1
+    assert fmu.get("vehicle.wheelbase_m") == TRUCK.wheelbase_m
+    for name, value in {**_core.default_params(), **LEFT_HAND.params}.items():
+        assert fmu.get(f"params.{name}") == value
+    fmu.set("method", _core.METHODS.index("thesis"))
+    fmu.set("params.speed_min_m_s", 15.0)
+    fmu.set("rate_hz", steady.rate_hz)
+    fmu.has(steady.table)
+    fmu.begin(steady.table["time_s"][0])
+    fmu.drive(steady.table, steady.rate_hz)
+    answer = oc.offset(steady, LEFT_HAND, method="thesis", params={"speed_min_m_s": 15.0})
+    assert answer.offset.status == "valid"
+    assert bits(fmu.get("offset")) == bits(answer.offset.value)
+
+
+def test_the_fmus_angle_without_its_sensor_is_that_of_angle_bit_for_bit(fmu: Fmu, drive: Signals) -> None:
+    part = Signals(drive.table.head(20_000), drive.sources, drive.rate_hz, drive.log)
+    lost = part.table.with_columns(
+        steering_wheel_angle_rad=pl.when(pl.col("time_s") < 150.0 + pl.col("time_s").first())
+        .then("steering_wheel_angle_rad")
+        .otherwise(float("nan"))
+    )
+    fmu.set("angle_method", _core.ANGLE_METHODS.index("observer"))
+    fmu.has(lost)
+    fmu.begin(lost["time_s"][0])
+    expected = oc.angle(part, LEFT_HAND, sensor_lost_at=150.0)
+    for rows, expected_row in ((lost.head(14_000), 13_999), (lost.slice(14_000), 19_999)):
+        fmu.drive(rows, part.rate_hz)
+        row = expected.row(expected_row, named=True)
+        assert bits(fmu.get("angle")) == bits(row["steering_wheel_angle_rad"])
+        assert bits(fmu.get("angle_sd")) == bits(row["standard_deviation_rad"])
+        assert _core.STATUSES[int(fmu.get("angle_status"))] == row["status"]
+        assert _core.FAULTS[int(fmu.get("sensor_fault"))] == row["sensor_fault"]
+    assert fmu.get("sensor_fault_since") == expected["sensor_fault_since_s"][-1]
+
+
+def test_each_variable_has_a_unit_or_a_type_and_says_what_it_is(path: Path) -> None:
+    for variable in fmpy.read_model_description(str(path)).modelVariables:
+        assert variable.description, variable.name
+        if variable.type in ("Real", "Float64"):
+            assert variable.unit, variable.name
+        if variable.min is not None and variable.type in ("Real", "Float64"):
+            assert float(variable.min) <= float(variable.start) <= float(variable.max), variable.name
+        if variable.unit and variable.unit.startswith("rad"):
+            assert variable.displayUnit == variable.unit.replace("rad", "deg")
+
+
+def test_the_ranges_that_are_exported_are_the_cores_own() -> None:
+    listed = params()
+    assert {p.name for p in listed} == set(_core.default_params()) - {"use_accelerometer"}
+    widest = {"delay_band_hz": {"cutoff_hz": 50.0}, "understeer_acceleration_min_m_s2": {}}
+    for p in listed:
+        others = widest.get(p.name, {})
+        if p.name == "cutoff_hz":
+            others = {"delay_band_hz": 0.1}
+        if p.name.startswith("understeer_acceleration_"):
+            others = {"understeer_acceleration_min_m_s2": 0.01, "understeer_acceleration_max_m_s2": 10.0}
+        for bound, beyond in ((p.low, p.low - 1e-6 * max(1.0, abs(p.low))), (p.high, 1.001 * p.high)):
+            assert _core.bad_param({**others, p.name: bound}) is None, (p.name, bound)
+            assert _core.bad_param({**others, p.name: beyond}) == p.name, (p.name, beyond)
+
+
+@pytest.mark.parametrize(("step_s", "steps"), [(0.001, 10_000), (0.003, 3_333), (0.05, 200), (0.01, 1000)])
+def test_an_importer_that_steps_finer_or_coarser_gets_as_many_ticks(fmu: Fmu, step_s: float, steps: int) -> None:
+    fmu.begin()
+    for k in range(steps):
+        fmu.slave.doStep(k * step_s, step_s)
+    assert fmu.get("duration_time") == pytest.approx(10.0, abs=0.011)
+    assert fmu.get("time") == pytest.approx(steps * step_s)
+
+
+def test_an_importer_that_steps_by_ticks_gets_one_a_step_though_its_clock_drifts(fmu: Fmu) -> None:
+    fmu.begin()
+    for k in range(1000):
+        fmu.slave.doStep(k * 0.01004, 0.01004)
+        assert fmu.get("tick_time") == k * 0.01004
+    assert fmu.get("duration_time") == pytest.approx(10.0, abs=1e-9)
+
+
+def test_a_signal_that_is_not_available_or_no_number_is_not_used(fmu: Fmu) -> None:
+    fmu.begin()
+    fmu.set("vehicle_speed", 20.0)
+    fmu.slave.doStep(0.0, 0.01)
+    assert not fmu.get("reason.missing_signal")
+    fmu.set("yaw_rate_available", False)
+    fmu.slave.doStep(0.01, 0.01)
+    assert fmu.get("reason.missing_signal")
+    fmu.set("yaw_rate_available", True)
+    fmu.set("lateral_acceleration", float("nan"))
+    fmu.slave.doStep(0.02, 0.01)
+    assert fmu.get("reason.missing_signal")
+    assert fmu.get("rejected_time.missing_signal") == pytest.approx(0.02)
+
+
+def refused(call: object, *arguments: object) -> bool:
+    """Whether the FMU refuses; fmpy raises then."""
+    try:
+        call(*arguments)  # type: ignore[operator]
+    except Exception as error:
+        assert "error" in str(error).lower()
+        return True
+    return False
+
+
+def test_what_cannot_be_is_refused_by_the_fmu(fmu: Fmu) -> None:
+    assert refused(fmu.slave.doStep, 0.0, 0.01)
+    fmu.set("params.cutoff_hz", 500.0)
+    assert refused(fmu.begin)
+    fmu.slave.reset()
+    assert fmu.get("params.cutoff_hz") == 3.0
+    fmu.begin()
+    assert refused(fmu.set, "params.cutoff_hz", 4.0)
+    assert refused(fmu.set, "offset", 0.0)
+    assert refused(fmu.slave.doStep, 0.0, -0.01)
+    assert refused(fmu.slave.doStep, float("nan"), 0.01)
+    fmu.slave.doStep(10.0, 0.01)
+    assert refused(fmu.slave.doStep, 5.0, 0.01)
+
+
+def test_a_wheel_speed_fmu_without_a_track_width_does_not_begin(tmp_path: Path, path: Path) -> None:
+    fmu = Fmu(path, tmp_path / "unzipped")
+    fmu.set("method", _core.METHODS.index("wheel-speed"))
+    for axle in ("front", "rear"):
+        fmu.set(f"vehicle.track_width_{axle}_m", 0.0)
+    assert refused(fmu.begin)
+    fmu.slave.freeInstance()
+
+
+def test_a_run_that_is_saved_and_goes_on_elsewhere_ends_the_same(
+    fmu: Fmu, path: Path, tmp_path: Path, drive: Signals
+) -> None:
+    first, second = drive.table.head(9_000), drive.table.slice(9_000, 3_000)
+    fmu.has(drive.table)
+    fmu.begin(first["time_s"][0])
+    fmu.drive(first, drive.rate_hz)
+    calls = "getFMUState setFMUState serializeFMUState deserializeFMUState".split()
+    if fmu.fmi2:
+        calls = "getFMUstate setFMUstate serializeFMUstate deSerializeFMUstate".split()
+    get_state, set_state, to_bytes, from_bytes = calls
+    state = getattr(fmu.slave, get_state)()
+    image = getattr(fmu.slave, to_bytes)(state)
+    fmu.drive(second, drive.rate_hz)
+    names = (*ESTIMATES, "used_time", "tick_time", "motion.residual")
+    told = [bits(fmu.get(name)) for name in names]
+
+    getattr(fmu.slave, set_state)(state)
+    assert fmu.get("tick_time") == first["time_s"][-1]
+    fmu.drive(second, drive.rate_hz)
+    assert [bits(fmu.get(name)) for name in names] == told
+
+    other = Fmu(path, tmp_path / "elsewhere")
+    other.begin()
+    getattr(other.slave, set_state)(getattr(other.slave, from_bytes)(image))
+    other.drive(second, drive.rate_hz)
+    assert [bits(other.get(name)) for name in names] == told
+
+    foreign = bytes([image[0], image[1] ^ 1]) + bytes(image[2:])
+    assert refused(getattr(other.slave, from_bytes), foreign)
+    assert refused(getattr(other.slave, from_bytes), bytes(image[:-1]))
+    other.slave.freeInstance()
+
+
+def test_an_fmu_carries_its_sources_and_its_licences(path: Path, written: dict[int, Path]) -> None:
+    with zipfile.ZipFile(path) as archive:
+        names = set(archive.namelist())
+        text = {name: archive.read(name).decode() for name in names if not name.startswith("binaries/")}
+    assert {f"sources/{file.name}" for file in ROOT.glob("core/*.[ch]")} <= names
+    assert "Permission is hereby granted" in text["documentation/licenses/license.txt"]
+    assert "Redistribution and use" in text["documentation/licenses/fmi_headers.txt"]
+    (configuration,) = fmpy.read_model_description(str(path)).buildConfigurations
+    (given,) = configuration.sourceFileSets
+    assert {f"sources/{name}" for name in given.sourceFiles} <= names
+    if path == written[3]:
+        assert "-ffp-contract=off" in text["sources/buildDescription.xml"]
+
+
+CC = ["cc", "-std=c99", "-ffp-contract=off", "-Icore"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return export.write_c(tmp_path_factory.mktemp("c") / "oncenter")
+
+
+def test_the_line_that_the_folders_readme_gives_builds_a_test_that_passes(folder: Path) -> None:
+    readme = (folder / "README.md").read_text(encoding="utf-8")
+    (line,) = re.findall(r"^cc .*$", readme, re.MULTILINE)
+    done = subprocess.run(line, shell=True, cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == f"oncenter {oc.__version__}: 3 cases of 6000 ticks are equal to the last bit\n"
+    assert f"oncenter {oc.__version__}" in readme
+    assert (folder / "LICENSE").read_text(encoding="utf-8").startswith("MIT License")
+
+
+def test_a_core_that_differs_in_one_bit_fails_its_vectors_and_is_told_where(folder: Path) -> None:
+    vectors = (folder / "test" / "vectors.h").read_text(encoding="utf-8")
+    value = re.findall(r"0x1\.[0-9a-f]{12}[0-8]p-\d", vectors)[-1]
+    last = value.index("p") - 1
+    nudged = value[:last] + f"{int(value[last], 16) + 1:x}" + value[last + 1 :]
+    at = vectors.rindex(value)
+    other = folder / "test_nudged"
+    other.mkdir()
+    (other / "vectors.h").write_text(vectors[:at] + nudged + vectors[at + len(value) :], encoding="utf-8")
+    (other / "test_vectors.c").write_bytes((folder / "test" / "test_vectors.c").read_bytes())
+    sources = [str(file.relative_to(folder)) for file in sorted(folder.glob("core/*.c"))]
+    subprocess.run([*CC, "-O0", *sources, "test_nudged/test_vectors.c", "-lm", "-o", "nudged"], cwd=folder, check=True)
+    done = subprocess.run([folder / "nudged"], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "1 values differ" in done.stdout
+    assert f"expected {nudged}" in done.stdout
+
+
+@pytest.fixture(scope="module")
+def ecu(folder: Path) -> Path:
+    """The ECU's program as a shared library, with debug information as calibration tools want it."""
+    strict = ["-Wall", "-Wextra", "-Wconversion", "-Werror", "-g", "-shared", "-fPIC"]
+    sources = [str(file.relative_to(folder)) for file in sorted(folder.glob("core/*.c"))]
+    library = folder / "ecu.elf"
+    command = [*CC, *strict, "-Iecu", *sources, "ecu/oncenter_ecu.c", "-lm", "-o", library.name]
+    subprocess.run(command, cwd=folder, check=True)
+    return library
+
+
+def items_of(a2l: Path) -> list[str]:
+    """Parameters and measurements without their addresses; the tool writes some signs otherwise."""
+    text = a2l.read_text(encoding="utf-8").lower().replace("\\", "")
+    blocks = re.findall(r"/begin (?:characteristic|measurement) .*?/end", text, re.DOTALL)
+    blocks = [re.sub(r"(ecu_address|value) 0x[0-9a-f]+", r"\1", block) for block in blocks]
+    return [" ".join(map(as_number, block.split())) for block in blocks]
+
+
+def as_number(word: str) -> str:
+    try:
+        return str(float(word))
+    except ValueError:
+        return word
+
+
+def enumerations_of(a2l: Path) -> dict[str, list[tuple[str, str]]]:
+    """By name, the values with their words, as the program or its description calls them."""
+    text = a2l.read_text(encoding="utf-8")
+    tables = re.findall(r"/begin COMPU_VTAB (\w+) .*?TAB_VERB \d+(.*?)/end", text, re.DOTALL)
+    return {name: re.findall(r'(\d+) "(.*?)"', rows) for name, rows in tables}
+
+
+def a2ltool(*arguments: str | Path) -> str:
+    tool = Path(sys.executable).with_name("a2ltool")
+    found = tool if tool.exists() else "a2ltool"
+    done = subprocess.run([found, "--strict", "--check", *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+def test_the_a2l_file_names_only_what_the_program_has_with_its_types(folder: Path, ecu: Path, tmp_path: Path) -> None:
+    given = folder / "ecu" / "oncenter.a2l"
+    assert "No problems found" in a2ltool("-v", given)
+    linked = tmp_path / "linked.a2l"
+    update = ("--elffile", ecu, "--update", "--update-mode", "STRICT")
+    told = a2ltool("-v", *update, "-o", linked, given)
+    assert len(re.findall(r"\b0 not found", told)) >= 2 and not re.search(r"[1-9]\d* not found", told)
+    assert items_of(linked) == items_of(given)  # no type and no limit had to be corrected
+    theirs = enumerations_of(linked)
+    for name, values in enumerations_of(given).items():
+        for (ours, word), (value, constant) in zip(values, theirs[name], strict=False):
+            assert ours == value and constant.lower().endswith(word.replace("-", "_").lower())
+    addresses = re.findall(r"ECU_ADDRESS (0x[0-9A-Fa-f]+)", linked.read_text(encoding="utf-8"))
+    assert len(addresses) > 50 and all(int(address, 16) > 0 for address in addresses)
+
+
+def test_the_ecus_program_takes_no_tick_before_its_truck_is_calibrated(ecu: Path) -> None:
+    program = ctypes.CDLL(str(ecu))
+    program.oncenter_ecu_defaults()
+    assert program.oncenter_ecu_start() != 0
+    program.oncenter_ecu_tick()
+    program.oncenter_ecu_tell()
+    wheelbase, ratio = (ctypes.c_double * 2).in_dll(program, "oncenter_vehicle"), 1
+    wheelbase[0], wheelbase[ratio] = 3.7, 19.3
+    assert program.oncenter_ecu_start() == 0
+
+
+TRUCK_FILE = "wheelbase_m = 3.7\nsteering_ratio = 19.3\n"
+
+
+@pytest.mark.parametrize(
+    ("truck", "arguments", "complaint"),
+    [
+        ("steering_ratio = 19.3\n", ["--output", "t.fmu"], "wheelbase_m"),
+        ("wheelbase_m = 3.7\n", ["--output", "t.fmu"], "steering_ratio"),
+        ("wheelbase_m = 3.7\nsteering_ratio = [0.0, 0.05, 1, 1, 1, 1, 1, 1, 1]\n", ["--output", "t.fmu"], "9 terms"),
+        (TRUCK_FILE, ["--output", "t.zip"], "takes a .fmu file"),
+        (TRUCK_FILE, ["--output", "nowhere/t.fmu"], "cannot write nowhere/t.fmu"),
+        (TRUCK_FILE, ["--output", "t.fmu", "--fmi", "4"], "4"),
+        (TRUCK_FILE, [], "--output"),
+    ],
+)
+def test_an_fmu_that_cannot_be_is_one_line(
+    truck: str,
+    arguments: list[str],
+    complaint: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("truck.toml").write_text(truck, encoding="utf-8")
+    assert run(["export", "fmu", "--vehicle", "truck.toml", *arguments]) == 2
+    said = capsys.readouterr()
+    assert said.out == "" and said.err.count("\n") == 1
+    assert complaint in said.err
+    assert not list(tmp_path.glob("*.fmu"))
+
+
+@pytest.mark.parametrize("compiler", ["/nowhere/cc", "false"])
+def test_without_a_compiler_that_compiles_there_is_no_fmu_but_one_line(
+    compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("CC", compiler)
+    assert run(["export", "fmu", "--vehicle", "scania_r730_4x2", "--output", str(tmp_path / "t.fmu")]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and compiler in said and "C compiler" in said
+    assert not (tmp_path / "t.fmu").exists()
+
+
+def test_export_alone_says_what_can_be_exported(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["export"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "export fmu" in said and "export c" in said
+
+
+def test_an_fmu_cannot_take_the_place_of_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "t.fmu").mkdir()
+    assert run(["export", "fmu", "--vehicle", "scania_r730_4x2", "--output", str(tmp_path / "t.fmu")]) == 2
+    assert "cannot write" in capsys.readouterr().err
+
+
+def test_a_folder_that_holds_something_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
+    assert run(["export", "c", "--output", str(tmp_path)]) == 2
+    assert "is not empty" in capsys.readouterr().err
+    assert run(["export", "c", "--output", str(tmp_path / "mine.txt")]) == 2
+    assert "cannot write" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]

@@ -1,6 +1,7 @@
 # One command does all: it makes .venv, compiles the core and goes on from there.
 PYTHON ?= python3
 BIN := .venv/bin
+EXPORTED = src/oncenter/export/c/oncenter_ecu.c $(wildcard src/oncenter/export/fmi/*.c)
 C_FILES = $(wildcard core/*.c src/oncenter/simulate/native/*.c)
 C_HEADERS = $(wildcard core/*.h src/oncenter/simulate/native/*.h)
 BUILDERS = src/oncenter/_build.py src/oncenter/simulate/_build.py
@@ -36,12 +37,12 @@ types: .venv/ready
 	$(BIN)/mypy --strict src
 
 warnings: .venv/ready
-	@set -e; for file in $(C_FILES); do echo "$(CC) $(WARNINGS) $$file"; \
+	@set -e; for file in $(C_FILES) $(EXPORTED); do echo "$(CC) $(WARNINGS) $$file"; \
 	  $(CC) $(WARNINGS) $(INCLUDES) -c $$file -o /dev/null; done
 
 cppcheck:
 	@$(call need,command -v cppcheck >/dev/null,cppcheck)
-	cppcheck -q --std=c99 --enable=warning,style,performance,portability --error-exitcode=1 $(INCLUDES) $(C_FILES)
+	cppcheck -q --std=c99 --enable=warning,style,performance,portability --error-exitcode=1 $(INCLUDES) $(C_FILES) $(EXPORTED)
 
 # A second copy of the package, compiled with the sanitizers, comes first on the path. -fno-wrapv: Python's own
 # -fwrapv would hide overflows.

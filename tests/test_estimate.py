@@ -175,6 +175,9 @@ def test_the_joint_answer_adds_its_quantities_to_the_json_and_takes_none_away() 
     assert set(thesis["offset"]) == set(joint["offset"])
     assert joint["offset"]["variance_if_independent_deg2"] is None
     assert joint["unloading_acceleration"]["unit"] == "m/s^2"
+    assert joint["equivalent_wheelbase"]["unit"] == "m"
+    assert joint["equivalent_wheelbase"]["value"] == pytest.approx(3.7, rel=0.02)
+    assert thesis["equivalent_wheelbase"]["value"] is None
     assert joint["unloading_acceleration"]["value"] == pytest.approx(0.02, abs=0.02)  # the accelerometer's bias
     assert joint["backlash"]["value"] == pytest.approx(3.0, abs=0.2)
     assert (thesis["unloading_acceleration"]["value"], thesis["backlash"]["value"]) == (None, None)

@@ -35,6 +35,7 @@ def core_says(**others: Any) -> dict[str, Any]:
         "understeer_gradient": estimate(0.4 * DEGREE, 0.01 * DEGREE),
         "backlash": estimate(3.0 * DEGREE, 0.1 * DEGREE),
         "unloading_acceleration": estimate(0.02, 0.005),
+        "equivalent_wheelbase": estimate(3.72, 0.02),
         "yaw_rate_bias": estimate(0.01 * DEGREE, 0.01 * DEGREE),
         "yaw_rate_bias_wheel_time": 1700.0,
         "yaw_rate_bias_alarm_time": 0.0,
@@ -53,7 +54,8 @@ def core_says(**others: Any) -> dict[str, Any]:
 def told(*changes: Change, traffic_sign: float = 0.0, accelerometer: bool = True, **others: Any) -> dict[str, Finding]:
     """The joint method's findings by code."""
     native, params = core_says(**others), PARAMS | {"use_accelerometer": int(accelerometer)}
-    of_method = joint_findings(native, params, changes, steering_ratio=19.3, traffic_sign=traffic_sign)
+    truck = {"steering_ratio": 19.3, "wheelbase_m": 3.7}
+    of_method = joint_findings(native, params, changes, **truck, traffic_sign=traffic_sign)
     found = findings_of(native, params, False, method="joint", yaw_rate_from_vdc2=False, of_method=of_method)
     return {finding.code: finding for finding in found}
 
@@ -257,3 +259,15 @@ def test_a_bypass_driven_one_way_is_not_believed_and_asks_for_the_other_side() -
 def test_a_truck_that_pulls_is_told_from_its_play() -> None:
     answer = oc.offset(simulated("pulling_truck"), TRUCK)
     assert by_code(answer)["unloading_off_zero"].value == pytest.approx(-0.14, abs=0.05)
+
+
+@pytest.mark.parametrize(("wrong", "says"), [(1.08, "less"), (0.92, "more")])
+def test_a_wrong_wheelbase_in_the_vehicle_file_is_named_and_costs_no_offset(wrong: float, says: str) -> None:
+    """An axle fault of 8 %: the bends tell the right wheelbase, or the ratio that would do as well."""
+    drive, truth = oc.simulate("country", seed=3)
+    right = oc.offset(drive, TRUCK)
+    answer = oc.offset(drive, TRUCK.model_copy(update={"wheelbase_m": wrong * TRUCK.wheelbase_m}))
+    assert "wheelbase_or_ratio" not in by_code(right)
+    assert f"% {says} angle than" in by_code(answer)["wheelbase_or_ratio"].text
+    assert answer.equivalent_wheelbase.value == pytest.approx(truth.equivalent_wheelbase_m, rel=0.015)
+    assert answer.offset.value == pytest.approx(truth.offset_rad, abs=0.2 * DEGREE)

@@ -79,7 +79,8 @@ class Answer:
     `str(answer)` is the answer in words, `to_json` the contract's object. Times are in seconds of ticks;
     duration_s = used_s + unused_s, and the reasons in `rejected_s` overlap. `drives` are the tables answered, so that
     `trace` can run them again. The wheel radius mismatch of an axle is its left radius over its right less one;
-    `unloading_acceleration` is the lateral acceleration, as measured, at which the steering is without side force.
+    `unloading_acceleration` is the lateral acceleration, as measured, at which the steering is without side force;
+    `equivalent_wheelbase` the one of (10) that bends ask for, an error of the steering ratio counted as one of it.
     `changes` are those that the drive proved, the first one first; of more than the core keeps, the last.
     """
 
@@ -94,6 +95,7 @@ class Answer:
     understeer_gradient: Estimate
     backlash: Estimate
     unloading_acceleration: Estimate
+    equivalent_wheelbase: Estimate
     yaw_rate_bias: Estimate
     lateral_acceleration_bias: Estimate
     wheel_radius_mismatch_rear: Estimate
@@ -150,6 +152,7 @@ class Answer:
             "understeer_gradient": self.understeer_gradient.to_dict(),
             "backlash": self.backlash.to_dict(),
             "unloading_acceleration": self.unloading_acceleration.to_dict(),
+            "equivalent_wheelbase": self.equivalent_wheelbase.to_dict(),
             "yaw_rate_bias": self.yaw_rate_bias.to_dict(),
             "lateral_acceleration_bias": self.lateral_acceleration_bias.to_dict(),
             "wheel_radius_mismatch_rear": self.wheel_radius_mismatch_rear.to_dict(),
@@ -347,6 +350,7 @@ def _answer(
         understeer_gradient=_estimate(native["understeer_gradient"], "rad/(m/s^2)"),
         backlash=_not_negative(_estimate(native["backlash"], "rad")),
         unloading_acceleration=_estimate(native["unloading_acceleration"], "m/s^2"),
+        equivalent_wheelbase=_estimate(native["equivalent_wheelbase"], "m"),
         yaw_rate_bias=_estimate(native["yaw_rate_bias"], "rad/s"),
         lateral_acceleration_bias=Estimate(None, None, "unobservable", "m/s^2"),
         wheel_radius_mismatch_rear=_estimate(native["wheel_radius_mismatch_rear"], "1"),
@@ -373,7 +377,12 @@ def _joint_findings(
     native: Mapping[str, Any], params: Mapping[str, float], changes: tuple[Change, ...], vehicle: Vehicle
 ) -> Iterable[Finding | None]:
     return joint_findings(
-        native, params, changes, steering_ratio=vehicle.ratio_near_centre, traffic_sign=vehicle.traffic_sign
+        native,
+        params,
+        changes,
+        steering_ratio=vehicle.ratio_near_centre,
+        wheelbase_m=vehicle.wheelbase_m,
+        traffic_sign=vehicle.traffic_sign,
     )
 
 

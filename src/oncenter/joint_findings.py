@@ -19,6 +19,7 @@ _UNLOADING_WORTH_TELLING_M_S2 = 0.1  # half a usual crown
 _OFFSET_TAKEN_OUT_DEG = 0.5  # a sender that corrects itself ends so near to zero
 _OFFSET_LARGE_DEG = 1.0  # and had something to correct
 _PART_WORTH_TELLING = 0.25  # of the half-width
+_WHEELBASE_WORTH_TELLING = 0.04  # share: tyres and load move the one of (10) by less
 
 
 def joint_findings(
@@ -27,6 +28,7 @@ def joint_findings(
     changes: Sequence[Change],
     *,
     steering_ratio: float,
+    wheelbase_m: float,
     traffic_sign: float,
 ) -> Iterator[Finding | None]:
     """Those of the joint method on one answer of the core; None for what is not worth telling.
@@ -36,11 +38,13 @@ def joint_findings(
         params: in force.
         changes: that the drive proved.
         steering_ratio: near the centre.
+        wheelbase_m: as the vehicle file has it, (10) applied.
         traffic_sign: 1 where traffic keeps right, -1 left, 0 unknown.
     """
     yield from map(_change, changes)
     yield _play(native)
     yield _unloading(native, params, steering_ratio, traffic_sign)
+    yield _wheelbase(native, steering_ratio, wheelbase_m)
     yield _evidence(native, params)
     yield _unseen_flank(native, params)
     yield _interval(native, params, steering_ratio)
@@ -127,6 +131,24 @@ def _unloading(
             f"then the offset is {abs(moved):.1f} deg {'less' if moved > 0 else 'more'}"
         )
     return Finding("unloading_off_zero", "warning", text, a_0, "m/s^2")
+
+
+def _wheelbase(native: Mapping[str, Any], steering_ratio: float, wheelbase_m: float) -> Finding | None:
+    """Bends that ask for another angle than vehicle file and gradient foretell."""
+    found = native["equivalent_wheelbase"]
+    share = found["value"] / wheelbase_m - 1.0
+    doubt = 1.96 * found["standard_deviation"] / wheelbase_m
+    if _status(found) != "valid" or abs(share) - doubt < _WHEELBASE_WORTH_TELLING:
+        return None
+    return Finding(
+        "wheelbase_or_ratio",
+        "info",
+        f"bends take {abs(share):.0%} {'more' if share > 0 else 'less'} angle than the vehicle file foretells: an "
+        f"equivalent wheelbase of {found['value']:.2f} m, not {wheelbase_m:.2f}, or a steering ratio of "
+        f"{steering_ratio * (1.0 + share):.1f}, not {steering_ratio:.1f}; the offset was found with it",
+        found["value"],
+        "m",
+    )
 
 
 def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:

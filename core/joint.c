@@ -13,7 +13,7 @@ static const float least_correction = 1e-6f; /* rad/s */
 static const float flank_s = 4.0f;
 static const float clearly = 0.02f;                    /* m/s^2 */
 static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
-static const float always_doubtful = 0.3f;             /* of that variance, whatever was found */
+static const float always_doubtful = 0.15f;            /* of that variance, whatever was found */
 static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
 
 void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_ratio, double ratio_times_wheelbase,
@@ -334,9 +334,10 @@ static float share_of(float value) {
     return value > 1.0f ? 1.0f : value;
 }
 
-static float larger_factor(const oc_hypothesis *h) {
+/* Of time, before it tells as much as if its seconds were independent. */
+static float longer_by_correlation(const oc_hypothesis *h) {
     const float f = h->blocks.factor > h->long_blocks.factor ? h->blocks.factor : h->long_blocks.factor;
-    return f > 1.0f ? f : 1.0f;
+    return f > 1.0f ? sqrtf(f) : 1.0f;
 }
 
 /* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was
@@ -344,7 +345,7 @@ static float larger_factor(const oc_hypothesis *h) {
  * the midpoint stays as uncertain as half the play is beforehand. */
 static double unseen_width_variance(const oc_joint *joint, const oc_hypothesis *h) {
     const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
-    const float missing = share_of(1.0f - seen / (flank_s * larger_factor(h)));
+    const float missing = share_of(1.0f - seen / (flank_s * longer_by_correlation(h)));
     const float little = share_of(1.0f - 2.0f * h->play.half_width / found_width);
     const float doubtful = little > always_doubtful ? little : always_doubtful;
     return (double)(missing * doubtful * width_sd * width_sd);

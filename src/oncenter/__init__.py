@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from oncenter.angle import angle as angle
+    from oncenter.budget import Budget as Budget
+    from oncenter.budget import budget as budget
     from oncenter.errors import OncenterError as OncenterError
     from oncenter.estimate import Answer as Answer
     from oncenter.estimate import offset as offset
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
     from oncenter.monitor import Monitor as Monitor
     from oncenter.monitor import Tick as Tick
     from oncenter.read import read as read
+    from oncenter.reference import Reference as Reference
+    from oncenter.reference import reference as reference
     from oncenter.report import report as report
     from oncenter.signals import Signals as Signals
     from oncenter.simulate import simulate as simulate
@@ -28,6 +32,8 @@ if TYPE_CHECKING:
 # Where each public name lives. A verb may share its name with its room: the verb wins.
 _HOMES = {
     "angle": "angle",
+    "Budget": "budget",
+    "budget": "budget",
     "OncenterError": "errors",
     "Answer": "estimate",
     "offset": "estimate",
@@ -35,6 +41,8 @@ _HOMES = {
     "Monitor": "monitor",
     "Tick": "monitor",
     "read": "read",
+    "Reference": "reference",
+    "reference": "reference",
     "report": "report",
     "Signals": "signals",
     "simulate": "simulate",

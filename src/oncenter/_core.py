@@ -89,6 +89,11 @@ def _members(struct: Any) -> dict[str, Any]:
     return {name: plain(getattr(struct, name)) for name, _ in ffi.typeof(struct).item.fields}
 
 
+def few_batches_factor(batches: int) -> float:
+    """By how much a 95 % interval from the scatter of so few batches is wider than from many."""
+    return float(lib.oc_few_batches_factor(float(batches)))
+
+
 def default_params() -> dict[str, float]:
     """The params of the core by name, each name ending in its unit; the core's header says what they mean.
 
@@ -160,6 +165,14 @@ def smooth_angle(
         1.0 / rate_hz,
     )
     return smoothed, rate
+
+
+def front_wheel_angles(
+    wheelbase_m: float, track_m: float, left: npt.NDArray[np.float64], right: npt.NDArray[np.float64], *, exact: bool
+) -> npt.NDArray[np.float64]:
+    """The front wheels' mean angle from their speeds, rad, left positive: by (2) solved for R, or by (3)."""
+    of = lib.oc_front_wheel_exact if exact else lib.oc_wheel_speed_front_angle
+    return np.array([of(wheelbase_m, track_m, v_l, v_r, 0.0) for v_l, v_r in zip(left, right, strict=True)])
 
 
 class Core:

@@ -13,9 +13,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.signals import DEGREE, SIGNALS, SignalName
+from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, SignalName
 
 _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+_NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 _TrackWidth = Annotated[float, Field(ge=1, le=3)]
 
 
@@ -25,6 +26,23 @@ class _SignalEntry(BaseModel):
     name: str
     unit: str | None = None
     sign: Literal[1, -1] = 1
+
+
+class Sensors(BaseModel):
+    """By how much a truck's sensors may be off: Table 1's worst where a file says nothing, and Figure 16's speed.
+
+    Attributes:
+        steering_wheel_angle_hysteresis_deg: what turning back and forth may leave.
+        yaw_rate_bias_deg_s, lateral_acceleration_bias_m_s2: either sign.
+        speed_scale_percent: by how much the speed reads too high, -20 to 20.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    steering_wheel_angle_hysteresis_deg: _NotNegative = 2.5
+    yaw_rate_bias_deg_s: _NotNegative = 3.0
+    lateral_acceleration_bias_m_s2: _NotNegative = 0.1 * STANDARD_GRAVITY
+    speed_scale_percent: Annotated[float, Field(ge=-20, le=20)] = 5.0
 
 
 class Vehicle(BaseModel):
@@ -42,6 +60,7 @@ class Vehicle(BaseModel):
         mass_kg: prior.
         understeer_gradient_deg_m_s2: prior, K_us/g at the road wheel.
         traffic_side: which side of the road is driven on: tells the side to which the crown falls.
+        sensors: by how much they may be off, for `oncenter.budget`.
         signals: by signal name, how this truck's logs call it, for logs that use other names.
         params: of the estimator, where they differ from the core's defaults; an angle may be given in `_deg`.
         source: by key, where a value comes from.
@@ -58,6 +77,7 @@ class Vehicle(BaseModel):
     mass_kg: _Positive | None = None
     understeer_gradient_deg_m_s2: Annotated[float, Field(allow_inf_nan=False)] | None = None
     traffic_side: Literal["right", "left"] | None = None
+    sensors: Sensors = Sensors()
     signals: Mapping[str, _SignalEntry] = {}
     params: Mapping[str, float] = {}
     source: Mapping[str, str] = {}
@@ -163,9 +183,10 @@ def _first_error(error: ValidationError) -> str:
     if first["type"] == "missing":
         return f"'{key}' is missing"
     if first["type"] == "extra_forbidden":
-        near = [field for field in Vehicle.model_fields if field.startswith(key)]
+        fields = Sensors.model_fields if key.startswith("sensors.") else Vehicle.model_fields
+        near = [field for field in fields if field.startswith(key.removeprefix("sensors."))]
         hint = "did you mean" if near else "known are"
-        return f"'{key}' is not known here; {hint} {', '.join(near or Vehicle.model_fields)}"
+        return f"'{key}' is not known here; {hint} {', '.join(near or fields)}"
     message = str(first["msg"]).removeprefix("Value error, ")
     return message if first["type"] == "value_error" else f"'{key}': {message}, got {first['input']!r}"
 

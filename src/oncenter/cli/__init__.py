@@ -13,11 +13,14 @@ from collections.abc import Sequence
 import typer
 
 from oncenter.cli.angle import angle
+from oncenter.cli.budget import budget
 from oncenter.cli.demo import demo
 from oncenter.cli.export import export
 from oncenter.cli.offset import offset
+from oncenter.cli.reference import reference
 from oncenter.cli.signals import signals
 from oncenter.cli.simulate import simulate
+from oncenter.cli.thesis import thesis
 from oncenter.errors import WRONG_USAGE, OncenterError
 
 _OUR_OWN_BUG = 70
@@ -30,7 +33,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for verb in (offset, angle, signals, simulate, demo):
+for verb in (offset, angle, reference, budget, signals, simulate, demo, thesis):
     app.command()(verb)
 app.add_typer(export)
 

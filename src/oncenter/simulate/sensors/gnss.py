@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 
@@ -11,8 +9,7 @@ from oncenter.signals import DEGREE
 from oncenter.simulate.chances import named_chances
 from oncenter.simulate.sensor_sections import Gnss
 from oncenter.simulate.sensors.reading import Array, fading
-
-_EQUATOR_M, _FLATTENING = 6_378_137.0, 1 / 298.257223563  # WGS 84
+from oncenter.wgs84 import radii_of_curvature_m
 
 
 def sense_gnss(rows: npt.NDArray[np.void], sensor: Gnss, random: np.random.Generator) -> tuple[dict[str, Array], Array]:
@@ -33,10 +30,3 @@ def sense_gnss(rows: npt.NDArray[np.void], sensor: Gnss, random: np.random.Gener
         "heading": heading_deg % 360.0,
     }
     return columns, np.hypot(rows["vehicle_speed"], rows["lateral_speed"])
-
-
-def radii_of_curvature_m(latitude_deg: float) -> tuple[float, float]:
-    """Of the WGS 84 ellipsoid: along the meridian, and across it."""
-    eccentricity_squared = _FLATTENING * (2.0 - _FLATTENING)
-    squashed = 1.0 - eccentricity_squared * math.sin(latitude_deg * DEGREE) ** 2
-    return _EQUATOR_M * (1.0 - eccentricity_squared) / squashed**1.5, _EQUATOR_M / math.sqrt(squashed)

@@ -6,6 +6,7 @@ from pathlib import Path
 import cffi
 
 CORE = Path("core")  # build backends run in the project's root
+DOORS = ("monitor.h", "save.h")  # what firmware includes
 
 
 def declarations(header: Path, seen: set[Path]) -> str:
@@ -20,7 +21,9 @@ def declarations(header: Path, seen: set[Path]) -> str:
 
 
 ffi = cffi.FFI()
-ffi.cdef(declarations(CORE / "monitor.h", set()))
+seen: set[Path] = set()
+for door in DOORS:
+    ffi.cdef(declarations(CORE / door, seen))
 ffi.set_source(
     "oncenter._native",
     # One translation unit: the compiler sees from room to room, as with link-time optimisation, with any compiler.

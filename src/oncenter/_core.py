@@ -44,6 +44,7 @@ STATUSES: tuple[str, ...] = tuple(_text(lib.oc_status_name(k)) for k in range(li
 METHODS: tuple[str, ...] = tuple(_text(lib.oc_method_name(k)) for k in range(lib.OC_METHOD_COUNT))
 ANGLE_METHODS: tuple[str, ...] = tuple(_text(lib.oc_angle_method_name(k)) for k in range(lib.OC_ANGLE_METHOD_COUNT))
 FAULTS: tuple[str, ...] = tuple(_text(lib.oc_fault_name(k)) for k in range(lib.OC_FAULT_COUNT))
+IMAGE_FAULTS: tuple[str, ...] = tuple(_text(lib.oc_image_fault_name(k)) for k in range(lib.OC_IMAGE_FAULT_COUNT))
 REASONS: dict[str, int] = {_text(lib.oc_reason_name(1 << k)): 1 << k for k in range(lib.OC_REASON_COUNT)}
 
 
@@ -262,6 +263,18 @@ class Core:
     def state_bytes(self) -> bytes:
         """The state's values, to compare two runs on this machine; what lies between them is no state."""
         return _values(self.state())
+
+    def save(self, sequence: int) -> bytes:
+        """The evidence as an image; `sequence`, 32 bits, tells which of two is the newer."""
+        image = bytearray(lib.oc_save_size())
+        lib.oc_save(self._state, self._coefficients, sequence, ffi.from_buffer(image), len(image))
+        return bytes(image)
+
+    def restore(self, image: bytes) -> tuple[str, int]:
+        """One of IMAGE_FAULTS, and the image's sequence; unless "ok" the state is as it is at first."""
+        sequence = ffi.new("uint32_t *")
+        fault = lib.oc_restore(self._state, self._coefficients, ffi.from_buffer(image), len(image), sequence)
+        return IMAGE_FAULTS[fault], sequence[0]
 
     def copy_state_from(self, other: Core) -> None:
         ffi.buffer(self._state)[:] = ffi.buffer(other._state)[:]

@@ -12,6 +12,15 @@ from oncenter.vehicle import Vehicle, core_params
 
 NOT_AVAILABLE = float("nan")
 
+_REFUSALS = {
+    "missing": "does not begin as one",
+    "truncated": "ends too soon",
+    "damaged": "is damaged: its CRC-32 does not fit",
+    "layout": "is of another version of oncenter",
+    "foreign": "is of another vehicle, or of other params, method or rate",
+    "implausible": "holds a value that no drive can have taught",
+}
+
 
 @dataclass(frozen=True)
 class Tick:
@@ -94,6 +103,7 @@ class Monitor:
             )
         except ValueError as error:
             raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None
+        self._sequence = 0
 
     def step(self, tick: Tick) -> Now:
         """Takes one tick. A tick that cannot be used says so in `reasons` and changes no estimate."""
@@ -114,6 +124,24 @@ class Monitor:
             yaw_rate_bias_rad_s=output["yaw_rate_bias"],
             yaw_rate_bias_sd_rad_s=output["yaw_rate_bias_sd"],
         )
+
+    def save(self) -> bytes:
+        """What was learned, as an image that outlives the process; the same bytes on every machine."""
+        self._sequence = (self._sequence + 1) % 2**32
+        return self._core.save(self._sequence)
+
+    def restore(self, image: bytes) -> None:
+        """Goes on from what `save` gave, for the same vehicle, params, method and rate; what the filters held is lost.
+
+        Where the ignition was off meanwhile, `restart` after it tells so: the gyro's bias may have moved.
+
+        Raises:
+            OncenterError: "image_missing", "image_truncated", "image_damaged", "image_layout", "image_foreign" or
+                "image_implausible"; the monitor knows nothing then, as at first.
+        """
+        fault, self._sequence = self._core.restore(image)
+        if fault != "ok":
+            raise OncenterError(f"the saved image {_REFUSALS[fault]}; learning starts afresh", code=f"image_{fault}")
 
     def restart(self) -> None:
         """Ignition: what the filters hold is lost, what was learned stays."""

@@ -1,0 +1,269 @@
+#include "save.h"
+
+#include <string.h>
+
+#include "methods.h"
+#include "saved_members.h"
+
+/* To be raised when a member means something else than before, or an image is laid out otherwise; members more, fewer or
+ * of another type are noticed without. */
+static const uint32_t layout_number = 1;
+
+static const uint32_t magic = 0x5653434Fu; /* "OCSV" */
+
+enum { AT_MAGIC = 0, AT_LAYOUT = 4, AT_KEY = 8, AT_SEQUENCE = 12, AT_LENGTH = 16, AT_EVIDENCE = 20, CRC_BYTES = 4 };
+
+const char *oc_image_fault_name(oc_image_fault fault) {
+    static const char *const names[OC_IMAGE_FAULT_COUNT] = {"ok",     "missing", "truncated",  "damaged",
+                                                            "layout", "foreign", "implausible"};
+    return (unsigned)fault < OC_IMAGE_FAULT_COUNT ? names[fault] : "unknown";
+}
+
+static void put(uint8_t *to, uint64_t value, size_t bytes) {
+    for (size_t k = 0; k < bytes; ++k) {
+        to[k] = (uint8_t)(value >> (8 * k) & 0xFFu);
+    }
+}
+
+static uint64_t got(const uint8_t *from, size_t bytes) {
+    uint64_t value = 0;
+    for (size_t k = 0; k < bytes; ++k) {
+        value |= (uint64_t)from[k] << (8 * k);
+    }
+    return value;
+}
+
+static uint32_t got_word(const uint8_t *from) {
+    return (uint32_t)got(from, 4);
+}
+
+/* CRC-32 of IEEE 802.3, four bits at a time: the table of all bytes would be a kilobyte of flash. */
+static uint32_t crc_over(uint32_t crc, const uint8_t *bytes, size_t count) {
+    static const uint32_t of[16] = {0x00000000u, 0x1DB71064u, 0x3B6E20C8u, 0x26D930ACu, 0x76DC4190u, 0x6B6B51F4u,
+                                    0x4DB26158u, 0x5005713Cu, 0xEDB88320u, 0xF00F9344u, 0xD6D6A3E8u, 0xCB61B38Cu,
+                                    0x9B64C2B0u, 0x86D3D2D4u, 0xA00AE278u, 0xBDBDF21Cu};
+    crc = ~crc;
+    for (size_t k = 0; k < count; ++k) {
+        crc = crc >> 4 ^ of[(crc ^ bytes[k]) & 15u];
+        crc = crc >> 4 ^ of[(crc ^ (uint32_t)bytes[k] >> 4) & 15u];
+    }
+    return ~crc;
+}
+
+/* A number as its bits, wherever it lies; memcpy is what C99 lets look at them. */
+static uint64_t bits_at(const uint8_t *from, oc_saved_kind kind) {
+    uint64_t wide = 0;
+    uint32_t narrow = 0;
+    oc_status status = OC_UNOBSERVABLE;
+    oc_change_kind change = OC_CHANGE_NONE;
+    switch (kind) {
+    case OC_SAVED_DOUBLE:
+    case OC_SAVED_UINT64: memcpy(&wide, from, sizeof wide); return wide;
+    case OC_SAVED_STATUS: memcpy(&status, from, sizeof status); return (uint64_t)status;
+    case OC_SAVED_CHANGE: memcpy(&change, from, sizeof change); return (uint64_t)change;
+    default: memcpy(&narrow, from, sizeof narrow); return narrow;
+    }
+}
+
+static void set_bits(uint8_t *to, oc_saved_kind kind, uint64_t bits) {
+    const uint32_t narrow = (uint32_t)bits;
+    const oc_status status = (oc_status)bits;
+    const oc_change_kind change = (oc_change_kind)bits;
+    switch (kind) {
+    case OC_SAVED_DOUBLE:
+    case OC_SAVED_UINT64: memcpy(to, &bits, sizeof bits); break;
+    case OC_SAVED_STATUS: memcpy(to, &status, sizeof status); break;
+    case OC_SAVED_CHANGE: memcpy(to, &change, sizeof change); break;
+    default: memcpy(to, &narrow, sizeof narrow); break;
+    }
+}
+
+/* What the bits stand for, to be compared with limits. */
+static double number_of(oc_saved_kind kind, uint64_t bits) {
+    const uint32_t low = (uint32_t)bits;
+    double wide;
+    float narrow;
+    int32_t whole;
+    switch (kind) {
+    case OC_SAVED_DOUBLE: memcpy(&wide, &bits, sizeof wide); return wide;
+    case OC_SAVED_FLOAT: memcpy(&narrow, &low, sizeof narrow); return (double)narrow;
+    case OC_SAVED_INT32: memcpy(&whole, &low, sizeof whole); return whole;
+    default: return (double)bits;
+    }
+}
+
+static size_t numbers_in(const oc_saved_member *member) {
+    return member->bytes / oc_saved_native_bytes((oc_saved_kind)member->kind);
+}
+
+/* The struct at `base` to the image at `to`. */
+typedef struct {
+    const uint8_t *base;
+    uint8_t *to;
+} saving;
+
+static bool save_member(void *with, const oc_saved_member *member, size_t place) {
+    saving *s = with;
+    const oc_saved_kind kind = (oc_saved_kind)member->kind;
+    const size_t step = oc_saved_native_bytes(kind), bytes = oc_saved_image_bytes(kind);
+    for (size_t k = 0; k < numbers_in(member); ++k, s->to += bytes) {
+        put(s->to, bits_at(s->base + place + k * step, kind), bytes);
+    }
+    return true;
+}
+
+/* The image at `from` to the struct at `base`, until a number is out of its range. */
+typedef struct {
+    uint8_t *base;
+    const uint8_t *from;
+} restoring;
+
+static bool restore_member(void *with, const oc_saved_member *member, size_t place) {
+    restoring *r = with;
+    const oc_saved_kind kind = (oc_saved_kind)member->kind;
+    const size_t step = oc_saved_native_bytes(kind), bytes = oc_saved_image_bytes(kind);
+    for (size_t k = 0; k < numbers_in(member); ++k, r->from += bytes) {
+        const uint64_t bits = got(r->from, bytes);
+        if (!oc_saved_in_range(member, number_of(kind, bits))) {
+            return false;
+        }
+        set_bits(r->base + place + k * step, kind, bits);
+    }
+    return true;
+}
+
+/* How long the evidence is in the image, and what it is made of. */
+typedef struct {
+    size_t bytes;
+    uint32_t crc;
+} measuring;
+
+static bool measure_member(void *with, const oc_saved_member *member, size_t place) {
+    measuring *m = with;
+    const size_t bytes = numbers_in(member) * oc_saved_image_bytes((oc_saved_kind)member->kind);
+    uint8_t told[5];
+    (void)place; /* of this machine alone */
+    put(told, bytes, 4);
+    told[4] = member->kind;
+    m->bytes += bytes;
+    m->crc = crc_over(m->crc, told, sizeof told);
+    return true;
+}
+
+static measuring measure_evidence(void) {
+    measuring m = {.crc = layout_number};
+    (void)oc_saved_members(measure_member, &m);
+    return m;
+}
+
+typedef struct {
+    const uint8_t *base;
+    uint32_t crc;
+} keying;
+
+static bool key_member(void *with, const oc_saved_member *member, size_t place) {
+    keying *key = with;
+    const oc_saved_kind kind = (oc_saved_kind)member->kind;
+    const size_t step = oc_saved_native_bytes(kind);
+    for (size_t k = 0; k < numbers_in(member); ++k) {
+        uint8_t told[8];
+        put(told, bits_at(key->base + place + k * step, kind), sizeof told);
+        key->crc = crc_over(key->crc, told, sizeof told);
+    }
+    return true;
+}
+
+/* Of all that the learned numbers depend on. */
+static uint32_t key_of(const oc_coefficients *c) {
+    const uint8_t methods[2] = {(uint8_t)c->params.method, (uint8_t)c->params.angle_method};
+    keying key = {.base = (const uint8_t *)c, .crc = crc_over(0, methods, sizeof methods)};
+    (void)oc_keyed_members(key_member, &key);
+    return key.crc;
+}
+
+size_t oc_save_size(void) {
+    return AT_EVIDENCE + measure_evidence().bytes + CRC_BYTES;
+}
+
+size_t oc_save(const oc_state *state, const oc_coefficients *c, uint32_t sequence, uint8_t *image, size_t size) {
+    const measuring evidence = measure_evidence();
+    const size_t covered = AT_EVIDENCE + evidence.bytes;
+    saving s = {.base = (const uint8_t *)&state->evidence, .to = image + AT_EVIDENCE};
+    if (size < covered + CRC_BYTES) {
+        return 0;
+    }
+    put(image + AT_MAGIC, magic, 4);
+    put(image + AT_LAYOUT, evidence.crc, 4);
+    put(image + AT_KEY, key_of(c), 4);
+    put(image + AT_SEQUENCE, sequence, 4);
+    put(image + AT_LENGTH, covered + CRC_BYTES, 4);
+    (void)oc_saved_members(save_member, &s);
+    put(image + covered, crc_over(0, image, covered), CRC_BYTES);
+    return covered + CRC_BYTES;
+}
+
+/* All that can be said against an image before its numbers are looked at. */
+static oc_image_fault fault_of(const oc_coefficients *c, const uint8_t *image, size_t size) {
+    if (size < AT_MAGIC + 4 || got_word(image + AT_MAGIC) != magic) {
+        return OC_IMAGE_MISSING;
+    }
+    if (size < AT_EVIDENCE + CRC_BYTES || got_word(image + AT_LENGTH) > size) {
+        return OC_IMAGE_TRUNCATED;
+    }
+    const size_t length = got_word(image + AT_LENGTH);
+    if (length < AT_EVIDENCE + CRC_BYTES ||
+        crc_over(0, image, length - CRC_BYTES) != got_word(image + length - CRC_BYTES)) {
+        return OC_IMAGE_DAMAGED;
+    }
+    const measuring evidence = measure_evidence();
+    if (got_word(image + AT_LAYOUT) != evidence.crc || length != AT_EVIDENCE + evidence.bytes + CRC_BYTES) {
+        return OC_IMAGE_LAYOUT;
+    }
+    return got_word(image + AT_KEY) == key_of(c) ? OC_IMAGE_OK : OC_IMAGE_FOREIGN;
+}
+
+/* What is learned follows from the evidence, whose statuses were settled when it was learned. */
+static void learn_again(oc_state *state, const oc_coefficients *c) {
+    oc_evidence *evidence = &state->evidence;
+    const oc_status offset = evidence->offset_status, understeer = evidence->understeer_status,
+                    backlash = evidence->backlash_status;
+    if (c->params.method == OC_METHOD_JOINT) {
+        oc_learn_jointly(evidence, &state->learned, c);
+    } else if (evidence->offset.ticks.weight > 0.0) {
+        oc_learn_straight_ahead(evidence, &state->learned, c);
+    }
+    evidence->offset_status = offset;
+    evidence->understeer_status = understeer;
+    evidence->backlash_status = backlash;
+}
+
+oc_image_fault oc_restore(oc_state *state, const oc_coefficients *c, const uint8_t *image, size_t size,
+                          uint32_t *sequence) {
+    restoring r = {.base = (uint8_t *)&state->evidence, .from = image + AT_EVIDENCE};
+    const oc_image_fault fault = fault_of(c, image, size);
+    oc_init(state);
+    *sequence = 0;
+    if (fault != OC_IMAGE_OK) {
+        return fault;
+    }
+    if (!oc_saved_members(restore_member, &r) || !oc_saved_plausible(&state->evidence, c)) {
+        oc_init(state);
+        return OC_IMAGE_IMPLAUSIBLE;
+    }
+    *sequence = got_word(image + AT_SEQUENCE);
+    learn_again(state, c);
+    return OC_IMAGE_OK;
+}
+
+oc_image_fault oc_restore_newest(oc_state *state, const oc_coefficients *c, const uint8_t *slot_0,
+                                 const uint8_t *slot_1, size_t size, uint32_t *sequence) {
+    /* by the difference, so that a sequence may run over */
+    const bool second = size >= AT_EVIDENCE &&
+                        got_word(slot_1 + AT_SEQUENCE) - got_word(slot_0 + AT_SEQUENCE) - 1u < 0x7FFFFFFFu;
+    const oc_image_fault fault = oc_restore(state, c, second ? slot_1 : slot_0, size, sequence);
+    if (fault == OC_IMAGE_OK) {
+        return OC_IMAGE_OK;
+    }
+    const oc_image_fault other = oc_restore(state, c, second ? slot_0 : slot_1, size, sequence);
+    return other == OC_IMAGE_OK ? OC_IMAGE_OK : fault;
+}

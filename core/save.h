@@ -1,0 +1,53 @@
+#ifndef OC_SAVE_H
+#define OC_SAVE_H
+/* What outlives an ignition cycle: the evidence as an image of bytes, the same on every machine.
+ *
+ * An image is, all little-endian: magic, layout, vehicle key, sequence and length (4 bytes each), the evidence member by
+ * member, CRC-32 (IEEE 802.3) over all before. The layout follows from the members, the key from all that the learned
+ * numbers depend on: vehicle, params, methods and rate. Tracking is not in it: filters begin anew.
+ *
+ * Two slots: an image goes to slot sequence modulo OC_SAVE_SLOTS, over the older one, so that a power cut while it is
+ * written leaves the newer one whole. */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "monitor.h"
+
+enum {
+    OC_SAVE_OVERHEAD = 24, /* sizeof(oc_evidence) + OC_SAVE_OVERHEAD bytes hold any image */
+    OC_SAVE_SLOTS = 2
+};
+
+/* What is wrong with an image. */
+typedef enum {
+    OC_IMAGE_OK,
+    OC_IMAGE_MISSING,     /* it does not begin as one: never written, or erased */
+    OC_IMAGE_TRUNCATED,   /* shorter than it says */
+    OC_IMAGE_DAMAGED,     /* the CRC-32 does not fit */
+    OC_IMAGE_LAYOUT,      /* intact, of an older or newer version of this library */
+    OC_IMAGE_FOREIGN,     /* intact, of another vehicle, or of other params, methods or rate */
+    OC_IMAGE_IMPLAUSIBLE, /* intact, with a value that no drive can have taught */
+    OC_IMAGE_FAULT_COUNT
+} oc_image_fault;
+
+const char *oc_image_fault_name(oc_image_fault fault);
+
+/* Bytes of an image. */
+size_t oc_save_size(void);
+
+/* Bytes written to `image`, 0 when `size` is too small. The sequence grows by one with each image of a vehicle. */
+size_t oc_save(const oc_state *state, const oc_coefficients *coefficients, uint32_t sequence, uint8_t *image, size_t size);
+
+/* Power is back: the state as it was saved, tracking lost; when the image is refused, as oc_init makes it. Bytes after
+ * the image do not matter. Where the ignition was off meanwhile, oc_restart after it tells so: sensors may have moved.
+ * The sequence is set to the image's, to 0 when it is refused. */
+oc_image_fault oc_restore(oc_state *state, const oc_coefficients *coefficients, const uint8_t *image, size_t size,
+                          uint32_t *sequence);
+
+/* The same from two slots of `size` bytes each: the newer image that is not refused. The fault is the newer's when both
+ * are. */
+oc_image_fault oc_restore_newest(oc_state *state, const oc_coefficients *coefficients, const uint8_t *slot_0,
+                                 const uint8_t *slot_1, size_t size, uint32_t *sequence);
+
+#endif

@@ -6,7 +6,7 @@ from pathlib import Path
 import cffi
 
 CORE = Path("core")  # build backends run in the project's root
-DOORS = ("monitor.h", "save.h")  # what firmware includes
+DOORS = ("monitor.h", "save.h", "message.h", "trouble.h")  # what firmware includes
 
 
 def declarations(header: Path, seen: set[Path]) -> str:

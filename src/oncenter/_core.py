@@ -45,6 +45,8 @@ METHODS: tuple[str, ...] = tuple(_text(lib.oc_method_name(k)) for k in range(lib
 ANGLE_METHODS: tuple[str, ...] = tuple(_text(lib.oc_angle_method_name(k)) for k in range(lib.OC_ANGLE_METHOD_COUNT))
 FAULTS: tuple[str, ...] = tuple(_text(lib.oc_fault_name(k)) for k in range(lib.OC_FAULT_COUNT))
 IMAGE_FAULTS: tuple[str, ...] = tuple(_text(lib.oc_image_fault_name(k)) for k in range(lib.OC_IMAGE_FAULT_COUNT))
+ANGLE_SOURCES: tuple[str, ...] = tuple(_text(lib.oc_angle_source_name(k)) for k in range(lib.OC_SOURCE_COUNT))
+MESSAGE_PGN, DM1_PGN = int(lib.OC_MESSAGE_PGN), int(lib.OC_DM1_PGN)
 REASONS: dict[str, int] = {_text(lib.oc_reason_name(1 << k)): 1 << k for k in range(lib.OC_REASON_COUNT)}
 
 
@@ -176,6 +178,28 @@ def front_wheel_angles(
     return np.array([of(wheelbase_m, track_m, v_l, v_r, 0.0) for v_l, v_r in zip(left, right, strict=True)])
 
 
+def decoded_message(payload: bytes) -> dict[str, Any] | None:
+    """The oc_message as a dict with `measured`, NaN where it does not tell; None where it is no such message."""
+    message, measured = ffi.new("oc_message *"), ffi.new("double *")
+    if len(payload) != lib.OC_MESSAGE_BYTES or not lib.oc_message_decode(message, ffi.from_buffer(payload)):
+        return None
+    told = lib.oc_message_measured(message, measured)
+    return _members(message) | {"measured": measured[0] if told else float("nan")}
+
+
+class Trouble:
+    """The sensor's diagnostic trouble code: none at first."""
+
+    def __init__(self) -> None:
+        self.native = ffi.new("oc_trouble *")
+
+    def payload(self) -> bytes:
+        """DM1's."""
+        payload = bytearray(lib.OC_DM1_BYTES)
+        lib.oc_trouble_encode(self.native, ffi.from_buffer(payload))
+        return bytes(payload)
+
+
 class Core:
     """Coefficients and state of one truck in native memory.
 
@@ -217,6 +241,7 @@ class Core:
         if error != lib.OC_OK:
             raise ValueError(f"the core refuses the {_text(lib.oc_error_name(error))}")
         lib.oc_init(self._state)
+        self._tick, self._output = ffi.new("oc_signals *"), ffi.new("oc_output *")  # the last of each
 
     def restart(self) -> None:
         """Ignition, or the next log: filters are lost, evidence stays, time may begin anywhere."""
@@ -241,10 +266,21 @@ class Core:
         for name, value in tick.items():
             member = COLUMNS[name]
             setattr(native, member, value)
-            native.valid |= _VALID_BITS.get(member, 0)
-        output = ffi.new("oc_output *")
-        lib.oc_step(self._state, self._coefficients, native, output)
-        return _members(output)
+            native.valid |= 0 if value != value else _VALID_BITS.get(member, 0)
+        lib.oc_step(self._state, self._coefficients, native, self._output)
+        self._tick = native
+        return _members(self._output)
+
+    def message(self, counter: int) -> bytes:
+        """The result message's payload after the last `step`."""
+        message = ffi.new("oc_message *", lib.oc_message_of(self._output, self._tick, counter))
+        payload = bytearray(lib.OC_MESSAGE_BYTES)
+        lib.oc_message_encode(message, ffi.from_buffer(payload))
+        return bytes(payload)
+
+    def update_trouble(self, trouble: Trouble, offset_max_rad: float) -> None:
+        """Once after each `step`."""
+        lib.oc_trouble_update(trouble.native, self._output, self._tick, offset_max_rad)
 
     def answer(self) -> dict[str, Any]:
         """The oc_answer as a dict."""

@@ -68,6 +68,7 @@ class Monitor:
         rate_hz: of the ticks, 20 to 200.
         method: as for `oncenter.offset`; "wheel-speed" by the axle whose track width the vehicle tells, the rear one
             where it tells both.
+        judge_sensor: follow the angle without its sensor, too, and find the sensor's faults by it.
         params: over the vehicle's.
 
     Raises:
@@ -80,6 +81,7 @@ class Monitor:
         rate_hz: float = 100.0,
         *,
         method: Method = DEFAULT_METHOD,
+        judge_sensor: bool = False,
         params: Mapping[str, float] | None = None,
     ) -> None:
         if method not in METHODS:
@@ -97,6 +99,7 @@ class Monitor:
                 used,
                 rate_hz,
                 method=method,
+                angle_method="observer" if judge_sensor else "none",
                 traffic_side=vehicle.traffic_sign,
                 track_width_front_m=vehicle.track_width_front_m or 0.0,
                 track_width_rear_m=vehicle.track_width_rear_m or 0.0,
@@ -142,6 +145,17 @@ class Monitor:
         fault, self._sequence = self._core.restore(image)
         if fault != "ok":
             raise OncenterError(f"the saved image {_REFUSALS[fault]}; learning starts afresh", code=f"image_{fault}")
+
+    def message(self, counter: int = 0) -> bytes:
+        """The result message after the last `step`, 8 bytes (`oncenter.message.decode`); `counter` 0 to 15.
+
+        It is made of that tick's angle as the sensor said it: asking again gives the same.
+        """
+        return self._core.message(counter)
+
+    def update(self, trouble: _core.Trouble, offset_max_rad: float) -> None:
+        """Brings the sensor's trouble code up to date; once after each `step`."""
+        self._core.update_trouble(trouble, offset_max_rad)
 
     def restart(self) -> None:
         """Ignition: what the filters hold is lost, what was learned stays."""

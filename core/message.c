@@ -1,0 +1,106 @@
+#include "message.h"
+
+#include <math.h>
+
+static const double angle_step = 1.0 / 1024.0, angle_least = -31.374; /* rad, SPN 1807's */
+static const double offset_step = 1.0 / 4096.0, offset_least = -7.84375; /* rad */
+static const double sd_step = 1.0 / 2048.0;                             /* rad */
+
+static const uint32_t word_last = 0xFAFFu, byte_last = 0xFAu; /* J1939: beyond them are no numbers */
+static const uint32_t no_word = 0xFFFFu, no_byte = 0xFFu;
+
+const char *oc_angle_source_name(oc_angle_source source) {
+    static const char *const names[OC_SOURCE_COUNT] = {"none", "measured", "compensated", "estimated"};
+    return (unsigned)source < OC_SOURCE_COUNT ? names[source] : "unknown";
+}
+
+oc_message oc_message_of(const oc_output *output, const oc_signals *tick, uint32_t counter) {
+    const bool sensed = (tick->valid & OC_HAS_STEERING_WHEEL_ANGLE) && output->fault == OC_FAULT_NONE;
+    const bool known = output->offset_status != OC_UNOBSERVABLE;
+    const bool follows = output->angle.status == OC_VALID || output->angle.status == OC_CONVERGING;
+    oc_message message = {
+        .angle = (double)NAN,
+        .angle_sd = (double)NAN,
+        .offset = known ? output->offset : (double)NAN,
+        .offset_sd = known ? output->offset_sd : (double)NAN,
+        .offset_status = output->offset_status,
+        .fault = output->fault,
+        .counter = counter & 15u,
+    };
+    if (sensed && output->offset_status == OC_VALID) {
+        message.source = OC_SOURCE_COMPENSATED;
+        message.angle = tick->steering_wheel_angle - output->offset;
+        message.angle_sd = output->offset_sd;
+    } else if (sensed) {
+        message.source = OC_SOURCE_MEASURED;
+        message.angle = tick->steering_wheel_angle;
+    } else if (follows) {
+        message.source = OC_SOURCE_ESTIMATED;
+        message.angle = output->angle.angle;
+        message.angle_sd = output->angle.standard_deviation;
+    }
+    return message;
+}
+
+static uint32_t word_of(double value, double step, double least) {
+    const double steps = floor((value - least) / step + 0.5);
+    return steps >= 0.0 && steps <= (double)word_last ? (uint32_t)steps : no_word;
+}
+
+/* Rounded up: less sure than it is, never surer. */
+static uint32_t byte_of(double sd) {
+    const double steps = -floor(-sd / sd_step);
+    if (!(steps >= 0.0)) {
+        return no_byte;
+    }
+    return steps < (double)byte_last ? (uint32_t)steps : byte_last;
+}
+
+void oc_message_encode(const oc_message *message, uint8_t *data) {
+    const uint32_t offset = word_of(message->offset, offset_step, offset_least);
+    uint32_t angle = word_of(message->angle, angle_step, angle_least);
+    if (message->source == OC_SOURCE_NONE || (message->source == OC_SOURCE_COMPENSATED && offset == no_word)) {
+        angle = no_word;
+    }
+    const uint32_t source = angle == no_word ? (uint32_t)OC_SOURCE_NONE : (uint32_t)message->source;
+    data[0] = (uint8_t)(angle & 0xFFu);
+    data[1] = (uint8_t)(angle >> 8);
+    data[2] = (uint8_t)(offset & 0xFFu);
+    data[3] = (uint8_t)(offset >> 8);
+    data[4] = (uint8_t)(offset == no_word ? no_byte : byte_of(message->offset_sd));
+    data[5] = (uint8_t)(((uint32_t)message->offset_status & 15u) | source << 4);
+    data[6] = (uint8_t)(((uint32_t)message->fault & 15u) | (message->counter & 15u) << 4);
+    data[7] = (uint8_t)(angle == no_word ? no_byte : byte_of(message->angle_sd));
+}
+
+static double number_of_word(uint32_t word, double step, double least) {
+    return word <= word_last ? (double)word * step + least : (double)NAN;
+}
+
+static double number_of_byte(uint32_t byte) {
+    return byte <= byte_last ? (double)byte * sd_step : (double)NAN;
+}
+
+bool oc_message_decode(oc_message *message, const uint8_t *data) {
+    const uint32_t status = data[5] & 15u, source = (uint32_t)data[5] >> 4, fault = data[6] & 15u;
+    if (status >= OC_STATUS_COUNT || source >= OC_SOURCE_COUNT || fault >= OC_FAULT_COUNT) {
+        return false;
+    }
+    *message = (oc_message){
+        .source = (oc_angle_source)source,
+        .angle = number_of_word((uint32_t)data[0] | (uint32_t)data[1] << 8, angle_step, angle_least),
+        .angle_sd = number_of_byte(data[7]),
+        .offset = number_of_word((uint32_t)data[2] | (uint32_t)data[3] << 8, offset_step, offset_least),
+        .offset_sd = number_of_byte(data[4]),
+        .offset_status = (oc_status)status,
+        .fault = (oc_fault)fault,
+        .counter = (uint32_t)data[6] >> 4,
+    };
+    return true;
+}
+
+bool oc_message_measured(const oc_message *message, double *measured) {
+    const bool compensated = message->source == OC_SOURCE_COMPENSATED;
+    *measured = compensated ? message->angle + message->offset : message->angle;
+    return (compensated || message->source == OC_SOURCE_MEASURED) && !isnan(*measured);
+}

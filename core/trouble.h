@@ -1,0 +1,39 @@
+#ifndef OC_TROUBLE_H
+#define OC_TROUBLE_H
+/* The sensor's diagnostic trouble code: J1939-73's DM1 for SPN 1807, with the failure mode that fits. */
+
+#include <stdint.h>
+
+#include "monitor.h"
+
+enum {
+    OC_SPN_STEERING_WHEEL_ANGLE = 1807,
+    OC_DM1_BYTES = 8,
+    OC_DM1_PGN = 65226 /* 0xFECA, once a second and at each change */
+};
+
+/* J1939-73's failure mode identifiers that apply. */
+typedef enum {
+    OC_FMI_ERRATIC = 2,               /* stuck, or left is right */
+    OC_FMI_ABNORMAL_UPDATE_RATE = 9,  /* lost */
+    OC_FMI_ABNORMAL_CHANGE_RATE = 10, /* jumped */
+    OC_FMI_OUT_OF_CALIBRATION = 13,   /* the offset is too large, or new since a stop */
+    OC_FMI_DRIFTED_HIGH = 20,         /* to the left */
+    OC_FMI_DRIFTED_LOW = 21           /* to the right */
+} oc_fmi;
+
+/* Begins as all zero: nothing is wrong, nor was. */
+typedef struct {
+    int32_t active;
+    oc_fmi fmi;           /* while active, or the last */
+    uint32_t occurrences; /* how often it became active, 126 at most */
+} oc_trouble;
+
+/* A fault of the sensor is trouble as long as it lasts; else a valid offset whose whole 95 % interval is beyond
+ * offset_max (rad), until it is within. Once a tick. */
+void oc_trouble_update(oc_trouble *trouble, const oc_output *output, const oc_signals *tick, double offset_max);
+
+/* DM1's payload, OC_DM1_BYTES: the amber lamp while active, no code else. */
+void oc_trouble_encode(const oc_trouble *trouble, uint8_t *data);
+
+#endif

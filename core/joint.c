@@ -63,15 +63,13 @@ static void start(oc_joint *joint, const oc_joint_design *design, double angle) 
     }
 }
 
+/* The operators stay where they were: a wheel that was turned meanwhile carries them along, one that was not left them
+ * there. */
 static void restart(oc_joint *joint, const oc_joint_design *design, double angle) {
     if (!joint->started) {
         start(joint, design, angle);
-        return;
     }
     joint->in_second = 0;
-    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
-        oc_hypothesis_restart(&joint->hypotheses[k], angle);
-    }
 }
 
 /* What the tyres carry. Turning says it with less noise than the accelerometer, which is needed for the bank alone. */

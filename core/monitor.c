@@ -168,11 +168,24 @@ static void count(oc_evidence *evidence, uint32_t reasons) {
     evidence->unused_motion += reasons != 0;
 }
 
-/* Whether the filters must start anew at this tick: nothing before it, a hole, or a clock set back. Half a tick more
- * than the longest hole, so that the last bit of a time stamp does not decide. */
+/* Whether there is a hole before this tick, or a clock set back. Half a tick more than the longest hole, so that the last
+ * bit of a time stamp does not decide. */
 static bool interrupted(const oc_tracking *tracking, const oc_coefficients *c, double time) {
     const double hole = time - tracking->last_filtered - 0.5 * c->tick_s;
-    return !tracking->running || hole < -c->tick_s || (hole > c->params.gap_max_s && hole > c->tick_s);
+    return tracking->followed && (hole < -c->tick_s || (hole > c->params.gap_max_s && hole > c->tick_s));
+}
+
+/* Who stands still begins anew: filters and pending hold nothing then, so that an ignition cycle meanwhile loses
+ * nothing. */
+static bool stands_still(oc_tracking *tracking, const oc_standstill *standstill, const oc_coefficients *c, double speed) {
+    if (standstill->still_ticks < c->standstill_settling_ticks || !(fabs(speed) <= c->params.standstill_speed_max_m_s)) {
+        return false;
+    }
+    oc_pending_drop(&tracking->straight);
+    oc_pending_drop(&tracking->cornering);
+    tracking->joint.running = 0;
+    tracking->running = 0;
+    return true;
 }
 
 /* Whether a tick brings time forward; one that does not is refused, unless a whole second of such ticks is in order. */
@@ -224,28 +237,35 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, oc_signals *tick
     }
     const sensed by = sensed_by(c, tick);
 
-    /* 5.1.1: filter, delay, differentiate */
-    uint32_t reasons = 0;
-    if (interrupted(tracking, c, tick->time)) {
-        reasons = tracking->running ? OC_REASON_GAP : 0;
-        oc_preprocess_restart(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle, by.yaw_rate, by.speed,
-                              by.lateral_acceleration);
-        evidence->standstill.still_ticks = 0;
-        tracking->joint.running = 0;
-        tracking->running = 1;
-    }
-    tracking->last_filtered = tick->time;
-    oc_filtered filtered = oc_preprocess_update(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle,
-                                                by.yaw_rate, by.speed, by.lateral_acceleration);
-    if (!oc_preprocess_settled(&tracking->preprocess, &c->preprocess)) {
-        reasons |= OC_REASON_SETTLING;
-    }
-
     /* standing still shows what the sensors read for nothing */
+    const bool after_hole = interrupted(tracking, c, tick->time);
+    tracking->last_filtered = tick->time;
+    tracking->followed = 1;
+    if (after_hole) {
+        evidence->standstill.still_ticks = 0;
+    }
     if (tick->valid & OC_HAS_YAW_RATE) {
         oc_standstill_update(&evidence->standstill, c->standstill_settling_ticks, by.speed,
                              p->standstill_speed_max_m_s, tick->yaw_rate, tick->lateral_acceleration,
                              (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0);
+        if (stands_still(tracking, &evidence->standstill, c, by.speed)) {
+            count(evidence, OC_REASON_SPEED);
+            return OC_REASON_SPEED;
+        }
+    }
+
+    /* 5.1.1: filter, delay, differentiate */
+    uint32_t reasons = after_hole ? OC_REASON_GAP : 0;
+    if (!tracking->running || after_hole) {
+        oc_preprocess_restart(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle, by.yaw_rate, by.speed,
+                              by.lateral_acceleration);
+        tracking->joint.running = 0;
+        tracking->running = 1;
+    }
+    oc_filtered filtered = oc_preprocess_update(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle,
+                                                by.yaw_rate, by.speed, by.lateral_acceleration);
+    if (!oc_preprocess_settled(&tracking->preprocess, &c->preprocess)) {
+        reasons |= OC_REASON_SETTLING;
     }
 
     /* 5.1.2: motion and gate; the residual stays as if the wheels were of one radius, until all is known of them */

@@ -56,7 +56,8 @@ typedef struct {
     double last_refused;        /* s, of the last tick that was not later */
     int32_t refused_in_order;   /* ticks in a row that were not later, each later than the one before it */
     int32_t clock_started;
-    int32_t running;            /* the filters hold something */
+    int32_t followed;           /* there was such a tick */
+    int32_t running;            /* the filters hold something: not while the truck stands */
     oc_preprocess_state preprocess;
     oc_pending straight;        /* for the offset */
     oc_pending cornering;       /* for the understeer gradient */

@@ -108,28 +108,39 @@ def slope(speed: Array, every: int, rate_hz: float) -> Array:
     return np.repeat(slopes, every)[: len(speed)]
 
 
-def motion_of(
-    rows: Mapping[str, Array], wheelbase: float, ratio: float, params: Mapping[str, float], rate_hz: float
-) -> Motion:
-    """5.1.1 and 5.1.2 over ticks that have all their signals, segment by segment between holes."""
-    time = rows["time"]
+def holes(time: Array, rate_hz: float, params: Mapping[str, float]) -> npt.NDArray[np.bool_]:
+    """Ticks before which there is a hole, the first among them."""
     hole = np.diff(time, prepend=-np.inf) - 0.5 / rate_hz
-    restarted = (hole > max(params["gap_max_s"], 1.0 / rate_hz)) | (hole < -1.0 / rate_hz)
+    return (hole > max(params["gap_max_s"], 1.0 / rate_hz)) | (hole < -1.0 / rate_hz)
+
+
+def motion_of(
+    rows: Mapping[str, Array],
+    stands: npt.NDArray[np.bool_],
+    wheelbase: float,
+    ratio: float,
+    params: Mapping[str, float],
+    rate_hz: float,
+) -> Motion:
+    """5.1.1 and 5.1.2 over ticks that have all their signals, segment by segment between holes and standstills."""
+    time = rows["time"]
+    restarted = holes(time, rate_hz, params)
     every = max(1, int(params["speed_slope_window_s"] / 10 * rate_hz + 0.5))
     b, a = lowpass(params["cutoff_hz"], rate_hz)
     delay = mean_group_delay(params["cutoff_hz"], params["delay_band_hz"], rate_hz) * rate_hz
-    parts: dict[str, list[Array]] = {name: [] for name in ("angle", "r", "v", "a", "dv", "settling")}
-    starts = np.flatnonzero(restarted)
+    angle, r, v, a_y, dv, settling = np.zeros((6, len(time)))  # as they are where the truck stands
+    changed = restarted | (np.diff(stands, prepend=False) != 0)
+    starts = np.flatnonzero(changed)
     for start, stop in zip(starts, [*starts[1:], len(time)], strict=True):
         piece = slice(start, stop)
-        v = filtered(rows["speed"][piece], b, a)
-        parts["angle"].append(delayed(rows["angle"][piece], delay))
-        parts["r"].append(filtered(rows["yaw_rate"][piece], b, a))
-        parts["v"].append(v)
-        parts["a"].append(filtered(rows["acceleration"][piece], b, a))
-        parts["dv"].append(slope(v, every, rate_hz))
-        parts["settling"].append((np.arange(stop - start) < 10 * every + int(delay)).astype(float))
-    angle, r, v, a_y, dv, settling = (np.concatenate([np.empty(0), *parts[name]]) for name in parts)
+        if stands[start]:
+            continue
+        v[piece] = filtered(rows["speed"][piece], b, a)
+        angle[piece] = delayed(rows["angle"][piece], delay)
+        r[piece] = filtered(rows["yaw_rate"][piece], b, a)
+        a_y[piece] = filtered(rows["acceleration"][piece], b, a)
+        dv[piece] = slope(v[piece], every, rate_hz)
+        settling[piece] = np.arange(stop - start) < 10 * every + int(delay)
     v_safe = np.maximum(v, 1.0)
     accelerometer = bool(params["use_accelerometer"])
     return Motion(
@@ -213,14 +224,12 @@ def forward(time: Array, ticks_until_new_clock: int) -> npt.NDArray[np.bool_]:
     return accepted
 
 
-def still_ticks(
-    speed: Array, anew: npt.NDArray[np.bool_], rate_hz: float, params: Mapping[str, float]
-) -> npt.NDArray[np.int64]:
-    """Numbers of the ticks that stand, less what settles at the beginning of each standstill or where it is `anew`."""
+def stood(speed: Array, anew: npt.NDArray[np.bool_], params: Mapping[str, float]) -> npt.NDArray[np.int64]:
+    """For how many ticks, with this one, the truck has stood, counted from 1 where it is `anew`; 0: it moves."""
     still = np.abs(speed) <= params["standstill_speed_max_m_s"]
     number = np.arange(len(still))
     moved = np.maximum.accumulate(np.where(still, np.where(anew, number - 1, -1), number)) if len(still) else number
-    return np.flatnonzero(still & (number - moved > int(params["standstill_settling_s"] * rate_hz + 0.5)))
+    return np.asarray(number - moved)
 
 
 def standstill(values: Array, floor: float, rate_hz: float, params: Mapping[str, float]) -> tuple[float, float] | None:
@@ -323,10 +332,15 @@ def estimate(
     complete_rows = {name: np.asarray(values)[complete] for name, values in rows.items()}
 
     # one tick after the other, all at once
-    motion = motion_of(complete_rows, wheelbase, ratio, params, rate_hz)
+    after_missing = np.diff(np.cumsum(accepted & ~complete)[complete], prepend=0) > 0
+    after_hole = holes(complete_rows["time"], rate_hz, params)
+    ticks_stood = stood(complete_rows["speed"], after_hole | after_missing, params)
+    settled = int(params["standstill_settling_s"] * rate_hz + 0.5)
+    stands = (ticks_stood > 0) & (ticks_stood >= settled)
+    motion = motion_of(complete_rows, stands, wheelbase, ratio, params, rate_hz)
     bits = gate(motion, params)
     bits[motion.settling] |= SETTLING
-    bits[motion.restarted & (np.arange(len(bits)) > 0)] |= GAP
+    bits[motion.restarted & ~stands & (np.arange(len(bits)) > 0)] |= GAP
     reasons = np.zeros(n, np.uint32)
     reasons[~accepted] = TIME
     reasons[accepted & ~complete] = MISSING_SIGNAL
@@ -352,8 +366,7 @@ def estimate(
     no_bends = {k: np.empty(0) for k in ("x", "xx", "xy")}
 
     # standing still
-    after_missing = np.diff(np.cumsum(accepted & ~complete)[complete], prepend=0) > 0
-    standing = still_ticks(complete_rows["speed"], motion.restarted | after_missing, rate_hz, params)
+    standing = np.flatnonzero(ticks_stood > settled)
     standing_rows = np.flatnonzero(complete)[standing]
 
     def bias_after(row: int) -> tuple[float, float] | None:

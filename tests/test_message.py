@@ -1,0 +1,355 @@
+"""The result message and the trouble code: there and back through the shipped DBC and a J1939 stack, and once only."""
+
+import math
+import shutil
+import subprocess
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import cantools.database
+import j1939
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from oncenter._native import ffi, lib
+from random_drives import RATIO, WHEELBASE, Array, drive
+
+import oncenter as oc
+from oncenter import _core
+from oncenter.announce import Announcer
+from oncenter.errors import OncenterError
+from oncenter.message import PGN, Message, decode
+from oncenter.vehicle import Vehicle
+
+ROOT = Path(__file__).parents[1]
+RATE_HZ = 100.0
+ANGLE = "steering_wheel_angle_rad"
+SPN, DM1_PGN = 1807, 65226
+FMI = {"lost": 9, "stuck": 2, "jumped": 10, "wrong_sign": 2, "remounted": 13}
+DBC = cantools.database.load_file(ROOT / "dbc" / "oncenter_result.dbc")
+RESULT, DM1 = (DBC.get_message_by_name(name) for name in ("OncenterResult", "DM1"))
+
+
+def payload_of(**values: Any) -> bytes:
+    message = ffi.new("oc_message *", values)
+    data = bytearray(8)
+    lib.oc_message_encode(message, ffi.from_buffer(data))
+    return bytes(data)
+
+
+def by_dbc(payload: bytes) -> dict[str, float]:
+    return RESULT.decode(payload, decode_choices=False)
+
+
+SOURCES = {name: k for k, name in enumerate(_core.ANGLE_SOURCES)}
+STATUSES = {name: k for k, name in enumerate(_core.STATUSES)}
+
+
+# The message
+
+
+@given(
+    angle=st.floats(-31.37, 31.37),
+    offset=st.floats(-7.84, 7.84),
+    offset_sd=st.floats(0.0, 0.12),
+    angle_sd=st.floats(0.0, 0.12),
+    source=st.sampled_from([1, 2, 3]),
+    status=st.integers(0, lib.OC_STATUS_COUNT - 1),
+    fault=st.integers(0, lib.OC_FAULT_COUNT - 1),
+    counter=st.integers(0, 15),
+)
+def test_what_is_sent_is_what_the_dbc_reads_and_what_comes_back(
+    angle: float, offset: float, offset_sd: float, angle_sd: float, source: int, status: int, fault: int, counter: int
+) -> None:
+    values = {"angle": angle, "offset": offset, "offset_sd": offset_sd, "angle_sd": angle_sd, "source": source}
+    payload = payload_of(**values, offset_status=status, fault=fault, counter=counter)
+    read, told = by_dbc(payload), decode(payload)
+    assert read["SteeringWheelAngleCorrected"] == pytest.approx(angle, abs=0.5001 / 1024)
+    assert read["SteeringWheelAngleOffset"] == pytest.approx(offset, abs=0.5001 / 4096)
+    for name, sd in (("Offset", offset_sd), ("Angle", angle_sd)):
+        assert 0.0 <= read[f"{name}StandardDeviation"] - sd < 1.0 / 2048 + 1e-12  # never surer than it is
+    assert (read["OffsetStatus"], read["AngleSource"]) == (status, source)
+    assert (read["SensorFault"], read["Counter"]) == (fault, counter)
+    assert told.angle_rad == pytest.approx(read["SteeringWheelAngleCorrected"], abs=1e-12)
+    assert told.offset_rad == pytest.approx(read["SteeringWheelAngleOffset"], abs=1e-12)
+    assert told.offset_sd_rad == read["OffsetStandardDeviation"]
+    assert told.angle_sd_rad == read["AngleStandardDeviation"]
+    assert RESULT.encode(read) == payload
+    names = (_core.STATUSES[status], _core.ANGLE_SOURCES[source], _core.FAULTS[fault], counter)
+    assert (told.offset_status, told.angle_source, told.sensor_fault, told.counter) == names
+
+
+def test_the_dbc_names_statuses_sources_and_faults_as_the_core_does() -> None:
+    for signal, names in (
+        ("OffsetStatus", _core.STATUSES),
+        ("AngleSource", _core.ANGLE_SOURCES),
+        ("SensorFault", _core.FAULTS),
+    ):
+        choices = RESULT.get_signal_by_name(signal).choices
+        assert {int(k): str(v) for k, v in choices.items()} == dict(enumerate(names)) | {15: "not available"}
+    assert (RESULT.frame_id >> 8 & 0xFFFF, DM1.frame_id >> 8 & 0xFFFF) == (PGN, DM1_PGN)
+
+
+@given(st.binary(min_size=8, max_size=8))
+def test_no_eight_bytes_bring_down_who_reads_them(payload: bytes) -> None:
+    try:
+        told = decode(payload)
+    except OncenterError as error:
+        assert error.code == "message"
+        return
+    assert told.angle_rad is None or abs(told.angle_rad) < 31.4
+    assert told.offset_rad is None or abs(told.offset_rad) < 7.85
+
+
+def test_seven_bytes_are_no_message() -> None:
+    with pytest.raises(OncenterError, match="8 bytes"):
+        decode(bytes(7))
+
+
+@pytest.mark.parametrize("nothing", [math.nan, math.inf, -1e300, 40.0, -31.5])
+def test_a_value_that_does_not_fit_is_not_available_and_no_angle_goes_without_its_offset(nothing: float) -> None:
+    lost = {"source": SOURCES["compensated"], "offset_sd": 0.01, "angle_sd": 0.01}
+    for payload in (payload_of(angle=nothing, offset=0.1, **lost), payload_of(angle=0.1, offset=nothing, **lost)):
+        assert (decode(payload).angle_rad, decode(payload).angle_source) == (None, "none")
+        assert decode(payload).measured_rad is None
+    assert decode(payload_of(angle=0.1, offset=nothing, **lost)).offset_sd_rad is None
+
+
+def test_a_wide_interval_is_said_to_be_as_wide_or_wider() -> None:
+    told = decode(payload_of(source=SOURCES["estimated"], angle_sd=3.0, offset_sd=math.nan))
+    assert told.angle_sd_rad == 250 / 2048
+    assert told.offset_sd_rad is None
+
+
+# A correction is applied once
+
+
+@pytest.fixture(scope="module")
+def truck() -> Vehicle:
+    return oc.vehicle(ROOT / "vehicles" / "scania_r730_4x2.toml")
+
+
+@pytest.fixture(scope="module")
+def columns() -> dict[str, Array]:
+    return drive(1, RATE_HZ, 200.0)
+
+
+def ticks(columns: dict[str, Array], begin: int = 0, end: int | None = None) -> Iterator[oc.Tick]:
+    rows = zip(*(columns[name][begin:end] for name in columns), strict=True)
+    return (oc.Tick(**dict(zip(columns, map(float, row), strict=True))) for row in rows)
+
+
+@pytest.fixture(scope="module")
+def learned(truck: Vehicle, columns: dict[str, Array]) -> bytes:
+    """Of a drive whose offset is known after it, by the thesis's method, which is soonest sure."""
+    monitor = oc.Monitor(truck, method="thesis")
+    for tick in ticks(columns):
+        monitor.step(tick)
+    return monitor.save()
+
+
+def restored(truck: Vehicle, image: bytes) -> oc.Monitor:
+    monitor = oc.Monitor(truck, method="thesis")
+    monitor.restore(image)
+    return monitor
+
+
+def test_the_angle_is_the_same_however_often_it_is_read_saved_and_restored(
+    truck: Vehicle, learned: bytes, columns: dict[str, Array]
+) -> None:
+    tick = next(ticks(columns, 9_000))
+    monitor = restored(truck, learned)
+    for _ in range(3):
+        now = monitor.step(tick)
+        assert now.offset_rad is not None
+        first = monitor.message()
+        assert monitor.message() == monitor.message() == first
+        told = decode(first)
+        assert (told.angle_source, told.offset_status) == ("compensated", "valid")
+        assert told.angle_rad == pytest.approx(tick.steering_wheel_angle_rad - now.offset_rad, abs=1e-3)
+        assert told.measured_rad == pytest.approx(tick.steering_wheel_angle_rad, abs=1e-3)
+        monitor = restored(truck, monitor.save())
+
+
+def test_an_unknown_offset_is_taken_off_nothing(truck: Vehicle, columns: dict[str, Array]) -> None:
+    monitor = oc.Monitor(truck, method="thesis")
+    tick = next(ticks(columns, 9_000))
+    monitor.step(tick)
+    told = decode(monitor.message(counter=17))
+    assert (told.angle_source, told.offset_rad, told.offset_sd_rad, told.counter) == ("measured", None, None, 1)
+    assert told.angle_rad == told.measured_rad == pytest.approx(tick.steering_wheel_angle_rad, abs=1e-3)
+
+
+def test_a_gateway_that_passes_the_corrected_angle_on_makes_the_next_monitor_find_none(
+    truck: Vehicle, learned: bytes, columns: dict[str, Array]
+) -> None:
+    """Two monitors in a row take the offset off once; one behind its own gateway is given the angle as measured."""
+    first, second, own = restored(truck, learned), oc.Monitor(truck, method="thesis"), restored(truck, learned)
+    rest = dict(columns)
+    before = decode_after(own, next(ticks(columns, 0)))
+    for tick in ticks(rest):
+        first.step(tick)
+        told = decode(first.message())
+        assert told.angle_rad is not None and told.measured_rad is not None
+        values = {**tick.__dict__, ANGLE: told.angle_rad}
+        passed_on = second.step(oc.Tick(**values))
+        own.step(oc.Tick(**{**values, ANGLE: told.measured_rad}))
+    assert passed_on.offset_rad == pytest.approx(0.0, abs=2e-3)
+    assert decode(second.message()).angle_rad == pytest.approx(told.angle_rad, abs=3e-3)
+    assert decode(own.message()).offset_rad == pytest.approx(before.offset_rad, abs=2e-3)
+
+
+def decode_after(monitor: oc.Monitor, tick: oc.Tick) -> Message:
+    monitor.step(tick)
+    return decode(monitor.message())
+
+
+# The trouble code
+
+
+def trouble_after(outputs: list[dict[str, Any]], angle: float = 0.0, offset_max: float = 0.05) -> tuple[Any, bytes]:
+    trouble, data = ffi.new("oc_trouble *"), bytearray(8)
+    tick = ffi.new("oc_signals *", {"steering_wheel_angle": angle, "valid": lib.OC_HAS_STEERING_WHEEL_ANGLE})
+    for output in outputs:
+        native = ffi.new("oc_output *", {k: v for k, v in output.items() if k != "estimate"})
+        native.angle.estimate = output.get("estimate", 0.0)
+        lib.oc_trouble_update(trouble, native, tick, offset_max)
+    lib.oc_trouble_encode(trouble, ffi.from_buffer(data))
+    return trouble, bytes(data)
+
+
+def valid(offset: float, sd: float = 0.01) -> dict[str, Any]:
+    return {"offset": offset, "offset_sd": sd, "offset_status": STATUSES["valid"]}
+
+
+@pytest.mark.parametrize(("fault", "fmi"), [*FMI.items()])
+def test_each_fault_has_the_failure_mode_that_fits(fault: str, fmi: int) -> None:
+    _, data = trouble_after([{"fault": _core.FAULTS.index(fault)}])
+    read = DM1.decode(data)
+    assert read["SuspectParameterNumber"] + (read["SuspectParameterNumberHigh"] << 16) == SPN
+    assert (read["FailureModeIdentifier"], read["OccurrenceCount"]) == (fmi, 1)
+    lamps = {name: int(value) for name, value in read.items() if "Lamp" in name}
+    assert lamps.pop("AmberWarningLampStatus") == 1
+    assert lamps.pop("FlashLamps") == 0xFF
+    assert not any(lamps.values())
+    assert data[6:] == b"\xff\xff"
+
+
+@pytest.mark.parametrize(("angle", "fmi"), [(0.2, 20), (-0.2, 21)])
+def test_a_sensor_that_drifts_to_the_left_drifts_high_and_stays_so(angle: float, fmi: int) -> None:
+    drifting = {"fault": _core.FAULTS.index("drifting"), "estimate": 0.0}
+    trouble, _ = trouble_after([drifting, drifting | {"estimate": 2 * angle}], angle)
+    assert (trouble.fmi, trouble.occurrences) == (fmi, 1)
+
+
+def test_nothing_wrong_is_said_as_no_code() -> None:
+    for outputs in ([], [valid(0.01)], [valid(0.3) | {"offset_status": STATUSES["converging"]}]):
+        assert trouble_after(outputs)[1] == bytes.fromhex("00ff00000000ffff")
+
+
+def test_an_offset_is_trouble_from_its_whole_interval_on_until_its_value_is_within() -> None:
+    outputs, said = [], []
+    for offset in (0.06, 0.08, 0.06, -0.06, 0.04, 0.06, 0.08):
+        outputs.append(valid(offset))
+        said.append(bool(trouble_after(outputs)[0].active))
+    assert said == [False, True, True, True, False, False, True]
+    trouble, data = trouble_after(outputs)
+    assert (trouble.occurrences, DM1.decode(data)["FailureModeIdentifier"]) == (2, 13)
+
+
+def test_occurrences_stop_at_what_the_field_holds() -> None:
+    stuck = {"fault": _core.FAULTS.index("stuck")}
+    assert trouble_after([stuck, valid(0.0)] * 200)[0].occurrences == 126
+
+
+# On a bus
+
+
+@pytest.fixture
+def applications() -> Iterator[tuple[Any, Any, list[tuple[int, bytes]]]]:
+    """A sender and a listener on a virtual bus, both by can-j1939; and all frames that pass."""
+    seen: list[tuple[int, bytes]] = []
+    ecus, found = [], []
+    for address in (0x80, 0x81):
+        name = j1939.Name(identity_number=address, manufacturer_code=0)
+        application = j1939.ControllerApplication(name, address, bypass_address_claim=True)
+        ecu = j1939.ElectronicControlUnit()
+        ecu.connect(interface="virtual", channel="oncenter")
+        ecu.add_ca(controller_application=application)
+        application.start()
+        ecus.append(ecu)
+        found.append(application)
+    ecus[1].subscribe(lambda priority, pgn, sa, timestamp, data: seen.append((pgn, bytes(data))))
+    yield found[0], found[1], seen
+    for ecu in ecus:
+        ecu.stop()
+        ecu.disconnect()
+
+
+def test_a_j1939_stack_reads_the_result_and_the_trouble_code_from_the_bus(
+    applications: tuple[Any, Any, list[tuple[int, bytes]]], truck: Vehicle, learned: bytes, columns: dict[str, Array]
+) -> None:
+    sender, listener, seen = applications
+    heard, arrived = [], threading.Event()
+
+    def on_dm1(address: int, lamps: dict[str, int], codes: list[dict[str, int]], timestamp: float) -> None:
+        heard.append((address, dict(lamps), [dict(code) for code in codes]))
+        if len(heard) == 2:
+            arrived.set()
+
+    j1939.Dm1(listener).subscribe(on_dm1)
+    monitor = restored(truck, learned)
+    announcer = Announcer(sender, monitor, offset_max_rad=0.02)
+    for k, tick in enumerate(ticks(columns, 9_000, 9_150)):
+        monitor.step(tick)
+        announcer.announce(k / RATE_HZ)
+    assert arrived.wait(10.0)
+    results = [decode(data) for pgn, data in seen if pgn == PGN]
+    assert len(results) >= 14
+    assert [r.counter for r in results] == [k % 16 for k in range(len(results))]
+    assert {(r.angle_source, r.offset_status) for r in results} == {("compensated", "valid")}
+    address, lamps, (code,) = heard[-1]
+    assert (address, lamps["awl"], lamps["rsl"]) == (0x80, j1939.DtcLamp.ON, j1939.DtcLamp.OFF)
+    assert (code["spn"], code["fmi"], code["oc"]) == (SPN, 13, 1)
+
+
+# An ECU
+
+
+@pytest.fixture(scope="module")
+def ecu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    program = tmp_path_factory.mktemp("ecu") / "ecu"
+    compiler = shutil.which("gcc") or shutil.which("cc")
+    assert compiler, "needs a C compiler"
+    sources = [ROOT / "examples" / "integration.c", ROOT / "tests" / "ecu.c", *sorted(ROOT.glob("core/*.c"))]
+    warnings = "-std=c99 -ffp-contract=off -Wall -Wextra -Wconversion -Werror".split()
+    told = [f"-I{ROOT / 'core'}", *map(str, sources), "-o", str(program), "-lm"]
+    subprocess.run([compiler, *warnings, *told], check=True)
+    return program
+
+
+def test_the_integration_example_compiles_runs_and_knows_next_day_what_it_learned(
+    ecu: Path, columns: dict[str, Array]
+) -> None:
+    rows = np.column_stack(list(columns.values())).tobytes()
+
+    def ignition() -> list[tuple[int, bytes]]:
+        run = subprocess.run([str(ecu)], input=rows, capture_output=True, check=True, cwd=ecu.parent, timeout=60)
+        lines = [line.split() for line in run.stdout.decode().splitlines()]
+        return [(int(pgn), bytes.fromhex(data)) for pgn, data in lines]
+
+    first, second = ignition(), ignition()
+    for frames in (first, second):
+        assert sum(pgn == PGN for pgn, _ in frames) == 2_000
+        assert sum(pgn == DM1_PGN for pgn, _ in frames) == 200
+    results = [decode(data) for pgn, data in first if pgn == PGN]
+    assert results[0].offset_status == "unobservable"
+    assert results[-1].offset_rad is not None
+    restored_result = next(decode(data) for pgn, data in second if pgn == PGN)
+    assert restored_result.offset_rad == pytest.approx(results[-1].offset_rad, abs=1e-3)
+    core = _core.Core(WHEELBASE, RATIO, {}, RATE_HZ, traffic_side=1.0, method="joint", angle_method="observer")
+    core.run(columns)
+    assert results[-1].offset_rad == pytest.approx(core.answer()["offset"]["value"], abs=1e-3)

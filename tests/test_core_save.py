@@ -4,6 +4,7 @@ import math
 import struct
 import zlib
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ import pytest
 from oncenter._native import ffi, lib
 from random_drives import RATIO, WHEELBASE, Array, damaged, drive
 
+import oncenter as oc
 from oncenter import _core
+from oncenter.vehicle import Vehicle
 
 RATE_HZ = 100.0
 TRACK = 1.9  # m
@@ -423,3 +426,56 @@ def test_saving_and_restoring_over_and_over_changes_nothing(image: bytes) -> Non
         ecu = Ecu()
         assert ecu.restore(again) == "ok"
         assert ecu.answer() == answer
+
+
+# Through Python's door
+
+
+@pytest.fixture(scope="module")
+def truck() -> Vehicle:
+    return oc.vehicle(Path(__file__).parents[1] / "vehicles" / "scania_r730_4x2.toml")
+
+
+def stepped(monitor: oc.Monitor, columns: dict[str, Array]) -> list[Any]:
+    rows = zip(*columns.values(), strict=True)
+    return [monitor.step(oc.Tick(**dict(zip(columns, map(float, row), strict=True)))) for row in rows]
+
+
+def test_a_monitor_goes_on_after_a_power_cut_where_it_stood(truck: Vehicle, day: dict[str, Array]) -> None:
+    kept, lost = oc.Monitor(truck), oc.Monitor(truck)
+    stepped(kept, sliced(day, 6_000, 15_000))
+    lost.restore(kept.save())
+    later = sliced(day, 15_000, 21_000)
+    assert stepped(kept, later)[-1] == stepped(lost, later)[-1]
+    sequences = [struct.unpack_from("<I", monitor.save(), 12)[0] for monitor in (kept, kept, lost)]
+    assert sequences == [2, 3, 2]
+
+
+def test_a_refused_image_says_why_in_a_line_and_leaves_a_monitor_that_knows_nothing(
+    truck: Vehicle, day: dict[str, Array]
+) -> None:
+    taught = oc.Monitor(truck)
+    stepped(taught, sliced(day, 6_000, 7_000))
+    image = taught.save()
+    nan = bytearray(image)
+    nan[-12:-4] = struct.pack("<d", math.nan)
+    layout = bytearray(image)
+    layout[4] ^= 1
+    flipped = bytearray(image)
+    flipped[5_000] ^= 1
+    foreign = oc.Monitor(truck.model_copy(update={"wheelbase_m": 4.0})).save()
+    fresh = oc.Monitor(truck)
+    for hurt, code in (
+        (b"", "missing"),
+        (image[:100], "truncated"),
+        (bytes(flipped), "damaged"),
+        (sealed(bytes(layout)), "layout"),
+        (foreign, "foreign"),
+        (sealed(bytes(nan)), "implausible"),
+    ):
+        with pytest.raises(oc.OncenterError) as error:
+            taught.restore(hurt)
+        assert error.value.code == f"image_{code}"
+        assert "\n" not in str(error.value)
+        assert "starts afresh" in str(error.value)
+        assert taught._core.state_bytes() == fresh._core.state_bytes()

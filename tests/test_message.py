@@ -320,28 +320,43 @@ def test_a_j1939_stack_reads_the_result_and_the_trouble_code_from_the_bus(
 
 
 @pytest.fixture(scope="module")
-def ecu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    program = tmp_path_factory.mktemp("ecu") / "ecu"
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The example and an ECU around it, as usual and with enums as short as can be, as ARM has them."""
+    folder = tmp_path_factory.mktemp("ecu")
     compiler = shutil.which("gcc") or shutil.which("cc")
     assert compiler, "needs a C compiler"
     sources = [ROOT / "examples" / "integration.c", ROOT / "tests" / "ecu.c", *sorted(ROOT.glob("core/*.c"))]
-    warnings = "-std=c99 -ffp-contract=off -Wall -Wextra -Wconversion -Werror".split()
-    told = [f"-I{ROOT / 'core'}", *map(str, sources), "-o", str(program), "-lm"]
-    subprocess.run([compiler, *warnings, *told], check=True)
-    return program
+    options = f"-std=c99 -ffp-contract=off -Wall -Wextra -Wconversion -Werror -I{ROOT / 'core'}".split()
+    for name, further in (("usual", []), ("short", ["-fshort-enums"])):
+        command = [compiler, *options, *further, *map(str, sources), "-o", str(folder / name), "-lm"]
+        subprocess.run(command, check=True)
+    return {name: folder / name for name in ("usual", "short")}
 
 
-def test_the_integration_example_compiles_runs_and_knows_next_day_what_it_learned(
-    ecu: Path, columns: dict[str, Array]
-) -> None:
+def ignition(program: Path, columns: dict[str, Array], slots: Path) -> list[tuple[int, bytes]]:
+    """A drive from power-on to ignition off, and the frames it sent."""
+    slots.mkdir(exist_ok=True)
     rows = np.column_stack(list(columns.values())).tobytes()
+    run = subprocess.run([str(program)], input=rows, capture_output=True, check=True, cwd=slots, timeout=60)
+    lines = [line.split() for line in run.stdout.decode().splitlines()]
+    return [(int(pgn), bytes.fromhex(data)) for pgn, data in lines]
 
-    def ignition() -> list[tuple[int, bytes]]:
-        run = subprocess.run([str(ecu)], input=rows, capture_output=True, check=True, cwd=ecu.parent, timeout=60)
-        lines = [line.split() for line in run.stdout.decode().splitlines()]
-        return [(int(pgn), bytes.fromhex(data)) for pgn, data in lines]
 
-    first, second = ignition(), ignition()
+def test_two_compilers_that_lay_structs_out_differently_write_the_same_image(
+    compiled: dict[str, Path], tmp_path: Path, columns: dict[str, Array]
+) -> None:
+    usual, short = (ignition(compiled[name], columns, tmp_path / name) for name in ("usual", "short"))
+    assert usual == short
+    for slot in ("slot_0", "slot_1"):
+        assert (tmp_path / "usual" / slot).read_bytes() == (tmp_path / "short" / slot).read_bytes()
+    again = ignition(compiled["short"], columns, tmp_path / "usual")  # from the other's image
+    assert again == ignition(compiled["usual"], columns, tmp_path / "short") != usual
+
+
+def test_the_integration_example_runs_and_knows_next_day_what_it_learned(
+    compiled: dict[str, Path], tmp_path: Path, columns: dict[str, Array]
+) -> None:
+    first, second = (ignition(compiled["usual"], columns, tmp_path) for _ in range(2))
     for frames in (first, second):
         assert sum(pgn == PGN for pgn, _ in frames) == 2_000
         assert sum(pgn == DM1_PGN for pgn, _ in frames) == 200

@@ -175,14 +175,11 @@ static bool interrupted(const oc_tracking *tracking, const oc_coefficients *c, d
     return tracking->followed && (hole < -c->tick_s || (hole > c->params.gap_max_s && hole > c->tick_s));
 }
 
-/* Who stands still begins anew: filters and pending hold nothing then, so that an ignition cycle meanwhile loses
- * nothing. */
+/* Who stands still begins anew: the filters hold nothing then that an ignition cycle could lose. */
 static bool stands_still(oc_tracking *tracking, const oc_standstill *standstill, const oc_coefficients *c, double speed) {
     if (standstill->still_ticks < c->standstill_settling_ticks || !(fabs(speed) <= c->params.standstill_speed_max_m_s)) {
         return false;
     }
-    oc_pending_drop(&tracking->straight);
-    oc_pending_drop(&tracking->cornering);
     tracking->joint.running = 0;
     tracking->running = 0;
     return true;

@@ -20,15 +20,15 @@ const char *oc_image_fault_name(oc_image_fault fault) {
 }
 
 static void put(uint8_t *to, uint64_t value, size_t bytes) {
-    for (size_t k = 0; k < bytes; ++k) {
-        to[k] = (uint8_t)(value >> (8 * k) & 0xFFu);
+    for (size_t k = 0; k < bytes; ++k, value >>= 8) {
+        to[k] = (uint8_t)(value & 0xFFu);
     }
 }
 
 static uint64_t got(const uint8_t *from, size_t bytes) {
     uint64_t value = 0;
-    for (size_t k = 0; k < bytes; ++k) {
-        value |= (uint64_t)from[k] << (8 * k);
+    for (size_t k = bytes; k > 0; --k) {
+        value = value << 8 | from[k - 1];
     }
     return value;
 }

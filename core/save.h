@@ -6,6 +6,9 @@
  * member, CRC-32 (IEEE 802.3) over all before. The layout follows from the members, the key from all that the learned
  * numbers depend on: vehicle, params, methods and rate. Tracking is not in it: filters begin anew.
  *
+ * To save takes half a million instructions on a Cortex-M4F, to restore a million: not for the task of a tick, and without
+ * a step meanwhile.
+ *
  * Two slots: an image goes to slot sequence modulo OC_SAVE_SLOTS, over the older one, so that a power cut while it is
  * written leaves the newer one whole. */
 

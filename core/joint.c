@@ -49,6 +49,7 @@ static oc_play start_of(int32_t k) {
 static void start(oc_joint *joint, const oc_joint_design *design, double angle) {
     *joint = (oc_joint){
         .started = 1,
+        .corrected = OC_JOINT_HYPOTHESES,
         .second = {
             .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
             .memory_share = 1.0f,
@@ -100,6 +101,36 @@ static float correction_of(oc_joint *joint, double bias, double sd) {
     }
     joint->yaw_rate_bias_variance = variance;
     return least > 0.0 ? (float)((1.0 - variance / least) * moved) : 0.0f;
+}
+
+/* A correction goes to one hypothesis after the other, and to each once, whatever comes between. */
+static void begin_correction(oc_joint *joint, double bias, const oc_prior *prior) {
+    if (joint->corrected < OC_JOINT_HYPOTHESES) {
+        return;
+    }
+    joint->correction = correction_of(joint, bias, (double)prior->yaw_rate_bias_sd);
+    joint->corrected = 0;
+    joint->bank_mean += (double)joint->correction * joint->speed_mean;
+}
+
+static void correct_hypothesis(oc_joint *joint, int32_t k, const oc_joint_design *design, const oc_prior *prior) {
+    if (k < joint->corrected) {
+        return;
+    }
+    joint->corrected = k + 1;
+    if (fabsf(joint->correction) > least_correction && joint->second.used_s > 0.0f) {
+        oc_hypothesis_correct(&joint->hypotheses[k], &design->hypothesis, prior, joint->correction);
+    }
+}
+
+void oc_joint_stand(oc_joint *joint, const oc_joint_design *design, const oc_prior *prior, double yaw_rate_bias) {
+    if (!joint->started) {
+        return;
+    }
+    begin_correction(joint, yaw_rate_bias, prior);
+    for (int32_t k = 0; k < design->hypotheses_per_tick && joint->corrected < OC_JOINT_HYPOTHESES; ++k) {
+        correct_hypothesis(joint, joint->corrected, design, prior);
+    }
 }
 
 static bool is_newborn(const oc_joint *joint, const oc_hypothesis *h) {
@@ -259,9 +290,7 @@ static bool take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
     const int32_t end = tracking->taken + design->hypotheses_per_tick;
     for (; tracking->taken < end && tracking->taken < OC_JOINT_HYPOTHESES; ++tracking->taken) {
         oc_hypothesis *h = &joint->hypotheses[tracking->taken];
-        if (fabsf(tracking->correction) > least_correction && joint->second.used_s > 0.0f) {
-            oc_hypothesis_correct(h, &design->hypothesis, prior, tracking->correction);
-        }
+        correct_hypothesis(joint, tracking->taken, design, prior);
         oc_hypothesis_sample(h, &design->hypothesis, sample, joint->in_second == 0);
         if (ends_second) {
             oc_hypothesis_second(h, &design->hypothesis, prior, &joint->second, design->samples_per_second);
@@ -298,8 +327,7 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     if (tracking->phase == 0) {
         tracking->sample = sample_of(tick, tracking, design->rate_hz);
         tracking->taken = 0;
-        tracking->correction = correction_of(joint, tick->yaw_rate_bias, (double)tracking->prior.yaw_rate_bias_sd);
-        joint->bank_mean += (double)tracking->correction * joint->speed_mean;
+        begin_correction(joint, tick->yaw_rate_bias, &tracking->prior);
     }
     tracking->phase = tracking->phase + 1 < design->ticks_per_sample ? tracking->phase + 1 : 0;
     if (tracking->taken < OC_JOINT_HYPOTHESES) {

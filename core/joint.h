@@ -51,7 +51,6 @@ typedef struct {
     double yaw_rate, lateral_acceleration; /* of the tick before */
     oc_motion_sample sample;
     oc_prior prior;              /* at the sample; whoever updates sets it where oc_joint_begins_sample */
-    float correction;            /* rad/s, of the yaw rates before the sample */
 } oc_joint_tracking;
 
 typedef struct {
@@ -64,6 +63,8 @@ typedef struct {
     float to_left, to_right;     /* s during which the side force was clearly to either side of a_0 */
     double yaw_rate_bias;          /* rad/s, at the last sample */
     double yaw_rate_bias_variance; /* rad^2/s^2, the least so far; 0: none */
+    float correction;            /* rad/s, of the yaw rates so far, and */
+    int32_t corrected;           /* how many hypotheses have it */
     double speed_mean;           /* m/s, and */
     double bank_mean, bank_samples; /* m/s^2, a_y - r*v over all usable samples */
     oc_change_watch watch;
@@ -89,6 +90,10 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
  * from. */
 bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                      const oc_joint_tick *tick);
+
+/* While the truck stands: what that tells of the yaw rate's bias (rad/s) holds for the drive before, too. The next tick
+ * that moves finds tracking all zero. */
+void oc_joint_stand(oc_joint *joint, const oc_joint_design *design, const oc_prior *prior, double yaw_rate_bias);
 
 /* Whether the next tick is a sample. */
 bool oc_joint_begins_sample(const oc_joint_tracking *tracking);

@@ -76,6 +76,12 @@ void oc_learn_jointly(oc_evidence *evidence, oc_learned *learned, const oc_coeff
     };
 }
 
+void oc_stand_jointly(oc_evidence *evidence, const oc_coefficients *c) {
+    const oc_estimate bias = oc_gyro_bias_get(&evidence->gyro_bias, &c->params);
+    const oc_prior prior = prior_of(evidence, c, bias.standard_deviation);
+    oc_joint_stand(&evidence->joint, &c->joint, &prior, bias.value);
+}
+
 /* The joint method: all hypotheses go along with every tick, and learn from whole seconds of clean ones. */
 void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_filtered *filtered,
                              const oc_motion *motion, const oc_estimate *yaw_rate_bias, uint32_t reasons) {

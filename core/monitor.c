@@ -246,6 +246,9 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, oc_signals *tick
                              p->standstill_speed_max_m_s, tick->yaw_rate, tick->lateral_acceleration,
                              (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0);
         if (stands_still(tracking, &evidence->standstill, c, by.speed)) {
+            if (p->method == OC_METHOD_JOINT) {
+                oc_stand_jointly(evidence, c);
+            }
             count(evidence, OC_REASON_SPEED);
             return OC_REASON_SPEED;
         }

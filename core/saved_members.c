@@ -13,6 +13,7 @@ typedef enum {
     HALF_WIDTH,       /* rad */
     FRICTION_OR_NONE, /* m/s^2 */
     ANY_HYPOTHESIS,
+    HYPOTHESES_DONE,
     OF_SECOND,
     OF_BLOCK,
     OF_LONG_BLOCK,
@@ -37,6 +38,7 @@ static const struct {
     [HALF_WIDTH] = {0.0, 0.25},
     [FRICTION_OR_NONE] = {-1.0, 10.0},
     [ANY_HYPOTHESIS] = {0.0, OC_JOINT_HYPOTHESES - 1},
+    [HYPOTHESES_DONE] = {0.0, OC_JOINT_HYPOTHESES},
     [OF_SECOND] = {0.0, 31.0},
     [OF_BLOCK] = {0.0, OC_SECONDS_PER_BLOCK - 1},
     [OF_LONG_BLOCK] = {0.0, OC_SECONDS_PER_LONG_BLOCK - 1},
@@ -139,6 +141,8 @@ static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, to_right, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_joint, yaw_rate_bias, OC_SAVED_DOUBLE, ANY_YAW_RATE),
     MEMBER(oc_joint, yaw_rate_bias_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_joint, correction, OC_SAVED_FLOAT, ANY_YAW_RATE),
+    MEMBER(oc_joint, corrected, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBER(oc_joint, speed_mean, OC_SAVED_DOUBLE, ROAD_SPEED),
     MEMBER(oc_joint, bank_mean, OC_SAVED_DOUBLE, ANY_ACCELERATION),
     MEMBER(oc_joint, bank_samples, OC_SAVED_DOUBLE, NOT_NEGATIVE),

@@ -7,6 +7,7 @@ static const double sample_s = 0.1;
 static const double side_force_s = 1.0; /* a bank lasts longer; the accelerometer's noise does not */
 static const float one_degree = 0.017453292f; /* rad */
 
+static const double quarter_turn = 1.5707963267948966; /* rad */
 static const float least_correction = 1e-6f; /* rad/s */
 
 /* A flank of the play counts as seen after so long with a side force that is so clearly beyond friction. */
@@ -64,17 +65,25 @@ static void start(oc_joint *joint, const oc_joint_design *design, double angle) 
     }
 }
 
-/* The operators stay where they were: a wheel that was turned meanwhile carries them along, one that was not left them
- * there. */
+/* After a standstill wheel and heading are as they were left, or nearly so. */
 static void restart(oc_joint *joint, const oc_joint_design *design, double angle) {
     if (!joint->started) {
         start(joint, design, angle);
     }
     joint->in_second = 0;
+    if (!joint->lost) {
+        return;
+    }
+    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+        oc_hypothesis_restart(&joint->hypotheses[k], angle);
+    }
+    joint->heading = 0.0;
+    joint->lost = 0;
 }
 
 /* What the tyres carry. Turning says it with less noise than the accelerometer, which is needed for the bank alone. */
-static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_tracking *before, double rate_hz) {
+static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_tracking *before, double heading,
+                                  double rate_hz) {
     return (oc_motion_sample){
         .angle = tick->angle,
         .residual = (float)tick->residual,
@@ -83,7 +92,8 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
         .jerk = (float)((tick->lateral_acceleration - before->lateral_acceleration) * rate_hz),
         .curvature = (float)tick->curvature,
         .speed = (float)tick->speed,
-        .wind = {(float)(tick->speed / 20.0 * oc_sin(before->heading + 1.5707963267948966)), (float)(tick->speed / 20.0 * oc_sin(before->heading))},
+        .wind = {(float)(tick->speed / 20.0 * oc_sin(heading + quarter_turn)),
+                 (float)(tick->speed / 20.0 * oc_sin(heading))},
         .usable = tick->usable,
     };
 }
@@ -322,10 +332,10 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
             .lateral_acceleration = tick->lateral_acceleration,
         };
     }
-    tracking->heading += tick->yaw_rate / design->rate_hz;
+    joint->heading += tick->yaw_rate / design->rate_hz;
     tracking->bank += (bank - tracking->bank) * design->side_force_share;
     if (tracking->phase == 0) {
-        tracking->sample = sample_of(tick, tracking, design->rate_hz);
+        tracking->sample = sample_of(tick, tracking, joint->heading, design->rate_hz);
         tracking->taken = 0;
         begin_correction(joint, tick->yaw_rate_bias, &tracking->prior);
     }

@@ -41,12 +41,11 @@ typedef struct {
     int32_t ticks_per_sample, hypotheses_per_tick, samples_per_second;
 } oc_joint_design;
 
-/* Lost at ignition. */
+/* Lost at ignition, and while the truck stands. */
 typedef struct {
     int32_t running;
     int32_t phase;               /* ticks since the sample was taken */
     int32_t taken;               /* hypotheses that have it */
-    double heading;
     double bank;                 /* m/s^2, a_y - r*v smoothed */
     double yaw_rate, lateral_acceleration; /* of the tick before */
     oc_motion_sample sample;
@@ -59,6 +58,8 @@ typedef struct {
     int32_t born;                /* of the starts, which one is next */
     int32_t in_second;           /* samples of the second that fills */
     int32_t in_block, in_long_block;
+    double heading;              /* rad, since it was lost */
+    int32_t lost;                /* the wheel may be elsewhere, and the heading another */
     oc_second second;            /* what the next whole second will be */
     float to_left, to_right;     /* s during which the side force was clearly to either side of a_0 */
     double yaw_rate_bias;          /* rad/s, at the last sample */
@@ -86,7 +87,8 @@ typedef struct {
 void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_ratio, double ratio_times_wheelbase,
                     double pull_sd, double memory_s);
 
-/* One tick later than the one before; after an ignition or a hole tracking is all zero. True when a second was learned
+/* One tick later than the one before; after an ignition, a hole or a standstill tracking is all zero, and after the first
+ * two `lost` is set. True when a second was learned
  * from. */
 bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                      const oc_joint_tick *tick);

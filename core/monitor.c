@@ -84,6 +84,7 @@ void oc_init(oc_state *state) {
 
 void oc_restart(oc_state *state) {
     state->tracking = (oc_tracking){0};
+    state->evidence.joint.lost = 1;
     state->evidence.standstill.still_ticks = 0;
     oc_gyro_bias_restart(&state->evidence.gyro_bias);
 }
@@ -239,6 +240,7 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, oc_signals *tick
     tracking->last_filtered = tick->time;
     tracking->followed = 1;
     if (after_hole) {
+        evidence->joint.lost = 1;
         evidence->standstill.still_ticks = 0;
     }
     if (tick->valid & OC_HAS_YAW_RATE) {

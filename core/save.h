@@ -43,8 +43,8 @@ size_t oc_save_size(void);
 size_t oc_save(const oc_state *state, const oc_coefficients *coefficients, uint32_t sequence, uint8_t *image, size_t size);
 
 /* Power is back: the state as it was saved, tracking lost; when the image is refused, as oc_init makes it. Bytes after
- * the image do not matter. Where the ignition was off meanwhile, oc_restart after it tells so: sensors may have moved.
- * The sequence is set to the image's, to 0 when it is refused. */
+ * the image do not matter. Where the ignition was off or the truck may have moved since it was saved, oc_restart after it
+ * tells so: sensors, wheel and heading may be elsewhere. The sequence is set to the image's, to 0 when it is refused. */
 oc_image_fault oc_restore(oc_state *state, const oc_coefficients *coefficients, const uint8_t *image, size_t size,
                           uint32_t *sequence);
 

@@ -137,6 +137,8 @@ static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, in_second, OC_SAVED_INT32, OF_SECOND),
     MEMBER(oc_joint, in_block, OC_SAVED_INT32, OF_BLOCK),
     MEMBER(oc_joint, in_long_block, OC_SAVED_INT32, OF_LONG_BLOCK),
+    MEMBER(oc_joint, heading, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBER(oc_joint, lost, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_joint, to_left, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_joint, to_right, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_joint, yaw_rate_bias, OC_SAVED_DOUBLE, ANY_YAW_RATE),
@@ -151,6 +153,7 @@ static const oc_saved_member joint_members[] = {
 
 static const oc_saved_member second_members[] = {
     MEMBER(oc_second, used_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_second, trial_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_second, best_cost, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_second, second_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_second, memory_share, OC_SAVED_FLOAT, YES_OR_NO),
@@ -192,10 +195,13 @@ static const oc_saved_member hypothesis_members[] = {
     MEMBER(oc_hypothesis, play.unloading, OC_SAVED_FLOAT, ANY_ACCELERATION),
     MEMBER(oc_hypothesis, play.friction, OC_SAVED_FLOAT, FRICTION_OR_NONE),
     MEMBER(oc_hypothesis, play.creep, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_hypothesis, play.windup, OC_SAVED_FLOAT, HALF_WIDTH),
+    MEMBER(oc_hypothesis, play.unwinding, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_hypothesis, play.wind, OC_SAVED_FLOAT, ANY_ACCELERATION),
     MEMBER(oc_hypothesis, per_difference, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_hypothesis, inner, OC_SAVED_DOUBLE, ANY_ANGLE),
-    MEMBER(oc_hypothesis, inner_more, OC_SAVED_DOUBLE, ANY_ANGLE),
-    MEMBER(oc_hypothesis, inner_less, OC_SAVED_DOUBLE, ANY_ANGLE),
+    MEMBER(oc_hypothesis, place, OC_SAVED_FLOAT, ANY_ANGLE), /* structs of floats alone */
+    MEMBER(oc_hypothesis, more, OC_SAVED_FLOAT, ANY_ANGLE),
+    MEMBER(oc_hypothesis, less, OC_SAVED_FLOAT, ANY_ANGLE),
     MEMBER(oc_hypothesis, sums, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, target_sum, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, weight, OC_SAVED_FLOAT, NOT_NEGATIVE),

@@ -165,7 +165,7 @@ def test_an_image_has_the_same_bytes_on_every_machine(image: bytes) -> None:
     evidence = ecu.evidence()[0]
     assert image[HEADER.size :].startswith(struct.pack("<7d", *evidence["offset"]["ticks"]))
     assert struct.pack("<Q", int(evidence["ticks"])) in image
-    assert struct.pack("<45f", *evidence["joint"]["hypotheses"][20]["scatter"]) in image
+    assert struct.pack(f"<{lib.OC_TERMS_TRIANGLE}f", *evidence["joint"]["hypotheses"][5]["scatter"]) in image
 
 
 def test_a_buffer_of_the_stated_size_holds_an_image_and_a_smaller_one_gets_none() -> None:
@@ -263,7 +263,7 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("joint.hypotheses.offset_variance", -1e-9),
         ("joint.hypotheses.variance", 0.0),
         ("joint.hypotheses.scatter", -1.0),
-        ("joint.hypotheses.inner", math.nan),
+        ("joint.hypotheses.place.inner", math.nan),
         ("joint.changed.change.kind", 3),
         ("ticks", 2**60),
     ],
@@ -391,7 +391,7 @@ def test_a_bias_told_where_the_drive_ends_reaches_every_hypothesis_also_through_
     assert other.restore(ecu.run(sliced(columns, stop, stop + cut)).save()) == "ok"
     after = other.run(sliced(columns, stop + cut, len(columns["time_s"]))).answer()["offset"]
     assert abs(after["value"] - truth.offset) < 0.4 * abs(before["value"] - truth.offset)
-    assert after["standard_deviation"] < 0.4 * before["standard_deviation"]
+    assert after["standard_deviation"] < 0.6 * before["standard_deviation"]
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -133,11 +133,18 @@ static void correct_hypothesis(oc_joint *joint, int32_t k, const oc_joint_design
     }
 }
 
+static void turn_phase(oc_joint *joint, const oc_joint_design *design) {
+    joint->phase = joint->phase + 1 < design->ticks_per_sample ? joint->phase + 1 : 0;
+}
+
 void oc_joint_stand(oc_joint *joint, const oc_joint_design *design, const oc_prior *prior, double yaw_rate_bias) {
     if (!joint->started) {
         return;
     }
-    begin_correction(joint, yaw_rate_bias, prior);
+    if (joint->phase == 0) {
+        begin_correction(joint, yaw_rate_bias, prior);
+    }
+    turn_phase(joint, design);
     for (int32_t k = 0; k < design->hypotheses_per_tick && joint->corrected < OC_JOINT_HYPOTHESES; ++k) {
         correct_hypothesis(joint, joint->corrected, design, prior);
     }
@@ -313,8 +320,8 @@ static bool take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
     return ends_second;
 }
 
-bool oc_joint_begins_sample(const oc_joint_tracking *tracking) {
-    return !tracking->running || tracking->phase == 0;
+bool oc_joint_begins_sample(const oc_joint *joint) {
+    return joint->phase == 0;
 }
 
 bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
@@ -334,12 +341,12 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     }
     joint->heading += tick->yaw_rate / design->rate_hz;
     tracking->bank += (bank - tracking->bank) * design->side_force_share;
-    if (tracking->phase == 0) {
+    if (joint->phase == 0) {
         tracking->sample = sample_of(tick, tracking, joint->heading, design->rate_hz);
         tracking->taken = 0;
         begin_correction(joint, tick->yaw_rate_bias, &tracking->prior);
     }
-    tracking->phase = tracking->phase + 1 < design->ticks_per_sample ? tracking->phase + 1 : 0;
+    turn_phase(joint, design);
     if (tracking->taken < OC_JOINT_HYPOTHESES) {
         learned = take_in(joint, tracking, design, tick);
     }

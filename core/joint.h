@@ -44,7 +44,6 @@ typedef struct {
 /* Lost at ignition, and while the truck stands. */
 typedef struct {
     int32_t running;
-    int32_t phase;               /* ticks since the sample was taken */
     int32_t taken;               /* hypotheses that have it */
     double bank;                 /* m/s^2, a_y - r*v smoothed */
     double yaw_rate, lateral_acceleration; /* of the tick before */
@@ -56,6 +55,7 @@ typedef struct {
     int32_t started;
     int32_t best;                /* hypothesis */
     int32_t born;                /* of the starts, which one is next */
+    int32_t phase;               /* ticks since a sample was due */
     int32_t in_second;           /* samples of the second that fills */
     int32_t in_block, in_long_block;
     double heading;              /* rad, since it was lost */
@@ -98,7 +98,7 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
 void oc_joint_stand(oc_joint *joint, const oc_joint_design *design, const oc_prior *prior, double yaw_rate_bias);
 
 /* Whether the next tick is a sample. */
-bool oc_joint_begins_sample(const oc_joint_tracking *tracking);
+bool oc_joint_begins_sample(const oc_joint *joint);
 
 /* s of side force clearly to one side, 1 left or -1 right, that are lacking before the play's flank there is seen; 0 where
  * the play was found, which nobody does on one flank. */

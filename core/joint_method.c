@@ -97,7 +97,7 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_fil
         .usable = reasons == 0,
     };
     oc_joint_tracking *tracking = &state->tracking.joint;
-    if (oc_joint_begins_sample(tracking)) {
+    if (oc_joint_begins_sample(&state->evidence.joint)) {
         tracking->prior = prior_of(&state->evidence, c, yaw_rate_bias->standard_deviation);
     }
     if (oc_joint_update(&state->evidence.joint, tracking, &c->joint, &tick)) {

@@ -134,6 +134,7 @@ static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, started, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_joint, best, OC_SAVED_INT32, ANY_HYPOTHESIS),
     MEMBER(oc_joint, born, OC_SAVED_INT32, ANY_HYPOTHESIS),
+    MEMBER(oc_joint, phase, OC_SAVED_INT32, OF_SECOND),
     MEMBER(oc_joint, in_second, OC_SAVED_INT32, OF_SECOND),
     MEMBER(oc_joint, in_block, OC_SAVED_INT32, OF_BLOCK),
     MEMBER(oc_joint, in_long_block, OC_SAVED_INT32, OF_LONG_BLOCK),
@@ -373,7 +374,7 @@ static bool is_joint(const oc_joint *joint, const oc_joint_design *design) {
         }
     }
     return joint->second.second_s > 0.0f && joint->second.reference > 0.0f &&
-           joint->in_second < design->samples_per_second;
+           joint->in_second < design->samples_per_second && joint->phase < design->ticks_per_sample;
 }
 
 bool oc_saved_plausible(const oc_evidence *evidence, const oc_coefficients *c) {

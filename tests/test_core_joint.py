@@ -271,9 +271,8 @@ def test_no_tick_has_more_to_do_than_its_share(rate_hz: float) -> None:
     taken_before = HYPOTHESES
     for now in other_t:
         core.step({name: float(np.interp(now, t, column)) for name, column in columns.items()})
-        tracking = state_of(core)["tracking"]["joint"]
-        taken = int(tracking["taken"])
-        begins = tracking["phase"] == 1 % ticks
+        taken = int(state_of(core)["tracking"]["joint"]["taken"])
+        begins = state_of(core)["evidence"]["joint"]["phase"] == 1 % ticks
         assert taken_before == HYPOTHESES or not begins
         assert taken - (0 if begins else taken_before) <= share
         taken_before = taken

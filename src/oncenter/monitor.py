@@ -136,8 +136,8 @@ class Monitor:
     def restore(self, image: bytes) -> None:
         """Goes on from what `save` gave, for the same vehicle, params, method and rate; what the filters held is lost.
 
-        Where the ignition was off or the truck may have moved meanwhile, `restart` after it tells so: the gyro's bias, the
-        wheel and the heading may be elsewhere.
+        Where the ignition was off or the truck may have moved meanwhile, `restart` after it tells so: the gyro's bias,
+        the wheel and the heading may be elsewhere.
 
         Raises:
             OncenterError: "image_missing", "image_truncated", "image_damaged", "image_layout", "image_foreign" or

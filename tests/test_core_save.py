@@ -394,6 +394,34 @@ def test_a_bias_told_where_the_drive_ends_reaches_every_hypothesis_also_through_
     assert after["standard_deviation"] < 0.6 * before["standard_deviation"]
 
 
+def test_a_correction_that_a_power_cut_halved_reaches_the_other_hypotheses_and_none_twice(
+    day: dict[str, Array], image: bytes
+) -> None:
+    def offsets(correction: float) -> Array:
+        ecu, after = Ecu(), Ecu()
+        assert ecu.restore(image) == "ok"
+        ecu.evidence()["joint"]["correction"], ecu.evidence()["joint"]["corrected"] = correction, 5
+        assert after.restore(ecu.save()) == "ok"
+        after.run(sliced(day, 5_000, 5_016))
+        return np.array(after.evidence()["joint"]["hypotheses"]["offset"][0])
+
+    moved = offsets(1e-3) != offsets(0.0)
+    assert not moved[:5].any()
+    assert moved[5:].all()
+
+
+def test_a_hole_loses_the_heading_and_a_standstill_does_not(day: dict[str, Array]) -> None:
+    before, after = sliced(day, 0, 14_000), sliced(day, 14_200, 14_201)
+    ecu = Ecu().run(before)
+    assert abs(ecu.evidence()["joint"]["heading"][0]) > 1e-3
+    ecu.run(after)
+    assert abs(ecu.evidence()["joint"]["heading"][0]) < 1e-3
+    standing = Ecu().run(sliced(day, 0, 14_800))
+    heading = standing.evidence()["joint"]["heading"][0]
+    standing.run(sliced(day, 14_800, 15_200))
+    assert standing.evidence()["joint"]["heading"][0] == heading != 0.0
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_a_cut_on_the_road_costs_no_more_than_a_gate_window(method: str, day: dict[str, Array]) -> None:
     """t1 of what was pending, the filters' settling of some 1.1 s, and the rest of a block at each end."""

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 from accuracy_rows import _toml  # the same tables as the accuracy bench's
-from population import Draw, Uniform, draw, sensors, steering, truck
+from population import Draw, Uniform, draw, sensors, steering, truck, wind
 
 import oncenter as oc
 from oncenter.errors import OncenterError
@@ -29,6 +29,7 @@ Table = dict[str, Any]
 LEARNING_S, WITHOUT_S = 600.0, 3600.0
 ROADS = ("thesis_drive", "country", "motorway")
 ATTEMPTS = 20
+GNSS_SD_M_S = 0.02  # of the speed sideways, as a good receiver with inertial sensors tells it
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,9 @@ def named(scenario: str, seed: int, lag_s: float = 0.0) -> Drive:
 
 def drive_of(signals: Signals, truth: Truth, lag_s: float) -> Drive:
     true = truth.table["steering_wheel_angle_rad"].to_numpy() - truth.straight_ahead_rad
+    over_ground = truth.table["lateral_speed_m_s"].to_numpy()
+    noise = np.random.default_rng(len(true)).normal(0.0, GNSS_SD_M_S, len(true))
+    signals = replace(signals, table=signals.table.with_columns(lateral_speed_m_s=pl.Series(over_ground + noise)))
     ahead = lag_s * np.gradient(true) * signals.rate_hz
     if lag_s:
         held = signals.table["steering_wheel_angle_rad"].to_numpy() + ahead
@@ -88,6 +92,31 @@ def ordinary(seed: int, folder: Path, play_deg: Uniform | float, *, extra: Mappi
         values = scenario_of(drawn, str(random.choice(ROADS)), LEARNING_S + WITHOUT_S)
         for name, table in (extra or {}).items():
             values.setdefault(name, {}).update(table)
+        try:
+            return simulated(values, seed, folder)
+        except OncenterError as error:
+            refusal = error
+    raise refusal
+
+
+HEALTHY = ("motorway", "country", "town", "thesis_drive", "windy", "banked", "king-pin friction", "pulling alignment")
+
+
+def healthy(seed: int, folder: Path) -> Drive:
+    """Ten minutes and an hour with a sensor that is well, all HEALTHY kinds of drives in turn."""
+    random = np.random.default_rng([seed, 8])
+    kind = HEALTHY[seed % len(HEALTHY)]
+    for _ in range(ATTEMPTS):
+        friction = Uniform(0.2, 0.5) if kind == "king-pin friction" else Uniform(0.02, 0.2)
+        drawn = draw(random, {"king_pin_friction_m_s2": friction})
+        base = kind if kind in (*ROADS, "town") else str(random.choice(ROADS))
+        values = scenario_of(drawn, base, LEARNING_S + WITHOUT_S)
+        if kind == "windy":
+            values["wind"] = {**wind(drawn, random), "mean_m_s": 8.0, "gust_sd_m_s": 2.0}
+        elif kind == "banked":
+            values["road"]["rough_bank_sd_percent"] = 1.0
+        elif kind == "pulling alignment":
+            values["steering"] = steering(drawn, drawn["front_axle_load_kg"], pulls=True)
         try:
             return simulated(values, seed, folder)
         except OncenterError as error:

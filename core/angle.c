@@ -17,7 +17,7 @@ static const double takeover_s = 1.0;
 static const double moved_min = 0.5 * 3.14159265358979323846 / 180.0;   /* rad: less is noise */
 static const double moved_clear = 2.0 * 3.14159265358979323846 / 180.0; /* rad, by which wheels tell who pushed them */
 static const double backward_creep_factor = 2.0;
-static const double near_friction = 0.05;                 /* m/s^2 */
+static const double near_friction = 0.10;                 /* m/s^2: wind and bank push as much, unseen */
 static const double forgotten_s = 0.5;                    /* how long a place holds with no side force to keep it */
 static const double place_variance_max = 0.7;             /* flanks are likelier than the middle */
 
@@ -41,6 +41,7 @@ static const double unflattened = 1.10;                   /* the gyro's noise fl
 
 /* Where motion says nothing. */
 static const double walking_speed = 1.0;                      /* m/s */
+static const double never_s = 1e9;
 static const double hand_rate_sd = 1.5;                   /* rad/s */
 static const double angle_sd_max = 10.0;                  /* rad */
 static const double learning_speed = 8.0;                 /* m/s */
@@ -85,7 +86,7 @@ static void begin_observer(oc_angle_tracking *t, const oc_angle_tick *tick) {
         .speed = tick->speed,
         .bank = tick->lateral_acceleration - tick->yaw_rate * tick->speed,
         .place_variance = place_variance_max,
-        .without_sensor_s = 1e9,
+        .without_sensor_s = never_s,
     };
 }
 
@@ -129,9 +130,8 @@ static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const 
     t->place = limited_to(t->place, 1.0);
 }
 
-/* s; what the filter is late by. */
-static double late_s(const oc_angle_design *d) {
-    return d->damping / d->stiffness + d->tick_s / d->yaw_rate_share;
+double oc_angle_late_s(const oc_angle_design *d) {
+    return d->method == OC_ANGLE_OBSERVER ? d->damping / d->stiffness + d->tick_s / d->yaw_rate_share : 0.0;
 }
 
 /* s; steering wheel angle per yaw rate, at a steady state. */
@@ -140,16 +140,25 @@ static double per_yaw_rate(const oc_angle_tracking *t, const oc_angle_design *d,
     return d->ratio.ratio * (d->wheelbase / v + truck->gradient * v);
 }
 
-/* T as it is at this speed: late_s of what (10) needs is in it. */
+/* T as it is at this speed: oc_angle_late_s of what (10) needs is in it. */
 static double lead_at(const oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
                       const oc_angle_truck *truck) {
     const double usual = (e->steady + T_prior_s2 * T_prior_steady_s) / (e->slopes + T_prior_s2);
-    const double T = lead_s(e) + late_s(d) * (per_yaw_rate(t, d, truck) - usual);
+    const double T = lead_s(e) + oc_angle_late_s(d) * (per_yaw_rate(t, d, truck) - usual);
     return T > 0.0 ? T : 0.0;
 }
 
+static oc_side_slip side_slip_of(const oc_angle_tracking *t, const oc_angle_tick *tick) {
+    return (oc_side_slip){
+        .speed = t->speed,
+        .lateral_speed = tick->lateral_speed,
+        .yaw_rate = tick->yaw_rate,
+        .lateral_acceleration = tick->yaw_rate * t->speed,
+    };
+}
+
 /* What the learned truck needs, by (13), for the motion that is. */
-static double wheels_of(const oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck, double T,
+static double wheels_of(const oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d, const oc_angle_truck *truck, double T,
                         const oc_angle_tick *tick) {
     const double a = t->yaw_rate * t->speed + t->bank;
     const double v = t->speed;
@@ -163,6 +172,10 @@ static double wheels_of(const oc_angle_tracking *t, const oc_angle_design *d, co
     case OC_ANGLE_YAW_RATE_UNDERSTEER:
         return oc_ratio_to_steering_wheel(
             &d->ratio, oc_front_wheel_by_yaw_rate(d->wheelbase, tick->yaw_rate, v, truck->gradient, tick->yaw_rate * v));
+    case OC_ANGLE_SIDE_SLIP: {
+        const oc_side_slip slip = side_slip_of(t, tick);
+        return oc_ratio_to_steering_wheel(&d->ratio, oc_side_slip_front_wheel(&e->side_slip, &slip, d->wheelbase));
+    }
     default:
         break;
     }
@@ -228,8 +241,8 @@ oc_angle oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_an
     const bool moves = tick->has_motion && fabs(t->speed) > walking_speed && fabs(tick->speed) > 0.5 * walking_speed;
     if (moves) {
         const double T = given->known ? lead_at(t, e, d, &truck) : T_prior_s;
-        const double wheels = wheels_of(t, d, &truck, T, tick);
-        if (t->held_s > 0.0 || t->without_sensor_s > 1e8) {
+        const double wheels = wheels_of(t, e, d, &truck, T, tick);
+        if (t->held_s > 0.0 || t->without_sensor_s >= never_s) {
             t->reference = wheels;
         }
         t->held_s = 0.0;
@@ -237,9 +250,14 @@ oc_angle oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_an
         place_in_play(t, d, &truck, wheels, load);
         t->estimate = observes ? wheels + 0.5 * truck.backlash * t->place : wheels;
         const double own = own_variance(t, &truck);
-        if (tick->has_sensor && given->known && fabs(t->speed) > learning_speed) {
+        if (tick->teaches && given->known && fabs(t->speed) > learning_speed) {
             const double error = tick->true_by_sensor - t->estimate;
             learn_from_sensor(e, t, d, &truck, error, error + T * t->yaw_acceleration, own);
+            if (d->method == OC_ANGLE_SIDE_SLIP) {
+                const oc_side_slip slip = side_slip_of(t, tick);
+                oc_side_slip_learn(&e->side_slip, &slip, oc_ratio_to_front_wheel(&d->ratio, tick->true_by_sensor),
+                                   d->tick_s, learning_memory_s);
+            }
         }
         const double spread = e->seconds > learned_s ? e->spread : 2.0;
         t->sd = sqrt(spread * own + other_variance(t, d, &truck, tick));
@@ -249,12 +267,14 @@ oc_angle oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_an
         t->sd = at_most(t->sd + hand_rate_sd * d->tick_s, angle_sd_max);
     }
 
-    /* no jump when the sensor goes: its last word fades */
-    oc_angle out = {.estimate = t->estimate, .estimate_sd = t->sd};
+    /* no jump when the sensor goes, or comes back: its last word fades, and so does ours */
+    oc_angle out = {.estimate = t->estimate, .estimate_sd = t->sd, .by_sensor = tick->has_sensor};
     if (tick->has_sensor) {
-        t->difference = tick->true_by_sensor - t->estimate;
+        const bool came_back = t->without_sensor_s > 0.0 && t->without_sensor_s < never_s;
+        t->step = came_back ? t->before - tick->true_by_sensor : t->step * (1.0 - d->takeover_share);
+        t->difference = tick->true_by_sensor + t->step - t->estimate;
         t->without_sensor_s = t->standing_s = 0.0;
-        out.standard_deviation = truck.offset_sd;
+        out.standard_deviation = sqrt(truck.offset_sd * truck.offset_sd + t->step * t->step);
         out.status = given->known ? OC_VALID : OC_CONVERGING;
     } else {
         t->difference -= t->difference * d->takeover_share;

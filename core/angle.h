@@ -17,6 +17,7 @@
 
 #include "estimate.h"
 #include "front_wheel.h"
+#include "side_slip.h"
 
 /* By what the front wheels' angle is told. */
 typedef enum {
@@ -26,6 +27,7 @@ typedef enum {
     OC_ANGLE_WHEEL_SPEED_EXACT,       /* (2) with the radius ratio */
     OC_ANGLE_YAW_RATE,                /* L*r/v */
     OC_ANGLE_YAW_RATE_UNDERSTEER,     /* (22), (31) */
+    OC_ANGLE_SIDE_SLIP,               /* (23), (24) */
     OC_ANGLE_METHOD_COUNT
 } oc_angle_method;
 
@@ -48,8 +50,10 @@ typedef struct {
     double speed;                     /* m/s */
     double lateral_acceleration;      /* m/s^2, as measured */
     double front_wheel;               /* rad, by wheel speeds, for the methods that use them */
+    double lateral_speed;             /* m/s, over ground, for the method that uses it */
     double true_by_sensor;            /* rad, measured less offset */
     bool has_sensor;                  /* and it is believed */
+    bool teaches;                     /* and it may be learned from */
     bool has_motion;                  /* yaw rate, speed and what else the method needs */
 } oc_angle_tick;
 
@@ -76,6 +80,7 @@ typedef struct {
     double standing_s;                /* without a sensor: the load may have changed */
     double estimate;                  /* rad */
     double difference;                /* rad, of the sensor to it when it was last believed, fading */
+    double step;                      /* rad, from the sensor to what was told when it came back, fading */
     double before, rate;              /* rad, rad/s: of the tick before */
     double sd;                        /* rad, of the estimate */
 } oc_angle_tracking;
@@ -86,16 +91,21 @@ typedef struct {
     double steady;                    /* the slopes times what angle a yaw rate took when they were gathered */
     double spread;                    /* mean of squared error over foretold variance */
     double seconds;                   /* behind it */
+    oc_side_slip_evidence side_slip;
 } oc_angle_evidence;
 
 typedef struct {
     double angle, rate, standard_deviation; /* rad, rad/s, rad: the true angle */
     double estimate, estimate_sd;     /* rad: what motion alone says */
+    bool by_sensor;                         /* the angle is measured less offset */
     oc_status status;
 } oc_angle;
 
 void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ratio *ratio, double wheelbase,
                     double rate_hz);
+
+/* s by which the observer's filter is late. */
+double oc_angle_late_s(const oc_angle_design *design);
 
 oc_angle oc_angle_update(oc_angle_tracking *tracking, oc_angle_evidence *evidence, const oc_angle_design *design,
                          const oc_angle_truck *truck, const oc_angle_tick *tick);

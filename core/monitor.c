@@ -110,11 +110,13 @@ static uint32_t measured_wheels(const oc_signals *tick) {
 static uint32_t measured(const oc_signals *tick) {
     const uint32_t valid = tick->valid;
     const uint32_t others =
-        OC_HAS_STEERING_WHEEL_ANGLE | OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED | OC_HAS_LATERAL_ACCELERATION;
+        OC_HAS_STEERING_WHEEL_ANGLE | OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED | OC_HAS_LATERAL_ACCELERATION |
+        OC_HAS_LATERAL_SPEED;
     return bit_where(valid, OC_HAS_STEERING_WHEEL_ANGLE, tick->steering_wheel_angle, angle_limit) |
            bit_where(valid, OC_HAS_YAW_RATE, tick->yaw_rate, yaw_rate_limit) |
            bit_where(valid, OC_HAS_VEHICLE_SPEED, tick->vehicle_speed, speed_limit) |
            bit_where(valid, OC_HAS_LATERAL_ACCELERATION, tick->lateral_acceleration, acceleration_limit) |
+           bit_where(valid, OC_HAS_LATERAL_SPEED, tick->lateral_speed, speed_limit) |
            ((valid & ~others) ? measured_wheels(tick) : 0u);
 }
 
@@ -307,9 +309,9 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, oc_signals *tick
     return reasons;
 }
 
-/* A sensor at fault teaches nothing; one that sits elsewhere now does, its new offset. */
+/* A sensor that is or may be at fault teaches nothing; one that sits elsewhere now does, its new offset. */
 static bool sensor_misleads(const oc_fault_watch *watch) {
-    return watch->fault != OC_FAULT_NONE && watch->fault != OC_FAULT_REMOUNTED && watch->fault != OC_FAULT_JUMPED;
+    return oc_fault_suspected(watch) || (watch->fault != OC_FAULT_NONE && watch->fault != OC_FAULT_REMOUNTED && watch->fault != OC_FAULT_JUMPED);
 }
 
 /* Without a copy of the tick, which would wait for what was just written. */
@@ -371,7 +373,8 @@ void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_colum
                            (columns->wheel_speed_front_left != NULL ? OC_HAS_WHEEL_SPEED_FRONT_LEFT : 0u) |
                            (columns->wheel_speed_front_right != NULL ? OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u) |
                            (columns->wheel_speed_rear_left != NULL ? OC_HAS_WHEEL_SPEED_REAR_LEFT : 0u) |
-                           (columns->wheel_speed_rear_right != NULL ? OC_HAS_WHEEL_SPEED_REAR_RIGHT : 0u);
+                           (columns->wheel_speed_rear_right != NULL ? OC_HAS_WHEEL_SPEED_REAR_RIGHT : 0u) |
+                           (columns->lateral_speed != NULL ? OC_HAS_LATERAL_SPEED : 0u);
     for (size_t row = 0; row < columns->count; ++row) {
         oc_signals tick = {
             .time = columns->time[row],
@@ -383,6 +386,7 @@ void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_colum
             .wheel_speed_front_right = at(columns->wheel_speed_front_right, row),
             .wheel_speed_rear_left = at(columns->wheel_speed_rear_left, row),
             .wheel_speed_rear_right = at(columns->wheel_speed_rear_right, row),
+            .lateral_speed = at(columns->lateral_speed, row),
             .valid = valid,
         };
         step_and_tell(state, coefficients, &tick, outputs == NULL ? NULL : &outputs[row]);

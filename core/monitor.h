@@ -74,6 +74,7 @@ typedef struct {
     oc_wheel_speed wheel_speed;
     oc_joint joint;
     oc_angle_evidence angle;
+    oc_fault_evidence fault;
     int32_t offset_trusted;      /* once accurate enough to learn K_us */
     oc_status offset_status, understeer_status, backlash_status;
     uint64_t ticks;              /* all that advanced the clock */

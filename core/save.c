@@ -56,11 +56,13 @@ static uint64_t bits_at(const uint8_t *from, oc_saved_kind kind) {
     uint32_t narrow = 0;
     oc_status status = OC_UNOBSERVABLE;
     oc_change_kind change = OC_CHANGE_NONE;
+    oc_fault fault = OC_FAULT_NONE;
     switch (kind) {
     case OC_SAVED_DOUBLE:
     case OC_SAVED_UINT64: memcpy(&wide, from, sizeof wide); return wide;
     case OC_SAVED_STATUS: memcpy(&status, from, sizeof status); return (uint64_t)status;
     case OC_SAVED_CHANGE: memcpy(&change, from, sizeof change); return (uint64_t)change;
+    case OC_SAVED_FAULT: memcpy(&fault, from, sizeof fault); return (uint64_t)fault;
     default: memcpy(&narrow, from, sizeof narrow); return narrow;
     }
 }
@@ -69,11 +71,13 @@ static void set_bits(uint8_t *to, oc_saved_kind kind, uint64_t bits) {
     const uint32_t narrow = (uint32_t)bits;
     const oc_status status = (oc_status)bits;
     const oc_change_kind change = (oc_change_kind)bits;
+    const oc_fault fault = (oc_fault)bits;
     switch (kind) {
     case OC_SAVED_DOUBLE:
     case OC_SAVED_UINT64: memcpy(to, &bits, sizeof bits); break;
     case OC_SAVED_STATUS: memcpy(to, &status, sizeof status); break;
     case OC_SAVED_CHANGE: memcpy(to, &change, sizeof change); break;
+    case OC_SAVED_FAULT: memcpy(to, &fault, sizeof fault); break;
     default: memcpy(to, &narrow, sizeof narrow); break;
     }
 }

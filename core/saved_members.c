@@ -19,6 +19,8 @@ typedef enum {
     OF_LONG_BLOCK,
     ANY_STATUS,
     ANY_CHANGE,
+    ANY_FAULT,
+    SHARE,
     LIMIT_COUNT
 } saved_limit;
 
@@ -44,6 +46,8 @@ static const struct {
     [OF_LONG_BLOCK] = {0.0, OC_SECONDS_PER_LONG_BLOCK - 1},
     [ANY_STATUS] = {0.0, OC_STATUS_COUNT - 1},
     [ANY_CHANGE] = {0.0, OC_CHANGE_BENDS},
+    [ANY_FAULT] = {0.0, OC_FAULT_COUNT - 1},
+    [SHARE] = {0.0, 1.0},
 };
 
 /* A macro, so that offset and size cannot be of two members. */
@@ -240,6 +244,17 @@ static const oc_saved_member angle_members[] = {
     MEMBER(oc_angle_evidence, seconds, OC_SAVED_DOUBLE, NOT_NEGATIVE),
 };
 
+static const oc_saved_member side_slip_members[] = {
+    MEMBER(oc_side_slip_evidence, information, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBER(oc_side_slip_evidence, sums, OC_SAVED_DOUBLE, ANY_NUMBER),
+};
+
+static const oc_saved_member fault_members[] = {
+    MEMBER(oc_fault_evidence, fault, OC_SAVED_FAULT, ANY_FAULT),
+    MEMBER(oc_fault_evidence, confidence, OC_SAVED_DOUBLE, SHARE),
+    MEMBER(oc_fault_evidence, wider, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+};
+
 static const oc_saved_member evidence_members[] = {
     MEMBER(oc_evidence, offset_trusted, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_evidence, offset_status, OC_SAVED_STATUS, ANY_STATUS),
@@ -296,17 +311,20 @@ static const saved_part evidence_parts[] = {
     PART(changed_members, oc_changed, joint.changed, OC_CHANGES_MAX),
     PART(hypothesis_members, oc_hypothesis, joint.hypotheses, OC_JOINT_HYPOTHESES),
     PART(angle_members, oc_angle_evidence, angle, 1),
+    PART(side_slip_members, oc_side_slip_evidence, angle.side_slip, 1),
+    PART(fault_members, oc_fault_evidence, fault, 1),
     {evidence_members, sizeof evidence_members / sizeof *evidence_members, 0, sizeof(oc_evidence), 1},
 };
 
 size_t oc_saved_native_bytes(oc_saved_kind kind) {
     static const uint8_t bytes[OC_SAVED_KIND_COUNT] = {
-        sizeof(double), sizeof(float), sizeof(int32_t), sizeof(uint64_t), sizeof(oc_status), sizeof(oc_change_kind)};
+        sizeof(double), sizeof(float), sizeof(int32_t), sizeof(uint64_t), sizeof(oc_status), sizeof(oc_change_kind),
+        sizeof(oc_fault)};
     return bytes[kind];
 }
 
 size_t oc_saved_image_bytes(oc_saved_kind kind) {
-    static const uint8_t bytes[OC_SAVED_KIND_COUNT] = {8, 4, 4, 8, 1, 1};
+    static const uint8_t bytes[OC_SAVED_KIND_COUNT] = {8, 4, 4, 8, 1, 1, 1};
     return bytes[kind];
 }
 

@@ -16,6 +16,7 @@ typedef enum {
     OC_SAVED_UINT64,
     OC_SAVED_STATUS, /* enums have no size of their own: one byte in the image */
     OC_SAVED_CHANGE,
+    OC_SAVED_FAULT,
     OC_SAVED_KIND_COUNT
 } oc_saved_kind;
 

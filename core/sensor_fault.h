@@ -2,8 +2,10 @@
 #define OC_SENSOR_FAULT_H
 /* Whether the steering wheel angle sensor tells what the truck does: measured against estimated angle.
  *
- * A difference that lasts beyond `limit` is a fault, which has a name by how it came. It is over when the difference
- * has long been small again. Judged above 8 m/s, where the estimate is good; a signal that is lost, anywhere. */
+ * Three ways to a fault: a difference that lasts (a sum over what is beyond the borderline, for each side), bends the
+ * other way round (a sum of the log of the odds), a value that stays while the truck turns. It has a name by how it
+ * came, and is over when the difference has long been small again. Judged above 8 m/s, where the estimate is good; a
+ * signal that is lost, anywhere. A sensor that is suspected must teach nothing, or what it is judged by follows it. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -38,16 +40,35 @@ typedef struct {
     double offset, offset_s; /* rad, learned, some minutes late: learning follows a sensor that drifts; s behind it */
     double last;             /* rad, measured at the tick before */
     double held_value, held_estimate, held_s; /* since the measured value last changed */
-    double wrong_s, well_s;  /* beyond the limit, not counting what came between; well within it, in a row */
+    double held_fast_s;      /* of it, at speed */
+    double left, right;      /* limits x s beyond the borderline, to either side */
+    bool beyond;             /* the limit, now */
+    double well_s;           /* well within the limit, in a row */
+    double suspended_s;      /* not well within the limit, less a share of the time that it was */
+    double wider;            /* of the limit, after drifts that went away by themselves */
     double stuck_s;
     double suspicious_since, last_well; /* s */
     double step_time, interruption_time; /* s, of the last step in one tick; of the last stop or hole */
-    double mean_measured, mean_estimate, covariance, variance; /* fading sums of the last seconds */
+    double mean_measured, mean_estimate; /* rad, of the last seconds */
+    double flipped, last_right; /* log of the odds that left is right; s, when there were none */
 } oc_fault_watch;
+
+/* Kept over ignition: a sensor at fault stays so until it has healed, and a truck judged more widely stays so. */
+typedef struct {
+    oc_fault fault;
+    double confidence;
+    double wider;
+} oc_fault_evidence;
 
 const char *oc_fault_name(oc_fault fault);
 
-/* The fault there is now. */
-oc_fault oc_fault_update(oc_fault_watch *watch, const oc_fault_tick *tick);
+/* The fault there is now. A watch that is all zero begins with what was kept, as of the tick's time. */
+oc_fault oc_fault_update(oc_fault_watch *watch, oc_fault_evidence *kept, const oc_fault_tick *tick);
+
+/* Whether the sensor is not to be believed at this moment, be it a fault yet or not. */
+bool oc_fault_beyond(const oc_fault_watch *watch);
+
+/* Whether it may be at fault: then it is better not learned from, for a minute at most. */
+bool oc_fault_suspected(const oc_fault_watch *watch);
 
 #endif

@@ -18,7 +18,8 @@ typedef enum {
     OC_HAS_WHEEL_SPEED_FRONT_LEFT = 16,
     OC_HAS_WHEEL_SPEED_FRONT_RIGHT = 32,
     OC_HAS_WHEEL_SPEED_REAR_LEFT = 64,
-    OC_HAS_WHEEL_SPEED_REAR_RIGHT = 128
+    OC_HAS_WHEEL_SPEED_REAR_RIGHT = 128,
+    OC_HAS_LATERAL_SPEED = 256
 } oc_signal_bit;
 
 typedef struct {
@@ -29,6 +30,7 @@ typedef struct {
     double lateral_acceleration; /* m/s^2, specific force */
     double wheel_speed_front_left, wheel_speed_front_right; /* m/s at the tread, by a nominal radius */
     double wheel_speed_rear_left, wheel_speed_rear_right;   /* m/s */
+    double lateral_speed;        /* m/s over ground, by GNSS; for the angle by side slip alone */
     uint32_t valid;              /* oc_signal_bit */
 } oc_signals;
 
@@ -42,6 +44,7 @@ typedef struct {
     const double *lateral_acceleration; /* m/s^2 */
     const double *wheel_speed_front_left, *wheel_speed_front_right; /* m/s */
     const double *wheel_speed_rear_left, *wheel_speed_rear_right;   /* m/s */
+    const double *lateral_speed;        /* m/s */
 } oc_columns;
 
 #endif

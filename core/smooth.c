@@ -2,32 +2,47 @@
 
 #include <math.h>
 
-static const double hand_acceleration = 1.0; /* rad/s^2 over sqrt(Hz): what drivers do in bends */
-static const double correlated_s = 0.2;      /* errors of the estimate last so long */
+static const double hand_acceleration = 0.35; /* rad/s^2 over sqrt(Hz): what drivers do */
+static const double noise_s = 0.02;           /* as white noise, the sd over sqrt of these: the rest of it is slow */
+static const double hand_rate_s = 0.1;            /* over which a measured angle's rate is taken */
+static const double eased_in_s = 1.0;         /* as the sensor's last word fades */
 
-/* A critically damped tracker of second order that runs along the column one way; its bandwidth is the steady Kalman
- * filter's for this sd. */
-static void track(double *angle, double *rate, const double *sd, size_t count, double tick_s, int backward) {
+/* For an angle whose acceleration is white, in white noise, the Kalman smoother's steady answer is Butterworth's
+ * low-pass of second order run along the column both ways. */
+static void pass(double *angle, double *rate, const double *sd, const uint8_t *measured, size_t count, double tick_s,
+                 int backward) {
     double x = 0.0, v = 0.0;
     for (size_t n = 0; n < count; ++n) {
         const size_t k = backward ? count - 1 - n : n;
-        const double noise = sd[k] * sqrt(correlated_s);
-        const double w = sqrt(hand_acceleration / (noise > 1e-3 ? noise : 1e-3)); /* 1/s */
-        const double share = w * tick_s;
+        const double w_tick = tick_s * sqrt(hand_acceleration / (sd[k] * sqrt(noise_s) + 1e-9));
         if (n == 0) {
             x = angle[k];
         }
-        x += v * tick_s;
-        const double error = angle[k] - x;
-        const double gain = 1.4142135623730951 * share;
-        x += error * (gain < 1.0 ? gain : 1.0);
-        v += error * (share < 1.0 ? share * share : 1.0) / tick_s;
+        if (measured[k] || w_tick > 0.5) {
+            v += ((angle[k] - x) / tick_s - v) * tick_s / (hand_rate_s + tick_s);
+            x = angle[k];
+        } else { /* implicit in the damping */
+            v = (v + w_tick * w_tick / tick_s * (angle[k] - x)) / (1.0 + 1.4142135623730951 * w_tick + w_tick * w_tick);
+            x += v * tick_s;
+        }
         angle[k] = x;
         rate[k] = backward ? -v : v;
     }
 }
 
-void oc_smooth_angle(double *angle, double *rate, const double *sd, size_t count, double tick_s) {
-    track(angle, rate, sd, count, tick_s, 0);
-    track(angle, rate, sd, count, tick_s, 1);
+void oc_smooth_angle(double *angle, double *rate, const double *sd, const uint8_t *measured, size_t count,
+                     double tick_s, double late_s) {
+    pass(angle, rate, sd, measured, count, tick_s, 0);
+    pass(angle, rate, sd, measured, count, tick_s, 1);
+    double ahead_s = late_s, gap = 0.0;
+    for (size_t k = 0; k < count; ++k) {
+        const double fading = measured[k] ? 1.0 : tick_s / (eased_in_s + tick_s);
+        if (k > 0 && measured[k - 1] && !measured[k]) {
+            ahead_s = 0.0;
+            gap = angle[k - 1] - angle[k];
+        }
+        ahead_s += (late_s - ahead_s) * fading;
+        gap -= gap * fading;
+        angle[k] += measured[k] ? 0.0 : ahead_s * rate[k] + gap;
+    }
 }

@@ -44,14 +44,15 @@ static bool by_wheel_speed(const oc_params *p) {
 }
 
 /* So much comparing, before the sensor that taught is judged by what it taught. */
-static const double judge_after_s = 120.0;
+static const double judge_after_s = 400.0;
 
 /* Chapter 4 and beyond: the angle without its sensor, and whether that one can be believed. */
 oc_angle oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid) {
     const oc_params *p = &c->params;
     const uint32_t needed = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED |
                             (p->use_accelerometer ? (uint32_t)OC_HAS_LATERAL_ACCELERATION : 0u) |
-                            (by_wheel_speed(p) ? OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u);
+                            (by_wheel_speed(p) ? OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u) |
+                            (p->angle_method == OC_ANGLE_SIDE_SLIP ? (uint32_t)OC_HAS_LATERAL_SPEED : 0u);
     oc_tracking *tracking = &state->tracking;
     const oc_estimate bias = oc_gyro_bias_get(&state->evidence.gyro_bias, p);
     const oc_angle_truck truck = angle_truck(state, c);
@@ -59,6 +60,18 @@ oc_angle oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_sig
     const double measured = has_angle ? tick->steering_wheel_angle - state->learned.offset.value : 0.0;
     const bool moves = (valid & needed) == needed;
     const double yaw_rate = tick->yaw_rate - bias.value;
+    const oc_fault_tick judged = {
+        .time = tick->time,
+        .tick_s = c->tick_s,
+        .measured = has_angle ? tick->steering_wheel_angle : 0.0,
+        .offset = state->learned.offset.value,
+        .estimate = tracking->angle.estimate, /* of the tick before: a jump is not to be told for a tick */
+        .sd = tracking->angle.sd,
+        .speed = moves ? tick->vehicle_speed : 0.0,
+        .has_measured = has_angle,
+        .can_judge = moves && truck.known && state->evidence.angle.seconds > judge_after_s,
+    };
+    oc_fault_update(&tracking->fault, &state->evidence.fault, &judged);
     const oc_angle_tick now = {
         .tick_s = c->tick_s,
         .yaw_rate = yaw_rate,
@@ -66,22 +79,11 @@ oc_angle oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_sig
         .speed = tick->vehicle_speed,
         .lateral_acceleration = p->use_accelerometer ? tick->lateral_acceleration : yaw_rate * tick->vehicle_speed,
         .front_wheel = moves && by_wheel_speed(p) ? front_wheel_by_wheels(c, state, tick) : 0.0,
+        .lateral_speed = tick->lateral_speed,
         .true_by_sensor = measured,
-        .has_sensor = has_angle && tracking->fault.fault == OC_FAULT_NONE,
+        .has_sensor = has_angle && !oc_fault_beyond(&tracking->fault),
+        .teaches = has_angle && tracking->fault.fault == OC_FAULT_NONE && !oc_fault_suspected(&tracking->fault),
         .has_motion = moves,
     };
-    const oc_angle angle = oc_angle_update(&tracking->angle, &state->evidence.angle, &c->angle, &truck, &now);
-    const oc_fault_tick judged = {
-        .time = tick->time,
-        .tick_s = c->tick_s,
-        .measured = has_angle ? tick->steering_wheel_angle : 0.0,
-        .offset = state->learned.offset.value,
-        .estimate = angle.estimate,
-        .sd = angle.estimate_sd,
-        .speed = moves ? tick->vehicle_speed : 0.0,
-        .has_measured = has_angle,
-        .can_judge = moves && truck.known && state->evidence.angle.seconds > judge_after_s,
-    };
-    oc_fault_update(&tracking->fault, &judged);
-    return angle;
+    return oc_angle_update(&tracking->angle, &state->evidence.angle, &c->angle, &truck, &now);
 }

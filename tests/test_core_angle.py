@@ -51,6 +51,23 @@ def test_side_slip_and_steady_state_agree_on_the_front_wheels() -> None:
     assert by_slip == pytest.approx(lib.oc_front_wheel_by_yaw_rate(WHEELBASE, r, v, gradient, a), abs=1e-5)
 
 
+def test_the_front_tyres_slip_is_learned_and_taken_away() -> None:
+    """(23): a receiver turned by 0.5 deg, 1.3 m behind the front axle, on tyres that slip 0.4 deg per m/s^2."""
+    turned, behind, slip, v = 0.5 * DEG, 1.3, 0.4 * DEG, 20.0
+    evidence = ffi.new("oc_side_slip_evidence *")
+    ticks = []
+    for k in range(6000):
+        r, a = 0.05 * math.sin(0.003 * k), math.sin(0.004 * k)  # by themselves, as bank and bends do
+        front = 0.02 * math.sin(0.001 * k)
+        v_y = v * (math.tan(front - turned - slip * a) - behind * r / v)
+        tick = {"speed": v, "lateral_speed": v_y, "yaw_rate": r, "lateral_acceleration": a}
+        ticks.append((ffi.new("oc_side_slip *", tick), front))
+    for tick, front in ticks:
+        lib.oc_side_slip_learn(evidence, tick, front, 1.0 / RATE_HZ, 600.0)
+    found = [lib.oc_side_slip_front_wheel(evidence, tick, WHEELBASE) for tick, _ in ticks[::100]]
+    assert found == pytest.approx([front for _, front in ticks[::100]], abs=0.1 * DEG)
+
+
 @pytest.mark.parametrize("terms", [[], [0.0, 0.0518, 0.0, -0.0003], [0.001, 0.05, 1e-4, -2e-4, 1e-6]])
 def test_the_ratio_goes_there_and_back(terms: list[float]) -> None:
     near_centre = 1.0 / terms[1] if terms else RATIO
@@ -84,11 +101,12 @@ def observe(
                 "lateral_acceleration": acceleration[k],
                 "true_by_sensor": 0.0 if np.isnan(sensor[k]) else sensor[k],
                 "has_sensor": not np.isnan(sensor[k]),
+                "teaches": not np.isnan(sensor[k]),
                 "has_motion": not np.isnan(yaw_rate[k]),
             },
         )
         out = lib.oc_angle_update(tracking, evidence, design, given, tick)
-        found[k] = (out.angle, out.rate, out.standard_deviation, out.estimate, out.estimate_sd, out.status)
+        found[k] = tuple(getattr(out, name) for name in found.dtype.names)
     return found
 
 
@@ -165,7 +183,7 @@ def test_reversing_with_a_signed_speed_keeps_the_sign_of_the_angle() -> None:
 
 
 def judged(measured: Array, estimate: Array, sd: float = 1.0 * DEG, offset: float = 0.0) -> list[str]:
-    watch = ffi.new("oc_fault_watch *")
+    watch, kept = ffi.new("oc_fault_watch *"), ffi.new("oc_fault_evidence *")
     names = []
     for k in range(len(estimate)):
         tick = ffi.new(
@@ -182,7 +200,7 @@ def judged(measured: Array, estimate: Array, sd: float = 1.0 * DEG, offset: floa
                 "can_judge": True,
             },
         )
-        names.append(ffi.string(lib.oc_fault_name(lib.oc_fault_update(watch, tick))).decode())
+        names.append(ffi.string(lib.oc_fault_name(lib.oc_fault_update(watch, kept, tick))).decode())
     return names
 
 
@@ -227,3 +245,45 @@ def test_a_fault_that_is_over_is_forgotten_late() -> None:
     spoiled[2000:3000] += 30.0 * DEG
     names = judged(spoiled, true)
     assert names[2900] == "jumped" and names[3500] == "jumped" and names[-1] == "none"
+
+
+def test_bends_of_a_few_degrees_show_that_left_is_right() -> None:
+    """Never 10 deg off, but the other way round."""
+    true = 0.16 * weaving()
+    after = np.arange(len(true)) >= 4000
+    names = judged(np.where(after, -true, true), true + np.random.default_rng(2).normal(0.0, 1.0 * DEG, len(true)))
+    assert set(names[:4000]) == {"none"}
+    assert names[-1] == "wrong_sign"
+
+
+def test_a_wrong_sign_is_not_forgiven_on_a_straight() -> None:
+    true = weaving()
+    true[6000:] = np.random.default_rng(3).normal(0.0, 0.3 * DEG, 6000)  # a hand that is never still
+    names = judged(np.where(np.arange(len(true)) >= 2000, -true, true), true)
+    assert set(names[5900:]) == {"wrong_sign"}
+
+
+def test_no_hand_is_still_for_half_a_minute() -> None:
+    names = judged(np.full(4000, 0.02), np.zeros(4000))
+    assert names[2900] == "none" and names[3100] == "stuck"
+
+
+def test_a_sensor_far_off_is_not_believed_before_it_has_a_fault() -> None:
+    watch, kept = ffi.new("oc_fault_watch *"), ffi.new("oc_fault_evidence *")
+    seen = []
+    for k in range(3000):
+        off = 12.0 * DEG if k >= 2000 else 0.0
+        tick = {
+            "time": k / RATE_HZ,
+            "tick_s": 1.0 / RATE_HZ,
+            "measured": off + 0.01 * (k % 7),
+            "sd": DEG,
+            "speed": 15.0,
+        }
+        fault = lib.oc_fault_update(
+            watch, kept, ffi.new("oc_fault_tick *", tick | {"has_measured": True, "can_judge": True})
+        )
+        seen.append((fault, lib.oc_fault_beyond(watch), lib.oc_fault_suspected(watch)))
+    assert seen[1990] == (lib.OC_FAULT_NONE, False, False)
+    assert seen[2010] == (lib.OC_FAULT_NONE, True, True)
+    assert seen[2400][:2] == (lib.OC_FAULT_JUMPED, True)

@@ -28,6 +28,7 @@ COLUMNS = {
     "wheel_speed_front_right_m_s": "wheel_speed_front_right",
     "wheel_speed_rear_left_m_s": "wheel_speed_rear_left",
     "wheel_speed_rear_right_m_s": "wheel_speed_rear_right",
+    "lateral_speed_m_s": "lateral_speed",
 }
 _VALID_BITS = {name: getattr(lib, f"OC_HAS_{name.upper()}") for name in COLUMNS.values() if name != "time"}
 
@@ -153,23 +154,6 @@ def _vehicle(
     )
 
 
-def smooth_angle(
-    angle: npt.NDArray[np.float64], standard_deviation: npt.NDArray[np.float64], rate_hz: float
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Angle (rad) and rate (rad/s) by a Kalman smoother over the whole drive, both of shape (n,)."""
-    smoothed = np.array(angle, np.float64)
-    sd = np.ascontiguousarray(standard_deviation, np.float64)
-    rate = np.zeros_like(smoothed)
-    lib.oc_smooth_angle(
-        ffi.from_buffer("double[]", smoothed, require_writable=True),
-        ffi.from_buffer("double[]", rate, require_writable=True),
-        ffi.from_buffer("double[]", sd),
-        len(smoothed),
-        1.0 / rate_hz,
-    )
-    return smoothed, rate
-
-
 def front_wheel_angles(
     wheelbase_m: float, track_m: float, left: npt.NDArray[np.float64], right: npt.NDArray[np.float64], *, exact: bool
 ) -> npt.NDArray[np.float64]:
@@ -259,6 +243,22 @@ class Core:
             setattr(native, name, ffi.from_buffer("double[]", column))
         target = ffi.NULL if outputs is None else ffi.from_buffer("oc_output[]", outputs, require_writable=True)
         lib.oc_run(self._state, self._coefficients, native, target)
+
+    def smoothed(self, outputs: npt.NDArray[np.void]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Angle (rad) and rate (rad/s) of a run's outputs by a Kalman smoother over all of it, both of shape (n,)."""
+        angles = outputs["angle"]
+        smoothed = np.array(angles["angle"], np.float64)
+        rate = np.zeros_like(smoothed)
+        lib.oc_smooth_angle(
+            ffi.from_buffer("double[]", smoothed, require_writable=True),
+            ffi.from_buffer("double[]", rate, require_writable=True),
+            ffi.from_buffer("double[]", np.ascontiguousarray(angles["standard_deviation"])),
+            ffi.from_buffer("uint8_t[]", np.ascontiguousarray(angles["by_sensor"])),
+            len(smoothed),
+            self._coefficients.tick_s,
+            lib.oc_angle_late_s(ffi.addressof(self._coefficients, "angle")),
+        )
+        return smoothed, rate
 
     def step(self, tick: Mapping[str, float]) -> dict[str, Any]:
         """One tick by table name (COLUMNS), NaN or left out for not available; the oc_output as a dict."""

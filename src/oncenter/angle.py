@@ -16,13 +16,14 @@ import numpy.typing as npt
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.read.whole_turns import without_whole_turns
+from oncenter.side_slip import with_lateral_speed
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import Vehicle, core_params
 
 if TYPE_CHECKING:
     import polars as pl
 
-Method = Literal["observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "yaw-rate-understeer"]
+Method = Literal["observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "yaw-rate-understeer", "side-slip"]
 METHODS: tuple[Method, ...] = get_args(Method)
 
 _MEASURED = "steering_wheel_angle_rad"
@@ -48,7 +49,8 @@ def angle(
         vehicle: what `oncenter.vehicle` gave; its `[params]` apply.
         sensor_lost_at: s after the drive's first row, from when on the sensor is not listened to.
         method: "observer", the single-track model (13) run backward; or the thesis's: "wheel-speed" (3) and (21),
-            "wheel-speed-exact" (2), "yaw-rate" L*r/v, "yaw-rate-understeer" (22) and (31).
+            "wheel-speed-exact" (2), "yaw-rate" L*r/v, "yaw-rate-understeer" (22) and (31), "side-slip" (23) and (24) by
+            GNSS, whose front tyre slip is learned while there is a sensor.
         taught_by: drives of the same truck before this one, with their sensor.
         params: over the vehicle's; names and units as in core/params.h.
         smooth: look ahead as well, by a Kalman smoother over the whole drive; not what a truck could know.
@@ -66,6 +68,8 @@ def angle(
     """
     _check(signals, vehicle, method, sensor_lost_at)
     core = _core_for(vehicle, method, params, signals.rate_hz)
+    if method == "side-slip":
+        signals, taught_by = with_lateral_speed(signals), [with_lateral_speed(drive) for drive in taught_by]
     for drive in without_whole_turns(tuple(taught_by)):
         core.run(_columns(drive))
         core.restart()
@@ -81,7 +85,7 @@ def angle(
         progress(1.0)
     values, rates = outputs["angle"]["angle"], outputs["angle"]["rate"]
     if smooth:
-        values, rates = _core.smooth_angle(values, outputs["angle"]["standard_deviation"], signals.rate_hz)
+        values, rates = core.smoothed(outputs)
     original = signals.table[_MEASURED].to_numpy() if _MEASURED in signals.table.columns else None
     return _table(columns["time_s"], outputs, values, rates, original)
 

@@ -64,6 +64,8 @@ SIGNALS: dict[str, Signal] = {
         Signal("latitude", Quantity("deg", {"deg": 1.0}), "", "WGS 84"),
         Signal("longitude", Quantity("deg", {"deg": 1.0}), "", "WGS 84"),
         Signal("heading", Quantity("deg", {"deg": 1.0}), "", "GNSS, clockwise from north"),
+        Signal("course", Quantity("deg", {"deg": 1.0}), "", "GNSS over ground, clockwise from north"),
+        Signal("lateral_speed", SPEED, "v_y", "GNSS over ground, left positive"),
     )
 }
 

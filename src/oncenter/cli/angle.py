@@ -22,8 +22,9 @@ def angle(
     output: Annotated[
         Path | None, typer.Option(metavar="OUT.parquet", help="Where the table goes, .parquet or .csv.")
     ] = None,
+    report: Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a page that shows it.")] = None,
     method: Annotated[
-        Literal["observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "yaw-rate-understeer"],
+        Literal["observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "yaw-rate-understeer", "side-slip"],
         typer.Option(help="The observer, or one of the thesis's estimators."),
     ] = "observer",
     taught_by: Annotated[
@@ -38,12 +39,15 @@ def angle(
     from oncenter.angle import in_degrees
     from oncenter.cli.logs import read_logs
     from oncenter.errors import WRONG_USAGE, OncenterError
+    from oncenter.report import check_path, report_angle
 
     if output is not None and output.suffix not in (".parquet", ".csv"):
         raise OncenterError(
             f"--output takes a .parquet or .csv file, got {output.name}", code="output", exit_code=WRONG_USAGE
         )
     truck = oc.vehicle(vehicle_file)
+    if report is not None:
+        check_path(report)
     drives, _ = read_logs([log], truck, dbc or (), sources_of(source))
     taught = read_logs(taught_by, truck, dbc or (), sources_of(source))[0] if taught_by else []
     with progress_bar("estimating", log) as progress:
@@ -67,6 +71,8 @@ def angle(
             raise OncenterError(
                 f"cannot write {output}: {error.strerror or error}", code="output", exit_code=WRONG_USAGE
             ) from None
+    if report is not None:
+        report_angle(table, drives[0], truck, report, method=method, sensor_lost_at=sensor_lost_at, smooth=smooth)
     typer.echo(_in_words(table))
 
 

@@ -193,6 +193,7 @@ _INPUTS = (  # by the bits of oc_signals.valid: name, unit, what it is, whether 
     ("wheel_speed_front_right", "m/s", "Wheel speed at the tread, front right", False),
     ("wheel_speed_rear_left", "m/s", "Wheel speed at the tread, rear left", False),
     ("wheel_speed_rear_right", "m/s", "Wheel speed at the tread, rear right", False),
+    ("lateral_speed", "m/s", "Speed sideways over ground, left positive; for the angle by side slip alone", False),
 )
 
 

@@ -190,7 +190,7 @@ def _at(samples: Samples, ticks: Column, ways: dict[int, _Way]) -> Column:
         way, values = _way(samples.time[available], ticks, span), samples.values[available]
     if samples.signal == "steering_wheel_angle_sensor_type":
         at_ticks = values[way.before + (way.weight >= 0.5)]
-    elif samples.signal == "heading":
+    elif samples.signal in ("heading", "course"):
         at_ticks = np.mod(_between(np.unwrap(values, period=360.0), way), 360.0)
     else:
         at_ticks = _between(values, way)

@@ -1,4 +1,4 @@
-"""One page for people about one answer: a single file that loads nothing from anywhere."""
+"""Pages for people about one answer or one angle: a single file that loads nothing from anywhere."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING
 from oncenter.errors import WRONG_USAGE, OncenterError
 
 if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+    import polars as pl
+
     from oncenter.estimate import Answer
+    from oncenter.signals import Signals
+    from oncenter.vehicle import Vehicle
 
 
 def check_path(path: str | os.PathLike[str]) -> None:
@@ -48,7 +54,38 @@ def report(answer: Answer, path: str | os.PathLike[str]) -> None:
     from oncenter.estimate import trace
     from oncenter.report.page import page
 
-    text = page(answer, trace(answer))
+    _write(path, page(answer, trace(answer)))
+
+
+def report_angle(
+    table: pl.DataFrame,
+    signals: Signals,
+    vehicle: Vehicle,
+    path: str | os.PathLike[str],
+    *,
+    method: str = "observer",
+    sensor_lost_at: float | None = None,
+    smooth: bool = False,
+    true_rad: npt.NDArray[np.float64] | None = None,
+) -> None:
+    """Writes the page of an angle without its sensor: how sure it is, what became of the sensor, the error.
+
+    Args:
+        table: as `oncenter.angle` gives it for `signals` and `vehicle`, with these options.
+        path: of the HTML file, some 2 MB; overwritten where it exists.
+        true_rad: the true angle, shape (n,), where a simulation knows it; else the sensor tells the error.
+
+    Raises:
+        OncenterError: "output", exit code 2: the file cannot be written.
+    """
+    from oncenter.report.angle_course import angle_course
+    from oncenter.report.angle_page import angle_page
+
+    course = angle_course(table, signals, sensor_lost_at, true_rad)
+    _write(path, angle_page(course, signals, vehicle, method, smooth))
+
+
+def _write(path: str | os.PathLike[str], text: str) -> None:
     try:
         Path(path).write_text(text, encoding="utf-8")
     except OSError as error:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from html import escape
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 from bokeh.embed import components
-from bokeh.resources import Resources
 
 from oncenter.report.course import Course, course
-from oncenter.report.plots import COLOURS, STRIP_NAMES, figures
+from oncenter.report.document import document, duration, joined, key, nothing, number, sentence, status, table, typeset
+from oncenter.report.plots import STRIP_NAMES, figures
 from oncenter.signals import DEGREE, SIGNALS
 
 if TYPE_CHECKING:
@@ -28,14 +26,6 @@ _QUANTITIES = {
     "lateral_acceleration_bias": "Accelerometer bias, lateral",
 }
 _UNSIGNED = ("backlash", "understeer_gradient")
-_STATUSES = {
-    "converging": "the interval is still too wide",
-    "unobservable": "this drive does not tell",
-    "invalid": "a signal is at fault",
-}
-
-# The browser itself is told to fetch nothing, whatever the page or a library in it should try.
-_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 
 
 def page(answer: Answer, rows: npt.NDArray[Any]) -> str:
@@ -43,40 +33,13 @@ def page(answer: Answer, rows: npt.NDArray[Any]) -> str:
     drive = course(answer, rows)
     pictures = figures(answer, drive)
     script, divs = components(pictures) if pictures else ("", {})
-    colours = "".join(f"--{name}:{colour};" for name, colour in COLOURS.items())
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
-<title>Steering wheel angle offset: {escape(answer.log)}</title>
-<style>:root{{{colours}}}
-{_asset("page.css")}</style>
-</head>
-<body>
-<main>
-{_answer_in_words(answer)}
+    body = f"""{_answer_in_words(answer)}
 {_quantities(answer)}
 {_findings(answer)}
 {_time(answer)}
 {_pictures(answer, drive, divs)}
-{_provenance(answer)}
-</main>
-{_scripts(script) if pictures else ""}
-</body>
-</html>
-"""
-
-
-def _asset(name: str) -> str:
-    return files("oncenter.report").joinpath(name).read_text(encoding="utf-8")
-
-
-def _scripts(plots: str) -> str:
-    library = Resources(mode="inline", minified=True, components=["bokeh"]).render_js()
-    return f"{library}\n{plots}\n<script>{_asset('page.js')}</script>"
+{_provenance(answer)}"""
+    return document(f"Steering wheel angle offset: {answer.log}", body, script)
 
 
 def _answer_in_words(answer: Answer) -> str:
@@ -87,8 +50,8 @@ def _answer_in_words(answer: Answer) -> str:
 <p class="log">{escape(answer.vehicle.name)} · {escape(answer.log)}</p>
 <h1>Steering wheel angle offset</h1>
 <p class="offset{size}">{number}{"<small>deg</small>" if number != "—" else ""}</p>
-<p class="standing">{f"95 % interval {interval} deg · " if interval != "—" else ""}{_status(given["status"])}</p>
-<p class="words">{_sentence(answer.words())}</p>
+<p class="standing">{f"95 % interval {interval} deg · " if interval != "—" else ""}{status(given["status"])}</p>
+<p class="words">{sentence(answer.words())}</p>
 <p class="quiet">The offset is what the sensor reads when the truck drives straight without lateral acceleration, at the
 midpoint of the play; left is positive, and measured less offset is true.</p>
 </header>"""
@@ -100,18 +63,18 @@ def _quantities(answer: Answer) -> str:
         estimate: Estimate = getattr(answer, name)
         number, interval = _number_and_interval(estimate, signed=name not in _UNSIGNED)
         given = estimate.to_dict()
-        unit = _text(given["unit"]) if number != "—" else ""
+        unit = typeset(given["unit"]) if number != "—" else ""
         lines.append(
             f'<tr><th scope="row">{title}</th><td class="number">{number} <span class="unit">{unit}</span></td>'
             f'<td class="number interval{"" if interval != "—" else " none"}">{interval}</td>'
-            f"<td>{_status(given['status'])}</td></tr>"
+            f"<td>{status(given['status'])}</td></tr>"
         )
     return f"""<section>
 <table class="quantities">
 <thead><tr><th>Quantity</th><th class="number">Value</th><th class="number">95 % interval</th>
 <th>Status</th></tr></thead>
 <tbody>
-{_lines(lines)}
+{joined(lines)}
 </tbody>
 </table>
 </section>"""
@@ -121,10 +84,10 @@ def _findings(answer: Answer) -> str:
     if not answer.findings:
         return ""
     lines = [
-        f'<li class="{escape(finding.severity)}"><b>{escape(finding.severity)}</b> {_sentence(finding.text)}</li>'
+        f'<li class="{escape(finding.severity)}"><b>{escape(finding.severity)}</b> {sentence(finding.text)}</li>'
         for finding in answer.findings
     ]
-    return f'<section>\n<h2>Findings</h2>\n<ul class="findings">\n{_lines(lines)}\n</ul>\n</section>'
+    return f'<section>\n<h2>Findings</h2>\n<ul class="findings">\n{joined(lines)}\n</ul>\n</section>'
 
 
 def _time(answer: Answer) -> str:
@@ -138,10 +101,10 @@ def _time(answer: Answer) -> str:
     ]
     return f"""<section>
 <h2>Time used and rejected</h2>
-<p>{_duration(answer.used_s)} of {_duration(answer.duration_s)} used for the offset, {_duration(answer.unused_s)} not.
+<p>{duration(answer.used_s)} of {duration(answer.duration_s)} used for the offset, {duration(answer.unused_s)} not.
 Reasons overlap, so they may sum to more than that.</p>
 <div class="bars">
-{_lines(lines)}
+{joined(lines)}
 </div>
 </section>"""
 
@@ -149,7 +112,7 @@ Reasons overlap, so they may sum to more than that.</p>
 def _bar(label: str, seconds: float, whole: float, colour: str) -> str:
     share = 100.0 * min(seconds / whole, 1.0)
     return (
-        f'<div class="bar"><span>{label}</span><span class="number">{_duration(seconds)}</span>'
+        f'<div class="bar"><span>{label}</span><span class="number">{duration(seconds)}</span>'
         f'<span class="track"><span class="{colour}" style="width:{share:.2f}%"></span></span></div>'
     )
 
@@ -197,21 +160,21 @@ def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
         [
             "<section>\n<h2>The drive</h2>",
             several,
-            _key(measured="measured", estimate=f"expected from the motion without offset, {_expected(jointly)}"),
-            divs.get("angle", _nothing("The log has no steering wheel angle.")),
+            key(measured="measured", estimate=f"expected from the motion without offset, {_expected(jointly)}"),
+            divs.get("angle", nothing("The log has no steering wheel angle.")),
             divs.get("speed", ""),
             divs.get("yaw_rate", ""),
-            _key(measured="measured (specific force)", estimate="r·v; the difference is the road's bank or a bias")
+            key(measured="measured (specific force)", estimate="r·v; the difference is the road's bank or a bias")
             if drive.lateral_acceleration is not None
-            else _key(estimate="r·v, in place of an accelerometer"),
+            else key(estimate="r·v, in place of an accelerometer"),
             divs.get("lateral_acceleration", ""),
             "</section>\n<section>\n<h2>The gate</h2>",
-            _key(used="used for the offset", rejected="rejected, one row per reason as named under Time above"),
-            divs.get("gate", _nothing("The drive has no tick.")),
+            key(used="used for the offset", rejected="rejected, one row per reason as named under Time above"),
+            divs.get("gate", nothing("The drive has no tick.")),
             "</section>\n<section>\n<h2>Offset over time</h2>",
-            _key(**offset_key) if "offset" in divs else "",
-            divs.get("offset", _nothing("No offset with an interval was learned at any time.")),
-            _key(estimate="yaw rate bias as known at the time, with its 95 % interval")
+            key(**offset_key) if "offset" in divs else "",
+            divs.get("offset", nothing("No offset with an interval was learned at any time.")),
+            key(estimate="yaw rate bias as known at the time, with its 95 % interval")
             if "yaw_rate_bias" in divs
             else "",
             divs.get("yaw_rate_bias", ""),
@@ -220,7 +183,7 @@ def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
             f"passed the gate{_since(answer, drive)}. Play in the steering shows as two parallel lines, one on each "
             "side of where the steering unloads.</p>",
             (_key_of_flanks(answer) if jointly else _key_of_cloud(answer)) if "cloud" in divs else "",
-            divs.get("cloud", _nothing(clean)),
+            divs.get("cloud", nothing(clean)),
             "</section>\n<section>\n<h2>Understeer gradient</h2>",
             _understeer(answer, divs),
             "</section>",
@@ -242,8 +205,8 @@ def _since(answer: Answer, drive: Course) -> str:
 
 def _key_of_cloud(answer: Answer) -> str:
     if not _known(answer.offset):
-        return _key(used="clean ticks")
-    return _key(used="clean ticks", estimate="offset + i·K<sub>us</sub>·a<sub>y</sub>, with the offset's 95 % interval")
+        return key(used="clean ticks")
+    return key(used="clean ticks", estimate="offset + i·K<sub>us</sub>·a<sub>y</sub>, with the offset's 95 % interval")
 
 
 def _key_of_flanks(answer: Answer) -> str:
@@ -255,14 +218,14 @@ def _key_of_flanks(answer: Answer) -> str:
     if _known(answer.offset):
         lines["estimate"] = "offset ± half the play + i·K<sub>us</sub>·(a<sub>y</sub> − a<sub>0</sub>)"
         lines["rejected"] = "offset, at a<sub>0</sub> where the steering unloads, with their 95 % intervals"
-    return _key(**lines)
+    return key(**lines)
 
 
 def _understeer(answer: Answer, divs: Mapping[str, str]) -> str:
     jointly = answer.method == "joint"
     low, high = (answer.params[f"understeer_acceleration_{end}_m_s2"] for end in ("min", "max"))
     if "bends" not in divs:
-        return _nothing(
+        return nothing(
             "Not learned: no second was used."
             if jointly
             else f"Not learned: it needs a trusted offset and bends of {low:g} to {high:g} m/s² that are clean but for "
@@ -271,20 +234,11 @@ def _understeer(answer: Answer, divs: Mapping[str, str]) -> str:
     ticks = "ticks used" if jointly else f"ticks in bends of {low:g} to {high:g} m/s²"
     line = f"i·K<sub>us</sub>·{'(a<sub>y</sub> − a<sub>0</sub>)' if jointly else 'a<sub>y</sub>'}, 95 %"
     return f"""<div class="pair">
-<div>{_key(estimate="K<sub>us</sub>/g as learned up to then; band: 95 % interval of the last")}
+<div>{key(estimate="K<sub>us</sub>/g as learned up to then; band: 95 % interval of the last")}
 {divs["understeer"]}</div>
-<div>{_key(used=ticks, estimate=line)}
+<div>{key(used=ticks, estimate=line)}
 {divs["bends"]}</div>
 </div>"""
-
-
-def _key(**entries: str) -> str:
-    spans = [f'<span><i class="swatch {colour}"></i>{text}</span>' for colour, text in entries.items()]
-    return f'<p class="key">{" ".join(spans)}</p>'
-
-
-def _nothing(text: str) -> str:
-    return f'<p class="nothing">{text}</p>'
 
 
 def _provenance(answer: Answer) -> str:
@@ -305,19 +259,14 @@ def _provenance(answer: Answer) -> str:
     notes = "".join(f"<li>{escape(note)}</li>" for note in answer.notes)
     return f"""<section class="provenance">
 <h2>What produced it</h2>
-{_table(truck)}
+{table(truck)}
 <h3>Signals and where they came from</h3>
-{_table(sources)}
+{table(sources)}
 {f"<h3>Notes</h3><ul>{notes}</ul>" if notes else ""}
 <details><summary>Parameters in force</summary>
-{_table(params)}
+{table(params)}
 </details>
 </section>"""
-
-
-def _table(entries: Mapping[str, str]) -> str:
-    lines = [f'<tr><th scope="row">{key}</th><td>{value}</td></tr>' for key, value in entries.items()]
-    return f"<table>\n{_lines(lines)}\n</table>"
 
 
 def _signal_name(name: str) -> str:
@@ -343,38 +292,7 @@ def _number_and_interval(estimate: Estimate, signed: bool) -> tuple[str, str]:
     if not _known(estimate):
         return "—", "—"
     if given["ci95"] is None:
-        return _number(given["value"], 2, signed), "—"
+        return number(given["value"], 2, signed), "—"
     low, high = given["ci95"]
     digits = 1 if high - low > 4.0 else 2 if high - low > 0.1 else 3
-    return _number(given["value"], digits, signed), f"{_number(low, digits, signed)} to {_number(high, digits, signed)}"
-
-
-def _number(value: float, digits: int, signed: bool) -> str:
-    return f"{value:{'+' if signed else ''}.{digits}f}".replace("-", "−")
-
-
-def _status(status: str) -> str:
-    return (
-        f'<span class="status {escape(status)}">{escape(status)}</span> '
-        f'<span class="quiet">{_STATUSES.get(status, "")}</span>'
-    )
-
-
-def _text(text: str) -> str:
-    return escape(re.sub(r"(?<![\w.])-(?=\d)", "−", text.replace("^2", "²").replace("+-", "±")))
-
-
-def _sentence(text: str) -> str:
-    return _text(text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else "."))
-
-
-def _duration(seconds: float) -> str:
-    """As people say it: 45.0 s, 12 min 5 s, 3 h 2 min."""
-    if seconds < 60.0:
-        return f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
-
-
-def _lines(lines: list[str]) -> str:
-    return "\n".join(lines)
+    return number(given["value"], digits, signed), f"{number(low, digits, signed)} to {number(high, digits, signed)}"

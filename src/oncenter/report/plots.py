@@ -11,22 +11,13 @@ from bokeh.models import BoxAnnotation, FactorRange, HoverTool, Range1d, Span
 from bokeh.plotting import figure
 
 from oncenter import _core
+from oncenter.report.canvas import COLOURS, as_source, every, plain, range_of
 from oncenter.report.course import Course, Mask
 from oncenter.report.thin import Floats, Indices, broken_at_holes, extremes, sample
 from oncenter.signals import DEGREE
 
 if TYPE_CHECKING:
     from oncenter.estimate import Answer
-
-# readable on white and on black
-COLOURS = {
-    "measured": "#8a8f98",
-    "estimate": "#3987e5",
-    "used": "#2a9d6f",
-    "rejected": "#dd7a2f",
-    "right": "#a06cd5",
-    "line": "#8a8f98",
-}
 
 # A row of the strip: what it is called there, which has no room for more.
 STRIP_NAMES = {
@@ -49,7 +40,6 @@ _FAST_ENOUGH = 0.1  # of the ticks
 _ON_A_FLANK = 0.5  # of the way from the play's middle
 _BIAS_MOVES_DEG_S = 0.05  # less is no picture
 _SCATTER_HEIGHT = 380
-_FONT = "system-ui, sans-serif"
 
 
 def figures(answer: Answer, course: Course) -> dict[str, figure]:
@@ -79,7 +69,7 @@ def _angle(answer: Answer, course: Course, time: Range1d) -> figure | None:
     # on-centre driving, not the yard: the outermost angles are outside at first, where there is enough of the former
     fast = np.isfinite(course.expected)
     rows = fast if fast.mean() > _FAST_ENOUGH else np.ones_like(fast)
-    picture.y_range = _range_of(np.concatenate([course.measured[rows], course.expected[rows]]))
+    picture.y_range = range_of(np.concatenate([course.measured[rows], course.expected[rows]]))
     _line(picture, course, course.measured, "measured")
     _line(picture, course, course.expected, "estimate")
     return picture
@@ -144,7 +134,7 @@ def _runs(picture: figure, bins: Floats, share: Floats, names: list[str], colour
         height=0.76,
         color=COLOURS[colour],
         line_color=None,
-        source=_source(
+        source=as_source(
             left=np.tile(left, len(names)),
             right=np.tile(right, len(names)),
             share=np.tile(part, len(names)),
@@ -160,13 +150,13 @@ def _offset(course: Course, time: Range1d) -> figure | None:
         return None
     picture = _over_time(course, time, "offset (deg)", 300)
     low, high = course.offset - course.offset_half_width, course.offset + course.offset_half_width
-    rows = _every(len(course.time), 2 * _BINS)
+    rows = every(len(course.time), 2 * _BINS)
     last = np.flatnonzero(known)[-1]
     # the first seconds' interval is as wide as a barn: leave it outside unless it is all there is
     settled = known & (course.offset_half_width < 4.0 * course.offset_half_width[last] + 0.5)
-    picture.y_range = _range_of(np.concatenate([low[settled], high[settled]]), 0.0)
+    picture.y_range = range_of(np.concatenate([low[settled], high[settled]]), 0.0)
     x, columns = broken_at_holes(course.time, rows, course.holes, {"offset": course.offset, "low": low, "high": high})
-    source = _source(x=x, **columns)
+    source = as_source(x=x, **columns)
     picture.varea("x", "low", "high", source=source, fill_color=COLOURS["estimate"], fill_alpha=0.25)
     line = picture.line("x", "offset", source=source, color=COLOURS["estimate"], line_width=2)
     picture.add_tools(
@@ -199,10 +189,10 @@ def _yaw_rate_bias(course: Course, time: Range1d) -> figure | None:
     if not settled.any() or low[settled].max() - high[settled].min() < _BIAS_MOVES_DEG_S:
         return None
     picture = _over_time(course, time, "yaw rate bias (deg/s)", 220)
-    picture.y_range = _range_of(np.concatenate([low[settled], high[settled]]), 0.0)
-    rows = _every(len(course.time), 2 * _BINS)
+    picture.y_range = range_of(np.concatenate([low[settled], high[settled]]), 0.0)
+    rows = every(len(course.time), 2 * _BINS)
     x, columns = broken_at_holes(course.time, rows, course.holes, {"bias": bias, "low": low, "high": high})
-    source = _source(x=x, **columns)
+    source = as_source(x=x, **columns)
     picture.varea("x", "low", "high", source=source, fill_color=COLOURS["estimate"], fill_alpha=0.25)
     picture.line("x", "bias", source=source, color=COLOURS["estimate"], line_width=2)
     return picture
@@ -276,7 +266,7 @@ def _understeer(answer: Answer, course: Course, time: Range1d) -> dict[str, figu
 
 
 def _understeer_over_time(answer: Answer, course: Course, time: Range1d) -> figure | None:
-    rows = _every(len(course.time), 2 * _BINS)
+    rows = every(len(course.time), 2 * _BINS)
     values = course.understeer_gradient[rows]
     if not np.isfinite(values).any():
         return None
@@ -290,7 +280,7 @@ def _understeer_over_time(answer: Answer, course: Course, time: Range1d) -> figu
             )
         )
     late = values[np.isfinite(values)]
-    picture.y_range = _range_of(np.concatenate([late[len(late) // 20 :], bounds]), 0.0)
+    picture.y_range = range_of(np.concatenate([late[len(late) // 20 :], bounds]), 0.0)
     x, columns = broken_at_holes(course.time, rows, course.holes, {"y": course.understeer_gradient})
     picture.line(x, columns["y"], color=COLOURS["estimate"], line_width=2)
     return picture
@@ -330,7 +320,7 @@ def _bend_rows(answer: Answer, course: Course) -> Indices:
 
 def _over_time(course: Course, time: Range1d, label: str | None, height: int, y_range: Any = None) -> figure:
     others = {} if y_range is None else {"y_range": y_range}
-    picture = _plain(height, "xpan,xbox_zoom,xwheel_zoom,reset,save", x_range=time, **others)
+    picture = plain(height, "xpan,xbox_zoom,xwheel_zoom,reset,save", x_range=time, **others)
     picture.xaxis.axis_label = f"driving time ({course.time_unit})"
     picture.xaxis.axis_label_standoff = 2
     picture.yaxis.axis_label = label
@@ -349,11 +339,11 @@ def _scatter(x: Floats, y: Floats, rows: Indices, label: str) -> figure:
 
 def _empty_scatter(x: Floats, y: Floats, rows: Indices, label: str) -> figure:
     """Lateral acceleration to the right, an angle upward; the outermost of the points will be outside at first."""
-    picture = _plain(
+    picture = plain(
         _SCATTER_HEIGHT,
         "pan,box_zoom,wheel_zoom,reset,save",
-        x_range=_range_of(x[rows], 0.2),
-        y_range=_range_of(y[rows], 0.2),
+        x_range=range_of(x[rows], 0.2),
+        y_range=range_of(y[rows], 0.2),
     )
     picture.xaxis.axis_label = "lateral acceleration, left positive (m/s²)"
     picture.yaxis.axis_label = label
@@ -365,7 +355,7 @@ def _points(picture: figure, x: Floats, y: Floats, rows: Indices, colour: str, c
     picture.scatter(
         "x",
         "y",
-        source=_source(x=x[rows], y=y[rows]),
+        source=as_source(x=x[rows], y=y[rows]),
         size=4,
         fill_color=COLOURS[colour],
         line_color=None,
@@ -373,64 +363,7 @@ def _points(picture: figure, x: Floats, y: Floats, rows: Indices, colour: str, c
     )
 
 
-def _plain(height: int, tools: str, **ranges: Any) -> figure:
-    """An empty figure that lets the page's ground through; page.js matches text and grid to light and dark."""
-    picture = figure(
-        height=height,
-        sizing_mode="stretch_width",
-        tools=tools,
-        active_scroll=None,
-        toolbar_location="above",
-        toolbar_inner=True,
-        min_border_left=78,
-        min_border_right=12,
-        min_border_top=10,
-        background_fill_alpha=0.0,
-        border_fill_alpha=0.0,
-        outline_line_color=None,
-        **ranges,
-    )
-    picture.toolbar.logo = None
-    picture.toolbar.autohide = True
-    picture.axis.axis_label_text_font = _FONT
-    picture.axis.axis_label_text_font_style = "normal"
-    picture.axis.axis_label_text_font_size = "12px"
-    picture.axis.major_label_text_font = _FONT
-    picture.axis.major_label_text_font_size = "12px"
-    picture.axis.minor_tick_line_color = None
-    picture.axis.axis_label_text_color = COLOURS["line"]
-    picture.axis.major_label_text_color = COLOURS["line"]
-    picture.axis.axis_line_color = COLOURS["line"]
-    picture.axis.major_tick_line_color = COLOURS["line"]
-    picture.grid.grid_line_color = COLOURS["line"]
-    picture.grid.grid_line_alpha = 0.25
-    return picture
-
-
 def _line(picture: figure, course: Course, values: Floats, colour: str) -> None:
     rows = extremes(values, _BINS)
     x, columns = broken_at_holes(course.time, rows, course.holes, {"y": values})
-    picture.line("x", "y", source=_source(x=x, **columns), color=COLOURS[colour], line_width=1.3)
-
-
-def _source(**columns: Any) -> dict[str, Any]:
-    """Columns for a glyph, numbers in single precision: half the file, and finer than any screen."""
-    return {
-        name: column.astype(np.float32) if isinstance(column, np.ndarray) else column
-        for name, column in columns.items()
-    }
-
-
-def _every(n: int, count: int) -> Indices:
-    """Some `count` of n rows, evenly spread, the last among them."""
-    return np.unique(np.append(np.arange(0, n, max(1, n // count)), n - 1))
-
-
-def _range_of(values: Floats, outside_percent: float = 0.5) -> Range1d:
-    """A range for the finite values, but for the outermost on both sides, with some air."""
-    finite = values[np.isfinite(values)]
-    if not len(finite):
-        return Range1d(-1.0, 1.0)
-    low, high = np.percentile(finite, [outside_percent, 100.0 - outside_percent])
-    air = max(0.08 * (high - low), 0.02 * max(abs(low), abs(high)), 1e-3)
-    return Range1d(float(low - air), float(high + air))
+    picture.line("x", "y", source=as_source(x=x, **columns), color=COLOURS[colour], line_width=1.3)

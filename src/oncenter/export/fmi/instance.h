@@ -10,7 +10,7 @@
 
 #include "monitor.h"
 
-enum { OC_FMU_SIGNALS = 8 }; /* bits of oc_signals.valid */
+enum { OC_FMU_SIGNALS = 9 }; /* bits of oc_signals.valid */
 
 typedef enum { OC_FMU_INSTANTIATED, OC_FMU_INITIALIZING, OC_FMU_STEPPING, OC_FMU_ENDED } oc_fmu_phase;
 

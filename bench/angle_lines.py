@@ -1,0 +1,49 @@
+"""A line of what bench/angle.py finds, and lines as text or as a page's tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+BEGIN, END = "<!-- bench/angle.py --page -->", "<!-- end -->"
+
+
+@dataclass(frozen=True)
+class Line:
+    """`met` is None where nothing is asked."""
+
+    what: str
+    estimator: str
+    found: str
+    asked: str = ""
+    met: bool | None = None
+
+    def __str__(self) -> str:
+        verdict = "" if self.met is None else f"  [{self.asked}: {'met' if self.met else 'MISSED'}]"
+        return f"{self.what:24}{self.estimator:22}{self.found}{verdict}"
+
+
+def write_tables(page: Path, sections: Mapping[str, Iterable[Line]]) -> None:
+    """Puts the tables between the page's two marks."""
+    before, rest = page.read_text(encoding="utf-8").split(BEGIN)
+    after = rest.split(END)[1]
+    tables = "\n\n".join(_table(title, list(lines)) for title, lines in sections.items())
+    page.write_text(f"{before}{BEGIN}\n\n{tables}\n\n{END}{after}", encoding="utf-8")
+
+
+def _table(title: str, lines: list[Line]) -> str:
+    by_estimator = any(line.estimator for line in lines)
+    asks = any(line.asked for line in lines)
+    heads = ["", *(["Estimator"] if by_estimator else []), "Found", *(["Asked"] if asks else [])]
+    rows = [
+        [
+            line.what,
+            *([line.estimator] if by_estimator else []),
+            line.found,
+            *([f"{line.asked}: {'met' if line.met else '**missed**'}" if line.asked else ""] if asks else []),
+        ]
+        for line in lines
+    ]
+    text = "\n".join(f"| {' | '.join(row)} |" for row in [heads, ["---"] * len(heads), *rows])
+    return f"### {title}\n\n{text}"

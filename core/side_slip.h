@@ -1,0 +1,31 @@
+#ifndef OC_SIDE_SLIP_H
+#define OC_SIDE_SLIP_H
+/* (23) and (24) with the front tyres' slip learned from a sensor: the front wheel angle by side slip over ground.
+ *
+ * The thesis ends at alpha_f, which nothing tells without a sensor. With one, delta - v_y/v is a + b r/v + c a_y: how far
+ * the receiver is turned, how far it sits behind the front axle, and what the front tyres slip; by least squares. */
+
+#include "front_wheel.h"
+
+enum { OC_SIDE_SLIP_TERMS = 3 }; /* rad; m; rad/(m/s^2) */
+
+typedef struct {
+    double information[OC_SIDE_SLIP_TERMS][OC_SIDE_SLIP_TERMS]; /* in units of the noise */
+    double sums[OC_SIDE_SLIP_TERMS];
+} oc_side_slip_evidence;
+
+/* Of one tick. */
+typedef struct {
+    double speed, lateral_speed; /* m/s, over ground */
+    double yaw_rate;             /* rad/s */
+    double lateral_acceleration; /* m/s^2 */
+} oc_side_slip;
+
+/* front_wheel: rad, by the sensor; memory_s: after which a tick counts 1/e. */
+void oc_side_slip_learn(oc_side_slip_evidence *evidence, const oc_side_slip *tick, double front_wheel, double tick_s,
+                        double memory_s);
+
+/* rad. Speed not 0; wheelbase (m) for what is believed before anything was learned. */
+double oc_side_slip_front_wheel(const oc_side_slip_evidence *evidence, const oc_side_slip *tick, double wheelbase);
+
+#endif

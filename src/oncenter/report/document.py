@@ -1,0 +1,99 @@
+"""What all pages are made of: the document around them, which loads nothing from anywhere, and its small parts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from html import escape
+from importlib.resources import files
+
+from bokeh.resources import Resources
+
+from oncenter.report.canvas import COLOURS
+
+_STATUSES = {
+    "converging": "the interval is still too wide",
+    "unobservable": "this drive does not tell",
+    "invalid": "a signal is at fault",
+}
+
+# The browser itself is told to fetch nothing, whatever the page or a library in it should try.
+_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
+
+
+def document(title: str, body: str, script: str) -> str:
+    """The whole HTML document. `script` is bokeh's for the pictures in the body, empty where there are none."""
+    colours = "".join(f"--{name}:{colour};" for name, colour in COLOURS.items())
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<title>{escape(title)}</title>
+<style>:root{{{colours}}}
+{_asset("page.css")}</style>
+</head>
+<body>
+<main>
+{body}
+</main>
+{_scripts(script) if script else ""}
+</body>
+</html>
+"""
+
+
+def _asset(name: str) -> str:
+    return files("oncenter.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def _scripts(plots: str) -> str:
+    library = Resources(mode="inline", minified=True, components=["bokeh"]).render_js()
+    return f"{library}\n{plots}\n<script>{_asset('page.js')}</script>"
+
+
+def key(**entries: str) -> str:
+    spans = [f'<span><i class="swatch {colour}"></i>{text}</span>' for colour, text in entries.items()]
+    return f'<p class="key">{" ".join(spans)}</p>'
+
+
+def nothing(text: str) -> str:
+    return f'<p class="nothing">{text}</p>'
+
+
+def table(entries: Mapping[str, str]) -> str:
+    lines = [f'<tr><th scope="row">{key}</th><td>{value}</td></tr>' for key, value in entries.items()]
+    return f"<table>\n{joined(lines)}\n</table>"
+
+
+def number(value: float, digits: int, signed: bool) -> str:
+    return f"{value:{'+' if signed else ''}.{digits}f}".replace("-", "−")
+
+
+def status(status: str) -> str:
+    return (
+        f'<span class="status {escape(status)}">{escape(status)}</span> '
+        f'<span class="quiet">{_STATUSES.get(status, "")}</span>'
+    )
+
+
+def typeset(text: str) -> str:
+    return escape(re.sub(r"(?<![\w.])-(?=\d)", "−", text.replace("^2", "²").replace("+-", "±")))
+
+
+def sentence(text: str) -> str:
+    return typeset(text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else "."))
+
+
+def duration(seconds: float) -> str:
+    """As people say it: 45.0 s, 12 min 5 s, 3 h 2 min."""
+    if seconds < 60.0:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def joined(lines: list[str]) -> str:
+    return "\n".join(lines)

@@ -18,6 +18,7 @@ from population import (
     BELIEVED,
     CROWN_M_S2,
     CROWN_SD_M_S2,
+    CROWN_SHARE_STOOD_ON,
     PRIORS,
     PULL_SD_M_S2,
     WIND_SD_M_S2,
@@ -109,7 +110,7 @@ cannot be told apart.
 |---|--:|
 | accelerometer bias | {BELIEVED["accelerometer_bias_sd_m_s2"]:g} |
 | crown, {CROWN_M_S2:g} to the side of the traffic: the mean bank tells the bias as well as this | {CROWN_SD_M_S2:g} |
-| slope of the ground where it stood: so does a standstill | {BELIEVED["standing_slope_sd_m_s2"]:g} |
+| slope of the ground stood on, beside {CROWN_SHARE_STOOD_ON:g} of the crown | {BELIEVED["standing_slope_sd_m_s2"]:g} |
 | pull | {PULL_SD_M_S2:g} |
 | mean wind | {WIND_SD_M_S2:g} |
 | **not told apart**, with play, which shows bias + pull + wind | {_apart(play=True)} |

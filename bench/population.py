@@ -60,6 +60,7 @@ Distribution = Uniform | Normal | Rayleigh
 BELIEVED = _core.default_params()  # by the estimator before a drive
 PULL_SD_M_S2, WIND_SD_M_S2 = BELIEVED["pull_sd_m_s2"], BELIEVED["wind_sd_m_s2"]
 CROWN_M_S2, CROWN_SD_M_S2 = BELIEVED["crown_m_s2"], BELIEVED["crown_sd_m_s2"]
+CROWN_SHARE_STOOD_ON = BELIEVED["standing_crown_share_1"]
 G_M_S2 = 9.80665
 PERCENT_PER_M_S2 = 100.0 / G_M_S2  # of a road's cross slope
 
@@ -184,12 +185,13 @@ def cannot_be_told_apart_m_s2(*, play: bool, stood: bool) -> float:
 
     With play the drive shows accelerometer bias + pull + wind in one; without, none of it, and an offset at zero
     lateral acceleration lacks bias and wind. The bias is known three times: by its prior, by the roads' mean bank,
-    whose crown has a prior, and by the ground stood on, if it stood.
+    whose crown has a prior, and by the ground stood on, if it stood: it has a share of that crown, so that it tells the
+    rest of it alone.
     """
-    readings = [BELIEVED["accelerometer_bias_sd_m_s2"], CROWN_SD_M_S2]
+    information = [1.0 / BELIEVED["accelerometer_bias_sd_m_s2"], 1.0 / CROWN_SD_M_S2]
     if stood:
-        readings.append(BELIEVED["standing_slope_sd_m_s2"])
-    bias = 1.0 / math.hypot(*(1.0 / sd for sd in readings))
+        information.append((1.0 - CROWN_SHARE_STOOD_ON) / BELIEVED["standing_slope_sd_m_s2"])
+    bias = 1.0 / math.hypot(*information)
     if not play:
         return math.hypot(bias, WIND_SD_M_S2)
     others = math.hypot(PULL_SD_M_S2, WIND_SD_M_S2)

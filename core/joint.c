@@ -14,7 +14,7 @@ static const float least_correction = 1e-6f; /* rad/s */
 static const float flank_s = 4.0f;
 static const float clearly = 0.02f;                    /* m/s^2 */
 static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
-static const float always_doubtful = 0.15f;            /* of that variance, whatever was found */
+static const float always_doubtful = 0.2f;             /* of that variance, whatever was found */
 static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
 
 void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_ratio, double ratio_times_wheelbase,
@@ -365,8 +365,9 @@ double oc_joint_place(const oc_joint *joint) {
 }
 
 double oc_joint_flank_lacking(const oc_joint *joint, int32_t side) {
+    static const float hardly_s = 1.0f;
     const float seen = side > 0 ? joint->to_left : joint->to_right;
-    const bool found = 2.0f * joint->hypotheses[joint->best].play.half_width > found_width;
+    const bool found = 2.0f * joint->hypotheses[joint->best].play.half_width > found_width && seen > hardly_s;
     return found || seen > flank_s ? 0.0 : (double)(flank_s - seen);
 }
 

@@ -101,7 +101,7 @@ void oc_joint_stand(oc_joint *joint, const oc_joint_design *design, const oc_pri
 bool oc_joint_begins_sample(const oc_joint *joint);
 
 /* s of side force clearly to one side, 1 left or -1 right, that are lacking before the play's flank there is seen; 0 where
- * the play was found, which nobody does on one flank. */
+ * that flank was seen at least for a moment and play was found. */
 double oc_joint_flank_lacking(const oc_joint *joint, int32_t side);
 
 /* Where in the play the best hypothesis has the last sample, from -1 to 1: 1 is the flank of a left turn. */

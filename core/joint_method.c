@@ -2,6 +2,25 @@
 
 #include <math.h>
 
+/* What is believed of the accelerometer's bias and of the mean crown of the roads, both m/s^2. */
+typedef struct {
+    double bias, crown;
+    double bias_variance, crown_variance, covariance;
+} side_force_belief;
+
+/* A reading of bias + share * crown, to that variance. */
+static void take_reading(side_force_belief *b, double reading, double share, double variance) {
+    const double of_bias = b->bias_variance + share * b->covariance;
+    const double of_crown = b->covariance + share * b->crown_variance;
+    const double total = of_bias + share * of_crown + variance;
+    const double surprise = reading - b->bias - share * b->crown;
+    b->bias += of_bias / total * surprise;
+    b->crown += of_crown / total * surprise;
+    b->bias_variance -= of_bias / total * of_bias;
+    b->covariance -= of_bias / total * of_crown;
+    b->crown_variance -= of_crown / total * of_crown;
+}
+
 /* Where the accelerometer's bias is, before the steering is asked: by its own prior, the roads' crown and the ground
  * stood on; without an accelerometer the crown alone, which then is not seen. */
 static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, double yaw_rate_bias_sd) {
@@ -15,23 +34,23 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, 
     if (!p->use_accelerometer) {
         return prior;
     }
-    double weight = 1.0 / (p->accelerometer_bias_sd_m_s2 * p->accelerometer_bias_sd_m_s2);
-    double sum = 0.0;
+    side_force_belief belief = {
+        .crown = crown,
+        .bias_variance = p->accelerometer_bias_sd_m_s2 * p->accelerometer_bias_sd_m_s2,
+        .crown_variance = road,
+    };
     if (evidence->joint.bank_samples > 0.0) {
         /* a few seconds' bank is no mean crown yet */
-        const double variance = road * (1.0 + 300.0 / evidence->joint.bank_samples);
-        sum += (evidence->joint.bank_mean - crown) / variance;
-        weight += 1.0 / variance;
+        take_reading(&belief, evidence->joint.bank_mean, 1.0, road * 300.0 / evidence->joint.bank_samples);
     }
     const oc_estimate standing =
         oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
     if (standing.status == OC_VALID) {
-        const double variance = p->standing_slope_sd_m_s2 * p->standing_slope_sd_m_s2;
-        sum += standing.value / variance;
-        weight += 1.0 / variance;
+        take_reading(&belief, standing.value, p->standing_crown_share_1,
+                     p->standing_slope_sd_m_s2 * p->standing_slope_sd_m_s2);
     }
-    prior.unloading_mean = (float)(sum / weight);
-    prior.unloading_sd = (float)sqrt(1.0 / weight);
+    prior.unloading_mean = (float)belief.bias;
+    prior.unloading_sd = (float)sqrt(belief.bias_variance);
     return prior;
 }
 

@@ -55,6 +55,7 @@ void oc_params_defaults(oc_params *params) {
         .wind_sd_m_s2 = 0.02,
         .crown_m_s2 = 0.2,
         .crown_sd_m_s2 = 0.1,
+        .standing_crown_share_1 = 0.5,
         .standing_slope_sd_m_s2 = 0.2,
         .use_accelerometer = 1,
     };
@@ -98,6 +99,7 @@ const char *oc_params_check(const oc_params *p) {
         {"wind_sd_m_s2", p->wind_sd_m_s2, 0.0, 10.0},
         {"crown_m_s2", p->crown_m_s2, 0.0, 2.0},
         {"crown_sd_m_s2", p->crown_sd_m_s2, 0.001, 10.0},
+        {"standing_crown_share_1", p->standing_crown_share_1, 0.0, 1.0},
         {"standing_slope_sd_m_s2", p->standing_slope_sd_m_s2, 0.001, 10.0},
         {"standstill_speed_max_m_s", p->standstill_speed_max_m_s, 0.0, 1.0},
         {"standstill_settling_s", p->standstill_settling_s, 0.0, 60.0},

@@ -76,7 +76,8 @@ typedef struct {
     double wind_sd_m_s2;                /* the same by a drive's mean cross-wind. 0.02, ours: some 1.5 m/s of it */
     double crown_m_s2;                  /* a road's mean fall to the side of traffic. 0.2, 2.5: 2 % */
     double crown_sd_m_s2;               /* of that. 0.1, ours */
-    double standing_slope_sd_m_s2;      /* of the ground where trucks stand. 0.2, ours: 2 % */
+    double standing_crown_share_1;      /* of the crown that the ground has where trucks stand, road or yard. 0.5, ours */
+    double standing_slope_sd_m_s2;      /* of that ground beside. 0.2, ours: 2 % */
     /* whether the accelerometer is used at all (5.3.2, 5.5.3): 1, or 0 for r*v alone and no bank limit */
     int32_t use_accelerometer;
 } oc_params;

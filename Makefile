@@ -6,6 +6,7 @@ C_FILES = $(wildcard core/*.c src/oncenter/simulate/native/*.c)
 C_HEADERS = $(wildcard core/*.h src/oncenter/simulate/native/*.h)
 BUILDERS = src/oncenter/_build.py src/oncenter/simulate/_build.py
 INCLUDES = -Icore
+CORE_TESTS = $(wildcard tests/test_core_*.py) $(addprefix tests/test_,wheel_speed_method.py angle.py message.py)
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 
 # What Debian parts from python3 and gcc. Without ensurepip, venv fails and leaves a half-made .venv behind.
@@ -13,12 +14,17 @@ DEBIAN = python3-venv python3-dev libc6-dev
 HAS_PYTHON = $(PYTHON) -c 'import ensurepip, os, sysconfig as s; os.stat(s.get_path("include") + "/Python.h")' 2>/dev/null
 HAS_C = echo '\#include <stdlib.h>' | $(CC) -fsyntax-only -xc - 2>/dev/null
 
+HAS_FUZZER = echo 'int LLVMFuzzerTestOneInput(const char *d, long n) { return d[n - n]; }' | \
+	clang -fsanitize=fuzzer -xc - -o /dev/null 2>/dev/null
+HAS_ARM = command -v qemu-system-arm >/dev/null && \
+	echo '\#include <math.h>' | arm-none-eabi-gcc -fsyntax-only -xc - 2>/dev/null
+
 # $(call need,test,packages): as root on Debian it installs them; elsewhere it names them and stops.
 need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && echo "installing $(2)" && \
 	apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2) \
 	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
 
-.PHONY: help demo test lint types warnings cppcheck sanitize pytest bench accuracy lock clean
+.PHONY: help demo test lint types warnings cppcheck sanitize pytest coverage fuzz embedded bench accuracy lock clean
 .DEFAULT_GOAL := help
 
 help: ## show this
@@ -43,6 +49,7 @@ warnings: .venv/ready
 cppcheck:
 	@$(call need,command -v cppcheck >/dev/null,cppcheck)
 	cppcheck -q --std=c99 --enable=warning,style,performance,portability --error-exitcode=1 $(INCLUDES) $(C_FILES) $(EXPORTED)
+	$(PYTHON) embedded/misra.py
 
 # A second copy of the package, compiled with the sanitizers, comes first on the path. -fno-wrapv: Python's own
 # -fwrapv would hide overflows.
@@ -56,6 +63,22 @@ sanitize: .venv/ready ## the tests with address and undefined-behaviour sanitize
 
 pytest: .venv/ready
 	$(BIN)/python -m pytest
+
+# Without inlining, lest a function's branches count for each of its callers.
+coverage: .venv/ready ## which branches of the core its tests take
+	rm -rf build/coverage
+	CFLAGS="--coverage -fno-inline -fno-early-inlining" \
+	  $(BIN)/python setup.py -q build --build-base build/coverage --build-lib build/coverage/lib
+	PYTHONPATH=build/coverage/lib $(BIN)/python -m pytest -q -p no:cacheprovider $(CORE_TESTS)
+	$(BIN)/python embedded/coverage.py build/coverage
+
+fuzz: ## 10 minutes of bytes that nobody meant for a tick or a saved state: FUZZ_S=60 for one
+	@$(call need,$(HAS_FUZZER),clang libclang-rt-dev)
+	sh embedded/fuzz/run $(or $(FUZZ_S),600)
+
+embedded: .venv/ready ## the core on two emulated microcontrollers: the same bits, and what it costs
+	@$(call need,$(HAS_ARM),gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)
+	$(BIN)/python embedded/table.py
 
 bench: .venv/ready ## speed, side by side with scipy, numba and python-can
 	$(BIN)/python bench/speed.py --readme

@@ -32,9 +32,6 @@ static const double T_prior_s2 = 0.05;                    /* rad^2/s^2 x s: yaw 
 static const double load_share_sd = 0.10;                 /* of K after the sensor is lost, by fuel and tyres */
 static const double load_share_stopped_sd = 0.25;         /* and after a stop that was long enough to load */
 static const double loading_s = 60.0;
-static const double unknown_gradient_sd = 0.5 * 3.14159265358979323846 / 180.0; /* rad/(m/s^2), prior */
-static const double unknown_backlash = 4.0 * 3.14159265358979323846 / 180.0;    /* rad */
-static const double unknown_angle_sd = 1.0 * 3.14159265358979323846 / 180.0;    /* rad, of alignment */
 static const double learning_memory_s = 600.0;
 static const double learned_s = 30.0;
 static const double unflattened = 1.10;                   /* the gyro's noise flattens the slope T */
@@ -219,18 +216,17 @@ static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, 
     e->spread += (at_most(error * error / variance, 25.0) - e->spread) * share;
 }
 
-static oc_angle_truck unknown_truck(void) {
-    return (oc_angle_truck){
-        .offset_sd = unknown_angle_sd,
-        .gradient_sd = unknown_gradient_sd,
-        .backlash = unknown_backlash,
-        .friction = 1e9,
-    };
-}
+/* Without ever having had a sensor. */
+static const oc_angle_truck unknown_truck = {
+    .offset_sd = 1.0 * 3.14159265358979323846 / 180.0,   /* rad, of alignment */
+    .gradient_sd = 0.5 * 3.14159265358979323846 / 180.0, /* rad/(m/s^2), prior */
+    .backlash = 4.0 * 3.14159265358979323846 / 180.0,    /* rad */
+    .friction = 1e9,
+};
 
 oc_angle oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d,
                          const oc_angle_truck *given, const oc_angle_tick *tick) {
-    const oc_angle_truck truck = given->known ? *given : unknown_truck();
+    const oc_angle_truck *truck = given->known ? given : &unknown_truck;
     const bool observes = d->method == OC_ANGLE_OBSERVER;
     if (!t->running && tick->has_motion) {
         begin_observer(t, tick);
@@ -240,19 +236,19 @@ oc_angle oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_an
     }
     const bool moves = tick->has_motion && fabs(t->speed) > walking_speed && fabs(tick->speed) > 0.5 * walking_speed;
     if (moves) {
-        const double T = given->known ? lead_at(t, e, d, &truck) : T_prior_s;
-        const double wheels = wheels_of(t, e, d, &truck, T, tick);
+        const double T = given->known ? lead_at(t, e, d, truck) : T_prior_s;
+        const double wheels = wheels_of(t, e, d, truck, T, tick);
         if (t->held_s > 0.0 || t->without_sensor_s >= never_s) {
             t->reference = wheels;
         }
         t->held_s = 0.0;
-        const double load = t->yaw_rate * t->speed + t->bank - truck.unloading;
-        place_in_play(t, d, &truck, wheels, load);
-        t->estimate = observes ? wheels + 0.5 * truck.backlash * t->place : wheels;
-        const double own = own_variance(t, &truck);
+        const double load = t->yaw_rate * t->speed + t->bank - truck->unloading;
+        place_in_play(t, d, truck, wheels, load);
+        t->estimate = observes ? wheels + 0.5 * truck->backlash * t->place : wheels;
+        const double own = own_variance(t, truck);
         if (tick->teaches && given->known && fabs(t->speed) > learning_speed) {
             const double error = tick->true_by_sensor - t->estimate;
-            learn_from_sensor(e, t, d, &truck, error, error + T * t->yaw_acceleration, own);
+            learn_from_sensor(e, t, d, truck, error, error + T * t->yaw_acceleration, own);
             if (d->method == OC_ANGLE_SIDE_SLIP) {
                 const oc_side_slip slip = side_slip_of(t, tick);
                 oc_side_slip_learn(&e->side_slip, &slip, oc_ratio_to_front_wheel(&d->ratio, tick->true_by_sensor),
@@ -260,7 +256,7 @@ oc_angle oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_an
             }
         }
         const double spread = e->seconds > learned_s ? e->spread : 2.0;
-        t->sd = sqrt(spread * own + other_variance(t, d, &truck, tick));
+        t->sd = sqrt(spread * own + other_variance(t, d, truck, tick));
     } else {
         t->held_s += d->tick_s;
         t->place_variance = place_variance_max;
@@ -274,7 +270,7 @@ oc_angle oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_an
         t->step = came_back ? t->before - tick->true_by_sensor : t->step * (1.0 - d->takeover_share);
         t->difference = tick->true_by_sensor + t->step - t->estimate;
         t->without_sensor_s = t->standing_s = 0.0;
-        out.standard_deviation = sqrt(truck.offset_sd * truck.offset_sd + t->step * t->step);
+        out.standard_deviation = sqrt(truck->offset_sd * truck->offset_sd + t->step * t->step);
         out.status = given->known ? OC_VALID : OC_CONVERGING;
     } else {
         t->difference -= t->difference * d->takeover_share;

@@ -3,8 +3,9 @@
 #include <math.h>
 
 static double limited(double value, double low, double high) {
-    if (value < low)
+    if (value < low) {
         return low;
+    }
     return value > high ? high : value;
 }
 

@@ -2,7 +2,8 @@
 
 #include <math.h>
 
-enum { BIAS, DRIFT, FIRST_OF_AXLE, MISMATCH = 0, LOAD, SCALE, STATES_OF_AXLE };
+enum { BIAS, DRIFT, FIRST_OF_AXLE };
+enum { MISMATCH, LOAD, SCALE, STATES_OF_AXLE };
 
 /* Ours, from simulated and real drives. */
 static const double block_s = 1.0;
@@ -40,6 +41,9 @@ static int state_of(int32_t axle, int which) {
     return FIRST_OF_AXLE + STATES_OF_AXLE * axle + which;
 }
 
+/* A block that ended is learned from in steps, a tick each, so that no tick is a spike. */
+enum { NOTHING_DUE, REST_DUE, CONCLUSION_DUE, FRONT_DUE, REAR_DUE, PREDICTION_DUE };
+
 static double squared(double value) {
     return value * value;
 }
@@ -56,6 +60,7 @@ void oc_gyro_bias_setup(oc_gyro_bias_design *design, const oc_vehicle *vehicle, 
     for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
         const bool known = tracks[axle] > 0.0;
         design->track[axle] = known ? tracks[axle] : usual_track;
+        design->per_track[axle] = 1.0 / design->track[axle];
         design->track_sd[axle] = known ? params->track_width_sd_1 : usual_track_sd;
     }
 }
@@ -66,6 +71,7 @@ void oc_gyro_bias_restart(oc_gyro_bias *state) {
 
 static void forget_block(oc_gyro_bias *state) {
     state->block_ticks = 0.0;
+    state->due = NOTHING_DUE;
     for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
         oc_gyro_bias_axle *a = &state->axles[axle];
         a->weight = a->difference = a->speed = a->yaw_rate = a->acceleration = a->flat = 0.0;
@@ -95,6 +101,7 @@ static void begin(oc_gyro_bias *state, const oc_gyro_bias_design *design, const 
         }
         state->x[DRIFT] = 0.0;
     }
+    state->sd = sqrt(state->P[BIAS][BIAS]);
     state->P[DRIFT][DRIFT] = squared(p->gyro_bias_drift_standing_sd_rad_s2);
     state->has_wheels = 0;
     state->running = 1;
@@ -135,25 +142,30 @@ static void predict(oc_gyro_bias *state, const oc_params *p, double time) {
 }
 
 /* One reading of h'x with variance R: its innovation over the standard deviation that it was expected to have. One
- * that is further off than `outlier` weighs as much less. */
-static double correct(oc_gyro_bias *state, const double *h, double reading, double R) {
-    double Ph[OC_GYRO_BIAS_STATES], hPh = 0.0, expected = 0.0;
+ * that is further off than `outlier` weighs as much less. h is of an axle's states; the bias's share is 1. */
+static double correct(oc_gyro_bias *state, int32_t axle, const double *h, double reading, double R) {
+    const int first = state_of(axle, 0);
+    double Ph[OC_GYRO_BIAS_STATES];
     for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
-        Ph[j] = 0.0;
-        for (int k = 0; k < OC_GYRO_BIAS_STATES; ++k) {
-            Ph[j] += state->P[j][k] * h[k];
+        Ph[j] = state->P[j][BIAS];
+        for (int k = 0; k < STATES_OF_AXLE; ++k) {
+            Ph[j] += state->P[j][first + k] * h[k];
         }
-        hPh += h[j] * Ph[j];
-        expected += h[j] * state->x[j];
+    }
+    double hPh = Ph[BIAS], expected = state->x[BIAS];
+    for (int k = 0; k < STATES_OF_AXLE; ++k) {
+        hPh += h[k] * Ph[first + k];
+        expected += h[k] * state->x[first + k];
     }
     const double innovation = reading - expected;
     const double S = hPh + R;
-    const double beyond = squared(innovation / outlier);
-    const double weighed = beyond > S ? beyond : S;
+    const double beyond = squared(innovation * (1.0 / outlier));
+    const double per_weighed = 1.0 / (beyond > S ? beyond : S);
     for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
-        state->x[j] += Ph[j] / weighed * innovation;
+        const double gain = Ph[j] * per_weighed;
+        state->x[j] += gain * innovation;
         for (int k = 0; k <= j; ++k) {
-            state->P[j][k] -= Ph[j] * Ph[k] / weighed;
+            state->P[j][k] -= gain * Ph[k];
             state->P[k][j] = state->P[j][k];
         }
     }
@@ -161,7 +173,7 @@ static double correct(oc_gyro_bias *state, const double *h, double reading, doub
 }
 
 static void settle_status(oc_gyro_bias *state, const oc_params *p) {
-    const double sd = sqrt(state->P[BIAS][BIAS]);
+    const double sd = state->sd = sqrt(state->P[BIAS][BIAS]);
     const double narrow = p->gyro_bias_half_width_max_rad_s;
     if (!(state->evidence > 0.0) || sd > 0.5 * p->gyro_bias_sd_rad_s) {
         state->status = OC_UNOBSERVABLE;
@@ -175,7 +187,7 @@ static void settle_status(oc_gyro_bias *state, const oc_params *p) {
 /* A standing block's mean is the bias. It is so sure that a bias far from it has moved. The floor is the standstill's,
  * not the block's: the k-th block of one adds as a k-th part, until a drift must be followed. */
 static void learn_standing(oc_gyro_bias *state, const oc_params *p, double time, double tick_s) {
-    static const double h[OC_GYRO_BIAS_STATES] = {1.0};
+    static const double none[STATES_OF_AXLE] = {0.0};
     const double n = state->still;
     const double variance = state->still_squares / n;
     if (variance <= squared(standing_spread)) {
@@ -187,7 +199,7 @@ static void learn_standing(oc_gyro_bias *state, const oc_params *p, double time,
         if (innovation * innovation > outlier * outlier * S) {
             state->P[BIAS][BIAS] += innovation * innovation;
         }
-        correct(state, h, state->still_yaw_rate, R);
+        (void)correct(state, OC_AXLE_REAR, none, state->still_yaw_rate, R);
         state->alarm_blocks = 0.0;
         state->evidence += n * tick_s;
         settle_status(state, p);
@@ -257,9 +269,9 @@ static void add(oc_gyro_bias_axle *a, double track, double left, double right, d
 }
 
 /* Rounding error of a difference that seldom moves: it stays as it is for longer than a block. One that moves with
- * noise is averaged away, and seen in the noise. */
-static double rounding_variance(const oc_gyro_bias_axle *a, double track) {
-    return quantum_alike * squared(a->quantum / track * a->flat / a->weight) / 12.0 * (1.0 + a->held);
+ * noise is averaged away, and seen in the noise. `flat` is the share of ticks at which it did not move. */
+static double rounding_variance(const oc_gyro_bias_axle *a, double per_track, double flat) {
+    return quantum_alike / 12.0 * squared(a->quantum * per_track * flat) * (1.0 + a->held);
 }
 
 /* Noise of a block from the difference of two neighbours, once the state has explained what it can. */
@@ -312,24 +324,24 @@ static void watch_alarm(oc_gyro_bias *state, const oc_params *p) {
     }
 }
 
-static void learn_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, int32_t axle) {
+/* What an axle's whole block reads, and how far that is from the next before as noise and the rest have it. */
+static void read_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, int32_t axle) {
     oc_gyro_bias_axle *a = &state->axles[axle];
-    const double T = design->track[axle];
-    const double v = a->speed / a->weight;
-    const double r = a->yaw_rate / a->weight;
-    const double turn = r - state->x[BIAS];
-    const double reading = r - a->difference / a->weight / T;
-    const double load = v * a->acceleration / a->weight;
-    double h[OC_GYRO_BIAS_STATES] = {1.0};
-    h[state_of(axle, MISMATCH)] = -v / T;
-    h[state_of(axle, LOAD)] = -load / T;
-    h[state_of(axle, SCALE)] = -turn;
-
+    a->innovation = 0.0;
+    a->is_heard = a->weight >= 0.5 * design->ticks_per_block;
+    if (!a->is_heard) {
+        return;
+    }
+    const double per_track = design->per_track[axle], per_tick = 1.0 / a->weight;
+    const double v = a->speed * per_tick;
+    const double r = a->yaw_rate * per_tick;
+    const double reading = r - a->difference * per_tick * per_track;
+    const double load = v * a->acceleration * per_tick;
     double late = 0.0;
     if (a->blocks > 0.0) {
         late = lag / block_s * (r - a->before_yaw_rate);
-        const double explained = -(v - a->before_speed) / T * state->x[state_of(axle, MISMATCH)] -
-                                 (load - a->before_load) / T * state->x[state_of(axle, LOAD)] -
+        const double explained = -(v - a->before_speed) * per_track * state->x[state_of(axle, MISMATCH)] -
+                                 (load - a->before_load) * per_track * state->x[state_of(axle, LOAD)] -
                                  (r - a->before_yaw_rate) * state->x[state_of(axle, SCALE)];
         learn_noise(a, reading - a->before - explained);
     }
@@ -339,33 +351,52 @@ static void learn_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, i
     a->before_yaw_rate = r;
     a->blocks += 1.0;
     a->held += 1.0;
-
-    const double R = a->noise + squared(model_noise) + squared(model_share * turn) + squared(late) +
-                     rounding_variance(a, T);
-    a->innovation = correct(state, h, reading, R);
+    a->variance = a->noise + squared(model_noise) + squared(late) + rounding_variance(a, per_track, a->flat * per_tick);
 }
 
-static void learn_block(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *p, double time) {
-    double heard = 0.0, innovations = 0.0;
-    predict(state, p, time);
-    for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
-        state->axles[axle].innovation = 0.0;
-        if (state->axles[axle].weight >= 0.5 * design->ticks_per_block) {
-            learn_axle(state, design, axle);
-            innovations += state->axles[axle].innovation;
-            heard += 1.0;
-        }
+static void learn_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, int32_t axle) {
+    oc_gyro_bias_axle *a = &state->axles[axle];
+    if (!a->is_heard) {
+        return;
     }
-    if (heard > 0.0) {
+    const double per_track = design->per_track[axle];
+    const double turn = a->before_yaw_rate - state->x[BIAS];
+    const double h[STATES_OF_AXLE] = {
+        [MISMATCH] = -a->before_speed * per_track, [LOAD] = -a->before_load * per_track, [SCALE] = -turn};
+    a->innovation = correct(state, axle, h, a->before, a->variance + squared(model_share * turn));
+}
+
+/* What both axles said together. */
+static void conclude_block(oc_gyro_bias *state, const oc_params *p) {
+    const int32_t heard = state->axles[OC_AXLE_REAR].is_heard + state->axles[OC_AXLE_FRONT].is_heard;
+    if (heard > 0) {
+        const double innovations = state->axles[OC_AXLE_REAR].innovation + state->axles[OC_AXLE_FRONT].innovation;
         state->evidence += block_s;
         state->wheel_evidence += block_s;
-        if (cusum(state, innovations / sqrt(heard))) {
+        if (cusum(state, innovations / sqrt((double)heard))) {
             raise_alarm(state);
         }
     }
     watch_alarm(state, p);
     settle_status(state, p);
+}
+
+static void end_block(oc_gyro_bias *state, const oc_gyro_bias_design *design, double time) {
+    read_axle(state, design, OC_AXLE_REAR);
+    read_axle(state, design, OC_AXLE_FRONT);
     forget_block(state);
+    state->block_time = time;
+    state->due = PREDICTION_DUE;
+}
+
+static void learn_what_is_due(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *p) {
+    switch (state->due--) {
+    case PREDICTION_DUE: predict(state, p, state->block_time); break;
+    case REAR_DUE: learn_axle(state, design, OC_AXLE_REAR); break;
+    case FRONT_DUE: learn_axle(state, design, OC_AXLE_FRONT); break;
+    case CONCLUSION_DUE: conclude_block(state, p); break;
+    default: break; /* so that the others see that this tick was busy */
+    }
 }
 
 void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params,
@@ -393,9 +424,15 @@ void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design,
             tick->wheel_speed_front_right, tick->yaw_rate, a_y);
     }
     state->block_ticks += 1.0;
-    if (state->block_ticks >= design->ticks_per_block) {
-        learn_block(state, design, params, tick->time);
+    if (state->due != NOTHING_DUE) {
+        learn_what_is_due(state, design, params);
+    } else if (state->block_ticks >= design->ticks_per_block) {
+        end_block(state, design, tick->time);
     }
+}
+
+bool oc_gyro_bias_is_busy(const oc_gyro_bias *state) {
+    return state->due != NOTHING_DUE;
 }
 
 oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params) {
@@ -404,7 +441,7 @@ oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params)
     }
     return (oc_estimate){
         .value = state->x[BIAS],
-        .standard_deviation = sqrt(state->P[BIAS][BIAS]),
+        .standard_deviation = state->sd,
         .evidence = state->evidence,
         .status = state->status,
     };

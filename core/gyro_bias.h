@@ -29,6 +29,7 @@ enum {
 
 typedef struct {
     double track[OC_AXLE_COUNT];    /* m; the usual width where the vehicle has none */
+    double per_track[OC_AXLE_COUNT]; /* 1/m */
     double track_sd[OC_AXLE_COUNT]; /* of the width, prior */
     double tick_s;
     double ticks_per_block;
@@ -45,8 +46,10 @@ typedef struct {
     double held;                /* blocks over which the difference has not changed */
     double noise;               /* (rad/s)^2, of one block, from the differences of neighbours */
     double before, before_speed, before_load, before_yaw_rate; /* the block before: what it read, and the regressors */
+    double variance;            /* (rad/s)^2, of the last block, but for the turn's share */
     double innovation;          /* standard deviations, of the last block */
     double blocks;              /* taken so far */
+    int32_t is_heard;           /* the last block told something */
 } oc_gyro_bias_axle;
 
 typedef struct {
@@ -58,16 +61,19 @@ typedef struct {
     double alarm_time;                       /* s, of all alarms */
     double alarm_variance;                   /* (rad/s)^2, of the bias before it */
     double time;                             /* s, to which the state was predicted */
+    double block_time;                       /* s, at which the block that is learned from ended */
     double block_ticks;                      /* of the block that grows */
     double still, still_yaw_rate, still_squares; /* of the standing block that grows */
     double still_blocks;                     /* of this standstill */
     double evidence;                         /* s, of blocks taken and of standing */
     double wheel_evidence;                   /* s, of blocks alone */
+    int32_t due;                             /* steps in which the block that ended is yet to be learned from */
     int32_t still_ticks;                     /* of this standstill so far, settling included */
     int32_t started;                         /* since power-on */
     int32_t running;                         /* since ignition */
     int32_t has_wheels;                      /* since ignition */
     oc_status status;
+    double sd;                               /* rad/s, of the bias, as of the last block */
 } oc_gyro_bias;
 
 void oc_gyro_bias_setup(oc_gyro_bias_design *design, const oc_vehicle *vehicle, const oc_params *params,
@@ -85,6 +91,9 @@ oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params)
 
 /* Whether the bias has lately moved faster than it was followed, and is not known again as well as before. */
 bool oc_gyro_bias_alarmed(const oc_gyro_bias *state);
+
+/* Whether this tick had part of a block to learn from, so that others may leave their work to the next. */
+bool oc_gyro_bias_is_busy(const oc_gyro_bias *state);
 
 /* r_l/r_r - 1 of an axle, at no side force. */
 oc_estimate oc_gyro_bias_mismatch(const oc_gyro_bias *state, const oc_params *params, int32_t axle);

@@ -1,6 +1,7 @@
 #include "hypothesis.h"
 
 #include <math.h>
+#include <stddef.h>
 
 /* The terms, in this order. */
 enum { YAW_ACCELERATION, JERK, WHEELBASE, YAW_RATE_BIAS, WIDTH, UNLOADING, FRICTION, CREEP, WINDUP, UNWINDING,
@@ -63,27 +64,46 @@ static bool creeps(const oc_play *play) {
     return play->friction >= 0.0f;
 }
 
+/* What moves the operators at a sample. */
+typedef struct {
+    float angle, centre; /* rad */
+    float load;          /* m/s^2, at the hypothesis's own a_0 */
+    float step_s;
+} motion;
+
+/* One operator behind the other, `at` being the hypothesis's play but for one parameter; where that is none of the
+ * wind-up, the outer one is the hypothesis's own. */
+static void carry(const oc_hypothesis *h, const oc_play *at, const motion *by, float *wound, float *inner) {
+    const float load = by->load + (h->play.unloading - at->unloading);
+    if (wound != NULL) {
+        *wound = oc_place_wound(*wound, at, by->angle, by->centre, by->step_s);
+    }
+    *inner = oc_place_inner(*inner, at, wound != NULL ? *wound : h->place.wound, load, by->step_s);
+}
+
 /* Moves all operators on; the model's slopes go to `terms`. Returns (B/2) c + (W/2) d, rad. */
 static float place(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
                    float *terms) {
-    const float angle = (float)sample->angle, centre = h->offset, step_s = design->step_s;
-    h->place.wound = oc_place_wound(h->place.wound, &h->play, angle, centre, step_s);
-    h->place.inner = oc_place_inner(h->place.inner, &h->play, h->place.wound, oc_play_load(&h->play, sample), step_s);
+    const motion by = {(float)sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
+    oc_play at = h->play;
+    carry(h, &at, &by, &h->place.wound, &h->place.inner);
     const int32_t slopes = oc_play_slopes(&h->play);
     for (int32_t k = 0; k < slopes; ++k) {
-        const oc_play more = oc_play_moved(&h->play, (oc_slope)k, 1.0f);
-        const oc_play less = oc_play_moved(&h->play, (oc_slope)k, -1.0f);
-        oc_place *at_more = &h->more[k], *at_less = &h->less[k];
-        at_more->wound = oc_place_wound(at_more->wound, &more, angle, centre, step_s);
-        at_less->wound = oc_place_wound(at_less->wound, &less, angle, centre, step_s);
-        at_more->inner = oc_place_inner(at_more->inner, &more, at_more->wound, oc_play_load(&more, sample), step_s);
-        at_less->inner = oc_place_inner(at_less->inner, &less, at_less->wound, oc_play_load(&less, sample), step_s);
-        terms[WIDTH + k] = h->per_difference[k] * (at_less->inner - at_more->inner);
+        float *parameter = oc_play_parameter(&at, (oc_slope)k);
+        const int32_t winding = k - (int32_t)OC_SLOPE_WINDUP;
+        const float own = *parameter;
+        const oc_around around = oc_play_around(own, (oc_slope)k);
+        *parameter = around.more;
+        carry(h, &at, &by, winding < 0 ? NULL : &h->wound_more[winding], &h->more[k]);
+        *parameter = around.less;
+        carry(h, &at, &by, winding < 0 ? NULL : &h->wound_less[winding], &h->less[k]);
+        *parameter = own;
+        terms[WIDTH + k] = design->scale[WIDTH + k] / around.apart * (h->less[k] - h->more[k]);
     }
     for (int32_t k = slopes; k < OC_SLOPE_COUNT; ++k) {
         terms[WIDTH + k] = 0.0f;
     }
-    return angle - h->place.inner;
+    return by.angle - h->place.inner;
 }
 
 /* What a wind of 1 m/s^2 would add: it takes side force from the tyres, and unloads the play as a_0 does. Returns what the
@@ -118,35 +138,48 @@ static float surprise(const oc_hypothesis *h, const float *terms, float target) 
     return error;
 }
 
-/* Recursive least squares about the means; what is far off counts by its sign only (Huber). Deviations and not plain
- * products: a term that hardly varies could not be told from the constant in single precision. */
-static void regress(oc_hypothesis *h, const oc_second *second, const float *terms, float target) {
+/* What a second says of the hypothesis itself. What is far off counts by its sign only (Huber). */
+static void judge_second(oc_hypothesis *h, const oc_second *second) {
     const float squared = h->error * h->error;
     const float limit = 4.0f * h->variance;
-    const float weight = squared > limit ? sqrtf(limit / squared) : 1.0f;
+    h->trust = squared > limit ? sqrtf(limit / squared) : 1.0f;
 
     const float keep = second->memory_share;
     const float quick = larger(1.0f / (2.0f + h->age / second->second_s), 0.02f);
     h->variance += (within_range(squared, 0.0f, 9.0f * h->variance) - h->variance) * quick;
-    h->blocks.sum += weight * h->error;
-    h->long_blocks.sum += weight * h->error;
+    h->blocks.sum += h->trust * h->error;
+    h->long_blocks.sum += h->trust * h->error;
     h->age += second->second_s;
-    if (h->age <= second->trial_s && second->used_s > second->trial_s) {
+    if (oc_hypothesis_is_newborn(h, second)) {
         h->cost = keep * second->best_cost + newborn_handicap;
     } else {
         h->cost = keep * h->cost + 0.5f * within_range(squared / second->reference, 0.0f, 16.0f);
     }
+}
 
+/* A second's means have less of the sensors' noise, which flattens slopes, than its samples. */
+static float means_of_second(const oc_hypothesis *h, int32_t samples, float *terms) {
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        terms[k] = h->sums[k] / (float)samples;
+    }
+    return h->target_sum / (float)samples;
+}
+
+/* Recursive least squares about the means. Deviations and not plain products: a term that hardly varies could not be told
+ * from the constant in single precision. */
+static void regress(oc_hypothesis *h, const oc_second *second, int32_t samples) {
     float apart[OC_TERMS];
-    h->weight = keep * h->weight + weight;
-    const float share = weight / h->weight;
+    const float keep = second->memory_share;
+    const float target = means_of_second(h, samples, apart);
+    h->weight = keep * h->weight + h->trust;
+    const float share = h->trust / h->weight;
     const float target_apart = target - h->target_mean;
     h->target_mean += share * target_apart;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
-        apart[k] = terms[k] - h->means[k];
+        apart[k] -= h->means[k];
         h->means[k] += share * apart[k];
     }
-    const float added = weight * (1.0f - share);
+    const float added = h->trust * (1.0f - share);
     float *cell = h->scatter;
     for (int32_t row = 0; row < OC_TERMS; ++row) {
         const float weighted = added * apart[row];
@@ -163,6 +196,10 @@ static void correlate(oc_correlation *correlation, float variance, int32_t secon
     correlation->sum = 0.0f;
 }
 
+bool oc_hypothesis_is_newborn(const oc_hypothesis *h, const oc_second *second) {
+    return h->age <= second->trial_s && second->used_s > second->trial_s;
+}
+
 float oc_hypothesis_noise(const oc_hypothesis *h) {
     return h->variance * larger(larger(h->blocks.factor, h->long_blocks.factor), 1.0f);
 }
@@ -170,9 +207,7 @@ float oc_hypothesis_noise(const oc_hypothesis *h) {
 /* A parameter of the play was moved by that much: what is left to be found is less by it. */
 static void shift(oc_hypothesis *h, const oc_hypothesis_design *design, int32_t term, float by) {
     const float scaled = by / design->scale[term];
-    for (int32_t k = 0; k < OC_TERMS; ++k) {
-        h->toward[k] -= oc_triangle_cell(h->scatter, k, term) * scaled;
-    }
+    oc_triangle_subtract_row(h->scatter, term, scaled, h->toward);
     h->target_mean -= h->means[term] * scaled;
     h->terms[term] -= scaled;
 }
@@ -203,16 +238,6 @@ static void keep_found(oc_hypothesis *h) {
 /* Where a parameter goes that is to be moved by so much, a step at most. */
 static float stepped(float value, float by, float step, float low, float high) {
     return within_range(value + within_range(by, -step, step), low, high);
-}
-
-/* What turns differences of operators into slopes, wherever the play is now. */
-static void measure(oc_hypothesis *h, const oc_hypothesis_design *design) {
-    const int32_t slopes = oc_play_slopes(&h->play);
-    for (int32_t k = 0; k < slopes; ++k) {
-        const oc_play more = oc_play_moved(&h->play, (oc_slope)k, 1.0f);
-        const oc_play less = oc_play_moved(&h->play, (oc_slope)k, -1.0f);
-        h->per_difference[k] = design->scale[WIDTH + k] / oc_play_between(&more, &less, (oc_slope)k);
-    }
 }
 
 /* Within a narrower play or wind-up all that happens shows less: so would it have before. */
@@ -258,8 +283,8 @@ static void relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
 }
 
 /* The priors' information, and their pull on what is left to be found. */
-static void add_priors(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
-                       float *information) {
+static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                       float *information, float *terms) {
     const float *scale = design->scale;
     const oc_play *play = &h->play;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
@@ -269,48 +294,44 @@ static void add_priors(oc_hypothesis *h, const oc_hypothesis_design *design, con
     const float bias = scale[YAW_RATE_BIAS] / prior->yaw_rate_bias_sd;
     information[UNLOADING] = unloading * unloading;
     information[YAW_RATE_BIAS] = bias * bias;
-    h->terms[UNLOADING] += information[UNLOADING] * (prior->unloading_mean - play->unloading) / scale[UNLOADING];
-    h->terms[GRADIENT] += gradient_mean / scale[GRADIENT];
-    h->terms[WIDTH] += (width_mean - 2.0f * play->half_width) / scale[WIDTH];
+    terms[UNLOADING] += information[UNLOADING] * (prior->unloading_mean - play->unloading) / scale[UNLOADING];
+    terms[GRADIENT] += gradient_mean / scale[GRADIENT];
+    terms[WIDTH] += (width_mean - 2.0f * play->half_width) / scale[WIDTH];
     for (int32_t k = 0; k < OC_WINDS; ++k) {
-        h->terms[WIND + k] -= play->wind[k] / scale[WIND + k];
+        terms[WIND + k] -= play->wind[k] / scale[WIND + k];
     }
     if (creeps(play)) {
         const float share = creep_mean / play->creep;
-        h->terms[FRICTION] += (friction_mean - play->friction) / scale[FRICTION];
-        h->terms[UNWINDING] -= play->unwinding / scale[UNWINDING];
-        h->terms[WINDUP] += (windup_mean - 2.0f * play->windup) / scale[WINDUP];
-        h->terms[CREEP] += (share > 1.0f ? share - 1.0f : 1.0f - 1.0f / share) / scale[CREEP];
+        terms[FRICTION] += (friction_mean - play->friction) / scale[FRICTION];
+        terms[UNWINDING] -= play->unwinding / scale[UNWINDING];
+        terms[WINDUP] += (windup_mean - 2.0f * play->windup) / scale[WINDUP];
+        terms[CREEP] += (share > 1.0f ? share - 1.0f : 1.0f - 1.0f / share) / scale[CREEP];
     }
 }
 
+/* Of a parameter that is two terms together, or one: then the second is the same as the first. */
+static float variance_of(const oc_hypothesis_design *design, const float *lower, int32_t first, int32_t second) {
+    float weights[OC_TERMS] = {0};
+    weights[first] = design->scale[first];
+    weights[second] = design->scale[second];
+    return oc_triangle_variance(lower, first, weights);
+}
+
 /* The offset is what the sensor reads at a = a_0, where no side force acts but for pull and wind. */
-static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior, const float *lower,
-                     float noise) {
+static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                            const float *lower) {
     const float *scale = design->scale;
-    const float slope = design->steering_ratio * found(h, design, GRADIENT);
-    const float a_0 = h->play.unloading + found(h, design, UNLOADING);
-    float of_unloading[OC_TERMS] = {[UNLOADING] = scale[UNLOADING]};
-    float of_gradient[OC_TERMS] = {[GRADIENT] = scale[GRADIENT]};
-    float of_width[OC_TERMS] = {[WIDTH] = scale[WIDTH], [WINDUP] = scale[WINDUP]};
-    float of_wheelbase[OC_TERMS] = {[WHEELBASE] = scale[WHEELBASE]};
+    const float slope = design->steering_ratio * h->gradient;
     float of_offset[OC_TERMS] = {
         [UNLOADING] = slope * scale[UNLOADING],
-        [GRADIENT] = scale[GRADIENT] * design->steering_ratio * a_0,
+        [GRADIENT] = scale[GRADIENT] * design->steering_ratio * h->unloading,
     };
     h->constant = h->target_mean;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         h->constant -= h->means[k] * h->terms[k];
         of_offset[k] -= h->means[k];
     }
-    h->offset = h->constant + slope * a_0;
-    h->gradient = found(h, design, GRADIENT);
-    h->unloading = a_0;
-    h->unloading_variance = oc_triangle_variance(lower, UNLOADING, of_unloading);
-    h->gradient_variance = oc_triangle_variance(lower, GRADIENT, of_gradient);
-    h->width_variance = oc_triangle_variance(lower, WIDTH, of_width);
-    h->wheelbase = found(h, design, WHEELBASE);
-    h->wheelbase_variance = oc_triangle_variance(lower, WHEELBASE, of_wheelbase);
+    h->offset = h->constant + slope * h->unloading;
 
     /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds; in little play the lag of whatever
      * gives way passes for a_0 */
@@ -318,27 +339,34 @@ static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const
     const float little = within_range(1.0f - 2.0f * h->play.half_width / little_width, 0.0f, 1.0f);
     const float parted = h->unloading_variance + design->pull_sd * design->pull_sd + little * bias;
     const float beyond = larger((parted < bias ? parted : bias) - h->unloading_variance, 0.0f);
-    h->offset_variance = noise / larger(h->weight, 1.0f) + oc_triangle_variance(lower, 0, of_offset) + slope * slope * beyond;
+    h->offset_variance = oc_hypothesis_noise(h) / larger(h->weight, 1.0f) + oc_triangle_variance(lower, 0, of_offset) +
+                         slope * slope * beyond;
 }
 
-static void solve(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior) {
-    float information[OC_TERMS], lower[OC_TERMS_TRIANGLE];
-    const float noise = oc_hypothesis_noise(h);
+static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                     const oc_solving *solving) {
+    const float *lower = solving->lower;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
-        h->terms[k] = h->toward[k] / noise;
+        h->terms[k] = solving->terms[k];
     }
-    add_priors(h, design, prior, information);
-    oc_triangle_factor(h->scatter, information, noise, lower);
-    oc_triangle_solve_lower(lower, 0, h->terms);
-    oc_triangle_solve_upper(lower, h->terms);
-    conclude(h, design, prior, lower, noise);
+    h->gradient = found(h, design, GRADIENT);
+    h->gradient_variance = variance_of(design, lower, GRADIENT, GRADIENT);
+    h->unloading = h->play.unloading + found(h, design, UNLOADING);
+    h->unloading_variance = variance_of(design, lower, UNLOADING, UNLOADING);
+    h->width_variance = variance_of(design, lower, WIDTH, WINDUP);
+    h->wheelbase = found(h, design, WHEELBASE);
+    h->wheelbase_variance = variance_of(design, lower, WHEELBASE, WHEELBASE);
+    conclude_offset(h, design, prior, lower);
 }
 
 void oc_hypothesis_restart(oc_hypothesis *h, double angle) {
     const oc_place there = {(float)angle, (float)angle};
     h->place = there;
     for (int32_t k = 0; k < OC_SLOPE_COUNT; ++k) {
-        h->more[k] = h->less[k] = there;
+        h->more[k] = h->less[k] = (float)angle;
+    }
+    for (int32_t k = 0; k < OC_WINDING_SLOPES; ++k) {
+        h->wound_more[k] = h->wound_less[k] = (float)angle;
     }
     for (int32_t k = 0; k < OC_WINDS; ++k) {
         narrow(h, WIND + k, WIND + k, 0.0f);
@@ -346,14 +374,13 @@ void oc_hypothesis_restart(oc_hypothesis *h, double angle) {
     }
 }
 
-void oc_hypothesis_start(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_play *play, double angle) {
+void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
     *h = (oc_hypothesis){
         .play = *play,
         .variance = rad_per_deg * rad_per_deg,
         .blocks.factor = 3.0f,
         .long_blocks.factor = 3.0f,
     };
-    measure(h, design);
     oc_hypothesis_restart(h, angle);
 }
 
@@ -378,34 +405,66 @@ void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, 
     }
 }
 
-void oc_hypothesis_second(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
-                          const oc_second *second, int32_t samples) {
-    /* a second's means have less of the sensors' noise, which flattens slopes, than its samples */
+void oc_hypothesis_foretell(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
+                            int32_t samples) {
     float terms[OC_TERMS];
-    for (int32_t k = 0; k < OC_TERMS; ++k) {
-        terms[k] = h->sums[k] / (float)samples;
-    }
-    const float target = h->target_sum / (float)samples;
+    const float target = means_of_second(h, samples, terms);
     h->error = surprise(h, terms, target);
     h->curvature = terms[WHEELBASE] / (design->scale[WHEELBASE] * design->ratio_times_wheelbase);
-    if (!second->learns) {
-        return;
+    if (second->learns) {
+        judge_second(h, second);
     }
-    regress(h, second, terms, target);
+}
+
+static void take_second_in(oc_hypothesis *h, const oc_second *second, int32_t samples) {
+    regress(h, second, samples);
     if (second->block_ends) {
         correlate(&h->blocks, h->variance, OC_SECONDS_PER_BLOCK, second->blocks);
     }
     if (second->long_block_ends) {
         correlate(&h->long_blocks, h->variance, OC_SECONDS_PER_LONG_BLOCK, second->long_blocks);
     }
-    solve(h, design, prior);
-    relinearise(h, design);
-    measure(h, design);
 }
 
-void oc_hypothesis_correct(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior, float rad_s) {
+static void set_up_equations(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                             oc_solving *solving) {
+    const float noise = oc_hypothesis_noise(h);
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        solving->terms[k] = h->toward[k] / noise;
+    }
+    add_priors(h, design, prior, solving->information, solving->terms);
+    oc_triangle_factor(h->scatter, solving->information, noise, 0, OC_TERMS_FIRST, solving->lower, solving->inverse);
+}
+
+static void solve_equations(const oc_hypothesis *h, oc_solving *solving) {
+    oc_triangle_factor(h->scatter, solving->information, oc_hypothesis_noise(h), OC_TERMS_FIRST, OC_TERMS,
+                       solving->lower, solving->inverse);
+    oc_triangle_solve_lower(solving->lower, 0, solving->terms);
+    oc_triangle_solve_upper(solving->lower, solving->terms);
+}
+
+bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                         const oc_second *second, int32_t samples, oc_solving *solving) {
+    const bool moves = solving->moves != 0;
+    switch (solving->step++) { /* each takes about as long as the others */
+    case 0:
+        if (moves) {
+            take_second_in(h, second, samples);
+        }
+        set_up_equations(h, design, prior, solving);
+        return false;
+    case 1: solve_equations(h, solving); return false;
+    default:
+        conclude(h, design, prior, solving);
+        if (moves) {
+            relinearise(h, design);
+        }
+        return true;
+    }
+}
+
+void oc_hypothesis_correct(oc_hypothesis *h, const oc_hypothesis_design *design, float rad_s) {
     shift(h, design, YAW_RATE_BIAS, rad_s);
-    solve(h, design, prior);
 }
 
 void oc_hypothesis_remounted(oc_hypothesis *h, float by, float seconds) {

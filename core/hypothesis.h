@@ -33,6 +33,8 @@ typedef struct {
     float pull_sd;                                /* m/s^2, of wheel alignment and mean wind */
 } oc_hypothesis_design;
 
+enum { OC_WINDING_SLOPES = OC_SLOPE_COUNT - OC_SLOPE_WINDUP };
+
 /* How much more a block of what is left varies than it would if seconds told new things each. */
 typedef struct {
     float sum;    /* rad, over the block that fills */
@@ -41,9 +43,9 @@ typedef struct {
 
 typedef struct {
     oc_play play;
-    float per_difference[OC_SLOPE_COUNT]; /* of the model's slope, from a difference of two operators */
-    oc_place place;                      /* at `play`, and at a little more and less of each parameter */
-    oc_place more[OC_SLOPE_COUNT], less[OC_SLOPE_COUNT];
+    oc_place place;                      /* at `play`, and */
+    float more[OC_SLOPE_COUNT], less[OC_SLOPE_COUNT]; /* `inner` at a little more and less of each parameter */
+    float wound_more[OC_WINDING_SLOPES], wound_less[OC_WINDING_SLOPES]; /* which only these two parameters move */
     float sums[OC_TERMS], target_sum;    /* over the second that fills */
     float weight;                        /* seconds, forgetting; what follows is over them */
     float target_mean;                   /* rad */
@@ -54,6 +56,7 @@ typedef struct {
     float terms[OC_TERMS];               /* what is sought, in units of `scale` */
     float variance;                      /* rad^2, of what a second's mean leaves */
     oc_correlation blocks, long_blocks;
+    float trust;                         /* in the last second, 1 or less where it was far off */
     float error;                         /* rad, of the last second, foretold before it was learned from */
     float curvature;                     /* 1/m, of the last second */
     float age;                           /* s of driving learned from */
@@ -78,13 +81,24 @@ typedef struct {
     int32_t blocks, long_blocks; /* whole ones before */
 } oc_second;
 
+enum { OC_SOLVING_STEPS = 3 };
+
+/* The equations of one hypothesis while they are being solved, a step at a time. */
+typedef struct {
+    int32_t step;                   /* the next one */
+    int32_t moves;                  /* it learns a second and goes where they point; 0: it only concludes */
+    float information[OC_TERMS];    /* of the priors */
+    float inverse[OC_TERMS];        /* of the factor's diagonal */
+    float lower[OC_TERMS_TRIANGLE]; /* Cholesky's factor */
+    float terms[OC_TERMS];          /* right side, then solution: the hypothesis keeps its own until all is concluded */
+} oc_solving;
+
 enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
                          double ratio_times_wheelbase, double pull_sd);
 
-void oc_hypothesis_start(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_play *play,
-                         double angle);
+void oc_hypothesis_start(oc_hypothesis *hypothesis, const oc_play *play, double angle);
 
 /* The wheel was elsewhere when last seen, and the heading another: the operators start anew, the wind is unknown, what else
  * was learned stays. */
@@ -94,16 +108,25 @@ void oc_hypothesis_restart(oc_hypothesis *hypothesis, double angle);
 void oc_hypothesis_sample(oc_hypothesis *hypothesis, const oc_hypothesis_design *design,
                           const oc_motion_sample *sample, bool begins_second);
 
-/* Learns from a whole second of so many samples; where that is dropped instead, nothing need be called. */
-void oc_hypothesis_second(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_prior *prior,
-                          const oc_second *second, int32_t samples);
+/* How far a whole second of so many samples is from what was expected; where it is dropped instead, nothing need be
+ * called. */
+void oc_hypothesis_foretell(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_second *second,
+                            int32_t samples);
+
+/* Learns from the second that was foretold, a step at a time, before the next sample; `solving` begins at step 0. Where it
+ * does not move, the second may be any, and it is only concluded anew. True when that was the last step. */
+bool oc_hypothesis_learn(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_prior *prior,
+                         const oc_second *second, int32_t samples, oc_solving *solving);
+
+/* Whether its word does not count yet. */
+bool oc_hypothesis_is_newborn(const oc_hypothesis *hypothesis, const oc_second *second);
 
 /* rad^2, of a second's mean as if seconds told new things each. */
 float oc_hypothesis_noise(const oc_hypothesis *hypothesis);
 
-/* The yaw rates so far were corrected by rad/s too little: what was gathered from them is set right. */
-void oc_hypothesis_correct(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_prior *prior,
-                           float rad_s);
+/* The yaw rates so far were corrected by rad/s too little: what was gathered from them is set right. What follows from it
+ * is concluded when equations are solved again. */
+void oc_hypothesis_correct(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, float rad_s);
 
 /* The sensor reads `by` rad more from now on; so many seconds tell how much. */
 void oc_hypothesis_remounted(oc_hypothesis *hypothesis, float by, float seconds);

@@ -1,21 +1,18 @@
 #include "joint.h"
 
 #include <math.h>
-#include "trig.h"
+#include <stddef.h>
 
 static const double sample_s = 0.1;
 static const double side_force_s = 1.0; /* a bank lasts longer; the accelerometer's noise does not */
 static const float one_degree = 0.017453292f; /* rad */
 
-static const double quarter_turn = 1.5707963267948966; /* rad */
+static const double busy_ticks = 9.0;      /* of a second, with the gyro's block and the end of a second */
+static const float wind_speed = 20.0f; /* m/s, at which a wind acts as it is written */
 static const float least_correction = 1e-6f; /* rad/s */
 
-/* A flank of the play counts as seen after so long with a side force that is so clearly beyond friction. */
-static const float flank_s = 4.0f;
+/* A flank of the play is seen where the side force is so clearly beyond friction. */
 static const float clearly = 0.02f;                    /* m/s^2 */
-static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
-static const float always_doubtful = 0.2f;             /* of that variance, whatever was found */
-static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
 
 void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_ratio, double ratio_times_wheelbase,
                     double pull_sd, double memory_s) {
@@ -26,8 +23,10 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
     design->side_force_share = 1.0 / (side_force_s * rate_hz);
     design->memory_s = (float)memory_s;
     design->ticks_per_sample = ticks;
-    design->hypotheses_per_tick = (OC_JOINT_HYPOTHESES + ticks - 1) / ticks;
     design->samples_per_second = (int32_t)(1.0 / step_s + 0.5);
+    /* whole steps a tick; some ticks of a second are busy otherwise */
+    const double work = OC_JOINT_HYPOTHESES * (design->samples_per_second + OC_SOLVING_STEPS * OC_JOINT_STEP);
+    design->work_per_tick = OC_JOINT_STEP * (1 + (int32_t)(work / (rate_hz - busy_ticks) / OC_JOINT_STEP));
 }
 
 /* Little, some and much play; wheels that side force carries through it, sooner or later, or that stay where they rub;
@@ -47,42 +46,45 @@ static oc_play start_of(int32_t k) {
     return play;
 }
 
-static void start(oc_joint *joint, const oc_joint_design *design, double angle) {
-    *joint = (oc_joint){
-        .started = 1,
-        .corrected = OC_JOINT_HYPOTHESES,
-        .second = {
-            .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
-            .memory_share = 1.0f,
-            .trial_s = 60.0f,
-            .reference = one_degree * one_degree,
-            .learns = 1,
-        },
+/* The hypotheses themselves start when they take their first sample in. */
+static void start(oc_joint *joint, const oc_joint_design *design) {
+    joint->started = 1;
+    joint->lost = 1;
+    joint->corrected = joint->concluded = OC_JOINT_HYPOTHESES;
+    joint->second = (oc_second){
+        .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
+        .memory_share = 1.0f,
+        .trial_s = 60.0f,
+        .reference = one_degree * one_degree,
+        .learns = 1,
     };
-    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
-        const oc_play play = start_of(k);
-        oc_hypothesis_start(&joint->hypotheses[k], &design->hypothesis, &play, angle);
-    }
 }
 
 /* After a standstill wheel and heading are as they were left, or nearly so. */
-static void restart(oc_joint *joint, const oc_joint_design *design, double angle) {
+static void restart(oc_joint *joint, const oc_joint_design *design) {
     if (!joint->started) {
-        start(joint, design, angle);
+        start(joint, design);
     }
-    joint->in_second = 0;
-    if (!joint->lost) {
-        return;
+    if (joint->lost) {
+        joint->lost = 0;
+        joint->found = 0;
+        joint->along = 1.0f;
+        joint->across = 0.0f;
     }
-    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
-        oc_hypothesis_restart(&joint->hypotheses[k], angle);
-    }
-    joint->heading = 0.0;
-    joint->lost = 0;
+}
+
+/* Turns the heading by so many rad, a small angle. */
+static void turn_heading(oc_joint *joint, float angle) {
+    const float cosine = 1.0f - 0.5f * angle * angle, sine = angle - angle * angle * angle / 6.0f;
+    const float along = cosine * joint->along - sine * joint->across;
+    const float across = sine * joint->along + cosine * joint->across;
+    const float shortening = 1.5f - 0.5f * (along * along + across * across); /* or it would grow by rounding */
+    joint->along = along * shortening;
+    joint->across = across * shortening;
 }
 
 /* What the tyres carry. Turning says it with less noise than the accelerometer, which is needed for the bank alone. */
-static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_tracking *before, double heading,
+static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_tracking *before, const oc_joint *joint,
                                   double rate_hz) {
     return (oc_motion_sample){
         .angle = tick->angle,
@@ -92,8 +94,7 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
         .jerk = (float)((tick->lateral_acceleration - before->lateral_acceleration) * rate_hz),
         .curvature = (float)tick->curvature,
         .speed = (float)tick->speed,
-        .wind = {(float)(tick->speed / 20.0 * oc_sin(heading + quarter_turn)),
-                 (float)(tick->speed / 20.0 * oc_sin(heading))},
+        .wind = {(float)tick->speed / wind_speed * joint->along, (float)tick->speed / wind_speed * joint->across},
         .usable = tick->usable,
     };
 }
@@ -114,22 +115,23 @@ static float correction_of(oc_joint *joint, double bias, double sd) {
 }
 
 /* A correction goes to one hypothesis after the other, and to each once, whatever comes between. */
-static void begin_correction(oc_joint *joint, double bias, const oc_prior *prior) {
+static void begin_correction(oc_joint *joint, double bias, double sd) {
     if (joint->corrected < OC_JOINT_HYPOTHESES) {
         return;
     }
-    joint->correction = correction_of(joint, bias, (double)prior->yaw_rate_bias_sd);
+    joint->correction = correction_of(joint, bias, sd);
     joint->corrected = 0;
     joint->bank_mean += (double)joint->correction * joint->speed_mean;
 }
 
-static void correct_hypothesis(oc_joint *joint, int32_t k, const oc_joint_design *design, const oc_prior *prior) {
+static void correct_hypothesis(oc_joint *joint, int32_t k, const oc_joint_design *design) {
     if (k < joint->corrected) {
         return;
     }
     joint->corrected = k + 1;
     if (fabsf(joint->correction) > least_correction && joint->second.used_s > 0.0f) {
-        oc_hypothesis_correct(&joint->hypotheses[k], &design->hypothesis, prior, joint->correction);
+        oc_hypothesis_correct(&joint->hypotheses[k], &design->hypothesis, joint->correction);
+        joint->concluded = 0;
     }
 }
 
@@ -137,28 +139,36 @@ static void turn_phase(oc_joint *joint, const oc_joint_design *design) {
     joint->phase = joint->phase + 1 < design->ticks_per_sample ? joint->phase + 1 : 0;
 }
 
-void oc_joint_stand(oc_joint *joint, const oc_joint_design *design, const oc_prior *prior, double yaw_rate_bias) {
+void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design, const oc_prior *prior,
+                    double yaw_rate_bias) {
     if (!joint->started) {
         return;
     }
+    if (!tracking->stands) {
+        *tracking = (oc_joint_tracking){0};
+        tracking->stands = 1;
+    }
     if (joint->phase == 0) {
-        begin_correction(joint, yaw_rate_bias, prior);
+        begin_correction(joint, yaw_rate_bias, (double)prior->yaw_rate_bias_sd);
     }
     turn_phase(joint, design);
-    for (int32_t k = 0; k < design->hypotheses_per_tick && joint->corrected < OC_JOINT_HYPOTHESES; ++k) {
-        correct_hypothesis(joint, joint->corrected, design, prior);
+    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+        correct_hypothesis(joint, k, design);
     }
-}
-
-static bool is_newborn(const oc_joint *joint, const oc_hypothesis *h) {
-    return h->age <= joint->second.trial_s && joint->second.used_s > joint->second.trial_s;
+    oc_solving *solving = &tracking->work.solving;
+    if (joint->concluded < OC_JOINT_HYPOTHESES &&
+        oc_hypothesis_learn(&joint->hypotheses[joint->concluded], &design->hypothesis, prior, &joint->second,
+                            design->samples_per_second, solving)) {
+        solving->step = 0;
+        ++joint->concluded;
+    }
 }
 
 static int32_t best_of(const oc_joint *joint) {
     int32_t best = joint->best;
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (!is_newborn(joint, h) && h->cost < joint->hypotheses[best].cost) {
+        if (!oc_hypothesis_is_newborn(h, &joint->second) && h->cost < joint->hypotheses[best].cost) {
             best = k;
         }
     }
@@ -187,7 +197,7 @@ static int32_t dispensable(const oc_joint *joint) {
     int32_t worst = joint->best;
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (!is_newborn(joint, h) && h->cost > joint->hypotheses[worst].cost) {
+        if (!oc_hypothesis_is_newborn(h, &joint->second) && h->cost > joint->hypotheses[worst].cost) {
             worst = k;
         }
     }
@@ -196,7 +206,7 @@ static int32_t dispensable(const oc_joint *joint) {
     }
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (k != joint->best && !is_newborn(joint, h) && are_twins(h, &joint->hypotheses[joint->best])) {
+        if (k != joint->best && !oc_hypothesis_is_newborn(h, &joint->second) && are_twins(h, &joint->hypotheses[joint->best])) {
             return k;
         }
     }
@@ -204,13 +214,13 @@ static int32_t dispensable(const oc_joint *joint) {
 }
 
 /* Now and then another hypothesis takes the place of one that is not needed, lest all of them went astray at first. */
-static void renew(oc_joint *joint, const oc_hypothesis_design *design) {
+static void renew(oc_joint *joint) {
     const int32_t k = dispensable(joint);
     if (k >= 0) {
         oc_hypothesis *h = &joint->hypotheses[k];
         const oc_play play = start_of(joint->born);
         joint->born = (joint->born + 1) % OC_JOINT_HYPOTHESES;
-        oc_hypothesis_start(h, design, &play, (double)h->place.inner);
+        oc_hypothesis_start(h, &play, (double)h->place.inner);
     }
 }
 
@@ -232,7 +242,7 @@ static void turn_second(oc_joint *joint, const oc_joint_design *design) {
     second->used_s += second->second_s;
     second->trial_s = clamped(0.05f * second->used_s, 60.0f, 600.0f);
     if (second->long_block_ends) {
-        renew(joint, &design->hypothesis);
+        renew(joint);
     }
     second->blocks += second->block_ends;
     second->long_blocks += second->long_block_ends;
@@ -246,214 +256,192 @@ static void turn_second(oc_joint *joint, const oc_joint_design *design) {
 }
 
 /* Errors of what was foretold are watched once there is something to doubt. */
-static void watch(oc_joint *joint, double time) {
+static void watch(oc_joint *joint, const oc_joint_tick *tick) {
     static const float learned_s = 300.0f; /* hypotheses that still go their ways err, too */
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     if (!(best->age > learned_s)) {
         joint->second.learns = 1;
         return;
     }
-    const oc_joint_answer before = oc_joint_answer_get(joint);
     const oc_change change = oc_change_update(&joint->watch, (double)best->error,
                                               sqrt((double)joint->second.reference), (double)best->curvature);
     joint->second.learns = !oc_change_suspected(&joint->watch);
     if (change.kind == OC_CHANGE_NONE) {
         return;
     }
-    joint->changed[joint->changes % OC_CHANGES_MAX] = (oc_changed){
-        .time = time - change.seconds,
-        .before = before.offset,
-        .before_sd = before.offset_sd,
-        .change = change,
-    };
-    ++joint->changes;
-    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
-        if (change.kind == OC_CHANGE_OFFSET) {
-            oc_hypothesis_remounted(&joint->hypotheses[k], (float)change.size, (float)change.seconds);
-        } else {
-            oc_hypothesis_loaded(&joint->hypotheses[k]);
-        }
-    }
+    oc_joint_note_change(joint, &change, tick);
 }
 
-/* All hypotheses have taken the sample in. */
-static void sampled(oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample, double bank,
-                    double time) {
-    if (!sample->usable) {
-        joint->in_second = 0;
-        return;
-    }
+/* What a usable sample says whatever the hypotheses make of it. */
+static void average(oc_joint *joint, const oc_joint_design *design, double speed, double bank) {
     const double memory = 10.0 * (double)design->memory_s;
     joint->bank_samples += joint->bank_samples < memory ? 1.0 : 0.0;
     joint->bank_mean += (bank - joint->bank_mean) / joint->bank_samples;
-    joint->speed_mean += ((double)sample->speed - joint->speed_mean) / joint->bank_samples;
-    see_flank(joint, sample, design->hypothesis.step_s);
-    if (++joint->in_second == design->samples_per_second) {
-        joint->in_second = 0;
+    joint->speed_mean += (speed - joint->speed_mean) / joint->bank_samples;
+}
+
+static oc_joint_waiting *waiting_at(oc_joint_tracking *tracking, int32_t k) {
+    return &tracking->waiting[(tracking->first + k) % OC_JOINT_WAITING];
+}
+
+/* The samples that wait, as far as the first that ends a second. Where the gate is shut no second will end that shows
+ * what a correction has changed. False where none waits. */
+static bool begin_work(const oc_joint *joint, oc_joint_tracking *tracking) {
+    oc_joint_work *work = &tracking->work;
+    int32_t samples = 0;
+    const oc_joint_waiting *last = NULL;
+    while (samples < tracking->count && (last == NULL || !last->ends_second)) {
+        last = waiting_at(tracking, samples);
+        ++samples;
+    }
+    if (last == NULL) {
+        return false;
+    }
+    const bool learns = last->ends_second && joint->second.learns;
+    work->samples = samples;
+    work->taken = work->solved = 0;
+    work->solves = learns || (joint->concluded < OC_JOINT_HYPOTHESES && (last->ends_second || !last->sample.usable));
+    work->solving.step = 0;
+    work->solving.moves = learns;
+    return true;
+}
+
+/* One more hypothesis takes one more of the samples in. True where it starts with it, which takes longer. */
+static bool take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
+    oc_joint_work *work = &tracking->work;
+    const int32_t k = work->taken / work->samples;
+    oc_hypothesis *h = &joint->hypotheses[k];
+    const oc_joint_waiting *waiting = waiting_at(tracking, work->taken % work->samples);
+    const bool starts = k >= joint->begun;
+    if (starts) {
+        const oc_play play = start_of(k);
+        oc_hypothesis_start(h, &play, waiting->sample.angle);
+        joint->begun = k + 1;
+    } else if (k >= joint->found) {
+        oc_hypothesis_restart(h, waiting->sample.angle);
+    }
+    joint->found = k >= joint->found ? k + 1 : joint->found;
+    correct_hypothesis(joint, k, design);
+    oc_hypothesis_sample(h, &design->hypothesis, &waiting->sample, waiting->begins_second != 0);
+    if (waiting->ends_second) {
+        oc_hypothesis_foretell(h, &design->hypothesis, &joint->second, design->samples_per_second);
+    }
+    ++work->taken;
+    return starts;
+}
+
+/* All hypotheses have the samples, and have learned where they ended a second: true then. */
+static bool end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                     const oc_joint_tick *tick) {
+    oc_joint_work *work = &tracking->work;
+    const bool ends_second = waiting_at(tracking, work->samples - 1)->ends_second != 0;
+    const bool concluded = work->solves != 0;
+    for (int32_t k = 0; k < work->samples; ++k) {
+        const oc_motion_sample *sample = &waiting_at(tracking, k)->sample;
+        if (sample->usable) {
+            see_flank(joint, sample, design->hypothesis.step_s);
+        }
+    }
+    tracking->first = (tracking->first + work->samples) % OC_JOINT_WAITING;
+    tracking->count -= work->samples;
+    joint->concluded = concluded ? OC_JOINT_HYPOTHESES : joint->concluded;
+    work->samples = 0;
+    if (ends_second) {
         const bool learned = joint->second.learns;
-        watch(joint, time);
+        watch(joint, tick);
         if (learned) {
             turn_second(joint, design);
         }
     }
+    return ends_second || concluded;
 }
 
-/* Some more hypotheses take the sample in, and learn where it makes a second whole. */
-static bool take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
-                    const oc_joint_tick *tick) {
-    const oc_motion_sample *sample = &tracking->sample;
-    const oc_prior *prior = &tracking->prior;
-    const bool ends_second = sample->usable && joint->in_second + 1 == design->samples_per_second;
-    const int32_t end = tracking->taken + design->hypotheses_per_tick;
-    for (; tracking->taken < end && tracking->taken < OC_JOINT_HYPOTHESES; ++tracking->taken) {
-        oc_hypothesis *h = &joint->hypotheses[tracking->taken];
-        correct_hypothesis(joint, tracking->taken, design, prior);
-        oc_hypothesis_sample(h, &design->hypothesis, sample, joint->in_second == 0);
-        if (ends_second) {
-            oc_hypothesis_second(h, &design->hypothesis, prior, &joint->second, design->samples_per_second);
+static void solve_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
+    oc_joint_work *work = &tracking->work;
+    if (oc_hypothesis_learn(&joint->hypotheses[work->solved], &design->hypothesis, &tracking->prior, &joint->second,
+                            design->samples_per_second, &work->solving)) {
+        work->solving.step = 0;
+        ++work->solved;
+    }
+}
+
+/* A tick's share of what is to be done; the end of a second has a tick of its own. True when something was concluded. */
+static bool work_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                     const oc_joint_tick *tick) {
+    oc_joint_work *work = &tracking->work;
+    int32_t left = design->work_per_tick;
+    while (left > 0) {
+        if (work->samples == 0 && !begin_work(joint, tracking)) {
+            return false;
+        }
+        if (work->taken < OC_JOINT_HYPOTHESES * work->samples) {
+            left -= take_in(joint, tracking, design) ? OC_JOINT_STEP : 1;
+        } else if (work->solves && work->solved < OC_JOINT_HYPOTHESES) {
+            if (left < OC_JOINT_STEP) {
+                return false;
+            }
+            solve_on(joint, tracking, design);
+            left -= OC_JOINT_STEP;
+        } else if (left == design->work_per_tick) {
+            return end_work(joint, tracking, design, tick);
+        } else if (work->solves || waiting_at(tracking, work->samples - 1)->ends_second) {
+            return false;
+        } else {
+            (void)end_work(joint, tracking, design, tick);
         }
     }
-    if (tracking->taken < OC_JOINT_HYPOTHESES) {
-        return false;
-    }
-    sampled(joint, design, sample, tracking->bank, tick->time);
-    return ends_second;
+    return false;
 }
 
-bool oc_joint_begins_sample(const oc_joint *joint) {
-    return joint->phase == 0;
+/* The sample at this tick waits behind the others. */
+static void take_sample(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                        const oc_joint_tick *tick) {
+    begin_correction(joint, tick->yaw_rate_bias, tick->yaw_rate_bias_sd);
+    if (tick->usable) {
+        average(joint, design, tick->speed, tracking->bank);
+    }
+    turn_heading(joint, tracking->turned);
+    tracking->turned = 0.0f;
+    const bool begins = tracking->in_second == 0;
+    tracking->in_second = tick->usable ? tracking->in_second + 1 : 0;
+    const bool ends = tracking->in_second == design->samples_per_second;
+    tracking->in_second = ends ? 0 : tracking->in_second;
+    *waiting_at(tracking, tracking->count) = (oc_joint_waiting){
+        .sample = sample_of(tick, tracking, joint, design->rate_hz),
+        .begins_second = begins,
+        .ends_second = ends,
+    };
+    ++tracking->count;
+    tracking->prior_due = 1;
 }
 
 bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                      const oc_joint_tick *tick) {
     const double bank = tick->lateral_acceleration - tick->yaw_rate * tick->speed;
-    bool learned = false;
+    bool concluded = false;
     if (!tracking->running) {
-        restart(joint, design, tick->angle);
-        *tracking = (oc_joint_tracking){
-            .running = 1,
-            .prior = tracking->prior,
-            .bank = bank,
-            .taken = OC_JOINT_HYPOTHESES,
-            .yaw_rate = tick->yaw_rate,
-            .lateral_acceleration = tick->lateral_acceleration,
-        };
+        const oc_prior prior = tracking->prior;
+        restart(joint, design);
+        *tracking = (oc_joint_tracking){0};
+        tracking->running = 1;
+        tracking->prior = prior;
+        tracking->bank = bank;
+        tracking->yaw_rate = tick->yaw_rate;
+        tracking->lateral_acceleration = tick->lateral_acceleration;
     }
-    joint->heading += tick->yaw_rate / design->rate_hz;
+    tracking->turned += (float)(tick->yaw_rate / design->rate_hz);
     tracking->bank += (bank - tracking->bank) * design->side_force_share;
     if (joint->phase == 0) {
-        tracking->sample = sample_of(tick, tracking, joint->heading, design->rate_hz);
-        tracking->taken = 0;
-        begin_correction(joint, tick->yaw_rate_bias, &tracking->prior);
+        while (tracking->count == OC_JOINT_WAITING) { /* the share is such that it never comes so far */
+            concluded = work_on(joint, tracking, design, tick) || concluded;
+        }
+        take_sample(joint, tracking, design, tick);
     }
     turn_phase(joint, design);
-    if (tracking->taken < OC_JOINT_HYPOTHESES) {
-        learned = take_in(joint, tracking, design, tick);
+    if (!tick->busy) {
+        concluded = work_on(joint, tracking, design, tick) || concluded;
     }
     tracking->yaw_rate = tick->yaw_rate;
     tracking->lateral_acceleration = tick->lateral_acceleration;
-    return learned;
-}
-
-double oc_joint_place(const oc_joint *joint) {
-    const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    const double place = (double)(best->place.wound - best->place.inner) / (double)best->play.half_width;
-    if (place < -1.0) {
-        return -1.0;
-    }
-    return place > 1.0 ? 1.0 : place;
-}
-
-double oc_joint_flank_lacking(const oc_joint *joint, int32_t side) {
-    static const float hardly_s = 1.0f;
-    const float seen = side > 0 ? joint->to_left : joint->to_right;
-    const bool found = 2.0f * joint->hypotheses[joint->best].play.half_width > found_width && seen > hardly_s;
-    return found || seen > flank_s ? 0.0 : (double)(flank_s - seen);
-}
-
-static float share_of(float value) {
-    if (value < 0.0f) {
-        return 0.0f;
-    }
-    return value > 1.0f ? 1.0f : value;
-}
-
-/* Of time, before it tells as much as if its seconds were independent. */
-static float longer_by_correlation(const oc_hypothesis *h) {
-    const float f = h->blocks.factor > h->long_blocks.factor ? h->blocks.factor : h->long_blocks.factor;
-    return f > 1.0f ? sqrtf(f) : 1.0f;
-}
-
-/* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was
- * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides, and else
- * the midpoint stays as uncertain as half the play is beforehand. */
-static double unseen_width_variance(const oc_joint *joint, const oc_hypothesis *h) {
-    const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
-    const float missing = share_of(1.0f - seen / (flank_s * longer_by_correlation(h)));
-    const float little = share_of(1.0f - 2.0f * h->play.half_width / found_width);
-    const float doubtful = little > always_doubtful ? little : always_doubtful;
-    return (double)(missing * doubtful * width_sd * width_sd);
-}
-
-/* exp(-x), near enough for a weight, for x >= 0. */
-static double likelihood(double x) {
-    double power = 1.0 / (1.0 + x / 32.0);
-    for (int32_t k = 0; k < 5; ++k) {
-        power *= power;
-    }
-    return power;
-}
-
-/* Of values that each have a variance: mean, and variance within and between. */
-typedef struct {
-    double weight, sum, squares, variances;
-} mixture;
-
-static void mix(mixture *mixture, double weight, double value, double variance) {
-    mixture->weight += weight;
-    mixture->sum += weight * value;
-    mixture->squares += weight * value * value;
-    mixture->variances += weight * variance;
-}
-
-static double mean_of(const mixture *mixture) {
-    return mixture->sum / mixture->weight;
-}
-
-static double sd_of(const mixture *mixture) {
-    const double mean = mean_of(mixture);
-    const double between = mixture->squares / mixture->weight - mean * mean;
-    return sqrt(mixture->variances / mixture->weight + (between > 0.0 ? between : 0.0));
-}
-
-oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
-    mixture offset = {0}, gradient = {0}, backlash = {0}, unloading = {0}, wheelbase = {0};
-    const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
-        const oc_hypothesis *h = &joint->hypotheses[k];
-        if (is_newborn(joint, h)) {
-            continue;
-        }
-        const double weight = likelihood(h->cost > best->cost ? (double)(h->cost - best->cost) : 0.0);
-        const double unseen = unseen_width_variance(joint, h);
-        mix(&offset, weight, (double)(h->offset - best->offset),
-            (double)h->offset_variance + 0.25 * unseen);
-        mix(&gradient, weight, (double)h->gradient, (double)h->gradient_variance);
-        mix(&backlash, weight, 2.0 * (double)(h->play.half_width + h->play.windup), (double)h->width_variance + unseen);
-        mix(&wheelbase, weight, (double)h->wheelbase, (double)h->wheelbase_variance);
-        mix(&unloading, weight, (double)h->unloading, (double)h->unloading_variance);
-    }
-    return (oc_joint_answer){
-        .offset = (double)best->offset + mean_of(&offset),
-        .offset_sd = sd_of(&offset),
-        .gradient = mean_of(&gradient),
-        .gradient_sd = sd_of(&gradient),
-        .backlash = mean_of(&backlash),
-        .backlash_sd = sd_of(&backlash),
-        .unloading = mean_of(&unloading),
-        .unloading_sd = sd_of(&unloading),
-        .wheelbase = mean_of(&wheelbase),
-        .wheelbase_sd = sd_of(&wheelbase),
-        .used = (double)joint->second.used_s,
-    };
+    return concluded;
 }

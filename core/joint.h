@@ -11,7 +11,12 @@
 #include "change.h"
 #include "hypothesis.h"
 
-enum { OC_JOINT_HYPOTHESES = 12, OC_CHANGES_MAX = 8 };
+enum {
+    OC_JOINT_HYPOTHESES = 12,
+    OC_JOINT_WAITING = 10, /* samples that wait at most */
+    OC_JOINT_STEP = 3,     /* samples that take a hypothesis as long as a step of its equations */
+    OC_CHANGES_MAX = 8
+};
 
 /* What changed in a drive. */
 typedef struct {
@@ -29,8 +34,10 @@ typedef struct {
     double lateral_acceleration; /* m/s^2, as measured */
     double curvature;            /* 1/m */
     double speed;                /* m/s */
-    double yaw_rate_bias;        /* rad/s, by which the yaw rate was corrected; the prior has its spread */
+    double yaw_rate_bias, yaw_rate_bias_sd; /* rad/s, by which the yaw rate was corrected */
+    double offset, offset_sd;    /* rad, as last answered */
     bool usable;                 /* the gate is open */
+    bool busy;                   /* with other work: the bank's waits */
 } oc_joint_tick;
 
 typedef struct {
@@ -38,34 +45,57 @@ typedef struct {
     double rate_hz;
     double side_force_share;     /* of a new tick in the smoothed bank */
     float memory_s;              /* how far back evidence reaches at most */
-    int32_t ticks_per_sample, hypotheses_per_tick, samples_per_second;
+    int32_t ticks_per_sample, samples_per_second;
+    int32_t work_per_tick;       /* samples taken in by a hypothesis, or OC_JOINT_STEP for a step of its equations */
 } oc_joint_design;
+
+/* A sample that waits for the hypotheses to take it in. */
+typedef struct {
+    oc_motion_sample sample;
+    int32_t begins_second, ends_second;
+} oc_joint_waiting;
+
+/* What the hypotheses are at: some samples, which each takes in; then, where these end a second, the equations of each.
+ * Meanwhile more samples wait. */
+typedef struct {
+    int32_t samples;             /* of those that wait, the first so many; 0: all is done */
+    int32_t taken;               /* by all hypotheses one after the other */
+    int32_t solved;              /* hypotheses */
+    int32_t solves;              /* whether there are equations to solve */
+    oc_solving solving;          /* of the hypothesis in turn */
+} oc_joint_work;
 
 /* Lost at ignition, and while the truck stands. */
 typedef struct {
     int32_t running;
-    int32_t taken;               /* hypotheses that have it */
+    int32_t in_second;           /* samples of the second that fills */
+    int32_t stands;              /* the truck does */
+    float turned;                /* rad, since the last sample */
     double bank;                 /* m/s^2, a_y - r*v smoothed */
     double yaw_rate, lateral_acceleration; /* of the tick before */
-    oc_motion_sample sample;
-    oc_prior prior;              /* at the sample; whoever updates sets it where oc_joint_begins_sample */
+    int32_t prior_due;           /* before the next sample, and at the first tick: whoever updates sets the prior then */
+    oc_prior prior;
+    oc_joint_work work;
+    int32_t first, count;        /* of the samples that wait, a ring */
+    oc_joint_waiting waiting[OC_JOINT_WAITING];
 } oc_joint_tracking;
 
 typedef struct {
     int32_t started;
+    int32_t begun, found;        /* hypotheses that ever took a sample in, and that did since wheel and heading were lost */
     int32_t best;                /* hypothesis */
     int32_t born;                /* of the starts, which one is next */
     int32_t phase;               /* ticks since a sample was due */
-    int32_t in_second;           /* samples of the second that fills */
     int32_t in_block, in_long_block;
-    double heading;              /* rad, since it was lost */
+    float along, across;         /* cosine and sine of the heading since it was lost */
     int32_t lost;                /* the wheel may be elsewhere, and the heading another */
     oc_second second;            /* what the next whole second will be */
     float to_left, to_right;     /* s during which the side force was clearly to either side of a_0 */
     double yaw_rate_bias;          /* rad/s, at the last sample */
     double yaw_rate_bias_variance; /* rad^2/s^2, the least so far; 0: none */
     float correction;            /* rad/s, of the yaw rates so far, and */
-    int32_t corrected;           /* how many hypotheses have it */
+    int32_t corrected;           /* how many hypotheses have it, and */
+    int32_t concluded;           /* of how many the conclusions show it */
     double speed_mean;           /* m/s, and */
     double bank_mean, bank_samples; /* m/s^2, a_y - r*v over all usable samples */
     oc_change_watch watch;
@@ -95,10 +125,11 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
 
 /* While the truck stands: what that tells of the yaw rate's bias (rad/s) holds for the drive before, too. The next tick
  * that moves finds tracking all zero. */
-void oc_joint_stand(oc_joint *joint, const oc_joint_design *design, const oc_prior *prior, double yaw_rate_bias);
+void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design, const oc_prior *prior,
+                    double yaw_rate_bias);
 
-/* Whether the next tick is a sample. */
-bool oc_joint_begins_sample(const oc_joint *joint);
+/* What the bank says is put down as what it was until the change, and the bank goes on with the other. */
+void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_joint_tick *tick);
 
 /* s of side force clearly to one side, 1 left or -1 right, that are lacking before the play's flank there is seen; 0 where
  * that flank was seen at least for a moment and play was found. */

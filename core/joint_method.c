@@ -58,7 +58,8 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, 
 static const double least_play = 0.5 * 0.017453292519943295;
 
 /* What the hypotheses say together. */
-void oc_learn_jointly(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c) {
+void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
+                      const oc_coefficients *c) {
     const oc_params *p = &c->params;
     if (!(evidence->joint.second.used_s > 0.0f)) {
         *learned = (oc_learned){0};
@@ -68,23 +69,23 @@ void oc_learn_jointly(oc_evidence *evidence, oc_learned *learned, const oc_coeff
     const bool enough = found.used >= p->joint_evidence_min_s;
     const double narrow = p->offset_half_width_max_rad;
     const double steep = p->understeer_half_width_max_rad_m_s2;
-    evidence->offset_status =
-        enough ? oc_status_next(evidence->offset_status, 1.96 * found.offset_sd, narrow, 4.0 / 3.0 * narrow)
+    verdicts->offset_status =
+        enough ? oc_status_next(verdicts->offset_status, 1.96 * found.offset_sd, narrow, 4.0 / 3.0 * narrow)
                : OC_CONVERGING;
-    evidence->understeer_status =
-        enough ? oc_status_next(evidence->understeer_status, 1.96 * found.gradient_sd, steep, 4.0 / 3.0 * steep)
+    verdicts->understeer_status =
+        enough ? oc_status_next(verdicts->understeer_status, 1.96 * found.gradient_sd, steep, 4.0 / 3.0 * steep)
                : OC_CONVERGING;
-    evidence->backlash_status =
-        enough ? oc_status_next(evidence->backlash_status, 1.96 * found.backlash_sd, narrow, 4.0 / 3.0 * narrow)
+    verdicts->backlash_status =
+        enough ? oc_status_next(verdicts->backlash_status, 1.96 * found.backlash_sd, narrow, 4.0 / 3.0 * narrow)
                : OC_CONVERGING;
-    learned->offset = (oc_estimate){found.offset, found.offset_sd, found.used, evidence->offset_status};
+    learned->offset = (oc_estimate){found.offset, found.offset_sd, found.used, verdicts->offset_status};
     learned->understeer_gradient =
-        (oc_estimate){found.gradient, found.gradient_sd, found.used, evidence->understeer_status};
-    learned->backlash = (oc_estimate){found.backlash, found.backlash_sd, found.used, evidence->backlash_status};
+        (oc_estimate){found.gradient, found.gradient_sd, found.used, verdicts->understeer_status};
+    learned->backlash = (oc_estimate){found.backlash, found.backlash_sd, found.used, verdicts->backlash_status};
     /* without play nothing shows where the steering unloads */
     const bool plays = found.backlash - 1.96 * found.backlash_sd > least_play;
     learned->unloading_acceleration = (oc_estimate){found.unloading, found.unloading_sd, found.used,
-                                                    plays ? evidence->backlash_status : OC_UNOBSERVABLE};
+                                                    plays ? verdicts->backlash_status : OC_UNOBSERVABLE};
     static const double told = 0.02; /* share of the wheelbase, well below the prior's 0.05 */
     const double wheelbase = c->vehicle.wheelbase;
     learned->equivalent_wheelbase = (oc_estimate){
@@ -95,10 +96,11 @@ void oc_learn_jointly(oc_evidence *evidence, oc_learned *learned, const oc_coeff
     };
 }
 
-void oc_stand_jointly(oc_evidence *evidence, const oc_coefficients *c) {
+void oc_stand_jointly(oc_state *state, const oc_coefficients *c) {
+    oc_evidence *evidence = &state->evidence;
     const oc_estimate bias = oc_gyro_bias_get(&evidence->gyro_bias, &c->params);
     const oc_prior prior = prior_of(evidence, c, bias.standard_deviation);
-    oc_joint_stand(&evidence->joint, &c->joint, &prior, bias.value);
+    oc_joint_stand(&evidence->joint, &state->tracking.joint, &c->joint, &prior, bias.value);
 }
 
 /* The joint method: all hypotheses go along with every tick, and learn from whole seconds of clean ones. */
@@ -113,13 +115,18 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_fil
         .curvature = motion->curvature,
         .speed = filtered->vehicle_speed,
         .yaw_rate_bias = yaw_rate_bias->value,
+        .yaw_rate_bias_sd = yaw_rate_bias->standard_deviation,
+        .offset = state->learned.offset.value,
+        .offset_sd = state->learned.offset.standard_deviation,
         .usable = reasons == 0,
+        .busy = oc_gyro_bias_is_busy(&state->evidence.gyro_bias),
     };
     oc_joint_tracking *tracking = &state->tracking.joint;
-    if (oc_joint_begins_sample(&state->evidence.joint)) {
+    if (!tracking->running || (tracking->prior_due && !tick.busy)) {
+        tracking->prior_due = 0;
         tracking->prior = prior_of(&state->evidence, c, yaw_rate_bias->standard_deviation);
     }
     if (oc_joint_update(&state->evidence.joint, tracking, &c->joint, &tick)) {
-        oc_learn_jointly(&state->evidence, &state->learned, c);
+        oc_learn_jointly(&state->evidence, &state->evidence.verdicts, &state->learned, c);
     }
 }

@@ -8,7 +8,8 @@
  * counts, which with wheel speeds is not yet corrected for their radii. */
 void oc_estimate_straight_ahead(oc_state *state, const oc_coefficients *c, const oc_motion *motion, double speed,
                                 double y, uint32_t reasons);
-void oc_learn_straight_ahead(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c);
+void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
+                             const oc_coefficients *c);
 
 /* The offset as it would be if what is pending were final, rad. */
 double oc_temporary_offset(const oc_state *state, double understeer_gradient);
@@ -20,10 +21,16 @@ oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficie
 void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_filtered *filtered,
                          const oc_motion *motion, const oc_estimate *yaw_rate_bias, uint32_t reasons);
 /* The truck stands: its gyro's bias is told. */
-void oc_stand_jointly(oc_evidence *evidence, const oc_coefficients *c);
-void oc_learn_jointly(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c);
+void oc_stand_jointly(oc_state *state, const oc_coefficients *c);
+void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
+                      const oc_coefficients *c);
 
 /* Chapter 4: the angle at this tick, whose signals are the valid ones, without its sensor; judges the sensor. */
-oc_angle oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid);
+oc_angle oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid,
+                         const oc_estimate *yaw_rate_bias);
+
+/* What a tick gave. */
+void oc_tell(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_motion *motion, double speed,
+             uint32_t reasons, const oc_angle *angle);
 
 #endif

@@ -48,33 +48,31 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     if (params->method == OC_METHOD_WHEEL_SPEED && !(track > 0.0)) {
         return OC_ERROR_VEHICLE;
     }
-    oc_coefficients c = {
-        .vehicle = *vehicle,
-        .params = *params,
-        .rate_hz = rate_hz,
-        .tick_s = 1.0 / rate_hz,
-        .ratio_times_wheelbase = vehicle->steering_ratio * vehicle->wheelbase,
-        .ticks_per_batch = params->batch_s * rate_hz,
-        .wheel_axle = axle,
-        .offset_per_mismatch = track > 0.0 ? vehicle->steering_ratio * vehicle->wheelbase / track : 0.0,
-        .ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz),
-        .standstill_settling_ticks = (int32_t)(params->standstill_settling_s * rate_hz + 0.5),
-    };
-    oc_preprocess_design(&c.preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
+    const double clean_ticks = params->clean_time_s * rate_hz;
+    oc_coefficients *c = coefficients; /* in place: firmware's stack is small */
+    c->vehicle = *vehicle;
+    c->params = *params;
+    c->rate_hz = rate_hz;
+    c->tick_s = 1.0 / rate_hz;
+    c->ratio_times_wheelbase = vehicle->steering_ratio * vehicle->wheelbase;
+    c->ticks_per_batch = params->batch_s * rate_hz;
+    c->wheel_axle = axle;
+    c->offset_per_mismatch = track > 0.0 ? vehicle->steering_ratio * vehicle->wheelbase / track : 0.0;
+    c->ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz);
+    c->standstill_settling_ticks = (int32_t)(params->standstill_settling_s * rate_hz + 0.5);
+    /* upward, so that there are no more blocks than that */
+    c->ticks_per_block = (int32_t)-floor(-clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
+    c->blocks_until_final = (int32_t)-floor(-clean_ticks / c->ticks_per_block);
+    oc_preprocess_design(&c->preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
                          rate_hz);
-    oc_gyro_bias_setup(&c.gyro_bias, vehicle, params, rate_hz);
+    oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
     const double pull = params->pull_sd_m_s2, wind = params->wind_sd_m_s2;
     const double unseen_bank = params->use_accelerometer ? 0.0 : params->crown_sd_m_s2;
-    oc_joint_setup(&c.joint, rate_hz, vehicle->steering_ratio, c.ratio_times_wheelbase,
+    oc_joint_setup(&c->joint, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
                    sqrt(pull * pull + wind * wind + unseen_bank * unseen_bank), params->joint_memory_s);
     oc_ratio ratio = vehicle->ratio;
     ratio.ratio = vehicle->steering_ratio;
-    oc_angle_setup(&c.angle, params->angle_method, &ratio, vehicle->wheelbase, rate_hz);
-    const double clean_ticks = params->clean_time_s * rate_hz;
-    const double per_block = floor(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
-    c.ticks_per_block = per_block > 1.0 ? (int32_t)per_block : 1;
-    c.blocks_until_final = (int32_t)-floor(-clean_ticks / c.ticks_per_block);
-    *coefficients = c;
+    oc_angle_setup(&c->angle, params->angle_method, &ratio, vehicle->wheelbase, rate_hz);
     return OC_OK;
 }
 
@@ -206,10 +204,18 @@ static bool goes_forward(oc_tracking *tracking, const oc_coefficients *c, double
     return true;
 }
 
-/* Figure 15 as one function: the reasons against this tick and the motion at it. Of the tick's bits those stay that are
+/* The motion at a tick, for the estimators; all zero where the tick has none. */
+typedef struct {
+    oc_filtered filtered;
+    oc_motion motion;
+    oc_estimate yaw_rate_bias; /* that was taken off the yaw rate */
+    double mismatch_residual;  /* rad, by the wheels' radii */
+    bool moves;
+} followed;
+
+/* Figure 15, as far as the gate: the reasons against this tick and the motion at it. Of the tick's bits those stay that are
  * over a measurement. */
-static uint32_t step(oc_state *state, const oc_coefficients *c, oc_signals *tick, oc_motion *motion,
-                     double *speed) {
+static uint32_t follow_motion(oc_state *state, const oc_coefficients *c, oc_signals *tick, followed *now) {
     oc_tracking *tracking = &state->tracking;
     oc_evidence *evidence = &state->evidence;
     const oc_params *p = &c->params;
@@ -251,7 +257,7 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, oc_signals *tick
                              (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0);
         if (stands_still(tracking, &evidence->standstill, c, by.speed)) {
             if (p->method == OC_METHOD_JOINT) {
-                oc_stand_jointly(evidence, c);
+                oc_stand_jointly(state, c);
             }
             count(evidence, OC_REASON_SPEED);
             return OC_REASON_SPEED;
@@ -266,31 +272,30 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, oc_signals *tick
         tracking->joint.running = 0;
         tracking->running = 1;
     }
-    oc_filtered filtered = oc_preprocess_update(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle,
+    oc_filtered *filtered = &now->filtered;
+    *filtered = oc_preprocess_update(&tracking->preprocess, &c->preprocess, tick->steering_wheel_angle,
                                                 by.yaw_rate, by.speed, by.lateral_acceleration);
     if (!oc_preprocess_settled(&tracking->preprocess, &c->preprocess)) {
         reasons |= OC_REASON_SETTLING;
     }
 
     /* 5.1.2: motion and gate; the residual stays as if the wheels were of one radius, until all is known of them */
-    double mismatch_residual = 0.0;
     if (by_wheels) {
         const double mismatch = oc_wheel_mismatch_of(evidence, c).value;
         oc_wheel_speed_update(&evidence->wheel_speed, by.speed - 0.5 * by.yaw_rate * c->gyro_bias.track[c->wheel_axle],
                               by.speed + 0.5 * by.yaw_rate * c->gyro_bias.track[c->wheel_axle], c->tick_s);
-        filtered.yaw_rate -= filtered.vehicle_speed * mismatch / c->gyro_bias.track[c->wheel_axle];
-        mismatch_residual = c->offset_per_mismatch * mismatch;
+        filtered->yaw_rate -= filtered->vehicle_speed * mismatch / c->gyro_bias.track[c->wheel_axle];
+        now->mismatch_residual = c->offset_per_mismatch * mismatch;
     }
     const bool jointly = p->method == OC_METHOD_JOINT;
-    oc_estimate yaw_rate_bias = {0};
     if (jointly) {
-        yaw_rate_bias = oc_gyro_bias_get(&evidence->gyro_bias, p);
-        filtered.yaw_rate -= yaw_rate_bias.value;
+        now->yaw_rate_bias = oc_gyro_bias_get(&evidence->gyro_bias, p);
+        filtered->yaw_rate -= now->yaw_rate_bias.value;
     }
-    *motion = oc_motion_of(&filtered, c->ratio_times_wheelbase, by.use_accelerometer);
-    *speed = filtered.vehicle_speed;
-    reasons |= jointly ? oc_joint_gate(p, motion, filtered.vehicle_speed, evidence->joint.bank_mean)
-                       : oc_gate(p, motion, filtered.vehicle_speed);
+    oc_motion *motion = &now->motion;
+    *motion = oc_motion_of(filtered, c->ratio_times_wheelbase, by.use_accelerometer);
+    reasons |= jointly ? oc_joint_gate(p, motion, filtered->vehicle_speed, evidence->joint.bank_mean)
+                       : oc_gate(p, motion, filtered->vehicle_speed);
     if (jointly && oc_gyro_bias_alarmed(&evidence->gyro_bias)) {
         reasons |= OC_REASON_YAW_RATE_BIAS;
     }
@@ -299,14 +304,21 @@ static uint32_t step(oc_state *state, const oc_coefficients *c, oc_signals *tick
         evidence->bank_sum += motion->bank;
     }
     count(evidence, reasons);
-
-    /* 5.1.3: offset and understeer gradient */
-    if (jointly) {
-        oc_estimate_jointly(state, c, &filtered, motion, &yaw_rate_bias, reasons);
-        return reasons;
-    }
-    oc_estimate_straight_ahead(state, c, motion, filtered.vehicle_speed, motion->residual - mismatch_residual, reasons);
+    now->moves = true;
     return reasons;
+}
+
+/* 5.1.3: offset and understeer gradient. */
+static void estimate(oc_state *state, const oc_coefficients *c, const followed *now, uint32_t reasons) {
+    if (!now->moves) {
+        return;
+    }
+    if (c->params.method == OC_METHOD_JOINT) {
+        oc_estimate_jointly(state, c, &now->filtered, &now->motion, &now->yaw_rate_bias, reasons);
+        return;
+    }
+    oc_estimate_straight_ahead(state, c, &now->motion, now->filtered.vehicle_speed,
+                               now->motion.residual - now->mismatch_residual, reasons);
 }
 
 /* A sensor that is or may be at fault teaches nothing; one that sits elsewhere now does, its new offset. */
@@ -316,8 +328,7 @@ static bool sensor_misleads(const oc_fault_watch *watch) {
 
 /* Without a copy of the tick, which would wait for what was just written. */
 static void step_and_tell(oc_state *state, const oc_coefficients *coefficients, oc_signals *tick, oc_output *output) {
-    oc_motion motion = {0};
-    double speed = 0.0;
+    followed now = {0};
     oc_angle angle = {0};
     const bool follows = coefficients->params.angle_method != OC_ANGLE_NONE;
     const uint32_t valid = follows ? measured(tick) : 0u;
@@ -325,34 +336,14 @@ static void step_and_tell(oc_state *state, const oc_coefficients *coefficients, 
     if (sensor_misleads(watch)) {
         tick->valid &= ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE;
     }
-    const uint32_t reasons = step(state, coefficients, tick, &motion, &speed);
+    const uint32_t reasons = follow_motion(state, coefficients, tick, &now);
+    estimate(state, coefficients, &now, reasons);
     if (follows && !(reasons & OC_REASON_TIME)) {
-        angle = oc_follow_angle(state, coefficients, tick, valid);
+        now.yaw_rate_bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &coefficients->params);
+        angle = oc_follow_angle(state, coefficients, tick, valid, &now.yaw_rate_bias);
     }
     if (output != NULL) {
-        const oc_estimate bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &coefficients->params);
-        *output = (oc_output){
-            .time = state->tracking.last_time,
-            .vehicle_speed = speed,
-            .motion = motion,
-            .reasons = reasons,
-            .offset_status = state->learned.offset.status,
-            .offset = state->learned.offset.value,
-            .offset_sd = state->learned.offset.standard_deviation,
-            .understeer_gradient = state->learned.understeer_gradient.value,
-            .backlash = state->learned.backlash.value,
-            .place = state->learned.backlash.evidence > 0.0
-                         ? oc_joint_place(&state->evidence.joint)
-                         : 0.0,
-            .unloading_acceleration = state->learned.unloading_acceleration.value,
-            .evidence = state->learned.offset.evidence,
-            .yaw_rate_bias = bias.value,
-            .yaw_rate_bias_sd = bias.standard_deviation,
-            .angle = angle,
-            .fault = watch->fault,
-            .fault_since = watch->since,
-            .fault_confidence = watch->confidence,
-        };
+        oc_tell(output, state, coefficients, &now.motion, now.filtered.vehicle_speed, reasons, &angle);
     }
 }
 
@@ -406,49 +397,50 @@ static oc_estimate yaw_rate_bias_of(const oc_evidence *evidence, const oc_coeffi
 }
 
 void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *answer) {
-    oc_evidence now = state->evidence; /* a standstill since the last final block counts, too */
-    oc_learned learned = {0};
+    const oc_evidence *now = &state->evidence;
+    oc_verdicts verdicts = now->verdicts; /* whoever only asks changes none */
+    oc_learned learned = {0};             /* a standstill since the last final block counts, too */
     const bool jointly = c->params.method == OC_METHOD_JOINT;
     if (jointly) {
-        oc_learn_jointly(&now, &learned, c);
+        oc_learn_jointly(now, &verdicts, &learned, c);
     } else {
-        oc_learn_straight_ahead(&now, &learned, c);
+        oc_learn_straight_ahead(now, &verdicts, &learned, c);
     }
-    const double used = jointly ? (double)now.joint.second.used_s / c->tick_s : now.offset.ticks.weight;
+    const double used = jointly ? (double)now->joint.second.used_s / c->tick_s : now->offset.ticks.weight;
     const double K = learned.understeer_gradient.value;
     const double time_min = c->params.standstill_time_min_s;
     *answer = (oc_answer){
         .offset = learned.offset,
         .offset_temporary = jointly ? learned.offset.value
-                                    : oc_temporary_offset(state, K) + learned.offset.value - oc_offset_value(&now.offset, K),
-        .offset_variance_if_independent = oc_offset_variance_if_independent(&now.offset, K),
+                                    : oc_temporary_offset(state, K) + learned.offset.value - oc_offset_value(&now->offset, K),
+        .offset_variance_if_independent = oc_offset_variance_if_independent(&now->offset, K),
         .understeer_gradient = learned.understeer_gradient,
         .backlash = learned.backlash,
         .unloading_acceleration = learned.unloading_acceleration,
         .equivalent_wheelbase = learned.equivalent_wheelbase,
-        .changes = jointly ? now.joint.changes : 0,
-        .yaw_rate_bias = yaw_rate_bias_of(&now, c),
-        .yaw_rate_bias_wheel_time = wheels_tell(&now, c) ? now.gyro_bias.wheel_evidence : 0.0,
-        .yaw_rate_bias_alarm_time = now.gyro_bias.alarm_time,
-        .wheel_radius_mismatch_rear = oc_gyro_bias_mismatch(&now.gyro_bias, &c->params, OC_AXLE_REAR),
-        .wheel_radius_mismatch_front = oc_gyro_bias_mismatch(&now.gyro_bias, &c->params, OC_AXLE_FRONT),
-        .standstill_lateral_acceleration = oc_standstill_lateral_acceleration(&now.standstill, c->tick_s, time_min),
-        .lacking_to_left = jointly ? oc_joint_flank_lacking(&now.joint, 1) : 0.0,
-        .lacking_to_right = jointly ? oc_joint_flank_lacking(&now.joint, -1) : 0.0,
-        .offset_per_yaw_rate_bias = !jointly ? now.offset.ticks.w
-                                    : now.joint.speed_mean > 0.0 ? c->ratio_times_wheelbase / now.joint.speed_mean
+        .changes = jointly ? now->joint.changes : 0,
+        .yaw_rate_bias = yaw_rate_bias_of(now, c),
+        .yaw_rate_bias_wheel_time = wheels_tell(now, c) ? now->gyro_bias.wheel_evidence : 0.0,
+        .yaw_rate_bias_alarm_time = now->gyro_bias.alarm_time,
+        .wheel_radius_mismatch_rear = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_REAR),
+        .wheel_radius_mismatch_front = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_FRONT),
+        .standstill_lateral_acceleration = oc_standstill_lateral_acceleration(&now->standstill, c->tick_s, time_min),
+        .lacking_to_left = jointly ? oc_joint_flank_lacking(&now->joint, 1) : 0.0,
+        .lacking_to_right = jointly ? oc_joint_flank_lacking(&now->joint, -1) : 0.0,
+        .offset_per_yaw_rate_bias = !jointly ? now->offset.ticks.w
+                                    : now->joint.speed_mean > 0.0 ? c->ratio_times_wheelbase / now->joint.speed_mean
                                                                  : 0.0,
-        .bank_mean = now.bank_ticks > 0.0 ? now.bank_sum / now.bank_ticks : 0.0,
-        .bank_time = now.bank_ticks * c->tick_s,
-        .duration = (double)now.ticks * c->tick_s,
+        .bank_mean = now->bank_ticks > 0.0 ? now->bank_sum / now->bank_ticks : 0.0,
+        .bank_time = now->bank_ticks * c->tick_s,
+        .duration = (double)now->ticks * c->tick_s,
         .used = used * c->tick_s,
-        .unused = ((double)now.ticks - used) * c->tick_s,
+        .unused = ((double)now->ticks - used) * c->tick_s,
     };
     for (int32_t k = 0; k < OC_REASON_COUNT; ++k) {
-        answer->rejected[k] = (double)now.rejected[k] * c->tick_s;
+        answer->rejected[k] = (double)now->rejected[k] * c->tick_s;
     }
     for (int32_t k = 0; k < OC_CHANGES_MAX; ++k) {
-        answer->changed[k] = now.joint.changed[k];
+        answer->changed[k] = now->joint.changed[k];
     }
-    answer->rejected[window_bit] = ((double)now.ticks - (double)now.unused_motion - used) * c->tick_s;
+    answer->rejected[window_bit] = ((double)now->ticks - (double)now->unused_motion - used) * c->tick_s;
 }

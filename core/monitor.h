@@ -66,6 +66,12 @@ typedef struct {
     oc_fault_watch fault;
 } oc_tracking;
 
+/* What was thought of the answers at the last one: each status has hysteresis. */
+typedef struct {
+    int32_t offset_trusted;      /* once accurate enough to learn K_us */
+    oc_status offset_status, understeer_status, backlash_status;
+} oc_verdicts;
+
 typedef struct {
     oc_offset offset;
     oc_understeer understeer;
@@ -75,8 +81,7 @@ typedef struct {
     oc_joint joint;
     oc_angle_evidence angle;
     oc_fault_evidence fault;
-    int32_t offset_trusted;      /* once accurate enough to learn K_us */
-    oc_status offset_status, understeer_status, backlash_status;
+    oc_verdicts verdicts;
     uint64_t ticks;              /* all that advanced the clock */
     uint64_t rejected[OC_REASON_COUNT]; /* ticks by reason bit; a tick may have several */
     uint64_t unused_motion;      /* ticks with any reason but a window */

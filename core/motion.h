@@ -11,7 +11,7 @@
 
 enum {
     OC_BLOCKS_PER_CLEAN_TIME = 20,
-    OC_PENDING_MAX = 48 /* blocks a ring can hold; 40 is the most that rounding can ask for */
+    OC_PENDING_MAX = OC_BLOCKS_PER_CLEAN_TIME /* blocks that a ring holds */
 };
 
 /* Why a tick is not used. OC_REASON_WINDOW is never a tick's own: it is what t1 dropped, or still holds. */

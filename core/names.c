@@ -42,7 +42,8 @@ const char *oc_reason_name(oc_reason reason) {
     case OC_REASON_WINDOW: return "window";
     case OC_REASON_YAW_RATE_BIAS: return "yaw_rate_bias";
     case OC_REASON_LATERAL_ACCELERATION: return "lateral_acceleration";
-    case OC_REASON_COUNT: break;
+    case OC_REASON_COUNT:
+    default: break;
     }
     return NULL;
 }

@@ -30,28 +30,38 @@ float oc_play_width_step(float half_width) {
     return not_below(width_share * half_width, width_least);
 }
 
-oc_play oc_play_moved(const oc_play *play, oc_slope slope, float sign) {
-    oc_play to = *play;
+float *oc_play_parameter(oc_play *play, oc_slope slope) {
     switch (slope) {
-    case OC_SLOPE_WIDTH: to.half_width = not_below(to.half_width + sign * oc_play_width_step(to.half_width), hardly); break;
-    case OC_SLOPE_UNLOADING: to.unloading += sign * unloading_apart; break;
-    case OC_SLOPE_FRICTION: to.friction = not_below(to.friction + sign * friction_apart, 0.0f); break;
-    case OC_SLOPE_CREEP: to.creep *= sign > 0.0f ? creep_factor : 1.0f / creep_factor; break;
-    case OC_SLOPE_WINDUP: to.windup = not_below(to.windup + sign * oc_play_width_step(to.windup), hardly); break;
-    default: to.unwinding = not_below(to.unwinding + sign * unwinding_apart, 0.0f); break;
+    case OC_SLOPE_WIDTH: return &play->half_width;
+    case OC_SLOPE_UNLOADING: return &play->unloading;
+    case OC_SLOPE_FRICTION: return &play->friction;
+    case OC_SLOPE_CREEP: return &play->creep;
+    case OC_SLOPE_WINDUP: return &play->windup;
+    default: return &play->unwinding;
     }
-    return to;
 }
 
-float oc_play_between(const oc_play *more, const oc_play *less, oc_slope slope) {
-    switch (slope) {
-    case OC_SLOPE_WIDTH: return 2.0f * (more->half_width - less->half_width);
-    case OC_SLOPE_UNLOADING: return more->unloading - less->unloading;
-    case OC_SLOPE_FRICTION: return more->friction - less->friction;
-    case OC_SLOPE_CREEP: return creep_factors_apart;
-    case OC_SLOPE_WINDUP: return 2.0f * (more->windup - less->windup);
-    default: return more->unwinding - less->unwinding;
+static oc_around stepped_around(float value, float step, float least) {
+    const float more = value + step, less = not_below(value - step, least);
+    return (oc_around){more, less, more - less};
+}
+
+oc_around oc_play_around(float value, oc_slope slope) {
+    if (slope == OC_SLOPE_UNLOADING) {
+        return stepped_around(value, unloading_apart, -1e9f);
     }
+    if (slope == OC_SLOPE_FRICTION) {
+        return stepped_around(value, friction_apart, 0.0f);
+    }
+    if (slope == OC_SLOPE_UNWINDING) {
+        return stepped_around(value, unwinding_apart, 0.0f);
+    }
+    if (slope == OC_SLOPE_CREEP) {
+        return (oc_around){value * creep_factor, value * (1.0f / creep_factor), creep_factors_apart};
+    }
+    oc_around halves = stepped_around(value, oc_play_width_step(value), hardly);
+    halves.apart *= 2.0f;
+    return halves;
 }
 
 float oc_play_load(const oc_play *play, const oc_motion_sample *sample) {

@@ -51,11 +51,14 @@ typedef struct {
 /* The slopes that a play has: one that no side force moves has but its width's. */
 int32_t oc_play_slopes(const oc_play *play);
 
-/* As far to one side of a parameter, by its sign, as the model's slope is taken. */
-oc_play oc_play_moved(const oc_play *play, oc_slope slope, float sign);
+/* A parameter's values as far to both sides as the model's slope is taken, and by how much they differ: whole widths in
+ * rad, creep as a share. */
+typedef struct {
+    float more, less, apart;
+} oc_around;
 
-/* By how much two plays differ in that parameter: whole widths in rad, creep as a share. */
-float oc_play_between(const oc_play *more, const oc_play *less, oc_slope slope);
+float *oc_play_parameter(oc_play *play, oc_slope slope);
+oc_around oc_play_around(float value, oc_slope slope);
 
 /* By how much one sample's evidence may move a width, rad of half of it: as far as its slope is taken. */
 float oc_play_width_step(float half_width);

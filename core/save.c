@@ -228,17 +228,13 @@ static oc_image_fault fault_of(const oc_coefficients *c, const uint8_t *image, s
 
 /* What is learned follows from the evidence, whose statuses were settled when it was learned. */
 static void learn_again(oc_state *state, const oc_coefficients *c) {
-    oc_evidence *evidence = &state->evidence;
-    const oc_status offset = evidence->offset_status, understeer = evidence->understeer_status,
-                    backlash = evidence->backlash_status;
+    const oc_evidence *evidence = &state->evidence;
+    oc_verdicts verdicts = evidence->verdicts;
     if (c->params.method == OC_METHOD_JOINT) {
-        oc_learn_jointly(evidence, &state->learned, c);
+        oc_learn_jointly(evidence, &verdicts, &state->learned, c);
     } else if (evidence->offset.ticks.weight > 0.0) {
-        oc_learn_straight_ahead(evidence, &state->learned, c);
+        oc_learn_straight_ahead(evidence, &verdicts, &state->learned, c);
     }
-    evidence->offset_status = offset;
-    evidence->understeer_status = understeer;
-    evidence->backlash_status = backlash;
 }
 
 oc_image_fault oc_restore(oc_state *state, const oc_coefficients *c, const uint8_t *image, size_t size,

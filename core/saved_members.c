@@ -14,7 +14,8 @@ typedef enum {
     FRICTION_OR_NONE, /* m/s^2 */
     ANY_HYPOTHESIS,
     HYPOTHESES_DONE,
-    OF_SECOND,
+    STEPS_DUE,
+    OF_SAMPLE,
     OF_BLOCK,
     OF_LONG_BLOCK,
     ANY_STATUS,
@@ -41,7 +42,8 @@ static const struct {
     [FRICTION_OR_NONE] = {-1.0, 10.0},
     [ANY_HYPOTHESIS] = {0.0, OC_JOINT_HYPOTHESES - 1},
     [HYPOTHESES_DONE] = {0.0, OC_JOINT_HYPOTHESES},
-    [OF_SECOND] = {0.0, 31.0},
+    [STEPS_DUE] = {0.0, 5.0},
+    [OF_SAMPLE] = {0.0, 31.0},
     [OF_BLOCK] = {0.0, OC_SECONDS_PER_BLOCK - 1},
     [OF_LONG_BLOCK] = {0.0, OC_SECONDS_PER_LONG_BLOCK - 1},
     [ANY_STATUS] = {0.0, OC_STATUS_COUNT - 1},
@@ -94,6 +96,7 @@ static const oc_saved_member gyro_bias_members[] = {
     MEMBER(oc_gyro_bias, alarm_time, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_gyro_bias, alarm_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_gyro_bias, time, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBER(oc_gyro_bias, block_time, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_gyro_bias, block_ticks, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_gyro_bias, still, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_gyro_bias, still_yaw_rate, OC_SAVED_DOUBLE, ANY_YAW_RATE),
@@ -101,11 +104,13 @@ static const oc_saved_member gyro_bias_members[] = {
     MEMBER(oc_gyro_bias, still_blocks, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_gyro_bias, evidence, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_gyro_bias, wheel_evidence, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_gyro_bias, due, OC_SAVED_INT32, STEPS_DUE),
     MEMBER(oc_gyro_bias, still_ticks, OC_SAVED_INT32, COUNTER),
     MEMBER(oc_gyro_bias, started, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_gyro_bias, running, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_gyro_bias, has_wheels, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_gyro_bias, status, OC_SAVED_STATUS, ANY_STATUS),
+    MEMBER(oc_gyro_bias, sd, OC_SAVED_DOUBLE, NOT_NEGATIVE),
 };
 
 static const oc_saved_member axle_members[] = {
@@ -124,8 +129,10 @@ static const oc_saved_member axle_members[] = {
     MEMBER(oc_gyro_bias_axle, before_speed, OC_SAVED_DOUBLE, ROAD_SPEED),
     MEMBER(oc_gyro_bias_axle, before_load, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_gyro_bias_axle, before_yaw_rate, OC_SAVED_DOUBLE, ANY_YAW_RATE),
+    MEMBER(oc_gyro_bias_axle, variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_gyro_bias_axle, innovation, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_gyro_bias_axle, blocks, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_gyro_bias_axle, is_heard, OC_SAVED_INT32, YES_OR_NO),
 };
 
 static const oc_saved_member wheel_speed_members[] = {
@@ -138,11 +145,13 @@ static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, started, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_joint, best, OC_SAVED_INT32, ANY_HYPOTHESIS),
     MEMBER(oc_joint, born, OC_SAVED_INT32, ANY_HYPOTHESIS),
-    MEMBER(oc_joint, phase, OC_SAVED_INT32, OF_SECOND),
-    MEMBER(oc_joint, in_second, OC_SAVED_INT32, OF_SECOND),
+    MEMBER(oc_joint, phase, OC_SAVED_INT32, OF_SAMPLE),
     MEMBER(oc_joint, in_block, OC_SAVED_INT32, OF_BLOCK),
     MEMBER(oc_joint, in_long_block, OC_SAVED_INT32, OF_LONG_BLOCK),
-    MEMBER(oc_joint, heading, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBER(oc_joint, begun, OC_SAVED_INT32, HYPOTHESES_DONE),
+    MEMBER(oc_joint, found, OC_SAVED_INT32, HYPOTHESES_DONE),
+    MEMBER(oc_joint, along, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_joint, across, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_joint, lost, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_joint, to_left, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_joint, to_right, OC_SAVED_FLOAT, NOT_NEGATIVE),
@@ -150,6 +159,7 @@ static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, yaw_rate_bias_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_joint, correction, OC_SAVED_FLOAT, ANY_YAW_RATE),
     MEMBER(oc_joint, corrected, OC_SAVED_INT32, HYPOTHESES_DONE),
+    MEMBER(oc_joint, concluded, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBER(oc_joint, speed_mean, OC_SAVED_DOUBLE, ROAD_SPEED),
     MEMBER(oc_joint, bank_mean, OC_SAVED_DOUBLE, ANY_ACCELERATION),
     MEMBER(oc_joint, bank_samples, OC_SAVED_DOUBLE, NOT_NEGATIVE),
@@ -203,10 +213,11 @@ static const oc_saved_member hypothesis_members[] = {
     MEMBER(oc_hypothesis, play.windup, OC_SAVED_FLOAT, HALF_WIDTH),
     MEMBER(oc_hypothesis, play.unwinding, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, play.wind, OC_SAVED_FLOAT, ANY_ACCELERATION),
-    MEMBER(oc_hypothesis, per_difference, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, place, OC_SAVED_FLOAT, ANY_ANGLE), /* structs of floats alone */
     MEMBER(oc_hypothesis, more, OC_SAVED_FLOAT, ANY_ANGLE),
     MEMBER(oc_hypothesis, less, OC_SAVED_FLOAT, ANY_ANGLE),
+    MEMBER(oc_hypothesis, wound_more, OC_SAVED_FLOAT, ANY_ANGLE),
+    MEMBER(oc_hypothesis, wound_less, OC_SAVED_FLOAT, ANY_ANGLE),
     MEMBER(oc_hypothesis, sums, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, target_sum, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, weight, OC_SAVED_FLOAT, NOT_NEGATIVE),
@@ -221,6 +232,7 @@ static const oc_saved_member hypothesis_members[] = {
     MEMBER(oc_hypothesis, blocks.factor, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, long_blocks.sum, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, long_blocks.factor, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_hypothesis, trust, OC_SAVED_FLOAT, YES_OR_NO),
     MEMBER(oc_hypothesis, error, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, curvature, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, age, OC_SAVED_FLOAT, NOT_NEGATIVE),
@@ -256,10 +268,10 @@ static const oc_saved_member fault_members[] = {
 };
 
 static const oc_saved_member evidence_members[] = {
-    MEMBER(oc_evidence, offset_trusted, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_evidence, offset_status, OC_SAVED_STATUS, ANY_STATUS),
-    MEMBER(oc_evidence, understeer_status, OC_SAVED_STATUS, ANY_STATUS),
-    MEMBER(oc_evidence, backlash_status, OC_SAVED_STATUS, ANY_STATUS),
+    MEMBER(oc_evidence, verdicts.offset_trusted, OC_SAVED_INT32, YES_OR_NO),
+    MEMBER(oc_evidence, verdicts.offset_status, OC_SAVED_STATUS, ANY_STATUS),
+    MEMBER(oc_evidence, verdicts.understeer_status, OC_SAVED_STATUS, ANY_STATUS),
+    MEMBER(oc_evidence, verdicts.backlash_status, OC_SAVED_STATUS, ANY_STATUS),
     MEMBER(oc_evidence, ticks, OC_SAVED_UINT64, TOTAL),
     MEMBER(oc_evidence, rejected, OC_SAVED_UINT64, TOTAL),
     MEMBER(oc_evidence, unused_motion, OC_SAVED_UINT64, TOTAL),
@@ -386,13 +398,12 @@ static bool is_joint(const oc_joint *joint, const oc_joint_design *design) {
     if (!joint->started) {
         return true;
     }
-    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+    for (int32_t k = 0; k < joint->begun; ++k) {
         if (!is_hypothesis(&joint->hypotheses[k])) {
             return false;
         }
     }
-    return joint->second.second_s > 0.0f && joint->second.reference > 0.0f &&
-           joint->in_second < design->samples_per_second && joint->phase < design->ticks_per_sample;
+    return joint->second.second_s > 0.0f && joint->second.reference > 0.0f && joint->phase < design->ticks_per_sample;
 }
 
 bool oc_saved_plausible(const oc_evidence *evidence, const oc_coefficients *c) {

@@ -21,7 +21,7 @@ void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double s
     const double yaw_rate_innovation = yaw_rate - state->yaw_rate;
     state->yaw_rate += yaw_rate_innovation / state->weight;
     state->yaw_rate_squares += yaw_rate_innovation * (yaw_rate - state->yaw_rate);
-    if (has_acceleration) {
+    if (has_acceleration != 0) {
         state->acceleration_weight += 1.0;
         const double innovation = lateral_acceleration - state->lateral_acceleration;
         state->lateral_acceleration += innovation / state->acceleration_weight;

@@ -35,7 +35,8 @@ static const double apart_min = 0.25;
 
 /* (38): the understeer gradient, zero with its prior's spread until its own evidence suffices. The two errors that reach
  * it, the bends' own and the offset's, both grow where bends and straights are alike. */
-static oc_estimate understeer_of(oc_evidence *evidence, const oc_coefficients *c, double apart) {
+static oc_estimate understeer_of(const oc_evidence *evidence, oc_verdicts *verdicts, const oc_coefficients *c,
+                                 double apart) {
     const oc_params *p = &c->params;
     const oc_understeer *understeer = &evidence->understeer;
     const oc_offset *offset = &evidence->offset;
@@ -43,7 +44,7 @@ static oc_estimate understeer_of(oc_evidence *evidence, const oc_coefficients *c
     /* without an accelerometer's word on superelevation, wheel speeds take a banked bend for an easy one */
     const bool told = p->method != OC_METHOD_WHEEL_SPEED;
     if (!told || !(time >= p->understeer_evidence_min_s) || !(understeer->batches > 1.0) || !(apart > apart_min)) {
-        evidence->understeer_status = OC_UNOBSERVABLE;
+        verdicts->understeer_status = OC_UNOBSERVABLE;
         return (oc_estimate){.standard_deviation = p->understeer_sd_rad_m_s2, .evidence = time};
     }
     const double K = oc_understeer_with_offset(understeer, offset->ticks.y, offset->ticks.x);
@@ -52,9 +53,9 @@ static oc_estimate understeer_of(oc_evidence *evidence, const oc_coefficients *c
                             per_offset * per_offset * oc_offset_variance(offset, K);
     const double sd = sqrt(variance) / apart;
     const double narrow = p->understeer_half_width_max_rad_m_s2;
-    evidence->understeer_status = oc_status_next(evidence->understeer_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
+    verdicts->understeer_status = oc_status_next(verdicts->understeer_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
     return (oc_estimate){
-        .value = K, .standard_deviation = sd, .evidence = time, .status = evidence->understeer_status};
+        .value = K, .standard_deviation = sd, .evidence = time, .status = verdicts->understeer_status};
 }
 
 /* Variance of the offset by all that the gradient and the drive's scatter leave open; the gyro's part comes on top. */
@@ -70,12 +71,13 @@ static double offset_variance(const oc_evidence *evidence, const oc_estimate *gr
 }
 
 /* (36), (37), (38) from the evidence as it stands. */
-void oc_learn_straight_ahead(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c) {
+void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
+                             const oc_coefficients *c) {
     const oc_params *p = &c->params;
     const oc_offset *offset = &evidence->offset;
     const double time = offset->ticks.weight * c->tick_s;
     const double apart = oc_understeer_apart(&evidence->understeer, offset->ticks.x);
-    const oc_estimate gradient = understeer_of(evidence, c, apart);
+    const oc_estimate gradient = understeer_of(evidence, verdicts, c, apart);
     const bool by_wheels = p->method == OC_METHOD_WHEEL_SPEED;
     const oc_estimate mismatch = by_wheels ? oc_wheel_mismatch_of(evidence, c) : (oc_estimate){0};
     const double unseen = by_wheels ? wheels_variance(c, &mismatch, &gradient) : yaw_rate_bias_variance(evidence, c);
@@ -84,17 +86,17 @@ void oc_learn_straight_ahead(oc_evidence *evidence, oc_learned *learned, const o
     const bool enough = time >= p->offset_evidence_min_s;
     const double narrow = p->offset_half_width_max_rad;
     if (enough && 1.96 * sqrt(oc_offset_variance(offset, gradient.value)) <= narrow) {
-        evidence->offset_trusted = 1;
+        verdicts->offset_trusted = 1;
     }
-    evidence->offset_status = !(offset->batches.weight > 1.0) ? OC_UNOBSERVABLE
+    verdicts->offset_status = !(offset->batches.weight > 1.0) ? OC_UNOBSERVABLE
                               : !enough ? OC_CONVERGING
-                                        : oc_status_next(evidence->offset_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
+                                        : oc_status_next(verdicts->offset_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
     learned->understeer_gradient = gradient;
     learned->offset = (oc_estimate){
         .value = oc_offset_value(offset, gradient.value) + c->offset_per_mismatch * mismatch.value,
         .standard_deviation = sd,
         .evidence = time,
-        .status = evidence->offset_status,
+        .status = verdicts->offset_status,
     };
 }
 
@@ -117,7 +119,7 @@ void oc_estimate_straight_ahead(oc_state *state, const oc_coefficients *c, const
 
     const double a_y = fabs(motion->lateral_acceleration);
     const bool bend = a_y > p->understeer_acceleration_min_m_s2 && a_y < p->understeer_acceleration_max_m_s2;
-    if ((reasons & ~(uint32_t)OC_REASON_CURVATURE) != 0 || !bend || !state->evidence.offset_trusted) {
+    if ((reasons & ~(uint32_t)OC_REASON_CURVATURE) != 0 || !bend || !state->evidence.verdicts.offset_trusted) {
         oc_pending_drop(&state->tracking.cornering);
     } else if (oc_pending_add(&state->tracking.cornering, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
         oc_understeer_update(&state->evidence.understeer, &block, c->ticks_per_batch);
@@ -125,7 +127,7 @@ void oc_estimate_straight_ahead(oc_state *state, const oc_coefficients *c, const
     }
 
     if (learned) {
-        oc_learn_straight_ahead(&state->evidence, &state->learned, c);
+        oc_learn_straight_ahead(&state->evidence, &state->evidence.verdicts, &state->learned, c);
     }
 }
 

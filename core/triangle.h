@@ -6,13 +6,19 @@
 
 enum {
     OC_TERMS = 13,         /* of a hypothesis, beside the offset */
+    OC_TERMS_FIRST = 10,   /* of their factor's rows, not quite half of the work */
     OC_TERMS_TRIANGLE = 91 /* of a symmetric matrix of so many rows */
 };
 
 float oc_triangle_cell(const float *triangle, int32_t row, int32_t column);
 
-/* Cholesky's lower triangle of the scatter in units of the noise, with the prior's information on the diagonal. */
-void oc_triangle_factor(const float *scatter, const float *information, float noise, float *lower);
+/* Takes so many times a row of the whole matrix from the vector. */
+void oc_triangle_subtract_row(const float *triangle, int32_t row, float times, float *vector);
+
+/* Rows `first` to before `end`, in this order, of Cholesky's lower triangle of the scatter in units of the noise, with
+ * the prior's information on the diagonal. `inverse` is that of its diagonal. */
+void oc_triangle_factor(const float *scatter, const float *information, float noise, int32_t first, int32_t end,
+                        float *lower, float *inverse);
 
 /* The vector is zero before `first`. */
 void oc_triangle_solve_lower(const float *lower, int32_t first, float *vector);

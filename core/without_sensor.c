@@ -7,7 +7,7 @@ static const double flank_needed_s = 8.0;
 static const double unseen_half_width_sd = 0.07; /* rad, 4 deg: half of up to 15 */
 
 /* What `angle` is told of the truck, from what the drive has taught. */
-static oc_angle_truck angle_truck(const oc_state *state, const oc_coefficients *c) {
+static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_angle_truck *truck) {
     const oc_learned *l = &state->learned;
     const oc_joint *joint = &state->evidence.joint;
     const oc_play *play = &joint->hypotheses[joint->best].play;
@@ -16,18 +16,16 @@ static oc_angle_truck angle_truck(const oc_state *state, const oc_coefficients *
     const double seen = (double)(joint->to_left < joint->to_right ? joint->to_left : joint->to_right);
     const double missing = seen < flank_needed_s ? 1.0 - seen / flank_needed_s : 0.0;
     const double unseen = missing * unseen_half_width_sd;
-    return (oc_angle_truck){
-        .known = l->offset.status == OC_VALID || l->offset.status == OC_CONVERGING,
-        .offset_sd = sqrt(l->offset.standard_deviation * l->offset.standard_deviation + unseen * unseen),
-        .gradient = l->understeer_gradient.value,
-        .gradient_sd = l->understeer_gradient.standard_deviation,
-        .wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? l->equivalent_wheelbase.value / L - 1.0 : 0.0,
-        .backlash = l->backlash.value,
-        .backlash_sd = l->backlash.standard_deviation,
-        .unloading = l->unloading_acceleration.value,
-        .friction = creeps_by_load ? (double)play->friction : 0.0,
-        .creep = creeps_by_load ? (double)play->creep : 0.0,
-    };
+    truck->known = l->offset.status == OC_VALID || l->offset.status == OC_CONVERGING;
+    truck->offset_sd = sqrt(l->offset.standard_deviation * l->offset.standard_deviation + unseen * unseen);
+    truck->gradient = l->understeer_gradient.value;
+    truck->gradient_sd = l->understeer_gradient.standard_deviation;
+    truck->wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? l->equivalent_wheelbase.value / L - 1.0 : 0.0;
+    truck->backlash = l->backlash.value;
+    truck->backlash_sd = l->backlash.standard_deviation;
+    truck->unloading = l->unloading_acceleration.value;
+    truck->friction = creeps_by_load ? (double)play->friction : 0.0;
+    truck->creep = creeps_by_load ? (double)play->creep : 0.0;
 }
 
 static double front_wheel_by_wheels(const oc_coefficients *c, const oc_state *state, const oc_signals *tick) {
@@ -46,36 +44,44 @@ static bool by_wheel_speed(const oc_params *p) {
 /* So much comparing, before the sensor that taught is judged by what it taught. */
 static const double judge_after_s = 400.0;
 
+/* By the estimate of the tick before: a jump is not to be told for a tick. */
+static void judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals *tick, bool has_angle, bool moves,
+                         bool known) {
+    oc_tracking *tracking = &state->tracking;
+    const oc_fault_tick judged = {
+        .time = tick->time,
+        .tick_s = c->tick_s,
+        .measured = has_angle ? tick->steering_wheel_angle : 0.0,
+        .offset = state->learned.offset.value,
+        .estimate = tracking->angle.estimate,
+        .sd = tracking->angle.sd,
+        .speed = moves ? tick->vehicle_speed : 0.0,
+        .has_measured = has_angle,
+        .can_judge = moves && known && state->evidence.angle.seconds > judge_after_s,
+    };
+    (void)oc_fault_update(&tracking->fault, &state->evidence.fault, &judged);
+}
+
 /* Chapter 4 and beyond: the angle without its sensor, and whether that one can be believed. */
-oc_angle oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid) {
+oc_angle oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid,
+                         const oc_estimate *bias) {
     const oc_params *p = &c->params;
     const uint32_t needed = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED |
                             (p->use_accelerometer ? (uint32_t)OC_HAS_LATERAL_ACCELERATION : 0u) |
                             (by_wheel_speed(p) ? OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u) |
                             (p->angle_method == OC_ANGLE_SIDE_SLIP ? (uint32_t)OC_HAS_LATERAL_SPEED : 0u);
     oc_tracking *tracking = &state->tracking;
-    const oc_estimate bias = oc_gyro_bias_get(&state->evidence.gyro_bias, p);
-    const oc_angle_truck truck = angle_truck(state, c);
+    oc_angle_truck truck;
+    look_at_truck(state, c, &truck);
     const bool has_angle = (valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
     const double measured = has_angle ? tick->steering_wheel_angle - state->learned.offset.value : 0.0;
     const bool moves = (valid & needed) == needed;
-    const double yaw_rate = tick->yaw_rate - bias.value;
-    const oc_fault_tick judged = {
-        .time = tick->time,
-        .tick_s = c->tick_s,
-        .measured = has_angle ? tick->steering_wheel_angle : 0.0,
-        .offset = state->learned.offset.value,
-        .estimate = tracking->angle.estimate, /* of the tick before: a jump is not to be told for a tick */
-        .sd = tracking->angle.sd,
-        .speed = moves ? tick->vehicle_speed : 0.0,
-        .has_measured = has_angle,
-        .can_judge = moves && truck.known && state->evidence.angle.seconds > judge_after_s,
-    };
-    oc_fault_update(&tracking->fault, &state->evidence.fault, &judged);
+    const double yaw_rate = tick->yaw_rate - bias->value;
+    judge_sensor(state, c, tick, has_angle, moves, truck.known);
     const oc_angle_tick now = {
         .tick_s = c->tick_s,
         .yaw_rate = yaw_rate,
-        .yaw_rate_bias_sd = bias.standard_deviation,
+        .yaw_rate_bias_sd = bias->standard_deviation,
         .speed = tick->vehicle_speed,
         .lateral_acceleration = p->use_accelerometer ? tick->lateral_acceleration : yaw_rate * tick->vehicle_speed,
         .front_wheel = moves && by_wheel_speed(p) ? front_wheel_by_wheels(c, state, tick) : 0.0,

@@ -351,7 +351,7 @@ def estimate(
     rows_in_order = np.flatnonzero(accepted)
     clean = reasons[rows_in_order] == 0
     t1_ticks = params["clean_time_s"] * rate_hz
-    ticks_per_block = max(1, int(t1_ticks // 20))
+    ticks_per_block = int(np.ceil(t1_ticks / 20))
     blocks_until_final = int(np.ceil(t1_ticks / ticks_per_block))
     straight = queue(clean, ticks_per_block, blocks_until_final)
 

@@ -139,7 +139,7 @@ class Learner:
 
     def sample(self, drive: Drive, k: int) -> None:
         if not self.started:
-            lib.oc_hypothesis_start(self.h, self.design, ffi.new("oc_play *", vars(self.play)), drive.angle[0])
+            lib.oc_hypothesis_start(self.h, ffi.new("oc_play *", vars(self.play)), drive.angle[0])
             self.started = True
         row = {name: column[k].tolist() for name, column in vars(drive).items()}
         native = ffi.new("oc_motion_sample *", row)
@@ -153,10 +153,17 @@ class Learner:
         second.long_block_ends = ends % lib.OC_SECONDS_PER_LONG_BLOCK == 0
         shortening = 1.0 - 1.0 / (60.0 + 0.5 * second.used_s)
         second.memory_share = shortening if self.memory_share is None else self.memory_share
-        lib.oc_hypothesis_second(h, self.design, self.prior, second, SAMPLES)
+        lib.oc_hypothesis_foretell(h, self.design, second, SAMPLES)
+        if second.learns:
+            self.solve(moves=True)
         second.used_s += 1.0
         second.blocks += second.block_ends
         second.long_blocks += second.long_block_ends
+
+    def solve(self, *, moves: bool) -> None:
+        solving = ffi.new("oc_solving *", {"moves": moves})
+        while not lib.oc_hypothesis_learn(self.h, self.design, self.prior, self.second, SAMPLES, solving):
+            pass
 
     def learn(self, drive: Drive) -> "Learner":
         for k in range(len(drive.angle)):
@@ -454,7 +461,8 @@ def test_a_bias_told_late_is_as_good_as_one_told_at_once() -> None:
     wrong = Learner(Play(), 0.1).learn(driven(7, Play(), yaw_rate_bias=bias, speed_swing=0.0))
     right = Learner(Play(), 0.1).learn(driven(7, Play(), speed_swing=0.0))
     before = abs(wrong.h.offset - right.h.offset)
-    lib.oc_hypothesis_correct(wrong.h, wrong.design, wrong.prior, bias)
+    lib.oc_hypothesis_correct(wrong.h, wrong.design, bias)
+    wrong.solve(moves=False)
     assert before > 0.3 * DEGREE
     assert wrong.h.offset == pytest.approx(right.h.offset, abs=0.15 * before)  # the play went another way meanwhile
     assert wrong.h.gradient == pytest.approx(right.h.gradient, abs=0.03 * DEGREE)
@@ -503,7 +511,7 @@ def test_what_was_learned_survives_an_ignition() -> None:
     offset, cost = learner.h.offset, learner.h.cost
     lib.oc_hypothesis_restart(learner.h, 1.0)
     assert (learner.h.offset, learner.h.cost) == (offset, cost)
-    assert learner.h.place.inner == learner.h.more[0].inner == learner.h.less[3].wound == 1.0
+    assert learner.h.place.inner == learner.h.more[0] == learner.h.less[3] == learner.h.wound_less[1] == 1.0
 
 
 def test_a_second_in_doubt_is_foretold_and_not_learned_from() -> None:

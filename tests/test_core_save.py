@@ -259,7 +259,7 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("joint.best", lib.OC_JOINT_HYPOTHESES),
         ("joint.best", -1),
         ("joint.changes", -1),
-        ("joint.in_second", 10),
+        ("joint.concluded", lib.OC_JOINT_HYPOTHESES + 1),
         ("joint.hypotheses.offset_variance", -1e-9),
         ("joint.hypotheses.variance", 0.0),
         ("joint.hypotheses.scatter", -1.0),
@@ -397,29 +397,34 @@ def test_a_bias_told_where_the_drive_ends_reaches_every_hypothesis_also_through_
 def test_a_correction_that_a_power_cut_halved_reaches_the_other_hypotheses_and_none_twice(
     day: dict[str, Array], image: bytes
 ) -> None:
-    def offsets(correction: float) -> Array:
+    def gathered(correction: float) -> Array:
         ecu, after = Ecu(), Ecu()
         assert ecu.restore(image) == "ok"
         ecu.evidence()["joint"]["correction"], ecu.evidence()["joint"]["corrected"] = correction, 5
         assert after.restore(ecu.save()) == "ok"
-        after.run(sliced(day, 5_000, 5_016))
-        return np.array(after.evidence()["joint"]["hypotheses"]["offset"][0])
+        after.run(sliced(day, 5_000, 5_030))
+        return np.array(after.evidence()["joint"]["hypotheses"]["target_mean"][0])
 
-    moved = offsets(1e-3) != offsets(0.0)
+    moved = gathered(1e-3) != gathered(0.0)
     assert not moved[:5].any()
     assert moved[5:].all()
 
 
 def test_a_hole_loses_the_heading_and_a_standstill_does_not(day: dict[str, Array]) -> None:
+    def heading(ecu: Ecu) -> float:
+        joint = ecu.evidence()["joint"][0]
+        assert math.hypot(joint["along"], joint["across"]) == pytest.approx(1.0, abs=1e-5)
+        return math.atan2(joint["across"], joint["along"])
+
     before, after = sliced(day, 0, 14_000), sliced(day, 14_200, 14_201)
     ecu = Ecu().run(before)
-    assert abs(ecu.evidence()["joint"]["heading"][0]) > 1e-3
+    assert abs(heading(ecu)) > 1e-3
     ecu.run(after)
-    assert abs(ecu.evidence()["joint"]["heading"][0]) < 1e-3
+    assert abs(heading(ecu)) < 1e-3
     standing = Ecu().run(sliced(day, 0, 14_800))
-    heading = standing.evidence()["joint"]["heading"][0]
+    kept = heading(standing)
     standing.run(sliced(day, 14_800, 15_200))
-    assert standing.evidence()["joint"]["heading"][0] == heading != 0.0
+    assert heading(standing) == kept != 0.0
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -356,7 +356,7 @@ def test_the_line_that_the_folders_readme_gives_builds_a_test_that_passes(folder
 
 def test_a_core_that_differs_in_one_bit_fails_its_vectors_and_is_told_where(folder: Path) -> None:
     vectors = (folder / "test" / "vectors.h").read_text(encoding="utf-8")
-    value = re.findall(r"0x1\.[0-9a-f]{12}[0-8]p-\d", vectors)[-1]
+    value = re.findall(r"(?<!-)0x1\.[0-9a-f]{12}[0-8]p-\d\b", vectors)[-1]
     last = value.index("p") - 1
     nudged = value[:last] + f"{int(value[last], 16) + 1:x}" + value[last + 1 :]
     at = vectors.rindex(value)

@@ -68,13 +68,6 @@ def _comments(header: str) -> dict[str, str]:
 
 
 def _ranges(source: str) -> dict[str, tuple[float, float]]:
-    """Name, low and high of the table in oc_params_check."""
-    rows = re.findall(r'\{"(\w+)", p->\w+,\s*([^,{}]+),\s*([^,{}]+)\}', source)
-    bounds = {name: (low, high) for name, low, high in rows}
-
-    def bound(name: str, side: int) -> float:
-        text = bounds[name][side].strip()
-        other = re.fullmatch(r"(?:(\S+) \* )?p->(\w+)", text)
-        return float(text) if other is None else float(other[1] or 1.0) * bound(other[2], side)
-
-    return {name: (bound(name, 0), bound(name, 1)) for name in bounds}
+    """Name, low and high of the table of ranges."""
+    rows = re.findall(r'\{"(\w+)", offsetof\(oc_params, \w+\),\s*([^,{}]+),\s*([^,{}]+)\}', source)
+    return {name: (float(low), float(high)) for name, low, high in rows}

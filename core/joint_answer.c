@@ -1,0 +1,136 @@
+#include "joint.h"
+
+#include <math.h>
+
+/* A flank of the play counts as seen after so long. */
+static const float flank_s = 4.0f;
+static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
+static const float always_doubtful = 0.2f;             /* of that variance, whatever was found */
+static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
+
+double oc_joint_place(const oc_joint *joint) {
+    const oc_hypothesis *best = &joint->hypotheses[joint->best];
+    const double place = (double)(best->place.wound - best->place.inner) / (double)best->play.half_width;
+    if (place < -1.0) {
+        return -1.0;
+    }
+    return place > 1.0 ? 1.0 : place;
+}
+
+double oc_joint_flank_lacking(const oc_joint *joint, int32_t side) {
+    static const float hardly_s = 1.0f;
+    const float seen = side > 0 ? joint->to_left : joint->to_right;
+    const bool found = 2.0f * joint->hypotheses[joint->best].play.half_width > found_width && seen > hardly_s;
+    return found || seen > flank_s ? 0.0 : (double)(flank_s - seen);
+}
+
+static float share_of(float value) {
+    if (value < 0.0f) {
+        return 0.0f;
+    }
+    return value > 1.0f ? 1.0f : value;
+}
+
+/* Of time, before it tells as much as if its seconds were independent. */
+static float longer_by_correlation(const oc_hypothesis *h) {
+    const float f = h->blocks.factor > h->long_blocks.factor ? h->blocks.factor : h->long_blocks.factor;
+    return f > 1.0f ? sqrtf(f) : 1.0f;
+}
+
+/* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was
+ * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides, and else
+ * the midpoint stays as uncertain as half the play is beforehand. */
+static float unseen_width_variance(const oc_joint *joint, const oc_hypothesis *h) {
+    const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
+    const float missing = share_of(1.0f - seen / (flank_s * longer_by_correlation(h)));
+    const float little = share_of(1.0f - 2.0f * h->play.half_width / found_width);
+    const float doubtful = little > always_doubtful ? little : always_doubtful;
+    return missing * doubtful * width_sd * width_sd;
+}
+
+/* exp(-x), near enough for a weight, for x >= 0. */
+static float likelihood(float x) {
+    float power = 1.0f / (1.0f + x / 32.0f);
+    for (int32_t k = 0; k < 5; ++k) {
+        power *= power;
+    }
+    return power;
+}
+
+/* Of values that each have a variance: mean, and variance within and between; about one of them, lest single precision
+ * loses how little they differ. */
+typedef struct {
+    float about, weight, sum, squares, variances;
+} mixture;
+
+static void mix(mixture *mixture, float weight, float value, float variance) {
+    const float apart = value - mixture->about;
+    mixture->weight += weight;
+    mixture->sum += weight * apart;
+    mixture->squares += weight * apart * apart;
+    mixture->variances += weight * variance;
+}
+
+static double mean_of(const mixture *mixture) {
+    return (double)mixture->about + (double)(mixture->sum / mixture->weight);
+}
+
+static double sd_of(const mixture *mixture) {
+    const float mean = mixture->sum / mixture->weight;
+    const float between = mixture->squares / mixture->weight - mean * mean;
+    return (double)sqrtf(mixture->variances / mixture->weight + (between > 0.0f ? between : 0.0f));
+}
+
+static float width_of(const oc_hypothesis *h) {
+    return 2.0f * (h->play.half_width + h->play.windup);
+}
+
+oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
+    const oc_hypothesis *best = &joint->hypotheses[joint->best];
+    mixture offset = {.about = best->offset}, gradient = {.about = best->gradient};
+    mixture backlash = {.about = width_of(best)}, unloading = {.about = best->unloading};
+    mixture wheelbase = {.about = best->wheelbase};
+    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+        const oc_hypothesis *h = &joint->hypotheses[k];
+        if (oc_hypothesis_is_newborn(h, &joint->second)) {
+            continue;
+        }
+        const float weight = likelihood(h->cost > best->cost ? h->cost - best->cost : 0.0f);
+        const float unseen = unseen_width_variance(joint, h);
+        mix(&offset, weight, h->offset, h->offset_variance + 0.25f * unseen);
+        mix(&gradient, weight, h->gradient, h->gradient_variance);
+        mix(&backlash, weight, width_of(h), h->width_variance + unseen);
+        mix(&wheelbase, weight, h->wheelbase, h->wheelbase_variance);
+        mix(&unloading, weight, h->unloading, h->unloading_variance);
+    }
+    return (oc_joint_answer){
+        .offset = mean_of(&offset),
+        .offset_sd = sd_of(&offset),
+        .gradient = mean_of(&gradient),
+        .gradient_sd = sd_of(&gradient),
+        .backlash = mean_of(&backlash),
+        .backlash_sd = sd_of(&backlash),
+        .unloading = mean_of(&unloading),
+        .unloading_sd = sd_of(&unloading),
+        .wheelbase = mean_of(&wheelbase),
+        .wheelbase_sd = sd_of(&wheelbase),
+        .used = (double)joint->second.used_s,
+    };
+}
+
+void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_joint_tick *tick) {
+    joint->changed[joint->changes % OC_CHANGES_MAX] = (oc_changed){
+        .time = tick->time - change->seconds,
+        .before = tick->offset,
+        .before_sd = tick->offset_sd,
+        .change = *change,
+    };
+    ++joint->changes;
+    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+        if (change->kind == OC_CHANGE_OFFSET) {
+            oc_hypothesis_remounted(&joint->hypotheses[k], (float)change->size, (float)change->seconds);
+        } else {
+            oc_hypothesis_loaded(&joint->hypotheses[k]);
+        }
+    }
+}

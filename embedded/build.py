@@ -1,0 +1,143 @@
+"""The core compiled for a board, and what the compiler and the linker know of it: flash, stack, what it calls."""
+
+import re
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+from replay import HERE, Board
+
+CORE = HERE.parent / "core"
+GCC = "arm-none-eabi-gcc"
+# -fno-short-enums: structs are laid out as on the host, so that its bytes can be compared. -fno-math-errno: no errno,
+# which alone would cost a kilobyte.
+FLAGS = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-fno-short-enums", "-mthumb", "-mfloat-abi=hard",
+         "-ffunction-sections", "-fdata-sections", "-fno-inline-functions-called-once")  # fmt: skip
+HOT = ("hypothesis", "play", "triangle")  # for speed; the rest for size, where double is slow anyway
+STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Werror")
+# newlib's sqrt without the wrapper that sets errno
+LINK = ("-nostartfiles", "-Wl,--gc-sections", "-Wl,--no-enum-size-warning", "-Wl,--defsym=sqrt=__ieee754_sqrt")
+# All that the core may call: the compiler's own arithmetic, three functions of libm, and what copies structs.
+ALLOWED = re.compile(r"(oc_|__aeabi_)\w+|sqrtf?|floorf?|fabsf?|mem(cpy|set|move)")
+# What firmware calls; the rest serves the replay of whole logs.
+FIRMWARE = ("oc_params_defaults", "oc_params_check", "oc_vehicle_check", "oc_setup", "oc_init", "oc_restart", "oc_step",
+            "oc_answer_get", "oc_error_name", "oc_reason_name", "oc_status_name", "oc_fault_name")  # fmt: skip
+
+
+def _run(*command: str | Path) -> str:
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise SystemExit(done.stderr.strip() or f"{command[0]} failed")
+    return done.stdout
+
+
+def compiler_version() -> str:
+    return _run(GCC, "-dumpfullversion").strip()
+
+
+def compiled(board: Board, sources: Sequence[Path], folder: Path) -> list[Path]:
+    """Object files, each with its call graph (`.ci`) beside it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    objects = [folder / f"{source.stem}.o" for source in sources]
+    for source, target in zip(sources, objects, strict=True):
+        level = "-O2" if source.stem in HOT else "-Os"
+        _run(GCC, *FLAGS, level, *STRICT, *board.flags, "-fcallgraph-info=su", f"-I{CORE}", "-c", source, "-o", target)
+    return objects
+
+
+def linked(board: Board, objects: Sequence[Path], target: Path, *more: str) -> Path:
+    """An image for the board."""
+    script = HERE / "mps2.ld"
+    _run(GCC, "-mthumb", "-mfloat-abi=hard", *board.flags, *LINK, *more, "-T", script, *objects, "-lm", "-o", target)
+    return target
+
+
+def flash_bytes(board: Board, core_objects: Sequence[Path], target: Path) -> int:
+    """Of the core with all it needs of libgcc and libm, as firmware links it: code and constants."""
+    linked(board, core_objects, target, "-e", "oc_step", *(f"-Wl,-u,{name}" for name in FIRMWARE))
+    text, data = _run("arm-none-eabi-size", target).splitlines()[1].split()[:2]
+    return int(text) + int(data)
+
+
+def strangers(core_objects: Sequence[Path]) -> list[str]:
+    """Symbols that the core calls and may not: heap, files, clocks, the rest of libm."""
+    named = {line.split()[-1] for line in _run("arm-none-eabi-nm", "-u", *core_objects).splitlines() if " U " in line}
+    return sorted(name for name in named if not ALLOWED.fullmatch(name))
+
+
+def variables(core_objects: Sequence[Path]) -> list[str]:
+    """Memory of its own that the core writes to, of which there is to be none."""
+    lines = _run("arm-none-eabi-nm", *core_objects).splitlines()
+    return sorted(line.split()[-1] for line in lines if re.search(r" [bBdDcC] ", line))
+
+
+class Stack:
+    """Worst stack by the compiler's frames, summed over the call graph; libraries' frames from their machine code."""
+
+    def __init__(self, core_objects: Sequence[Path], image: Path) -> None:
+        self._frames: dict[str, int] = {}
+        self._calls: dict[str, set[str]] = {}
+        self._worst: dict[str, int] = {}
+        self._read_library(_run("arm-none-eabi-objdump", "-d", "--no-show-raw-insn", image))
+        self._read_second_names(_run("arm-none-eabi-nm", image))
+        for path in core_objects:
+            self._read_graph(path.with_suffix(".ci").read_text(encoding="utf-8"))
+
+    def _read_graph(self, graph: str) -> None:
+        for name, size, kind in re.findall(r'node: \{ title: "([^"]+)" label: "[^"]*\\n(\d+) bytes \((\w+)\)', graph):
+            if kind != "static":
+                raise SystemExit(f"{name}: its stack is {kind}")
+            self._frames[name] = int(size)
+            self._calls[name] = set()
+        for caller, called in re.findall(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"', graph):
+            self._calls[caller].add(called)
+
+    def _read_library(self, code: str) -> None:
+        for name, body in re.findall(r"^[0-9a-f]+ <(\w+)>:\n((?:.+\n)*)", code, re.MULTILINE):
+            pushed = sum(4 * _registers(group) for group in re.findall(r"\b(?:push|stmdb\s+sp!,)\s*\{([^}]+)\}", body))
+            pushed += sum(8 * _registers(group) for group in re.findall(r"\bvpush\s+\{([^}]+)\}", body))
+            taken = [int(n) for n in re.findall(r"\bsub(?:\.w)?\s+sp,(?: sp,)? #(\d+)", body)]
+            taken += [int(n) for n in re.findall(r"\bstr\S*\s.*\[sp, #-(\d+)\]!", body)]
+            self._frames[name] = pushed + sum(taken)
+            self._calls[name] = {called for called in re.findall(r"\bbl\s+[0-9a-f]+ <(\w+)>", body) if called != name}
+
+    def _read_second_names(self, symbols: str) -> None:
+        """libgcc's functions have two names; the disassembly shows one."""
+        names: dict[str, list[str]] = {}
+        for address, name in re.findall(r"^([0-9a-f]+) [tTwW] (\w+)$", symbols, re.MULTILINE):
+            names.setdefault(address, []).append(name)
+        for alike in names.values():
+            for known in [name for name in alike if name in self._frames][:1]:
+                for name in alike:
+                    self._frames[name], self._calls[name] = self._frames[known], self._calls[known]
+
+    def worst(self, function: str, callers: tuple[str, ...] = ()) -> int:
+        """Bytes, its own frame included.
+
+        Raises:
+            SystemExit: it calls itself, directly or by others, or what it calls is not known.
+        """
+        if function in callers:
+            raise SystemExit(f"recursion: {' -> '.join([*callers, function])}")
+        if function not in self._frames:
+            raise SystemExit(f"{callers[-1] if callers else '?'} calls {function}, whose stack is not known")
+        if function not in self._worst:
+            below = [self.worst(called, (*callers, function)) for called in self._calls[function]]
+            self._worst[function] = self._frames[function] + max(below, default=0)
+        return self._worst[function]
+
+    def path(self, function: str) -> list[str]:
+        """The calls of which the worst stack is made, each with its frame in bytes."""
+        found = [f"{function.rsplit(':', 1)[-1]} {self._frames[function]}"]
+        if self._calls[function]:
+            found += self.path(max(self._calls[function], key=self.worst))
+        return found
+
+
+def _registers(group: str) -> int:
+    """How many registers `r4-r7, lr` names."""
+    count = 0
+    for part in group.split(","):
+        ends = [int(n) for n in re.findall(r"\d+", part)]
+        count += ends[1] - ends[0] + 1 if len(ends) == 2 else 1
+    return count

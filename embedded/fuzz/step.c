@@ -1,0 +1,114 @@
+/* Bytes as a truck, its params and a drive: whatever they are, a step ends, no sum overflows, no index is beyond its
+ * array, and what is told as valid is a number. The sanitizers watch. */
+
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "monitor.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count);
+
+/* What is left of the input. */
+typedef struct {
+    const uint8_t *bytes;
+    size_t count;
+} input;
+
+static uint8_t byte_of(input *from) {
+    if (from->count == 0) {
+        return 0;
+    }
+    --from->count;
+    return *from->bytes++;
+}
+
+/* Of a usual size, now and then any double at all. */
+static double number_of(input *from, double scale) {
+    const uint8_t kind = byte_of(from);
+    double any = 0.0;
+    if (kind == 255 && from->count >= sizeof any) {
+        memcpy(&any, from->bytes, sizeof any);
+        from->bytes += sizeof any;
+        from->count -= sizeof any;
+        return any;
+    }
+    return scale * ((double)kind - 127.0 + byte_of(from) / 256.0) / 127.0;
+}
+
+static void told(const oc_estimate *estimate) {
+    if (estimate->status == OC_VALID && !(isfinite(estimate->value) && estimate->standard_deviation >= 0.0)) {
+        abort();
+    }
+}
+
+/* How a drive goes on from one tick to the next: bytes steer, brake, lose signals and stop the clock. */
+static void next(oc_signals *tick, input *from) {
+    const uint8_t what = byte_of(from);
+    tick->time += 0.01;
+    tick->steering_wheel_angle += number_of(from, 0.02);
+    tick->yaw_rate += number_of(from, 0.01);
+    switch (what % 16) {
+    case 0: tick->time += number_of(from, 3.0); break;
+    case 1: tick->valid = byte_of(from); break;
+    case 2: tick->vehicle_speed = number_of(from, 30.0); break;
+    case 3: tick->lateral_acceleration = number_of(from, 2.0); break;
+    case 4: tick->steering_wheel_angle = number_of(from, 10.0); break;
+    case 5: tick->yaw_rate = number_of(from, 0.3); break;
+    case 6: tick->wheel_speed_front_left = number_of(from, 30.0); break;
+    case 7: tick->wheel_speed_rear_right = number_of(from, 30.0); break;
+    case 8:
+        tick->wheel_speed_front_left = tick->wheel_speed_front_right = tick->vehicle_speed;
+        tick->wheel_speed_rear_left = tick->wheel_speed_rear_right = tick->vehicle_speed;
+        break;
+    default: break;
+    }
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count) {
+    static oc_coefficients coefficients;
+    static oc_state state;
+    input from = {bytes, count};
+    oc_params params;
+    oc_params_defaults(&params);
+    params.method = (oc_method)(byte_of(&from) % OC_METHOD_COUNT);
+    params.angle_method = (oc_angle_method)(byte_of(&from) % OC_ANGLE_METHOD_COUNT);
+    params.use_accelerometer = byte_of(&from) % 2;
+    const oc_vehicle vehicle = {
+        .wheelbase = 4.0 + number_of(&from, 4.0),
+        .steering_ratio = 20.0 + number_of(&from, 20.0),
+        .track_width_front = 2.0,
+        .track_width_rear = byte_of(&from) % 2 ? 1.8 : 0.0,
+        .traffic_side = 1.0,
+    };
+    const double rate_hz = 100.0 + number_of(&from, 110.0);
+    if (oc_setup(&coefficients, &vehicle, &params, rate_hz) != OC_OK) {
+        return 0;
+    }
+    oc_signals tick = {.vehicle_speed = 20.0, .valid = 255};
+    oc_output output;
+    oc_answer answer;
+    oc_init(&state);
+    while (from.count > 0) {
+        next(&tick, &from);
+        const int held = 1 + byte_of(&from) % 64; /* the same again, so that seconds pass with few bytes */
+        for (int k = 0; k < held; ++k) {
+            oc_step(&state, &coefficients, &tick, &output);
+            tick.time += 1.0 / rate_hz;
+        }
+        if (byte_of(&from) == 77) {
+            oc_restart(&state);
+        }
+        if (output.offset_status == OC_VALID && !isfinite(output.offset)) {
+            abort();
+        }
+    }
+    oc_answer_get(&state, &coefficients, &answer);
+    told(&answer.offset);
+    told(&answer.understeer_gradient);
+    told(&answer.backlash);
+    told(&answer.yaw_rate_bias);
+    return 0;
+}

@@ -1,0 +1,34 @@
+"""What cppcheck's MISRA add-on finds in the core, against the deviations that misra.md lists with their reasons."""
+
+import re
+import subprocess
+from pathlib import Path
+
+HERE = Path(__file__).parent
+CORE = HERE.parent / "core"
+
+
+def found() -> dict[str, list[str]]:
+    """Places by rule: "core/trig.c:37"."""
+    command = ["cppcheck", "-q", "--std=c99", "--addon=misra", "--enable=style", f"-I{CORE}", *sorted(CORE.glob("*.c"))]
+    said = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True).stderr
+    places: dict[str, list[str]] = {}
+    for path, line, rule in re.findall(r"^(.+?):(\d+):.*\[misra-c2012-([\d.]+)\]$", said, re.MULTILINE):
+        places.setdefault(rule, []).append(f"core/{Path(path).name}:{line}")
+    return places
+
+
+def main() -> None:
+    listed = set(re.findall(r"^\| ([\d.]+) \|", (HERE / "misra.md").read_text(encoding="utf-8"), re.MULTILINE))
+    places = found()
+    for rule in sorted(places.keys() - listed):
+        print(f"MISRA {rule} is broken and not listed in embedded/misra.md: {', '.join(places[rule])}")
+    for rule in sorted(listed - places.keys()):
+        print(f"MISRA {rule} is listed in embedded/misra.md and nowhere broken")
+    if places.keys() != listed:
+        raise SystemExit(1)
+    print(f"MISRA C:2012: {sum(map(len, places.values()))} places by {len(listed)} rules, as embedded/misra.md lists")
+
+
+if __name__ == "__main__":
+    main()

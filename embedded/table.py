@@ -1,0 +1,143 @@
+"""Builds, replays, compares and measures the core on both boards, and keeps the table of README.md as measured.
+
+Ends with an error where a bit differs, the core calls what it may not, or the table was not as measured: it is
+renewed then.
+"""
+
+import re
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from replay import BOARDS, HERE, Board, Drive, Replayed, differences, golden_drive, replay
+
+import build
+
+README = HERE / "README.md"
+SHORT = 12000  # ticks of the drives by other methods
+SAME = 0.02  # of a figure: another processor's last bits make another drive of the simulator's
+
+# What firmware asks for (issue figures), by row of the table; instructions for each board.
+KIB = 1024
+ROWS = {
+    "flash, KiB": ("48", "48"),
+    "RAM: state, KiB": ("16", "16"),
+    "RAM: coefficients, KiB": ("", ""),
+    "worst stack of a tick, bytes": ("1,024", "1,024"),
+    "worst stack of setup and answer, bytes": ("1,024", "1,024"),
+    "instructions a tick, mean": ("", ""),
+    "instructions a tick, 99 of 100 at most": ("", ""),
+    "instructions in the worst tick": ("50,000", "5,000"),
+    "instructions of an answer": ("", ""),
+}
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A board's column of the table."""
+
+    board: Board
+    figures: list[str]
+
+
+def _kib(size: int) -> str:
+    return f"{size / KIB:.1f}"
+
+
+def _fail(problems: list[str]) -> None:
+    for problem in problems:
+        print(problem, file=sys.stderr)
+    if problems:
+        raise SystemExit(1)
+
+
+def _compared(board: Board, program: Path, drive: Drive, folder: Path) -> Replayed:
+    replayed = replay(board, program, drive, folder)
+    _fail([f"{board.name}, {drive.method}: {found}" for found in differences(drive, replayed)])
+    print(f"{board.name}: {len(replayed.rows)} ticks by the {drive.method} method, bit by bit as on this machine")
+    return replayed
+
+
+def measure(board: Board, folder: Path) -> Measured:
+    """Everything about one board; the drive with all that the monitor does is what is measured."""
+    core = build.compiled(board, sorted(build.CORE.glob("*.c")), folder / "core")
+    _fail([f"{board.name}: the core calls {name}" for name in build.strangers(core)])
+    _fail([f"{board.name}: the core has a variable, {name}" for name in build.variables(core)])
+    own = build.compiled(board, sorted(HERE.glob("*.c")), folder)
+    program = build.linked(board, [*core, *own], folder / "replay.elf")
+    stack = build.Stack(core, program)
+
+    columns = golden_drive()
+    short = {name: column[:SHORT] for name, column in columns.items()}
+    for method, angle_method in (("thesis", "yaw-rate-understeer"), ("wheel-speed", "wheel-speed-exact")):
+        _compared(board, program, Drive(short, method, angle_method), folder)
+    whole = _compared(board, program, Drive(columns, "joint", "observer"), folder)
+
+    tick, rest = stack.worst("oc_step"), max(stack.worst("oc_setup"), stack.worst("oc_answer_get"))
+    seen_rest = max(int(whole.tail["setup_stack"]), int(whole.tail["answer_stack"]))
+    for seen, by_graph in ((int(whole.tail["step_stack"]), tick), (seen_rest, rest)):
+        _fail([f"{board.name}: {seen} bytes of stack seen, {by_graph} by the call graph"] if seen > by_graph else [])
+    instructions = whole.rows["instructions"]
+    figures = [
+        _kib(build.flash_bytes(board, core, folder / "core.elf")),
+        _kib(whole.tail["state"].dtype.itemsize),
+        _kib(whole.tail["coefficients"].dtype.itemsize),
+        f"{tick:,}",
+        f"{rest:,}",
+        f"{instructions.mean():,.0f}",
+        f"{np.percentile(instructions, 99):,.0f}",
+        f"{instructions.max():,}",
+        f"{int(whole.tail['answer_instructions']):,}",
+    ]
+    print(f"{board.name}: deepest in a tick: {', '.join(stack.path('oc_step'))}")
+    return Measured(board, figures)
+
+
+def table(columns: list[Measured]) -> str:
+    """The table in Markdown."""
+    names = [c.board.name for c in columns]
+    lines = [f"| | {' | '.join(f'{name} | asked, at most' for name in names)} |"]
+    lines.append("|---" + "|--:|--:" * len(names) + "|")
+    for k, (row, asked) in enumerate(ROWS.items()):
+        cells = [cell for c, limit in zip(columns, asked, strict=True) for cell in (c.figures[k], limit)]
+        lines.append(f"| {row} | {' | '.join(cells)} |")
+    return "\n".join([*lines, "", f"By {build.GCC} {build.compiler_version()}."])
+
+
+def _figures(text: str) -> list[float]:
+    return [float(word.replace(",", "")) for word in re.findall(r"\d[\d,]*(?:\.\d+)?", text)]
+
+
+def same(old: str, new: str) -> bool:
+    """Whether two tables say the same, give or take the simulator's last bits."""
+    if re.sub(r"[\d,.]+", "", old) != re.sub(r"[\d,.]+", "", new):
+        return False
+    pairs = zip(_figures(old), _figures(new), strict=True)
+    return all(abs(a - b) <= SAME * max(abs(a), abs(b)) for a, b in pairs)
+
+
+def keep(new: str) -> None:
+    """Puts the table into README.md between its two marks.
+
+    Raises:
+        SystemExit: what was there is not what was measured.
+    """
+    page = README.read_text(encoding="utf-8")
+    begin, end = "<!-- table: make embedded -->\n", "\n<!-- end -->"
+    before, rest = page.split(begin)
+    old, after = rest.split(end)
+    if not same(old, new):
+        README.write_text(before + begin + new + end + after, encoding="utf-8")
+        raise SystemExit("the table of embedded/README.md was not as measured; it is now")
+
+
+def main() -> None:
+    folder = HERE.parent / "build" / "embedded"
+    new = table([measure(board, folder / board.machine) for board in BOARDS])
+    print(new)
+    keep(new)
+
+
+if __name__ == "__main__":
+    main()

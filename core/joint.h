@@ -15,7 +15,7 @@ enum {
     OC_JOINT_HYPOTHESES = 12,
     OC_JOINT_WAITING = 10, /* samples that wait at most */
     OC_JOINT_STEP = 3,     /* samples that take a hypothesis as long as a step of its equations */
-    OC_CHANGES_MAX = 8
+    OC_CHANGES_MAX = 6
 };
 
 /* What changed in a drive. */

@@ -308,11 +308,12 @@ static uint32_t follow_motion(oc_state *state, const oc_coefficients *c, oc_sign
     return reasons;
 }
 
-/* 5.1.3: offset and understeer gradient. */
+/* Figure 15, what comes after the gate. */
 static void estimate(oc_state *state, const oc_coefficients *c, const followed *now, uint32_t reasons) {
     if (!now->moves) {
         return;
     }
+    /* 5.1.3: offset and understeer gradient */
     if (c->params.method == OC_METHOD_JOINT) {
         oc_estimate_jointly(state, c, &now->filtered, &now->motion, &now->yaw_rate_bias, reasons);
         return;

@@ -264,7 +264,7 @@ def test_a_truck_that_pulls_is_told_from_its_play() -> None:
 @pytest.mark.parametrize(("wrong", "says"), [(1.08, "less"), (0.92, "more")])
 def test_a_wrong_wheelbase_in_the_vehicle_file_is_named_and_costs_no_offset(wrong: float, says: str) -> None:
     """An axle fault of 8 %: the bends tell the right wheelbase, or the ratio that would do as well."""
-    drive, truth = oc.simulate("country", seed=3)
+    drive, truth = oc.simulate("thesis_drive", seed=1)
     right = oc.offset(drive, TRUCK)
     answer = oc.offset(drive, TRUCK.model_copy(update={"wheelbase_m": wrong * TRUCK.wheelbase_m}))
     assert "wheelbase_or_ratio" not in by_code(right)

@@ -1,4 +1,5 @@
-"""Figure 15, drawn from the monitor's own source: its steps are the comments of core/monitor.c's `step`, in order."""
+"""Figure 15, drawn from the monitor's own source: its steps are the comments of core/monitor.c's `follow_motion` and
+`estimate`, in order."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ _ROW_IN, _GAP_IN = 0.2, 0.2  # of the chart
 
 @dataclass(frozen=True)
 class Step:
-    """One comment of `step`, what it calls of other rooms, and the reasons for which a tick goes no further."""
+    """One comment of theirs, what it calls of other rooms, and the reasons for which a tick goes no further."""
 
     text: str
     calls: tuple[str, ...]
@@ -80,9 +81,9 @@ def run(progress: Progress) -> list[Exhibit]:
 
 
 def steps(monitor: str, motion: str) -> list[Step]:
-    """What `step` of core/monitor.c does, in its order, parted at the comments that stand alone, one level in; the
-    gate's reasons are those of `oc_gate` in core/motion.c."""
-    body = _body(monitor, "static uint32_t step(")
+    """What `follow_motion` and `estimate` of core/monitor.c do, in their order, parted at the comments that stand
+    alone, one level in; the gate's reasons are those of `oc_gate` in core/motion.c."""
+    body = _body(monitor, "static uint32_t follow_motion(") + "\n" + _body(monitor, "static void estimate(")
     parts = re.split(r"^    /\* (.+?) \*/$", body, flags=re.MULTILINE | re.DOTALL)[1:]
     return [
         Step(" ".join(text.split()), _calls(code), _ends_with(code, motion))

@@ -179,4 +179,4 @@ def test_nothing_heavy_is_loaded_before_it_is_needed(program: str) -> None:
     run = subprocess.run(command, capture_output=True, text=True, check=True)
     loaded = {line.split("|")[-1].strip().split(".")[0] for line in run.stderr.splitlines() if "|" in line}
     assert "oncenter" in loaded
-    assert not loaded & {"can", "cantools", "asammdf", "pandas", "bokeh", "matplotlib"}
+    assert not loaded & {"can", "cantools", "asammdf", "pandas", "bokeh", "matplotlib", "pyarrow", "ray"}

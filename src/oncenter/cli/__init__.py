@@ -16,6 +16,7 @@ from oncenter.cli.angle import angle
 from oncenter.cli.budget import budget
 from oncenter.cli.demo import demo
 from oncenter.cli.export import export
+from oncenter.cli.fleet import fleet
 from oncenter.cli.offset import offset
 from oncenter.cli.reference import reference
 from oncenter.cli.signals import signals
@@ -36,6 +37,7 @@ app = typer.Typer(
 for verb in (offset, angle, reference, budget, signals, simulate, demo, thesis):
     app.command()(verb)
 app.add_typer(export)
+app.add_typer(fleet)
 
 
 def _version(wanted: bool) -> None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from oncenter.read.frames import Column
 
 SHORTEST_STEP_S = 1e-9  # less is the same stamp, rounded
+_USUAL = 0.2  # of the median step, how far others may be from it to count
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,7 @@ class Samples:
         rank: place in the stated order of kinds, the first is taken.
         address: J1939 source address where there is one.
         labels: what `take` may call this source besides its description, in lower case.
+        time_rate_hz: `median_rate(time)` where it is known, as by a table whose columns share their time.
     """
 
     signal: str
@@ -34,16 +37,19 @@ class Samples:
     rank: int = 0
     address: int | None = None
     labels: tuple[str, ...] = ()
+    time_rate_hz: float | None = None
 
     @property
     def not_available(self) -> int:
         return int(np.isnan(self.values).sum())
 
-    @property
+    @cached_property
     def rate_hz(self) -> float:
         """Median rate of the source's own numbers; 0 below two. Cells that a table leaves empty are no samples."""
         available = ~np.isnan(self.values)
-        return median_rate(self.time if available.all() else self.time[available])
+        if not available.all():
+            return median_rate(self.time[available])
+        return median_rate(self.time) if self.time_rate_hz is None else self.time_rate_hz
 
 
 def median_rate(time: Column) -> float:
@@ -52,9 +58,13 @@ def median_rate(time: Column) -> float:
     steps = steps[steps > SHORTEST_STEP_S]
     if not len(steps):
         return 0.0
-    middle = (len(steps) - 1) // 2
-    median = float(np.partition(steps, middle)[middle])  # a step that occurs, unlike the mean of two
-    usual = steps[np.abs(steps - median) <= 0.2 * median]
+    usual = steps if np.ptp(steps) <= _USUAL * float(steps.min()) else _near_median(steps)
     rate = 1.0 / float(np.mean(usual))
     whole = round(rate)
     return float(whole) if whole and abs(rate - whole) < 1e-3 * whole else rate
+
+
+def _near_median(steps: Column) -> Column:
+    middle = (len(steps) - 1) // 2
+    median = float(np.partition(steps, middle)[middle])  # a step that occurs, unlike the mean of two
+    return steps[np.abs(steps - median) <= _USUAL * median]

@@ -11,7 +11,7 @@ import polars as pl
 from oncenter.errors import OncenterError
 from oncenter.read.csv_text import csv_text, separator_of, with_header_as_long_as_rows
 from oncenter.read.numbers import numbers
-from oncenter.read.samples import Samples
+from oncenter.read.samples import Samples, median_rate
 from oncenter.read.time_column import seconds, time_column
 from oncenter.read.units import columns_that_would_do, factors, is_unit, named_unit, unit_by_suffix, unit_key
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
@@ -103,12 +103,16 @@ def _samples(
     time = time[stamped]
     if len(time) < 2:
         raise OncenterError(f"{path.name} has {len(time)} rows with a time, at least 2 are needed", code="too_short")
+    rate_hz = median_rate(time)
     given = []
     for column, signal, factor in wanted:
         values = numbers(path, frame[column])[stamped] * factor
         values[~np.isfinite(values)] = np.nan
         rank = 0 if signal in names and names[signal].name == column else 1
-        given.append(Samples(signal, time, values, "column", f"column {column}", rank, labels=(column.lower(),)))
+        labels = (column.lower(),)
+        given.append(
+            Samples(signal, time, values, "column", f"column {column}", rank, labels=labels, time_rate_hz=rate_hz)
+        )
     return given
 
 

@@ -18,11 +18,15 @@ _STATUSES = {
 }
 
 # The browser itself is told to fetch nothing, whatever the page or a library in it should try.
-_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
+_POLICY = "default-src 'none'; script-src 'unsafe-inline'{beside}; style-src 'unsafe-inline'; img-src data: blob:"
 
 
-def document(title: str, body: str, script: str) -> str:
-    """The whole HTML document. `script` is bokeh's for the pictures in the body, empty where there are none."""
+def document(title: str, body: str, script: str, *, style: str = "", program: str = "", beside: bool = False) -> str:
+    """The whole HTML document. `script` is bokeh's for the pictures in the body, empty where there are none.
+
+    A page may bring CSS and, after bokeh's, JavaScript of its own; `beside` lets it load scripts that lie beside it.
+    """
+    policy = _POLICY.format(beside=" 'self' file:" if beside else "")
     colours = "".join(f"--{name}:{colour};" for name, colour in COLOURS.items())
     return f"""<!DOCTYPE html>
 <html lang="en">
@@ -30,16 +34,16 @@ def document(title: str, body: str, script: str) -> str:
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
 <title>{escape(title)}</title>
 <style>:root{{{colours}}}
-{_asset("page.css")}</style>
+{_asset("page.css")}{style}</style>
 </head>
 <body>
 <main>
 {body}
 </main>
-{_scripts(script) if script else ""}
+{_scripts(script, program) if script else ""}
 </body>
 </html>
 """
@@ -49,9 +53,9 @@ def _asset(name: str) -> str:
     return files("oncenter.report").joinpath(name).read_text(encoding="utf-8")
 
 
-def _scripts(plots: str) -> str:
+def _scripts(plots: str, program: str) -> str:
     library = Resources(mode="inline", minified=True, components=["bokeh"]).render_js()
-    return f"{library}\n{plots}\n<script>{_asset('page.js')}</script>"
+    return f"{library}\n{plots}\n<script>{_asset('page.js')}{program}</script>"
 
 
 def key(**entries: str) -> str:

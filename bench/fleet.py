@@ -1,0 +1,276 @@
+"""What a fleet's night must show, measured on drives whose truth is known.
+
+    python bench/fleet.py FOLDER [--part changes|speed|ray|memory|kill …] [--page]
+
+FOLDER gets a fleet where it has none yet (fleet_drives.py, 4.5 GB, six minutes of two cores): 2,000 drives of 100
+trucks, half of which nobody touches, with seed 11, which was not used to tune anything: those were 101, 1 and 2. What
+the nights wrote stays in FOLDER/out. `--page` writes what was measured into docs/fleet.md; parts that were not measured
+keep what stood there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+from fleet_drives import fleet, write_fleet
+
+TRUCKS, DRIVES_A_MONTH, SEED = 100, 20, 11
+FOUND_WITHIN = 3  # drives
+LEAST_DEG = 2.0
+KILLS = 10
+PAGE = Path(__file__).parents[1] / "docs" / "fleet.md"
+MARK = "<!-- below: written by bench/fleet.py --page -->\n"
+
+
+def make(folder: Path) -> None:
+    if not (folder / "planted").is_dir():
+        print(f"making {folder / 'planted'}", file=sys.stderr, flush=True)
+        write_fleet(folder / "planted", *fleet(TRUCKS, DRIVES_A_MONTH, SEED), os.cpu_count() or 1)
+
+
+def night(given: Path, output: Path, *, logs: list[str] | None = None, more: tuple[str, ...] = ()) -> dict[str, Any]:
+    """One run as a process of its own: its metrics, wall and CPU seconds of it and its children."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begin = time.perf_counter()
+    places = logs or [str(given / "logs")]
+    command = [*places, "--vehicles", str(given / "vehicles"), "--output", str(output), "--json", *more]
+    done = subprocess.run(
+        [sys.executable, "-m", "oncenter", "fleet", "run", *command], stdout=subprocess.PIPE, text=True, check=True
+    )
+    wall_s = time.perf_counter() - begin
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return json.loads(done.stdout) | {"wall_s": wall_s, "cpu_s": cpu_s}
+
+
+def some(given: Path, count: int) -> list[str]:
+    """Evenly from all trucks, so that every folder gives some."""
+    logs = sorted(map(str, (given / "logs").rglob("*.parquet")))
+    return logs[:: max(1, len(logs) // count)][:count]
+
+
+def changes(folder: Path, work: Path) -> list[str]:
+    """Planted changes found and false ones."""
+    given = folder / "planted"
+    night(given, work)
+    counted, standing = _judged(given, work), _standing(given, work)
+    others = _others(given, work)
+    lines = ["| changes of the offset | planted | found within 3 drives | later or never |", "|---|--:|--:|--:|"]
+    for kind, planted, found in counted["kinds"]:
+        lines.append(f"| {kind} | {planted} | {found} | {planted - found} |")
+    months, false = counted["drives"] / DRIVES_A_MONTH, counted["false"]
+    rate = 100.0 * false / months
+    named = [truck for truck in standing if truck["verdict"] == "calibrate"]
+    wrong = sum(not truck["deserved"] for truck in named)
+    missed = sum(truck["deserved"] and truck["verdict"] != "calibrate" for truck in standing)
+    covered = sum(truck["covered"] for truck in standing)
+    return [
+        *lines,
+        "",
+        f"False alarms: {false} in {months:.0f} truck-months of 20 drives, {rate:.2f} %; asked: 1 %. "
+        f"Of other quantities, where none was planted: {others or 'none'}.",
+        "",
+        f"The 95 % interval of the offset that a truck has now holds the truth for {covered} of {len(standing)} "
+        f"trucks. {len(named)} are named to calibrate; of {wrong} of them neither offset nor change is beyond 2 deg, "
+        f"and {missed} of which one is are not named.",
+    ]
+
+
+def _others(given: Path, output: Path) -> dict[str, int]:
+    """What else is said to have changed, but for gyros that did."""
+    planted = json.loads((given / "planted.json").read_text())
+    gyros = {change["truck"] for change in planted if change["kind"] == "gyro"}
+    found = pl.read_parquet(output / "changes.parquet").filter(pl.col("quantity") != "offset").to_dicts()
+    untouched = [each for each in found if each["quantity"] != "yaw_rate_bias" or each["truck"] not in gyros]
+    return dict(sorted(Counter(each["quantity"] for each in untouched).items()))
+
+
+def _standing(given: Path, output: Path) -> list[dict[str, Any]]:
+    """By truck: its verdict, whether the interval of its offset holds the truth, and whether offset or change is
+    beyond the limit."""
+    truth = pl.read_csv(given / "drives.csv").sort("drive").group_by("truck").last()
+    planted = {change["truck"]: change for change in json.loads((given / "planted.json").read_text())}
+    rows = []
+    for row in pl.read_parquet(output / "trucks.parquet").join(truth, on="truck", suffix="_true").to_dicts():
+        change = planted.get(row["truck"], {"kind": "gyro", "size": 0.0})
+        moved = 0.0 if change["kind"] == "gyro" else abs(change["size"])
+        error = row["offset_deg"] - row["offset_deg_true"]
+        rows.append(
+            {
+                "verdict": row["verdict"],
+                "covered": abs(error) < 1.96 * row["offset_sd_deg"],
+                "deserved": max(abs(row["offset_deg_true"]), moved) > LEAST_DEG,
+            }
+        )
+    return rows
+
+
+def _judged(given: Path, output: Path) -> dict[str, Any]:
+    """A change found belongs to the planted one of its truck if that came with or before its proof and it is placed at
+    most three drives from it; all others are false."""
+    planted = {change["truck"]: change for change in json.loads((given / "planted.json").read_text())}
+    found = pl.read_parquet(output / "changes.parquet").filter(quantity="offset")
+    drives = pl.read_parquet(output / "drives.parquet")
+    kinds: dict[str, list[bool]] = {}
+    false = 0
+    for (truck,), rows in drives.sort("start").group_by("truck", maintain_order=True):
+        starts = rows["start"].to_list()
+        change = planted.get(str(truck))
+        of_truck = found.filter(truck=truck).to_dicts()
+        ours = []
+        if change is not None and change["kind"] != "gyro":
+            at = change["drive"]
+            ours = [
+                each
+                for each in of_truck
+                if starts.index(each["found"]) >= at and abs(starts.index(each["by_drive"]) - at) <= FOUND_WITHIN
+            ]
+            size = "of 2 deg or more" if abs(change["size"]) >= LEAST_DEG else "of 0.5 to 2 deg"
+            soon = any(starts.index(each["found"]) - at < FOUND_WITHIN for each in ours)
+            kinds.setdefault(f"{change['kind']} {size}", []).append(soon)
+        false += len(of_truck) - len(ours[:1])
+    return {
+        "drives": len(drives),
+        "false": false,
+        "kinds": [(kind, len(hits), sum(hits)) for kind, hits in sorted(kinds.items())],
+    }
+
+
+def speed(folder: Path, work: Path) -> list[str]:
+    """The same logs on one core and on all."""
+    logs = some(folder / "planted", 120)
+    _touch(logs)
+    cores = sorted(os.sched_getaffinity(0))
+    lines = ["| threads, 120 drives | drives/s | CPU ms a drive | load of others |", "|---|--:|--:|--:|"]
+    for used in (cores[:1], cores):
+        os.sched_setaffinity(0, used)
+        loaded = os.getloadavg()[0]
+        metrics = night(folder / "planted", work / f"cores{len(used)}", logs=logs)
+        lines.append(
+            f"| {len(used)} {'core' if len(used) == 1 else 'cores'} | {metrics['logs_per_second']:.1f} | "
+            f"{1000.0 * metrics['cpu_s'] / len(logs):.0f} | {loaded:.1f} |"
+        )
+    return lines
+
+
+def _touch(logs: list[str]) -> None:
+    """Read once, so that the disk is out of it."""
+    for log in logs:
+        Path(log).read_bytes()
+
+
+def on_ray(folder: Path, work: Path) -> list[str]:
+    """Ray on this machine's cores beside threads, 500 drives: time and bytes."""
+    logs = some(folder / "planted", 500)
+    _touch(logs)
+    threads = night(folder / "planted", work / "threads", logs=logs)
+    ray = night(folder / "planted", work / "ray", logs=logs, more=("--engine", "ray"))
+    same = _same(work / "threads", work / "ray")
+    return [
+        "| 500 drives | s, from start to page | drives/s while answering |",
+        "|---|--:|--:|",
+        f"| threads | {threads['wall_s']:.1f} | {threads['logs_per_second']:.1f} |",
+        f"| Ray, its start and end included | {ray['wall_s']:.1f} | {ray['logs_per_second']:.1f} |",
+        "",
+        f"Ray takes {ray['wall_s'] / threads['wall_s']:.2f} times as long (asked: 1.5); tables "
+        f"{'are the same bytes' if same else 'DIFFER'}.",
+    ]
+
+
+def _same(one: Path, other: Path) -> bool:
+    names = ["drives.parquet", "trucks.parquet", "changes.parquet"]
+    return all((one / name).read_bytes() == (other / name).read_bytes() for name in names)
+
+
+def memory(folder: Path, work: Path) -> list[str]:
+    lines = ["| logs | peak memory, MB |", "|--:|--:|"]
+    for count in (25, 100, 400):
+        logs = some(folder / "planted", count)
+        metrics = night(folder / "planted", work / f"memory{count}", logs=logs)
+        lines.append(f"| {len(logs)} | {metrics['peak_memory_mb']:.0f} |")
+    return lines
+
+
+def kill(folder: Path, work: Path) -> list[str]:
+    """Killed ten times in the middle, then left alone: the bytes of a run that nobody disturbed."""
+    logs = some(folder / "planted", 120)
+    undisturbed = night(folder / "planted", work / "undisturbed", logs=logs)
+    waits = random.Random(1)
+    command = [
+        "fleet",
+        "run",
+        *logs,
+        "--vehicles",
+        str(folder / "planted" / "vehicles"),
+        "--output",
+        str(work / "killed"),
+    ]
+    killed = 0
+    for _ in range(KILLS):
+        process = subprocess.Popen([sys.executable, "-m", "oncenter", *command], stdout=subprocess.DEVNULL)
+        time.sleep(waits.uniform(0.1, 0.15) * undisturbed["wall_s"])
+        process.send_signal(signal.SIGKILL)
+        killed += process.wait() == -signal.SIGKILL
+    last = night(folder / "planted", work / "killed", logs=logs)
+    same = _same(work / "undisturbed", work / "killed")
+    return [
+        f"Killed {killed} times within 120 drives, {last['logs_answered']} of which were left to the last run: tables "
+        f"{'are the same bytes as undisturbed' if same else 'DIFFER from those of an undisturbed run'}."
+    ]
+
+
+PARTS: dict[str, tuple[str, Callable[[Path, Path], list[str]]]] = {
+    "changes": ("Changes found, and false ones", changes),
+    "speed": ("Speed", speed),
+    "ray": ("Ray", on_ray),
+    "memory": ("Memory", memory),
+    "kill": ("Killed in the middle", kill),
+}
+
+
+def write_page(measured: dict[str, list[str]]) -> None:
+    above, _, below = PAGE.read_text(encoding="utf-8").partition(MARK)
+    stood = dict(part.split("\n", 1) for part in below.split("### ")[1:])
+    titles = [title for title, _ in PARTS.values()]
+    new = {title: stood.get(title, "\nNot measured yet.\n").strip() for title in titles}
+    new |= {PARTS[name][0]: "\n".join(lines) for name, lines in measured.items()}
+    PAGE.write_text(
+        above + MARK + "".join(f"\n### {title}\n\n{text}\n" for title, text in new.items()), encoding="utf-8"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--part", nargs="+", choices=PARTS, default=list(PARTS))
+    parser.add_argument("--page", action="store_true")
+    given = parser.parse_args()
+    make(given.folder)
+    measured = {}
+    for name in given.part:
+        work = given.folder / "out" / name
+        if name != "changes":  # a night that goes on from one before gives the same
+            shutil.rmtree(work, ignore_errors=True)
+        work.mkdir(parents=True, exist_ok=True)
+        measured[name] = PARTS[name][1](given.folder, work)
+        print(f"\n### {PARTS[name][0]}\n\n" + "\n".join(measured[name]), flush=True)
+    if given.page:
+        write_page(measured)
+
+
+if __name__ == "__main__":
+    main()

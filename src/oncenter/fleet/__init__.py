@@ -1,0 +1,26 @@
+"""Which trucks of a fleet need a calibration, since when, and how sure that is: logs by the million as three tables.
+
+`run` answers the logs that are new and writes the tables and the page anew; `query` asks the tables in SQL.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from oncenter.fleet.night import Summary as Summary
+    from oncenter.fleet.night import run as run
+    from oncenter.fleet.sql import query as query
+
+_HOMES = {"Summary": "night", "query": "sql", "run": "night"}
+
+__all__ = ["Summary", "query", "run"]
+
+
+def __getattr__(name: str) -> Any:
+    """Late: pyarrow takes longer to load than most command lines take to answer."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'oncenter.fleet' has no attribute '{name}'")
+    from importlib import import_module
+
+    return getattr(import_module(f"oncenter.fleet.{_HOMES[name]}"), name)

@@ -1,0 +1,141 @@
+"""One log becomes one row: read, answered, with its truck and its time, or with what is wrong with it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from oncenter import _core
+from oncenter.errors import OncenterError
+from oncenter.estimate import Answer, Estimate, offset
+from oncenter.fleet.files import LogFile, at_hand
+from oncenter.fleet.trucks import Truck, Trucks
+from oncenter.read import read
+from oncenter.read.identity import start_of, vin_of
+from oncenter.signals import Signals
+from oncenter.vehicle import Vehicle
+
+_EPOCH_S = 1e8  # times beyond are of day and year, those below since the log's own start
+_DATE = re.compile(
+    r"(?<!\d)((?:19|20)\d\d)-?([01]\d)-?([0-3]\d)[T_ -]?([0-2]\d)[-:.h]?([0-5]\d)(?:[-:.m]?([0-5]\d))?(?!\d)"
+)
+
+
+@dataclass(frozen=True)
+class Work:
+    """What every log needs to be answered: plain data, so that it can be sent to another machine.
+
+    Attributes:
+        trucks: the vehicle files.
+        reports: where each drive's page goes, or None.
+    """
+
+    trucks: Trucks
+    reports: Path | None = None
+
+    def __call__(self, log: LogFile) -> dict[str, Any]:
+        """The row of `tables.DRIVES`; times in s since 1970. A log that cannot be answered is a row as well."""
+        row: dict[str, Any] = {"log": log.uri, "truck": "", "version": _core.version(), "key": ""}
+        truck = self.trucks.by_path(log.uri)
+        try:
+            with at_hand(log) as (path, key):
+                row["key"] = key
+                truck = truck or self._by_vin(path)
+                row |= {"truck": truck.name, "vehicle_file": truck.vehicle_file} if truck else {}
+                vehicle = self._vehicle(log, truck)
+                signals = read(path, names=vehicle.signal_names)
+                row |= when(log, path, signals)
+                answer = offset(signals, vehicle)
+                row |= of_answer(answer)
+                if self.reports is not None:
+                    _report(answer, self.reports, key)
+        except OncenterError as error:
+            row |= {"error_code": error.code, "error": " ".join(str(error).split())}
+        except Exception as error:  # a night is not lost for one log
+            row |= {"error_code": "bug", "error": f"a bug of ours: {type(error).__name__}: {error}"}
+        row["settings"] = self.trucks.settings(truck.vehicle_file if truck else None)
+        return row
+
+    def _by_vin(self, path: Path) -> Truck | None:
+        vin = vin_of(path)
+        return None if vin is None else self.trucks.by_vin(vin)
+
+    def _vehicle(self, log: LogFile, truck: Truck | None) -> Vehicle:
+        if truck is None:
+            raise OncenterError(
+                f"no vehicle file for {log.uri}: neither its path nor a VIN in it names one of --vehicles",
+                code="unknown_truck",
+            )
+        return self.trucks.vehicle(truck.vehicle_file)
+
+
+def _report(answer: Answer, folder: Path, key: str) -> None:
+    """Whole or not there."""
+    from oncenter.report import report
+
+    beside = folder / f"{key}.new"
+    report(answer, beside)
+    beside.replace(folder / f"{key}.html")
+
+
+def of_answer(answer: Answer) -> dict[str, Any]:
+    """Its columns of a drive's row."""
+    row: dict[str, Any] = {
+        "rate_hz": answer.drives[0].rate_hz,
+        "duration_s": answer.duration_s,
+        "used_s": answer.used_s,
+        "changes_in_drive": len(answer.changes),
+        "findings": " ".join(finding.code for finding in answer.findings),
+    }
+    for name, unit in _UNITS.items():
+        row |= _columns(name, unit, getattr(answer, name))
+    return row
+
+
+# By quantity as `Answer` calls it, the unit in its columns.
+_UNITS: Mapping[str, str] = {
+    "offset": "deg",
+    "backlash": "deg",
+    "unloading_acceleration": "m_s2",
+    "yaw_rate_bias": "deg_s",
+    "understeer_gradient": "deg_m_s2",
+}
+
+
+def _columns(name: str, unit: str, estimate: Estimate) -> dict[str, Any]:
+    given = estimate.to_dict()
+    low, high = given["ci95"] or (None, None)
+    sd = None if low is None or high is None else (high - low) / (2.0 * 1.96)
+    return {f"{name}_{unit}": given["value"], f"{name}_sd_{unit}": sd, f"{name}_status": given["status"]}
+
+
+def when(log: LogFile, path: Path, signals: Signals) -> dict[str, Any]:
+    """When the drive began, in s since 1970, by the first that tells: the log's own time stamps, a table's metadata or
+    column `start_time`, a date with its time of day in the name of the file or of a folder near it (UTC), the time at
+    which the file was last written less the drive's length."""
+    first, last = float(signals.table["time_s"][0]), float(signals.table["time_s"][-1])
+    if first > _EPOCH_S:
+        return {"start": first, "start_source": "log"}
+    told = start_of(path)
+    if told is not None:
+        return {"start": told, "start_source": "metadata"}
+    for part in reversed(PurePosixPath(log.uri).parts):
+        named = _dated(part)
+        if named is not None:
+            return {"start": named, "start_source": "name"}
+    return {"start": log.modified_s - (last - first), "start_source": "modified"}
+
+
+def _dated(name: str) -> float | None:
+    found = _DATE.search(name)
+    if found is None:
+        return None
+    try:
+        year, month, day, hour, minute, second = (int(part or 0) for part in found.groups())
+        return datetime(year, month, day, hour, minute, second, tzinfo=UTC).timestamp()
+    except ValueError:
+        return None

@@ -1,0 +1,140 @@
+"""What was seen and what it gave, on disk: the one thing that must outlive a power cut in the middle of a night.
+
+SQLite with a write-ahead log: a row is in or it is not, and what is missing is found by a query, so that memory does
+not grow with the number of logs. The Parquet tables are made from it, whole, at the end of a run.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import time
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.fleet.files import LogFile
+from oncenter.fleet.trucks import Trucks
+
+_COMMIT_EVERY_S = 1.0
+_AGAIN = ("unreadable_log", "output", "bug")  # next time it may go well
+_TABLES = """
+CREATE TABLE IF NOT EXISTS drive (key TEXT PRIMARY KEY, log TEXT, truck TEXT, start REAL, settings TEXT,
+                                  vehicle_file TEXT, again INTEGER, row TEXT);
+CREATE INDEX IF NOT EXISTS in_time ON drive (truck, start, key);
+CREATE TABLE IF NOT EXISTS seen (uri TEXT PRIMARY KEY, size INTEGER, modified REAL, key TEXT);
+CREATE INDEX IF NOT EXISTS of_key ON seen (key);
+CREATE TEMP TABLE planned (uri TEXT PRIMARY KEY, options TEXT, size INTEGER, modified REAL);
+CREATE TEMP TABLE to_do (uri TEXT PRIMARY KEY, options TEXT, size INTEGER, modified REAL);
+"""
+
+
+class Ledger:
+    """Of one output folder, for one run at a time.
+
+    Raises:
+        OncenterError: "output", exit code 2: it cannot be opened, or another run has it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        try:
+            self._file = sqlite3.connect(path, timeout=1.0, isolation_level=None)
+            self._file.execute("PRAGMA journal_mode = WAL")
+            self._file.execute("PRAGMA synchronous = NORMAL")
+            self._file.execute("PRAGMA temp_store = FILE")
+            self._file.executescript(_TABLES)
+            self._file.execute("BEGIN IMMEDIATE")
+        except sqlite3.Error as error:
+            raise OncenterError(
+                f"cannot write {path}: {error}; --output takes a folder that is yours and that no other run is writing",
+                code="output",
+                exit_code=WRONG_USAGE,
+            ) from None
+        self._committed = time.monotonic()
+
+    def plan(self, logs: Iterable[LogFile], trucks: Trucks) -> tuple[int, int]:
+        """Takes down all logs; how many there are, and how many must be answered.
+
+        One need not when it was seen as it is now (name, size, time of last writing) and its answer was made by this
+        version with the same vehicle file.
+        """
+        self._file.executemany(
+            "INSERT OR IGNORE INTO planned VALUES (?, ?, ?, ?)",
+            ((log.uri, log.options, log.size, log.modified_s) for log in logs),
+        )
+        self._forget_outdated(trucks)
+        self._file.execute(
+            "INSERT INTO to_do SELECT p.* FROM planned p WHERE NOT EXISTS (SELECT 1 FROM seen s JOIN drive d"
+            " ON d.key = s.key WHERE s.uri = p.uri AND s.size = p.size AND s.modified = p.modified AND NOT d.again)"
+        )
+        count = "SELECT (SELECT count(*) FROM planned), (SELECT count(*) FROM to_do)"
+        all_logs, to_do = self._file.execute(count).fetchone()
+        return int(all_logs), int(to_do)
+
+    def _forget_outdated(self, trucks: Trucks) -> None:
+        """Rows stay in the tables until their logs are answered anew."""
+        pairs = self._file.execute("SELECT DISTINCT vehicle_file, settings FROM drive WHERE NOT again").fetchall()
+        for vehicle_file, settings in pairs:
+            if settings != trucks.settings(vehicle_file):
+                self._file.execute(
+                    "UPDATE drive SET again = 1 WHERE vehicle_file IS ? AND settings = ?", (vehicle_file, settings)
+                )
+
+    def to_do(self) -> Iterator[LogFile]:
+        """What is planned and not done, by name."""
+        after = ""
+        while rows := self._file.execute(
+            "SELECT uri, options, size, modified FROM to_do WHERE uri > ? ORDER BY uri LIMIT 500", (after,)
+        ).fetchall():
+            after = rows[-1][0]
+            for row in rows:
+                yield LogFile(*row)
+
+    def add(self, log: LogFile, row: dict[str, Any]) -> None:
+        """One answered log. Of copies of one drive the first by name is kept, whichever came first."""
+        key = row["key"] or f"unread {log.uri}"
+        kept = self._file.execute("SELECT log, settings, again FROM drive WHERE key = ?", (key,)).fetchone()
+        if kept is None or kept[2] or kept[1] != row["settings"] or row["log"] < kept[0]:
+            self._file.execute(
+                "INSERT OR REPLACE INTO drive VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+                (
+                    key,
+                    row["log"],
+                    row["truck"],
+                    row.get("start"),
+                    row["settings"],
+                    row.get("vehicle_file"),
+                    row.get("error_code") in _AGAIN,
+                    json.dumps(row),
+                ),
+            )
+        self._see(log, key)
+        if time.monotonic() - self._committed > _COMMIT_EVERY_S:
+            self.commit()
+
+    def _see(self, log: LogFile, key: str) -> None:
+        """A file that had another content before takes that one's row with it, unless a copy has it as well."""
+        before = self._file.execute("SELECT key FROM seen WHERE uri = ?", (log.uri,)).fetchone()
+        self._file.execute("INSERT OR REPLACE INTO seen VALUES (?, ?, ?, ?)", (log.uri, log.size, log.modified_s, key))
+        if before is not None and before[0] != key:
+            self._file.execute(
+                "DELETE FROM drive WHERE key = ? AND NOT EXISTS (SELECT 1 FROM seen WHERE seen.key = drive.key)", before
+            )
+
+    def commit(self) -> None:
+        self._file.execute("COMMIT")
+        self._file.execute("BEGIN IMMEDIATE")
+        self._committed = time.monotonic()
+
+    def by_truck(self) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+        """Each truck's rows in order of time, one truck in memory at a time; first those that are of none."""
+        trucks = [name for (name,) in self._file.execute("SELECT DISTINCT truck FROM drive ORDER BY truck")]
+        for truck in trucks:
+            rows = self._file.execute("SELECT row FROM drive WHERE truck = ? ORDER BY start, key", (truck,))
+            yield truck, [json.loads(row) for (row,) in rows]
+
+    def close(self) -> None:
+        """What was added is kept."""
+        self._file.execute("COMMIT")
+        self._file.close()

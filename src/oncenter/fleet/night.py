@@ -1,0 +1,182 @@
+"""A night: which logs are new, each answered, rows put down as they come, then tables, ranking and page anew."""
+
+from __future__ import annotations
+
+import json
+import os
+import sqlite3
+import time
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from oncenter import _core
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.fleet.drive import Work
+from oncenter.fleet.engines import Engine, threads
+from oncenter.fleet.files import find_logs
+from oncenter.fleet.ledger import Ledger
+from oncenter.fleet.progress import Progress
+from oncenter.fleet.ranking import history, rank
+from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS, TableFile
+from oncenter.fleet.trucks import Trucks
+
+LIMIT_DEG = 2.0  # some lane keeping systems call for calibration from there on
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a run did and what stands in the tables after it; `metrics.json` holds the same.
+
+    `worst` are trucks' rows of `tables.TRUCKS`, ranked, those to calibrate first; at most ten.
+    """
+
+    version: str
+    output: str
+    limit_deg: float
+    logs_found: int
+    logs_answered: int
+    logs_refused: int
+    seconds: float
+    logs_per_second: float
+    peak_memory_mb: float | None
+    drives: int
+    refused: dict[str, int]
+    trucks: int
+    changes_of_offset: int
+    verdicts: dict[str, int]
+    worst: tuple[dict[str, Any], ...]
+
+
+def run(
+    logs: Sequence[str],
+    vehicles: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    *,
+    engine: Engine = threads,
+    limit_deg: float = LIMIT_DEG,
+    reports: bool = False,
+) -> Summary:
+    """Answers all logs that were not answered before, and writes `drives.parquet`, `trucks.parquet`,
+    `changes.parquet`, `index.html` and `metrics.json`.
+
+    May be stopped at any time, by whatever means: the next run does what is missing.
+
+    Args:
+        logs: files, folders, and s3://bucket/folder.
+        vehicles: folder of vehicle files, see `oncenter.fleet.trucks.Trucks`.
+        output: folder; made where there is none.
+        engine: see `oncenter.fleet.engines`.
+        limit_deg: what a truck's offset may be.
+        reports: whether each drive answered gets a page, some 2 MB.
+
+    Raises:
+        OncenterError: exit code 2: "no_such_log", "vehicle_file", "output", "limit", "ray".
+    """
+    if not limit_deg > 0.0:
+        raise OncenterError(f"'limit_deg' must be positive, got {limit_deg:g}", code="limit", exit_code=WRONG_USAGE)
+    begin = time.monotonic()
+    trucks = Trucks(Path(vehicles))
+    folder = _made(Path(output))
+    work = Work(trucks, _made(folder / "reports") if reports else None)
+    try:
+        with closing(Ledger(folder / "ledger.sqlite")) as ledger:
+            found, to_do = ledger.plan(find_logs(logs), trucks)
+            progress = Progress(to_do)
+            for log, row in engine(work, ledger.to_do()):
+                ledger.add(log, row)
+                progress.one_more(row.get("error_code") is not None)
+            progress.end()
+            ledger.commit()
+            facts = _write_tables(folder, ledger, limit_deg)
+    except (sqlite3.Error, OSError) as error:  # a full disk, as a rule
+        raise OncenterError(
+            f"cannot write {folder}: {error}; what was put down is kept, the next run goes on from there",
+            code="output",
+            exit_code=WRONG_USAGE,
+        ) from None
+    summary = Summary(
+        version=_core.version(),
+        output=str(folder),
+        limit_deg=limit_deg,
+        logs_found=found,
+        logs_answered=progress.done - progress.errors,
+        logs_refused=progress.errors,
+        seconds=time.monotonic() - begin,
+        logs_per_second=progress.rate,
+        peak_memory_mb=_peak_memory_mb(),
+        **facts,
+    )
+    _put(folder / "metrics.json", json.dumps(asdict(summary), indent=1, ensure_ascii=False) + "\n")
+    return summary
+
+
+def _made(folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OncenterError(f"cannot make {folder}: {error.strerror}", code="output", exit_code=WRONG_USAGE) from None
+    return folder
+
+
+def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, Any]:
+    """All tables and the page from the ledger, truck by truck; what the summary says of them."""
+    from oncenter.fleet.page import write_page
+    from oncenter.fleet.truck_data import write_truck
+
+    trucks: list[dict[str, Any]] = []
+    refused: dict[str, int] = {}
+    changes: list[dict[str, Any]] = []
+    count = 0
+    with (
+        TableFile(folder / "drives.parquet", DRIVES) as drives,
+        TableFile(folder / "changes.parquet", CHANGES) as table,
+    ):
+        for truck, rows in ledger.by_truck():
+            for row in rows:
+                drives.add(row)
+                code = row.get("error_code")
+                if code is not None:
+                    refused[code] = refused.get(code, 0) + 1
+            count += len(rows)
+            if truck:
+                of_truck = history(truck, rows, limit_deg)
+                trucks.append(of_truck.truck)
+                changes += of_truck.changes
+                write_truck(folder, of_truck, rows)
+        for change in changes:
+            table.add(change)
+    ranked = rank(trucks)
+    with TableFile(folder / "trucks.parquet", TRUCKS) as table:
+        for row in ranked:
+            table.add(row)
+    write_page(folder / "index.html", ranked, changes, refused, limit_deg)
+    verdicts = {
+        name: sum(row["verdict"] == name for row in ranked) for name in ("calibrate", "watch", "fine", "unknown")
+    }
+    return {
+        "drives": count,
+        "refused": dict(sorted(refused.items())),
+        "trucks": len(ranked),
+        "changes_of_offset": sum(change["quantity"] == "offset" for change in changes),
+        "verdicts": verdicts,
+        "worst": tuple(ranked[:10]),
+    }
+
+
+def _put(path: Path, text: str) -> None:
+    """Whole or not at all."""
+    beside = path.with_name(path.name + ".new")
+    beside.write_text(text, encoding="utf-8")
+    os.replace(beside, path)
+
+
+def _peak_memory_mb() -> float | None:
+    """Of this process, where the system tells."""
+    try:
+        import resource
+    except ImportError:  # not a POSIX system
+        return None
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0

@@ -1,0 +1,196 @@
+"""The fleet page's pictures, in the colours of a drive's report: blue what was estimated, orange what changed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from bokeh.models import (
+    BoxAnnotation,
+    ColumnDataSource,
+    CustomJS,
+    DatetimeTickFormatter,
+    HoverTool,
+    NumeralTickFormatter,
+    Range1d,
+    Span,
+    TapTool,
+)
+from bokeh.plotting import figure
+
+from oncenter.fleet.tables import OFFSET
+from oncenter.report.canvas import COLOURS, plain
+
+VERDICT_COLOURS = {"calibrate": "rejected", "watch": "right", "fine": "used"}
+CAUSE_COLOURS = {
+    "sensor_or_alignment": "rejected",
+    "wheel_alignment": "right",
+    "gyro": "estimate",
+    "play": "used",
+}
+_TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
+_RANKED = 40  # trucks that fit a picture
+_BINS = 41
+
+
+def distribution(ranked: Sequence[dict[str, Any]], limit_deg: float) -> figure | None:
+    """How many trucks have which offset, by verdict."""
+    known = [row for row in ranked if row["verdict"] in VERDICT_COLOURS]
+    if not known:
+        return None
+    farthest = max(1.25 * limit_deg, *(1.05 * abs(row[OFFSET.value]) for row in known))
+    edges = np.linspace(-farthest, farthest, _BINS + 1)
+    picture = plain(280, _TOOLS, x_range=Range1d(-farthest, farthest))
+    below = np.zeros(_BINS)
+    for verdict in reversed(VERDICT_COLOURS):
+        count = np.histogram([row[OFFSET.value] for row in known if row["verdict"] == verdict], edges)[0]
+        source = {
+            "left": edges[:-1],
+            "right": edges[1:],
+            "bottom": below,
+            "top": below + count,
+            "count": count,
+        }
+        bars = picture.quad(
+            "left", "right", "top", "bottom", source=source, color=COLOURS[VERDICT_COLOURS[verdict]], line_color=None
+        )
+        tips = [(verdict, "@count trucks"), ("offset", "@left{0.0} to @right{0.0} deg")]
+        picture.add_tools(HoverTool(renderers=[bars], tooltips=tips))
+        below = below + count
+    _limits(picture, limit_deg, "height")
+    picture.y_range.start = 0
+    picture.xaxis.axis_label = "offset now, left positive (deg)"
+    picture.yaxis.axis_label = "trucks"
+    picture.yaxis.formatter = NumeralTickFormatter(format="0")
+    picture.yaxis.ticker.min_interval = 1
+    return picture
+
+
+def ranking(ranked: Sequence[dict[str, Any]], limit_deg: float) -> figure | None:
+    """The offsets of the first trucks with their 95 % intervals, the strongest evidence on top; a tap opens one."""
+    first = [row for row in ranked if row["verdict"] in VERDICT_COLOURS][:_RANKED]
+    if not first:
+        return None
+    value = np.array([row[OFFSET.value] for row in first])
+    half = 1.96 * np.array([row[OFFSET.sd] for row in first])
+    source = ColumnDataSource(
+        {
+            "truck": [row["truck"] for row in first],
+            "place": np.array([row["rank"] for row in first], float),
+            "value": value,
+            "low": value - half,
+            "high": value + half,
+            "colour": [COLOURS[VERDICT_COLOURS[row["verdict"]]] for row in first],
+            "verdict": [row["verdict"] for row in first],
+        }
+    )
+    count = len(first)
+    farthest = max(1.25 * limit_deg, float(np.max(np.abs(value) + half)) * 1.03)
+    picture = plain(
+        90 + 14 * count, "tap,reset,save", x_range=Range1d(-farthest, farthest), y_range=Range1d(count + 0.8, 0.2)
+    )
+    _limits(picture, limit_deg, "height")
+    picture.hbar(y="place", left="low", right="high", height=0.22, color="colour", alpha=0.5, source=source)
+    dots = picture.scatter("value", "place", size=8, color="colour", source=source)
+    tips = [("truck", "@truck"), ("offset", "@value{0.00} deg, 95 % @low{0.0} to @high{0.0}"), ("", "@verdict")]
+    picture.add_tools(HoverTool(renderers=[dots], tooltips=tips))
+    _opens_truck(picture, source)
+    picture.xaxis.axis_label = "offset now with its 95 % interval (deg)"
+    picture.yaxis.axis_label = "rank by evidence"
+    picture.yaxis.formatter = NumeralTickFormatter(format="0")
+    picture.ygrid.grid_line_color = None
+    return picture
+
+
+def calendar(changes: Sequence[dict[str, Any]]) -> figure | None:
+    """Changes of the offset by day and size, with their 95 % intervals; a tap opens the truck."""
+    shown = [change for change in changes if change["quantity"] == "offset"]
+    if not shown:
+        return None
+    size = np.array([change["size"] for change in shown])
+    half = 1.96 * np.array([change["sd"] for change in shown])
+    source = ColumnDataSource(
+        {
+            "truck": [change["truck"] for change in shown],
+            "time": np.array([change["by_drive"] for change in shown]) * 1000.0,
+            "size": size,
+            "low": size - half,
+            "high": size + half,
+            "colour": [COLOURS[CAUSE_COLOURS[change["cause"]]] for change in shown],
+            "cause": [change["cause"].replace("_", " ") for change in shown],
+        }
+    )
+    picture = _over_days(320)
+    _intervals(picture, source)
+    dots = picture.scatter("time", "size", size=9, color="colour", source=source)
+    tips = [
+        ("truck", "@truck"),
+        ("first drive after", "@time{%F %H:%M}"),
+        ("size", "@size{+0.0} deg, 95 % @low{+0.0} to @high{+0.0}"),
+        ("with", "@cause"),
+    ]
+    picture.add_tools(HoverTool(renderers=[dots], tooltips=tips, formatters={"@time": "datetime"}), TapTool())
+    _opens_truck(picture, source)
+    picture.add_layout(Span(location=0.0, dimension="width", line_color=COLOURS["line"], line_width=1))
+    picture.yaxis.axis_label = "change of the offset (deg)"
+    return picture
+
+
+def truck_history(limit_deg: float) -> figure:
+    """An empty history: fleet.js fills its sources `drives` and `means` with a truck's numbers."""
+    drives = ColumnDataSource(
+        {name: [] for name in ("time", "value", "low", "high", "log", "report", "colour")}, name="drives"
+    )
+    means = ColumnDataSource({name: [] for name in ("left", "right", "value")}, name="means")
+    breaks = ColumnDataSource({"time": []}, name="breaks")
+    picture = _over_days(340)
+    _limits(picture, limit_deg, "width")
+    _intervals(picture, drives)
+    picture.vspan(x="time", source=breaks, line_color=COLOURS["rejected"], line_dash="dashed", line_width=1.5)
+    picture.segment("left", "value", "right", "value", source=means, color=COLOURS["measured"], line_width=2.5)
+    dots = picture.scatter("time", "value", size=8, color="colour", source=drives)
+    tips = [("drive", "@time{%F %H:%M}"), ("offset", "@value{0.00} deg, 95 % @low{0.0} to @high{0.0}"), ("log", "@log")]
+    picture.add_tools(HoverTool(renderers=[dots], tooltips=tips, formatters={"@time": "datetime"}))
+    opens = TapTool(renderers=[dots])
+    opens.callback = CustomJS(
+        args={"drives": drives},
+        code="const at = drives.selected.indices[0]; const page = at === undefined ? null : drives.data.report[at];"
+        " drives.selected.indices = []; if (page) window.open(page);",
+    )
+    picture.add_tools(opens)
+    picture.yaxis.axis_label = "offset, left positive (deg)"
+    return picture
+
+
+def _over_days(height: int) -> figure:
+    picture = plain(height, _TOOLS, x_axis_type="datetime")
+    picture.xaxis.formatter = DatetimeTickFormatter(hours="%d %b %H:%M", days="%d %b", months="%b %Y", years="%Y")
+    picture.xaxis.axis_label = "begin of the drive (UTC)"
+    return picture
+
+
+def _intervals(picture: figure, source: ColumnDataSource) -> None:
+    """Bars, not whiskers: a range that fits itself heeds glyphs only."""
+    picture.segment("time", "low", "time", "high", source=source, color=COLOURS["line"], line_width=1)
+
+
+def _limits(picture: figure, limit_deg: float, dimension: str) -> None:
+    """What an offset may be: a band across, dashed at its ends."""
+    sides = (
+        {"left": -limit_deg, "right": limit_deg} if dimension == "height" else {"bottom": -limit_deg, "top": limit_deg}
+    )
+    picture.add_layout(BoxAnnotation(**sides, fill_color=COLOURS["used"], fill_alpha=0.07, line_color=None))
+    for side in (-limit_deg, limit_deg):
+        picture.add_layout(
+            Span(location=side, dimension=dimension, line_color=COLOURS["used"], line_dash="dashed", line_width=1)
+        )
+
+
+def _opens_truck(picture: figure, source: ColumnDataSource) -> None:
+    open_it = CustomJS(
+        args={"source": source},
+        code="const at = source.selected.indices[0]; if (at === undefined) return;"
+        " source.selected.indices = []; location.hash = encodeURIComponent(source.data.truck[at]);",
+    )
+    source.selected.js_on_change("indices", open_it)

@@ -1,0 +1,47 @@
+"""How far a run is, at what rate, and when it will be done: one line that is written over on a terminal."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+_EVERY_S = 0.5
+_EVERY_S_IN_A_FILE = 60.0
+
+
+class Progress:
+    """On stderr. `done` counts logs of this run."""
+
+    def __init__(self, to_do: int) -> None:
+        self._to_do = to_do
+        self._begin = self._told = time.monotonic()
+        self._terminal = sys.stderr.isatty()
+        self.done = self.errors = 0
+
+    @property
+    def seconds(self) -> float:
+        return time.monotonic() - self._begin
+
+    @property
+    def rate(self) -> float:
+        """Logs a second so far."""
+        return self.done / max(self.seconds, 1e-9)
+
+    def one_more(self, failed: bool) -> None:
+        self.done += 1
+        self.errors += failed
+        every = _EVERY_S if self._terminal else _EVERY_S_IN_A_FILE
+        if time.monotonic() - self._told >= every:
+            self._told = time.monotonic()
+            begin, end = ("\r", "\033[K") if self._terminal else ("", "\n")
+            print(begin + self.line(), end=end, file=sys.stderr, flush=True)
+
+    def line(self) -> str:
+        left_s = round((self._to_do - self.done) / max(self.rate, 1e-9))
+        left = f"{left_s // 3600}:{left_s // 60 % 60:02}:{left_s % 60:02}"
+        failed = f", {self.errors} refused" if self.errors else ""
+        return f"{self.done} of {self._to_do} logs, {self.rate:.1f}/s, {left} left{failed}"
+
+    def end(self) -> None:
+        if self._terminal and self.done:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)

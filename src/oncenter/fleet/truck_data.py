@@ -1,0 +1,68 @@
+"""What the page shows of one truck, as a small script beside it that is loaded when the truck is clicked."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from oncenter.fleet.ranking import History
+from oncenter.fleet.tables import OFFSET
+
+FOLDER = "trucks"
+_DIGITS = 3
+
+
+def script_name(truck: str) -> str:
+    """A file name that any file system and any URL bears."""
+    return quote(truck, safe="") + ".js"
+
+
+def write_truck(folder: Path, of_truck: History, rows: Sequence[dict[str, Any]]) -> None:
+    """`trucks/NAME.js` of an output folder, left as it is where it says the same already."""
+    truck = str(of_truck.truck["truck"])
+    (folder / FOLDER).mkdir(exist_ok=True)
+    data = {
+        "truck": truck,
+        "now": _rounded(of_truck.truck.get(OFFSET.value)),
+        "drives": [_drive(folder, row) for row in rows],
+        "changes": [_change(change) for change in of_truck.changes],
+    }
+    # within a string of the page's language no text of a log can end the script
+    text = f"show({json.dumps(data, ensure_ascii=True, allow_nan=False).replace('<', chr(92) + 'u003c')});\n"
+    path = folder / FOLDER / script_name(truck)
+    if path.is_file() and path.read_text(encoding="utf-8") == text:
+        return
+    beside = path.with_name(path.name + ".new")
+    beside.write_text(text, encoding="utf-8")
+    os.replace(beside, path)
+
+
+def _drive(folder: Path, row: dict[str, Any]) -> dict[str, Any]:
+    report = f"reports/{row['key']}.html"
+    return {
+        "start": _milliseconds(row.get("start")),
+        "log": row["log"],
+        "offset": _rounded(row.get(OFFSET.value)),
+        "sd": _rounded(row.get(OFFSET.sd)),
+        "status": row.get(OFFSET.status),
+        "error": row.get("error"),
+        "report": report if row["key"] and (folder / report).is_file() else None,
+    }
+
+
+def _change(change: dict[str, Any]) -> dict[str, Any]:
+    times = {name: _milliseconds(change[name]) for name in ("after_drive", "by_drive", "found")}
+    numbers = {name: _rounded(change[name]) for name in ("before", "after", "size", "sd")}
+    return {"quantity": change["quantity"], "unit": change["unit"], "cause": change["cause"], **times, **numbers}
+
+
+def _milliseconds(time_s: float | None) -> int | None:
+    return None if time_s is None else round(time_s * 1000.0)
+
+
+def _rounded(number: float | None) -> float | None:
+    return None if number is None else round(number, _DIGITS)

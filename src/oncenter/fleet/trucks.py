@@ -1,0 +1,100 @@
+"""Which truck drove a log, and which vehicle file says what it is."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+
+from oncenter import _core
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.vehicle import Vehicle, vehicle
+
+_VIN = re.compile(r"(?<![0-9A-Za-z])[A-HJ-NPR-Z0-9]{17}(?![0-9A-Za-z])")  # I, O and Q are in none
+
+
+@dataclass(frozen=True)
+class Truck:
+    """`name` is the VIN, or the part of the path that named it; `vehicle_file` the stem of its vehicle file."""
+
+    name: str
+    vehicle_file: str
+
+
+class Trucks:
+    """The vehicle files of a folder. A file `NAME.toml` describes the truck NAME, and all whose VIN begins with NAME.
+
+    Args:
+        folder: of `*.toml`.
+
+    Raises:
+        OncenterError: "vehicle_file", exit code 2: no such folder, or no vehicle file in it.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._stems = frozenset(path.stem for path in folder.glob("*.toml"))
+        self._read: dict[str, Vehicle] = {}
+        if not self._stems:
+            raise OncenterError(
+                f"no vehicle files in {folder}: --vehicles takes a folder of NAME.toml, one a truck or a model",
+                code="vehicle_file",
+                exit_code=WRONG_USAGE,
+            )
+
+    def by_path(self, uri: str) -> Truck | None:
+        """By the file's name or the folder nearest to it that is a vehicle file's stem, begins with one and goes on
+        with no letter or digit, or has a VIN in it that some file describes."""
+        for part in reversed(PurePosixPath(uri.replace("\\", "/")).parts):
+            truck = self._by_part(part.split(".")[0] if "." in part else part)
+            if truck is not None:
+                return truck
+        return None
+
+    def _by_part(self, part: str) -> Truck | None:
+        if part in self._stems:
+            return Truck(part, part)
+        for vin in _VIN.findall(part):
+            truck = self.by_vin(vin)
+            if truck is not None:
+                return truck
+        ends = [match.start() for match in re.finditer(r"[^0-9A-Za-z]", part)]
+        for end in reversed(ends):
+            if part[:end] in self._stems:
+                return Truck(part[:end], part[:end])
+        return None
+
+    def by_vin(self, vin: str) -> Truck | None:
+        """By the longest stem with which the VIN begins."""
+        for end in range(len(vin), 0, -1):
+            if vin[:end] in self._stems:
+                return Truck(vin, vin[:end])
+        return None
+
+    def vehicle(self, stem: str) -> Vehicle:
+        """
+        Raises:
+            OncenterError: "vehicle_file", exit code 2, as `oncenter.vehicle`.
+        """
+        if stem not in self._read:
+            self._read[stem] = vehicle(self._folder / f"{stem}.toml")
+        return self._read[stem]
+
+    def settings(self, stem: str | None) -> str:
+        """What an answer depends on beside its log, as a key: this version and the vehicle file, or which there are."""
+        if stem is None or stem not in self._stems:
+            return self._without_vehicle
+        try:
+            return _hashed(_core.version(), (self._folder / f"{stem}.toml").read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError):
+            return _hashed(_core.version(), "unreadable")
+
+    @cached_property
+    def _without_vehicle(self) -> str:
+        return _hashed(_core.version(), *sorted(self._stems))
+
+
+def _hashed(*parts: str) -> str:
+    return hashlib.blake2b("\0".join(parts).encode(), digest_size=8).hexdigest()

@@ -1,0 +1,122 @@
+"""Which truck a log is of and when it began, where the log itself says so beside its signals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from oncenter.errors import OncenterError
+from oncenter.read import candump, mf4, python_can
+from oncenter.read.frames import Frames, Wanted, pgn_of
+
+_VEHICLE_IDENTIFICATION = 65260  # J1939 VI: the VIN, closed by '*'
+_CONNECTION, _TRANSFER = 0xEC00, 0xEB00  # J1939-21's transport protocol
+_ANNOUNCED = (0x20, 0x10)  # control bytes of a broadcast and of a request to send to one address
+_PER_PACKET = 7  # bytes
+_PGNS = (_VEHICLE_IDENTIFICATION, _CONNECTION, _TRANSFER)
+_START_NAMES = ("start_time", "start_time_s")
+
+
+def vin_of(path: Path) -> str | None:
+    """The vehicle identification number that a log tells.
+
+    Of frames from VI, PGN 65260, alone or in packets; of Parquet from its metadata `vin` or its column `vin`; of CSV
+    from its column `vin`. None where it tells none or cannot be read.
+    """
+    name = path.name.lower()
+    try:
+        if name.endswith((".parquet", ".csv", ".csv.gz")):
+            return _plain(_told(path, ("vin", "VIN")))
+        return _assembled(_frames(path, name))
+    except (OncenterError, OSError, ValueError, pl.exceptions.PolarsError):
+        return None  # whoever reads its signals says what is wrong with it
+
+
+def start_of(path: Path) -> float | None:
+    """Seconds since 1970 at which a table began, by its metadata or column `start_time`; None where it tells none.
+
+    An ISO date, UTC where it names no zone, or seconds since 1970.
+    """
+    if not path.name.lower().endswith((".parquet", ".csv", ".csv.gz")):
+        return None
+    try:
+        told = _told(path, _START_NAMES)
+        if told is None:
+            return None
+        try:
+            return float(told)
+        except ValueError:
+            given = datetime.fromisoformat(told)
+            return (given if given.tzinfo else given.replace(tzinfo=UTC)).timestamp()
+    except (OSError, ValueError, pl.exceptions.PolarsError):
+        return None
+
+
+def _told(path: Path, names: tuple[str, ...]) -> str | None:
+    """What a table's metadata say, or the first cell of a column."""
+    if path.suffix.lower() != ".parquet":
+        return _first_cell(pl.read_csv(path, n_rows=1, infer_schema=False), names)
+    metadata: Mapping[str, str] = pl.read_parquet_metadata(path)
+    for name in names:
+        if metadata.get(name):
+            return metadata[name]
+    columns = [name for name in names if name in pl.read_parquet_schema(path)]
+    return _first_cell(pl.read_parquet(path, columns=columns, n_rows=1), names) if columns else None
+
+
+def _first_cell(table: pl.DataFrame, names: tuple[str, ...]) -> str | None:
+    cells = [table[name][0] for name in names if name in table.columns and table.height]
+    return None if not cells or cells[0] is None else str(cells[0]).strip() or None
+
+
+def _frames(path: Path, name: str) -> Iterator[Frames]:
+    if name.endswith(".log"):
+        return candump.chunks(path, [], lambda fraction: None)
+    if name.endswith((".mf4", ".mdf")):
+        kept, _ = mf4.read(path, {}, Wanted(frozenset(_PGNS)), [], lambda fraction: None)
+        return iter((kept.frames,))
+    return python_can.chunks(path, Path(name).suffix, [], lambda fraction: None)
+
+
+def _assembled(chunks: Iterator[Frames]) -> str | None:
+    """The first VIN that is complete: packets are gathered by who sends to whom."""
+    open_messages: dict[int, tuple[int, dict[int, bytes]]] = {}  # by source and destination: length, packets
+    for frames in chunks:
+        pgns = pgn_of(frames.identifier)
+        for place in np.flatnonzero(np.isin(pgns, _PGNS) & frames.extended).tolist():
+            data = int(frames.data[place]).to_bytes(8, "little")
+            vin = _taken(int(pgns[place]), int(frames.identifier[place]) & 0xFFFF, data, open_messages)
+            if vin is not None:
+                return vin
+    return None
+
+
+def _taken(pgn: int, between: int, data: bytes, open_messages: dict[int, tuple[int, dict[int, bytes]]]) -> str | None:
+    """One frame into what is open; a VIN that it completes."""
+    if pgn == _VEHICLE_IDENTIFICATION:  # whole, for it fits
+        return _plain(data.rstrip(b"\xff").decode("latin-1"))
+    if pgn == _CONNECTION:
+        if data[0] in _ANNOUNCED and int.from_bytes(data[5:8], "little") == _VEHICLE_IDENTIFICATION:
+            open_messages[between] = (int.from_bytes(data[1:3], "little"), {})
+        elif data[0] in _ANNOUNCED:
+            open_messages.pop(between, None)
+        return None
+    if between not in open_messages:
+        return None
+    length, packets = open_messages[between]
+    packets[data[0]] = data[1:]
+    needed = range(1, -(-length // _PER_PACKET) + 1)
+    if any(number not in packets for number in needed):
+        return None
+    del open_messages[between]
+    return _plain(b"".join(packets[number] for number in needed)[:length].decode("latin-1"))
+
+
+def _plain(vin: str | None) -> str | None:
+    """Without what closes or fills it; None where nothing is left that may name a truck."""
+    text = (vin or "").split("*")[0].strip("\0 \xff").strip()
+    return text if text and text.isascii() and text.isalnum() else None

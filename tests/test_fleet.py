@@ -1,0 +1,519 @@
+"""Many trucks every night: each log counts once, none is lost, nothing depends on who came first; and over time what
+changed is found, what did not is left alone."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from drive_frames import Frame, candump, drive, identifier
+from test_estimate import steady_drive
+
+import oncenter as oc
+from oncenter.cli import run as command
+from oncenter.errors import OncenterError
+from oncenter.fleet import query, run
+from oncenter.fleet.drive import when
+from oncenter.fleet.engines import on_ray
+from oncenter.fleet.files import LogFile
+from oncenter.fleet.history import NOISE, Told, breaks, drift, now
+from oncenter.fleet.ranking import rank, within
+from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS
+from oncenter.fleet.truck_data import script_name
+from oncenter.fleet.trucks import Truck, Trucks
+from oncenter.read.identity import start_of, vin_of
+
+ROOT = Path(__file__).parents[1]
+VIN = "YS2R4X20001234567"
+DAY_S = 86400.0
+MONDAY_S = 1_772_434_800.0  # 2026-03-02, 7:00 UTC
+TABLES = ("drives", "trucks", "changes")
+OFFSETS_DEG = {VIN: (0.3, 0.3, 0.3, 4.3, 4.3, 4.3), "depot-7": (-0.4,) * 6}
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two trucks, six drives each: a VIN that a model's file describes, remounted by 4 deg, and a folder's name."""
+    root = tmp_path_factory.mktemp("fleet")
+    (root / "vehicles").mkdir()
+    for stem in ("YS2R4X2", "depot-7"):
+        text = "wheelbase_m = 3.7\nsteering_ratio = 19.3\ntrack_width_rear_m = 1.83\n"
+        (root / "vehicles" / f"{stem}.toml").write_text(text)
+    for truck, offsets in OFFSETS_DEG.items():
+        (root / "logs" / truck).mkdir(parents=True)
+        for day, offset in enumerate(offsets):
+            table = steady_drive(offset_deg=offset, start_s=MONDAY_S + day * DAY_S).table
+            noise = np.random.default_rng(day).normal(0.0, 0.003, table.height)
+            table = table.with_columns(pl.col("steering_wheel_angle_rad") + noise)
+            table.write_parquet(root / "logs" / truck / f"day{5 - day}.parquet")  # names are not in order of time
+    return root
+
+
+@pytest.fixture(scope="module")
+def undisturbed(fleet: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    output = tmp_path_factory.mktemp("undisturbed")
+    run([str(fleet / "logs")], fleet / "vehicles", output)
+    return output
+
+
+def tables(output: Path) -> dict[str, bytes]:
+    """All that must not depend on how a run went."""
+    names = [f"{name}.parquet" for name in TABLES] + sorted(f"trucks/{p.name}" for p in (output / "trucks").iterdir())
+    return {name: (output / name).read_bytes() for name in names}
+
+
+def told(values: np.ndarray, sd: float | np.ndarray = 0.5) -> Told:
+    count = len(values)
+    return Told(MONDAY_S + DAY_S * np.arange(count), values, np.broadcast_to(np.asarray(sd, float), (count,)).copy())
+
+
+# -- a night
+
+
+def test_a_remounted_sensor_is_found_dated_and_ranked_first(undisturbed: Path) -> None:
+    trucks = pl.read_parquet(undisturbed / "trucks.parquet")
+    changes = pl.read_parquet(undisturbed / "changes.parquet").filter(quantity="offset")
+    assert trucks["truck"].to_list() == [VIN, "depot-7"]
+    assert changes["truck"].to_list() == [VIN]
+    change = changes.row(0, named=True)
+    assert change["after_drive"].timestamp() == MONDAY_S + 2 * DAY_S
+    assert change["by_drive"].timestamp() == MONDAY_S + 3 * DAY_S
+    assert change["drives_to_find"] <= 3
+    assert abs(change["size"] - 4.0) < 1.96 * change["sd"] < 2.0  # drives of four minutes
+    assert trucks["since"][0].timestamp() == MONDAY_S + 3 * DAY_S
+
+
+def test_a_drive_is_a_row_with_what_offset_says_of_it(fleet: Path, undisturbed: Path) -> None:
+    log = fleet / "logs" / "depot-7" / "day2.parquet"
+    given = oc.offset(oc.read(log), oc.vehicle(fleet / "vehicles" / "depot-7.toml")).to_dict()["offset"]
+    row = pl.read_parquet(undisturbed / "drives.parquet").filter(log=str(log)).row(0, named=True)
+    low, high = given["ci95"]
+    assert row["offset_deg"] == given["value"]
+    assert row["offset_sd_deg"] == pytest.approx((high - low) / 3.92)
+    assert (row["truck"], row["offset_status"]) == ("depot-7", given["status"])
+
+
+def test_a_second_night_answers_nothing_again_and_changes_no_byte(fleet: Path, undisturbed: Path) -> None:
+    before = tables(undisturbed)
+    summary = run([str(fleet / "logs")], fleet / "vehicles", undisturbed)
+    assert (summary.logs_found, summary.logs_answered, summary.drives) == (12, 0, 12)
+    assert tables(undisturbed) == before
+
+
+def test_logs_that_come_late_and_in_any_order_end_as_all_at_once(
+    fleet: Path, undisturbed: Path, tmp_path: Path
+) -> None:
+    logs = sorted((fleet / "logs").rglob("*.parquet"))
+    for batch in (logs[5::-2], logs[7:], logs[:7]):
+        run([str(log) for log in batch], fleet / "vehicles", tmp_path)
+    assert tables(tmp_path) == tables(undisturbed)
+
+
+def test_a_copy_of_a_log_counts_once_whichever_is_seen_first(fleet: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "logs" / "depot-7"
+    folder.mkdir(parents=True)
+    first, copy = folder / "a.parquet", folder / "b.parquet"
+    shutil.copy(fleet / "logs" / "depot-7" / "day0.parquet", copy)
+    run([str(copy)], fleet / "vehicles", tmp_path / "out")
+    shutil.copy(copy, first)
+    run([str(folder)], fleet / "vehicles", tmp_path / "out")
+    assert pl.read_parquet(tmp_path / "out" / "drives.parquet")["log"].to_list() == [str(first)]
+
+
+def test_a_bad_log_is_a_row_with_its_error_and_the_others_are_answered(fleet: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "logs" / "depot-7"
+    folder.mkdir(parents=True)
+    shutil.copy(fleet / "logs" / "depot-7" / "day0.parquet", folder)
+    (folder / "broken.parquet").write_bytes(b"PAR1 and then nothing")
+    (folder / "empty.csv").write_bytes(b"")
+    (tmp_path / "logs" / "nobody.csv").write_text("time_s,yaw_rate_rad_s\n0,0\n0.01,0\n")
+    summary = run([str(tmp_path / "logs")], fleet / "vehicles", tmp_path / "out")
+    assert (summary.logs_answered, summary.logs_refused) == (1, 3)
+    assert summary.refused == {"empty_log": 1, "unknown_truck": 1, "unreadable_log": 1}
+    rows = pl.read_parquet(tmp_path / "out" / "drives.parquet").filter(pl.col("error").is_not_null())
+    assert all(Path(row["log"]).name in row["error"] and row["offset_deg"] is None for row in rows.to_dicts())
+
+
+def test_a_log_that_lacks_a_signal_still_says_when_it_was_driven(fleet: Path, tmp_path: Path) -> None:
+    whole = pl.read_parquet(fleet / "logs" / "depot-7" / "day0.parquet")
+    whole.drop("yaw_rate_rad_s").write_parquet(tmp_path / "depot-7.parquet")
+    run([str(tmp_path / "depot-7.parquet")], fleet / "vehicles", tmp_path / "out")
+    row = pl.read_parquet(tmp_path / "out" / "drives.parquet").row(0, named=True)
+    assert (row["error_code"], row["start"].timestamp()) == ("missing_signal", MONDAY_S + 5 * DAY_S)
+
+
+def test_a_log_is_answered_anew_when_its_vehicle_file_comes_or_changes(fleet: Path, tmp_path: Path) -> None:
+    vehicles = shutil.copytree(fleet / "vehicles", tmp_path / "vehicles")
+    (tmp_path / "logs" / "new-truck").mkdir(parents=True)
+    shutil.copy(fleet / "logs" / "depot-7" / "day0.parquet", tmp_path / "logs" / "new-truck")
+
+    def night() -> dict[str, object]:
+        run([str(tmp_path / "logs")], vehicles, tmp_path / "out")
+        return pl.read_parquet(tmp_path / "out" / "drives.parquet").row(0, named=True)
+
+    assert night()["error_code"] == "unknown_truck"
+    file = vehicles / "new-truck.toml"
+    file.write_text("wheelbase_m = 3.7\nsteering_ratio = 19.3\n")
+    first = night()
+    assert (first["truck"], first["error_code"]) == ("new-truck", None)
+    file.write_text("wheelbase_m = 3.7\nsteering_ratio = 22.0\n")
+    assert night()["offset_deg"] != first["offset_deg"]
+
+
+def test_a_log_that_grew_replaces_what_it_was(fleet: Path, tmp_path: Path) -> None:
+    log = tmp_path / "depot-7.parquet"
+    whole = pl.read_parquet(fleet / "logs" / "depot-7" / "day0.parquet")
+    for rows in (whole.height // 2, whole.height):
+        whole.head(rows).write_parquet(log)
+        run([str(log)], fleet / "vehicles", tmp_path / "out")
+    drives = pl.read_parquet(tmp_path / "out" / "drives.parquet")
+    assert drives["duration_s"].to_list() == [pytest.approx(240.0, abs=0.1)]
+
+
+KILLED = """
+import os, signal, sys
+from oncenter.fleet import night
+from oncenter.fleet.engines import threads
+logs, vehicles, output, moment = sys.argv[1:]
+
+def die(*given):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+def engine(work, waiting):
+    for count, done in enumerate(threads(work, waiting)):
+        if str(count) == moment:
+            die()
+        yield done
+
+if moment == "ranking":
+    night.rank = die
+night.run([logs], vehicles, output, engine=engine)
+"""
+
+
+def test_a_run_that_is_killed_at_any_moment_ends_as_one_undisturbed(
+    fleet: Path, undisturbed: Path, tmp_path: Path
+) -> None:
+    given = [str(fleet / "logs"), str(fleet / "vehicles"), str(tmp_path / "out")]
+    for moment in ("0", "5", "ranking"):
+        killed = subprocess.run([sys.executable, "-c", KILLED, *given, moment], capture_output=True, text=True)
+        assert killed.returncode == -9, killed.stderr
+    assert not (tmp_path / "out" / "trucks.parquet").exists()
+    summary = run([given[0]], given[1], given[2])
+    assert summary.logs_answered < 12
+    assert tables(tmp_path / "out") == tables(undisturbed)
+    assert not list((tmp_path / "out").rglob("*.new"))
+
+
+def test_two_runs_do_not_write_one_folder_at_once(fleet: Path, tmp_path: Path) -> None:
+    def engine(work: object, logs: object) -> Iterator[object]:
+        with pytest.raises(OncenterError, match="no other run"):
+            run([str(fleet / "logs")], fleet / "vehicles", tmp_path)
+        return iter(())
+
+    run([str(fleet / "logs")], fleet / "vehicles", tmp_path, engine=engine)  # type: ignore[arg-type]
+
+
+def test_ray_gives_the_bytes_that_threads_give(fleet: Path, undisturbed: Path, tmp_path: Path) -> None:
+    pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    run([str(fleet / "logs")], fleet / "vehicles", tmp_path, engine=on_ray(None, workers=2))
+    assert tables(tmp_path) == tables(undisturbed)
+
+
+@contextlib.contextmanager
+def s3_server() -> Iterator[str]:
+    """Its address; a process of its own, since pyarrow waits for it without letting others run."""
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        port = found.getsockname()[1]
+    server = subprocess.Popen(
+        [sys.executable, "-m", "moto.server", "-H", "127.0.0.1", "-p", str(port)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        for _ in range(200):
+            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 0.1):
+                break
+            time.sleep(0.05)
+        yield f"127.0.0.1:{port}"
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def test_logs_in_an_s3_bucket_give_the_answers_that_they_give_on_disk(
+    fleet: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("moto", reason="moto is not installed: pip install 'oncenter[dev]'")
+    from pyarrow.fs import LocalFileSystem, S3FileSystem, copy_files
+
+    monkeypatch.setenv("AWS_ACCESS_KEY_ID", "any")
+    monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "any")
+    monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
+    with s3_server() as address:
+        store = S3FileSystem(endpoint_override=address, scheme="http", allow_bucket_creation=True)
+        store.create_dir("nightly")
+        copy_files(str(fleet / "logs"), "nightly/logs", LocalFileSystem(), store)
+        place = f"s3://nightly/logs?scheme=http&endpoint_override={address}"
+        summary = run([place], fleet / "vehicles", tmp_path)
+        again = run([place], fleet / "vehicles", tmp_path)
+        with pytest.raises(OncenterError, match="no such bucket") as refusal:
+            run([place.replace("nightly", "weekly")], fleet / "vehicles", tmp_path)
+    assert refusal.value.exit_code == 2
+    assert (summary.logs_answered, summary.logs_refused, again.logs_answered) == (12, 0, 0)
+    ours, theirs = (pl.read_parquet(folder / "drives.parquet").drop("log") for folder in (tmp_path, undisturbed))
+    assert ours.equals(theirs)
+    assert "s3://nightly/logs/depot-7/day0.parquet" in pl.read_parquet(tmp_path / "drives.parquet")["log"].to_list()
+
+
+# -- which truck, and when
+
+
+def test_a_truck_is_named_by_the_nearest_part_of_the_path_that_a_vehicle_file_describes(fleet: Path) -> None:
+    trucks = Trucks(fleet / "vehicles")
+    model = "YS2R4X2"
+    for path, truck in {
+        f"/logs/depot-7/{VIN}/day.mf4": Truck(VIN, model),
+        f"s3://bucket/{VIN}_2026-03-02.log": Truck(VIN, model),
+        "/logs/depot-7_monday.blf": Truck("depot-7", "depot-7"),
+        "/logs/depot-7.mf4.parquet": Truck("depot-7", "depot-7"),
+        "/logs/depot-70/day.mf4": None,
+        "/logs/YS2R4X2000123456/day.mf4": None,  # a digit too few
+    }.items():
+        assert trucks.by_path(path) == truck, path
+
+
+def test_a_vin_is_read_from_packets_among_other_senders_packets(tmp_path: Path) -> None:
+    def packets(text: bytes, address: int, pgn: int) -> list[Frame]:
+        count = -(-len(text) // 7)
+        announcement = bytes([0x20, *len(text).to_bytes(2, "little"), count, 0xFF, *pgn.to_bytes(3, "little")])
+        parts = [bytes([k + 1]) + text[7 * k : 7 * k + 7].ljust(7, b"\xff") for k in range(count)]
+        begin = [Frame(1.7e9, identifier(0xECFF, address), announcement)]
+        return begin + [Frame(1.7e9, identifier(0xEBFF, address), part) for part in parts]
+
+    vin = packets(f"{VIN}*".encode(), 0x00, 65260)
+    other = packets(b"SOFTWARE 1.0*PART 7*", 0x0B, 65242)
+    mixed = [frame for pair in zip(vin, other, strict=True) for frame in pair]
+    log = tmp_path / "drive.log"
+    log.write_text(candump(drive(0.1) + mixed))
+    assert vin_of(log) == VIN
+    log.write_text(candump(drive(0.1) + [frame for frame in mixed if frame is not vin[2]]))
+    assert vin_of(log) is None
+
+
+def test_a_table_tells_its_vin_and_its_begin_in_metadata_or_a_column(tmp_path: Path) -> None:
+    table = pl.DataFrame({"time_s": [0.0, 0.01]})
+    by_metadata, by_column, silent = (tmp_path / f"{name}.parquet" for name in ("metadata", "column", "silent"))
+    table.write_parquet(by_metadata, metadata={"vin": VIN, "start_time": "2026-03-02T08:00:00+01:00"})
+    table.with_columns(vin=pl.lit(VIN), start_time=pl.lit("2026-03-02 07:00:00")).write_parquet(by_column)
+    table.write_parquet(silent)
+    table.with_columns(vin=pl.lit(VIN), start_time=MONDAY_S).write_csv(tmp_path / "column.csv")
+    for log in (by_metadata, by_column, tmp_path / "column.csv"):
+        assert (vin_of(log), start_of(log)) == (VIN, MONDAY_S), log
+    assert (vin_of(silent), start_of(silent)) == (None, None)
+
+
+def test_a_drive_begins_when_its_stamps_its_metadata_its_name_or_its_file_say(tmp_path: Path) -> None:
+    path = tmp_path / "drive.parquet"
+    since_start, dated = steady_drive(minutes=1.0), steady_drive(minutes=1.0, start_s=MONDAY_S)
+    since_start.table.write_parquet(path)
+    named = LogFile("s3://fleet/2026-03-02T07-00-00/drive.parquet", "", 1, 5.0e8)
+    unnamed = LogFile("/logs/drive.parquet", "", 1, 5.0e8)
+    assert when(unnamed, path, dated) == {"start": MONDAY_S, "start_source": "log"}
+    assert when(named, path, since_start) == {"start": MONDAY_S, "start_source": "name"}
+    assert when(unnamed, path, since_start)["start"] == pytest.approx(5.0e8 - 60.0, abs=0.1)
+    since_start.table.write_parquet(path, metadata={"start_time": "2026-03-01T07:00:00Z"})
+    assert when(named, path, since_start) == {"start": MONDAY_S - DAY_S, "start_source": "metadata"}
+
+
+# -- over time
+
+
+def test_a_change_of_two_degrees_is_found_within_three_drives_and_none_where_none_is() -> None:
+    random = np.random.default_rng(5)
+    late = false = 0
+    trucks = 300
+    for _ in range(trucks):
+        sd = random.uniform(0.3, 0.9, 20)
+        value = random.normal(0.0, 1.0) + NOISE["offset"].scatter(sd) * random.normal(0.0, 1.0, 20)
+        false += len(breaks(told(value, sd), NOISE["offset"]))
+        at = int(random.integers(3, 17))
+        value[at:] += random.choice([-2.0, 2.0])
+        found = breaks(told(value, sd), NOISE["offset"])
+        late += not any(broken.found - at < 3 and abs(broken.at - at) <= 1 for broken in found)
+    assert false <= 0.01 * trucks
+    assert late <= 0.01 * trucks
+
+
+def test_one_drive_that_is_off_alone_is_no_change() -> None:
+    value = np.zeros(12)
+    value[6] = 6.0
+    assert breaks(told(value), NOISE["offset"]) == []
+
+
+def test_drives_that_tell_little_and_are_wrong_alike_are_no_change() -> None:
+    """Four days of motorway: what one of them cannot tell, none of them can."""
+    sd = np.array([0.4] * 6 + [1.5] * 4 + [0.4] * 6)
+    value = np.where(sd > 1.0, 2.0, 0.0)
+    assert breaks(told(value, sd), NOISE["offset"]) == []
+    assert [broken.at for broken in breaks(told(value, 0.4), NOISE["offset"])] == [6, 10]
+
+
+def test_a_change_that_hangs_on_one_drive_waits_for_another() -> None:
+    sd = np.array([0.4] * 6 + [0.4, 2.5, 2.5])
+    value = np.array([0.0] * 6 + [2.5, 0.5, 0.0])
+    assert breaks(told(value, sd), NOISE["offset"]) == []
+    assert [broken.at for broken in breaks(told(np.append(value, 2.5), np.append(sd, 0.4)), NOISE["offset"])] == [6]
+
+
+def test_what_all_drives_of_a_truck_have_in_common_widens_the_offset_and_not_its_changes() -> None:
+    value = np.concatenate((np.zeros(8), np.full(8, 3.0)))
+    (broken,) = breaks(told(value, 0.6), NOISE["offset"])
+    mean = now(told(value, 0.6), broken.at, NOISE["offset"])
+    assert mean is not None
+    assert (broken.at, broken.size) == (8, pytest.approx(3.0))
+    assert mean.spread_sd < 0.15 < 0.5 < mean.sd < 0.6
+
+
+def test_an_interval_of_a_changes_size_covers_the_truth_as_often_as_it_says() -> None:
+    random = np.random.default_rng(6)
+    covered = []
+    for _ in range(300):
+        sd = random.uniform(0.3, 0.9, 24)
+        value = NOISE["offset"].scatter(sd) * random.normal(0.0, 1.0, 24) + np.where(np.arange(24) < 12, 0.0, 4.0)
+        (broken,) = breaks(told(value, sd), NOISE["offset"])
+        covered.append(abs(broken.size - 4.0) < 1.96 * broken.sd)
+    assert 0.92 <= np.mean(covered) <= 0.99
+
+
+def test_a_drift_is_its_slope_with_an_interval_that_covers_it() -> None:
+    random = np.random.default_rng(7)
+    covered = []
+    for _ in range(300):
+        value = 0.02 * np.arange(20) + NOISE["offset"].scatter(np.full(20, 0.5)) * random.normal(0.0, 1.0, 20)
+        found = drift(told(value), 0, NOISE["offset"])
+        assert found is not None
+        covered.append(abs(found[0] - 0.02) < 1.96 * found[1])
+    assert 0.92 <= np.mean(covered) <= 0.99
+    assert drift(told(np.zeros(3)), 0, NOISE["offset"]) is None
+
+
+def truck_row(name: str, value: float, sd: float, limit: float = 2.0) -> dict[str, object]:
+    return {"truck": name, "offset_deg": value, "offset_sd_deg": sd, "p_value": within(value, sd, limit)}
+
+
+def test_trucks_are_ranked_by_evidence_not_by_value() -> None:
+    ranked = rank(
+        [truck_row("wide", 4.0, 2.0), truck_row("sure", 2.8, 0.1), truck_row("fine", 0.5, 0.3), {"truck": "?"}]
+    )
+    assert [row["truck"] for row in ranked] == ["sure", "wide", "fine", "?"]
+    assert [row["rank"] for row in ranked] == [1, 2, 3, 4]
+    assert ranked[0]["verdict"] == "calibrate"
+
+
+def test_ten_thousand_healthy_trucks_give_no_five_hundred_alarms() -> None:
+    """At the limit itself, where an alarm at 5 % each would be 500; and of a mix, few of those named are healthy."""
+    random = np.random.default_rng(8)
+    healthy = [truck_row(f"h{k}", x, 0.3) for k, x in enumerate(2.0 + 0.3 * random.normal(size=10_000))]
+    assert sum(row["verdict"] == "calibrate" for row in rank(healthy)) <= 3
+    ill = [truck_row(f"i{k}", x, 0.3) for k, x in enumerate(4.0 + 0.3 * random.normal(size=200))]
+    named = [row["truck"] for row in rank(healthy + ill) if row["verdict"] == "calibrate"]
+    assert sum(str(name).startswith("i") for name in named) >= 198
+    assert sum(str(name).startswith("h") for name in named) <= 0.08 * len(named)
+
+
+# -- page, query, words
+
+
+def test_the_page_fetches_nothing_from_outside_and_no_name_can_break_out(fleet: Path, tmp_path: Path) -> None:
+    strange = "x<script>alert(1)</script>'\""
+    vehicles = tmp_path / "vehicles"
+    vehicles.mkdir()
+    (vehicles / f"{strange.replace('/', '_')}.toml").write_text("wheelbase_m = 3.7\nsteering_ratio = 19.3\n")
+    truck = strange.replace("/", "_")
+    (tmp_path / "logs" / truck).mkdir(parents=True)
+    shutil.copy(fleet / "logs" / "depot-7" / "day0.parquet", tmp_path / "logs" / truck)
+    run([str(tmp_path / "logs")], vehicles, tmp_path / "out", reports=True)
+    page = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    data = (tmp_path / "out" / "trucks" / script_name(truck)).read_text(encoding="utf-8")
+    assert "default-src 'none'" in page
+    assert not re.search(r"<(script|link|img|iframe)[^>]*(src|href)=", re.sub(r"(?s)<script.*?</script>", "", page))
+    assert not re.search(r"<script[^>]+src", page)
+    assert "<script>alert" not in page + data
+    given = json.loads(data.removeprefix("show(").removesuffix(");\n"))
+    assert given["truck"] == truck
+    assert (tmp_path / "out" / given["drives"][0]["report"]).stat().st_size > 100_000
+
+
+def test_sql_answers_on_the_three_tables(undisturbed: Path) -> None:
+    sql = "SELECT d.truck, count(*) AS n, max(t.changes) AS c FROM drives d JOIN trucks t ON d.truck = t.truck"
+    result = query(f"{sql} GROUP BY d.truck ORDER BY d.truck", undisturbed)
+    assert result.rows() == [(VIN, 6, 1), ("depot-7", 6, 0)]
+
+
+@pytest.mark.parametrize("sql", ["SELECT", "SELECT nothing FROM drives", "SELECT * FROM lorries"])
+def test_a_query_that_cannot_be_answered_is_one_line(
+    undisturbed: Path, sql: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command(["fleet", "query", sql, "--output", str(undisturbed)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_what_cannot_be_run_is_refused_by_name(fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    logs, vehicles, output = str(fleet / "logs"), str(fleet / "vehicles"), str(tmp_path / "out")
+    for arguments, named in (
+        ([logs, "--vehicles", str(tmp_path / "none"), "--output", output], "none"),
+        ([logs + "x", "--vehicles", vehicles, "--output", output], "logsx"),
+        ([logs, "--vehicles", vehicles, "--output", str(fleet / "vehicles" / "depot-7.toml")], "depot-7.toml"),
+        ([logs, "--vehicles", vehicles, "--output", output, "--limit", "0"], "limit"),
+        ([logs, "--vehicles", vehicles, "--output", output, "--address", "auto"], "--address"),
+    ):
+        assert command(["fleet", "run", *arguments]) == 2
+        assert named in capsys.readouterr().err
+    assert command(["fleet", "query", "SELECT 1", "--output", str(tmp_path)]) == 2
+
+
+def test_what_was_answered_is_kept_when_the_tables_cannot_be_written(
+    fleet: Path, undisturbed: Path, tmp_path: Path
+) -> None:
+    in_the_way = tmp_path / "drives.parquet.new"
+    in_the_way.mkdir()
+    with pytest.raises(OncenterError, match="goes on from there"):
+        run([str(fleet / "logs")], fleet / "vehicles", tmp_path)
+    in_the_way.rmdir()
+    assert run([str(fleet / "logs")], fleet / "vehicles", tmp_path).logs_answered == 0
+    assert tables(tmp_path) == tables(undisturbed)
+
+
+def test_a_run_says_in_words_and_in_json_what_it_did(
+    fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["fleet", "run", str(fleet / "logs"), "--vehicles", str(fleet / "vehicles"), "--output", str(tmp_path)]
+    assert command(arguments) == 0
+    words = capsys.readouterr().out
+    assert "12 logs: 12 answered now" in words
+    assert VIN in words
+    assert max(map(len, words.splitlines()[:-1])) <= 100
+    assert command([*arguments, "--json"]) == 0
+    given = json.loads(capsys.readouterr().out)
+    assert (given["logs_found"], given["logs_answered"], given["trucks"]) == (12, 0, 2)
+    assert given == json.loads((tmp_path / "metrics.json").read_text())
+
+
+def test_every_column_is_documented() -> None:
+    page = (ROOT / "docs" / "fleet.md").read_text(encoding="utf-8")
+    for title, columns in (("drives", DRIVES), ("trucks", TRUCKS), ("changes", CHANGES)):
+        section = page.split(f"### {title}.parquet")[1].split("\n#")[0]
+        assert re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE) == list(columns)

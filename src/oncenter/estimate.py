@@ -208,6 +208,22 @@ def offset(
     return _answer(native, changes_of(native, changes_found, drives), drives, vehicle, method, used_params)
 
 
+def answer_so_far(native: Mapping[str, Any], seen: Signals, vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
+    """The joint method's answer of a core that is still being fed.
+
+    Args:
+        native: its oc_answer as a dict.
+        seen: tells log, rate and sources; of its table the first and the last row are enough.
+        vehicle: whose core it is.
+        params: all that are in force.
+
+    Raises:
+        OncenterError: "no_usable_second".
+    """
+    changes = changes_of(native, [native["changes"]], (seen,))
+    return _answer(native, changes, (seen,), vehicle, "joint", params)
+
+
 def trace(answer: Answer) -> npt.NDArray[np.void]:
     """What each tick of an answer gave: the core's oc_output, one row per row of all its drives, in order."""
     outputs = np.zeros(sum(drive.table.height for drive in answer.drives), _core.OUTPUT_DTYPE)

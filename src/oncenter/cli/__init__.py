@@ -17,6 +17,7 @@ from oncenter.cli.budget import budget
 from oncenter.cli.demo import demo
 from oncenter.cli.export import export
 from oncenter.cli.fleet import fleet
+from oncenter.cli.live import live
 from oncenter.cli.offset import offset
 from oncenter.cli.reference import reference
 from oncenter.cli.signals import signals
@@ -34,7 +35,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for verb in (offset, angle, reference, budget, signals, simulate, demo, thesis):
+for verb in (offset, angle, reference, budget, live, signals, simulate, demo, thesis):
     app.command()(verb)
 app.add_typer(export)
 app.add_typer(fleet)

@@ -10,7 +10,8 @@ from pathlib import Path
 from oncenter.errors import OncenterError
 from oncenter.read import candump, choose, clock, j1939, mf4, python_can, tabular
 from oncenter.read import dbc as databases
-from oncenter.read.frames import Kept, Wanted, keep
+from oncenter.read.decode import decode, wanted_by
+from oncenter.read.frames import Kept, keep
 from oncenter.read.samples import Samples
 from oncenter.read.units import columns_that_would_do
 from oncenter.signals import SIGNALS, SignalName, Signals
@@ -140,9 +141,7 @@ def _from_bus(
 ) -> list[Samples]:
     """Signals of a log of frames: what a DBC says about a message comes before what we know about it."""
     described = databases.definitions(dbc, names, notes)
-    described_pgns = frozenset(definition.pgn for definition in described if definition.pgn is not None)
-    standard_ids = frozenset(definition.message.frame_id for definition in described if definition.pgn is None)
-    wanted = Wanted(frozenset(j1939.MESSAGES) | described_pgns, standard_ids)
+    wanted = wanted_by(described)
     decoded: list[Samples] = []
     if suffix == ".log":
         kept = keep(candump.chunks(path, notes, tell), wanted)
@@ -150,10 +149,7 @@ def _from_bus(
         kept, decoded = mf4.read(path, names, wanted, notes, tell)
     else:
         kept = keep(python_can.chunks(path, suffix, notes, tell), wanted)
-    by_dbc = databases.samples(kept, described)
-    described_signals = {(samples.signal, samples.kind) for samples in by_dbc}
-    known = [samples for samples in j1939.samples(kept) if (samples.signal, samples.kind) not in described_signals]
-    candidates = by_dbc + decoded + known
+    candidates = decode(kept, described, decoded)
     if not candidates:
         raise _nothing_known(path, kept, described, notes)
     return candidates

@@ -43,8 +43,17 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
             notes.append(f"{rate:.4g} Hz is more than needed: every {every}. row is taken")
         columns = {SIGNALS[s.signal].column: _bridged_if_slower(s, rate)[::every] for s in chosen}
         return pl.DataFrame({"time_s": chosen[0].time[::every], **columns}), rate / every
-    rate = min(max(rate, SLOWEST_HZ), FASTEST_HZ)
+    rate = resampling_rate(chosen, log)
     return _resampled([_in_order(samples, log, notes) for samples in chosen], rate), rate
+
+
+def resampling_rate(chosen: Sequence[Samples], log: str) -> float:
+    """Hz of the ticks to which signals at rates of their own are brought.
+
+    Raises:
+        OncenterError: too slow, or time does not increase.
+    """
+    return min(max(_tick_rate(chosen, log), SLOWEST_HZ), FASTEST_HZ)
 
 
 def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
@@ -145,18 +154,26 @@ def _resampled(chosen: Sequence[Samples], rate: float) -> pl.DataFrame:
 
 def _ticks(chosen: Sequence[Samples], rate: float) -> Column:
     """Times k/rate after the leading signal's first sample, from the first sample of any signal to the last."""
-    leading = min(chosen, key=lambda samples: (samples.signal not in _SET_BY_RATE, samples.signal))
-    origin = leading.time[0]
+    origin = leading(chosen).time[0]
     distinct = {id(samples.time): samples.time for samples in chosen}
     times = np.sort(np.concatenate(list(distinct.values())))
+    ticks: Column = origin + tick_numbers(times, origin, rate) / rate
+    return ticks
+
+
+def leading(chosen: Sequence[Samples]) -> Samples:
+    """The signal whose first sample is tick 0."""
+    return min(chosen, key=lambda samples: (samples.signal not in _SET_BY_RATE, samples.signal))
+
+
+def tick_numbers(times: Column, origin_s: float, rate_hz: float) -> npt.NDArray[np.int64]:
+    """The k of all ticks at origin + k/rate during samples at `times`, s, ascending; none within a hole."""
     holes = np.flatnonzero(np.diff(times) > HOLE_S)
     first = times[np.concatenate(([0], holes + 1))]
     last = times[np.concatenate((holes, [len(times) - 1]))]
-    from_tick = np.ceil((first - origin - ON_TICK_S) * rate).astype(np.int64)
-    to_tick = np.floor((last - origin + ON_TICK_S) * rate).astype(np.int64)
-    pieces = [np.arange(a, b + 1) for a, b in zip(from_tick.tolist(), to_tick.tolist(), strict=True)]
-    ticks: Column = origin + np.concatenate(pieces) / rate
-    return ticks
+    from_tick = np.ceil((first - origin_s - ON_TICK_S) * rate_hz).astype(np.int64)
+    to_tick = np.floor((last - origin_s + ON_TICK_S) * rate_hz).astype(np.int64)
+    return np.concatenate([np.arange(a, b + 1) for a, b in zip(from_tick.tolist(), to_tick.tolist(), strict=True)])
 
 
 def _bridged_if_slower(samples: Samples, rate: float) -> Column:
@@ -180,22 +197,34 @@ def _at(samples: Samples, ticks: Column, ways: dict[int, _Way]) -> Column:
     available = ~np.isnan(samples.values)
     if int(available.sum()) < 2:
         return np.full(len(ticks), np.nan)
+    span = bridge_s(samples)
+    if not available.all():
+        return at_ticks(samples.signal, samples.time[available], samples.values[available], ticks, span)
+    if id(samples.time) not in ways:
+        ways[id(samples.time)] = _way(samples.time, ticks, span)
+    return _along(samples.signal, samples.values, ways[id(samples.time)])
+
+
+def bridge_s(samples: Samples) -> float:
+    """How far apart two numbers of a signal may be that the ticks between them are interpolated."""
     rate = samples.rate_hz
-    span = max(BRIDGE_PERIODS / rate, BRIDGE_MIN_S) if rate else BRIDGE_MIN_S
-    if available.all():
-        if id(samples.time) not in ways:
-            ways[id(samples.time)] = _way(samples.time, ticks, span)
-        way, values = ways[id(samples.time)], samples.values
+    return max(BRIDGE_PERIODS / rate, BRIDGE_MIN_S) if rate else BRIDGE_MIN_S
+
+
+def at_ticks(signal: str, time: Column, values: Column, ticks: Column, span_s: float) -> Column:
+    """A signal's numbers, at least two, brought to the ticks; NaN where two are farther apart than the span."""
+    return _along(signal, values, _way(time, ticks, span_s))
+
+
+def _along(signal: str, values: Column, way: _Way) -> Column:
+    if signal == "steering_wheel_angle_sensor_type":
+        found = values[way.before + (way.weight >= 0.5)]
+    elif signal in ("heading", "course"):
+        found = np.mod(_between(np.unwrap(values, period=360.0), way), 360.0)
     else:
-        way, values = _way(samples.time[available], ticks, span), samples.values[available]
-    if samples.signal == "steering_wheel_angle_sensor_type":
-        at_ticks = values[way.before + (way.weight >= 0.5)]
-    elif samples.signal in ("heading", "course"):
-        at_ticks = np.mod(_between(np.unwrap(values, period=360.0), way), 360.0)
-    else:
-        at_ticks = _between(values, way)
-    at_ticks[~way.bridged] = np.nan
-    return at_ticks
+        found = _between(values, way)
+    found[~way.bridged] = np.nan
+    return found
 
 
 def _between(values: Column, way: _Way) -> Column:

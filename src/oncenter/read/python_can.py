@@ -7,7 +7,7 @@ import io
 import logging
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -92,25 +92,31 @@ def _messages(
 
 def _some(path: Path, messages: Iterator[can.Message]) -> Frames | None:
     """The next frames, or None at the end of the log."""
-    rows = []
+    some = []
     try:
         for message in messages:
-            if message.is_error_frame or message.is_remote_frame or message.is_fd:
+            if not is_data(message):
                 continue
-            rows.append(
-                (message.timestamp, message.arbitration_id, message.is_extended_id, message.data, message.channel)
-            )
-            if len(rows) == FRAMES_PER_CHUNK:
+            some.append(message)
+            if len(some) == FRAMES_PER_CHUNK:
                 break
-        return _frames(rows) if rows else None
+        return frames_of(some) if some else None
     except OncenterError:
         raise
     except Exception as error:  # as above
         raise _unreadable(path, error) from error
 
 
-def _frames(rows: Iterable[tuple[Any, ...]]) -> Frames:
-    time, identifier, extended, data, channel = zip(*rows, strict=True)
+def is_data(message: can.Message) -> bool:
+    """Of classic CAN; no error, no request, no CAN FD."""
+    return not (message.is_error_frame or message.is_remote_frame or message.is_fd)
+
+
+def frames_of(messages: Iterable[can.Message]) -> Frames:
+    """Data frames, at least one, as columns."""
+    time, identifier, extended, data, channel = zip(
+        *((m.timestamp, m.arbitration_id, m.is_extended_id, m.data, m.channel) for m in messages), strict=True
+    )
     codes = {name: bus_code(str(name)) for name in set(channel)}
     return Frames(
         np.array(time, np.float64),

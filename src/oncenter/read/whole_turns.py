@@ -15,6 +15,7 @@ _TURN_RAD = 2 * np.pi
 _IGNITION_S = 1.0  # without an angle; a shorter silence is a lost message
 _JUMP_RAD = _TURN_RAD / 4  # from one sample to the next, faster than any hand: 1800 deg/s at 20 Hz
 _DRIVING_M_S = 10.0  # below it wheels are turned by more than half a turn of the steering wheel
+_DRIVEN_S = 1.0  # at that speed, after which a stream's turn is known
 _TOLD = 5  # stretches in the note
 
 Column = npt.NDArray[np.float64]
@@ -48,6 +49,40 @@ def without_whole_turns(drives: Sequence[Signals]) -> tuple[Signals, ...]:
         return tuple(drives)
     usual_rad = longest.usual_rad - _TURN_RAD * round(longest.usual_rad / _TURN_RAD)
     return tuple(_brought_near(drive, found, usual_rad) for drive, found in zip(drives, stretches, strict=True))
+
+
+class TurnsOfStream:
+    """The same for ticks as they come: the angle is not available until the truck has driven for a second after each
+    ignition, since nobody knows the turn before; then it is the turn that brings the usual angle nearest to zero.
+
+    Attributes:
+        turns: taken away now; None while nobody knows.
+    """
+
+    def __init__(self, rate_hz: float) -> None:
+        self.turns: int | None = None
+        self._ticks_driven = round(_DRIVEN_S * rate_hz)
+        self._driving: list[float] = []
+        self._last_s = self._last_rad = float("nan")
+
+    def taken_out(self, time: Column, angle: Column, speed: Column) -> Column:
+        """The angle of further ticks, rad; all of shape (n,), s, rad and m/s."""
+        given = np.full_like(angle, np.nan)
+        for k in np.flatnonzero(np.isfinite(angle)).tolist():
+            if time[k] - self._last_s > _IGNITION_S or abs(angle[k] - self._last_rad) > _JUMP_RAD:
+                self.turns, self._driving = None, []
+            self._last_s, self._last_rad = float(time[k]), float(angle[k])
+            if self.turns is None:
+                self._look(float(angle[k]), float(speed[k]))
+            if self.turns is not None:
+                given[k] = angle[k] - self.turns * _TURN_RAD
+        return given
+
+    def _look(self, angle: float, speed: float) -> None:
+        if speed > _DRIVING_M_S:
+            self._driving.append(angle)
+        if len(self._driving) >= self._ticks_driven:
+            self.turns = round(float(np.median(self._driving)) / _TURN_RAD)
 
 
 def _stretches(drive: Signals) -> list[_Stretch]:

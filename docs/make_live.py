@@ -1,0 +1,45 @@
+"""Makes docs/live.png: the live page, a few minutes into demo/drive.log played forty times as fast.
+
+Run after `make demo`, with Chromium installed (Debian's package chromium).
+"""
+
+import shutil
+import time
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+import oncenter as oc
+from oncenter.live.learner import Learner, all_params, needed
+from oncenter.live.replay import Replay
+from oncenter.live.session import Sayings, Session
+from oncenter.live.web import Page
+from oncenter.read.stream import Stream
+
+ROOT = Path(__file__).parent.parent
+WIDTH, HEIGHT = 1000, 1208  # px
+DRIVEN_S = 240.0
+
+
+def main() -> None:
+    truck = oc.vehicle("scania_r730_4x2")
+    replay = Replay(ROOT / "demo" / "drive.log", 40.0)
+    replay.name = "demo/drive.log"
+    session = Session(replay, Learner(Stream(replay.name, needed(truck)), truck), truck.name, Sayings())
+    with Page(session, all_params(truck), "127.0.0.1", 0) as page, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        view = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+        view.goto(page.url)
+        view.wait_for_selector("#truck:not(:empty)")
+        session.start()
+        while session.snapshot.driven_s < DRIVEN_S and session.is_alive():
+            time.sleep(0.05)
+        time.sleep(0.5)
+        view.screenshot(path=ROOT / "docs" / "live.png")
+        browser.close()
+        session.stop()
+        session.join()
+
+
+if __name__ == "__main__":
+    main()

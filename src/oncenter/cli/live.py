@@ -1,0 +1,130 @@
+"""oncenter live: the answer while it is driven."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from oncenter.cli.options import Dbc, Json, Source, VehicleFile, sources_of
+
+if TYPE_CHECKING:
+    from oncenter.live.bus import Bus
+    from oncenter.live.replay import Replay
+    from oncenter.live.session import Sayings, Session
+
+
+def live(
+    vehicle_file: VehicleFile,
+    channel: Annotated[str | None, typer.Argument(metavar="CHANNEL", help="can0, PCAN_USBBUS1, 239.74.163.2 …")] = None,
+    interface: Annotated[
+        str, typer.Option(metavar="NAME", help="Of python-can: socketcan, pcan, vector, kvaser, udp_multicast …")
+    ] = "socketcan",
+    bitrate: Annotated[int | None, typer.Option(metavar="BIT/S", help="For interfaces that must be told.")] = None,
+    replay: Annotated[
+        Path | None, typer.Option(metavar="LOG", help="Play a log of frames instead: .log .asc .blf .trc .mf4")
+    ] = None,
+    speed: Annotated[float, typer.Option(metavar="TIMES", help="Of the replay, 1 to 100.")] = 1.0,
+    web: Annotated[bool, typer.Option("--web", help="Serve a page as well.")] = False,
+    address: Annotated[str, typer.Option(metavar="HOST", help="Where the page is served.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(metavar="PORT", help="Of the page; 0 takes a free one.")] = 5006,
+    record: Annotated[
+        Path | None, typer.Option(metavar="OUT.log", help="Keep the raw frames, as candump does.")
+    ] = None,
+    trace: Annotated[
+        Path | None, typer.Option(metavar="OUT", help="At the end, write all ticks with units: .parquet or .mf4")
+    ] = None,
+    truck: Annotated[
+        str | None, typer.Option(metavar="KEY", help="Whose memory it is; the vehicle file's name by default.")
+    ] = None,
+    state: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Where what was learned is kept; for a replay only when given."),
+    ] = None,
+    json: Json = False,
+    dbc: Dbc = None,
+    source: Source = None,
+) -> None:
+    """Watch the offset converge while the truck is driven. Ctrl-C ends it, saves all and gives the answer."""
+    import oncenter as oc
+    from oncenter.cli.offset import as_table
+    from oncenter.errors import WRONG_USAGE, OncenterError
+    from oncenter.live.learner import Learner, all_params, needed
+    from oncenter.live.memory import Memory, default_folder
+    from oncenter.live.record import Recorder
+    from oncenter.live.session import Sayings, Session
+    from oncenter.live.terminal import watch
+    from oncenter.live.trace import Trace
+    from oncenter.read.stream import Stream
+
+    if (channel is None) == (replay is None):
+        raise OncenterError("name a CHANNEL or --replay LOG", code="usage", exit_code=WRONG_USAGE)
+    if replay is not None and record is not None:
+        raise OncenterError("--record is for a bus: the log is there already", code="usage", exit_code=WRONG_USAGE)
+    vehicle = oc.vehicle(vehicle_file)
+    key = truck or vehicle.name
+    folder = state or (default_folder() if replay is None else None)
+    said = Sayings()
+    with ExitStack() as opened:
+        given = _opened(channel, interface, bitrate, replay, speed, said)
+        opened.callback(given.close)
+        stream = Stream(given.name, needed(vehicle), names=vehicle.signal_names, dbc=dbc or (), take=sources_of(source))
+        memory = Memory(folder, key, said.say) if folder is not None else None
+        tracer = Trace(trace, said.say) if trace is not None else None
+        recorder = Recorder(record, said.say) if record is not None else None
+        learner = Learner(stream, vehicle, memory.resume if memory is not None else None)
+        session = Session(given, learner, key, said, memory=memory, recorder=recorder, trace=tracer)
+        if web:
+            from oncenter.live.web import Page
+
+            page = opened.enter_context(Page(session, all_params(vehicle), address, port))
+            said.say(f"the page is at {page.url}")
+        with _ended_by_signals(session):
+            session.start()
+            watch(session, all_params(vehicle))
+    if session.failure is not None:
+        raise session.failure
+    answer = session.snapshot.known.answer
+    if answer is None:
+        raise OncenterError(
+            f"no usable second on {given.name}: {stream.missing() or 'it was watched for too short a time'}",
+            code="no_usable_second",
+            needs=needed(vehicle),
+        )
+    typer.echo(answer.to_json() if json else as_table(answer))
+
+
+def _opened(
+    channel: str | None, interface: str, bitrate: int | None, replay: Path | None, speed: float, said: Sayings
+) -> Bus | Replay:
+    if replay is not None:
+        from oncenter.live.replay import Replay
+
+        return Replay(replay, speed)
+    from oncenter.live.bus import Bus
+
+    assert channel is not None
+    return Bus(channel, interface, bitrate, said.say)
+
+
+@contextmanager
+def _ended_by_signals(session: Session) -> Iterator[None]:
+    """Ctrl-C, and being told to end, are how a drive ends: nothing is lost by them. A second Ctrl-C is one too many."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        print("oncenter: ending, saving what was learned", file=sys.stderr)
+        session.stop()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

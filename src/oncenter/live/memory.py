@@ -1,0 +1,119 @@
+"""What was learned of a truck, kept on disk between two drives: a file a core, two slots a file, as in the truck."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from oncenter import _core
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.live.learner import Cores
+
+SLOTS = 2
+
+
+def default_folder() -> Path:
+    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "oncenter"
+
+
+class Memory:
+    """The saved states of one truck.
+
+    Args:
+        folder: is made where it is not there.
+        truck: the key; what is no letter, digit, point or dash becomes an underscore.
+        say: is told in one line what was resumed, and what could not be saved.
+
+    Raises:
+        OncenterError: "state", exit code 2: the folder cannot be made.
+    """
+
+    def __init__(self, folder: Path, truck: str, say: Callable[[str], None]) -> None:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OncenterError(f"--state {folder}: {error.strerror}", code="state", exit_code=WRONG_USAGE) from None
+        self._stem = folder / re.sub(r"[^\w.-]+", "_", truck)
+        self._truck, self._say = truck, say
+        self._files: dict[str, int] = {}
+        self._sequences: dict[str, int] = {}
+        self._failing = False
+
+    def resume(self, cores: Cores) -> None:
+        """Gives the cores what was learned before, and takes hold of the files."""
+        resumed = []
+        for name, core in cores.items():
+            path = self._stem.with_name(f"{self._stem.name}.{name}.state")
+            try:
+                self._files[name] = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+                fcntl.flock(self._files[name], fcntl.LOCK_EX | fcntl.LOCK_NB)
+                slots = _slots(os.pread(self._files[name], 1 << 22, 0))
+            except OSError as error:
+                self._release()
+                why = "another oncenter live has it" if isinstance(error, BlockingIOError) else error.strerror
+                self._say(f"the state of {self._truck} is neither resumed nor saved: {path}: {why}")
+                return
+            self._reserve(self._files[name], len(core.save(0)))
+            fault, self._sequences[name] = restored(core, slots)
+            if fault == "ok":
+                core.restart()
+                resumed.append(name)
+            elif fault != "missing":
+                self._say(f"the saved {name} of {self._truck} is not resumed ({path}: {fault}); learning starts afresh")
+        if resumed:
+            self._say(f"resumed what was learned of {self._truck}")
+
+    def _reserve(self, file: int, size: int) -> None:
+        """Room for both slots, so that a disk that is full later does not matter."""
+        try:
+            os.posix_fallocate(file, 0, SLOTS * size)
+        except OSError as error:
+            self._say(f"no room for the state of {self._truck}: {error.strerror}; tried again each minute")
+
+    def save(self, cores: Cores) -> None:
+        """To the older slot, so that a power cut leaves the newer one; says so once when it fails."""
+        for name, file in self._files.items():
+            sequence = (self._sequences[name] + 1) % 2**32
+            image = cores[name].save(sequence)
+            try:
+                if os.pwrite(file, image, sequence % SLOTS * len(image)) < len(image):
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                os.fsync(file)
+            except OSError as error:
+                if not self._failing:
+                    self._say(f"the state of {self._truck} cannot be saved: {error.strerror}; trying again")
+                self._failing = True
+                return
+            self._sequences[name] = sequence
+        if self._failing:
+            self._say(f"the state of {self._truck} is saved again")
+        self._failing = False
+
+    def close(self) -> None:
+        self._release()
+
+    def _release(self) -> None:
+        for file in self._files.values():
+            os.close(file)
+        self._files = {}
+
+
+def _slots(content: bytes) -> list[bytes]:
+    size = len(content) // SLOTS
+    return [content[k * size : (k + 1) * size] for k in range(SLOTS)]
+
+
+def restored(core: _core.Core, slots: list[bytes]) -> tuple[str, int]:
+    """The core as the newer image that is not refused has it; else what is wrong with one."""
+    found = {k: core.restore(image) for k, image in enumerate(slots) if image}
+    good = {k: sequence for k, (fault, sequence) in found.items() if fault == "ok"}
+    if not good:
+        faults = [fault for fault, _ in found.values() if fault != "missing"]
+        return (faults[0] if faults else "missing"), 0
+    any_of_them = next(iter(good.values()))
+    newest = max(good, key=lambda k: (good[k] - any_of_them + 2**31) % 2**32)  # they may have gone round
+    return core.restore(slots[newest])

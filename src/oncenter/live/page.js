@@ -1,0 +1,105 @@
+// What the server said last, shown: words and marks here, the pictures are Bokeh's own.
+const at = (id) => document.getElementById(id);
+const SVG = "http://www.w3.org/2000/svg";
+const SCALE_DEG = 10, PX_PER_DEG = 10;
+let newest = 0;
+
+const svg = (name, attributes, parent, text) => {
+  const made = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  if (text) made.textContent = text;
+  parent.append(made);
+};
+for (let k = 0; k < 24; k++) svg("line", {y1: -106, y2: k % 6 ? -100 : -94, transform: `rotate(${15 * k})`}, document.querySelector(".dial"));
+const ruler = document.querySelector(".ruler");
+for (let deg = -SCALE_DEG; deg <= SCALE_DEG; deg++) {
+  const x = -PX_PER_DEG * deg;
+  svg("line", {x1: x, x2: x, y1: 0, y2: deg % 5 ? 12 : 24, class: deg ? "" : "zero"}, ruler);
+  if (deg % 5 === 0) svg("text", {x, y: 37}, ruler, deg === SCALE_DEG ? "left" : deg === -SCALE_DEG ? "right" : String(Math.abs(deg)));
+}
+
+const put = (id, text) => { if (at(id).textContent !== text) at(id).textContent = text; };
+const degrees = (value) => value === null ? "—" : (value < 0 ? "−" : "+") + Math.abs(value).toFixed(1);
+const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+const bounded = (deg) => Math.max(-SCALE_DEG - 0.6, Math.min(SCALE_DEG + 0.6, deg));
+const list = (id, lines, make) => {
+  const key = JSON.stringify(lines);
+  if (at(id).dataset.shown === key) return;
+  at(id).dataset.shown = key;
+  at(id).replaceChildren(...lines.map(make));
+};
+const element = (name, text, className) => {
+  const made = document.createElement(name);
+  made.textContent = text;
+  if (className) made.className = className;
+  return made;
+};
+
+const show = (now) => {
+  newest = Date.now();
+  put("truck", now.truck);
+  put("bus", now.bus);
+  put("offset-value", now.offset.value);
+  at("offset").classList.toggle("none", !now.offset.half_width);
+  at("offset-unit").hidden = !now.offset.half_width;
+  put("interval", now.offset.half_width ? `± ${now.offset.half_width} deg` : "no offset yet");
+  put("status", now.offset.status);
+  at("status").className = `status ${now.offset.status}`;
+  put("gate", capital(now.gate.why));
+  at("gate").classList.toggle("counts", now.gate.counts);
+  put("fault", now.fault ? `The angle sensor: ${now.fault}` : "");
+  at("fault").hidden = !now.fault;
+  for (const [name, value] of Object.entries(now.angles)) {
+    put(name, degrees(value));
+    at(`mark-${name}`).style.visibility = value === null ? "hidden" : "visible";
+    if (value !== null) at(`mark-${name}`).setAttribute("transform", `translate(${-PX_PER_DEG * bounded(value)} 0)`);
+  }
+  const half = now.estimated_half_width;
+  put("estimated-unit", half === null ? "deg" : `± ${half.toFixed(1)} deg`);
+  const [low, high] = half === null ? [0, 0] : [bounded(now.angles.estimated - half), bounded(now.angles.estimated + half)];
+  at("band-estimated").setAttribute("x", -PX_PER_DEG * high);
+  at("band-estimated").setAttribute("width", PX_PER_DEG * (high - low));
+  const turned = now.angles.corrected ?? now.angles.measured ?? 0;
+  at("wheel-turned").setAttribute("transform", `rotate(${-turned})`);
+  at("wheel").classList.toggle("unknown", now.angles.corrected === null);
+  put("speed", now.speed_km_h === null ? "—" : now.speed_km_h.toFixed(0));
+  for (const [side, share] of Object.entries(now.flanks)) {
+    at(`flank-${side}`).style.width = `${100 * share}%`;
+    put(`flank-${side}-share`, `${Math.round(100 * share)} %`);
+  }
+  const lacking = now.missing.length ? now.missing : ["Nothing: you may stop."];
+  list("missing", lacking, (line) => element("li", capital(line), now.missing.length ? "" : "done"));
+  list("quantities", Object.entries(now.quantities), ([name, text]) => {
+    const row = document.createElement("tr");
+    row.append(element("th", capital(name)), element("td", text));
+    return row;
+  });
+  list("findings", now.findings, (finding) => {
+    const line = element("li", "", finding.severity);
+    line.append(element("b", finding.severity), ` ${finding.text}`);
+    return line;
+  });
+  at("no-findings").hidden = now.findings.length > 0;
+  put("traffic", now.traffic);
+  list("said", now.said, (line) => element("li", line));
+  requestAnimationFrame(() => dispatchEvent(new CustomEvent("shown", {detail: {number: now.number, frame_s: now.frame_s}})));
+};
+
+const follow = () => {
+  const source = Bokeh.documents.length ? Bokeh.documents[0].get_model_by_name("now") : null;
+  if (source === null) return setTimeout(follow, 20);
+  const shown = () => show(JSON.parse(source.data.json[0]));
+  source.properties.data.change.connect(shown);
+  shown();
+};
+follow();
+
+// The server went away: say so, and come again when it is back.
+setInterval(async () => {
+  const silent = newest > 0 && Date.now() - newest > 2500;
+  at("lost").hidden = !silent;
+  if (!silent) return;
+  try {
+    if ((await fetch(location.href, {cache: "no-store"})).ok) location.reload();
+  } catch { /* not yet */ }
+}, 1000);

@@ -1,0 +1,114 @@
+"""One viewer's page as a Bokeh document: it looks at the newest snapshot when it has time to, and skips the others.
+
+Bokeh waits until a viewer has taken a change before it makes the next: one who is slow sees fewer, and costs nobody.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+from oncenter.live import words
+from oncenter.live.pictures import Pictures
+from oncenter.live.session import SHOW_EVERY_S
+from oncenter.live.snapshot import Snapshot
+from oncenter.report.canvas import COLOURS
+from oncenter.signals import DEGREE
+
+if TYPE_CHECKING:
+    from bokeh.document import Document
+
+    from oncenter.live.session import Session
+
+_SAID_SHOWN = 6
+
+# The browser is told to fetch nothing but from here, whatever the page or a library in it should try.
+_POLICY = (
+    "default-src 'none'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; img-src 'self' data: "
+    "blob:; connect-src 'self'; font-src 'self' data:"
+)
+
+
+def page(doc: Document, session: Session, params: Mapping[str, float]) -> None:
+    """Makes the document of one viewer and keeps it up to date as long as he stays."""
+    from bokeh.models import ColumnDataSource
+
+    first = session.snapshot
+    now = ColumnDataSource(data={"json": [as_json(first, params)]}, name="now")
+    pictures = Pictures(now)
+    shown = [first.number, -1]
+
+    def look() -> None:
+        newest = session.snapshot
+        if newest.number != shown[0]:
+            shown[0] = newest.number
+            now.data = {"json": [as_json(newest, params)]}
+        if newest.pictures.number != shown[1]:
+            shown[1] = newest.pictures.number
+            pictures.show(newest)
+
+    look()
+    for figure in pictures.figures:
+        doc.add_root(figure)
+    doc.title = f"{first.truck}: steering wheel angle offset, live"
+    doc.template = _template()
+    doc.add_periodic_callback(look, round(1000 * SHOW_EVERY_S))
+
+
+def _template() -> str:
+    room = files("oncenter.live")
+    style = files("oncenter.report").joinpath("page.css").read_text(encoding="utf-8")
+    colours = "".join(f"--{name}:{colour};" for name, colour in COLOURS.items())
+    return (
+        room.joinpath("page.html")
+        .read_text(encoding="utf-8")
+        .replace("[[policy]]", _POLICY)
+        .replace("[[style]]", f":root{{{colours}}}\n{style}\n{room.joinpath('page.css').read_text(encoding='utf-8')}")
+        .replace("[[restyle]]", files("oncenter.report").joinpath("page.js").read_text(encoding="utf-8"))
+        .replace("[[script]]", room.joinpath("page.js").read_text(encoding="utf-8"))
+    )
+
+
+def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
+    """What the page's script shows: words and degrees, null for what is not known."""
+    value, half_width, status = words.offset(now)
+    counts, why = words.gate(now)
+    angles = now.angles
+    answer = now.known.answer
+    state: dict[str, Any] = {
+        "number": now.number,
+        "frame_s": _number(angles.frame_s),
+        "phase": now.phase,
+        "truck": now.truck,
+        "bus": now.bus,
+        "offset": {"value": value, "half_width": half_width, "status": status},
+        "gate": {"counts": counts, "why": why},
+        "angles": {
+            "measured": _number(angles.measured_rad / DEGREE),
+            "corrected": _number(angles.corrected_rad / DEGREE),
+            "estimated": _number(angles.estimated_rad / DEGREE),
+        },
+        "estimated_half_width": _number(1.96 * angles.estimated_sd_rad / DEGREE),
+        "speed_km_h": _number(3.6 * angles.vehicle_speed_m_s),
+        "flanks": {side: words.seen_share(now, side) for side in ("left", "right")},
+        "missing": words.still_missing(now, params),
+        "quantities": words.quantities(now),
+        "fault": "" if now.fault == "none" else now.fault.replace("_", " "),
+        "findings": [
+            {"severity": finding.severity, "text": words.sentence(finding.text)}
+            for finding in (answer.findings if answer is not None else ())
+        ],
+        "said": [
+            f"{time.strftime('%H:%M:%S', time.localtime(said.time_s))} {said.text}" for said in now.said[-_SAID_SHOWN:]
+        ],
+        "traffic": f"{words.bus(now)}; driven {words.duration(now.driven_s)}",
+    }
+    return json.dumps(state, allow_nan=False, ensure_ascii=False)
+
+
+def _number(value: float) -> float | None:
+    return round(value, 6) if math.isfinite(value) else None

@@ -1,0 +1,166 @@
+"""The live page's pictures: offset over time, the gate's last minutes, the two flanks. The report's colours."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from bokeh.models import ColumnDataSource, FactorRange, Range1d, Span
+from bokeh.plotting import figure
+
+from oncenter.live.history import STRIP_S
+from oncenter.live.snapshot import Snapshot
+from oncenter.report.canvas import COLOURS, as_source, plain
+from oncenter.report.plots import STRIP_NAMES
+from oncenter.signals import DEGREE
+
+_ON_A_FLANK = 0.5  # of the way from the play's middle, as in the report
+_ROW_PX, _AXES_PX = 20, 62
+_USED = "clean"
+
+
+class Pictures:
+    """Three figures of one viewer.
+
+    Args:
+        carried: a source that goes to the browser with them.
+    """
+
+    def __init__(self, carried: ColumnDataSource) -> None:
+        self._course, self._strip, self._flanks = _Course(), _Strip(), _Flanks()
+        self._course.figure.tags = [carried]
+        self.figures: list[figure] = [self._course.figure, self._strip.figure, self._flanks.figure]
+
+    def show(self, now: Snapshot) -> None:
+        self._course.show(now)
+        self._strip.show(now)
+        self._flanks.show(now)
+
+
+class _Course:
+    """Offset with its 95 % band over the whole drive."""
+
+    def __init__(self) -> None:
+        self.figure = plain(240, "", name="course", x_range=Range1d(0.0, 1.0), y_range=Range1d(-5.0, 5.0))
+        self.figure.xaxis.axis_label = "driving time (min)"
+        self.figure.yaxis.axis_label = "offset (deg)"
+        self._source = ColumnDataSource(data={"x": [], "offset": [], "low": [], "high": []})
+        self.figure.varea("x", "low", "high", source=self._source, fill_color=COLOURS["estimate"], fill_alpha=0.25)
+        self.figure.line("x", "offset", source=self._source, color=COLOURS["estimate"], line_width=2.5)
+
+    def show(self, now: Snapshot) -> None:
+        course = now.pictures.course
+        minutes = np.array(course.time_s) / 60.0
+        offset, half_width = np.array(course.offset_deg), np.array(course.half_width_deg)
+        self._source.data = as_source(x=minutes, offset=offset, low=offset - half_width, high=offset + half_width)
+        _span(self.figure.x_range, 0.0, max(now.driven_s / 60.0, 1.0))
+        if len(offset):
+            later = slice(len(offset) // 4, None)  # the first ones are wide
+            reach = 1.3 * float(np.median(half_width[later])) + 0.3
+            _span(self.figure.y_range, float(offset[later].min()) - reach, float(offset[later].max()) + reach)
+
+
+class _Strip:
+    """The gate's last two minutes: a row a reason, as opaque as the share of ticks that it rejects."""
+
+    def __init__(self) -> None:
+        self._rows = [_USED]
+        self.figure = plain(
+            _ROW_PX + _AXES_PX,
+            "",
+            name="strip",
+            x_range=Range1d(-float(STRIP_S), 0.0),
+            y_range=FactorRange("clean", range_padding=0.08),
+        )
+        self.figure.xaxis.axis_label = "s ago"
+        self.figure.ygrid.grid_line_color = None
+        self.figure.yaxis.major_tick_line_color = None
+        self._source = ColumnDataSource(data={"left": [], "right": [], "row": [], "share": [], "colour": []})
+        self.figure.hbar(
+            "row",
+            left="left",
+            right="right",
+            height=0.8,
+            source=self._source,
+            fill_color="colour",
+            fill_alpha="share",
+            line_color=None,
+        )
+
+    def show(self, now: Snapshot) -> None:
+        strip = now.pictures.strip
+        if not strip.begin_s:
+            return
+        ago = np.array(strip.begin_s) - strip.begin_s[-1] - 1.0
+        seen = [name for name in STRIP_NAMES if name in strip.rejected]
+        self._rows += [STRIP_NAMES[name] for name in seen if STRIP_NAMES[name] not in self._rows]
+        bars: list[tuple[float, float, str, float, str]] = []
+        for row, share, colour in (
+            (_USED, strip.clean, COLOURS["used"]),
+            *((STRIP_NAMES[name], strip.rejected[name], COLOURS["rejected"]) for name in seen),
+        ):
+            bars += [(low, high, row, alpha, colour) for low, high, alpha in _runs(ago, np.array(share))]
+        factors = list(reversed(self._rows))
+        if self.figure.y_range.factors != factors:
+            self.figure.y_range.factors = factors
+            self.figure.height = _ROW_PX * len(factors) + _AXES_PX
+        names = ("left", "right", "row", "share", "colour")
+        self._source.data = dict(zip(names, map(list, zip(*bars, strict=True)), strict=True))
+
+
+def _runs(begin_s: npt.NDArray[Any], share: npt.NDArray[Any]) -> list[tuple[float, float, float]]:
+    """Begin, end and share of neighbouring cells of one share; none where it is zero."""
+    new = np.flatnonzero((np.diff(share) != 0) | (np.diff(begin_s) > 1.5)) + 1
+    first, last = np.concatenate(([0], new)), np.concatenate((new, [len(share)])) - 1
+    runs = zip(begin_s[first].tolist(), (begin_s[last] + 1.0).tolist(), share[first].tolist(), strict=True)
+    return [run for run in runs if run[2] > 0]
+
+
+class _Flanks:
+    """Residual against lateral acceleration: play shows as two parallel lines."""
+
+    def __init__(self) -> None:
+        self.figure = plain(300, "", name="flanks", x_range=Range1d(-1.5, 1.5), y_range=Range1d(-5.0, 5.0))
+        self.figure.xaxis.axis_label = "lateral acceleration, left positive (m/s²)"
+        self.figure.yaxis.axis_label = "residual (deg)"
+        self._cloud = ColumnDataSource(data={"x": [], "y": [], "colour": []})
+        self._lines = ColumnDataSource(data={"x": [], "upper": [], "lower": []})
+        self.figure.scatter("x", "y", source=self._cloud, size=4, fill_color="colour", fill_alpha=0.6, line_color=None)
+        for flank in ("upper", "lower"):
+            self.figure.line("x", flank, source=self._lines, color=COLOURS["estimate"], line_width=2.5)
+        self._offset = Span(dimension="width", line_color=COLOURS["rejected"], line_width=2, line_dash="dashed")
+        self._offset.visible = False
+        self.figure.add_layout(self._offset)
+
+    def show(self, now: Snapshot) -> None:
+        cloud = now.pictures.cloud
+        x, y, place = np.array(cloud.lateral_acceleration_m_s2), np.array(cloud.residual_deg), np.array(cloud.place)
+        colours = np.where(
+            place > _ON_A_FLANK,
+            COLOURS["used"],
+            np.where(place < -_ON_A_FLANK, COLOURS["right"], COLOURS["measured"]),
+        )
+        self._cloud.data = {**as_source(x=x, y=y), "colour": colours.tolist()}
+        if len(x):
+            for axis, values in ((self.figure.x_range, x), (self.figure.y_range, y)):
+                low, high = np.percentile(values, [0.5, 99.5])
+                air = 0.1 * (high - low) + 0.2
+                _span(axis, float(low - air), float(high + air))
+        answer = now.known.answer
+        if answer is None or answer.offset.value is None:
+            return
+        offset = answer.offset.value / DEGREE
+        self._offset.update(location=offset, visible=True)
+        ends = np.array([-20.0, 20.0])
+        unloads_at = answer.unloading_acceleration.value or 0.0
+        slope = answer.vehicle.ratio_near_centre * (answer.understeer_gradient.value or 0.0) / DEGREE
+        middle = offset + slope * (ends - unloads_at)
+        half_play = 0.5 * (answer.backlash.value or 0.0) / DEGREE
+        self._lines.data = as_source(x=ends, upper=middle + half_play, lower=middle - half_play)
+
+
+def _span(axis: Range1d, low: float, high: float) -> None:
+    """Moves an axis when that can be seen: less would only make it tremble."""
+    if max(abs(low - axis.start), abs(high - axis.end)) > 0.04 * (axis.end - axis.start):
+        axis.update(start=low, end=high)

@@ -1,0 +1,94 @@
+"""A log of frames played at its own pace or faster, as if it were the bus."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator
+from pathlib import Path
+
+import numpy as np
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.read import candump, mf4, python_can
+from oncenter.read.clock import HOLE_S
+from oncenter.read.decode import wanted_by
+from oncenter.read.frames import Frames, joined
+
+SLOWEST, FASTEST = 1.0, 100.0
+_SUFFIXES = (".log", ".asc", ".blf", ".trc", ".mf4", ".mdf")
+
+
+class Replay:
+    """A log's frames when their time has come. Pauses longer than a few seconds are not waited for.
+
+    Args:
+        log: a log of CAN frames.
+        speed: 1 to 100 times that of the log.
+
+    Raises:
+        OncenterError: "replay", exit code 2: no such log, or another speed; or the log cannot be read.
+    """
+
+    def __init__(self, log: Path, speed: float) -> None:
+        if not SLOWEST <= speed <= FASTEST:
+            raise OncenterError(f"--speed must be 1 to 100, got {speed:g}", code="replay", exit_code=WRONG_USAGE)
+        if log.suffix.lower() not in _SUFFIXES:
+            raise OncenterError(
+                f"--replay takes a log of CAN frames ({' '.join(_SUFFIXES)}), got {log.name}: "
+                "for a table use oncenter offset",
+                code="replay",
+                exit_code=WRONG_USAGE,
+            )
+        if not log.is_file():
+            raise OncenterError(f"--replay {log}: no such file", code="replay", exit_code=WRONG_USAGE)
+        self.name = str(log)
+        self.notes: list[str] = []
+        self.dropped = 0
+        self.ended = False
+        self._speed = speed
+        self._chunks = _chunks(log, self.notes)
+        self._waiting = joined([])
+        self._started_s = self._log_time_s = 0.0  # the log's time at that wall time
+        self._load()
+        if len(self._waiting):
+            self._started_s, self._log_time_s = time.monotonic(), float(self._waiting.time[0])
+
+    def take(self, timeout_s: float) -> Frames:
+        """The frames that are due, after the timeout at the latest; none once ended."""
+        time.sleep(timeout_s)
+        due_s = self._log_time_s + (time.monotonic() - self._started_s) * self._speed
+        return self._until(due_s)
+
+    def close(self) -> None:
+        self._chunks.close()
+
+    def _until(self, due_s: float) -> Frames:
+        parts = []
+        while not self.ended:
+            if len(self._waiting) and self._waiting.time[0] - due_s > HOLE_S:
+                self._started_s, self._log_time_s = time.monotonic(), float(self._waiting.time[0])
+                break
+            due = np.logical_and.accumulate(self._waiting.time <= due_s)
+            parts.append(self._waiting.where(due))
+            self._waiting = self._waiting.where(~due)
+            if len(self._waiting):
+                break
+            self._load()
+        return joined(parts)
+
+    def _load(self) -> None:
+        self._waiting = next((frames for frames in self._chunks if len(frames)), joined([]))
+        self.ended = not len(self._waiting)
+
+
+def _chunks(log: Path, notes: list[str]) -> Generator[Frames, None, None]:
+    def tell(fraction: float) -> None:
+        pass
+
+    suffix = log.suffix.lower()
+    if suffix == ".log":
+        yield from candump.chunks(log, notes, tell)
+    elif suffix in (".mf4", ".mdf"):
+        yield mf4.read(log, {}, wanted_by(()), notes, tell)[0].frames
+    else:
+        yield from python_can.chunks(log, suffix, notes, tell)

@@ -1,0 +1,253 @@
+"""One sitting: frames from a bus or a log through the learner, in one thread, and what follows from each step.
+
+Displays read `snapshot`; nothing here waits for them.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+from typing import TYPE_CHECKING
+
+from oncenter import _core
+from oncenter.live.history import History
+from oncenter.live.learner import Known, Learner, Stepped
+from oncenter.live.snapshot import Angles, Pictures, Said, Snapshot
+from oncenter.read.frames import Frames, joined
+from oncenter.read.python_can import frames_of, is_data
+from oncenter.signals import DEGREE
+
+if TYPE_CHECKING:
+    from oncenter.live.bus import Bus
+    from oncenter.live.memory import Memory
+    from oncenter.live.record import Recorder
+    from oncenter.live.replay import Replay
+    from oncenter.live.trace import Trace
+
+SHOW_EVERY_S = 0.03  # a needle's step
+KNOW_EVERY_S = 0.2
+PICTURE_EVERY_S = 1.0
+SAVE_EVERY_S = 60.0
+SILENT_S = 3.0
+SAID_MAX = 100
+ESTIMATE_SD_MAX_RAD = 10.0 * DEGREE  # wider is no estimate: standing, motion says nothing of the wheels
+_TAKE_S = 0.015
+
+
+class Session(threading.Thread):
+    """Runs until `stop`, or until a replayed log ends; then all is saved and written.
+
+    Args:
+        source: a bus or a log, open.
+        learner: of the truck.
+        truck: its key, for people.
+        said: lines that were said before, and those to come; of the newest `SAID_MAX`.
+        memory, recorder, trace: where wanted.
+
+    Attributes:
+        snapshot: the newest; replaced, never changed.
+        failure: what ended it, where something did that should not.
+    """
+
+    def __init__(
+        self,
+        source: Bus | Replay,
+        learner: Learner,
+        truck: str,
+        said: Sayings,
+        *,
+        memory: Memory | None = None,
+        recorder: Recorder | None = None,
+        trace: Trace | None = None,
+    ) -> None:
+        super().__init__(name="oncenter learner", daemon=True)
+        self.failure: BaseException | None = None
+        self._source, self._learner, self._truck, self._said = source, learner, truck, said
+        self._memory, self._recorder, self._trace = memory, recorder, trace
+        self._history = History()
+        self._stopping = threading.Event()
+        self._frames = 0
+        self._rate = _Rate()
+        self._driven_s = 0.0
+        self._known: Known = learner.known()
+        self._missing = ""
+        self._last_frame_s = time.monotonic()
+        self._silent = False
+        self._due = {"show": 0.0, "know": 0.0, "picture": 0.0, "save": time.monotonic() + SAVE_EVERY_S}
+        self._pictures = Pictures(0, self._history.course(), self._history.strip(), self._history.cloud())
+        self._number = 0
+        self.snapshot = self._show("listening")
+
+    def stop(self) -> None:
+        self._stopping.set()
+
+    def run(self) -> None:
+        try:
+            while not self._stopping.is_set() and not getattr(self._source, "ended", False):
+                self._turn()
+        except BaseException as failure:
+            self.failure = failure
+        finally:
+            self._end()
+
+    def _turn(self) -> None:
+        frames = self._take()
+        now = time.monotonic()
+        self._watch_silence(len(frames), now)
+        self._rate.count(len(frames), now)
+        for stepped in self._learner.take(frames) if len(frames) else []:
+            self._keep(stepped)
+        self._refresh(now)
+
+    def _take(self) -> Frames:
+        taken = self._source.take(_TAKE_S)
+        if isinstance(taken, Frames):
+            self._frames += len(taken)
+            return taken
+        self._frames += len(taken)
+        if taken and self._recorder is not None:
+            self._recorder.take(taken)
+        data = [message for message in taken if is_data(message)]
+        time.sleep(_TAKE_S if taken else 0.0)  # many at once cost little more than one
+        return frames_of(data) if data else joined([])
+
+    def _keep(self, stepped: Stepped) -> None:
+        self._driven_s += len(stepped) / self._learner.stream.rate_hz
+        self._history.take(stepped)
+        if self._trace is not None:
+            self._trace.take(stepped)
+
+    def _watch_silence(self, count: int, now: float) -> None:
+        if count:
+            if self._silent:
+                self._said.say(f"frames again after {now - self._last_frame_s:.0f} s")
+            self._silent, self._last_frame_s = False, now
+        elif not self._silent and now - self._last_frame_s > SILENT_S:
+            self._silent = True
+            self._said.say(f"no frame on {self._source.name} for {SILENT_S:.0f} s: cable, ignition or bitrate?")
+
+    def _refresh(self, now: float) -> None:
+        if self._is_due("know", KNOW_EVERY_S, now):
+            self._known = self._learner.known()
+        if self._is_due("picture", PICTURE_EVERY_S, now):
+            self._picture()
+        if self._is_due("save", SAVE_EVERY_S, now):
+            self._save()
+        if self._is_due("show", SHOW_EVERY_S, now):
+            phase = "listening" if self._learner.stream.listening else "silent" if self._silent else "running"
+            self.snapshot = self._show(phase)
+
+    def _is_due(self, what: str, every_s: float, now: float) -> bool:
+        if now < self._due[what]:
+            return False
+        self._due[what] = now + every_s
+        return True
+
+    def _picture(self) -> None:
+        history, number = self._history, self._pictures.number + 1
+        self._pictures = Pictures(number, history.course(), history.strip(), history.cloud())
+        self._missing = self._learner.stream.missing()
+
+    def _save(self) -> None:
+        if self._memory is not None and self._learner.cores:
+            self._memory.save(self._learner.cores)
+
+    def _show(self, phase: str) -> Snapshot:
+        self._number += 1
+        return Snapshot(
+            number=self._number,
+            bus=self._source.name,
+            truck=self._truck,
+            phase=phase,
+            missing=self._missing,
+            frames=self._frames,
+            frames_per_s=self._rate.per_s,
+            dropped=self._source.dropped,
+            driven_s=self._driven_s,
+            angles=self._angles(),
+            reasons=self._reasons(),
+            fault="none" if self._learner.last is None else _core.FAULTS[self._learner.last.angle["fault"][-1]],
+            known=self._known,
+            pictures=self._pictures,
+            said=self._said.all(),
+        )
+
+    def _angles(self) -> Angles:
+        last, stream = self._learner.last, self._learner.stream
+        frame_s, measured = stream.newest("steering_wheel_angle")
+        if last is None:
+            return Angles(frame_s=frame_s, measured_rad=measured)
+        offset, angle = last.offset[-1], last.angle[-1]["angle"]
+        told = _core.STATUSES[offset["offset_status"]] != "unobservable"
+        sd = float(angle["estimate_sd"])
+        judged = _core.STATUSES[angle["status"]] != "unobservable" and sd < ESTIMATE_SD_MAX_RAD
+        return Angles(
+            frame_s=frame_s,
+            measured_rad=measured,
+            corrected_rad=measured - self._learner.turned_rad - float(offset["offset"]) if told else math.nan,
+            estimated_rad=float(angle["estimate"]) if judged else math.nan,
+            estimated_sd_rad=sd if judged else math.nan,
+            vehicle_speed_m_s=stream.newest("vehicle_speed")[1],
+        )
+
+    def _reasons(self) -> tuple[str, ...]:
+        if self._learner.last is None:
+            return ()
+        bits = int(self._learner.last.offset[-1]["reasons"])
+        return tuple(name for name, bit in _core.REASONS.items() if bits & bit)
+
+    def _end(self) -> None:
+        """Whatever ended it, what there is goes to where it belongs; one that fails does not stop the next."""
+        for step in (self._source.close, self._drain, self._save, self._close_others):
+            try:
+                step()
+            except BaseException as failure:
+                self.failure = self.failure or failure
+        self.snapshot = self._show("ended")
+
+    def _drain(self) -> None:
+        frames = self._take()
+        for stepped in [*(self._learner.take(frames) if len(frames) else []), *self._learner.finish()]:
+            self._keep(stepped)
+        self._known = self._learner.known()
+        self._picture()
+
+    def _close_others(self) -> None:
+        for kept in (self._recorder, self._trace, self._memory):
+            if kept is not None:
+                kept.close()
+
+
+class Sayings:
+    """Lines for people from any thread; the newest are kept."""
+
+    def __init__(self) -> None:
+        self._lines: deque[Said] = deque(maxlen=SAID_MAX)
+        self._lock = threading.Lock()
+        self._number = 0
+
+    def say(self, text: str) -> None:
+        with self._lock:
+            self._number += 1
+            self._lines.append(Said(self._number, time.time(), text))
+
+    def all(self) -> tuple[Said, ...]:
+        with self._lock:
+            return tuple(self._lines)
+
+
+class _Rate:
+    """Frames per second, over the last seconds."""
+
+    def __init__(self) -> None:
+        self.per_s = 0.0
+        self._begin_s = time.monotonic()
+        self._count = 0
+
+    def count(self, frames: int, now: float) -> None:
+        self._count += frames
+        passed = now - self._begin_s
+        if passed >= 1.0:
+            self.per_s, self._begin_s, self._count = self._count / passed, now, 0

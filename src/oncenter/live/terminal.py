@@ -1,0 +1,117 @@
+"""What is known, on a terminal: a panel that is drawn anew; elsewhere a line now and then."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, TextIO
+
+from oncenter.live import words
+from oncenter.live.snapshot import Said, Snapshot
+
+if TYPE_CHECKING:
+    from rich.panel import Panel
+
+    from oncenter.live.session import Session
+
+_DRAW_EVERY_S = 0.25
+_LINE_EVERY_S = 10.0
+_STYLES = {"valid": "bold green", "converging": "bold blue", "unobservable": "dim", "invalid": "bold red"}
+
+
+def watch(session: Session, params: Mapping[str, float]) -> None:
+    """Shows the session on stderr until it ends."""
+    if sys.stderr.isatty():
+        _draw(session, params)
+    else:
+        _tell(session, sys.stderr, params)
+
+
+def _draw(session: Session, params: Mapping[str, float]) -> None:
+    from rich.console import Console
+    from rich.live import Live
+
+    console = Console(stderr=True)
+    with Live(console=console, auto_refresh=False) as display:
+        told = 0
+        while True:
+            ended = not session.is_alive()
+            now = session.snapshot
+            for said in _new(now, told):
+                console.print(_line(said), markup=False, highlight=False)
+                told = said.number
+            display.update(panel(now, params), refresh=True)
+            if ended:
+                return
+            session.join(_DRAW_EVERY_S)
+
+
+def _tell(session: Session, stream: TextIO, params: Mapping[str, float]) -> None:
+    told, next_line_s = 0, time.monotonic() + _LINE_EVERY_S
+    while True:
+        ended = not session.is_alive()
+        now = session.snapshot
+        for said in _new(now, told):
+            print(f"oncenter: {said.text}", file=stream, flush=True)
+            told = said.number
+        if ended:
+            return
+        if time.monotonic() >= next_line_s:
+            next_line_s += _LINE_EVERY_S
+            print(f"oncenter: {one_line(now, params)}", file=stream, flush=True)
+        session.join(_DRAW_EVERY_S)
+
+
+def _new(now: Snapshot, told: int) -> list[Said]:
+    return [said for said in now.said if said.number > told]
+
+
+def _line(said: Said) -> str:
+    return f"{time.strftime('%H:%M:%S', time.localtime(said.time_s))} {said.text}"
+
+
+def one_line(now: Snapshot, params: Mapping[str, float]) -> str:
+    value, half_width, status = words.offset(now)
+    told = f"offset {value} ±{half_width} deg ({status})" if half_width else f"no offset yet ({status})"
+    missing = words.still_missing(now, params)
+    lacking = f"; still missing: {', '.join(missing)}" if missing else ""
+    return f"{told}; {words.gate(now)[1]}; {words.bus(now)}{lacking}"
+
+
+def panel(now: Snapshot, params: Mapping[str, float]) -> Panel:
+    from rich.panel import Panel
+    from rich.table import Table
+    from rich.text import Text
+
+    value, half_width, status = words.offset(now)
+    counts, why = words.gate(now)
+    rows = Table.grid(padding=(0, 2))
+    rows.add_column(style="dim", no_wrap=True)
+    rows.add_column(overflow="fold")
+    standing = Text(f"{value} deg", style="bold")
+    standing.append(f"  ±{half_width}" if half_width else "", style="blue")
+    standing.append(f"  {status}", style=_STYLES[status])
+    rows.add_row("offset", standing)
+    for name, text in words.quantities(now).items():
+        rows.add_row(name, Text(text))
+    angles = now.angles
+    rows.add_row(
+        "steering wheel",
+        Text(
+            f"measured {words.number(angles.measured_rad)}  corrected {words.number(angles.corrected_rad)}  "
+            f"estimated {words.number(angles.estimated_rad)} deg"
+        ),
+    )
+    rows.add_row("gate", Text(why, style="green" if counts else "yellow"))
+    missing = words.still_missing(now, params)
+    rows.add_row("still missing", Text("; ".join(missing) or "nothing: you may stop", style="" if missing else "green"))
+    if now.fault != "none":
+        rows.add_row("sensor", Text(now.fault.replace("_", " "), style="bold red"))
+    for finding in now.known.answer.findings if now.known.answer is not None else ():
+        rows.add_row(
+            finding.severity,
+            Text(words.sentence(finding.text), style="yellow" if finding.severity == "warning" else ""),
+        )
+    rows.add_row("bus", Text(f"{words.bus(now)}; driven {words.duration(now.driven_s)}", style="dim"))
+    return Panel(rows, title=Text(f"{now.truck} on {now.bus}"), title_align="left", border_style="dim")

@@ -1,0 +1,183 @@
+"""What was live, tick by tick, as a table for other tools: Parquet or MF4, each column with its unit.
+
+Ticks wait in a file beside it, not in memory. The signals are among the columns as `oncenter.read` takes them, so
+that the trace can be answered again.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from oncenter import _core
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.live.learner import Stepped
+from oncenter.signals import DEGREE
+
+_EPOCH_S = 1e8  # times beyond are of day and year
+_UNITS = {"s": "s", "deg": "deg", "deg_s": "deg/s", "m_s": "m/s", "m_s2": "m/s^2", "deg_m_s2": "deg/(m/s^2)"}
+
+# By column, deg for rad: the unit is the name's end.
+_SIGNALS = {name: name.replace("rad", "deg") for name in _core.COLUMNS}
+_OFFSET = {
+    "offset_deg": ("offset", DEGREE),
+    "offset_standard_deviation_deg": ("offset_sd", DEGREE),
+    "understeer_gradient_deg_m_s2": ("understeer_gradient", DEGREE),
+    "backlash_deg": ("backlash", DEGREE),
+    "unloading_acceleration_m_s2": ("unloading_acceleration", 1.0),
+    "yaw_rate_bias_deg_s": ("yaw_rate_bias", DEGREE),
+    "yaw_rate_bias_standard_deviation_deg_s": ("yaw_rate_bias_sd", DEGREE),
+    "evidence_s": ("evidence", 1.0),
+}
+_ANGLE = {
+    "true_angle_deg": ("angle", DEGREE),
+    "true_angle_standard_deviation_deg": ("standard_deviation", DEGREE),
+    "true_angle_without_sensor_deg": ("estimate", DEGREE),
+}
+_CODES = ("offset_status", "rejected_by", "sensor_fault")
+_COLUMNS = (*_SIGNALS.values(), *_OFFSET, *_ANGLE, *_CODES)
+
+
+class Trace:
+    """Takes what was stepped; `close` writes the table.
+
+    Args:
+        path: `.parquet` or `.mf4`, in a folder that is there; overwritten.
+        say: is told in one line what went wrong.
+
+    Raises:
+        OncenterError: "output", exit code 2: another suffix, or nothing can be written there.
+    """
+
+    def __init__(self, path: Path, say: Callable[[str], None]) -> None:
+        if path.suffix not in (".parquet", ".mf4"):
+            raise OncenterError(
+                f"--trace takes a .parquet or .mf4 file, got {path.name}", code="output", exit_code=WRONG_USAGE
+            )
+        try:
+            self._rows = tempfile.TemporaryFile(dir=path.parent, buffering=0)  # noqa: SIM115 - closed by close
+        except OSError as error:
+            raise OncenterError(
+                f"cannot write {path}: {error.strerror}", code="output", exit_code=WRONG_USAGE
+            ) from None
+        self._path, self._say = path, say
+        self._count = 0
+        self._broken = False
+
+    def take(self, stepped: Stepped) -> None:
+        if self._broken:
+            return
+        rows = _rows(stepped)
+        try:
+            _write_whole(self._rows.fileno(), rows.tobytes(), self._count * rows.itemsize * rows.shape[1])
+        except OSError as error:
+            self._broken = True
+            self._say(f"the trace {self._path} ends here: {error.strerror}")
+            return
+        self._count += len(rows)
+
+    def close(self) -> None:
+        """Writes what there is beside the file and puts it in its place when it is whole."""
+        try:
+            columns = self._columns()
+            self._rows.close()  # first, so that its room can be had
+            if self._count:
+                self._write(columns)
+        except Exception as error:  # polars and asammdf have each their own
+            self._say(f"the trace {self._path} could not be written: {' '.join(str(error).split())[:160]}")
+
+    def _columns(self) -> dict[str, Any]:
+        if not self._count:
+            return {}
+        rows = np.memmap(self._rows, np.float64, "r", shape=(self._count, len(_COLUMNS)))
+        columns: dict[str, Any] = {name: np.array(rows[:, k]) for k, name in enumerate(_COLUMNS)}
+        for name in _core.COLUMNS:
+            if np.isnan(columns[_SIGNALS[name]]).all():
+                del columns[_SIGNALS[name]]
+        columns["offset_status"] = _names(columns["offset_status"], dict(enumerate(_core.STATUSES)))
+        columns["rejected_by"] = _names(columns["rejected_by"], _reasons(np.unique(columns["rejected_by"])))
+        columns["sensor_fault"] = _names(columns["sensor_fault"], dict(enumerate(_core.FAULTS)))
+        return columns
+
+    def _write(self, columns: Mapping[str, Any]) -> None:
+        unfinished = self._path.with_name(f".{self._path.stem}.unfinished{self._path.suffix}")
+        try:
+            if self._path.suffix == ".parquet":
+                pl.DataFrame(columns).write_parquet(unfinished)
+            else:
+                _write_mf4(columns, unfinished)
+            os.replace(unfinished, self._path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+
+
+def _write_whole(file: int, data: bytes, at: int) -> None:
+    while data:
+        written = os.pwrite(file, data, at)
+        data, at = data[written:], at + written
+
+
+def unit_of(column: str) -> str:
+    """By the column's end, as people write it; empty where it has none."""
+    ends = [end for end in _UNITS if column.endswith(f"_{end}")]
+    return _UNITS[max(ends, key=len)] if ends else ""
+
+
+def _rows(stepped: Stepped) -> npt.NDArray[np.float64]:
+    rows = np.full((len(stepped), len(_COLUMNS)), np.nan)
+    at = {name: k for k, name in enumerate(_COLUMNS)}
+    for name, column in stepped.ticks.items():
+        if name in _SIGNALS:
+            rows[:, at[_SIGNALS[name]]] = column / DEGREE if "rad" in name else column
+    for name, (member, factor) in _OFFSET.items():
+        rows[:, at[name]] = stepped.offset[member] / factor
+    for name, (member, factor) in _ANGLE.items():
+        rows[:, at[name]] = stepped.angle["angle"][member] / factor
+    rows[:, at["offset_status"]] = stepped.offset["offset_status"]
+    rows[:, at["rejected_by"]] = stepped.offset["reasons"]
+    rows[:, at["sensor_fault"]] = stepped.angle["fault"]
+    told = stepped.offset["offset_status"] != _core.STATUSES.index("unobservable")
+    rows[~told, at["offset_deg"]] = rows[~told, at["offset_standard_deviation_deg"]] = np.nan
+    return rows
+
+
+def _reasons(codes: npt.NDArray[np.float64]) -> dict[int, str]:
+    return {int(c): ", ".join(name for name, bit in _core.REASONS.items() if int(c) & bit) for c in codes}
+
+
+def _names(codes: npt.NDArray[np.float64], names: Mapping[int, str]) -> list[str]:
+    return [names[int(code)] for code in codes]
+
+
+def _write_mf4(columns: Mapping[str, Any], path: Path) -> None:
+    from asammdf import MDF, Signal
+
+    time = columns["time_s"]
+    start_s = float(time[0]) if time[0] > _EPOCH_S else 0.0
+    with MDF(version="4.10") as mdf:
+        if start_s:
+            mdf.start_time = datetime.fromtimestamp(start_s, UTC)
+        mdf.append(
+            [
+                Signal(
+                    np.array(column, "S") if isinstance(column, list) else column,
+                    time - start_s,
+                    unit=unit_of(name),
+                    name=name,
+                    encoding="utf-8" if isinstance(column, list) else None,
+                )
+                for name, column in columns.items()
+                if name != "time_s"
+            ],
+            comment="oncenter live",
+            common_timebase=True,
+        )
+        mdf.save(path, overwrite=True, compression=2)

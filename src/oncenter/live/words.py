@@ -1,0 +1,127 @@
+"""A snapshot in words and degrees, for the terminal and the page alike."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+
+from oncenter.estimate import Estimate
+from oncenter.live.snapshot import Snapshot
+from oncenter.signals import DEGREE
+
+REASONS = {
+    "missing_signal": "a signal is not available",
+    "time": "time stood still or ran backward",
+    "gap": "first tick after a hole",
+    "settling": "filters settling",
+    "speed": "too slow",
+    "curvature": "bend too tight",
+    "longitudinal_acceleration": "braking or speeding up",
+    "bank": "kerb or sudden bank",
+    "lateral_acceleration": "too fast in the bend",
+    "yaw_rate_bias": "gyro bias moves",
+    "window": "not clean for long enough",
+}
+_QUANTITIES = {
+    "play": "backlash",
+    "gyro bias": "yaw_rate_bias",
+    "understeer gradient": "understeer_gradient",
+    "steering unloads at": "unloading_acceleration",
+}
+_PHASES = {"listening": "listening to the bus", "silent": "no frames", "ended": "ended"}
+
+
+def number(value_rad: float | None, digits: int = 1) -> str:
+    """Degrees with a sign; a dash for what there is not."""
+    if value_rad is None or math.isnan(value_rad):
+        return "—"
+    return f"{value_rad / DEGREE:+.{digits}f}".replace("-", "−")
+
+
+def offset(now: Snapshot) -> tuple[str, str, str]:
+    """Value in deg, half-width of its 95 % interval in deg, status."""
+    answer = now.known.answer
+    if answer is None or answer.offset.value is None or answer.offset.ci95 is None:
+        return "—", "", "unobservable" if answer is None else answer.offset.status
+    low, high = answer.offset.ci95
+    digits = 2 if high - low < 2.0 * DEGREE else 1
+    return number(answer.offset.value, digits), f"{0.5 * (high - low) / DEGREE:.{digits}f}", answer.offset.status
+
+
+def gate(now: Snapshot) -> tuple[bool, str]:
+    """Whether what is driven now counts, and why not."""
+    if now.phase != "running":
+        return False, _PHASES[now.phase]
+    if now.reasons:
+        return False, "not used: " + ", ".join(REASONS[name] for name in now.reasons)
+    return True, "this counts" if now.known.answer is not None else "clean so far"
+
+
+def quantities(now: Snapshot) -> dict[str, str]:
+    """What else is known, by name; a dash for what is not."""
+    answer = now.known.answer
+    if answer is None:
+        return dict.fromkeys(_QUANTITIES, "—")
+    return {name: _quantity(getattr(answer, member)) for name, member in _QUANTITIES.items()}
+
+
+def _quantity(estimate: Estimate) -> str:
+    return _signed(str(estimate))
+
+
+def still_missing(now: Snapshot, params: Mapping[str, float]) -> list[str]:
+    """What driving would still help, one line each; empty when the workshop may stop."""
+    if now.phase == "listening":
+        return [now.missing or "listening: which senders there are, and how often they send"]
+    return list(_lacking(now, params))
+
+
+def _lacking(now: Snapshot, params: Mapping[str, float]) -> Iterator[str]:
+    known = now.known
+    if known.evidence_lacking_s > 0:
+        speed_km_h = 3.6 * params["joint_speed_min_m_s"]
+        yield f"{_long(known.evidence_lacking_s)} more above {speed_km_h:.0f} km/h"
+    for side, lacking_s in known.lacking_s.items():
+        if lacking_s > 0:
+            yield f"{math.ceil(lacking_s)} s of bends to the {side}"
+    if known.answer is None or known.evidence_lacking_s > 0:
+        return
+    offset = known.answer.offset
+    if offset.status == "converging" and offset.ci95 is not None:
+        half_width = 0.5 * (offset.ci95[1] - offset.ci95[0]) / DEGREE
+        yield f"bends to both sides: the interval of ±{half_width:.1f} deg is still too wide"
+    elif offset.status == "unobservable":
+        yield "bends to both sides, at a steady speed"
+    elif offset.status == "invalid":
+        yield "a signal that is not at fault: see the findings"
+
+
+def seen_share(now: Snapshot, side: str) -> float:
+    """How much of the flank on that side has shown, 0 to 1."""
+    known = now.known
+    return 1.0 - min(known.lacking_s.get(side, known.flank_s) / known.flank_s, 1.0)
+
+
+def bus(now: Snapshot) -> str:
+    lost = f", {now.dropped} dropped" if now.dropped else ""
+    return f"{now.frames_per_s:.0f} frames/s, {now.frames} in all{lost}"
+
+
+def duration(seconds: float) -> str:
+    minutes, rest = divmod(int(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min {rest} s"
+
+
+def _long(seconds: float) -> str:
+    return f"{math.ceil(seconds)} s" if seconds < 120 else f"{math.ceil(seconds / 60)} min"
+
+
+def sentence(text: str) -> str:
+    """As a page shows it: a capital, a full stop, a true minus."""
+    signed = _signed(text)
+    return signed[:1].upper() + signed[1:] + ("" if signed.endswith((".", "!", "?")) else ".")
+
+
+def _signed(text: str) -> str:
+    return re.sub(r"(?<![\w.])-(?=\d)", "−", text.replace("^2", "²").replace("+-", "±"))

@@ -1,0 +1,25 @@
+"""Frames become samples: what a DBC says about a message comes before what J1939 says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from oncenter.read import dbc as databases
+from oncenter.read import j1939
+from oncenter.read.frames import Kept, Wanted
+from oncenter.read.samples import Samples
+
+
+def wanted_by(described: Sequence[databases.Definition]) -> Wanted:
+    """The frames that carry signals, of J1939 and of the databases' messages."""
+    described_pgns = frozenset(definition.pgn for definition in described if definition.pgn is not None)
+    standard_ids = frozenset(definition.message.frame_id for definition in described if definition.pgn is None)
+    return Wanted(frozenset(j1939.MESSAGES) | described_pgns, standard_ids)
+
+
+def decode(kept: Kept, described: Sequence[databases.Definition], decoded: Sequence[Samples] = ()) -> list[Samples]:
+    """Every signal of every source in frames; `decoded` are samples that were no frames."""
+    by_dbc = databases.samples(kept, described)
+    described_signals = {(samples.signal, samples.kind) for samples in by_dbc}
+    known = [samples for samples in j1939.samples(kept) if (samples.signal, samples.kind) not in described_signals]
+    return [*by_dbc, *decoded, *known]

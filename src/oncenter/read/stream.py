@@ -1,0 +1,285 @@
+"""Frames of a bus, as they come, become the ticks that `read` gives of their log: the same decoding, the same clock.
+
+A bus is listened to for a while first. Then sources and rates are fixed, and every tick is given out as soon as no
+later frame can change it: when each signal has a number after it, or has been silent for too long to be bridged.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter.read import choose, clock, j1939
+from oncenter.read import dbc as databases
+from oncenter.read.decode import decode, wanted_by
+from oncenter.read.frames import Column, Frames, Kept, bus_name, joined, pgn_of
+from oncenter.read.samples import Samples
+from oncenter.signals import SIGNALS, SignalName, Source
+
+LISTEN_S = 5.0  # rates to 1e-3, and whatever comes at 1 Hz or more is heard
+LISTEN_AGAIN_S = 1.0  # when something needed was not there
+LISTENED_FRAMES_MAX = 50_000  # of those with signals; without the needed ones the oldest are forgotten
+LATE_S = 0.1  # a frame may come so long after another one that is younger
+CLOCK_SET_BACK_S = 1.0  # more is no disorder but another clock
+
+# They come once in some seconds, and nobody who looks at ticks one by one needs them: not waited for, not given.
+_LEFT_OUT = ("latitude", "longitude", "heading", "course", "lateral_speed")
+
+Ticks = dict[str, Column]  # by column, time_s first; all of one length
+
+
+@dataclass
+class _Sender:
+    """One signal of one source: what has come and may still be needed."""
+
+    samples: Samples  # as listened to; says who it is
+    bridge_s: float
+    followed: bool  # else it only tells that the bus is not silent
+    time: Column = field(default_factory=lambda: np.empty(0))
+    values: Column = field(default_factory=lambda: np.empty(0))
+    first_s: float = math.nan  # of all its samples, those without a number too
+    latest_s: float = -math.inf
+
+    def is_of(self, samples: Samples, bus: str) -> bool:
+        own = self.samples
+        same = (own.signal, own.kind, own.address) == (samples.signal, samples.kind, samples.address)
+        return same and (len(own.labels) < 3 or own.labels[2] == bus)
+
+    def take(self, samples: Samples) -> Column:
+        """Those later than all before; disorder is left out as `clock` leaves it out. Times of what was taken."""
+        latest = np.maximum.accumulate(np.concatenate(([self.latest_s], samples.time)))
+        later = samples.time > latest[:-1]
+        good = later & ~np.isnan(samples.values)
+        self.first_s = float(samples.time[0]) if math.isnan(self.first_s) else self.first_s
+        self.latest_s = float(latest[-1])
+        if self.followed:
+            self.time = np.concatenate((self.time, samples.time[good]))
+            self.values = np.concatenate((self.values, samples.values[good]))
+        return samples.time[later]
+
+    def begin_anew(self) -> None:
+        self.time, self.values, self.first_s, self.latest_s = np.empty(0), np.empty(0), math.nan, -math.inf
+
+    def undecided_from_s(self, heard_s: float) -> float:
+        """Ticks before it cannot change any more, whatever comes after `heard_s`."""
+        newest = float(self.time[-1]) if len(self.time) else -math.inf
+        certain = heard_s - LATE_S
+        if certain > newest + self.bridge_s * (1 + 1e-6):
+            return max(newest, certain - 2 * clock.ON_TICK_S)
+        return newest
+
+    def at(self, ticks: Column, *, to_the_end: bool) -> Column:
+        """`to_the_end`: nothing comes any more. Else a sample in the far future stands for what will."""
+        time, values = self.time, self.values
+        if not to_the_end and len(time):
+            time, values = np.append(time, time[-1] + 1e6), np.append(values, values[-1])
+        if len(time) < 2:
+            return np.full(len(ticks), np.nan)
+        return clock.at_ticks(self.samples.signal, time, values, ticks, self.bridge_s)
+
+    def forget_before(self, time_s: float) -> None:
+        first = max(int(np.searchsorted(self.time, time_s, side="right")) - 2, 0)
+        self.time, self.values = self.time[first:], self.values[first:]
+
+
+class Stream:
+    """One bus.
+
+    Args:
+        name: for people.
+        needed: signals without which there is nothing to begin with.
+        names, dbc, take: as for `oncenter.read`.
+
+    Attributes:
+        sources: by signal, once listened; empty before.
+        rate_hz: of the ticks, once listened.
+        notes: one line each about choices made.
+        last_s: time of the newest frame with a signal, as stamped; -inf before.
+
+    Raises:
+        OncenterError: from the constructor, a DBC that cannot be read; from `add`, sources that disagree, or a
+            steering wheel angle too rare to be followed.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        needed: Sequence[str],
+        *,
+        names: Mapping[str, SignalName] | None = None,
+        dbc: Sequence[str | os.PathLike[str]] = (),
+        take: Mapping[str, str] | None = None,
+    ) -> None:
+        self.name = name
+        self._needed = needed
+        self.sources: Mapping[str, Source] = {}
+        self.rate_hz = 0.0
+        self.notes: list[str] = []
+        self.last_s = -math.inf
+        self._take = take or {}
+        self._described = databases.definitions(dbc, names or {}, self.notes)
+        wanted = wanted_by(self._described)
+        self._pgns = np.array(sorted(wanted.pgns), np.uint32)
+        self._standard_ids = np.array(sorted(wanted.standard_ids), np.uint32)
+        self._listened: list[Frames] = []
+        self._settle_s = -math.inf
+        self._pgns_heard: dict[int, int] = {}
+        self._senders: list[_Sender] = []
+        self._origin_s = math.nan
+        self._next_tick = 0
+        self._waiting = np.empty(0, np.int64)  # ticks that there are, but not yet decided
+        self._sampled_to_s = -math.inf  # newest sample of a chosen signal
+
+    @property
+    def listening(self) -> bool:
+        return not self._senders
+
+    def missing(self) -> str:
+        """While listening: what is not there yet and what is, for people; empty when it is only a matter of time."""
+        if not self.listening or not self._pgns_heard:
+            return ""
+        found = {samples.signal for samples in self._candidates(joined(self._listened))}
+        lacking = [f"no {name.replace('_', ' ')} ({j1939.home(name)})" for name in self._needed if name not in found]
+        seen = sorted(self._pgns_heard, key=lambda pgn: -self._pgns_heard[pgn])[:8]
+        groups = ", ".join(f"{pgn} {j1939.NAMES[pgn]}" if pgn in j1939.NAMES else str(pgn) for pgn in seen)
+        return f"{'; '.join(lacking)}; on the bus: PGN {groups}" if lacking else ""
+
+    def add(self, frames: Frames) -> Ticks:
+        """Takes frames in the order in which they came; the ticks that are decided now, maybe none."""
+        frames = self._with_signals(frames)
+        if not len(frames):
+            return self._none()
+        self.last_s = float(frames.time[-1])
+        if not self.listening:
+            self._sort_in(frames)
+            return self._decided()
+        self._listened.append(frames)
+        self._hear(frames)
+        if math.isinf(self._settle_s):
+            self._settle_s = float(frames.time[0]) + LISTEN_S
+        if self.last_s < self._settle_s:
+            return self._none()
+        everything = joined(self._listened)
+        if not self._settle(everything):
+            self._settle_s = self.last_s + LISTEN_AGAIN_S
+            return self._none()
+        self._listened = []
+        self._sort_in(everything)
+        return self._decided()
+
+    def finish(self) -> Ticks:
+        """Nothing comes any more: the rest of the ticks. The next frame begins a new time."""
+        if self.listening:
+            return self._none()
+        ticks = self._at(self._waiting, to_the_end=True)
+        self._begin_anew()
+        return ticks
+
+    def clock_was_set_back(self, frames: Frames) -> bool:
+        return bool(len(frames)) and float(frames.time.max()) < self.last_s - CLOCK_SET_BACK_S
+
+    def newest(self, signal: str) -> tuple[float, float]:
+        """Time, s, and value, SI, of a signal's last number; NaN where there is none."""
+        for sender in self._senders:
+            if sender.samples.signal == signal and len(sender.time):
+                return float(sender.time[-1]), float(sender.values[-1])
+        return math.nan, math.nan
+
+    def _with_signals(self, frames: Frames) -> Frames:
+        wanted = frames.extended & np.isin(pgn_of(frames.identifier), self._pgns)
+        if len(self._standard_ids):
+            wanted |= ~frames.extended & np.isin(frames.identifier, self._standard_ids)
+        if self.listening:
+            self._hear(frames.where(frames.extended & ~wanted))
+        in_range = np.isfinite(frames.time) & (np.abs(frames.time) < clock.LATEST_S)
+        return frames.where(wanted & in_range)
+
+    def _hear(self, frames: Frames) -> None:
+        for pgn, count in zip(*np.unique(pgn_of(frames.identifier), return_counts=True), strict=True):
+            if len(self._pgns_heard) < 1000 or int(pgn) in self._pgns_heard:
+                self._pgns_heard[int(pgn)] = self._pgns_heard.get(int(pgn), 0) + int(count)
+
+    def _candidates(self, frames: Frames) -> list[Samples]:
+        return decode(_kept(frames), self._described)
+
+    def _settle(self, frames: Frames) -> bool:
+        """Fixes sources and rates once all that is needed is there."""
+        candidates = self._candidates(frames)
+        numbered = {s.signal for s in candidates if len(s.values) - s.not_available >= 2}
+        if not numbered.issuperset(self._needed):
+            self._listened = [frames.where(np.arange(len(frames)) >= len(frames) - LISTENED_FRAMES_MAX)]
+            return False
+        chosen, self.sources = choose.choose(candidates, self._take, self.name, self.notes)
+        self.rate_hz = clock.resampling_rate(chosen, self.name)
+        self._senders = [_Sender(s, clock.bridge_s(s), s.signal not in _LEFT_OUT) for s in chosen]
+        return True
+
+    def _begin_anew(self) -> None:
+        for sender in self._senders:
+            sender.begin_anew()
+        self._origin_s, self._next_tick, self._waiting = math.nan, 0, np.empty(0, np.int64)
+        self._sampled_to_s = self.last_s = -math.inf
+
+    def _sort_in(self, frames: Frames) -> None:
+        times: list[Column] = [np.empty(0)]
+        for bus in np.unique(frames.bus):
+            name = bus_name(int(bus)).lower()
+            for samples in self._candidates(frames.where(frames.bus == bus)):
+                for sender in self._senders:
+                    if sender.is_of(samples, name):
+                        times.append(sender.take(samples))
+        self._count_ticks(np.sort(np.concatenate(times)))
+
+    def _count_ticks(self, times: Column) -> None:
+        """There is a tick wherever there is a sample near it, of any signal."""
+        if math.isnan(self._origin_s):
+            first = clock.leading([sender.samples for sender in self._senders])
+            self._origin_s = next(sender.first_s for sender in self._senders if sender.samples is first)
+            if math.isnan(self._origin_s) or not len(times):
+                return  # what comes before it is as if it had not
+            self._next_tick = math.ceil((float(times[0]) - self._origin_s - clock.ON_TICK_S) * self.rate_hz)
+        times = times[times > self._sampled_to_s]
+        if not len(times):
+            return
+        since = times if math.isinf(self._sampled_to_s) else np.concatenate(([self._sampled_to_s], times))
+        self._sampled_to_s = float(times[-1])
+        numbers = clock.tick_numbers(since, self._origin_s, self.rate_hz)
+        numbers = numbers[numbers >= self._next_tick]
+        if len(numbers):
+            self._next_tick = int(numbers[-1]) + 1
+            self._waiting = np.concatenate((self._waiting, numbers))
+
+    def _decided(self) -> Ticks:
+        if not len(self._waiting):
+            return self._none()
+        before_s = min(sender.undecided_from_s(self._sampled_to_s) for sender in self._senders if sender.followed)
+        done = int(np.searchsorted(self._origin_s + self._waiting / self.rate_hz, before_s, side="left"))
+        ticks = self._at(self._waiting[:done], to_the_end=False)
+        self._waiting = self._waiting[done:]
+        if done:
+            for sender in self._senders:
+                sender.forget_before(float(ticks["time_s"][-1]))
+        return ticks
+
+    def _at(self, numbers: npt.NDArray[np.int64], *, to_the_end: bool) -> Ticks:
+        if not len(numbers):
+            return self._none()
+        time = self._origin_s + numbers / self.rate_hz
+        columns = {
+            SIGNALS[sender.samples.signal].column: sender.at(time, to_the_end=to_the_end)
+            for sender in self._senders
+            if sender.followed
+        }
+        return {"time_s": time, **columns}
+
+    def _none(self) -> Ticks:
+        return {"time_s": np.empty(0)}
+
+
+def _kept(frames: Frames) -> Kept:
+    return Kept(frames, np.empty(0, np.int64), 0)

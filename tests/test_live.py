@@ -1,0 +1,290 @@
+"""The answer while it is driven: what a bus gives frame by frame is what its log gives, and nothing is lost."""
+
+import io
+import json
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+from drive_frames import DBC, START_S, Frame, candump, drive, identifier, vdc2
+from live_drive import TRUCK, cut, drive_log, fed, frames_of_log, in_batches, new_learner, one_frame, until
+from rich.console import Console
+
+import oncenter as oc
+from oncenter.cli import run
+from oncenter.errors import OncenterError
+from oncenter.live.history import CLOUD_POINTS, COURSE_POINTS, STRIP_S, History
+from oncenter.live.learner import Learner, Stepped, all_params, needed
+from oncenter.live.replay import Replay
+from oncenter.live.session import Sayings, Session
+from oncenter.live.terminal import one_line, panel
+from oncenter.read.frames import Frames, joined
+from oncenter.read.stream import Stream, Ticks
+from oncenter.simulate import simulate_to_log
+
+
+@pytest.fixture(scope="module")
+def log() -> Path:
+    return drive_log()
+
+
+def in_one(parts: list[Ticks]) -> dict[str, np.ndarray]:
+    parts = [part for part in parts if len(part["time_s"])]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def states(learner: Learner) -> dict[str, bytes]:
+    return {name: core.state_bytes() for name, core in learner.cores.items()}
+
+
+def without_log(answer: oc.Answer | None) -> dict[str, Any]:
+    assert answer is not None
+    return {key: value for key, value in answer.to_dict().items() if key != "log"}
+
+
+def troubled_drive() -> list[Frame]:
+    """12 s with a sensor that has no number for 0.3 s, a speed that is silent for 2 s, and a bus that is for 7."""
+    frames = [frame for frame in drive(30.0) if not 13.0 < frame.time - START_S < 20.0]
+    speed = identifier(65265, 0)
+    frames = [frame for frame in frames if not (frame.identifier == speed and 8.0 < frame.time - START_S < 10.0)]
+    return [
+        replace(frame, data=b"\xff" * 8)
+        if frame.identifier == identifier(61449, 0x3E) and 10.5 < frame.time - START_S < 10.8
+        else frame
+        for frame in frames
+    ]
+
+
+@pytest.mark.parametrize(("most", "dbc"), [(3, ()), (60, ()), (60, (DBC,)), (2000, ())])
+def test_frames_one_by_one_give_the_ticks_of_their_log(tmp_path: Path, most: int, dbc: tuple[Path, ...]) -> None:
+    path = tmp_path / "drive.log"
+    path.write_text(candump(troubled_drive()))
+    table = oc.read(path, dbc=dbc).table
+    stream = Stream("bus", ("steering_wheel_angle", "yaw_rate", "vehicle_speed"), dbc=dbc)
+    parts = [stream.add(batch) for batch in in_batches(frames_of_log(path), seed=most, most=most)]
+    ticks = in_one([*parts, stream.finish()])
+    assert list(ticks) == table.columns
+    for name, column in ticks.items():
+        assert np.array_equal(column, table[name].to_numpy(), equal_nan=True), name
+    assert np.diff(ticks["time_s"]).max() > 6.0
+    assert np.isnan(ticks["vehicle_speed_m_s"]).sum() > 150
+
+
+def test_a_tick_is_given_out_as_soon_as_the_slowest_signal_is_past_it() -> None:
+    position = [Frame(START_S + 0.4 + 2.0 * k, identifier(65267, 0x1C), b"\x00\x10\x20\x70" * 2) for k in range(10)]
+    path_frames = sorted([*drive(20.0), *position], key=lambda frame: frame.time)  # where it is, nobody waits for
+    stream = Stream("bus", ("steering_wheel_angle", "yaw_rate", "vehicle_speed"))
+    rows = [(f.time, f.identifier, f.extended, f.data) for f in path_frames]
+    late = []
+    for time_s, number, extended, data in rows:
+        ticks = stream.add(one_frame(time_s, number, extended, data))
+        if not stream.listening and len(ticks["time_s"]):
+            late.append(time_s - ticks["time_s"][0])
+    assert np.max(late[1:]) < 0.12  # CCVS1 comes every 0.1 s
+
+
+def test_live_and_offline_give_the_same_numbers_for_the_same_log(log: Path) -> None:
+    learner = new_learner(str(log))
+    stepped = fed(learner, frames_of_log(log))
+    truck = oc.vehicle(TRUCK)
+    answer = oc.offset(oc.read(log), truck)
+    assert answer.offset.status == "valid"
+    live = learner.known().answer
+    assert live is not None and live.to_dict() == answer.to_dict()
+    angle = oc.angle(oc.read(log), truck)
+    live_angle = np.concatenate([step.angle["angle"]["angle"] for step in stepped])
+    assert np.array_equal(live_angle, angle["steering_wheel_angle_rad"].to_numpy())
+
+
+def test_a_relative_sensor_s_whole_turns_are_taken_out_once_the_truck_has_driven(tmp_path: Path) -> None:
+    path = tmp_path / "relative.log"
+    truth = simulate_to_log("relative_angle", 1, path)  # -1 turn, and 2 after an ignition
+    learner = new_learner()
+    stepped = fed(learner, frames_of_log(path))
+    live, offline = learner.known().answer, oc.offset(oc.read(path), oc.vehicle(TRUCK))
+    assert live is not None and live.offset.ci95 is not None and offline.offset.value is not None
+    low, high = live.offset.ci95
+    assert low < truth.offset_rad < high
+    assert live.offset.value == pytest.approx(offline.offset.value, abs=np.radians(0.5))
+    angle = np.concatenate([step.ticks["steering_wheel_angle_rad"] for step in stepped])
+    speed = np.concatenate([step.ticks["vehicle_speed_m_s"] for step in stepped])
+    assert np.nanmax(np.abs(angle[speed > 10.0])) < np.pi
+    assert [note for note in live.notes if "turn" in note] == [
+        f"{turns} whole turns are taken from the relative steering wheel angle from here on" for turns in ("-1", "+2")
+    ]
+
+
+def test_malformed_frames_and_29_bit_noise_change_nothing(log: Path) -> None:
+    frames = cut(frames_of_log(log), 0, 20_000)
+    quiet, noisy = new_learner(), new_learner()
+    fed(quiet, frames)
+    fed(noisy, _with_noise(frames))
+    assert quiet.cores and states(quiet) == states(noisy)
+
+
+def _with_noise(frames: Frames) -> Frames:
+    """As many frames again: random identifiers of 29 bits, 11-bit ones, lengths 0 to 8, wild stamps on groups that are
+    ours but nobody's we listen to, and empty frames of a sender that we do."""
+    chances = np.random.default_rng(5)
+    n = len(frames)
+    number = chances.integers(0, 1 << 29, n).astype(np.uint32)
+    ours = np.isin(
+        (number >> np.uint32(8)) & np.uint32(0x3FFFF), np.unique(frames.identifier >> np.uint32(8) & 0x3FFFF)
+    )
+    number[ours] = 0x18FEF100 + 0x7F
+    length = chances.integers(0, 9, n).astype(np.uint8)
+    data = chances.integers(0, 1 << 63, n).astype(np.uint64) * np.uint64(2)
+    extended = chances.random(n) < 0.8
+    number[~extended] &= np.uint32(0x7FF)
+    empty = chances.random(n) < 0.01
+    number[empty], length[empty], data[empty] = 0x18F00900 | 0x55, 0, np.uint64(0xFFFFFFFFFFFFFFFF)
+    extended[empty] = True
+    time_s = frames.time.copy()
+    wild = chances.random(n) < 0.01
+    number[wild] = 0x18FFFF00
+    extended[wild] = True
+    time_s[wild] = 1e300
+    noise = Frames(time_s, number, extended, data, length, frames.bus)
+    both = joined([frames, noise])
+    order = np.argsort(np.concatenate((np.arange(n), np.arange(n) + 0.5)), kind="stable")
+    return Frames(*(getattr(both, column)[order] for column in Frames.__dataclass_fields__))
+
+
+def test_before_the_needed_signals_are_there_it_says_which_are_not() -> None:
+    stream = Stream("bus", ("steering_wheel_angle", "yaw_rate", "vehicle_speed"))
+    for frame in drive(8.0):
+        if frame.identifier >> 8 & 0xFFFF != 65265:
+            stream.add(one_frame(frame.time, frame.identifier, frame.extended, frame.data))
+    assert stream.listening
+    assert "no vehicle speed (PGN 65265 CCVS1" in stream.missing()
+    assert "61449 VDC2" in stream.missing() and "61444 EEC1" in stream.missing()
+
+
+def test_senders_that_disagree_end_it_with_the_option_that_would_do() -> None:
+    stream = Stream("bus", ("steering_wheel_angle", "yaw_rate", "vehicle_speed"))
+    with pytest.raises(OncenterError, match="--source steering_wheel_angle=0x3E"):
+        for frame in drive(8.0):
+            stream.add(one_frame(frame.time, frame.identifier, frame.extended, frame.data))
+            if frame.identifier == identifier(61449, 0x3E):
+                other = vdc2(frame.time + 1e-4, 1.0, 0.0, 0.0, address=0x40)
+                stream.add(one_frame(other.time, other.identifier, True, other.data))
+
+
+def test_a_clock_that_is_set_back_costs_the_filters_and_not_what_was_learned(log: Path) -> None:
+    frames = frames_of_log(log)
+    learner = new_learner()
+    fed_frames = cut(frames, 0, len(frames) // 2)
+    for batch in in_batches(fed_frames, seed=2, most=4000):
+        learner.take(batch)
+    before = learner.known().answer
+    rest = cut(frames, len(frames) // 2, len(frames))
+    learner.take(replace(rest, time=rest.time - 1e9))
+    after = learner.known().answer
+    assert before is not None and after is not None
+    assert after.used_s > before.used_s + 100.0
+
+
+def test_the_course_is_the_same_in_few_large_steps_as_in_many_small_ones(log: Path) -> None:
+    courses = []
+    for most in (200, 60_000):
+        history = History()
+        for step in fed(new_learner(), frames_of_log(log), most=most):
+            history.take(step)
+        courses.append(history.course())
+    assert len(courses[0].time_s) > 300
+    assert courses[0] == courses[1]
+
+
+def test_history_takes_no_more_memory_after_a_day(log: Path) -> None:
+    history = History()
+    stepped = fed(new_learner(), cut(frames_of_log(log), 0, 40_000))
+    for hour in range(20):
+        for step in stepped:
+            later = {**step.ticks, "time_s": step.ticks["time_s"] + 100.0 * hour}
+            history.take(Stepped(later, step.offset, step.angle))
+    assert len(history.course().time_s) <= COURSE_POINTS
+    assert len(history.strip().begin_s) == STRIP_S
+    assert len(history.cloud().place) <= CLOUD_POINTS
+
+
+# The verb
+
+
+def test_a_replay_says_what_offset_says(capsys: pytest.CaptureFixture[str]) -> None:
+    short = drive_log(60.0)
+    assert run(["live", "--replay", str(short), "--speed", "100", "--vehicle", TRUCK, "--json"]) == 0
+    live = json.loads(capsys.readouterr().out)
+    assert run(["offset", str(short), "--vehicle", TRUCK, "--json"]) == 0
+    assert live == json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "exit_code", "words"),
+    [
+        ([], 2, "name a CHANNEL or --replay LOG"),
+        (["can0", "--interface", "telepathy"], 2, "python-can knows"),
+        (["can99"], 1, "cannot open can99 (socketcan)"),
+        (["--replay", "drive.csv"], 2, "for a table use oncenter offset"),
+        (["--replay", "none.log"], 2, "no such file"),
+        (["--replay", "none.log", "--speed", "1000"], 2, "--speed must be 1 to 100"),
+    ],
+)
+def test_wrong_usage_is_one_line(
+    arguments: list[str], exit_code: int, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["live", *arguments, "--vehicle", TRUCK]) == exit_code
+    error = capsys.readouterr().err
+    assert words in error and error.count("\n") == 1
+
+
+def test_ctrl_c_saves_and_answers(log: Path, tmp_path: Path) -> None:
+    trace = tmp_path / "trace.parquet"
+    arguments = ["live", "--replay", str(log), "--speed", "100", "--vehicle", TRUCK, "--state", str(tmp_path / "state")]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "oncenter", *arguments, "--trace", str(trace), "--truck", "VIN 7"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    until((tmp_path / "state" / "VIN_7.offset.state").exists)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 0, err
+    assert err == "oncenter: ending, saving what was learned\n"
+    assert out.startswith("offset")
+    assert sorted(p.name for p in (tmp_path / "state").iterdir()) == ["VIN_7.angle.state", "VIN_7.offset.state"]
+    assert pl.read_parquet(trace).height > 100
+
+
+def test_a_replay_of_a_drive_that_pauses_does_not_wait(tmp_path: Path) -> None:
+    path = tmp_path / "drive.log"
+    path.write_text(candump([*drive(1.0), *(replace(f, time=f.time + 9000.0) for f in drive(1.0))]))
+    replay = Replay(path, 10.0)
+    frames = 0
+    begin_s = time.monotonic()
+    while not replay.ended:
+        frames += len(replay.take(0.01))
+        assert time.monotonic() < begin_s + 20.0
+    assert frames == 2 * len(drive(1.0))
+
+
+def test_the_terminal_tells_what_driving_is_still_missing(capsys: pytest.CaptureFixture[str]) -> None:
+    truck = oc.vehicle(TRUCK)
+    replay = Replay(drive_log(60.0), 100.0)
+    session = Session(replay, Learner(Stream(replay.name, needed(truck)), truck), "truck 7", Sayings())
+    session.run()
+    assert session.failure is None
+    console = Console(file=io.StringIO(), width=120, record=True)
+    console.print(panel(session.snapshot, all_params(truck)))
+    shown = console.export_text()
+    assert "truck 7 on " in shown and "more above 29 km/h" in shown and "s of bends to the" in shown
+    assert "13200 in all" in shown
+    line = one_line(session.snapshot, all_params(truck))
+    assert "still missing: " in line and "more above 29 km/h" in line

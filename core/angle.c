@@ -154,8 +154,15 @@ static oc_side_slip side_slip_of(const oc_angle_tracking *t, const oc_angle_tick
     };
 }
 
+/* (23) */
+static double wheels_by_side_slip(const oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
+                                  const oc_angle_tick *tick) {
+    const oc_side_slip slip = side_slip_of(t, tick);
+    return oc_ratio_to_steering_wheel(&d->ratio, oc_side_slip_front_wheel(&e->side_slip, &slip, d->wheelbase));
+}
+
 /* What the learned truck needs, by (13), for the motion that is. */
-static double wheels_of(const oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d, const oc_angle_truck *truck, double T,
+static double wheels_of(const oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck, double T,
                         const oc_angle_tick *tick) {
     const double a = t->yaw_rate * t->speed + t->bank;
     const double v = t->speed;
@@ -169,10 +176,6 @@ static double wheels_of(const oc_angle_tracking *t, const oc_angle_evidence *e, 
     case OC_ANGLE_YAW_RATE_UNDERSTEER:
         return oc_ratio_to_steering_wheel(
             &d->ratio, oc_front_wheel_by_yaw_rate(d->wheelbase, tick->yaw_rate, v, truck->gradient, tick->yaw_rate * v));
-    case OC_ANGLE_SIDE_SLIP: {
-        const oc_side_slip slip = side_slip_of(t, tick);
-        return oc_ratio_to_steering_wheel(&d->ratio, oc_side_slip_front_wheel(&e->side_slip, &slip, d->wheelbase));
-    }
     default:
         break;
     }
@@ -224,8 +227,8 @@ static const oc_angle_truck unknown_truck = {
     .friction = 1e9,
 };
 
-oc_angle oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d,
-                         const oc_angle_truck *given, const oc_angle_tick *tick) {
+void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d, const oc_angle_truck *given,
+                     const oc_angle_tick *tick, oc_angle *out) {
     const oc_angle_truck *truck = given->known ? given : &unknown_truck;
     const bool observes = d->method == OC_ANGLE_OBSERVER;
     if (!t->running && tick->has_motion) {
@@ -237,7 +240,8 @@ oc_angle oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_an
     const bool moves = tick->has_motion && fabs(t->speed) > walking_speed && fabs(tick->speed) > 0.5 * walking_speed;
     if (moves) {
         const double T = given->known ? lead_at(t, e, d, truck) : T_prior_s;
-        const double wheels = wheels_of(t, e, d, truck, T, tick);
+        const double wheels = d->method == OC_ANGLE_SIDE_SLIP ? wheels_by_side_slip(t, e, d, tick)
+                                                              : wheels_of(t, d, truck, T, tick);
         if (t->held_s > 0.0 || t->without_sensor_s >= never_s) {
             t->reference = wheels;
         }
@@ -264,24 +268,25 @@ oc_angle oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_an
     }
 
     /* no jump when the sensor goes, or comes back: its last word fades, and so does ours */
-    oc_angle out = {.estimate = t->estimate, .estimate_sd = t->sd, .by_sensor = tick->has_sensor};
+    out->estimate = t->estimate;
+    out->estimate_sd = t->sd;
+    out->by_sensor = tick->has_sensor;
     if (tick->has_sensor) {
         const bool came_back = t->without_sensor_s > 0.0 && t->without_sensor_s < never_s;
         t->step = came_back ? t->before - tick->true_by_sensor : t->step * (1.0 - d->takeover_share);
         t->difference = tick->true_by_sensor + t->step - t->estimate;
         t->without_sensor_s = t->standing_s = 0.0;
-        out.standard_deviation = sqrt(truck->offset_sd * truck->offset_sd + t->step * t->step);
-        out.status = given->known ? OC_VALID : OC_CONVERGING;
+        out->standard_deviation = sqrt(truck->offset_sd * truck->offset_sd + t->step * t->step);
+        out->status = given->known ? OC_VALID : OC_CONVERGING;
     } else {
         t->difference -= t->difference * d->takeover_share;
         t->without_sensor_s += d->tick_s;
         t->standing_s += moves ? 0.0 : d->tick_s;
-        out.standard_deviation = t->sd;
-        out.status = !given->known || !moves ? OC_UNOBSERVABLE : t->sd < valid_sd ? OC_VALID : OC_CONVERGING;
+        out->standard_deviation = t->sd;
+        out->status = !given->known || !moves ? OC_UNOBSERVABLE : t->sd < valid_sd ? OC_VALID : OC_CONVERGING;
     }
-    out.angle = t->estimate + t->difference;
-    t->rate += ((out.angle - t->before) / d->tick_s - t->rate) * d->rate_share;
-    t->before = out.angle;
-    out.rate = t->rate;
-    return out;
+    out->angle = t->estimate + t->difference;
+    t->rate += ((out->angle - t->before) / d->tick_s - t->rate) * d->rate_share;
+    t->before = out->angle;
+    out->rate = t->rate;
 }

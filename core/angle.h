@@ -107,7 +107,7 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
 /* s by which the observer's filter is late. */
 double oc_angle_late_s(const oc_angle_design *design);
 
-oc_angle oc_angle_update(oc_angle_tracking *tracking, oc_angle_evidence *evidence, const oc_angle_design *design,
-                         const oc_angle_truck *truck, const oc_angle_tick *tick);
+void oc_angle_update(oc_angle_tracking *tracking, oc_angle_evidence *evidence, const oc_angle_design *design,
+                     const oc_angle_truck *truck, const oc_angle_tick *tick, oc_angle *angle);
 
 #endif

@@ -64,46 +64,15 @@ static bool creeps(const oc_play *play) {
     return play->friction >= 0.0f;
 }
 
-/* What moves the operators at a sample. */
-typedef struct {
-    float angle, centre; /* rad */
-    float load;          /* m/s^2, at the hypothesis's own a_0 */
-    float step_s;
-} motion;
-
-/* One operator behind the other, `at` being the hypothesis's play but for one parameter; where that is none of the
- * wind-up, the outer one is the hypothesis's own. */
-static void carry(const oc_hypothesis *h, const oc_play *at, const motion *by, float *wound, float *inner) {
-    const float load = by->load + (h->play.unloading - at->unloading);
-    if (wound != NULL) {
-        *wound = oc_place_wound(*wound, at, by->angle, by->centre, by->step_s);
-    }
-    *inner = oc_place_inner(*inner, at, wound != NULL ? *wound : h->place.wound, load, by->step_s);
-}
-
 /* Moves all operators on; the model's slopes go to `terms`. Returns (B/2) c + (W/2) d, rad. */
 static float place(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
                    float *terms) {
-    const motion by = {(float)sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
-    oc_play at = h->play;
-    carry(h, &at, &by, &h->place.wound, &h->place.inner);
-    const int32_t slopes = oc_play_slopes(&h->play);
-    for (int32_t k = 0; k < slopes; ++k) {
-        float *parameter = oc_play_parameter(&at, (oc_slope)k);
-        const int32_t winding = k - (int32_t)OC_SLOPE_WINDUP;
-        const float own = *parameter;
-        const oc_around around = oc_play_around(own, (oc_slope)k);
-        *parameter = around.more;
-        carry(h, &at, &by, winding < 0 ? NULL : &h->wound_more[winding], &h->more[k]);
-        *parameter = around.less;
-        carry(h, &at, &by, winding < 0 ? NULL : &h->wound_less[winding], &h->less[k]);
-        *parameter = own;
-        terms[WIDTH + k] = design->scale[WIDTH + k] / around.apart * (h->less[k] - h->more[k]);
+    const oc_play_motion by = {(float)sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
+    oc_places_move(&h->places, &h->play, &by, &terms[WIDTH]);
+    for (int32_t k = WIDTH; k < WIDTH + OC_SLOPE_COUNT; ++k) {
+        terms[k] *= design->scale[k];
     }
-    for (int32_t k = slopes; k < OC_SLOPE_COUNT; ++k) {
-        terms[WIDTH + k] = 0.0f;
-    }
-    return by.angle - h->place.inner;
+    return by.angle - h->places.inner;
 }
 
 /* What a wind of 1 m/s^2 would add: it takes side force from the tyres, and unloads the play as a_0 does. Returns what the
@@ -218,10 +187,7 @@ static float found(const oc_hypothesis *h, const oc_hypothesis_design *design, i
 
 /* All that was gathered of a term as if it had shown only by that share. */
 static void fade(oc_hypothesis *h, int32_t term, float share) {
-    for (int32_t k = 0; k < OC_TERMS; ++k) {
-        float *cell = k <= term ? &h->scatter[term * (term + 1) / 2 + k] : &h->scatter[k * (k + 1) / 2 + term];
-        *cell *= k == term ? share * share : share;
-    }
+    oc_triangle_scale(h->scatter, term, share);
     h->toward[term] *= share;
 }
 
@@ -345,28 +311,26 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
 
 static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
                      const oc_solving *solving) {
-    const float *lower = solving->lower;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         h->terms[k] = solving->terms[k];
     }
     h->gradient = found(h, design, GRADIENT);
-    h->gradient_variance = variance_of(design, lower, GRADIENT, GRADIENT);
+    h->gradient_variance = solving->gradient_variance;
     h->unloading = h->play.unloading + found(h, design, UNLOADING);
-    h->unloading_variance = variance_of(design, lower, UNLOADING, UNLOADING);
-    h->width_variance = variance_of(design, lower, WIDTH, WINDUP);
+    h->unloading_variance = solving->unloading_variance;
+    h->width_variance = solving->width_variance;
     h->wheelbase = found(h, design, WHEELBASE);
-    h->wheelbase_variance = variance_of(design, lower, WHEELBASE, WHEELBASE);
-    conclude_offset(h, design, prior, lower);
+    h->wheelbase_variance = solving->wheelbase_variance;
+    conclude_offset(h, design, prior, solving->lower);
 }
 
 void oc_hypothesis_restart(oc_hypothesis *h, double angle) {
-    const oc_place there = {(float)angle, (float)angle};
-    h->place = there;
+    h->places.wound = h->places.inner = (float)angle;
     for (int32_t k = 0; k < OC_SLOPE_COUNT; ++k) {
-        h->more[k] = h->less[k] = (float)angle;
+        h->places.more[k] = h->places.less[k] = (float)angle;
     }
     for (int32_t k = 0; k < OC_WINDING_SLOPES; ++k) {
-        h->wound_more[k] = h->wound_less[k] = (float)angle;
+        h->places.wound_more[k] = h->places.wound_less[k] = (float)angle;
     }
     for (int32_t k = 0; k < OC_WINDS; ++k) {
         narrow(h, WIND + k, WIND + k, 0.0f);
@@ -433,18 +397,25 @@ static void set_up_equations(const oc_hypothesis *h, const oc_hypothesis_design 
         solving->terms[k] = h->toward[k] / noise;
     }
     add_priors(h, design, prior, solving->information, solving->terms);
-    oc_triangle_factor(h->scatter, solving->information, noise, 0, OC_TERMS_FIRST, solving->lower, solving->inverse);
 }
 
-static void solve_equations(const oc_hypothesis *h, oc_solving *solving) {
-    oc_triangle_factor(h->scatter, solving->information, oc_hypothesis_noise(h), OC_TERMS_FIRST, OC_TERMS,
-                       solving->lower, solving->inverse);
-    oc_triangle_solve_lower(solving->lower, 0, solving->terms);
-    oc_triangle_solve_upper(solving->lower, solving->terms);
+static void factor_rows(const oc_hypothesis *h, oc_solving *solving, int32_t first, int32_t end) {
+    oc_triangle_factor(h->scatter, solving->information, oc_hypothesis_noise(h), first, end, solving->lower,
+                       solving->inverse);
+}
+
+static void solve_equations(const oc_hypothesis_design *design, oc_solving *solving) {
+    const float *lower = solving->lower;
+    oc_triangle_solve_upper(lower, solving->terms);
+    solving->gradient_variance = variance_of(design, lower, GRADIENT, GRADIENT);
+    solving->unloading_variance = variance_of(design, lower, UNLOADING, UNLOADING);
+    solving->width_variance = variance_of(design, lower, WIDTH, WINDUP);
+    solving->wheelbase_variance = variance_of(design, lower, WHEELBASE, WHEELBASE);
 }
 
 bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
                          const oc_second *second, int32_t samples, oc_solving *solving) {
+    static const int32_t few_rows = 9; /* of the factor, so that */
     const bool moves = solving->moves != 0;
     switch (solving->step++) { /* each takes about as long as the others */
     case 0:
@@ -452,8 +423,13 @@ bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, c
             take_second_in(h, second, samples);
         }
         set_up_equations(h, design, prior, solving);
+        factor_rows(h, solving, 0, few_rows);
         return false;
-    case 1: solve_equations(h, solving); return false;
+    case 1:
+        factor_rows(h, solving, few_rows, OC_TERMS);
+        oc_triangle_solve_lower(solving->lower, 0, solving->terms);
+        return false;
+    case 2: solve_equations(design, solving); return false;
     default:
         conclude(h, design, prior, solving);
         if (moves) {

@@ -33,8 +33,6 @@ typedef struct {
     float pull_sd;                                /* m/s^2, of wheel alignment and mean wind */
 } oc_hypothesis_design;
 
-enum { OC_WINDING_SLOPES = OC_SLOPE_COUNT - OC_SLOPE_WINDUP };
-
 /* How much more a block of what is left varies than it would if seconds told new things each. */
 typedef struct {
     float sum;    /* rad, over the block that fills */
@@ -43,9 +41,7 @@ typedef struct {
 
 typedef struct {
     oc_play play;
-    oc_place place;                      /* at `play`, and */
-    float more[OC_SLOPE_COUNT], less[OC_SLOPE_COUNT]; /* `inner` at a little more and less of each parameter */
-    float wound_more[OC_WINDING_SLOPES], wound_less[OC_WINDING_SLOPES]; /* which only these two parameters move */
+    oc_places places;
     float sums[OC_TERMS], target_sum;    /* over the second that fills */
     float weight;                        /* seconds, forgetting; what follows is over them */
     float target_mean;                   /* rad */
@@ -81,7 +77,7 @@ typedef struct {
     int32_t blocks, long_blocks; /* whole ones before */
 } oc_second;
 
-enum { OC_SOLVING_STEPS = 3 };
+enum { OC_SOLVING_STEPS = 4 };
 
 /* The equations of one hypothesis while they are being solved, a step at a time. */
 typedef struct {
@@ -91,6 +87,7 @@ typedef struct {
     float inverse[OC_TERMS];        /* of the factor's diagonal */
     float lower[OC_TERMS_TRIANGLE]; /* Cholesky's factor */
     float terms[OC_TERMS];          /* right side, then solution: the hypothesis keeps its own until all is concluded */
+    float gradient_variance, unloading_variance, width_variance, wheelbase_variance; /* so do these */
 } oc_solving;
 
 enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };

@@ -7,7 +7,7 @@ static const double sample_s = 0.1;
 static const double side_force_s = 1.0; /* a bank lasts longer; the accelerometer's noise does not */
 static const float one_degree = 0.017453292f; /* rad */
 
-static const double busy_ticks = 9.0;      /* of a second, with the gyro's block and the end of a second */
+static const double busy_ticks = 10.0;     /* of a second, with the gyro's block and the end of a second */
 static const float wind_speed = 20.0f; /* m/s, at which a wind acts as it is written */
 static const float least_correction = 1e-6f; /* rad/s */
 
@@ -25,7 +25,7 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
     design->ticks_per_sample = ticks;
     design->samples_per_second = (int32_t)(1.0 / step_s + 0.5);
     /* whole steps a tick; some ticks of a second are busy otherwise */
-    const double work = OC_JOINT_HYPOTHESES * (design->samples_per_second + OC_SOLVING_STEPS * OC_JOINT_STEP);
+    const double work = OC_JOINT_HYPOTHESES * (design->samples_per_second + 1 + OC_SOLVING_STEPS * OC_JOINT_STEP);
     design->work_per_tick = OC_JOINT_STEP * (1 + (int32_t)(work / (rate_hz - busy_ticks) / OC_JOINT_STEP));
 }
 
@@ -220,7 +220,7 @@ static void renew(oc_joint *joint) {
         oc_hypothesis *h = &joint->hypotheses[k];
         const oc_play play = start_of(joint->born);
         joint->born = (joint->born + 1) % OC_JOINT_HYPOTHESES;
-        oc_hypothesis_start(h, &play, (double)h->place.inner);
+        oc_hypothesis_start(h, &play, (double)h->places.inner);
     }
 }
 
@@ -306,32 +306,33 @@ static bool begin_work(const oc_joint *joint, oc_joint_tracking *tracking) {
     return true;
 }
 
-/* One more hypothesis takes one more of the samples in. True where it starts with it, which takes longer. */
-static bool take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
+/* One more hypothesis takes one more of the samples in. Returns how many that took as long as: to start with it, or to end
+ * a second with it, takes longer. */
+static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
     oc_joint_work *work = &tracking->work;
     const int32_t k = work->taken / work->samples;
     oc_hypothesis *h = &joint->hypotheses[k];
     const oc_joint_waiting *waiting = waiting_at(tracking, work->taken % work->samples);
-    const bool starts = k >= joint->begun;
+    const bool starts = k >= joint->begun, restarts = k >= joint->found;
     if (starts) {
         const oc_play play = start_of(k);
         oc_hypothesis_start(h, &play, waiting->sample.angle);
         joint->begun = k + 1;
-    } else if (k >= joint->found) {
+    } else if (restarts) {
         oc_hypothesis_restart(h, waiting->sample.angle);
     }
-    joint->found = k >= joint->found ? k + 1 : joint->found;
+    joint->found = restarts ? k + 1 : joint->found;
     correct_hypothesis(joint, k, design);
     oc_hypothesis_sample(h, &design->hypothesis, &waiting->sample, waiting->begins_second != 0);
     if (waiting->ends_second) {
         oc_hypothesis_foretell(h, &design->hypothesis, &joint->second, design->samples_per_second);
     }
     ++work->taken;
-    return starts;
+    return starts ? OC_JOINT_STEP : 1 + (restarts || waiting->ends_second);
 }
 
-/* All hypotheses have the samples, and have learned where they ended a second: true then. */
-static bool end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+/* All hypotheses have the samples, and have learned where they ended a second. */
+static void end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                      const oc_joint_tick *tick) {
     oc_joint_work *work = &tracking->work;
     const bool ends_second = waiting_at(tracking, work->samples - 1)->ends_second != 0;
@@ -353,7 +354,7 @@ static bool end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
             turn_second(joint, design);
         }
     }
-    return ends_second || concluded;
+    work->ended = ends_second || concluded;
 }
 
 static void solve_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
@@ -365,29 +366,35 @@ static void solve_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     }
 }
 
-/* A tick's share of what is to be done; the end of a second has a tick of its own. True when something was concluded. */
+/* A tick's share of what is to be done. The end of a second has a tick of its own, and so has what whoever called makes of
+ * it: true then. */
 static bool work_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
-                     const oc_joint_tick *tick) {
+                     const oc_joint_tick *tick, int32_t share) {
     oc_joint_work *work = &tracking->work;
-    int32_t left = design->work_per_tick;
+    int32_t left = share;
+    if (work->ended) {
+        work->ended = 0;
+        return true;
+    }
     while (left > 0) {
         if (work->samples == 0 && !begin_work(joint, tracking)) {
             return false;
         }
         if (work->taken < OC_JOINT_HYPOTHESES * work->samples) {
-            left -= take_in(joint, tracking, design) ? OC_JOINT_STEP : 1;
+            left -= take_in(joint, tracking, design);
         } else if (work->solves && work->solved < OC_JOINT_HYPOTHESES) {
-            if (left < OC_JOINT_STEP) {
+            if (left < OC_JOINT_STEP && left < share) {
                 return false;
             }
             solve_on(joint, tracking, design);
             left -= OC_JOINT_STEP;
-        } else if (left == design->work_per_tick) {
-            return end_work(joint, tracking, design, tick);
+        } else if (left == share) {
+            end_work(joint, tracking, design, tick);
+            return false;
         } else if (work->solves || waiting_at(tracking, work->samples - 1)->ends_second) {
             return false;
         } else {
-            (void)end_work(joint, tracking, design, tick);
+            end_work(joint, tracking, design, tick);
         }
     }
     return false;
@@ -406,20 +413,22 @@ static void take_sample(oc_joint *joint, oc_joint_tracking *tracking, const oc_j
     tracking->in_second = tick->usable ? tracking->in_second + 1 : 0;
     const bool ends = tracking->in_second == design->samples_per_second;
     tracking->in_second = ends ? 0 : tracking->in_second;
-    *waiting_at(tracking, tracking->count) = (oc_joint_waiting){
-        .sample = sample_of(tick, tracking, joint, design->rate_hz),
-        .begins_second = begins,
-        .ends_second = ends,
-    };
+    oc_joint_waiting *waiting = waiting_at(tracking, tracking->count);
+    waiting->sample = sample_of(tick, tracking, joint, design->rate_hz);
+    waiting->begins_second = begins;
+    waiting->ends_second = ends;
     ++tracking->count;
-    tracking->prior_due = 1;
+    if (ends || !tick->usable) { /* equations may be solved */
+        tracking->prior_due = 1;
+    }
 }
 
 bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                      const oc_joint_tick *tick) {
     const double bank = tick->lateral_acceleration - tick->yaw_rate * tick->speed;
     bool concluded = false;
-    if (!tracking->running) {
+    const bool begins = !tracking->running;
+    if (begins) {
         const oc_prior prior = tracking->prior;
         restart(joint, design);
         *tracking = (oc_joint_tracking){0};
@@ -433,13 +442,14 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     tracking->bank += (bank - tracking->bank) * design->side_force_share;
     if (joint->phase == 0) {
         while (tracking->count == OC_JOINT_WAITING) { /* the share is such that it never comes so far */
-            concluded = work_on(joint, tracking, design, tick) || concluded;
+            concluded = work_on(joint, tracking, design, tick, design->work_per_tick) || concluded;
         }
         take_sample(joint, tracking, design, tick);
     }
+    const int32_t share = design->work_per_tick - (joint->phase == 0 ? 1 : 0); /* a sample taken is work, too */
     turn_phase(joint, design);
-    if (!tick->busy) {
-        concluded = work_on(joint, tracking, design, tick) || concluded;
+    if (!tick->busy && !begins) {
+        concluded = work_on(joint, tracking, design, tick, share) || concluded;
     }
     tracking->yaw_rate = tick->yaw_rate;
     tracking->lateral_acceleration = tick->lateral_acceleration;

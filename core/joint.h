@@ -14,7 +14,7 @@
 enum {
     OC_JOINT_HYPOTHESES = 12,
     OC_JOINT_WAITING = 10, /* samples that wait at most */
-    OC_JOINT_STEP = 3,     /* samples that take a hypothesis as long as a step of its equations */
+    OC_JOINT_STEP = 4,     /* samples that take a hypothesis as long as a step of its equations */
     OC_CHANGES_MAX = 6
 };
 
@@ -62,6 +62,7 @@ typedef struct {
     int32_t taken;               /* by all hypotheses one after the other */
     int32_t solved;              /* hypotheses */
     int32_t solves;              /* whether there are equations to solve */
+    int32_t ended;               /* with something concluded, which is told a tick later */
     oc_solving solving;          /* of the hypothesis in turn */
 } oc_joint_work;
 
@@ -73,7 +74,7 @@ typedef struct {
     float turned;                /* rad, since the last sample */
     double bank;                 /* m/s^2, a_y - r*v smoothed */
     double yaw_rate, lateral_acceleration; /* of the tick before */
-    int32_t prior_due;           /* before the next sample, and at the first tick: whoever updates sets the prior then */
+    int32_t prior_due;           /* before equations are solved, and at the first tick: whoever updates sets the prior then */
     oc_prior prior;
     oc_joint_work work;
     int32_t first, count;        /* of the samples that wait, a ring */

@@ -10,7 +10,7 @@ static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is n
 
 double oc_joint_place(const oc_joint *joint) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    const double place = (double)(best->place.wound - best->place.inner) / (double)best->play.half_width;
+    const double place = (double)(best->places.wound - best->places.inner) / (double)best->play.half_width;
     if (place < -1.0) {
         return -1.0;
     }
@@ -39,9 +39,8 @@ static float longer_by_correlation(const oc_hypothesis *h) {
 
 /* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was
  * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides, and else
- * the midpoint stays as uncertain as half the play is beforehand. */
-static float unseen_width_variance(const oc_joint *joint, const oc_hypothesis *h) {
-    const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
+ * the midpoint stays as uncertain as half the play is beforehand. `seen`: s, the flank that was seen for less. */
+static float unseen_width_variance(const oc_hypothesis *h, float seen) {
     const float missing = share_of(1.0f - seen / (flank_s * longer_by_correlation(h)));
     const float little = share_of(1.0f - 2.0f * h->play.half_width / found_width);
     const float doubtful = little > always_doubtful ? little : always_doubtful;
@@ -60,25 +59,26 @@ static float likelihood(float x) {
 /* Of values that each have a variance: mean, and variance within and between; about one of them, lest single precision
  * loses how little they differ. */
 typedef struct {
-    float about, weight, sum, squares, variances;
+    float about, sum, squares, variances;
 } mixture;
 
 static void mix(mixture *mixture, float weight, float value, float variance) {
     const float apart = value - mixture->about;
-    mixture->weight += weight;
-    mixture->sum += weight * apart;
-    mixture->squares += weight * apart * apart;
+    const float weighted = weight * apart;
+    mixture->sum += weighted;
+    mixture->squares += weighted * apart;
     mixture->variances += weight * variance;
 }
 
-static double mean_of(const mixture *mixture) {
-    return (double)mixture->about + (double)(mixture->sum / mixture->weight);
+/* `all`: the sum of the weights. */
+static double mean_of(const mixture *mixture, float all) {
+    return (double)mixture->about + (double)(mixture->sum / all);
 }
 
-static double sd_of(const mixture *mixture) {
-    const float mean = mixture->sum / mixture->weight;
-    const float between = mixture->squares / mixture->weight - mean * mean;
-    return (double)sqrtf(mixture->variances / mixture->weight + (between > 0.0f ? between : 0.0f));
+static double sd_of(const mixture *mixture, float all) {
+    const float mean = mixture->sum / all;
+    const float between = mixture->squares / all - mean * mean;
+    return (double)sqrtf(mixture->variances / all + (between > 0.0f ? between : 0.0f));
 }
 
 static float width_of(const oc_hypothesis *h) {
@@ -90,13 +90,16 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
     mixture offset = {.about = best->offset}, gradient = {.about = best->gradient};
     mixture backlash = {.about = width_of(best)}, unloading = {.about = best->unloading};
     mixture wheelbase = {.about = best->wheelbase};
+    const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
+    float all = 0.0f;
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (oc_hypothesis_is_newborn(h, &joint->second)) {
             continue;
         }
         const float weight = likelihood(h->cost > best->cost ? h->cost - best->cost : 0.0f);
-        const float unseen = unseen_width_variance(joint, h);
+        const float unseen = unseen_width_variance(h, seen);
+        all += weight;
         mix(&offset, weight, h->offset, h->offset_variance + 0.25f * unseen);
         mix(&gradient, weight, h->gradient, h->gradient_variance);
         mix(&backlash, weight, width_of(h), h->width_variance + unseen);
@@ -104,16 +107,16 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
         mix(&unloading, weight, h->unloading, h->unloading_variance);
     }
     return (oc_joint_answer){
-        .offset = mean_of(&offset),
-        .offset_sd = sd_of(&offset),
-        .gradient = mean_of(&gradient),
-        .gradient_sd = sd_of(&gradient),
-        .backlash = mean_of(&backlash),
-        .backlash_sd = sd_of(&backlash),
-        .unloading = mean_of(&unloading),
-        .unloading_sd = sd_of(&unloading),
-        .wheelbase = mean_of(&wheelbase),
-        .wheelbase_sd = sd_of(&wheelbase),
+        .offset = mean_of(&offset, all),
+        .offset_sd = sd_of(&offset, all),
+        .gradient = mean_of(&gradient, all),
+        .gradient_sd = sd_of(&gradient, all),
+        .backlash = mean_of(&backlash, all),
+        .backlash_sd = sd_of(&backlash, all),
+        .unloading = mean_of(&unloading, all),
+        .unloading_sd = sd_of(&unloading, all),
+        .wheelbase = mean_of(&wheelbase, all),
+        .wheelbase_sd = sd_of(&wheelbase, all),
         .used = (double)joint->second.used_s,
     };
 }

@@ -25,9 +25,12 @@ void oc_stand_jointly(oc_state *state, const oc_coefficients *c);
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                       const oc_coefficients *c);
 
-/* Chapter 4: the angle at this tick, whose signals are the valid ones, without its sensor; judges the sensor. */
-oc_angle oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid,
-                         const oc_estimate *yaw_rate_bias);
+/* Whether the sensor can be believed at this tick, whose signals are the valid ones. */
+void oc_judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid);
+
+/* Chapter 4: the angle at this tick without its sensor, which was judged. */
+void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid,
+                     const oc_estimate *yaw_rate_bias, oc_angle *angle);
 
 /* What a tick gave. */
 void oc_tell(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_motion *motion, double speed,

@@ -213,14 +213,13 @@ typedef struct {
     bool moves;
 } followed;
 
-/* Figure 15, as far as the gate: the reasons against this tick and the motion at it. Of the tick's bits those stay that are
- * over a measurement. */
+/* Figure 15, as far as the gate: the reasons against this tick and the motion at it. The tick's bits are
+ * over measurements. */
 static uint32_t follow_motion(oc_state *state, const oc_coefficients *c, oc_signals *tick, followed *now) {
     oc_tracking *tracking = &state->tracking;
     oc_evidence *evidence = &state->evidence;
     const oc_params *p = &c->params;
     const bool by_wheels = p->method == OC_METHOD_WHEEL_SPEED;
-    tick->valid = measured(tick);
 
     /* time goes forward, or nothing happened */
     if (!goes_forward(tracking, c, tick->time)) {
@@ -280,13 +279,15 @@ static uint32_t follow_motion(oc_state *state, const oc_coefficients *c, oc_sign
     }
 
     /* 5.1.2: motion and gate; the residual stays as if the wheels were of one radius, until all is known of them */
+    double mismatch_residual = 0.0;
     if (by_wheels) {
         const double mismatch = oc_wheel_mismatch_of(evidence, c).value;
         oc_wheel_speed_update(&evidence->wheel_speed, by.speed - 0.5 * by.yaw_rate * c->gyro_bias.track[c->wheel_axle],
                               by.speed + 0.5 * by.yaw_rate * c->gyro_bias.track[c->wheel_axle], c->tick_s);
         filtered->yaw_rate -= filtered->vehicle_speed * mismatch / c->gyro_bias.track[c->wheel_axle];
-        now->mismatch_residual = c->offset_per_mismatch * mismatch;
+        mismatch_residual = c->offset_per_mismatch * mismatch;
     }
+    now->mismatch_residual = mismatch_residual;
     const bool jointly = p->method == OC_METHOD_JOINT;
     if (jointly) {
         now->yaw_rate_bias = oc_gyro_bias_get(&evidence->gyro_bias, p);
@@ -329,19 +330,24 @@ static bool sensor_misleads(const oc_fault_watch *watch) {
 
 /* Without a copy of the tick, which would wait for what was just written. */
 static void step_and_tell(oc_state *state, const oc_coefficients *coefficients, oc_signals *tick, oc_output *output) {
-    followed now = {0};
-    oc_angle angle = {0};
+    followed now;
+    oc_angle angle;
     const bool follows = coefficients->params.angle_method != OC_ANGLE_NONE;
-    const uint32_t valid = follows ? measured(tick) : 0u;
+    const uint32_t valid = measured(tick);
     const oc_fault_watch *watch = &state->tracking.fault;
-    if (sensor_misleads(watch)) {
-        tick->valid &= ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE;
-    }
+    tick->valid = sensor_misleads(watch) ? valid & ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE : valid;
+    now.moves = false;
     const uint32_t reasons = follow_motion(state, coefficients, tick, &now);
+    if (!now.moves) {
+        now = (followed){0};
+    }
     estimate(state, coefficients, &now, reasons);
     if (follows && !(reasons & OC_REASON_TIME)) {
         now.yaw_rate_bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &coefficients->params);
-        angle = oc_follow_angle(state, coefficients, tick, valid, &now.yaw_rate_bias);
+        oc_judge_sensor(state, coefficients, tick, valid);
+        oc_follow_angle(state, coefficients, tick, valid, &now.yaw_rate_bias, &angle);
+    } else {
+        angle = (oc_angle){0};
     }
     if (output != NULL) {
         oc_tell(output, state, coefficients, &now.motion, now.filtered.vehicle_speed, reasons, &angle);

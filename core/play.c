@@ -1,6 +1,7 @@
 #include "play.h"
 
 #include <math.h>
+#include <stdbool.h>
 
 static const float width_share = 0.1f;
 static const float width_least = 0.1f * 0.017453292f; /* rad, of half the width */
@@ -22,46 +23,8 @@ static float held_within(float value, float low, float high) {
     return value > high ? high : value;
 }
 
-int32_t oc_play_slopes(const oc_play *play) {
-    return play->friction >= 0.0f ? OC_SLOPE_COUNT : 1;
-}
-
 float oc_play_width_step(float half_width) {
     return not_below(width_share * half_width, width_least);
-}
-
-float *oc_play_parameter(oc_play *play, oc_slope slope) {
-    switch (slope) {
-    case OC_SLOPE_WIDTH: return &play->half_width;
-    case OC_SLOPE_UNLOADING: return &play->unloading;
-    case OC_SLOPE_FRICTION: return &play->friction;
-    case OC_SLOPE_CREEP: return &play->creep;
-    case OC_SLOPE_WINDUP: return &play->windup;
-    default: return &play->unwinding;
-    }
-}
-
-static oc_around stepped_around(float value, float step, float least) {
-    const float more = value + step, less = not_below(value - step, least);
-    return (oc_around){more, less, more - less};
-}
-
-oc_around oc_play_around(float value, oc_slope slope) {
-    if (slope == OC_SLOPE_UNLOADING) {
-        return stepped_around(value, unloading_apart, -1e9f);
-    }
-    if (slope == OC_SLOPE_FRICTION) {
-        return stepped_around(value, friction_apart, 0.0f);
-    }
-    if (slope == OC_SLOPE_UNWINDING) {
-        return stepped_around(value, unwinding_apart, 0.0f);
-    }
-    if (slope == OC_SLOPE_CREEP) {
-        return (oc_around){value * creep_factor, value * (1.0f / creep_factor), creep_factors_apart};
-    }
-    oc_around halves = stepped_around(value, oc_play_width_step(value), hardly);
-    halves.apart *= 2.0f;
-    return halves;
 }
 
 float oc_play_load(const oc_play *play, const oc_motion_sample *sample) {
@@ -72,16 +35,84 @@ float oc_play_load(const oc_play *play, const oc_motion_sample *sample) {
     return load;
 }
 
-float oc_place_wound(float wound, const oc_play *play, float angle, float centre, float step_s) {
-    const float unwound = wound - play->unwinding * (wound - centre) * step_s;
-    return held_within(unwound, angle - play->windup, angle + play->windup);
+/* A parameter's values as far to both sides as the model's slope is taken. */
+typedef struct {
+    float more, less;
+} around;
+
+static around around_of(float value, float step, float least) {
+    return (around){value + step, not_below(value - step, least)};
 }
 
-float oc_place_inner(float inner, const oc_play *play, float wound, float load, float step_s) {
-    const float beyond = fabsf(load) - play->friction;
-    if (play->friction >= 0.0f && beyond > 0.0f) {
-        const float crept = play->creep * beyond * step_s;
-        inner += load > 0.0f ? -crept : crept;
+static float wound_up(float wound, const oc_play_motion *by, float windup, float unwinding) {
+    const float unwound = wound - unwinding * (wound - by->centre) * by->step_s;
+    return held_within(unwound, by->angle - windup, by->angle + windup);
+}
+
+/* rad, by which side force beyond friction carries the wheels, at so much creep in a step. */
+static float crept(float load, float friction, float creep) {
+    const float beyond = fabsf(load) - friction;
+    if (!(beyond > 0.0f)) {
+        return 0.0f;
     }
-    return held_within(inner, wound - play->half_width, wound + play->half_width);
+    return load > 0.0f ? -creep * beyond : creep * beyond;
+}
+
+static float in_play(float inner, float wound, float half_width) {
+    return held_within(inner, wound - half_width, wound + half_width);
+}
+
+/* At a little more and less width; no other parameter need be looked at. */
+static float move_widths(oc_places *p, const oc_play *play, float by_load) {
+    const around half = around_of(play->half_width, oc_play_width_step(play->half_width), hardly);
+    p->more[OC_SLOPE_WIDTH] = in_play(p->more[OC_SLOPE_WIDTH] + by_load, p->wound, half.more);
+    p->less[OC_SLOPE_WIDTH] = in_play(p->less[OC_SLOPE_WIDTH] + by_load, p->wound, half.less);
+    return (p->less[OC_SLOPE_WIDTH] - p->more[OC_SLOPE_WIDTH]) / (2.0f * (half.more - half.less));
+}
+
+/* Behind a play of the same width, where the side force carries the wheels by another way. */
+static float move_loaded(oc_places *p, const oc_play *play, int32_t slope, float more, float less, float apart) {
+    p->more[slope] = in_play(p->more[slope] + more, p->wound, play->half_width);
+    p->less[slope] = in_play(p->less[slope] + less, p->wound, play->half_width);
+    return (p->less[slope] - p->more[slope]) / apart;
+}
+
+/* Behind a wind-up of another width, or one that is unwound otherwise. */
+static float move_wound(oc_places *p, const oc_play *play, int32_t slope, float by_load, float apart) {
+    const int32_t winding = slope - (int32_t)OC_SLOPE_WINDUP;
+    p->more[slope] = in_play(p->more[slope] + by_load, p->wound_more[winding], play->half_width);
+    p->less[slope] = in_play(p->less[slope] + by_load, p->wound_less[winding], play->half_width);
+    return (p->less[slope] - p->more[slope]) / apart;
+}
+
+void oc_places_move(oc_places *p, const oc_play *play, const oc_play_motion *by, float *slopes) {
+    const bool creeps = play->friction >= 0.0f;
+    const float load = by->load, friction = play->friction;
+    const float creep = play->creep * by->step_s;
+    const float by_load = creeps ? crept(load, friction, creep) : 0.0f;
+    p->wound = wound_up(p->wound, by, play->windup, play->unwinding);
+    p->inner = in_play(p->inner + by_load, p->wound, play->half_width);
+    slopes[OC_SLOPE_WIDTH] = move_widths(p, play, by_load);
+    if (!creeps) {
+        for (int32_t k = OC_SLOPE_UNLOADING; k < OC_SLOPE_COUNT; ++k) {
+            slopes[k] = 0.0f;
+        }
+        return;
+    }
+    slopes[OC_SLOPE_UNLOADING] =
+        move_loaded(p, play, OC_SLOPE_UNLOADING, crept(load - unloading_apart, friction, creep),
+                    crept(load + unloading_apart, friction, creep), 2.0f * unloading_apart);
+    const around rubs = around_of(friction, friction_apart, 0.0f);
+    slopes[OC_SLOPE_FRICTION] = move_loaded(p, play, OC_SLOPE_FRICTION, crept(load, rubs.more, creep),
+                                            crept(load, rubs.less, creep), rubs.more - rubs.less);
+    slopes[OC_SLOPE_CREEP] = move_loaded(p, play, OC_SLOPE_CREEP, by_load * creep_factor,
+                                         by_load * (1.0f / creep_factor), creep_factors_apart);
+    const around winds = around_of(play->windup, oc_play_width_step(play->windup), hardly);
+    p->wound_more[0] = wound_up(p->wound_more[0], by, winds.more, play->unwinding);
+    p->wound_less[0] = wound_up(p->wound_less[0], by, winds.less, play->unwinding);
+    slopes[OC_SLOPE_WINDUP] = move_wound(p, play, OC_SLOPE_WINDUP, by_load, 2.0f * (winds.more - winds.less));
+    const around unwinds = around_of(play->unwinding, unwinding_apart, 0.0f);
+    p->wound_more[1] = wound_up(p->wound_more[1], by, play->windup, unwinds.more);
+    p->wound_less[1] = wound_up(p->wound_less[1], by, play->windup, unwinds.less);
+    slopes[OC_SLOPE_UNWINDING] = move_wound(p, play, OC_SLOPE_UNWINDING, by_load, unwinds.more - unwinds.less);
 }

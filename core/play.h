@@ -43,22 +43,21 @@ typedef enum {
     OC_SLOPE_COUNT
 } oc_slope;
 
+enum { OC_WINDING_SLOPES = OC_SLOPE_COUNT - OC_SLOPE_WINDUP };
+
 /* Where the measured angle is behind the wind-up, and behind the play as well: rad, as the sensor would say it. */
 typedef struct {
-    float wound, inner;
-} oc_place;
+    float wound, inner;                               /* at the play itself, and */
+    float more[OC_SLOPE_COUNT], less[OC_SLOPE_COUNT]; /* `inner` at a little more and less of each parameter */
+    float wound_more[OC_WINDING_SLOPES], wound_less[OC_WINDING_SLOPES]; /* which only these two parameters move */
+} oc_places;
 
-/* The slopes that a play has: one that no side force moves has but its width's. */
-int32_t oc_play_slopes(const oc_play *play);
-
-/* A parameter's values as far to both sides as the model's slope is taken, and by how much they differ: whole widths in
- * rad, creep as a share. */
+/* What moves them at a sample. */
 typedef struct {
-    float more, less, apart;
-} oc_around;
-
-float *oc_play_parameter(oc_play *play, oc_slope slope);
-oc_around oc_play_around(float value, oc_slope slope);
+    float angle, centre; /* rad, as measured; a motor turns the wind-up to the centre */
+    float load;          /* m/s^2, oc_play_load */
+    float step_s;
+} oc_play_motion;
 
 /* By how much one sample's evidence may move a width, rad of half of it: as far as its slope is taken. */
 float oc_play_width_step(float half_width);
@@ -66,10 +65,8 @@ float oc_play_width_step(float half_width);
 /* m/s^2, side force on the front wheels, less what the accelerometer is off by and what the wind carries. */
 float oc_play_load(const oc_play *play, const oc_motion_sample *sample);
 
-/* Behind the wind-up, where a motor turns it to `centre` (rad, as measured). */
-float oc_place_wound(float wound, const oc_play *play, float angle, float centre, float step_s);
-
-/* Behind the play that follows. */
-float oc_place_inner(float inner, const oc_play *play, float wound, float load, float step_s);
+/* Moves all places on. A slope is what `inner` loses by a parameter's growth, in rad per its unit: whole widths in rad,
+ * creep as a share; 0 for all but the width's where no side force moves the wheels. */
+void oc_places_move(oc_places *places, const oc_play *play, const oc_play_motion *by, float *slopes);
 
 #endif

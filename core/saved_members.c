@@ -213,11 +213,7 @@ static const oc_saved_member hypothesis_members[] = {
     MEMBER(oc_hypothesis, play.windup, OC_SAVED_FLOAT, HALF_WIDTH),
     MEMBER(oc_hypothesis, play.unwinding, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, play.wind, OC_SAVED_FLOAT, ANY_ACCELERATION),
-    MEMBER(oc_hypothesis, place, OC_SAVED_FLOAT, ANY_ANGLE), /* structs of floats alone */
-    MEMBER(oc_hypothesis, more, OC_SAVED_FLOAT, ANY_ANGLE),
-    MEMBER(oc_hypothesis, less, OC_SAVED_FLOAT, ANY_ANGLE),
-    MEMBER(oc_hypothesis, wound_more, OC_SAVED_FLOAT, ANY_ANGLE),
-    MEMBER(oc_hypothesis, wound_less, OC_SAVED_FLOAT, ANY_ANGLE),
+    MEMBER(oc_hypothesis, places, OC_SAVED_FLOAT, ANY_ANGLE), /* a struct of floats alone */
     MEMBER(oc_hypothesis, sums, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, target_sum, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, weight, OC_SAVED_FLOAT, NOT_NEGATIVE),

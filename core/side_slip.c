@@ -4,9 +4,11 @@
 
 static const double slip_noise = 0.005;       /* rad, of side slip and steering, for */
 static const double slip_noise_s = 1.0;
-static const double turned_sd = 0.02;         /* rad; receivers are levelled and turned by eye */
-static const double behind_share = 0.5, behind_share_sd = 0.3; /* of the wheelbase: near the centre of gravity */
-static const double tyre_slip = 0.008, tyre_slip_sd = 0.005;   /* rad/(m/s^2); 2.3 */
+
+/* What is believed before, with standard deviations: a receiver is levelled and turned by eye, rad; it is near the centre of
+ * gravity, as a share of the wheelbase; tyres slip as 2.3 has it, rad/(m/s^2). */
+static const double believed[OC_SIDE_SLIP_TERMS] = {0.0, 0.5, 0.008};
+static const double believed_sd[OC_SIDE_SLIP_TERMS] = {0.02, 0.3, 0.005};
 
 static void terms_of(const oc_side_slip *tick, double *x) {
     x[0] = 1.0;
@@ -31,15 +33,15 @@ void oc_side_slip_learn(oc_side_slip_evidence *e, const oc_side_slip *tick, doub
 
 /* Least squares with the prior, by elimination: the matrix is positive definite. */
 static void slip_terms(const oc_side_slip_evidence *e, double wheelbase, double *terms) {
-    const double mean[OC_SIDE_SLIP_TERMS] = {0.0, behind_share * wheelbase, tyre_slip};
-    const double sd[OC_SIDE_SLIP_TERMS] = {turned_sd, behind_share_sd * wheelbase, tyre_slip_sd};
     double a[OC_SIDE_SLIP_TERMS][OC_SIDE_SLIP_TERMS];
     for (int32_t row = 0; row < OC_SIDE_SLIP_TERMS; ++row) {
-        const double prior = 1.0 / (sd[row] * sd[row]);
+        const double unit = row == 1 ? wheelbase : 1.0;
+        const double sd = believed_sd[row] * unit;
+        const double prior = 1.0 / (sd * sd);
         for (int32_t column = 0; column < OC_SIDE_SLIP_TERMS; ++column) {
             a[row][column] = e->information[row][column] + (row == column ? prior : 0.0);
         }
-        terms[row] = e->sums[row] + prior * mean[row];
+        terms[row] = e->sums[row] + prior * believed[row] * unit;
     }
     for (int32_t pivot = 0; pivot < OC_SIDE_SLIP_TERMS; ++pivot) {
         for (int32_t row = pivot + 1; row < OC_SIDE_SLIP_TERMS; ++row) {

@@ -2,40 +2,65 @@
 
 #include <math.h>
 
+/* What is left of `sum` after so many products. */
+static float less_products(float sum, const float *a, const float *b, int32_t count) {
+    for (int32_t k = 0; k < count; ++k) {
+        sum -= a[k] * b[k];
+    }
+    return sum;
+}
+
+/* The root of what is left of a diagonal cell, of which rounding may have left nothing. */
+static float root_of(float square) {
+    return sqrtf(square > 1e-6f ? square : 1e-6f);
+}
+
 void oc_triangle_factor(const float *scatter, const float *information, float noise, int32_t first, int32_t end,
                         float *lower, float *inverse) {
     const float weight = 1.0f / noise;
-    for (int32_t i = first; i < end; ++i) {
-        float *row = &lower[i * (i + 1) / 2];
-        const float *other = lower;
-        for (int32_t j = 0; j <= i; ++j) {
-            float sum = scatter[i * (i + 1) / 2 + j] * weight + (i == j ? information[i] : 0.0f);
+    if (first == 0) {
+        lower[0] = root_of(scatter[0] * weight + information[0]);
+        inverse[0] = 1.0f / lower[0];
+    }
+    /* two rows at a time, so that the rows above are read once for both */
+    for (int32_t i = first > 0 ? first : 1; i < end; i += 2) {
+        const float *cell = &scatter[i * (i + 1) / 2], *cell_below = cell + i + 1;
+        float *row = &lower[i * (i + 1) / 2], *below = row + i + 1;
+        const float *above = lower;
+        for (int32_t j = 0; j < i; ++j) {
+            float sum = cell[j] * weight, sum_below = cell_below[j] * weight;
             for (int32_t k = 0; k < j; ++k) {
-                sum -= row[k] * other[k];
+                sum -= row[k] * above[k];
+                sum_below -= below[k] * above[k];
             }
-            row[j] = i == j ? sqrtf(sum > 1e-6f ? sum : 1e-6f) : sum * inverse[j];
-            other += j + 1;
+            row[j] = sum * inverse[j];
+            below[j] = sum_below * inverse[j];
+            above += j + 1;
         }
+        row[i] = root_of(less_products(cell[i] * weight + information[i], row, row, i));
         inverse[i] = 1.0f / row[i];
+        below[i] = less_products(cell_below[i] * weight, below, row, i) * inverse[i];
+        below[i + 1] = root_of(less_products(cell_below[i + 1] * weight + information[i + 1], below, below, i + 1));
+        inverse[i + 1] = 1.0f / below[i + 1];
     }
 }
 
 void oc_triangle_solve_lower(const float *lower, int32_t first, float *vector) {
+    const float *row = &lower[first * (first + 1) / 2 + first]; /* where the vector begins */
     for (int32_t i = first; i < OC_TERMS; ++i) {
-        const float *row = lower + i * (i + 1) / 2;
-        for (int32_t k = first; k < i; ++k) {
-            vector[i] -= row[k] * vector[k];
-        }
-        vector[i] /= row[i];
+        vector[i] = less_products(vector[i], row, &vector[first], i - first) / row[i - first];
+        row += i + 1;
     }
 }
 
 void oc_triangle_solve_upper(const float *lower, float *vector) {
     for (int32_t i = OC_TERMS - 1; i >= 0; --i) {
-        for (int32_t k = i + 1; k < OC_TERMS; ++k) {
-            vector[i] -= lower[k * (k + 1) / 2 + i] * vector[k];
+        const float *row = &lower[i * (i + 1) / 2];
+        const float found = vector[i] / row[i];
+        vector[i] = found;
+        for (int32_t k = 0; k < i; ++k) {
+            vector[k] -= row[k] * found;
         }
-        vector[i] /= lower[i * (i + 1) / 2 + i];
     }
 }
 
@@ -60,5 +85,18 @@ void oc_triangle_subtract_row(const float *triangle, int32_t row, float times, f
     for (int32_t k = row; k < OC_TERMS; ++k) {
         vector[k] -= *cell * times;
         cell += k + 1;
+    }
+}
+
+void oc_triangle_scale(float *triangle, int32_t row, float by) {
+    float *cell = &triangle[row * (row + 1) / 2];
+    for (int32_t k = 0; k < row; ++k) {
+        cell[k] *= by;
+    }
+    cell += row;
+    *cell *= by * by;
+    for (int32_t k = row + 1; k < OC_TERMS; ++k) {
+        cell += k;
+        *cell *= by;
     }
 }

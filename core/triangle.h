@@ -6,7 +6,6 @@
 
 enum {
     OC_TERMS = 13,         /* of a hypothesis, beside the offset */
-    OC_TERMS_FIRST = 10,   /* of their factor's rows, not quite half of the work */
     OC_TERMS_TRIANGLE = 91 /* of a symmetric matrix of so many rows */
 };
 
@@ -15,8 +14,11 @@ float oc_triangle_cell(const float *triangle, int32_t row, int32_t column);
 /* Takes so many times a row of the whole matrix from the vector. */
 void oc_triangle_subtract_row(const float *triangle, int32_t row, float times, float *vector);
 
+/* A row and column of the whole matrix so many times as large, the cell on its diagonal by the square. */
+void oc_triangle_scale(float *triangle, int32_t row, float by);
+
 /* Rows `first` to before `end`, in this order, of Cholesky's lower triangle of the scatter in units of the noise, with
- * the prior's information on the diagonal. `inverse` is that of its diagonal. */
+ * the prior's information on the diagonal. `inverse` is that of its diagonal. Both are odd, `first` also 0. */
 void oc_triangle_factor(const float *scatter, const float *information, float noise, int32_t first, int32_t end,
                         float *lower, float *inverse);
 

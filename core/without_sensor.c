@@ -6,6 +6,11 @@
 static const double flank_needed_s = 8.0;
 static const double unseen_half_width_sd = 0.07; /* rad, 4 deg: half of up to 15 */
 
+static bool is_known(const oc_state *state) {
+    const oc_status status = state->learned.offset.status;
+    return status == OC_VALID || status == OC_CONVERGING;
+}
+
 /* What `angle` is told of the truck, from what the drive has taught. */
 static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_angle_truck *truck) {
     const oc_learned *l = &state->learned;
@@ -16,7 +21,7 @@ static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_an
     const double seen = (double)(joint->to_left < joint->to_right ? joint->to_left : joint->to_right);
     const double missing = seen < flank_needed_s ? 1.0 - seen / flank_needed_s : 0.0;
     const double unseen = missing * unseen_half_width_sd;
-    truck->known = l->offset.status == OC_VALID || l->offset.status == OC_CONVERGING;
+    truck->known = is_known(state);
     truck->offset_sd = sqrt(l->offset.standard_deviation * l->offset.standard_deviation + unseen * unseen);
     truck->gradient = l->understeer_gradient.value;
     truck->gradient_sd = l->understeer_gradient.standard_deviation;
@@ -44,10 +49,20 @@ static bool by_wheel_speed(const oc_params *p) {
 /* So much comparing, before the sensor that taught is judged by what it taught. */
 static const double judge_after_s = 400.0;
 
+/* Whether all is measured from which the angle is told. */
+static bool has_motion(const oc_params *p, uint32_t valid) {
+    const uint32_t needed = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED |
+                            (p->use_accelerometer ? (uint32_t)OC_HAS_LATERAL_ACCELERATION : 0u) |
+                            (by_wheel_speed(p) ? OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u) |
+                            (p->angle_method == OC_ANGLE_SIDE_SLIP ? (uint32_t)OC_HAS_LATERAL_SPEED : 0u);
+    return (valid & needed) == needed;
+}
+
 /* By the estimate of the tick before: a jump is not to be told for a tick. */
-static void judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals *tick, bool has_angle, bool moves,
-                         bool known) {
+void oc_judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid) {
     oc_tracking *tracking = &state->tracking;
+    const bool has_angle = (valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
+    const bool moves = has_motion(&c->params, valid);
     const oc_fault_tick judged = {
         .time = tick->time,
         .tick_s = c->tick_s,
@@ -57,27 +72,22 @@ static void judge_sensor(oc_state *state, const oc_coefficients *c, const oc_sig
         .sd = tracking->angle.sd,
         .speed = moves ? tick->vehicle_speed : 0.0,
         .has_measured = has_angle,
-        .can_judge = moves && known && state->evidence.angle.seconds > judge_after_s,
+        .can_judge = moves && is_known(state) && state->evidence.angle.seconds > judge_after_s,
     };
     (void)oc_fault_update(&tracking->fault, &state->evidence.fault, &judged);
 }
 
-/* Chapter 4 and beyond: the angle without its sensor, and whether that one can be believed. */
-oc_angle oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid,
-                         const oc_estimate *bias) {
+/* Chapter 4 and beyond: the angle without its sensor. */
+void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid,
+                     const oc_estimate *bias, oc_angle *angle) {
     const oc_params *p = &c->params;
-    const uint32_t needed = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED |
-                            (p->use_accelerometer ? (uint32_t)OC_HAS_LATERAL_ACCELERATION : 0u) |
-                            (by_wheel_speed(p) ? OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u) |
-                            (p->angle_method == OC_ANGLE_SIDE_SLIP ? (uint32_t)OC_HAS_LATERAL_SPEED : 0u);
     oc_tracking *tracking = &state->tracking;
     oc_angle_truck truck;
     look_at_truck(state, c, &truck);
     const bool has_angle = (valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
     const double measured = has_angle ? tick->steering_wheel_angle - state->learned.offset.value : 0.0;
-    const bool moves = (valid & needed) == needed;
+    const bool moves = has_motion(p, valid);
     const double yaw_rate = tick->yaw_rate - bias->value;
-    judge_sensor(state, c, tick, has_angle, moves, truck.known);
     const oc_angle_tick now = {
         .tick_s = c->tick_s,
         .yaw_rate = yaw_rate,
@@ -91,5 +101,5 @@ oc_angle oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_sig
         .teaches = has_angle && tracking->fault.fault == OC_FAULT_NONE && !oc_fault_suspected(&tracking->fault),
         .has_motion = moves,
     };
-    return oc_angle_update(&tracking->angle, &state->evidence.angle, &c->angle, &truck, &now);
+    oc_angle_update(&tracking->angle, &state->evidence.angle, &c->angle, &truck, &now, angle);
 }

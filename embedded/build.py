@@ -13,7 +13,6 @@ GCC = "arm-none-eabi-gcc"
 # which alone would cost a kilobyte.
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-fno-short-enums", "-mthumb", "-mfloat-abi=hard",
          "-ffunction-sections", "-fdata-sections", "-fno-inline-functions-called-once")  # fmt: skip
-HOT = ("hypothesis", "play", "triangle")  # for speed; the rest for size, where double is slow anyway
 STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Werror")
 # newlib's sqrt without the wrapper that sets errno
 LINK = ("-nostartfiles", "-Wl,--gc-sections", "-Wl,--no-enum-size-warning", "-Wl,--defsym=sqrt=__ieee754_sqrt")
@@ -40,8 +39,7 @@ def compiled(board: Board, sources: Sequence[Path], folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     objects = [folder / f"{source.stem}.o" for source in sources]
     for source, target in zip(sources, objects, strict=True):
-        level = "-O2" if source.stem in HOT else "-Os"
-        _run(GCC, *FLAGS, level, *STRICT, *board.flags, "-fcallgraph-info=su", f"-I{CORE}", "-c", source, "-o", target)
+        _run(GCC, *FLAGS, *STRICT, *board.flags, "-fcallgraph-info=su", f"-I{CORE}", "-c", source, "-o", target)
     return objects
 
 

@@ -89,7 +89,7 @@ def observe(
     design = ffi.new("oc_angle_design *")
     lib.oc_angle_setup(design, lib.OC_ANGLE_OBSERVER, ffi.new("oc_ratio *", {"ratio": RATIO}), WHEELBASE, RATE_HZ)
     tracking, evidence = ffi.new("oc_angle_tracking *"), ffi.new("oc_angle_evidence *")
-    given = ffi.new("oc_angle_truck *", truck(**members))
+    given, out = ffi.new("oc_angle_truck *", truck(**members)), ffi.new("oc_angle *")
     found = np.zeros(len(yaw_rate), _core.dtype_of(ffi.typeof("oc_angle")))
     for k in range(len(yaw_rate)):
         tick = ffi.new(
@@ -105,7 +105,7 @@ def observe(
                 "has_motion": not np.isnan(yaw_rate[k]),
             },
         )
-        out = lib.oc_angle_update(tracking, evidence, design, given, tick)
+        lib.oc_angle_update(tracking, evidence, design, given, tick, out)
         found[k] = tuple(getattr(out, name) for name in found.dtype.names)
     return found
 

@@ -511,7 +511,8 @@ def test_what_was_learned_survives_an_ignition() -> None:
     offset, cost = learner.h.offset, learner.h.cost
     lib.oc_hypothesis_restart(learner.h, 1.0)
     assert (learner.h.offset, learner.h.cost) == (offset, cost)
-    assert learner.h.place.inner == learner.h.more[0] == learner.h.less[3] == learner.h.wound_less[1] == 1.0
+    places = learner.h.places
+    assert places.inner == places.more[0] == places.less[3] == places.wound_less[1] == 1.0
 
 
 def test_a_second_in_doubt_is_foretold_and_not_learned_from() -> None:

@@ -263,7 +263,7 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("joint.hypotheses.offset_variance", -1e-9),
         ("joint.hypotheses.variance", 0.0),
         ("joint.hypotheses.scatter", -1.0),
-        ("joint.hypotheses.place.inner", math.nan),
+        ("joint.hypotheses.places.inner", math.nan),
         ("joint.changed.change.kind", 3),
         ("ticks", 2**60),
     ],

@@ -12,7 +12,8 @@ HEAD = """# Licences of what oncenter uses
 
 oncenter itself is MIT. This page is made by `make lock` from the metadata of the packages that `requirements.lock`
 pins; none of them is copied into this repository. The C core uses nothing but the C library. A report page carries
-BokehJS (bokeh, BSD-3-Clause) within itself.
+BokehJS (bokeh, BSD-3-Clause) within itself, an FMU the headers of its standard (Modelica Association, BSD-2-Clause, their
+text beside them in `src/oncenter/export/fmi`).
 """
 
 
@@ -34,11 +35,20 @@ def needed(names: list[str], extra: str = "") -> set[str]:
 
 
 def licence(package: Distribution) -> str:
-    """The SPDX expression where there is one, else the classifiers, else the first line of the free text."""
+    """The SPDX expression where there is one, else the classifiers, else the first line of the free text, else what the
+    licence's own file says in its head."""
     said = package.metadata
     classifiers = [c.split(" :: ")[-1] for c in said.get_all("Classifier", []) if c.startswith("License ::")]
     free_text = (said.get("License") or "").strip().splitlines()
-    return said.get("License-Expression") or ", ".join(classifiers) or "".join(free_text[:1]) or "not stated"
+    stated = said.get("License-Expression") or ", ".join(classifiers) or "".join(free_text[:1])
+    return stated or _headline(package) or "not stated"
+
+
+def _headline(package: Distribution) -> str:
+    """The first line of the licence's file that names one."""
+    files = [file for file in package.files or [] if file.name in package.metadata.get_all("License-File", [])]
+    lines = [line.strip() for file in files[:1] for line in file.read_text().splitlines()]
+    return next((line.rstrip(":") for line in lines if "license" in line.lower()), "")
 
 
 def table(names: set[str]) -> str:

@@ -12,8 +12,8 @@ HEAD = """# Licences of what oncenter uses
 
 oncenter itself is MIT. This page is made by `make lock` from the metadata of the packages that `requirements.lock`
 pins; none of them is copied into this repository. The C core uses nothing but the C library. A report page carries
-BokehJS (bokeh, BSD-3-Clause) within itself, an FMU the headers of its standard (Modelica Association, BSD-2-Clause, their
-text beside them in `src/oncenter/export/fmi`).
+BokehJS (bokeh, BSD-3-Clause) within itself, an FMU the headers of its standard (Modelica Association, BSD-2-Clause,
+their text beside them in `src/oncenter/export/fmi`).
 """
 
 

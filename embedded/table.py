@@ -9,16 +9,15 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import firmware
 import numpy as np
 from replay import BOARDS, HERE, Board, Drive, Replayed, differences, golden_drive, replay
-
-import build
 
 README = HERE / "README.md"
 SHORT = 12000  # ticks of the drives by other methods
 SAME = 0.02  # of a figure: another processor's last bits make another drive of the simulator's
 
-# What firmware asks for (issue figures), by row of the table; instructions for each board.
+# What firmware asks for, by row of the table; instructions for each board.
 KIB = 1024
 ROWS = {
     "flash, KiB": ("48", "48"),
@@ -61,12 +60,12 @@ def _compared(board: Board, program: Path, drive: Drive, folder: Path) -> Replay
 
 def measure(board: Board, folder: Path) -> Measured:
     """Everything about one board; the drive with all that the monitor does is what is measured."""
-    core = build.compiled(board, sorted(build.CORE.glob("*.c")), folder / "core")
-    _fail([f"{board.name}: the core calls {name}" for name in build.strangers(core)])
-    _fail([f"{board.name}: the core has a variable, {name}" for name in build.variables(core)])
-    own = build.compiled(board, sorted(HERE.glob("*.c")), folder)
-    program = build.linked(board, [*core, *own], folder / "replay.elf")
-    stack = build.Stack(core, program)
+    core = firmware.compiled(board, sorted(firmware.CORE.glob("*.c")), folder / "core")
+    _fail([f"{board.name}: the core calls {name}" for name in firmware.strangers(core)])
+    _fail([f"{board.name}: the core has a variable, {name}" for name in firmware.variables(core)])
+    own = firmware.compiled(board, sorted(HERE.glob("*.c")), folder)
+    program = firmware.linked(board, [*core, *own], folder / "replay.elf")
+    stack = firmware.Stack(core, program)
 
     columns = golden_drive()
     short = {name: column[:SHORT] for name, column in columns.items()}
@@ -80,7 +79,7 @@ def measure(board: Board, folder: Path) -> Measured:
         _fail([f"{board.name}: {seen} bytes of stack seen, {by_graph} by the call graph"] if seen > by_graph else [])
     instructions = whole.rows["instructions"]
     figures = [
-        _kib(build.flash_bytes(board, core, folder / "core.elf")),
+        _kib(firmware.flash_bytes(board, core, folder / "core.elf")),
         _kib(whole.tail["state"].dtype.itemsize),
         _kib(whole.tail["coefficients"].dtype.itemsize),
         f"{tick:,}",
@@ -102,7 +101,7 @@ def table(columns: list[Measured]) -> str:
     for k, (row, asked) in enumerate(ROWS.items()):
         cells = [cell for c, limit in zip(columns, asked, strict=True) for cell in (c.figures[k], limit)]
         lines.append(f"| {row} | {' | '.join(cells)} |")
-    return "\n".join([*lines, "", f"By {build.GCC} {build.compiler_version()}."])
+    return "\n".join([*lines, "", f"By {firmware.GCC} {firmware.compiler_version()}."])
 
 
 def _figures(text: str) -> list[float]:

@@ -1,7 +1,6 @@
 """Trucks of every axle layout for the simulator: what goes over the thesis drive's `[truck]`.
 
-Stiffness per load as thesis 2.3 has it: some 13 % per deg in front, 16 to 19 % behind. The rigids carry 12 to 18 t, the
-semitrailer 25 t.
+The rigids are those of the thesis's page, the semitrailer carries 25 t.
 """
 
 import tomllib
@@ -15,6 +14,7 @@ from oncenter.simulate.drive import RATE_HZ, run, tick_count
 from oncenter.simulate.road import lay_road
 from oncenter.simulate.scenario import Scenario, scenario_from
 from oncenter.simulate.truck import check_holdable
+from oncenter.thesis.steady import LAYOUTS
 
 ROOT = Path(__file__).parents[1]
 THESIS_DRIVE = tomllib.loads((ROOT / "scenarios" / "thesis_drive.toml").read_text(encoding="utf-8"))
@@ -32,46 +32,7 @@ SEMITRAILER: dict[str, Any] = {
 FULL_LOAD = {"mass_kg": 25000.0, "distance_m": 5.3, "length_m": 13.0}
 
 TRUCKS: dict[str, dict[str, Any]] = {
-    "4x2": {},
-    "6x2": {
-        "axle_layout": "6x2",
-        "mass_kg": 10500.0,
-        "yaw_inertia_kg_m2": 62000.0,
-        "wheelbase_m": 4.6,
-        "front_axle_distance_m": 2.3,
-        "rear_axle_spacing_m": 1.35,
-        "last_axle_load_share": 0.4,
-        "front_cornering_stiffness_n_rad": 424000.0,
-        "rear_cornering_stiffness_n_rad": 480000.0,
-        "payload": {"mass_kg": 12000.0, "distance_m": 4.5, "length_m": 7.5},
-    },
-    "6x4": {
-        "axle_layout": "6x4",
-        "mass_kg": 11000.0,
-        "yaw_inertia_kg_m2": 56000.0,
-        "wheelbase_m": 3.9,
-        "front_axle_distance_m": 2.2,
-        "rear_axle_spacing_m": 1.37,
-        "front_cornering_stiffness_n_rad": 418000.0,
-        "rear_cornering_stiffness_n_rad": 510000.0,
-        "dual_tyre_spacing_m": 0.34,
-        "dual_tyre_longitudinal_stiffness_n": 250000.0,
-        "payload": {"mass_kg": 14000.0, "distance_m": 4.2, "length_m": 5.5},
-    },
-    "8x4": {
-        "axle_layout": "8x4",
-        "mass_kg": 13000.0,
-        "yaw_inertia_kg_m2": 76000.0,
-        "wheelbase_m": 5.1,
-        "front_axle_distance_m": 2.6,
-        "front_axle_spacing_m": 1.94,
-        "rear_axle_spacing_m": 1.37,
-        "front_cornering_stiffness_n_rad": 628000.0,
-        "rear_cornering_stiffness_n_rad": 453000.0,
-        "dual_tyre_spacing_m": 0.34,
-        "dual_tyre_longitudinal_stiffness_n": 250000.0,
-        "payload": {"mass_kg": 18000.0, "distance_m": 4.5, "length_m": 5.5},
-    },
+    **LAYOUTS,
     "semitrailer": {"trailer": SEMITRAILER | {"payload": FULL_LOAD}},
 }
 

@@ -3,41 +3,41 @@
 #include <math.h>
 
 /* In units of usual errors, a second each. */
-static const double tolerated = 0.75;
-static const double suspicious = 5.0;
-static const double proven = 10.0;
-static const double highest = 20.0;           /* lest what has passed stay proven */
-static const double error_max = 6.0;          /* one wild second proves nothing */
-static const double curvature_scale = 0.002;  /* 1/m: from here on a bend tells as much as any */
-static const double rest_s = 60.0;            /* for what was learned anew, or was not to be doubted */
-static const double proof_s = 40.0;           /* what passes sooner is no change */
-static const double size_min = 0.8 * 0.017453292519943295; /* rad: less is left to forgetting */
+static const float tolerated = 0.75f;
+static const float suspicious = 5.0f;
+static const float proven = 10.0f;
+static const float highest = 20.0f;           /* lest what has passed stay proven */
+static const float error_max = 6.0f;          /* one wild second proves nothing */
+static const float curvature_scale = 0.002f;  /* 1/m: from here on a bend tells as much as any */
+static const float rest_s = 60.0f;            /* for what was learned anew, or was not to be doubted */
+static const float proof_s = 40.0f;           /* what passes sooner is no change */
+static const float size_min = 0.8f * 0.017453292f; /* rad: less is left to forgetting */
 
-static double bounded(double value, double limit) {
+static float bounded(float value, float limit) {
     if (value < -limit) {
         return -limit;
     }
     return value > limit ? limit : value;
 }
 
-static void accumulate(oc_cusum *sums, double error) {
+static void accumulate(oc_cusum *sums, float error) {
     sums->up = bounded(sums->up + error - tolerated, highest);
     sums->down = bounded(sums->down - error - tolerated, highest);
-    sums->seconds_up += 1.0;
-    sums->seconds_down += 1.0;
-    if (!(sums->up > 0.0)) {
-        sums->up = sums->seconds_up = 0.0;
+    sums->seconds_up += 1.0f;
+    sums->seconds_down += 1.0f;
+    if (!(sums->up > 0.0f)) {
+        sums->up = sums->seconds_up = 0.0f;
     }
-    if (!(sums->down > 0.0)) {
-        sums->down = sums->seconds_down = 0.0;
+    if (!(sums->down > 0.0f)) {
+        sums->down = sums->seconds_down = 0.0f;
     }
 }
 
-static double height(const oc_cusum *sums) {
+static float height(const oc_cusum *sums) {
     return sums->up > sums->down ? sums->up : sums->down;
 }
 
-static double age(const oc_cusum *sums) {
+static float age(const oc_cusum *sums) {
     return sums->up > sums->down ? sums->seconds_up : sums->seconds_down;
 }
 
@@ -46,43 +46,43 @@ bool oc_change_suspected(const oc_change_watch *watch) {
 }
 
 /* An error that is the same at all times, or one that goes with curvature, whichever takes away more. */
-static oc_change judged(const oc_change_watch *watch, double usual) {
-    const double by_offset = watch->error * watch->error / watch->seconds;
-    const double by_bends = watch->curvature_squares > 10.0 * curvature_scale * curvature_scale
+static oc_change judged(const oc_change_watch *watch, float usual) {
+    const float by_offset = watch->error * watch->error / watch->seconds;
+    const float by_bends = watch->curvature_squares > 10.0f * curvature_scale * curvature_scale
                                 ? watch->error_curvature * watch->error_curvature / watch->curvature_squares
-                                : 0.0;
+                                : 0.0f;
     oc_change change = {
         .kind = by_bends > by_offset ? OC_CHANGE_BENDS : OC_CHANGE_OFFSET,
         .size = watch->error / watch->seconds,
-        .size_sd = usual / sqrt(watch->seconds),
+        .size_sd = usual / sqrtf(watch->seconds),
     };
-    const double taken = by_bends > by_offset ? by_bends : by_offset;
-    const double size = by_bends > by_offset
+    const float taken = by_bends > by_offset ? by_bends : by_offset;
+    const float size = by_bends > by_offset
                             ? watch->error_curvature / watch->curvature_squares * curvature_scale
                             : change.size;
-    if (taken < 16.0 * usual * usual || fabs(size) < size_min) {
+    if (taken < 16.0f * usual * usual || fabsf(size) < size_min) {
         change.kind = OC_CHANGE_NONE;
     }
     return change;
 }
 
-oc_change oc_change_update(oc_change_watch *watch, double error, double usual, double curvature) {
-    if (watch->rest > 0.0) {
-        watch->rest -= 1.0;
+oc_change oc_change_update(oc_change_watch *watch, float error, float usual, float curvature) {
+    if (watch->rest > 0.0f) {
+        watch->rest -= 1.0f;
         return (oc_change){0};
     }
-    const double relative = bounded(error / usual, error_max);
+    const float relative = bounded(error / usual, error_max);
     accumulate(&watch->offset, relative);
-    accumulate(&watch->bends, relative * bounded(curvature / curvature_scale, 1.0));
+    accumulate(&watch->bends, relative * bounded(curvature / curvature_scale, 1.0f));
     if (!oc_change_suspected(watch)) {
-        watch->seconds = watch->error = watch->error_curvature = watch->curvature_squares = 0.0;
+        watch->seconds = watch->error = watch->error_curvature = watch->curvature_squares = 0.0f;
         return (oc_change){0};
     }
-    watch->seconds += 1.0;
+    watch->seconds += 1.0f;
     watch->error += error;
     watch->error_curvature += error * curvature;
     watch->curvature_squares += curvature * curvature;
-    const double offset = height(&watch->offset), bends = height(&watch->bends);
+    const float offset = height(&watch->offset), bends = height(&watch->bends);
     if ((offset < proven && bends < proven) || watch->seconds < proof_s) {
         return (oc_change){0};
     }

@@ -14,24 +14,24 @@ typedef enum {
 
 /* Two sums, one for errors that grow and one for those that fall, and how many seconds since either left zero. */
 typedef struct {
-    double up, down, seconds_up, seconds_down;
+    float up, down, seconds_up, seconds_down;
 } oc_cusum;
 
 typedef struct {
     oc_cusum offset, bends;
-    double rest;           /* s, until anything is suspected again */
-    double seconds, error, error_curvature, curvature_squares; /* sums since something became suspicious */
+    float rest;           /* s, until anything is suspected again */
+    float seconds, error, error_curvature, curvature_squares; /* sums since something became suspicious */
 } oc_change_watch;
 
 typedef struct {
     oc_change_kind kind;
-    double size, size_sd; /* OC_CHANGE_OFFSET: rad */
-    double seconds;       /* of driving since it came */
+    float size, size_sd; /* OC_CHANGE_OFFSET: rad */
+    float seconds;       /* of driving since it came */
 } oc_change;
 
 /* A second's error in rad, what errors are usual (their sd, rad) and the curvature in 1/m. What is proven is returned
  * once, and the watch begins anew. */
-oc_change oc_change_update(oc_change_watch *watch, double error, double usual, double curvature);
+oc_change oc_change_update(oc_change_watch *watch, float error, float usual, float curvature);
 
 bool oc_change_suspected(const oc_change_watch *watch);
 

@@ -263,8 +263,8 @@ static void watch(oc_joint *joint, const oc_joint_tick *tick) {
         joint->second.learns = 1;
         return;
     }
-    const oc_change change = oc_change_update(&joint->watch, (double)best->error,
-                                              sqrt((double)joint->second.reference), (double)best->curvature);
+    const oc_change change =
+        oc_change_update(&joint->watch, best->error, sqrtf(joint->second.reference), best->curvature);
     joint->second.learns = !oc_change_suspected(&joint->watch);
     if (change.kind == OC_CHANGE_NONE) {
         return;

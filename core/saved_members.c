@@ -181,18 +181,18 @@ static const oc_saved_member second_members[] = {
 };
 
 static const oc_saved_member cusum_members[] = {
-    MEMBER(oc_cusum, up, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_cusum, down, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_cusum, seconds_up, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_cusum, seconds_down, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_cusum, up, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_cusum, down, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_cusum, seconds_up, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_cusum, seconds_down, OC_SAVED_FLOAT, NOT_NEGATIVE),
 };
 
 static const oc_saved_member watch_members[] = {
-    MEMBER(oc_change_watch, rest, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_change_watch, seconds, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_change_watch, error, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_change_watch, error_curvature, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_change_watch, curvature_squares, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_change_watch, rest, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_change_watch, seconds, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_change_watch, error, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_change_watch, error_curvature, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_change_watch, curvature_squares, OC_SAVED_FLOAT, NOT_NEGATIVE),
 };
 
 static const oc_saved_member changed_members[] = {
@@ -200,9 +200,9 @@ static const oc_saved_member changed_members[] = {
     MEMBER(oc_changed, before, OC_SAVED_DOUBLE, ANY_ANGLE),
     MEMBER(oc_changed, before_sd, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_changed, change.kind, OC_SAVED_CHANGE, ANY_CHANGE),
-    MEMBER(oc_changed, change.size, OC_SAVED_DOUBLE, ANY_ANGLE),
-    MEMBER(oc_changed, change.size_sd, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_changed, change.seconds, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_changed, change.size, OC_SAVED_FLOAT, ANY_ANGLE),
+    MEMBER(oc_changed, change.size_sd, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_changed, change.seconds, OC_SAVED_FLOAT, NOT_NEGATIVE),
 };
 
 static const oc_saved_member hypothesis_members[] = {
@@ -259,8 +259,8 @@ static const oc_saved_member side_slip_members[] = {
 
 static const oc_saved_member fault_members[] = {
     MEMBER(oc_fault_evidence, fault, OC_SAVED_FAULT, ANY_FAULT),
-    MEMBER(oc_fault_evidence, confidence, OC_SAVED_DOUBLE, SHARE),
-    MEMBER(oc_fault_evidence, wider, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_fault_evidence, confidence, OC_SAVED_FLOAT, SHARE),
+    MEMBER(oc_fault_evidence, wider, OC_SAVED_FLOAT, NOT_NEGATIVE),
 };
 
 static const oc_saved_member evidence_members[] = {

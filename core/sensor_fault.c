@@ -2,31 +2,31 @@
 
 #include <math.h>
 
-static const double rad_in_deg = 3.14159265358979323846 / 180.0;
-static const double limit_deg = 10.0, limit_sds = 5.5; /* the larger of both is the limit */
-static const double well = 0.5;           /* of the limit */
-static const double borderline = 0.7;     /* of the limit: what a healthy sensor's estimate is hardly ever off */
-static const double counted_max = 1.2;    /* of the limit: through a play that is large the estimate lags by a second */
-static const double wrong_s = 1.0;        /* limits x s beyond the borderline: 2 s when far off, 5 s at 0.9 */
-static const double suspended_max_s = 60.0; /* then the truck is believed to have changed, not the sensor; */
-static const double regained = 0.05;      /* of the time: a flank of the play that is seen now and then must be learned */
-static const double wider = 0.5;          /* of the limit, for each drift that went away: the truck is not as learned */
-static const double wider_max = 2.0;
-static const double stuck_min_s = 1.0;
-static const double same_deg = 0.25;      /* a stuck sensor's noise */
-static const double still_s = 10.0;       /* at speed no hand is so still through bends of a few deg; */
-static const double still_sds = 3.0, still_deg = 4.0;
-static const double frozen_s = 30.0;      /* nor so long anywhere */
-static const double healed_s = 20.0;
-static const double lost_s = 0.1, back_s = 1.0;
-static const double judging_speed = 8.0;  /* m/s */
-static const double step_deg = 8.0, hand_rate_deg_s = 800.0;
-static const double mean_s = 8.0;         /* bends are shorter */
-static const double noise_deg = 2.0;      /* of measured and estimate, where the sd would say less */
-static const double flipped_min = 20.0;   /* log of the odds */
-static const double fades_s = 1.0;   /* errors of the estimate last so long */
-static const double sudden_s = 3.0;
-static const double offset_memory_s = 200.0;
+static const float rad_in_deg = 0.017453292f;
+static const float limit_deg = 10.0f, limit_sds = 5.5f; /* the larger of both is the limit */
+static const float well = 0.5f;           /* of the limit */
+static const float borderline = 0.7f;     /* of the limit: what a healthy sensor's estimate is hardly ever off */
+static const float counted_max = 1.2f;    /* of the limit: through a play that is large the estimate lags by a second */
+static const float wrong_s = 1.0f;        /* limits x s beyond the borderline: 2 s when far off, 5 s at 0.9f */
+static const float suspended_max_s = 60.0f; /* then the truck is believed to have changed, not the sensor; */
+static const float regained = 0.05f;      /* of the time: a flank of the play that is seen now and then must be learned */
+static const float wider = 0.5f;          /* of the limit, for each drift that went away: the truck is not as learned */
+static const float wider_max = 2.0f;
+static const float stuck_min_s = 1.0f;
+static const float same_deg = 0.25f;      /* a stuck sensor's noise */
+static const float still_s = 10.0f;       /* at speed no hand is so still through bends of a few deg; */
+static const float still_sds = 3.0f, still_deg = 4.0f;
+static const float frozen_s = 30.0f;      /* nor so long anywhere */
+static const float healed_s = 20.0f;
+static const float lost_s = 0.1f, back_s = 1.0f;
+static const float judging_speed = 8.0f;  /* m/s */
+static const float step_deg = 8.0f, hand_rate_deg_s = 800.0f;
+static const float mean_s = 8.0f;         /* bends are shorter */
+static const float noise_deg = 2.0f;      /* of measured and estimate, where the sd would say less */
+static const float flipped_min = 20.0f;   /* log of the odds */
+static const float fades_s = 1.0f;   /* errors of the estimate last so long */
+static const float sudden_s = 3.0f;
+static const float offset_memory_s = 200.0f;
 
 const char *oc_fault_name(oc_fault fault) {
     static const char *const names[OC_FAULT_COUNT] = {"none",     "lost",       "stuck",    "jumped",
@@ -34,38 +34,38 @@ const char *oc_fault_name(oc_fault fault) {
     return (unsigned)fault < OC_FAULT_COUNT ? names[fault] : "unknown";
 }
 
-static double at_least(double a, double b) {
+static float at_least(float a, float b) {
     return a > b ? a : b;
 }
 
-static double no_more_than(double a, double b) {
+static float no_more_than(float a, float b) {
     return a < b ? a : b;
 }
 
-static void name_it(oc_fault_watch *w, oc_fault fault, double since, double difference, double sd) {
-    const double sds = fabs(difference) / at_least(sd, 1e-6);
+static void name_it(oc_fault_watch *w, oc_fault fault, double since, float difference, float sd) {
+    const float sds = fabsf(difference) / at_least(sd, 1e-6f);
     w->fault = fault;
     w->since = since;
-    w->confidence = sds > 1.0 ? 1.0 - 1.0 / (sds * sds) : 0.0;
-    w->well_s = 0.0;
+    w->confidence = sds > 1.0f ? 1.0f - 1.0f / (sds * sds) : 0.0f;
+    w->well_s = 0.0f;
 }
 
 /* A signal that goes away, and comes back. True while there is none. */
 static bool is_missing(oc_fault_watch *w, const oc_fault_tick *tick) {
     if (!tick->has_measured) {
         w->missing_s += tick->tick_s;
-        w->present_s = 0.0;
+        w->present_s = 0.0f;
         w->interruption_time = tick->time;
         if (w->missing_s > lost_s && w->fault == OC_FAULT_NONE) {
-            name_it(w, OC_FAULT_LOST, tick->time - w->missing_s, 1.0, 0.0);
+            name_it(w, OC_FAULT_LOST, tick->time - (double)w->missing_s, 1.0f, 0.0f);
         }
         return true;
     }
     w->present_s += tick->tick_s;
-    w->missing_s = 0.0;
+    w->missing_s = 0.0f;
     if (w->fault == OC_FAULT_LOST && w->present_s > back_s) {
         w->fault = OC_FAULT_NONE;
-        w->left = w->right = 0.0;
+        w->left = w->right = 0.0f;
     }
     return false;
 }
@@ -77,8 +77,8 @@ static void forget_means(oc_fault_watch *w, const oc_fault_tick *tick) {
 }
 
 static void follow(oc_fault_watch *w, const oc_fault_tick *tick) {
-    const double moved = fabs(tick->measured - w->last);
-    const bool returned = w->present_s < 2.0 * tick->tick_s;
+    const float moved = fabsf(tick->measured - w->last);
+    const bool returned = w->present_s < 2.0f * tick->tick_s;
     if (moved > at_least(step_deg, hand_rate_deg_s * tick->tick_s) * rad_in_deg && !returned) {
         w->step_time = tick->time;
         forget_means(w, tick);
@@ -87,10 +87,10 @@ static void follow(oc_fault_watch *w, const oc_fault_tick *tick) {
         forget_means(w, tick);
     }
     w->last = tick->measured;
-    if (fabs(tick->measured - w->held_value) > same_deg * rad_in_deg) {
+    if (fabsf(tick->measured - w->held_value) > same_deg * rad_in_deg) {
         w->held_value = tick->measured;
         w->held_estimate = tick->estimate;
-        w->held_s = w->held_fast_s = 0.0;
+        w->held_s = w->held_fast_s = 0.0f;
     }
     w->held_s += tick->tick_s;
 }
@@ -98,85 +98,85 @@ static void follow(oc_fault_watch *w, const oc_fault_tick *tick) {
 /* Odds of left being right, by what both do about their means of the last seconds: with one noise the log of the odds
  * grows by 2 m e / sd^2 for each independent pair of them. */
 static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
-    const double share = tick->tick_s / mean_s;
-    const double m = tick->measured - w->mean_measured, e = tick->estimate - w->mean_estimate;
-    const double noise = noise_deg * rad_in_deg;
+    const float share = tick->tick_s / mean_s;
+    const float m = tick->measured - w->mean_measured, e = tick->estimate - w->mean_estimate;
+    const float noise = noise_deg * rad_in_deg;
     w->mean_measured += share * m;
     w->mean_estimate += share * e;
-    w->flipped -= 2.0 * m * e / (tick->sd * tick->sd + noise * noise) * tick->tick_s / fades_s;
-    w->flipped = no_more_than(at_least(w->flipped, 0.0), 2.0 * flipped_min);
-    if (w->flipped <= 0.0) {
+    w->flipped -= 2.0f * m * e / (tick->sd * tick->sd + noise * noise) * tick->tick_s / fades_s;
+    w->flipped = no_more_than(at_least(w->flipped, 0.0f), 2.0f * flipped_min);
+    if (w->flipped <= 0.0f) {
         w->last_right = tick->time;
     }
 }
 
 static oc_fault kind_of(const oc_fault_watch *w) {
-    if (w->flipped > 0.5 * flipped_min) {
+    if (w->flipped > 0.5f * flipped_min) {
         return OC_FAULT_WRONG_SIGN;
     }
-    if (w->step_time > w->last_well - sudden_s) {
+    if (w->step_time > w->last_well - (double)sudden_s) {
         return OC_FAULT_JUMPED;
     }
     if (w->held_s > stuck_min_s) {
         return OC_FAULT_STUCK;
     }
-    if (w->interruption_time > w->last_well - sudden_s) {
+    if (w->interruption_time > w->last_well - (double)sudden_s) {
         return OC_FAULT_REMOUNTED;
     }
     return OC_FAULT_DRIFTING;
 }
 
-static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, double difference, double limit) {
-    const double share = no_more_than(at_least(difference / limit, -counted_max), counted_max);
-    if (fabs(share) > borderline && w->left <= 0.0 && w->right <= 0.0) {
+static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
+    const float share = no_more_than(at_least(difference / limit, -counted_max), counted_max);
+    if (fabsf(share) > borderline && w->left <= 0.0f && w->right <= 0.0f) {
         w->suspicious_since = tick->time;
     }
-    w->left = at_least(w->left + (share - borderline) * tick->tick_s, 0.0);
-    w->right = at_least(w->right + (-share - borderline) * tick->tick_s, 0.0);
-    w->beyond = fabs(share) > 1.0;
-    if (fabs(share) < well) {
+    w->left = at_least(w->left + (share - borderline) * tick->tick_s, 0.0f);
+    w->right = at_least(w->right + (-share - borderline) * tick->tick_s, 0.0f);
+    w->beyond = fabsf(share) > 1.0f;
+    if (fabsf(share) < well) {
         w->last_well = tick->time;
         w->well_s += tick->tick_s;
-        w->suspended_s = at_least(w->suspended_s - regained * tick->tick_s, 0.0);
+        w->suspended_s = at_least(w->suspended_s - regained * tick->tick_s, 0.0f);
     } else {
-        w->well_s = 0.0;
+        w->well_s = 0.0f;
         w->suspended_s = no_more_than(w->suspended_s + tick->tick_s, suspended_max_s);
     }
 }
 
-static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, double difference, double limit) {
-    const double turned = fabs(tick->estimate - w->held_estimate);
-    const bool bent = fabs(difference) > limit && turned > limit && w->held_s > stuck_min_s;
+static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
+    const float turned = fabsf(tick->estimate - w->held_estimate);
+    const bool bent = fabsf(difference) > limit && turned > limit && w->held_s > stuck_min_s;
     const bool still = w->held_s > still_s && turned > at_least(still_deg * rad_in_deg, still_sds * tick->sd);
     w->held_fast_s += tick->tick_s;
-    w->stuck_s = bent || still ? w->stuck_s + tick->tick_s : 0.0;
+    w->stuck_s = bent || still ? w->stuck_s + tick->tick_s : 0.0f;
     return w->stuck_s > stuck_min_s || w->held_fast_s > frozen_s;
 }
 
 static bool has_healed(const oc_fault_watch *w) {
-    return w->well_s > healed_s && w->held_s < healed_s && w->flipped <= 0.0;
+    return w->well_s > healed_s && w->held_s < healed_s && w->flipped <= 0.0f;
 }
 
 static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
-    const double limit = (1.0 + w->wider) * at_least(limit_deg * rad_in_deg, limit_sds * tick->sd);
-    const double difference = tick->measured - w->offset - tick->estimate;
+    const float limit = (1.0f + w->wider) * at_least(limit_deg * rad_in_deg, limit_sds * tick->sd);
+    const float difference = tick->measured - w->offset - tick->estimate;
     count_wrong(w, tick, difference, limit);
     compare_signs(w, tick);
     const bool stuck = is_stuck(w, tick, difference, limit);
     if (w->fault == OC_FAULT_NONE) {
         if (stuck) {
-            name_it(w, OC_FAULT_STUCK, tick->time - w->held_s, difference, tick->sd);
+            name_it(w, OC_FAULT_STUCK, tick->time - (double)w->held_s, difference, tick->sd);
         } else if (w->flipped > flipped_min) {
-            name_it(w, OC_FAULT_WRONG_SIGN, w->last_right, 2.0 * flipped_min, 1.0);
+            name_it(w, OC_FAULT_WRONG_SIGN, w->last_right, 2.0f * flipped_min, 1.0f);
         } else if (at_least(w->left, w->right) > wrong_s) {
             name_it(w, kind_of(w), w->suspicious_since, difference, tick->sd);
         }
     } else if (w->fault != OC_FAULT_LOST && w->fault != OC_FAULT_STUCK && w->flipped > flipped_min) {
         w->fault = OC_FAULT_WRONG_SIGN;
     } else if (has_healed(w)) {
-        w->wider = no_more_than(w->wider + (w->fault == OC_FAULT_DRIFTING ? wider : 0.0), wider_max);
+        w->wider = no_more_than(w->wider + (w->fault == OC_FAULT_DRIFTING ? wider : 0.0f), wider_max);
         w->fault = OC_FAULT_NONE;
-        w->left = w->right = 0.0;
+        w->left = w->right = 0.0f;
     }
 }
 
@@ -185,8 +185,8 @@ bool oc_fault_beyond(const oc_fault_watch *w) {
 }
 
 bool oc_fault_suspected(const oc_fault_watch *w) {
-    const bool off = w->suspended_s > 0.0 && w->suspended_s < suspended_max_s && w->well_s <= 0.0;
-    return w->flipped > 0.25 * flipped_min || (w->fault == OC_FAULT_NONE && (off || w->held_fast_s > still_s));
+    const bool off = w->suspended_s > 0.0f && w->suspended_s < suspended_max_s && w->well_s <= 0.0f;
+    return w->flipped > 0.25f * flipped_min || (w->fault == OC_FAULT_NONE && (off || w->held_fast_s > still_s));
 }
 
 /* The learned offset, late. */
@@ -195,7 +195,7 @@ static void follow_offset(oc_fault_watch *w, const oc_fault_tick *tick) {
         return;
     }
     w->offset_s += tick->tick_s;
-    const double memory = w->offset_s < offset_memory_s ? w->offset_s : offset_memory_s;
+    const float memory = w->offset_s < offset_memory_s ? w->offset_s : offset_memory_s;
     w->offset += (tick->offset - w->offset) * tick->tick_s / memory;
 }
 
@@ -218,7 +218,7 @@ static void begin_watch(oc_fault_watch *w, const oc_fault_evidence *kept, const 
 }
 
 static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
-    if (tick->speed < 1.0) {
+    if (tick->speed < 1.0f) {
         w->interruption_time = tick->time;
     }
     if (is_missing(w, tick)) {

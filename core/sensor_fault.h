@@ -22,11 +22,12 @@ typedef enum {
 } oc_fault;
 
 typedef struct {
-    double time, tick_s; /* s */
-    double measured;     /* rad, as the sensor says it */
-    double offset;       /* rad, as learned so far */
-    double estimate, sd; /* rad */
-    double speed;        /* m/s */
+    double time;         /* s */
+    float tick_s;        /* s */
+    float measured;     /* rad, as the sensor says it */
+    float offset;       /* rad, as learned so far */
+    float estimate, sd; /* rad */
+    float speed;        /* m/s */
     bool has_measured;
     bool can_judge;      /* the truck was learned */
 } oc_fault_tick;
@@ -35,29 +36,30 @@ typedef struct {
     int32_t running;
     oc_fault fault;
     double since;            /* s, when it began */
-    double confidence;       /* at least so likely by Chebyshev's inequality, 0 to 1 */
-    double missing_s, present_s;
-    double offset, offset_s; /* rad, learned, some minutes late: learning follows a sensor that drifts; s behind it */
-    double last;             /* rad, measured at the tick before */
-    double held_value, held_estimate, held_s; /* since the measured value last changed */
-    double held_fast_s;      /* of it, at speed */
-    double left, right;      /* limits x s beyond the borderline, to either side */
+    float confidence;       /* at least so likely by Chebyshev's inequality, 0 to 1 */
+    float missing_s, present_s;
+    float offset, offset_s; /* rad, learned, some minutes late: learning follows a sensor that drifts; s behind it */
+    float last;             /* rad, measured at the tick before */
+    float held_value, held_estimate, held_s; /* since the measured value last changed */
+    float held_fast_s;      /* of it, at speed */
+    float left, right;      /* limits x s beyond the borderline, to either side */
     bool beyond;             /* the limit, now */
-    double well_s;           /* well within the limit, in a row */
-    double suspended_s;      /* not well within the limit, less a share of the time that it was */
-    double wider;            /* of the limit, after drifts that went away by themselves */
-    double stuck_s;
+    float well_s;           /* well within the limit, in a row */
+    float suspended_s;      /* not well within the limit, less a share of the time that it was */
+    float wider;            /* of the limit, after drifts that went away by themselves */
+    float stuck_s;
     double suspicious_since, last_well; /* s */
     double step_time, interruption_time; /* s, of the last step in one tick; of the last stop or hole */
-    double mean_measured, mean_estimate; /* rad, of the last seconds */
-    double flipped, last_right; /* log of the odds that left is right; s, when there were none */
+    float mean_measured, mean_estimate; /* rad, of the last seconds */
+    float flipped;           /* log of the odds that left is right */
+    double last_right;       /* s, when there were none */
 } oc_fault_watch;
 
 /* Kept over ignition: a sensor at fault stays so until it has healed, and a truck judged more widely stays so. */
 typedef struct {
     oc_fault fault;
-    double confidence;
-    double wider;
+    float confidence;
+    float wider;
 } oc_fault_evidence;
 
 const char *oc_fault_name(oc_fault fault);

@@ -65,12 +65,12 @@ void oc_judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals
     const bool moves = has_motion(&c->params, valid);
     const oc_fault_tick judged = {
         .time = tick->time,
-        .tick_s = c->tick_s,
-        .measured = has_angle ? tick->steering_wheel_angle : 0.0,
-        .offset = state->learned.offset.value,
-        .estimate = tracking->angle.estimate,
-        .sd = tracking->angle.sd,
-        .speed = moves ? tick->vehicle_speed : 0.0,
+        .tick_s = (float)c->tick_s,
+        .measured = has_angle ? (float)tick->steering_wheel_angle : 0.0f,
+        .offset = (float)state->learned.offset.value,
+        .estimate = (float)tracking->angle.estimate,
+        .sd = (float)tracking->angle.sd,
+        .speed = moves ? (float)tick->vehicle_speed : 0.0f,
         .has_measured = has_angle,
         .can_judge = moves && is_known(state) && state->evidence.angle.seconds > judge_after_s,
     };

@@ -416,11 +416,14 @@ static void solve_equations(const oc_hypothesis_design *design, oc_solving *solv
 bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
                          const oc_second *second, int32_t samples, oc_solving *solving) {
     static const int32_t few_rows = 9; /* of the factor, so that */
-    const bool moves = solving->moves != 0;
+    const bool learns = solving->learns != 0;
     switch (solving->step++) { /* each takes about as long as the others */
     case 0:
-        if (moves) {
+        if (learns) {
             take_second_in(h, second, samples);
+        }
+        if (!solving->due) {
+            return true;
         }
         set_up_equations(h, design, prior, solving);
         factor_rows(h, solving, 0, few_rows);
@@ -432,7 +435,7 @@ bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, c
     case 2: solve_equations(design, solving); return false;
     default:
         conclude(h, design, prior, solving);
-        if (moves) {
+        if (learns) {
             relinearise(h, design);
         }
         return true;

@@ -82,7 +82,8 @@ enum { OC_SOLVING_STEPS = 4 };
 /* The equations of one hypothesis while they are being solved, a step at a time. */
 typedef struct {
     int32_t step;                   /* the next one */
-    int32_t moves;                  /* it learns a second and goes where they point; 0: it only concludes */
+    int32_t learns;                 /* it takes a second in, and goes where they point; 0: it only concludes */
+    int32_t due;                    /* 0: there are none, a second is taken in alone */
     float information[OC_TERMS];    /* of the priors */
     float inverse[OC_TERMS];        /* of the factor's diagonal */
     float lower[OC_TERMS_TRIANGLE]; /* Cholesky's factor */
@@ -111,7 +112,7 @@ void oc_hypothesis_foretell(oc_hypothesis *hypothesis, const oc_hypothesis_desig
                             int32_t samples);
 
 /* Learns from the second that was foretold, a step at a time, before the next sample; `solving` begins at step 0. Where it
- * does not move, the second may be any, and it is only concluded anew. True when that was the last step. */
+ * does not learn, the second may be any, and it is only concluded anew. True when that was the last step. */
 bool oc_hypothesis_learn(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_prior *prior,
                          const oc_second *second, int32_t samples, oc_solving *solving);
 

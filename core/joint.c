@@ -156,6 +156,7 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
         correct_hypothesis(joint, k, design);
     }
     oc_solving *solving = &tracking->work.solving;
+    solving->due = 1;
     if (joint->concluded < OC_JOINT_HYPOTHESES &&
         oc_hypothesis_learn(&joint->hypotheses[joint->concluded], &design->hypothesis, prior, &joint->second,
                             design->samples_per_second, solving)) {
@@ -302,7 +303,7 @@ static bool begin_work(const oc_joint *joint, oc_joint_tracking *tracking) {
     work->taken = work->solved = 0;
     work->solves = learns || (joint->concluded < OC_JOINT_HYPOTHESES && (last->ends_second || !last->sample.usable));
     work->solving.step = 0;
-    work->solving.moves = learns;
+    work->solving.learns = learns;
     return true;
 }
 
@@ -357,8 +358,19 @@ static void end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     work->ended = ends_second || concluded;
 }
 
+/* A second is little to one that has seen many: then only every few of them have equations solved, each hypothesis in
+ * other seconds. */
+static bool is_due(const oc_joint *joint, int32_t k) {
+    static const float young_s = 120.0f;
+    return joint->hypotheses[k].age < young_s || joint->concluded < OC_JOINT_HYPOTHESES ||
+           (joint->in_long_block + k) % OC_JOINT_SECONDS_PER_SOLVING == 0;
+}
+
 static void solve_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
     oc_joint_work *work = &tracking->work;
+    if (work->solving.step == 0) {
+        work->solving.due = is_due(joint, work->solved);
+    }
     if (oc_hypothesis_learn(&joint->hypotheses[work->solved], &design->hypothesis, &tracking->prior, &joint->second,
                             design->samples_per_second, &work->solving)) {
         work->solving.step = 0;

@@ -1,6 +1,5 @@
 #include "play.h"
 
-#include <math.h>
 #include <stdbool.h>
 
 static const float width_share = 0.1f;
@@ -16,11 +15,10 @@ static float not_below(float value, float low) {
     return value > low ? value : low;
 }
 
+/* Least and most without a jump, which none could foresee: which flank a wheel hangs on is what is asked. */
 static float held_within(float value, float low, float high) {
-    if (value < low) {
-        return low;
-    }
-    return value > high ? high : value;
+    const float not_less = value < low ? low : value;
+    return not_less > high ? high : not_less;
 }
 
 float oc_play_width_step(float half_width) {
@@ -51,11 +49,7 @@ static float wound_up(float wound, const oc_play_motion *by, float windup, float
 
 /* rad, by which side force beyond friction carries the wheels, at so much creep in a step. */
 static float crept(float load, float friction, float creep) {
-    const float beyond = fabsf(load) - friction;
-    if (!(beyond > 0.0f)) {
-        return 0.0f;
-    }
-    return load > 0.0f ? -creep * beyond : creep * beyond;
+    return creep * (held_within(load, -friction, friction) - load);
 }
 
 static float in_play(float inner, float wound, float half_width) {

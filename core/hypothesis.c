@@ -47,6 +47,12 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
             [WIND_ACROSS] = 0.05f,
         },
     };
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        design->of_sum[k] = design->scale[k];
+    }
+    design->of_sum[GRADIENT] *= design->steering_ratio;
+    design->of_sum[WHEELBASE] *= design->ratio_times_wheelbase;
+    design->of_sum[YAW_RATE_BIAS] *= -design->ratio_times_wheelbase;
 }
 
 static float within_range(float value, float low, float high) {
@@ -64,38 +70,25 @@ static bool creeps(const oc_play *play) {
     return play->friction >= 0.0f;
 }
 
-/* Moves all operators on; the model's slopes go to `terms`. Returns (B/2) c + (W/2) d, rad. */
-static float place(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
-                   float *terms) {
-    const oc_play_motion by = {(float)sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
-    oc_places_move(&h->places, &h->play, &by, &terms[WIDTH]);
-    for (int32_t k = WIDTH; k < WIDTH + OC_SLOPE_COUNT; ++k) {
-        terms[k] *= design->scale[k];
-    }
-    return by.angle - h->places.inner;
-}
-
 /* What a wind of 1 m/s^2 would add: it takes side force from the tyres, and unloads the play as a_0 does. Returns what the
  * one believed in adds, rad. */
-static float wind_terms(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
-                        float *terms) {
+static float add_wind(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
+                      float unloads) {
     const float slope = design->steering_ratio * h->gradient;
-    const float unloads = terms[UNLOADING] / design->scale[UNLOADING];
     float blown = 0.0f;
     for (int32_t k = 0; k < OC_WINDS; ++k) {
-        terms[WIND + k] = design->scale[WIND + k] * (unloads - slope) * sample->wind[k];
+        h->sums[WIND + k] += (unloads - slope) * sample->wind[k];
         blown -= slope * h->play.wind[k] * sample->wind[k];
     }
     return blown;
 }
 
-static void motion_terms(const oc_hypothesis_design *design, const oc_motion_sample *sample, float *terms) {
-    const float *scale = design->scale;
-    terms[GRADIENT] = scale[GRADIENT] * design->steering_ratio * sample->lateral_acceleration;
-    terms[YAW_ACCELERATION] = scale[YAW_ACCELERATION] * sample->yaw_acceleration;
-    terms[JERK] = scale[JERK] * sample->jerk;
-    terms[WHEELBASE] = scale[WHEELBASE] * design->ratio_times_wheelbase * sample->curvature;
-    terms[YAW_RATE_BIAS] = -scale[YAW_RATE_BIAS] * design->ratio_times_wheelbase / larger(sample->speed, 1.0f);
+static void add_motion(float *sums, const oc_motion_sample *sample) {
+    sums[GRADIENT] += sample->lateral_acceleration;
+    sums[YAW_ACCELERATION] += sample->yaw_acceleration;
+    sums[JERK] += sample->jerk;
+    sums[WHEELBASE] += sample->curvature;
+    sums[YAW_RATE_BIAS] += sample->per_speed;
 }
 
 /* What a second showed that was not foretold, rad. */
@@ -127,19 +120,21 @@ static void judge_second(oc_hypothesis *h, const oc_second *second) {
 }
 
 /* A second's means have less of the sensors' noise, which flattens slopes, than its samples. */
-static float means_of_second(const oc_hypothesis *h, int32_t samples, float *terms) {
+static float means_of_second(const oc_hypothesis *h, const oc_hypothesis_design *design, int32_t samples,
+                             float *terms) {
+    const float share = 1.0f / (float)samples;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
-        terms[k] = h->sums[k] / (float)samples;
+        terms[k] = design->of_sum[k] * share * h->sums[k];
     }
-    return h->target_sum / (float)samples;
+    return h->target_sum * share;
 }
 
 /* Recursive least squares about the means. Deviations and not plain products: a term that hardly varies could not be told
  * from the constant in single precision. */
-static void regress(oc_hypothesis *h, const oc_second *second, int32_t samples) {
+static void regress(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second, int32_t samples) {
     float apart[OC_TERMS];
     const float keep = second->memory_share;
-    const float target = means_of_second(h, samples, apart);
+    const float target = means_of_second(h, design, samples, apart);
     h->weight = keep * h->weight + h->trust;
     const float share = h->trust / h->weight;
     const float target_apart = target - h->target_mean;
@@ -350,8 +345,9 @@ void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
 
 void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
                           bool begins_second) {
-    float terms[OC_TERMS];
-    const float shifted = place(h, design, sample, terms);
+    float slopes[OC_SLOPE_COUNT];
+    const oc_play_motion by = {(float)sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
+    oc_places_move(&h->places, &h->play, &by, slopes);
     if (begins_second) {
         h->target_sum = 0.0f;
         for (int32_t k = 0; k < OC_TERMS; ++k) {
@@ -361,27 +357,28 @@ void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, 
     if (!sample->usable) {
         return;
     }
-    motion_terms(design, sample, terms);
-    const float blown = wind_terms(h, design, sample, terms);
-    h->target_sum += sample->residual - shifted - blown;
-    for (int32_t k = 0; k < OC_TERMS; ++k) {
-        h->sums[k] += terms[k];
+    add_motion(h->sums, sample);
+    for (int32_t k = 0; k < OC_SLOPE_COUNT; ++k) {
+        h->sums[WIDTH + k] += slopes[k];
     }
+    const float shifted = by.angle - h->places.inner; /* (B/2) c + (W/2) d, rad */
+    h->target_sum += sample->residual - shifted - add_wind(h, design, sample, slopes[OC_SLOPE_UNLOADING]);
 }
 
 void oc_hypothesis_foretell(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
                             int32_t samples) {
     float terms[OC_TERMS];
-    const float target = means_of_second(h, samples, terms);
+    const float target = means_of_second(h, design, samples, terms);
     h->error = surprise(h, terms, target);
-    h->curvature = terms[WHEELBASE] / (design->scale[WHEELBASE] * design->ratio_times_wheelbase);
+    h->curvature = h->sums[WHEELBASE] / (float)samples;
     if (second->learns) {
         judge_second(h, second);
     }
 }
 
-static void take_second_in(oc_hypothesis *h, const oc_second *second, int32_t samples) {
-    regress(h, second, samples);
+static void take_second_in(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
+                           int32_t samples) {
+    regress(h, design, second, samples);
     if (second->block_ends) {
         correlate(&h->blocks, h->variance, OC_SECONDS_PER_BLOCK, second->blocks);
     }
@@ -420,7 +417,7 @@ bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, c
     switch (solving->step++) { /* each takes about as long as the others */
     case 0:
         if (learns) {
-            take_second_in(h, second, samples);
+            take_second_in(h, design, second, samples);
         }
         if (!solving->due) {
             return true;

@@ -30,6 +30,7 @@ typedef struct {
     float step_s;                                 /* between samples */
     float steering_ratio, ratio_times_wheelbase;  /* 1, m */
     float scale[OC_TERMS];                        /* each term's unit: its prior's standard deviation */
+    float of_sum[OC_TERMS];                       /* a term, by what a second sums up for it */
     float pull_sd;                                /* m/s^2, of wheel alignment and mean wind */
 } oc_hypothesis_design;
 
@@ -42,7 +43,7 @@ typedef struct {
 typedef struct {
     oc_play play;
     oc_places places;
-    float sums[OC_TERMS], target_sum;    /* over the second that fills */
+    float sums[OC_TERMS], target_sum;    /* over the second that fills: of slopes and motion, and rad */
     float weight;                        /* seconds, forgetting; what follows is over them */
     float target_mean;                   /* rad */
     float means[OC_TERMS];

@@ -93,7 +93,7 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
         .yaw_acceleration = (float)((tick->yaw_rate - before->yaw_rate) * rate_hz),
         .jerk = (float)((tick->lateral_acceleration - before->lateral_acceleration) * rate_hz),
         .curvature = (float)tick->curvature,
-        .speed = (float)tick->speed,
+        .per_speed = 1.0f / (float)(tick->speed > 1.0 ? tick->speed : 1.0),
         .wind = {(float)tick->speed / wind_speed * joint->along, (float)tick->speed / wind_speed * joint->across},
         .usable = tick->usable,
     };

@@ -77,12 +77,12 @@ class Drive:
     yaw_acceleration: Array
     jerk: Array
     curvature: Array
-    speed: Array
+    per_speed: Array
     wind: Array
 
     def mirrored(self) -> "Drive":
         """As seen in a mirror: what is to the left is to the right; the winds are where they were."""
-        same = ("speed", "wind")
+        same = ("per_speed", "wind")
         return Drive(**{name: column if name in same else -column for name, column in vars(self).items()})
 
 
@@ -113,7 +113,7 @@ def driven(
     borne = a - play.unloading - blows @ np.array(play.wind)
     residual = OFFSET + RATIO * GRADIENT * borne + angle - play.inner(angle, a, blows, OFFSET)
     residual += noise * rng.standard_normal(len(t)) - RATIO_TIMES_WHEELBASE * yaw_rate_bias / v
-    return Drive(angle, residual, a, np.gradient(v * curvature, STEP_S), np.gradient(a, STEP_S), curvature, v, blows)
+    return Drive(angle, residual, a, np.gradient(v * curvature, STEP_S), np.gradient(a, STEP_S), curvature, 1.0 / v, blows)
 
 
 @dataclass
@@ -155,13 +155,13 @@ class Learner:
         second.memory_share = shortening if self.memory_share is None else self.memory_share
         lib.oc_hypothesis_foretell(h, self.design, second, SAMPLES)
         if second.learns:
-            self.solve(moves=True)
+            self.solve(learns=True)
         second.used_s += 1.0
         second.blocks += second.block_ends
         second.long_blocks += second.long_block_ends
 
-    def solve(self, *, moves: bool) -> None:
-        solving = ffi.new("oc_solving *", {"moves": moves})
+    def solve(self, *, learns: bool) -> None:
+        solving = ffi.new("oc_solving *", {"learns": learns, "due": 1})
         while not lib.oc_hypothesis_learn(self.h, self.design, self.prior, self.second, SAMPLES, solving):
             pass
 
@@ -229,7 +229,7 @@ def test_a_slope_foretells_what_a_little_more_of_its_parameter_does(term: int, c
     for k in range(len(drive.angle)):
         learner.sample(drive, k)
         if k % SAMPLES == SAMPLES - 1:
-            slope.append(learner.h.sums[term] / SAMPLES / learner.scale[term])
+            slope.append(learner.h.sums[term] / SAMPLES)
     # the core's are of full widths, and of creep as a share of itself; no gradient is known yet that a wind works on
     by = max(by) if isinstance(by, tuple) else by
     by *= {WIDTH_TERM: 2.0, WINDUP_TERM: 2.0, CREEP_TERM: 1.0 / hypothesis.creep}.get(term, 1.0)
@@ -370,7 +370,7 @@ def test_the_recursion_is_least_squares_over_the_whole_drive(friction: float, me
         learner.sample(drive, k)
         if k % SAMPLES < SAMPLES - 1:
             continue
-        terms, target = np.array(list(h.sums)) / SAMPLES, h.target_sum / SAMPLES
+        terms, target = np.array(list(h.sums)) * list(learner.design.of_sum) / SAMPLES, h.target_sum / SAMPLES
         usual, before = h.variance, learner.now
         learner.whole_second()
         weight = min(1.0, 2.0 * math.sqrt(usual) / abs(h.error))
@@ -462,7 +462,7 @@ def test_a_bias_told_late_is_as_good_as_one_told_at_once() -> None:
     right = Learner(Play(), 0.1).learn(driven(7, Play(), speed_swing=0.0))
     before = abs(wrong.h.offset - right.h.offset)
     lib.oc_hypothesis_correct(wrong.h, wrong.design, bias)
-    wrong.solve(moves=False)
+    wrong.solve(learns=False)
     assert before > 0.3 * DEGREE
     assert wrong.h.offset == pytest.approx(right.h.offset, abs=0.15 * before)  # the play went another way meanwhile
     assert wrong.h.gradient == pytest.approx(right.h.gradient, abs=0.03 * DEGREE)

@@ -30,7 +30,7 @@ ffi.set_source(
     "".join(f'#include "{file.name}"\n' for file in sorted(CORE.glob("*.c"))),
     depends=sorted(map(str, CORE.glob("*.[ch]"))),
     include_dirs=[str(CORE)],
-    extra_compile_args=["-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden"],
+    extra_compile_args=["-std=c99", "-O2", "-fno-tree-vectorize", "-ffp-contract=off", "-fvisibility=hidden"],
 )
 
 if __name__ == "__main__":

@@ -89,6 +89,7 @@ def records(row: str, seed: int, methods: Sequence[str], folder: Path) -> list[R
             "error_deg": ((course.value_rad - driven.target_rad) / DEGREE).tolist(),
             "sd_deg": (course.sd_rad / DEGREE).tolist(),
             "valid": course.valid.tolist(),
+            "told_all_deg": driven.told_all_rad / DEGREE,
             "floor_deg": driven.floor_rad / DEGREE,
             "deg_per_m_s2": driven.angle_per_m_s2 / DEGREE,
             "wind_m_s2": driven.wind_m_s2,

@@ -26,6 +26,7 @@ from population import (
     Normal,
     Random,
     Uniform,
+    believed_accelerometer_bias_m_s2,
     cannot_be_told_apart_m_s2,
     draw,
     sensors,
@@ -46,6 +47,7 @@ from oncenter.vehicle import Vehicle, vehicle_from
 
 DURATION_S = 1200.0
 MOVING_M_S = 8.0  # from which on the joint method learns
+STANDING_M_S = 0.1
 ATTEMPTS = 20  # a draw that no driver can hold is drawn anew
 
 Table = dict[str, Any]
@@ -76,6 +78,7 @@ class Drive:
 
     Attributes:
         target_rad: the offset at the end of every minute.
+        told_all_rad: error of one who is told all of truck, play and gyro, but not where the accelerometer's zero is.
         floor_rad: half-width that a 95 % interval needs for what no drive can tell apart.
         angle_per_m_s2: i K_us, by which an unloading point that is taken wrongly moves the offset, rad/(m/s^2).
         wind_m_s2: by how much the wind moved that point on average while the truck drove as fast as estimators ask.
@@ -88,6 +91,7 @@ class Drive:
     vehicle: Vehicle
     known: Known
     target_rad: Array
+    told_all_rad: float
     floor_rad: float
     angle_per_m_s2: float
     wind_m_s2: float
@@ -105,7 +109,8 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
     vehicle = _vehicle_file(row, scenario.truck, truth, random)
     ends = slice(MINUTE_TICKS - 1, None, MINUTE_TICKS)
     has_play = truth.backlash_rad + truth.windup_rad > 0.0
-    stood = bool((truth.table["vehicle_speed_m_s"] < 0.1).any())
+    unloads = has_play and row.fixed.get("king_pin_friction_m_s2") != FRICTION_NEVER_OVERCOME_M_S2
+    stood = bool((truth.table["vehicle_speed_m_s"] < STANDING_M_S).any())
     angle_per_m_s2 = truth.steering_ratio * truth.understeer_gradient
     return Drive(
         row=row.name,
@@ -114,11 +119,24 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
         vehicle=vehicle,
         known=_known(vehicle, scenario),
         target_rad=truth.table["steering_wheel_angle_offset_rad"].to_numpy()[ends] + truth.straight_ahead_rad,
-        floor_rad=1.96 * angle_per_m_s2 * cannot_be_told_apart_m_s2(play=has_play, stood=stood),
+        told_all_rad=angle_per_m_s2 * _accelerometers_zero_off_by_m_s2(signals, truth, vehicle),
+        floor_rad=1.96 * angle_per_m_s2 * cannot_be_told_apart_m_s2(unloads=unloads, stood=stood),
         angle_per_m_s2=angle_per_m_s2,
         wind_m_s2=_unloading_point_moved_by_wind_m_s2(scenario, truth),
         redrawn=redrawn,
     )
+
+
+def _accelerometers_zero_off_by_m_s2(signals: Signals, truth: Truth, vehicle: Vehicle) -> float:
+    """As the mean bank and the ground stood on tell it at best, less the true one."""
+    table = signals.table.filter(pl.col("lateral_acceleration_m_s2").is_finite() & pl.col("yaw_rate_rad_s").is_finite())
+    moving = table.filter(pl.col("vehicle_speed_m_s") > MOVING_M_S)
+    standing = table.filter(pl.col("vehicle_speed_m_s") < STANDING_M_S)["lateral_acceleration_m_s2"]
+    turning = (moving["yaw_rate_rad_s"] - truth.yaw_rate_bias_rad_s) * moving["vehicle_speed_m_s"]
+    bank = float((moving["lateral_acceleration_m_s2"] - turning).to_numpy().mean())
+    stood_on = float(standing.to_numpy().mean()) if len(standing) else None
+    believed = believed_accelerometer_bias_m_s2(bank, stood_on, vehicle.traffic_sign)
+    return believed - truth.lateral_acceleration_bias_m_s2
 
 
 def _unloading_point_moved_by_wind_m_s2(scenario: Scenario, truth: Truth) -> float:

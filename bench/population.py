@@ -180,11 +180,12 @@ def sensors(drawn: Draw) -> dict[str, Any]:
     }
 
 
-def cannot_be_told_apart_m_s2(*, play: bool, stood: bool) -> float:
+def cannot_be_told_apart_m_s2(*, unloads: bool, stood: bool) -> float:
     """Standard deviation of the side force, as lateral acceleration, that no drive tells: the interval's floor.
 
-    With play the drive shows accelerometer bias + pull + wind in one; without, none of it, and an offset at zero
-    lateral acceleration lacks bias and wind. The bias is known three times: by its prior, by the roads' mean bank,
+    Where side force moves the wheels in their play, the drive shows accelerometer bias + pull + wind in one by where
+    that unloads; without play, or where friction always holds them, none of it, and an offset at zero lateral
+    acceleration lacks bias and wind. The bias is known three times: by its prior, by the roads' mean bank,
     whose crown has a prior, and by the ground stood on, if it stood: it has a share of that crown, so that it tells the
     rest of it alone.
     """
@@ -192,7 +193,23 @@ def cannot_be_told_apart_m_s2(*, play: bool, stood: bool) -> float:
     if stood:
         information.append((1.0 - CROWN_SHARE_STOOD_ON) / BELIEVED["standing_slope_sd_m_s2"])
     bias = 1.0 / math.hypot(*information)
-    if not play:
+    if not unloads:
         return math.hypot(bias, WIND_SD_M_S2)
     others = math.hypot(PULL_SD_M_S2, WIND_SD_M_S2)
     return 1.0 / math.hypot(1.0 / bias, 1.0 / others)
+
+
+def believed_accelerometer_bias_m_s2(bank_m_s2: float, standing_m_s2: float | None, traffic_side: float) -> float:
+    """What the mean bank and, if the truck stood, what the accelerometer read there tell of its bias, at best.
+
+    Two unknowns, bias and crown, by weighted least squares over their priors and readings; `bank_m_s2` is their sum.
+    `traffic_side` is 1 to the right.
+    """
+    slope_sd = BELIEVED["standing_slope_sd_m_s2"]
+    rows = [(1.0, 0.0, 0.0, BELIEVED["accelerometer_bias_sd_m_s2"])]
+    rows += [(0.0, 1.0, traffic_side * CROWN_M_S2, CROWN_SD_M_S2), (1.0, 1.0, bank_m_s2, 1e-4)]
+    if standing_m_s2 is not None:
+        rows.append((1.0, CROWN_SHARE_STOOD_ON, standing_m_s2, slope_sd))
+    table = np.array(rows)
+    weighted = table / table[:, 3:]
+    return float(np.linalg.lstsq(weighted[:, :2], weighted[:, 2], rcond=None)[0][0])

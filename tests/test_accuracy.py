@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "bench"))
@@ -15,6 +16,7 @@ import accuracy_rows
 import population
 from accuracy_rows import ROWS, drive
 
+import oncenter as oc
 from oncenter import _core
 from oncenter.signals import DEGREE
 
@@ -91,8 +93,8 @@ def test_the_floor_of_an_interval_is_what_accelerometer_pull_and_wind_leave() ->
         with_play = math.sqrt(np.linalg.inv(information + 1e9 * np.outer(unloading, unloading))[0, 0])
         covariance = np.linalg.inv(information)
         without = math.sqrt(covariance[0, 0] + covariance[3, 3])
-        assert population.cannot_be_told_apart_m_s2(play=True, stood=stood) == pytest.approx(with_play, rel=1e-4)
-        assert population.cannot_be_told_apart_m_s2(play=False, stood=stood) == pytest.approx(without, rel=1e-4)
+        assert population.cannot_be_told_apart_m_s2(unloads=True, stood=stood) == pytest.approx(with_play, rel=1e-4)
+        assert population.cannot_be_told_apart_m_s2(unloads=False, stood=stood) == pytest.approx(without, rel=1e-4)
 
 
 def test_the_population_s_pull_and_crown_are_what_the_estimator_believes() -> None:
@@ -107,9 +109,8 @@ def test_the_population_s_pull_and_crown_are_what_the_estimator_believes() -> No
 
 def test_a_row_that_a_rival_wins_says_why_with_its_own_figures() -> None:
     import accuracy_page
-    import polars as pl
 
-    figures = {"row": "unloads_on_crown", "valid": [[True]], "floor_deg": 0.9, "ns_per_sample": 20.0}
+    figures = {"row": "unloads_on_crown", "floor_deg": 0.9, "told_all_deg": 0.3, "ns_per_sample": 20.0}
     table = pl.DataFrame(
         [
             {**figures, "method": method, "error_deg": [error], "sd_deg": [0.5], "valid": [True], "deg_per_m_s2": 8.0}
@@ -171,3 +172,52 @@ def test_a_summary_counts_coverage_over_intervals_and_errors_over_values(tmp_pat
     assert summary.of_floor == pytest.approx(1.96)
     assert summary.minutes_to_half_deg == 2.0
     assert summary.ns_per_sample == 25.0
+
+
+DEG_PER_M_S2 = 7.722064264745321  # i K_us/g of the thesis drive's truck
+
+
+def machine_driven(folder: Path, *, friction_n_m: float, zero_m_s2: float) -> pl.DataFrame:
+    """A truck whose accelerometer is off by that much, and offset and crown with it, so that it reads the same."""
+    at_s = np.arange(40.0, 200.0, 1.3)
+    random = np.random.default_rng(3)
+    measured_deg = 12.0 * np.sin(0.7 * np.arange(len(at_s))) + random.normal(0.0, 6.0, len(at_s))
+    offset_deg = 2.0 + zero_m_s2 * DEG_PER_M_S2
+    file = folder / "machine.toml"
+    file.write_text(
+        f"""about = "Steered by a machine."
+base = "mid_speed_manoeuvre"
+[drive]
+duration_s = 220.0
+[manoeuvre]
+kind = "profile"
+time_s = {[0.0, *at_s.round(3).tolist()]}
+angle_deg = {[0.0, *(measured_deg - offset_deg).tolist()]}
+[steering]
+backlash_deg = 15.0
+king_pin_friction_n_m = {friction_n_m}
+[road]
+crown_percent = {2.0 - zero_m_s2 / 0.0980665}
+[sensors.steering_wheel_angle]
+offset_deg = {offset_deg}
+[sensors.lateral_acceleration]
+bias_m_s2 = {zero_m_s2}
+""",
+        encoding="utf-8",
+    )
+    signals, truth = oc.simulate(file, 1)
+    assert truth.steering_ratio * truth.understeer_gradient / DEGREE == pytest.approx(DEG_PER_M_S2)
+    return signals.table.drop("time_s", "steering_wheel_angle_sensor_type")[5000:]  # what differed at first is over
+
+
+def test_where_friction_holds_the_wheels_in_their_play_trucks_of_other_offsets_say_the_same(tmp_path: Path) -> None:
+    """0.8 deg apart, and equal but for single steps of the yaw rate's and the accelerometer's resolution."""
+    apart, (holds, gives) = {}, (1e6, 20.0)
+    for friction_n_m in (holds, gives):
+        one, other = (
+            machine_driven(tmp_path, friction_n_m=friction_n_m, zero_m_s2=zero_m_s2).to_numpy()
+            for zero_m_s2 in (0.0, 0.1)
+        )
+        apart[friction_n_m] = np.sqrt(np.nanmean((one - other) ** 2, axis=0)) / np.nanstd(one, axis=0)
+    assert apart[holds].max() < 0.02
+    assert apart[gives].max() > 0.1  # where side force moves them, the logs are not the same

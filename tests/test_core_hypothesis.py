@@ -113,7 +113,8 @@ def driven(
     borne = a - play.unloading - blows @ np.array(play.wind)
     residual = OFFSET + RATIO * GRADIENT * borne + angle - play.inner(angle, a, blows, OFFSET)
     residual += noise * rng.standard_normal(len(t)) - RATIO_TIMES_WHEELBASE * yaw_rate_bias / v
-    return Drive(angle, residual, a, np.gradient(v * curvature, STEP_S), np.gradient(a, STEP_S), curvature, 1.0 / v, blows)
+    yaw_acceleration, jerk = np.gradient(v * curvature, STEP_S), np.gradient(a, STEP_S)
+    return Drive(angle, residual, a, yaw_acceleration, jerk, curvature, 1.0 / v, blows)
 
 
 @dataclass

@@ -305,7 +305,7 @@ def test_nothing_is_found_where_nothing_changed() -> None:
 
 
 def test_a_lifted_axle_is_told_as_another_load_as_often_as_not_and_rarely_as_another_offset() -> None:
-    """Where bends are few it comes too slowly to be told; what gradient and wheelbase learn anew takes the offset along."""
+    """Where bends are few it comes too slowly; what gradient and wheelbase learn anew takes the offset along."""
     told = []
     for seed in range(1, 11):
         columns, truth = driven(LIFTED, seed)

@@ -186,16 +186,6 @@ static void fade(oc_hypothesis *h, int32_t term, float share) {
     h->toward[term] *= share;
 }
 
-/* What is found stays so, whatever became of the evidence. */
-static void keep_found(oc_hypothesis *h) {
-    for (int32_t row = 0; row < OC_TERMS; ++row) {
-        h->toward[row] = 0.0f;
-        for (int32_t column = 0; column < OC_TERMS; ++column) {
-            h->toward[row] += oc_triangle_cell(h->scatter, row, column) * h->terms[column];
-        }
-    }
-}
-
 /* Where a parameter goes that is to be moved by so much, a step at most. */
 static float stepped(float value, float by, float step, float low, float high) {
     return within_range(value + within_range(by, -step, step), low, high);
@@ -450,9 +440,28 @@ void oc_hypothesis_remounted(oc_hypothesis *h, float by, float seconds) {
     h->weight = seconds;
 }
 
+/* A term is another from now on, by so much (variance, in units of its prior's): what was seen of it counts less, and so
+ * does what was seen of the constant where its mean was not zero. */
+static void wander(oc_hypothesis *h, int32_t term, float variance) {
+    float row[OC_TERMS];
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        row[k] = oc_triangle_cell(h->scatter, term, k);
+    }
+    const float noise = oc_hypothesis_noise(h);
+    const float mean = h->means[term], toward = h->toward[term];
+    const float share = variance / (noise + variance * row[term]);
+    const float of_constant = h->weight * mean * mean;
+    h->weight *= 1.0f - variance * of_constant / (noise + variance * (row[term] + of_constant));
+    h->target_mean -= share * mean * toward;
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        h->means[k] -= share * mean * row[k];
+        h->toward[k] -= share * toward * row[k];
+    }
+    oc_triangle_subtract_product(h->scatter, row, share);
+}
+
 void oc_hypothesis_loaded(oc_hypothesis *h) {
-    static const float share = 0.1f;
-    fade(h, GRADIENT, share);
-    fade(h, WHEELBASE, share);
-    keep_found(h);
+    /* a fifth of the gradient, a twentieth of the wheelbase, in units of the terms */
+    wander(h, GRADIENT, 0.04f);
+    wander(h, WHEELBASE, 1.0f);
 }

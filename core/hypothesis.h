@@ -130,7 +130,7 @@ void oc_hypothesis_correct(oc_hypothesis *hypothesis, const oc_hypothesis_design
 /* The sensor reads `by` rad more from now on; so many seconds tell how much. */
 void oc_hypothesis_remounted(oc_hypothesis *hypothesis, float by, float seconds);
 
-/* Bends take another angle from now on: what was known of gradient and wheelbase counts little. */
+/* Bends take another angle from now on: gradient and wheelbase may be others. */
 void oc_hypothesis_loaded(oc_hypothesis *hypothesis);
 
 #endif

@@ -88,6 +88,15 @@ void oc_triangle_subtract_row(const float *triangle, int32_t row, float times, f
     }
 }
 
+void oc_triangle_subtract_product(float *triangle, const float *row, float times) {
+    for (int32_t i = 0; i < OC_TERMS; ++i) {
+        const float weighted = times * row[i];
+        for (int32_t k = 0; k <= i; ++k, ++triangle) {
+            *triangle -= weighted * row[k];
+        }
+    }
+}
+
 void oc_triangle_scale(float *triangle, int32_t row, float by) {
     float *cell = &triangle[row * (row + 1) / 2];
     for (int32_t k = 0; k < row; ++k) {

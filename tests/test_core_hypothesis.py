@@ -9,6 +9,7 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +36,7 @@ WINDUP_TERM, UNWINDING_TERM, WIND_TERMS = (
     TERMS.index("unwinding"),
     [TERMS.index("wind"), TERMS.index("wind_across")],
 )
+WHEELBASE_TERM = TERMS.index("wheelbase")
 WITHIN_PLAY = [UNLOADING_TERM, FRICTION_TERM, CREEP_TERM]
 # What trucks are like, docs/method.md.
 GRADIENT_MEAN, WIDTH_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 4.0 * DEGREE, 0.1, 100.0 * DEGREE
@@ -504,6 +506,35 @@ def test_a_new_load_keeps_offset_and_play_and_asks_the_gradient_anew() -> None:
     assert learner.h.gradient == pytest.approx(gradient, abs=0.02 * DEGREE)
     assert learner.total["width"] == pytest.approx(width, abs=0.1 * DEGREE)
     assert math.sqrt(learner.h.gradient_variance) > 5.0 * sd
+
+
+def information_of(h: Any) -> tuple[Array, Array]:
+    """Of the constant and all terms: the evidence as one matrix and vector, whose quotient is what it says of them."""
+    scatter = np.zeros((len(TERMS), len(TERMS)))
+    scatter[np.tril_indices(len(TERMS))] = list(h.scatter)
+    scatter += np.tril(scatter, -1).T
+    means = np.array([1.0, *h.means])
+    matrix = h.weight * np.outer(means, means)
+    matrix[1:, 1:] += scatter
+    vector = h.weight * h.target_mean * means
+    vector[1:] += list(h.toward)
+    noise = lib.oc_hypothesis_noise(h)
+    return matrix / noise, vector / noise
+
+
+def test_a_new_load_adds_to_the_covariance_of_what_was_seen_and_moves_no_mean() -> None:
+    """A Kalman filter's step of time: in single precision, by another derivation."""
+    learner = Learner(Play(), 0.1).learn(driven(12, Play(), 400))
+    before, told = information_of(learner.h)
+    lib.oc_hypothesis_loaded(learner.h)
+    after, then = information_of(learner.h)
+    wandered = np.zeros(len(before))
+    wandered[1 + GRADIENT_TERM], wandered[1 + WHEELBASE_TERM] = 0.04, 1.0
+    expected = np.linalg.inv(np.linalg.inv(before) + np.diag(wandered))
+    scale = np.sqrt(np.diag(before))
+    np.testing.assert_allclose(after / np.outer(scale, scale), expected / np.outer(scale, scale), atol=2e-3)
+    mean = expected @ np.linalg.solve(before, told)
+    np.testing.assert_allclose(then / scale, mean / scale, atol=2e-3 * np.abs(told / scale).max())
 
 
 def test_what_was_learned_survives_an_ignition() -> None:

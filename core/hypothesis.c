@@ -13,6 +13,7 @@ static const float rad_per_deg = 0.017453292f;
 static const float width_mean = 4.0f * 0.017453292f;    /* rad */
 static const float windup_mean = 1.0f * 0.017453292f;   /* rad */
 static const float gradient_mean = 0.4f * 0.017453292f; /* rad/(m/s^2) */
+static const float least_gradient = 0.2f * 0.017453292f; /* rad/(m/s^2), that an interval may rest on */
 static const float friction_mean = 0.1f;                /* m/s^2 */
 static const float creep_mean = 100.0f * 0.017453292f;  /* rad/s per m/s^2 */
 
@@ -290,8 +291,10 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
     const float little = within_range(1.0f - 2.0f * h->play.half_width / little_width, 0.0f, 1.0f);
     const float parted = h->unloading_variance + design->pull_sd * design->pull_sd + little * bias;
     const float beyond = larger((parted < bias ? parted : bias) - h->unloading_variance, 0.0f);
+    /* what pull does to a truck that understeers a little at least, whatever bends and play are taken for */
+    const float pulled = design->steering_ratio * larger(h->gradient, least_gradient);
     h->offset_variance = oc_hypothesis_noise(h) / larger(h->weight, 1.0f) + oc_triangle_variance(lower, 0, of_offset) +
-                         slope * slope * beyond;
+                         pulled * pulled * beyond;
 }
 
 static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,

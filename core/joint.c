@@ -50,7 +50,7 @@ static oc_play start_of(int32_t k) {
 static void start(oc_joint *joint, const oc_joint_design *design) {
     joint->started = 1;
     joint->lost = 1;
-    joint->corrected = joint->concluded = OC_JOINT_HYPOTHESES;
+    joint->corrected = joint->concluded = joint->loaded = OC_JOINT_HYPOTHESES;
     joint->second = (oc_second){
         .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
         .memory_share = 1.0f,
@@ -307,8 +307,8 @@ static bool begin_work(const oc_joint *joint, oc_joint_tracking *tracking) {
     return true;
 }
 
-/* One more hypothesis takes one more of the samples in. Returns how many that took as long as: to start with it, or to end
- * a second with it, takes longer. */
+/* One more hypothesis takes one more of the samples in. Returns how many that took as long as: to start with it, to end a
+ * second with it, or to hear of another load takes longer. */
 static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
     oc_joint_work *work = &tracking->work;
     const int32_t k = work->taken / work->samples;
@@ -323,13 +323,18 @@ static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_jo
         oc_hypothesis_restart(h, waiting->sample.angle);
     }
     joint->found = restarts ? k + 1 : joint->found;
+    const bool loads = k >= joint->loaded;
+    if (loads) {
+        oc_hypothesis_loaded(h);
+        joint->loaded = k + 1;
+    }
     correct_hypothesis(joint, k, design);
     oc_hypothesis_sample(h, &design->hypothesis, &waiting->sample, waiting->begins_second != 0);
     if (waiting->ends_second) {
         oc_hypothesis_foretell(h, &design->hypothesis, &joint->second, design->samples_per_second);
     }
     ++work->taken;
-    return starts ? OC_JOINT_STEP : 1 + (restarts || waiting->ends_second);
+    return starts || loads ? OC_JOINT_STEP : 1 + (restarts || waiting->ends_second);
 }
 
 /* All hypotheses have the samples, and have learned where they ended a second. */

@@ -98,6 +98,7 @@ typedef struct {
     float correction;            /* rad/s, of the yaw rates so far, and */
     int32_t corrected;           /* how many hypotheses have it, and */
     int32_t concluded;           /* of how many the conclusions show it */
+    int32_t loaded;              /* how many hypotheses know of the last load that changed the bends */
     double speed_mean;           /* m/s, and */
     double bank_mean, bank_samples; /* m/s^2, a_y - r*v over all usable samples */
     oc_change_watch watch;

@@ -129,11 +129,11 @@ void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_joi
         .change = *change,
     };
     ++joint->changes;
+    if (change->kind != OC_CHANGE_OFFSET) {
+        joint->loaded = 0; /* each hears of it when it takes its next sample in */
+        return;
+    }
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
-        if (change->kind == OC_CHANGE_OFFSET) {
-            oc_hypothesis_remounted(&joint->hypotheses[k], (float)change->size, (float)change->seconds);
-        } else {
-            oc_hypothesis_loaded(&joint->hypotheses[k]);
-        }
+        oc_hypothesis_remounted(&joint->hypotheses[k], (float)change->size, (float)change->seconds);
     }
 }

@@ -159,6 +159,7 @@ static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, yaw_rate_bias_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_joint, correction, OC_SAVED_FLOAT, ANY_YAW_RATE),
     MEMBER(oc_joint, corrected, OC_SAVED_INT32, HYPOTHESES_DONE),
+    MEMBER(oc_joint, loaded, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBER(oc_joint, concluded, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBER(oc_joint, speed_mean, OC_SAVED_DOUBLE, ROAD_SPEED),
     MEMBER(oc_joint, bank_mean, OC_SAVED_DOUBLE, ANY_ACCELERATION),

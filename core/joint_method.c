@@ -100,7 +100,11 @@ void oc_stand_jointly(oc_state *state, const oc_coefficients *c) {
     oc_evidence *evidence = &state->evidence;
     const oc_estimate bias = oc_gyro_bias_get(&evidence->gyro_bias, &c->params);
     const oc_prior prior = prior_of(evidence, c, bias.standard_deviation);
+    const int32_t concluded = evidence->joint.concluded;
     oc_joint_stand(&evidence->joint, &state->tracking.joint, &c->joint, &prior, bias.value);
+    if (concluded < OC_JOINT_HYPOTHESES && evidence->joint.concluded == OC_JOINT_HYPOTHESES) {
+        oc_learn_jointly(evidence, &evidence->verdicts, &state->learned, c);
+    }
 }
 
 /* The joint method: all hypotheses go along with every tick, and learn from whole seconds of clean ones. */

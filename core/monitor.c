@@ -188,7 +188,7 @@ static bool stands_still(oc_tracking *tracking, const oc_standstill *standstill,
 
 /* Whether a tick brings time forward; one that does not is refused, unless a whole second of such ticks is in order. */
 static bool goes_forward(oc_tracking *tracking, const oc_coefficients *c, double time) {
-    if (!(time > -1e300 && time < 1e300)) {
+    if (!within(time, 1e30)) {
         return false;
     }
     if (tracking->clock_started && !(time > tracking->last_time)) {

@@ -3,7 +3,7 @@
 /* Figure 15 as one function, and the whole of what firmware and Python call.
  *
  * Coefficients follow from vehicle, params and rate and never change; State is plain data: copy it, compare it, keep
- * it. State = Tracking (filters and what is pending, lost at ignition) + Evidence (all that is worth keeping). */
+ * it. State = Tracking (filters and what is pending, lost at ignition) + Evidence (all that an ignition keeps). */
 
 #include "angle.h"
 #include "estimate.h"

@@ -2,7 +2,6 @@
 
 #include <string.h>
 
-#include "methods.h"
 #include "saved_members.h"
 
 /* To be raised when a member means something else than before, or an image is laid out otherwise; members more, fewer or
@@ -11,7 +10,7 @@ static const uint32_t layout_number = 1;
 
 static const uint32_t magic = 0x5653434Fu; /* "OCSV" */
 
-enum { AT_MAGIC = 0, AT_LAYOUT = 4, AT_KEY = 8, AT_SEQUENCE = 12, AT_LENGTH = 16, AT_EVIDENCE = 20, CRC_BYTES = 4 };
+enum { AT_MAGIC = 0, AT_LAYOUT = 4, AT_KEY = 8, AT_SEQUENCE = 12, AT_LENGTH = 16, AT_STATE = 20, CRC_BYTES = 4 };
 
 const char *oc_image_fault_name(oc_image_fault fault) {
     static const char *const names[OC_IMAGE_FAULT_COUNT] = {"ok",     "missing", "truncated",  "damaged",
@@ -50,41 +49,32 @@ static uint32_t crc_over(uint32_t crc, const uint8_t *bytes, size_t count) {
     return ~crc;
 }
 
+/* All enums are of one size here, or this does not compile. */
+enum { ENUMS_ARE_ALIKE = 1 / (sizeof(oc_status) == sizeof(oc_fault) && sizeof(oc_status) == sizeof(oc_change_kind)) };
+
 /* A number as its bits, wherever it lies; memcpy is what C99 lets look at them. */
-static uint64_t bits_at(const uint8_t *from, oc_saved_kind kind) {
+static uint64_t bits_at(const uint8_t *from, size_t bytes) {
     uint64_t wide = 0;
     uint32_t narrow = 0;
-    oc_status status = OC_UNOBSERVABLE;
-    oc_change_kind change = OC_CHANGE_NONE;
-    oc_fault fault = OC_FAULT_NONE;
-    switch (kind) {
-    case OC_SAVED_DOUBLE:
-    case OC_SAVED_UINT64: memcpy(&wide, from, sizeof wide); return wide;
-    case OC_SAVED_STATUS: memcpy(&status, from, sizeof status); return (uint64_t)status;
-    case OC_SAVED_CHANGE: memcpy(&change, from, sizeof change); return (uint64_t)change;
-    case OC_SAVED_FAULT: memcpy(&fault, from, sizeof fault); return (uint64_t)fault;
-    default: memcpy(&narrow, from, sizeof narrow); return narrow;
+    switch (bytes) {
+    case sizeof wide: memcpy(&wide, from, sizeof wide); return wide;
+    case sizeof narrow: memcpy(&narrow, from, sizeof narrow); return narrow;
+    default: return *from;
     }
 }
 
-static void set_bits(uint8_t *to, oc_saved_kind kind, uint64_t bits) {
+static void set_bits(uint8_t *to, size_t bytes, uint64_t bits) {
     const uint32_t narrow = (uint32_t)bits;
-    const oc_status status = (oc_status)bits;
-    const oc_change_kind change = (oc_change_kind)bits;
-    const oc_fault fault = (oc_fault)bits;
-    switch (kind) {
-    case OC_SAVED_DOUBLE:
-    case OC_SAVED_UINT64: memcpy(to, &bits, sizeof bits); break;
-    case OC_SAVED_STATUS: memcpy(to, &status, sizeof status); break;
-    case OC_SAVED_CHANGE: memcpy(to, &change, sizeof change); break;
-    case OC_SAVED_FAULT: memcpy(to, &fault, sizeof fault); break;
-    default: memcpy(to, &narrow, sizeof narrow); break;
+    switch (bytes) {
+    case sizeof bits: memcpy(to, &bits, sizeof bits); break;
+    case sizeof narrow: memcpy(to, &narrow, sizeof narrow); break;
+    default: *to = (uint8_t)narrow; break;
     }
 }
 
 /* What the bits stand for, to be compared with limits. */
 static double number_of(oc_saved_kind kind, uint64_t bits) {
-    const uint32_t low = (uint32_t)bits;
+    const uint32_t low = (uint32_t)bits, high = (uint32_t)(bits >> 32);
     double wide;
     float narrow;
     int32_t whole;
@@ -92,7 +82,7 @@ static double number_of(oc_saved_kind kind, uint64_t bits) {
     case OC_SAVED_DOUBLE: memcpy(&wide, &bits, sizeof wide); return wide;
     case OC_SAVED_FLOAT: memcpy(&narrow, &low, sizeof narrow); return (double)narrow;
     case OC_SAVED_INT32: memcpy(&whole, &low, sizeof whole); return whole;
-    default: return (double)bits;
+    default: return (double)high * 4294967296.0 + (double)low;
     }
 }
 
@@ -111,7 +101,7 @@ static bool save_member(void *with, const oc_saved_member *member, size_t place)
     const oc_saved_kind kind = (oc_saved_kind)member->kind;
     const size_t step = oc_saved_native_bytes(kind), bytes = oc_saved_image_bytes(kind);
     for (size_t k = 0; k < numbers_in(member); ++k, s->to += bytes) {
-        put(s->to, bits_at(s->base + place + k * step, kind), bytes);
+        put(s->to, bits_at(s->base + place + k * step, step), bytes);
     }
     return true;
 }
@@ -131,12 +121,12 @@ static bool restore_member(void *with, const oc_saved_member *member, size_t pla
         if (!oc_saved_in_range(member, number_of(kind, bits))) {
             return false;
         }
-        set_bits(r->base + place + k * step, kind, bits);
+        set_bits(r->base + place + k * step, step, bits);
     }
     return true;
 }
 
-/* How long the evidence is in the image, and what it is made of. */
+/* How long the state is in the image, and what it is made of. */
 typedef struct {
     size_t bytes;
     uint32_t crc;
@@ -154,7 +144,7 @@ static bool measure_member(void *with, const oc_saved_member *member, size_t pla
     return true;
 }
 
-static measuring measure_evidence(void) {
+static measuring measure_state(void) {
     measuring m = {.crc = layout_number};
     (void)oc_saved_members(measure_member, &m);
     return m;
@@ -171,7 +161,7 @@ static bool key_member(void *with, const oc_saved_member *member, size_t place) 
     const size_t step = oc_saved_native_bytes(kind);
     for (size_t k = 0; k < numbers_in(member); ++k) {
         uint8_t told[8];
-        put(told, bits_at(key->base + place + k * step, kind), sizeof told);
+        put(told, bits_at(key->base + place + k * step, step), sizeof told);
         key->crc = crc_over(key->crc, told, sizeof told);
     }
     return true;
@@ -186,18 +176,18 @@ static uint32_t key_of(const oc_coefficients *c) {
 }
 
 size_t oc_save_size(void) {
-    return AT_EVIDENCE + measure_evidence().bytes + CRC_BYTES;
+    return AT_STATE + measure_state().bytes + CRC_BYTES;
 }
 
 size_t oc_save(const oc_state *state, const oc_coefficients *c, uint32_t sequence, uint8_t *image, size_t size) {
-    const measuring evidence = measure_evidence();
-    const size_t covered = AT_EVIDENCE + evidence.bytes;
-    saving s = {.base = (const uint8_t *)&state->evidence, .to = image + AT_EVIDENCE};
+    const measuring measured = measure_state();
+    const size_t covered = AT_STATE + measured.bytes;
+    saving s = {.base = (const uint8_t *)state, .to = image + AT_STATE};
     if (size < covered + CRC_BYTES) {
         return 0;
     }
     put(image + AT_MAGIC, magic, 4);
-    put(image + AT_LAYOUT, evidence.crc, 4);
+    put(image + AT_LAYOUT, measured.crc, 4);
     put(image + AT_KEY, key_of(c), 4);
     put(image + AT_SEQUENCE, sequence, 4);
     put(image + AT_LENGTH, covered + CRC_BYTES, 4);
@@ -211,54 +201,42 @@ static oc_image_fault fault_of(const oc_coefficients *c, const uint8_t *image, s
     if (size < AT_MAGIC + 4 || got_word(image + AT_MAGIC) != magic) {
         return OC_IMAGE_MISSING;
     }
-    if (size < AT_EVIDENCE + CRC_BYTES || got_word(image + AT_LENGTH) > size) {
+    if (size < AT_STATE + CRC_BYTES || got_word(image + AT_LENGTH) > size) {
         return OC_IMAGE_TRUNCATED;
     }
     const size_t length = got_word(image + AT_LENGTH);
-    if (length < AT_EVIDENCE + CRC_BYTES ||
+    if (length < AT_STATE + CRC_BYTES ||
         crc_over(0, image, length - CRC_BYTES) != got_word(image + length - CRC_BYTES)) {
         return OC_IMAGE_DAMAGED;
     }
-    const measuring evidence = measure_evidence();
-    if (got_word(image + AT_LAYOUT) != evidence.crc || length != AT_EVIDENCE + evidence.bytes + CRC_BYTES) {
+    const measuring measured = measure_state();
+    if (got_word(image + AT_LAYOUT) != measured.crc || length != AT_STATE + measured.bytes + CRC_BYTES) {
         return OC_IMAGE_LAYOUT;
     }
     return got_word(image + AT_KEY) == key_of(c) ? OC_IMAGE_OK : OC_IMAGE_FOREIGN;
 }
 
-/* What is learned follows from the evidence, whose statuses were settled when it was learned. */
-static void learn_again(oc_state *state, const oc_coefficients *c) {
-    const oc_evidence *evidence = &state->evidence;
-    oc_verdicts verdicts = evidence->verdicts;
-    if (c->params.method == OC_METHOD_JOINT) {
-        oc_learn_jointly(evidence, &verdicts, &state->learned, c);
-    } else if (evidence->offset.ticks.weight > 0.0) {
-        oc_learn_straight_ahead(evidence, &verdicts, &state->learned, c);
-    }
-}
-
 oc_image_fault oc_restore(oc_state *state, const oc_coefficients *c, const uint8_t *image, size_t size,
                           uint32_t *sequence) {
-    restoring r = {.base = (uint8_t *)&state->evidence, .from = image + AT_EVIDENCE};
+    restoring r = {.base = (uint8_t *)state, .from = image + AT_STATE};
     const oc_image_fault fault = fault_of(c, image, size);
     oc_init(state);
     *sequence = 0;
     if (fault != OC_IMAGE_OK) {
         return fault;
     }
-    if (!oc_saved_members(restore_member, &r) || !oc_saved_plausible(&state->evidence, c)) {
+    if (!oc_saved_members(restore_member, &r) || !oc_saved_plausible(state, c)) {
         oc_init(state);
         return OC_IMAGE_IMPLAUSIBLE;
     }
     *sequence = got_word(image + AT_SEQUENCE);
-    learn_again(state, c);
     return OC_IMAGE_OK;
 }
 
 oc_image_fault oc_restore_newest(oc_state *state, const oc_coefficients *c, const uint8_t *slot_0,
                                  const uint8_t *slot_1, size_t size, uint32_t *sequence) {
     /* by the difference, so that a sequence may run over */
-    const bool second = size >= AT_EVIDENCE &&
+    const bool second = size >= AT_STATE &&
                         got_word(slot_1 + AT_SEQUENCE) - got_word(slot_0 + AT_SEQUENCE) - 1u < 0x7FFFFFFFu;
     const oc_image_fault fault = oc_restore(state, c, second ? slot_1 : slot_0, size, sequence);
     if (fault == OC_IMAGE_OK) {

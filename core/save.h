@@ -1,13 +1,17 @@
 #ifndef OC_SAVE_H
 #define OC_SAVE_H
-/* What outlives an ignition cycle: the evidence as an image of bytes, the same on every machine.
+/* What outlives an ignition cycle: the state as an image of bytes, the same on every machine.
  *
- * An image is, all little-endian: magic, layout, vehicle key, sequence and length (4 bytes each), the evidence member by
+ * An image is, all little-endian: magic, layout, vehicle key, sequence and length (4 bytes each), the state member by
  * member, CRC-32 (IEEE 802.3) over all before. The layout follows from the members, the key from all that the learned
- * numbers depend on: vehicle, params, methods and rate. Tracking is not in it: filters begin anew.
+ * numbers depend on: vehicle, params, methods and rate.
  *
- * To save takes half a million instructions on a Cortex-M4F, to restore a million: not for the task of a tick, and without
- * a step meanwhile.
+ * The whole state is in it, what moves with the truck as well: whoever is restored goes on to the last bit as if there had
+ * been no cut, wherever the truck was, if the tick that comes is the next one. If it is not, its time tells so: after a
+ * hole the filters begin anew, as after any hole. Where the ignition was off, oc_restart says what time may not.
+ *
+ * To save takes SAVE instructions on a Cortex-M4F, to restore RESTORE: not for the task of a tick, and
+ * without a step meanwhile.
  *
  * Two slots: an image goes to slot sequence modulo OC_SAVE_SLOTS, over the older one, so that a power cut while it is
  * written leaves the newer one whole. */
@@ -18,7 +22,7 @@
 #include "monitor.h"
 
 enum {
-    OC_SAVE_OVERHEAD = 24, /* sizeof(oc_evidence) + OC_SAVE_OVERHEAD bytes hold any image */
+    OC_SAVE_OVERHEAD = 24, /* sizeof(oc_state) + OC_SAVE_OVERHEAD bytes hold any image */
     OC_SAVE_SLOTS = 2
 };
 
@@ -42,9 +46,10 @@ size_t oc_save_size(void);
 /* Bytes written to `image`, 0 when `size` is too small. The sequence grows by one with each image of a vehicle. */
 size_t oc_save(const oc_state *state, const oc_coefficients *coefficients, uint32_t sequence, uint8_t *image, size_t size);
 
-/* Power is back: the state as it was saved, tracking lost; when the image is refused, as oc_init makes it. Bytes after
- * the image do not matter. Where the ignition was off or the truck may have moved since it was saved, oc_restart after it
- * tells so: sensors, wheel and heading may be elsewhere. The sequence is set to the image's, to 0 when it is refused. */
+/* Power is back: the state as it was saved; when the image is refused, as oc_init makes it. Bytes after the image do not
+ * matter. Where the ignition was off or the clock began anew since it was saved, oc_restart after it tells so: tracking is
+ * lost then, and sensors, wheel and heading may be elsewhere. The sequence is set to the image's, to 0 when it is
+ * refused. */
 oc_image_fault oc_restore(oc_state *state, const oc_coefficients *coefficients, const uint8_t *image, size_t size,
                           uint32_t *sequence);
 

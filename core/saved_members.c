@@ -21,110 +21,92 @@ typedef enum {
     ANY_STATUS,
     ANY_CHANGE,
     ANY_FAULT,
-    SHARE,
+    IN_DELAY,
+    IN_SLOPE,
+    IN_PENDING,
+    IN_WAITING,
+    WAITING,
+    SOLVING_STEP,
     LIMIT_COUNT
 } saved_limit;
 
 /* Wider than any drive needs; zero, which is not yet learned, is within each. */
 static const struct {
-    double low, high;
+    float low, high;
 } saved_limits[LIMIT_COUNT] = {
-    [ANY_NUMBER] = {-1e30, 1e30},
-    [NOT_NEGATIVE] = {0.0, 1e30},
-    [ANY_ANGLE] = {-200.0, 200.0},
-    [ANY_YAW_RATE] = {-10.0, 10.0},
-    [ANY_ACCELERATION] = {-100.0, 100.0},
-    [ROAD_SPEED] = {-150.0, 150.0},
-    [TOTAL] = {0.0, 9007199254740992.0}, /* 2^53 */
-    [COUNTER] = {0.0, 1e9},
-    [YES_OR_NO] = {0.0, 1.0},
-    [HALF_WIDTH] = {0.0, 0.25},
-    [FRICTION_OR_NONE] = {-1.0, 10.0},
-    [ANY_HYPOTHESIS] = {0.0, OC_JOINT_HYPOTHESES - 1},
-    [HYPOTHESES_DONE] = {0.0, OC_JOINT_HYPOTHESES},
-    [STEPS_DUE] = {0.0, 5.0},
-    [OF_SAMPLE] = {0.0, 31.0},
-    [OF_BLOCK] = {0.0, OC_SECONDS_PER_BLOCK - 1},
-    [OF_LONG_BLOCK] = {0.0, OC_SECONDS_PER_LONG_BLOCK - 1},
-    [ANY_STATUS] = {0.0, OC_STATUS_COUNT - 1},
-    [ANY_CHANGE] = {0.0, OC_CHANGE_BENDS},
-    [ANY_FAULT] = {0.0, OC_FAULT_COUNT - 1},
-    [SHARE] = {0.0, 1.0},
+    [ANY_NUMBER] = {-1e30f, 1e30f},
+    [NOT_NEGATIVE] = {0.0f, 1e30f},
+    [ANY_ANGLE] = {-200.0f, 200.0f},
+    [ANY_YAW_RATE] = {-10.0f, 10.0f},
+    [ANY_ACCELERATION] = {-100.0f, 100.0f},
+    [ROAD_SPEED] = {-150.0f, 150.0f},
+    [TOTAL] = {0.0f, 9007199254740992.0f}, /* 2^53 */
+    [COUNTER] = {0.0f, 1e9f},
+    [YES_OR_NO] = {0.0f, 1.0f},
+    [HALF_WIDTH] = {0.0f, 0.25f},
+    [FRICTION_OR_NONE] = {-1.0f, 10.0f},
+    [ANY_HYPOTHESIS] = {0.0f, OC_JOINT_HYPOTHESES - 1},
+    [HYPOTHESES_DONE] = {0.0f, OC_JOINT_HYPOTHESES},
+    [STEPS_DUE] = {0.0f, 5.0f},
+    [OF_SAMPLE] = {0.0f, 31.0f},
+    [OF_BLOCK] = {0.0f, OC_SECONDS_PER_BLOCK - 1},
+    [OF_LONG_BLOCK] = {0.0f, OC_SECONDS_PER_LONG_BLOCK - 1},
+    [ANY_STATUS] = {0.0f, OC_STATUS_COUNT - 1},
+    [ANY_CHANGE] = {0.0f, OC_CHANGE_BENDS},
+    [ANY_FAULT] = {0.0f, OC_FAULT_COUNT - 1},
+    [IN_DELAY] = {0.0f, OC_DELAY_MAX - 1},
+    [IN_SLOPE] = {0.0f, OC_SLOPE_POINTS - 1},
+    [IN_PENDING] = {0.0f, OC_PENDING_MAX - 1},
+    [IN_WAITING] = {0.0f, OC_JOINT_WAITING - 1},
+    [WAITING] = {0.0f, OC_JOINT_WAITING},
+    [SOLVING_STEP] = {0.0f, OC_SOLVING_STEPS},
 };
 
-/* A macro, so that offset and size cannot be of two members. */
-#define MEMBER(type, member, kind, limit) {offsetof(type, member), sizeof(((type *)0)->member), kind, limit}
+/* Members one after the other, all of one kind and within one limit; macros, so that offset and size cannot be of two. */
+#define MEMBERS(type, first, last, kind, limit)                                                                       \
+    {offsetof(type, first), offsetof(type, last) + sizeof(((type *)0)->last) - offsetof(type, first), kind, limit}
+#define MEMBER(type, member, kind, limit) MEMBERS(type, member, member, kind, limit)
 
 static const oc_saved_member moments_members[] = {
-    MEMBER(oc_moments, weight, OC_SAVED_DOUBLE, NOT_NEGATIVE), MEMBER(oc_moments, y, OC_SAVED_DOUBLE, ANY_ANGLE),
-    MEMBER(oc_moments, x, OC_SAVED_DOUBLE, ANY_NUMBER),        MEMBER(oc_moments, w, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_moments, yy, OC_SAVED_DOUBLE, NOT_NEGATIVE),     MEMBER(oc_moments, xy, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBER(oc_moments, weight, OC_SAVED_DOUBLE, NOT_NEGATIVE), MEMBERS(oc_moments, y, w, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBER(oc_moments, yy, OC_SAVED_DOUBLE, NOT_NEGATIVE), MEMBER(oc_moments, xy, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_moments, xx, OC_SAVED_DOUBLE, NOT_NEGATIVE),
 };
 
 static const oc_saved_member understeer_members[] = {
-    MEMBER(oc_understeer, x, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_understeer, xx, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_understeer, x, OC_SAVED_DOUBLE, ANY_NUMBER), MEMBER(oc_understeer, xx, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_understeer, xy, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_understeer, weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_understeer, batches, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_understeer, batches_xx, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_understeer, xy_xy, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_understeer, x_x, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_understeer, xx_xx, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_understeer, xy_x, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_understeer, xy_xx, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_understeer, x_xx, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_understeer, batches, xx_xx, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_understeer, xy_x, x_xx, OC_SAVED_DOUBLE, ANY_NUMBER),
 };
 
 static const oc_saved_member standstill_members[] = {
     MEMBER(oc_standstill, weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_standstill, yaw_rate, OC_SAVED_DOUBLE, ANY_YAW_RATE),
     MEMBER(oc_standstill, lateral_acceleration, OC_SAVED_DOUBLE, ANY_ACCELERATION),
-    MEMBER(oc_standstill, yaw_rate_squares, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_standstill, lateral_acceleration_squares, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_standstill, acceleration_weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_standstill, yaw_rate_squares, acceleration_weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_standstill, still_ticks, OC_SAVED_INT32, COUNTER),
 };
 
 static const oc_saved_member gyro_bias_members[] = {
-    MEMBER(oc_gyro_bias, x, OC_SAVED_DOUBLE, ANY_YAW_RATE),
-    MEMBER(oc_gyro_bias, P, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_gyro_bias, up, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias, down, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias, alarm_blocks, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias, alarm_time, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias, alarm_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias, time, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_gyro_bias, block_time, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_gyro_bias, block_ticks, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias, still, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_gyro_bias, x, OC_SAVED_DOUBLE, ANY_YAW_RATE), MEMBER(oc_gyro_bias, P, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_gyro_bias, up, alarm_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_gyro_bias, time, block_time, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_gyro_bias, block_ticks, still, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_gyro_bias, still_yaw_rate, OC_SAVED_DOUBLE, ANY_YAW_RATE),
-    MEMBER(oc_gyro_bias, still_squares, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias, still_blocks, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias, evidence, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias, wheel_evidence, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias, due, OC_SAVED_INT32, STEPS_DUE),
-    MEMBER(oc_gyro_bias, still_ticks, OC_SAVED_INT32, COUNTER),
-    MEMBER(oc_gyro_bias, started, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_gyro_bias, running, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_gyro_bias, has_wheels, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_gyro_bias, status, OC_SAVED_STATUS, ANY_STATUS),
-    MEMBER(oc_gyro_bias, sd, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_gyro_bias, still_squares, wheel_evidence, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_gyro_bias, due, OC_SAVED_INT32, STEPS_DUE), MEMBER(oc_gyro_bias, still_ticks, OC_SAVED_INT32, COUNTER),
+    MEMBERS(oc_gyro_bias, started, has_wheels, OC_SAVED_INT32, YES_OR_NO),
+    MEMBER(oc_gyro_bias, status, OC_SAVED_ENUM, ANY_STATUS), MEMBER(oc_gyro_bias, sd, OC_SAVED_DOUBLE, NOT_NEGATIVE),
 };
 
 static const oc_saved_member axle_members[] = {
     MEMBER(oc_gyro_bias_axle, weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias_axle, difference, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_gyro_bias_axle, speed, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_gyro_bias_axle, yaw_rate, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_gyro_bias_axle, acceleration, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_gyro_bias_axle, difference, acceleration, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_gyro_bias_axle, flat, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias_axle, last, OC_SAVED_DOUBLE, ROAD_SPEED),
-    MEMBER(oc_gyro_bias_axle, plateau, OC_SAVED_DOUBLE, ROAD_SPEED),
-    MEMBER(oc_gyro_bias_axle, quantum, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias_axle, held, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias_axle, noise, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_gyro_bias_axle, last, plateau, OC_SAVED_DOUBLE, ROAD_SPEED),
+    MEMBERS(oc_gyro_bias_axle, quantum, noise, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_gyro_bias_axle, before, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_gyro_bias_axle, before_speed, OC_SAVED_DOUBLE, ROAD_SPEED),
     MEMBER(oc_gyro_bias_axle, before_load, OC_SAVED_DOUBLE, ANY_NUMBER),
@@ -137,73 +119,47 @@ static const oc_saved_member axle_members[] = {
 
 static const oc_saved_member wheel_speed_members[] = {
     MEMBER(oc_wheel_speed, difference, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_wheel_speed, distance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_wheel_speed, time, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_wheel_speed, distance, time, OC_SAVED_DOUBLE, NOT_NEGATIVE),
 };
 
 static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, started, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_joint, best, OC_SAVED_INT32, ANY_HYPOTHESIS),
-    MEMBER(oc_joint, born, OC_SAVED_INT32, ANY_HYPOTHESIS),
-    MEMBER(oc_joint, phase, OC_SAVED_INT32, OF_SAMPLE),
+    MEMBERS(oc_joint, begun, found, OC_SAVED_INT32, HYPOTHESES_DONE),
+    MEMBERS(oc_joint, best, born, OC_SAVED_INT32, ANY_HYPOTHESIS), MEMBER(oc_joint, phase, OC_SAVED_INT32, OF_SAMPLE),
     MEMBER(oc_joint, in_block, OC_SAVED_INT32, OF_BLOCK),
     MEMBER(oc_joint, in_long_block, OC_SAVED_INT32, OF_LONG_BLOCK),
-    MEMBER(oc_joint, begun, OC_SAVED_INT32, HYPOTHESES_DONE),
-    MEMBER(oc_joint, found, OC_SAVED_INT32, HYPOTHESES_DONE),
-    MEMBER(oc_joint, along, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_joint, across, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_joint, lost, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_joint, to_left, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_joint, to_right, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_joint, along, across, OC_SAVED_FLOAT, ANY_NUMBER), MEMBER(oc_joint, lost, OC_SAVED_INT32, YES_OR_NO),
+    MEMBERS(oc_joint, to_left, to_right, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_joint, yaw_rate_bias, OC_SAVED_DOUBLE, ANY_YAW_RATE),
     MEMBER(oc_joint, yaw_rate_bias_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_joint, correction, OC_SAVED_FLOAT, ANY_YAW_RATE),
-    MEMBER(oc_joint, corrected, OC_SAVED_INT32, HYPOTHESES_DONE),
-    MEMBER(oc_joint, loaded, OC_SAVED_INT32, HYPOTHESES_DONE),
-    MEMBER(oc_joint, concluded, OC_SAVED_INT32, HYPOTHESES_DONE),
+    MEMBERS(oc_joint, corrected, concluded, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBER(oc_joint, speed_mean, OC_SAVED_DOUBLE, ROAD_SPEED),
     MEMBER(oc_joint, bank_mean, OC_SAVED_DOUBLE, ANY_ACCELERATION),
-    MEMBER(oc_joint, bank_samples, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_joint, changes, OC_SAVED_INT32, COUNTER),
+    MEMBER(oc_joint, bank_samples, OC_SAVED_DOUBLE, NOT_NEGATIVE), MEMBER(oc_joint, changes, OC_SAVED_INT32, COUNTER),
 };
 
 static const oc_saved_member second_members[] = {
-    MEMBER(oc_second, used_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_second, trial_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_second, best_cost, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_second, second_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_second, used_s, trial_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_second, best_cost, OC_SAVED_FLOAT, ANY_NUMBER), MEMBER(oc_second, second_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_second, memory_share, OC_SAVED_FLOAT, YES_OR_NO),
     MEMBER(oc_second, reference, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_second, learns, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_second, block_ends, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_second, long_block_ends, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_second, blocks, OC_SAVED_INT32, COUNTER),
-    MEMBER(oc_second, long_blocks, OC_SAVED_INT32, COUNTER),
-};
-
-static const oc_saved_member cusum_members[] = {
-    MEMBER(oc_cusum, up, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_cusum, down, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_cusum, seconds_up, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_cusum, seconds_down, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_second, learns, long_block_ends, OC_SAVED_INT32, YES_OR_NO),
+    MEMBERS(oc_second, blocks, long_blocks, OC_SAVED_INT32, COUNTER),
 };
 
 static const oc_saved_member watch_members[] = {
-    MEMBER(oc_change_watch, rest, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_change_watch, seconds, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_change_watch, error, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_change_watch, error_curvature, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_change_watch, offset, seconds, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_change_watch, error, error_curvature, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_change_watch, curvature_squares, OC_SAVED_FLOAT, NOT_NEGATIVE),
 };
 
 static const oc_saved_member changed_members[] = {
-    MEMBER(oc_changed, time, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_changed, before, OC_SAVED_DOUBLE, ANY_ANGLE),
+    MEMBERS(oc_changed, time, before, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_changed, before_sd, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_changed, change.kind, OC_SAVED_CHANGE, ANY_CHANGE),
+    MEMBER(oc_changed, change.kind, OC_SAVED_ENUM, ANY_CHANGE),
     MEMBER(oc_changed, change.size, OC_SAVED_FLOAT, ANY_ANGLE),
-    MEMBER(oc_changed, change.size_sd, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_changed, change.seconds, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_changed, change.size_sd, change.seconds, OC_SAVED_FLOAT, NOT_NEGATIVE),
 };
 
 static const oc_saved_member hypothesis_members[] = {
@@ -214,66 +170,108 @@ static const oc_saved_member hypothesis_members[] = {
     MEMBER(oc_hypothesis, play.windup, OC_SAVED_FLOAT, HALF_WIDTH),
     MEMBER(oc_hypothesis, play.unwinding, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, play.wind, OC_SAVED_FLOAT, ANY_ACCELERATION),
-    MEMBER(oc_hypothesis, places, OC_SAVED_FLOAT, ANY_ANGLE), /* a struct of floats alone */
-    MEMBER(oc_hypothesis, sums, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_hypothesis, target_sum, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_hypothesis, places, target_sum, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, weight, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_hypothesis, target_mean, OC_SAVED_FLOAT, ANY_ANGLE),
-    MEMBER(oc_hypothesis, means, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_hypothesis, scatter, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_hypothesis, toward, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_hypothesis, constant, OC_SAVED_FLOAT, ANY_ANGLE),
-    MEMBER(oc_hypothesis, terms, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_hypothesis, target_mean, terms, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, blocks.sum, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, blocks.factor, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, long_blocks.sum, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, long_blocks.factor, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, trust, OC_SAVED_FLOAT, YES_OR_NO),
-    MEMBER(oc_hypothesis, error, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_hypothesis, curvature, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_hypothesis, error, curvature, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, age, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_hypothesis, cost, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_hypothesis, offset, OC_SAVED_FLOAT, ANY_ANGLE),
+    MEMBERS(oc_hypothesis, cost, offset, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, offset_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, gradient, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, gradient_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, wheelbase, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_hypothesis, wheelbase_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_hypothesis, width_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_hypothesis, wheelbase_variance, width_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, unloading, OC_SAVED_FLOAT, ANY_ACCELERATION),
     MEMBER(oc_hypothesis, unloading_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
 };
 
 static const oc_saved_member angle_members[] = {
     MEMBER(oc_angle_evidence, slopes, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_angle_evidence, products, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_angle_evidence, steady, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_angle_evidence, spread, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_angle_evidence, seconds, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-};
-
-static const oc_saved_member side_slip_members[] = {
-    MEMBER(oc_side_slip_evidence, information, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_side_slip_evidence, sums, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_angle_evidence, products, steady, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_angle_evidence, spread, seconds, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_angle_evidence, side_slip, OC_SAVED_DOUBLE, ANY_NUMBER),
 };
 
 static const oc_saved_member fault_members[] = {
-    MEMBER(oc_fault_evidence, fault, OC_SAVED_FAULT, ANY_FAULT),
-    MEMBER(oc_fault_evidence, confidence, OC_SAVED_FLOAT, SHARE),
+    MEMBER(oc_fault_evidence, fault, OC_SAVED_ENUM, ANY_FAULT),
+    MEMBER(oc_fault_evidence, confidence, OC_SAVED_FLOAT, YES_OR_NO),
     MEMBER(oc_fault_evidence, wider, OC_SAVED_FLOAT, NOT_NEGATIVE),
 };
 
 static const oc_saved_member evidence_members[] = {
     MEMBER(oc_evidence, verdicts.offset_trusted, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_evidence, verdicts.offset_status, OC_SAVED_STATUS, ANY_STATUS),
-    MEMBER(oc_evidence, verdicts.understeer_status, OC_SAVED_STATUS, ANY_STATUS),
-    MEMBER(oc_evidence, verdicts.backlash_status, OC_SAVED_STATUS, ANY_STATUS),
-    MEMBER(oc_evidence, ticks, OC_SAVED_UINT64, TOTAL),
-    MEMBER(oc_evidence, rejected, OC_SAVED_UINT64, TOTAL),
-    MEMBER(oc_evidence, unused_motion, OC_SAVED_UINT64, TOTAL),
+    MEMBERS(oc_evidence, verdicts.offset_status, verdicts.backlash_status, OC_SAVED_ENUM, ANY_STATUS),
+    MEMBERS(oc_evidence, ticks, unused_motion, OC_SAVED_UINT64, TOTAL),
     MEMBER(oc_evidence, bank_ticks, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_evidence, bank_sum, OC_SAVED_DOUBLE, ANY_NUMBER),
+};
+
+static const oc_saved_member estimate_members[] = {
+    MEMBER(oc_estimate, value, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_estimate, standard_deviation, evidence, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_estimate, status, OC_SAVED_ENUM, ANY_STATUS),
+};
+
+static const oc_saved_member tracking_members[] = {
+    MEMBERS(oc_tracking, last_time, last_refused, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBER(oc_tracking, refused_in_order, OC_SAVED_INT32, COUNTER),
+    MEMBERS(oc_tracking, clock_started, running, OC_SAVED_INT32, YES_OR_NO),
+    MEMBERS(oc_tracking, preprocess.yaw_rate, preprocess.speed_slope, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBER(oc_tracking, preprocess.angle_next, OC_SAVED_INT32, IN_DELAY),
+    MEMBER(oc_tracking, preprocess.speed_next, OC_SAVED_INT32, IN_SLOPE),
+    MEMBERS(oc_tracking, preprocess.slope_wait, preprocess.ticks, OC_SAVED_INT32, COUNTER),
+    MEMBER(oc_tracking, angle.running, OC_SAVED_INT32, YES_OR_NO),
+    MEMBERS(oc_tracking, angle.yaw_rate_first, angle.sd, OC_SAVED_DOUBLE, ANY_NUMBER),
+};
+
+static const oc_saved_member pending_members[] = {
+    MEMBER(oc_pending, filling, OC_SAVED_DOUBLE, ANY_NUMBER), /* a struct of doubles alone, as are those that follow */
+    MEMBER(oc_pending, ticks, OC_SAVED_INT32, COUNTER), MEMBER(oc_pending, first, OC_SAVED_INT32, IN_PENDING),
+    MEMBER(oc_pending, count, OC_SAVED_INT32, COUNTER),
+};
+
+static const oc_saved_member joint_tracking_members[] = {
+    MEMBER(oc_joint_tracking, running, OC_SAVED_INT32, YES_OR_NO),
+    MEMBER(oc_joint_tracking, in_second, OC_SAVED_INT32, COUNTER),
+    MEMBER(oc_joint_tracking, stands, OC_SAVED_INT32, YES_OR_NO),
+    MEMBER(oc_joint_tracking, turned, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_joint_tracking, bank, lateral_acceleration, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBER(oc_joint_tracking, prior_due, OC_SAVED_INT32, YES_OR_NO),
+    MEMBER(oc_joint_tracking, prior, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_joint_tracking, work.samples, OC_SAVED_INT32, WAITING),
+    MEMBER(oc_joint_tracking, work.taken, OC_SAVED_INT32, COUNTER),
+    MEMBER(oc_joint_tracking, work.solved, OC_SAVED_INT32, HYPOTHESES_DONE),
+    MEMBERS(oc_joint_tracking, work.solves, work.ended, OC_SAVED_INT32, YES_OR_NO),
+    MEMBER(oc_joint_tracking, work.solving.step, OC_SAVED_INT32, SOLVING_STEP),
+    MEMBERS(oc_joint_tracking, work.solving.learns, work.solving.due, OC_SAVED_INT32, YES_OR_NO),
+    MEMBERS(oc_joint_tracking, work.solving.information, work.solving.wheelbase_variance, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_joint_tracking, first, OC_SAVED_INT32, IN_WAITING),
+    MEMBER(oc_joint_tracking, count, OC_SAVED_INT32, WAITING),
+};
+
+static const oc_saved_member waiting_members[] = {
+    MEMBER(oc_joint_waiting, sample.angle, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_joint_waiting, sample.residual, sample.wind, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_joint_waiting, sample.usable, OC_SAVED_INT32, YES_OR_NO),
+    MEMBERS(oc_joint_waiting, begins_second, ends_second, OC_SAVED_INT32, YES_OR_NO),
+};
+
+static const oc_saved_member fault_watch_members[] = {
+    MEMBER(oc_fault_watch, running, OC_SAVED_INT32, YES_OR_NO), MEMBER(oc_fault_watch, fault, OC_SAVED_ENUM, ANY_FAULT),
+    MEMBER(oc_fault_watch, since, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_fault_watch, confidence, held_fast_s, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_fault_watch, left, right, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_fault_watch, beyond, OC_SAVED_INT32, YES_OR_NO),
+    MEMBERS(oc_fault_watch, well_s, stuck_s, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_fault_watch, suspicious_since, interruption_time, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_fault_watch, mean_measured, flipped, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_fault_watch, last_right, OC_SAVED_DOUBLE, ANY_NUMBER),
 };
 
 /* The params are doubles from the cut-off to the one before use_accelerometer. */
@@ -296,45 +294,47 @@ static const oc_saved_member key_members[] = {
 /* Structs of one kind, one after the other. */
 typedef struct {
     const oc_saved_member *members;
-    uint16_t count;             /* of members */
-    uint16_t first, stride, of; /* bytes, bytes, how many */
+    uint16_t first, stride; /* bytes */
+    uint8_t count, of;      /* members, structs */
 } saved_part;
 
-#define PART(members, type, place, of) {members, sizeof(members) / sizeof *(members), offsetof(oc_evidence, place), sizeof(type), of}
+#define PART(members, type, place, of)                                                                                \
+    {members, offsetof(oc_state, place), sizeof(type), sizeof(members) / sizeof *(members), of}
 
-static const saved_part evidence_parts[] = {
-    PART(moments_members, oc_moments, offset.ticks, 1),
-    PART(moments_members, oc_moments, offset.filling, 1),
-    PART(moments_members, oc_moments, offset.batches, 1),
-    PART(understeer_members, oc_understeer, understeer, 1),
-    PART(moments_members, oc_moments, understeer.filling, 1),
-    PART(standstill_members, oc_standstill, standstill, 1),
-    PART(gyro_bias_members, oc_gyro_bias, gyro_bias, 1),
-    PART(axle_members, oc_gyro_bias_axle, gyro_bias.axles, OC_AXLE_COUNT),
-    PART(wheel_speed_members, oc_wheel_speed, wheel_speed, 1),
-    PART(joint_members, oc_joint, joint, 1),
-    PART(second_members, oc_second, joint.second, 1),
-    PART(watch_members, oc_change_watch, joint.watch, 1),
-    PART(cusum_members, oc_cusum, joint.watch.offset, 1),
-    PART(cusum_members, oc_cusum, joint.watch.bends, 1),
-    PART(changed_members, oc_changed, joint.changed, OC_CHANGES_MAX),
-    PART(hypothesis_members, oc_hypothesis, joint.hypotheses, OC_JOINT_HYPOTHESES),
-    PART(angle_members, oc_angle_evidence, angle, 1),
-    PART(side_slip_members, oc_side_slip_evidence, angle.side_slip, 1),
-    PART(fault_members, oc_fault_evidence, fault, 1),
-    {evidence_members, sizeof evidence_members / sizeof *evidence_members, 0, sizeof(oc_evidence), 1},
+static const saved_part state_parts[] = {
+    PART(moments_members, oc_moments, evidence.offset, 3),
+    PART(understeer_members, oc_understeer, evidence.understeer, 1),
+    PART(moments_members, oc_moments, evidence.understeer.filling, 1),
+    PART(standstill_members, oc_standstill, evidence.standstill, 1),
+    PART(gyro_bias_members, oc_gyro_bias, evidence.gyro_bias, 1),
+    PART(axle_members, oc_gyro_bias_axle, evidence.gyro_bias.axles, OC_AXLE_COUNT),
+    PART(wheel_speed_members, oc_wheel_speed, evidence.wheel_speed, 1),
+    PART(joint_members, oc_joint, evidence.joint, 1),
+    PART(second_members, oc_second, evidence.joint.second, 1),
+    PART(watch_members, oc_change_watch, evidence.joint.watch, 1),
+    PART(changed_members, oc_changed, evidence.joint.changed, OC_CHANGES_MAX),
+    PART(hypothesis_members, oc_hypothesis, evidence.joint.hypotheses, OC_JOINT_HYPOTHESES),
+    PART(angle_members, oc_angle_evidence, evidence.angle, 1),
+    PART(fault_members, oc_fault_evidence, evidence.fault, 1),
+    PART(evidence_members, oc_evidence, evidence, 1),
+    PART(estimate_members, oc_estimate, learned, sizeof(oc_learned) / sizeof(oc_estimate)),
+    PART(tracking_members, oc_tracking, tracking, 1),
+    PART(pending_members, oc_pending, tracking.straight, 2), /* and cornering */
+    PART(moments_members, oc_moments, tracking.straight.blocks, OC_PENDING_MAX),
+    PART(moments_members, oc_moments, tracking.cornering.blocks, OC_PENDING_MAX),
+    PART(joint_tracking_members, oc_joint_tracking, tracking.joint, 1),
+    PART(waiting_members, oc_joint_waiting, tracking.joint.waiting, OC_JOINT_WAITING),
+    PART(fault_watch_members, oc_fault_watch, tracking.fault, 1),
 };
 
 size_t oc_saved_native_bytes(oc_saved_kind kind) {
-    static const uint8_t bytes[OC_SAVED_KIND_COUNT] = {
-        sizeof(double), sizeof(float), sizeof(int32_t), sizeof(uint64_t), sizeof(oc_status), sizeof(oc_change_kind),
-        sizeof(oc_fault)};
+    static const uint8_t bytes[OC_SAVED_KIND_COUNT] = {sizeof(double), sizeof(float), sizeof(int32_t), sizeof(uint64_t),
+                                                       sizeof(oc_status)};
     return bytes[kind];
 }
 
 size_t oc_saved_image_bytes(oc_saved_kind kind) {
-    static const uint8_t bytes[OC_SAVED_KIND_COUNT] = {8, 4, 4, 8, 1, 1, 1};
-    return bytes[kind];
+    return kind == OC_SAVED_ENUM ? 1 : oc_saved_native_bytes(kind);
 }
 
 static bool visit_all(const oc_saved_member *members, size_t count, size_t first, oc_saved_visit visit, void *with) {
@@ -347,8 +347,8 @@ static bool visit_all(const oc_saved_member *members, size_t count, size_t first
 }
 
 bool oc_saved_members(oc_saved_visit visit, void *with) {
-    for (size_t k = 0; k < sizeof evidence_parts / sizeof *evidence_parts; ++k) {
-        const saved_part *part = &evidence_parts[k];
+    for (size_t k = 0; k < sizeof state_parts / sizeof *state_parts; ++k) {
+        const saved_part *part = &state_parts[k];
         for (size_t number = 0; number < part->of; ++number) {
             if (!visit_all(part->members, part->count, part->first + number * part->stride, visit, with)) {
                 return false;
@@ -363,7 +363,7 @@ bool oc_keyed_members(oc_saved_visit visit, void *with) {
 }
 
 bool oc_saved_in_range(const oc_saved_member *member, double value) {
-    return value >= saved_limits[member->limit].low && value <= saved_limits[member->limit].high;
+    return value >= (double)saved_limits[member->limit].low && value <= (double)saved_limits[member->limit].high;
 }
 
 /* Variances on the diagonal, and no correlation beyond 1 but for rounding. */
@@ -403,6 +403,13 @@ static bool is_joint(const oc_joint *joint, const oc_joint_design *design) {
     return joint->second.second_s > 0.0f && joint->second.reference > 0.0f && joint->phase < design->ticks_per_sample;
 }
 
-bool oc_saved_plausible(const oc_evidence *evidence, const oc_coefficients *c) {
-    return is_covariance(&evidence->gyro_bias) && is_joint(&evidence->joint, &c->joint);
+/* Blocks that wait are no more than make one final; samples at work are among those that wait. */
+static bool is_tracking(const oc_tracking *tracking, const oc_coefficients *c) {
+    return tracking->straight.count <= c->blocks_until_final && tracking->cornering.count <= c->blocks_until_final &&
+           tracking->joint.work.samples <= tracking->joint.count;
+}
+
+bool oc_saved_plausible(const oc_state *state, const oc_coefficients *c) {
+    return is_covariance(&state->evidence.gyro_bias) && is_joint(&state->evidence.joint, &c->joint) &&
+           is_tracking(&state->tracking, c);
 }

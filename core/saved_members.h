@@ -1,7 +1,7 @@
 #ifndef OC_SAVED_MEMBERS_H
 #define OC_SAVED_MEMBERS_H
-/* Which members of the evidence an image holds, in which order and within what range; and of which the vehicle's key is
- * made. A member more or less is a row more or less in saved_members.c, nothing else. */
+/* Which members of the state an image holds, in which order and within what range: all. And of which the vehicle's key
+ * is made. A member more or less is a row more or less in saved_members.c, nothing else. */
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -14,22 +14,20 @@ typedef enum {
     OC_SAVED_FLOAT,
     OC_SAVED_INT32,
     OC_SAVED_UINT64,
-    OC_SAVED_STATUS, /* enums have no size of their own: one byte in the image */
-    OC_SAVED_CHANGE,
-    OC_SAVED_FAULT,
+    OC_SAVED_ENUM, /* of whatever size the compiler has them: one byte in the image */
     OC_SAVED_KIND_COUNT
 } oc_saved_kind;
 
-/* An array of numbers, or one. */
+/* Numbers one after the other: a member, or several of one kind. */
 typedef struct {
-    uint16_t offset, bytes; /* in its struct; bytes of the whole array */
+    uint16_t offset, bytes; /* in its struct; bytes of them all */
     uint8_t kind, limit;
 } oc_saved_member;
 
 /* What is done with each member; `place` is its offset in the whole struct. False ends it all. */
 typedef bool (*oc_saved_visit)(void *with, const oc_saved_member *member, size_t place);
 
-/* Of oc_evidence. False as soon as `visit` is. */
+/* Of oc_state. False as soon as `visit` is. */
 bool oc_saved_members(oc_saved_visit visit, void *with);
 
 /* Of oc_coefficients, those that the learned numbers depend on, methods aside. */
@@ -43,6 +41,6 @@ size_t oc_saved_image_bytes(oc_saved_kind kind);
 bool oc_saved_in_range(const oc_saved_member *member, double value);
 
 /* What no single member shows: covariances that are none, places beyond the design's ends. */
-bool oc_saved_plausible(const oc_evidence *evidence, const oc_coefficients *coefficients);
+bool oc_saved_plausible(const oc_state *state, const oc_coefficients *coefficients);
 
 #endif

@@ -181,7 +181,7 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
 }
 
 bool oc_fault_beyond(const oc_fault_watch *w) {
-    return w->fault != OC_FAULT_NONE || w->beyond;
+    return w->fault != OC_FAULT_NONE || w->beyond != 0;
 }
 
 bool oc_fault_suspected(const oc_fault_watch *w) {
@@ -207,7 +207,7 @@ static void begin_watch(oc_fault_watch *w, const oc_fault_evidence *kept, const 
         .confidence = kept->confidence,
         .wider = kept->wider,
         .offset = tick->offset,
-        .step_time = -1e300,
+        .step_time = -1e30,
         .interruption_time = tick->time,
         .last_well = tick->time,
         .last_right = tick->time,
@@ -228,7 +228,7 @@ static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
     if (tick->can_judge) {
         follow_offset(w, tick);
     }
-    w->beyond = false;
+    w->beyond = 0;
     if (tick->can_judge && tick->speed > judging_speed) {
         judge(w, tick);
     }

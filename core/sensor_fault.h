@@ -43,7 +43,7 @@ typedef struct {
     float held_value, held_estimate, held_s; /* since the measured value last changed */
     float held_fast_s;      /* of it, at speed */
     float left, right;      /* limits x s beyond the borderline, to either side */
-    bool beyond;             /* the limit, now */
+    int32_t beyond;          /* the limit, now */
     float well_s;           /* well within the limit, in a row */
     float suspended_s;      /* not well within the limit, less a share of the time that it was */
     float wider;            /* of the limit, after drifts that went away by themselves */

@@ -5,7 +5,7 @@
 #include "save.h"
 #include "trouble.h"
 
-enum { SLOT_BYTES = sizeof(oc_evidence) + OC_SAVE_OVERHEAD, RATE_HZ = 100 };
+enum { SLOT_BYTES = sizeof(oc_state) + OC_SAVE_OVERHEAD, RATE_HZ = 100 };
 
 bool ecu_read_signals(oc_signals *tick); /* false at ignition off */
 void ecu_send(uint32_t pgn, const uint8_t *data);

@@ -301,7 +301,7 @@ class Core:
         return _values(self.state())
 
     def save(self, sequence: int) -> bytes:
-        """The evidence as an image; `sequence`, 32 bits, tells which of two is the newer."""
+        """The state as an image; `sequence`, 32 bits, tells which of two is the newer."""
         image = bytearray(lib.oc_save_size())
         lib.oc_save(self._state, self._coefficients, sequence, ffi.from_buffer(image), len(image))
         return bytes(image)

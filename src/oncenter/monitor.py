@@ -129,15 +129,16 @@ class Monitor:
         )
 
     def save(self) -> bytes:
-        """What was learned, as an image that outlives the process; the same bytes on every machine."""
+        """The monitor as it is, as an image that outlives the process; the same bytes on every machine."""
         self._sequence = (self._sequence + 1) % 2**32
         return self._core.save(self._sequence)
 
     def restore(self, image: bytes) -> None:
-        """Goes on from what `save` gave, for the same vehicle, params, method and rate; what the filters held is lost.
+        """Goes on from what `save` gave, for the same vehicle, params, method and rate.
 
-        Where the ignition was off or the truck may have moved meanwhile, `restart` after it tells so: the gyro's bias,
-        the wheel and the heading may be elsewhere.
+        Where the next tick is the next one of the drive, to the last bit as if there had been no cut; after a hole in
+        time the filters begin anew. Where the ignition was off, or time began anew, `restart` after it tells so: the
+        gyro's bias, the wheel and the heading may be elsewhere.
 
         Raises:
             OncenterError: "image_missing", "image_truncated", "image_damaged", "image_layout", "image_foreign" or

@@ -8,7 +8,7 @@ typedef enum {
     OC_UNOBSERVABLE, /* the drive does not tell: the prior decides */
     OC_CONVERGING,   /* there is evidence, the interval is still too wide */
     OC_VALID,        /* evidence conditions met and the interval narrow enough */
-    OC_INVALID,      /* a signal is at fault */
+    OC_INVALID,      /* a signal is at fault: the value is what it was before */
     OC_STATUS_COUNT
 } oc_status;
 

@@ -180,7 +180,7 @@ static void settle_status(oc_gyro_bias *state, const oc_params *p) {
         return;
     }
     state->status = oc_gyro_bias_alarmed(state)
-                        ? OC_CONVERGING
+                        ? OC_INVALID
                         : oc_status_next(state->status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
 }
 

@@ -86,7 +86,7 @@ void oc_gyro_bias_restart(oc_gyro_bias *state);
 void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params,
                          const oc_signals *tick);
 
-/* rad/s, as of the last block. Unobservable while the prior decides. */
+/* rad/s, as of the last block. Unobservable while the prior decides; invalid while it is alarmed. */
 oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params);
 
 /* Whether the bias has lately moved faster than it was followed, and is not known again as well as before. */

@@ -32,6 +32,9 @@ void oc_judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals
 void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid,
                      const oc_estimate *yaw_rate_bias, oc_angle *angle);
 
+/* Of the offset as it was learned: it holds for the sensor as it was, not for one that is at fault. */
+oc_status oc_offset_status(const oc_evidence *evidence, oc_status learned);
+
 /* What a tick gave. */
 void oc_tell(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_motion *motion, double speed,
              uint32_t reasons, const oc_angle *angle);

@@ -413,6 +413,7 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     } else {
         oc_learn_straight_ahead(now, &verdicts, &learned, c);
     }
+    learned.offset.status = oc_offset_status(now, learned.offset.status);
     const double used = jointly ? (double)now->joint.second.used_s / c->tick_s : now->offset.ticks.weight;
     const double K = learned.understeer_gradient.value;
     const double time_min = c->params.standstill_time_min_s;
@@ -426,6 +427,7 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
         .unloading_acceleration = learned.unloading_acceleration,
         .equivalent_wheelbase = learned.equivalent_wheelbase,
         .changes = jointly ? now->joint.changes : 0,
+        .fault = now->fault.fault,
         .yaw_rate_bias = yaw_rate_bias_of(now, c),
         .yaw_rate_bias_wheel_time = wheels_tell(now, c) ? now->gyro_bias.wheel_evidence : 0.0,
         .yaw_rate_bias_alarm_time = now->gyro_bias.alarm_time,

@@ -109,7 +109,7 @@ typedef struct {
     double vehicle_speed;        /* m/s */
     oc_motion motion;
     uint32_t reasons;            /* oc_reason, 0: clean */
-    oc_status offset_status;
+    oc_status offset_status;     /* invalid: the sensor is at fault, below */
     double offset;               /* rad, final evidence only */
     double offset_sd;            /* rad */
     double understeer_gradient;  /* rad/(m/s^2), 0 until learned */
@@ -133,6 +133,7 @@ typedef struct {
     oc_estimate backlash;                  /* rad, full width */
     oc_estimate unloading_acceleration;    /* m/s^2, as measured */
     oc_estimate equivalent_wheelbase;      /* m; unobservable where the vehicle file's alone tells */
+    oc_fault fault;                        /* of the steering wheel angle sensor; the offset's status is invalid then */
     int32_t changes;                       /* seen in the drive; the last of them are in */
     oc_changed changed[OC_CHANGES_MAX];    /* the one that came k-th at k modulo their number */
     oc_estimate yaw_rate_bias;             /* rad/s, now; where no wheel speeds tell, at standstill */

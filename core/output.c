@@ -1,5 +1,9 @@
 #include "methods.h"
 
+oc_status oc_offset_status(const oc_evidence *evidence, oc_status learned) {
+    return learned != OC_UNOBSERVABLE && evidence->fault.fault != OC_FAULT_NONE ? OC_INVALID : learned;
+}
+
 void oc_tell(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_motion *motion, double speed,
              uint32_t reasons, const oc_angle *angle) {
     const oc_estimate bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &c->params);
@@ -8,7 +12,7 @@ void oc_tell(oc_output *output, const oc_state *state, const oc_coefficients *c,
         .vehicle_speed = speed,
         .motion = *motion,
         .reasons = reasons,
-        .offset_status = state->learned.offset.status,
+        .offset_status = oc_offset_status(&state->evidence, state->learned.offset.status),
         .offset = state->learned.offset.value,
         .offset_sd = state->learned.offset.standard_deviation,
         .understeer_gradient = state->learned.understeer_gradient.value,

@@ -82,6 +82,8 @@ class Answer:
     `unloading_acceleration` is the lateral acceleration, as measured, at which the steering is without side force;
     `equivalent_wheelbase` the one of (10) that bends ask for, an error of the steering ratio counted as one of it.
     `changes` are those that the drive proved, the first one first; of more than the core keeps, the last.
+    `sensor_fault` is what is wrong with the angle sensor in the end, "none" or one of the core's names: the offset is
+    `invalid` then and tells what was learned before.
     """
 
     version: str
@@ -102,6 +104,7 @@ class Answer:
     wheel_radius_mismatch_front: Estimate
     variance_if_independent_rad2: float | None
     changes: tuple[Change, ...]
+    sensor_fault: str
     duration_s: float
     used_s: float
     unused_s: float
@@ -205,7 +208,16 @@ def offset(
     drives = without_whole_turns(drives)
     core, changes_found = _run(drives, vehicle, used_params, method, progress, None)
     native = core.answer()
+    if method == "joint" and _core.STATUSES[native["offset"]["status"]] != "valid":
+        core, found = _run(drives, vehicle, used_params, method, None, None, judge_sensor=True)
+        if offset_is_invalid(judged := core.answer()):
+            native, changes_found = judged, found
     return _answer(native, changes_of(native, changes_found, drives), drives, vehicle, method, used_params)
+
+
+def offset_is_invalid(native: Mapping[str, Any]) -> bool:
+    """Whether an oc_answer says that the sensor is at fault."""
+    return bool(_core.STATUSES[native["offset"]["status"]] == "invalid")
 
 
 def answer_so_far(native: Mapping[str, Any], seen: Signals, vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
@@ -227,7 +239,8 @@ def answer_so_far(native: Mapping[str, Any], seen: Signals, vehicle: Vehicle, pa
 def trace(answer: Answer) -> npt.NDArray[np.void]:
     """What each tick of an answer gave: the core's oc_output, one row per row of all its drives, in order."""
     outputs = np.zeros(sum(drive.table.height for drive in answer.drives), _core.OUTPUT_DTYPE)
-    _run(answer.drives, answer.vehicle, answer.params, answer.method, None, outputs)
+    judge_sensor = answer.sensor_fault != "none"
+    _run(answer.drives, answer.vehicle, answer.params, answer.method, None, outputs, judge_sensor=judge_sensor)
     return outputs
 
 
@@ -304,6 +317,8 @@ def _run(
     method: Method,
     progress: Callable[[float], None] | None,
     outputs: npt.NDArray[np.void] | None,
+    *,
+    judge_sensor: bool = False,
 ) -> tuple[_core.Core, list[int]]:
     """The core after all drives, and how many changes it had found when each ended; fills `outputs`, one row a tick,
     when given."""
@@ -314,6 +329,7 @@ def _run(
         params,
         drives[0].rate_hz,
         method=method,
+        angle_method="observer" if judge_sensor else "none",
         traffic_side=vehicle.traffic_sign,
         track_width_front_m=widths["track_width_front_m"],
         track_width_rear_m=widths["track_width_rear_m"],
@@ -373,6 +389,7 @@ def _answer(
         wheel_radius_mismatch_front=_estimate(native["wheel_radius_mismatch_front"], "1"),
         variance_if_independent_rad2=None if method == "joint" else native["offset_variance_if_independent"],
         changes=changes,
+        sensor_fault=_core.FAULTS[native["fault"]],
         duration_s=native["duration"],
         used_s=native["used"],
         unused_s=native["unused"],

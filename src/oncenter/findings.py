@@ -20,6 +20,14 @@ _VDC2_ZERO_RAD_S = (32127 - 32112.64) / 8192  # SPN 1808: what a sender reads th
 _VDC2_ZERO_WITHIN_RAD_S = 0.015 * DEGREE  # two bits of 1/8192 rad/s
 _STANDING_ACCELERATION_WORTH_TELLING_M_S2 = 0.25  # a 2.5 % slope of the ground
 _MISSING_WORTH_TELLING = 0.05  # of the duration
+_FAULTS = {
+    "lost": "sends no value any more",
+    "stuck": "always reads the same, whatever the truck does",
+    "jumped": "has been off since it jumped",
+    "drifting": "is more and more off",
+    "wrong_sign": "takes left for right",
+    "remounted": "has been off since a stop or a hole in the log",
+}
 PLAY_STANDARD_DEG = 15.0  # maintenance standard, thesis 2.1
 _YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # beyond it a corrected one is worth a look at the sensor
 
@@ -110,6 +118,7 @@ def findings_of(
         of_method: what the method's own room has to tell.
     """
     found = [
+        _sensor_fault(native),
         _missing(native),
         _gate_shut(native, params, method),
         _offset(native),
@@ -130,6 +139,14 @@ def findings_of(
 
 def _status(estimate: Mapping[str, Any]) -> str:
     return _core.STATUSES[int(estimate["status"])]
+
+
+def _sensor_fault(native: Mapping[str, Any]) -> Finding | None:
+    if _status(native["offset"]) != "invalid":
+        return None
+    what = _FAULTS[_core.FAULTS[int(native["fault"])]]
+    text = f"the steering wheel angle sensor {what}: the offset is what was learned before, and does not hold"
+    return Finding("steering_wheel_angle_sensor_at_fault", "error", text)
 
 
 def _missing(native: Mapping[str, Any]) -> Finding | None:
@@ -230,7 +247,8 @@ def _yaw_rate_bias_moves(native: Mapping[str, Any], method: str) -> Finding | No
         "yaw_rate_bias_moves",
         "warning",
         f"for {moving_s:.0f} s the yaw rate's bias, or a wheel's radius, moved faster than the wheel speeds can follow"
-        + ("; the offset was not learned from them" if method == "joint" else ""),
+        + ("; the offset was not learned from them" if method == "joint" else "")
+        + ("; it is not known again yet" if _status(native["yaw_rate_bias"]) == "invalid" else ""),
         moving_s,
         "s",
     )

@@ -42,8 +42,10 @@ class Now:
     """What a tick gave. The motion is one filter delay old; the offset rests on final evidence only.
 
     `offset_rad` and `offset_sd_rad` are None while the offset is unobservable. `reasons` says why the tick cannot be
-    used; none means that it waits for what must be clean after it. Gradient and play are 0 until learned. The yaw
-    rate's bias is as wheel speeds and standstill tell it; its standard deviation is the prior's before.
+    used; none means that it waits for what must be clean after it. `sensor_fault` is "none" or what is wrong with the
+    angle sensor, where it is judged; the offset is "invalid" then, and what was learned before. Gradient and play are
+    0 until learned. The yaw rate's bias is as wheel speeds and standstill tell it; its standard deviation is the
+    prior's before.
     """
 
     time_s: float
@@ -54,6 +56,7 @@ class Now:
     offset_rad: float | None
     offset_sd_rad: float | None
     offset_status: str
+    sensor_fault: str
     understeer_gradient_rad_m_s2: float
     backlash_rad: float
     yaw_rate_bias_rad_s: float
@@ -122,6 +125,7 @@ class Monitor:
             offset_rad=output["offset"] if told else None,
             offset_sd_rad=output["offset_sd"] if told else None,
             offset_status=status,
+            sensor_fault=_core.FAULTS[output["fault"]],
             understeer_gradient_rad_m_s2=output["understeer_gradient"],
             backlash_rad=output["backlash"],
             yaw_rate_bias_rad_s=output["yaw_rate_bias"],

@@ -17,7 +17,7 @@ import polars as pl
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.estimate import Answer, answer_so_far
+from oncenter.estimate import Answer, answer_so_far, offset_is_invalid
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream, Ticks
 from oncenter.read.whole_turns import TurnsOfStream
@@ -93,6 +93,8 @@ class Learner:
         if self.last is None:
             return Known(None, {}, self.params["joint_evidence_min_s"])
         native = self.cores["offset"].answer()
+        if offset_is_invalid(judged := self.cores["angle"].answer()):
+            native = judged
         lacking_s = {"left": native["lacking_to_left"], "right": native["lacking_to_right"]}
         evidence_lacking_s = max(self.params["joint_evidence_min_s"] - native["used"], 0.0)
         answer: Answer | None

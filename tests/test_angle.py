@@ -127,6 +127,26 @@ def test_a_fault_is_named_and_the_estimate_takes_over_without_a_jump(
     assert np.sqrt(np.mean((angles - true)[later] ** 2)) < 3.0 * DEGREE
 
 
+@pytest.mark.parametrize("fault", ["wrong_sign", "stuck"])
+def test_the_offset_of_a_sensor_at_fault_is_invalid_and_what_was_learned_before(
+    drive: tuple[Signals, Truth], truck: oc.Vehicle, fault: str
+) -> None:
+    signals, truth = drive
+    measured = signals.table["steering_wheel_angle_rad"].to_numpy()
+    after = np.arange(len(measured)) >= 100_000
+    wrong = {"wrong_sign": -measured, "stuck": np.full_like(measured, measured[100_000])}[fault]
+    answer = oc.offset(spoiled(signals, np.where(after, wrong, measured)), truck)
+    assert (answer.offset.status, answer.sensor_fault) == ("invalid", fault)
+    assert answer.offset.value == pytest.approx(truth.offset_rad, abs=1.5 * DEGREE)
+    assert answer.to_dict()["offset"]["status"] == "invalid"
+    assert "(invalid)" in str(answer)
+    first = answer.findings[0]
+    assert (first.code, first.severity) == ("steering_wheel_angle_sensor_at_fault", "error")
+    assert oc.trace(answer)["offset"][-1] == pytest.approx(answer.offset.value, abs=0.1 * DEGREE)
+    healthy = oc.offset(signals, truck)
+    assert (healthy.offset.status, healthy.sensor_fault) == ("valid", "none")
+
+
 def test_a_sensor_at_fault_stays_so_over_ignition_and_is_believed_again_once_it_is_well(
     drive: tuple[Signals, Truth], truck: oc.Vehicle
 ) -> None:

@@ -187,6 +187,10 @@ def test_a_bias_that_jumps_is_named_and_found_again() -> None:
     assert not alarmed[-5_000:].any()
     assert core.answer()["yaw_rate_bias"]["value"] == pytest.approx(0.005 + 0.6 * DEGREE, abs=0.06 * DEGREE)
     assert core.answer()["yaw_rate_bias_alarm_time"] == pytest.approx(np.sum(alarmed) / RATE_HZ, abs=1.1)
+    assert _core.STATUSES[core.answer()["yaw_rate_bias"]["status"]] == "valid"
+    meanwhile = 1 + int(np.flatnonzero(alarmed)[200])
+    core, _ = ran(core_of("joint"), {name: column[:meanwhile] for name, column in columns.items()})
+    assert _core.STATUSES[core.answer()["yaw_rate_bias"]["status"]] == "invalid"
 
 
 def test_the_thesiss_method_asks_no_wheel() -> None:

@@ -1,0 +1,180 @@
+"""Every value of every enum in the public headers is reached, by what makes it so in the world; none is dead."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from oncenter._native import ffi, lib
+from random_drives import Array, drive
+from saved_ecu import Ecu, legs, sealed
+from test_core_angle import DEG, judged, weaving
+from test_core_change import bends, noise, told
+from test_core_reach import CAUSES, SPEED, WHEELS, YAW_RATE, core_of, refusal, steady
+from test_message import trouble_after
+
+from oncenter import _core
+
+ENUMS = [name for name in ffi.list_types()[0] if ffi.typeof(name).kind == "enum"]
+
+
+def outputs_of(columns: dict[str, Array], method: str = "joint", angle_method: str = "none") -> Any:
+    outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
+    core_of(method, angle_method).run(columns, outputs)
+    return outputs
+
+
+def ended(columns: dict[str, Array], method: str, angle_method: str) -> bytes:
+    """All that a drive leaves behind, and all that was told of it."""
+    outputs, core = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE), core_of(method, angle_method)
+    core.run(columns, outputs)
+    return core.state_bytes() + _core._values(outputs)
+
+
+def lost_for(begin: int, end: int) -> dict[str, Array]:
+    """A drive of 200 s whose sensor is silent for some ticks."""
+    columns = drive(1, 100.0, 200.0)
+    columns["steering_wheel_angle_rad"][begin:end] = np.nan
+    return columns
+
+
+def with_all_signals() -> dict[str, Array]:
+    moved = {name: 20.0 + 0.01 * k + np.sin(np.arange(6000) / (50 + k)) for k, name in enumerate(WHEELS)}
+    columns = steady(**{SPEED: 20.0, YAW_RATE: 0.02 * np.sin(np.arange(6000) / 70.0), **moved})
+    return columns | {"lateral_speed_m_s": 0.1 * np.sin(np.arange(6000) / 90.0)}
+
+
+def own_way(names: tuple[str, ...], methods: Callable[[str], tuple[str, str]]) -> set[int]:
+    """Those that make of a drive what none of the others does."""
+    made = [ended(with_all_signals(), *methods(name)) for name in names]
+    return {k for k, end in enumerate(made) if made.count(end) == 1}
+
+
+def signal_bits() -> set[int]:
+    """Those whose signal is missed when its column is left out."""
+    columns = with_all_signals()
+
+    def ends(left_out: str | None) -> bytes:
+        return ended({name: column for name, column in columns.items() if name != left_out}, "joint", "side-slip")
+
+    whole = ends(None)
+    return {_core._VALID_BITS[_core.COLUMNS[name]] for name in list(columns)[1:] if ends(name) != whole}
+
+
+def reasons() -> set[int]:
+    found = {int(np.bitwise_or.reduce(outputs_of(cause())["reasons"])) for cause in CAUSES.values()}
+    core = core_of("thesis")
+    core.run(steady())
+    waits = core.answer()["rejected"][list(_core.REASONS).index("window")] > 0.0  # no tick's own
+    return {1 << k for bits in found for k in range(32) if bits >> k & 1} | ({lib.OC_REASON_WINDOW} if waits else set())
+
+
+def faults() -> set[int]:
+    true, after = weaving(), np.arange(12_000) >= 4_000
+    gone = after & (np.arange(12_000) < 4_300)
+    spoiled = (
+        np.where(after, np.nan, true),
+        np.where(after, true[4_000], true),
+        true + np.where(after, 30.0 * DEG, 0.0),
+        true + np.maximum(np.arange(12_000) - 4_000, 0) * 0.004 * DEG,
+        np.where(after, -true, true),
+        np.where(gone, np.nan, true - np.where(after, 25.0 * DEG, 0.0)),
+    )
+    return {_core.FAULTS.index(name) for measured in spoiled for name in judged(measured, true)}
+
+
+def changes() -> set[int]:
+    after = np.arange(600) >= 300
+    offset, loaded = noise(1, 600) + after * 3.0 * DEG, noise(2, 600) + after * 2.0 * DEG * np.sign(bends(600))
+    return {lib.OC_CHANGE_NONE} | {change.kind for errors in (offset, loaded) for _, change in told(errors, bends(600))}
+
+
+def image_faults() -> set[int]:
+    image = Ecu().run(legs(1, 60.0)).save()
+    older, wild = bytearray(image), bytearray(image)
+    older[4] ^= 1
+    wild[-8:-4] = b"\xff" * 4
+    images = (image, b"", image[:99], image[:-1] + b"!", sealed(bytes(older)), sealed(bytes(wild)))
+    names = [Ecu().restore(found) for found in images] + [Ecu("thesis").restore(image)]
+    return {_core.IMAGE_FAULTS.index(name) for name in names}
+
+
+def sources() -> set[int]:
+    """By a sensor of a truck that is not learned, then is; and none where its angle is told without, and is not."""
+    outputs = outputs_of(lost_for(19_000, 19_500), "thesis", "observer")
+    untold = outputs_of(lost_for(19_000, 19_500), "thesis")
+    measured, nothing = ffi.new("oc_signals *", {"valid": lib.OC_HAS_STEERING_WHEEL_ANGLE}), ffi.new("oc_signals *")
+    ticks = (
+        (outputs, 10, measured),
+        (outputs, 18_900, measured),
+        (outputs, 19_400, nothing),
+        (untold, 19_400, nothing),
+    )
+    return {lib.oc_message_of(ffi.from_buffer("oc_output[]", rows) + k, tick, 0).source for rows, k, tick in ticks}
+
+
+def failure_modes() -> set[int]:
+    ended = [trouble_after([{"fault": k}], angle)[0].fmi for k in range(1, len(_core.FAULTS)) for angle in (0.2, -0.2)]
+    return {int(fmi) for fmi in ended}
+
+
+def slopes() -> set[int]:
+    """By which parameters a model of play, creep and wind-up is taken in a weaving drive."""
+    places, out = ffi.new("oc_places *"), ffi.new("float[]", lib.OC_SLOPE_COUNT)
+    play = ffi.new("oc_play *", {"half_width": 0.05, "friction": 0.05, "creep": 1.0, "windup": 0.02, "unwinding": 0.5})
+    seen = set()
+    for k in range(400):
+        by = {"angle": 0.2 * np.sin(k / 15.0), "centre": 0.0, "load": 0.5 * np.sin(k / 40.0), "step_s": 0.1}
+        lib.oc_places_move(places, play, ffi.new("oc_play_motion *", by), out)
+        seen |= {slope for slope in range(lib.OC_SLOPE_COUNT) if out[slope] != 0.0}
+    return seen
+
+
+REACHED: dict[str, Callable[[], set[int]]] = {
+    "oc_signal_bit": signal_bits,
+    "oc_status": lambda: set(outputs_of(lost_for(18_000, 19_000), "thesis", "observer")["offset_status"].tolist()),
+    "oc_reason": reasons,
+    "oc_error": lambda: {
+        ("ok", "vehicle", "params", "rate").index(refusal(**wrong))
+        for wrong in ({}, {"wheelbase": 0.0}, {"speed_min_m_s": -1.0}, {"rate_hz": 5.0})
+    },
+    "oc_method": lambda: own_way(_core.METHODS, lambda name: (name, "none")),
+    "oc_angle_method": lambda: own_way(_core.ANGLE_METHODS, lambda name: ("joint", name)),
+    "oc_fault": faults,
+    "oc_change_kind": changes,
+    "oc_image_fault": image_faults,
+    "oc_angle_source": sources,
+    "oc_fmi": failure_modes,
+    "oc_slope": slopes,
+}
+
+
+@pytest.mark.parametrize("name", ENUMS)
+def test_every_value_is_reached_and_none_that_has_no_name(name: str) -> None:
+    named = {value for value, word in ffi.typeof(name).elements.items() if not word.endswith("_COUNT")}
+    assert REACHED[name]() == named
+
+
+# What a fault does to the offset
+
+
+def test_an_offset_is_invalid_while_its_sensor_is_at_fault_and_what_it_was_before() -> None:
+    begin, end = 18_000, 18_500
+    for method in ("thesis", "joint"):
+        outputs = outputs_of(lost_for(begin, end), method, "observer")
+        status = np.array(_core.STATUSES)[outputs["offset_status"]]
+        before = status[begin - 1]
+        assert before in ("valid", "converging")
+        assert set(status[begin + 12 : end + 99]) == {"invalid"}  # lost from 0.1 s on, back after a second
+        assert outputs["offset"][end - 1] == pytest.approx(outputs["offset"][begin - 1], abs=0.1 * DEG)
+        assert status[end + 110] == before
+        core = core_of(method, "observer")
+        core.run({name: column[:end] for name, column in lost_for(begin, end).items()})
+        assert _core.STATUSES[core.answer()["offset"]["status"]] == "invalid"
+        assert _core.FAULTS[core.answer()["fault"]] == "lost"
+
+
+def test_nothing_learned_is_unobservable_whatever_its_sensor() -> None:
+    outputs = outputs_of(lost_for(0, 3_000), "joint", "observer")
+    assert _core.FAULTS[outputs["fault"][2_000]] == "lost"
+    assert _core.STATUSES[outputs["offset_status"][2_000]] == "unobservable"

@@ -6,11 +6,11 @@ oc_status oc_status_next(oc_status now, double half_width, double narrow, double
 }
 
 double oc_few_batches_factor(double batches) {
-    const double freedom = batches - 1.0;
-    if (!(freedom > 1.5)) {
+    const float freedom = (float)batches - 1.0f;
+    if (!(freedom > 1.5f)) {
         return 12.706 / 1.96;
     }
     /* Fisher and Cornish's expansion of Student's quantile about the normal one; 0.8 % low at two degrees of freedom. */
-    const double f = 1.0 / freedom;
-    return 1.0 + f * (2.3723 + f * (2.8225 + f * (2.5559 + f * 1.5896))) / 1.96;
+    const float f = 1.0f / freedom;
+    return (double)(1.0f + f * (2.3723f + f * (2.8225f + f * (2.5559f + f * 1.5896f))) / 1.96f);
 }

@@ -4,16 +4,16 @@
 
 /* What is believed of the accelerometer's bias and of the mean crown of the roads, both m/s^2. */
 typedef struct {
-    double bias, crown;
-    double bias_variance, crown_variance, covariance;
+    float bias, crown;
+    float bias_variance, crown_variance, covariance;
 } side_force_belief;
 
 /* A reading of bias + share * crown, to that variance. */
-static void take_reading(side_force_belief *b, double reading, double share, double variance) {
-    const double of_bias = b->bias_variance + share * b->covariance;
-    const double of_crown = b->covariance + share * b->crown_variance;
-    const double total = of_bias + share * of_crown + variance;
-    const double surprise = reading - b->bias - share * b->crown;
+static void take_reading(side_force_belief *b, float reading, float share, float variance) {
+    const float of_bias = b->bias_variance + share * b->covariance;
+    const float of_crown = b->covariance + share * b->crown_variance;
+    const float total = of_bias + share * of_crown + variance;
+    const float surprise = reading - b->bias - share * b->crown;
     b->bias += of_bias / total * surprise;
     b->crown += of_crown / total * surprise;
     b->bias_variance -= of_bias / total * of_bias;
@@ -23,34 +23,32 @@ static void take_reading(side_force_belief *b, double reading, double share, dou
 
 /* Where the accelerometer's bias is, before the steering is asked: by its own prior, the roads' crown and the ground
  * stood on; without an accelerometer the crown alone, which then is not seen. */
-static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, double yaw_rate_bias_sd) {
+static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, float yaw_rate_bias_sd) {
     const oc_params *p = &c->params;
-    const double crown = c->vehicle.traffic_side * p->crown_m_s2;
-    const double unknown_side = c->vehicle.traffic_side == 0.0 ? p->crown_m_s2 : 0.0;
-    const double turning = p->joint_speed_min_m_s * 2.0 * yaw_rate_bias_sd;
-    const double road = p->crown_sd_m_s2 * p->crown_sd_m_s2 + unknown_side * unknown_side + turning * turning;
-    oc_prior prior = {.unloading_mean = (float)-crown, .unloading_sd = (float)sqrt(road),
-                      .yaw_rate_bias_sd = (float)yaw_rate_bias_sd};
+    const float side = (float)c->vehicle.traffic_side, crown_size = (float)p->crown_m_s2;
+    const float crown = side * crown_size;
+    const float unknown_side = side == 0.0f ? crown_size : 0.0f;
+    const float turning = (float)p->joint_speed_min_m_s * 2.0f * yaw_rate_bias_sd;
+    const float crown_sd = (float)p->crown_sd_m_s2;
+    const float road = crown_sd * crown_sd + unknown_side * unknown_side + turning * turning;
+    oc_prior prior = {.unloading_mean = -crown, .unloading_sd = sqrtf(road), .yaw_rate_bias_sd = yaw_rate_bias_sd};
     if (!p->use_accelerometer) {
         return prior;
     }
-    side_force_belief belief = {
-        .crown = crown,
-        .bias_variance = p->accelerometer_bias_sd_m_s2 * p->accelerometer_bias_sd_m_s2,
-        .crown_variance = road,
-    };
+    const float bias_sd = (float)p->accelerometer_bias_sd_m_s2;
+    side_force_belief belief = {.crown = crown, .bias_variance = bias_sd * bias_sd, .crown_variance = road};
     if (evidence->joint.bank_samples > 0.0) {
         /* a few seconds' bank is no mean crown yet */
-        take_reading(&belief, evidence->joint.bank_mean, 1.0, road * 300.0 / evidence->joint.bank_samples);
+        take_reading(&belief, (float)evidence->joint.bank_mean, 1.0f, road * 300.0f / (float)evidence->joint.bank_samples);
     }
     const oc_estimate standing =
         oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
     if (standing.status == OC_VALID) {
-        take_reading(&belief, standing.value, p->standing_crown_share_1,
-                     p->standing_slope_sd_m_s2 * p->standing_slope_sd_m_s2);
+        const float slope_sd = (float)p->standing_slope_sd_m_s2;
+        take_reading(&belief, (float)standing.value, (float)p->standing_crown_share_1, slope_sd * slope_sd);
     }
-    prior.unloading_mean = (float)belief.bias;
-    prior.unloading_sd = (float)sqrt(belief.bias_variance);
+    prior.unloading_mean = belief.bias;
+    prior.unloading_sd = sqrtf(belief.bias_variance);
     return prior;
 }
 
@@ -99,11 +97,19 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
 void oc_stand_jointly(oc_state *state, const oc_coefficients *c) {
     oc_evidence *evidence = &state->evidence;
     const oc_estimate bias = oc_gyro_bias_get(&evidence->gyro_bias, &c->params);
-    const oc_prior prior = prior_of(evidence, c, bias.standard_deviation);
+    const oc_prior prior = prior_of(evidence, c, (float)bias.standard_deviation);
     const int32_t concluded = evidence->joint.concluded;
     oc_joint_stand(&evidence->joint, &state->tracking.joint, &c->joint, &prior, bias.value);
     if (concluded < OC_JOINT_HYPOTHESES && evidence->joint.concluded == OC_JOINT_HYPOTHESES) {
-        oc_learn_jointly(evidence, &evidence->verdicts, &state->learned, c);
+        state->tracking.joint.work.ended = 1;
+    }
+}
+
+void oc_tell_standing(oc_state *state, const oc_coefficients *c) {
+    oc_joint_tracking *tracking = &state->tracking.joint;
+    if (tracking->stands && tracking->work.ended) {
+        tracking->work.ended = 0;
+        oc_learn_jointly(&state->evidence, &state->evidence.verdicts, &state->learned, c);
     }
 }
 
@@ -128,7 +134,7 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_fil
     oc_joint_tracking *tracking = &state->tracking.joint;
     if (!tracking->running || (tracking->prior_due && !tick.busy)) {
         tracking->prior_due = 0;
-        tracking->prior = prior_of(&state->evidence, c, yaw_rate_bias->standard_deviation);
+        tracking->prior = prior_of(&state->evidence, c, (float)yaw_rate_bias->standard_deviation);
     }
     if (oc_joint_update(&state->evidence.joint, tracking, &c->joint, &tick)) {
         oc_learn_jointly(&state->evidence, &state->evidence.verdicts, &state->learned, c);

@@ -43,17 +43,21 @@ oc_message oc_message_of(const oc_output *output, const oc_signals *tick, uint32
 }
 
 static uint32_t word_of(double value, double step, double least) {
-    const double steps = floor((value - least) / step + 0.5);
-    return steps >= 0.0 && steps <= (double)word_last ? (uint32_t)steps : no_word;
+    const double steps = (value - least) / step + 0.5;
+    return steps >= 0.0 && steps < (double)(word_last + 1u) ? (uint32_t)steps : no_word;
 }
 
 /* Rounded up: less sure than it is, never surer. */
 static uint32_t byte_of(double sd) {
-    const double steps = -floor(-sd / sd_step);
+    const double steps = sd / sd_step;
     if (!(steps >= 0.0)) {
         return no_byte;
     }
-    return steps < (double)byte_last ? (uint32_t)steps : byte_last;
+    if (steps > (double)byte_last) {
+        return byte_last;
+    }
+    const uint32_t whole = (uint32_t)steps;
+    return whole + (whole < steps ? 1u : 0u);
 }
 
 void oc_message_encode(const oc_message *message, uint8_t *data) {

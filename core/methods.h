@@ -22,6 +22,8 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_fil
                          const oc_motion *motion, const oc_estimate *yaw_rate_bias, uint32_t reasons);
 /* The truck stands: its gyro's bias is told. */
 void oc_stand_jointly(oc_state *state, const oc_coefficients *c);
+/* What that taught is learned, apart, lest the stack be too deep. */
+void oc_tell_standing(oc_state *state, const oc_coefficients *c);
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                       const oc_coefficients *c);
 

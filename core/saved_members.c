@@ -63,8 +63,12 @@ static const struct {
 };
 
 /* Members one after the other, all of one kind and within one limit; macros, so that offset and size cannot be of two. */
+enum { LIMITS_MAX = 32 };
+#define NATIVE_BYTES(kind)                                                                                             \
+    ((kind) == OC_SAVED_DOUBLE || (kind) == OC_SAVED_UINT64 ? 8u : (kind) == OC_SAVED_ENUM ? sizeof(oc_status) : 4u)
 #define MEMBERS(type, first, last, kind, limit)                                                                       \
-    {offsetof(type, first), offsetof(type, last) + sizeof(((type *)0)->last) - offsetof(type, first), kind, limit}
+    {offsetof(type, first), (offsetof(type, last) + sizeof(((type *)0)->last) - offsetof(type, first)) / NATIVE_BYTES(kind), \
+     (kind) * LIMITS_MAX + (limit)}
 #define MEMBER(type, member, kind, limit) MEMBERS(type, member, member, kind, limit)
 
 static const oc_saved_member moments_members[] = {
@@ -82,10 +86,11 @@ static const oc_saved_member understeer_members[] = {
 };
 
 static const oc_saved_member standstill_members[] = {
-    MEMBER(oc_standstill, weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_standstill, yaw_rate, OC_SAVED_DOUBLE, ANY_YAW_RATE),
-    MEMBER(oc_standstill, lateral_acceleration, OC_SAVED_DOUBLE, ANY_ACCELERATION),
-    MEMBERS(oc_standstill, yaw_rate_squares, acceleration_weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_standstill, yaw_rate.weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_standstill, yaw_rate.mean, OC_SAVED_DOUBLE, ANY_YAW_RATE),
+    MEMBERS(oc_standstill, yaw_rate.squares, lateral_acceleration.weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_standstill, lateral_acceleration.mean, OC_SAVED_DOUBLE, ANY_ACCELERATION),
+    MEMBER(oc_standstill, lateral_acceleration.squares, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_standstill, still_ticks, OC_SAVED_INT32, COUNTER),
 };
 
@@ -133,7 +138,7 @@ static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, yaw_rate_bias, OC_SAVED_DOUBLE, ANY_YAW_RATE),
     MEMBER(oc_joint, yaw_rate_bias_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_joint, correction, OC_SAVED_FLOAT, ANY_YAW_RATE),
-    MEMBERS(oc_joint, corrected, concluded, OC_SAVED_INT32, HYPOTHESES_DONE),
+    MEMBERS(oc_joint, corrected, loaded, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBER(oc_joint, speed_mean, OC_SAVED_DOUBLE, ROAD_SPEED),
     MEMBER(oc_joint, bank_mean, OC_SAVED_DOUBLE, ANY_ACCELERATION),
     MEMBER(oc_joint, bank_samples, OC_SAVED_DOUBLE, NOT_NEGATIVE), MEMBER(oc_joint, changes, OC_SAVED_INT32, COUNTER),
@@ -284,9 +289,7 @@ static const oc_saved_member key_members[] = {
     MEMBER(oc_coefficients, vehicle.ratio.ratio, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_coefficients, vehicle.track_width_front, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_coefficients, vehicle.track_width_rear, OC_SAVED_DOUBLE, ANY_NUMBER),
-    {offsetof(oc_coefficients, params.cutoff_hz),
-     offsetof(oc_coefficients, params.use_accelerometer) - offsetof(oc_coefficients, params.cutoff_hz), OC_SAVED_DOUBLE,
-     ANY_NUMBER},
+    MEMBERS(oc_coefficients, params.cutoff_hz, params.standing_slope_sd_m_s2, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_coefficients, params.use_accelerometer, OC_SAVED_INT32, ANY_NUMBER),
     MEMBER(oc_coefficients, rate_hz, OC_SAVED_DOUBLE, ANY_NUMBER),
 };
@@ -327,53 +330,52 @@ static const saved_part state_parts[] = {
     PART(fault_watch_members, oc_fault_watch, tracking.fault, 1),
 };
 
+oc_saved_kind oc_saved_kind_of(const oc_saved_member *member) {
+    return (oc_saved_kind)(member->what / LIMITS_MAX);
+}
+
 size_t oc_saved_native_bytes(oc_saved_kind kind) {
-    static const uint8_t bytes[OC_SAVED_KIND_COUNT] = {sizeof(double), sizeof(float), sizeof(int32_t), sizeof(uint64_t),
-                                                       sizeof(oc_status)};
-    return bytes[kind];
+    return NATIVE_BYTES(kind);
 }
 
 size_t oc_saved_image_bytes(oc_saved_kind kind) {
     return kind == OC_SAVED_ENUM ? 1 : oc_saved_native_bytes(kind);
 }
 
-static bool visit_all(const oc_saved_member *members, size_t count, size_t first, oc_saved_visit visit, void *with) {
-    for (size_t k = 0; k < count; ++k) {
-        if (!visit(with, &members[k], first + members[k].offset)) {
-            return false;
+bool oc_saved_next(oc_saved_cursor *cursor) {
+    if (cursor->part == sizeof state_parts / sizeof *state_parts) {
+        return false;
+    }
+    const saved_part *part = &state_parts[cursor->part];
+    cursor->member = &part->members[cursor->row];
+    cursor->place = part->first + (size_t)cursor->number * part->stride + cursor->member->offset;
+    if (++cursor->row == part->count) {
+        cursor->row = 0;
+        if (++cursor->number == part->of) {
+            cursor->number = 0;
+            ++cursor->part;
         }
     }
     return true;
 }
 
-bool oc_saved_members(oc_saved_visit visit, void *with) {
-    for (size_t k = 0; k < sizeof state_parts / sizeof *state_parts; ++k) {
-        const saved_part *part = &state_parts[k];
-        for (size_t number = 0; number < part->of; ++number) {
-            if (!visit_all(part->members, part->count, part->first + number * part->stride, visit, with)) {
-                return false;
-            }
-        }
-    }
-    return true;
-}
-
-bool oc_keyed_members(oc_saved_visit visit, void *with) {
-    return visit_all(key_members, sizeof key_members / sizeof *key_members, 0, visit, with);
+const oc_saved_member *oc_keyed_member(size_t k) {
+    return k < sizeof key_members / sizeof *key_members ? &key_members[k] : NULL;
 }
 
 bool oc_saved_in_range(const oc_saved_member *member, double value) {
-    return value >= (double)saved_limits[member->limit].low && value <= (double)saved_limits[member->limit].high;
+    const uint32_t limit = member->what % LIMITS_MAX;
+    return value >= (double)saved_limits[limit].low && value <= (double)saved_limits[limit].high;
 }
 
 /* Variances on the diagonal, and no correlation beyond 1 but for rounding. */
 static bool is_covariance(const oc_gyro_bias *gyro_bias) {
     for (int32_t row = 0; row < OC_GYRO_BIAS_STATES; ++row) {
-        const double variance = gyro_bias->P[row][row];
+        const float variance = (float)gyro_bias->P[row][row];
         for (int32_t column = 0; column <= row; ++column) {
-            const double covariance = gyro_bias->P[row][column];
-            if (!(variance >= 0.0) ||
-                !(covariance * covariance <= 1.001 * variance * gyro_bias->P[column][column] + 1e-30)) {
+            const float covariance = (float)gyro_bias->P[row][column];
+            if (!(variance >= 0.0f) ||
+                !(covariance * covariance <= 1.001f * variance * (float)gyro_bias->P[column][column] + 1e-30f)) {
                 return false;
             }
         }

@@ -20,18 +20,25 @@ typedef enum {
 
 /* Numbers one after the other: a member, or several of one kind. */
 typedef struct {
-    uint16_t offset, bytes; /* in its struct; bytes of them all */
-    uint8_t kind, limit;
+    uint16_t offset; /* bytes, in its struct */
+    uint8_t count;   /* of numbers */
+    uint8_t what;    /* kind and limit */
 } oc_saved_member;
 
-/* What is done with each member; `place` is its offset in the whole struct. False ends it all. */
-typedef bool (*oc_saved_visit)(void *with, const oc_saved_member *member, size_t place);
+oc_saved_kind oc_saved_kind_of(const oc_saved_member *member);
 
-/* Of oc_state. False as soon as `visit` is. */
-bool oc_saved_members(oc_saved_visit visit, void *with);
+/* Where one is among the members of oc_state; begins as all zero. */
+typedef struct {
+    const oc_saved_member *member;
+    size_t place;              /* of it in the state, bytes */
+    uint8_t part, number, row; /* the next one's */
+} oc_saved_cursor;
 
-/* Of oc_coefficients, those that the learned numbers depend on, methods aside. */
-bool oc_keyed_members(oc_saved_visit visit, void *with);
+/* To the next member; false after the last. */
+bool oc_saved_next(oc_saved_cursor *cursor);
+
+/* Of oc_coefficients, the k-th of those that the learned numbers depend on, methods aside; NULL after the last. */
+const oc_saved_member *oc_keyed_member(size_t k);
 
 /* Bytes of one number on this machine, and in the image. */
 size_t oc_saved_native_bytes(oc_saved_kind kind);

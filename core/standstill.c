@@ -7,6 +7,13 @@ static const double yaw_rate_floor = 3.5e-4;             /* rad/s, 0.02 deg/s */
 static const double lateral_acceleration_floor = 0.01;   /* m/s^2 */
 static const double ticks_alike = 10.0;                  /* neighbours that say the same thing again */
 
+static void take(oc_still_mean *still, double reading) {
+    still->weight += 1.0;
+    const double innovation = reading - still->mean;
+    still->mean += innovation / still->weight;
+    still->squares += innovation * (reading - still->mean);
+}
+
 void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double speed, double speed_max,
                           double yaw_rate, double lateral_acceleration, int32_t has_acceleration) {
     if (!(fabs(speed) <= speed_max)) {
@@ -17,27 +24,20 @@ void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double s
         ++state->still_ticks;
         return;
     }
-    state->weight += 1.0;
-    const double yaw_rate_innovation = yaw_rate - state->yaw_rate;
-    state->yaw_rate += yaw_rate_innovation / state->weight;
-    state->yaw_rate_squares += yaw_rate_innovation * (yaw_rate - state->yaw_rate);
+    take(&state->yaw_rate, yaw_rate);
     if (has_acceleration != 0) {
-        state->acceleration_weight += 1.0;
-        const double innovation = lateral_acceleration - state->lateral_acceleration;
-        state->lateral_acceleration += innovation / state->acceleration_weight;
-        state->lateral_acceleration_squares += innovation * (lateral_acceleration - state->lateral_acceleration);
+        take(&state->lateral_acceleration, lateral_acceleration);
     }
 }
 
-static oc_estimate mean_estimate(double weight, double value, double squares, double floor_sd, double tick_s,
-                                 double time_min) {
-    const double evidence = weight * tick_s;
-    if (!(evidence >= time_min) || !(weight > 1.0)) {
+static oc_estimate estimate_of(const oc_still_mean *still, double floor_sd, double tick_s, double time_min) {
+    const double evidence = still->weight * tick_s;
+    if (!(evidence >= time_min) || !(still->weight > 1.0)) {
         return (oc_estimate){.evidence = evidence, .status = OC_UNOBSERVABLE};
     }
-    const double variance = squares / (weight - 1.0) * ticks_alike / weight;
+    const double variance = still->squares / (still->weight - 1.0) * ticks_alike / still->weight;
     return (oc_estimate){
-        .value = value,
+        .value = still->mean,
         .standard_deviation = sqrt(variance + floor_sd * floor_sd),
         .evidence = evidence,
         .status = OC_VALID,
@@ -45,10 +45,9 @@ static oc_estimate mean_estimate(double weight, double value, double squares, do
 }
 
 oc_estimate oc_standstill_yaw_rate(const oc_standstill *state, double tick_s, double time_min) {
-    return mean_estimate(state->weight, state->yaw_rate, state->yaw_rate_squares, yaw_rate_floor, tick_s, time_min);
+    return estimate_of(&state->yaw_rate, yaw_rate_floor, tick_s, time_min);
 }
 
 oc_estimate oc_standstill_lateral_acceleration(const oc_standstill *state, double tick_s, double time_min) {
-    return mean_estimate(state->acceleration_weight, state->lateral_acceleration, state->lateral_acceleration_squares,
-                         lateral_acceleration_floor, tick_s, time_min);
+    return estimate_of(&state->lateral_acceleration, lateral_acceleration_floor, tick_s, time_min);
 }

@@ -7,11 +7,14 @@
 #include "estimate.h"
 
 typedef struct {
-    double weight;                    /* ticks */
-    double yaw_rate, lateral_acceleration; /* means: rad/s, m/s^2 */
-    double yaw_rate_squares, lateral_acceleration_squares; /* of the deviations from the means */
-    double acceleration_weight;       /* ticks that had an accelerometer */
-    int32_t still_ticks;              /* of this standstill so far */
+    double weight;       /* ticks */
+    double mean;         /* rad/s or m/s^2 */
+    double squares;      /* of the deviations from the mean */
+} oc_still_mean;
+
+typedef struct {
+    oc_still_mean yaw_rate, lateral_acceleration; /* the latter over the ticks that had an accelerometer */
+    int32_t still_ticks;                          /* of this standstill so far */
 } oc_standstill;
 
 void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double speed, double speed_max,

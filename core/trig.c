@@ -1,6 +1,7 @@
 #include "trig.h"
 
 #include <math.h>
+#include <stdint.h>
 
 static const double half_pi_high = 1.57079632679489655800e+00;
 static const double half_pi_low = 6.12323399573676603587e-17;
@@ -32,30 +33,39 @@ static double cosine_near_zero(double angle) {
     return 1.0 + z * sum;
 }
 
-/* The quarter turns nearest to the angle, and what is left of it. */
-static double quarter_turns(double angle, double *rest) {
+/* Which of the four quarters the angle is nearest to, and what is left of it. */
+static int32_t quarter_turns(double angle, double *rest) {
     if (!(fabs(angle) <= 1e6)) { /* too many turns to count them, or no number */
         *rest = 0.0;
-        return 0.0;
+        return 0;
     }
-    const double turns = floor(angle / half_pi_high + 0.5);
+    const int32_t turns = (int32_t)(angle / half_pi_high + (angle < 0.0 ? -0.5 : 0.5));
     *rest = (angle - turns * half_pi_high) - turns * half_pi_low;
-    return turns - 4.0 * floor(turns / 4.0);
+    return (int32_t)((uint32_t)turns & 3u);
 }
 
 double oc_sin(double angle) {
     double rest;
-    const int quadrant = (int)quarter_turns(angle, &rest);
+    const int32_t quadrant = quarter_turns(angle, &rest);
     const double size = (quadrant % 2 == 0) ? sine_near_zero(rest) : cosine_near_zero(rest);
     return quadrant < 2 ? size : -size;
 }
 
+/* Lambert's continued fraction, |angle| <= pi/4: the first part left out is below 1e-19. */
+static double tangent_near_zero(double angle) {
+    const double z = angle * angle;
+    double sum = 21.0;
+    for (int32_t k = 19; k > 0; k -= 2) {
+        sum = k - z / sum;
+    }
+    return angle / sum;
+}
+
 double oc_tan(double angle) {
     double rest;
-    const int quadrant = (int)quarter_turns(angle, &rest);
-    const double sine = sine_near_zero(rest);
-    const double cosine = cosine_near_zero(rest);
-    return (quadrant % 2 == 0) ? sine / cosine : -cosine / sine;
+    const int32_t quadrant = quarter_turns(angle, &rest);
+    const double tangent = tangent_near_zero(rest);
+    return (quadrant % 2 == 0) ? tangent : -1.0 / tangent;
 }
 
 /* |ratio| <= 1/2; the rational approximation that fdlibm published (Sun Microsystems, 1993). */

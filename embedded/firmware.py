@@ -18,9 +18,17 @@ STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Werror")
 LINK = ("-nostartfiles", "-Wl,--gc-sections", "-Wl,--no-enum-size-warning", "-Wl,--defsym=sqrt=__ieee754_sqrt")
 # All that the core may call: the compiler's own arithmetic, three functions of libm, and what copies structs.
 ALLOWED = re.compile(r"(oc_|__aeabi_)\w+|sqrtf?|floorf?|fabsf?|mem(cpy|set|move)")
-# What firmware calls; the rest serves the replay of whole logs.
-FIRMWARE = ("oc_params_defaults", "oc_params_check", "oc_vehicle_check", "oc_setup", "oc_init", "oc_restart", "oc_step",
-            "oc_answer_get", "oc_error_name", "oc_reason_name", "oc_status_name", "oc_fault_name")  # fmt: skip
+# What firmware calls: the monitor alone, with its answer in full and the names of what it says;
+MONITOR = ("oc_params_defaults", "oc_params_check", "oc_vehicle_check", "oc_setup", "oc_init", "oc_restart", "oc_step",
+           "oc_answer_get", "oc_error_name", "oc_reason_name", "oc_status_name", "oc_fault_name")  # fmt: skip
+# an ECU that keeps it over ignition and tells the bus, as examples/integration.c does;
+ECU = ("oc_params_defaults", "oc_setup", "oc_restore_newest", "oc_restart", "oc_step", "oc_save", "oc_message_of",
+       "oc_message_encode", "oc_trouble_update", "oc_trouble_encode")  # fmt: skip
+# and the rest of the headers, but for what serves whole logs.
+ALL = (*MONITOR, *ECU, "oc_version", "oc_method_name", "oc_angle_method_name", "oc_save_size", "oc_restore",
+       "oc_image_fault_name", "oc_message_decode", "oc_message_measured", "oc_angle_source_name")  # fmt: skip
+# Files of which no tick calls anything; their speed matters nowhere.
+COLD = ("message", "names", "params", "save", "saved_members", "trouble")
 
 
 def _run(*command: str | Path) -> str:
@@ -39,7 +47,8 @@ def compiled(board: Board, sources: Sequence[Path], folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     objects = [folder / f"{source.stem}.o" for source in sources]
     for source, target in zip(sources, objects, strict=True):
-        _run(GCC, *FLAGS, *STRICT, *board.flags, "-fcallgraph-info=su", f"-I{CORE}", "-c", source, "-o", target)
+        how = ("-Os",) if source.stem in COLD else ()
+        _run(GCC, *FLAGS, *STRICT, *board.flags, *how, "-fcallgraph-info=su", f"-I{CORE}", "-c", source, "-o", target)
     return objects
 
 
@@ -50,9 +59,9 @@ def linked(board: Board, objects: Sequence[Path], target: Path, *more: str) -> P
     return target
 
 
-def flash_bytes(board: Board, core_objects: Sequence[Path], target: Path) -> int:
-    """Of the core with all it needs of libgcc and libm, as firmware links it: code and constants."""
-    linked(board, core_objects, target, "-e", "oc_step", *(f"-Wl,-u,{name}" for name in FIRMWARE))
+def flash_bytes(board: Board, core_objects: Sequence[Path], target: Path, called: Sequence[str]) -> int:
+    """Of the core with all it needs of libgcc and libm, as firmware links it that calls these: code and constants."""
+    linked(board, core_objects, target, "-e", "oc_step", *(f"-Wl,-u,{name}" for name in called))
     text, data = _run("arm-none-eabi-size", target).splitlines()[1].split()[:2]
     return int(text) + int(data)
 

@@ -1,7 +1,10 @@
 /* Drives a recorded drive through the core, tick by tick as firmware does, and writes down what it says. */
 
+#include <string.h>
+
 #include "board.h"
 #include "monitor.h"
+#include "save.h"
 
 /* drive.bin, written by the host, begins with it; the structs and then the ticks follow. */
 typedef struct {
@@ -23,7 +26,10 @@ typedef struct {
     oc_answer answer;
     uint32_t setup_instructions, answer_instructions;
     uint32_t setup_stack, step_stack, answer_stack; /* bytes, deepest seen */
-    uint32_t unused;
+    uint32_t save_instructions, restore_instructions, save_stack;
+    uint32_t image_bytes;
+    uint32_t comes_back; /* restored and saved again, it is the same */
+    uint8_t image[sizeof(oc_state) + OC_SAVE_OVERHEAD];
 } result_tail;
 
 enum { NO_FILE = 1, OTHER_LAYOUT = 2, NO_SETUP = 3, CUT_SHORT = 4 };
@@ -87,12 +93,30 @@ static int drive(int32_t from, int32_t to) {
     return 0;
 }
 
+static void save_and_restore(void) {
+    static oc_state other;
+    static uint8_t again[sizeof tail.image];
+    uint32_t sequence;
+    board_stack_paint();
+    const uint32_t first = board_clock();
+    tail.image_bytes = (uint32_t)oc_save(&tail.state, &tail.coefficients, 1, tail.image, sizeof tail.image);
+    const uint32_t second = board_clock();
+    const oc_image_fault fault = oc_restore(&other, &tail.coefficients, tail.image, sizeof tail.image, &sequence);
+    const uint32_t third = board_clock();
+    tail.save_stack = board_stack_used();
+    tail.save_instructions = board_instructions(first, second);
+    tail.restore_instructions = board_instructions(second, third);
+    (void)oc_save(&other, &tail.coefficients, sequence, again, sizeof again);
+    tail.comes_back = fault == OC_IMAGE_OK && memcmp(again, tail.image, sizeof again) == 0;
+}
+
 static int answer(int32_t to) {
     board_stack_paint();
     const uint32_t before = board_clock();
     oc_answer_get(&tail.state, &tail.coefficients, &tail.answer);
     tail.answer_instructions = board_instructions(before, board_clock());
     tail.answer_stack = board_stack_used();
+    save_and_restore();
     return board_write(to, &tail, sizeof tail) ? 0 : CUT_SHORT;
 }
 

@@ -25,7 +25,10 @@ _ROW = np.dtype([("output", _TYPES["oc_output"]), ("instructions", "u4"), ("unus
 _TAIL = np.dtype(
     [(name.removeprefix("oc_"), _TYPES[name]) for name in ("oc_coefficients", "oc_state", "oc_answer")]
     + [(name, "u4") for name in ("setup_instructions", "answer_instructions")]
-    + [(name, "u4") for name in ("setup_stack", "step_stack", "answer_stack", "unused")]
+    + [(name, "u4") for name in ("setup_stack", "step_stack", "answer_stack")]
+    + [(name, "u4") for name in ("save_instructions", "restore_instructions", "save_stack", "image_bytes", "comes_back")]
+    + [("image", "u1", (_TYPES["oc_state"].itemsize + _core.lib.OC_SAVE_OVERHEAD,))],
+    align=True,
 )
 _FAULTS = {1: "it found no drive", 2: "its structs are laid out otherwise", 3: "it refuses the vehicle or the params",
            4: "the drive was cut short", 100: "the processor faulted"}
@@ -121,7 +124,7 @@ def _differing(ours: npt.NDArray[np.void], theirs: npt.NDArray[np.void], path: s
 
 
 def differences(drive: Drive, replayed: Replayed) -> list[str]:
-    """Where the board's numbers are not this machine's, bit by bit: outputs, coefficients, state and answer."""
+    """Where the board's numbers are not this machine's, bit by bit: outputs, coefficients, state, answer, image."""
     core = _core_of(drive)
     outputs = np.zeros(len(replayed.rows), _TYPES["oc_output"])
     core.run(drive.columns, outputs)
@@ -132,4 +135,7 @@ def differences(drive: Drive, replayed: Replayed) -> list[str]:
     for name, native in ends.items():
         ours = np.frombuffer(bytes(ffi.buffer(native)), _TYPES[f"oc_{name}"])
         found += [f"{name}: {path}" for path, _ in _differing(ours, replayed.tail[name][None])]
+    image = bytes(replayed.tail["image"][: int(replayed.tail["image_bytes"])])
+    found += ["the saved image"] if image != core.save(1) else []
+    found += [] if replayed.tail["comes_back"] else ["the saved image does not come back as it was"]
     return found

@@ -20,15 +20,20 @@ SAME = 0.02  # of a figure: another processor's last bits make another drive of 
 # What firmware asks for, by row of the table; instructions for each board.
 KIB = 1024
 ROWS = {
-    "flash, KiB": ("48", "48"),
+    "flash of the monitor, KiB": ("48", "48"),
+    "flash with saved image, message and trouble code, KiB": ("48", "48"),
+    "flash of all there is, KiB": ("", ""),
     "RAM: state, KiB": ("16", "16"),
     "RAM: coefficients, KiB": ("", ""),
     "worst stack of a tick, bytes": ("1,024", "1,024"),
-    "worst stack of setup and answer, bytes": ("1,024", "1,024"),
+    "worst stack of setup, answer, saving and restoring, bytes": ("1,024", "1,024"),
     "instructions a tick, mean": ("", ""),
     "instructions a tick, 99 of 100 at most": ("", ""),
     "instructions in the worst tick": ("50,000", "5,000"),
     "instructions of an answer": ("", ""),
+    "instructions to save": ("", ""),
+    "instructions to restore": ("", ""),
+    "bytes of a saved image": ("", ""),
 }
 
 
@@ -73,13 +78,17 @@ def measure(board: Board, folder: Path) -> Measured:
         _compared(board, program, Drive(short, method, angle_method), folder)
     whole = _compared(board, program, Drive(columns, "joint", "observer"), folder)
 
-    tick, rest = stack.worst("oc_step"), max(stack.worst("oc_setup"), stack.worst("oc_answer_get"))
-    seen_rest = max(int(whole.tail["setup_stack"]), int(whole.tail["answer_stack"]))
+    tick = stack.worst("oc_step")
+    rest = max(map(stack.worst, ("oc_setup", "oc_answer_get", "oc_save", "oc_restore")))
+    seen_rest = max(int(whole.tail[name]) for name in ("setup_stack", "answer_stack", "save_stack"))
     for seen, by_graph in ((int(whole.tail["step_stack"]), tick), (seen_rest, rest)):
         _fail([f"{board.name}: {seen} bytes of stack seen, {by_graph} by the call graph"] if seen > by_graph else [])
     instructions = whole.rows["instructions"]
     figures = [
-        _kib(firmware.flash_bytes(board, core, folder / "core.elf")),
+        *(
+            _kib(firmware.flash_bytes(board, core, folder / "core.elf", called))
+            for called in (firmware.MONITOR, firmware.ECU, firmware.ALL)
+        ),
         _kib(whole.tail["state"].dtype.itemsize),
         _kib(whole.tail["coefficients"].dtype.itemsize),
         f"{tick:,}",
@@ -87,7 +96,8 @@ def measure(board: Board, folder: Path) -> Measured:
         f"{instructions.mean():,.0f}",
         f"{np.percentile(instructions, 99):,.0f}",
         f"{instructions.max():,}",
-        f"{int(whole.tail['answer_instructions']):,}",
+        *(f"{int(whole.tail[f'{what}_instructions']):,}" for what in ("answer", "save", "restore")),
+        f"{int(whole.tail['image_bytes']):,}",
     ]
     print(f"{board.name}: deepest in a tick: {', '.join(stack.path('oc_step'))}")
     return Measured(board, figures)

@@ -189,7 +189,7 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("evidence.bank_sum", math.nan),
         ("evidence.bank_sum", math.inf),
         ("evidence.offset.ticks.weight", -1.0),
-        ("evidence.standstill.yaw_rate", 11.0),
+        ("evidence.standstill.yaw_rate.mean", 11.0),
         ("evidence.gyro_bias.x", math.nan),
         ("evidence.gyro_bias.P", -1e-9),
         ("evidence.gyro_bias.status", 4),

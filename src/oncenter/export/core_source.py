@@ -69,5 +69,5 @@ def _comments(header: str) -> dict[str, str]:
 
 def _ranges(source: str) -> dict[str, tuple[float, float]]:
     """Name, low and high of the table of ranges."""
-    rows = re.findall(r'\{"(\w+)", offsetof\(oc_params, \w+\),\s*([^,{}]+),\s*([^,{}]+)\}', source)
-    return {name: (float(low), float(high)) for name, low, high in rows}
+    rows = re.findall(r"\{([^,{}]+)f, ([^,{}]+)f\}, /\* (\w+) \*/", source)
+    return {name: (float(low), float(high)) for low, high, name in rows}

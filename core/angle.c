@@ -36,6 +36,14 @@ static const double learning_memory_s = 600.0;
 static const double learned_s = 30.0;
 static const double unflattened = 1.10;                   /* the gyro's noise flattens the slope T */
 
+/* Beyond (7): turning on a circle takes the arctangent of L/R, linkages and racks turn the wheels faster at their ends.
+ * Both together take a share of the front wheels' angle cubed. */
+static const double cube_min = 0.15 * 0.15 * 0.15;        /* rad^3: smaller ones tell of other errors */
+static const double cube_speed = 3.0;                     /* m/s: slower, the gyro's noise counts too much */
+static const double flattened_max = 0.3;                  /* of an angle: more is driving backward, or a sensor at fault */
+static const double flattening_sd = 0.5;                  /* 1/rad^2, prior about none; the arctangent alone is 1/3 */
+static const double flattening_prior = 1e-4;              /* rad^6 x s: cubes that outweigh the prior */
+
 /* Where motion says nothing. */
 static const double walking_speed = 1.0;                      /* m/s */
 static const double never_s = 1e9;
@@ -145,6 +153,21 @@ static double lead_at(const oc_angle_tracking *t, const oc_angle_evidence *e, co
     return T > 0.0 ? T : 0.0;
 }
 
+/* 1/rad^2, by which the front wheels' angle cubed lessens it. */
+static double flattening(const oc_angle_evidence *e) {
+    return e->flattened / (e->cubes + flattening_prior);
+}
+
+static void learn_flattening(oc_angle_evidence *e, const oc_angle_tracking *t, const oc_angle_design *d,
+                             double error) {
+    const bool plausible = fabs(error) < flattened_max * fabs(t->estimate);
+    if (plausible && fabs(t->speed) > cube_speed && fabs(t->cube) > cube_min) {
+        const double left = flattening(e) * t->cube - error / d->ratio.ratio;
+        e->flattened += left * t->cube * d->tick_s;
+        e->cubes += t->cube * t->cube * d->tick_s;
+    }
+}
+
 static oc_side_slip side_slip_of(const oc_angle_tracking *t, const oc_angle_tick *tick) {
     return (oc_side_slip){
         .speed = t->speed,
@@ -162,8 +185,8 @@ static double wheels_by_side_slip(const oc_angle_tracking *t, const oc_angle_evi
 }
 
 /* What the learned truck needs, by (13), for the motion that is. */
-static double wheels_of(const oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck, double T,
-                        const oc_angle_tick *tick) {
+static double wheels_of(oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
+                        const oc_angle_truck *truck, double T, const oc_angle_tick *tick) {
     const double a = t->yaw_rate * t->speed + t->bank;
     const double v = t->speed;
     switch (d->method) {
@@ -179,9 +202,11 @@ static double wheels_of(const oc_angle_tracking *t, const oc_angle_design *d, co
     default:
         break;
     }
-    const double front = oc_front_wheel_by_yaw_rate(d->wheelbase * (1.0 + truck->wheelbase), t->yaw_rate, v,
-                                                    truck->gradient, a - truck->unloading) + T / d->ratio.ratio * t->yaw_acceleration;
-    return oc_ratio_to_steering_wheel(&d->ratio, front);
+    const double steady = oc_front_wheel_by_yaw_rate(d->wheelbase * (1.0 + truck->wheelbase), t->yaw_rate, v,
+                                                     truck->gradient, a - truck->unloading);
+    t->cube = steady * steady * steady;
+    return oc_ratio_to_steering_wheel(&d->ratio, steady - flattening(e) * t->cube +
+                                                     T / d->ratio.ratio * t->yaw_acceleration);
 }
 
 /* Of the estimate, by its own make: what a sensor can judge. */
@@ -194,14 +219,16 @@ static double own_variance(const oc_angle_tracking *t, const oc_angle_truck *tru
 }
 
 /* By what a sensor cannot say, or said before. */
-static double other_variance(const oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck,
-                             const oc_angle_tick *tick) {
+static double other_variance(const oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
+                             const oc_angle_truck *truck, const oc_angle_tick *tick) {
     const double i = d->ratio.ratio;
     const double a = t->yaw_rate * t->speed + t->bank - truck->unloading;
     const double loaded = (t->standing_s > loading_s ? load_share_stopped_sd : load_share_sd) * truck->gradient;
     const double gyro = i * d->wheelbase / t->speed * tick->yaw_rate_bias_sd;
     const double gradient = i * a * truck->gradient_sd, load = i * a * loaded;
-    return truck->offset_sd * truck->offset_sd + gyro * gyro + gradient * gradient + load * load;
+    const double flat = i * t->cube * flattening_sd;
+    return truck->offset_sd * truck->offset_sd + gyro * gyro + gradient * gradient + load * load +
+           flat * flat * flattening_prior / (flattening_prior + e->cubes);
 }
 
 /* What the sensor says of T and of how far off the estimate is. */
@@ -241,7 +268,7 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
     if (moves) {
         const double T = given->known ? lead_at(t, e, d, truck) : T_prior_s;
         const double wheels = d->method == OC_ANGLE_SIDE_SLIP ? wheels_by_side_slip(t, e, d, tick)
-                                                              : wheels_of(t, d, truck, T, tick);
+                                                              : wheels_of(t, e, d, truck, T, tick);
         if (t->held_s > 0.0 || t->without_sensor_s >= never_s) {
             t->reference = wheels;
         }
@@ -250,8 +277,11 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
         place_in_play(t, d, truck, wheels, load);
         t->estimate = observes ? wheels + 0.5 * truck->backlash * t->place : wheels;
         const double own = own_variance(t, truck);
+        const double error = tick->true_by_sensor - t->estimate;
+        if (tick->teaches && given->known && observes) {
+            learn_flattening(e, t, d, error);
+        }
         if (tick->teaches && given->known && fabs(t->speed) > learning_speed) {
-            const double error = tick->true_by_sensor - t->estimate;
             learn_from_sensor(e, t, d, truck, error, error + T * t->yaw_acceleration, own);
             if (d->method == OC_ANGLE_SIDE_SLIP) {
                 const oc_side_slip slip = side_slip_of(t, tick);
@@ -260,7 +290,7 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
             }
         }
         const double spread = e->seconds > learned_s ? e->spread : 2.0;
-        t->sd = sqrt(spread * own + other_variance(t, d, truck, tick));
+        t->sd = sqrt(spread * own + other_variance(t, e, d, truck, tick));
     } else {
         t->held_s += d->tick_s;
         t->place_variance = place_variance_max;

@@ -73,6 +73,7 @@ typedef struct {
     double yaw_rate_first, yaw_rate, yaw_acceleration; /* rad/s, rad/s, rad/s^2: filtered */
     double speed;                     /* m/s */
     double bank;                      /* m/s^2, a_y - r*v */
+    double cube;                      /* rad^3, of the front wheels' steady angle */
     double reference;                 /* rad, where the wheels were when they last moved clearly */
     double place, place_variance;     /* in the play, -1 to 1 */
     double held_s;                    /* since the motion said something */
@@ -89,6 +90,7 @@ typedef struct {
 typedef struct {
     double slopes, products;          /* of yaw acceleration with what is left: T is their ratio */
     double steady;                    /* the slopes times what angle a yaw rate took when they were gathered */
+    double cubes, flattened;          /* of the front wheels' angle cubed with what it is less than (7) */
     double spread;                    /* mean of squared error over foretold variance */
     double seconds;                   /* behind it */
     oc_side_slip_evidence side_slip;

@@ -199,6 +199,8 @@ static const oc_saved_member hypothesis_members[] = {
 static const oc_saved_member angle_members[] = {
     MEMBER(oc_angle_evidence, slopes, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBERS(oc_angle_evidence, products, steady, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBER(oc_angle_evidence, cubes, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_angle_evidence, flattened, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBERS(oc_angle_evidence, spread, seconds, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_angle_evidence, side_slip, OC_SAVED_DOUBLE, ANY_NUMBER),
 };

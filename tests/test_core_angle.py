@@ -168,6 +168,24 @@ def test_the_interval_has_what_no_sensor_could_have_said() -> None:
     assert np.all(steep[bend] ** 2 > sure[bend] ** 2 + 0.9 * (RATIO * 0.4 * 0.005) ** 2)
 
 
+def test_large_angles_are_learned_where_proportion_ends() -> None:
+    """The arctangent of (7) with a linkage that turns the wheels faster at its ends; learned from circles at 5 m/s."""
+    t = np.arange(12_000) / RATE_HZ
+    front = 0.3 * np.sin(2.0 * np.pi * t / 40.0)
+    speed = np.full_like(t, 5.0)
+    r = speed / WHEELBASE * np.tan(front)
+    a = r * speed
+    angle = RATIO * (front - 0.5 * front**3 + K_US * a)
+    sensor = np.where(t < 60.0, angle, np.nan)
+    untaught, taught = (observe(r, speed, a, column) for column in (np.full_like(t, np.nan), sensor))
+    judged = (t > 70.0) & (np.abs(angle) > 200.0 * DEG)
+    share, before = (np.abs(found["angle"][judged] / angle[judged] - 1.0).max() for found in (taught, untaught))
+    assert before > 0.06
+    assert share < 0.01
+    assert np.all(np.abs(untaught["angle"] - angle)[judged] < 1.96 * untaught["standard_deviation"][judged])
+    assert taught["standard_deviation"][judged].max() < 0.5 * untaught["standard_deviation"][judged].max()
+
+
 def test_motion_that_is_missing_for_a_while_leaves_numbers() -> None:
     r, v, a, _ = bends(20.0, 15.0)
     r[700:720] = v[700:720] = a[700:720] = np.nan

@@ -8,9 +8,13 @@
  * and steering wheel is the play, whose operator (backlash.h) is run backward: side force beyond friction brings the
  * wheels to one flank, wheels that move without it were pushed there.
  *
+ * Large angles are learned, too: beyond (7)'s proportion, arctangent and linkage take a share of the angle cubed.
+ *
  * 4.2: without ever having had a sensor, only the Ackermann angle is told, and the interval says so.
  * Below a walking speed the motion says nothing: the angle is held and its interval opens. Driving backward needs a
- * speed with a sign. Tyres are linear, below some 4 m/s^2. */
+ * speed with a sign. Tyres are linear, below some 4 m/s^2.
+ *
+ * Single precision: a double here cost a Cortex-M4F half of a tick. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -34,23 +38,23 @@ typedef enum {
 /* What a drive with a sensor said of the truck; standard deviations where they matter. */
 typedef struct {
     bool known;                       /* there was a sensor for long enough */
-    double offset_sd;                 /* rad */
-    double gradient, gradient_sd;     /* rad/(m/s^2) */
-    double wheelbase;                 /* share by which bends take more than L*r/v */
-    double backlash, backlash_sd;     /* rad, full width */
-    double unloading;                 /* m/s^2, a_0 */
-    double friction;                  /* m/s^2 */
-    double creep;                     /* rad/s per m/s^2 */
+    float offset_sd;                  /* rad */
+    float gradient, gradient_sd;      /* rad/(m/s^2) */
+    float wheelbase;                  /* share by which bends take more than L*r/v */
+    float backlash, backlash_sd;      /* rad, full width */
+    float unloading;                  /* m/s^2, a_0 */
+    float friction;                   /* m/s^2 */
+    float creep;                      /* rad/s per m/s^2 */
 } oc_angle_truck;
 
 /* One tick. */
 typedef struct {
-    double tick_s;
-    double yaw_rate, yaw_rate_bias_sd; /* rad/s, corrected */
-    double speed;                     /* m/s */
-    double lateral_acceleration;      /* m/s^2, as measured */
-    double front_wheel;               /* rad, by wheel speeds, for the methods that use them */
-    double lateral_speed;             /* m/s, over ground, for the method that uses it */
+    float tick_s;
+    float yaw_rate, yaw_rate_bias_sd; /* rad/s, corrected */
+    float speed;                      /* m/s */
+    float lateral_acceleration;       /* m/s^2, as measured */
+    float front_wheel;                /* rad, by wheel speeds, for the methods that use them */
+    float lateral_speed;              /* m/s, over ground, for the method that uses it */
     double true_by_sensor;            /* rad, measured less offset */
     bool has_sensor;                  /* and it is believed */
     bool teaches;                     /* and it may be learned from */
@@ -60,39 +64,39 @@ typedef struct {
 typedef struct {
     oc_angle_method method;
     oc_ratio ratio;
-    double wheelbase;                 /* m */
-    double yaw_rate_share;            /* of a new tick, of the filter's first pole */
-    double stiffness, damping;        /* 1/s^2, 1/s, of its other two */
-    double speed_share, bank_share, rate_share, takeover_share;
-    double tick_s;
+    float wheelbase;                  /* m */
+    float yaw_rate_share;             /* of a new tick, of the filter's first pole */
+    float stiffness, damping;         /* 1/s^2, 1/s, of its other two */
+    float speed_share, bank_share, rate_share, takeover_share;
+    float tick_s;
 } oc_angle_design;
 
 /* Lost at ignition. */
 typedef struct {
     int32_t running;
-    double yaw_rate_first, yaw_rate, yaw_acceleration; /* rad/s, rad/s, rad/s^2: filtered */
-    double speed;                     /* m/s */
-    double bank;                      /* m/s^2, a_y - r*v */
-    double cube;                      /* rad^3, of the front wheels' steady angle */
-    double reference;                 /* rad, where the wheels were when they last moved clearly */
-    double place, place_variance;     /* in the play, -1 to 1 */
-    double held_s;                    /* since the motion said something */
-    double without_sensor_s;          /* since it was believed */
-    double standing_s;                /* without a sensor: the load may have changed */
-    double estimate;                  /* rad */
-    double difference;                /* rad, of the sensor to it when it was last believed, fading */
-    double step;                      /* rad, from the sensor to what was told when it came back, fading */
-    double before, rate;              /* rad, rad/s: of the tick before */
-    double sd;                        /* rad, of the estimate */
+    float yaw_rate_first, yaw_rate, yaw_acceleration;  /* rad/s, rad/s, rad/s^2: filtered */
+    float speed;                      /* m/s */
+    float bank;                       /* m/s^2, a_y - r*v */
+    float cube;                       /* rad^3, of the front wheels' steady angle */
+    float reference;                  /* rad, where the wheels were when they last moved clearly */
+    float place, place_variance;      /* in the play, -1 to 1 */
+    float held_s;                     /* since the motion said something */
+    float without_sensor_s;           /* since it was believed */
+    float standing_s;                 /* without a sensor: the load may have changed */
+    float estimate;                   /* rad */
+    float difference;                 /* rad, of the sensor to it when it was last believed, fading */
+    float step;                       /* rad, from the sensor to what was told when it came back, fading */
+    float before, rate;               /* rad, rad/s: of the tick before */
+    float sd;                         /* rad, of the estimate */
 } oc_angle_tracking;
 
 /* What was learned by comparing with the sensor. */
 typedef struct {
-    double slopes, products;          /* of yaw acceleration with what is left: T is their ratio */
-    double steady;                    /* the slopes times what angle a yaw rate took when they were gathered */
-    double cubes, flattened;          /* of the front wheels' angle cubed with what it is less than (7) */
-    double spread;                    /* mean of squared error over foretold variance */
-    double seconds;                   /* behind it */
+    float slopes, products;           /* of yaw acceleration with what is left: T is their ratio */
+    float steady;                     /* the slopes times what angle a yaw rate took when they were gathered */
+    float cubes, flattened;           /* of the front wheels' angle cubed with what it is less than (7) */
+    float spread;                     /* mean of squared error over foretold variance */
+    float seconds;                    /* behind it */
     oc_side_slip_evidence side_slip;
 } oc_angle_evidence;
 

@@ -28,8 +28,8 @@ double oc_front_wheel_exact(double wheelbase, double track, double left, double 
     return arctangent(wheelbase / X);
 }
 
-double oc_front_wheel_by_yaw_rate(double wheelbase, double yaw_rate, double speed, double understeer_gradient,
-                                  double lateral_acceleration) {
+float oc_front_wheel_by_yaw_rate(float wheelbase, float yaw_rate, float speed, float understeer_gradient,
+                                 float lateral_acceleration) {
     return wheelbase * yaw_rate / speed + understeer_gradient * lateral_acceleration;
 }
 

@@ -20,8 +20,8 @@ typedef struct {
 double oc_front_wheel_exact(double wheelbase, double track, double left, double right, double mismatch);
 
 /* (7), (22), (31): L*r/v + K_us/g * a_y. Speed not 0. */
-double oc_front_wheel_by_yaw_rate(double wheelbase, double yaw_rate, double speed, double understeer_gradient,
-                                  double lateral_acceleration);
+float oc_front_wheel_by_yaw_rate(float wheelbase, float yaw_rate, float speed, float understeer_gradient,
+                                 float lateral_acceleration);
 
 /* (23), (24): from the speed over ground, lateral_speed `ahead` m behind the front axle, and the front tyres' slip. */
 double oc_front_wheel_by_side_slip(double longitudinal_speed, double lateral_speed, double yaw_rate, double ahead,

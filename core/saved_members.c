@@ -197,11 +197,11 @@ static const oc_saved_member hypothesis_members[] = {
 };
 
 static const oc_saved_member angle_members[] = {
-    MEMBER(oc_angle_evidence, slopes, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBERS(oc_angle_evidence, products, steady, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_angle_evidence, cubes, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_angle_evidence, flattened, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBERS(oc_angle_evidence, spread, seconds, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_angle_evidence, slopes, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_angle_evidence, products, steady, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_angle_evidence, cubes, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_angle_evidence, flattened, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_angle_evidence, spread, seconds, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_angle_evidence, side_slip, OC_SAVED_DOUBLE, ANY_NUMBER),
 };
 
@@ -234,7 +234,7 @@ static const oc_saved_member tracking_members[] = {
     MEMBER(oc_tracking, preprocess.speed_next, OC_SAVED_INT32, IN_SLOPE),
     MEMBERS(oc_tracking, preprocess.slope_wait, preprocess.ticks, OC_SAVED_INT32, COUNTER),
     MEMBER(oc_tracking, angle.running, OC_SAVED_INT32, YES_OR_NO),
-    MEMBERS(oc_tracking, angle.yaw_rate_first, angle.sd, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_tracking, angle.yaw_rate_first, angle.sd, OC_SAVED_FLOAT, ANY_NUMBER),
 };
 
 static const oc_saved_member pending_members[] = {

@@ -22,15 +22,15 @@ static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_an
     const double missing = seen < flank_needed_s ? 1.0 - seen / flank_needed_s : 0.0;
     const double unseen = missing * unseen_half_width_sd;
     truck->known = is_known(state);
-    truck->offset_sd = sqrt(l->offset.standard_deviation * l->offset.standard_deviation + unseen * unseen);
-    truck->gradient = l->understeer_gradient.value;
-    truck->gradient_sd = l->understeer_gradient.standard_deviation;
-    truck->wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? l->equivalent_wheelbase.value / L - 1.0 : 0.0;
-    truck->backlash = l->backlash.value;
-    truck->backlash_sd = l->backlash.standard_deviation;
-    truck->unloading = l->unloading_acceleration.value;
-    truck->friction = creeps_by_load ? (double)play->friction : 0.0;
-    truck->creep = creeps_by_load ? (double)play->creep : 0.0;
+    truck->offset_sd = (float)sqrt(l->offset.standard_deviation * l->offset.standard_deviation + unseen * unseen);
+    truck->gradient = (float)l->understeer_gradient.value;
+    truck->gradient_sd = (float)l->understeer_gradient.standard_deviation;
+    truck->wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? (float)(l->equivalent_wheelbase.value / L - 1.0) : 0.0f;
+    truck->backlash = (float)l->backlash.value;
+    truck->backlash_sd = (float)l->backlash.standard_deviation;
+    truck->unloading = (float)l->unloading_acceleration.value;
+    truck->friction = creeps_by_load ? play->friction : 0.0f;
+    truck->creep = creeps_by_load ? play->creep : 0.0f;
 }
 
 static double front_wheel_by_wheels(const oc_coefficients *c, const oc_state *state, const oc_signals *tick) {
@@ -68,13 +68,18 @@ void oc_judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals
         .tick_s = (float)c->tick_s,
         .measured = has_angle ? (float)tick->steering_wheel_angle : 0.0f,
         .offset = (float)state->learned.offset.value,
-        .estimate = (float)tracking->angle.estimate,
-        .sd = (float)tracking->angle.sd,
+        .estimate = tracking->angle.estimate,
+        .sd = tracking->angle.sd,
         .speed = moves ? (float)tick->vehicle_speed : 0.0f,
         .has_measured = has_angle,
-        .can_judge = moves && is_known(state) && state->evidence.angle.seconds > judge_after_s,
+        .can_judge = moves && is_known(state) && (double)state->evidence.angle.seconds > judge_after_s,
     };
     (void)oc_fault_update(&tracking->fault, &state->evidence.fault, &judged);
+}
+
+/* What is not measured may be any number, and too great for single precision. */
+static float measured_or_none(bool is_measured, double value) {
+    return is_measured ? (float)value : 0.0f;
 }
 
 /* Chapter 4 and beyond: the angle without its sensor. */
@@ -89,13 +94,14 @@ void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals
     const bool moves = has_motion(p, valid);
     const double yaw_rate = tick->yaw_rate - bias->value;
     const oc_angle_tick now = {
-        .tick_s = c->tick_s,
-        .yaw_rate = yaw_rate,
-        .yaw_rate_bias_sd = bias->standard_deviation,
-        .speed = tick->vehicle_speed,
-        .lateral_acceleration = p->use_accelerometer ? tick->lateral_acceleration : yaw_rate * tick->vehicle_speed,
-        .front_wheel = moves && by_wheel_speed(p) ? front_wheel_by_wheels(c, state, tick) : 0.0,
-        .lateral_speed = tick->lateral_speed,
+        .tick_s = (float)c->tick_s,
+        .yaw_rate = measured_or_none(moves, yaw_rate),
+        .yaw_rate_bias_sd = (float)bias->standard_deviation,
+        .speed = measured_or_none(moves, tick->vehicle_speed),
+        .lateral_acceleration = measured_or_none(
+            moves, p->use_accelerometer ? tick->lateral_acceleration : yaw_rate * tick->vehicle_speed),
+        .front_wheel = moves && by_wheel_speed(p) ? (float)front_wheel_by_wheels(c, state, tick) : 0.0f,
+        .lateral_speed = measured_or_none(moves && p->angle_method == OC_ANGLE_SIDE_SLIP, tick->lateral_speed),
         .true_by_sensor = measured,
         .has_sensor = has_angle && !oc_fault_beyond(&tracking->fault),
         .teaches = has_angle && tracking->fault.fault == OC_FAULT_NONE && !oc_fault_suspected(&tracking->fault),

@@ -10,6 +10,11 @@ void oc_sums_add(oc_sums *sums, double y, double x, double w) {
     sums->xx += x * x;
 }
 
+/* A sum of squares, but for rounding. */
+static double not_negative(double squares) {
+    return squares > 0.0 ? squares : 0.0;
+}
+
 oc_moments oc_moments_of(const oc_sums *sums) {
     const double n = sums->weight;
     if (!(n > 0.0)) {
@@ -22,9 +27,9 @@ oc_moments oc_moments_of(const oc_sums *sums) {
         .y = y,
         .x = x,
         .w = sums->w / n,
-        .yy = sums->yy - n * y * y,
+        .yy = not_negative(sums->yy - n * y * y),
         .xy = sums->xy - n * x * y,
-        .xx = sums->xx - n * x * x,
+        .xx = not_negative(sums->xx - n * x * x),
     };
 }
 

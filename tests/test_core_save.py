@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from oncenter._native import ffi, lib
 from random_drives import Array, damaged
-from saved_ecu import FRESH, Ecu, legs, sealed, sliced
+from saved_ecu import FRESH, RATE_HZ, Ecu, legs, sealed, sliced
 
 from oncenter import _core
 
@@ -91,6 +91,17 @@ def test_whatever_a_drive_taught_is_believed_when_it_comes_back(method: str) -> 
         assert other.restore(ecu.save()) == "ok"
         assert other.values() == ecu.values()
         assert other.answer()["offset"] == ecu.answer()["offset"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_hardly_varies_is_believed_too(method: str) -> None:
+    """Sums of squares that rounding would make negative."""
+    t = np.arange(1_000) / RATE_HZ
+    columns = {name: np.full(1_000, 0.03) for name in ("steering_wheel_angle_rad", "lateral_acceleration_m_s2")}
+    columns |= {name: np.full(1_000, 20.1) for name in ("vehicle_speed_m_s", "wheel_speed_rear_left_m_s")}
+    columns |= {"yaw_rate_rad_s": np.full(1_000, 1e-3), "wheel_speed_rear_right_m_s": columns["vehicle_speed_m_s"]}
+    ecu, other = Ecu(method).run({"time_s": t} | columns), Ecu(method)
+    assert other.restore(ecu.save()) == "ok"
 
 
 def test_an_image_has_the_same_bytes_on_every_machine(image: bytes) -> None:

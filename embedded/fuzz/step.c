@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "monitor.h"
+#include "save.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count);
 
@@ -67,6 +68,16 @@ static void next(oc_signals *tick, input *from) {
     }
 }
 
+/* Whatever was driven, its image is believed, and saved again it is the same. */
+static bool comes_back(const oc_state *state, const oc_coefficients *c) {
+    static oc_state other;
+    static uint8_t image[sizeof *state + OC_SAVE_OVERHEAD], again[sizeof image];
+    uint32_t sequence = 0;
+    const size_t size = oc_save(state, c, 1, image, sizeof image);
+    return oc_restore(&other, c, image, size, &sequence) == OC_IMAGE_OK &&
+           oc_save(&other, c, 1, again, sizeof again) == size && memcmp(again, image, size) == 0;
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count) {
     static oc_coefficients coefficients;
     static oc_state state;
@@ -104,6 +115,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count) {
         if (output.offset_status == OC_VALID && !isfinite(output.offset)) {
             abort();
         }
+    }
+    if (!comes_back(&state, &coefficients)) {
+        abort();
     }
     oc_answer_get(&state, &coefficients, &answer);
     told(&answer.offset);

@@ -9,6 +9,7 @@ static const float one_degree = 0.017453292f; /* rad */
 
 static const double busy_ticks = 10.0;     /* of a second, with the gyro's block and the end of a second */
 static const float wind_speed = 20.0f; /* m/s, at which a wind acts as it is written */
+static const float unplaced_s = 20.0f; /* after the wheel may be elsewhere in its play, errors tell of that */
 static const float least_correction = 1e-6f; /* rad/s */
 
 /* A flank of the play is seen where the side force is so clearly beyond friction. */
@@ -68,6 +69,7 @@ static void restart(oc_joint *joint, const oc_joint_design *design) {
     if (joint->lost) {
         joint->lost = 0;
         joint->found = 0;
+        joint->watch = (oc_change_watch){.rest = joint->watch.rest > unplaced_s ? joint->watch.rest : unplaced_s};
         joint->along = 1.0f;
         joint->across = 0.0f;
     }
@@ -124,15 +126,18 @@ static void begin_correction(oc_joint *joint, double bias, double sd) {
     joint->bank_mean += (double)joint->correction * joint->speed_mean;
 }
 
-static void correct_hypothesis(oc_joint *joint, int32_t k, const oc_joint_design *design) {
+/* True where there was anything to set right. */
+static bool correct_hypothesis(oc_joint *joint, int32_t k, const oc_joint_design *design) {
     if (k < joint->corrected) {
-        return;
+        return false;
     }
     joint->corrected = k + 1;
-    if (fabsf(joint->correction) > least_correction && joint->second.used_s > 0.0f) {
-        oc_hypothesis_correct(&joint->hypotheses[k], &design->hypothesis, joint->correction);
-        joint->concluded = 0;
+    if (!(fabsf(joint->correction) > least_correction && joint->second.used_s > 0.0f)) {
+        return false;
     }
+    oc_hypothesis_correct(&joint->hypotheses[k], &design->hypothesis, joint->correction);
+    joint->concluded = 0;
+    return true;
 }
 
 static void turn_phase(oc_joint *joint, const oc_joint_design *design) {
@@ -153,7 +158,7 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
     }
     turn_phase(joint, design);
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
-        correct_hypothesis(joint, k, design);
+        (void)correct_hypothesis(joint, k, design);
     }
     oc_solving *solving = &tracking->work.solving;
     solving->due = 1;
@@ -308,7 +313,7 @@ static bool begin_work(const oc_joint *joint, oc_joint_tracking *tracking) {
 }
 
 /* One more hypothesis takes one more of the samples in. Returns how many that took as long as: to start with it, to end a
- * second with it, or to hear of another load takes longer. */
+ * second with it, to hear of another load or of another bias takes longer. */
 static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
     oc_joint_work *work = &tracking->work;
     const int32_t k = work->taken / work->samples;
@@ -328,13 +333,13 @@ static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_jo
         oc_hypothesis_loaded(h);
         joint->loaded = k + 1;
     }
-    correct_hypothesis(joint, k, design);
+    const bool corrected = correct_hypothesis(joint, k, design);
     oc_hypothesis_sample(h, &design->hypothesis, &waiting->sample, waiting->begins_second != 0);
     if (waiting->ends_second) {
         oc_hypothesis_foretell(h, &design->hypothesis, &joint->second, design->samples_per_second);
     }
     ++work->taken;
-    return starts || loads ? OC_JOINT_STEP : 1 + (restarts || waiting->ends_second);
+    return starts || loads ? OC_JOINT_STEP : 1 + (restarts || corrected || waiting->ends_second);
 }
 
 /* All hypotheses have the samples, and have learned where they ended a second. */

@@ -44,12 +44,12 @@ def test_half_a_second_is_enough_and_less_is_not() -> None:
 def test_every_stop_settles_anew() -> None:
     v = np.tile(np.repeat([0.0, 3.0], [30, 5]), 4)
     state = stood(v, np.ones(len(v)))
-    assert state.weight == 4 * 10
+    assert state.yaw_rate.weight == 4 * 10
 
 
 def test_rolling_backward_is_not_standing() -> None:
-    assert stood(np.full(100, -0.2), np.ones(100)).weight == 0
-    assert stood(np.full(100, -0.1), np.ones(100), settling_ticks=0).weight == 100
+    assert stood(np.full(100, -0.2), np.ones(100)).yaw_rate.weight == 0
+    assert stood(np.full(100, -0.1), np.ones(100), settling_ticks=0).yaw_rate.weight == 100
 
 
 def test_without_an_accelerometer_the_yaw_rate_is_still_judged() -> None:

@@ -32,6 +32,7 @@ _NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
 _AXLES = ("rear", "front")  # whose wheel speeds stand for the motion, the better one first
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _RATES_ALIKE = 0.01  # of the rate; clocks differ by less
+_DRIVING_M_S, _HELD_S = 8.0, 30.0  # an angle that stays the same so fast and for so long may be stuck
 _NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none
 _CORRECTION_WORTH_TELLING_RAD_S = 0.05 * DEGREE
 
@@ -208,11 +209,20 @@ def offset(
     drives = without_whole_turns(drives)
     core, changes_found = _run(drives, vehicle, used_params, method, progress, None)
     native = core.answer()
-    if method == "joint" and _core.STATUSES[native["offset"]["status"]] != "valid":
+    unsure = _core.STATUSES[native["offset"]["status"]] != "valid" or _is_held_at_the_end(drives[-1])
+    if method == "joint" and unsure:
         core, found = _run(drives, vehicle, used_params, method, None, None, judge_sensor=True)
         if offset_is_invalid(judged := core.answer()):
             native, changes_found = judged, found
     return _answer(native, changes_of(native, changes_found, drives), drives, vehicle, method, used_params)
+
+
+def _is_held_at_the_end(drive: Signals) -> bool:
+    """Whether the angle has said the same for half a minute of driving: what was learned before may well be valid."""
+    angle, speed = (drive.table[name].to_numpy() for name in ("steering_wheel_angle_rad", "vehicle_speed_m_s"))
+    moved = np.flatnonzero(angle != angle[-1])
+    since = int(moved[-1]) + 1 if len(moved) else 0
+    return bool(np.count_nonzero(speed[since:] > _DRIVING_M_S) / drive.rate_hz > _HELD_S)
 
 
 def offset_is_invalid(native: Mapping[str, Any]) -> bool:

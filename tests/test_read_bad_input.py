@@ -317,5 +317,6 @@ def test_a_scratch_in_a_candump_log_never_moves_a_number(place: int, scratch: by
     undamaged = survives(".log", whole)
     assert undamaged is not None
     both = undamaged.table.join(signals.table, on="time_s", suffix="_then")
-    moved = (both["steering_wheel_angle_rad"] - both["steering_wheel_angle_rad_then"]).abs() > 1e-9
+    change = (both["steering_wheel_angle_rad"] - both["steering_wheel_angle_rad_then"]).abs()
+    moved = change.fill_nan(0.0) > 1e-9  # a number that is lost, since the stamps were damaged, is not moved
     assert moved.sum() <= 3

@@ -20,11 +20,12 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.estimate import Answer, answer_so_far, offset_is_invalid
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream, Ticks
-from oncenter.read.whole_turns import TurnsOfStream
+from oncenter.read.whole_turns import TURN_RAD, WholeTurns
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle, core_params
 
 _MEASURED = "steering_wheel_angle_rad"
+_SENSOR_TYPE = "steering_wheel_angle_sensor_type"
 
 Cores = dict[str, _core.Core]
 
@@ -69,8 +70,7 @@ class Learner:
         self._resume = resume or (lambda cores: None)
         self._first_s = 0.0
         self._flank_s = 1.0
-        self._relative = False
-        self._turns: TurnsOfStream | None = None
+        self._turns: WholeTurns | None = None
 
     def take(self, frames: Frames) -> list[Stepped]:
         """Frames in the order in which they came."""
@@ -85,9 +85,9 @@ class Learner:
     @property
     def turned_rad(self) -> float:
         """Whole turns that the sensor's angle is off, a relative one's; NaN while nobody knows."""
-        if not self._relative or self._turns is None:
+        if self._turns is None or not self._turns.relative:
             return 0.0
-        return math.nan if self._turns.turns is None else 2.0 * math.pi * self._turns.turns
+        return math.nan if self._turns.turns is None else self._turns.turns * TURN_RAD
 
     def known(self) -> Known:
         if self.last is None:
@@ -109,15 +109,13 @@ class Learner:
         if not count:
             return []
         if not self.cores:
-            self._turns = TurnsOfStream(self.stream.rate_hz)
+            self._turns = WholeTurns(self.stream.rate_hz)
             self.cores = cores_of(self.vehicle, self.stream.rate_hz)
             self._flank_s = self.cores["offset"].answer()["lacking_to_left"]  # nothing has shown yet
             self._resume(self.cores)
         if self.last is None:
             self._first_s = float(ticks["time_s"][0])
-        kind = ticks.get("steering_wheel_angle_sensor_type", np.empty(0))
-        self._relative = self._relative or bool(np.any(kind == 0.0))
-        if self._relative:
+        if _SENSOR_TYPE in ticks:
             ticks = {**ticks, _MEASURED: self._turned_back(ticks)}
         columns = {name: column for name, column in ticks.items() if name in _core.COLUMNS}
         outputs = {name: np.zeros(count, _core.OUTPUT_DTYPE) for name in self.cores}
@@ -128,19 +126,22 @@ class Learner:
 
     def _turned_back(self, ticks: Ticks) -> npt.NDArray[np.float64]:
         assert self._turns is not None
-        before = self._turns.turns
-        angle = self._turns.taken_out(ticks["time_s"], ticks[_MEASURED], ticks["vehicle_speed_m_s"])
-        if self._turns.turns not in (None, before, 0):
-            self.stream.notes.append(
-                f"{self._turns.turns:+d} whole turns are taken from the relative steering wheel angle from here on"
-            )
+        before = len(self._turns.taken)
+        angle = self._turns.taken_out(
+            ticks["time_s"], ticks[_MEASURED], ticks["vehicle_speed_m_s"], ticks[_SENSOR_TYPE]
+        )
+        self.stream.notes += [
+            f"{turns:+d} whole turns are taken from the relative steering wheel angle from here on"
+            for _, turns in self._turns.taken[before:]
+            if turns
+        ]
         return angle
 
     def _seen(self) -> Signals:
         assert self.last is not None
         first_and_last = [self._first_s, float(self.last.ticks["time_s"][-1])]
-        kind = [0.0 if self._relative else 1.0] * 2
-        table = pl.DataFrame({"time_s": first_and_last, "steering_wheel_angle_sensor_type": kind})
+        kind = [0.0 if self._turns is not None and self._turns.relative else 1.0] * 2
+        table = pl.DataFrame({"time_s": first_and_last, _SENSOR_TYPE: kind})
         stream = self.stream
         return Signals(table, stream.sources, stream.rate_hz, stream.name, tuple(stream.notes))
 

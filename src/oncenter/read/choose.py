@@ -20,10 +20,14 @@ _MATERIAL = {
 }
 
 
+_AS_MANY = 0.9  # of the most numbers: so many are as good, else one frame more would decide
+
+
 def choose(
     candidates: Sequence[Samples], take: Mapping[str, str], log: str, notes: list[str]
 ) -> tuple[list[Samples], dict[str, Source]]:
-    """One source per signal: the one named, else by stated order, then most samples, then lowest address.
+    """One source per signal: the one named, else by stated order, then the lowest address among those with about as
+    many numbers as the best.
 
     Raises:
         OncenterError: two sources of the same kind disagree and none is named; a source is named that is not there.
@@ -40,16 +44,31 @@ def choose(
             notes.append(f"{signal}: {silent} never had a number")
             continue
         best = _named(numbered, signal, take, log) or _first(numbered, signal, log)
-        others = sorted((samples for samples in having if samples is not best), key=_order)
         chosen.append(best)
-        sources[signal] = Source(
-            best.description,
-            best.rate_hz,
-            len(best.values),
-            best.not_available,
-            tuple(samples.description for samples in others),
-        )
+        sources[signal] = _source(best, having)
     return chosen, sources
+
+
+def without_number(candidates: Sequence[Samples]) -> list[tuple[Samples, Source]]:
+    """For each signal that so far no source has a number of, the source that would be taken."""
+    given = []
+    for signal in SIGNALS:
+        having = [samples for samples in candidates if samples.signal == signal]
+        if having and all(samples.not_available == len(samples.values) for samples in having):
+            best = min(having, key=_order)
+            given.append((best, _source(best, having)))
+    return given
+
+
+def _source(best: Samples, having: Sequence[Samples]) -> Source:
+    others = sorted((samples for samples in having if samples is not best), key=_order)
+    return Source(
+        best.description,
+        best.rate_hz,
+        len(best.values),
+        best.not_available,
+        tuple(samples.description for samples in others),
+    )
 
 
 def _order(samples: Samples) -> tuple[int, int, int]:
@@ -108,9 +127,9 @@ def _named(having: Sequence[Samples], signal: str, take: Mapping[str, str], log:
 
 
 def _first(having: Sequence[Samples], signal: str, log: str) -> Samples:
-    best, *others = sorted(having, key=_order)
-    for other in others:
-        if other.kind == best.kind and _disagree(best, other):
+    best = _best(having)
+    for other in sorted(having, key=_order):
+        if other is not best and other.kind == best.kind and _disagree(best, other):
             raise OncenterError(
                 f"{best.description} and {other.description} disagree about {signal} in {log}: "
                 f"name one with --source {_quoted(f'{signal}={_short(best)}')}",
@@ -118,6 +137,13 @@ def _first(having: Sequence[Samples], signal: str, log: str) -> Samples:
                 needs=(signal,),
             )
     return best
+
+
+def _best(having: Sequence[Samples]) -> Samples:
+    first = min(having, key=_order)
+    numbers = len(first.values) - first.not_available
+    near = [s for s in having if s.rank == first.rank and len(s.values) - s.not_available >= _AS_MANY * numbers]
+    return min(near, key=lambda samples: (_order(samples)[-1], *_order(samples)))
 
 
 def _short(samples: Samples) -> str:

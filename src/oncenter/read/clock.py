@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +31,8 @@ _SET_BY_RATE = ("steering_wheel_angle", "yaw_rate")
 def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[pl.DataFrame, float]:
     """Table as `oncenter.signals.Signals.table` and its rate in Hz.
 
-    One steady time vector for all goes through unchanged, with repeated and backward stamps for the core to count.
+    A table's one steady time vector for all goes through unchanged, with repeated and backward stamps for the core to
+    count; frames do not, since nobody who hears them one by one knows whether their stamps will stay steady.
 
     Raises:
         OncenterError: too slow, too short, or time does not increase.
@@ -105,6 +106,8 @@ def _refuse_backward(samples: Samples, log: str) -> None:
 
 
 def _share_steady_time(chosen: Sequence[Samples]) -> bool:
+    if any(samples.of_frames for samples in chosen):
+        return False
     time = chosen[0].time
     if not all(samples.time is time or np.array_equal(samples.time, time) for samples in chosen[1:]):
         return False
@@ -131,16 +134,7 @@ def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:
             needs=("time",),
         )
     notes.append(f"{samples.signal}: {dropped} samples of {samples.description} with repeated or earlier time left out")
-    return Samples(
-        samples.signal,
-        samples.time[later],
-        samples.values[later],
-        samples.kind,
-        samples.description,
-        samples.rank,
-        samples.address,
-        samples.labels,
-    )
+    return replace(samples, time=samples.time[later], values=samples.values[later], time_rate_hz=None)
 
 
 def _resampled(chosen: Sequence[Samples], rate: float) -> pl.DataFrame:

@@ -177,6 +177,7 @@ def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
                 rank,
                 source if message.is_extended_frame else None,
                 labels,
+                of_frames=True,
             )
             for signal, time, values, rank in _values(definition, on_bus)
         ]

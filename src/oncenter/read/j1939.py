@@ -247,6 +247,7 @@ def _samples_of_source(message: Message, address: int, bus: str, frames: Frames)
             rank(signal, message.name),
             address,
             (message.name.lower(), f"0x{address:02x}", *([bus.lower()] if bus else [])),
+            of_frames=True,
         )
         for signal, column in signals_of(message, values).items()
     ]

@@ -10,7 +10,11 @@ import numpy as np
 from oncenter.read.frames import Column
 
 SHORTEST_STEP_S = 1e-9  # less is the same stamp, rounded
+RATE_S = 3.0  # of a sender's frames tell its rate: who listens to a bus knows no more of it than that
 _USUAL = 0.2  # of the median step, how far others may be from it to count
+_SILENCE_S = 1.25  # a longer step tells nothing of a sender's rate
+_NOMINAL_HZ = (1000.0, 500.0, 200.0, 100.0, 50.0, 40.0, 25.0, 20.0, 10.0, 5.0, 4.0, 2.0, 1.0)  # as senders are built
+_NEAR_NOMINAL = 0.1  # stamps that tremble and frames that are lost move a rate by so much
 
 
 @dataclass(frozen=True)
@@ -26,7 +30,8 @@ class Samples:
         rank: place in the stated order of kinds, the first is taken.
         address: J1939 source address where there is one.
         labels: what `take` may call this source besides its description, in lower case.
-        time_rate_hz: `median_rate(time)` where it is known, as by a table whose columns share their time.
+        time_rate_hz: rate of `time` where it is known, as by a table whose columns share their time.
+        of_frames: `time` are stamps of frames on a bus, which tremble.
     """
 
     signal: str
@@ -38,6 +43,7 @@ class Samples:
     address: int | None = None
     labels: tuple[str, ...] = ()
     time_rate_hz: float | None = None
+    of_frames: bool = False
 
     @property
     def not_available(self) -> int:
@@ -45,11 +51,20 @@ class Samples:
 
     @cached_property
     def rate_hz(self) -> float:
-        """Median rate of the source's own numbers; 0 below two. Cells that a table leaves empty are no samples."""
+        """Rate of the source's own numbers, of frames the nominal one; 0 below two.
+
+        Cells that a table leaves empty are no samples. A sender that never had a number has the rate of its frames.
+        """
+        rate_of = nominal_rate if self.of_frames else median_rate
         available = ~np.isnan(self.values)
-        if not available.all():
-            return median_rate(self.time[available])
-        return median_rate(self.time) if self.time_rate_hz is None else self.time_rate_hz
+        if not available.all() and (available.any() or not self.of_frames):
+            return rate_of(self.time[available])
+        return rate_of(self.time) if self.time_rate_hz is None else self.time_rate_hz
+
+    @property
+    def rate_is_told(self) -> bool:
+        """Whether the rate stays the same whatever frames come later."""
+        return _first_steps(self.time[~np.isnan(self.values)])[1]
 
 
 def median_rate(time: Column) -> float:
@@ -58,10 +73,53 @@ def median_rate(time: Column) -> float:
     steps = steps[steps > SHORTEST_STEP_S]
     if not len(steps):
         return 0.0
-    usual = steps if np.ptp(steps) <= _USUAL * float(steps.min()) else _near_median(steps)
-    rate = 1.0 / float(np.mean(usual))
+    return _whole_where_near(_usual_rate(steps))
+
+
+def nominal_rate(time: Column) -> float:
+    """Hz at which a sender was built to send, from its first `RATE_S`: the same whether more has come by now or not.
+
+    The usual nominal rate that is near the mean one, or else near the median one (frames were lost, many at once); of a
+    sender that keeps to none of them what it keeps to.
+    """
+    steps, _ = _first_steps(time)
+    if not len(steps):
+        return median_rate(time)
+    mean, median = 1.0 / float(np.mean(steps)), _usual_rate(steps)
+    if not mean <= median <= 2.0 * mean:  # frames come in bursts
+        median = mean
+    near = (_nominal_near(rate) for rate in (mean, median))
+    return next((rate for rate in near if rate), None) or _whole_where_near(median)
+
+
+def _first_steps(time: Column) -> tuple[Column, bool]:
+    """Steps, s, until a sender was heard for `RATE_S`, its silences left out; whether it was for so long."""
+    count = 1000  # of stamps to look at: a log has millions, of which the first tell
+    while True:
+        steps = np.diff(np.maximum.accumulate(time[:count]))
+        steps = steps[(steps > SHORTEST_STEP_S) & (steps <= _SILENCE_S)]
+        enough = int(np.searchsorted(np.cumsum(steps), RATE_S))
+        if enough < len(steps):
+            return steps[: enough + 1], True
+        if count >= len(time):
+            return steps, False
+        count *= 4
+
+
+def _nominal_near(rate: float) -> float:
+    """The nominal rate that another may be meant to be; 0 where there is none."""
+    nominal = min(_NOMINAL_HZ, key=lambda hz: abs(np.log(hz / rate)))
+    return nominal if abs(rate / nominal - 1.0) <= _NEAR_NOMINAL else 0.0
+
+
+def _whole_where_near(rate: float) -> float:
     whole = round(rate)
     return float(whole) if whole and abs(rate - whole) < 1e-3 * whole else rate
+
+
+def _usual_rate(steps: Column) -> float:
+    usual = steps if np.ptp(steps) <= _USUAL * float(steps.min()) else _near_median(steps)
+    return 1.0 / float(np.mean(usual))
 
 
 def _near_median(steps: Column) -> Column:

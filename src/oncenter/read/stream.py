@@ -21,7 +21,8 @@ from oncenter.read.frames import Column, Frames, Kept, bus_name, joined, pgn_of
 from oncenter.read.samples import Samples
 from oncenter.signals import SIGNALS, SignalName, Source
 
-LISTEN_S = 5.0  # rates to 1e-3, and whatever comes at 1 Hz or more is heard
+LISTEN_S = 5.0  # senders that begin in the first 2 s have told their rates by then
+LISTEN_LONGER_S = 5.0  # at most, for those that began later
 LISTEN_AGAIN_S = 1.0  # when something needed was not there
 LISTENED_FRAMES_MAX = 50_000  # of those with signals; without the needed ones the oldest are forgotten
 LATE_S = 0.1  # a frame may come so long after another one that is younger
@@ -44,6 +45,7 @@ class _Sender:
     values: Column = field(default_factory=lambda: np.empty(0))
     first_s: float = math.nan  # of all its samples, those without a number too
     latest_s: float = -math.inf
+    numbered: bool = False
 
     def is_of(self, samples: Samples, bus: str) -> bool:
         own = self.samples
@@ -57,6 +59,7 @@ class _Sender:
         good = later & ~np.isnan(samples.values)
         self.first_s = float(samples.time[0]) if math.isnan(self.first_s) else self.first_s
         self.latest_s = float(latest[-1])
+        self.numbered = self.numbered or bool(good.any())
         if self.followed:
             self.time = np.concatenate((self.time, samples.time[good]))
             self.values = np.concatenate((self.values, samples.values[good]))
@@ -68,7 +71,7 @@ class _Sender:
     def undecided_from_s(self, heard_s: float) -> float:
         """Ticks before it cannot change any more, whatever comes after `heard_s`."""
         newest = float(self.time[-1]) if len(self.time) else -math.inf
-        certain = heard_s - LATE_S
+        certain = max(heard_s - LATE_S, self.latest_s)
         if certain > newest + self.bridge_s * (1 + 1e-6):
             return max(newest, certain - 2 * clock.ON_TICK_S)
         return newest
@@ -127,7 +130,8 @@ class Stream:
         self._pgns = np.array(sorted(wanted.pgns), np.uint32)
         self._standard_ids = np.array(sorted(wanted.standard_ids), np.uint32)
         self._listened: list[Frames] = []
-        self._settle_s = -math.inf
+        self._settle_s = self._settle_at_last_s = -math.inf
+        self._silent: dict[str, Source] = {}  # of signals that have not had a number yet
         self._pgns_heard: dict[int, int] = {}
         self._senders: list[_Sender] = []
         self._origin_s = math.nan
@@ -214,9 +218,18 @@ class Stream:
         if not numbered.issuperset(self._needed):
             self._listened = [frames.where(np.arange(len(frames)) >= len(frames) - LISTENED_FRAMES_MAX)]
             return False
-        chosen, self.sources = choose.choose(candidates, self._take, self.name, self.notes)
-        self.rate_hz = clock.resampling_rate(chosen, self.name)
-        self._senders = [_Sender(s, clock.bridge_s(s), s.signal not in _LEFT_OUT) for s in chosen]
+        notes: list[str] = []
+        chosen, sources = choose.choose(candidates, self._take, self.name, notes)
+        if math.isinf(self._settle_at_last_s):
+            self._settle_at_last_s = self.last_s + LISTEN_LONGER_S
+        untold = [s for s in chosen if s.signal not in _LEFT_OUT and not s.rate_is_told]
+        if untold and self.last_s < self._settle_at_last_s:
+            return False
+        self.rate_hz, self.sources = clock.resampling_rate(chosen, self.name), sources
+        silent = choose.without_number(candidates)
+        self._silent = {samples.signal: source for samples, source in silent}
+        followed = sorted([*chosen, *(samples for samples, _ in silent)], key=lambda s: list(SIGNALS).index(s.signal))
+        self._senders = [_Sender(s, clock.bridge_s(s), s.signal not in _LEFT_OUT) for s in followed]
         return True
 
     def _begin_anew(self) -> None:
@@ -234,6 +247,9 @@ class Stream:
                     if sender.is_of(samples, name):
                         times.append(sender.take(samples))
         self._count_ticks(np.sort(np.concatenate(times)))
+        for name in [s.samples.signal for s in self._senders if s.numbered and s.samples.signal in self._silent]:
+            found = {**self.sources, name: self._silent.pop(name)}
+            self.sources = {signal: found[signal] for signal in SIGNALS if signal in found}
 
     def _count_ticks(self, times: Column) -> None:
         """There is a tick wherever there is a sample near it, of any signal."""
@@ -273,7 +289,7 @@ class Stream:
         columns = {
             SIGNALS[sender.samples.signal].column: sender.at(time, to_the_end=to_the_end)
             for sender in self._senders
-            if sender.followed
+            if sender.followed and sender.numbered
         }
         return {"time_s": time, **columns}
 

@@ -315,7 +315,7 @@ def test_whole_turns_that_ignitions_add_change_nothing(break_s: float, offset_de
     assert jumped.offset.ci95 == pytest.approx(absolute.offset.ci95, abs=1e-9)
     note = next(note for note in jumped.notes if "whole turns" in note)
     begin = 90 + round(break_s), 170 + round(break_s)
-    assert note.endswith(f": -1 from 14 s on, +2 from {begin[0]} s on, +0 from {begin[1]} s on")
+    assert note.endswith(f": -1 from 8 s on, +2 from {begin[0]} s on, +0 from {begin[1]} s on")
     assert not any("whole turns" in note for note in absolute.notes)
     assert np.nanmax(np.abs(oc.trace(jumped)["offset"] - oc.trace(absolute)["offset"])) < 1e-9
 

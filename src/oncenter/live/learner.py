@@ -127,9 +127,7 @@ class Learner:
     def _turned_back(self, ticks: Ticks) -> npt.NDArray[np.float64]:
         assert self._turns is not None
         before = len(self._turns.taken)
-        angle = self._turns.taken_out(
-            ticks["time_s"], ticks[_MEASURED], ticks["vehicle_speed_m_s"], ticks[_SENSOR_TYPE]
-        )
+        angle = self._turns.taken_out(ticks)
         self.stream.notes += [
             f"{turns:+d} whole turns are taken from the relative steering wheel angle from here on"
             for _, turns in self._turns.taken[before:]

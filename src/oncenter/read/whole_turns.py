@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,11 +14,14 @@ from oncenter.signals import Signals
 TURN_RAD = 2 * np.pi
 _IGNITION_S = 1.0  # without an angle; a shorter silence is a lost message
 _JUMP_RAD = TURN_RAD / 4  # from one sample to the next, faster than any hand: 1800 deg/s at 20 Hz
-_DRIVING_M_S = 10.0  # below it wheels are turned by more than half a turn of the steering wheel
-_DRIVEN_S = 0.5  # at that speed, after which the turn is known
+_FAST_M_S = 10.0  # below it bends may need half a turn of the steering wheel
+_DRIVING_M_S = 5.0
+_STRAIGHT_PER_M = 1.0 / 200.0  # a truck's steering wheel is turned by less than 60 deg
+_DRIVEN_S = 0.5  # fast or straight, after which the turn is known
 _TOLD = 5  # stretches in the note
 
-_ANGLE, _TYPE, _SPEED = "steering_wheel_angle_rad", "steering_wheel_angle_sensor_type", "vehicle_speed_m_s"
+_ANGLE, _TYPE = "steering_wheel_angle_rad", "steering_wheel_angle_sensor_type"
+_SPEED, _YAW_RATE = "vehicle_speed_m_s", "yaw_rate_rad_s"
 
 Column = npt.NDArray[np.float64]
 
@@ -27,7 +30,7 @@ class WholeTurns:
     """Takes them out of ticks as they come, so that a bus and its log give the same.
 
     A sensor may be off by another number of whole turns after each ignition, and nobody knows the turn before the truck
-    has driven: until then the angle is not available. Then it is the turn that brings the usual angle nearest to that
+    has driven fast or straight: until then the angle is not available. Then it is the turn that brings the usual angle nearest to that
     of the ignitions before, and in the first one nearest to zero. So the angle is right but for a whole turn that all
     ignitions share. Ticks before the sensor said that it is relative stay as they are.
 
@@ -51,14 +54,15 @@ class WholeTurns:
         self.turns, self._driving = None, np.empty(0)
         self._last_s = self._last_rad = float("nan")
 
-    def taken_out(self, time: Column, angle: Column, speed: Column, kind: Column) -> Column:
-        """The angle of further ticks, rad; all of shape (n,), s, rad, m/s and SPN 1812."""
-        said = np.flatnonzero(kind == 0.0)
+    def taken_out(self, ticks: Mapping[str, Column]) -> Column:
+        """The angle of further ticks, rad; they have a time, an angle and a sensor type."""
+        time, angle = ticks["time_s"], ticks[_ANGLE]
+        said = np.flatnonzero(ticks[_TYPE] == 0.0)
         if not self.relative and not len(said):
             return angle
         begin = 0 if self.relative else int(said[0])
         self.relative = True
-        given = angle.copy()
+        given, telling = angle.copy(), _telling(ticks)
         known = begin + np.flatnonzero(np.isfinite(angle[begin:]))
         if not len(known):
             return given
@@ -67,14 +71,14 @@ class WholeTurns:
         for number, rows in enumerate(np.split(known, ignitions)):
             if number:
                 self.ignition()
-            given[rows] = self._of_one_ignition(time[rows], angle[rows], speed[rows])
+            given[rows] = self._of_one_ignition(time[rows], angle[rows], telling[rows])
         self._last_s, self._last_rad = float(time[known[-1]]), float(angle[known[-1]])
         return given
 
-    def _of_one_ignition(self, time: Column, angle: Column, speed: Column) -> Column:
+    def _of_one_ignition(self, time: Column, angle: Column, telling: npt.NDArray[np.bool_]) -> Column:
         first = 0
         if self.turns is None:
-            driving = np.flatnonzero(speed > _DRIVING_M_S)[: self._ticks_driven - len(self._driving)]
+            driving = np.flatnonzero(telling)[: self._ticks_driven - len(self._driving)]
             self._driving = np.concatenate((self._driving, angle[driving]))
             if len(self._driving) < self._ticks_driven:
                 return np.full(len(angle), np.nan)
@@ -92,6 +96,16 @@ class WholeTurns:
         self.taken.append((time_s, self.turns))
 
 
+def _telling(ticks: Mapping[str, Column]) -> npt.NDArray[np.bool_]:
+    """Where the steering wheel cannot be half a turn away. A drive that does not know its speed always drives."""
+    if _SPEED not in ticks:
+        return np.ones(len(ticks["time_s"]), bool)
+    speed = ticks[_SPEED]
+    yaw_rate = ticks.get(_YAW_RATE, np.full(len(speed), np.nan))
+    straight = (speed > _DRIVING_M_S) & (np.abs(yaw_rate) < _STRAIGHT_PER_M * speed)
+    return straight | (speed > _FAST_M_S)
+
+
 def is_relative(drive: Signals) -> bool:
     """Whether the sensor says of itself that its zero is arbitrary."""
     return _TYPE in drive.table.columns and bool((drive.table[_TYPE] == 0.0).any())
@@ -100,8 +114,7 @@ def is_relative(drive: Signals) -> bool:
 def without_whole_turns(drives: Sequence[Signals]) -> tuple[Signals, ...]:
     """Drives of one truck, in order, in which a relative angle sensor has kept one turn throughout.
 
-    As `WholeTurns` says, ignition by ignition; a note says what was taken away. A drive that does not know its speed
-    is one in which the truck always drives.
+    As `WholeTurns` says, ignition by ignition; a note says what was taken away.
     """
     turns: WholeTurns | None = None
     given = []
@@ -115,11 +128,10 @@ def without_whole_turns(drives: Sequence[Signals]) -> tuple[Signals, ...]:
 
 
 def _without(drive: Signals, turns: WholeTurns) -> Signals:
-    time, angle, kind = (drive.table[name].to_numpy() for name in ("time_s", _ANGLE, _TYPE))
-    speed = drive.table[_SPEED].to_numpy() if _SPEED in drive.table.columns else np.full(len(time), np.inf)
+    names = [name for name in ("time_s", _ANGLE, _TYPE, _SPEED, _YAW_RATE) if name in drive.table.columns]
     before = len(turns.taken)
     turns.ignition()
-    kept = turns.taken_out(time, angle, speed, kind)
+    kept = turns.taken_out({name: drive.table[name].to_numpy() for name in names})
     taken = turns.taken[before:]
     notes = (*drive.notes, _note(drive, taken)) if any(count for _, count in taken) else drive.notes
     return replace(drive, table=drive.table.with_columns(pl.Series(_ANGLE, kept)), notes=notes)

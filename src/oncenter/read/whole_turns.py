@@ -30,9 +30,9 @@ class WholeTurns:
     """Takes them out of ticks as they come, so that a bus and its log give the same.
 
     A sensor may be off by another number of whole turns after each ignition, and nobody knows the turn before the truck
-    has driven fast or straight: until then the angle is not available. Then it is the turn that brings the usual angle nearest to that
-    of the ignitions before, and in the first one nearest to zero. So the angle is right but for a whole turn that all
-    ignitions share. Ticks before the sensor said that it is relative stay as they are.
+    has driven fast or straight: until then the angle is not available. Then it is the turn that brings the usual angle
+    nearest to that of the ignitions before, and in the first one nearest to zero. So the angle is right but for a whole
+    turn that all ignitions share. Ticks before the sensor said that it is relative stay as they are.
 
     Attributes:
         relative: whether it has said so.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 from collections.abc import Iterator
@@ -86,6 +87,8 @@ def live(
             page = opened.enter_context(Page(session, all_params(vehicle), address, port))
             said.say(f"the page is at {page.url}")
         with _ended_by_signals(session):
+            gc.collect()
+            gc.freeze()  # what is loaded stays: a collector that walks through it holds up all threads for 0.2 s
             session.start()
             watch(session, all_params(vehicle))
     if session.failure is not None:

@@ -1,10 +1,12 @@
-"""One viewer's page as a Bokeh document: it looks at the newest snapshot when it has time to, and skips the others.
+"""One viewer's page as a Bokeh document: it is told of each new snapshot, and takes the newest once it has time to.
 
-Bokeh waits until a viewer has taken a change before it makes the next: one who is slow sees fewer, and costs nobody.
+A change is waited for until the viewer has taken it, before the next is made: one who is slow sees fewer, and costs
+nobody.
 """
 
 from __future__ import annotations
 
+import asyncio
 import json
 import math
 import time
@@ -14,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 from oncenter.live import words
 from oncenter.live.pictures import Pictures
-from oncenter.live.session import SHOW_EVERY_S
 from oncenter.live.snapshot import Snapshot
 from oncenter.report.canvas import COLOURS
 from oncenter.signals import DEGREE
@@ -33,7 +34,21 @@ _POLICY = (
 )
 
 
-def page(doc: Document, session: Session, params: Mapping[str, float]) -> None:
+class News:
+    """Wakes whoever waits for the next snapshot; all on one event loop."""
+
+    def __init__(self) -> None:
+        self._next = asyncio.Event()
+
+    def tell(self) -> None:
+        self._next.set()
+        self._next = asyncio.Event()
+
+    async def wait(self) -> None:
+        await self._next.wait()
+
+
+def page(doc: Document, session: Session, params: Mapping[str, float], news: News) -> None:
     """Makes the document of one viewer and keeps it up to date as long as he stays."""
     from bokeh.models import ColumnDataSource
 
@@ -51,12 +66,25 @@ def page(doc: Document, session: Session, params: Mapping[str, float]) -> None:
             shown[1] = newest.pictures.number
             pictures.show(newest)
 
+    async def look_at(document: Document) -> None:
+        look()
+
+    async def follow() -> None:
+        while True:
+            if session.snapshot.number == shown[0]:
+                await news.wait()
+            await doc.session_context.with_locked_document(look_at)
+
+    def begin() -> None:
+        following = asyncio.get_running_loop().create_task(follow())
+        doc.on_session_destroyed(lambda context: following.cancel())
+
     look()
     for figure in pictures.figures:
         doc.add_root(figure)
     doc.title = f"{first.truck}: steering wheel angle offset, live"
     doc.template = _template()
-    doc.add_periodic_callback(look, round(1000 * SHOW_EVERY_S))
+    doc.add_next_tick_callback(begin)
 
 
 def _template() -> str:

@@ -9,6 +9,7 @@ import math
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from oncenter import _core
@@ -26,14 +27,14 @@ if TYPE_CHECKING:
     from oncenter.live.replay import Replay
     from oncenter.live.trace import Trace
 
-SHOW_EVERY_S = 0.03  # a needle's step
+SHOW_EVERY_S = 0.02  # a needle's step
 KNOW_EVERY_S = 0.2
 PICTURE_EVERY_S = 1.0
 SAVE_EVERY_S = 60.0
 SILENT_S = 3.0
 SAID_MAX = 100
 ESTIMATE_SD_MAX_RAD = 10.0 * DEGREE  # wider is no estimate: standing, motion says nothing of the wheels
-_TAKE_S = 0.015
+_TAKE_S = 0.01
 
 
 class Session(threading.Thread):
@@ -48,6 +49,7 @@ class Session(threading.Thread):
 
     Attributes:
         snapshot: the newest; replaced, never changed.
+        when_shown: called from the session's thread whenever there is a new one; returns at once.
         failure: what ended it, where something did that should not.
     """
 
@@ -64,6 +66,7 @@ class Session(threading.Thread):
     ) -> None:
         super().__init__(name="oncenter learner", daemon=True)
         self.failure: BaseException | None = None
+        self.when_shown: Callable[[], None] = lambda: None
         self._source, self._learner, self._truck, self._said = source, learner, truck, said
         self._memory, self._recorder, self._trace = memory, recorder, trace
         self._history = History()
@@ -138,6 +141,7 @@ class Session(threading.Thread):
         if self._is_due("show", SHOW_EVERY_S, now):
             phase = "listening" if self._learner.stream.listening else "silent" if self._silent else "running"
             self.snapshot = self._show(phase)
+            self.when_shown()
 
     def _is_due(self, what: str, every_s: float, now: float) -> bool:
         if now < self._due[what]:
@@ -206,6 +210,7 @@ class Session(threading.Thread):
             except BaseException as failure:
                 self.failure = self.failure or failure
         self.snapshot = self._show("ended")
+        self.when_shown()
 
     def _drain(self) -> None:
         frames = self._take()

@@ -25,7 +25,7 @@ from tornado.netutil import bind_sockets
 from tornado.web import ErrorHandler
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.live.page import page
+from oncenter.live.page import News, page
 
 if TYPE_CHECKING:
     from bokeh.document import Document
@@ -67,6 +67,7 @@ class Page:
         self._loop: IOLoop | None = None
         self._ready = threading.Event()
         self._failure: Exception | None = None
+        self._news = News()
         self._thread = threading.Thread(target=self._serve, name="oncenter web", daemon=True)
 
     def __enter__(self) -> Page:
@@ -74,6 +75,9 @@ class Page:
         self._ready.wait()
         if self._failure is not None:
             raise self._failure
+        loop = self._loop
+        assert loop is not None
+        self._session.when_shown = lambda: loop.add_callback(self._news.tell)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -86,7 +90,7 @@ class Page:
             logging.getLogger(name).setLevel(logging.CRITICAL)  # a viewer that leaves is no news
 
         def document(doc: Document) -> None:
-            page(doc, self._session, self._params)
+            page(doc, self._session, self._params, self._news)
 
         try:
             server, http = self._server(document)

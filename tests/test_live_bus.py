@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import can
+import numpy as np
 import pytest
 from drive_frames import START_S, drive
 from live_drive import TRUCK, message, new_learner
@@ -40,12 +41,15 @@ def ended(session: Session, when: Any, timeout_s: float = 60.0) -> Session:
     return session
 
 
-def test_what_is_recorded_of_a_bus_answers_as_the_bus_did(tmp_path: Path) -> None:
-    said = Sayings()
-    frames = [replace(frame, time=frame.time + 1.234e-7) for frame in drive(60.0)]  # finer than a log can say
-    bus, learner = Bus("recorded", "virtual", None, said.say), new_learner()
+@pytest.mark.parametrize("trembling_s", [0.0, 0.002])
+def test_what_is_recorded_of_a_bus_answers_as_the_bus_did(trembling_s: float, tmp_path: Path) -> None:
+    said, chances = Sayings(), np.random.default_rng(1)
+    stamps = (frame.time + 1.234e-7 + chances.normal(0.0, trembling_s) for frame in drive(60.0))  # finer than a log's
+    frames = sorted(map(lambda frame, time: replace(frame, time=time), drive(60.0), stamps), key=lambda f: f.time)
+    channel = f"recorded {trembling_s}"
+    bus, learner = Bus(channel, "virtual", None, said.say), new_learner()
     path = tmp_path / "kept.log"
-    with sender("recorded") as sending:
+    with sender(channel) as sending:
         for frame in frames:
             sending.send(message(frame))
         session = Session(bus, learner, "truck", said, recorder=Recorder(path, said.say))

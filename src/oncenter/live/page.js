@@ -1,8 +1,8 @@
 // What the server said last, shown: words and marks here, the pictures are Bokeh's own.
 const at = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
-const SCALE_DEG = 10, PX_PER_DEG = 10;
-let newest = 0;
+const SCALES_DEG = [10, 30, 90, 270, 900], HALF_PX = 100, KEEP_WIDE_MS = 3000;
+let newest = 0, scale = 0, neededMs = 0;
 
 const svg = (name, attributes, parent, text) => {
   const made = document.createElementNS(SVG, name);
@@ -11,17 +11,29 @@ const svg = (name, attributes, parent, text) => {
   parent.append(made);
 };
 for (let k = 0; k < 24; k++) svg("line", {y1: -106, y2: k % 6 ? -100 : -94, transform: `rotate(${15 * k})`}, document.querySelector(".dial"));
-const ruler = document.querySelector(".ruler");
-for (let deg = -SCALE_DEG; deg <= SCALE_DEG; deg++) {
-  const x = -PX_PER_DEG * deg;
-  svg("line", {x1: x, x2: x, y1: 0, y2: deg % 5 ? 12 : 24, class: deg ? "" : "zero"}, ruler);
-  if (deg % 5 === 0) svg("text", {x, y: 37}, ruler, deg === SCALE_DEG ? "left" : deg === -SCALE_DEG ? "right" : String(Math.abs(deg)));
-}
+
+// As wide as the angles need it: wider at once, narrower when they have not needed it for a while.
+const ruler = (angles) => {
+  const farthest = Math.max(0, ...Object.values(angles).filter((value) => value !== null).map(Math.abs));
+  const needed = SCALES_DEG.find((deg) => farthest <= deg) ?? SCALES_DEG.at(-1);
+  if (needed >= scale) neededMs = Date.now();
+  if (needed === scale || (needed < scale && Date.now() - neededMs < KEEP_WIDE_MS)) return;
+  scale = needed;
+  const drawn = document.querySelector(".ruler");
+  drawn.replaceChildren();
+  for (let tenth = -10; tenth <= 10; tenth++) {
+    const x = -HALF_PX * tenth / 10;
+    svg("line", {x1: x, x2: x, y1: 0, y2: tenth % 5 ? 12 : 24, class: tenth ? "" : "zero"}, drawn);
+    if (tenth % 5) continue;
+    const [side, anchor, at] = tenth === 10 ? [" left", "start", -110] : tenth === -10 ? [" right", "end", 110] : ["", "middle", x];
+    svg("text", {x: at, y: 37, "text-anchor": anchor}, drawn, Math.abs(scale * tenth / 10) + side);
+  }
+};
+const px = (deg) => -HALF_PX * Math.max(-1.06, Math.min(1.06, deg / scale));
 
 const put = (id, text) => { if (at(id).textContent !== text) at(id).textContent = text; };
 const degrees = (value) => value === null ? "—" : (value < 0 ? "−" : "+") + Math.abs(value).toFixed(1);
 const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
-const bounded = (deg) => Math.max(-SCALE_DEG - 0.6, Math.min(SCALE_DEG + 0.6, deg));
 const list = (id, lines, make) => {
   const key = JSON.stringify(lines);
   if (at(id).dataset.shown === key) return;
@@ -44,21 +56,23 @@ const show = (now) => {
   at("offset-unit").hidden = !now.offset.half_width;
   put("interval", now.offset.half_width ? `± ${now.offset.half_width} deg` : "no offset yet");
   put("status", now.offset.status);
+  at("status").hidden = now.offset.status === "unobservable";
   at("status").className = `status ${now.offset.status}`;
   put("gate", capital(now.gate.why));
   at("gate").classList.toggle("counts", now.gate.counts);
   put("fault", now.fault ? `The angle sensor: ${now.fault}` : "");
   at("fault").hidden = !now.fault;
+  ruler(now.angles);
   for (const [name, value] of Object.entries(now.angles)) {
     put(name, degrees(value));
     at(`mark-${name}`).style.visibility = value === null ? "hidden" : "visible";
-    if (value !== null) at(`mark-${name}`).setAttribute("transform", `translate(${-PX_PER_DEG * bounded(value)} 0)`);
+    if (value !== null) at(`mark-${name}`).setAttribute("transform", `translate(${px(value)} 0)`);
   }
   const half = now.estimated_half_width;
   put("estimated-unit", half === null ? "deg" : `± ${half.toFixed(1)} deg`);
-  const [low, high] = half === null ? [0, 0] : [bounded(now.angles.estimated - half), bounded(now.angles.estimated + half)];
-  at("band-estimated").setAttribute("x", -PX_PER_DEG * high);
-  at("band-estimated").setAttribute("width", PX_PER_DEG * (high - low));
+  const [left, right] = half === null ? [0, 0] : [px(now.angles.estimated + half), px(now.angles.estimated - half)];
+  at("band-estimated").setAttribute("x", left);
+  at("band-estimated").setAttribute("width", right - left);
   const turned = now.angles.corrected ?? now.angles.measured ?? 0;
   at("wheel-turned").setAttribute("transform", `rotate(${-turned})`);
   at("wheel").classList.toggle("unknown", now.angles.corrected === null);

@@ -11,6 +11,7 @@ import ipaddress
 import logging
 import socket
 import threading
+import warnings
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
@@ -88,6 +89,7 @@ class Page:
     def _serve(self) -> None:
         for name in ("bokeh", "tornado"):
             logging.getLogger(name).setLevel(logging.CRITICAL)  # a viewer that leaves is no news
+        warnings.filterwarnings("ignore", "coroutine 'WSHandler.send_message' was never awaited")  # nor one who is left
 
         def document(doc: Document) -> None:
             page(doc, self._session, self._params, self._news)
@@ -103,6 +105,7 @@ class Page:
         self._loop.start()
         server.stop()
         http.stop()
+        _end_tasks()
         self._loop.close(all_fds=True)
 
     def _server(self, document: Callable[[Document], None]) -> tuple[BaseServer, HTTPServer]:
@@ -121,6 +124,15 @@ class Page:
         server = BaseServer(self._loop, web, http)
         server.start()
         return server, http
+
+
+def _end_tasks() -> None:
+    """Of this thread's loop, which has stopped: viewers wait in them."""
+    loop = asyncio.get_event_loop()
+    tasks = asyncio.all_tasks(loop)
+    for task in tasks:
+        task.cancel()
+    loop.run_until_complete(asyncio.gather(*tasks, return_exceptions=True))
 
 
 class _OnlyOurs(BokehTornado):  # type: ignore[misc]

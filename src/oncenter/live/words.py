@@ -67,7 +67,7 @@ def quantities(now: Snapshot) -> dict[str, str]:
 
 
 def _quantity(estimate: Estimate) -> str:
-    return _signed(str(estimate))
+    return "not known yet" if estimate.status == "unobservable" else _signed(str(estimate))
 
 
 def still_missing(now: Snapshot, params: Mapping[str, float]) -> list[str]:

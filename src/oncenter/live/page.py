@@ -55,31 +55,28 @@ def page(doc: Document, session: Session, params: Mapping[str, float], news: New
     first = session.snapshot
     now = ColumnDataSource(data={"json": [as_json(first, params)]}, name="now")
     pictures = Pictures(now)
-    shown = [first.number, -1]
+    shown = first.number
 
-    def look() -> None:
+    async def look(document: Document) -> None:
+        nonlocal shown
         newest = session.snapshot
-        if newest.number != shown[0]:
-            shown[0] = newest.number
-            now.data = {"json": [as_json(newest, params)]}
-        if newest.pictures.number != shown[1]:
-            shown[1] = newest.pictures.number
-            pictures.show(newest)
-
-    async def look_at(document: Document) -> None:
-        look()
+        shown = newest.number
+        now.data = {"json": [as_json(newest, params)]}
+        for _ in range(len(pictures.figures) if newest.phase == "ended" else 1):  # nothing comes after the end
+            pictures.show_next(newest)
 
     async def follow() -> None:
         while True:
-            if session.snapshot.number == shown[0]:
+            if session.snapshot.number == shown:
                 await news.wait()
-            await doc.session_context.with_locked_document(look_at)
+            await doc.session_context.with_locked_document(look)
 
     def begin() -> None:
         following = asyncio.get_running_loop().create_task(follow())
         doc.on_session_destroyed(lambda context: following.cancel())
 
-    look()
+    for _ in pictures.figures:
+        pictures.show_next(first)
     for figure in pictures.figures:
         doc.add_root(figure)
     doc.title = f"{first.truck}: steering wheel angle offset, live"

@@ -25,6 +25,9 @@ class Pictures:
 
     Args:
         carried: a source that goes to the browser with them.
+
+    Attributes:
+        figures: of Bokeh.
     """
 
     def __init__(self, carried: ColumnDataSource) -> None:
@@ -32,10 +35,15 @@ class Pictures:
         self._course.figure.tags = [carried]
         self.figures: list[figure] = [self._course.figure, self._strip.figure, self._flanks.figure]
 
-    def show(self, now: Snapshot) -> None:
-        self._course.show(now)
-        self._strip.show(now)
-        self._flanks.show(now)
+        self._number = -1
+        self._waiting: list[_Course | _Strip | _Flanks] = []
+
+    def show_next(self, now: Snapshot) -> None:
+        """One figure that is not up to date, if any: a browser that paints all three at once holds up the needle."""
+        if now.pictures.number != self._number:
+            self._number, self._waiting = now.pictures.number, [self._course, self._strip, self._flanks]
+        if self._waiting:
+            self._waiting.pop(0).show(now)
 
 
 class _Course:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from oncenter.errors import OncenterError
 from oncenter.read.clock import to_one_tick
-from oncenter.read.samples import Samples
+from oncenter.read.samples import Samples, nominal_rate
 
 
 def samples(signal: str, time: np.ndarray, values: np.ndarray) -> Samples:
@@ -162,3 +164,37 @@ def test_a_heading_across_north_does_not_swing_through_south() -> None:
     heading = table["heading_deg"]
     known = ~np.isnan(heading)
     assert np.allclose(heading[known], np.mod(350 + 10 * table["time_s"][known], 360))
+
+
+def stamps(hz: float, trouble: str, duration_s: float = 8.0) -> np.ndarray:
+    rng = np.random.default_rng(7)
+    time = 1.7e9 + np.arange(round(duration_s * hz)) / hz
+    if trouble == "trembling":
+        return np.sort(time + rng.normal(0.0, 0.2 / hz, len(time)))
+    if trouble == "in fours":
+        return np.repeat(time[3::4], 4) + np.tile(0.0004 * np.arange(4), len(time) // 4)
+    if trouble == "a third lost":
+        return time[rng.random(len(time)) > 1 / 3]
+    if trouble == "silent":
+        return time[(time < time[0] + 0.2) | (time > time[0] + 4.0)]
+    if trouble == "earlier stamps":
+        return time - np.where(np.arange(len(time)) % 50 == 49, 3.5 / hz, 0.0)
+    return time
+
+
+@pytest.mark.parametrize("hz", [200.0, 100.0, 50.0, 40.0, 25.0, 20.0, 10.0])
+@pytest.mark.parametrize(
+    "trouble", ["none", "trembling", "in fours", "a third lost", "silent", "earlier stamps", "slow by 3 %"]
+)
+def test_a_sender_has_its_nominal_rate_whatever_happens_to_its_stamps(hz: float, trouble: str) -> None:
+    assert nominal_rate(stamps(0.97 * hz if "slow" in trouble else hz, trouble)) == hz
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 1000), st.floats(11.0, 190.0), st.sampled_from(["none", "trembling", "a third lost", "silent"]))
+def test_once_a_rate_is_told_nothing_that_comes_later_changes_it(more: int, hz: float, trouble: str) -> None:
+    time = stamps(hz, trouble, 20.0)
+    sender = Samples("yaw_rate", time, np.zeros(len(time)), "VDC2", "VDC2 from 0x3E", of_frames=True)
+    told = next(n for n in range(10, len(time), 7) if replace(sender, time=time[:n], values=np.zeros(n)).rate_is_told)
+    some = time[: min(told + more, len(time))]
+    assert nominal_rate(some) == sender.rate_hz

@@ -15,6 +15,7 @@ _USUAL = 0.2  # of the median step, how far others may be from it to count
 _SILENCE_S = 1.25  # a longer step tells nothing of a sender's rate
 _NOMINAL_HZ = (1000.0, 500.0, 200.0, 100.0, 50.0, 40.0, 25.0, 20.0, 10.0, 5.0, 4.0, 2.0, 1.0)  # as senders are built
 _NEAR_NOMINAL = 0.1  # stamps that tremble and frames that are lost move a rate by so much
+_SHARP, _SHARP_SHARE = 0.05, 0.3  # of the steps so many are so near the usual one: it is no accident
 
 
 @dataclass(frozen=True)
@@ -79,8 +80,8 @@ def median_rate(time: Column) -> float:
 def nominal_rate(time: Column) -> float:
     """Hz at which a sender was built to send, from its first `RATE_S`: the same whether more has come by now or not.
 
-    The usual nominal rate that is near the mean one, or else near the median one (frames were lost, many at once); of a
-    sender that keeps to none of them what it keeps to.
+    The usual nominal rate that is near the rate of the usual step, which lost frames do not change, or near the mean
+    rate, which trembling and bursts do not; of a sender that keeps to none of them what it keeps to.
     """
     steps, _ = _first_steps(time)
     if not len(steps):
@@ -88,7 +89,8 @@ def nominal_rate(time: Column) -> float:
     mean, median = 1.0 / float(np.mean(steps)), _usual_rate(steps)
     if not mean <= median <= 2.0 * mean:  # frames come in bursts
         median = mean
-    near = (_nominal_near(rate) for rate in (mean, median))
+    sharp = float(np.mean(np.abs(steps * median - 1.0) < _SHARP)) > _SHARP_SHARE
+    near = (_nominal_near(rate) for rate in ((median, mean) if sharp else (mean, median)))
     return next((rate for rate in near if rate), None) or _whole_where_near(median)
 
 

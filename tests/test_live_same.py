@@ -85,6 +85,16 @@ def wheels_that_begin_late(frames: Frames) -> Frames:
     return frames.where(~of_group(frames, EBC2, HRW) | (frames.time > frames.time[0] + 4.5))
 
 
+def wheels_that_join_later(frames: Frames) -> Frames:
+    """EBC2 first, HRW, which is better, a second after it; the lateral acceleration's sender all the time."""
+    since = frames.time - frames.time[0]
+    return frames.where((~of_group(frames, EBC2) | (since > 60.0)) & (~of_group(frames, HRW) | (since > 61.0)))
+
+
+def wheels_that_come_at_the_end(frames: Frames) -> Frames:
+    return frames.where(~of_group(frames, EBC2, HRW) | (frames.time > frames.time[-1] - 1.5))
+
+
 def slow_by_its_clock(frames: Frames) -> Frames:
     """A sender built for 80 Hz whose quartz is off, trembling: no nominal rate is near."""
     return trembling(replace(frames, time=frames.time[0] + (frames.time - frames.time[0]) * 1.2513), seed=9)
@@ -132,6 +142,8 @@ def check_same(log: Path, **of_read: Any) -> float:
         silent_at_first,
         wheels_that_know_nothing_before_they_roll,
         wheels_that_begin_late,
+        wheels_that_join_later,
+        wheels_that_come_at_the_end,
     ],
     ids=[
         "1 ms",
@@ -141,6 +153,8 @@ def check_same(log: Path, **of_read: Any) -> float:
         "silent at first",
         "no wheel speeds at first",
         "wheels begin late",
+        "wheels join later",
+        "wheels at the end",
     ],
 )
 def test_live_is_the_log_whatever_the_bus_does(frames_of: Any, tmp_path: Path) -> None:

@@ -1,7 +1,8 @@
 """Frames of a bus, as they come, become the ticks that `read` gives of their log: the same decoding, the same clock.
 
 A bus is listened to for a while first. Then sources and rates are fixed, and every tick is given out as soon as no
-later frame can change it: when each signal has a number after it, or has been silent for too long to be bridged.
+later frame can change it: when each signal has a number after it, or has been silent for too long to be bridged. Ticks
+wait once more where a signal begins later, until it is known whose it is and how often it comes.
 """
 
 from __future__ import annotations
@@ -14,11 +15,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from oncenter.errors import OncenterError
 from oncenter.read import choose, clock, j1939
 from oncenter.read import dbc as databases
 from oncenter.read.decode import decode, wanted_by
 from oncenter.read.frames import Column, Frames, Kept, bus_name, joined, pgn_of
-from oncenter.read.samples import Samples
+from oncenter.read.samples import RATE_S, Samples
 from oncenter.signals import SIGNALS, SignalName, Source
 
 LISTEN_S = 5.0  # senders that begin in the first 2 s have told their rates by then
@@ -132,6 +134,9 @@ class Stream:
         self._listened: list[Frames] = []
         self._settle_s = self._settle_at_last_s = -math.inf
         self._silent: dict[str, Source] = {}  # of signals that have not had a number yet
+        self._new: list[Frames] = []  # since a signal began that nobody follows
+        self._new_from_s = math.inf
+        self._never: set[str] = set(_LEFT_OUT)  # signals that are not followed, whoever sends them
         self._pgns_heard: dict[int, int] = {}
         self._senders: list[_Sender] = []
         self._origin_s = math.nan
@@ -180,6 +185,8 @@ class Stream:
         """Nothing comes any more: the rest of the ticks. The next frame begins a new time."""
         if self.listening:
             return self._none()
+        if self._new:
+            self._take_in_new(now=True)
         ticks = self._at(self._waiting, to_the_end=True)
         self._begin_anew()
         return ticks
@@ -228,28 +235,70 @@ class Stream:
         self.rate_hz, self.sources = clock.resampling_rate(chosen, self.name), sources
         silent = choose.without_number(candidates)
         self._silent = {samples.signal: source for samples, source in silent}
-        followed = sorted([*chosen, *(samples for samples, _ in silent)], key=lambda s: list(SIGNALS).index(s.signal))
-        self._senders = [_Sender(s, clock.bridge_s(s), s.signal not in _LEFT_OUT) for s in followed]
+        self._follow([*chosen, *(samples for samples, _ in silent)])
         return True
+
+    def _follow(self, chosen: Sequence[Samples]) -> list[_Sender]:
+        added = [_Sender(s, clock.bridge_s(s), s.signal not in _LEFT_OUT) for s in chosen]
+        self._senders = sorted([*self._senders, *added], key=lambda s: list(SIGNALS).index(s.samples.signal))
+        return added
+
+    def _take_in_new(self, *, now: bool = False) -> None:
+        """Follows the signals that began later, once their senders have told their rates."""
+        held = joined(self._new)
+        waited = self.last_s - self._new_from_s
+        now = now or waited >= LISTEN_S or len(held) > LISTENED_FRAMES_MAX
+        if not now and waited < RATE_S:
+            return
+        candidates = [samples for samples in self._candidates(held) if self._is_new(samples.signal)]
+        if not now and not all(samples.rate_is_told for samples in candidates):
+            return
+        self._new, self._new_from_s = [], math.inf
+        signals = {samples.signal for samples in candidates}
+        take = {signal: source for signal, source in self._take.items() if signal in signals}
+        try:
+            chosen, sources = choose.choose(candidates, take, self.name, [])
+        except OncenterError as disagreement:  # no reason to end what goes on without them
+            self.notes.append(str(disagreement))
+            self._never |= signals
+            return
+        silent = choose.without_number(candidates)
+        self._silent |= {samples.signal: source for samples, source in silent}
+        self.sources = _in_order({**self.sources, **sources})
+        self._give(self._follow([*chosen, *(samples for samples, _ in silent)]), held)
+
+    def _is_new(self, signal: str) -> bool:
+        return signal not in self._never and all(sender.samples.signal != signal for sender in self._senders)
 
     def _begin_anew(self) -> None:
         for sender in self._senders:
             sender.begin_anew()
         self._origin_s, self._next_tick, self._waiting = math.nan, 0, np.empty(0, np.int64)
         self._sampled_to_s = self.last_s = -math.inf
+        self._new, self._new_from_s = [], math.inf
 
     def _sort_in(self, frames: Frames) -> None:
+        self._give(self._senders, frames)
+        if self._new_from_s < math.inf:
+            self._new.append(frames)
+            self._take_in_new()
+
+    def _give(self, senders: Sequence[_Sender], frames: Frames) -> None:
         times: list[Column] = [np.empty(0)]
         for bus in np.unique(frames.bus):
             name = bus_name(int(bus)).lower()
             for samples in self._candidates(frames.where(frames.bus == bus)):
-                for sender in self._senders:
+                for sender in senders:
                     if sender.is_of(samples, name):
                         times.append(sender.take(samples))
+                if self._is_new(samples.signal):
+                    self._new_from_s = min(self._new_from_s, float(samples.time[0]))
         self._count_ticks(np.sort(np.concatenate(times)))
+        self._know_sources()
+
+    def _know_sources(self) -> None:
         for name in [s.samples.signal for s in self._senders if s.numbered and s.samples.signal in self._silent]:
-            found = {**self.sources, name: self._silent.pop(name)}
-            self.sources = {signal: found[signal] for signal in SIGNALS if signal in found}
+            self.sources = _in_order({**self.sources, name: self._silent.pop(name)})
 
     def _count_ticks(self, times: Column) -> None:
         """There is a tick wherever there is a sample near it, of any signal."""
@@ -273,7 +322,8 @@ class Stream:
     def _decided(self) -> Ticks:
         if not len(self._waiting):
             return self._none()
-        before_s = min(sender.undecided_from_s(self._sampled_to_s) for sender in self._senders if sender.followed)
+        undecided = (sender.undecided_from_s(self._sampled_to_s) for sender in self._senders if sender.followed)
+        before_s = min(*undecided, self._new_from_s - 2 * clock.ON_TICK_S)
         done = int(np.searchsorted(self._origin_s + self._waiting / self.rate_hz, before_s, side="left"))
         ticks = self._at(self._waiting[:done], to_the_end=False)
         self._waiting = self._waiting[done:]
@@ -295,6 +345,10 @@ class Stream:
 
     def _none(self) -> Ticks:
         return {"time_s": np.empty(0)}
+
+
+def _in_order(sources: Mapping[str, Source]) -> dict[str, Source]:
+    return {signal: sources[signal] for signal in SIGNALS if signal in sources}
 
 
 def _kept(frames: Frames) -> Kept:

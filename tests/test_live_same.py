@@ -11,7 +11,7 @@ from live_drive import TRUCK, cut, drive_log, fed, frames_of_log
 
 import oncenter as oc
 from oncenter.live.learner import Learner, needed
-from oncenter.read.frames import Frames, pgn_of
+from oncenter.read.frames import Frames, joined, pgn_of
 from oncenter.read.stream import Stream
 from oncenter.signals import SignalName
 from oncenter.simulate import simulate_to_log
@@ -169,6 +169,18 @@ def test_a_sender_of_no_usual_rate_has_one_rate_live_and_in_the_log(tmp_path: Pa
 def test_where_so_much_is_lost_that_nobody_knows_the_rate_it_is_the_same_one_live(tmp_path: Path) -> None:
     frames = trembling(with_losses(driven(), seed=5), seed=6)
     assert check_same(written(frames, tmp_path / "drive.log")) == pytest.approx(100.0, rel=0.2)
+
+
+def test_of_two_senders_as_good_a_frame_more_does_not_decide(tmp_path: Path) -> None:
+    frames = cut(driven(), 0, 60_000)
+    angle = of_group(frames, VDC2)
+    own = int(frames.identifier[angle][0] & 0xFF)
+    other = replace(frames, identifier=np.where(angle, frames.identifier + 1, frames.identifier))
+    late = replace(other, time=frames.time + 0.001).where(angle)
+    first = frames.where(~(angle & (np.cumsum(angle) % 50 == 7)))  # two in a hundred are lost
+    path = written(stamped(joined([first, late]), joined([first, late]).time), tmp_path / "drive.log")
+    check_same(path)
+    assert oc.read(path).sources["steering_wheel_angle"].description == f"VDC2 from 0x{own:02X}"
 
 
 @pytest.mark.parametrize("sigma_s", [0.0, 0.0004, 0.002])

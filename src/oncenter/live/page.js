@@ -1,7 +1,7 @@
 // What the server said last, shown: words and marks here, the pictures are Bokeh's own.
 const at = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
-const SCALES_DEG = [10, 30, 90, 270, 900], HALF_PX = 100, KEEP_WIDE_MS = 3000;
+const SCALES_DEG = [10, 30, 90, 270, 900], HALF_PX = 100, KEEP_WIDE_MS = 3000, OFF_DEG = 30;
 let newest = 0, scale = 0, neededMs = 0;
 
 const svg = (name, attributes, parent, text) => {
@@ -12,9 +12,11 @@ const svg = (name, attributes, parent, text) => {
 };
 for (let k = 0; k < 24; k++) svg("line", {y1: -106, y2: k % 6 ? -100 : -94, transform: `rotate(${15 * k})`}, document.querySelector(".dial"));
 
-// As wide as the angles need it: wider at once, narrower when they have not needed it for a while.
-const ruler = (angles) => {
-  const farthest = Math.max(0, ...Object.values(angles).filter((value) => value !== null).map(Math.abs));
+// As wide as the angles need it, wider at once, narrower when they have not for a while. A sensor that is far off, as by
+// whole turns, stands at the end.
+const ruler = ({measured, corrected, estimated}) => {
+  const near = corrected === null || Math.abs(measured - corrected) < OFF_DEG ? measured : null;
+  const farthest = Math.max(...[near, corrected, estimated].map(Math.abs));
   const needed = SCALES_DEG.find((deg) => farthest <= deg) ?? SCALES_DEG.at(-1);
   if (needed >= scale) neededMs = Date.now();
   if (needed === scale || (needed < scale && Date.now() - neededMs < KEEP_WIDE_MS)) return;

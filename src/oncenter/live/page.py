@@ -21,11 +21,13 @@ from oncenter.report.canvas import COLOURS
 from oncenter.signals import DEGREE
 
 if TYPE_CHECKING:
+    from bokeh.application.application import SessionContext
     from bokeh.document import Document
 
     from oncenter.live.session import Session
 
 _SAID_SHOWN = 6
+_LAST_S = 0.5  # for what is on its way when it ends
 
 # The browser is told to fetch nothing but from here, whatever the page or a library in it should try.
 _POLICY = (
@@ -35,9 +37,16 @@ _POLICY = (
 
 
 class News:
-    """Wakes whoever waits for the next snapshot; all on one event loop."""
+    """Wakes whoever waits for the next snapshot; all on one event loop.
+
+    Attributes:
+        over: nothing comes any more.
+        followers: one task a viewer, who waits for it.
+    """
 
     def __init__(self) -> None:
+        self.over = False
+        self.followers: set[asyncio.Task[None]] = set()
         self._next = asyncio.Event()
 
     def tell(self) -> None:
@@ -47,6 +56,15 @@ class News:
     async def wait(self) -> None:
         await self._next.wait()
 
+    async def end(self) -> None:
+        """Viewers get what is on its way to them; one who does not take it, does not."""
+        self.over = True
+        self.tell()
+        if self.followers:
+            _, late = await asyncio.wait(self.followers, timeout=_LAST_S)
+            for follower in late:
+                follower.cancel()
+
 
 def page(doc: Document, session: Session, params: Mapping[str, float], news: News) -> None:
     """Makes the document of one viewer and keeps it up to date as long as he stays."""
@@ -55,7 +73,7 @@ def page(doc: Document, session: Session, params: Mapping[str, float], news: New
     first = session.snapshot
     now = ColumnDataSource(data={"json": [as_json(first, params)]}, name="now")
     pictures = Pictures(now)
-    shown = first.number
+    shown, here = first.number, True
 
     async def look(document: Document) -> None:
         nonlocal shown
@@ -66,14 +84,19 @@ def page(doc: Document, session: Session, params: Mapping[str, float], news: New
             pictures.show_next(newest)
 
     async def follow() -> None:
-        while True:
+        while here and not news.over:
             if session.snapshot.number == shown:
                 await news.wait()
             await doc.session_context.with_locked_document(look)
 
     def begin() -> None:
         following = asyncio.get_running_loop().create_task(follow())
-        doc.on_session_destroyed(lambda context: following.cancel())
+        news.followers.add(following)
+        following.add_done_callback(news.followers.discard)
+
+    def leave(context: SessionContext) -> None:
+        nonlocal here
+        here = False
 
     for _ in pictures.figures:
         pictures.show_next(first)
@@ -81,6 +104,7 @@ def page(doc: Document, session: Session, params: Mapping[str, float], news: New
         doc.add_root(figure)
     doc.title = f"{first.truck}: steering wheel angle offset, live"
     doc.template = _template()
+    doc.on_session_destroyed(leave)
     doc.add_next_tick_callback(begin)
 
 

@@ -103,9 +103,9 @@ class Page:
             self._ready.set()
         assert self._loop is not None
         self._loop.start()
+        self._loop.run_sync(self._news.end)
         server.stop()
         http.stop()
-        _end_tasks()
         self._loop.close(all_fds=True)
 
     def _server(self, document: Callable[[Document], None]) -> tuple[BaseServer, HTTPServer]:
@@ -124,15 +124,6 @@ class Page:
         server = BaseServer(self._loop, web, http)
         server.start()
         return server, http
-
-
-def _end_tasks() -> None:
-    """Of this thread's loop, which has stopped: viewers wait in them."""
-    loop = asyncio.get_event_loop()
-    tasks = asyncio.all_tasks(loop)
-    for task in tasks:
-        task.cancel()
-    loop.run_until_complete(asyncio.gather(*tasks, return_exceptions=True))
 
 
 class _OnlyOurs(BokehTornado):  # type: ignore[misc]

@@ -59,7 +59,7 @@ def resampling_rate(chosen: Sequence[Samples], log: str) -> float:
 
 def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
     """The steering wheel angle's own rate; without one, that of the best other signal."""
-    for samples in chosen:
+    for samples in _first_of_each_time(chosen):
         _refuse_backward(samples, log)
     by_signal = {samples.signal: samples for samples in chosen}
     leading = next((by_signal[name] for name in _SET_BY_RATE if name in by_signal), None)
@@ -82,8 +82,8 @@ def refuse_time_out_of_range(candidates: Sequence[Samples], log: str) -> None:
     Raises:
         OncenterError: a stamp is beyond `LATEST_S`.
     """
-    for samples in candidates:
-        farthest = float(np.abs(samples.time).max())
+    for samples in _first_of_each_time(candidates):
+        farthest = max(abs(float(samples.time.min())), abs(float(samples.time.max())))
         if farthest > LATEST_S:
             raise OncenterError(
                 f"time of {samples.description} in {log} runs to {farthest:.3g} s: give its unit (s, ms, us, ns) as "
@@ -93,8 +93,18 @@ def refuse_time_out_of_range(candidates: Sequence[Samples], log: str) -> None:
             )
 
 
+def _first_of_each_time(given: Sequence[Samples]) -> list[Samples]:
+    """One of all that share an array of times, as the columns of a table do, so that it is looked at once."""
+    firsts: dict[int, Samples] = {}
+    for samples in given:
+        firsts.setdefault(id(samples.time), samples)
+    return list(firsts.values())
+
+
 def _refuse_backward(samples: Samples, log: str) -> None:
     steps = np.diff(samples.time)
+    if not len(steps) or steps.min() > 0:
+        return
     wrong = np.flatnonzero(~(steps > 0))
     if len(wrong) > max(1, BACKWARD_SHARE * len(steps)) or len(wrong) == len(steps) > 0:
         raise OncenterError(
@@ -111,12 +121,16 @@ def _share_steady_time(chosen: Sequence[Samples]) -> bool:
     time = chosen[0].time
     if not all(samples.time is time or np.array_equal(samples.time, time) for samples in chosen[1:]):
         return False
-    rate = median_rate(time)
+    known = chosen[0].time_rate_hz
+    rate = median_rate(time) if known is None else known
     if rate < SLOWEST_HZ:
         return False
     steps = np.diff(time)
-    regular = steps[(steps > 0) & (steps < 1.5 / rate)]
-    return bool(np.all(np.abs(regular * rate - 1) < STEADY_JITTER))
+    if not (steps.min() > 0 and steps.max() < 1.5 / rate):
+        steps = steps[(steps > 0) & (steps < 1.5 / rate)]
+    return not len(steps) or bool(
+        max(abs(steps.min() * rate - 1), abs(steps.max() * rate - 1)) < STEADY_JITTER
+    )
 
 
 def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:

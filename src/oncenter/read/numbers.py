@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
@@ -14,13 +13,13 @@ _NO_NUMBER = ("", "na", "n/a", "#n/a", "nan", "null", "none", "-", "--")  # what
 
 
 def numbers(path: Path, column: pl.Series) -> Column:
-    """A column as numbers, NaN where empty.
+    """A column as numbers, NaN where empty; not to be written to, it may be the column itself.
 
     Raises:
         OncenterError: text where a number belongs.
     """
     if column.dtype.is_numeric() or column.dtype in (pl.Boolean, pl.Null):
-        return _filled(column.cast(pl.Float64))
+        return _filled(column.rechunk().cast(pl.Float64))  # parts are put together while they are narrow
     if column.dtype != pl.String:
         raise OncenterError(
             f"column {column.name} of {path.name} is {column.dtype}, numbers are needed", code="not_a_number"
@@ -38,4 +37,9 @@ def numbers(path: Path, column: pl.Series) -> Column:
 
 
 def _filled(column: pl.Series) -> Column:
-    return column.fill_null(float("nan")).to_numpy().astype(np.float64, copy=True)
+    return column.fill_null(float("nan")).rechunk().to_numpy()
+
+
+def in_si(values: Column, factor: float) -> Column:
+    """Times a factor; the same array where there is nothing to do."""
+    return values if factor == 1.0 else values * factor

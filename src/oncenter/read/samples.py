@@ -46,9 +46,9 @@ class Samples:
     time_rate_hz: float | None = None
     of_frames: bool = False
 
-    @property
+    @cached_property
     def not_available(self) -> int:
-        return int(np.isnan(self.values).sum())
+        return int(np.count_nonzero(np.isnan(self.values)))
 
     @cached_property
     def rate_hz(self) -> float:
@@ -57,9 +57,9 @@ class Samples:
         Cells that a table leaves empty are no samples. A sender that never had a number has the rate of its frames.
         """
         rate_of = nominal_rate if self.of_frames else median_rate
-        available = ~np.isnan(self.values)
-        if not available.all() and (available.any() or not self.of_frames):
-            return rate_of(self.time[available])
+        never = self.not_available == len(self.values)
+        if self.not_available and not (never and self.of_frames):
+            return rate_of(self.time[~np.isnan(self.values)])
         return rate_of(self.time) if self.time_rate_hz is None else self.time_rate_hz
 
     @property
@@ -71,7 +71,8 @@ class Samples:
 def median_rate(time: Column) -> float:
     """Hz; from the steps near the median one, so that rounded stamps do not move it. 0 where there are none."""
     steps = np.diff(time)
-    steps = steps[steps > SHORTEST_STEP_S]
+    if len(steps) and not steps.min() > SHORTEST_STEP_S:
+        steps = steps[steps > SHORTEST_STEP_S]
     if not len(steps):
         return 0.0
     return _whole_where_near(_usual_rate(steps))

@@ -10,7 +10,7 @@ import polars as pl
 
 from oncenter.errors import OncenterError
 from oncenter.read.csv_text import csv_text, separator_of, with_header_as_long_as_rows
-from oncenter.read.numbers import numbers
+from oncenter.read.numbers import in_si, numbers
 from oncenter.read.samples import Samples, median_rate
 from oncenter.read.time_column import seconds, time_column
 from oncenter.read.units import columns_that_would_do, factors, is_unit, named_unit, unit_by_suffix, unit_key
@@ -97,17 +97,20 @@ def _samples(
             )
     time = seconds(path, frame[when], names, units.get(when))
     stamped = np.isfinite(time)
-    empty = int((~stamped).sum())
+    empty = len(time) - int(np.count_nonzero(stamped))
     if empty and frame.filter(~stamped).select(pl.any_horizontal(_has_content(frame)).any()).item():
         notes.append(f"{empty} rows of {path.name} have no time and were left out")
-    time = time[stamped]
+    time = time[stamped] if empty else time
     if len(time) < 2:
         raise OncenterError(f"{path.name} has {len(time)} rows with a time, at least 2 are needed", code="too_short")
     rate_hz = median_rate(time)
     given = []
     for column, signal, factor in wanted:
-        values = numbers(path, frame[column])[stamped] * factor
-        values[~np.isfinite(values)] = np.nan
+        values = numbers(path, frame[column])
+        values = in_si(values[stamped] if empty else values, factor)
+        finite = np.isfinite(values)
+        if not finite.all():
+            values = np.where(finite, values, np.nan)
         rank = 0 if signal in names and names[signal].name == column else 1
         labels = (column.lower(),)
         given.append(

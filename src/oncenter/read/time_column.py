@@ -10,7 +10,7 @@ import polars as pl
 
 from oncenter.errors import OncenterError
 from oncenter.read.frames import Column
-from oncenter.read.numbers import numbers
+from oncenter.read.numbers import in_si, numbers
 from oncenter.read.units import TIME, named_unit, unit_key
 from oncenter.signals import SignalName
 
@@ -54,7 +54,7 @@ def seconds(path: Path, column: pl.Series, names: Mapping[str, SignalName], unit
     dated = _dates(path, column)
     if dated is not None:
         return dated
-    return numbers(path, column) * _factor(path, column.name, names, unit_in_file)
+    return in_si(numbers(path, column), _factor(path, column.name, names, unit_in_file))
 
 
 def _dates(path: Path, column: pl.Series) -> Column | None:

@@ -37,7 +37,8 @@ def numbers(path: Path, column: pl.Series) -> Column:
 
 
 def _filled(column: pl.Series) -> Column:
-    return column.fill_null(float("nan")).rechunk().to_numpy()
+    filled = column.fill_null(float("nan")) if column.null_count() else column
+    return filled.rechunk().to_numpy()
 
 
 def in_si(values: Column, factor: float) -> Column:

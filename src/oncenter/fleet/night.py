@@ -30,7 +30,8 @@ LIMIT_DEG = 2.0  # some lane keeping systems call for calibration from there on
 class Summary:
     """What a run did and what stands in the tables after it; `metrics.json` holds the same.
 
-    `worst` are trucks' rows of `tables.TRUCKS`, ranked, those to calibrate first; at most ten.
+    `seconds` are of all, `logs_per_second` is the rate while logs were answered. `worst` are trucks' rows of
+    `tables.TRUCKS`, ranked, those to calibrate first; at most ten.
     """
 
     version: str
@@ -88,6 +89,7 @@ def run(
             for log, row in engine(work, ledger.to_do()):
                 ledger.add(log, row)
                 progress.one_more(row.get("error_code") is not None)
+            rate = progress.rate  # of answering; tables and page take the same time however few logs were new
             progress.end()
             ledger.commit()
             facts = _write_tables(folder, ledger, limit_deg)
@@ -105,7 +107,7 @@ def run(
         logs_answered=progress.done - progress.errors,
         logs_refused=progress.errors,
         seconds=time.monotonic() - begin,
-        logs_per_second=progress.rate,
+        logs_per_second=rate,
         peak_memory_mb=_peak_memory_mb(),
         **facts,
     )

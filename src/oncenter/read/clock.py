@@ -128,9 +128,7 @@ def _share_steady_time(chosen: Sequence[Samples]) -> bool:
     steps = np.diff(time)
     if not (steps.min() > 0 and steps.max() < 1.5 / rate):
         steps = steps[(steps > 0) & (steps < 1.5 / rate)]
-    return not len(steps) or bool(
-        max(abs(steps.min() * rate - 1), abs(steps.max() * rate - 1)) < STEADY_JITTER
-    )
+    return not len(steps) or bool(max(abs(steps.min() * rate - 1), abs(steps.max() * rate - 1)) < STEADY_JITTER)
 
 
 def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:

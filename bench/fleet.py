@@ -3,9 +3,9 @@
     python bench/fleet.py FOLDER [--part changes|speed|ray|memory|kill …] [--page]
 
 FOLDER gets a fleet where it has none yet (fleet_drives.py, 4.5 GB, six minutes of two cores): 2,000 drives of 100
-trucks, half of which nobody touches, with seed 11, which was not used to tune anything: those were 101, 1 and 2. What
-the nights wrote stays in FOLDER/out. `--page` writes what was measured into docs/fleet.md; parts that were not measured
-keep what stood there.
+trucks, half of which nobody touches, with seed 11, which was not used to tune anything: those were 101, 1, 2, 21 and
+22. What the nights wrote stays in FOLDER/out. `--page` writes what was measured into docs/fleet.md; parts that were not
+measured keep what stood there.
 """
 
 from __future__ import annotations

@@ -27,7 +27,8 @@ from oncenter.fleet import query, run
 from oncenter.fleet.drive import when
 from oncenter.fleet.engines import on_ray
 from oncenter.fleet.files import LogFile
-from oncenter.fleet.history import NOISE, Told, breaks, drift, now
+from oncenter.fleet.history import NOISE, breaks, drift, now
+from oncenter.fleet.known_play import Play, Told, play_of, with_known_play
 from oncenter.fleet.ranking import rank, within
 from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS
 from oncenter.fleet.truck_data import script_name
@@ -376,6 +377,62 @@ def test_a_change_that_hangs_on_one_drive_waits_for_another() -> None:
     value = np.array([0.0] * 6 + [2.5, 0.5, 0.0])
     assert breaks(told(value, sd), NOISE["offset"]) == []
     assert [broken.at for broken in breaks(told(np.append(value, 2.5), np.append(sd, 0.4)), NOISE["offset"])] == [6]
+
+
+def one_flank_seen(random: np.random.Generator, drives: int, both: int) -> tuple[Told, Play]:
+    """A truck with an offset of 0: `both` drives have seen both flanks, the rest the left one only."""
+    one = np.arange(drives) >= both
+    width_error = np.where(one, random.normal(0.0, 2.2, drives), random.normal(0.0, 0.2, drives))
+    value = -0.5 * width_error * one + random.normal(0.0, 0.4, drives)
+    width_sd = np.where(one, 2.2, 0.2)
+    given = told(value, np.hypot(0.4, 0.5 * width_sd * one))
+    return given, Play(random.uniform(2.0, 8.0) + width_error, width_sd, np.ones(drives), 0.1)
+
+
+def test_a_drive_that_saw_one_flank_learns_the_play_from_those_that_saw_both() -> None:
+    random = np.random.default_rng(8)
+    before, after, covered = [], [], []
+    for _ in range(200):
+        given, play = one_flank_seen(random, 8, 4)
+        known = with_known_play(given, play)
+        before += list(given.value[4:])
+        after += list(known.value[4:])
+        covered += list(np.abs(known.value) < 1.96 * known.sd)
+    assert np.std(after) < 0.5 < 1.0 < np.std(before)
+    assert 0.92 <= np.mean(covered) <= 0.98
+
+
+def test_what_one_flank_cannot_tell_no_number_of_drives_tells() -> None:
+    given, play = one_flank_seen(np.random.default_rng(9), 50, 0)
+    assert with_known_play(given, play).sd.tolist() == pytest.approx(given.sd.tolist())
+
+
+def test_a_drive_that_does_not_say_what_it_saw_of_the_play_stays_as_it_is() -> None:
+    rows: list[dict[str, object]] = [{"backlash_deg": 4.0 + k, "backlash_sd_deg": 2.0} for k in range(3)]
+    rows[0] |= {"side_force_left_s": 9.0, "side_force_right_s": 3.0}
+    given = told(np.zeros(3), 1.2)
+    known = with_known_play(given, play_of(rows, range(3), 0.3))
+    assert known.value[1:].tolist() == [0.0, 0.0] and known.sd[1:].tolist() == given.sd[1:].tolist()
+
+
+def test_a_change_is_found_by_drives_that_saw_one_flank_once_the_play_is_known() -> None:
+    random = np.random.default_rng(10)
+    found = blind = 0
+    for _ in range(100):
+        given, play = one_flank_seen(random, 11, 8)
+        moved = Told(given.start_s, given.value + np.where(np.arange(11) < 8, 0.0, 3.0), given.sd)
+        found += any(broken.at == 8 for broken in breaks(moved, NOISE["offset"], play))
+        blind += any(broken.at == 8 for broken in breaks(moved, NOISE["offset"]))
+    assert found >= 90 > 60 > blind
+
+
+def test_drives_of_different_widths_tell_what_a_truck_is_wrong_on_roads_that_tell_little() -> None:
+    """It is known before the change, so that drives after it are believed although they tell as little."""
+    sd = np.array([0.4, 1.5] * 4 + [1.5] * 3)
+    value = np.where(sd > 1.0, 1.0, 0.0) + np.where(np.arange(11) < 8, 0.0, 3.0)
+    (broken,) = breaks(told(value, sd), NOISE["offset"])
+    assert broken.at == 8
+    assert abs(broken.size - 3.0) < 0.3
 
 
 def test_what_all_drives_of_a_truck_have_in_common_widens_the_offset_and_not_its_changes() -> None:

@@ -283,10 +283,11 @@ class Core:
         lib.oc_trouble_update(trouble.native, self._output, self._tick, offset_max_rad)
 
     def answer(self) -> dict[str, Any]:
-        """The oc_answer as a dict."""
+        """The oc_answer as a dict, with the s of side force clearly to either side, by the joint method."""
         native = ffi.new("oc_answer *")
         lib.oc_answer_get(self._state, self._coefficients, native)
-        return _members(native)
+        joint = self._state.evidence.joint
+        return _members(native) | {"side_force_to_left": joint.to_left, "side_force_to_right": joint.to_right}
 
     def coefficients(self) -> dict[str, Any]:
         """The oc_coefficients as a dict, for those who check the design."""

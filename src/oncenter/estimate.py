@@ -82,6 +82,8 @@ class Answer:
     `trace` can run them again. The wheel radius mismatch of an axle is its left radius over its right less one;
     `unloading_acceleration` is the lateral acceleration, as measured, at which the steering is without side force;
     `equivalent_wheelbase` the one of (10) that bends ask for, an error of the steering ratio counted as one of it.
+    `side_force_s` are the seconds of side force clearly to the left and to the right: which flank of the play was seen,
+    and for how long; of the joint method.
     `changes` are those that the drive proved, the first one first; of more than the core keeps, the last.
     `sensor_fault` is what is wrong with the angle sensor in the end, "none" or one of the core's names: the offset is
     `invalid` then and tells what was learned before.
@@ -104,6 +106,7 @@ class Answer:
     wheel_radius_mismatch_rear: Estimate
     wheel_radius_mismatch_front: Estimate
     variance_if_independent_rad2: float | None
+    side_force_s: tuple[float, float]
     changes: tuple[Change, ...]
     sensor_fault: str
     duration_s: float
@@ -398,6 +401,7 @@ def _answer(
         wheel_radius_mismatch_rear=_estimate(native["wheel_radius_mismatch_rear"], "1"),
         wheel_radius_mismatch_front=_estimate(native["wheel_radius_mismatch_front"], "1"),
         variance_if_independent_rad2=None if method == "joint" else native["offset_variance_if_independent"],
+        side_force_s=(native["side_force_to_left"], native["side_force_to_right"]),
         changes=changes,
         sensor_fault=_core.FAULTS[native["fault"]],
         duration_s=native["duration"],

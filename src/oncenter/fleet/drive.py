@@ -88,6 +88,8 @@ def of_answer(answer: Answer) -> dict[str, Any]:
         "rate_hz": answer.drives[0].rate_hz,
         "duration_s": answer.duration_s,
         "used_s": answer.used_s,
+        "side_force_left_s": answer.side_force_s[0],
+        "side_force_right_s": answer.side_force_s[1],
         "changes_in_drive": len(answer.changes),
         "findings": " ".join(finding.code for finding in answer.findings),
     }

@@ -4,7 +4,8 @@ A drive's row is all that is needed of it, so a log that comes late takes its pl
 
 A drive's standard deviation counts what is the same in all drives of a truck (the accelerometer's bias, a pull) and
 what is not (road, wind, load). Only the latter makes drives differ, so changes are judged by it alone (`Noise`), and
-what is common is added where the offset itself is meant. All numbers are in the tables' units.
+what is common is added where the offset itself is meant. Play that a drive has seen on one flank only is told apart
+from its offset by the truck's other drives first (known_play.py). All numbers are in the tables' units.
 """
 
 from __future__ import annotations
@@ -16,13 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-Numbers = npt.NDArray[np.float64]
+from oncenter.fleet.known_play import AS_IT_SHOULD, Numbers, Play, Told, with_known_play
+
 Places = npt.NDArray[np.int64]
 
 _SIDE_MIN = 2  # drives on either side of a change: one that is off alone is none
 _WITHOUT_ONE = 2.0  # standard deviations that a change must have left without any one drive
 _DRIFT_MIN = 4  # drives of a slope
-_AS_IT_SHOULD = 2.0  # drives, taken to scatter as they should beside those there are: two alone say little of it
 _DAY_S = 86400.0
 
 
@@ -32,8 +33,8 @@ class Noise:
 
     A drive on roads that tell little (a motorway that shows one flank of the play only) has a large standard deviation,
     and a truck's drives on such roads are wrong alike: one error of the truck, times `common` of each drive's width,
-    that no number of them averages out. Widths are the drives' standard deviations, of which little is left below
-    `knee`: there they hold what all drives have in common.
+    that no number of them averages out; drives of different widths tell it. Widths are the drives' standard deviations,
+    of which little is left below `knee`: there they hold what all drives have in common.
 
     Attributes:
         floor, share: a drive scatters by hypot(floor, share * width), one sd.
@@ -59,7 +60,7 @@ class Noise:
 
 # Tuned on simulated trucks whose seeds bench/fleet.py does not use: see docs/fleet.md.
 NOISE = {
-    "offset": Noise(floor=0.25, share=0.45, common=0.7, knee=1.0, least=1.0, threshold=4.5),
+    "offset": Noise(floor=0.25, share=0.45, common=0.7, knee=0.7, least=1.0, threshold=4.25),
     "backlash": Noise(floor=0.3, share=1.0, common=0.0, knee=0.0, least=1.5, threshold=8.0),
     "unloading_acceleration": Noise(floor=0.03, share=1.0, common=0.0, knee=0.0, least=0.15, threshold=6.0),
     "yaw_rate_bias": Noise(floor=0.05, share=1.0, common=0.0, knee=0.0, least=0.2, threshold=6.0),
@@ -67,20 +68,12 @@ NOISE = {
 
 
 @dataclass(frozen=True)
-class Told:
-    """One quantity of one truck, drive by drive in order of time: each of shape (n,).
-
-    `start_s` since 1970; `sd` the drive's own.
-    """
-
-    start_s: Numbers
-    value: Numbers
-    sd: Numbers
-
-
-@dataclass(frozen=True)
 class Break:
-    """Between drives `at - 1` and `at`; proved by drive `found`."""
+    """Between drives `at - 1` and `at`; proved by drive `found`.
+
+    `before` and `after` are the drives' means; `size` is their difference without what drives of different widths are
+    wrong alike.
+    """
 
     at: int
     found: int
@@ -99,47 +92,52 @@ class Mean:
     sd: float
 
 
-def breaks(told: Told, noise: Noise) -> list[Break]:
+def breaks(told: Told, noise: Noise, play: Play | None = None) -> list[Break]:
     """Changes in order of time, found as the drives came: none of a later drive moves one that was found.
 
     At each drive the likeliest place of a change since the last one is asked: where the means on both sides differ
     most, in standard deviations of their difference. Each mean's is widened by what its drives scatter more than they
     should (Birge's ratio, squared and not below one). What is left of a change must still show, at `_WITHOUT_ONE`
-    standard deviations, whichever drive is left out.
+    standard deviations, whichever drive is left out. Of `play` so much is known at each drive as was told until then.
     """
     if not len(told.value):
         return []
-    sides = _Sides(told, noise)
     places, since = [], 0
-    for last in range(len(told.value)):
-        at = _proved(sides, since, last, noise)
+    for last in range(2 * _SIDE_MIN - 1, len(told.value)):
+        if last + 1 - since < 2 * _SIDE_MIN:
+            continue
+        so_far = _Runs(_known(told, play, last + 1), noise)
+        at = _proved(so_far, since, last, noise)
         if at is not None:
             places.append((at, last))
             since = at
     begins = np.array([0, *(at for at, _ in places)])
     ends = np.array([*(at for at, _ in places), len(told.value)])
-    means = sides.means(begins, ends)
-    sizes, sds = _difference(means.part(slice(None, -1)), means.part(slice(1, None)))
+    runs = _Runs(_known(told, play, len(told.value)), noise).of(begins, ends)
+    sizes, sds = _difference(runs.part(slice(None, -1)), runs.part(slice(1, None)))
     return [
-        Break(at, found, float(means.value[k]), float(means.value[k + 1]), float(sizes[k]), float(sds[k]))
+        Break(at, found, float(runs.mean[k]), float(runs.mean[k + 1]), float(sizes[k]), float(sds[k]))
         for k, (at, found) in enumerate(places)
     ]
 
 
-def _proved(sides: _Sides, since: int, last: int, noise: Noise) -> int | None:
+def _known(told: Told, play: Play | None, end: int) -> Told:
+    until = slice(None, end)
+    return told.part(until) if play is None else with_known_play(told.part(until), play.part(until))
+
+
+def _proved(runs: _Runs, since: int, last: int, noise: Noise) -> int | None:
     at = np.arange(since + _SIDE_MIN, last + 2 - _SIDE_MIN)
-    if not len(at):
-        return None
-    before, after = sides.means(np.full_like(at, since), at), sides.means(at, np.full_like(at, last + 1))
+    before, after = runs.of(np.full_like(at, since), at), runs.of(at, np.full_like(at, last + 1))
     size, sd = _difference(before, after)
     evidence = np.where(np.abs(size) >= noise.least, np.abs(size) / sd, 0.0)
     best = int(np.argmax(evidence))
     if evidence[best] < noise.threshold:
         return None
-    place, direction = int(at[best]), np.sign(size[best])
+    place, direction, this = int(at[best]), np.sign(size[best]), slice(best, best + 1)
     for one, other in (
-        (sides.without_one(since, place), after.part(slice(best, best + 1))),
-        (before.part(slice(best, best + 1)), sides.without_one(place, last + 1)),
+        (runs.without_one(since, place), after.part(this)),
+        (before.part(this), runs.without_one(place, last + 1)),
     ):
         left, its_sd = _difference(one, other)
         if np.min(direction * left / its_sd) < _WITHOUT_ONE:
@@ -148,60 +146,81 @@ def _proved(sides: _Sides, since: int, last: int, noise: Noise) -> int | None:
 
 
 @dataclass(frozen=True)
-class _Means:
-    """Of runs of drives: their weighted means, the variances of those, and how much of a common error is in them."""
+class _Run:
+    """Runs of drives, each a number of these arrays.
 
-    value: Numbers
-    variance: Numbers
+    `common` is how much of the truck's common error is in the mean; the last three are weighted sums of products of
+    deviations from the means, of values x and of each drive's share c in that error.
+    """
+
+    count: Numbers
+    weight: Numbers
+    mean: Numbers
     common: Numbers
+    xx: Numbers
+    cx: Numbers
+    cc: Numbers
 
-    def part(self, chosen: slice) -> _Means:
-        return _Means(self.value[chosen], self.variance[chosen], self.common[chosen])
+    def part(self, chosen: slice) -> _Run:
+        of = (self.count, self.weight, self.mean, self.common, self.xx, self.cx, self.cc)
+        return _Run(*(member[chosen] for member in of))
+
+    def variance(self, error: Numbers | float = 0.0) -> Numbers:
+        """Of the mean, when the common error is as given."""
+        left = self.xx - error * (2.0 * self.cx - error * self.cc)
+        excess = (left + AS_IT_SHOULD) / (self.count - 1 + AS_IT_SHOULD)
+        return np.asarray(np.maximum(excess, 1.0) / self.weight)
 
 
-def _difference(before: _Means, after: _Means) -> tuple[Numbers, Numbers]:
-    """After less before, and its standard deviation: an error that is in both alike is not in it."""
-    variance = before.variance + after.variance + (after.common - before.common) ** 2
-    return after.value - before.value, np.sqrt(variance)
+def _difference(before: _Run, after: _Run) -> tuple[Numbers, Numbers]:
+    """After less before, and its standard deviation.
+
+    The common error, 0 +- 1 before any drive, is told by how drives of different widths differ on the same side; what
+    is left of it is in the difference as far as the sides' widths differ.
+    """
+    information = 1.0 + before.cc + after.cc
+    error = (before.cx + after.cx) / information
+    apart = after.common - before.common
+    variance = before.variance(error) + after.variance(error) + apart**2 / information
+    return after.mean - before.mean - error * apart, np.sqrt(variance)
 
 
-class _Sides:
-    """Means of any run of drives, by sums up to each."""
+class _Runs:
+    """Any run of drives, by sums up to each."""
 
     def __init__(self, told: Told, noise: Noise) -> None:
         weight = noise.scatter(told.sd) ** -2.0
         self._middle = float(np.median(told.value))  # so that squares lose no digits
-        x = told.value - self._middle
-        self._terms = np.stack((weight, weight * x, weight * x**2, weight * noise.common * noise.width(told.sd)))
-        self._sums = np.concatenate((np.zeros((4, 1)), np.cumsum(self._terms, axis=1)), axis=1)
+        x, c = told.value - self._middle, noise.common * noise.width(told.sd)
+        self._terms = weight * np.stack((np.ones_like(x), x, c, x * x, c * x, c * c))
+        self._sums = np.concatenate((np.zeros((6, 1)), np.cumsum(self._terms, axis=1)), axis=1)
 
-    def means(self, begin: Places, end: Places) -> _Means:
-        """Of drives `begin` up to before `end`."""
-        return self._means(self._sums[:, end] - self._sums[:, begin], end - begin)
+    def of(self, begin: Places, end: Places) -> _Run:
+        """Drives `begin` up to before `end`."""
+        return self._run(self._sums[:, end] - self._sums[:, begin], (end - begin).astype(np.float64))
 
-    def without_one(self, begin: int, end: int) -> _Means:
-        """Of the same, each of them left out in turn."""
+    def without_one(self, begin: int, end: int) -> _Run:
+        """The same, each of them left out in turn."""
         whole = self._sums[:, [end]] - self._sums[:, [begin]]
-        return self._means(whole - self._terms[:, begin:end], np.array(end - begin - 1))
+        return self._run(whole - self._terms[:, begin:end], np.full(end - begin, end - begin - 1.0))
 
-    def _means(self, sums: Numbers, count: Places) -> _Means:
-        weight, first, second, common = sums
-        mean = first / weight
-        excess = (second - first * mean + _AS_IT_SHOULD) / (count - 1 + _AS_IT_SHOULD)
-        return _Means(mean + self._middle, np.maximum(excess, 1.0) / weight, common / weight)
+    def _run(self, sums: Numbers, count: Numbers) -> _Run:
+        weight, x, c, xx, cx, cc = sums
+        mean, common = x / weight, c / weight
+        return _Run(count, weight, mean + self._middle, common, xx - x * mean, cx - c * mean, cc - c * common)
 
 
 def now(told: Told, since: int, noise: Noise) -> Mean | None:
     """The mean of all drives from `since` on; None without any."""
     if since >= len(told.value):
         return None
-    present = Told(told.start_s[since:], told.value[since:], told.sd[since:])
+    present = told.part(slice(since, None))
     scatter = noise.scatter(present.sd)
-    mean = _Sides(present, noise).means(np.array([0]), np.array([len(scatter)]))
-    variance = float(mean.variance[0])
+    run = _Runs(present, noise).of(np.array([0]), np.array([len(scatter)]))
+    variance = float(run.variance()[0])
     common = np.maximum(present.sd**2 - scatter**2, 0.0)
     total = variance + float(np.average(common, weights=scatter**-2.0))
-    return Mean(float(mean.value[0]), math.sqrt(variance), math.sqrt(total))
+    return Mean(float(run.mean[0]), math.sqrt(variance), math.sqrt(total))
 
 
 def drift(told: Told, since: int, noise: Noise) -> tuple[float, float] | None:

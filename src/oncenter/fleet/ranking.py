@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from oncenter.fleet.history import NOISE, Break, Mean, Told, breaks, drift, now, told_of
+from oncenter.fleet.history import NOISE, Break, Mean, breaks, drift, now, told_of
+from oncenter.fleet.known_play import Told, play_of, with_known_play
 from oncenter.fleet.tables import OFFSET, QUANTITIES
 
 SHARE_OF_FALSE_ALARMS = 0.05
@@ -47,9 +48,12 @@ def history(truck: str, rows: Sequence[dict[str, Any]], limit_deg: float) -> His
     """A truck from its drives' rows, which are in order of time; `limit_deg` is what an offset may be."""
     told, found = {}, {}
     for quantity in QUANTITIES:
-        told[quantity.name], _ = told_of(rows, quantity.value, quantity.sd, quantity.status)
+        told[quantity.name], kept = told_of(rows, quantity.value, quantity.sd, quantity.status)
         noise = NOISE.get(quantity.name)
-        found[quantity.name] = [] if noise is None else breaks(told[quantity.name], noise)
+        play = play_of(rows, kept, NOISE["backlash"].floor) if quantity is OFFSET else None
+        found[quantity.name] = [] if noise is None else breaks(told[quantity.name], noise, play)
+        if play is not None:
+            told[quantity.name] = with_known_play(told[quantity.name], play)
     of_offset = found["offset"]
     since = of_offset[-1].at if of_offset else 0
     offset = now(told["offset"], since, NOISE["offset"])

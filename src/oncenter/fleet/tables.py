@@ -75,6 +75,11 @@ def _of_drives() -> dict[str, tuple[str, str]]:
         columns[quantity.value] = ("number", quantity.about)
         columns[quantity.sd] = ("number", "1.96 of it on both sides is the 95 % interval")
         columns[quantity.status] = ("text", "valid, converging, unobservable, invalid")
+    for side in ("left", "right"):
+        columns[f"side_force_{side}_s"] = (
+            "number",
+            f"of side force clearly to the {side}, which shows the play's flank",
+        )
     columns["changes_in_drive"] = (
         "count",
         "that the drive proved while it lasted; the values are those after the last",
@@ -94,7 +99,7 @@ CHANGES: dict[str, tuple[str, str]] = {
     "drives_to_find": ("count", "after the change, until it was proved"),
     "before": ("number", "mean of the drives since the change before"),
     "after": ("number", "mean of the drives until the next change"),
-    "size": ("number", "after less before"),
+    "size": ("number", "after less before, without what roads that tell little put into either"),
     "sd": ("number", "of the size"),
     "cause": ("text", "of an offset's change: what else changed with it; see docs/fleet.md"),
 }

@@ -117,6 +117,12 @@ def test_parquet_of_any_type_is_the_same_drive(kind: str, tmp_path: Path) -> Non
     assert np.allclose(signals.table["yaw_rate_rad_s"], TABLE["yaw_rate_deg_s"] * DEGREE, atol=1e-7)
 
 
+def test_parquet_in_many_parts_and_under_any_name_is_the_same_drive(tmp_path: Path) -> None:
+    TABLE.write_parquet(tmp_path / "whole.parquet")
+    TABLE.write_parquet(tmp_path / "tour [1]*.parquet", row_group_size=7)
+    assert read(tmp_path / "tour [1]*.parquet").table.equals(read(tmp_path / "whole.parquet").table)
+
+
 def test_a_null_is_not_available(tmp_path: Path) -> None:
     missing = TABLE.with_columns(
         pl.when(pl.int_range(pl.len()) == 7).then(None).otherwise("yaw_rate_deg_s").alias("yaw_rate_deg_s")

@@ -41,11 +41,12 @@ def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> l
 def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
     """Signals of a `.parquet`."""
     try:
-        columns = list(pl.read_parquet_schema(path))
+        table = pl.scan_parquet(path, glob=False)  # opened once for both its schema and its columns
+        columns = list(table.collect_schema())
         wanted = _columns(path, columns, names, {}, notes)
         when = time_column(path, columns, names)
         needed = dict.fromkeys([when, *(column for column, _, _ in wanted)])
-        frame = pl.read_parquet(path, columns=list(needed))
+        frame = table.select(*needed).collect()
     except _POLARS_ERRORS as error:
         raise _unreadable(path, error) from error
     return _samples(path, frame, when, wanted, names, {}, notes)

@@ -407,6 +407,14 @@ def test_what_one_flank_cannot_tell_no_number_of_drives_tells() -> None:
     assert with_known_play(given, play).sd.tolist() == pytest.approx(given.sd.tolist())
 
 
+def test_a_drive_that_is_sure_of_another_play_than_all_others_is_believed_less() -> None:
+    width = np.array([5.0, 5.1, 4.9, 5.0, 1.0])
+    given = told(np.zeros(5), 0.5)
+    known = with_known_play(given, Play(width, np.full(5, 0.2), np.ones(5), 0.3))
+    assert known.sd[:4].tolist() == pytest.approx([0.5] * 4)
+    assert known.sd[4] > 1.0
+
+
 def test_a_drive_that_does_not_say_what_it_saw_of_the_play_stays_as_it_is() -> None:
     rows: list[dict[str, object]] = [{"backlash_deg": 4.0 + k, "backlash_sd_deg": 2.0} for k in range(3)]
     rows[0] |= {"side_force_left_s": 9.0, "side_force_right_s": 3.0}

@@ -16,6 +16,7 @@ import numpy.typing as npt
 Numbers = npt.NDArray[np.float64]
 
 AS_IT_SHOULD = 2.0  # drives, taken to scatter as they should beside those there are: two alone say little of it
+_CONTRADICTS = 2.0  # standard deviations between a drive's play and the truck's
 _OF_PLAY = 0.95  # the largest share of an offset's variance that can be the play's
 
 
@@ -56,7 +57,9 @@ def with_known_play(told: Told, play: Play) -> Told:
     standard deviations without what it did not.
 
     The truck's play is the drives' weighted mean, believed no more than the drive that knows it best. A drive learns
-    from it what it knows less than that one does: what one flank cannot tell no number of drives tells.
+    from it what it knows less than that one does: what one flank cannot tell no number of drives tells. One that is
+    surer of another play than it should be has taken play for offset: by what is beyond two standard deviations its
+    own is widened.
     """
     if not np.any(play.flank):
         return told
@@ -70,10 +73,12 @@ def with_known_play(told: Told, play: Play) -> Told:
     doubt = max(max(excess, 1.0) / float(np.sum(weight)), best) + play.scatter**2
     unseen = np.where(play.flank == 0.0, 0.0, np.minimum(variance - best, 4.0 * _OF_PLAY * told.sd**2))
     share = unseen / (variance + doubt)
+    apart = play.width - truck
+    missed = np.maximum(apart**2 - _CONTRADICTS**2 * (variance + doubt), 0.0)
     return Told(
         told.start_s,
-        told.value + 0.5 * play.flank * share * (play.width - truck),
-        np.sqrt(told.sd**2 - 0.25 * unseen * share),
+        told.value + 0.5 * play.flank * share * apart,
+        np.sqrt(told.sd**2 + 0.25 * (missed - unseen * share)),
     )
 
 

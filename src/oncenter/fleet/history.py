@@ -60,7 +60,7 @@ class Noise:
 
 # Tuned on simulated trucks whose seeds bench/fleet.py does not use: see docs/fleet.md.
 NOISE = {
-    "offset": Noise(floor=0.25, share=0.45, common=0.7, knee=0.7, least=1.0, threshold=4.25),
+    "offset": Noise(floor=0.25, share=0.45, common=0.7, knee=0.7, least=1.0, threshold=4.5),
     "backlash": Noise(floor=0.3, share=1.0, common=0.0, knee=0.0, least=1.5, threshold=8.0),
     "unloading_acceleration": Noise(floor=0.03, share=1.0, common=0.0, knee=0.0, least=0.15, threshold=6.0),
     "yaw_rate_bias": Noise(floor=0.05, share=1.0, common=0.0, knee=0.0, least=0.2, threshold=6.0),

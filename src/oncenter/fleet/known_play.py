@@ -16,6 +16,7 @@ import numpy.typing as npt
 Numbers = npt.NDArray[np.float64]
 
 AS_IT_SHOULD = 2.0  # drives, taken to scatter as they should beside those there are: two alone say little of it
+_LEARNED = 0.7  # of the play's part in an offset's variance: on such roads drives are off in other ways, too
 _CONTRADICTS = 2.0  # standard deviations between a drive's play and the truck's
 _OF_PLAY = 0.95  # the largest share of an offset's variance that can be the play's
 
@@ -78,7 +79,7 @@ def with_known_play(told: Told, play: Play) -> Told:
     return Told(
         told.start_s,
         told.value + 0.5 * play.flank * share * apart,
-        np.sqrt(told.sd**2 + 0.25 * (missed - unseen * share)),
+        np.sqrt(told.sd**2 + 0.25 * (missed - _LEARNED * unseen * share)),
     )
 
 

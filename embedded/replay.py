@@ -26,7 +26,8 @@ _TAIL = np.dtype(
     [(name.removeprefix("oc_"), _TYPES[name]) for name in ("oc_coefficients", "oc_state", "oc_answer")]
     + [(name, "u4") for name in ("setup_instructions", "answer_instructions")]
     + [(name, "u4") for name in ("setup_stack", "step_stack", "answer_stack")]
-    + [(name, "u4") for name in ("save_instructions", "restore_instructions", "save_stack", "image_bytes", "comes_back")]
+    + [(name, "u4") for name in ("save_instructions", "restore_instructions", "save_stack")]
+    + [(name, "u4") for name in ("image_bytes", "comes_back")]
     + [("image", "u1", (_TYPES["oc_state"].itemsize + _core.lib.OC_SAVE_OVERHEAD,))],
     align=True,
 )

@@ -24,20 +24,15 @@ _TYPES = {name: _core.dtype_of(ffi.typeof(name)) for name in _STRUCTS}
 _ROW = np.dtype([("output", _TYPES["oc_output"]), ("instructions", "u4"), ("unused", "u4")])
 _TAIL = np.dtype(
     [(name.removeprefix("oc_"), _TYPES[name]) for name in ("oc_coefficients", "oc_state", "oc_answer")]
-    + [(name, "u4") for name in ("setup_instructions", "answer_instructions")]
-    + [(name, "u4") for name in ("setup_stack", "step_stack", "answer_stack")]
-    + [(name, "u4") for name in ("save_instructions", "restore_instructions", "save_stack")]
-    + [(name, "u4") for name in ("image_bytes", "comes_back")]
+    + [(f"{name}_instructions", "u4") for name in ("setup", "answer")]
+    + [(f"{name}_stack", "u4") for name in ("setup", "step", "answer")]
+    + [(f"{name}_instructions", "u4") for name in ("save", "restore")]
+    + [(name, "u4") for name in ("save_stack", "image_bytes", "comes_back")]
     + [("image", "u1", (_TYPES["oc_state"].itemsize + _core.lib.OC_SAVE_OVERHEAD,))],
     align=True,
 )
-_FAULTS = {
-    1: "it found no drive",
-    2: "its structs are laid out otherwise",
-    3: "it refuses the vehicle or the params",
-    4: "the drive was cut short",
-    100: "the processor faulted",
-}
+_FAULTS = {1: "it found no drive", 2: "its structs are laid out otherwise", 3: "it refuses the vehicle or the params",
+           4: "the drive was cut short", 100: "the processor faulted"}
 
 
 @dataclass(frozen=True)

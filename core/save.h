@@ -6,12 +6,12 @@
  * member, CRC-32 (IEEE 802.3) over all before. The layout follows from the members, the key from all that the learned
  * numbers depend on: vehicle, params, methods and rate.
  *
- * The whole state is in it, what moves with the truck as well: whoever is restored goes on to the last bit as if there had
- * been no cut, wherever the truck was, if the tick that comes is the next one. If it is not, its time tells so: after a
- * hole the filters begin anew, as after any hole. Where the ignition was off, oc_restart says what time may not.
+ * The whole state is in it, what moves with the truck as well: whoever is restored goes on to the last bit as if there
+ * had been no cut, wherever the truck was, if the tick that comes is the next one. If it is not, its time tells so: after
+ * a hole the filters begin anew, as after any hole. Where the ignition was off, oc_restart says what time may not.
  *
- * To save takes half a million instructions on a Cortex-M4F, to restore a million: not for the task of a tick, and without
- * a step meanwhile.
+ * To save takes half a million instructions on a Cortex-M4F, to restore a million: not for the task of a tick, and
+ * without a step meanwhile.
  *
  * Two slots: an image goes to slot sequence modulo OC_SAVE_SLOTS, over the older one, so that a power cut while it is
  * written leaves the newer one whole. */
@@ -46,10 +46,10 @@ size_t oc_save_size(void);
 /* Bytes written to `image`, 0 when `size` is too small. The sequence grows by one with each image of a vehicle. */
 size_t oc_save(const oc_state *state, const oc_coefficients *coefficients, uint32_t sequence, uint8_t *image, size_t size);
 
-/* Power is back: the state as it was saved; when the image is refused, as oc_init makes it. Bytes after the image do not
- * matter. Where the ignition was off or the clock began anew since it was saved, oc_restart after it tells so: tracking is
- * lost then, and sensors, wheel and heading may be elsewhere. The sequence is set to the image's, to 0 when it is
- * refused. */
+/* Power is back: the state as it was saved; when the image is refused, as oc_init makes it. Bytes after the image do
+ * not matter. Where the ignition was off or the clock began anew since it was saved, oc_restart after it tells so:
+ * tracking is lost then, and sensors, wheel and heading may be elsewhere. The sequence is set to the image's, to 0 when
+ * it is refused. */
 oc_image_fault oc_restore(oc_state *state, const oc_coefficients *coefficients, const uint8_t *image, size_t size,
                           uint32_t *sequence);
 

@@ -62,12 +62,13 @@ static const struct {
     [SOLVING_STEP] = {0.0f, OC_SOLVING_STEPS},
 };
 
-/* Members one after the other, all of one kind and within one limit; macros, so that offset and size cannot be of two. */
+/* Members one after the other, of one kind and within one limit; macros, so that offset and size cannot be of two. */
 enum { LIMITS_MAX = 32 };
 #define NATIVE_BYTES(kind)                                                                                             \
     ((kind) == OC_SAVED_DOUBLE || (kind) == OC_SAVED_UINT64 ? 8u : (kind) == OC_SAVED_ENUM ? sizeof(oc_status) : 4u)
 #define MEMBERS(type, first, last, kind, limit)                                                                       \
-    {offsetof(type, first), (offsetof(type, last) + sizeof(((type *)0)->last) - offsetof(type, first)) / NATIVE_BYTES(kind), \
+    {offsetof(type, first),                                                                                            \
+     (offsetof(type, last) + sizeof(((type *)0)->last) - offsetof(type, first)) / NATIVE_BYTES(kind),                  \
      (kind) * LIMITS_MAX + (limit)}
 #define MEMBER(type, member, kind, limit) MEMBERS(type, member, member, kind, limit)
 

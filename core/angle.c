@@ -18,6 +18,7 @@ static const float moved_min = 0.5f * 3.14159265358979323846f / 180.0f;   /* rad
 static const float moved_clear = 2.0f * 3.14159265358979323846f / 180.0f; /* rad, by which wheels tell who pushed them */
 static const float backward_creep_factor = 2.0f;
 static const float near_friction = 0.10f;                 /* m/s^2: wind and bank push as much, unseen */
+static const float unloading_sds = 1.0f;                  /* of a_0, within which no side force tells the flank for sure */
 static const float forgotten_s = 0.5f;                    /* how long a place holds with no side force to keep it */
 static const float place_variance_max = 0.7f;             /* flanks are likelier than the middle */
 
@@ -127,9 +128,11 @@ static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const 
     }
     t->place += push;
     t->place_variance -= t->place_variance * at_most(fabsf(push), 1.0f);
+    const float share = d->tick_s / forgotten_s;
     if (beyond < near_friction) {
-        const float share = d->tick_s / forgotten_s;
         t->place -= t->place * share;
+    }
+    if (beyond < near_friction + unloading_sds * truck->unloading_sd) {
         t->place_variance += (place_variance_max - t->place_variance) * share;
     }
     t->place = limited_to(t->place, 1.0f);

@@ -42,7 +42,7 @@ typedef struct {
     float gradient, gradient_sd;      /* rad/(m/s^2) */
     float wheelbase;                  /* share by which bends take more than L*r/v */
     float backlash, backlash_sd;      /* rad, full width */
-    float unloading;                  /* m/s^2, a_0 */
+    float unloading, unloading_sd;    /* m/s^2, a_0 */
     float friction;                   /* m/s^2 */
     float creep;                      /* rad/s per m/s^2 */
 } oc_angle_truck;

@@ -275,6 +275,7 @@ static const oc_saved_member fault_watch_members[] = {
     MEMBER(oc_fault_watch, since, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBERS(oc_fault_watch, confidence, held_fast_s, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBERS(oc_fault_watch, left, right, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_fault_watch, mean, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_fault_watch, beyond, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_fault_watch, well_s, stuck_s, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBERS(oc_fault_watch, suspicious_since, interruption_time, OC_SAVED_DOUBLE, ANY_NUMBER),

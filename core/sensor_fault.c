@@ -5,9 +5,11 @@
 static const float rad_in_deg = 0.017453292f;
 static const float limit_deg = 10.0f, limit_sds = 5.5f; /* the larger of both is the limit */
 static const float well = 0.5f;           /* of the limit */
-static const float borderline = 0.7f;     /* of the limit: what a healthy sensor's estimate is hardly ever off */
+static const float borderline = 0.8f;     /* of the limit: what a healthy sensor's estimate is hardly ever off */
 static const float counted_max = 1.2f;    /* of the limit: through a play that is large the estimate lags by a second */
-static const float wrong_s = 1.0f;        /* limits x s beyond the borderline: 2 s when far off, 5 s at 0.9f */
+static const float wrong_s = 0.9f;        /* limits x s beyond the borderline: 2.3 s when far off, 4.5 s at the limit */
+static const float wrong_mean = 0.6f;     /* of the limit: hidden now and then by a flank of the play, but it lasts */
+static const float mean_of_s = 20.0f;
 static const float suspended_max_s = 60.0f; /* then the truck is believed to have changed, not the sensor; */
 static const float regained = 0.05f;      /* of the time: a flank of the play that is seen now and then must be learned */
 static const float wider = 0.5f;          /* of the limit, for each drift that went away: the truck is not as learned */
@@ -65,7 +67,7 @@ static bool is_missing(oc_fault_watch *w, const oc_fault_tick *tick) {
     w->missing_s = 0.0f;
     if (w->fault == OC_FAULT_LOST && w->present_s > back_s) {
         w->fault = OC_FAULT_NONE;
-        w->left = w->right = 0.0f;
+        w->left = w->right = w->mean = 0.0f;
     }
     return false;
 }
@@ -133,6 +135,7 @@ static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, float diff
     }
     w->left = at_least(w->left + (share - borderline) * tick->tick_s, 0.0f);
     w->right = at_least(w->right + (-share - borderline) * tick->tick_s, 0.0f);
+    w->mean += (share - w->mean) * tick->tick_s / mean_of_s;
     w->beyond = fabsf(share) > 1.0f;
     if (fabsf(share) < well) {
         w->last_well = tick->time;
@@ -170,13 +173,15 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
             name_it(w, OC_FAULT_WRONG_SIGN, w->last_right, 2.0f * flipped_min, 1.0f);
         } else if (at_least(w->left, w->right) > wrong_s) {
             name_it(w, kind_of(w), w->suspicious_since, difference, tick->sd);
+        } else if (fabsf(w->mean) > wrong_mean) {
+            name_it(w, kind_of(w), tick->time - (double)mean_of_s, difference, tick->sd);
         }
     } else if (w->fault != OC_FAULT_LOST && w->fault != OC_FAULT_STUCK && w->flipped > flipped_min) {
         w->fault = OC_FAULT_WRONG_SIGN;
     } else if (has_healed(w)) {
         w->wider = no_more_than(w->wider + (w->fault == OC_FAULT_DRIFTING ? wider : 0.0f), wider_max);
         w->fault = OC_FAULT_NONE;
-        w->left = w->right = 0.0f;
+        w->left = w->right = w->mean = 0.0f;
     }
 }
 

@@ -2,8 +2,8 @@
 #define OC_SENSOR_FAULT_H
 /* Whether the steering wheel angle sensor tells what the truck does: measured against estimated angle.
  *
- * Three ways to a fault: a difference that lasts (a sum over what is beyond the borderline, for each side), bends the
- * other way round (a sum of the log of the odds), a value that stays while the truck turns. It has a name by how it
+ * Three ways to a fault: a difference that lasts (a sum over what is beyond the borderline, for each side, and a mean),
+ * bends the other way round (a sum of the log of the odds), a value that stays while the truck turns. It has a name by how it
  * came, and is over when the difference has long been small again. Judged above 8 m/s, where the estimate is good; a
  * signal that is lost, anywhere. A sensor that is suspected must teach nothing, or what it is judged by follows it. */
 
@@ -43,6 +43,7 @@ typedef struct {
     float held_value, held_estimate, held_s; /* since the measured value last changed */
     float held_fast_s;      /* of it, at speed */
     float left, right;      /* limits x s beyond the borderline, to either side */
+    float mean;             /* limits, of the last half minute or so */
     int32_t beyond;          /* the limit, now */
     float well_s;           /* well within the limit, in a row */
     float suspended_s;      /* not well within the limit, less a share of the time that it was */

@@ -29,6 +29,7 @@ static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_an
     truck->backlash = (float)l->backlash.value;
     truck->backlash_sd = (float)l->backlash.standard_deviation;
     truck->unloading = (float)l->unloading_acceleration.value;
+    truck->unloading_sd = (float)l->unloading_acceleration.standard_deviation;
     truck->friction = creeps_by_load ? play->friction : 0.0f;
     truck->creep = creeps_by_load ? play->creep : 0.0f;
 }

@@ -168,6 +168,16 @@ def test_the_interval_has_what_no_sensor_could_have_said() -> None:
     assert np.all(steep[bend] ** 2 > sure[bend] ** 2 + 0.9 * (RATIO * 0.4 * 0.005) ** 2)
 
 
+def test_a_flank_is_in_doubt_where_the_unloading_point_is() -> None:
+    """Side force of 0.3 m/s^2 beyond friction 0.1: a flank for sure, unless a_0 may be off by as much."""
+    v, a = np.full(2000, 20.0), np.full(2000, 0.4)
+    sure, unsure = (
+        observe(a / v, v, a, np.full_like(a, np.nan), backlash=15.0 * DEG, unloading_sd=sd)["standard_deviation"][-1]
+        for sd in (0.02, 0.4)
+    )
+    assert unsure > 3.0 * sure
+
+
 def test_large_angles_are_learned_where_proportion_ends() -> None:
     """The arctangent of (7) with a linkage that turns the wheels faster at its ends; learned from circles at 5 m/s."""
     t = np.arange(12_000) / RATE_HZ
@@ -255,6 +265,15 @@ def test_a_fault_is_found_and_called_by_its_name(name: str, within_s: float) -> 
     told = names[at + round(within_s * RATE_HZ)]
     assert told == name
     assert names[-1] == name
+
+
+def test_a_drift_that_play_hides_now_and_then_is_found_by_its_mean() -> None:
+    """Never beyond the limit of 10 deg, and half of the time well within it; as far to both sides there is nothing."""
+    true = weaving()
+    off = np.where(np.arange(len(true)) // 100 % 2, 9.5 * DEG, 4.5 * DEG)
+    names = judged(true + off, true)
+    assert set(names[:2000]) == {"none"} and names[5000] == "drifting"
+    assert set(judged(true + off - 7.0 * DEG, true)) == {"none"}
 
 
 def test_a_fault_that_is_over_is_forgotten_late() -> None:

@@ -5,6 +5,7 @@ All in SI and rad. Nothing here decides anything: what the numbers mean is said 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -283,11 +284,16 @@ class Core:
         lib.oc_trouble_update(trouble.native, self._output, self._tick, offset_max_rad)
 
     def answer(self) -> dict[str, Any]:
-        """The oc_answer as a dict, with the s of side force clearly to either side, by the joint method."""
+        """The oc_answer as a dict; by the joint method with the s of side force clearly to either side, and with what a
+        second's mean leaves unexplained, rad (sd)."""
         native = ffi.new("oc_answer *")
         lib.oc_answer_get(self._state, self._coefficients, native)
         joint = self._state.evidence.joint
-        return _members(native) | {"side_force_to_left": joint.to_left, "side_force_to_right": joint.to_right}
+        return _members(native) | {
+            "side_force_to_left": joint.to_left,
+            "side_force_to_right": joint.to_right,
+            "unexplained": math.sqrt(joint.second.reference),
+        }
 
     def coefficients(self) -> dict[str, Any]:
         """The oc_coefficients as a dict, for those who check the design."""

@@ -33,6 +33,8 @@ _AXLES = ("rear", "front")  # whose wheel speeds stand for the motion, the bette
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _RATES_ALIKE = 0.01  # of the rate; clocks differ by less
 _DRIVING_M_S, _HELD_S = 8.0, 30.0  # an angle that stays the same so fast and for so long may be stuck
+_GRADIENT_ODD = 0.1 * DEGREE  # rad/(m/s^2): a sensor of the wrong sign has less
+_UNEXPLAINED_ODD = 1.0 * DEGREE  # rad, of a second: several times what a healthy one leaves
 _NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none
 _CORRECTION_WORTH_TELLING_RAD_S = 0.05 * DEGREE
 
@@ -212,12 +214,17 @@ def offset(
     drives = without_whole_turns(drives)
     core, changes_found = _run(drives, vehicle, used_params, method, progress, None)
     native = core.answer()
-    unsure = _core.STATUSES[native["offset"]["status"]] != "valid" or _is_held_at_the_end(drives[-1])
-    if method == "joint" and unsure:
+    if method == "joint" and (_is_odd(native) or _is_held_at_the_end(drives[-1])):
         core, found = _run(drives, vehicle, used_params, method, None, None, judge_sensor=True)
         if offset_is_invalid(judged := core.answer()):
             native, changes_found = judged, found
     return _answer(native, changes_of(native, changes_found, drives), drives, vehicle, method, used_params)
+
+
+def _is_odd(native: Mapping[str, Any]) -> bool:
+    """Whether an angle sensor at fault could have given that answer: then it is worth the time to judge it."""
+    gradient = native["understeer_gradient"]["value"]
+    return bool(native["changes"]) or gradient < _GRADIENT_ODD or native["unexplained"] > _UNEXPLAINED_ODD
 
 
 def _is_held_at_the_end(drive: Signals) -> bool:

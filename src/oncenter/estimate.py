@@ -228,8 +228,11 @@ def _is_odd(native: Mapping[str, Any]) -> bool:
 
 
 def _is_held_at_the_end(drive: Signals) -> bool:
-    """Whether the angle has said the same for half a minute of driving: what was learned before may well be valid."""
+    """Whether the angle has said the same for half a minute of driving, or nothing at last: what was learned before may
+    well be valid."""
     angle, speed = (drive.table[name].to_numpy() for name in ("steering_wheel_angle_rad", "vehicle_speed_m_s"))
+    if np.isnan(angle[-1]):
+        return True
     moved = np.flatnonzero(angle != angle[-1])
     since = int(moved[-1]) + 1 if len(moved) else 0
     return bool(np.count_nonzero(speed[since:] > _DRIVING_M_S) / drive.rate_hz > _HELD_S)

@@ -2,7 +2,7 @@
 
     python bench/accuracy.py [--drives N] [--rows a,b] [--methods a,b] [--jobs N] [--tuning] [--page]
 
-A row of the matrix (accuracy_rows.py) is so many drives of 20 minutes, each with its own truck, road and sensors, drawn
+A row of the matrix (accuracy_rows.py) is so many drives of 20 minutes, of the population four times as many, each with its own truck, road and sensors, drawn
 from population.py. Seeds from 1001 on are for reporting, those from 1 on (--tuning) for whoever tunes a method: no
 threshold may be chosen on the reported ones. All that was computed goes to build/accuracy/, and with --page, which
 takes all rows and methods, docs/accuracy.md and its picture are written as well.
@@ -103,7 +103,7 @@ def records(row: str, seed: int, methods: Sequence[str], folder: Path) -> list[R
 
 def run(rows: Sequence[str], seeds: range, methods: Sequence[str], jobs: int) -> pl.DataFrame:
     """All records, in the order of rows, seeds and methods."""
-    wanted = [(row, seed) for row in rows for seed in seeds]
+    wanted = [(row, seeds[0] + k) for row in rows for k in range(len(seeds) * ROWS[row].times)]
     done: dict[tuple[str, int], list[Record]] = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

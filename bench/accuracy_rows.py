@@ -56,7 +56,8 @@ WHEEL_SPEEDS = [f"wheel_speed_{corner}" for corner in ("front_left", "front_righ
 
 @dataclass(frozen=True)
 class Row:
-    """`asked` is what must be shown of it: "error", "interval", or "" where only coverage is."""
+    """`asked` is what must be shown of it: "error", "interval", or "" where only coverage is. `times` as many drives as
+    other rows have, where a share is asked within a few per cent."""
 
     name: str
     about: str
@@ -69,6 +70,7 @@ class Row:
     pulls: bool = False
     traffic_side: str = "right"
     spoil: Callable[[Signals, Random], Signals] = lambda signals, random: signals
+    times: int = 1
     vehicle_error: Distribution | None = None  # share by which wheelbase and ratio of the vehicle file are wrong
 
 
@@ -385,6 +387,7 @@ _ROWS = (
         "population",
         "all drawn from the priors",
         asked="coverage",
+        times=4,
         fixed={name: PRIORS[name][0] for name in EVERY_ROW},
         extra=_population,
         wind=True,

@@ -2,10 +2,10 @@
 
     python bench/accuracy.py [--drives N] [--rows a,b] [--methods a,b] [--jobs N] [--tuning] [--page]
 
-A row of the matrix (accuracy_rows.py) is so many drives of 20 minutes, of the population four times as many, each with its own truck, road and sensors, drawn
-from population.py. Seeds from 1001 on are for reporting, those from 1 on (--tuning) for whoever tunes a method: no
-threshold may be chosen on the reported ones. All that was computed goes to build/accuracy/, and with --page, which
-takes all rows and methods, docs/accuracy.md and its picture are written as well.
+A row of the matrix (accuracy_rows.py) is so many drives of 20 minutes, of the population four times as many, each with
+its own truck, road and sensors, drawn from population.py. Seeds from 1001 on are for reporting, those from 1 on
+(--tuning) for whoever tunes a method: no threshold may be chosen on the reported ones. All that was computed goes to
+build/accuracy/, and with --page, which takes all rows and methods, docs/accuracy.md and its picture are written.
 """
 
 from __future__ import annotations

@@ -104,10 +104,11 @@ def write_page(table: pl.DataFrame, summaries: Sequence[Summary], seeds: range) 
 def _head(seeds: range) -> Iterator[str]:
     yield f"""# Accuracy
 
-Written by `make accuracy`: {len(seeds)} drives a row (seeds {seeds[0]} to {seeds[-1]}), of `population`, whose coverage
-is asked within a few per cent, {len(seeds) * ROWS["population"].times} (from {seeds[0]} on, too), 20 minutes each, every
-one with a truck, a road and sensors of its own, simulated, so that the truth is known. Every method and every rival sees
-the same drives. No threshold was chosen on these seeds; `python bench/accuracy.py --tuning` drives those from 1 on.
+Written by `make accuracy`: {len(seeds)} drives a row (seeds {seeds[0]} to {seeds[-1]}), of `population`, whose
+coverage is asked within a few per cent, {len(seeds) * ROWS["population"].times} (from {seeds[0]} on, too), 20 minutes
+each, every one with a truck, a road and sensors of its own, simulated, so that the truth is known. Every method and
+every rival sees the same drives. No threshold was chosen on these seeds; `python bench/accuracy.py --tuning` drives
+those from 1 on.
 
 ![Errors by row, errors over time, and the gate's study](accuracy.png)
 

@@ -8,6 +8,7 @@ static const float well = 0.5f;           /* of the limit */
 static const float borderline = 0.8f;     /* of the limit: what a healthy sensor's estimate is hardly ever off */
 static const float counted_max = 1.2f;    /* of the limit: through a play that is large the estimate lags by a second */
 static const float wrong_s = 0.9f;        /* limits x s beyond the borderline: 2.3 s when far off, 4.5 s at the limit */
+static const float wrong_after_step_s = 0.5f; /* no hand makes a step */
 static const float wrong_mean = 0.6f;     /* of the limit: hidden now and then by a flank of the play, but it lasts */
 static const float mean_of_s = 20.0f;
 static const float suspended_max_s = 60.0f; /* then the truck is believed to have changed, not the sensor; */
@@ -112,11 +113,15 @@ static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
     }
 }
 
+static bool has_stepped(const oc_fault_watch *w) {
+    return w->step_time > w->last_well - (double)sudden_s;
+}
+
 static oc_fault kind_of(const oc_fault_watch *w) {
     if (w->flipped > 0.5f * flipped_min) {
         return OC_FAULT_WRONG_SIGN;
     }
-    if (w->step_time > w->last_well - (double)sudden_s) {
+    if (has_stepped(w)) {
         return OC_FAULT_JUMPED;
     }
     if (w->held_s > stuck_min_s) {
@@ -171,7 +176,7 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
             name_it(w, OC_FAULT_STUCK, tick->time - (double)w->held_s, difference, tick->sd);
         } else if (w->flipped > flipped_min) {
             name_it(w, OC_FAULT_WRONG_SIGN, w->last_right, 2.0f * flipped_min, 1.0f);
-        } else if (at_least(w->left, w->right) > wrong_s) {
+        } else if (at_least(w->left, w->right) > (has_stepped(w) ? wrong_after_step_s : wrong_s)) {
             name_it(w, kind_of(w), w->suspicious_since, difference, tick->sd);
         } else if (fabsf(w->mean) > wrong_mean) {
             name_it(w, kind_of(w), tick->time - (double)mean_of_s, difference, tick->sd);

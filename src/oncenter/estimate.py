@@ -214,17 +214,18 @@ def offset(
     drives = without_whole_turns(drives)
     core, changes_found = _run(drives, vehicle, used_params, method, progress, None)
     native = core.answer()
-    if method == "joint" and (_is_odd(native) or _is_held_at_the_end(drives[-1])):
+    if method == "joint" and (is_odd(native) or _is_held_at_the_end(drives[-1])):
         core, found = _run(drives, vehicle, used_params, method, None, None, judge_sensor=True)
         if offset_is_invalid(judged := core.answer()):
             native, changes_found = judged, found
     return _answer(native, changes_of(native, changes_found, drives), drives, vehicle, method, used_params)
 
 
-def _is_odd(native: Mapping[str, Any]) -> bool:
-    """Whether an angle sensor at fault could have given that answer: then it is worth the time to judge it."""
+def is_odd(native: Mapping[str, Any]) -> bool:
+    """Whether an angle sensor at fault could have given that oc_answer: then it is worth the time to judge it."""
+    unsettled = native["changes"] and _core.STATUSES[native["offset"]["status"]] != "valid"
     gradient = native["understeer_gradient"]["value"]
-    return bool(native["changes"]) or gradient < _GRADIENT_ODD or native["unexplained"] > _UNEXPLAINED_ODD
+    return bool(unsettled or gradient < _GRADIENT_ODD or native["unexplained"] > _UNEXPLAINED_ODD)
 
 
 def _is_held_at_the_end(drive: Signals) -> bool:

@@ -17,7 +17,7 @@ import polars as pl
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.estimate import Answer, answer_so_far, offset_is_invalid
+from oncenter.estimate import Answer, answer_so_far, is_odd, offset_is_invalid
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream, Ticks
 from oncenter.read.whole_turns import TURN_RAD, WholeTurns
@@ -26,6 +26,7 @@ from oncenter.vehicle import Vehicle, core_params
 
 _MEASURED = "steering_wheel_angle_rad"
 _SENSOR_TYPE = "steering_wheel_angle_sensor_type"
+_HELD = ("stuck", "lost")  # faults after which what was learned before looks as good as ever
 
 Cores = dict[str, _core.Core]
 
@@ -93,8 +94,9 @@ class Learner:
         if self.last is None:
             return Known(None, {}, self.params["joint_evidence_min_s"])
         native = self.cores["offset"].answer()
-        if offset_is_invalid(judged := self.cores["angle"].answer()):
-            native = judged
+        judged = self.cores["angle"].answer()
+        if offset_is_invalid(judged) and (is_odd(native) or _core.FAULTS[judged["fault"]] in _HELD):
+            native = judged  # as `offset` has it
         lacking_s = {"left": native["lacking_to_left"], "right": native["lacking_to_right"]}
         evidence_lacking_s = max(self.params["joint_evidence_min_s"] - native["used"], 0.0)
         answer: Answer | None

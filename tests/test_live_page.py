@@ -1,5 +1,6 @@
 """The live page: who may see it, that a slow viewer costs nobody, and that a browser shows what is known."""
 
+import asyncio
 import base64
 import http.client
 import re
@@ -167,6 +168,30 @@ def test_nothing_is_made_for_a_viewer_who_does_not_read(log: Path, monkeypatch: 
         session.stop()
         session.join()
         assert session.failure is None
+
+
+def test_a_viewer_who_left_while_there_was_nothing_to_tell_is_no_failure(log: Path) -> None:
+    from bokeh.document import Document
+
+    class Left(Document):
+        """As of a session that was destroyed before its viewer's task woke."""
+
+        session_context = None
+
+    session, begun = session_of(log, 1.0), []
+
+    async def told() -> None:
+        news, doc = live_page.News(), Left()
+        doc.add_next_tick_callback = begun.append
+        live_page.page(doc, session, PARAMS, news)
+        begun[0]()
+        (following,) = news.followers
+        await asyncio.sleep(0)
+        news.tell()
+        await asyncio.wait_for(following, 5.0)
+
+    asyncio.run(told())
+    assert begun
 
 
 @pytest.fixture(scope="module")

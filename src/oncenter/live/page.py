@@ -87,7 +87,10 @@ def page(doc: Document, session: Session, params: Mapping[str, float], news: New
         while here and not news.over:
             if session.snapshot.number == shown:
                 await news.wait()
-            await doc.session_context.with_locked_document(look)
+            context = doc.session_context
+            if context is None:  # the viewer left while there was nothing to tell
+                return
+            await context.with_locked_document(look)
 
     def begin() -> None:
         following = asyncio.get_running_loop().create_task(follow())

@@ -275,13 +275,17 @@ def test_several_drives_follow_each_other_in_driving_time(drive: Signals) -> Non
     assert 30000 in both.holes
 
 
-def test_a_relative_sensor_is_drawn_less_its_whole_turns(drive: Signals, answer: Answer) -> None:
-    table = drive.table.with_columns(
-        pl.col("steering_wheel_angle_rad") - 720.0 * DEGREE, pl.lit(0.0).alias("steering_wheel_angle_sensor_type")
-    )
-    turned = answer_to(replace(drive, table=table))
-    there, here = course_of(turned), course_of(answer)
-    assert there.measured is not None and np.allclose(there.measured, here.measured, atol=1e-6)
+def test_a_relative_sensor_is_drawn_less_its_whole_turns_from_when_they_are_known(drive: Signals) -> None:
+    angle = pl.col("steering_wheel_angle_rad")
+    relative = pl.lit(0.0).alias("steering_wheel_angle_sensor_type")
+    there = course_of(answer_to(replace(drive, table=drive.table.with_columns(angle - 720.0 * DEGREE, relative))))
+    assert there.measured is not None
+    known = np.isfinite(there.measured)
+    first = int(np.argmax(known))
+    assert known[first:].all() and 0.5 < first / drive.rate_hz < 60.0  # once it drives
+    told = drive.table.with_columns(pl.when(pl.Series(known)).then(angle).otherwise(float("nan")))
+    here = course_of(answer_to(replace(drive, table=told)))
+    assert here.measured is not None and np.allclose(there.measured, here.measured, atol=1e-6, equal_nan=True)
     assert np.allclose(there.residual[there.used], here.residual[there.used], atol=1e-6)
     assert there.offset[-1] == pytest.approx(here.offset[-1], abs=1e-6)
 

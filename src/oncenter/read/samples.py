@@ -70,7 +70,8 @@ class Samples:
 
 def median_rate(time: Column) -> float:
     """Hz; from the steps near the median one, so that rounded stamps do not move it. 0 where there are none."""
-    steps = np.diff(time)
+    with np.errstate(over="ignore"):  # damaged stamps are refused elsewhere
+        steps = np.diff(time)
     if len(steps) and not steps.min() > SHORTEST_STEP_S:
         steps = steps[steps > SHORTEST_STEP_S]
     if not len(steps):

@@ -127,6 +127,17 @@ def test_a_fault_is_named_and_the_estimate_takes_over_without_a_jump(
     assert np.sqrt(np.mean((angles - true)[later] ** 2)) < 3.0 * DEGREE
 
 
+def test_a_log_that_ends_as_its_sensor_is_found_stuck_says_so_as_live_does(
+    drive: tuple[Signals, Truth], truck: oc.Vehicle
+) -> None:
+    signals, _ = drive
+    measured = signals.table["steering_wheel_angle_rad"].to_numpy()
+    stuck = spoiled(signals, np.where(np.arange(len(measured)) >= 100_000, measured[100_000], measured))
+    found = int(np.argmax(oc.angle(stuck, truck)["sensor_fault"].to_numpy() == "stuck"))
+    answer = oc.offset(replace(stuck, table=stuck.table[: found + 100]), truck)
+    assert (answer.offset.status, answer.sensor_fault) == ("invalid", "stuck")
+
+
 @pytest.mark.parametrize("fault", ["wrong_sign", "stuck"])
 def test_the_offset_of_a_sensor_at_fault_is_invalid_and_what_was_learned_before(
     drive: tuple[Signals, Truth], truck: oc.Vehicle, fault: str

@@ -32,7 +32,8 @@ _NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
 _AXLES = ("rear", "front")  # whose wheel speeds stand for the motion, the better one first
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _RATES_ALIKE = 0.01  # of the rate; clocks differ by less
-_DRIVING_M_S, _HELD_S = 8.0, 30.0  # an angle that stays the same so fast and for so long may be stuck
+_DRIVING_M_S = 8.0
+_HELD_S, _HELD_RAD = 1.0, 0.25 * DEGREE  # what stays as much the same for so long may be stuck: as core/sensor_fault.c
 _GRADIENT_ODD = 0.1 * DEGREE  # rad/(m/s^2): a sensor of the wrong sign has less
 _UNEXPLAINED_ODD = 1.0 * DEGREE  # rad, of a second: several times what a healthy one leaves
 _NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none
@@ -229,12 +230,11 @@ def is_odd(native: Mapping[str, Any]) -> bool:
 
 
 def _is_held_at_the_end(drive: Signals) -> bool:
-    """Whether the angle has said the same for half a minute of driving, or nothing at last: what was learned before may
-    well be valid."""
+    """Whether the angle has last said the same while driving, or nothing: what was learned before may well be valid."""
     angle, speed = (drive.table[name].to_numpy() for name in ("steering_wheel_angle_rad", "vehicle_speed_m_s"))
     if np.isnan(angle[-1]):
         return True
-    moved = np.flatnonzero(angle != angle[-1])
+    moved = np.flatnonzero(~(np.abs(angle - angle[-1]) <= _HELD_RAD))
     since = int(moved[-1]) + 1 if len(moved) else 0
     return bool(np.count_nonzero(speed[since:] > _DRIVING_M_S) / drive.rate_hz > _HELD_S)
 

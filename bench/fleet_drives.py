@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import polars as pl
+import pyarrow.parquet as pq
 from accuracy_rows import ATTEMPTS, EVERY_ROW, _toml
 from population import PRIORS, Draw, Normal, Random, Uniform, draw, sensors, steering, truck, wind
 
@@ -172,7 +173,7 @@ def _write(job: Job, folder: Path) -> dict[str, Any] | None:
         table, offset_deg = drive(job, folder)
     except OncenterError:
         return None
-    table.write_parquet(log, compression="zstd")
+    pq.write_table(table.to_arrow(), log)  # Snappy and dictionaries, as pandas writes it, too
     return {"truck": job.truck, "drive": job.number, "start_s": job.start_s, "log": log.name, "offset_deg": offset_deg}
 
 

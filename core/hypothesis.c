@@ -288,11 +288,13 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
     /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds; in little play the lag of whatever
      * gives way passes for a_0 */
     const float bias = prior->unloading_sd * prior->unloading_sd;
+    const float pull = design->pull_sd * design->pull_sd;
     const float little = within_range(1.0f - 2.0f * h->play.half_width / little_width, 0.0f, 1.0f);
-    const float parted = h->unloading_variance + design->pull_sd * design->pull_sd + little * bias;
+    const float parted = h->unloading_variance + pull + little * bias;
     const float beyond = larger((parted < bias ? parted : bias) - h->unloading_variance, 0.0f);
     /* what pull does to a truck that understeers a little at least, whatever bends and play are taken for */
     const float pulled = design->steering_ratio * larger(h->gradient, least_gradient);
+    h->pulled_variance = pulled * pulled * (beyond < pull ? beyond : pull);
     h->offset_variance = oc_hypothesis_noise(h) / larger(h->weight, 1.0f) + oc_triangle_variance(lower, 0, of_offset) +
                          pulled * pulled * beyond;
 }

@@ -59,6 +59,7 @@ typedef struct {
     float age;                           /* s of driving learned from */
     float cost;                          /* minus its logarithmic likelihood, forgetting; once it is no newborn */
     float offset, offset_variance;       /* rad, rad^2 */
+    float pulled_variance;               /* rad^2, of it what pull and wind make */
     float gradient, gradient_variance;   /* rad/(m/s^2) */
     float wheelbase, wheelbase_variance; /* share by which the truck turns as if it were longer */
     float width_variance;                /* rad^2 */

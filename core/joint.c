@@ -51,7 +51,8 @@ static oc_play start_of(int32_t k) {
 static void start(oc_joint *joint, const oc_joint_design *design) {
     joint->started = 1;
     joint->lost = 1;
-    joint->corrected = joint->concluded = joint->loaded = OC_JOINT_HYPOTHESES;
+    joint->count = OC_JOINT_HYPOTHESES;
+    joint->corrected = joint->concluded = joint->loaded = joint->count;
     joint->second = (oc_second){
         .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
         .memory_share = 1.0f,
@@ -118,7 +119,7 @@ static float correction_of(oc_joint *joint, double bias, double sd) {
 
 /* A correction goes to one hypothesis after the other, and to each once, whatever comes between. */
 static void begin_correction(oc_joint *joint, double bias, double sd) {
-    if (joint->corrected < OC_JOINT_HYPOTHESES) {
+    if (joint->corrected < joint->count) {
         return;
     }
     joint->correction = correction_of(joint, bias, sd);
@@ -126,9 +127,10 @@ static void begin_correction(oc_joint *joint, double bias, double sd) {
     joint->bank_mean += (double)joint->correction * joint->speed_mean;
 }
 
-/* True where there was anything to set right. */
+/* True where there was anything to set right. A correction that began while samples were taken in waits for the first
+ * hypothesis's turn. */
 static bool correct_hypothesis(oc_joint *joint, int32_t k, const oc_joint_design *design) {
-    if (k < joint->corrected) {
+    if (k != joint->corrected) {
         return false;
     }
     joint->corrected = k + 1;
@@ -157,12 +159,12 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
         begin_correction(joint, yaw_rate_bias, (double)prior->yaw_rate_bias_sd);
     }
     turn_phase(joint, design);
-    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+    for (int32_t k = 0; k < joint->count; ++k) {
         (void)correct_hypothesis(joint, k, design);
     }
     oc_solving *solving = &tracking->work.solving;
     solving->due = 1;
-    if (joint->concluded < OC_JOINT_HYPOTHESES &&
+    if (joint->concluded < joint->count &&
         oc_hypothesis_learn(&joint->hypotheses[joint->concluded], &design->hypothesis, prior, &joint->second,
                             design->samples_per_second, solving)) {
         solving->step = 0;
@@ -172,7 +174,7 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
 
 static int32_t best_of(const oc_joint *joint) {
     int32_t best = joint->best;
-    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+    for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (!oc_hypothesis_is_newborn(h, &joint->second) && h->cost < joint->hypotheses[best].cost) {
             best = k;
@@ -201,7 +203,7 @@ static bool are_twins(const oc_hypothesis *a, const oc_hypothesis *b) {
 static int32_t dispensable(const oc_joint *joint) {
     static const float hopeless = 20.0f; /* of cost */
     int32_t worst = joint->best;
-    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+    for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (!oc_hypothesis_is_newborn(h, &joint->second) && h->cost > joint->hypotheses[worst].cost) {
             worst = k;
@@ -210,7 +212,7 @@ static int32_t dispensable(const oc_joint *joint) {
     if (joint->hypotheses[worst].cost > joint->hypotheses[joint->best].cost + hopeless) {
         return worst;
     }
-    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+    for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (k != joint->best && !oc_hypothesis_is_newborn(h, &joint->second) && are_twins(h, &joint->hypotheses[joint->best])) {
             return k;
@@ -219,15 +221,37 @@ static int32_t dispensable(const oc_joint *joint) {
     return -1;
 }
 
-/* Now and then another hypothesis takes the place of one that is not needed, lest all of them went astray at first. */
+/* The last one takes its place. */
+static void let_go(oc_joint *joint, int32_t k) {
+    const int32_t last = joint->count - 1;
+    joint->hypotheses[k] = joint->hypotheses[last];
+    joint->best = joint->best == last ? k : joint->best;
+    joint->count = last;
+}
+
+/* Now and then another hypothesis begins anew, lest all of them went astray at first. Of those not needed one goes for it,
+ * and later two, since ever fewer are. */
 static void renew(oc_joint *joint) {
-    const int32_t k = dispensable(joint);
-    if (k >= 0) {
-        oc_hypothesis *h = &joint->hypotheses[k];
+    static const float search_s = 300.0f;
+    const bool corrects = joint->corrected < joint->count, loads = joint->loaded < joint->count;
+    if ((corrects && joint->corrected > 0) || (loads && joint->loaded > 0)) { /* their turns go by place */
+        return;
+    }
+    for (int32_t n = joint->second.used_s > search_s ? 2 : 1; n > 0; --n) {
+        const int32_t k = dispensable(joint);
+        if (k >= 0) {
+            let_go(joint, k);
+        }
+    }
+    if (joint->count < OC_JOINT_HYPOTHESES) {
         const oc_play play = start_of(joint->born);
         joint->born = (joint->born + 1) % OC_JOINT_HYPOTHESES;
-        oc_hypothesis_start(h, &play, (double)h->places.inner);
+        oc_hypothesis_start(&joint->hypotheses[joint->count], &play, (double)joint->hypotheses[joint->best].places.inner);
+        ++joint->count;
     }
+    joint->begun = joint->found = joint->concluded = joint->count;
+    joint->corrected = corrects ? 0 : joint->count;
+    joint->loaded = loads ? 0 : joint->count;
 }
 
 static float clamped(float value, float low, float high) {
@@ -306,7 +330,7 @@ static bool begin_work(const oc_joint *joint, oc_joint_tracking *tracking) {
     const bool learns = last->ends_second && joint->second.learns;
     work->samples = samples;
     work->taken = work->solved = 0;
-    work->solves = learns || (joint->concluded < OC_JOINT_HYPOTHESES && (last->ends_second || !last->sample.usable));
+    work->solves = learns || (joint->concluded < joint->count && (last->ends_second || !last->sample.usable));
     work->solving.step = 0;
     work->solving.learns = learns;
     return true;
@@ -356,7 +380,7 @@ static void end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     }
     tracking->first = (tracking->first + work->samples) % OC_JOINT_WAITING;
     tracking->count -= work->samples;
-    joint->concluded = concluded ? OC_JOINT_HYPOTHESES : joint->concluded;
+    joint->concluded = concluded ? joint->count : joint->concluded;
     work->samples = 0;
     if (ends_second) {
         const bool learned = joint->second.learns;
@@ -372,7 +396,7 @@ static void end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
  * other seconds. */
 static bool is_due(const oc_joint *joint, int32_t k) {
     static const float young_s = 120.0f;
-    return joint->hypotheses[k].age < young_s || joint->concluded < OC_JOINT_HYPOTHESES ||
+    return joint->hypotheses[k].age < young_s || joint->concluded < joint->count ||
            (joint->in_long_block + k) % OC_JOINT_SECONDS_PER_SOLVING == 0;
 }
 
@@ -402,9 +426,9 @@ static bool work_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
         if (work->samples == 0 && !begin_work(joint, tracking)) {
             return false;
         }
-        if (work->taken < OC_JOINT_HYPOTHESES * work->samples) {
+        if (work->taken < joint->count * work->samples) {
             left -= take_in(joint, tracking, design);
-        } else if (work->solves && work->solved < OC_JOINT_HYPOTHESES) {
+        } else if (work->solves && work->solved < joint->count) {
             if (left < OC_JOINT_STEP && left < share) {
                 return false;
             }

@@ -84,7 +84,8 @@ typedef struct {
 
 typedef struct {
     int32_t started;
-    int32_t begun, found;        /* hypotheses that ever took a sample in, and that did since wheel and heading were lost */
+    int32_t count;               /* hypotheses that run, the first so many; the others were not needed */
+    int32_t begun, found;        /* of them that ever took a sample in, and that did since wheel and heading were lost */
     int32_t best;                /* hypothesis */
     int32_t born;                /* of the starts, which one is next */
     int32_t phase;               /* ticks since a sample was due */
@@ -109,6 +110,7 @@ typedef struct {
 
 typedef struct {
     double offset, offset_sd;       /* rad */
+    double told_sd;                 /* rad, of the offset but for pull and wind, which no drive tells */
     double gradient, gradient_sd;   /* rad/(m/s^2) */
     double backlash, backlash_sd;   /* rad, full width */
     double unloading, unloading_sd; /* m/s^2 */

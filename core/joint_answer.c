@@ -91,8 +91,8 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
     mixture backlash = {.about = width_of(best)}, unloading = {.about = best->unloading};
     mixture wheelbase = {.about = best->wheelbase};
     const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
-    float all = 0.0f;
-    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+    float all = 0.0f, pulled = 0.0f;
+    for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (oc_hypothesis_is_newborn(h, &joint->second)) {
             continue;
@@ -100,15 +100,19 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
         const float weight = likelihood(h->cost > best->cost ? h->cost - best->cost : 0.0f);
         const float unseen = unseen_width_variance(h, seen);
         all += weight;
+        pulled += weight * h->pulled_variance;
         mix(&offset, weight, h->offset, h->offset_variance + 0.25f * unseen);
         mix(&gradient, weight, h->gradient, h->gradient_variance);
         mix(&backlash, weight, width_of(h), h->width_variance + unseen);
         mix(&wheelbase, weight, h->wheelbase, h->wheelbase_variance);
         mix(&unloading, weight, h->unloading, h->unloading_variance);
     }
+    const double offset_sd = sd_of(&offset, all);
+    const double told = offset_sd * offset_sd - (double)(pulled / all);
     return (oc_joint_answer){
         .offset = mean_of(&offset, all),
-        .offset_sd = sd_of(&offset, all),
+        .offset_sd = offset_sd,
+        .told_sd = sqrt(told > 0.0 ? told : 0.0),
         .gradient = mean_of(&gradient, all),
         .gradient_sd = sd_of(&gradient, all),
         .backlash = mean_of(&backlash, all),
@@ -133,7 +137,7 @@ void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_joi
         joint->loaded = 0; /* each hears of it when it takes its next sample in */
         return;
     }
-    for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
+    for (int32_t k = 0; k < joint->count; ++k) {
         oc_hypothesis_remounted(&joint->hypotheses[k], (float)change->size, (float)change->seconds);
     }
 }

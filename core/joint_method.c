@@ -55,6 +55,17 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, 
 /* 0.5 deg: the least that shows two flanks. */
 static const double least_play = 0.5 * 0.017453292519943295;
 
+/* 2 deg: from there on its middle is sought. */
+static const double some_play = 2.0 * 0.017453292519943295;
+
+/* The sd by which the offset is valid or not. Pull and wind widen it, which no drive tells; all else must be told five
+ * times as well, or it is no middle that was found, but a prior's: unless the steering hardly plays. */
+static double wide_as(const oc_joint_answer *found) {
+    static const double times = 5.0;
+    const bool plays = found->backlash + 1.96 * found->backlash_sd > some_play;
+    return plays && times * found->told_sd > found->offset_sd ? times * found->told_sd : found->offset_sd;
+}
+
 /* What the hypotheses say together. */
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                       const oc_coefficients *c) {
@@ -68,7 +79,7 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     const double narrow = p->offset_half_width_max_rad;
     const double steep = p->understeer_half_width_max_rad_m_s2;
     verdicts->offset_status =
-        enough ? oc_status_next(verdicts->offset_status, 1.96 * found.offset_sd, narrow, 4.0 / 3.0 * narrow)
+        enough ? oc_status_next(verdicts->offset_status, 1.96 * wide_as(&found), narrow, 4.0 / 3.0 * narrow)
                : OC_CONVERGING;
     verdicts->understeer_status =
         enough ? oc_status_next(verdicts->understeer_status, 1.96 * found.gradient_sd, steep, 4.0 / 3.0 * steep)
@@ -100,7 +111,7 @@ void oc_stand_jointly(oc_state *state, const oc_coefficients *c) {
     const oc_prior prior = prior_of(evidence, c, (float)bias.standard_deviation);
     const int32_t concluded = evidence->joint.concluded;
     oc_joint_stand(&evidence->joint, &state->tracking.joint, &c->joint, &prior, bias.value);
-    if (concluded < OC_JOINT_HYPOTHESES && evidence->joint.concluded == OC_JOINT_HYPOTHESES) {
+    if (concluded < evidence->joint.count && evidence->joint.concluded == evidence->joint.count) {
         state->tracking.joint.work.ended = 1;
     }
 }

@@ -130,7 +130,7 @@ static const oc_saved_member wheel_speed_members[] = {
 
 static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, started, OC_SAVED_INT32, YES_OR_NO),
-    MEMBERS(oc_joint, begun, found, OC_SAVED_INT32, HYPOTHESES_DONE),
+    MEMBERS(oc_joint, count, found, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBERS(oc_joint, best, born, OC_SAVED_INT32, ANY_HYPOTHESIS), MEMBER(oc_joint, phase, OC_SAVED_INT32, OF_SAMPLE),
     MEMBER(oc_joint, in_block, OC_SAVED_INT32, OF_BLOCK),
     MEMBER(oc_joint, in_long_block, OC_SAVED_INT32, OF_LONG_BLOCK),
@@ -188,7 +188,7 @@ static const oc_saved_member hypothesis_members[] = {
     MEMBERS(oc_hypothesis, error, curvature, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, age, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBERS(oc_hypothesis, cost, offset, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_hypothesis, offset_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_hypothesis, offset_variance, pulled_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, gradient, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, gradient_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, wheelbase, OC_SAVED_FLOAT, ANY_NUMBER),
@@ -401,7 +401,10 @@ static bool is_joint(const oc_joint *joint, const oc_joint_design *design) {
     if (!joint->started) {
         return true;
     }
-    for (int32_t k = 0; k < joint->begun; ++k) {
+    if (!(joint->best < joint->count)) {
+        return false;
+    }
+    for (int32_t k = 0; k < joint->begun && k < joint->count; ++k) {
         if (!is_hypothesis(&joint->hypotheses[k])) {
             return false;
         }

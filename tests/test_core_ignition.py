@@ -187,6 +187,29 @@ def test_a_correction_that_a_power_cut_halved_reaches_the_other_hypotheses_and_n
     assert moved[5:].all()
 
 
+def test_a_correction_that_begins_while_samples_are_taken_in_reaches_every_hypothesis(day: dict[str, Array]) -> None:
+    def mid() -> tuple[Ecu, int]:
+        """While the bank catches up on samples that waited, with some hypotheses behind it."""
+        ecu = Ecu().run(sliced(day, 0, 5_000))
+        for k in range(5_000, 5_200):
+            work = ecu.whole()["tracking"]["joint"]["work"][0]
+            count = int(ecu.evidence()["joint"]["count"][0])
+            behind = int(work["taken"]) // max(int(work["samples"]), 1)
+            if int(work["samples"]) > 1 and 3 < behind < count - 3:
+                return ecu, k
+            ecu.run(sliced(day, k, k + 1))
+        raise AssertionError("the bank never catches up")
+
+    def gathered(correction: float) -> Array:
+        ecu, k = mid()
+        ecu.evidence()["joint"]["correction"], ecu.evidence()["joint"]["corrected"] = correction, 0
+        ecu.run(sliced(day, k, k + 40))
+        count = int(ecu.evidence()["joint"]["count"][0])
+        return np.array(ecu.evidence()["joint"]["hypotheses"]["target_mean"][0])[:count]
+
+    assert (gathered(1e-3) != gathered(0.0)).all()
+
+
 def test_a_hole_loses_the_heading_and_a_standstill_does_not(day: dict[str, Array]) -> None:
     def heading(ecu: Ecu) -> float:
         joint = ecu.evidence()["joint"][0]

@@ -52,11 +52,18 @@ def driven(tables: str = "", seed: int = 1, duration_s: float = DURATION_S) -> t
     return columns, truth
 
 
-def core_for(truth: Truth, *, rate_hz: float = RATE_HZ, traffic_side: float = 1.0, method: str = "joint") -> _core.Core:
+def core_for(
+    truth: Truth,
+    *,
+    rate_hz: float = RATE_HZ,
+    traffic_side: float = 1.0,
+    method: str = "joint",
+    params: dict[str, float] | None = None,
+) -> _core.Core:
     return _core.Core(
         truth.equivalent_wheelbase_m,
         truth.steering_ratio,
-        {},
+        params or {},
         rate_hz,
         track_width_front_m=2.05,
         track_width_rear_m=1.83,
@@ -113,7 +120,7 @@ def test_offset_play_and_gradient_are_found_together(steering: str, within_deg: 
         assert found["understeer_gradient"]["value"] == pytest.approx(truth.understeer_gradient, rel=0.12)
         assert holds(found["offset"], truth.offset_rad)
         # where nothing unloads, the accelerometer's zero is left: 1.5 deg by the truck's gradient
-        assert status(found["offset"]) == "valid" or steering == RUBBING
+        assert (status(found["offset"]) == "valid") == (steering != RUBBING)
 
 
 @pytest.mark.parametrize("bias", [0.3, -0.3])
@@ -168,6 +175,18 @@ def test_with_one_flank_seen_the_offset_is_not_called_valid() -> None:
         assert not (outputs["offset_status"] == _core.STATUSES.index("valid")).any()
         late = outputs[12_000:]
         assert (np.abs(late["offset"] - truth.offset_rad) < 1.96 * late["offset_sd"]).all()
+
+
+def test_a_middle_that_the_accelerometers_zero_decides_is_not_called_valid_however_wide_an_interval_may_be() -> None:
+    """A prior decides it, whatever the user asks for; a steering that side force moves is called valid then."""
+    wide = {"offset_half_width_max_rad": 3.0 * DEGREE}
+    for steering, expected in ((RUBBING, "converging"), (CREEPING, "valid")):
+        columns, truth = driven(steering, 2)
+        core = core_for(truth, params=wide)
+        core.run(columns)
+        found = core.answer()["offset"]
+        assert 1.96 * found["standard_deviation"] < wide["offset_half_width_max_rad"]
+        assert status(found) == expected
 
 
 def test_without_play_the_interval_covers_what_an_accelerometers_bias_hides() -> None:

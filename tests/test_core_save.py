@@ -79,6 +79,7 @@ def make_plausible(ecu: Ecu) -> None:
     for name in ("half_width", "creep"):
         joint["hypotheses"]["play"][name] = 0.1
     joint["hypotheses"]["variance"] = 1.0
+    joint["count"] = 1
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -22,8 +22,8 @@ _LOGS_PER_TASK = 4  # of Ray: a task costs about a millisecond
 
 
 def threads(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
-    """One thread a core."""
-    workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """One thread a core, and one more: whenever two wait for each other's Python, a core would have nothing to do."""
+    workers = 1 + (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
     waiting = iter(logs)
     with ThreadPoolExecutor(workers, thread_name_prefix="fleet") as pool:
         open_work: dict[Future[Row], LogFile] = {}

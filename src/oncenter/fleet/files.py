@@ -135,7 +135,7 @@ def at_hand(log: LogFile) -> Iterator[tuple[Path, str]]:
                 yield fetched
         else:
             with open(log.uri, "rb") as file:
-                key = _key(iter(lambda: file.read(_BLOCK_BYTES), b""))
+                key = hashlib.file_digest(file, _hash).hexdigest()
             yield Path(log.uri), key
     except OSError as error:
         why = error.strerror or " ".join(str(error).split())
@@ -159,8 +159,12 @@ def _copied(source: Any, target: Any) -> Iterator[bytes]:
         yield block
 
 
+def _hash() -> hashlib.blake2b:
+    return hashlib.blake2b(digest_size=16)
+
+
 def _key(blocks: Iterator[bytes]) -> str:
-    hashed = hashlib.blake2b(digest_size=16)
+    hashed = _hash()
     for block in blocks:
         hashed.update(block)
     return hashed.hexdigest()

@@ -91,6 +91,7 @@ def records(row: str, seed: int, methods: Sequence[str], folder: Path) -> list[R
             "valid": course.valid.tolist(),
             "told_all_deg": driven.told_all_rad / DEGREE,
             "floor_deg": driven.floor_rad / DEGREE,
+            "side_force_floor_deg": driven.side_force_floor_rad / DEGREE,
             "deg_per_m_s2": driven.angle_per_m_s2 / DEGREE,
             "wind_m_s2": driven.wind_m_s2,
             "redrawn": driven.redrawn,

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 from population import (
+    PLAY_SD_DEG,
     PRIORS,
     Distribution,
     Draw,
@@ -68,6 +70,7 @@ class Row:
     front_axle_load_kg: float | None = None  # of a base that brings its own truck
     wind: bool = False
     pulls: bool = False
+    one_flank: bool = False  # of the play is all that the drive shows
     traffic_side: str = "right"
     spoil: Callable[[Signals, Random], Signals] = lambda signals, random: signals
     times: int = 1
@@ -81,7 +84,9 @@ class Drive:
     Attributes:
         target_rad: the offset at the end of every minute.
         told_all_rad: error of one who is told all of truck, play and gyro, but not where the accelerometer's zero is.
-        floor_rad: half-width that a 95 % interval needs for what no drive can tell apart.
+        floor_rad: half-width that a 95 % interval needs for what no drive can tell apart: the side force at which the
+            steering unloads, and half the play where one flank is all that it shows.
+        side_force_floor_rad: of it the former.
         angle_per_m_s2: i K_us, by which an unloading point that is taken wrongly moves the offset, rad/(m/s^2).
         wind_m_s2: by how much the wind moved that point on average while the truck drove as fast as estimators ask.
         redrawn: draws before this one that no driver could hold.
@@ -95,6 +100,7 @@ class Drive:
     target_rad: Array
     told_all_rad: float
     floor_rad: float
+    side_force_floor_rad: float
     angle_per_m_s2: float
     wind_m_s2: float
     redrawn: int
@@ -114,6 +120,7 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
     unloads = has_play and row.fixed.get("king_pin_friction_m_s2") != FRICTION_NEVER_OVERCOME_M_S2
     stood = bool((truth.table["vehicle_speed_m_s"] < STANDING_M_S).any())
     angle_per_m_s2 = truth.steering_ratio * truth.understeer_gradient
+    not_told_rad = angle_per_m_s2 * cannot_be_told_apart_m_s2(unloads=unloads, stood=stood)
     return Drive(
         row=row.name,
         seed=seed,
@@ -122,7 +129,8 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
         known=_known(vehicle, scenario),
         target_rad=truth.table["steering_wheel_angle_offset_rad"].to_numpy()[ends] + truth.straight_ahead_rad,
         told_all_rad=angle_per_m_s2 * _accelerometers_zero_off_by_m_s2(signals, truth, vehicle),
-        floor_rad=1.96 * angle_per_m_s2 * cannot_be_told_apart_m_s2(unloads=unloads, stood=stood),
+        floor_rad=1.96 * math.hypot(not_told_rad, 0.5 * PLAY_SD_DEG * DEGREE if row.one_flank else 0.0),
+        side_force_floor_rad=1.96 * not_told_rad,
         angle_per_m_s2=angle_per_m_s2,
         wind_m_s2=_unloading_point_moved_by_wind_m_s2(scenario, truth),
         redrawn=redrawn,
@@ -359,8 +367,15 @@ _ROWS = (
     Row("accelerometer_plus", "accelerometer bias +0.3 m/s²", fixed={"lateral_acceleration_bias_m_s2": 0.3}),
     Row("accelerometer_minus", "accelerometer bias -0.3 m/s²", fixed={"lateral_acceleration_bias_m_s2": -0.3}),
     Row("pull", "alignment that pulls, sd 0.05 m/s² and 100 N", asked="interval", pulls=True),
+    Row("wind", "all roads, in wind", asked="interval", wind=True),
     Row("cross_wind", "motorway in wind", asked="interval", base="motorway", wind=True),
-    Row("bypass", "bends to the left only, on a crown to the right: one flank", asked="interval", base="bypass"),
+    Row(
+        "bypass",
+        "bends to the left only, on a crown to the right: one flank",
+        asked="interval",
+        base="bypass",
+        one_flank=True,
+    ),
     Row("motorway", "75 to 90 km/h, never stands", base="motorway", extra=_never_stands),
     Row("country", "bends down to 120 m, uneven bank", base="country"),
     Row("town", "25 to 50 km/h, stops", base="town"),

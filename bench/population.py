@@ -58,6 +58,7 @@ class Rayleigh:
 Distribution = Uniform | Normal | Rayleigh
 
 BELIEVED = _core.default_params()  # by the estimator before a drive
+PLAY_SD_DEG = 6.0  # of the play's full width, before the drive: core/hypothesis.c
 PULL_SD_M_S2, WIND_SD_M_S2 = BELIEVED["pull_sd_m_s2"], BELIEVED["wind_sd_m_s2"]
 CROWN_M_S2, CROWN_SD_M_S2 = BELIEVED["crown_m_s2"], BELIEVED["crown_sd_m_s2"]
 CROWN_SHARE_STOOD_ON = BELIEVED["standing_crown_share_1"]

@@ -49,7 +49,8 @@ def test_every_row_can_be_driven_and_has_a_truth_for_each_minute(
         driven = drive(row, 1, tmp_path)
         assert len(driven.target_rad) == 20
         assert np.isfinite(driven.target_rad).all()
-        assert 0.0 < driven.floor_rad < 4.0 * DEGREE
+        assert 0.0 < driven.side_force_floor_rad < 4.0 * DEGREE
+        assert (driven.floor_rad > driven.side_force_floor_rad) == row.one_flank
         assert driven.vehicle.traffic_side == row.traffic_side
     assert not list(tmp_path.iterdir())
 

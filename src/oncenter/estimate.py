@@ -35,7 +35,7 @@ _RATES_ALIKE = 0.01  # of the rate; clocks differ by less
 _DRIVING_M_S = 8.0
 _HELD_S, _HELD_RAD = 1.0, 0.25 * DEGREE  # what stays as much the same for so long may be stuck: as core/sensor_fault.c
 _GRADIENT_ODD = 0.1 * DEGREE  # rad/(m/s^2): a sensor of the wrong sign has less
-_UNEXPLAINED_ODD = 1.0 * DEGREE  # rad, of a second: several times what a healthy one leaves
+_UNEXPLAINED_ODD = 1.5 * DEGREE  # rad, of a second: several times what a healthy one leaves
 _NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none
 _CORRECTION_WORTH_TELLING_RAD_S = 0.05 * DEGREE
 

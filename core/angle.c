@@ -4,10 +4,11 @@
 
 static const float half_turn = 3.14159265358979323846f;
 
-/* The filter: what a driver does is below some 2 Hz; more lets the gyro's noise in, less is late. */
-static const float first_pole_hz = 4.0f;
-static const float pair_hz = 4.0f;
-static const float pair_damping = 0.8f;
+/* The filter: what a driver does is below some 2 Hz; more lets the gyro's noise in, less is late. The pair rings a little,
+ * which is earlier at the same noise. */
+static const float first_pole_hz = 5.0f;
+static const float pair_hz = 3.8f;
+static const float pair_damping = 0.65f;
 static const float speed_s = 0.1f;
 static const float bank_s = 0.15f;    /* roads change slower, the accelerometer's noise faster */
 static const float rate_s = 0.1f;
@@ -35,7 +36,7 @@ static const float load_share_stopped_sd = 0.25f;         /* and after a stop th
 static const float loading_s = 60.0f;
 static const float learning_memory_s = 600.0f;
 static const float learned_s = 30.0f;
-static const float unflattened = 1.10f;                   /* the gyro's noise flattens the slope T */
+static const float unflattened = 1.15f;                   /* the gyro's noise flattens the slope T */
 
 /* Beyond (7): turning on a circle takes the arctangent of L/R, linkages and racks turn the wheels faster at their ends.
  * Both together take a share of the front wheels' angle cubed. */

@@ -4,8 +4,8 @@
 
 static const float half_turn = 3.14159265358979323846f;
 
-/* The filter: what a driver does is below some 2 Hz; more lets the gyro's noise in, less is late. The pair rings a little,
- * which is earlier at the same noise. */
+/* The filter: what a driver does is below some 2 Hz; more lets the gyro's noise in, less is late. The pair rings, which
+ * is earlier at the same noise. */
 static const float first_pole_hz = 5.0f;
 static const float pair_hz = 3.8f;
 static const float pair_damping = 0.65f;
@@ -70,6 +70,7 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
         .bank_share = tick_s / (bank_s + tick_s),
         .rate_share = tick_s / (rate_s + tick_s),
         .takeover_share = tick_s / (takeover_s + tick_s),
+        .late_s = method == OC_ANGLE_OBSERVER ? 2.0f * pair_damping / w + (1.0f + first) * tick_s / first : 0.0f,
         .tick_s = tick_s,
     };
 }
@@ -107,10 +108,6 @@ static void filter_motion(oc_angle_tracking *t, const oc_angle_design *d, const 
     t->bank += (tick->lateral_acceleration - t->yaw_rate * t->speed - t->bank) * d->bank_share;
 }
 
-static float lead_s(const oc_angle_evidence *e) {
-    return unflattened * (e->products + T_prior_s2 * T_prior_s) / (e->slopes + T_prior_s2);
-}
-
 /* Which flank of the play the steering wheel is at, from where the wheels go. */
 static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck, float wheels,
                   float load) {
@@ -139,12 +136,8 @@ static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const 
     t->place = limited_to(t->place, 1.0f);
 }
 
-static float late_s(const oc_angle_design *d) {
-    return d->method == OC_ANGLE_OBSERVER ? d->damping / d->stiffness + d->tick_s / d->yaw_rate_share : 0.0f;
-}
-
 double oc_angle_late_s(const oc_angle_design *d) {
-    return (double)late_s(d);
+    return (double)d->late_s;
 }
 
 /* s; steering wheel angle per yaw rate, at a steady state. */
@@ -154,10 +147,11 @@ static float per_yaw_rate(const oc_angle_tracking *t, const oc_angle_design *d, 
 }
 
 /* T as it is at this speed: oc_angle_late_s of what (10) needs is in it. */
-static float lead_at(const oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
-                      const oc_angle_truck *truck) {
-    const float usual = (e->steady + T_prior_s2 * T_prior_steady_s) / (e->slopes + T_prior_s2);
-    const float T = lead_s(e) + late_s(d) * (per_yaw_rate(t, d, truck) - usual);
+static float lead_at(const oc_angle_evidence *e, const oc_angle_design *d, float per_rate) {
+    const float per_slope = 1.0f / (e->slopes + T_prior_s2);
+    const float lead = unflattened * (e->products + T_prior_s2 * T_prior_s) * per_slope;
+    const float usual = (e->steady + T_prior_s2 * T_prior_steady_s) * per_slope;
+    const float T = lead + d->late_s * (per_rate - usual);
     return T > 0.0f ? T : 0.0f;
 }
 
@@ -243,12 +237,12 @@ static float other_variance(const oc_angle_tracking *t, const oc_angle_evidence 
 
 /* What the sensor says of T and of how far off the estimate is. */
 static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, const oc_angle_design *d,
-                              const oc_angle_truck *truck, float error, float without_T, float variance) {
+                              float per_rate, float error, float without_T, float variance) {
     const float keep = 1.0f - d->tick_s / learning_memory_s;
     if (t->place_variance < 0.1f) {
         const float squared = t->yaw_acceleration * t->yaw_acceleration * d->tick_s;
         e->slopes = keep * e->slopes + squared;
-        e->steady = keep * e->steady + squared * per_yaw_rate(t, d, truck);
+        e->steady = keep * e->steady + squared * per_rate;
         e->products = keep * e->products + t->yaw_acceleration * without_T * d->tick_s;
     }
     e->seconds += d->tick_s;
@@ -277,7 +271,8 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
     }
     const bool moves = tick->has_motion && fabsf(t->speed) > walking_speed && fabsf(tick->speed) > 0.5f * walking_speed;
     if (moves) {
-        const float T = given->known ? lead_at(t, e, d, truck) : T_prior_s;
+        const float per_rate = per_yaw_rate(t, d, truck);
+        const float T = given->known ? lead_at(e, d, per_rate) : T_prior_s;
         const float wheels = d->method == OC_ANGLE_SIDE_SLIP ? wheels_by_side_slip(t, e, d, tick)
                                                               : wheels_of(t, e, d, truck, T, tick);
         if (t->held_s > 0.0f || t->without_sensor_s >= never_s) {
@@ -293,7 +288,7 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
             learn_flattening(e, t, d, error);
         }
         if (tick->teaches && given->known && fabsf(t->speed) > learning_speed) {
-            learn_from_sensor(e, t, d, truck, error, error + T * t->yaw_acceleration, own);
+            learn_from_sensor(e, t, d, per_rate, error, error + T * t->yaw_acceleration, own);
             if (d->method == OC_ANGLE_SIDE_SLIP) {
                 const oc_side_slip slip = side_slip_of(t, tick);
                 oc_side_slip_learn(&e->side_slip, &slip, oc_ratio_to_front_wheel(&d->ratio, tick->true_by_sensor),

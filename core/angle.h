@@ -41,7 +41,7 @@ typedef struct {
     float offset_sd;                  /* rad */
     float gradient, gradient_sd;      /* rad/(m/s^2) */
     float wheelbase;                  /* share by which bends take more than L*r/v */
-    float backlash, backlash_sd;      /* rad, full width */
+    float backlash;                   /* rad, full width */
     float unloading, unloading_sd;    /* m/s^2, a_0 */
     float friction;                   /* m/s^2 */
     float creep;                      /* rad/s per m/s^2 */
@@ -68,6 +68,7 @@ typedef struct {
     float yaw_rate_share;             /* of a new tick, of the filter's first pole */
     float stiffness, damping;         /* 1/s^2, 1/s, of its other two */
     float speed_share, bank_share, rate_share, takeover_share;
+    float late_s;                     /* s, of the filter */
     float tick_s;
 } oc_angle_design;
 

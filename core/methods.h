@@ -28,10 +28,8 @@ void oc_tell_standing(oc_state *state, const oc_coefficients *c);
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                       const oc_coefficients *c);
 
-/* Whether the sensor can be believed at this tick, whose signals are the valid ones. */
-void oc_judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid);
-
-/* Chapter 4: the angle at this tick without its sensor, which was judged. */
+/* Chapter 4: whether the sensor can be believed at this tick, whose signals are the valid ones, and the angle without
+ * it. */
 void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid,
                      const oc_estimate *yaw_rate_bias, oc_angle *angle);
 

@@ -355,7 +355,6 @@ static void step_and_tell(oc_state *state, const oc_coefficients *coefficients, 
     estimate(state, coefficients, &now, reasons);
     if (follows && !(reasons & OC_REASON_TIME)) {
         now.yaw_rate_bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &coefficients->params);
-        oc_judge_sensor(state, coefficients, tick, valid);
         oc_follow_angle(state, coefficients, tick, valid, &now.yaw_rate_bias, &angle);
     } else {
         angle = (oc_angle){0};

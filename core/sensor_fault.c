@@ -9,6 +9,7 @@ static const float borderline = 0.8f;     /* of the limit: what a healthy sensor
 static const float counted_max = 1.2f;    /* of the limit: through a play that is large the estimate lags by a second */
 static const float wrong_s = 0.9f;        /* limits x s beyond the borderline: 2.3 s when far off, 4.5 s at the limit */
 static const float wrong_after_step_s = 0.5f; /* the same after a step, which no hand makes */
+static const float hidden_deg = 10.0f;    /* beyond the limit, where a flank was hardly seen: there may be more play */
 static const float wrong_mean = 0.6f;     /* of the limit: hidden now and then by a flank of the play, but it lasts */
 static const float mean_of_s = 20.0f;
 static const float suspended_max_s = 60.0f; /* then the truck is believed to have changed, not the sensor; */
@@ -30,6 +31,9 @@ static const float flipped_min = 20.0f;   /* log of the odds */
 static const float fades_s = 1.0f;   /* errors of the estimate last so long */
 static const float sudden_s = 3.0f;
 static const float offset_memory_s = 200.0f;
+static const float sd_memory_factor = 2.0f;
+static const float leaning = 0.2f;        /* of the limit, in the mean: what may be a drift */
+static const float leaning_factor = 4.0f; /* is followed so much later */
 
 const char *oc_fault_name(oc_fault fault) {
     static const char *const names[OC_FAULT_COUNT] = {"none",     "lost",       "stuck",    "jumped",
@@ -133,13 +137,28 @@ static oc_fault kind_of(const oc_fault_watch *w) {
     return OC_FAULT_DRIFTING;
 }
 
-static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
-    const float share = no_more_than(at_least(difference / limit, -counted_max), counted_max);
-    if (fabsf(share) > borderline && w->left <= 0.0f && w->right <= 0.0f) {
+static float counted(float sum, float share, float sure, float tick_s) {
+    const float beyond = share - borderline;
+    return at_least(sum + (beyond < 0.0f ? sure * beyond : beyond) * tick_s, 0.0f);
+}
+
+/* A difference that is within a wide limit says less for the sensor than one within a narrow one. */
+static void count_beyond(oc_fault_watch *w, const oc_fault_tick *tick, float share, float limit) {
+    const bool counting = w->left > 0.0f || w->right > 0.0f;
+    if (!counting && fabsf(share) <= borderline) {
+        return;
+    }
+    if (!counting) {
         w->suspicious_since = tick->time;
     }
-    w->left = at_least(w->left + (share - borderline) * tick->tick_s, 0.0f);
-    w->right = at_least(w->right + (-share - borderline) * tick->tick_s, 0.0f);
+    const float sure = (1.0f + w->wider) * limit_deg * rad_in_deg / limit;
+    w->left = counted(w->left, share, sure, tick->tick_s);
+    w->right = counted(w->right, -share, sure, tick->tick_s);
+}
+
+static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
+    const float share = no_more_than(at_least(difference / limit, -counted_max), counted_max);
+    count_beyond(w, tick, share, limit);
     w->mean += (share - w->mean) * tick->tick_s / mean_of_s;
     w->beyond = fabsf(share) > 1.0f;
     if (fabsf(share) < well) {
@@ -165,8 +184,15 @@ static bool has_healed(const oc_fault_watch *w) {
     return w->well_s > healed_s && w->held_s < healed_s && w->flipped <= 0.0f;
 }
 
+/* rad; with the offset as late as it is judged by, for the sd grows while learning follows a sensor that drifts. */
+static float judged_sd(const oc_fault_watch *w, const oc_fault_tick *tick) {
+    const float grown = tick->offset_sd * tick->offset_sd - w->offset_sd * w->offset_sd;
+    return grown > 0.0f ? sqrtf(at_least(tick->sd * tick->sd - grown, 0.0f)) : tick->sd;
+}
+
 static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
-    const float limit = (1.0f + w->wider) * at_least(limit_deg * rad_in_deg, limit_sds * tick->sd);
+    const float limit = (1.0f + w->wider) * at_least(limit_deg * rad_in_deg, limit_sds * judged_sd(w, tick)) +
+                        hidden_deg * rad_in_deg * tick->hidden;
     const float difference = tick->measured - w->offset - tick->estimate;
     count_wrong(w, tick, difference, limit);
     compare_signs(w, tick);
@@ -199,14 +225,17 @@ bool oc_fault_suspected(const oc_fault_watch *w) {
     return w->flipped > 0.25f * flipped_min || (w->fault == OC_FAULT_NONE && (off || w->held_fast_s > still_s));
 }
 
-/* The learned offset, late. */
+/* The learned offset, late; its sd falls at once. */
 static void follow_offset(oc_fault_watch *w, const oc_fault_tick *tick) {
     if (w->fault == OC_FAULT_STUCK || w->fault == OC_FAULT_DRIFTING || w->fault == OC_FAULT_WRONG_SIGN) {
         return;
     }
     w->offset_s += tick->tick_s;
-    const float memory = w->offset_s < offset_memory_s ? w->offset_s : offset_memory_s;
-    w->offset += (tick->offset - w->offset) * tick->tick_s / memory;
+    const float later = fabsf(w->mean) > leaning ? leaning_factor : 1.0f;
+    const float share = tick->tick_s / no_more_than(w->offset_s, later * offset_memory_s);
+    const float grown = tick->offset_sd - w->offset_sd;
+    w->offset += (tick->offset - w->offset) * share;
+    w->offset_sd += grown > 0.0f ? grown * share / sd_memory_factor : grown;
 }
 
 static void begin_watch(oc_fault_watch *w, const oc_fault_evidence *kept, const oc_fault_tick *tick) {
@@ -217,6 +246,7 @@ static void begin_watch(oc_fault_watch *w, const oc_fault_evidence *kept, const 
         .confidence = kept->confidence,
         .wider = kept->wider,
         .offset = tick->offset,
+        .offset_sd = tick->offset_sd,
         .step_time = -1e30,
         .interruption_time = tick->time,
         .last_well = tick->time,

@@ -25,8 +25,9 @@ typedef struct {
     double time;         /* s */
     float tick_s;        /* s */
     float measured;     /* rad, as the sensor says it */
-    float offset;       /* rad, as learned so far */
+    float offset, offset_sd; /* rad, as learned so far */
     float estimate, sd; /* rad */
+    float hidden;       /* how much is not known of the flank that the wheels are at, 0 to 1 */
     float speed;        /* m/s */
     bool has_measured;
     bool can_judge;      /* the truck was learned */
@@ -38,7 +39,8 @@ typedef struct {
     double since;            /* s, when it began */
     float confidence;       /* at least so likely by Chebyshev's inequality, 0 to 1 */
     float missing_s, present_s;
-    float offset, offset_s; /* rad, learned, some minutes late: learning follows a sensor that drifts; s behind it */
+    float offset, offset_sd; /* rad, learned, some minutes late: learning follows a sensor that drifts, */
+    float offset_s;          /* and s behind them */
     float last;             /* rad, measured at the tick before */
     float held_value, held_estimate, held_s; /* since the measured value last changed */
     float held_fast_s;      /* of it, at speed */

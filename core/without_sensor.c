@@ -4,6 +4,7 @@
 
 /* Where one flank of the play was hardly seen, half the play may be in the offset. */
 static const double flank_needed_s = 8.0;
+static const float flank_needed_share = 0.05f;
 static const double unseen_half_width_sd = 0.07; /* rad, 4 deg: half of up to 15 */
 
 static bool is_known(const oc_state *state) {
@@ -27,7 +28,6 @@ static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_an
     truck->gradient_sd = (float)l->understeer_gradient.standard_deviation;
     truck->wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? (float)(l->equivalent_wheelbase.value / L - 1.0) : 0.0f;
     truck->backlash = (float)l->backlash.value;
-    truck->backlash_sd = (float)l->backlash.standard_deviation;
     truck->unloading = (float)l->unloading_acceleration.value;
     truck->unloading_sd = (float)l->unloading_acceleration.standard_deviation;
     truck->friction = creeps_by_load ? play->friction : 0.0f;
@@ -47,8 +47,13 @@ static bool by_wheel_speed(const oc_params *p) {
     return p->angle_method == OC_ANGLE_WHEEL_SPEED || p->angle_method == OC_ANGLE_WHEEL_SPEED_EXACT;
 }
 
+/* What a tick has, and whether the truck was learned. */
+typedef struct {
+    bool angle, motion, truck;
+} seen;
+
 /* So much comparing, before the sensor that taught is judged by what it taught. */
-static const double judge_after_s = 400.0;
+static const float judge_after_s = 400.0f;
 
 /* Whether all is measured from which the angle is told. */
 static bool has_motion(const oc_params *p, uint32_t valid) {
@@ -59,23 +64,31 @@ static bool has_motion(const oc_params *p, uint32_t valid) {
     return (valid & needed) == needed;
 }
 
+/* How much of the time that would tell lacks of the flank that the wheels are at, 0 to 1: the play was learned from the
+ * other one, and on this one there may be more of it. */
+static float hardly_seen(const oc_joint *joint, float place) {
+    const float here = place > 0.0f ? joint->to_left : joint->to_right;
+    const float needed = (float)flank_needed_s + flank_needed_share * (joint->to_left + joint->to_right);
+    return here < needed ? fabsf(place) * (1.0f - here / needed) : 0.0f;
+}
+
 /* By the estimate of the tick before: a jump is not to be told for a tick. */
-void oc_judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid) {
-    oc_tracking *tracking = &state->tracking;
-    const bool has_angle = (valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
-    const bool moves = has_motion(&c->params, valid);
+static void judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals *tick, const seen *seen) {
+    const oc_angle_tracking *angle = &state->tracking.angle;
     const oc_fault_tick judged = {
         .time = tick->time,
         .tick_s = (float)c->tick_s,
-        .measured = has_angle ? (float)tick->steering_wheel_angle : 0.0f,
+        .measured = seen->angle ? (float)tick->steering_wheel_angle : 0.0f,
         .offset = (float)state->learned.offset.value,
-        .estimate = tracking->angle.estimate,
-        .sd = tracking->angle.sd,
-        .speed = moves ? (float)tick->vehicle_speed : 0.0f,
-        .has_measured = has_angle,
-        .can_judge = moves && is_known(state) && (double)state->evidence.angle.seconds > judge_after_s,
+        .offset_sd = (float)state->learned.offset.standard_deviation,
+        .estimate = angle->estimate,
+        .sd = angle->sd,
+        .hidden = hardly_seen(&state->evidence.joint, angle->place),
+        .speed = seen->motion ? (float)tick->vehicle_speed : 0.0f,
+        .has_measured = seen->angle,
+        .can_judge = seen->motion && seen->truck && state->evidence.angle.seconds > judge_after_s,
     };
-    (void)oc_fault_update(&tracking->fault, &state->evidence.fault, &judged);
+    (void)oc_fault_update(&state->tracking.fault, &state->evidence.fault, &judged);
 }
 
 /* What is not measured may be any number, and too great for single precision. */
@@ -83,7 +96,7 @@ static float measured_or_none(bool is_measured, double value) {
     return is_measured ? (float)value : 0.0f;
 }
 
-/* Chapter 4 and beyond: the angle without its sensor. */
+/* Chapter 4 and beyond: the sensor judged, and the angle without it. */
 void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid,
                      const oc_estimate *bias, oc_angle *angle) {
     const oc_params *p = &c->params;
@@ -93,6 +106,7 @@ void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals
     const bool has_angle = (valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
     const double measured = has_angle ? tick->steering_wheel_angle - state->learned.offset.value : 0.0;
     const bool moves = has_motion(p, valid);
+    judge_sensor(state, c, tick, &(seen){has_angle, moves, truck.known});
     const double yaw_rate = tick->yaw_rate - bias->value;
     const oc_angle_tick now = {
         .tick_s = (float)c->tick_s,

@@ -210,7 +210,16 @@ def test_reversing_with_a_signed_speed_keeps_the_sign_of_the_angle() -> None:
     assert np.corrcoef(found["angle"][300:], angle[300:])[0, 1] > 0.98
 
 
-def judged(measured: Array, estimate: Array, sd: float = 1.0 * DEG, offset: float = 0.0) -> list[str]:
+def judged(
+    measured: Array,
+    estimate: Array,
+    sd: float = 1.0 * DEG,
+    offset: float = 0.0,
+    offset_sd: Array | None = None,
+    hidden: float = 0.0,
+) -> list[str]:
+    """The sensor's fault at each tick; what is not known of the offset is a part of the sd, `sd` the rest of it."""
+    unsure = np.zeros(len(estimate)) if offset_sd is None else offset_sd
     watch, kept = ffi.new("oc_fault_watch *"), ffi.new("oc_fault_evidence *")
     names = []
     for k in range(len(estimate)):
@@ -221,8 +230,10 @@ def judged(measured: Array, estimate: Array, sd: float = 1.0 * DEG, offset: floa
                 "tick_s": 1.0 / RATE_HZ,
                 "measured": 0.0 if np.isnan(measured[k]) else measured[k],
                 "offset": offset,
+                "offset_sd": unsure[k],
                 "estimate": estimate[k],
-                "sd": sd,
+                "sd": np.hypot(sd, unsure[k]),
+                "hidden": hidden,
                 "speed": 15.0,
                 "has_measured": not np.isnan(measured[k]),
                 "can_judge": True,
@@ -274,6 +285,22 @@ def test_a_drift_that_play_hides_now_and_then_is_found_by_its_mean() -> None:
     names = judged(true + off, true)
     assert set(names[:2000]) == {"none"} and names[5000] == "drifting"
     assert set(judged(true + off - 7.0 * DEG, true)) == {"none"}
+
+
+def test_a_drift_is_told_though_learning_follows_it_and_knows_less_and_less() -> None:
+    true, at = weaving(), 2000
+    drift = 0.2 * DEG * np.maximum(np.arange(len(true)) - at, 0) / RATE_HZ
+    names = judged(true + drift, true, offset_sd=0.5 * DEG + 0.3 * drift)
+    assert set(names[: at + 4000]) == {"none"} and names[at + 6000] == "drifting"
+    # one that was not known so well before is within its limits
+    assert set(judged(true + drift, true, offset_sd=np.full(len(true), 7.0 * DEG))) == {"none"}
+
+
+def test_on_a_flank_that_was_hardly_seen_there_may_be_more_play() -> None:
+    true = weaving()
+    off = np.where(np.arange(len(true)) % 4000 > 3000, 11.0 * DEG, 0.0)
+    assert set(judged(true + off, true, hidden=1.0)) == {"none"}
+    assert "none" not in judged(true + off, true)[3600:4000]
 
 
 def test_a_fault_that_is_over_is_forgotten_late() -> None:

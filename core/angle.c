@@ -162,8 +162,8 @@ static float flattening(const oc_angle_evidence *e) {
 
 static void learn_flattening(oc_angle_evidence *e, const oc_angle_tracking *t, const oc_angle_design *d,
                              float error) {
-    const bool plausible = fabsf(error) < flattened_max * fabsf(t->estimate);
-    if (plausible && fabsf(t->speed) > cube_speed && fabsf(t->cube) > cube_min) {
+    const bool large = fabsf(t->cube) > cube_min && fabsf(t->speed) > cube_speed;
+    if (large && fabsf(error) < flattened_max * fabsf(t->estimate)) {
         const float left = flattening(e) * t->cube - error / (float)d->ratio.ratio;
         e->flattened += left * t->cube * d->tick_s;
         e->cubes += t->cube * t->cube * d->tick_s;

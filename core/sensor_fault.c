@@ -86,7 +86,7 @@ static void forget_means(oc_fault_watch *w, const oc_fault_tick *tick) {
 static void follow(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float moved = fabsf(tick->measured - w->last);
     const bool returned = w->present_s < 2.0f * tick->tick_s;
-    if (moved > at_least(step_deg, hand_rate_deg_s * tick->tick_s) * rad_in_deg && !returned) {
+    if (moved > step_deg * rad_in_deg && moved > hand_rate_deg_s * rad_in_deg * tick->tick_s && !returned) {
         w->step_time = tick->time;
         forget_means(w, tick);
     }

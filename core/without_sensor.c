@@ -3,9 +3,9 @@
 #include <math.h>
 
 /* Where one flank of the play was hardly seen, half the play may be in the offset. */
-static const double flank_needed_s = 8.0;
+static const float flank_needed_s = 8.0f;
 static const float flank_needed_share = 0.05f;
-static const double unseen_half_width_sd = 0.07; /* rad, 4 deg: half of up to 15 */
+static const float unseen_half_width_sd = 0.07f; /* rad, 4 deg: half of up to 15 */
 
 static bool is_known(const oc_state *state) {
     const oc_status status = state->learned.offset.status;
@@ -19,11 +19,11 @@ static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_an
     const oc_play *play = &joint->hypotheses[joint->best].play;
     const bool creeps_by_load = play->friction >= 0.0f;
     const double L = c->vehicle.wheelbase;
-    const double seen = (double)(joint->to_left < joint->to_right ? joint->to_left : joint->to_right);
-    const double missing = seen < flank_needed_s ? 1.0 - seen / flank_needed_s : 0.0;
-    const double unseen = missing * unseen_half_width_sd;
+    const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
+    const float sd = (float)l->offset.standard_deviation;
+    const float unseen = seen < flank_needed_s ? (1.0f - seen / flank_needed_s) * unseen_half_width_sd : 0.0f;
     truck->known = is_known(state);
-    truck->offset_sd = (float)sqrt(l->offset.standard_deviation * l->offset.standard_deviation + unseen * unseen);
+    truck->offset_sd = unseen > 0.0f ? sqrtf(sd * sd + unseen * unseen) : sd;
     truck->gradient = (float)l->understeer_gradient.value;
     truck->gradient_sd = (float)l->understeer_gradient.standard_deviation;
     truck->wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? (float)(l->equivalent_wheelbase.value / L - 1.0) : 0.0f;
@@ -68,19 +68,20 @@ static bool has_motion(const oc_params *p, uint32_t valid) {
  * other one, and on this one there may be more of it. */
 static float hardly_seen(const oc_joint *joint, float place) {
     const float here = place > 0.0f ? joint->to_left : joint->to_right;
-    const float needed = (float)flank_needed_s + flank_needed_share * (joint->to_left + joint->to_right);
+    const float needed = flank_needed_s + flank_needed_share * (joint->to_left + joint->to_right);
     return here < needed ? fabsf(place) * (1.0f - here / needed) : 0.0f;
 }
 
 /* By the estimate of the tick before: a jump is not to be told for a tick. */
-static void judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals *tick, const seen *seen) {
+static void judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals *tick, const seen *seen,
+                         float offset_sd) {
     const oc_angle_tracking *angle = &state->tracking.angle;
     const oc_fault_tick judged = {
         .time = tick->time,
-        .tick_s = (float)c->tick_s,
+        .tick_s = c->angle.tick_s,
         .measured = seen->angle ? (float)tick->steering_wheel_angle : 0.0f,
         .offset = (float)state->learned.offset.value,
-        .offset_sd = (float)state->learned.offset.standard_deviation,
+        .offset_sd = offset_sd,
         .estimate = angle->estimate,
         .sd = angle->sd,
         .hidden = hardly_seen(&state->evidence.joint, angle->place),
@@ -106,10 +107,10 @@ void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals
     const bool has_angle = (valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
     const double measured = has_angle ? tick->steering_wheel_angle - state->learned.offset.value : 0.0;
     const bool moves = has_motion(p, valid);
-    judge_sensor(state, c, tick, &(seen){has_angle, moves, truck.known});
+    judge_sensor(state, c, tick, &(seen){has_angle, moves, truck.known}, truck.offset_sd);
     const double yaw_rate = tick->yaw_rate - bias->value;
     const oc_angle_tick now = {
-        .tick_s = (float)c->tick_s,
+        .tick_s = c->angle.tick_s,
         .yaw_rate = measured_or_none(moves, yaw_rate),
         .yaw_rate_bias_sd = (float)bias->standard_deviation,
         .speed = measured_or_none(moves, tick->vehicle_speed),

@@ -15,7 +15,7 @@ static const float rate_s = 0.1f;
 static const float takeover_s = 1.0f;
 
 /* The play backward. */
-static const float moved_min = 0.5f * 3.14159265358979323846f / 180.0f;   /* rad: less is noise */
+static const float moved_min = 0.7f * 3.14159265358979323846f / 180.0f;   /* rad: less is noise */
 static const float moved_clear = 2.0f * 3.14159265358979323846f / 180.0f; /* rad, by which wheels tell who pushed them */
 static const float backward_creep_factor = 2.0f;
 static const float near_friction = 0.10f;                 /* m/s^2: wind and bank push as much, unseen */

@@ -237,7 +237,8 @@ static void renew(oc_joint *joint) {
     if ((corrects && joint->corrected > 0) || (loads && joint->loaded > 0)) { /* their turns go by place */
         return;
     }
-    for (int32_t n = joint->second.used_s > search_s ? 2 : 1; n > 0; --n) {
+    const bool later = joint->second.used_s > search_s;
+    for (int32_t n = 0; n < 1 || (later && n < 2); ++n) {
         const int32_t k = dispensable(joint);
         if (k >= 0) {
             let_go(joint, k);
@@ -246,7 +247,8 @@ static void renew(oc_joint *joint) {
     if (joint->count < OC_JOINT_HYPOTHESES) {
         const oc_play play = start_of(joint->born);
         joint->born = (joint->born + 1) % OC_JOINT_HYPOTHESES;
-        oc_hypothesis_start(&joint->hypotheses[joint->count], &play, (double)joint->hypotheses[joint->best].places.inner);
+        const float angle = joint->hypotheses[joint->best].places.inner;
+        oc_hypothesis_start(&joint->hypotheses[joint->count], &play, (double)angle);
         ++joint->count;
     }
     joint->begun = joint->found = joint->concluded = joint->count;

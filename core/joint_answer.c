@@ -2,9 +2,8 @@
 
 #include <math.h>
 
-/* A flank of the play counts as seen after so long, and sooner for whoever found a play, which takes both. */
+/* A flank of the play counts as seen after so long. */
 static const float flank_s = 4.0f;
-static const float found_flank_s = 2.0f;
 static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
 static const float always_doubtful = 0.2f;             /* of that variance, whatever was found */
 static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
@@ -42,10 +41,10 @@ static float longer_by_correlation(const oc_hypothesis *h) {
  * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides, and else
  * the midpoint stays as uncertain as half the play is beforehand. `seen`: s, the flank that was seen for less. */
 static float unseen_width_variance(const oc_hypothesis *h, float seen) {
-    const float seconds = seen / longer_by_correlation(h);
-    const float none = share_of(1.0f - seconds / flank_s) * share_of(1.0f - 2.0f * h->play.half_width / found_width);
-    const float found = share_of(1.0f - seconds / found_flank_s) * always_doubtful;
-    return (none > found ? none : found) * width_sd * width_sd;
+    const float missing = share_of(1.0f - seen / (flank_s * longer_by_correlation(h)));
+    const float little = share_of(1.0f - 2.0f * h->play.half_width / found_width);
+    const float doubtful = little > always_doubtful ? little : always_doubtful;
+    return missing * doubtful * width_sd * width_sd;
 }
 
 /* exp(-x), near enough for a weight, for x >= 0. */

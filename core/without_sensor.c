@@ -107,7 +107,8 @@ void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals
     const bool has_angle = (valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
     const double measured = has_angle ? tick->steering_wheel_angle - state->learned.offset.value : 0.0;
     const bool moves = has_motion(p, valid);
-    judge_sensor(state, c, tick, &(seen){has_angle, moves, truck.known}, truck.offset_sd);
+    const seen now_seen = {.angle = has_angle, .motion = moves, .truck = truck.known};
+    judge_sensor(state, c, tick, &now_seen, truck.offset_sd);
     const double yaw_rate = tick->yaw_rate - bias->value;
     const oc_angle_tick now = {
         .tick_s = c->angle.tick_s,

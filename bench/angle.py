@@ -221,12 +221,13 @@ def speed_lines(seeds: range, folder: Path) -> Iterator[Line]:
     drive = ordinary(seeds[0], folder, 4.0)
     for name, lost_at in (("without its sensor", 0.0), ("with it, learning", None)):
         took = []
-        for _ in range(3):
+        for _ in range(12):
             began = time.process_time()
             oc.angle(drive.signals, drive.vehicle, sensor_lost_at=lost_at)
             took.append(time.process_time() - began)
-        speed = len(drive.true_rad) / min(took) / 1e6
-        yield Line(name, "", f"{speed:.1f} M samples/s on one core, table and all", "at least 3 M", speed >= 3.0)
+        slowest, fastest = (len(drive.true_rad) / each / 1e6 for each in (max(took), min(took)))
+        found = f"{slowest:.1f} to {fastest:.1f} M samples/s in 12 rounds on one core, table and all"
+        yield Line(name, "", found, "at least 3 M", fastest >= 3.0)
 
 
 SECTIONS: dict[str, tuple[str, Callable[[range, Path], Iterator[Line]]]] = {

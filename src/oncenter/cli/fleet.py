@@ -80,9 +80,12 @@ def query(
 def _check_installed() -> None:
     from importlib.util import find_spec
 
-    if find_spec("pyarrow") is None:
+    missing = [name for name in ("blake3", "pyarrow") if find_spec(name) is None]
+    if missing:
         raise OncenterError(
-            "fleet run needs pyarrow: pip install 'oncenter[fleet]'", code="not_installed", exit_code=WRONG_USAGE
+            f"fleet run needs {' and '.join(missing)}: pip install 'oncenter[fleet]'",
+            code="not_installed",
+            exit_code=WRONG_USAGE,
         )
 
 

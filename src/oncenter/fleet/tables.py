@@ -9,17 +9,18 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+import polars as pl
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 Row = Mapping[str, Any]
 
-_TYPES = {
-    "text": pa.string(),
-    "number": pa.float64(),
-    "count": pa.int64(),
-    "truth": pa.bool_(),
-    "time": pa.timestamp("ms", "UTC"),
+_TYPES: Mapping[str, tuple[pl.DataType, pa.DataType]] = {
+    "text": (pl.String(), pa.string()),
+    "number": (pl.Float64(), pa.float64()),
+    "count": (pl.Int64(), pa.int64()),
+    "truth": (pl.Boolean(), pa.bool_()),
+    "time": (pl.Datetime("ms", "UTC"), pa.timestamp("ms", "UTC")),
 }
 _ROWS_AT_ONCE = 20_000  # of a row group: so much is held in memory
 
@@ -138,7 +139,8 @@ class TableFile:
     def __init__(self, path: Path, columns: Mapping[str, tuple[str, str]]) -> None:
         self._path = path
         self._beside = path.with_name(path.name + ".new")
-        self._schema = pa.schema([pa.field(name, _TYPES[kind]) for name, (kind, _) in columns.items()])
+        self._types = {name: _TYPES[kind][0] for name, (kind, _) in columns.items()}
+        self._schema = pa.schema([pa.field(name, _TYPES[kind][1]) for name, (kind, _) in columns.items()])
         self._rows: list[Row] = []
 
     def __enter__(self) -> TableFile:
@@ -151,11 +153,13 @@ class TableFile:
             self._write()
 
     def _write(self) -> None:
-        of_column = {name: [row.get(name) for row in self._rows] for name in self._schema.names}
-        for field in self._schema:
-            if pa.types.is_timestamp(field.type):
-                of_column[field.name] = [_milliseconds(time_s) for time_s in of_column[field.name]]
-        self._writer.write_table(pa.table(of_column, schema=self._schema))
+        """By polars, since pyarrow would load pandas to look at lists."""
+        of_column = {name: [row.get(name) for row in self._rows] for name in self._types}
+        for name, type_ in self._types.items():
+            if isinstance(type_, pl.Datetime):
+                of_column[name] = [_milliseconds(time_s) for time_s in of_column[name]]
+        table = pl.DataFrame(of_column, self._types).to_arrow()
+        self._writer.write_table(table.cast(self._schema))
         self._rows.clear()
 
     def __exit__(

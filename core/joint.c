@@ -3,9 +3,11 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "joint_bank.h"
+
 static const double sample_s = 0.1;
 static const double side_force_s = 1.0; /* a bank lasts longer; the accelerometer's noise does not */
-static const float one_degree = 0.017453292f; /* rad */
+static const float first_error = 0.017453292f; /* rad, by which errors are judged before a second was learned from */
 
 static const double busy_ticks = 10.0;     /* of a second, with the gyro's block and the end of a second */
 static const float wind_speed = 20.0f; /* m/s, at which a wind acts as it is written */
@@ -30,23 +32,6 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
     design->work_per_tick = OC_JOINT_STEP * (1 + (int32_t)(work / (rate_hz - busy_ticks) / OC_JOINT_STEP));
 }
 
-/* Little, some and much play; wheels that side force carries through it, sooner or later, or that stay where they rub;
- * and an accelerometer that may be off to either side. */
-static oc_play start_of(int32_t k) {
-    static const float widths[3] = {2.0f, 6.0f, 12.0f}; /* deg */
-    static const float unloadings[3] = {-0.2f, 0.0f, 0.2f};
-    static const float creep = 100.0f * 0.017453292f;
-    const int32_t kind = k % 4;
-    oc_play play = {.half_width = 0.5f * widths[k / 4] * one_degree, .friction = -1.0f};
-    if (kind > 0) {
-        play.creep = creep;
-        play.windup = 0.25f * one_degree;
-        play.friction = 0.06f;
-        play.unloading = unloadings[kind - 1];
-    }
-    return play;
-}
-
 /* The hypotheses themselves start when they take their first sample in. */
 static void start(oc_joint *joint, const oc_joint_design *design) {
     joint->started = 1;
@@ -57,7 +42,7 @@ static void start(oc_joint *joint, const oc_joint_design *design) {
         .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
         .memory_share = 1.0f,
         .trial_s = 60.0f,
-        .reference = one_degree * one_degree,
+        .reference = first_error * first_error,
         .learns = 1,
     };
 }
@@ -172,17 +157,6 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
     }
 }
 
-static int32_t best_of(const oc_joint *joint) {
-    int32_t best = joint->best;
-    for (int32_t k = 0; k < joint->count; ++k) {
-        const oc_hypothesis *h = &joint->hypotheses[k];
-        if (!oc_hypothesis_is_newborn(h, &joint->second) && h->cost < joint->hypotheses[best].cost) {
-            best = k;
-        }
-    }
-    return best;
-}
-
 static void see_flank(oc_joint *joint, const oc_motion_sample *sample, float step_s) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const float load = oc_play_load(&best->play, sample);
@@ -190,101 +164,6 @@ static void see_flank(oc_joint *joint, const oc_motion_sample *sample, float ste
     const float beyond = clearly + friction + sqrtf(best->unloading_variance);
     joint->to_left += load > beyond ? step_s : 0.0f;
     joint->to_right += load < -beyond ? step_s : 0.0f;
-}
-
-/* Two hypotheses that went the same way say the same twice. */
-static bool are_twins(const oc_hypothesis *a, const oc_hypothesis *b) {
-    static const float near = 0.1f * 0.017453292f; /* rad */
-    return fabsf(a->play.half_width - b->play.half_width) < near && fabsf(a->play.windup - b->play.windup) < near &&
-           fabsf(a->offset - b->offset) < near && (a->play.friction < 0.0f) == (b->play.friction < 0.0f);
-}
-
-/* The worst hypothesis if it is hopeless, or else one that another of the elder ones says as well. */
-static int32_t dispensable(const oc_joint *joint) {
-    static const float hopeless = 20.0f; /* of cost */
-    int32_t worst = joint->best;
-    for (int32_t k = 0; k < joint->count; ++k) {
-        const oc_hypothesis *h = &joint->hypotheses[k];
-        if (!oc_hypothesis_is_newborn(h, &joint->second) && h->cost > joint->hypotheses[worst].cost) {
-            worst = k;
-        }
-    }
-    if (joint->hypotheses[worst].cost > joint->hypotheses[joint->best].cost + hopeless) {
-        return worst;
-    }
-    for (int32_t k = 0; k < joint->count; ++k) {
-        const oc_hypothesis *h = &joint->hypotheses[k];
-        if (k != joint->best && !oc_hypothesis_is_newborn(h, &joint->second) && are_twins(h, &joint->hypotheses[joint->best])) {
-            return k;
-        }
-    }
-    return -1;
-}
-
-/* The last one takes its place. */
-static void let_go(oc_joint *joint, int32_t k) {
-    const int32_t last = joint->count - 1;
-    joint->hypotheses[k] = joint->hypotheses[last];
-    joint->best = joint->best == last ? k : joint->best;
-    joint->count = last;
-}
-
-/* Now and then another hypothesis begins anew, lest all of them went astray at first. Of those not needed one goes for it,
- * and later two, since ever fewer are. */
-static void renew(oc_joint *joint) {
-    static const float search_s = 300.0f;
-    const bool corrects = joint->corrected < joint->count, loads = joint->loaded < joint->count;
-    if ((corrects && joint->corrected > 0) || (loads && joint->loaded > 0)) { /* their turns go by place */
-        return;
-    }
-    const bool later = joint->second.used_s > search_s;
-    for (int32_t n = 0; n < 1 || (later && n < 2); ++n) {
-        const int32_t k = dispensable(joint);
-        if (k >= 0) {
-            let_go(joint, k);
-        }
-    }
-    if (joint->count < OC_JOINT_HYPOTHESES) {
-        const oc_play play = start_of(joint->born);
-        joint->born = (joint->born + 1) % OC_JOINT_HYPOTHESES;
-        const float angle = joint->hypotheses[joint->best].places.inner;
-        oc_hypothesis_start(&joint->hypotheses[joint->count], &play, (double)angle);
-        ++joint->count;
-    }
-    joint->begun = joint->found = joint->concluded = joint->count;
-    joint->corrected = corrects ? 0 : joint->count;
-    joint->loaded = loads ? 0 : joint->count;
-}
-
-static float clamped(float value, float low, float high) {
-    if (value < low) {
-        return low;
-    }
-    return value > high ? high : value;
-}
-
-/* What the next whole second will be. */
-static void turn_second(oc_joint *joint, const oc_joint_design *design) {
-    oc_second *second = &joint->second;
-    const float least = 0.05f * one_degree;
-    joint->best = best_of(joint);
-    second->best_cost = joint->hypotheses[joint->best].cost;
-    const float noise = oc_hypothesis_noise(&joint->hypotheses[joint->best]);
-    second->reference = noise > least * least ? noise : least * least;
-    second->used_s += second->second_s;
-    second->trial_s = clamped(0.05f * second->used_s, 60.0f, 600.0f);
-    if (second->long_block_ends) {
-        renew(joint);
-    }
-    second->blocks += second->block_ends;
-    second->long_blocks += second->long_block_ends;
-    joint->in_block = second->block_ends ? 0 : joint->in_block + 1;
-    joint->in_long_block = second->long_block_ends ? 0 : joint->in_long_block + 1;
-    second->block_ends = joint->in_block + 1 == OC_SECONDS_PER_BLOCK;
-    second->long_block_ends = joint->in_long_block + 1 == OC_SECONDS_PER_LONG_BLOCK;
-    /* a short memory at first, since early evidence was gathered far from where the hypotheses went */
-    const float memory = 60.0f + 0.5f * second->used_s;
-    second->memory_share = 1.0f - second->second_s / (memory < design->memory_s ? memory : design->memory_s);
 }
 
 /* Errors of what was foretold are watched once there is something to doubt. */
@@ -347,7 +226,7 @@ static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_jo
     const oc_joint_waiting *waiting = waiting_at(tracking, work->taken % work->samples);
     const bool starts = k >= joint->begun, restarts = k >= joint->found;
     if (starts) {
-        const oc_play play = start_of(k);
+        const oc_play play = oc_joint_start_of(k);
         oc_hypothesis_start(h, &play, waiting->sample.angle);
         joint->begun = k + 1;
     } else if (restarts) {
@@ -388,7 +267,7 @@ static void end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
         const bool learned = joint->second.learns;
         watch(joint, tick);
         if (learned) {
-            turn_second(joint, design);
+            oc_joint_turn_second(joint, design);
         }
     }
     work->ended = ends_second || concluded;

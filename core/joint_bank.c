@@ -1,0 +1,127 @@
+#include "joint_bank.h"
+
+#include <math.h>
+
+static const float one_degree = 0.017453292f; /* rad */
+
+/* Little, some and much play; wheels that side force carries through it, sooner or later, or that stay where they rub;
+ * and an accelerometer that may be off to either side. */
+oc_play oc_joint_start_of(int32_t k) {
+    static const float widths[3] = {2.0f, 6.0f, 12.0f}; /* deg */
+    static const float unloadings[3] = {-0.2f, 0.0f, 0.2f};
+    static const float creep = 100.0f * 0.017453292f;
+    const int32_t kind = k % 4;
+    oc_play play = {.half_width = 0.5f * widths[k / 4] * one_degree, .friction = -1.0f};
+    if (kind > 0) {
+        play.creep = creep;
+        play.windup = 0.25f * one_degree;
+        play.friction = 0.06f;
+        play.unloading = unloadings[kind - 1];
+    }
+    return play;
+}
+
+static int32_t best_of(const oc_joint *joint) {
+    int32_t best = joint->best;
+    for (int32_t k = 0; k < joint->count; ++k) {
+        const oc_hypothesis *h = &joint->hypotheses[k];
+        if (!oc_hypothesis_is_newborn(h, &joint->second) && h->cost < joint->hypotheses[best].cost) {
+            best = k;
+        }
+    }
+    return best;
+}
+
+/* Two hypotheses that went the same way say the same twice. */
+static bool are_twins(const oc_hypothesis *a, const oc_hypothesis *b) {
+    static const float near = 0.1f * 0.017453292f; /* rad */
+    return fabsf(a->play.half_width - b->play.half_width) < near && fabsf(a->play.windup - b->play.windup) < near &&
+           fabsf(a->offset - b->offset) < near && (a->play.friction < 0.0f) == (b->play.friction < 0.0f);
+}
+
+/* The worst hypothesis if it is hopeless, or else one that another of the elder ones says as well. */
+static int32_t dispensable(const oc_joint *joint) {
+    static const float hopeless = 20.0f; /* of cost */
+    int32_t worst = joint->best;
+    for (int32_t k = 0; k < joint->count; ++k) {
+        const oc_hypothesis *h = &joint->hypotheses[k];
+        if (!oc_hypothesis_is_newborn(h, &joint->second) && h->cost > joint->hypotheses[worst].cost) {
+            worst = k;
+        }
+    }
+    if (joint->hypotheses[worst].cost > joint->hypotheses[joint->best].cost + hopeless) {
+        return worst;
+    }
+    for (int32_t k = 0; k < joint->count; ++k) {
+        const oc_hypothesis *h = &joint->hypotheses[k];
+        if (k != joint->best && !oc_hypothesis_is_newborn(h, &joint->second) && are_twins(h, &joint->hypotheses[joint->best])) {
+            return k;
+        }
+    }
+    return -1;
+}
+
+/* The last one takes its place. */
+static void let_go(oc_joint *joint, int32_t k) {
+    const int32_t last = joint->count - 1;
+    joint->hypotheses[k] = joint->hypotheses[last];
+    joint->best = joint->best == last ? k : joint->best;
+    joint->count = last;
+}
+
+/* Now and then another hypothesis begins anew, lest all of them went astray at first. Of those not needed one goes for it,
+ * and later two, since ever fewer are. */
+static void renew(oc_joint *joint) {
+    static const float search_s = 300.0f;
+    const bool corrects = joint->corrected < joint->count, loads = joint->loaded < joint->count;
+    if ((corrects && joint->corrected > 0) || (loads && joint->loaded > 0)) { /* their turns go by place */
+        return;
+    }
+    const bool later = joint->second.used_s > search_s;
+    for (int32_t n = 0; n < 1 || (later && n < 2); ++n) {
+        const int32_t k = dispensable(joint);
+        if (k >= 0) {
+            let_go(joint, k);
+        }
+    }
+    if (joint->count < OC_JOINT_HYPOTHESES) {
+        const oc_play play = oc_joint_start_of(joint->born);
+        joint->born = (joint->born + 1) % OC_JOINT_HYPOTHESES;
+        const float angle = joint->hypotheses[joint->best].places.inner;
+        oc_hypothesis_start(&joint->hypotheses[joint->count], &play, (double)angle);
+        ++joint->count;
+    }
+    joint->begun = joint->found = joint->concluded = joint->count;
+    joint->corrected = corrects ? 0 : joint->count;
+    joint->loaded = loads ? 0 : joint->count;
+}
+
+static float clamped(float value, float low, float high) {
+    if (value < low) {
+        return low;
+    }
+    return value > high ? high : value;
+}
+
+void oc_joint_turn_second(oc_joint *joint, const oc_joint_design *design) {
+    oc_second *second = &joint->second;
+    const float least = 0.05f * one_degree;
+    joint->best = best_of(joint);
+    second->best_cost = joint->hypotheses[joint->best].cost;
+    const float noise = oc_hypothesis_noise(&joint->hypotheses[joint->best]);
+    second->reference = noise > least * least ? noise : least * least;
+    second->used_s += second->second_s;
+    second->trial_s = clamped(0.05f * second->used_s, 60.0f, 600.0f);
+    if (second->long_block_ends) {
+        renew(joint);
+    }
+    second->blocks += second->block_ends;
+    second->long_blocks += second->long_block_ends;
+    joint->in_block = second->block_ends ? 0 : joint->in_block + 1;
+    joint->in_long_block = second->long_block_ends ? 0 : joint->in_long_block + 1;
+    second->block_ends = joint->in_block + 1 == OC_SECONDS_PER_BLOCK;
+    second->long_block_ends = joint->in_long_block + 1 == OC_SECONDS_PER_LONG_BLOCK;
+    /* a short memory at first, since early evidence was gathered far from where the hypotheses went */
+    const float memory = 60.0f + 0.5f * second->used_s;
+    second->memory_share = 1.0f - second->second_s / (memory < design->memory_s ? memory : design->memory_s);
+}

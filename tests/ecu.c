@@ -1,4 +1,4 @@
-/* An ECU around examples/integration.c: ticks as six doubles each on stdin, frames as text on stdout, slots in files. */
+/* An ECU around examples/integration.c: ticks as six doubles each on stdin, frames as text on stdout, slots in files */
 
 #include <stdio.h>
 

@@ -1,6 +1,6 @@
 #ifndef SIM_AXLE_H
 #define SIM_AXLE_H
-/* An axle: where it is, what steers it, and its tyres, whose force follows the slip angle over some rolling, (5) (6). */
+/* An axle: where it is, what steers it, and tyres whose force follows the slip angle over some rolling, (5) (6). */
 
 #include "tyre.h"
 

@@ -41,7 +41,7 @@ typedef struct {
 
 sim_trailer_load sim_trailer_load_of(const sim_trailer *trailer);
 
-/* Slope of the state with tyres at work; returns the side force with which the hitch pulls the truck to the right, N. */
+/* Slope of the state with tyres at work; returns the side force by which the hitch pulls the truck to the right, N. */
 double sim_trailer_slope(const sim_trailer_state *state, const sim_trailer *trailer, const sim_hitch *hitch,
                          sim_trailer_state *slope);
 

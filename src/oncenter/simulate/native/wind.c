@@ -11,5 +11,5 @@ void sim_wind_blow(sim_wind_state *state, const sim_wind *wind, double heading, 
     const double to_left = -strength * sin(wind->from - heading);
     const double against = speed + strength * cos(wind->from - heading);
     const double flow = sqrt(against * against + to_left * to_left);
-    state->side_force = wind->force_constant * flow * to_left; /* the coefficient goes with the sine of the flow's angle */
+    state->side_force = wind->force_constant * flow * to_left; /* the coefficient goes with the flow's angle's sine */
 }

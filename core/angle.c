@@ -16,10 +16,10 @@ static const float takeover_s = 1.0f;
 
 /* The play backward. */
 static const float moved_min = 0.7f * 3.14159265358979323846f / 180.0f;   /* rad: less is noise */
-static const float moved_clear = 2.0f * 3.14159265358979323846f / 180.0f; /* rad, by which wheels tell who pushed them */
+static const float moved_clear = 2.0f * 3.14159265358979323846f / 180.0f; /* rad: who pushed the wheels is clear */
 static const float backward_creep_factor = 2.0f;
 static const float near_friction = 0.10f;                 /* m/s^2: wind and bank push as much, unseen */
-static const float unloading_sds = 1.0f;                  /* of a_0, within which no side force tells the flank for sure */
+static const float unloading_sds = 1.0f;                  /* of a_0, within which no side force tells the flank */
 static const float forgotten_s = 0.5f;                    /* how long a place holds with no side force to keep it */
 static const float place_variance_max = 0.7f;             /* flanks are likelier than the middle */
 
@@ -42,7 +42,7 @@ static const float unflattened = 1.15f;                   /* the gyro's noise fl
  * Both together take a share of the front wheels' angle cubed. */
 static const float cube_min = 0.15f * 0.15f * 0.15f;        /* rad^3: smaller ones tell of other errors */
 static const float cube_speed = 3.0f;                     /* m/s: slower, the gyro's noise counts too much */
-static const float flattened_max = 0.3f;                  /* of an angle: more is driving backward, or a sensor at fault */
+static const float flattened_max = 0.3f;                  /* of an angle: more is driving back, or a faulty sensor */
 static const float flattening_sd = 0.5f;                  /* 1/rad^2, prior about none; the arctangent alone is 1/3 */
 static const float flattening_prior = 1e-4f;              /* rad^6 x s: cubes that outweigh the prior */
 

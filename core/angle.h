@@ -4,9 +4,9 @@
  *
  * Of (13) the front wheel angle is L*r/v + K a + T dr/dt, whatever it does: r by the gyro, its slope by a filter of
  * three poles, a by r*v and the accelerometer. T is the yaw inertia over the tyres' stiffness, with what the steering
- * lags; it is learned, together with how far off all this is, while the sensor was healthy. What is between front wheels
- * and steering wheel is the play, whose operator (backlash.h) is run backward: side force beyond friction brings the
- * wheels to one flank, wheels that move without it were pushed there.
+ * lags; it is learned, together with how far off all this is, while the sensor was healthy. What is between front
+ * wheels and steering wheel is the play, whose operator (backlash.h) is run backward: side force beyond friction brings
+ * the wheels to one flank, wheels that move without it were pushed there.
  *
  * Large angles are learned, too: beyond (7)'s proportion, arctangent and linkage take a share of the angle cubed.
  *

@@ -10,7 +10,7 @@ double oc_few_batches_factor(double batches) {
     if (!(freedom > 1.5f)) {
         return 12.706 / 1.96;
     }
-    /* Fisher and Cornish's expansion of Student's quantile about the normal one; 0.8 % low at two degrees of freedom. */
+    /* Fisher and Cornish's expansion of Student's quantile about the normal one; 0.8 % low at 2 degrees of freedom. */
     const float f = 1.0f / freedom;
     return (double)(1.0f + f * (2.3723f + f * (2.8225f + f * (2.5559f + f * 1.5896f))) / 1.96f);
 }

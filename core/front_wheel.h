@@ -16,7 +16,7 @@ typedef struct {
     double ratio;                      /* near the centre, steering wheel angle per front wheel angle */
 } oc_ratio;
 
-/* (2) solved for R_l, which it holds, too: Ackermann's geometry itself, up to some 43 deg; (3) is some 10 % off there. */
+/* (2) solved for R_l, which it holds, too: Ackermann's geometry itself, up to some 43 deg, where (3) is 10 % off. */
 double oc_front_wheel_exact(double wheelbase, double track, double left, double right, double mismatch);
 
 /* (7), (22), (31): L*r/v + K_us/g * a_y. Speed not 0. */

@@ -71,8 +71,8 @@ static bool creeps(const oc_play *play) {
     return play->friction >= 0.0f;
 }
 
-/* What a wind of 1 m/s^2 would add: it takes side force from the tyres, and unloads the play as a_0 does. Returns what the
- * one believed in adds, rad. */
+/* What a wind of 1 m/s^2 would add: it takes side force from the tyres, and unloads the play as a_0 does. Returns what
+ * the one believed in adds, rad. */
 static float add_wind(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
                       float unloads) {
     const float slope = design->steering_ratio * h->gradient;
@@ -130,8 +130,8 @@ static float means_of_second(const oc_hypothesis *h, const oc_hypothesis_design 
     return h->target_sum * share;
 }
 
-/* Recursive least squares about the means. Deviations and not plain products: a term that hardly varies could not be told
- * from the constant in single precision. */
+/* Recursive least squares about the means. Deviations and not plain products: a term that hardly varies could not be
+ * told from the constant in single precision. */
 static void regress(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second, int32_t samples) {
     float apart[OC_TERMS];
     const float keep = second->memory_share;
@@ -285,8 +285,8 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
     }
     h->offset = h->constant + slope * h->unloading;
 
-    /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds; in little play the lag of whatever
-     * gives way passes for a_0 */
+    /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds; in little play the lag of
+     * whatever gives way passes for a_0 */
     const float bias = prior->unloading_sd * prior->unloading_sd;
     const float pull = design->pull_sd * design->pull_sd;
     const float little = within_range(1.0f - 2.0f * h->play.half_width / little_width, 0.0f, 1.0f);
@@ -445,8 +445,8 @@ void oc_hypothesis_remounted(oc_hypothesis *h, float by, float seconds) {
     h->weight = seconds;
 }
 
-/* A term is another from now on, by so much (variance, in units of its prior's): what was seen of it counts less, and so
- * does what was seen of the constant where its mean was not zero. */
+/* A term is another from now on, by so much (variance, in units of its prior's): what was seen of it counts less, and
+ * so does what was seen of the constant where its mean was not zero. */
 static void wander(oc_hypothesis *h, int32_t term, float variance) {
     float row[OC_TERMS];
     for (int32_t k = 0; k < OC_TERMS; ++k) {

@@ -100,8 +100,8 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
 
 void oc_hypothesis_start(oc_hypothesis *hypothesis, const oc_play *play, double angle);
 
-/* The wheel was elsewhere when last seen, and the heading another: the operators start anew, the wind is unknown, what else
- * was learned stays. */
+/* The wheel was elsewhere when last seen, and the heading another: the operators start anew, the wind is unknown, what
+ * else was learned stays. */
 void oc_hypothesis_restart(oc_hypothesis *hypothesis, double angle);
 
 /* Moves all operators on and, where the sample is usable, adds it to the second that fills. */
@@ -113,8 +113,8 @@ void oc_hypothesis_sample(oc_hypothesis *hypothesis, const oc_hypothesis_design 
 void oc_hypothesis_foretell(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_second *second,
                             int32_t samples);
 
-/* Learns from the second that was foretold, a step at a time, before the next sample; `solving` begins at step 0. Where it
- * does not learn, the second may be any, and it is only concluded anew. True when that was the last step. */
+/* Learns from the second that was foretold, a step at a time, before the next sample; `solving` begins at step 0. Where
+ * it does not learn, the second may be any, and it is only concluded anew. True when that was the last step. */
 bool oc_hypothesis_learn(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_prior *prior,
                          const oc_second *second, int32_t samples, oc_solving *solving);
 
@@ -124,8 +124,8 @@ bool oc_hypothesis_is_newborn(const oc_hypothesis *hypothesis, const oc_second *
 /* rad^2, of a second's mean as if seconds told new things each. */
 float oc_hypothesis_noise(const oc_hypothesis *hypothesis);
 
-/* The yaw rates so far were corrected by rad/s too little: what was gathered from them is set right. What follows from it
- * is concluded when equations are solved again. */
+/* The yaw rates so far were corrected by rad/s too little: what was gathered from them is set right. What follows from
+ * it is concluded when equations are solved again. */
 void oc_hypothesis_correct(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, float rad_s);
 
 /* The sensor reads `by` rad more from now on; so many seconds tell how much. */

@@ -217,8 +217,8 @@ static bool begin_work(const oc_joint *joint, oc_joint_tracking *tracking) {
     return true;
 }
 
-/* One more hypothesis takes one more of the samples in. Returns how many that took as long as: to start with it, to end a
- * second with it, to hear of another load or of another bias takes longer. */
+/* One more hypothesis takes one more of the samples in. Returns how many that took as long as: to start with it, to end
+ * a second with it, to hear of another load or of another bias takes longer. */
 static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
     oc_joint_work *work = &tracking->work;
     const int32_t k = work->taken / work->samples;
@@ -293,8 +293,8 @@ static void solve_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     }
 }
 
-/* A tick's share of what is to be done. The end of a second has a tick of its own, and so has what whoever called makes of
- * it: true then. */
+/* A tick's share of what is to be done. The end of a second has a tick of its own, and so has what whoever called makes
+ * of it: true then. */
 static bool work_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                      const oc_joint_tick *tick, int32_t share) {
     oc_joint_work *work = &tracking->work;

@@ -75,7 +75,7 @@ typedef struct {
     float turned;                /* rad, since the last sample */
     double bank;                 /* m/s^2, a_y - r*v smoothed */
     double yaw_rate, lateral_acceleration; /* of the tick before */
-    int32_t prior_due;           /* before equations are solved, and at the first tick: whoever updates sets the prior then */
+    int32_t prior_due;           /* before equations are solved, and at the first tick: whoever updates sets it then */
     oc_prior prior;
     oc_joint_work work;
     int32_t first, count;        /* of the samples that wait, a ring */
@@ -85,7 +85,7 @@ typedef struct {
 typedef struct {
     int32_t started;
     int32_t count;               /* hypotheses that run, the first so many; the others were not needed */
-    int32_t begun, found;        /* of them that ever took a sample in, and that did since wheel and heading were lost */
+    int32_t begun, found;        /* of them that ever took a sample in, and that did since the wheel was lost */
     int32_t best;                /* hypothesis */
     int32_t born;                /* of the starts, which one is next */
     int32_t phase;               /* ticks since a sample was due */
@@ -122,9 +122,8 @@ typedef struct {
 void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_ratio, double ratio_times_wheelbase,
                     double pull_sd, double memory_s);
 
-/* One tick later than the one before; after an ignition, a hole or a standstill tracking is all zero, and after the first
- * two `lost` is set. True when a second was learned
- * from. */
+/* One tick later than the one before; after an ignition, a hole or a standstill tracking is all zero, and after the
+ * first two `lost` is set. True when a second was learned from. */
 bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                      const oc_joint_tick *tick);
 
@@ -136,8 +135,8 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
 /* What the bank says is put down as what it was until the change, and the bank goes on with the other. */
 void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_joint_tick *tick);
 
-/* s of side force clearly to one side, 1 left or -1 right, that are lacking before the play's flank there is seen; 0 where
- * that flank was seen at least for a moment and play was found. */
+/* s of side force clearly to one side, 1 left or -1 right, that are lacking before the play's flank there is seen; 0
+ * where that flank was seen at least for a moment and play was found. */
 double oc_joint_flank_lacking(const oc_joint *joint, int32_t side);
 
 /* Where in the play the best hypothesis has the last sample, from -1 to 1: 1 is the flank of a left turn. */

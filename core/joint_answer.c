@@ -38,8 +38,8 @@ static float longer_by_correlation(const oc_hypothesis *h) {
 }
 
 /* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was
- * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides, and else
- * the midpoint stays as uncertain as half the play is beforehand. `seen`: s, the flank that was seen for less. */
+ * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides, and
+ * else the midpoint stays as uncertain as half the play is beforehand. `seen`: s, the flank that was seen for less. */
 static float unseen_width_variance(const oc_hypothesis *h, float seen) {
     const float missing = share_of(1.0f - seen / (flank_s * longer_by_correlation(h)));
     const float little = share_of(1.0f - 2.0f * h->play.half_width / found_width);

@@ -54,7 +54,8 @@ static int32_t dispensable(const oc_joint *joint) {
     }
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (k != joint->best && !oc_hypothesis_is_newborn(h, &joint->second) && are_twins(h, &joint->hypotheses[joint->best])) {
+        if (k != joint->best && !oc_hypothesis_is_newborn(h, &joint->second) &&
+            are_twins(h, &joint->hypotheses[joint->best])) {
             return k;
         }
     }
@@ -69,8 +70,8 @@ static void let_go(oc_joint *joint, int32_t k) {
     joint->count = last;
 }
 
-/* Now and then another hypothesis begins anew, lest all of them went astray at first. Of those not needed one goes for it,
- * and later two, since ever fewer are. */
+/* Now and then another hypothesis begins anew, lest all of them went astray at first. Of those not needed one goes for
+ * it, and later two, since ever fewer are. */
 static void renew(oc_joint *joint) {
     static const float search_s = 300.0f;
     const bool corrects = joint->corrected < joint->count, loads = joint->loaded < joint->count;

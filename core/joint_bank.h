@@ -1,6 +1,6 @@
 #ifndef OC_JOINT_BANK_H
 #define OC_JOINT_BANK_H
-/* Which hypotheses run: where each begins, which of them fits best, and which is not needed and makes way for another. */
+/* Which hypotheses run: where each begins, which fits best, and which is not needed and makes way for another. */
 
 #include <stdint.h>
 

@@ -39,7 +39,8 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, 
     side_force_belief belief = {.crown = crown, .bias_variance = bias_sd * bias_sd, .crown_variance = road};
     if (evidence->joint.bank_samples > 0.0) {
         /* a few seconds' bank is no mean crown yet */
-        take_reading(&belief, (float)evidence->joint.bank_mean, 1.0f, road * 300.0f / (float)evidence->joint.bank_samples);
+        take_reading(&belief, (float)evidence->joint.bank_mean, 1.0f,
+                     road * 300.0f / (float)evidence->joint.bank_samples);
     }
     const oc_estimate standing =
         oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);

@@ -10,7 +10,8 @@ static const double some_play = 2.0 * 0.017453292519943295;
  * times as well, or it is no middle that was found, but a prior's: unless the steering hardly plays. */
 static double wide_as(const oc_joint_answer *found) {
     static const double times = 5.0;
-    return found->backlash > some_play && times * found->told_sd > found->offset_sd ? times * found->told_sd : found->offset_sd;
+    const bool plays = found->backlash > some_play;
+    return plays && times * found->told_sd > found->offset_sd ? times * found->told_sd : found->offset_sd;
 }
 
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,

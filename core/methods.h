@@ -4,8 +4,8 @@
 
 #include "monitor.h"
 
-/* (36) to (38), the thesis's: from yaw rate and speed as they are, or from wheel speeds. `y` is the residual in rad that
- * counts, which with wheel speeds is not yet corrected for their radii. */
+/* (36) to (38), the thesis's: from yaw rate and speed as they are, or from wheel speeds. `y` is the residual in rad
+ * that counts, which with wheel speeds is not yet corrected for their radii. */
 void oc_estimate_straight_ahead(oc_state *state, const oc_coefficients *c, const oc_motion *motion, double speed,
                                 double y, uint32_t reasons);
 void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,

@@ -179,16 +179,18 @@ static void count(oc_evidence *evidence, uint32_t reasons) {
     evidence->unused_motion += reasons != 0;
 }
 
-/* Whether there is a hole before this tick, or a clock set back. Half a tick more than the longest hole, so that the last
- * bit of a time stamp does not decide. */
+/* Whether there is a hole before this tick, or a clock set back. Half a tick more than the longest hole, so that the
+ * last bit of a time stamp does not decide. */
 static bool interrupted(const oc_tracking *tracking, const oc_coefficients *c, double time) {
     const double hole = time - tracking->last_filtered - 0.5 * c->tick_s;
     return tracking->followed && (hole < -c->tick_s || (hole > c->params.gap_max_s && hole > c->tick_s));
 }
 
 /* Who stands still begins anew: the filters hold nothing then that an ignition cycle could lose. */
-static bool stands_still(oc_tracking *tracking, const oc_standstill *standstill, const oc_coefficients *c, double speed) {
-    if (standstill->still_ticks < c->standstill_settling_ticks || !(fabs(speed) <= c->params.standstill_speed_max_m_s)) {
+static bool stands_still(oc_tracking *tracking, const oc_standstill *standstill, const oc_coefficients *c,
+                         double speed) {
+    if (standstill->still_ticks < c->standstill_settling_ticks ||
+        !(fabs(speed) <= c->params.standstill_speed_max_m_s)) {
         return false;
     }
     tracking->joint.running = 0;
@@ -336,7 +338,8 @@ static void estimate(oc_state *state, const oc_coefficients *c, const followed *
 
 /* A sensor that is or may be at fault teaches nothing; one that sits elsewhere now does, its new offset. */
 static bool sensor_misleads(const oc_fault_watch *watch) {
-    return oc_fault_suspected(watch) || (watch->fault != OC_FAULT_NONE && watch->fault != OC_FAULT_REMOUNTED && watch->fault != OC_FAULT_JUMPED);
+    return oc_fault_suspected(watch) || (watch->fault != OC_FAULT_NONE && watch->fault != OC_FAULT_REMOUNTED &&
+                                         watch->fault != OC_FAULT_JUMPED);
 }
 
 /* Without a copy of the tick, which would wait for what was just written. */
@@ -434,8 +437,9 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     const double time_min = c->params.standstill_time_min_s;
     const double ticks = double_of(now->ticks);
     answer->offset = learned.offset;
-    answer->offset_temporary = jointly ? learned.offset.value
-                                : oc_temporary_offset(state, K) + learned.offset.value - oc_offset_value(&now->offset, K);
+    answer->offset_temporary =
+        jointly ? learned.offset.value
+                : oc_temporary_offset(state, K) + learned.offset.value - oc_offset_value(&now->offset, K);
     answer->offset_variance_if_independent = oc_offset_variance_if_independent(&now->offset, K);
     answer->understeer_gradient = learned.understeer_gradient;
     answer->backlash = learned.backlash;

@@ -18,7 +18,7 @@ typedef enum {
 
 typedef struct {
     oc_method method;
-    oc_angle_method angle_method; /* of the angle without its sensor, which is judged then, too; costs some 50 ns a tick */
+    oc_angle_method angle_method; /* of the angle without its sensor, which is judged then, too; some 50 ns a tick */
     /* preprocess */
     double cutoff_hz;             /* low-pass of all signals but the angle; small is smoother and later. 3, 5.1.1 */
     double delay_band_hz;         /* the angle's delay is the filters' mean group delay from 0 to here. 2, 5.1.1 */
@@ -49,7 +49,7 @@ typedef struct {
     double gyro_bias_sd_rad_s;          /* prior; large trusts the wheels' radii instead. 1.5 deg/s, ours: 3 occurs */
     double gyro_bias_ignition_sd_rad_s; /* how far it may be elsewhere after each ignition. 0.1 deg/s, ours */
     double gyro_bias_wander_sd_rad_s;   /* of its random change in a minute. 0.01 deg/s, ours */
-    double gyro_bias_drift_first_sd_rad_s2;    /* of its steady change at ignition. 0.3 deg/s/min, 2.5: up to 1 occurs */
+    double gyro_bias_drift_first_sd_rad_s2;    /* of its steady change at ignition. 0.3 deg/s/min, 2.5: 1 occurs */
     double gyro_bias_drift_sd_rad_s2;          /* later, where wheels follow it; large follows sooner, and the wheels'
                                                 * noise with it. 0.05 deg/s/min, ours */
     double gyro_bias_drift_standing_sd_rad_s2; /* where only standing shows it. 0.01 deg/s/min, ours */
@@ -65,7 +65,7 @@ typedef struct {
     double track_width_sd_1;            /* prior, of the width, where the vehicle file has it. 0.02, ours */
     /* the joint method's gate: it models what the thesis's must avoid */
     double joint_speed_min_m_s;                      /* 8, ours */
-    double joint_curvature_max_1_m;                  /* large lets in what the ratio near centre does not fit. 1/100, ours */
+    double joint_curvature_max_1_m;                  /* large lets in what the ratio near centre misses. 1/100, ours */
     double joint_lateral_acceleration_max_m_s2;      /* above it tyres and axles bend the line. 1.8, ours */
     double joint_longitudinal_acceleration_max_m_s2; /* large lets brake pull and torque steer in. 0.6, ours */
     double joint_bank_change_max_m_s2;               /* of (33) about its mean: kerbs and faults. 1.0, ours */
@@ -77,7 +77,7 @@ typedef struct {
     double wind_sd_m_s2;                /* the same by a drive's mean cross-wind. 0.02, ours: some 1.5 m/s of it */
     double crown_m_s2;                  /* a road's mean fall to the side of traffic. 0.2, 2.5: 2 % */
     double crown_sd_m_s2;               /* of that. 0.1, ours */
-    double standing_crown_share_1;      /* of the crown that the ground has where trucks stand, road or yard. 0.5, ours */
+    double standing_crown_share_1;      /* of the crown that ground has where trucks stand, road or yard. 0.5, ours */
     double standing_slope_sd_m_s2;      /* of that ground beside. 0.2, ours: 2 % */
     /* whether the accelerometer is used at all (5.3.2, 5.5.3): 1, or 0 for r*v alone and no bank limit */
     int32_t use_accelerometer;

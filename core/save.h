@@ -7,8 +7,8 @@
  * numbers depend on: vehicle, params, methods and rate.
  *
  * The whole state is in it, what moves with the truck as well: whoever is restored goes on to the last bit as if there
- * had been no cut, wherever the truck was, if the tick that comes is the next one. If it is not, its time tells so: after
- * a hole the filters begin anew, as after any hole. Where the ignition was off, oc_restart says what time may not.
+ * had been no cut, wherever the truck was, if the tick that comes is the next one. If it is not, its time tells so:
+ * after a hole the filters begin anew, as after any. Where the ignition was off, oc_restart says what time may not.
  *
  * To save takes half a million instructions on a Cortex-M4F, to restore a million: not for the task of a tick, and
  * without a step meanwhile.
@@ -44,7 +44,8 @@ const char *oc_image_fault_name(oc_image_fault fault);
 size_t oc_save_size(void);
 
 /* Bytes written to `image`, 0 when `size` is too small. The sequence grows by one with each image of a vehicle. */
-size_t oc_save(const oc_state *state, const oc_coefficients *coefficients, uint32_t sequence, uint8_t *image, size_t size);
+size_t oc_save(const oc_state *state, const oc_coefficients *coefficients, uint32_t sequence, uint8_t *image,
+               size_t size);
 
 /* Power is back: the state as it was saved; when the image is refused, as oc_init makes it. Bytes after the image do
  * not matter. Where the ignition was off or the clock began anew since it was saved, oc_restart after it tells so:

@@ -3,9 +3,10 @@
 /* Whether the steering wheel angle sensor tells what the truck does: measured against estimated angle.
  *
  * Three ways to a fault: a difference that lasts (a sum over what is beyond the borderline, for each side, and a mean),
- * bends the other way round (a sum of the log of the odds), a value that stays while the truck turns. It has a name by how it
- * came, and is over when the difference has long been small again. Judged above 8 m/s, where the estimate is good; a
- * signal that is lost, anywhere. A sensor that is suspected must teach nothing, or what it is judged by follows it. */
+ * bends the other way round (a sum of the log of the odds), a value that stays while the truck turns. It has a name by
+ * how it came, and is over when the difference has long been small again. Judged above 8 m/s, where the estimate is
+ * good; a signal that is lost, anywhere. A sensor that is suspected must teach nothing, or what it is judged by follows
+ * it. */
 
 #include <stdbool.h>
 #include <stdint.h>

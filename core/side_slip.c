@@ -5,8 +5,8 @@
 static const double slip_noise = 0.005;       /* rad, of side slip and steering, for */
 static const double slip_noise_s = 1.0;
 
-/* What is believed before, with standard deviations: a receiver is levelled and turned by eye, rad; it is near the centre of
- * gravity, as a share of the wheelbase; tyres slip as 2.3 has it, rad/(m/s^2). */
+/* What is believed before, with standard deviations: a receiver is levelled and turned by eye, rad; it is near the
+ * centre of gravity, as a share of the wheelbase; tyres slip as 2.3 has it, rad/(m/s^2). */
 static const double believed[OC_SIDE_SLIP_TERMS] = {0.0, 0.5, 0.008};
 static const double believed_sd[OC_SIDE_SLIP_TERMS] = {0.02, 0.3, 0.005};
 

@@ -2,8 +2,9 @@
 #define OC_SIDE_SLIP_H
 /* (23) and (24) with the front tyres' slip learned from a sensor: the front wheel angle by side slip over ground.
  *
- * The thesis ends at alpha_f, which nothing tells without a sensor. With one, delta - v_y/v is a + b r/v + c a_y: how far
- * the receiver is turned, how far it sits behind the front axle, and what the front tyres slip; by least squares. */
+ * The thesis ends at alpha_f, which nothing tells without a sensor. With one, delta - v_y/v is a + b r/v + c a_y: how
+ * far the receiver is turned, how far it sits behind the front axle, and what the front tyres slip; by
+ * least squares. */
 
 #include "front_wheel.h"
 

@@ -1,6 +1,6 @@
 #ifndef OC_STANDSTILL_H
 #define OC_STANDSTILL_H
-/* What the yaw rate sensor and the accelerometer read while the truck stands: the one moment when the truth is known. */
+/* What yaw rate sensor and accelerometer read while the truck stands: the one moment when the truth is known. */
 
 #include <stdint.h>
 

@@ -33,8 +33,8 @@ static double wheels_variance(const oc_coefficients *c, const oc_estimate *misma
 /* Below it straights and bends have so much the same mix of signs that offset and gradient trade places. */
 static const double apart_min = 0.25;
 
-/* (38): the understeer gradient, zero with its prior's spread until its own evidence suffices. The two errors that reach
- * it, the bends' own and the offset's, both grow where bends and straights are alike. */
+/* (38): the understeer gradient, zero with its prior's spread until its own evidence suffices. The two errors that
+ * reach it, the bends' own and the offset's, both grow where bends and straights are alike. */
 static oc_estimate understeer_of(const oc_evidence *evidence, oc_verdicts *verdicts, const oc_coefficients *c,
                                  double apart) {
     const oc_params *p = &c->params;
@@ -88,9 +88,10 @@ void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts,
     if (enough && 1.96 * sqrt(oc_offset_variance(offset, gradient.value)) <= narrow) {
         verdicts->offset_trusted = 1;
     }
-    verdicts->offset_status = !(offset->batches.weight > 1.0) ? OC_UNOBSERVABLE
-                              : !enough ? OC_CONVERGING
-                                        : oc_status_next(verdicts->offset_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
+    verdicts->offset_status =
+        !(offset->batches.weight > 1.0) ? OC_UNOBSERVABLE
+        : !enough ? OC_CONVERGING
+                  : oc_status_next(verdicts->offset_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
     learned->understeer_gradient = gradient;
     learned->offset = (oc_estimate){
         .value = oc_offset_value(offset, gradient.value) + c->offset_per_mismatch * mismatch.value,

@@ -135,6 +135,18 @@ def test_no_kept_file_names_a_machine_or_a_package_registry() -> None:
     assert not found
 
 
+def test_a_line_of_c_has_at_most_120_characters_as_one_of_python() -> None:
+    published = "src/oncenter/export/fmi/fmi[23]*.h"  # by those who make the standard
+    long = [
+        f"{path.relative_to(ROOT).as_posix()}:{number}"
+        for path in kept_files()
+        if path.suffix in {".c", ".h"} and not path.match(published)
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if len(line) > 120
+    ]
+    assert long == []
+
+
 @pytest.mark.parametrize("folder", LINKS)
 def test_a_linked_folder_is_the_one_at_the_root(folder: str) -> None:
     link = ROOT / "src" / "oncenter" / folder

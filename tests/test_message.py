@@ -6,6 +6,7 @@ import subprocess
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 import cantools.database
@@ -269,9 +270,9 @@ def test_occurrences_stop_at_what_the_field_holds() -> None:
 
 
 @pytest.fixture
-def applications() -> Iterator[tuple[Any, Any, list[tuple[int, bytes]]]]:
+def applications() -> Iterator[tuple[Any, Any, SimpleQueue[tuple[int, bytes]]]]:
     """A sender and a listener on a virtual bus, both by can-j1939; and all frames that pass."""
-    seen: list[tuple[int, bytes]] = []
+    seen: SimpleQueue[tuple[int, bytes]] = SimpleQueue()
     ecus, found = [], []
     for address in (0x80, 0x81):
         name = j1939.Name(identity_number=address, manufacturer_code=0)
@@ -282,7 +283,7 @@ def applications() -> Iterator[tuple[Any, Any, list[tuple[int, bytes]]]]:
         application.start()
         ecus.append(ecu)
         found.append(application)
-    ecus[1].subscribe(lambda priority, pgn, sa, timestamp, data: seen.append((pgn, bytes(data))))
+    ecus[1].subscribe(lambda priority, pgn, sa, timestamp, data: seen.put((pgn, bytes(data))))
     yield found[0], found[1], seen
     for ecu in ecus:
         ecu.stop()
@@ -290,7 +291,10 @@ def applications() -> Iterator[tuple[Any, Any, list[tuple[int, bytes]]]]:
 
 
 def test_a_j1939_stack_reads_the_result_and_the_trouble_code_from_the_bus(
-    applications: tuple[Any, Any, list[tuple[int, bytes]]], truck: Vehicle, learned: bytes, columns: dict[str, Array]
+    applications: tuple[Any, Any, SimpleQueue[tuple[int, bytes]]],
+    truck: Vehicle,
+    learned: bytes,
+    columns: dict[str, Array],
 ) -> None:
     sender, listener, seen = applications
     heard, arrived = [], threading.Event()
@@ -307,8 +311,11 @@ def test_a_j1939_stack_reads_the_result_and_the_trouble_code_from_the_bus(
         monitor.step(tick)
         announcer.announce(k / RATE_HZ)
     assert arrived.wait(10.0)
-    results = [decode(data) for pgn, data in seen if pgn == PGN]
-    assert len(results) >= 14
+    results = []
+    while len(results) < 14:  # they are on their way
+        pgn, data = seen.get(timeout=10.0)
+        if pgn == PGN:
+            results.append(decode(data))
     assert [r.counter for r in results] == [k % 16 for k in range(len(results))]
     assert {(r.angle_source, r.offset_status) for r in results} == {("compensated", "valid")}
     address, lamps, (code,) = heard[-1]

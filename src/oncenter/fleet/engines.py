@@ -8,7 +8,8 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from itertools import islice
+from itertools import chain, islice
+from threading import Thread
 from typing import Any
 
 from oncenter.errors import WRONG_USAGE, OncenterError
@@ -18,12 +19,15 @@ Row = dict[str, Any]
 Engine = Callable[[Callable[[LogFile], Row], Iterable[LogFile]], Iterator[tuple[LogFile, Row]]]
 
 _IN_FLIGHT_PER_WORKER = 2
-_LOGS_PER_TASK = 4  # of Ray: a task costs about a millisecond
+_LOGS_PER_TASK = 8  # of Ray: a task costs some milliseconds
+_LOGS_WHILE_RAY_BEGINS = 1000  # more than can be answered by then
+
+_ray_ends: list[Thread] = []  # at most one: Ray is once in a process
 
 
 def threads(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
     """One thread a core, and one more: whenever two wait for each other's Python, a core would have nothing to do."""
-    workers = 1 + (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+    workers = 1 + _cores()
     waiting = iter(logs)
     with ThreadPoolExecutor(workers, thread_name_prefix="fleet") as pool:
         open_work: dict[Future[Row], LogFile] = {}
@@ -38,6 +42,10 @@ def threads(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator
                     yield open_work.pop(future), future.result()
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def on_ray(address: str | None, workers: int | None = None) -> Engine:
@@ -59,7 +67,9 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
             "--engine ray needs Ray: pip install 'oncenter[fleet]'", code="ray", exit_code=WRONG_USAGE
         ) from None
 
-    def engine(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
+    def begin() -> None:
+        while _ray_ends:
+            _ray_ends.pop().join()
         try:
             ray.init(address, num_cpus=workers, include_dashboard=False, log_to_driver=False) if address is None else (
                 ray.init(address, log_to_driver=False)
@@ -68,12 +78,31 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
             raise OncenterError(
                 f"no Ray cluster at {address}: {' '.join(str(error).split())}", code="ray", exit_code=WRONG_USAGE
             ) from None
+
+    def engine(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
+        waiting = iter(logs)
+        early, left = _meanwhile(begin, work, list(islice(waiting, _LOGS_WHILE_RAY_BEGINS)))
         try:
-            yield from _by_tasks(ray, work, logs)
-        finally:
-            ray.shutdown()
+            yield from early
+            yield from _by_tasks(ray, work, chain(left, waiting))
+        finally:  # its processes take a second to end, in which there are tables to write
+            _ray_ends.append(Thread(target=ray.shutdown, name="ray-ends"))
+            _ray_ends[-1].start()
 
     return engine
+
+
+def _meanwhile(
+    begin: Callable[[], None], work: Callable[[LogFile], Row], logs: list[LogFile]
+) -> tuple[list[tuple[LogFile, Row]], list[LogFile]]:
+    """Ray takes seconds to begin, in which this machine answers what it can: its rows, and the logs that are left."""
+    with ThreadPoolExecutor(_cores(), thread_name_prefix="fleet") as pool:
+        tried = [(log, pool.submit(work, log)) for log in logs]
+        try:
+            begin()
+        finally:
+            left = [log for log, future in tried if future.cancel()]
+    return [(log, future.result()) for log, future in tried if not future.cancelled()], left
 
 
 def _by_tasks(ray: Any, work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:

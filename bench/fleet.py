@@ -228,7 +228,7 @@ def _same(one: Path, other: Path) -> bool:
 
 def memory(folder: Path, work: Path) -> list[str]:
     lines = ["| logs | peak memory, MB |", "|--:|--:|"]
-    for count in (25, 100, 400):
+    for count in (25, 100, 400, TRUCKS * DRIVES_A_MONTH):
         logs = some(folder / "planted", count)
         metrics = night(folder / "planted", work / f"memory{count}", logs=logs)
         lines.append(f"| {len(logs)} | {metrics['peak_memory_mb']:.0f} |")

@@ -231,7 +231,7 @@ def memory(folder: Path, work: Path) -> list[str]:
     for count in (25, 100, 400, TRUCKS * DRIVES_A_MONTH):
         logs = some(folder / "planted", count)
         metrics = night(folder / "planted", work / f"memory{count}", logs=logs)
-        lines.append(f"| {len(logs)} | {metrics['peak_memory_mb']:.0f} |")
+        lines.append(f"| {len(logs):,} | {metrics['peak_memory_mb']:.0f} |")
     return lines
 
 

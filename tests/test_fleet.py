@@ -13,7 +13,6 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import polars as pl
@@ -24,8 +23,8 @@ from test_estimate import steady_drive
 import oncenter as oc
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
-from oncenter.fleet import engines, query, run
-from oncenter.fleet.drive import Work, when
+from oncenter.fleet import query, run
+from oncenter.fleet.drive import when
 from oncenter.fleet.engines import on_ray
 from oncenter.fleet.files import LogFile
 from oncenter.fleet.history import NOISE, breaks, drift, now
@@ -227,22 +226,9 @@ def test_two_runs_do_not_write_one_folder_at_once(fleet: Path, tmp_path: Path) -
     run([str(fleet / "logs")], fleet / "vehicles", tmp_path, engine=engine)  # type: ignore[arg-type]
 
 
-def test_ray_gives_the_bytes_that_threads_give(
-    fleet: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ray_gives_the_bytes_that_threads_give(fleet: Path, undisturbed: Path, tmp_path: Path) -> None:
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
-    early = 3  # of the logs this process answers itself while Ray begins; the others are Ray's
-    monkeypatch.setattr(engines, "_LOGS_WHILE_RAY_BEGINS", early)
-    here = []
-    answer = Work.__call__
-
-    def noted(self: Work, log: LogFile) -> dict[str, Any]:
-        here.append(log)
-        return answer(self, log)
-
-    monkeypatch.setattr(Work, "__call__", noted)
-    summary = run([str(fleet / "logs")], fleet / "vehicles", tmp_path, engine=on_ray(None, workers=2))
-    assert 0 < len(here) <= early < summary.logs_found
+    run([str(fleet / "logs")], fleet / "vehicles", tmp_path, engine=on_ray(None, workers=2))
     assert tables(tmp_path) == tables(undisturbed)
 
 

@@ -8,8 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from itertools import chain, islice
-from threading import Thread
+from itertools import islice
 from typing import Any
 
 from oncenter.errors import WRONG_USAGE, OncenterError
@@ -20,14 +19,11 @@ Engine = Callable[[Callable[[LogFile], Row], Iterable[LogFile]], Iterator[tuple[
 
 _IN_FLIGHT_PER_WORKER = 2
 _LOGS_PER_TASK = 8  # of Ray: a task costs some milliseconds
-_LOGS_WHILE_RAY_BEGINS = 1000  # more than can be answered by then
-
-_ray_ends: list[Thread] = []  # at most one: Ray is once in a process
 
 
 def threads(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
     """One thread a core, and one more: whenever two wait for each other's Python, a core would have nothing to do."""
-    workers = 1 + _cores()
+    workers = 1 + (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
     waiting = iter(logs)
     with ThreadPoolExecutor(workers, thread_name_prefix="fleet") as pool:
         open_work: dict[Future[Row], LogFile] = {}
@@ -42,10 +38,6 @@ def threads(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator
                     yield open_work.pop(future), future.result()
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def on_ray(address: str | None, workers: int | None = None) -> Engine:
@@ -67,9 +59,7 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
             "--engine ray needs Ray: pip install 'oncenter[fleet]'", code="ray", exit_code=WRONG_USAGE
         ) from None
 
-    def begin() -> None:
-        while _ray_ends:
-            _ray_ends.pop().join()
+    def engine(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
         try:
             ray.init(address, num_cpus=workers, include_dashboard=False, log_to_driver=False) if address is None else (
                 ray.init(address, log_to_driver=False)
@@ -78,31 +68,12 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
             raise OncenterError(
                 f"no Ray cluster at {address}: {' '.join(str(error).split())}", code="ray", exit_code=WRONG_USAGE
             ) from None
-
-    def engine(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
-        waiting = iter(logs)
-        early, left = _meanwhile(begin, work, list(islice(waiting, _LOGS_WHILE_RAY_BEGINS)))
         try:
-            yield from early
-            yield from _by_tasks(ray, work, chain(left, waiting))
-        finally:  # its processes take a second to end, in which there are tables to write
-            _ray_ends.append(Thread(target=ray.shutdown, name="ray-ends"))
-            _ray_ends[-1].start()
+            yield from _by_tasks(ray, work, logs)
+        finally:
+            ray.shutdown()
 
     return engine
-
-
-def _meanwhile(
-    begin: Callable[[], None], work: Callable[[LogFile], Row], logs: list[LogFile]
-) -> tuple[list[tuple[LogFile, Row]], list[LogFile]]:
-    """Ray takes seconds to begin, in which this machine answers what it can: its rows, and the logs that are left."""
-    with ThreadPoolExecutor(_cores(), thread_name_prefix="fleet") as pool:
-        tried = [(log, pool.submit(work, log)) for log in logs]
-        try:
-            begin()
-        finally:
-            left = [log for log, future in tried if future.cancel()]
-    return [(log, future.result()) for log, future in tried if not future.cancelled()], left
 
 
 def _by_tasks(ray: Any, work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:

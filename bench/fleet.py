@@ -207,8 +207,8 @@ def on_ray(folder: Path, work: Path) -> list[str]:
         f"| threads | {threads['wall_s']:.1f} | {threads['logs_per_second']:.1f} |",
         f"| Ray, its start and end included | {ray['wall_s']:.1f} | {ray['logs_per_second']:.1f} |",
         "",
-        f"Ray takes {ray['wall_s'] / threads['wall_s']:.2f} times as long (asked: 1.5), of which the start and the end "
-        f"of its own processes are {_idle_ray_s():.1f} s; tables "
+        f"Ray takes {ray['wall_s'] / threads['wall_s']:.2f} times as long (asked: 1.5); to begin and end with nothing "
+        f"to do, Ray and its Python alone take {_idle_ray_s():.1f} s. Tables "
         f"{'are the same bytes' if same else 'DIFFER'}.",
     ]
 

@@ -43,7 +43,7 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
             [FRICTION] = 0.15f,
             [CREEP] = 0.7f,
             [WINDUP] = 2.0f * rad_per_deg,
-            [UNWINDING] = 1.2f,
+            [UNWINDING] = 0.6f,
             [WIND] = 0.05f,
             [WIND_ACROSS] = 0.05f,
         },

@@ -258,7 +258,7 @@ def test_it_goes_to_the_play_that_made_the_drive(friction: float) -> None:
     truth = Play(half_width=4.0 * DEGREE, unloading=0.15 if friction >= 0.0 else 0.0, friction=friction)
     for seed in range(2, 6):
         start = Play(half_width=3.0 * DEGREE, unloading=0.1, friction=friction)
-        learner = Learner(start).learn(driven(seed, truth, 900))
+        learner = Learner(start).learn(driven(seed, truth))
         assert learner.h.offset == pytest.approx(OFFSET, abs=0.15 * DEGREE)
         assert learner.h.gradient == pytest.approx(GRADIENT, abs=0.02 * DEGREE)
         assert 2 * learner.now.half_width == pytest.approx(8.0 * DEGREE, abs=0.25 * DEGREE)

@@ -8,8 +8,8 @@ import cffi
 CORE = Path("core")  # build backends run in the project's root
 DOORS = ("monitor.h", "save.h", "message.h", "trouble.h")  # what firmware includes
 
-# Here code may be long: a seventh more ticks a second by functions put where they are called; loops are too short for
-# vectors. Neither changes a bit of what comes out.
+# Here code may be long: some tenth more ticks a second by functions that gcc puts where they are called (clang passes
+# over it); loops are too short for vectors. Neither changes a bit of what comes out.
 FASTER = ("-finline-limit=2000", "-fno-tree-vectorize")
 
 

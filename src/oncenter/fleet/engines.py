@@ -43,7 +43,7 @@ def threads(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator
 def on_ray(address: str | None, workers: int | None = None) -> Engine:
     """On a cluster that is there already (`address`), or one of this machine's cores that ends with the run.
 
-    Its machines need oncenter installed, and see logs and vehicle files under the same names.
+    Its machines need oncenter[fleet], and see logs and vehicle files under the same names.
 
     Args:
         address: as `ray.init` takes it, "auto" or "ray://host:10001"; None begins one here.

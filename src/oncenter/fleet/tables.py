@@ -62,7 +62,7 @@ def _of_drives() -> dict[str, tuple[str, str]]:
         "start": ("time", "when the drive began"),
         "start_source": ("text", "how that is known: log, metadata, name, modified"),
         "log": ("text", "path or URI; of copies the first by name"),
-        "key": ("text", "of the log's content (BLAKE2b): what makes a drive one drive"),
+        "key": ("text", "of the log's content (BLAKE3): what makes a drive one drive"),
         "vehicle_file": ("text", "its stem in --vehicles"),
         "settings": ("text", "key of version and vehicle file"),
         "version": ("text", "of oncenter"),

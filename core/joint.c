@@ -315,7 +315,7 @@ static bool work_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
             }
             solve_on(joint, tracking, design);
             left -= OC_JOINT_STEP;
-        } else if (left == share) {
+        } else if (left == design->work_per_tick) { /* none of it is done, and no sample was taken */
             end_work(joint, tracking, design, tick);
             return false;
         } else if (work->solves || waiting_at(tracking, work->samples - 1)->ends_second) {

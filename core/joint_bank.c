@@ -21,6 +21,17 @@ oc_play oc_joint_start_of(int32_t k) {
     return play;
 }
 
+/* Of those that begin anew every other is wound up, and a motor unwinds it: who starts without does not find its way
+ * there, since much wind-up that soon goes away passes for play. */
+static oc_play later_start_of(int32_t k) {
+    oc_play play = oc_joint_start_of(k / 2);
+    if (k % 2 != 0 && play.friction >= 0.0f) {
+        play.windup = one_degree;
+        play.unwinding = 2.0f;
+    }
+    return play;
+}
+
 static int32_t best_of(const oc_joint *joint) {
     int32_t best = joint->best;
     for (int32_t k = 0; k < joint->count; ++k) {
@@ -86,8 +97,8 @@ static void renew(oc_joint *joint) {
         }
     }
     if (joint->count < OC_JOINT_HYPOTHESES) {
-        const oc_play play = oc_joint_start_of(joint->born);
-        joint->born = (joint->born + 1) % OC_JOINT_HYPOTHESES;
+        const oc_play play = later_start_of(joint->born);
+        joint->born = (joint->born + 1) % OC_JOINT_LATER_STARTS;
         const float angle = joint->hypotheses[joint->best].places.inner;
         oc_hypothesis_start(&joint->hypotheses[joint->count], &play, (double)angle);
         ++joint->count;

@@ -13,6 +13,7 @@ typedef enum {
     HALF_WIDTH,       /* rad */
     FRICTION_OR_NONE, /* m/s^2 */
     ANY_HYPOTHESIS,
+    ANY_LATER_START,
     HYPOTHESES_DONE,
     STEPS_DUE,
     OF_SAMPLE,
@@ -46,6 +47,7 @@ static const struct {
     [HALF_WIDTH] = {0.0f, 0.25f},
     [FRICTION_OR_NONE] = {-1.0f, 10.0f},
     [ANY_HYPOTHESIS] = {0.0f, OC_JOINT_HYPOTHESES - 1},
+    [ANY_LATER_START] = {0.0f, OC_JOINT_LATER_STARTS - 1},
     [HYPOTHESES_DONE] = {0.0f, OC_JOINT_HYPOTHESES},
     [STEPS_DUE] = {0.0f, 5.0f},
     [OF_SAMPLE] = {0.0f, 31.0f},
@@ -131,7 +133,8 @@ static const oc_saved_member wheel_speed_members[] = {
 static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, started, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_joint, count, found, OC_SAVED_INT32, HYPOTHESES_DONE),
-    MEMBERS(oc_joint, best, born, OC_SAVED_INT32, ANY_HYPOTHESIS), MEMBER(oc_joint, phase, OC_SAVED_INT32, OF_SAMPLE),
+    MEMBER(oc_joint, best, OC_SAVED_INT32, ANY_HYPOTHESIS), MEMBER(oc_joint, born, OC_SAVED_INT32, ANY_LATER_START),
+    MEMBER(oc_joint, phase, OC_SAVED_INT32, OF_SAMPLE),
     MEMBER(oc_joint, in_block, OC_SAVED_INT32, OF_BLOCK),
     MEMBER(oc_joint, in_long_block, OC_SAVED_INT32, OF_LONG_BLOCK),
     MEMBERS(oc_joint, along, across, OC_SAVED_FLOAT, ANY_NUMBER), MEMBER(oc_joint, lost, OC_SAVED_INT32, YES_OR_NO),

@@ -5,11 +5,17 @@ Both take logs as they are free and give rows as they are done, a bounded number
 
 from __future__ import annotations
 
+import logging
 import os
+import socket
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from itertools import islice
+from importlib.util import find_spec
+from itertools import chain, islice
+from threading import Event, Thread
 from typing import Any
+from urllib.parse import urlsplit
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.fleet.files import LogFile
@@ -19,11 +25,15 @@ Engine = Callable[[Callable[[LogFile], Row], Iterable[LogFile]], Iterator[tuple[
 
 _IN_FLIGHT_PER_WORKER = 2
 _LOGS_PER_TASK = 8  # of Ray: a task costs some milliseconds
+_CALL_S = 10.0
+_LOGS_WHILE_RAY_BEGINS = 1000  # more than are answered by then
+
+_ray_ends: list[Thread] = []  # at most one: Ray is once in a process
 
 
 def threads(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
     """One thread a core, and one more: whenever two wait for each other's Python, a core would have nothing to do."""
-    workers = 1 + (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+    workers = 1 + _cores()
     waiting = iter(logs)
     with ThreadPoolExecutor(workers, thread_name_prefix="fleet") as pool:
         open_work: dict[Future[Row], LogFile] = {}
@@ -40,9 +50,14 @@ def threads(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator
             pool.shutdown(wait=True, cancel_futures=True)
 
 
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def on_ray(address: str | None, workers: int | None = None) -> Engine:
     """On a cluster that is there already (`address`), or one of this machine's cores that ends with the run.
 
+    Ray takes seconds to begin, in which this machine's threads answer, and one to end, which `run` does not wait for.
     Its machines need oncenter[fleet], and see logs and vehicle files under the same names.
 
     Args:
@@ -50,30 +65,82 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
         workers: of one begun here; None: one a core.
 
     Raises:
-        OncenterError: "ray", exit code 2: it is not installed, or there is no such cluster.
+        OncenterError: "ray", exit code 2: it is not installed, does not begin, or there is no such cluster.
     """
-    try:
+    if find_spec("ray") is None:
+        raise OncenterError("--engine ray needs Ray: pip install 'oncenter[fleet]'", code="ray", exit_code=WRONG_USAGE)
+
+    def begin() -> None:
+        while _ray_ends:
+            _ray_ends.pop().join()
         import ray
-    except ImportError:
-        raise OncenterError(
-            "--engine ray needs Ray: pip install 'oncenter[fleet]'", code="ray", exit_code=WRONG_USAGE
-        ) from None
+
+        place = "Ray did not begin on this machine" if address is None else f"no Ray cluster at {address}"
+        try:
+            if address is None:
+                ray.init(num_cpus=workers, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
+            else:
+                _call(address)
+                ray.init(address, log_to_driver=False, logging_level=logging.ERROR)
+        except Exception as error:  # a node that does not come up is one without a class of its own
+            raise OncenterError(f"{place}: {' '.join(str(error).split())}", code="ray", exit_code=WRONG_USAGE) from None
 
     def engine(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
+        waiting = iter(logs)
+        first = deque(islice(waiting, _LOGS_WHILE_RAY_BEGINS))
+        answered: deque[tuple[LogFile, Row]] = deque()
         try:
-            ray.init(address, num_cpus=workers, include_dashboard=False, log_to_driver=False) if address is None else (
-                ray.init(address, log_to_driver=False)
-            )
-        except (ConnectionError, RuntimeError, ValueError) as error:
-            raise OncenterError(
-                f"no Ray cluster at {address}: {' '.join(str(error).split())}", code="ray", exit_code=WRONG_USAGE
-            ) from None
+            _answer_until_done(begin, work, first, answered)
+        finally:  # what is answered is kept, whether Ray begins or not
+            yield from answered
+        import ray
+
         try:
-            yield from _by_tasks(ray, work, logs)
+            yield from _by_tasks(ray, work, chain(first, waiting))
         finally:
-            ray.shutdown()
+            _ray_ends.append(Thread(target=ray.shutdown, name="ray-ends"))
+            _ray_ends[-1].start()
 
     return engine
+
+
+def _call(address: str) -> None:
+    """Ray would call a host that does not answer for a quarter of an hour.
+
+    Raises:
+        OSError: nobody answers there.
+    """
+    place = urlsplit(address if "//" in address else f"//{address}")
+    if place.hostname and place.port:
+        with socket.create_connection((place.hostname, place.port), timeout=_CALL_S):
+            pass
+
+
+def _answer_until_done(
+    begin: Callable[[], None],
+    work: Callable[[LogFile], Row],
+    logs: deque[LogFile],
+    answered: deque[tuple[LogFile, Row]],
+) -> None:
+    """Threads take logs, and put down rows, until `begin` returns."""
+    begun = Event()
+
+    def answer() -> None:
+        while not begun.is_set():
+            try:
+                log = logs.popleft()
+            except IndexError:  # none is left
+                return
+            answered.append((log, work(log)))
+
+    with ThreadPoolExecutor(_cores(), thread_name_prefix="fleet") as pool:
+        answering = [pool.submit(answer) for _ in range(_cores())]
+        try:
+            begin()
+        finally:
+            begun.set()
+    for each in answering:
+        each.result()
 
 
 def _by_tasks(ray: Any, work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:

@@ -26,7 +26,7 @@ from population import (
     cannot_be_told_apart_m_s2,
 )
 
-from oncenter.estimate import METHODS
+from oncenter.answer import METHODS
 
 if TYPE_CHECKING:
     from accuracy import Summary

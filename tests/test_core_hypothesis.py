@@ -39,7 +39,7 @@ WINDUP_TERM, UNWINDING_TERM, WIND_TERMS = (
 WHEELBASE_TERM = TERMS.index("wheelbase")
 WITHIN_PLAY = [UNLOADING_TERM, FRICTION_TERM, CREEP_TERM]
 # What trucks are like, docs/method.md.
-GRADIENT_MEAN, WIDTH_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 4.0 * DEGREE, 0.1, 100.0 * DEGREE
+GRADIENT_MEAN, WIDTH_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 6.0 * DEGREE, 0.1, 100.0 * DEGREE
 WINDUP_MEAN = 1.0 * DEGREE
 
 
@@ -258,10 +258,10 @@ def test_it_goes_to_the_play_that_made_the_drive(friction: float) -> None:
     truth = Play(half_width=4.0 * DEGREE, unloading=0.15 if friction >= 0.0 else 0.0, friction=friction)
     for seed in range(2, 6):
         start = Play(half_width=3.0 * DEGREE, unloading=0.1, friction=friction)
-        learner = Learner(start).learn(driven(seed, truth))
-        assert learner.h.offset == pytest.approx(OFFSET, abs=0.15 * DEGREE)
+        learner = Learner(start).learn(driven(seed, truth, 900))
+        assert learner.h.offset == pytest.approx(OFFSET, abs=0.1 * DEGREE)
         assert learner.h.gradient == pytest.approx(GRADIENT, abs=0.02 * DEGREE)
-        assert 2 * learner.now.half_width == pytest.approx(8.0 * DEGREE, abs=0.25 * DEGREE)
+        assert 2 * learner.now.half_width == pytest.approx(8.0 * DEGREE, abs=0.2 * DEGREE)
         if friction >= 0.0:
             assert learner.now.unloading == pytest.approx(0.15, abs=0.01)
             assert learner.now.friction == pytest.approx(0.05, abs=0.01)
@@ -461,14 +461,19 @@ def test_where_the_play_shows_nothing_the_priors_decide() -> None:
 def test_a_bias_told_late_is_as_good_as_one_told_at_once() -> None:
     """The yaw rates of one drive were corrected by 0.1 deg/s too little: iL times that over v, 0.4 deg of offset."""
     bias = 0.1 * DEGREE
-    wrong = Learner(Play(), 0.1).learn(driven(7, Play(), yaw_rate_bias=bias, speed_swing=0.0))
-    right = Learner(Play(), 0.1).learn(driven(7, Play(), speed_swing=0.0))
-    before = abs(wrong.h.offset - right.h.offset)
-    lib.oc_hypothesis_correct(wrong.h, wrong.design, bias)
-    wrong.solve(learns=False)
-    assert before > 0.3 * DEGREE
-    assert wrong.h.offset == pytest.approx(right.h.offset, abs=0.15 * before)  # the play went another way meanwhile
-    assert wrong.h.gradient == pytest.approx(right.h.gradient, abs=0.03 * DEGREE)
+    left, gradients = [], []
+    for seed in range(5, 13):
+        wrong = Learner(Play(), 0.1).learn(driven(seed, Play(), yaw_rate_bias=bias, speed_swing=0.0))
+        right = Learner(Play(), 0.1).learn(driven(seed, Play(), speed_swing=0.0))
+        before = abs(wrong.h.offset - right.h.offset)
+        lib.oc_hypothesis_correct(wrong.h, wrong.design, bias)
+        wrong.solve(learns=False)
+        assert before > 0.3 * DEGREE
+        gradients.append(abs(wrong.h.gradient - right.h.gradient))
+        left.append(abs(wrong.h.offset - right.h.offset) / before)
+    assert np.median(left) < 0.15
+    assert np.median(gradients) < 0.03 * DEGREE
+    assert max(left) < 0.4  # the play went another way meanwhile
 
 
 def test_a_remounted_sensor_shifts_the_offset_by_its_step_and_nothing_else() -> None:

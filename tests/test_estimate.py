@@ -11,7 +11,7 @@ import polars as pl
 import pytest
 
 import oncenter as oc
-from oncenter.estimate import Estimate
+from oncenter.answer import Estimate
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, Source
 from oncenter.vehicle import vehicle_from

@@ -20,8 +20,9 @@ from hypothesis import strategies as st
 
 import oncenter
 from oncenter import _core
+from oncenter.answer import DEFAULT_METHOD, Answer, Estimate, Method
 from oncenter.errors import OncenterError
-from oncenter.estimate import DEFAULT_METHOD, Answer, Estimate, Method, trace
+from oncenter.estimate import trace
 from oncenter.findings import Finding
 from oncenter.report.course import Course, course
 from oncenter.report.page import page

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from oncenter.angle import angle as angle
+    from oncenter.answer import Answer as Answer
     from oncenter.budget import Budget as Budget
     from oncenter.budget import budget as budget
     from oncenter.errors import OncenterError as OncenterError
-    from oncenter.estimate import Answer as Answer
     from oncenter.estimate import offset as offset
     from oncenter.estimate import trace as trace
     from oncenter.monitor import Monitor as Monitor
@@ -35,7 +35,7 @@ _HOMES = {
     "Budget": "budget",
     "budget": "budget",
     "OncenterError": "errors",
-    "Answer": "estimate",
+    "Answer": "answer",
     "offset": "estimate",
     "trace": "estimate",
     "Monitor": "monitor",

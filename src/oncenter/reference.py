@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from oncenter import _core
+from oncenter.answer import Estimate
 from oncenter.errors import OncenterError
-from oncenter.estimate import Estimate
 from oncenter.passes import PLACE_M, Pass, by_place, passes_both_ways, places_of
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals

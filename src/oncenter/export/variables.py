@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from oncenter import _core
+from oncenter.answer import DEFAULT_METHOD
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.estimate import DEFAULT_METHOD
 from oncenter.export.core_source import params
 from oncenter.signals import DEGREE
 from oncenter.vehicle import Vehicle

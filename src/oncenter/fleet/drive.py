@@ -10,8 +10,9 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from oncenter import _core
+from oncenter.answer import Answer, Estimate
 from oncenter.errors import OncenterError
-from oncenter.estimate import Answer, Estimate, offset
+from oncenter.estimate import offset
 from oncenter.fleet.files import LogFile, at_hand
 from oncenter.fleet.trucks import Truck, Trucks
 from oncenter.read import read

@@ -16,8 +16,10 @@ import numpy.typing as npt
 import polars as pl
 
 from oncenter import _core
+from oncenter.answer import Answer
+from oncenter.core_answer import answer_so_far
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.estimate import Answer, answer_so_far, is_odd, offset_is_invalid
+from oncenter.estimate import is_odd, offset_is_invalid
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream, Ticks
 from oncenter.read.whole_turns import TURN_RAD, WholeTurns

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 
-from oncenter.estimate import Estimate
+from oncenter.answer import Estimate
 from oncenter.live.snapshot import Snapshot
 from oncenter.signals import DEGREE
 

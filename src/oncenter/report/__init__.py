@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     import polars as pl
 
-    from oncenter.estimate import Answer
+    from oncenter.answer import Answer
     from oncenter.signals import Signals
     from oncenter.vehicle import Vehicle
 

@@ -15,7 +15,7 @@ from oncenter.report.plots import STRIP_NAMES, figures
 from oncenter.signals import DEGREE, SIGNALS
 
 if TYPE_CHECKING:
-    from oncenter.estimate import Answer, Estimate
+    from oncenter.answer import Answer, Estimate
 
 _QUANTITIES = {
     "offset": "Offset of the steering wheel angle sensor",

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 import oncenter as oc
+from oncenter.answer import METHODS
 from oncenter.signals import DEGREE
 from oncenter.thesis.drives import SEED, simulated
 from oncenter.thesis.figure import MUTED, OURS, THESIS, Claim, Exhibit, Figure, Misprint, Progress, Table
@@ -25,13 +26,12 @@ _LAGS_S = np.linspace(0.0, 20.0, 81)
 def run(progress: Progress) -> list[Exhibit]:
     """Eight half hours with the thesis's truck, which has 3 deg of play, answered by three methods."""
     truck = oc.vehicle("scania_r730_4x2")
-    methods: tuple[oc.estimate.Method, ...] = ("thesis", "joint", "wheel-speed")
-    errors: dict[str, list[float]] = {method: [] for method in methods}
+    errors: dict[str, list[float]] = {method: [] for method in METHODS}
     residuals, by_43, by_batches = [], [], []
     gated_wrongly_s = 0.0
     for k, seed in enumerate(_SEEDS):
         signals, truth = simulated("thesis_drive", seed=seed)
-        for method in methods:
+        for method in METHODS:
             answer = oc.offset(signals, truck, method=method)
             assert answer.offset.value is not None
             errors[method].append((answer.offset.value - truth.offset_rad) / DEGREE)

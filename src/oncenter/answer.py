@@ -1,0 +1,179 @@
+"""What a drive, or several of one truck, say: quantities with interval and standing, in words and as JSON.
+
+SI and rad inside; degrees appear in `Answer.words`, `Answer.to_json` and in findings, which are for people and files.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from oncenter.changes import Change
+from oncenter.findings import Finding
+from oncenter.signals import DEGREE, Signals
+from oncenter.vehicle import Vehicle
+
+Method = Literal["thesis", "joint", "wheel-speed"]
+METHODS: tuple[Method, ...] = ("thesis", "joint", "wheel-speed")
+DEFAULT_METHOD: Method = "joint"
+
+_NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none
+_CORRECTION_WORTH_TELLING_RAD_S = 0.05 * DEGREE
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A quantity with its interval and standing; `value` and `ci95` are None where the drive gives none.
+
+    `unit` is the SI unit of value and ci95; `evidence_s` the seconds of driving behind it.
+    """
+
+    value: float | None
+    ci95: tuple[float, float] | None
+    status: str
+    unit: str
+    evidence_s: float = 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """As files hold it: degrees for radians."""
+        factor, unit = _file_unit(self.unit)
+        return {
+            "value": None if self.value is None else self.value / factor,
+            "unit": unit,
+            "ci95": None if self.ci95 is None else [bound / factor for bound in self.ci95],
+            "status": self.status,
+        }
+
+    def __str__(self) -> str:
+        given = self.to_dict()
+        if given["value"] is None or given["ci95"] is None:
+            return self.status
+        low, high = given["ci95"]
+        digits = 1 if high - low > 0.4 else 2 if high - low > 0.04 else 3
+        value, low, high = (round(number, digits) + 0.0 for number in (given["value"], low, high))  # no -0.0
+        return (
+            f"{value:.{digits}f} {given['unit']}, {low:.{digits}f} to {high:.{digits}f}"
+            f"{'' if self.status == 'valid' else f' ({self.status})'}"
+        )
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a drive, or several of one truck, say of its steering wheel angle sensor.
+
+    `str(answer)` is the answer in words, `to_json` the contract's object. Times are in seconds of ticks;
+    duration_s = used_s + unused_s, and the reasons in `rejected_s` overlap. `drives` are the tables answered, so that
+    `trace` can run them again. The wheel radius mismatch of an axle is its left radius over its right less one;
+    `unloading_acceleration` is the lateral acceleration, as measured, at which the steering is without side force;
+    `equivalent_wheelbase` the one of (10) that bends ask for, an error of the steering ratio counted as one of it.
+    `side_force_s` are the seconds of side force clearly to the left and to the right: which flank of the play was seen,
+    and for how long; of the joint method.
+    `changes` are those that the drive proved, the first one first; of more than the core keeps, the last.
+    `sensor_fault` is what is wrong with the angle sensor in the end, "none" or one of the core's names: the offset is
+    `invalid` then and tells what was learned before.
+    """
+
+    version: str
+    log: str
+    vehicle: Vehicle
+    method: Method
+    params: Mapping[str, float]
+    sources: Mapping[str, str]
+    notes: tuple[str, ...]
+    offset: Estimate
+    understeer_gradient: Estimate
+    backlash: Estimate
+    unloading_acceleration: Estimate
+    equivalent_wheelbase: Estimate
+    yaw_rate_bias: Estimate
+    lateral_acceleration_bias: Estimate
+    wheel_radius_mismatch_rear: Estimate
+    wheel_radius_mismatch_front: Estimate
+    variance_if_independent_rad2: float | None
+    side_force_s: tuple[float, float]
+    changes: tuple[Change, ...]
+    sensor_fault: str
+    duration_s: float
+    used_s: float
+    unused_s: float
+    rejected_s: Mapping[str, float]
+    findings: tuple[Finding, ...]
+    drives: tuple[Signals, ...]
+
+    def words(self) -> str:
+        """The answer in one paragraph."""
+        parts = [f"offset {self.offset}"]
+        if self.backlash.value is not None:
+            parts.append(f"the steering has {_play(self.backlash)} of play")
+        bias = self.yaw_rate_bias.value
+        if self.method == "joint" and bias is not None and abs(bias) > _CORRECTION_WORTH_TELLING_RAD_S:
+            parts.append(f"the gyro is off by {bias / DEGREE:.2g} deg/s and was corrected")
+        return "; ".join([*parts, self._driven()])
+
+    def _driven(self) -> str:
+        """How much of the drive was of use, and what took the most of the rest."""
+        unit, per_unit = ("minutes", 60.0) if self.duration_s >= 120.0 else ("seconds", 1.0)
+        digits = 0 if self.duration_s / per_unit >= 10.0 else 1
+        worst = sorted(((s, name) for name, s in self.rejected_s.items() if s > 0.05 * self.duration_s), reverse=True)
+        rejected = [f"{s / per_unit:.{digits}f} rejected for {name.replace('_', ' ')}" for s, name in worst[:3]]
+        driven = f"driven {self.used_s / per_unit:.{digits}f} of {self.duration_s / per_unit:.{digits}f} {unit} usable"
+        return ", ".join([driven, *rejected])
+
+    def __str__(self) -> str:
+        lines = [self.words()]
+        lines += [f"{finding.severity}: {finding.text}" for finding in self.findings]
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object of the schema oncenter/offset-1."""
+        return {
+            "schema": "oncenter/offset-1",
+            "version": self.version,
+            "log": self.log,
+            "vehicle": self.vehicle.name,
+            "method": self.method,
+            "params": dict(self.params),
+            "signals": dict(self.sources),
+            "offset": {
+                **self.offset.to_dict(),
+                "variance_if_independent_deg2": None
+                if self.offset.value is None or self.variance_if_independent_rad2 is None
+                else self.variance_if_independent_rad2 / DEGREE**2,
+            },
+            "understeer_gradient": self.understeer_gradient.to_dict(),
+            "backlash": self.backlash.to_dict(),
+            "unloading_acceleration": self.unloading_acceleration.to_dict(),
+            "equivalent_wheelbase": self.equivalent_wheelbase.to_dict(),
+            "yaw_rate_bias": self.yaw_rate_bias.to_dict(),
+            "lateral_acceleration_bias": self.lateral_acceleration_bias.to_dict(),
+            "wheel_radius_mismatch_rear": self.wheel_radius_mismatch_rear.to_dict(),
+            "wheel_radius_mismatch_front": self.wheel_radius_mismatch_front.to_dict(),
+            "changes": [change.to_dict() for change in self.changes],
+            "time": {
+                "duration_s": self.duration_s,
+                "used_s": self.used_s,
+                "unused_s": self.unused_s,
+                "rejected_s": {name: s for name, s in self.rejected_s.items() if s > 0},
+            },
+            "findings": [finding.to_dict() for finding in self.findings],
+            "notes": list(self.notes),
+        }
+
+    def to_json(self) -> str:
+        return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False, indent=2)
+
+
+def _file_unit(unit: str) -> tuple[float, str]:
+    """The factor to SI, and the name, of the unit in which files give an SI unit."""
+    return (DEGREE, unit.replace("rad", "deg")) if unit.startswith("rad") else (1.0, unit)
+
+
+def _play(play: Estimate) -> str:
+    """Its width in words, with the interval where that is more than a detail."""
+    assert play.value is not None and play.ci95 is not None
+    low, high = (bound / DEGREE for bound in play.ci95)
+    if low < _NO_PLAY_DEG:
+        return f"at most {high:.1f} deg"
+    return f"{play.value / DEGREE:.1f} deg" + (f" ({low:.1f} to {high:.1f})" if high - low > 1.0 else "")

@@ -1,0 +1,134 @@
+"""What the core answered becomes an `Answer`: its numbers in words, beside what the log and its sources say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from oncenter import _core
+from oncenter.answer import Answer, Estimate, Method
+from oncenter.changes import Change, changes_of
+from oncenter.errors import OncenterError
+from oncenter.findings import Finding, findings_of
+from oncenter.inputs import needed
+from oncenter.joint_findings import joint_findings
+from oncenter.read.whole_turns import is_relative
+from oncenter.signals import SIGNALS, Signals
+from oncenter.vehicle import Vehicle
+
+REASONS = _core.REASONS
+
+
+def answer_so_far(native: Mapping[str, Any], seen: Signals, vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
+    """The joint method's answer of a core that is still being fed.
+
+    Args:
+        native: its oc_answer as a dict.
+        seen: tells log, rate and sources; of its table the first and the last row are enough.
+        vehicle: whose core it is.
+        params: all that are in force.
+
+    Raises:
+        OncenterError: "no_usable_second".
+    """
+    changes = changes_of(native, [native["changes"]], (seen,))
+    return answer_of(native, changes, (seen,), vehicle, "joint", params)
+
+
+def answer_of(
+    native: Mapping[str, Any],
+    changes: tuple[Change, ...],
+    drives: tuple[Signals, ...],
+    vehicle: Vehicle,
+    method: Method,
+    params: Mapping[str, float],
+) -> Answer:
+    rejected_s = dict(zip(REASONS, native["rejected"], strict=True))
+    if native["duration"] <= rejected_s["missing_signal"]:
+        raise OncenterError(
+            f"{drives[0].log}: no usable second, at no time are all of its signals available together",
+            code="no_usable_second",
+            needs=needed(method, drives, params),
+        )
+    relative = any(is_relative(drive) for drive in drives)
+    yaw_rate_from_vdc2 = all(
+        "yaw_rate" in drive.sources and "VDC2" in drive.sources["yaw_rate"].description for drive in drives
+    )
+    return Answer(
+        version=_core.version(),
+        log=", ".join(drive.log for drive in drives),
+        vehicle=vehicle,
+        method=method,
+        params=params,
+        sources={name: source.description for drive in drives for name, source in drive.sources.items()},
+        notes=tuple(dict.fromkeys(note for drive in drives for note in (*_choices(drive), *drive.notes))),
+        offset=_estimate(native["offset"], "rad"),
+        understeer_gradient=_estimate(native["understeer_gradient"], "rad/(m/s^2)"),
+        backlash=_not_negative(_estimate(native["backlash"], "rad")),
+        unloading_acceleration=_estimate(native["unloading_acceleration"], "m/s^2"),
+        equivalent_wheelbase=_estimate(native["equivalent_wheelbase"], "m"),
+        yaw_rate_bias=_estimate(native["yaw_rate_bias"], "rad/s"),
+        lateral_acceleration_bias=Estimate(None, None, "unobservable", "m/s^2"),
+        wheel_radius_mismatch_rear=_estimate(native["wheel_radius_mismatch_rear"], "1"),
+        wheel_radius_mismatch_front=_estimate(native["wheel_radius_mismatch_front"], "1"),
+        variance_if_independent_rad2=None if method == "joint" else native["offset_variance_if_independent"],
+        side_force_s=(native["side_force_to_left"], native["side_force_to_right"]),
+        changes=changes,
+        sensor_fault=_core.FAULTS[native["fault"]],
+        duration_s=native["duration"],
+        used_s=native["used"],
+        unused_s=native["unused"],
+        rejected_s=rejected_s,
+        findings=findings_of(
+            native,
+            params,
+            relative,
+            method=method,
+            yaw_rate_from_vdc2=yaw_rate_from_vdc2,
+            of_method=_joint_findings(native, params, changes, vehicle) if method == "joint" else (),
+        ),
+        drives=drives,
+    )
+
+
+def _joint_findings(
+    native: Mapping[str, Any], params: Mapping[str, float], changes: tuple[Change, ...], vehicle: Vehicle
+) -> Iterable[Finding | None]:
+    return joint_findings(
+        native,
+        params,
+        changes,
+        steering_ratio=vehicle.ratio_near_centre,
+        wheelbase_m=vehicle.wheelbase_m,
+        traffic_sign=vehicle.traffic_sign,
+    )
+
+
+def _choices(drive: Signals) -> list[str]:
+    """Which source was believed, of the signals that the core reads and several sources had; one line a choice."""
+    chosen: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+    for name, source in drive.sources.items():
+        if source.others and SIGNALS[name].column in _core.COLUMNS:
+            chosen.setdefault((source.description, source.others), []).append(name)
+    return [
+        f"{', '.join(names)} {'is' if len(names) == 1 else 'are'} taken from {source}, not from {', '.join(others)}"
+        for (source, others), names in chosen.items()
+    ]
+
+
+def _estimate(native: Mapping[str, Any], unit: str) -> Estimate:
+    status = _core.STATUSES[native["status"]]
+    if status == "unobservable":
+        return Estimate(None, None, status, unit, native["evidence"])
+    value = native["value"]
+    half_width = 1.96 * native["standard_deviation"]
+    return Estimate(value, (value - half_width, value + half_width), status, unit, native["evidence"])
+
+
+def _not_negative(estimate: Estimate) -> Estimate:
+    """With an interval that ends at zero, for what cannot be less."""
+    if estimate.value is None or estimate.ci95 is None:
+        return estimate
+    low, high = estimate.ci95
+    return replace(estimate, value=max(estimate.value, 0.0), ci95=(max(low, 0.0), max(high, 0.0)))

@@ -1,0 +1,82 @@
+"""What an answer needs: params in force, drives in order and of one rate, their signals, and the track widths."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+from oncenter import _core
+from oncenter.answer import Method
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.signals import SIGNALS, Signals
+from oncenter.vehicle import Vehicle, core_params
+
+_NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
+_AXLES = ("rear", "front")  # whose wheel speeds stand for the motion, the better one first
+_RATES_ALIKE = 0.01  # of the rate; clocks differ by less
+
+
+def params_of(vehicle: Vehicle, params: Mapping[str, float] | None) -> dict[str, float]:
+    try:
+        return _core.default_params() | core_params({**vehicle.params, **(params or {})})
+    except ValueError as error:
+        raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None
+
+
+def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
+    """By their first time stamp, unless they overlap, as logs do that all start at zero: then as they were given."""
+    by_time = sorted(drives, key=lambda drive: float(drive.table["time_s"][0]))
+    apart = all(
+        float(before.table["time_s"][-1]) < float(after.table["time_s"][0]) for before, after in pairwise(by_time)
+    )
+    return tuple(by_time) if apart else drives
+
+
+def needed(method: Method, drives: Sequence[Signals], params: Mapping[str, float]) -> tuple[str, ...]:
+    if method == "wheel-speed":
+        return ("steering_wheel_angle", *_wheels(_axle(drives)))
+    return (*_NEEDED, "lateral_acceleration") if params["use_accelerometer"] else _NEEDED
+
+
+def _wheels(axle: str) -> tuple[str, str]:
+    return f"wheel_speed_{axle}_left", f"wheel_speed_{axle}_right"
+
+
+def _axle(drives: Sequence[Signals]) -> str:
+    """The first axle of which all drives have both wheels; the first of all where none has."""
+
+    def has_both(axle: str) -> bool:
+        return all(SIGNALS[wheel].column in drive.table.columns for drive in drives for wheel in _wheels(axle))
+
+    return next(filter(has_both, _AXLES), _AXLES[0])
+
+
+def track_widths(vehicle: Vehicle, method: Method, drives: Sequence[Signals]) -> dict[str, float]:
+    """As the core takes them, 0 where unknown; for wheel speeds alone only the axle's that is used."""
+    widths = {"front": vehicle.track_width_front_m or 0.0, "rear": vehicle.track_width_rear_m or 0.0}
+    if method == "wheel-speed":
+        axle = _axle(drives)
+        if widths[axle] == 0.0:
+            raise OncenterError(
+                f"method 'wheel-speed' needs 'track_width_{axle}_m' in the vehicle file",
+                code="track_width",
+                exit_code=WRONG_USAGE,
+                needs=(f"track_width_{axle}_m",),
+            )
+        if axle == "front":
+            widths["rear"] = 0.0
+    return {f"track_width_{axle}_m": width for axle, width in widths.items()}
+
+
+def check(drives: tuple[Signals, ...], needed: Sequence[str]) -> None:
+    from oncenter.read import require
+
+    for drive in drives:
+        require(drive, needed)
+        if abs(drive.rate_hz / drives[0].rate_hz - 1) > _RATES_ALIKE:
+            raise OncenterError(
+                f"{drive.log} has {drive.rate_hz:g} Hz and {drives[0].log} {drives[0].rate_hz:g} Hz: "
+                "logs in one call must have one rate; answer them one by one",
+                code="rates_differ",
+                exit_code=WRONG_USAGE,
+            )

@@ -7,10 +7,10 @@
 enum { YAW_ACCELERATION, JERK, WHEELBASE, YAW_RATE_BIAS, WIDTH, UNLOADING, FRICTION, CREEP, WINDUP, UNWINDING,
        WIND, WIND_ACROSS, GRADIENT };
 
-/* Priors. Trucks have 0 to 15 deg of play; king-pin friction holds some 0.1 m/s^2 of side force;
+/* Priors. Trucks have 0 to 15 deg of play, most of them little; king-pin friction holds some 0.1 m/s^2 of side force;
  * K_us/g is 4.2's, give or take as much. */
 static const float rad_per_deg = 0.017453292f;
-static const float width_mean = 6.0f * 0.017453292f;    /* rad */
+static const float width_mean = 4.0f * 0.017453292f;    /* rad */
 static const float windup_mean = 1.0f * 0.017453292f;   /* rad */
 static const float gradient_mean = 0.4f * 0.017453292f; /* rad/(m/s^2) */
 static const float least_gradient = 0.2f * 0.017453292f; /* rad/(m/s^2), that an interval may rest on */

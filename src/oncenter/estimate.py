@@ -78,18 +78,21 @@ def _is_held_at_the_end(drive: Signals) -> bool:
     angle, speed = (drive.table[name].to_numpy() for name in ("steering_wheel_angle_rad", "vehicle_speed_m_s"))
     if np.isnan(angle[-1]):
         return True
-    last = angle[-int(_HELD_S * drive.rate_hz) - 1 :]  # as a rule it moved there, and the rest need not be looked at
-    if len(last) < len(angle) and _moved(last).any():
-        return False
-    moved = np.flatnonzero(_moved(angle))
-    since = int(moved[-1]) + 1 if len(moved) else 0
-    return bool(np.count_nonzero(speed[since:] > _DRIVING_M_S) / drive.rate_hz > _HELD_S)
+    held = speed[len(speed) - _rows_held(angle) :]
+    return bool(np.count_nonzero(held > _DRIVING_M_S) / drive.rate_hz > _HELD_S)
 
 
-def _moved(angle: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-    """By row, whether the angle (rad) was another than in the last one, or none."""
-    same: npt.NDArray[np.bool_] = np.abs(angle - angle[-1]) <= _HELD_RAD
-    return ~same
+def _rows_held(angle: npt.NDArray[np.float64]) -> int:
+    """How many of the last rows say the same angle (rad) as the last one; sought from the end, where it moved soon."""
+    rows = 100
+    while True:
+        last = angle[-rows:]
+        moved = np.flatnonzero(~(np.abs(last - last[-1]) <= _HELD_RAD))  # or said nothing
+        if len(moved):
+            return len(last) - 1 - int(moved[-1])
+        if rows >= len(angle):
+            return len(angle)
+        rows *= 8
 
 
 def offset_is_invalid(native: Mapping[str, Any]) -> bool:

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
+from io import FileIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pyarrow.fs import FileInfo
 
 _NO_LOGS = (".truth.parquet",)  # what the simulator knows, beside its logs
-_BLOCK_BYTES = 1 << 20
+_BLOCK_BYTES = 1 << 18
 _KEY_BYTES = 16
 
 
@@ -137,8 +137,8 @@ def at_hand(log: LogFile) -> Iterator[tuple[Path, str]]:
             with _fetched(log) as fetched:
                 yield fetched
         else:
-            with open(log.uri, "rb") as file:
-                key = _key(iter(partial(file.read, _BLOCK_BYTES), b""))
+            with open(log.uri, "rb", buffering=0) as file:
+                key = _key(_blocks(file))
             yield Path(log.uri), key
     except OSError as error:
         why = error.strerror or " ".join(str(error).split())
@@ -156,13 +156,20 @@ def _fetched(log: LogFile) -> Iterator[tuple[Path, str]]:
         yield copy, key
 
 
+def _blocks(file: FileIO) -> Iterator[memoryview]:
+    """All in one place of memory: a new one for each takes longer than the key."""
+    place = memoryview(bytearray(_BLOCK_BYTES))
+    while count := file.readinto(place):
+        yield place[:count]
+
+
 def _copied(source: Any, target: Any) -> Iterator[bytes]:
     while block := source.read(_BLOCK_BYTES):
         target.write(block)
         yield block
 
 
-def _key(blocks: Iterator[bytes]) -> str:
+def _key(blocks: Iterator[bytes] | Iterator[memoryview]) -> str:
     """Not hashlib's BLAKE2, which takes as long for a log as reading it."""
     hashed = blake3()
     for block in blocks:

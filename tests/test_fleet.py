@@ -264,7 +264,7 @@ def test_a_ray_cluster_that_does_not_answer_is_named_at_once() -> None:
         port = server.getsockname()[1]
     for address in (f"127.0.0.1:{port}", f"ray://127.0.0.1:{port}"):
         with pytest.raises(OncenterError, match=f"no Ray cluster at {address}: .*refused"):
-            list(on_ray(address)(lambda _: {}, []))
+            list(on_ray(address)(lambda _: {}, [LogFile("a night's only log", "", 0, 0.0)]))
 
 
 @contextlib.contextmanager

@@ -88,6 +88,8 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
     def engine(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
         waiting = iter(logs)
         first = deque(islice(waiting, _LOGS_WHILE_RAY_BEGINS))
+        if not first:
+            return
         answered: deque[tuple[LogFile, Row]] = deque()
         try:
             _answer_until_done(begin, work, first, answered)

@@ -239,23 +239,41 @@ def test_ray_gives_the_bytes_that_threads_give(
 
 def test_what_was_answered_is_kept_where_ray_does_not_begin(monkeypatch: pytest.MonkeyPatch) -> None:
     ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    logs = [LogFile(f"{k}.csv", "", 0, 0.0) for k in range(20)]
     done = threading.Event()
 
-    def work(log: int) -> dict[str, int]:
-        if log == 20:
+    def work(log: LogFile) -> dict[str, Any]:
+        if log == logs[-1]:
             done.set()
-        return {"answer": -log}
+        return {"answered": log.uri}
 
     def init(*_: object, **__: object) -> None:
         done.wait(10.0)
         raise Exception("The current node timed out")  # of Ray, word for word
 
     monkeypatch.setattr(ray, "init", init)
-    rows = []
+    rows = {}
     with pytest.raises(OncenterError, match="Ray did not begin on this machine: The current node timed out"):
-        for log, row in on_ray(None)(work, range(1, 21)):  # type: ignore[arg-type]
-            rows.append((log, row["answer"]))
-    assert sorted(rows) == [(log, -log) for log in range(1, 21)]
+        for log, row in on_ray(None)(work, logs):
+            rows[log] = row
+    assert rows == {log: {"answered": log.uri} for log in logs}
+
+
+def test_ray_ends_also_with_a_run_that_fails_before_its_first_task(monkeypatch: pytest.MonkeyPatch) -> None:
+    ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    answered, ended = threading.Event(), threading.Event()
+
+    def work(_: LogFile) -> dict[str, Any]:
+        answered.set()
+        return {}
+
+    monkeypatch.setattr(ray, "init", lambda **_: answered.wait(10.0))
+    monkeypatch.setattr(ray, "is_initialized", lambda: not ended.is_set())
+    monkeypatch.setattr(ray, "shutdown", ended.set)
+    rows = on_ray(None)(work, [LogFile("0.csv", "", 0, 0.0)])
+    next(iter(rows))
+    del rows  # as a full disk does it
+    assert ended.wait(10.0)
 
 
 def test_a_ray_cluster_that_does_not_answer_is_named_at_once() -> None:

@@ -17,8 +17,6 @@ from oncenter.read.whole_turns import is_relative
 from oncenter.signals import SIGNALS, Signals
 from oncenter.vehicle import Vehicle
 
-REASONS = _core.REASONS
-
 
 def answer_so_far(native: Mapping[str, Any], seen: Signals, vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
     """The joint method's answer of a core that is still being fed.
@@ -44,7 +42,7 @@ def answer_of(
     method: Method,
     params: Mapping[str, float],
 ) -> Answer:
-    rejected_s = dict(zip(REASONS, native["rejected"], strict=True))
+    rejected_s = dict(zip(_core.REASONS, native["rejected"], strict=True))
     if native["duration"] <= rejected_s["missing_signal"]:
         raise OncenterError(
             f"{drives[0].log}: no usable second, at no time are all of its signals available together",

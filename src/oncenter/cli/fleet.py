@@ -91,7 +91,7 @@ def _check_installed() -> None:
 
 def in_words(summary: Summary) -> str:
     """What was done, what stands, and which trucks come first, in less than a screen."""
-    verdicts = ", ".join(f"{count} {name}" for name, count in summary.verdicts.items() if count)
+    verdicts = ", ".join(f"{count} {name}" for name, count in summary.verdicts.items() if count) or "none is judged"
     lines = [
         f"{summary.logs_found} logs: {summary.logs_answered} answered now, {summary.logs_refused} refused, "
         f"{summary.logs_found - summary.logs_answered - summary.logs_refused} known before; "

@@ -92,18 +92,26 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
             return
         answered: deque[tuple[LogFile, Row]] = deque()
         try:
-            _answer_until_done(begin, work, first, answered)
-        finally:  # what is answered is kept, whether Ray begins or not
-            yield from answered
-        import ray
+            try:
+                _answer_until_done(begin, work, first, answered)
+            finally:  # what is answered is kept, whether Ray begins or not
+                yield from answered
+            import ray
 
-        try:
             yield from _by_tasks(ray, work, chain(first, waiting))
         finally:
-            _ray_ends.append(Thread(target=ray.shutdown, name="ray-ends"))
-            _ray_ends[-1].start()
+            _end()
 
     return engine
+
+
+def _end() -> None:
+    """Beside whatever comes next: Ray's processes take a second to end."""
+    import ray
+
+    if ray.is_initialized():
+        _ray_ends.append(Thread(target=ray.shutdown, name="ray-ends"))
+        _ray_ends[-1].start()
 
 
 def _call(address: str) -> None:

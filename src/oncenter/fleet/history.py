@@ -103,17 +103,18 @@ def breaks(told: Told, noise: Noise, play: Play | None = None) -> list[Break]:
     if not len(told.value):
         return []
     places, since = [], 0
+    whole = _Runs(told if play is None else with_known_play(told, play), noise)
     for last in range(2 * _SIDE_MIN - 1, len(told.value)):
         if last + 1 - since < 2 * _SIDE_MIN:
             continue
-        so_far = _Runs(_known(told, play, last + 1), noise)
+        so_far = whole if play is None else _Runs(_known_until(told, play, last + 1), noise)
         at = _proved(so_far, since, last, noise)
         if at is not None:
             places.append((at, last))
             since = at
     begins = np.array([0, *(at for at, _ in places)])
     ends = np.array([*(at for at, _ in places), len(told.value)])
-    runs = _Runs(_known(told, play, len(told.value)), noise).of(begins, ends)
+    runs = whole.of(begins, ends)
     sizes, sds = _difference(runs.part(slice(None, -1)), runs.part(slice(1, None)))
     return [
         Break(at, found, float(runs.mean[k]), float(runs.mean[k + 1]), float(sizes[k]), float(sds[k]))
@@ -121,9 +122,9 @@ def breaks(told: Told, noise: Noise, play: Play | None = None) -> list[Break]:
     ]
 
 
-def _known(told: Told, play: Play | None, end: int) -> Told:
+def _known_until(told: Told, play: Play, end: int) -> Told:
     until = slice(None, end)
-    return told.part(until) if play is None else with_known_play(told.part(until), play.part(until))
+    return with_known_play(told.part(until), play.part(until))
 
 
 def _proved(runs: _Runs, since: int, last: int, noise: Noise) -> int | None:
@@ -190,8 +191,8 @@ class _Runs:
 
     def __init__(self, told: Told, noise: Noise) -> None:
         weight = noise.scatter(told.sd) ** -2.0
-        self._middle = float(np.median(told.value))  # so that squares lose no digits
-        x, c = told.value - self._middle, noise.common * noise.width(told.sd)
+        self._near = float(told.value[0])  # so that squares lose no digits
+        x, c = told.value - self._near, noise.common * noise.width(told.sd)
         self._terms = weight * np.stack((np.ones_like(x), x, c, x * x, c * x, c * c))
         self._sums = np.concatenate((np.zeros((6, 1)), np.cumsum(self._terms, axis=1)), axis=1)
 
@@ -207,7 +208,7 @@ class _Runs:
     def _run(self, sums: Numbers, count: Numbers) -> _Run:
         weight, x, c, xx, cx, cc = sums
         mean, common = x / weight, c / weight
-        return _Run(count, weight, mean + self._middle, common, xx - x * mean, cx - c * mean, cc - c * common)
+        return _Run(count, weight, mean + self._near, common, xx - x * mean, cx - c * mean, cc - c * common)
 
 
 def now(told: Told, since: int, noise: Noise) -> Mean | None:

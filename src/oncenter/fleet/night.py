@@ -9,7 +9,9 @@ import time
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from oncenter import _core
@@ -86,6 +88,7 @@ def run(
         with closing(Ledger(folder / "ledger.sqlite")) as ledger:
             found, to_do = ledger.plan(find_logs(logs), trucks)
             progress = Progress(to_do)
+            Thread(target=import_module, args=["oncenter.fleet.page"], name="page").start()  # Bokeh takes its time
             for log, row in engine(work, ledger.to_do()):
                 ledger.add(log, row)
                 progress.one_more(row.get("error_code") is not None)

@@ -1,0 +1,188 @@
+"""A hypothesis of the core, and drives to learn from, for the tests of it.
+
+The truck here is made of random numbers, not simulated: steering wheel angle, lateral acceleration and curvature go
+their ways, and the residual is what the operators below, an offset, a gradient and a wind make of them.
+"""
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from oncenter._native import ffi, lib
+
+Array = npt.NDArray[np.float64]
+
+DEGREE = math.pi / 180.0
+RATIO, RATIO_TIMES_WHEELBASE = 19.3, 19.3 * 3.7
+STEP_S, SAMPLES = 0.1, 10
+OFFSET, GRADIENT = 2.0 * DEGREE, 0.4 * DEGREE
+PULL_SD = 0.05
+
+# The model's terms, in the core's order.
+SOURCE = (Path(__file__).parents[1] / "core" / "hypothesis.c").read_text(encoding="utf-8")
+TERMS = re.search(r"/\* The terms, in this order\. \*/\nenum \{ (.+?) \};", SOURCE, re.S)[1]
+TERMS = re.split(r",\s+", TERMS.lower())
+GRADIENT_TERM, BIAS_TERM, WIDTH_TERM, UNLOADING_TERM, FRICTION_TERM, CREEP_TERM = (
+    TERMS.index(name) for name in ("gradient", "yaw_rate_bias", "width", "unloading", "friction", "creep")
+)
+WINDUP_TERM, UNWINDING_TERM, WIND_TERMS = (
+    TERMS.index("windup"),
+    TERMS.index("unwinding"),
+    [TERMS.index("wind"), TERMS.index("wind_across")],
+)
+WHEELBASE_TERM = TERMS.index("wheelbase")
+WITHIN_PLAY = [UNLOADING_TERM, FRICTION_TERM, CREEP_TERM]
+# What trucks are like, docs/method.md.
+GRADIENT_MEAN, WIDTH_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 4.0 * DEGREE, 0.1, 100.0 * DEGREE
+WINDUP_MEAN = 1.0 * DEGREE
+
+
+@dataclass(frozen=True)
+class Play:
+    half_width: float = 3.0 * DEGREE  # rad
+    unloading: float = 0.1  # m/s^2
+    friction: float = 0.05  # m/s^2; negative: the wheels stay where they rub
+    creep: float = 100.0 * DEGREE  # rad/s per m/s^2
+    windup: float = 0.3 * DEGREE  # rad, half
+    unwinding: float = 0.0  # 1/s
+    wind: tuple[float, float] = (0.0, 0.0)  # m/s^2
+
+    def inner(self, angle: Array, lateral_acceleration: Array, blows: Array, centre: float = 0.0) -> Array:
+        """Wind-up and play once more, written from the page. `blows` (n, 2) is the share of each wind."""
+        wound = now = float(angle[0])
+        course = np.empty_like(angle)
+        carried = blows @ np.array(self.wind)
+        for k, (outer, a) in enumerate(zip(angle, lateral_acceleration - carried, strict=True)):
+            wound -= self.unwinding * (wound - centre) * STEP_S
+            wound = min(max(wound, outer - self.windup), outer + self.windup)
+            load = a - self.unloading
+            if self.friction >= 0.0:
+                now -= math.copysign(self.creep * max(abs(load) - self.friction, 0.0) * STEP_S, load)
+            now = min(max(now, wound - self.half_width), wound + self.half_width)
+            course[k] = now
+        return course
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Samples each 0.1 s."""
+
+    angle: Array
+    residual: Array
+    lateral_acceleration: Array
+    yaw_acceleration: Array
+    jerk: Array
+    curvature: Array
+    per_speed: Array
+    wind: Array
+
+    def mirrored(self) -> "Drive":
+        """As seen in a mirror: what is to the left is to the right; the winds are where they were."""
+        same = ("per_speed", "wind")
+        return Drive(**{name: column if name in same else -column for name, column in vars(self).items()})
+
+
+def knots(rng: np.random.Generator, t: Array, every_s: float) -> Array:
+    at = np.arange(0.0, t[-1] + 2 * every_s, every_s)
+    return np.interp(t, at, rng.standard_normal(len(at)))
+
+
+def driven(
+    seed: int,
+    play: Play,
+    duration_s: int = 600,
+    *,
+    noise: float = 0.05 * DEGREE,
+    yaw_rate_bias: float = 0.0,
+    speed_swing: float = 5.0,
+) -> Drive:
+    """Bends to both sides on a crowned road. `yaw_rate_bias` in rad/s is what the residual was not corrected by."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(duration_s * SAMPLES) * STEP_S
+    v = 18.0 + speed_swing * np.sin(t / 40.0 + seed)
+    curvature = 0.0015 * knots(rng, t, 7.0)
+    a = v * v * curvature + 0.2
+    hands = 0.8 * play.half_width * knots(rng, t, 1.7)
+    angle = OFFSET + RATIO_TIMES_WHEELBASE * curvature + hands + 1.5 * play.half_width * knots(rng, t, 6.0)
+    heading = np.cumsum(v * curvature) * STEP_S + t / 100.0
+    blows = v[:, None] / 20.0 * np.column_stack([np.cos(heading), np.sin(heading)])
+    borne = a - play.unloading - blows @ np.array(play.wind)
+    residual = OFFSET + RATIO * GRADIENT * borne + angle - play.inner(angle, a, blows, OFFSET)
+    residual += noise * rng.standard_normal(len(t)) - RATIO_TIMES_WHEELBASE * yaw_rate_bias / v
+    yaw_acceleration, jerk = np.gradient(v * curvature, STEP_S), np.gradient(a, STEP_S)
+    return Drive(angle, residual, a, yaw_acceleration, jerk, curvature, 1.0 / v, blows)
+
+
+@dataclass
+class Learner:
+    """A hypothesis of the core with what it needs, and the rows that it learned from."""
+
+    play: Play
+    unloading_mean: float = 0.0
+    unloading_sd: float = 0.15
+    yaw_rate_bias_sd: float = 0.02 * DEGREE
+    memory_share: float | None = None  # None: short at first, as the bank has it
+
+    def __post_init__(self) -> None:
+        self.h = ffi.new("oc_hypothesis *")
+        self.design = ffi.new("oc_hypothesis_design *")
+        lib.oc_hypothesis_setup(self.design, STEP_S, RATIO, RATIO_TIMES_WHEELBASE, PULL_SD)
+        self.prior = ffi.new("oc_prior *", (self.unloading_mean, self.unloading_sd, self.yaw_rate_bias_sd))
+        self.second = ffi.new(
+            "oc_second *", {"second_s": 1.0, "memory_share": 1.0, "reference": DEGREE**2, "learns": 1}
+        )
+        self.scale = np.array([self.design.scale[k] for k in range(len(TERMS))])
+        self.started = False
+
+    def sample(self, drive: Drive, k: int) -> None:
+        if not self.started:
+            lib.oc_hypothesis_start(self.h, ffi.new("oc_play *", vars(self.play)), drive.angle[0])
+            self.started = True
+        row = {name: column[k].tolist() for name, column in vars(drive).items()}
+        native = ffi.new("oc_motion_sample *", row)
+        native.usable = 1
+        lib.oc_hypothesis_sample(self.h, self.design, native, k % SAMPLES == 0)
+
+    def whole_second(self) -> None:
+        h, second = self.h, self.second
+        ends = round(second.used_s) + 1
+        second.block_ends = ends % lib.OC_SECONDS_PER_BLOCK == 0
+        second.long_block_ends = ends % lib.OC_SECONDS_PER_LONG_BLOCK == 0
+        shortening = 1.0 - 1.0 / (60.0 + 0.5 * second.used_s)
+        second.memory_share = shortening if self.memory_share is None else self.memory_share
+        lib.oc_hypothesis_foretell(h, self.design, second, SAMPLES)
+        if second.learns:
+            self.solve(learns=True)
+        second.used_s += 1.0
+        second.blocks += second.block_ends
+        second.long_blocks += second.long_block_ends
+
+    def solve(self, *, learns: bool) -> None:
+        solving = ffi.new("oc_solving *", {"learns": learns, "due": 1})
+        while not lib.oc_hypothesis_learn(self.h, self.design, self.prior, self.second, SAMPLES, solving):
+            pass
+
+    def learn(self, drive: Drive) -> "Learner":
+        for k in range(len(drive.angle)):
+            self.sample(drive, k)
+            if k % SAMPLES == SAMPLES - 1:
+                self.whole_second()
+        return self
+
+    @property
+    def now(self) -> Play:
+        told = {name: getattr(self.h.play, name) for name in vars(self.play)}
+        return Play(**{**told, "wind": tuple(told["wind"])})
+
+    @property
+    def total(self) -> dict[str, float]:
+        """What is believed of the play, terms that are still to be followed included."""
+        t, now = [self.h.terms[k] * self.scale[k] for k in range(len(TERMS))], self.now
+        return {"width": 2 * now.half_width + t[WIDTH_TERM], "unloading": now.unloading + t[UNLOADING_TERM]}
+
+    @property
+    def offset_sd(self) -> float:
+        return math.sqrt(self.h.offset_variance)

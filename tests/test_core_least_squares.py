@@ -1,0 +1,172 @@
+"""The recursion of one hypothesis against NumPy's least squares over the whole drive."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from oncenter._native import lib
+from one_hypothesis import (
+    BIAS_TERM,
+    CREEP_MEAN,
+    CREEP_TERM,
+    DEGREE,
+    FRICTION_MEAN,
+    FRICTION_TERM,
+    GRADIENT_MEAN,
+    GRADIENT_TERM,
+    PULL_SD,
+    RATIO,
+    SAMPLES,
+    TERMS,
+    UNLOADING_TERM,
+    UNWINDING_TERM,
+    WHEELBASE_TERM,
+    WIDTH_MEAN,
+    WIDTH_TERM,
+    WIND_TERMS,
+    WINDUP_MEAN,
+    WINDUP_TERM,
+    WITHIN_PLAY,
+    Array,
+    Learner,
+    Play,
+    driven,
+)
+
+
+def prior_of(play: Play, learner: Learner) -> tuple[Array, Array]:
+    """The terms that the priors ask for, and how surely: their information. In units of `scale`."""
+    information = np.ones(len(TERMS))
+    information[UNLOADING_TERM] = (learner.scale[UNLOADING_TERM] / learner.unloading_sd) ** 2
+    information[BIAS_TERM] = (learner.scale[BIAS_TERM] / learner.yaw_rate_bias_sd) ** 2
+    asked = np.zeros(len(TERMS))
+    asked[GRADIENT_TERM] = GRADIENT_MEAN
+    asked[WIDTH_TERM] = WIDTH_MEAN - 2 * play.half_width
+    asked[UNLOADING_TERM] = learner.unloading_mean - play.unloading
+    asked[WIND_TERMS] = [-wind for wind in play.wind]
+    if play.friction >= 0.0:
+        share = CREEP_MEAN / play.creep
+        asked[FRICTION_TERM] = FRICTION_MEAN - play.friction
+        asked[CREEP_TERM] = share - 1.0 if share > 1.0 else 1.0 - 1.0 / share
+        asked[WINDUP_TERM] = WINDUP_MEAN - 2 * play.windup
+        asked[UNWINDING_TERM] = -play.unwinding
+    return asked / learner.scale, information
+
+
+class Batch:
+    """All seconds kept, each as a row about where the play now is; NumPy does the rest."""
+
+    def __init__(self) -> None:
+        self.terms: list[Array] = []
+        self.targets: list[float] = []
+        self.weights: list[float] = []
+
+    def add(self, terms: Array, target: float, weight: float, memory_share: float) -> None:
+        self.weights = [memory_share * w for w in self.weights] + [weight]
+        self.terms.append(terms)
+        self.targets.append(target)
+
+    def move(self, before: Play, after: Play, scale: Array) -> None:
+        """About another play the same drive leaves another target; in a narrower one less happens."""
+        Z, y = np.array(self.terms), np.array(self.targets)
+        y -= Z[:, WIDTH_TERM] * 2 * (after.half_width - before.half_width) / scale[WIDTH_TERM]
+        Z[:, WITHIN_PLAY] *= min(after.half_width / before.half_width, 1.0)
+        moved = [after.unloading - before.unloading, after.friction - before.friction, after.creep / before.creep - 1.0]
+        y -= Z[:, WITHIN_PLAY] @ (moved / scale[WITHIN_PLAY])
+        y -= Z[:, WINDUP_TERM] * 2 * (after.windup - before.windup) / scale[WINDUP_TERM]
+        Z[:, UNWINDING_TERM] *= min(after.windup / before.windup, 1.0)
+        y -= Z[:, UNWINDING_TERM] * (after.unwinding - before.unwinding) / scale[UNWINDING_TERM]
+        y -= Z[:, WIND_TERMS] @ (np.subtract(after.wind, before.wind) / scale[WIND_TERMS])
+        self.terms, self.targets = list(Z), list(y)
+
+    def solve(self, noise: float, asked: Array, information: Array) -> tuple[Array, Array]:
+        """Constant and terms, and their covariance."""
+        w = np.sqrt(np.array(self.weights) / noise)
+        rows = np.column_stack([np.ones(len(self.terms)), np.array(self.terms)]) * w[:, None]
+        believed = np.column_stack([np.zeros(len(asked)), np.diag(np.sqrt(information))])
+        A = np.vstack([rows, believed])
+        b = np.concatenate([np.array(self.targets) * w, np.sqrt(information) * asked])
+        return np.linalg.lstsq(A, b, rcond=None)[0], np.linalg.inv(A.T @ A)
+
+
+@pytest.mark.parametrize("friction", [0.05, -1.0], ids=["creeping", "rubbing"])
+@pytest.mark.parametrize("memory_share", [1.0, 0.99], ids=["all", "forgetting"])
+def test_the_recursion_is_least_squares_over_the_whole_drive(friction: float, memory_share: float) -> None:
+    """Rows and weights are the core's, all that becomes of them is NumPy's, in double and from plain products.
+
+    The core adds some hundreds of seconds in single precision and relinearises after each, which costs it a few
+    hundredths of a standard deviation.
+    """
+    learner = Learner(Play(friction=friction), 0.05, memory_share=memory_share)
+    truth = Play(half_width=3.5 * DEGREE, friction=friction, unloading=0.2 if friction >= 0 else 0.0)
+    drive = driven(5, truth, 400)
+    batch, h = Batch(), learner.h
+    for k in range(len(drive.angle)):
+        learner.sample(drive, k)
+        if k % SAMPLES < SAMPLES - 1:
+            continue
+        terms, target = np.array(list(h.sums)) * list(learner.design.of_sum) / SAMPLES, h.target_sum / SAMPLES
+        usual, before = h.variance, learner.now
+        learner.whole_second()
+        weight = min(1.0, 2.0 * math.sqrt(usual) / abs(h.error))
+        batch.add(terms, target, weight, memory_share)
+        if k < len(drive.angle) - 1:
+            batch.move(before, learner.now, learner.scale)
+    found, C = batch.solve(lib.oc_hypothesis_noise(h), *prior_of(before, learner))
+    constant, terms = found[0], found[1:]
+    of_gradient, of_unloading, of_width = (learner.scale[k] for k in (GRADIENT_TERM, UNLOADING_TERM, WIDTH_TERM))
+    gradient, a_0 = terms[GRADIENT_TERM] * of_gradient, before.unloading + terms[UNLOADING_TERM] * of_unloading
+    offset = constant + RATIO * gradient * a_0
+    sd = np.sqrt(np.diag(C))
+    assert h.constant == pytest.approx(constant, abs=0.05 * sd[0])
+    assert h.gradient == pytest.approx(gradient, abs=0.05 * sd[1 + GRADIENT_TERM] * of_gradient)
+    assert h.unloading == pytest.approx(a_0, abs=0.05 * sd[1 + UNLOADING_TERM] * of_unloading)
+    variances = np.diag(C)[1:]
+    unloading_variance = variances[UNLOADING_TERM] * of_unloading**2
+    assert h.gradient_variance == pytest.approx(variances[GRADIENT_TERM] * of_gradient**2, rel=0.02)
+    # the width that is told is play and wind-up together
+    both = np.zeros(len(found))
+    both[1 + WIDTH_TERM], both[1 + WINDUP_TERM] = of_width, learner.scale[WINDUP_TERM]
+    assert h.width_variance == pytest.approx(both @ C @ both, rel=0.02)
+    assert h.unloading_variance == pytest.approx(unloading_variance, rel=0.02)
+    # d offset: the constant, the gradient at a_0, a_0 at the gradient; pull and wind on top, up to the bias's prior
+    slope = np.zeros(len(found))
+    slope[[0, 1 + GRADIENT_TERM, 1 + UNLOADING_TERM]] = (
+        1.0,
+        RATIO * a_0 * of_gradient,
+        RATIO * gradient * of_unloading,
+    )
+    of_pull = max(min(unloading_variance + PULL_SD**2, learner.unloading_sd**2) - unloading_variance, 0.0)
+    offset_variance = slope @ C @ slope + (RATIO * gradient) ** 2 * of_pull
+    assert h.offset_variance == pytest.approx(offset_variance, rel=0.02)
+    assert h.offset == pytest.approx(offset, abs=0.05 * math.sqrt(offset_variance))
+
+
+def information_of(h: Any) -> tuple[Array, Array]:
+    """Of the constant and all terms: the evidence as one matrix and vector, whose quotient is what it says of them."""
+    scatter = np.zeros((len(TERMS), len(TERMS)))
+    scatter[np.tril_indices(len(TERMS))] = list(h.scatter)
+    scatter += np.tril(scatter, -1).T
+    means = np.array([1.0, *h.means])
+    matrix = h.weight * np.outer(means, means)
+    matrix[1:, 1:] += scatter
+    vector = h.weight * h.target_mean * means
+    vector[1:] += list(h.toward)
+    noise = lib.oc_hypothesis_noise(h)
+    return matrix / noise, vector / noise
+
+
+def test_a_new_load_adds_to_the_covariance_of_what_was_seen_and_moves_no_mean() -> None:
+    """A Kalman filter's step of time: in single precision, by another derivation."""
+    learner = Learner(Play(), 0.1).learn(driven(12, Play(), 400))
+    before, told = information_of(learner.h)
+    lib.oc_hypothesis_loaded(learner.h)
+    after, then = information_of(learner.h)
+    wandered = np.zeros(len(before))
+    wandered[1 + GRADIENT_TERM], wandered[1 + WHEELBASE_TERM] = 0.04, 1.0
+    expected = np.linalg.inv(np.linalg.inv(before) + np.diag(wandered))
+    scale = np.sqrt(np.diag(before))
+    np.testing.assert_allclose(after / np.outer(scale, scale), expected / np.outer(scale, scale), atol=2e-3)
+    mean = expected @ np.linalg.solve(before, told)
+    np.testing.assert_allclose(then / scale, mean / scale, atol=2e-3 * np.abs(told / scale).max())

@@ -20,16 +20,20 @@ static const double standing_blocks = 10.0;    /* after which a block of one sta
 static const double standing_spread = 0.01;    /* rad/s; more is a truck that rolls or is shaken */
 static const double rolling_speed = 0.3;       /* m/s of a wheel while the truck is said to stand */
 static const double first_noise = 0.0017;      /* rad/s of a block, 0.1 deg/s */
+static const double least_noise = 1e-12;       /* (rad/s)^2, that one grows from: signals without any have been */
 static const double noise_blocks = 60.0;       /* memory */
 static const double model_noise = 2e-4;        /* rad/s of a block: tyres on an uneven road */
 static const double model_share = 0.02;        /* of the turn, besides */
 static const double lag = 0.05;                /* s, by which gyro and wheels may be apart */
 static const double quantum_alike = 6.0;       /* blocks that a rounding error outlasts */
 static const double outlier = 3.0;             /* standard deviations; beyond them a block weighs less */
-static const double cusum_slack = 0.5, cusum_limit = 8.0, cusum_clip = 4.0; /* standard deviations */
+static const float cusum_slack = 0.5f, cusum_limit = 8.0f; /* standard deviations */
+static const double cusum_clip = 4.0;
 static const double alarm_bias = 3.5e-3;       /* rad/s, 0.2 deg/s: what is open again after an alarm */
 static const double alarm_drift = 1.5e-4;      /* rad/s^2, 0.5 deg/s/min */
 static const double alarm_mismatch = 5e-4;
+static const double alarm_share_of_radii = 0.1; /* of what is open again of bias and drift, where radii moved */
+static const double root_half = 0.70710678118654752440;
 static const double alarm_over = 1.5;          /* of the variance before the alarm */
 static const double alarm_least = 15.0;        /* s */
 
@@ -278,7 +282,7 @@ static double rounding_variance(const oc_gyro_bias_axle *a, double per_track, do
 static void learn_noise(oc_gyro_bias_axle *a, double unexplained) {
     const double memory = a->blocks + 5.0 < noise_blocks ? a->blocks + 5.0 : noise_blocks;
     const double seen = 0.5 * unexplained * unexplained;
-    const double limit = outlier * outlier * a->noise;
+    const double limit = outlier * outlier * (a->noise > least_noise ? a->noise : least_noise);
     a->noise += ((seen < limit ? seen : limit) - a->noise) / memory;
 }
 
@@ -286,28 +290,46 @@ static double clipped(double value, double limit) {
     return value > limit ? limit : value < -limit ? -limit : value;
 }
 
-/* True when the innovations have leaned to one side for too long. */
-static bool cusum(oc_gyro_bias *state, double innovation) {
-    const double s = clipped(innovation, cusum_clip);
-    const double up = state->up + s - cusum_slack, down = state->down - s - cusum_slack;
-    state->up = up > 0.0 ? up : 0.0;
-    state->down = down > 0.0 ? down : 0.0;
-    return state->up > cusum_limit || state->down > cusum_limit;
+/* True when what was added has leaned to one side for too long; it begins anew then. */
+static bool cusum(oc_gyro_bias_cusum *sums, double innovation) {
+    const float s = (float)clipped(innovation, cusum_clip);
+    const float up = sums->up + s - cusum_slack, down = sums->down - s - cusum_slack;
+    const bool leaned = up > cusum_limit || down > cusum_limit;
+    sums->up = up > 0.0f && !leaned ? up : 0.0f;
+    sums->down = down > 0.0f && !leaned ? down : 0.0f;
+    return leaned;
 }
 
-/* Whatever leaned, the bias or the radii of the axle that leans more, is open again: the other axle tells which. */
-static void raise_alarm(oc_gyro_bias *state) {
-    const oc_gyro_bias_axle *axles = state->axles;
-    const bool rear = fabs(axles[OC_AXLE_REAR].innovation) >= fabs(axles[OC_AXLE_FRONT].innovation);
-    const int m = state_of(rear ? OC_AXLE_REAR : OC_AXLE_FRONT, MISMATCH);
+/* So much of bias and drift is open again. */
+static void raise_alarm(oc_gyro_bias *state, double share) {
     if (!(state->alarm_blocks > 0.0)) {
         state->alarm_variance = state->P[BIAS][BIAS];
     }
     state->alarm_blocks = 1.0;
-    state->P[BIAS][BIAS] += squared(alarm_bias);
-    state->P[DRIFT][DRIFT] += squared(alarm_drift);
+    state->P[BIAS][BIAS] += squared(share * alarm_bias);
+    state->P[DRIFT][DRIFT] += squared(share * alarm_drift);
+}
+
+static void open_mismatch(oc_gyro_bias *state, int32_t axle) {
+    const int m = state_of(axle, MISMATCH);
     state->P[m][m] += squared(alarm_mismatch);
-    state->up = state->down = 0.0;
+}
+
+/* Both axles lean to one side: the bias has moved, or the radii of the axle that leans more; the other one tells. */
+static void watch_bias(oc_gyro_bias *state, double rear, double front, double heard) {
+    if (cusum(&state->together, (rear + front) / sqrt(heard))) {
+        raise_alarm(state, 1.0);
+        open_mismatch(state, fabs(rear) >= fabs(front) ? OC_AXLE_REAR : OC_AXLE_FRONT);
+    }
+}
+
+/* One leans against the other: a tyre loses air or warms up, and the bias between them has followed it. */
+static void watch_radii(oc_gyro_bias *state, double rear, double front) {
+    if (cusum(&state->apart, (rear - front) * root_half)) {
+        raise_alarm(state, alarm_share_of_radii);
+        open_mismatch(state, OC_AXLE_REAR);
+        open_mismatch(state, OC_AXLE_FRONT);
+    }
 }
 
 /* The alarm is over when for a while nothing leaned, and the bias is known as well as before. */
@@ -368,14 +390,15 @@ static void learn_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, i
 
 /* What both axles said together. */
 static void conclude_block(oc_gyro_bias *state, const oc_params *p) {
-    const int32_t heard = state->axles[OC_AXLE_REAR].is_heard + state->axles[OC_AXLE_FRONT].is_heard;
+    const oc_gyro_bias_axle *rear = &state->axles[OC_AXLE_REAR], *front = &state->axles[OC_AXLE_FRONT];
+    const int32_t heard = rear->is_heard + front->is_heard;
     if (heard > 0) {
-        const double innovations = state->axles[OC_AXLE_REAR].innovation + state->axles[OC_AXLE_FRONT].innovation;
         state->evidence += block_s;
         state->wheel_evidence += block_s;
-        if (cusum(state, innovations / sqrt((double)heard))) {
-            raise_alarm(state);
-        }
+        watch_bias(state, rear->innovation, front->innovation, (double)heard);
+    }
+    if (heard == OC_AXLE_COUNT) {
+        watch_radii(state, rear->innovation, front->innovation);
     }
     watch_alarm(state, p);
     settle_status(state, p);
@@ -399,6 +422,10 @@ static void learn_what_is_due(oc_gyro_bias *state, const oc_gyro_bias_design *de
     }
 }
 
+static bool needs_load(const oc_params *p) {
+    return p->use_accelerometer != 0 && p->method != OC_METHOD_WHEEL_SPEED;
+}
+
 void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params,
                          const oc_signals *tick) {
     const uint32_t rear = OC_HAS_WHEEL_SPEED_REAR_LEFT | OC_HAS_WHEEL_SPEED_REAR_RIGHT;
@@ -414,12 +441,14 @@ void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design,
         state->P[DRIFT][DRIFT] += squared(params->gyro_bias_drift_first_sd_rad_s2);
     }
     stand(state, design, params, tick);
-    const double a_y = tick->valid & OC_HAS_LATERAL_ACCELERATION ? tick->lateral_acceleration : 0.0;
-    if ((tick->valid & rear) == rear) {
+    const bool has_load = (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0;
+    const double a_y = has_load ? tick->lateral_acceleration : 0.0;
+    const bool adds = has_load || !needs_load(params); /* a load that is missing for a while is not none */
+    if (adds && (tick->valid & rear) == rear) {
         add(&state->axles[OC_AXLE_REAR], design->track[OC_AXLE_REAR], tick->wheel_speed_rear_left,
             tick->wheel_speed_rear_right, tick->yaw_rate, a_y);
     }
-    if ((tick->valid & front) == front) {
+    if (adds && (tick->valid & front) == front) {
         add(&state->axles[OC_AXLE_FRONT], design->track[OC_AXLE_FRONT], tick->wheel_speed_front_left,
             tick->wheel_speed_front_right, tick->yaw_rate, a_y);
     }

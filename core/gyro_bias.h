@@ -52,11 +52,16 @@ typedef struct {
     int32_t is_heard;           /* the last block told something */
 } oc_gyro_bias_axle;
 
+/* How far innovations have leaned to either side. */
+typedef struct {
+    float up, down; /* standard deviations */
+} oc_gyro_bias_cusum;
+
 typedef struct {
     double x[OC_GYRO_BIAS_STATES];
     double P[OC_GYRO_BIAS_STATES][OC_GYRO_BIAS_STATES];
     oc_gyro_bias_axle axles[OC_AXLE_COUNT];
-    double up, down;                         /* the CUSUM's two sums */
+    oc_gyro_bias_cusum together, apart;      /* of both axles' innovations, and of one against the other */
     double alarm_blocks;                     /* since the alarm; 0: none */
     double alarm_time;                       /* s, of all alarms */
     double alarm_variance;                   /* (rad/s)^2, of the bias before it */

@@ -23,6 +23,7 @@ static const float friction_step = 0.03f;               /* m/s^2 */
 static const float creep_step = 0.3f;                   /* share */
 static const float unwinding_step = 0.2f;               /* 1/s */
 static const float little_width = 2.0f * 0.017453292f;  /* rad */
+static const float least_variance = 1e-7f;              /* rad^2, of a second: what J1939's steps of the angle leave */
 static const float newborn_handicap = 16.0f;            /* of cost: two wild seconds do not make it the best */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
@@ -109,7 +110,8 @@ static void judge_second(oc_hypothesis *h, const oc_second *second) {
 
     const float keep = second->memory_share;
     const float quick = larger(1.0f / (2.0f + h->age / second->second_s), 0.02f);
-    h->variance += (within_range(squared, 0.0f, 9.0f * h->variance) - h->variance) * quick;
+    const float varied = h->variance + (within_range(squared, 0.0f, 9.0f * h->variance) - h->variance) * quick;
+    h->variance = larger(varied, least_variance);
     h->blocks.sum += h->trust * h->error;
     h->long_blocks.sum += h->trust * h->error;
     h->age += second->second_s;

@@ -144,10 +144,12 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
         begin_correction(joint, yaw_rate_bias, (double)prior->yaw_rate_bias_sd);
     }
     turn_phase(joint, design);
-    for (int32_t k = 0; k < joint->count; ++k) {
-        (void)correct_hypothesis(joint, k, design);
-    }
     oc_solving *solving = &tracking->work.solving;
+    for (int32_t k = 0; k < joint->count; ++k) {
+        if (correct_hypothesis(joint, k, design)) {
+            solving->step = 0; /* it begins with the first again: what was half solved may be another's */
+        }
+    }
     solving->due = 1;
     if (joint->concluded < joint->count &&
         oc_hypothesis_learn(&joint->hypotheses[joint->concluded], &design->hypothesis, prior, &joint->second,

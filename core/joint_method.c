@@ -48,8 +48,9 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, 
         const float slope_sd = (float)p->standing_slope_sd_m_s2;
         take_reading(&belief, (float)standing.value, (float)p->standing_crown_share_1, slope_sd * slope_sd);
     }
+    const float least = 1e-6f * bias_sd * bias_sd; /* of which rounding may have left nothing */
     prior.unloading_mean = belief.bias;
-    prior.unloading_sd = sqrtf(belief.bias_variance);
+    prior.unloading_sd = sqrtf(belief.bias_variance > least ? belief.bias_variance : least);
     return prior;
 }
 

@@ -29,7 +29,7 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
                       const oc_coefficients *c);
 
 /* Chapter 4: whether the sensor can be believed at this tick, whose signals are the valid ones, and the angle without
- * it. */
+ * it. After a hole the estimate begins anew. */
 void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid,
                      const oc_estimate *yaw_rate_bias, oc_angle *angle);
 

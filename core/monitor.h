@@ -159,7 +159,8 @@ const char *oc_angle_method_name(oc_angle_method method);
 /* The name of the first member out of its range, or NULL. */
 const char *oc_vehicle_check(const oc_vehicle *vehicle);
 
-/* rate_hz: 20 to 200. The wheel speeds' method needs a track width of the vehicle. */
+/* rate_hz: 20 to 200. The wheel speeds' method needs a track width of the vehicle, an angle by the front wheels' speeds
+ * the front one's. */
 oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, const oc_params *params, double rate_hz);
 
 void oc_init(oc_state *state);

@@ -138,8 +138,7 @@ static measuring measure_state(void) {
     return m;
 }
 
-/* Of all that the learned numbers depend on. */
-static uint32_t key_of(const oc_coefficients *c) {
+uint32_t oc_save_key(const oc_coefficients *c) {
     const uint8_t methods[2] = {(uint8_t)c->params.method, (uint8_t)c->params.angle_method};
     uint32_t crc = crc_over(0, methods, sizeof methods);
     const oc_saved_member *member = oc_keyed_member(0);
@@ -167,7 +166,7 @@ size_t oc_save(const oc_state *state, const oc_coefficients *c, uint32_t sequenc
     }
     put(image + AT_MAGIC, magic, 4);
     put(image + AT_LAYOUT, measured.crc, 4);
-    put(image + AT_KEY, key_of(c), 4);
+    put(image + AT_KEY, oc_save_key(c), 4);
     put(image + AT_SEQUENCE, sequence, 4);
     put(image + AT_LENGTH, covered + CRC_BYTES, 4);
     save_members(state, image + AT_STATE);
@@ -192,7 +191,7 @@ static oc_image_fault fault_of(const oc_coefficients *c, const uint8_t *image, s
     if (got_word(image + AT_LAYOUT) != measured.crc || length != AT_STATE + measured.bytes + CRC_BYTES) {
         return OC_IMAGE_LAYOUT;
     }
-    return got_word(image + AT_KEY) == key_of(c) ? OC_IMAGE_OK : OC_IMAGE_FOREIGN;
+    return got_word(image + AT_KEY) == oc_save_key(c) ? OC_IMAGE_OK : OC_IMAGE_FOREIGN;
 }
 
 oc_image_fault oc_restore(oc_state *state, const oc_coefficients *c, const uint8_t *image, size_t size,

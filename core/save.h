@@ -13,6 +13,10 @@
  * To save takes half a million instructions on a Cortex-M4F, to restore a million: not for the task of a tick, and
  * without a step meanwhile.
  *
+ * Who keeps what was learned for years wants OC_METHOD_JOINT, which forgets: the thesis's means and the wheel speeds'
+ * weigh the first hour as the last, and hardly move for a sensor that is remounted after a thousand. The key is the
+ * vehicle's kind, not the truck: where images may come to another one, a serial number beside them tells.
+ *
  * Two slots: an image goes to slot sequence modulo OC_SAVE_SLOTS, over the older one, so that a power cut while it is
  * written leaves the newer one whole. */
 
@@ -39,6 +43,9 @@ typedef enum {
 } oc_image_fault;
 
 const char *oc_image_fault_name(oc_image_fault fault);
+
+/* Of all that the learned numbers depend on: what was learned with coefficients of another key is of another vehicle. */
+uint32_t oc_save_key(const oc_coefficients *coefficients);
 
 /* Bytes of an image. */
 size_t oc_save_size(void);

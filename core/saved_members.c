@@ -99,7 +99,8 @@ static const oc_saved_member standstill_members[] = {
 
 static const oc_saved_member gyro_bias_members[] = {
     MEMBER(oc_gyro_bias, x, OC_SAVED_DOUBLE, ANY_YAW_RATE), MEMBER(oc_gyro_bias, P, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBERS(oc_gyro_bias, up, alarm_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_gyro_bias, together, apart, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_gyro_bias, alarm_blocks, alarm_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBERS(oc_gyro_bias, time, block_time, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBERS(oc_gyro_bias, block_ticks, still, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_gyro_bias, still_yaw_rate, OC_SAVED_DOUBLE, ANY_YAW_RATE),
@@ -275,13 +276,15 @@ static const oc_saved_member waiting_members[] = {
 
 static const oc_saved_member fault_watch_members[] = {
     MEMBER(oc_fault_watch, running, OC_SAVED_INT32, YES_OR_NO), MEMBER(oc_fault_watch, fault, OC_SAVED_ENUM, ANY_FAULT),
+    MEMBER(oc_fault_watch, is_old, OC_SAVED_INT32, YES_OR_NO),
+    MEMBERS(oc_fault_watch, apart, steady_s, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_fault_watch, since, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBERS(oc_fault_watch, confidence, held_fast_s, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBERS(oc_fault_watch, left, right, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_fault_watch, mean, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_fault_watch, beyond, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_fault_watch, well_s, stuck_s, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBERS(oc_fault_watch, suspicious_since, interruption_time, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_fault_watch, last_time, interruption_time, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBERS(oc_fault_watch, mean_measured, flipped, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_fault_watch, last_right, OC_SAVED_DOUBLE, ANY_NUMBER),
 };

@@ -25,6 +25,7 @@ static const float healed_s = 20.0f;
 static const float lost_s = 0.1f, back_s = 1.0f;
 static const float judging_speed = 8.0f;  /* m/s */
 static const float step_deg = 8.0f, hand_rate_deg_s = 800.0f;
+static const float settled_s = 1.0f;      /* after a hole, in which the estimate is no better than the sensor */
 static const float mean_s = 8.0f;         /* bends are shorter */
 static const float noise_deg = 2.0f;      /* of measured and estimate, where the sd would say less */
 static const float flipped_min = 20.0f;   /* log of the odds */
@@ -34,6 +35,8 @@ static const float offset_memory_s = 200.0f;
 static const float sd_memory_factor = 2.0f;
 static const float leaning = 0.2f;        /* of the limit, in the mean: what may be a drift */
 static const float leaning_factor = 4.0f; /* is followed so much later */
+static const float apart_mean_s = 60.0f;
+static const float replaced_s = 300.0f;   /* over which a sensor that was at fault goes with the truck again, apart */
 
 const char *oc_fault_name(oc_fault fault) {
     static const char *const names[OC_FAULT_COUNT] = {"none",     "lost",       "stuck",    "jumped",
@@ -49,9 +52,14 @@ static float no_more_than(float a, float b) {
     return a < b ? a : b;
 }
 
+static bool teaches_nothing(oc_fault fault) {
+    return fault == OC_FAULT_STUCK || fault == OC_FAULT_DRIFTING || fault == OC_FAULT_WRONG_SIGN;
+}
+
 static void name_it(oc_fault_watch *w, oc_fault fault, double since, float difference, float sd) {
     const float sds = fabsf(difference) / at_least(sd, 1e-6f);
     w->fault = fault;
+    w->is_old = 0;
     w->since = since;
     w->confidence = sds > 1.0f ? 1.0f - 1.0f / (sds * sds) : 0.0f;
     w->well_s = 0.0f;
@@ -59,6 +67,10 @@ static void name_it(oc_fault_watch *w, oc_fault fault, double since, float diffe
 
 /* A signal that goes away, and comes back. True while there is none. */
 static bool is_missing(oc_fault_watch *w, const oc_fault_tick *tick) {
+    if (tick->after_hole) {
+        w->interruption_time = tick->time;
+        w->present_s = 0.0f;
+    }
     if (!tick->has_measured) {
         w->missing_s += tick->tick_s;
         w->present_s = 0.0f;
@@ -90,7 +102,7 @@ static void follow(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->step_time = tick->time;
         forget_means(w, tick);
     }
-    if (returned) {
+    if (w->present_s < settled_s) {
         forget_means(w, tick);
     }
     w->last = tick->measured;
@@ -190,6 +202,18 @@ static float judged_sd(const oc_fault_watch *w, const oc_fault_tick *tick) {
     return grown > 0.0f ? sqrtf(at_least(tick->sd * tick->sd - grown, 0.0f)) : tick->sd;
 }
 
+/* A fault that was there before this ignition: whoever has another sensor since goes with the truck, however far apart.
+ * It is one that sits elsewhere then, and is learned from; what is no better is found again. */
+static bool was_replaced(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
+    if (!w->is_old || !teaches_nothing(w->fault)) {
+        return false;
+    }
+    const bool steady = fabsf(difference - w->apart) < well * limit && w->held_s < healed_s && w->flipped <= 0.0f;
+    w->apart = steady ? w->apart + (difference - w->apart) * tick->tick_s / apart_mean_s : difference;
+    w->steady_s = steady ? w->steady_s + tick->tick_s : 0.0f;
+    return w->steady_s > replaced_s;
+}
+
 static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float limit = (1.0f + w->wider) * at_least(limit_deg * rad_in_deg, limit_sds * judged_sd(w, tick)) +
                         hidden_deg * rad_in_deg * tick->hidden;
@@ -209,6 +233,8 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
         }
     } else if (w->fault != OC_FAULT_LOST && w->fault != OC_FAULT_STUCK && w->flipped > flipped_min) {
         w->fault = OC_FAULT_WRONG_SIGN;
+    } else if (was_replaced(w, tick, difference, limit)) {
+        w->fault = OC_FAULT_REMOUNTED;
     } else if (has_healed(w)) {
         w->wider = no_more_than(w->wider + (w->fault == OC_FAULT_DRIFTING ? wider : 0.0f), wider_max);
         w->fault = OC_FAULT_NONE;
@@ -227,7 +253,7 @@ bool oc_fault_suspected(const oc_fault_watch *w) {
 
 /* The learned offset, late; its sd falls at once. */
 static void follow_offset(oc_fault_watch *w, const oc_fault_tick *tick) {
-    if (w->fault == OC_FAULT_STUCK || w->fault == OC_FAULT_DRIFTING || w->fault == OC_FAULT_WRONG_SIGN) {
+    if (teaches_nothing(w->fault)) {
         return;
     }
     w->offset_s += tick->tick_s;
@@ -242,6 +268,7 @@ static void begin_watch(oc_fault_watch *w, const oc_fault_evidence *kept, const 
     *w = (oc_fault_watch){
         .running = 1,
         .fault = kept->fault,
+        .is_old = kept->fault != OC_FAULT_NONE,
         .since = tick->time,
         .confidence = kept->confidence,
         .wider = kept->wider,
@@ -271,6 +298,8 @@ static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
     w->beyond = 0;
     if (tick->can_judge && tick->speed > judging_speed) {
         judge(w, tick);
+    } else {
+        forget_means(w, tick);
     }
 }
 
@@ -279,6 +308,7 @@ oc_fault oc_fault_update(oc_fault_watch *w, oc_fault_evidence *kept, const oc_fa
         begin_watch(w, kept, tick);
     }
     watch_sensor(w, tick);
+    w->last_time = tick->time;
     *kept = (oc_fault_evidence){.fault = w->fault, .confidence = w->confidence, .wider = w->wider};
     return w->fault;
 }

@@ -31,12 +31,15 @@ typedef struct {
     float hidden;       /* how much is not known of the flank that the wheels are at, 0 to 1 */
     float speed;        /* m/s */
     bool has_measured;
+    bool after_hole;     /* before it, time went on without ticks */
     bool can_judge;      /* the truck was learned */
 } oc_fault_tick;
 
 typedef struct {
     int32_t running;
     oc_fault fault;
+    int32_t is_old;          /* the fault was there before this ignition, and so the sensor may be another; then */
+    float apart, steady_s;   /* rad, by which it is off, and for how long by no other */
     double since;            /* s, when it began */
     float confidence;       /* at least so likely by Chebyshev's inequality, 0 to 1 */
     float missing_s, present_s;
@@ -52,6 +55,7 @@ typedef struct {
     float suspended_s;      /* not well within the limit, less a share of the time that it was */
     float wider;            /* of the limit, after drifts that went away by themselves */
     float stuck_s;
+    double last_time;        /* s, of the tick before */
     double suspicious_since, last_well; /* s */
     double step_time, interruption_time; /* s, of the last step in one tick; of the last stop or hole */
     float mean_measured, mean_estimate; /* rad, of the last seconds */

@@ -10,16 +10,17 @@ static float less_products(float sum, const float *a, const float *b, int32_t co
     return sum;
 }
 
-/* The root of what is left of a diagonal cell, of which rounding may have left nothing. */
-static float root_of(float square) {
-    return sqrtf(square > 1e-6f ? square : 1e-6f);
+/* The root of what is left of a diagonal cell. That is never less than what was known before, but rounding may have left
+ * nothing. */
+static float root_of(float square, float known_before) {
+    return sqrtf(square > known_before ? square : known_before);
 }
 
 void oc_triangle_factor(const float *scatter, const float *information, float noise, int32_t first, int32_t end,
                         float *lower, float *inverse) {
     const float weight = 1.0f / noise;
     if (first == 0) {
-        lower[0] = root_of(scatter[0] * weight + information[0]);
+        lower[0] = root_of(scatter[0] * weight + information[0], information[0]);
         inverse[0] = 1.0f / lower[0];
     }
     /* two rows at a time, so that the rows above are read once for both */
@@ -37,10 +38,11 @@ void oc_triangle_factor(const float *scatter, const float *information, float no
             below[j] = sum_below * inverse[j];
             above += j + 1;
         }
-        row[i] = root_of(less_products(cell[i] * weight + information[i], row, row, i));
+        row[i] = root_of(less_products(cell[i] * weight + information[i], row, row, i), information[i]);
         inverse[i] = 1.0f / row[i];
         below[i] = less_products(cell_below[i] * weight, below, row, i) * inverse[i];
-        below[i + 1] = root_of(less_products(cell_below[i + 1] * weight + information[i + 1], below, below, i + 1));
+        const float left = less_products(cell_below[i + 1] * weight + information[i + 1], below, below, i + 1);
+        below[i + 1] = root_of(left, information[i + 1]);
         inverse[i + 1] = 1.0f / below[i + 1];
     }
 }

@@ -74,7 +74,7 @@ static float hardly_seen(const oc_joint *joint, float place) {
 
 /* By the estimate of the tick before: a jump is not to be told for a tick. */
 static void judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals *tick, const seen *seen,
-                         float offset_sd) {
+                         float offset_sd, bool after_hole) {
     const oc_angle_tracking *angle = &state->tracking.angle;
     const oc_fault_tick judged = {
         .time = tick->time,
@@ -87,9 +87,16 @@ static void judge_sensor(oc_state *state, const oc_coefficients *c, const oc_sig
         .hidden = hardly_seen(&state->evidence.joint, angle->place),
         .speed = seen->motion ? (float)tick->vehicle_speed : 0.0f,
         .has_measured = seen->angle,
+        .after_hole = after_hole,
         .can_judge = seen->motion && seen->truck && state->evidence.angle.seconds > judge_after_s,
     };
     (void)oc_fault_update(&state->tracking.fault, &state->evidence.fault, &judged);
+}
+
+/* Whether there were no ticks for longer than the estimate takes to settle. */
+static bool is_after_hole(const oc_fault_watch *watch, double time) {
+    static const double hole_s = 0.3;
+    return watch->running && time - watch->last_time > hole_s;
 }
 
 /* What is not measured may be any number, and too great for single precision. */
@@ -102,13 +109,17 @@ void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals
                      const oc_estimate *bias, oc_angle *angle) {
     const oc_params *p = &c->params;
     oc_tracking *tracking = &state->tracking;
+    const bool after_hole = is_after_hole(&tracking->fault, tick->time);
+    if (after_hole) {
+        tracking->angle.running = 0;
+    }
     oc_angle_truck truck;
     look_at_truck(state, c, &truck);
     const bool has_angle = (valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
     const double measured = has_angle ? tick->steering_wheel_angle - state->learned.offset.value : 0.0;
     const bool moves = has_motion(p, valid);
     const seen now_seen = {.angle = has_angle, .motion = moves, .truck = truck.known};
-    judge_sensor(state, c, tick, &now_seen, truck.offset_sd);
+    judge_sensor(state, c, tick, &now_seen, truck.offset_sd, after_hole);
     const double yaw_rate = tick->yaw_rate - bias->value;
     const oc_angle_tick now = {
         .tick_s = c->angle.tick_s,

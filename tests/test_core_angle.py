@@ -1,6 +1,7 @@
 """Chapter 4: front wheel angles, the ratio both ways, the observer on motion whose steering is known, the judge."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -217,10 +218,17 @@ def judged(
     offset: float = 0.0,
     offset_sd: Array | None = None,
     hidden: float = 0.0,
+    speed: Array | None = None,
+    holes: Sequence[int] = (),
+    before: str = "none",
 ) -> list[str]:
-    """The sensor's fault at each tick; what is not known of the offset is a part of the sd, `sd` the rest of it."""
+    """The sensor's fault at each tick; what is not known of the offset is a part of the sd, `sd` the rest of it.
+
+    At 15 m/s where no speed is given; a hole before each tick of `holes`; `before` is the fault before this ignition.
+    """
     unsure = np.zeros(len(estimate)) if offset_sd is None else offset_sd
-    watch, kept = ffi.new("oc_fault_watch *"), ffi.new("oc_fault_evidence *")
+    speed = np.full(len(estimate), 15.0) if speed is None else speed
+    watch, kept = ffi.new("oc_fault_watch *"), ffi.new("oc_fault_evidence *", {"fault": _core.FAULTS.index(before)})
     names = []
     for k in range(len(estimate)):
         tick = ffi.new(
@@ -234,8 +242,9 @@ def judged(
                 "estimate": estimate[k],
                 "sd": np.hypot(sd, unsure[k]),
                 "hidden": hidden,
-                "speed": 15.0,
+                "speed": speed[k],
                 "has_measured": not np.isnan(measured[k]),
+                "after_hole": k in holes,
                 "can_judge": True,
             },
         )
@@ -325,6 +334,33 @@ def test_a_wrong_sign_is_not_forgiven_on_a_straight() -> None:
     true[6000:] = np.random.default_rng(3).normal(0.0, 0.3 * DEG, 6000)  # a hand that is never still
     names = judged(np.where(np.arange(len(true)) >= 2000, -true, true), true)
     assert set(names[5900:]) == {"wrong_sign"}
+
+
+@pytest.mark.parametrize("parked_deg", [-600.0, -100.0, 100.0])
+def test_a_wheel_that_was_parked_turned_makes_no_wrong_sign_of_the_first_bend(parked_deg: float) -> None:
+    true = weaving()
+    true[:500] = parked_deg * DEG
+    estimate, speed = np.where(np.arange(len(true)) < 500, 0.0, true), np.where(np.arange(len(true)) < 500, 0.0, 15.0)
+    assert set(judged(true, estimate, speed=speed)) == {"none"}
+
+
+def test_an_estimate_that_begins_anew_after_a_hole_makes_no_wrong_sign() -> None:
+    true, holes = weaving(), range(500, 12_000, 500)
+    estimate = true.copy()
+    for k in holes:
+        estimate[k : k + 30] *= np.linspace(-0.5, 1.0, 30)
+    assert set(judged(true, estimate, holes=holes)) == {"none"}
+
+
+@pytest.mark.parametrize("before", ["stuck", "drifting", "wrong_sign"])
+def test_a_sensor_that_was_replaced_is_another_one_mounted_elsewhere(before: str) -> None:
+    true = np.tile(weaving(), 3)
+    true += np.random.default_rng(4).normal(0.0, 0.3 * DEG, len(true))
+    names = judged(true + 8.0 * DEG, true, before=before)
+    assert names[0] == before and set(names[:29_000]) == {before} and names[-1] == "remounted"
+    still_wrong = {"stuck": np.full(len(true), 0.3), "wrong_sign": -true}.get(before)
+    if still_wrong is not None:
+        assert "remounted" not in judged(still_wrong, true, before=before)
 
 
 def test_no_hand_is_still_for_half_a_minute() -> None:

@@ -211,6 +211,21 @@ def test_a_correction_that_begins_while_samples_are_taken_in_reaches_every_hypot
     assert (gathered(1e-3) != gathered(0.0)).all()
 
 
+def test_a_bias_told_while_equations_are_half_solved_leaves_no_half_of_them(day: dict[str, Array]) -> None:
+    """What one hypothesis had come to is no other's to go on with."""
+    stop = int(np.flatnonzero(day["vehicle_speed_m_s"] > 0.1)[-1]) + 400
+
+    def after(step: int) -> Array:
+        ecu = Ecu().run(sliced(day, 0, stop))
+        joint, work = ecu.evidence()["joint"], ecu.whole()["tracking"]["joint"]["work"]
+        joint["correction"], joint["corrected"], joint["concluded"] = 2e-3, 0, 7 if step else 0
+        work["solving"]["step"] = step
+        ecu.run(sliced(day, stop, stop + 200))
+        return np.array(ecu.evidence()["joint"]["hypotheses"]["offset"][0])
+
+    np.testing.assert_array_equal(after(2), after(0))
+
+
 def test_a_hole_loses_the_heading_and_a_standstill_does_not(day: dict[str, Array]) -> None:
     def heading(ecu: Ecu) -> float:
         joint = ecu.evidence()["joint"][0]

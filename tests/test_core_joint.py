@@ -278,6 +278,26 @@ def test_a_day_of_driving_leaves_all_numbers_finite_and_the_answer_where_it_was(
     assert found["changes"] == 0
 
 
+@pytest.mark.parametrize("steering_deg", [0.0, 20.0], ids=["a hand that never moves", "one that weaves"])
+def test_signals_without_any_noise_leave_numbers(steering_deg: float) -> None:
+    """As benches and FMUs send them: after a quarter of an hour nothing is left to explain, and no variance."""
+    t = np.arange(0.0, 3_600.0, 1.0 / RATE_HZ)
+    angle = steering_deg * DEGREE * np.sin(t / 3.0)
+    core = _core.Core(3.7, 19.3, {}, RATE_HZ, method="joint", track_width_rear_m=1.8)
+    v, r = np.full_like(t, 22.0), 22.0 * angle / (19.3 * 3.7)
+    core.run({"time_s": t, ANGLE: angle, YAW_RATE: r, "vehicle_speed_m_s": v, "lateral_acceleration_m_s2": v * r})
+    assert all(math.isfinite(number) for number in numbers(state_of(core)))
+    assert math.isfinite(core.answer()["offset"]["value"])
+
+
+def test_priors_far_apart_leave_numbers() -> None:
+    columns, truth = driven(CREEPING, 1)
+    odd = {"accelerometer_bias_sd_m_s2": 10.0, "crown_sd_m_s2": 0.001, "joint_speed_min_m_s": 1.0}
+    core = core_for(truth, params=odd)
+    core.run(columns)
+    assert all(math.isfinite(number) for number in numbers(state_of(core)))
+
+
 @pytest.mark.parametrize("rate_hz", [20.0, 25.0, 50.0, 100.0, 200.0])
 def test_no_tick_has_more_to_do_than_its_share_and_all_is_done_in_time(rate_hz: float) -> None:
     """Samples wait while equations are solved; there is room for the next, and within two seconds all is done."""

@@ -1,8 +1,10 @@
 """Params: defaults are Table 4's, and each one out of its range is refused by its name."""
 
 import math
+from typing import Any
 
 import pytest
+from oncenter._native import ffi, lib
 
 from oncenter import _core
 
@@ -54,3 +56,33 @@ def test_a_cut_off_that_the_rate_cannot_carry_is_refused() -> None:
     with pytest.raises(ValueError, match="rate"):
         _core.Core(3.9, 19.3, {"cutoff_hz": 9.0}, 20.0)
     _core.Core(3.9, 19.3, {"cutoff_hz": 8.9}, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("named", "vehicle"),
+    [
+        ("ratio", {"ratio_polynomial": (0.0, math.nan)}),
+        ("ratio", {"ratio_polynomial": (0.0, 0.05, math.inf)}),
+        ("traffic_side", {"traffic_side": math.nan}),
+        ("traffic_side", {"traffic_side": 2.0}),
+    ],
+)
+def test_a_vehicle_that_cannot_be_is_refused_by_name(named: str, vehicle: dict[str, Any]) -> None:
+    native = _core._vehicle(3.9, 19.3, 0.0, 0.0, **vehicle)
+    assert ffi.string(lib.oc_vehicle_check(native)).decode() == named
+    with pytest.raises(ValueError, match="vehicle"):
+        _core.Core(3.9, 19.3, {}, 100.0, **vehicle)
+
+
+@pytest.mark.parametrize("terms", [-1, 9])
+def test_a_ratio_of_more_terms_than_there_is_room_for_is_refused(terms: int) -> None:
+    native = _core._vehicle(3.9, 19.3, 0.0, 0.0)
+    native.ratio.terms = terms
+    assert ffi.string(lib.oc_vehicle_check(native)).decode() == "ratio"
+
+
+@pytest.mark.parametrize("angle_method", ["wheel-speed", "wheel-speed-exact"])
+def test_an_angle_by_the_front_wheels_needs_their_track_width(angle_method: str) -> None:
+    with pytest.raises(ValueError, match="vehicle"):
+        _core.Core(3.9, 19.3, {}, 100.0, angle_method=angle_method, track_width_rear_m=1.8)
+    _core.Core(3.9, 19.3, {}, 100.0, angle_method=angle_method, track_width_front_m=2.0)

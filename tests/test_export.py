@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import ctypes
 import re
+import shutil
 import subprocess
 import sys
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
@@ -18,6 +20,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
+from oncenter._native import ffi, lib
 from test_estimate import steady_drive
 
 import oncenter as oc
@@ -381,6 +384,34 @@ def ecu(folder: Path) -> Path:
     command = [*CC, *strict, "-Iecu", *sources, "ecu/oncenter_ecu.c", "-lm", "-o", library.name]
     subprocess.run(command, cwd=folder, check=True)
     return library
+
+
+def test_an_ecu_that_is_calibrated_otherwise_forgets_what_it_had_learned(
+    ecu: Path, drive: Signals, tmp_path: Path
+) -> None:
+    library = ctypes.CDLL(shutil.copy(ecu, tmp_path / "own.elf"))  # with variables of its own
+
+    def global_of(name: str, kind: str) -> Any:
+        dtype = _core.dtype_of(ffi.typeof(kind))
+        return np.frombuffer((ctypes.c_char * dtype.itemsize).in_dll(library, name), dtype)[0:1]
+
+    def answered_s() -> float:
+        library.oncenter_ecu_tell()
+        return float(global_of("oncenter_answer", "oc_answer")["duration"][0])
+
+    library.oncenter_ecu_defaults()
+    vehicle, tick = global_of("oncenter_vehicle", "oc_vehicle"), global_of("oncenter_tick", "oc_signals")
+    vehicle["wheelbase"], vehicle["steering_ratio"] = 3.9, 19.3
+    assert library.oncenter_ecu_start() == lib.OC_OK
+    for row in drive.table.head(3000).iter_rows(named=True):
+        for name, member in _core.COLUMNS.items():
+            tick[member] = row.get(name, 0.0)
+        tick["valid"] = 15
+        library.oncenter_ecu_tick()
+    assert answered_s() == pytest.approx(30.0)
+    assert library.oncenter_ecu_start() == lib.OC_OK and answered_s() == pytest.approx(30.0)
+    vehicle["steering_ratio"] = 20.0
+    assert library.oncenter_ecu_start() == lib.OC_OK and answered_s() == 0.0
 
 
 def items_of(a2l: Path) -> list[str]:

@@ -1,5 +1,7 @@
 #include "oncenter_ecu.h"
 
+#include "save.h"
+
 oc_vehicle oncenter_vehicle;
 oc_params oncenter_params;
 oc_signals oncenter_tick;
@@ -8,6 +10,7 @@ oc_answer oncenter_answer;
 
 static oc_coefficients coefficients;
 static oc_state state;
+static uint32_t key; /* of the coefficients that the state was learned with */
 static bool started;
 
 void oncenter_ecu_defaults(void) {
@@ -21,6 +24,10 @@ oc_error oncenter_ecu_start(void) {
     oncenter_vehicle.ratio.ratio = oncenter_vehicle.steering_ratio;
     const oc_error error = oc_setup(&coefficients, &oncenter_vehicle, &oncenter_params, (double)ONCENTER_RATE_HZ);
     started = error == OC_OK;
+    if (started && oc_save_key(&coefficients) != key) {
+        key = oc_save_key(&coefficients);
+        oc_init(&state);
+    }
     if (started) {
         oc_restart(&state);
     }

@@ -18,13 +18,14 @@ extern oc_answer oncenter_answer;
 /* Once after power-up. The vehicle is left to calibration. */
 void oncenter_ecu_defaults(void);
 
-/* At each ignition. Says which part of calibration is wrong, or OC_OK; no tick is taken before that. */
+/* At each ignition. Says which part of calibration is wrong, or OC_OK; no tick is taken before that. What was learned
+ * with another calibration is forgotten. */
 oc_error oncenter_ecu_start(void);
 
 /* At ONCENTER_RATE_HZ, once oncenter_tick is filled. */
 void oncenter_ecu_tick(void);
 
-/* In the background, as often as someone looks at oncenter_answer. */
+/* As often as someone looks at oncenter_answer; never while oncenter_ecu_tick runs, nor it while this does. */
 void oncenter_ecu_tell(void);
 
 #endif

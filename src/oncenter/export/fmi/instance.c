@@ -29,18 +29,11 @@ void oc_fmu_reset(oc_fmu *fmu) {
 }
 
 static const char *complaint(const oc_fmu *fmu) {
-    const char *const vehicle = oc_vehicle_check(&fmu->vehicle);
-    if (vehicle != NULL) {
-        return vehicle;
-    }
-    const char *const params = oc_params_check(&fmu->params);
-    if (params != NULL) {
-        return params;
-    }
     if (fmu->vehicle.ratio.terms < 0 || fmu->vehicle.ratio.terms > OC_RATIO_TERMS_MAX) {
         return "steering_ratio_terms";
     }
-    return NULL;
+    const char *const vehicle = oc_vehicle_check(&fmu->vehicle);
+    return vehicle != NULL ? vehicle : oc_params_check(&fmu->params);
 }
 
 const char *oc_fmu_begin(oc_fmu *fmu) {

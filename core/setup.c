@@ -1,0 +1,105 @@
+#include "monitor.h"
+
+#include <math.h>
+
+/* A second in order on a clock set back, or after one wild stamp, is the new time; less is disorder. */
+static const double new_clock_s = 1.0;
+
+static bool is_between(double value, float low, float high) {
+    const float rounded = (float)value;
+    return rounded >= low && rounded <= high; /* NaN is not */
+}
+
+static bool track_is_sane(double track) {
+    return track == 0.0 || is_between(track, 1.0f, 3.0f);
+}
+
+static bool ratio_is_sane(const oc_ratio *ratio) {
+    if (ratio->terms < 0 || ratio->terms > OC_RATIO_TERMS_MAX) {
+        return false;
+    }
+    for (int32_t k = 0; k < ratio->terms; ++k) {
+        if (!is_between(ratio->coefficients[k], -1e6f, 1e6f)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+const char *oc_vehicle_check(const oc_vehicle *vehicle) {
+    if (!is_between(vehicle->wheelbase, 1.0f, 20.0f)) {
+        return "wheelbase";
+    }
+    if (!is_between(vehicle->steering_ratio, 1.0f, 60.0f)) {
+        return "steering_ratio";
+    }
+    if (!is_between(vehicle->traffic_side, -1.0f, 1.0f)) {
+        return "traffic_side";
+    }
+    if (!ratio_is_sane(&vehicle->ratio)) {
+        return "ratio";
+    }
+    if (!track_is_sane(vehicle->track_width_front)) {
+        return "track_width_front";
+    }
+    if (!track_is_sane(vehicle->track_width_rear)) {
+        return "track_width_rear";
+    }
+    return NULL;
+}
+
+/* Whether the vehicle tells the track widths by which these methods turn wheel speeds into angles. */
+static bool has_tracks_for(const oc_params *params, double track, double track_front) {
+    const bool turns_by_wheels = params->method == OC_METHOD_WHEEL_SPEED;
+    const bool steers_by_wheels =
+        params->angle_method == OC_ANGLE_WHEEL_SPEED || params->angle_method == OC_ANGLE_WHEEL_SPEED_EXACT;
+    return (!turns_by_wheels || track > 0.0) && (!steers_by_wheels || track_front > 0.0);
+}
+
+static int32_t rounded_up(double positive) {
+    const int32_t whole = (int32_t)positive;
+    return whole + (whole < positive ? 1 : 0);
+}
+
+oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, const oc_params *params, double rate_hz) {
+    if (oc_vehicle_check(vehicle) != NULL) {
+        return OC_ERROR_VEHICLE;
+    }
+    if (!oc_params_are_sound(params)) {
+        return OC_ERROR_PARAMS;
+    }
+    if (!(rate_hz >= 20.0 && rate_hz <= 200.0) || !(params->cutoff_hz < 0.45 * rate_hz)) {
+        return OC_ERROR_RATE;
+    }
+    const int32_t axle = vehicle->track_width_rear > 0.0 ? OC_AXLE_REAR : OC_AXLE_FRONT;
+    const double track = axle == OC_AXLE_REAR ? vehicle->track_width_rear : vehicle->track_width_front;
+    if (!has_tracks_for(params, track, vehicle->track_width_front)) {
+        return OC_ERROR_VEHICLE;
+    }
+    const double clean_ticks = params->clean_time_s * rate_hz;
+    oc_coefficients *c = coefficients; /* in place: firmware's stack is small */
+    c->vehicle = *vehicle;
+    c->params = *params;
+    c->rate_hz = rate_hz;
+    c->tick_s = 1.0 / rate_hz;
+    c->ratio_times_wheelbase = vehicle->steering_ratio * vehicle->wheelbase;
+    c->ticks_per_batch = params->batch_s * rate_hz;
+    c->wheel_axle = axle;
+    c->offset_per_mismatch = track > 0.0 ? vehicle->steering_ratio * vehicle->wheelbase / track : 0.0;
+    c->ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz);
+    c->standstill_settling_ticks = (int32_t)(params->standstill_settling_s * rate_hz + 0.5);
+    /* upward, so that there are no more blocks than that */
+    c->ticks_per_block = rounded_up(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
+    c->blocks_until_final = rounded_up(clean_ticks / c->ticks_per_block);
+    oc_preprocess_design(&c->preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
+                         rate_hz);
+    oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
+    const double pull = params->pull_sd_m_s2, wind = params->wind_sd_m_s2;
+    const double unseen_bank = params->use_accelerometer ? 0.0 : params->crown_sd_m_s2;
+    oc_joint_setup(&c->joint, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
+                   sqrt(pull * pull + wind * wind + unseen_bank * unseen_bank), params->joint_memory_s);
+    oc_ratio ratio = vehicle->ratio;
+    ratio.ratio = vehicle->steering_ratio;
+    oc_angle_setup(&c->angle, params->angle_method, &ratio, vehicle->wheelbase, rate_hz);
+    return OC_OK;
+}

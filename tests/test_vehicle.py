@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import oncenter as oc
 from oncenter.errors import WRONG_USAGE
+from oncenter.steering_ratio import polynomial_of
 from oncenter.vehicle import vehicle_from
 
 TRUCK = {"wheelbase_m": 3.7, "steering_ratio": 19.3}
@@ -43,7 +44,16 @@ def test_an_angle_among_the_params_may_be_given_in_degrees() -> None:
         ({"wheelbase_m": math.nan}, "wheelbase_m"),
         ({"wheelbase_m": "long"}, "wheelbase_m"),
         ({"steering_ratio": 0.5}, "steering_ratio"),
-        ({"steering_ratio": [1.0]}, "slope"),
+        ({"steering_ratio": [1.0]}, "'steering_ratio' must be a number, or a polynomial of 2 to 8 terms"),
+        ({"steering_ratio": [0.0, *[0.05] * 17]}, "'steering_ratio' must be a number, or a polynomial of 2 to 8 terms"),
+        ({"steering_ratio": [math.nan, 0.05]}, "'steering_ratio' must be a finite number"),
+        ({"steering_ratio": [0, 0.05, math.inf]}, "'steering_ratio' must be a finite number"),
+        ({"steering_ratio": [0, 10**400]}, "'steering_ratio' must be a finite number"),
+        ({"steering_ratio": True}, "'steering_ratio' must be a finite number"),
+        ({"steering_ratio": "19.3"}, "'steering_ratio' must be a finite number"),
+        ({"steering_ratio": [0, 0.05, 1e9]}, "'steering_ratio' must be a ratio of 1 to 60"),
+        ({"steering_ratio": [0, 0.05, 0, -0.004]}, "'steering_ratio' must be a ratio of 1 to 60"),
+        ({"steering_ratio": [1.0, 0.05]}, "'steering_ratio' must leave the front wheels within 2 deg"),
         ({"wheelbase": 3.7}, "wheelbase_m"),
         ({"params": {"bank_max": 0.5}}, "bank_max_m_s2"),
         ({"params": {"bank_max_m_s2": -1.0}}, "bank_max_m_s2"),
@@ -97,3 +107,4 @@ def test_any_values_are_a_vehicle_in_range_or_one_clear_refusal(values: dict[str
     else:
         assert 1 <= truck.wheelbase_m <= 20
         assert 1 <= truck.ratio_near_centre <= 60
+        assert all(map(math.isfinite, polynomial_of(truck.steering_ratio)))

@@ -17,6 +17,7 @@ from oncenter._native import ffi, lib
 _NUMBERS = {"double": "f8", "float": "f4", "int32_t": "i4", "uint32_t": "u4", "uint64_t": "u8", "_Bool": "?"}
 
 RATE_MIN_HZ, RATE_MAX_HZ = 20.0, 200.0
+RATIO_TERMS_MAX = int(lib.OC_RATIO_TERMS_MAX)
 
 # Columns that the core reads, by the name they have in tables and in oc_columns.
 COLUMNS = {

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, SignalName
+from oncenter.steering_ratio import SteeringRatio, near_centre
 
 _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 _NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -52,8 +53,8 @@ class Vehicle(BaseModel):
         name: for people.
         wheelbase_m: first to (equivalent) rear axle, 1 to 20 m; Winkler's equivalent wheelbase for more than two axles.
         steering_ratio: steering wheel angle per front wheel angle near the centre, 1 to 60; or the polynomial's
-            coefficients from the steering wheel angle to the front wheel angle (both rad, lowest power first), of
-            which the ratio near the centre follows.
+            2 to 8 coefficients from the steering wheel angle to the front wheel angle (both rad, lowest power first),
+            of which the ratio near the centre follows; it must be 1 to 60 up to 3 rad to either side.
         track_width_front_m, track_width_rear_m: between the middles of left and right tyres, 1 to 3 m; with them the
             wheel speeds tell the yaw rate's bias better.
         axle_layout: 4x2, 6x2, 6x4, 8x4.
@@ -70,7 +71,7 @@ class Vehicle(BaseModel):
 
     name: str = "unnamed"
     wheelbase_m: _Positive
-    steering_ratio: float | tuple[float, ...]
+    steering_ratio: SteeringRatio
     track_width_front_m: _TrackWidth | None = None
     track_width_rear_m: _TrackWidth | None = None
     axle_layout: Literal["4x2", "6x2", "6x4", "8x4"] | None = None
@@ -81,13 +82,6 @@ class Vehicle(BaseModel):
     signals: Mapping[str, _SignalEntry] = {}
     params: Mapping[str, float] = {}
     source: Mapping[str, str] = {}
-
-    @field_validator("steering_ratio")
-    @classmethod
-    def _has_a_slope(cls, value: float | tuple[float, ...]) -> float | tuple[float, ...]:
-        if isinstance(value, tuple) and (len(value) < 2 or value[1] == 0):
-            raise ValueError("a polynomial needs a slope: [constant, per_rad, ...], lowest power first")
-        return value
 
     @field_validator("signals")
     @classmethod
@@ -104,9 +98,7 @@ class Vehicle(BaseModel):
 
     @property
     def ratio_near_centre(self) -> float:
-        if isinstance(self.steering_ratio, tuple):
-            return 1.0 / self.steering_ratio[1]
-        return self.steering_ratio
+        return near_centre(self.steering_ratio)
 
     @property
     def traffic_sign(self) -> float:
@@ -168,18 +160,15 @@ def vehicle_from(values: Mapping[str, Any], origin: str) -> Vehicle:
         truck = Vehicle.model_validate({"name": Path(origin).stem, **values})
     except ValidationError as error:
         raise _refusal(f"vehicle file {origin}: {_first_error(error)}") from None
-    bad = _core.bad_vehicle(truck.wheelbase_m, truck.ratio_near_centre)
-    if bad == "wheelbase":
+    if _core.bad_vehicle(truck.wheelbase_m, truck.ratio_near_centre) is not None:
         raise _refusal(f"vehicle file {origin}: 'wheelbase_m' must be 1 to 20, got {truck.wheelbase_m:g}")
-    if bad is not None:
-        raise _refusal(f"vehicle file {origin}: 'steering_ratio' must be 1 to 60, got {truck.ratio_near_centre:g}")
     return truck
 
 
 def _first_error(error: ValidationError) -> str:
     """The first complaint in one line, with the names that would do."""
     first = error.errors()[0]
-    key = ".".join(str(part) for part in first["loc"] if part not in ("float", "tuple[float, ...]"))
+    key = ".".join(str(part) for part in first["loc"])
     if first["type"] == "missing":
         return f"'{key}' is missing"
     if first["type"] == "extra_forbidden":
@@ -187,8 +176,10 @@ def _first_error(error: ValidationError) -> str:
         near = [field for field in fields if field.startswith(key.removeprefix("sensors."))]
         hint = "did you mean" if near else "known are"
         return f"'{key}' is not known here; {hint} {', '.join(near or fields)}"
-    message = str(first["msg"]).removeprefix("Value error, ")
-    return message if first["type"] == "value_error" else f"'{key}': {message}, got {first['input']!r}"
+    if first["type"] == "value_error":
+        message = str(first["msg"]).removeprefix("Value error, ")
+        return message if key in ("signals", "params") else f"'{key}' {message}"  # those name what is in them
+    return f"'{key}': {first['msg']}, got {first['input']!r}"
 
 
 def _refusal(message: str) -> OncenterError:

@@ -8,7 +8,6 @@ from typing import Literal
 
 from oncenter import _core
 from oncenter.answer import DEFAULT_METHOD
-from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.export.core_source import params
 from oncenter.signals import DEGREE
 from oncenter.vehicle import Vehicle
@@ -43,7 +42,6 @@ ENUMERATIONS: dict[str, dict[str, int]] = {
 }
 
 _NOT_TOLD = "unobservable"
-_RATIO_TERMS_MAX = 8  # OC_RATIO_TERMS_MAX
 
 
 @dataclass(frozen=True)
@@ -71,11 +69,7 @@ class Variable:
 
 
 def variables_of(vehicle: Vehicle) -> list[Variable]:
-    """All variables in the order of their value references, with the vehicle file's values as start values.
-
-    Raises:
-        OncenterError: "vehicle_file", exit code 2, for a steering ratio of more terms than the core holds.
-    """
+    """All variables in the order of their value references, with the vehicle file's values as start values."""
     return [
         Variable("time", "now", "independent", "Simulation time", unit="s"),
         *_vehicle(vehicle),
@@ -88,12 +82,6 @@ def variables_of(vehicle: Vehicle) -> list[Variable]:
 
 def _vehicle(vehicle: Vehicle) -> Iterator[Variable]:
     terms = vehicle.steering_ratio if isinstance(vehicle.steering_ratio, tuple) else ()
-    if len(terms) > _RATIO_TERMS_MAX:
-        raise OncenterError(
-            f"vehicle '{vehicle.name}': 'steering_ratio' has {len(terms)} terms, the core holds {_RATIO_TERMS_MAX}",
-            code="vehicle_file",
-            exit_code=WRONG_USAGE,
-        )
 
     def real(name: str, member: str, about: str, unit: str, start: float, low: float, high: float) -> Variable:
         return Variable(f"vehicle.{name}", f"vehicle.{member}", "parameter", about, "real", unit, "", start, low, high)
@@ -130,9 +118,9 @@ def _vehicle(vehicle: Vehicle) -> Iterator[Variable]:
         "integer",
         start=len(terms),
         low=0,
-        high=_RATIO_TERMS_MAX,
+        high=_core.RATIO_TERMS_MAX,
     )
-    for k in range(_RATIO_TERMS_MAX):
+    for k in range(_core.RATIO_TERMS_MAX):
         yield Variable(
             f"vehicle.steering_ratio_term[{k + 1}]",
             f"vehicle.ratio.coefficients[{k}]",

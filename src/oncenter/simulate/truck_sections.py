@@ -9,10 +9,10 @@ import math
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
-from oncenter.signals import DEGREE
 from oncenter.simulate.section import NotNegative, Number, Positive, Section, Whole
+from oncenter.steering_ratio import SteeringRatio, near_centre, polynomial_of
 
 LIFTING_S = 4.0  # an axle on its way up or down
 
@@ -157,14 +157,10 @@ class Truck(Section):
         return self
 
 
-_RATIO_MIN, _RATIO_MAX = 1.0, 60.0  # of steering wheel angle to front wheel angle, as the core takes them
-_RATIO_TERMS_MAX = 8
 _PLAY_AT_THE_WHEELS_MAX_DEG = 2.0  # beyond it nobody keeps a lane
 _Compliance = Annotated[Number, Field(ge=0, le=10)]
 _PullForce = Annotated[Number, Field(ge=-20_000, le=20_000)]
 _MomentPerAcceleration = Annotated[Number, Field(ge=-1000, le=1000)]
-_UNTURNED_MAX_DEG = 2.0  # front wheel angle of a gear that stands in its middle
-_TURNED_MAX_RAD = 3.0  # steering wheel angle to which a ratio's polynomial must hold
 
 
 class Steering(Section):
@@ -172,7 +168,7 @@ class Steering(Section):
 
     # a number; or a polynomial's coefficients from the steering wheel angle to the front wheel angle, both in rad,
     # lowest power first
-    steering_ratio: Number | tuple[Number, ...]
+    steering_ratio: SteeringRatio
     backlash_deg: Annotated[Number, Field(ge=0, le=20)]  # full width of the play, at the steering wheel
     king_pin_friction_n_m: NotNegative  # what the aligning moment must beat to carry the wheels through the play
     trail_m: Annotated[Number, Field(ge=0, le=0.5)]  # side force times trail is the aligning moment
@@ -186,46 +182,13 @@ class Steering(Section):
     brake_pull_n_m_per_m_s2: _MomentPerAcceleration = 0.0  # moment per deceleration
     torque_steer_n_m_per_m_s2: _MomentPerAcceleration = 0.0  # moment per acceleration
 
-    @field_validator("steering_ratio", mode="before")
-    @classmethod
-    def _is_a_ratio(cls, value: object) -> object:
-        terms = list(value) if isinstance(value, list | tuple) else [0.0, value]
-        if 2 <= len(terms) <= _RATIO_TERMS_MAX and all(isinstance(a, int | float) and math.isfinite(a) for a in terms):
-            return value
-        raise ValueError(f"must be a number, or a polynomial of 2 to {_RATIO_TERMS_MAX} of them, got {value!r}")
-
     @property
     def ratio_polynomial(self) -> tuple[float, ...]:
-        ratio = self.steering_ratio
-        return ratio if isinstance(ratio, tuple) else (0.0, 1.0 / ratio)
+        return polynomial_of(self.steering_ratio)
 
     @property
     def ratio_near_centre(self) -> float:
-        ratio = self.steering_ratio
-        return 1.0 / ratio[1] if isinstance(ratio, tuple) else ratio
-
-    @model_validator(mode="after")
-    def _turns_the_wheels_one_way(self) -> Steering:
-        if not isinstance(self.steering_ratio, tuple):
-            if not _RATIO_MIN <= self.steering_ratio <= _RATIO_MAX:
-                raise ValueError(
-                    f"'steering_ratio' must be {_RATIO_MIN:g} to {_RATIO_MAX:g}, got {self.steering_ratio:g}"
-                )
-            return self
-        if abs(self.steering_ratio[0]) > _UNTURNED_MAX_DEG * DEGREE:
-            raise ValueError(
-                f"'steering_ratio' must leave the wheels within {_UNTURNED_MAX_DEG:g} deg at 0 deg, and they are at "
-                f"{self.steering_ratio[0] / DEGREE:.3g} deg"
-            )
-        slope = [power * a for power, a in enumerate(self.steering_ratio)][1:]
-        for turned in (k * _TURNED_MAX_RAD / 50 for k in range(-50, 51)):
-            per_turned = sum(a * turned**power for power, a in enumerate(slope))
-            if not 1.0 / _RATIO_MAX <= per_turned <= 1.0 / _RATIO_MIN:
-                raise ValueError(
-                    f"'steering_ratio' must be {_RATIO_MIN:g} to {_RATIO_MAX:g} at any angle, and is not at "
-                    f"{turned / DEGREE:.0f} deg"
-                )
-        return self
+        return near_centre(self.steering_ratio)
 
     @model_validator(mode="after")
     def _leaves_the_wheels_to_the_driver(self) -> Steering:

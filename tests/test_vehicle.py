@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import oncenter as oc
 from oncenter.errors import WRONG_USAGE
 from oncenter.steering_ratio import polynomial_of
-from oncenter.vehicle import vehicle_from
+from oncenter.vehicle import core_params, vehicle_from
 
 TRUCK = {"wheelbase_m": 3.7, "steering_ratio": 19.3}
 
@@ -43,6 +43,11 @@ def test_an_angle_among_the_params_may_be_given_in_degrees() -> None:
         ({"wheelbase_m": 100.0}, "wheelbase_m"),
         ({"wheelbase_m": math.nan}, "wheelbase_m"),
         ({"wheelbase_m": "long"}, "wheelbase_m"),
+        ({"wheelbase_m": "3.7"}, "wheelbase_m"),
+        ({"wheelbase_m": True}, "wheelbase_m"),
+        ({"track_width_rear_m": "1.83"}, "track_width_rear_m"),
+        ({"understeer_gradient_deg_m_s2": 1e9}, "understeer_gradient_deg_m_s2"),
+        ({"sensors": {"yaw_rate_bias_deg_s": True}}, "sensors.yaw_rate_bias_deg_s"),
         ({"steering_ratio": 0.5}, "steering_ratio"),
         ({"steering_ratio": [1.0]}, "'steering_ratio' must be a number, or a polynomial of 2 to 8 terms"),
         ({"steering_ratio": [0.0, *[0.05] * 17]}, "'steering_ratio' must be a number, or a polynomial of 2 to 8 terms"),
@@ -57,9 +62,18 @@ def test_an_angle_among_the_params_may_be_given_in_degrees() -> None:
         ({"wheelbase": 3.7}, "wheelbase_m"),
         ({"params": {"bank_max": 0.5}}, "bank_max_m_s2"),
         ({"params": {"bank_max_m_s2": -1.0}}, "bank_max_m_s2"),
-        ({"params": {"use_accelerometer": 2}}, "use_accelerometer"),
+        ({"params": {"use_accelerometer": 2}}, "'use_accelerometer' must be 0 or 1, got 2"),
+        ({"params": {"use_accelerometer": 0.5}}, "'use_accelerometer' must be 0 or 1, got 0.5"),
+        ({"params": {"speed_min_m_s": True}}, "'speed_min_m_s' must be a finite number, got True"),
+        ({"params": {"speed_min_m_s": "10"}}, "'speed_min_m_s' must be a finite number, got '10'"),
+        (
+            {"params": {"offset_half_width_max_deg": 1.5, "offset_half_width_max_rad": 0.02}},
+            "'offset_half_width_max_deg' is also given as 'offset_half_width_max_rad'",
+        ),
         ({"signals": {"yaw": {"name": "x"}}}, "yaw_rate"),
         ({"signals": {"yaw_rate": {"name": "x", "sign": 2}}}, "sign"),
+        ({"signals": {"yaw_rate": {"nam": "x"}}}, "'signals.yaw_rate.nam' is not known here; did you mean name"),
+        ({"signals": {"yaw_rate": {"name": "x", "is": 1}}}, "known are name, unit, sign"),
         ({"traffic_side": "middle"}, "traffic_side"),
     ],
 )
@@ -69,6 +83,39 @@ def test_a_wrong_value_is_refused_by_name_in_one_line(values: dict[str, object],
     assert named in str(refused.value)
     assert "\n" not in str(refused.value)
     assert (refused.value.code, refused.value.exit_code) == ("vehicle_file", WRONG_USAGE)
+
+
+@pytest.mark.parametrize(
+    ("params", "told"),
+    [
+        ({"speed_min_m_s": -1}, "'speed_min_m_s' must be 1 to 40, got -1"),
+        ({"offset_half_width_max_deg": 100}, "'offset_half_width_max_deg' must be 0.00573 to 57.3, got 100"),
+        ({"delay_band_hz": 10}, "'delay_band_hz' must be below 'cutoff_hz', got 10"),
+        ({"understeer_acceleration_max_m_s2": 0.1}, "at least 'understeer_acceleration_min_m_s2', got 0.1"),
+    ],
+)
+def test_a_param_out_of_its_range_is_told_the_range_in_the_unit_in_which_it_was_given(
+    params: dict[str, float], told: str
+) -> None:
+    with pytest.raises(oc.OncenterError) as refused:
+        vehicle_from({**TRUCK, "params": params}, "t.toml")
+    assert told in str(refused.value)
+
+
+def test_a_param_given_in_degrees_goes_over_the_vehicle_s_in_rad() -> None:
+    truck = vehicle_from({**TRUCK, "params": {"offset_half_width_max_rad": 0.02}}, "t.toml")
+    used = core_params(truck.params, {"offset_half_width_max_deg": 3.0})
+    assert math.isclose(used["offset_half_width_max_rad"], math.radians(3.0))
+
+
+def test_the_accelerometer_may_be_switched_off_by_a_word() -> None:
+    truck = vehicle_from({**TRUCK, "params": {"use_accelerometer": False}}, "t.toml")
+    assert truck.params["use_accelerometer"] == 0.0
+
+
+def test_a_file_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:
+    (tmp_path / "truck.toml").write_text("wheelbase_m = 3.7\nsteering_ratio = 19\n", encoding="utf-8-sig")
+    assert oc.vehicle(tmp_path / "truck.toml").ratio_near_centre == 19.0
 
 
 def test_a_missing_value_is_named() -> None:

@@ -128,7 +128,7 @@ def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: floa
 
 def _core_for(vehicle: Vehicle, method: Method, params: Mapping[str, float] | None, rate_hz: float) -> _core.Core:
     try:
-        used = core_params({**vehicle.params, **(params or {})})
+        used = core_params(vehicle.params, params or {})
         return _core.Core(
             vehicle.wheelbase_m,
             vehicle.ratio_near_centre,

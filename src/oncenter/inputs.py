@@ -18,7 +18,7 @@ _RATES_ALIKE = 0.01  # of the rate; clocks differ by less
 
 def params_of(vehicle: Vehicle, params: Mapping[str, float] | None) -> dict[str, float]:
     try:
-        return _core.default_params() | core_params({**vehicle.params, **(params or {})})
+        return _core.default_params() | core_params(vehicle.params, params or {})
     except ValueError as error:
         raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None
 

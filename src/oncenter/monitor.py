@@ -95,7 +95,7 @@ class Monitor:
         if not _core.RATE_MIN_HZ <= rate_hz <= _core.RATE_MAX_HZ:
             raise OncenterError(f"'rate_hz' must be 20 to 200, got {rate_hz:g}", code="rate", exit_code=WRONG_USAGE)
         try:
-            used = core_params({**vehicle.params, **(params or {})})
+            used = core_params(vehicle.params, params or {})
             self._core = _core.Core(
                 vehicle.wheelbase_m,
                 vehicle.ratio_near_centre,

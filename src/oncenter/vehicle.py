@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import tomllib
 from collections.abc import Mapping
+from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,12 +15,20 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.param_ranges import param_ranges
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, SignalName
 from oncenter.steering_ratio import SteeringRatio, near_centre
 
-_Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-_NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-_TrackWidth = Annotated[float, Field(ge=1, le=3)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]  # "3.7" and true are none
+_Positive = Annotated[Number, Field(gt=0)]
+_NotNegative = Annotated[Number, Field(ge=0)]
+_TrackWidth = Annotated[Number, Field(ge=1, le=3)]
+_Gradient = Annotated[Number, Field(ge=-5, le=5)]  # of trucks some 0 to 1
+_SWITCH = "use_accelerometer"  # of the params the one that is no quantity
+_BOUNDED_BY = {  # params that another bounds more closely than the core's table of ranges does
+    "delay_band_hz": "below 'cutoff_hz'",
+    "understeer_acceleration_max_m_s2": "at least 'understeer_acceleration_min_m_s2'",
+}
 
 
 class _SignalEntry(BaseModel):
@@ -43,7 +53,7 @@ class Sensors(BaseModel):
     steering_wheel_angle_hysteresis_deg: _NotNegative = 2.5
     yaw_rate_bias_deg_s: _NotNegative = 3.0
     lateral_acceleration_bias_m_s2: _NotNegative = 0.1 * STANDARD_GRAVITY
-    speed_scale_percent: Annotated[float, Field(ge=-20, le=20)] = 5.0
+    speed_scale_percent: Annotated[Number, Field(ge=-20, le=20)] = 5.0
 
 
 class Vehicle(BaseModel):
@@ -59,7 +69,7 @@ class Vehicle(BaseModel):
             wheel speeds tell the yaw rate's bias better.
         axle_layout: 4x2, 6x2, 6x4, 8x4.
         mass_kg: prior.
-        understeer_gradient_deg_m_s2: prior, K_us/g at the road wheel.
+        understeer_gradient_deg_m_s2: prior, K_us/g at the road wheel, -5 to 5.
         traffic_side: which side of the road is driven on: tells the side to which the crown falls.
         sensors: by how much they may be off, for `oncenter.budget`.
         signals: by signal name, how this truck's logs call it, for logs that use other names.
@@ -76,7 +86,7 @@ class Vehicle(BaseModel):
     track_width_rear_m: _TrackWidth | None = None
     axle_layout: Literal["4x2", "6x2", "6x4", "8x4"] | None = None
     mass_kg: _Positive | None = None
-    understeer_gradient_deg_m_s2: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    understeer_gradient_deg_m_s2: _Gradient | None = None
     traffic_side: Literal["right", "left"] | None = None
     sensors: Sensors = Sensors()
     signals: Mapping[str, _SignalEntry] = {}
@@ -91,10 +101,10 @@ class Vehicle(BaseModel):
                 raise ValueError(f"'{name}' is no signal; known are time, {', '.join(SIGNALS)}")
         return value
 
-    @field_validator("params")
+    @field_validator("params", mode="before")
     @classmethod
-    def _known_params(cls, value: Mapping[str, float]) -> Mapping[str, float]:
-        return core_params(value)
+    def _known_params(cls, value: object) -> object:
+        return core_params(value) if isinstance(value, Mapping) else value
 
     @property
     def ratio_near_centre(self) -> float:
@@ -111,25 +121,65 @@ class Vehicle(BaseModel):
         return {key: SignalName(entry.name, entry.unit, entry.sign) for key, entry in self.signals.items()}
 
 
-def core_params(params: Mapping[str, float]) -> dict[str, float]:
-    """Params by the core's names: an angle given with `_deg` becomes its `_rad`.
+def core_params(*layers: Mapping[str, float]) -> dict[str, float]:
+    """Params by the core's names, later layers over earlier ones: an angle given with `_deg` becomes its `_rad`.
 
     Raises:
-        ValueError: naming a param that is unknown, lacks its unit, or is out of its range.
+        ValueError: naming a param that is unknown, lacks its unit, is no number, is given twice in one layer, or is out
+            of its range, which it tells.
     """
     known = _core.default_params()
-    renamed: dict[str, float] = {}
-    for name, value in params.items():
-        in_rad = re.sub(r"_deg(?=_|$)", "_rad", name)
-        if in_rad not in known:
-            near = [k for k in known if k.startswith(name) or name.startswith(k.rsplit("_", 1)[0])]
-            hint = "did you mean" if near else "known are"
-            raise ValueError(f"'{name}' is no parameter; {hint} {', '.join(near or known)}")
-        renamed[in_rad] = float(value) * (DEGREE if in_rad != name else 1.0)
-    bad = _core.bad_param(renamed)
+    values: dict[str, float] = {}
+    given: dict[str, str] = {}  # by the core's name, how it was called
+    for layer in layers:
+        renamed = {name: _core_name(name, known) for name in layer}
+        _refuse_twice(renamed)
+        for name, core_name in renamed.items():
+            values[core_name] = _number(name, layer[name]) * (DEGREE if core_name != name else 1.0)
+            given[core_name] = name
+    bad = _core.bad_param(values)
     if bad is not None:
-        raise ValueError(f"parameter '{bad}' is out of its range, got {renamed.get(bad, known[bad]):g}")
-    return renamed
+        name = given.get(bad, bad)
+        per_given = DEGREE if name != bad else 1.0
+        value = values.get(bad, known[bad])
+        raise ValueError(f"parameter '{name}' must be {_would_do(bad, value, per_given)}, got {value / per_given:g}")
+    return values
+
+
+def _core_name(name: str, known: Mapping[str, float]) -> str:
+    in_rad = re.sub(r"_deg(?=_|$)", "_rad", name)
+    if in_rad not in known:
+        near = [k for k in known if k.startswith(name) or name.startswith(k.rsplit("_", 1)[0])]
+        hint = "did you mean" if near else "known are"
+        raise ValueError(f"'{name}' is no parameter; {hint} {', '.join(near or known)}")
+    return in_rad
+
+
+def _refuse_twice(renamed: Mapping[str, str]) -> None:
+    for name, in_rad in renamed.items():
+        if name != in_rad and in_rad in renamed:
+            raise ValueError(f"parameter '{name}' is also given as '{in_rad}': which one is meant?")
+
+
+def _number(name: str, value: Any) -> float:
+    if name == _SWITCH and value not in (0, 1):
+        raise ValueError(f"parameter '{name}' must be 0 or 1, got {value!r}")
+    is_number = isinstance(value, Real) and (name == _SWITCH or not isinstance(value, bool))
+    try:
+        number = float(value) if is_number else math.nan
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise ValueError(f"parameter '{name}' must be a finite number, got {value!r}")
+    return number
+
+
+def _would_do(name: str, value: float, per_given: float) -> str:
+    """The range of a param in the unit in which it was given; or what bounds it where the core's table does not."""
+    low, high = param_ranges()[name]
+    if low <= value <= high:
+        return _BOUNDED_BY[name]
+    return f"{low / per_given:.4g} to {high / per_given:.4g}"
 
 
 def vehicle(path: str | os.PathLike[str]) -> Vehicle:
@@ -146,7 +196,7 @@ def vehicle(path: str | os.PathLike[str]) -> Vehicle:
     try:
         if not file.exists() and shipped.exists() and file.parent == Path("."):
             file = shipped
-        values = tomllib.loads(file.read_text(encoding="utf-8"))
+        values = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise _refusal(f"vehicle file {path} cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -166,20 +216,29 @@ def vehicle_from(values: Mapping[str, Any], origin: str) -> Vehicle:
 
 
 def _first_error(error: ValidationError) -> str:
-    """The first complaint in one line, with the names that would do."""
-    first = error.errors()[0]
+    """One complaint in one line, with the names that would do: a misspelt key comes before what is missing by it."""
+    errors = error.errors()
+    first = next((each for each in errors if each["type"] == "extra_forbidden"), errors[0])
     key = ".".join(str(part) for part in first["loc"])
     if first["type"] == "missing":
         return f"'{key}' is missing"
     if first["type"] == "extra_forbidden":
-        fields = Sensors.model_fields if key.startswith("sensors.") else Vehicle.model_fields
-        near = [field for field in fields if field.startswith(key.removeprefix("sensors."))]
+        table, _, unknown = key.rpartition(".")
+        fields = _fields_of(table)
+        near = [field for field in fields if field.startswith(unknown)]
         hint = "did you mean" if near else "known are"
         return f"'{key}' is not known here; {hint} {', '.join(near or fields)}"
     if first["type"] == "value_error":
         message = str(first["msg"]).removeprefix("Value error, ")
         return message if key in ("signals", "params") else f"'{key}' {message}"  # those name what is in them
     return f"'{key}': {first['msg']}, got {first['input']!r}"
+
+
+def _fields_of(table: str) -> Mapping[str, object]:
+    """What a table of a vehicle file may hold; the file itself is ""."""
+    if table == "sensors":
+        return Sensors.model_fields
+    return _SignalEntry.model_fields if table.startswith("signals.") else Vehicle.model_fields
 
 
 def _refusal(message: str) -> OncenterError:

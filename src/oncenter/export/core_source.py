@@ -1,7 +1,6 @@
 """The core as it lies in the package: its files, and what its own text says of the params.
 
-The header's comments are the one description of a param and params.c holds the one table of their ranges; both are
-read here, so that no description file repeats them.
+The header's comments are the one description of a param and are read here, so that no description file repeats them.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import oncenter
 from oncenter import _core
+from oncenter.param_ranges import param_ranges
 
 CORE = Path(oncenter.__file__).parent / "core"
 LICENCE = Path(__file__).with_name("LICENSE")
@@ -52,7 +52,7 @@ def core_files() -> list[Path]:
 def params() -> list[Param]:
     """The doubles of oc_params in the order of the struct; where a range depends on another param, its widest."""
     about = _comments((CORE / "params.h").read_text(encoding="utf-8"))
-    ranges = _ranges((CORE / "params.c").read_text(encoding="utf-8"))
+    ranges = param_ranges()
     names = [name for name in _core.default_params() if name != "use_accelerometer"]
     return [Param(name, _unit(name), about.get(name, ""), *ranges[name]) for name in names]
 
@@ -65,9 +65,3 @@ def _comments(header: str) -> dict[str, str]:
     """By member, the comment that begins on its line."""
     found = re.findall(r"^ +\w+ (\w+);[ \t]*/\*(.*?)\*/", header, re.MULTILINE | re.DOTALL)
     return {name: re.sub(r"\s*\n\s*\* ?|\s+", " ", text).strip() for name, text in found}
-
-
-def _ranges(source: str) -> dict[str, tuple[float, float]]:
-    """Name, low and high of the table of ranges."""
-    rows = re.findall(r"\{([^,{}]+)f, ([^,{}]+)f\}, /\* (\w+) \*/", source)
-    return {name: (float(low), float(high)) for low, high, name in rows}

@@ -6,7 +6,8 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]  # "8100" and true are none
+from oncenter.vehicle import Number as Number
+
 Whole = Annotated[int, Field(strict=True)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]

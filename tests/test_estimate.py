@@ -11,7 +11,8 @@ import polars as pl
 import pytest
 
 import oncenter as oc
-from oncenter.answer import Estimate
+from oncenter.answer import Estimate, Method
+from oncenter.errors import WRONG_USAGE
 from oncenter.estimate import _rows_held
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, Source
@@ -265,6 +266,24 @@ def test_the_monitor_says_why_a_tick_is_not_used() -> None:
     assert set(now.reasons) == {"settling", "speed"}
     assert now.offset_rad is None
     assert monitor.step(oc.Tick(0.01, math.nan, 0.0, 5.0, 0.0)).reasons == ("missing_signal",)
+
+
+def test_without_drives_it_is_said_that_a_drive_is_needed() -> None:
+    with pytest.raises(oc.OncenterError, match="a drive is needed") as refused:
+        oc.offset([], TRUCK)
+    assert (refused.value.code, refused.value.exit_code) == ("no_drive", WRONG_USAGE)
+
+
+@pytest.mark.parametrize("method", ["joint", "thesis"])
+def test_a_log_without_accelerometer_is_told_how_to_go_without(method: Method) -> None:
+    drive = steady_drive()
+    blind = replace(drive, table=drive.table.drop("lateral_acceleration_m_s2"))
+    with pytest.raises(oc.OncenterError, match=r"--no-accelerometer .*use_accelerometer = 0") as refused:
+        oc.offset(blind, TRUCK, method=method)
+    assert (refused.value.code, refused.value.needs) == ("missing_signal", ("lateral_acceleration",))
+    oc.offset(blind, TRUCK, method=method, params={"use_accelerometer": 0})
+    with pytest.raises(oc.OncenterError, match=r"^(?!.*--no-accelerometer)"):  # which would not help there
+        oc.offset(replace(drive, table=blind.table.drop("yaw_rate_rad_s")), TRUCK, method=method)
 
 
 def test_a_missing_signal_is_named() -> None:

@@ -24,7 +24,15 @@ def params_of(vehicle: Vehicle, params: Mapping[str, float] | None) -> dict[str,
 
 
 def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
-    """By their first time stamp, unless they overlap, as logs do that all start at zero: then as they were given."""
+    """By their first time stamp, unless they overlap, as logs do that all start at zero: then as they were given.
+
+    Raises:
+        OncenterError: "no_drive", exit code 2: there is none.
+    """
+    if not drives:
+        raise OncenterError(
+            "a drive is needed, as oncenter.read gives it, and none was given", code="no_drive", exit_code=WRONG_USAGE
+        )
     by_time = sorted(drives, key=lambda drive: float(drive.table["time_s"][0]))
     apart = all(
         float(before.table["time_s"][-1]) < float(after.table["time_s"][0]) for before, after in pairwise(by_time)
@@ -69,10 +77,8 @@ def track_widths(vehicle: Vehicle, method: Method, drives: Sequence[Signals]) ->
 
 
 def check(drives: tuple[Signals, ...], needed: Sequence[str]) -> None:
-    from oncenter.read import require
-
     for drive in drives:
-        require(drive, needed)
+        _require(drive, needed)
         if abs(drive.rate_hz / drives[0].rate_hz - 1) > _RATES_ALIKE:
             raise OncenterError(
                 f"{drive.log} has {drive.rate_hz:g} Hz and {drives[0].log} {drives[0].rate_hz:g} Hz: "
@@ -80,3 +86,20 @@ def check(drives: tuple[Signals, ...], needed: Sequence[str]) -> None:
                 code="rates_differ",
                 exit_code=WRONG_USAGE,
             )
+
+
+def _require(drive: Signals, needed: Sequence[str]) -> None:
+    """Refuses a drive that lacks a signal, and says so where it can be answered without."""
+    from oncenter.read import require
+
+    try:
+        require(drive, needed)
+    except OncenterError as error:
+        if error.needs != ("lateral_acceleration",):
+            raise
+        raise OncenterError(
+            f"{error}; without an accelerometer --no-accelerometer would do, or use_accelerometer = 0 in the "
+            "vehicle file's [params]",
+            code=error.code,
+            needs=error.needs,
+        ) from None

@@ -189,12 +189,20 @@ def test_a_table_whose_time_runs_backward_is_refused(tmp_path: Path) -> None:
     header, *rows = CSV.splitlines()
     error = refusal_of(tmp_path, "drive.csv", "\n".join([header, *reversed(rows)]))
     assert error.code == "time_backward"
+    assert "column time_s" in str(error)
+
+
+def test_a_row_with_more_cells_than_the_header_is_named_by_its_number(tmp_path: Path) -> None:
+    error = refusal_of(tmp_path, "drive.csv", CSV.replace("\n0.03,3,3,60\n", '\n"0.03","3,3",3,60,0\n'))
+    assert error.code == "unreadable_log"
+    assert "row 4 has 5 cells, the header has 4" in str(error)
 
 
 def test_milliseconds_that_are_called_seconds_are_refused(tmp_path: Path) -> None:
     rows = "".join(f"{1_700_000_000_000 + 10 * k},{k % 5}\n" for k in range(100))
     error = refusal_of(tmp_path, "drive.csv", "time_s,yaw_rate_deg_s\n" + rows)
     assert error.code == "time_out_of_range"
+    assert "column time_s" in str(error)
 
 
 def test_a_log_of_another_protocol_says_so(tmp_path: Path) -> None:

@@ -86,8 +86,8 @@ def refuse_time_out_of_range(candidates: Sequence[Samples], log: str) -> None:
         farthest = max(abs(float(samples.time.min())), abs(float(samples.time.max())))
         if farthest > LATEST_S:
             raise OncenterError(
-                f"time of {samples.description} in {log} runs to {farthest:.3g} s: give its unit (s, ms, us, ns) as "
-                "[signals] time",
+                f"time of {samples.time_description} in {log} runs to {farthest:.3g} s: give its unit (s, ms, us, ns) "
+                "as [signals] time",
                 code="time_out_of_range",
                 needs=("time",),
             )
@@ -108,8 +108,8 @@ def _refuse_backward(samples: Samples, log: str) -> None:
     wrong = np.flatnonzero(~(steps > 0))
     if len(wrong) > max(1, BACKWARD_SHARE * len(steps)) or len(wrong) == len(steps) > 0:
         raise OncenterError(
-            f"time does not increase in {log}: {len(wrong)} of {len(steps)} steps of {samples.description} stand still "
-            f"or run backward, the first after row {wrong[0] + 1}",
+            f"time does not increase in {log}: {len(wrong)} of {len(steps)} steps of {samples.time_description} stand "
+            f"still or run backward, the first after row {wrong[0] + 1}",
             code="time_backward",
             needs=("time",),
         )
@@ -140,8 +140,8 @@ def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:
     dropped = len(later) - int(later.sum())
     if dropped > BACKWARD_SHARE * len(later):
         raise OncenterError(
-            f"time jumps in {log}: {dropped} of {len(later)} samples of {samples.description} are earlier than ones "
-            f"before them, the first in row {int(np.flatnonzero(~later)[0]) + 1}",
+            f"time jumps in {log}: {dropped} of {len(later)} stamps of {samples.time_description} are earlier than "
+            f"ones before them, the first in row {int(np.flatnonzero(~later)[0]) + 1}",
             code="time_backward",
             needs=("time",),
         )

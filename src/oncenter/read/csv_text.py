@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import codecs
 import gzip
+import io
+import re
 import zlib
 from pathlib import Path
 
 from oncenter.errors import OncenterError
 
 _GZIP = b"\x1f\x8b"
+_QUOTED = re.compile(rb'"[^"]*"?')
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
@@ -53,6 +56,26 @@ def with_header_as_long_as_rows(text: bytes, separator: str) -> bytes:
     if first.endswith(mark) and first.count(mark) == header.count(mark) + 1:
         return header.rstrip(b"\r") + mark + text[len(header.rstrip(b"\r")) :]
     return text
+
+
+def too_long_row(path: Path, text: bytes, separator: str) -> OncenterError | None:
+    """The refusal of the first row that has more cells than the header; None where no row has."""
+    lines = iter(io.BytesIO(text))
+    cells_of_header = _cells(next(lines), separator)
+    for row, line in enumerate(lines, 1):
+        cells = _cells(line, separator)
+        if cells > cells_of_header:
+            return OncenterError(
+                f"cannot read {path.name}: row {row} has {cells} cells, the header has {cells_of_header} (decimal "
+                "commas need ; or tabs between columns)",
+                code="unreadable_log",
+            )
+    return None
+
+
+def _cells(line: bytes, separator: str) -> int:
+    """How many, quoted ones also where a separator is in them."""
+    return _QUOTED.sub(b"", line).count(separator.encode()) + 1
 
 
 def _unpacked(path: Path, data: bytes) -> bytes:

@@ -33,6 +33,7 @@ class Samples:
         labels: what `take` may call this source besides its description, in lower case.
         time_rate_hz: rate of `time` where it is known, as by a table whose columns share their time.
         of_frames: `time` are stamps of frames on a bus, which tremble.
+        stamps: what `time` is from, for people, where not from the source itself: "column time_s".
     """
 
     signal: str
@@ -45,6 +46,12 @@ class Samples:
     labels: tuple[str, ...] = ()
     time_rate_hz: float | None = None
     of_frames: bool = False
+    stamps: str = ""
+
+    @property
+    def time_description(self) -> str:
+        """Where `time` is from, for people."""
+        return self.stamps or self.description
 
     @cached_property
     def not_available(self) -> int:

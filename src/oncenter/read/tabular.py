@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
-from oncenter.read.csv_text import csv_text, separator_of, with_header_as_long_as_rows
+from oncenter.read.csv_text import csv_text, separator_of, too_long_row, with_header_as_long_as_rows
 from oncenter.read.numbers import in_si, numbers
 from oncenter.read.samples import Samples, median_rate
 from oncenter.read.time_column import seconds, time_column
@@ -29,7 +29,7 @@ def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> l
     try:
         frame = pl.read_csv(text, separator=separator, infer_schema=False, encoding="utf8-lossy")
     except _POLARS_ERRORS as error:
-        raise _unreadable(path, error) from error
+        raise too_long_row(path, text, separator) or _unreadable(path, error) from error
     frame = frame.rename({name: name.strip() for name in frame.columns}) if _distinct(frame.columns) else frame
     frame, units = _without_units_row(frame)
     if separator != ",":
@@ -76,8 +76,6 @@ def _with_decimal_points(frame: pl.DataFrame) -> pl.DataFrame:
 
 def _unreadable(path: Path, error: BaseException) -> OncenterError:
     reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
-    if "more fields" in reason:
-        reason = "a row has more fields than the header (decimal commas need ; or tabs between columns)"
     return OncenterError(f"cannot read {path.name}: {reason}", code="unreadable_log")
 
 
@@ -115,7 +113,17 @@ def _samples(
         rank = 0 if signal in names and names[signal].name == column else 1
         labels = (column.lower(),)
         given.append(
-            Samples(signal, time, values, "column", f"column {column}", rank, labels=labels, time_rate_hz=rate_hz)
+            Samples(
+                signal,
+                time,
+                values,
+                "column",
+                f"column {column}",
+                rank,
+                labels=labels,
+                time_rate_hz=rate_hz,
+                stamps=f"column {when}",
+            )
         )
     return given
 

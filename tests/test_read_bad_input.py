@@ -143,6 +143,27 @@ def test_nothing_but_our_one_line_is_said_about_a_damaged_measurement_file(tmp_p
     assert run.stderr == ""
 
 
+@pytest.mark.parametrize("end", ["2.00", "2.", "2.00,3", "2.00,3,1.", '2.00,3,"1,2'])
+def test_a_table_that_is_cut_in_its_last_line_loses_that_line_and_says_so(tmp_path: Path, end: str) -> None:
+    (tmp_path / "drive.csv").write_text(CSV + end)
+    cut = read(tmp_path / "drive.csv")
+    assert cut.table.height == 200
+    assert cut.notes == ("the last line of drive.csv is cut off and was left out",)
+
+
+@pytest.mark.parametrize("last", ["2.00,3,1,60", "2.00,3,1,", '2.00,3,1,"60"'])
+def test_a_last_line_that_has_all_its_cells_is_whole_without_a_line_end(tmp_path: Path, last: str) -> None:
+    (tmp_path / "drive.csv").write_text(CSV + last)
+    whole = read(tmp_path / "drive.csv")
+    assert (whole.table.height, whole.notes) == (201, ())
+
+
+def test_rows_that_all_leave_out_their_last_cells_are_whole(tmp_path: Path) -> None:
+    (tmp_path / "drive.csv").write_text(CSV.replace(",60\n", "\n").rstrip())
+    whole = read(tmp_path / "drive.csv")
+    assert (whole.table.height, len([note for note in whole.notes if "cut off" in note])) == (200, 0)
+
+
 @pytest.mark.parametrize("share", [0.1, 0.9])
 def test_truncated_gzip_and_parquet_are_refused(tmp_path: Path, share: float) -> None:
     packed = gzip.compress(CSV.encode())

@@ -58,6 +58,20 @@ def with_header_as_long_as_rows(text: bytes, separator: str) -> bytes:
     return text
 
 
+def without_cut_off_row(path: Path, text: bytes, separator: str, notes: list[str]) -> bytes:
+    """A recording that broke off ends in a row that lacks cells and its line end, and whose last number may be cut."""
+    end = text.rfind(b"\n")
+    last = text[end + 1 :]
+    if end < 0 or not last.strip():
+        return text
+    header, before = text[: text.index(b"\n")], text[text.rfind(b"\n", 0, end) + 1 : end]
+    rows = (header, before) if before.strip() else (header,)  # some programs leave out empty cells at rows' ends
+    if _cells(last, separator) >= min(_cells(row, separator) for row in rows):
+        return text
+    notes.append(f"the last line of {path.name} is cut off and was left out")
+    return text[: end + 1]
+
+
 def too_long_row(path: Path, text: bytes, separator: str) -> OncenterError | None:
     """The refusal of the first row that has more cells than the header; None where no row has."""
     lines = iter(io.BytesIO(text))

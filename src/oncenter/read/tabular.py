@@ -9,7 +9,13 @@ import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
-from oncenter.read.csv_text import csv_text, separator_of, too_long_row, with_header_as_long_as_rows
+from oncenter.read.csv_text import (
+    csv_text,
+    separator_of,
+    too_long_row,
+    with_header_as_long_as_rows,
+    without_cut_off_row,
+)
 from oncenter.read.numbers import in_si, numbers
 from oncenter.read.samples import Samples, median_rate
 from oncenter.read.time_column import seconds, time_column
@@ -26,6 +32,7 @@ def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> l
     text = csv_text(path)
     separator = separator_of(text)
     text = with_header_as_long_as_rows(text, separator)
+    text = without_cut_off_row(path, text, separator, notes)
     try:
         frame = pl.read_csv(text, separator=separator, infer_schema=False, encoding="utf8-lossy")
     except _POLARS_ERRORS as error:

@@ -83,6 +83,24 @@ def test_however_a_table_is_written_it_is_the_same_drive(way: str, tmp_path: Pat
     assert np.allclose(signals.table["yaw_rate_rad_s"], TABLE["yaw_rate_deg_s"] * DEGREE, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("rows", "told"),
+    [
+        ([*LINES, *LINES], "runs backward once, by up to 1.99 s, first after row 200"),
+        ([*LINES, *LINES[50:], *LINES[100:]], "runs backward 2 times, by up to 1.49 s, first after row 200"),
+    ],
+)
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_a_part_that_is_there_twice_is_told_with_how_far_back_time_runs(
+    rows: list[str], told: str, suffix: str, tmp_path: Path
+) -> None:
+    path = tmp_path / f"drive.{suffix}"
+    path.write_text("\n".join([HEADER, *rows]) + "\n")
+    if suffix == "parquet":
+        pl.read_csv(path).write_parquet(path)
+    assert read(path).notes == (f"time of {path.name} {told}: what is there twice counts twice",)
+
+
 def test_dates_are_seconds_since_1970_where_they_name_no_zone_too(tmp_path: Path) -> None:
     for way, start in (("ISO dates", 0), ("ISO dates in UTC", 0), ("ISO dates of a zone", -7200)):
         (tmp_path / "drive.csv").write_text(str(WAYS[way]))

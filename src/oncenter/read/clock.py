@@ -32,13 +32,15 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
     """Table as `oncenter.signals.Signals.table` and its rate in Hz.
 
     A table's one steady time vector for all goes through unchanged, with repeated and backward stamps for the core to
-    count; frames do not, since nobody who hears them one by one knows whether their stamps will stay steady.
+    count and, where they run backward, a note; frames do not, since nobody who hears them one by one knows whether
+    their stamps will stay steady.
 
     Raises:
         OncenterError: too slow, too short, or time does not increase.
     """
     rate = _tick_rate(chosen, log)
     if _share_steady_time(chosen):
+        notes += _backward_notes(chosen[0].time, log)
         every = math.ceil(rate / FASTEST_HZ - 1e-3)
         if every > 1:
             notes.append(f"{rate:.4g} Hz is more than needed: every {every}. row is taken")
@@ -129,6 +131,19 @@ def _share_steady_time(chosen: Sequence[Samples]) -> bool:
     if not (steps.min() > 0 and steps.max() < 1.5 / rate):
         steps = steps[(steps > 0) & (steps < 1.5 / rate)]
     return not len(steps) or bool(max(abs(steps.min() * rate - 1), abs(steps.max() * rate - 1)) < STEADY_JITTER)
+
+
+def _backward_notes(time: Column, log: str) -> list[str]:
+    """Where time runs backward: a clock that was set back, or a part that is there twice. The core goes on after it."""
+    backward = np.flatnonzero(time[1:] < time[:-1])
+    if not len(backward):
+        return []
+    farthest = float(np.max(np.maximum.accumulate(time) - time))
+    times = "once" if len(backward) == 1 else f"{len(backward)} times"
+    return [
+        f"time of {log} runs backward {times}, by up to {farthest:.6g} s, first after row {backward[0] + 1}: what is "
+        "there twice counts twice"
+    ]
 
 
 def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:

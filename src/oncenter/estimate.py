@@ -16,6 +16,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.inputs import check, in_order, needed, params_of, track_widths
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals
+from oncenter.signals_at_fault import without_what_faults_taught
 from oncenter.vehicle import Vehicle
 
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
@@ -62,15 +63,21 @@ def offset(
         core, found = _run(drives, vehicle, used_params, method, None, None, judge_sensor=True)
         if offset_is_invalid(judged := core.answer()):
             native, changes_found = judged, found
-    return answer_of(native, changes_of(native, changes_found, drives), drives, vehicle, method, used_params)
+    answer = answer_of(native, changes_of(native, changes_found, drives), drives, vehicle, method, used_params)
+    return without_what_faults_taught(answer) if is_of_no_truck(native) else answer
 
 
 def is_odd(native: Mapping[str, Any]) -> bool:
     """Whether an angle sensor at fault could have given that oc_answer: then it is worth the time to judge it."""
     unsettled = native["changes"] and _core.STATUSES[native["offset"]["status"]] != "valid"
+    return bool(unsettled) or is_of_no_truck(native)
+
+
+def is_of_no_truck(native: Mapping[str, Any]) -> bool:
+    """Whether hardly any truck drives as an oc_answer has it: it steers out of bends, or its angle is not explained."""
     gradient = native["understeer_gradient"]
     at_most = gradient["value"] + 2.0 * gradient["standard_deviation"]
-    return bool(unsettled or at_most < _GRADIENT_ODD or native["unexplained"] > _UNEXPLAINED_ODD)
+    return bool(at_most < _GRADIENT_ODD or native["unexplained"] > _UNEXPLAINED_ODD)
 
 
 def _is_held_at_the_end(drive: Signals) -> bool:

@@ -1,0 +1,39 @@
+"""An answer from signals that contradict each other is none: which are at fault, and what is left to say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from oncenter.answer import Answer
+from oncenter.findings import Finding, gravest_first
+
+_LEARNED = ("offset", "understeer_gradient", "backlash", "unloading_acceleration", "equivalent_wheelbase")
+_ABOUT_SIGNALS = (
+    "gate_shut",
+    "lateral_acceleration_at_standstill",
+    "relative_angle_sensor",
+    "signals_not_available",
+    "steering_wheel_angle_sensor_at_fault",
+    "yaw_rate_bias",
+    "yaw_rate_bias_moves",
+)
+_STUCK_SHARE = 0.25  # of the drive: a signal that stands still for less has told the rest
+
+
+def without_what_faults_taught(answer: Answer) -> Answer:
+    """The answer with the errors that its signals show, and without numbers where these rest on such a signal."""
+    from oncenter.plausibility import faults
+
+    found = tuple(dict.fromkeys(fault for drive in answer.drives for fault in faults(drive, answer.vehicle)))
+    if not any(_leaves_nothing(fault, answer) for fault in found):
+        return replace(answer, findings=gravest_first((*found, *answer.findings)))
+    gone = {name: replace(getattr(answer, name), value=None, ci95=None, status="invalid") for name in _LEARNED}
+    kept = (finding for finding in answer.findings if finding.code in _ABOUT_SIGNALS)
+    return replace(answer, **gone, changes=(), findings=gravest_first((*found, *kept)))
+
+
+def _leaves_nothing(fault: Finding, answer: Answer) -> bool:
+    """A sign or a unit is another from the first tick on. Before an angle sensor that is found stuck, all was learned."""
+    if fault.code != "signal_stuck":
+        return True
+    return answer.offset.status != "invalid" and (fault.value or 0.0) > _STUCK_SHARE * answer.duration_s

@@ -1,0 +1,70 @@
+"""Signals that contradict each other: they are named, and no number rests on them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import polars as pl
+import pytest
+
+import oncenter as oc
+from oncenter.signals import Signals
+
+ANGLE, YAW_RATE, SPEED = "steering_wheel_angle_rad", "yaw_rate_rad_s", "vehicle_speed_m_s"
+ACCELERATION = "lateral_acceleration_m_s2"
+LEARNED = ("offset", "understeer_gradient", "backlash", "unloading_acceleration", "equivalent_wheelbase")
+
+
+@pytest.fixture(scope="module")
+def truck() -> oc.Vehicle:
+    return oc.vehicle("scania_r730_4x2")
+
+
+@pytest.fixture(scope="module")
+def drive() -> Signals:
+    return oc.simulate("thesis_drive", 3)[0]
+
+
+def spoiled(signals: Signals, name: str, change: Callable[[pl.Expr], pl.Expr]) -> Signals:
+    return replace(signals, table=signals.table.with_columns(change(pl.col(name)).alias(name)))
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "code"),
+    [
+        (ACCELERATION, lambda a: -a, "sign_reversed"),
+        (YAW_RATE, lambda r: -r, "sign_reversed"),
+        (ANGLE, lambda d: -d, "sign_reversed"),
+        (ACCELERATION, lambda a: a / 9.81, "scale"),
+        (YAW_RATE, lambda r: r * 180.0 / np.pi, "scale"),
+        (SPEED, lambda v: v * 3.6, "scale"),
+        (ACCELERATION, lambda a: 0.0 * a, "signal_stuck"),
+    ],
+)
+def test_a_signal_that_contradicts_the_others_is_named_and_leaves_no_number(
+    name: str, change: Callable[[pl.Expr], pl.Expr], code: str, drive: Signals, truck: oc.Vehicle
+) -> None:
+    names = [column for column in drive.table.columns if not column.startswith("wheel_speed")]
+    alone = replace(spoiled(drive, name, change), table=spoiled(drive, name, change).table.select(names))
+    answer = oc.offset(alone, truck)
+    assert (answer.findings[0].code, answer.findings[0].severity) == (code, "error")
+    assert {getattr(answer, quantity).status for quantity in LEARNED} == {"invalid"}
+    assert all(getattr(answer, quantity).value is None for quantity in LEARNED)
+    assert answer.words().startswith("offset invalid; ")
+    assert '"value": null' in answer.to_json()
+
+
+def test_a_sensor_found_stuck_leaves_what_was_learned_before(drive: Signals, truck: oc.Vehicle) -> None:
+    angle = drive.table[ANGLE].to_numpy().copy()
+    angle[100_000:] = angle[100_000]
+    answer = oc.offset(replace(drive, table=drive.table.with_columns(pl.Series(ANGLE, angle))), truck)
+    healthy = oc.offset(drive, truck)
+    assert (answer.offset.status, answer.sensor_fault) == ("invalid", "stuck")
+    assert answer.offset.value is not None and healthy.offset.value is not None
+    assert abs(answer.offset.value - healthy.offset.value) < np.radians(0.5)
+
+
+def test_a_healthy_drive_is_not_accused(drive: Signals, truck: oc.Vehicle) -> None:
+    answer = oc.offset(drive, truck)
+    assert answer.offset.status == "valid"
+    assert not [finding for finding in answer.findings if finding.severity == "error"]

@@ -35,7 +35,7 @@ void oc_params_defaults(oc_params *params) {
         .gyro_bias_ignition_sd_rad_s = 0.1 * degree,
         .gyro_bias_wander_sd_rad_s = 0.01 * degree,
         .gyro_bias_drift_first_sd_rad_s2 = 0.3 * degree / 60.0,
-        .gyro_bias_drift_sd_rad_s2 = 0.05 * degree / 60.0,
+        .gyro_bias_drift_sd_rad_s2 = 0.025 * degree / 60.0,
         .gyro_bias_drift_standing_sd_rad_s2 = 0.01 * degree / 60.0,
         .gyro_bias_drift_time_s = 1800.0,
         .gyro_bias_half_width_max_rad_s = 0.1 * degree,

@@ -51,7 +51,7 @@ typedef struct {
     double gyro_bias_wander_sd_rad_s;   /* of its random change in a minute. 0.01 deg/s, ours */
     double gyro_bias_drift_first_sd_rad_s2;    /* of its steady change at ignition. 0.3 deg/s/min, 2.5: 1 occurs */
     double gyro_bias_drift_sd_rad_s2;          /* later, where wheels follow it; large follows sooner, and the wheels'
-                                                * noise with it. 0.05 deg/s/min, ours */
+                                                * noise with it. 0.025 deg/s/min, ours: 0.8 deg/s in drift_time */
     double gyro_bias_drift_standing_sd_rad_s2; /* where only standing shows it. 0.01 deg/s/min, ours */
     double gyro_bias_drift_time_s;             /* how long a drift lasts. 1800, ours: twice 2.5's warm-up */
     double gyro_bias_half_width_max_rad_s;     /* a wider 95 % interval is not valid. 0.1 deg/s, half of 5.3.1's 0.2 */

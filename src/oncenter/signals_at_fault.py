@@ -33,7 +33,7 @@ def without_what_faults_taught(answer: Answer) -> Answer:
 
 
 def _leaves_nothing(fault: Finding, answer: Answer) -> bool:
-    """A sign or a unit is another from the first tick on. Before an angle sensor that is found stuck, all was learned."""
+    """A sign or a unit is wrong from the first tick on; before an angle sensor was found stuck, all was learned."""
     if fault.code != "signal_stuck":
         return True
     return answer.offset.status != "invalid" and (fault.value or 0.0) > _STUCK_SHARE * answer.duration_s

@@ -38,6 +38,7 @@ def angle(
     import oncenter as oc
     from oncenter.angle import in_degrees
     from oncenter.cli.logs import read_logs
+    from oncenter.cli.overwriting import spare_inputs
     from oncenter.errors import WRONG_USAGE, OncenterError
     from oncenter.report import check_path, report_angle
 
@@ -45,6 +46,7 @@ def angle(
         raise OncenterError(
             f"--output takes a .parquet or .csv file, got {output.name}", code="output", exit_code=WRONG_USAGE
         )
+    spare_inputs({"--output": output, "--report": report}, [log, *(taught_by or ()), vehicle_file, *(dbc or ())])
     truck = oc.vehicle(vehicle_file)
     if report is not None:
         check_path(report)

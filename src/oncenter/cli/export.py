@@ -30,8 +30,10 @@ def fmu(
 ) -> None:
     """A co-simulation FMU of one truck's monitor, with sources and the binary for this machine."""
     import oncenter as oc
+    from oncenter.cli.overwriting import spare_inputs
     from oncenter.export import write_fmu
 
+    spare_inputs({"--output": output}, [vehicle_file])
     truck = oc.vehicle(vehicle_file)
     path = write_fmu(truck, output, fmi=2 if fmi == "2" else 3)
     typer.echo(f"wrote {path}: FMI {fmi}.0, co-simulation, {truck.name}")

@@ -55,6 +55,7 @@ def live(
     """Watch the offset converge while the truck is driven. Ctrl-C ends it, saves all and gives the answer."""
     import oncenter as oc
     from oncenter.cli.offset import as_table
+    from oncenter.cli.overwriting import spare_inputs
     from oncenter.errors import WRONG_USAGE, OncenterError
     from oncenter.live.learner import Learner, all_params, needed
     from oncenter.live.memory import Memory, default_folder
@@ -68,6 +69,7 @@ def live(
         raise OncenterError("name a CHANNEL or --replay LOG", code="usage", exit_code=WRONG_USAGE)
     if replay is not None and record is not None:
         raise OncenterError("--record is for a bus: the log is there already", code="usage", exit_code=WRONG_USAGE)
+    spare_inputs({"--record": record, "--trace": trace}, [replay, vehicle_file, *(dbc or ())])
     vehicle = oc.vehicle(vehicle_file)
     key = truck or vehicle.name
     folder = state or (default_folder() if replay is None else None)

@@ -37,9 +37,11 @@ def offset(
     """How far the steering wheel angle sensor is off, and how sure that is."""
     import oncenter as oc
     from oncenter.cli.logs import read_logs
+    from oncenter.cli.overwriting import spare_inputs
     from oncenter.findings import gravest_first
     from oncenter.report import check_path
 
+    spare_inputs({"--report": report}, [*logs, vehicle_file, *(dbc or ())])
     truck = oc.vehicle(vehicle_file)
     if report is not None:
         check_path(report)

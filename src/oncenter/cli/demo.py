@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+_SCENARIO = "thesis_drive"
+
 
 def demo(
     output: Annotated[Path, typer.Option(metavar="DIR", help="Where log, truth and report go.")] = Path("demo"),
@@ -24,10 +26,49 @@ def demo(
     except OSError as error:
         raise oc.OncenterError(f"--output {output}: {error.strerror}", code="output", exit_code=WRONG_USAGE) from None
     log, page = output / "drive.log", output / "report.html"
-    truth = simulate_to_log("thesis_drive", seed, log)
+    _check_nobody_elses(log, page)
+    truth = simulate_to_log(_SCENARIO, seed, log)
     truck = oc.vehicle("scania_r730_4x2")
     answer = oc.offset(oc.read(log), truck)
     oc.report(answer, page)
     typer.echo(as_table(answer))
     typer.echo(f"\n  the truth: offset {truth.offset_rad / DEGREE:.2f} deg, play {truth.backlash_rad / DEGREE:.1f} deg")
     typer.echo(f"  wrote {log} and {page}: open the page in a browser")
+
+
+def _check_nobody_elses(log: Path, page: Path) -> None:
+    """A demo writes over what a demo wrote, and over nothing else.
+
+    Raises:
+        OncenterError: "output", exit code 2.
+    """
+    from oncenter.errors import WRONG_USAGE, OncenterError
+    from oncenter.simulate import truth_files
+
+    table, truth = truth_files(log)
+    there = [path for path in (log, page, table, truth) if path.exists()]
+    if there and not _wrote(log, truth):
+        raise OncenterError(
+            f"--output {log.parent}: its {there[0].name} is no demo's and would be written over: "
+            "name another folder, or remove it",
+            code="output",
+            exit_code=WRONG_USAGE,
+        )
+
+
+def _wrote(log: Path, truth: Path) -> bool:
+    """Whether it was a demo: the truth beside the log names its scenario, and the log begins in the simulator's second.
+
+    The second alone would do but for other scenarios' logs; the truth alone, but for a log put in the place of ours.
+    """
+    import tomllib
+
+    from oncenter.simulate.can import START_S
+
+    begin = f"({START_S}.".encode()
+    try:
+        scenario = tomllib.loads(truth.read_text(encoding="utf-8")).get("scenario")
+        with log.open("rb") as file:
+            return scenario == _SCENARIO and file.read(len(begin)) == begin
+    except (OSError, ValueError):  # not there, or no TOML
+        return False

@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 import socket
+import sqlite3
 import subprocess
 import sys
 import threading
@@ -441,6 +442,24 @@ def test_what_cannot_be_run_is_refused_by_name(fleet: Path, tmp_path: Path, caps
         assert command(["fleet", "run", *arguments]) == 2
         assert named in capsys.readouterr().err
     assert command(["fleet", "query", "SELECT 1", "--output", str(tmp_path)]) == 2
+
+
+@pytest.mark.parametrize("name", ["index.html", "trucks.parquet", "metrics.json", "ledger.sqlite"])
+def test_a_folder_with_files_of_somebody_s_own_is_left_as_it_is(
+    name: str, fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine = tmp_path / name
+    if name == "ledger.sqlite":
+        with contextlib.closing(sqlite3.connect(mine)) as file:
+            file.execute("CREATE TABLE accounts (name TEXT)")
+    else:
+        mine.write_text("mine")
+    before = mine.read_bytes()
+    arguments = [str(fleet / "logs"), "--vehicles", str(fleet / "vehicles"), "--output", str(tmp_path), "--json"]
+    assert command(["fleet", "run", *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert name in err and err.count("\n") == 1 and json.loads(out)["code"] == "output"
+    assert [path.name for path in tmp_path.iterdir()] == [name] and mine.read_bytes() == before
 
 
 def test_what_was_answered_is_kept_when_the_tables_cannot_be_written(

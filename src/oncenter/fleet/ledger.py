@@ -10,12 +10,15 @@ import json
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.fleet.files import LogFile
 from oncenter.fleet.trucks import Trucks
+
+LEDGER = "ledger.sqlite"  # in an output folder
 
 _COMMIT_EVERY_S = 1.0
 _AGAIN = ("unreadable_log", "output", "bug")  # next time it may go well
@@ -28,6 +31,20 @@ CREATE INDEX IF NOT EXISTS of_key ON seen (key);
 CREATE TEMP TABLE planned (uri TEXT PRIMARY KEY, options TEXT, size INTEGER, modified REAL);
 CREATE TEMP TABLE to_do (uri TEXT PRIMARY KEY, options TEXT, size INTEGER, modified REAL);
 """
+
+
+def is_ledger(path: Path) -> bool:
+    """Whether a run made it: with our tables, or killed before it had any."""
+    if not path.is_file():
+        return False
+    try:
+        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as file:
+            tables = {name for (name,) in file.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+    except sqlite3.OperationalError:  # not for us to look at, or held by another run: opening it says so
+        return True
+    except sqlite3.DatabaseError:
+        return False
+    return not tables or {"drive", "seen"} <= tables
 
 
 class Ledger:

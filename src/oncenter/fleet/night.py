@@ -19,13 +19,15 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.fleet.drive import Work
 from oncenter.fleet.engines import Engine, threads
 from oncenter.fleet.files import find_logs
-from oncenter.fleet.ledger import Ledger
+from oncenter.fleet.ledger import LEDGER, Ledger, is_ledger
 from oncenter.fleet.progress import Progress
 from oncenter.fleet.ranking import history, rank
 from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS, TableFile
 from oncenter.fleet.trucks import Trucks
 
 LIMIT_DEG = 2.0  # some lane keeping systems call for calibration from there on
+_PAGE, _METRICS = "index.html", "metrics.json"
+_WRITTEN = (_PAGE, _METRICS, *(f"{name}.parquet" for name in ("drives", "trucks", "changes")))
 
 
 @dataclass(frozen=True)
@@ -82,10 +84,11 @@ def run(
         raise OncenterError(f"'limit_deg' must be positive, got {limit_deg:g}", code="limit", exit_code=WRONG_USAGE)
     begin = time.monotonic()
     trucks = Trucks(Path(vehicles))
+    _check_nobody_elses(Path(output))
     folder = _made(Path(output))
     work = Work(trucks, _made(folder / "reports") if reports else None)
     try:
-        with closing(Ledger(folder / "ledger.sqlite")) as ledger:
+        with closing(Ledger(folder / LEDGER)) as ledger:
             found, to_do = ledger.plan(find_logs(logs), trucks)
             progress = Progress(to_do)
             Thread(target=import_module, args=["oncenter.fleet.page"], name="page").start()  # Bokeh takes its time
@@ -114,8 +117,25 @@ def run(
         peak_memory_mb=_peak_memory_mb(),
         **facts,
     )
-    _put(folder / "metrics.json", json.dumps(asdict(summary), indent=1, ensure_ascii=False) + "\n")
+    _put(folder / _METRICS, json.dumps(asdict(summary), indent=1, ensure_ascii=False) + "\n")
     return summary
+
+
+def _check_nobody_elses(folder: Path) -> None:
+    """What a run writes goes over what a run wrote, and over nothing else.
+
+    Raises:
+        OncenterError: "output", exit code 2.
+    """
+    if is_ledger(folder / LEDGER):
+        return
+    there = [name for name in (LEDGER, *_WRITTEN) if (folder / name).exists()]
+    if there:
+        raise OncenterError(
+            f"--output {folder}: its {there[0]} is no run's of ours and would be written over: name another folder",
+            code="output",
+            exit_code=WRONG_USAGE,
+        )
 
 
 def _made(folder: Path) -> Path:
@@ -157,7 +177,7 @@ def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, A
     with TableFile(folder / "trucks.parquet", TRUCKS) as table:
         for row in ranked:
             table.add(row)
-    write_page(folder / "index.html", ranked, changes, refused, limit_deg)
+    write_page(folder / _PAGE, ranked, changes, refused, limit_deg)
     verdicts = {
         name: sum(row["verdict"] == name for row in ranked) for name in ("calibrate", "watch", "fine", "unknown")
     }

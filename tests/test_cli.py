@@ -322,3 +322,33 @@ def test_a_directory_a_pipe_and_a_pattern_that_matched_nothing_are_no_logs(
         assert run(["offset", str(tmp_path / name), "--vehicle", TRUCK]) == 1
         err = capfd.readouterr().err
         assert err.count("\n") == 1 and said in err and name in err
+
+
+@pytest.mark.parametrize("arguments", [["offset"], ["fleet", "run"]], ids=" ".join)
+def test_an_interruption_is_one_line_and_with_json_the_error_object(
+    arguments: list[str], drive_csv: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture
+) -> None:
+    from oncenter import _core
+    from oncenter.fleet import night
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(_core.Core, "run", interrupted)
+    monkeypatch.setattr(night, "_write_tables", interrupted)
+    of_verb = ["--vehicle", TRUCK]
+    if arguments[0] == "fleet":
+        of_verb = ["--vehicles", str(Path(__file__).parents[1] / "vehicles"), "--output", str(tmp_path / "out")]
+    assert run([*arguments, str(drive_csv), *of_verb, "--json"]) == 130
+    out, err = capfd.readouterr()
+    assert json.loads(out)["code"] == "interrupted"
+    assert err.startswith("oncenter: interrupted") and err.count("\n") == 1
+
+
+def test_an_interruption_while_we_are_loaded_leaves_no_traceback(tmp_path: Path) -> None:
+    (tmp_path / "typer.py").write_text("raise KeyboardInterrupt\n")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    command = [sys.executable, "-m", "oncenter", "offset", "drive.log", "--vehicle", TRUCK, "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    assert (done.returncode, done.stderr) == (130, "oncenter: interrupted\n")
+    assert json.loads(done.stdout)["code"] == "interrupted"

@@ -2,6 +2,7 @@
 
 LOG_CANNOT_BE_ANSWERED = 1
 WRONG_USAGE = 2
+INTERRUPTED = 130
 
 
 class OncenterError(Exception):
@@ -10,7 +11,7 @@ class OncenterError(Exception):
     Args:
         message: one line that names the file, signal or parameter and what would do.
         code: snake_case, stable; goes into the JSON error object.
-        exit_code: 1 the log cannot be answered, 2 wrong usage, vehicle file or DBC.
+        exit_code: 1 the log cannot be answered, 2 wrong usage, vehicle file or DBC, 130 interrupted.
         needs: names of signals, columns or parameters that would do.
     """
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from oncenter.cli.options import Json
-from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.errors import INTERRUPTED, WRONG_USAGE, OncenterError
 
 if TYPE_CHECKING:
     from oncenter.fleet import Summary
@@ -49,14 +49,21 @@ def run(
     if address is not None and engine != "ray":
         raise OncenterError("--address is of --engine ray", code="usage", exit_code=WRONG_USAGE)
     gc.freeze()  # what is loaded stays: no garbage to look for in it, drive after drive
-    summary = room.run(
-        logs,
-        vehicles,
-        output,
-        engine=on_ray(address) if engine == "ray" else threads,
-        limit_deg=limit,
-        reports=reports,
-    )
+    try:
+        summary = room.run(
+            logs,
+            vehicles,
+            output,
+            engine=on_ray(address) if engine == "ray" else threads,
+            limit_deg=limit,
+            reports=reports,
+        )
+    except KeyboardInterrupt:
+        raise OncenterError(
+            "interrupted; what was put down is kept, the next run goes on from there",
+            code="interrupted",
+            exit_code=INTERRUPTED,
+        ) from None
     typer.echo((output / "metrics.json").read_text(encoding="utf-8").rstrip() if json else in_words(summary))
 
 

@@ -92,11 +92,13 @@ def run(
             found, to_do = ledger.plan(find_logs(logs), trucks)
             progress = Progress(to_do)
             Thread(target=import_module, args=["oncenter.fleet.page"], name="page").start()  # Bokeh takes its time
-            for log, row in engine(work, ledger.to_do()):
-                ledger.add(log, row)
-                progress.one_more(row.get("error_code") is not None)
-            rate = progress.rate  # of answering; tables and page take the same time however few logs were new
-            progress.end()
+            try:
+                for log, row in engine(work, ledger.to_do()):
+                    ledger.add(log, row)
+                    progress.one_more(row.get("error_code") is not None)
+                rate = progress.rate  # of answering; tables and page take the same time however few logs were new
+            finally:  # also of a run that is interrupted: what follows begins a line
+                progress.end()
             ledger.commit()
             facts = _write_tables(folder, ledger, limit_deg)
     except (sqlite3.Error, OSError) as error:  # a full disk, as a rule

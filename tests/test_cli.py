@@ -352,3 +352,46 @@ def test_an_interruption_while_we_are_loaded_leaves_no_traceback(tmp_path: Path)
     done = subprocess.run(command, capture_output=True, text=True, env=environment)
     assert (done.returncode, done.stderr) == (130, "oncenter: interrupted\n")
     assert json.loads(done.stdout)["code"] == "interrupted"
+
+
+FULL = Path("/dev/full")
+
+
+def in_a_shell(words: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """`oncenter` there is this Python's."""
+    program = f'oncenter() {{ "{sys.executable}" -m oncenter "$@"; }}; {words}'
+    return subprocess.run(["sh", "-c", program], capture_output=True, text=True, cwd=folder, env=dict(os.environ))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        f"oncenter offset drive.csv --vehicle {TRUCK} > /dev/full",
+        f"oncenter offset drive.csv --vehicle {TRUCK} --json > /dev/full",
+        "oncenter signals none.csv --json > /dev/full",
+        "oncenter --help > /dev/full",
+        f"oncenter offset drive.csv --vehicle {TRUCK} >&-",
+        f"oncenter angle drive.csv --vehicle {TRUCK} --output full.csv",
+        f"oncenter angle drive.csv --vehicle {TRUCK} --output full.parquet",
+        f"oncenter angle drive.csv --vehicle {TRUCK} --report full.html",
+    ],
+)
+def test_where_nothing_can_be_written_it_says_so_and_is_no_bug(words: str, drive_csv: Path, tmp_path: Path) -> None:
+    (tmp_path / "drive.csv").symlink_to(drive_csv)
+    for suffix in ("csv", "parquet", "html"):
+        (tmp_path / f"full.{suffix}").symlink_to(FULL)
+    done = in_a_shell(words, tmp_path)
+    assert done.returncode == 2
+    said = done.stderr.splitlines()[-1]
+    assert "cannot" in said and ("No space left" in said or "closed" in said)
+    assert "bug" not in done.stderr and "Exception" not in done.stderr
+
+
+def test_a_log_whose_name_is_no_text_is_answered_as_any_other(drive_csv: Path, tmp_path: Path) -> None:
+    name = os.fsdecode(b"bad\xff.csv")
+    (tmp_path / name).symlink_to(drive_csv)
+    answer = f"oncenter offset bad*.csv --vehicle {TRUCK} --report page.html"
+    assert in_a_shell(answer, tmp_path).returncode == 0
+    assert "bad\\udcff.csv" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    done = in_a_shell(f"{answer} --json", tmp_path)
+    assert json.loads(done.stdout)["log"] == name

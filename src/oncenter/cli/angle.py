@@ -35,6 +35,8 @@ def angle(
     source: Source = None,
 ) -> None:
     """The true steering wheel angle, with its sensor while that can be believed and without it after."""
+    import polars as pl
+
     import oncenter as oc
     from oncenter.angle import in_degrees
     from oncenter.cli.logs import read_logs
@@ -69,10 +71,9 @@ def angle(
                 given.write_csv(output)
             else:
                 given.write_parquet(output)
-        except OSError as error:
-            raise OncenterError(
-                f"cannot write {output}: {error.strerror or error}", code="output", exit_code=WRONG_USAGE
-            ) from None
+        except (OSError, pl.exceptions.PolarsError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise OncenterError(f"cannot write {output}: {reason}", code="output", exit_code=WRONG_USAGE) from None
     if report is not None:
         report_angle(table, drives[0], truck, report, method=method, sensor_lost_at=sensor_lost_at, smooth=smooth)
     typer.echo(_in_words(table))

@@ -38,7 +38,8 @@ def find_logs(places: Sequence[str]) -> Iterator[LogFile]:
     """All logs below folders, by their suffix, and all files that are named themselves; one folder in memory at a time.
 
     Raises:
-        OncenterError: "no_such_log", exit code 2: a place does not exist or cannot be listed.
+        OncenterError: "no_such_log", exit code 2: a place does not exist or cannot be listed, or a log's name cannot
+            stand in a table.
     """
     for place in places:
         if place.startswith("s3://"):
@@ -46,6 +47,7 @@ def find_logs(places: Sequence[str]) -> Iterator[LogFile]:
         elif os.path.isdir(place):
             yield from _in_folder(place)
         else:
+            _refuse_bytes(place)
             yield _local(place, place)
 
 
@@ -60,6 +62,17 @@ def _local(path: str, place: str) -> LogFile:
     except (OSError, ValueError) as error:
         raise _missing(place, getattr(error, "strerror", None) or str(error)) from None
     return LogFile(path, "", status.st_size, status.st_mtime)
+
+
+def _refuse_bytes(path: str) -> None:
+    """Ledger and tables hold text."""
+    try:
+        path.encode()
+    except UnicodeEncodeError:
+        name = path.encode(errors="backslashreplace").decode()
+        raise OncenterError(
+            f"the name of log {name} holds bytes that are no text: rename it", code="no_such_log", exit_code=WRONG_USAGE
+        ) from None
 
 
 def _missing(place: str, why: str | None) -> OncenterError:
@@ -79,6 +92,7 @@ def _in_folder(folder: str) -> Iterator[LogFile]:
         if entry.is_dir():
             yield from _in_folder(entry.path)
         elif _is_log(entry.name):
+            _refuse_bytes(entry.path)
             try:
                 yield _local(entry.path, folder)
             except OncenterError:  # gone since, or a link to nothing

@@ -86,7 +86,7 @@ def report_angle(
 
 
 def _write(path: str | os.PathLike[str], text: str) -> None:
-    try:
-        Path(path).write_text(text, encoding="utf-8")
+    try:  # a log's name may hold bytes that are no text
+        Path(path).write_text(text, encoding="utf-8", errors="backslashreplace")
     except OSError as error:
         raise _unwritable(path, error.strerror) from None

@@ -7,6 +7,8 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 import pytest
+from drive_frames import candump
+from drive_frames import drive as frames
 from real_data import real_drive
 
 import oncenter as oc
@@ -210,6 +212,7 @@ def test_looking_ahead_is_better_than_what_a_truck_can_know(drive: tuple[Signals
     [
         ({"method": "guess"}, "method"),
         ({"sensor_lost_at": -1.0}, "sensor_lost_at"),
+        ({"sensor_lost_at": 1e9}, "sensor_lost_at"),
         ({"params": {"nope": 1.0}}, "params"),
     ],
 )
@@ -283,6 +286,22 @@ def test_the_command_writes_degrees(
     ]
     assert {"status", "measured_deg"} <= set(table.columns)
     assert run([*arguments[:-1], str(tmp_path / "out.xlsx")]) == 2
+
+
+def test_what_is_odd_about_a_log_is_told_as_offset_tells_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, page = tmp_path / "drive.log", tmp_path / "page.html"
+    log.write_text("no line of candump's\n" + candump(frames(4.0)))
+    (tmp_path / "bad.csv").write_text("nothing\n")
+    told = {}
+    for verb in ("offset", "angle"):
+        assert run([verb, str(log), "--vehicle", TRUCK, "--report", str(page)]) == 0
+        told[verb] = [line for line in capsys.readouterr().out.splitlines() if line.startswith("  note: ")]
+        assert "left out" in page.read_text()
+    assert any("left out" in line for line in told["angle"])
+    assert told["angle"] == told["offset"]
+    logs = ["--taught-by", str(log), "--taught-by", str(tmp_path / "bad.csv")]
+    assert run(["angle", str(log), "--vehicle", TRUCK, *logs]) == 0
+    assert "  warning: a log was left out: no known signal in bad.csv" in capsys.readouterr().out
 
 
 def test_a_car_on_a_proving_ground_does_without_its_sensor_for_its_second_half() -> None:

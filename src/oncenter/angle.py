@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
@@ -47,7 +48,7 @@ def angle(
         signals: what `oncenter.read` or `oncenter.simulate` gave. A drive that never has the angle gets the Ackermann
             angle, whose interval says so.
         vehicle: what `oncenter.vehicle` gave; its `[params]` apply.
-        sensor_lost_at: s after the drive's first row, from when on the sensor is not listened to.
+        sensor_lost_at: s after the drive's first row, before its last, from when on the sensor is not listened to.
         method: "observer", the single-track model (13) run backward; or the thesis's: "wheel-speed" (3) and (21),
             "wheel-speed-exact" (2), "yaw-rate" L*r/v, "yaw-rate-understeer" (22) and (31), "side-slip" (23) and (24) by
             GNSS, whose front tyre slip is learned while there is a sensor.
@@ -107,12 +108,8 @@ def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: floa
         raise OncenterError(
             f"method '{method}' is not known; known are {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
-    if sensor_lost_at is not None and not (math.isfinite(sensor_lost_at) and sensor_lost_at >= 0.0):
-        raise OncenterError(
-            f"'sensor_lost_at' must be seconds from the drive's begin, got {sensor_lost_at:g}",
-            code="sensor_lost_at",
-            exit_code=WRONG_USAGE,
-        )
+    if sensor_lost_at is not None:
+        _check_within(signals, sensor_lost_at)
     needed: tuple[str, ...] = ("yaw_rate", "vehicle_speed")
     if method.startswith("wheel-speed"):
         needed = (*needed, *_FRONT_WHEELS)
@@ -124,6 +121,20 @@ def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: floa
                 needs=("track_width_front_m",),
             )
     require(signals, needed)
+
+
+def _check_within(signals: Signals, sensor_lost_at: float) -> None:
+    """A sensor that is lost after the drive's end would be there all the time, without a word."""
+    time = signals.table["time_s"]
+    length_s = float(time[-1] - time[0])
+    if math.isfinite(sensor_lost_at) and 0.0 <= sensor_lost_at <= length_s:
+        return
+    raise OncenterError(
+        f"'sensor_lost_at' must be seconds from the drive's begin, 0 to {length_s:.1f} as {Path(signals.log).name} is "
+        f"long, got {sensor_lost_at:g}",
+        code="sensor_lost_at",
+        exit_code=WRONG_USAGE,
+    )
 
 
 def _core_for(vehicle: Vehicle, method: Method, params: Mapping[str, float] | None, rate_hz: float) -> _core.Core:

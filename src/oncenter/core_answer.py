@@ -60,7 +60,7 @@ def answer_of(
         method=method,
         params=params,
         sources={name: source.description for drive in drives for name, source in drive.sources.items()},
-        notes=tuple(dict.fromkeys(note for drive in drives for note in (*_choices(drive), *drive.notes))),
+        notes=notes_of(drives),
         offset=_estimate(native["offset"], "rad"),
         understeer_gradient=_estimate(native["understeer_gradient"], "rad/(m/s^2)"),
         backlash=_not_negative(_estimate(native["backlash"], "rad")),
@@ -101,6 +101,11 @@ def _joint_findings(
         wheelbase_m=vehicle.wheelbase_m,
         traffic_sign=vehicle.traffic_sign,
     )
+
+
+def notes_of(drives: Iterable[Signals]) -> tuple[str, ...]:
+    """What people should know of how logs were read: the sources that were believed, and what was left out."""
+    return tuple(dict.fromkeys(note for drive in drives for note in (*_choices(drive), *drive.notes)))
 
 
 def _choices(drive: Signals) -> list[str]:

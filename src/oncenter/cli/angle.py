@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from oncenter.cli.options import Dbc, Source, VehicleFile, progress_bar, sources_of
+
+if TYPE_CHECKING:
+    from oncenter.findings import Finding
+    from oncenter.signals import Signals
 
 
 def angle(
@@ -53,7 +58,7 @@ def angle(
     if report is not None:
         check_path(report)
     drives, _ = read_logs([log], truck, dbc or (), sources_of(source))
-    taught = read_logs(taught_by, truck, dbc or (), sources_of(source))[0] if taught_by else []
+    taught, told = read_logs(taught_by, truck, dbc or (), sources_of(source)) if taught_by else ([], [])
     with progress_bar("estimating", log) as progress:
         table = oc.angle(
             drives[0],
@@ -76,7 +81,17 @@ def angle(
             raise OncenterError(f"cannot write {output}: {reason}", code="output", exit_code=WRONG_USAGE) from None
     if report is not None:
         report_angle(table, drives[0], truck, report, method=method, sensor_lost_at=sensor_lost_at, smooth=smooth)
-    typer.echo(_in_words(table))
+    typer.echo("\n".join([_in_words(table), *_asides(told, (*taught, *drives))]))
+
+
+def _asides(told: Sequence[Finding], drives: Sequence[Signals]) -> list[str]:
+    """What there is to say of the logs, below an empty line."""
+    from oncenter.core_answer import notes_of
+    from oncenter.read.whole_turns import without_whole_turns
+
+    lines = [f"  {finding.severity}: {finding.text}" for finding in told]
+    lines += [f"  note: {note}" for note in notes_of(without_whole_turns(tuple(drives)))]
+    return ["", *lines] if lines else []
 
 
 def _in_words(table: object) -> str:

@@ -9,6 +9,8 @@ import numpy as np
 from bokeh.embed import components
 
 from oncenter import _core
+from oncenter.core_answer import notes_of
+from oncenter.read.whole_turns import without_whole_turns
 from oncenter.report.angle_course import MOVING_M_S, AngleCourse, Fault
 from oncenter.report.angle_plots import angle_figures
 from oncenter.report.document import document, duration, joined, key, nothing, number, table
@@ -196,9 +198,11 @@ def _provenance(signals: Signals, vehicle: Vehicle, method: str, smooth: bool) -
         "Log": f"{escape(signals.log)} <span class=quiet>{signals.table.height} ticks at {signals.rate_hz:g} Hz</span>",
     }
     sources = {escape(name.replace("_", " ")): escape(s.description) for name, s in signals.sources.items()}
+    notes = "".join(f"<li>{escape(note)}</li>" for note in notes_of(without_whole_turns((signals,))))
     return f"""<section class="provenance">
 <h2>What produced it</h2>
 {table(truck)}
 <h3>Signals and where they came from</h3>
 {table(sources)}
+{f"<h3>Notes</h3><ul>{notes}</ul>" if notes else ""}
 </section>"""

@@ -232,8 +232,13 @@ def test_a_replay_says_what_offset_says(capsys: pytest.CaptureFixture[str]) -> N
         (["can0", "--interface", "telepathy"], 2, "python-can knows"),
         (["can99"], 1, "cannot open can99 (socketcan)"),
         (["--replay", "drive.csv"], 2, "for a table use oncenter offset"),
-        (["--replay", "none.log"], 2, "no such file"),
+        (["--replay", "none.log"], 1, "cannot read none.log: No such file or directory"),
+        (["--replay", "/"], 1, "/ is a directory, not a log"),
         (["--replay", "none.log", "--speed", "1000"], 2, "--speed must be 1 to 100"),
+        (["--replay", "none.log", "--bitrate", "250000"], 2, "--bitrate is for a bus"),
+        (["can0", "--speed", "2"], 2, "--speed is for --replay"),
+        (["can0", "--web", "--port", "99999"], 2, "--port"),
+        (["can0", "--web", "--port", "-1"], 2, "--port"),
     ],
 )
 def test_wrong_usage_is_one_line(

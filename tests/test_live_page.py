@@ -143,6 +143,13 @@ def test_a_port_that_is_taken_is_one_line(served: Page) -> None:
         Page(SimpleNamespace(), PARAMS, "127.0.0.1", served.port)
 
 
+@pytest.mark.parametrize("address", ["300.1.1.1", "192.0.2.77", "a..b"])
+def test_an_address_that_is_none_of_this_machine_is_named_as_such(address: str) -> None:
+    with pytest.raises(OncenterError, match=r"name another --address, of this machine") as refusal:
+        Page(SimpleNamespace(), PARAMS, address, 0)
+    assert refusal.value.exit_code == 2
+
+
 def test_nothing_is_made_for_a_viewer_who_does_not_read(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = []
 

@@ -31,10 +31,14 @@ def live(
     replay: Annotated[
         Path | None, typer.Option(metavar="LOG", help="Play a log of frames instead: .log .asc .blf .trc .mf4")
     ] = None,
-    speed: Annotated[float, typer.Option(metavar="TIMES", help="Of the replay, 1 to 100.")] = 1.0,
+    speed: Annotated[
+        float | None, typer.Option(metavar="TIMES", help="Of the replay, 1 to 100; as it was driven by default.")
+    ] = None,
     web: Annotated[bool, typer.Option("--web", help="Serve a page as well.")] = False,
     address: Annotated[str, typer.Option(metavar="HOST", help="Where the page is served.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(metavar="PORT", help="Of the page; 0 takes a free one.")] = 5006,
+    port: Annotated[
+        int, typer.Option(metavar="PORT", min=0, max=65535, help="Of the page; 0 takes a free one.")
+    ] = 5006,
     record: Annotated[
         Path | None, typer.Option(metavar="OUT.log", help="Keep the raw frames, as candump does.")
     ] = None,
@@ -69,6 +73,12 @@ def live(
         raise OncenterError("name a CHANNEL or --replay LOG", code="usage", exit_code=WRONG_USAGE)
     if replay is not None and record is not None:
         raise OncenterError("--record is for a bus: the log is there already", code="usage", exit_code=WRONG_USAGE)
+    if replay is not None and bitrate is not None:
+        raise OncenterError("--bitrate is for a bus: a log has its own", code="usage", exit_code=WRONG_USAGE)
+    if channel is not None and speed is not None:
+        raise OncenterError(
+            "--speed is for --replay: a bus is as fast as it is driven", code="usage", exit_code=WRONG_USAGE
+        )
     spare_inputs({"--record": record, "--trace": trace}, [replay, vehicle_file, *(dbc or ())])
     vehicle = oc.vehicle(vehicle_file)
     key = truck or vehicle.name
@@ -106,12 +116,12 @@ def live(
 
 
 def _opened(
-    channel: str | None, interface: str, bitrate: int | None, replay: Path | None, speed: float, said: Sayings
+    channel: str | None, interface: str, bitrate: int | None, replay: Path | None, speed: float | None, said: Sayings
 ) -> Bus | Replay:
     if replay is not None:
-        from oncenter.live.replay import Replay
+        from oncenter.live.replay import SLOWEST, Replay
 
-        return Replay(replay, speed)
+        return Replay(replay, SLOWEST if speed is None else speed)
     from oncenter.live.bus import Bus
 
     assert channel is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Generator
 from pathlib import Path
@@ -9,7 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.read import candump, mf4, python_can
+from oncenter.read import (
+    _refuse_unreadable,  # in offset's words
+    _refuse_what_is_no_file,
+    candump,
+    mf4,
+    python_can,
+)
 from oncenter.read.clock import HOLE_S
 from oncenter.read.decode import wanted_by
 from oncenter.read.frames import Frames, joined
@@ -26,21 +33,22 @@ class Replay:
         speed: 1 to 100 times that of the log.
 
     Raises:
-        OncenterError: "replay", exit code 2: no such log, or another speed; or the log cannot be read.
+        OncenterError: "replay", exit code 2: no log of frames, or another speed; exit code 1 as of `oncenter.read`:
+            the log is not there or cannot be read.
     """
 
     def __init__(self, log: Path, speed: float) -> None:
         if not SLOWEST <= speed <= FASTEST:
             raise OncenterError(f"--speed must be 1 to 100, got {speed:g}", code="replay", exit_code=WRONG_USAGE)
-        if log.suffix.lower() not in _SUFFIXES:
+        if log.suffix.lower() not in _SUFFIXES and not os.path.isdir(log):
             raise OncenterError(
                 f"--replay takes a log of CAN frames ({' '.join(_SUFFIXES)}), got {log.name}: "
                 "for a table use oncenter offset",
                 code="replay",
                 exit_code=WRONG_USAGE,
             )
-        if not log.is_file():
-            raise OncenterError(f"--replay {log}: no such file", code="replay", exit_code=WRONG_USAGE)
+        _refuse_what_is_no_file(log)
+        _refuse_unreadable(log)
         self.name = str(log)
         self.notes: list[str] = []
         self.dropped = 0

@@ -7,6 +7,7 @@ each request says by `Host` whom it means and by `Origin` whose page asks, and b
 from __future__ import annotations
 
 import asyncio
+import errno
 import ipaddress
 import logging
 import socket
@@ -54,10 +55,11 @@ class Page:
     def __init__(self, session: Session, params: Mapping[str, float], address: str, port: int) -> None:
         try:
             self._sockets = bind_sockets(port, address or None)
-        except (OSError, OverflowError) as error:
+        except (OSError, OverflowError, UnicodeError) as error:
             reason = getattr(error, "strerror", None) or str(error)
+            wrong = "--address, of this machine" if _is_of_address(error) else "--port"
             raise OncenterError(
-                f"cannot serve a page at {address}:{port}: {reason}; name another --port",
+                f"cannot serve a page at {address}:{port}: {reason}; name another {wrong}",
                 code="web",
                 exit_code=WRONG_USAGE,
             ) from None
@@ -160,6 +162,11 @@ def is_ours(request: HTTPServerRequest, names: frozenset[str] | None) -> bool:
     if name not in known or port != own_port:
         return False
     return not origin or origin[0].lower() == f"http://{host[0].lower()}"
+
+
+def _is_of_address(error: Exception) -> bool:
+    """Nobody is called so, no name can be so, or it is another machine's; else the port is taken or not for us."""
+    return isinstance(error, (socket.gaierror, UnicodeError)) or getattr(error, "errno", None) == errno.EADDRNOTAVAIL
 
 
 def names_of(address: str) -> frozenset[str] | None:

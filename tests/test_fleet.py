@@ -431,7 +431,21 @@ def test_sql_answers_on_the_three_tables(undisturbed: Path) -> None:
     assert result.rows() == [(VIN, 6, 1), ("depot-7", 6, 0)]
 
 
-@pytest.mark.parametrize("sql", ["SELECT", "SELECT nothing FROM drives", "SELECT * FROM lorries"])
+@pytest.mark.parametrize(
+    "sql",
+    ["-- all of them\n(SELECT truck FROM trucks)", "/* ; */ with t AS (SELECT * FROM trucks) SELECT truck FROM t"],
+)
+def test_a_query_may_begin_in_several_ways(undisturbed: Path, sql: str) -> None:
+    assert query(sql, undisturbed).height == 2
+
+
+@pytest.mark.parametrize(
+    "sql",
+    [
+        *("SELECT", "SELECT nothing FROM drives", "SELECT * FROM lorries", ""),
+        *("DROP TABLE trucks", "-- x\n delete FROM trucks", "TRUNCATE TABLE trucks", "CREATE TABLE t AS SELECT 1"),
+    ],
+)
 def test_a_query_that_cannot_be_answered_is_one_line(
     undisturbed: Path, sql: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import polars as pl
@@ -11,13 +12,18 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 
 TABLES = ("drives", "trucks", "changes")
 
+_READ = ("SELECT", "WITH", "FROM", "VALUES", "SHOW", "EXPLAIN")  # how a query may begin
+_FIRST_WORD = re.compile(r"(?:\s|;|\(|--[^\n]*(?:\n|$)|/\*.*?\*/)*(\w*)", re.DOTALL)
+
 
 def query(sql: str, output: str | os.PathLike[str]) -> pl.DataFrame:
     """The result of one SELECT on the tables drives, trucks and changes of an output folder.
 
     Raises:
-        OncenterError: "output", exit code 2: no fleet was run there. "sql", exit code 2: polars refuses the query.
+        OncenterError: "output", exit code 2: no fleet was run there. "sql", exit code 2: it is no query, or polars
+            refuses it.
     """
+    _refuse_what_is_no_query(sql)
     folder = Path(output)
     missing = [name for name in TABLES if not (folder / f"{name}.parquet").is_file()]
     if missing:
@@ -30,7 +36,18 @@ def query(sql: str, output: str | os.PathLike[str]) -> pl.DataFrame:
     try:
         return pl.SQLContext(frames=tables, eager=False).execute(sql).collect()
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException, ValueError, TypeError) as error:
-        reason = " ".join(str(error).split())[:300]
-        raise OncenterError(
-            f"the query is refused: {reason}; tables are {', '.join(TABLES)}", code="sql", exit_code=WRONG_USAGE
-        ) from None
+        raise _refusal(" ".join(str(error).split())[:300]) from None
+
+
+def _refuse_what_is_no_query(sql: str) -> None:
+    """Polars would drop or empty a table, of its own and not on disk, and answer with no rows."""
+    first = _FIRST_WORD.match(sql)
+    word = first[1] if first is not None else ""
+    if word.upper() not in _READ:
+        raise _refusal(f"'{word}' begins no query, SELECT does")
+
+
+def _refusal(why: str) -> OncenterError:
+    return OncenterError(
+        f"the query is refused: {why}; tables are {', '.join(TABLES)}", code="sql", exit_code=WRONG_USAGE
+    )

@@ -30,6 +30,7 @@ from oncenter.fleet import engines, query, run
 from oncenter.fleet.drive import Work, when
 from oncenter.fleet.engines import on_ray
 from oncenter.fleet.files import LogFile
+from oncenter.fleet.pictures import ranking
 from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS
 from oncenter.fleet.truck_data import script_name
 from oncenter.fleet.trucks import Truck, Trucks
@@ -510,6 +511,22 @@ def test_a_run_says_in_words_and_in_json_what_it_did(
     given = json.loads(capsys.readouterr().out)
     assert (given["logs_found"], given["logs_answered"], given["trucks"]) == (12, 0, 2)
     assert given == json.loads((tmp_path / "metrics.json").read_text())
+
+
+def test_the_page_counts_the_drives_that_the_words_count_and_a_lone_truck_has_one_rank(
+    fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A log of no known truck is a drive as well."""
+    (tmp_path / "nobody.csv").write_text("nothing\n")
+    logs = [str(fleet / "logs" / "depot-7"), str(tmp_path / "nobody.csv")]
+    output = tmp_path / "out"
+    assert command(["fleet", "run", *logs, "--vehicles", str(fleet / "vehicles"), "--output", str(output)]) == 0
+    assert "7 drives" in capsys.readouterr().out
+    page = (output / "index.html").read_text(encoding="utf-8")
+    assert "· 7 drives" in page
+    [truck] = query("SELECT * FROM trucks", output).to_dicts()
+    picture = ranking([truck], 2.0)
+    assert picture is not None and picture.yaxis[0].ticker.min_interval == 1
 
 
 def test_every_column_is_documented() -> None:

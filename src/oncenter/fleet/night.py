@@ -179,7 +179,7 @@ def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, A
     with TableFile(folder / "trucks.parquet", TRUCKS) as table:
         for row in ranked:
             table.add(row)
-    write_page(folder / _PAGE, ranked, changes, refused, limit_deg)
+    write_page(folder / _PAGE, ranked, changes, count, refused, limit_deg)
     verdicts = {
         name: sum(row["verdict"] == name for row in ranked) for name in ("calibrate", "watch", "fine", "unknown")
     }

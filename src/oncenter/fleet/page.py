@@ -34,18 +34,21 @@ def write_page(
     path: Path,
     ranked: Sequence[dict[str, Any]],
     changes: Sequence[dict[str, Any]],
+    drives: int,
     refused: Mapping[str, int],
     limit_deg: float,
 ) -> None:
-    """`index.html`; `ranked` and `changes` are the rows of the tables, times in s since 1970."""
+    """`index.html`; `ranked` and `changes` are the rows of the tables, times in s since 1970; `drives` also
+    counts those of no truck that is known."""
     beside = path.with_name(path.name + ".new")
-    beside.write_text(_page(ranked, changes, refused, limit_deg), encoding="utf-8")
+    beside.write_text(_page(ranked, changes, drives, refused, limit_deg), encoding="utf-8")
     os.replace(beside, path)
 
 
 def _page(
     ranked: Sequence[dict[str, Any]],
     changes: Sequence[dict[str, Any]],
+    drives: int,
     refused: Mapping[str, int],
     limit_deg: float,
 ) -> str:
@@ -56,7 +59,7 @@ def _page(
         "history": pictures.truck_history(limit_deg),
     }
     script, divs = components({name: picture for name, picture in drawn.items() if picture is not None})
-    body = f"""{_head(ranked, changes, refused, limit_deg)}
+    body = f"""{_head(ranked, changes, drives, refused, limit_deg)}
 {_truck(divs["history"], ranked)}
 {_ranking(ranked, changes, divs)}
 {_section("Distribution", _key(pictures.VERDICT_COLOURS) + divs.get("distribution", nothing("No offset yet.")))}
@@ -88,11 +91,11 @@ def _key(colours: Mapping[str, str]) -> str:
 def _head(
     ranked: Sequence[dict[str, Any]],
     changes: Sequence[dict[str, Any]],
+    drives: int,
     refused: Mapping[str, int],
     limit_deg: float,
 ) -> str:
     counts = {verdict: sum(row["verdict"] == verdict for row in ranked) for verdict in _VERDICTS}
-    drives = sum(row["drives"] for row in ranked)
     days = [row[name] for row in ranked for name in ("first_drive", "last_drive") if row[name] is not None]
     span = f", {_day(min(days))} to {_day(max(days))}" if days else ""
     of_offset = sum(change["quantity"] == "offset" for change in changes)

@@ -97,8 +97,9 @@ def ranking(ranked: Sequence[dict[str, Any]], limit_deg: float) -> figure | None
     picture.add_tools(HoverTool(renderers=[dots], tooltips=tips))
     _opens_truck(picture, source)
     picture.xaxis.axis_label = "offset now with its 95 % interval (deg)"
-    picture.yaxis.axis_label = "rank by evidence"
+    picture.yaxis.axis_label = "rank"  # no longer than the picture of one truck is high
     picture.yaxis.formatter = NumeralTickFormatter(format="0")
+    picture.yaxis.ticker.min_interval = 1
     picture.ygrid.grid_line_color = None
     return picture
 

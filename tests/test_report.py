@@ -24,6 +24,8 @@ from oncenter.answer import DEFAULT_METHOD, Answer, Estimate, Method
 from oncenter.errors import OncenterError
 from oncenter.estimate import trace
 from oncenter.findings import Finding
+from oncenter.live import words
+from oncenter.report import document
 from oncenter.report.course import Course, course
 from oncenter.report.page import page
 from oncenter.report.plots import STRIP_NAMES, figures
@@ -323,6 +325,21 @@ def test_no_line_bridges_a_hole() -> None:
     at, columns = broken_at_holes(x, rows, np.array([100]), {"y": np.ones(200)})
     joined = np.isfinite(columns["y"][1:]) & np.isfinite(columns["y"][:-1])
     assert np.diff(at)[joined].max() < 50 and np.all(np.diff(at) > 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("the gyro is off", "The gyro is off."),
+        ("understeer-like: no", "Understeer-like: no."),
+        ("s_remounted.log and b.log overlap", "s_remounted.log and b.log overlap."),
+        ("logs/a.csv is given twice", "logs/a.csv is given twice."),
+        ("yaw_rate: 3 samples", "yaw_rate: 3 samples."),
+        ("", "."),
+    ],
+)
+def test_a_sentence_begins_with_a_capital_but_a_name_stays_as_it_is(text: str, shown: str) -> None:
+    assert document.sentence(text) == words.sentence(text) == shown
 
 
 def test_the_written_file_is_the_page(parking: Answer, tmp_path: Path) -> None:

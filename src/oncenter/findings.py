@@ -58,6 +58,12 @@ def gravest_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(findings, key=lambda finding: rank[finding.severity]))
 
 
+def capitalised(text: str) -> str:
+    """As a sentence begins; the name of a file or a signal, where it comes first, stays as it is."""
+    first = text.partition(" ")[0].rstrip(",:;")
+    return text[:1].upper() + text[1:] if first.replace("-", "").isalpha() else text
+
+
 def yaw_rate_at_standstill(bias: float, seen_s: float, *, from_vdc2: bool) -> Finding | None:
     """None where the bias (rad/s, mean over `seen_s` s) is small; `from_vdc2` when J1939's VDC2 brought it."""
     return _yaw_rate(bias, f"at standstill (seen for {seen_s:.1f} s)", from_vdc2=from_vdc2)

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator, Mapping
 
 from oncenter.answer import Estimate
+from oncenter.findings import capitalised
 from oncenter.live.snapshot import Snapshot
 from oncenter.signals import DEGREE
 
@@ -120,7 +121,7 @@ def _long(seconds: float) -> str:
 def sentence(text: str) -> str:
     """As a page shows it: a capital, a full stop, a true minus."""
     signed = _signed(text)
-    return signed[:1].upper() + signed[1:] + ("" if signed.endswith((".", "!", "?")) else ".")
+    return capitalised(signed) + ("" if signed.endswith((".", "!", "?")) else ".")
 
 
 def _signed(text: str) -> str:

@@ -9,6 +9,7 @@ from importlib.resources import files
 
 from bokeh.resources import Resources
 
+from oncenter.findings import capitalised
 from oncenter.report.canvas import COLOURS
 
 _STATUSES = {
@@ -88,7 +89,7 @@ def typeset(text: str) -> str:
 
 
 def sentence(text: str) -> str:
-    return typeset(text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else "."))
+    return typeset(capitalised(text) + ("" if text.endswith((".", "!", "?")) else "."))
 
 
 def duration(seconds: float) -> str:

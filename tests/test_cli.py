@@ -3,6 +3,7 @@
 import gzip
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -39,6 +40,33 @@ def test_the_readme_says_what_the_demo_says(tmp_path: Path, capsys: pytest.Captu
     assert f"```\n{words}\n```" in readme
     assert "2.04 deg" in truth and "2.04°" in readme
     assert (tmp_path / "demo" / "report.html").stat().st_size > 1e6
+
+
+@pytest.mark.parametrize(
+    ("scenario", "method", "said", "quoted"),
+    [
+        ("heavy_play", "joint", r"offset (\S+) deg.* has (\S+) deg of play", "(`heavy_play`): {}°, and {}° of play"),
+        ("heavy_play", "thesis", r"offset (\S+) deg, (\S+) to ([\d.]+)", "(`--method thesis`) says {}°, {} to {}:"),
+        ("bypass", "joint", r"deg, (\S+) to (\S+) \(converging\)", "`converging`, {} to {}°"),
+        ("bypass", "joint", r"(needs \d+ s of bends, .* to the right)", '"{}"'),
+        (
+            "remounted_sensor",
+            "joint",
+            r"(\S+) min into \S+ (the offset changed by \S+) \+-(\S+ deg, from \S+ to \S+ deg)",
+            '"{} min into the log {} ± {}"',
+        ),
+    ],
+)
+def test_the_readme_says_what_offset_says_of_scenarios(
+    scenario: str, method: str, said: str, quoted: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = str(tmp_path / f"{scenario}.log")
+    assert run(["simulate", scenario, "--output", log]) == 0
+    assert run(["offset", log, "--vehicle", TRUCK, "--method", method]) == 0
+    found = re.search(said, capsys.readouterr().out)
+    assert found is not None
+    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    assert quoted.format(*found.groups()) in " ".join(readme.split())
 
 
 def test_offset_with_json_prints_one_object(drive_csv: Path, capsys: pytest.CaptureFixture[str]) -> None:

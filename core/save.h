@@ -44,7 +44,7 @@ typedef enum {
 
 const char *oc_image_fault_name(oc_image_fault fault);
 
-/* Of all that the learned numbers depend on: what was learned with coefficients of another key is of another vehicle. */
+/* Of all that the learned numbers depend on: what was learned with coefficients of another key is another vehicle's. */
 uint32_t oc_save_key(const oc_coefficients *coefficients);
 
 /* Bytes of an image. */

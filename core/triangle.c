@@ -10,8 +10,8 @@ static float less_products(float sum, const float *a, const float *b, int32_t co
     return sum;
 }
 
-/* The root of what is left of a diagonal cell. That is never less than what was known before, but rounding may have left
- * nothing. */
+/* The root of what is left of a diagonal cell: never less than what was known before, but for rounding, which may have
+ * left nothing. */
 static float root_of(float square, float known_before) {
     return sqrtf(square > known_before ? square : known_before);
 }

@@ -17,7 +17,7 @@ from rolling import CORNERS, DEGREE, RATE_HZ, TRACK_REAR, Array, Truth, as_ebc2,
 
 from oncenter import _core
 from oncenter.read import read
-from oncenter.simulate import simulate_to_log
+from oncenter.simulate import simulate, simulate_to_log
 
 YAW_RATE = "yaw_rate_rad_s"
 WHEELS = [f"wheel_speed_{corner}_m_s" for corner in CORNERS]
@@ -205,8 +205,66 @@ def test_the_thesiss_method_asks_no_wheel() -> None:
     }
 
 
+def test_a_tyre_that_loses_air_is_not_the_gyro() -> None:
+    """One wheel of four: the other axle holds the bias where it is."""
+    columns = rolling(7)
+    columns[WHEELS[2]][20_000:] *= 1.003
+    found = ran(core_of(), columns)[0].answer()
+    assert found["yaw_rate_bias"]["value"] == pytest.approx(0.005, abs=0.1 * DEGREE)
+    assert found["wheel_radius_mismatch_rear"]["value"] == pytest.approx(0.001, abs=4e-4)
+
+
+FIGURE_17 = """
+base = "motorway"
+[drive]
+duration_s = 900.0
+[road]
+straight_length_m = [20000.0, 30000.0]
+[driver]
+speed_km_h = [84.0, 86.0]
+[sensors.yaw_rate]
+drift_deg_s_min = 0.5
+[sensors.speed]
+resolution_m_s = 0.001085 # 1/256 km/h
+[sensors.wheel_speed.radius_error_percent]
+rear_left = 0.4
+front_right = 0.3
+"""
+
+
+def errors(outputs: np.ndarray[Any, Any], true: Array) -> tuple[Array, Array]:
+    """Error and standard deviation every 10 s from the third minute on, in deg/s."""
+    rows = slice(3 * MINUTE, None, int(10 * RATE_HZ))
+    return (outputs["yaw_rate_bias"] - true)[rows] / DEGREE, outputs["yaw_rate_bias_sd"][rows] / DEGREE
+
+
+def test_a_bias_that_drifts_on_a_long_straight_is_followed(tmp_path: Path) -> None:
+    """Figure 17, half a degree per second each minute: with HRW's fine wheel speeds."""
+    (tmp_path / "straight.toml").write_text(FIGURE_17)
+    for seed in (31, 32):
+        signals, truth = simulate(tmp_path / "straight.toml", seed=seed)
+        columns = {name: signals.table[name].to_numpy() for name in _core.COLUMNS if name in signals.table.columns}
+        error, sd = errors(ran(core_of(), columns)[1], truth.table["yaw_rate_bias_rad_s"].to_numpy())
+        assert np.abs(error).max() < 0.1
+        assert np.mean(np.abs(error) < 1.96 * sd) > 0.9
+
+
+def test_a_drift_that_begins_late_is_followed_or_named_with_coarse_wheel_speeds() -> None:
+    """EBC2: a quantum of half a degree per second. The filter lags until the CUSUM speaks, and never for long."""
+    late = Truth(drift=0.5 * DEGREE / 60, drift_from_s=400.0)
+    for seed in range(3):
+        columns = as_ebc2(rolling(seed, 900.0, late, speeds_m_s=(22.0, 24.0), turning=0.3))
+        outputs = ran(core_of("joint"), columns)[1]
+        off = np.abs(outputs["yaw_rate_bias"] - course(columns["time_s"], late)) / DEGREE
+        silent = outputs["reasons"] & lib.OC_REASON_YAW_RATE_BIAS == 0
+        driving = columns["time_s"] > 120.0
+        assert off[driving & silent].max() < 0.35
+        assert np.mean(off[driving & silent] > 0.15) < 0.1
+        assert off[-1] < 0.2
+
+
 @pytest.mark.parametrize(("share", "within_deg_s"), [(0.002, 0.12), (-0.005, 0.3)])
-def test_a_tyre_that_loses_air_is_no_drift_of_the_gyro(share: float, within_deg_s: float) -> None:
+def test_a_tyre_that_loses_air_slowly_is_no_drift_of_the_gyro(share: float, within_deg_s: float) -> None:
     """A rear radius that goes away in ten minutes: the axles contradict each other, and both are asked anew."""
     off = []
     for seed in range(6):

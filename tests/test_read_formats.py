@@ -7,6 +7,7 @@ import math
 import re
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -465,3 +466,13 @@ def test_a_measurement_file_of_foreign_channels_lists_them(tmp_path: Path) -> No
         read(tmp_path / "drive.mf4")
     assert "yaw_rate has unit '', rad_s or deg_s would do" in str(refused.value)
     assert refused.value.code == "missing_signal"
+
+
+def test_measurement_files_read_at_once_leave_the_programs_words_alone(tmp_path: Path) -> None:
+    """asammdf's own are kept off the streams, which are the whole process's."""
+    path = written(tmp_path, ".mf4")
+    before = sys.stdout, sys.stderr
+    with ThreadPoolExecutor(3) as pool:
+        heights = [signals.table.height for signals in pool.map(read, [path] * 18)]
+    assert (sys.stdout, sys.stderr) == before
+    assert len(set(heights)) == 1

@@ -10,13 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.read import (
-    _refuse_unreadable,  # in offset's words
-    _refuse_what_is_no_file,
-    candump,
-    mf4,
-    python_can,
-)
+from oncenter.read import candump, mf4, python_can, refuse_unreadable, refuse_what_is_no_file
 from oncenter.read.clock import HOLE_S
 from oncenter.read.decode import wanted_by
 from oncenter.read.frames import Frames, joined
@@ -47,8 +41,8 @@ class Replay:
                 code="replay",
                 exit_code=WRONG_USAGE,
             )
-        _refuse_what_is_no_file(log)
-        _refuse_unreadable(log)
+        refuse_what_is_no_file(log)
+        refuse_unreadable(log)
         self.name = str(log)
         self.notes: list[str] = []
         self.dropped = 0

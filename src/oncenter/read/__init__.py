@@ -18,7 +18,7 @@ from oncenter.signals import SIGNALS, SignalName, Signals
 
 SUFFIXES = (".log", ".asc", ".blf", ".trc", ".mf4", ".mdf", ".csv", ".csv.gz", ".parquet")
 
-__all__ = ["SUFFIXES", "read", "require"]
+__all__ = ["SUFFIXES", "read", "refuse_unreadable", "refuse_what_is_no_file", "require"]
 
 
 def read(
@@ -42,9 +42,9 @@ def read(
         OncenterError: the log cannot be read, has no known signal, or has two that disagree.
     """
     path = Path(path)
-    _refuse_what_is_no_file(path)
+    refuse_what_is_no_file(path)
     suffix = _suffix(path)
-    _refuse_unreadable(path)
+    refuse_unreadable(path)
     tell = progress or (lambda fraction: None)
     notes: list[str] = []
     tell(0.0)
@@ -106,7 +106,7 @@ def _suffix(path: Path) -> str:
     )
 
 
-def _refuse_what_is_no_file(path: Path) -> None:
+def refuse_what_is_no_file(path: Path) -> None:
     """A directory, a device, or a pipe, in which no reader could go back."""
     try:
         mode = path.stat().st_mode
@@ -117,7 +117,8 @@ def _refuse_what_is_no_file(path: Path) -> None:
         raise OncenterError(f"{path} {what}", code="unreadable_log")
 
 
-def _refuse_unreadable(path: Path) -> None:
+def refuse_unreadable(path: Path) -> None:
+    """A file that cannot be opened, or is empty."""
     try:
         with path.open("rb") as file:
             if not file.read(1):

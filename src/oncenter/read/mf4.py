@@ -7,6 +7,7 @@ import gc
 import io
 import logging
 import sys
+import threading
 import traceback
 import warnings
 from collections import Counter
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from asammdf import MDF
 
 FRAME_CHANNEL = "CAN_DataFrame"
+_ALONE = threading.Lock()
 _PARAMETERS = {p.name.lower(): (m, p) for m in j1939.MESSAGES.values() for p in m.parameters}
 
 
@@ -76,7 +78,16 @@ def _nothing_known(path: Path, mdf: MDF, notes: list[str]) -> OncenterError:
 
 @contextlib.contextmanager
 def _asammdf(path: Path) -> Iterator[None]:
-    """asammdf logs, prints and lets many kinds of errors through: it is quiet here, and has one error."""
+    """asammdf logs, prints and lets many kinds of errors through: it is quiet here, and has one error.
+
+    One thread at a time: streams, warnings and garbage are the whole process's.
+    """
+    with _ALONE, _quiet_asammdf(path):
+        yield
+
+
+@contextlib.contextmanager
+def _quiet_asammdf(path: Path) -> Iterator[None]:
     logger = logging.getLogger("asammdf")
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 import oncenter as oc
-from oncenter.cli import app
+from oncenter.cli.app import app
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate import Truth

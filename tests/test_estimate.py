@@ -3,6 +3,7 @@
 import functools
 import json
 import math
+import pickle
 import re
 from dataclasses import replace
 
@@ -12,7 +13,7 @@ import pytest
 
 import oncenter as oc
 from oncenter.answer import Estimate, Method
-from oncenter.errors import WRONG_USAGE
+from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.estimate import _rows_held
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, Source
@@ -373,3 +374,9 @@ def test_rows_that_hold_the_last_angle_are_counted_from_the_end_however_many(hel
     if held < 5000:
         angle[4999 - held] = before
     assert _rows_held(angle) == held
+
+
+def test_an_error_comes_from_another_process_as_it_was() -> None:
+    sent = OncenterError("no drive", code="no_drive", exit_code=2, needs=("yaw_rate",))
+    came = pickle.loads(pickle.dumps(sent))
+    assert (str(came), came.code, came.exit_code, came.needs) == ("no drive", "no_drive", 2, ("yaw_rate",))

@@ -1,5 +1,8 @@
 """Everything that may go wrong and is not our fault, as one exception with a code, an exit code and what would help."""
 
+from functools import partial
+from typing import Any
+
 LOG_CANNOT_BE_ANSWERED = 1
 WRONG_USAGE = 2
 INTERRUPTED = 130
@@ -27,3 +30,8 @@ class OncenterError(Exception):
         self.code = code
         self.exit_code = exit_code
         self.needs = needs
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """From another process, too, it comes as it was: unpickled, an exception is called with its message alone."""
+        rest = partial(type(self), code=self.code, exit_code=self.exit_code, needs=self.needs)
+        return rest, (str(self),)

@@ -11,6 +11,7 @@ import socket
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from importlib import import_module
 from importlib.util import find_spec
 from itertools import chain, islice
 from threading import Event, Thread
@@ -82,6 +83,8 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
             else:
                 _call(address)
                 ray.init(address, log_to_driver=False, logging_level=logging.ERROR)
+            there = [ray.remote(num_cpus=1)(_is_there).remote() for _ in range(_ray_cores(ray))]
+            ray.wait(there, num_returns=1)  # a worker loads for a second
         except Exception as error:  # a node that does not come up is one without a class of its own
             raise OncenterError(f"{place}: {' '.join(str(error).split())}", code="ray", exit_code=WRONG_USAGE) from None
 
@@ -156,7 +159,7 @@ def _answer_until_done(
 def _by_tasks(ray: Any, work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
     task = ray.remote(num_cpus=1)(_several)
     shared = ray.put(work)
-    limit = _IN_FLIGHT_PER_WORKER * max(1, int(ray.cluster_resources().get("CPU", 1)))
+    limit = _IN_FLIGHT_PER_WORKER * _ray_cores(ray)
     waiting = iter(logs)
     open_tasks: dict[Any, list[LogFile]] = {}
     while True:
@@ -167,6 +170,15 @@ def _by_tasks(ray: Any, work: Callable[[LogFile], Row], logs: Iterable[LogFile])
         done, _ = ray.wait(list(open_tasks), num_returns=1)
         for reference in done:
             yield from zip(open_tasks.pop(reference), ray.get(reference), strict=True)
+
+
+def _ray_cores(ray: Any) -> int:
+    return max(1, int(ray.cluster_resources().get("CPU", 1)))
+
+
+def _is_there() -> None:
+    """A worker that has loaded what it needs."""
+    import_module("oncenter.fleet.drive")
 
 
 def _several(work: Callable[[LogFile], Row], logs: list[LogFile]) -> list[Row]:

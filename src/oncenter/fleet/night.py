@@ -9,9 +9,7 @@ import time
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
-from importlib import import_module
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 from oncenter import _core
@@ -91,7 +89,6 @@ def run(
         with closing(Ledger(folder / LEDGER)) as ledger:
             found, to_do = ledger.plan(find_logs(logs), trucks)
             progress = Progress(to_do)
-            Thread(target=import_module, args=["oncenter.fleet.page"], name="page").start()  # Bokeh takes its time
             try:
                 for log, row in engine(work, ledger.to_do()):
                     ledger.add(log, row)

@@ -12,6 +12,7 @@ from drive_frames import drive as frames
 from real_data import real_drive
 
 import oncenter as oc
+from oncenter import _core
 from oncenter.cli import run
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, Signals
@@ -170,6 +171,32 @@ def test_a_sensor_at_fault_stays_so_over_ignition_and_is_believed_again_once_it_
     assert fault[0] == "wrong_sign"
     healed = oc.angle(replace(signals, table=signals.table.tail(60_000)), truck, taught_by=[signals, turned])
     assert healed["sensor_fault"][0] == "wrong_sign" and healed["sensor_fault"][-1] == "none"
+
+
+def test_a_drift_is_called_so_also_on_a_clock_that_was_set_back(
+    drive: tuple[Signals, Truth], truck: oc.Vehicle
+) -> None:
+    """Its sensor was not remounted in the future."""
+    signals, _ = drive
+    columns = {name: signals.table[name].to_numpy() for name in _core.COLUMNS if name in signals.table.columns}
+    rows = np.arange(signals.table.height)
+    columns["time_s"] = columns["time_s"] - np.where(rows >= 80_000, 7_200.0, 0.0)
+    columns["steering_wheel_angle_rad"] = columns["steering_wheel_angle_rad"] + 0.5 * DEGREE / 100.0 * np.clip(
+        rows - 100_000, 0, None
+    )
+    core = _core.Core(
+        truck.wheelbase_m,
+        truck.ratio_near_centre,
+        {},
+        signals.rate_hz,
+        traffic_side=truck.traffic_sign,
+        method="joint",
+        angle_method="observer",
+    )
+    outputs = np.zeros(len(rows), _core.OUTPUT_DTYPE)
+    core.run(columns, outputs)
+    told = [_core.FAULTS[fault] for fault in np.unique(outputs["fault"])]
+    assert "drifting" in told and "remounted" not in told
 
 
 def test_nothing_of_the_sensor_is_used_after_it_is_lost(drive: tuple[Signals, Truth], truck: oc.Vehicle) -> None:

@@ -3,9 +3,10 @@
 #include <math.h>
 #include <stddef.h>
 
+/* The play's as oc_slope has them. Whose variance is asked for comes late: the fewer equations tell it. */
 /* The terms, in this order. */
-enum { YAW_ACCELERATION, JERK, WHEELBASE, YAW_RATE_BIAS, WIDTH, UNLOADING, FRICTION, CREEP, WINDUP, UNWINDING,
-       WIND, WIND_ACROSS, GRADIENT };
+enum { YAW_ACCELERATION, JERK, YAW_RATE_BIAS, WIND, WIND_ACROSS, CREEP, FRICTION, UNLOADING, WIDTH, UNWINDING, WINDUP,
+       WHEELBASE, GRADIENT };
 
 /* Priors. Trucks have 0 to 15 deg of play, most of them little; king-pin friction holds some 0.1 m/s^2 of side force;
  * K_us/g is 4.2's, give or take as much. */
@@ -28,10 +29,13 @@ static const float newborn_handicap = 16.0f;            /* of cost: two wild sec
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
                          double ratio_times_wheelbase, double pull_sd) {
+    float apart[OC_SLOPE_COUNT];
+    oc_play_apart(&(oc_play){0}, apart);
     *design = (oc_hypothesis_design){
         .step_s = (float)step_s,
         .steering_ratio = (float)steering_ratio,
         .ratio_times_wheelbase = (float)ratio_times_wheelbase,
+        .per_unloading = 1.0f / apart[OC_SLOPE_UNLOADING],
         .pull_sd = (float)pull_sd,
         .scale = {
             [GRADIENT] = 0.4f * rad_per_deg,
@@ -210,7 +214,7 @@ static void relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
                                0.05f * rad_per_deg, 12.5f * rad_per_deg);
     shift(h, design, WIDTH, 2.0f * (play->half_width - before.half_width));
     if (play->half_width < before.half_width) {
-        narrow(h, UNLOADING, CREEP, play->half_width / before.half_width);
+        narrow(h, CREEP, UNLOADING, play->half_width / before.half_width);
     }
     play->unloading = stepped(before.unloading, found(h, design, UNLOADING), unloading_step, -1.0f, 1.0f);
     shift(h, design, UNLOADING, play->unloading - before.unloading);
@@ -263,17 +267,9 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
     }
 }
 
-/* Of a parameter that is two terms together, or one: then the second is the same as the first. */
-static float variance_of(const oc_hypothesis_design *design, const float *lower, int32_t first, int32_t second) {
-    float weights[OC_TERMS] = {0};
-    weights[first] = design->scale[first];
-    weights[second] = design->scale[second];
-    return oc_triangle_variance(lower, first, weights);
-}
-
 /* The offset is what the sensor reads at a = a_0, where no side force acts but for pull and wind. */
 static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
-                            const float *lower) {
+                            const oc_solving *solving) {
     const float *scale = design->scale;
     const float slope = design->steering_ratio * h->gradient;
     float of_offset[OC_TERMS] = {
@@ -297,7 +293,8 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
     /* what pull does to a truck that understeers a little at least, whatever bends and play are taken for */
     const float pulled = design->steering_ratio * larger(h->gradient, least_gradient);
     h->pulled_variance = pulled * pulled * (beyond < pull ? beyond : pull);
-    h->offset_variance = oc_hypothesis_noise(h) / larger(h->weight, 1.0f) + oc_triangle_variance(lower, 0, of_offset) +
+    h->offset_variance = oc_hypothesis_noise(h) / larger(h->weight, 1.0f) +
+                         oc_triangle_variance(solving->lower, solving->inverse, 0, of_offset) +
                          pulled * pulled * beyond;
 }
 
@@ -307,13 +304,13 @@ static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const
         h->terms[k] = solving->terms[k];
     }
     h->gradient = found(h, design, GRADIENT);
-    h->gradient_variance = solving->gradient_variance;
+    h->gradient_variance = solving->variances[OC_OF_GRADIENT];
     h->unloading = h->play.unloading + found(h, design, UNLOADING);
-    h->unloading_variance = solving->unloading_variance;
-    h->width_variance = solving->width_variance;
+    h->unloading_variance = solving->variances[OC_OF_UNLOADING];
+    h->width_variance = solving->variances[OC_OF_WIDTH];
     h->wheelbase = found(h, design, WHEELBASE);
-    h->wheelbase_variance = solving->wheelbase_variance;
-    conclude_offset(h, design, prior, solving->lower);
+    h->wheelbase_variance = solving->variances[OC_OF_WHEELBASE];
+    conclude_offset(h, design, prior, solving);
 }
 
 void oc_hypothesis_restart(oc_hypothesis *h, double angle) {
@@ -342,9 +339,9 @@ void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
 
 void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
                           bool begins_second) {
-    float slopes[OC_SLOPE_COUNT];
+    float differences[OC_SLOPE_COUNT] = {0};
     const oc_play_motion by = {(float)sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
-    oc_places_move(&h->places, &h->play, &by, slopes);
+    oc_places_move(&h->places, &h->play, &by, differences);
     if (begins_second) {
         h->target_sum = 0.0f;
         for (int32_t k = 0; k < OC_TERMS; ++k) {
@@ -356,15 +353,20 @@ void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, 
     }
     add_motion(h->sums, sample);
     for (int32_t k = 0; k < OC_SLOPE_COUNT; ++k) {
-        h->sums[WIDTH + k] += slopes[k];
+        h->sums[CREEP + k] += differences[k];
     }
     const float shifted = by.angle - h->places.inner; /* (B/2) c + (W/2) d, rad */
-    h->target_sum += sample->residual - shifted - add_wind(h, design, sample, slopes[OC_SLOPE_UNLOADING]);
+    const float unloads = differences[OC_SLOPE_UNLOADING] * design->per_unloading;
+    h->target_sum += sample->residual - shifted - add_wind(h, design, sample, unloads);
 }
 
 void oc_hypothesis_foretell(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
                             int32_t samples) {
-    float terms[OC_TERMS];
+    float terms[OC_TERMS], apart[OC_SLOPE_COUNT];
+    oc_play_apart(&h->play, apart); /* as far as it was for all samples of the second */
+    for (int32_t k = 0; k < OC_SLOPE_COUNT; ++k) {
+        h->sums[CREEP + k] /= apart[k];
+    }
     const float target = means_of_second(h, design, samples, terms);
     h->error = surprise(h, terms, target);
     h->curvature = h->sums[WHEELBASE] / (float)samples;
@@ -398,13 +400,24 @@ static void factor_rows(const oc_hypothesis *h, oc_solving *solving, int32_t fir
                        solving->inverse);
 }
 
+/* Variances of parameters that are two terms together, or one: then the second is the same as the first. */
 static void solve_equations(const oc_hypothesis_design *design, oc_solving *solving) {
-    const float *lower = solving->lower;
-    oc_triangle_solve_upper(lower, solving->terms);
-    solving->gradient_variance = variance_of(design, lower, GRADIENT, GRADIENT);
-    solving->unloading_variance = variance_of(design, lower, UNLOADING, UNLOADING);
-    solving->width_variance = variance_of(design, lower, WIDTH, WINDUP);
-    solving->wheelbase_variance = variance_of(design, lower, WHEELBASE, WHEELBASE);
+    static const struct {
+        int32_t first, second;
+    } asked[OC_VARIANCES] = {
+        [OC_OF_GRADIENT] = {GRADIENT, GRADIENT},
+        [OC_OF_UNLOADING] = {UNLOADING, UNLOADING},
+        [OC_OF_WIDTH] = {WIDTH, WINDUP},
+        [OC_OF_WHEELBASE] = {WHEELBASE, WHEELBASE},
+    };
+    oc_triangle_solve_upper(solving->lower, solving->inverse, solving->terms);
+    for (int32_t k = 0; k < OC_VARIANCES; ++k) {
+        const int32_t first = asked[k].first, second = asked[k].second;
+        float weights[OC_TERMS] = {0};
+        weights[first] = design->scale[first];
+        weights[second] = design->scale[second];
+        solving->variances[k] = oc_triangle_variance(solving->lower, solving->inverse, first, weights);
+    }
 }
 
 bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
@@ -424,7 +437,7 @@ bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, c
         return false;
     case 1:
         factor_rows(h, solving, few_rows, OC_TERMS);
-        oc_triangle_solve_lower(solving->lower, 0, solving->terms);
+        oc_triangle_solve_lower(solving->lower, solving->inverse, 0, solving->terms);
         return false;
     case 2: solve_equations(design, solving); return false;
     default:

@@ -31,6 +31,7 @@ typedef struct {
     float steering_ratio, ratio_times_wheelbase;  /* 1, m */
     float scale[OC_TERMS];                        /* each term's unit: its prior's standard deviation */
     float of_sum[OC_TERMS];                       /* a term, by what a second sums up for it */
+    float per_unloading;                          /* s^2/m, makes a difference by the unloading a slope */
     float pull_sd;                                /* m/s^2, of wheel alignment and mean wind */
 } oc_hypothesis_design;
 
@@ -43,7 +44,8 @@ typedef struct {
 typedef struct {
     oc_play play;
     oc_places places;
-    float sums[OC_TERMS], target_sum;    /* over the second that fills: of slopes and motion, and rad */
+    float sums[OC_TERMS], target_sum;    /* over the second that fills: of the play's differences, which are slopes once
+                                          * it is foretold, and of motion; rad */
     float weight;                        /* seconds, forgetting; what follows is over them */
     float target_mean;                   /* rad */
     float means[OC_TERMS];
@@ -81,6 +83,9 @@ typedef struct {
 
 enum { OC_SOLVING_STEPS = 4 };
 
+/* Whose variances are asked for. */
+enum { OC_OF_GRADIENT, OC_OF_UNLOADING, OC_OF_WIDTH, OC_OF_WHEELBASE, OC_VARIANCES };
+
 /* The equations of one hypothesis while they are being solved, a step at a time. */
 typedef struct {
     int32_t step;                   /* the next one */
@@ -90,7 +95,7 @@ typedef struct {
     float inverse[OC_TERMS];        /* of the factor's diagonal */
     float lower[OC_TERMS_TRIANGLE]; /* Cholesky's factor */
     float terms[OC_TERMS];          /* right side, then solution: the hypothesis keeps its own until all is concluded */
-    float gradient_variance, unloading_variance, width_variance, wheelbase_variance; /* so do these */
+    float variances[OC_VARIANCES];  /* so do these */
 } oc_solving;
 
 enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };

@@ -23,6 +23,7 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
     const double step_s = ticks / rate_hz;
     oc_hypothesis_setup(&design->hypothesis, step_s, steering_ratio, ratio_times_wheelbase, pull_sd);
     design->rate_hz = rate_hz;
+    design->tick_s = 1.0 / rate_hz;
     design->side_force_share = 1.0 / (side_force_s * rate_hz);
     design->memory_s = (float)memory_s;
     design->ticks_per_sample = ticks;
@@ -212,7 +213,7 @@ static bool begin_work(const oc_joint *joint, oc_joint_tracking *tracking) {
     }
     const bool learns = last->ends_second && joint->second.learns;
     work->samples = samples;
-    work->taken = work->solved = 0;
+    work->turn = work->taken = work->solved = 0;
     work->solves = learns || (joint->concluded < joint->count && (last->ends_second || !last->sample.usable));
     work->solving.step = 0;
     work->solving.learns = learns;
@@ -223,9 +224,9 @@ static bool begin_work(const oc_joint *joint, oc_joint_tracking *tracking) {
  * a second with it, to hear of another load or of another bias takes longer. */
 static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
     oc_joint_work *work = &tracking->work;
-    const int32_t k = work->taken / work->samples;
+    const int32_t k = work->turn;
     oc_hypothesis *h = &joint->hypotheses[k];
-    const oc_joint_waiting *waiting = waiting_at(tracking, work->taken % work->samples);
+    const oc_joint_waiting *waiting = waiting_at(tracking, work->taken);
     const bool starts = k >= joint->begun, restarts = k >= joint->found;
     if (starts) {
         const oc_play play = oc_joint_start_of(k);
@@ -245,7 +246,10 @@ static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_jo
     if (waiting->ends_second) {
         oc_hypothesis_foretell(h, &design->hypothesis, &joint->second, design->samples_per_second);
     }
-    ++work->taken;
+    if (++work->taken == work->samples) {
+        work->taken = 0;
+        ++work->turn;
+    }
     return starts || loads ? OC_JOINT_STEP : 1 + (restarts || corrected || waiting->ends_second);
 }
 
@@ -309,7 +313,7 @@ static bool work_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
         if (work->samples == 0 && !begin_work(joint, tracking)) {
             return false;
         }
-        if (work->taken < joint->count * work->samples) {
+        if (work->turn < joint->count) {
             left -= take_in(joint, tracking, design);
         } else if (work->solves && work->solved < joint->count) {
             if (left < OC_JOINT_STEP && left < share) {
@@ -367,7 +371,7 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
         tracking->yaw_rate = tick->yaw_rate;
         tracking->lateral_acceleration = tick->lateral_acceleration;
     }
-    tracking->turned += (float)(tick->yaw_rate / design->rate_hz);
+    tracking->turned += (float)(tick->yaw_rate * design->tick_s);
     tracking->bank += (bank - tracking->bank) * design->side_force_share;
     if (joint->phase == 0) {
         while (tracking->count == OC_JOINT_WAITING) { /* the share is such that it never comes so far */

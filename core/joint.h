@@ -44,7 +44,7 @@ typedef struct {
 
 typedef struct {
     oc_hypothesis_design hypothesis;
-    double rate_hz;
+    double rate_hz, tick_s;
     double side_force_share;     /* of a new tick in the smoothed bank */
     float memory_s;              /* how far back evidence reaches at most */
     int32_t ticks_per_sample, samples_per_second;
@@ -61,7 +61,7 @@ typedef struct {
  * Meanwhile more samples wait. */
 typedef struct {
     int32_t samples;             /* of those that wait, the first so many; 0: all is done */
-    int32_t taken;               /* by all hypotheses one after the other */
+    int32_t turn, taken;         /* the hypothesis that takes them in, and how many it has */
     int32_t solved;              /* hypotheses */
     int32_t solves;              /* whether there are equations to solve */
     int32_t ended;               /* with something concluded, which is told a tick later */

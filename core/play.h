@@ -34,16 +34,16 @@ typedef struct {
 
 /* What a slope of the model is taken by, in this order. */
 typedef enum {
-    OC_SLOPE_WIDTH,
-    OC_SLOPE_UNLOADING,
-    OC_SLOPE_FRICTION,
     OC_SLOPE_CREEP,
-    OC_SLOPE_WINDUP,
+    OC_SLOPE_FRICTION,
+    OC_SLOPE_UNLOADING,
+    OC_SLOPE_WIDTH,
     OC_SLOPE_UNWINDING,
+    OC_SLOPE_WINDUP,
     OC_SLOPE_COUNT
 } oc_slope;
 
-enum { OC_WINDING_SLOPES = OC_SLOPE_COUNT - OC_SLOPE_WINDUP };
+enum { OC_WINDING_SLOPES = OC_SLOPE_COUNT - OC_SLOPE_UNWINDING };
 
 /* Where the measured angle is behind the wind-up, and behind the play as well: rad, as the sensor would say it. */
 typedef struct {
@@ -65,8 +65,12 @@ float oc_play_width_step(float half_width);
 /* m/s^2, side force on the front wheels, less what the accelerometer is off by and what the wind carries. */
 float oc_play_load(const oc_play *play, const oc_motion_sample *sample);
 
-/* Moves all places on. A slope is what `inner` loses by a parameter's growth, in rad per its unit: whole widths in rad,
- * creep as a share; 0 for all but the width's where no side force moves the wheels. */
-void oc_places_move(oc_places *places, const oc_play *play, const oc_play_motion *by, float *slopes);
+/* Moves all places on. A difference is what `inner` loses, rad, from a little less to a little more of a parameter.
+ * Where no side force moves the wheels only the width makes one, and the others are left as they are. */
+void oc_places_move(oc_places *places, const oc_play *play, const oc_play_motion *by, float *differences);
+
+/* How far a little more and less are apart, by which a sum of differences is one of slopes: whole widths in rad, m/s^2,
+ * creep as a share, 1/s. */
+void oc_play_apart(const oc_play *play, float *apart);
 
 #endif

@@ -47,18 +47,18 @@ void oc_triangle_factor(const float *scatter, const float *information, float no
     }
 }
 
-void oc_triangle_solve_lower(const float *lower, int32_t first, float *vector) {
+void oc_triangle_solve_lower(const float *lower, const float *inverse, int32_t first, float *vector) {
     const float *row = &lower[first * (first + 1) / 2 + first]; /* where the vector begins */
     for (int32_t i = first; i < OC_TERMS; ++i) {
-        vector[i] = less_products(vector[i], row, &vector[first], i - first) / row[i - first];
+        vector[i] = less_products(vector[i], row, &vector[first], i - first) * inverse[i];
         row += i + 1;
     }
 }
 
-void oc_triangle_solve_upper(const float *lower, float *vector) {
+void oc_triangle_solve_upper(const float *lower, const float *inverse, float *vector) {
     for (int32_t i = OC_TERMS - 1; i >= 0; --i) {
         const float *row = &lower[i * (i + 1) / 2];
-        const float found = vector[i] / row[i];
+        const float found = vector[i] * inverse[i];
         vector[i] = found;
         for (int32_t k = 0; k < i; ++k) {
             vector[k] -= row[k] * found;
@@ -66,8 +66,8 @@ void oc_triangle_solve_upper(const float *lower, float *vector) {
     }
 }
 
-float oc_triangle_variance(const float *lower, int32_t first, float *weights) {
-    oc_triangle_solve_lower(lower, first, weights);
+float oc_triangle_variance(const float *lower, const float *inverse, int32_t first, float *weights) {
+    oc_triangle_solve_lower(lower, inverse, first, weights);
     float sum = 0.0f;
     for (int32_t k = first; k < OC_TERMS; ++k) {
         sum += weights[k] * weights[k];

@@ -26,10 +26,10 @@ void oc_triangle_factor(const float *scatter, const float *information, float no
                         float *lower, float *inverse);
 
 /* The vector is zero before `first`. */
-void oc_triangle_solve_lower(const float *lower, int32_t first, float *vector);
-void oc_triangle_solve_upper(const float *lower, float *vector);
+void oc_triangle_solve_lower(const float *lower, const float *inverse, int32_t first, float *vector);
+void oc_triangle_solve_upper(const float *lower, const float *inverse, float *vector);
 
 /* Of a weighted sum of the terms, from the first that has a weight; uses the weights up. */
-float oc_triangle_variance(const float *lower, int32_t first, float *weights);
+float oc_triangle_variance(const float *lower, const float *inverse, int32_t first, float *weights);
 
 #endif

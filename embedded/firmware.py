@@ -27,8 +27,8 @@ ECU = ("oc_params_defaults", "oc_setup", "oc_restore_newest", "oc_restart", "oc_
 # and the rest of the headers, but for what serves whole logs.
 ALL = (*MONITOR, *ECU, "oc_version", "oc_method_name", "oc_angle_method_name", "oc_save_size", "oc_restore",
        "oc_image_fault_name", "oc_message_decode", "oc_message_measured", "oc_angle_source_name")  # fmt: skip
-# Files of which no tick calls anything; their speed matters nowhere.
-COLD = ("message", "names", "params", "save", "saved_members", "setup", "trouble")
+# Files of which no tick calls anything, or only one that has little else to do: their speed matters nowhere.
+COLD = ("answer", "change", "joint_answer", "message", "names", "params", "save", "saved_members", "setup", "trouble")
 
 
 def _run(*command: str | Path) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oncenter._native import lib
+from oncenter._native import ffi, lib
 from one_hypothesis import (
     CREEP_MEAN,
     CREEP_TERM,
@@ -74,6 +74,7 @@ def test_a_slope_foretells_what_a_little_more_of_its_parameter_does(term: int, c
     for k in range(len(drive.angle)):
         learner.sample(drive, k)
         if k % SAMPLES == SAMPLES - 1:
+            lib.oc_hypothesis_foretell(learner.h, learner.design, ffi.new("oc_second *"), SAMPLES)
             slope.append(learner.h.sums[term] / SAMPLES)
     # the core's are of full widths, and of creep as a share of itself; no gradient is known yet that a wind works on
     by = max(by) if isinstance(by, tuple) else by

@@ -195,7 +195,7 @@ def test_a_correction_that_begins_while_samples_are_taken_in_reaches_every_hypot
         for k in range(5_000, 5_200):
             work = ecu.whole()["tracking"]["joint"]["work"][0]
             count = int(ecu.evidence()["joint"]["count"][0])
-            behind = int(work["taken"]) // max(int(work["samples"]), 1)
+            behind = int(work["turn"])
             if int(work["samples"]) > 1 and 3 < behind < count - 3:
                 return ecu, k
             ecu.run(sliced(day, k, k + 1))

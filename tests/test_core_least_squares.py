@@ -106,9 +106,9 @@ def test_the_recursion_is_least_squares_over_the_whole_drive(friction: float, me
         learner.sample(drive, k)
         if k % SAMPLES < SAMPLES - 1:
             continue
-        terms, target = np.array(list(h.sums)) * list(learner.design.of_sum) / SAMPLES, h.target_sum / SAMPLES
         usual, before = h.variance, learner.now
         learner.whole_second()
+        terms, target = np.array(list(h.sums)) * list(learner.design.of_sum) / SAMPLES, h.target_sum / SAMPLES
         weight = min(1.0, 2.0 * math.sqrt(usual) / abs(h.error))
         batch.add(terms, target, weight, memory_share)
         if k < len(drive.angle) - 1:

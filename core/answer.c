@@ -1,0 +1,73 @@
+/* What is told when somebody asks, which no tick does. */
+#include "methods.h"
+#include "monitor.h"
+
+enum { window_bit = 8 }; /* place of OC_REASON_WINDOW among the bits */
+
+/* Of a count below 2^63; a Cortex-M has no instruction for it, and its library's is long. */
+static double double_of(uint64_t count) {
+    return (double)(uint32_t)(count >> 32) * 4294967296.0 + (double)(uint32_t)count;
+}
+
+/* Whether wheel speeds have told where the bias went since the last standstill. */
+static bool wheels_tell(const oc_evidence *evidence, const oc_coefficients *c) {
+    return evidence->gyro_bias.wheel_evidence > 0.0 &&
+           oc_gyro_bias_get(&evidence->gyro_bias, &c->params).status != OC_UNOBSERVABLE;
+}
+
+static oc_estimate yaw_rate_bias_of(const oc_evidence *evidence, const oc_coefficients *c) {
+    return wheels_tell(evidence, c)
+               ? oc_gyro_bias_get(&evidence->gyro_bias, &c->params)
+               : oc_standstill_yaw_rate(&evidence->standstill, c->tick_s, c->params.standstill_time_min_s);
+}
+
+void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *answer) {
+    const oc_evidence *now = &state->evidence;
+    oc_verdicts verdicts = now->verdicts; /* whoever only asks changes none */
+    oc_learned learned = {0};             /* a standstill since the last final block counts, too */
+    const bool jointly = c->params.method == OC_METHOD_JOINT;
+    if (jointly) {
+        oc_learn_jointly(now, &verdicts, &learned, c);
+    } else {
+        oc_learn_straight_ahead(now, &verdicts, &learned, c);
+    }
+    learned.offset.status = oc_offset_status(now, learned.offset.status);
+    const double used = jointly ? (double)now->joint.second.used_s / c->tick_s : now->offset.ticks.weight;
+    const double K = learned.understeer_gradient.value;
+    const double time_min = c->params.standstill_time_min_s;
+    const double ticks = double_of(now->ticks);
+    answer->offset = learned.offset;
+    answer->offset_temporary =
+        jointly ? learned.offset.value
+                : oc_temporary_offset(state, K) + learned.offset.value - oc_offset_value(&now->offset, K);
+    answer->offset_variance_if_independent = oc_offset_variance_if_independent(&now->offset, K);
+    answer->understeer_gradient = learned.understeer_gradient;
+    answer->backlash = learned.backlash;
+    answer->unloading_acceleration = learned.unloading_acceleration;
+    answer->equivalent_wheelbase = learned.equivalent_wheelbase;
+    answer->changes = jointly ? now->joint.changes : 0;
+    answer->fault = now->fault.fault;
+    answer->yaw_rate_bias = yaw_rate_bias_of(now, c);
+    answer->yaw_rate_bias_wheel_time = wheels_tell(now, c) ? now->gyro_bias.wheel_evidence : 0.0;
+    answer->yaw_rate_bias_alarm_time = now->gyro_bias.alarm_time;
+    answer->wheel_radius_mismatch_rear = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_REAR);
+    answer->wheel_radius_mismatch_front = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_FRONT);
+    answer->standstill_lateral_acceleration = oc_standstill_lateral_acceleration(&now->standstill, c->tick_s, time_min);
+    answer->lacking_to_left = jointly ? oc_joint_flank_lacking(&now->joint, 1) : 0.0;
+    answer->lacking_to_right = jointly ? oc_joint_flank_lacking(&now->joint, -1) : 0.0;
+    answer->offset_per_yaw_rate_bias = !jointly ? now->offset.ticks.w
+                                : now->joint.speed_mean > 0.0 ? c->ratio_times_wheelbase / now->joint.speed_mean
+                                                             : 0.0;
+    answer->bank_mean = now->bank_ticks > 0.0 ? now->bank_sum / now->bank_ticks : 0.0;
+    answer->bank_time = now->bank_ticks * c->tick_s;
+    answer->duration = ticks * c->tick_s;
+    answer->used = used * c->tick_s;
+    answer->unused = (ticks - used) * c->tick_s;
+    for (int32_t k = 0; k < OC_REASON_COUNT; ++k) {
+        answer->rejected[k] = double_of(now->rejected[k]) * c->tick_s;
+    }
+    for (int32_t k = 0; k < OC_CHANGES_MAX; ++k) {
+        answer->changed[k] = now->joint.changed[k];
+    }
+    answer->rejected[window_bit] = (ticks - double_of(now->unused_motion) - used) * c->tick_s;
+}

@@ -21,6 +21,7 @@ static const double standing_spread = 0.01;    /* rad/s; more is a truck that ro
 static const double rolling_speed = 0.3;       /* m/s of a wheel while the truck is said to stand */
 static const double first_noise = 0.0017;      /* rad/s of a block, 0.1 deg/s */
 static const double least_noise = 1e-12;       /* (rad/s)^2, that one grows from: signals without any have been */
+static const float least_past = 1e-12f;        /* (rad/s)^2, that rounding leaves of a mean's variance */
 static const double noise_blocks = 60.0;       /* memory */
 static const double model_noise = 2e-4;        /* rad/s of a block: tyres on an uneven road */
 static const double model_share = 0.02;        /* of the turn, besides */
@@ -103,6 +104,7 @@ static void begin(oc_gyro_bias *state, const oc_gyro_bias_design *design, const 
         for (int k = 0; k < OC_GYRO_BIAS_STATES; ++k) {
             state->P[DRIFT][k] = state->P[k][DRIFT] = 0.0;
         }
+        state->past.covariance[DRIFT] = 0.0f;
         state->x[DRIFT] = 0.0;
     }
     state->sd = sqrt(state->P[BIAS][BIAS]);
@@ -126,6 +128,10 @@ static void predict(oc_gyro_bias *state, const oc_params *p, double time) {
     const double passed = time - state->time;
     const double t = passed > 0.0 ? (passed < longest_prediction ? passed : longest_prediction) : 0.0;
     const double kept = 1.0 / (1.0 + t / p->gyro_bias_drift_time_s);
+    oc_past_bias *past = &state->past;
+    oc_past_bias_grow(past, state->P[BIAS]);
+    past->covariance[BIAS] += (float)t * past->covariance[DRIFT];
+    past->covariance[DRIFT] *= (float)kept;
     state->time = time;
     state->x[BIAS] += t * state->x[DRIFT];
     state->x[DRIFT] *= kept;
@@ -150,6 +156,7 @@ static void predict(oc_gyro_bias *state, const oc_params *p, double time) {
 static double correct(oc_gyro_bias *state, int32_t axle, const double *h, double reading, double R) {
     const int first = state_of(axle, 0);
     double Ph[OC_GYRO_BIAS_STATES];
+    float with_past = state->past.covariance[BIAS];
     for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
         Ph[j] = state->P[j][BIAS];
         for (int k = 0; k < STATES_OF_AXLE; ++k) {
@@ -159,6 +166,7 @@ static double correct(oc_gyro_bias *state, int32_t axle, const double *h, double
     double hPh = Ph[BIAS], expected = state->x[BIAS];
     for (int k = 0; k < STATES_OF_AXLE; ++k) {
         hPh += h[k] * Ph[first + k];
+        with_past += (float)h[k] * state->past.covariance[first + k];
         expected += h[k] * state->x[first + k];
     }
     const double innovation = reading - expected;
@@ -173,6 +181,7 @@ static double correct(oc_gyro_bias *state, int32_t axle, const double *h, double
             state->P[k][j] = state->P[j][k];
         }
     }
+    oc_past_bias_correct(&state->past, with_past, Ph, (float)innovation, (float)per_weighed);
     return innovation / sqrt(S);
 }
 
@@ -474,6 +483,12 @@ oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params)
         .evidence = state->evidence,
         .status = state->status,
     };
+}
+
+float oc_gyro_bias_past_sd(const oc_gyro_bias *state) {
+    const oc_past_bias *past = &state->past;
+    const float variance = past->variance > least_past ? past->variance : least_past;
+    return past->used_s > 0.0f ? sqrtf(variance) : (float)state->sd;
 }
 
 oc_estimate oc_gyro_bias_mismatch(const oc_gyro_bias *state, const oc_params *params, int32_t axle) {

@@ -17,14 +17,14 @@
 
 #include "estimate.h"
 #include "params.h"
+#include "past_bias.h"
 #include "signals.h"
 #include "vehicle.h"
 
 enum {
     OC_AXLE_REAR,
     OC_AXLE_FRONT,
-    OC_AXLE_COUNT,
-    OC_GYRO_BIAS_STATES = 8 /* bias, drift; rear: mismatch, load, scale; front: the same */
+    OC_AXLE_COUNT
 };
 
 typedef struct {
@@ -60,6 +60,7 @@ typedef struct {
 typedef struct {
     double x[OC_GYRO_BIAS_STATES];
     double P[OC_GYRO_BIAS_STATES][OC_GYRO_BIAS_STATES];
+    oc_past_bias past;                       /* of the yaw rates that were used */
     oc_gyro_bias_axle axles[OC_AXLE_COUNT];
     oc_gyro_bias_cusum together, apart;      /* of both axles' innovations, and of one against the other */
     double alarm_blocks;                     /* since the alarm; 0: none */
@@ -93,6 +94,9 @@ void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design,
 
 /* rad/s, as of the last block. Unobservable while the prior decides; invalid while it is alarmed. */
 oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params);
+
+/* rad/s, standard deviation of what the yaw rates that were used are off by on average; before any was, of the bias. */
+float oc_gyro_bias_past_sd(const oc_gyro_bias *state);
 
 /* Whether the bias has lately moved faster than it was followed, and is not known again as well as before. */
 bool oc_gyro_bias_alarmed(const oc_gyro_bias *state);

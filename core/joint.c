@@ -12,7 +12,7 @@ static const float first_error = 0.017453292f; /* rad, by which errors are judge
 static const double busy_ticks = 10.0;     /* of a second, with the gyro's block and the end of a second */
 static const float wind_speed = 20.0f; /* m/s, at which a wind acts as it is written */
 static const float unplaced_s = 20.0f; /* after the wheel may be elsewhere in its play, errors tell of that */
-static const float least_correction = 1e-6f; /* rad/s */
+static const float least_correction = 3.5e-5f; /* rad/s, 0.002 deg/s: a hundredth of a degree */
 
 /* A flank of the play is seen where the side force is so clearly beyond friction. */
 static const float clearly = 0.02f;                    /* m/s^2 */
@@ -29,7 +29,7 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
     design->ticks_per_sample = ticks;
     design->samples_per_second = (int32_t)(1.0 / step_s + 0.5);
     /* whole steps a tick; some ticks of a second are busy otherwise */
-    const double work = OC_JOINT_HYPOTHESES * (design->samples_per_second + 1 + OC_SOLVING_STEPS * OC_JOINT_STEP);
+    const double work = OC_JOINT_HYPOTHESES * (design->samples_per_second + 2 + OC_SOLVING_STEPS * OC_JOINT_STEP);
     design->work_per_tick = OC_JOINT_STEP * (1 + (int32_t)(work / (rate_hz - busy_ticks) / OC_JOINT_STEP));
 }
 
@@ -88,29 +88,15 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
     };
 }
 
-/* What is learned of a bias that has not changed holds for the yaw rates before as well: of its last move, the share by
- * which it became surer than it ever was. A bias that only wanders, or that is sought anew after an ignition or a jump,
- * does not become so. */
-static float correction_of(oc_joint *joint, double bias, double sd) {
-    const double variance = sd * sd;
-    const double least = joint->yaw_rate_bias_variance;
-    const double moved = bias - joint->yaw_rate_bias;
-    joint->yaw_rate_bias = bias;
-    if (least > 0.0 && !(variance < least)) {
-        return 0.0f;
-    }
-    joint->yaw_rate_bias_variance = variance;
-    return least > 0.0 ? (float)((1.0 - variance / least) * moved) : 0.0f;
-}
-
 /* A correction goes to one hypothesis after the other, and to each once, whatever comes between. */
-static void begin_correction(oc_joint *joint, double bias, double sd) {
-    if (joint->corrected < joint->count) {
-        return;
+bool oc_joint_correct(oc_joint *joint, float rad_s) {
+    if (!joint->started || joint->corrected < joint->count || !(fabsf(rad_s) > least_correction)) {
+        return false;
     }
-    joint->correction = correction_of(joint, bias, sd);
+    joint->correction = rad_s;
     joint->corrected = 0;
-    joint->bank_mean += (double)joint->correction * joint->speed_mean;
+    joint->bank_mean += (double)rad_s * joint->speed_mean;
+    return true;
 }
 
 /* True where there was anything to set right. A correction that began while samples were taken in waits for the first
@@ -120,7 +106,7 @@ static bool correct_hypothesis(oc_joint *joint, int32_t k, const oc_joint_design
         return false;
     }
     joint->corrected = k + 1;
-    if (!(fabsf(joint->correction) > least_correction && joint->second.used_s > 0.0f)) {
+    if (!(joint->second.used_s > 0.0f)) {
         return false;
     }
     oc_hypothesis_correct(&joint->hypotheses[k], &design->hypothesis, joint->correction);
@@ -132,8 +118,8 @@ static void turn_phase(oc_joint *joint, const oc_joint_design *design) {
     joint->phase = joint->phase + 1 < design->ticks_per_sample ? joint->phase + 1 : 0;
 }
 
-void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design, const oc_prior *prior,
-                    double yaw_rate_bias) {
+void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                    const oc_prior *prior) {
     if (!joint->started) {
         return;
     }
@@ -141,20 +127,17 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
         *tracking = (oc_joint_tracking){0};
         tracking->stands = 1;
     }
-    if (joint->phase == 0) {
-        begin_correction(joint, yaw_rate_bias, (double)prior->yaw_rate_bias_sd);
-    }
     turn_phase(joint, design);
     oc_solving *solving = &tracking->work.solving;
-    for (int32_t k = 0; k < joint->count; ++k) {
-        if (correct_hypothesis(joint, k, design)) {
-            solving->step = 0; /* it begins with the first again: what was half solved may be another's */
-        }
-    }
     solving->due = 1;
-    if (joint->concluded < joint->count &&
-        oc_hypothesis_learn(&joint->hypotheses[joint->concluded], &design->hypothesis, prior, &joint->second,
-                            design->samples_per_second, solving)) {
+    if (joint->corrected < joint->count) { /* a tick's work */
+        for (int32_t k = 0; k < joint->count; ++k) {
+            (void)correct_hypothesis(joint, k, design);
+        }
+        solving->step = 0; /* it begins with the first again: what was half solved may be another's */
+    } else if (joint->concluded < joint->count &&
+               oc_hypothesis_learn(&joint->hypotheses[joint->concluded], &design->hypothesis, prior, &joint->second,
+                                   design->samples_per_second, solving)) {
         solving->step = 0;
         ++joint->concluded;
     }
@@ -250,7 +233,7 @@ static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_jo
         work->taken = 0;
         ++work->turn;
     }
-    return starts || loads ? OC_JOINT_STEP : 1 + (restarts || corrected || waiting->ends_second);
+    return starts || loads ? OC_JOINT_STEP : 1 + (restarts || corrected) + 2 * (waiting->ends_second != 0);
 }
 
 /* All hypotheses have the samples, and have learned where they ended a second. */
@@ -336,7 +319,6 @@ static bool work_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
 /* The sample at this tick waits behind the others. */
 static void take_sample(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                         const oc_joint_tick *tick) {
-    begin_correction(joint, tick->yaw_rate_bias, tick->yaw_rate_bias_sd);
     if (tick->usable) {
         average(joint, design, tick->speed, tracking->bank);
     }

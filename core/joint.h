@@ -36,7 +36,6 @@ typedef struct {
     double lateral_acceleration; /* m/s^2, as measured */
     double curvature;            /* 1/m */
     double speed;                /* m/s */
-    double yaw_rate_bias, yaw_rate_bias_sd; /* rad/s, by which the yaw rate was corrected */
     double offset, offset_sd;    /* rad, as last answered */
     bool usable;                 /* the gate is open */
     bool busy;                   /* with other work: the bank's waits */
@@ -95,8 +94,6 @@ typedef struct {
     int32_t lost;                /* the wheel may be elsewhere, and the heading another */
     oc_second second;            /* what the next whole second will be */
     float to_left, to_right;     /* s during which the side force was clearly to either side of a_0 */
-    double yaw_rate_bias;          /* rad/s, at the last sample */
-    double yaw_rate_bias_variance; /* rad^2/s^2, the least so far; 0: none */
     float correction;            /* rad/s, of the yaw rates so far, and */
     int32_t corrected;           /* how many hypotheses have it, and */
     int32_t concluded;           /* of how many the conclusions show it */
@@ -128,10 +125,14 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
 bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                      const oc_joint_tick *tick);
 
-/* While the truck stands: what that tells of the yaw rate's bias (rad/s) holds for the drive before, too. The next tick
- * that moves finds tracking all zero. */
-void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design, const oc_prior *prior,
-                    double yaw_rate_bias);
+/* While the truck stands: what corrects the drive before is concluded. The next tick that moves finds tracking all
+ * zero. */
+void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                    const oc_prior *prior);
+
+/* The yaw rates so far were corrected by rad/s too little, on average. False where that is not worth it, or the last
+ * correction has not come to all hypotheses yet. */
+bool oc_joint_correct(oc_joint *joint, float rad_s);
 
 /* What the bank says is put down as what it was until the change, and the bank goes on with the other. */
 void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_joint_tick *tick);

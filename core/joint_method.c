@@ -23,8 +23,9 @@ static void take_reading(side_force_belief *b, float reading, float share, float
 
 /* Where the accelerometer's bias is, before the steering is asked: by its own prior, the roads' crown and the ground
  * stood on; without an accelerometer the crown alone, which then is not seen. */
-static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, float yaw_rate_bias_sd) {
+static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) {
     const oc_params *p = &c->params;
+    const float yaw_rate_bias_sd = oc_gyro_bias_past_sd(&evidence->gyro_bias);
     const float side = (float)c->vehicle.traffic_side, crown_size = (float)p->crown_m_s2;
     const float crown = side * crown_size;
     const float unknown_side = side == 0.0f ? crown_size : 0.0f;
@@ -54,12 +55,21 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c, 
     return prior;
 }
 
+/* What is learned of the yaw rate's bias now holds for the drive before, too, once it is worth it. */
+static void correct_what_was_used(oc_evidence *evidence) {
+    static const float worth = 0.01f; /* of the variance */
+    oc_past_bias *past = &evidence->gyro_bias.past;
+    if (past->bias * past->bias > worth * past->variance && oc_joint_correct(&evidence->joint, past->bias)) {
+        past->bias = 0.0f;
+    }
+}
+
 void oc_stand_jointly(oc_state *state, const oc_coefficients *c) {
     oc_evidence *evidence = &state->evidence;
-    const oc_estimate bias = oc_gyro_bias_get(&evidence->gyro_bias, &c->params);
-    const oc_prior prior = prior_of(evidence, c, (float)bias.standard_deviation);
+    const oc_prior prior = prior_of(evidence, c);
+    correct_what_was_used(evidence);
     const int32_t concluded = evidence->joint.concluded;
-    oc_joint_stand(&evidence->joint, &state->tracking.joint, &c->joint, &prior, bias.value);
+    oc_joint_stand(&evidence->joint, &state->tracking.joint, &c->joint, &prior);
     if (concluded < evidence->joint.count && evidence->joint.concluded == evidence->joint.count) {
         state->tracking.joint.work.ended = 1;
     }
@@ -75,7 +85,7 @@ void oc_tell_standing(oc_state *state, const oc_coefficients *c) {
 
 /* The joint method: all hypotheses go along with every tick, and learn from whole seconds of clean ones. */
 void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_filtered *filtered,
-                             const oc_motion *motion, const oc_estimate *yaw_rate_bias, uint32_t reasons) {
+                             const oc_motion *motion, uint32_t reasons) {
     const oc_joint_tick tick = {
         .time = state->tracking.last_time,
         .angle = filtered->steering_wheel_angle,
@@ -84,8 +94,6 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_fil
         .lateral_acceleration = motion->lateral_acceleration,
         .curvature = motion->curvature,
         .speed = filtered->vehicle_speed,
-        .yaw_rate_bias = yaw_rate_bias->value,
-        .yaw_rate_bias_sd = yaw_rate_bias->standard_deviation,
         .offset = state->learned.offset.value,
         .offset_sd = state->learned.offset.standard_deviation,
         .usable = reasons == 0,
@@ -94,8 +102,10 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_fil
     oc_joint_tracking *tracking = &state->tracking.joint;
     if (!tracking->running || (tracking->prior_due && !tick.busy)) {
         tracking->prior_due = 0;
-        tracking->prior = prior_of(&state->evidence, c, (float)yaw_rate_bias->standard_deviation);
+        tracking->prior = prior_of(&state->evidence, c);
     }
+    correct_what_was_used(&state->evidence);
+    state->evidence.gyro_bias.past.waiting_s += tick.usable ? (float)c->tick_s : 0.0f;
     if (oc_joint_update(&state->evidence.joint, tracking, &c->joint, &tick)) {
         oc_learn_jointly(&state->evidence, &state->evidence.verdicts, &state->learned, c);
     }

@@ -19,7 +19,7 @@ oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficie
 
 /* All hypotheses go along with every tick, and learn from whole seconds of clean ones. */
 void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_filtered *filtered,
-                         const oc_motion *motion, const oc_estimate *yaw_rate_bias, uint32_t reasons);
+                         const oc_motion *motion, uint32_t reasons);
 /* The truck stands: its gyro's bias is told. */
 void oc_stand_jointly(oc_state *state, const oc_coefficients *c);
 /* What that taught is learned, apart, lest the stack be too deep. */

@@ -252,7 +252,7 @@ static void estimate(oc_state *state, const oc_coefficients *c, const followed *
     }
     /* 5.1.3: offset and understeer gradient */
     if (c->params.method == OC_METHOD_JOINT) {
-        oc_estimate_jointly(state, c, &now->filtered, &now->motion, &now->yaw_rate_bias, reasons);
+        oc_estimate_jointly(state, c, &now->filtered, &now->motion, reasons);
         return;
     }
     oc_estimate_straight_ahead(state, c, &now->motion, now->filtered.vehicle_speed,

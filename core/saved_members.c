@@ -99,6 +99,9 @@ static const oc_saved_member standstill_members[] = {
 
 static const oc_saved_member gyro_bias_members[] = {
     MEMBER(oc_gyro_bias, x, OC_SAVED_DOUBLE, ANY_YAW_RATE), MEMBER(oc_gyro_bias, P, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_gyro_bias, past.used_s, past.waiting_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBER(oc_gyro_bias, past.bias, OC_SAVED_FLOAT, ANY_YAW_RATE),
+    MEMBERS(oc_gyro_bias, past.variance, past.covariance, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBERS(oc_gyro_bias, together, apart, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBERS(oc_gyro_bias, alarm_blocks, alarm_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBERS(oc_gyro_bias, time, block_time, OC_SAVED_DOUBLE, ANY_NUMBER),
@@ -140,8 +143,6 @@ static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, in_long_block, OC_SAVED_INT32, OF_LONG_BLOCK),
     MEMBERS(oc_joint, along, across, OC_SAVED_FLOAT, ANY_NUMBER), MEMBER(oc_joint, lost, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_joint, to_left, to_right, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_joint, yaw_rate_bias, OC_SAVED_DOUBLE, ANY_YAW_RATE),
-    MEMBER(oc_joint, yaw_rate_bias_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_joint, correction, OC_SAVED_FLOAT, ANY_YAW_RATE),
     MEMBERS(oc_joint, corrected, loaded, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBER(oc_joint, speed_mean, OC_SAVED_DOUBLE, ROAD_SPEED),

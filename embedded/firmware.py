@@ -28,7 +28,10 @@ ECU = ("oc_params_defaults", "oc_setup", "oc_restore_newest", "oc_restart", "oc_
 ALL = (*MONITOR, *ECU, "oc_version", "oc_method_name", "oc_angle_method_name", "oc_save_size", "oc_restore",
        "oc_image_fault_name", "oc_message_decode", "oc_message_measured", "oc_angle_source_name")  # fmt: skip
 # Files of which no tick calls anything, or only one that has little else to do: their speed matters nowhere.
-COLD = ("answer", "change", "joint_answer", "message", "names", "params", "save", "saved_members", "setup", "trouble")
+COLD = (
+    "answer", "change", "joint_answer", "message", "names", "params", "past_bias", "save", "saved_members", "setup",
+    "straight_ahead", "trouble",
+)  # fmt: skip
 
 
 def _run(*command: str | Path) -> str:

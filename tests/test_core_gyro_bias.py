@@ -398,4 +398,4 @@ def test_a_real_car_that_stood_for_a_second_tells_its_bias(name: str, bias: floa
 
 
 def test_the_state_is_small_enough_for_any_control_unit() -> None:
-    assert ffi.sizeof("oc_gyro_bias") <= 1024
+    assert ffi.sizeof("oc_gyro_bias") <= 1100  # bytes, of the 16 KiB that all states may have

@@ -232,7 +232,7 @@ def test_a_drive_cut_in_two_by_an_ignition_says_nearly_what_it_says_in_one(minut
     assert one.offset.value is not None and two.offset.value is not None
     assert two.offset.value == pytest.approx(one.offset.value, abs=0.1 * DEGREE)
     assert two.backlash.value == pytest.approx(one.backlash.value, abs=0.2 * DEGREE)
-    assert two.used_s == pytest.approx(one.used_s, abs=15.0)
+    assert two.used_s == pytest.approx(one.used_s, abs=45.0)  # a suspicion that only one of them had lasts 30 s
     assert two.offset.status == "valid" and two.changes == ()
 
 

@@ -1,0 +1,95 @@
+"""What the yaw rates used so far are off by, once the gyro's bias is known better: a smoother's mean, recursively."""
+
+import math
+
+import numpy as np
+import pytest
+from oncenter._native import ffi, lib
+from rolling import RATE_HZ, Array, Truth, as_ebc2, rolling
+from saved_ecu import Ecu
+
+from oncenter import _core
+
+STATES = lib.OC_GYRO_BIAS_STATES
+BIAS, DRIFT = 0, 1
+KEPT = 0.98  # of the drift from one reading to the next
+
+
+def random_system(seed: int, readings: int) -> tuple[Array, Array, Array, Array, Array]:
+    """A bias that drifts, six states that stand still, and readings of them: step, its noise, prior, regressors and
+    their noise."""
+    rng = np.random.default_rng(seed)
+    F = np.eye(STATES)
+    F[BIAS, DRIFT], F[DRIFT, DRIFT] = 1.0, KEPT
+    Q = np.diag([4e-4, 1e-4, *[0.0] * (STATES - 2)])
+    P = np.diag(rng.uniform(0.5, 2.0, STATES))
+    H = rng.standard_normal((readings, STATES)) * [1.0, 0.0, *[0.7] * (STATES - 2)]
+    H[:, BIAS] = 1.0
+    return F, Q, P, H, rng.uniform(0.3, 0.6, readings)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_it_is_what_all_readings_together_tell_of_the_mean(seed: int) -> None:
+    """Two derivations: a recursion in fixed memory, and the mean's distribution given all readings at once."""
+    readings, rng = 40, np.random.default_rng(100 + seed)
+    F, Q, P, H, R = random_system(seed, readings)
+    used_s = rng.integers(0, 3, readings)  # none between some
+    truth = np.linalg.cholesky(P) @ rng.standard_normal(STATES)
+    x, past = np.zeros(STATES), ffi.new("oc_past_bias *")
+    # all at once: what a bias in use was, and each reading, as sums of the prior's and all steps' random numbers
+    numbers = STATES * (readings + 1)
+    state = np.zeros((STATES, numbers))
+    state[:, :STATES] = np.linalg.cholesky(P)
+    roots, in_use, taken_off, of_reading, z = np.sqrt(Q), [], [], [], []
+    for k in range(readings):
+        past.waiting_s = float(used_s[k])
+        in_use.append(state[BIAS].copy())
+        taken_off.append(x[BIAS])
+        lib.oc_past_bias_grow(past, ffi.from_buffer("double[]", P[BIAS].copy()))
+        covariance = F @ np.array(list(past.covariance))
+        for j in range(STATES):
+            past.covariance[j] = covariance[j]
+        truth = F @ truth + roots @ rng.standard_normal(STATES)
+        state = F @ state
+        place = slice(STATES * (k + 1), STATES * (k + 2))
+        state[:, place] = roots
+        x, P = F @ x, F @ P @ F.T + Q
+        z.append(H[k] @ truth + math.sqrt(R[k]) * rng.standard_normal())
+        of_reading.append(H[k] @ state)
+        Ph, S = P @ H[k], H[k] @ P @ H[k] + R[k]
+        lib.oc_past_bias_correct(
+            past, H[k] @ covariance, ffi.from_buffer("double[]", Ph.copy()), z[k] - H[k] @ x, 1.0 / S
+        )
+        x, P = x + Ph / S * (z[k] - H[k] @ x), P - np.outer(Ph, Ph) / S
+    share = used_s / used_s.sum()
+    mean, A = share @ np.array(in_use), np.array(of_reading)
+    gain = np.linalg.solve(A @ A.T + np.diag(R), A @ mean)
+    assert past.bias == pytest.approx(gain @ z - share @ taken_off, abs=1e-4)
+    assert past.variance == pytest.approx(mean @ mean - gain @ (A @ mean), rel=1e-3)
+    assert past.variance < 0.5 * P[BIAS, BIAS]  # than which a constant bias would be known no better
+
+
+def used(columns: dict[str, Array]) -> tuple[float, float, float]:
+    """By what the yaw rates are off on average if all are used, what the core says of it in the end, and its standard
+    deviation; rad/s."""
+    ecu = Ecu()
+    design, params = ffi.addressof(ecu.coefficients, "gyro_bias"), ffi.addressof(ecu.coefficients, "params")
+    gyro = ffi.addressof(ecu.state, "evidence", "gyro_bias")
+    tick = ffi.new("oc_signals *", {"valid": 0xFF})
+    names = [name for name in columns if name in _core.COLUMNS]
+    taken_off = []
+    for row in zip(*(columns[name].tolist() for name in names), strict=True):
+        for name, value in zip(names, row, strict=True):
+            setattr(tick, _core.COLUMNS[name], value)
+        taken_off.append(gyro.x[BIAS])
+        gyro.past.waiting_s += 1.0 / RATE_HZ
+        lib.oc_gyro_bias_update(gyro, design, params, tick)
+    return Truth().bias - float(np.mean(taken_off)), gyro.past.bias, lib.oc_gyro_bias_past_sd(gyro)
+
+
+def test_wheels_that_tell_the_bias_late_tell_what_was_used_before() -> None:
+    """By EBC2's coarse wheel speeds and no standstill, against what the yaw rates were truly off by."""
+    off, left, sd = np.array([used(as_ebc2(rolling(seed, 240.0, standing_s=0.0))) for seed in range(8)]).T
+    rms = np.sqrt(np.mean(np.square([off, off - left, (off - left) / sd]), axis=1))
+    assert rms[1] < 0.5 * rms[0]
+    assert 0.3 < rms[2] < 1.6

@@ -267,21 +267,29 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
     }
 }
 
-/* The offset is what the sensor reads at a = a_0, where no side force acts but for pull and wind. */
+/* The offset is what the sensor reads at a = a_0, where no side force acts but for pull and wind: of its variance what
+ * the terms make. */
+static float variance_of_offset(const oc_hypothesis *h, const oc_hypothesis_design *design,
+                                const oc_solving *solving) {
+    const float *scale = design->scale, *terms = solving->terms;
+    const float unloading = h->play.unloading + terms[UNLOADING] * scale[UNLOADING];
+    float weights[OC_TERMS] = {
+        [UNLOADING] = design->steering_ratio * terms[GRADIENT] * scale[GRADIENT] * scale[UNLOADING],
+        [GRADIENT] = design->steering_ratio * unloading * scale[GRADIENT],
+    };
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        weights[k] -= h->means[k];
+    }
+    return oc_triangle_variance(solving->lower, solving->inverse, 0, weights);
+}
+
 static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
                             const oc_solving *solving) {
-    const float *scale = design->scale;
-    const float slope = design->steering_ratio * h->gradient;
-    float of_offset[OC_TERMS] = {
-        [UNLOADING] = slope * scale[UNLOADING],
-        [GRADIENT] = scale[GRADIENT] * design->steering_ratio * h->unloading,
-    };
     h->constant = h->target_mean;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         h->constant -= h->means[k] * h->terms[k];
-        of_offset[k] -= h->means[k];
     }
-    h->offset = h->constant + slope * h->unloading;
+    h->offset = h->constant + design->steering_ratio * h->gradient * h->unloading;
 
     /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds; in little play the lag of
      * whatever gives way passes for a_0 */
@@ -294,7 +302,7 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
     const float pulled = design->steering_ratio * larger(h->gradient, least_gradient);
     h->pulled_variance = pulled * pulled * (beyond < pull ? beyond : pull);
     h->offset_variance = oc_hypothesis_noise(h) / larger(h->weight, 1.0f) +
-                         oc_triangle_variance(solving->lower, solving->inverse, 0, of_offset) +
+                         solving->variances[OC_OF_OFFSET] +
                          pulled * pulled * beyond;
 }
 
@@ -401,23 +409,24 @@ static void factor_rows(const oc_hypothesis *h, oc_solving *solving, int32_t fir
 }
 
 /* Variances of parameters that are two terms together, or one: then the second is the same as the first. */
-static void solve_equations(const oc_hypothesis_design *design, oc_solving *solving) {
+static void solve_equations(const oc_hypothesis *h, const oc_hypothesis_design *design, oc_solving *solving) {
     static const struct {
         int32_t first, second;
-    } asked[OC_VARIANCES] = {
+    } asked[OC_OF_OFFSET] = {
         [OC_OF_GRADIENT] = {GRADIENT, GRADIENT},
         [OC_OF_UNLOADING] = {UNLOADING, UNLOADING},
         [OC_OF_WIDTH] = {WIDTH, WINDUP},
         [OC_OF_WHEELBASE] = {WHEELBASE, WHEELBASE},
     };
     oc_triangle_solve_upper(solving->lower, solving->inverse, solving->terms);
-    for (int32_t k = 0; k < OC_VARIANCES; ++k) {
+    for (int32_t k = 0; k < OC_OF_OFFSET; ++k) {
         const int32_t first = asked[k].first, second = asked[k].second;
         float weights[OC_TERMS] = {0};
         weights[first] = design->scale[first];
         weights[second] = design->scale[second];
         solving->variances[k] = oc_triangle_variance(solving->lower, solving->inverse, first, weights);
     }
+    solving->variances[OC_OF_OFFSET] = variance_of_offset(h, design, solving);
 }
 
 bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
@@ -439,7 +448,7 @@ bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, c
         factor_rows(h, solving, few_rows, OC_TERMS);
         oc_triangle_solve_lower(solving->lower, solving->inverse, 0, solving->terms);
         return false;
-    case 2: solve_equations(design, solving); return false;
+    case 2: solve_equations(h, design, solving); return false;
     default:
         conclude(h, design, prior, solving);
         if (learns) {

@@ -84,7 +84,7 @@ typedef struct {
 enum { OC_SOLVING_STEPS = 4 };
 
 /* Whose variances are asked for. */
-enum { OC_OF_GRADIENT, OC_OF_UNLOADING, OC_OF_WIDTH, OC_OF_WHEELBASE, OC_VARIANCES };
+enum { OC_OF_GRADIENT, OC_OF_UNLOADING, OC_OF_WIDTH, OC_OF_WHEELBASE, OC_OF_OFFSET, OC_VARIANCES };
 
 /* The equations of one hypothesis while they are being solved, a step at a time. */
 typedef struct {

@@ -137,6 +137,9 @@ bool oc_joint_correct(oc_joint *joint, float rad_s);
 /* What the bank says is put down as what it was until the change, and the bank goes on with the other. */
 void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_joint_tick *tick);
 
+/* s, how far back its evidence reaches: not far at first, when it was gathered far from where the hypotheses went. */
+float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design);
+
 /* s of side force clearly to one side, 1 left or -1 right, that are lacking before the play's flank there is seen; 0
  * where that flank was seen at least for a moment and play was found. */
 double oc_joint_flank_lacking(const oc_joint *joint, int32_t side);

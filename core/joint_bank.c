@@ -115,6 +115,11 @@ static float clamped(float value, float low, float high) {
     return value > high ? high : value;
 }
 
+float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design) {
+    const float first = 60.0f + 0.5f * joint->second.used_s;
+    return first < design->memory_s ? first : design->memory_s;
+}
+
 void oc_joint_turn_second(oc_joint *joint, const oc_joint_design *design) {
     oc_second *second = &joint->second;
     const float least = 0.05f * one_degree;
@@ -133,7 +138,5 @@ void oc_joint_turn_second(oc_joint *joint, const oc_joint_design *design) {
     joint->in_long_block = second->long_block_ends ? 0 : joint->in_long_block + 1;
     second->block_ends = joint->in_block + 1 == OC_SECONDS_PER_BLOCK;
     second->long_block_ends = joint->in_long_block + 1 == OC_SECONDS_PER_LONG_BLOCK;
-    /* a short memory at first, since early evidence was gathered far from where the hypotheses went */
-    const float memory = 60.0f + 0.5f * second->used_s;
-    second->memory_share = 1.0f - second->second_s / (memory < design->memory_s ? memory : design->memory_s);
+    second->memory_share = 1.0f - second->second_s / oc_joint_memory(joint, design);
 }

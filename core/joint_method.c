@@ -108,5 +108,6 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_fil
     state->evidence.gyro_bias.past.waiting_s += tick.usable ? (float)c->tick_s : 0.0f;
     if (oc_joint_update(&state->evidence.joint, tracking, &c->joint, &tick)) {
         oc_learn_jointly(&state->evidence, &state->evidence.verdicts, &state->learned, c);
+        state->evidence.gyro_bias.past.memory_s = oc_joint_memory(&state->evidence.joint, &c->joint);
     }
 }

@@ -1,20 +1,18 @@
 #include "past_bias.h"
 
-static const float memory_s = 2000.0f; /* as far back as what was learned from them reaches: joint_memory_s */
-
 void oc_past_bias_grow(oc_past_bias *past, const double *of_bias) {
     if (!(past->waiting_s > 0.0f)) {
         return;
     }
-    const float share = past->waiting_s / (past->used_s + past->waiting_s), rest = 1.0f - share;
+    const float all_s = past->used_s + past->waiting_s;
+    past->used_s = past->memory_s > 0.0f && past->memory_s < all_s ? past->memory_s : all_s;
+    const float share = past->waiting_s / past->used_s, rest = 1.0f - share;
     past->bias *= rest; /* what was just used had all that is known taken off */
     past->variance = rest * (rest * past->variance + 2.0f * share * past->covariance[0]) +
                      share * share * (float)of_bias[0];
     for (int k = 0; k < OC_GYRO_BIAS_STATES; ++k) {
         past->covariance[k] = rest * past->covariance[k] + share * (float)of_bias[k];
     }
-    past->used_s += past->waiting_s;
-    past->used_s = past->used_s < memory_s ? past->used_s : memory_s;
     past->waiting_s = 0.0f;
 }
 

@@ -7,8 +7,9 @@
 enum { OC_GYRO_BIAS_STATES = 8 /* bias, drift; rear: mismatch, load, scale; front: the same */ };
 
 typedef struct {
-    float used_s;    /* of driving behind the mean */
-    float waiting_s; /* of it since the filter was last predicted */
+    float used_s;    /* of driving behind the mean, no more than */
+    float memory_s;  /* how far back what was learned from them reaches; 0: for ever */
+    float waiting_s; /* used since the filter was last predicted */
     float bias;      /* rad/s, by which they were corrected too little */
     float variance;
     float covariance[OC_GYRO_BIAS_STATES]; /* with the filter's states, the bias first */

@@ -28,14 +28,25 @@ def random_system(seed: int, readings: int) -> tuple[Array, Array, Array, Array,
     return F, Q, P, H, rng.uniform(0.3, 0.6, readings)
 
 
+def fading(used_s: Array, memory_s: float) -> Array:
+    """Each one's share of the mean: alike up to the memory, then what is older fades."""
+    share, so_far = np.zeros(len(used_s)), 0.0
+    for k in np.flatnonzero(used_s):
+        so_far = min(so_far + used_s[k], memory_s)
+        share *= 1.0 - used_s[k] / so_far
+        share[k] = used_s[k] / so_far
+    return share
+
+
+@pytest.mark.parametrize("memory_s", [0.0, 15.0], ids=["all", "fading"])
 @pytest.mark.parametrize("seed", range(5))
-def test_it_is_what_all_readings_together_tell_of_the_mean(seed: int) -> None:
+def test_it_is_what_all_readings_together_tell_of_the_mean(seed: int, memory_s: float) -> None:
     """Two derivations: a recursion in fixed memory, and the mean's distribution given all readings at once."""
     readings, rng = 40, np.random.default_rng(100 + seed)
     F, Q, P, H, R = random_system(seed, readings)
     used_s = rng.integers(0, 3, readings)  # none between some
     truth = np.linalg.cholesky(P) @ rng.standard_normal(STATES)
-    x, past = np.zeros(STATES), ffi.new("oc_past_bias *")
+    x, past = np.zeros(STATES), ffi.new("oc_past_bias *", {"memory_s": memory_s})
     # all at once: what a bias in use was, and each reading, as sums of the prior's and all steps' random numbers
     numbers = STATES * (readings + 1)
     state = np.zeros((STATES, numbers))
@@ -61,7 +72,7 @@ def test_it_is_what_all_readings_together_tell_of_the_mean(seed: int) -> None:
             past, H[k] @ covariance, ffi.from_buffer("double[]", Ph.copy()), z[k] - H[k] @ x, 1.0 / S
         )
         x, P = x + Ph / S * (z[k] - H[k] @ x), P - np.outer(Ph, Ph) / S
-    share = used_s / used_s.sum()
+    share = fading(used_s, memory_s or math.inf)
     mean, A = share @ np.array(in_use), np.array(of_reading)
     gain = np.linalg.solve(A @ A.T + np.diag(R), A @ mean)
     assert past.bias == pytest.approx(gain @ z - share @ taken_off, abs=1e-4)

@@ -347,7 +347,7 @@ void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
 
 void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
                           bool begins_second) {
-    float differences[OC_SLOPE_COUNT];
+    float differences[OC_SLOPE_COUNT] = {0};
     const oc_play_motion by = {(float)sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
     oc_places_move(&h->places, &h->play, &by, differences);
     if (begins_second) {

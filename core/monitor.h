@@ -70,6 +70,7 @@ typedef struct {
 typedef struct {
     int32_t offset_trusted;      /* once accurate enough to learn K_us */
     oc_status offset_status, understeer_status, backlash_status;
+    float lately;                /* rad, what the joint method's offset was */
 } oc_verdicts;
 
 typedef struct {

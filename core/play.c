@@ -90,11 +90,6 @@ void oc_places_move(oc_places *p, const oc_play *play, const oc_play_motion *by,
     const float by_load = creeps ? crept(load, friction, creep) : 0.0f;
     p->wound = wound_up(p->wound, by, play->windup, play->unwinding);
     p->inner = in_play(p->inner + by_load, p->wound, play->half_width);
-    if (!creeps) {
-        for (int32_t k = 0; k < OC_SLOPE_COUNT; ++k) {
-            differences[k] = 0.0f;
-        }
-    }
     differences[OC_SLOPE_WIDTH] = move_widths(p, play, by_load);
     if (!creeps) {
         return;

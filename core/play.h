@@ -65,8 +65,8 @@ float oc_play_width_step(float half_width);
 /* m/s^2, side force on the front wheels, less what the accelerometer is off by and what the wind carries. */
 float oc_play_load(const oc_play *play, const oc_motion_sample *sample);
 
-/* Moves all places on. A difference is what `inner` loses, rad, from a little less to a little more of a parameter; 0
- * for all but the width where no side force moves the wheels. */
+/* Moves all places on. A difference is what `inner` loses, rad, from a little less to a little more of a parameter.
+ * Where no side force moves the wheels only the width makes one, and the others are left as they are. */
 void oc_places_move(oc_places *places, const oc_play *play, const oc_play_motion *by, float *differences);
 
 /* How far a little more and less are apart, by which a sum of differences is one of slopes: whole widths in rad, m/s^2,

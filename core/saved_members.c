@@ -220,6 +220,7 @@ static const oc_saved_member fault_members[] = {
 static const oc_saved_member evidence_members[] = {
     MEMBER(oc_evidence, verdicts.offset_trusted, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_evidence, verdicts.offset_status, verdicts.backlash_status, OC_SAVED_ENUM, ANY_STATUS),
+    MEMBER(oc_evidence, verdicts.lately, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBERS(oc_evidence, ticks, unused_motion, OC_SAVED_UINT64, TOTAL),
     MEMBER(oc_evidence, bank_ticks, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_evidence, bank_sum, OC_SAVED_DOUBLE, ANY_NUMBER),

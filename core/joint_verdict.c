@@ -12,12 +12,12 @@ static const float lately_share = 1.0f / 80.0f; /* of a second, in the mean of w
 
 /* The sd by which the offset is valid or not. Pull and wind widen it, which no drive tells; all else must be told five
  * times as well, or it is no middle that was found, but a prior's: unless the steering hardly plays. Half of what it
- * moved by lately (rad) is an sd, too: it was not known before. */
+ * moved by lately (rad) was not told either, however much play there seems to be now. */
 static double wide_as(const oc_joint_answer *found, float moved) {
     static const float times = 5.0f;
-    const float told = (float)found->told_sd, known = 0.5f * fabsf(moved);
-    const float wide = times * (told > known ? told : known);
-    return found->backlash > some_play && wide > (float)found->offset_sd ? (double)wide : found->offset_sd;
+    const float told = found->backlash > some_play ? (float)found->told_sd : 0.0f, untold = 0.5f * fabsf(moved);
+    const float wide = times * (told > untold ? told : untold);
+    return wide > (float)found->offset_sd ? (double)wide : found->offset_sd;
 }
 
 static oc_status status_of(oc_status before, bool enough, double sd, double narrow) {

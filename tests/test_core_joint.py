@@ -343,6 +343,18 @@ def test_nothing_is_found_where_nothing_changed() -> None:
         assert answer_of(*driven(CREEPING if seed % 2 else "", seed))["changes"] == 0, f"seed {seed}"
 
 
+def test_an_offset_that_has_just_jumped_is_not_valid_before_it_has_stayed() -> None:
+    columns, truth = driven(duration_s=1500.0)
+    core, ends = core_for(truth), [int(s * RATE_HZ) for s in (0, 1100, 1120, 1500)]
+    told = []
+    for begin, end in itertools.pairwise(ends):
+        core.run({name: column[begin:end] for name, column in columns.items()})
+        told.append(status(core.answer()["offset"]))
+        if begin == 0:
+            core._state.evidence.verdicts.lately -= 1.0 * DEGREE
+    assert told == ["valid", "converging", "valid"]
+
+
 def test_a_lifted_axle_is_told_as_another_load_as_often_as_not_and_rarely_as_another_offset() -> None:
     """Where bends are few it comes too slowly; what gradient and wheelbase learn anew takes the offset along."""
     told, held = [], []

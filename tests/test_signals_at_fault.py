@@ -8,6 +8,9 @@ import polars as pl
 import pytest
 
 import oncenter as oc
+from oncenter.findings import Finding
+from oncenter.plausibility import faults, signs_and_units
+from oncenter.plausibility.drive import Drive
 from oncenter.signals import Signals
 
 ANGLE, YAW_RATE, SPEED = "steering_wheel_angle_rad", "yaw_rate_rad_s", "vehicle_speed_m_s"
@@ -68,3 +71,16 @@ def test_a_healthy_drive_is_not_accused(drive: Signals, truck: oc.Vehicle) -> No
     answer = oc.offset(drive, truck)
     assert answer.offset.status == "valid"
     assert not [finding for finding in answer.findings if finding.severity == "error"]
+
+
+@pytest.mark.parametrize(("beyond", "severity"), [(1.1, "warning"), (2.0, "error")])
+def test_a_scale_a_little_beyond_what_is_usual_is_no_fault(
+    beyond: float, severity: str, drive: Signals, truck: oc.Vehicle
+) -> None:
+    """Much play on straight roads spreads the angle as far; a sensor that is far off has another unit or gain."""
+    spread, _, usual = signs_and_units._relations(Drive(drive, truck))["angle"]
+    odd = spoiled(drive, ANGLE, lambda angle: angle * (beyond * usual / spread))
+    scale = signs_and_units.units(Drive(odd, truck))
+    assert isinstance(scale, Finding)
+    assert (scale.code, scale.severity, scale.value) == ("scale", severity, None)
+    assert [fault.code for fault in faults(odd, truck)] == ["scale"] * (severity == "error")

@@ -84,6 +84,9 @@ _SLIPS = [
 ]
 
 
+_OFF_BY_FAR = 1.5  # beyond what is usual; much play on straight roads, and gusts, make a tenth more than usual
+
+
 def units(drive: Drive) -> Verdict:
     """Each relation between witnesses against where it belongs; a slip of units must explain all of them at once."""
     seen = _relations(drive)
@@ -101,7 +104,8 @@ def units(drive: Drive) -> Verdict:
             f"{_RELATION[name]} is {seen[name][0]:.3g}, usual is {seen[name][1]:.3g} to {seen[name][2]:.3g}"
             for name in off
         )
-        return Finding("scale", "error", text)
+        worst = max(max(ratio / high, low / ratio) for ratio, low, high in map(seen.__getitem__, off))
+        return Finding("scale", "error" if worst > _OFF_BY_FAR else "warning", text)
     return Finding("scale", "error", "a unit is mixed up: " + ", or ".join(map(str, slips)), slips[0].factor, "1")
 
 

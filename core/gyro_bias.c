@@ -21,7 +21,6 @@ static const double standing_spread = 0.01;    /* rad/s; more is a truck that ro
 static const double rolling_speed = 0.3;       /* m/s of a wheel while the truck is said to stand */
 static const double first_noise = 0.0017;      /* rad/s of a block, 0.1 deg/s */
 static const double least_noise = 1e-12;       /* (rad/s)^2, that one grows from: signals without any have been */
-static const float least_past = 1e-12f;        /* (rad/s)^2, that rounding leaves of a mean's variance */
 static const double noise_blocks = 60.0;       /* memory */
 static const double model_noise = 2e-4;        /* rad/s of a block: tyres on an uneven road */
 static const double model_share = 0.02;        /* of the turn, besides */
@@ -483,12 +482,6 @@ oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params)
         .evidence = state->evidence,
         .status = state->status,
     };
-}
-
-float oc_gyro_bias_past_sd(const oc_gyro_bias *state) {
-    const oc_past_bias *past = &state->past;
-    const float variance = past->variance > least_past ? past->variance : least_past;
-    return past->used_s > 0.0f ? sqrtf(variance) : (float)state->sd;
 }
 
 oc_estimate oc_gyro_bias_mismatch(const oc_gyro_bias *state, const oc_params *params, int32_t axle) {

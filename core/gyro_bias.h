@@ -95,9 +95,6 @@ void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design,
 /* rad/s, as of the last block. Unobservable while the prior decides; invalid while it is alarmed. */
 oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params);
 
-/* rad/s, standard deviation of what the yaw rates that were used are off by on average; before any was, of the bias. */
-float oc_gyro_bias_past_sd(const oc_gyro_bias *state);
-
 /* Whether the bias has lately moved faster than it was followed, and is not known again as well as before. */
 bool oc_gyro_bias_alarmed(const oc_gyro_bias *state);
 

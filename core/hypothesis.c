@@ -3,8 +3,8 @@
 #include <math.h>
 #include <stddef.h>
 
-/* The play's as oc_slope has them. Whose variance is asked for comes late: the fewer equations tell it. */
-/* The terms, in this order. */
+/* The terms, in this order: the play's as oc_slope has them, and late whose variance is asked for, since the later a
+ * term, the fewer equations tell it. */
 enum { YAW_ACCELERATION, JERK, YAW_RATE_BIAS, WIND, WIND_ACROSS, CREEP, FRICTION, UNLOADING, WIDTH, UNWINDING, WINDUP,
        WHEELBASE, GRADIENT };
 

@@ -229,7 +229,7 @@ static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_jo
     if (waiting->ends_second) {
         oc_hypothesis_foretell(h, &design->hypothesis, &joint->second, design->samples_per_second);
     }
-    if (++work->taken == work->samples) {
+    if (++work->taken >= work->samples) {
         work->taken = 0;
         ++work->turn;
     }

@@ -25,7 +25,7 @@ static void take_reading(side_force_belief *b, float reading, float share, float
  * stood on; without an accelerometer the crown alone, which then is not seen. */
 static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) {
     const oc_params *p = &c->params;
-    const float yaw_rate_bias_sd = oc_gyro_bias_past_sd(&evidence->gyro_bias);
+    const float yaw_rate_bias_sd = oc_past_bias_sd(&evidence->gyro_bias.past, (float)evidence->gyro_bias.sd);
     const float side = (float)c->vehicle.traffic_side, crown_size = (float)p->crown_m_s2;
     const float crown = side * crown_size;
     const float unknown_side = side == 0.0f ? crown_size : 0.0f;

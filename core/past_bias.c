@@ -1,5 +1,9 @@
 #include "past_bias.h"
 
+#include <math.h>
+
+static const float least_variance_left = 1e-12f; /* (rad/s)^2, that rounding leaves of a mean's variance */
+
 void oc_past_bias_grow(oc_past_bias *past, const double *of_bias) {
     if (!(past->waiting_s > 0.0f)) {
         return;
@@ -24,4 +28,9 @@ void oc_past_bias_correct(oc_past_bias *past, float with, const double *with_sta
     for (int k = 0; k < OC_GYRO_BIAS_STATES; ++k) {
         past->covariance[k] -= gain * (float)with_states[k];
     }
+}
+
+float oc_past_bias_sd(const oc_past_bias *past, float otherwise) {
+    const float variance = past->variance > least_variance_left ? past->variance : least_variance_left;
+    return past->used_s > 0.0f ? sqrtf(variance) : otherwise;
 }

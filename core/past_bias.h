@@ -23,4 +23,7 @@ void oc_past_bias_grow(oc_past_bias *past, const double *of_bias);
 void oc_past_bias_correct(oc_past_bias *past, float with, const double *with_states, float innovation,
                           float per_variance);
 
+/* rad/s, standard deviation of the mean; `otherwise` before any yaw rate was used. */
+float oc_past_bias_sd(const oc_past_bias *past, float otherwise);
+
 #endif

@@ -211,6 +211,19 @@ def test_a_correction_that_begins_while_samples_are_taken_in_reaches_every_hypot
     assert (gathered(1e-3) != gathered(0.0)).all()
 
 
+def test_more_samples_taken_than_there_are_hold_nobody_up(day: dict[str, Array]) -> None:
+    """As an image might have it: the bank goes on with the next hypothesis."""
+    ecu, k = Ecu().run(sliced(day, 0, 5_000)), 5_000
+    work, joint = ecu.whole()["tracking"]["joint"]["work"], ecu.evidence()["joint"]
+    while work["samples"][0] == 0 or work["turn"][0] >= joint["count"][0]:
+        ecu.run(sliced(day, k, k + 1))
+        k += 1
+    work["taken"] = lib.OC_JOINT_WAITING
+    before = float(joint["second"]["used_s"][0])
+    ecu.run(sliced(day, k, k + 1_000))
+    assert float(joint["second"]["used_s"][0]) > before + 5.0
+
+
 def test_a_bias_told_while_equations_are_half_solved_leaves_no_half_of_them(day: dict[str, Array]) -> None:
     """What one hypothesis had come to is no other's to go on with."""
     stop = int(np.flatnonzero(day["vehicle_speed_m_s"] > 0.1)[-1]) + 400

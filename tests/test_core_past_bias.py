@@ -95,7 +95,8 @@ def used(columns: dict[str, Array]) -> tuple[float, float, float]:
         taken_off.append(gyro.x[BIAS])
         gyro.past.waiting_s += 1.0 / RATE_HZ
         lib.oc_gyro_bias_update(gyro, design, params, tick)
-    return Truth().bias - float(np.mean(taken_off)), gyro.past.bias, lib.oc_gyro_bias_past_sd(gyro)
+    past = ffi.addressof(gyro, "past")
+    return Truth().bias - float(np.mean(taken_off)), past.bias, lib.oc_past_bias_sd(past, gyro.sd)
 
 
 def test_wheels_that_tell_the_bias_late_tell_what_was_used_before() -> None:

@@ -299,7 +299,7 @@ def with_kicks(signals: Signals, random: Random) -> Signals:
     }
     largest = {"steering_wheel_angle_rad": 40.0 * DEGREE, "yaw_rate_rad_s": 6.0 * DEGREE}
     count = len(signals.table)
-    for begin in random.integers(0, count - 150, round(DURATION_S / 40.0)):
+    for begin in random.integers(0, count - 150, round(count / signals.rate_hz / 40.0)):
         shape = np.sin(np.linspace(0.0, np.pi, int(random.integers(20, 150))))
         for name, column in columns.items():
             column[begin : begin + len(shape)] += random.uniform(-1.0, 1.0) * largest.get(name, 2.0) * shape

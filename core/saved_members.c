@@ -279,7 +279,6 @@ static const oc_saved_member waiting_members[] = {
 
 static const oc_saved_member fault_watch_members[] = {
     MEMBER(oc_fault_watch, running, OC_SAVED_INT32, YES_OR_NO), MEMBER(oc_fault_watch, fault, OC_SAVED_ENUM, ANY_FAULT),
-    MEMBER(oc_fault_watch, is_old, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_fault_watch, apart, steady_s, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_fault_watch, since, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBERS(oc_fault_watch, confidence, held_fast_s, OC_SAVED_FLOAT, ANY_NUMBER),

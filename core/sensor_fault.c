@@ -29,14 +29,16 @@ static const float settled_s = 1.0f;      /* after a hole, in which the estimate
 static const float mean_s = 8.0f;         /* bends are shorter */
 static const float noise_deg = 2.0f;      /* of measured and estimate, where the sd would say less */
 static const float flipped_min = 20.0f;   /* log of the odds */
+static const float flipped_some = 5.0f;   /* the same, of no bend but now and then */
+static const float flipped_rate = 8.0f;   /* of it, 1/s: however far apart, a kick of either is no bend; */
+static const float mean_rate_deg = 10.0f; /* nor is where it was a bend the other way when it is over */
 static const float fades_s = 1.0f;   /* errors of the estimate last so long */
-static const float sudden_s = 3.0f;
+static const double sudden_s = 3.0;
 static const float offset_memory_s = 200.0f;
 static const float sd_memory_factor = 2.0f;
 static const float leaning = 0.2f;        /* of the limit, in the mean: what may be a drift */
 static const float leaning_factor = 4.0f; /* is followed so much later */
-static const float apart_mean_s = 60.0f;
-static const float replaced_s = 300.0f;   /* over which a sensor that was at fault goes with the truck again, apart */
+static const float replaced_s = 300.0f;   /* over which a sensor that was at fault goes with the truck, as far apart */
 
 const char *oc_fault_name(oc_fault fault) {
     static const char *const names[OC_FAULT_COUNT] = {"none",     "lost",       "stuck",    "jumped",
@@ -52,6 +54,10 @@ static float no_more_than(float a, float b) {
     return a < b ? a : b;
 }
 
+static float no_further_than(float value, float most) {
+    return at_least(no_more_than(value, most), -most);
+}
+
 static bool teaches_nothing(oc_fault fault) {
     return fault == OC_FAULT_STUCK || fault == OC_FAULT_DRIFTING || fault == OC_FAULT_WRONG_SIGN;
 }
@@ -59,10 +65,14 @@ static bool teaches_nothing(oc_fault fault) {
 static void name_it(oc_fault_watch *w, oc_fault fault, double since, float difference, float sd) {
     const float sds = fabsf(difference) / at_least(sd, 1e-6f);
     w->fault = fault;
-    w->is_old = 0;
     w->since = since;
     w->confidence = sds > 1.0f ? 1.0f - 1.0f / (sds * sds) : 0.0f;
     w->well_s = 0.0f;
+}
+
+static void acquit(oc_fault_watch *w) {
+    w->fault = OC_FAULT_NONE;
+    w->left = w->right = w->mean = 0.0f;
 }
 
 /* A signal that goes away, and comes back. True while there is none. */
@@ -83,8 +93,7 @@ static bool is_missing(oc_fault_watch *w, const oc_fault_tick *tick) {
     w->present_s += tick->tick_s;
     w->missing_s = 0.0f;
     if (w->fault == OC_FAULT_LOST && w->present_s > back_s) {
-        w->fault = OC_FAULT_NONE;
-        w->left = w->right = w->mean = 0.0f;
+        acquit(w);
     }
     return false;
 }
@@ -120,9 +129,10 @@ static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float share = tick->tick_s / mean_s;
     const float m = tick->measured - w->mean_measured, e = tick->estimate - w->mean_estimate;
     const float noise = noise_deg * rad_in_deg;
-    w->mean_measured += share * m;
-    w->mean_estimate += share * e;
-    w->flipped -= 2.0f * m * e / (tick->sd * tick->sd + noise * noise) * tick->tick_s / fades_s;
+    w->mean_measured += share * no_further_than(m, mean_rate_deg * rad_in_deg);
+    w->mean_estimate += share * no_further_than(e, mean_rate_deg * rad_in_deg);
+    const float right = 2.0f * m * e / (tick->sd * tick->sd + noise * noise) / fades_s;
+    w->flipped -= no_further_than(right, flipped_rate) * tick->tick_s;
     w->flipped = no_more_than(at_least(w->flipped, 0.0f), 2.0f * flipped_min);
     if (w->flipped <= 0.0f) {
         w->last_right = tick->time;
@@ -130,7 +140,7 @@ static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
 }
 
 static bool has_stepped(const oc_fault_watch *w) {
-    return w->step_time > w->last_well - (double)sudden_s;
+    return w->step_time > w->last_well - sudden_s;
 }
 
 static oc_fault kind_of(const oc_fault_watch *w) {
@@ -143,7 +153,7 @@ static oc_fault kind_of(const oc_fault_watch *w) {
     if (w->held_s > stuck_min_s) {
         return OC_FAULT_STUCK;
     }
-    if (w->interruption_time > w->last_well - (double)sudden_s) {
+    if (w->interruption_time > w->last_well - sudden_s) {
         return OC_FAULT_REMOUNTED;
     }
     return OC_FAULT_DRIFTING;
@@ -169,7 +179,7 @@ static void count_beyond(oc_fault_watch *w, const oc_fault_tick *tick, float sha
 }
 
 static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
-    const float share = no_more_than(at_least(difference / limit, -counted_max), counted_max);
+    const float share = no_further_than(difference / limit, counted_max);
     count_beyond(w, tick, share, limit);
     w->mean += (share - w->mean) * tick->tick_s / mean_of_s;
     w->beyond = fabsf(share) > 1.0f;
@@ -183,17 +193,18 @@ static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, float diff
     }
 }
 
-static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
+static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, float limit) {
     const float turned = fabsf(tick->estimate - w->held_estimate);
-    const bool bent = fabsf(difference) > limit && turned > limit && w->held_s > stuck_min_s;
+    const bool bent = w->beyond && turned > limit && w->held_s > stuck_min_s;
     const bool still = w->held_s > still_s && turned > at_least(still_deg * rad_in_deg, still_sds * tick->sd);
     w->held_fast_s += tick->tick_s;
     w->stuck_s = bent || still ? w->stuck_s + tick->tick_s : 0.0f;
     return w->stuck_s > stuck_min_s || w->held_fast_s > frozen_s;
 }
 
-static bool has_healed(const oc_fault_watch *w) {
-    return w->well_s > healed_s && w->held_s < healed_s && w->flipped <= 0.0f;
+/* Neither stuck nor the other way round. */
+static bool goes_along(const oc_fault_watch *w) {
+    return w->held_s < healed_s && w->flipped < flipped_some;
 }
 
 /* rad; with the offset as late as it is judged by, for the sd grows while learning follows a sensor that drifts. */
@@ -202,14 +213,13 @@ static float judged_sd(const oc_fault_watch *w, const oc_fault_tick *tick) {
     return grown > 0.0f ? sqrtf(at_least(tick->sd * tick->sd - grown, 0.0f)) : tick->sd;
 }
 
-/* A fault that was there before this ignition: whoever has another sensor since goes with the truck, however far apart.
- * It is one that sits elsewhere then, and is learned from; what is no better is found again. */
-static bool was_replaced(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
-    if (!w->is_old || !teaches_nothing(w->fault)) {
-        return false;
-    }
-    const bool steady = fabsf(difference - w->apart) < well * limit && w->held_s < healed_s && w->flipped <= 0.0f;
-    w->apart = steady ? w->apart + (difference - w->apart) * tick->tick_s / apart_mean_s : difference;
+/* A sensor at fault that goes with the truck again, however far apart: it is another one since this ignition, or rests
+ * where a drift or a repair had moved it. It is one that sits elsewhere then, and is learned from; what is no better is
+ * found again. */
+static bool was_replaced(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit, bool along) {
+    const bool steady = along && teaches_nothing(w->fault) && fabsf(difference - w->apart) < well * limit;
+    const float share = tick->tick_s / (w->steady_s + tick->tick_s);
+    w->apart = steady ? w->apart + share * (difference - w->apart) : difference;
     w->steady_s = steady ? w->steady_s + tick->tick_s : 0.0f;
     return w->steady_s > replaced_s;
 }
@@ -220,25 +230,29 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float difference = tick->measured - w->offset - tick->estimate;
     count_wrong(w, tick, difference, limit);
     compare_signs(w, tick);
-    const bool stuck = is_stuck(w, tick, difference, limit);
+    const bool stuck = is_stuck(w, tick, limit);
+    const bool along = goes_along(w);
     if (w->fault == OC_FAULT_NONE) {
         if (stuck) {
             name_it(w, OC_FAULT_STUCK, tick->time - (double)w->held_s, difference, tick->sd);
         } else if (w->flipped > flipped_min) {
             name_it(w, OC_FAULT_WRONG_SIGN, w->last_right, 2.0f * flipped_min, 1.0f);
-        } else if (at_least(w->left, w->right) > (has_stepped(w) ? wrong_after_step_s : wrong_s)) {
-            name_it(w, kind_of(w), w->suspicious_since, difference, tick->sd);
-        } else if (fabsf(w->mean) > wrong_mean) {
-            name_it(w, kind_of(w), tick->time - (double)mean_of_s, difference, tick->sd);
+        } else {
+            const bool soon = at_least(w->left, w->right) > (has_stepped(w) ? wrong_after_step_s : wrong_s);
+            if (soon || fabsf(w->mean) > wrong_mean) {
+                const double since = soon ? w->suspicious_since : tick->time - (double)mean_of_s;
+                name_it(w, kind_of(w), since, difference, tick->sd);
+            }
         }
     } else if (w->fault != OC_FAULT_LOST && w->fault != OC_FAULT_STUCK && w->flipped > flipped_min) {
         w->fault = OC_FAULT_WRONG_SIGN;
-    } else if (was_replaced(w, tick, difference, limit)) {
+    } else if (was_replaced(w, tick, difference, limit, along)) {
         w->fault = OC_FAULT_REMOUNTED;
-    } else if (has_healed(w)) {
-        w->wider = no_more_than(w->wider + (w->fault == OC_FAULT_DRIFTING ? wider : 0.0f), wider_max);
-        w->fault = OC_FAULT_NONE;
-        w->left = w->right = w->mean = 0.0f;
+    } else if (w->well_s > healed_s && along) {
+        if (w->fault == OC_FAULT_DRIFTING) {
+            w->wider = no_more_than(w->wider + wider, wider_max);
+        }
+        acquit(w);
     }
 }
 
@@ -248,7 +262,7 @@ bool oc_fault_beyond(const oc_fault_watch *w) {
 
 bool oc_fault_suspected(const oc_fault_watch *w) {
     const bool off = w->suspended_s > 0.0f && w->suspended_s < suspended_max_s && w->well_s <= 0.0f;
-    return w->flipped > 0.25f * flipped_min || (w->fault == OC_FAULT_NONE && (off || w->held_fast_s > still_s));
+    return w->flipped > flipped_some || (w->fault == OC_FAULT_NONE && (off || w->held_fast_s > still_s));
 }
 
 /* The learned offset, late; its sd falls at once. */
@@ -268,7 +282,6 @@ static void begin_watch(oc_fault_watch *w, const oc_fault_evidence *kept, const 
     *w = (oc_fault_watch){
         .running = 1,
         .fault = kept->fault,
-        .is_old = kept->fault != OC_FAULT_NONE,
         .since = tick->time,
         .confidence = kept->confidence,
         .wider = kept->wider,

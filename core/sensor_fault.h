@@ -38,7 +38,6 @@ typedef struct {
 typedef struct {
     int32_t running;
     oc_fault fault;
-    int32_t is_old;          /* the fault was there before this ignition, and so the sensor may be another; then */
     float apart, steady_s;   /* rad, by which it is off, and for how long by no other */
     double since;            /* s, when it began */
     float confidence;       /* at least so likely by Chebyshev's inequality, 0 to 1 */

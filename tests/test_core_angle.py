@@ -352,6 +352,29 @@ def test_an_estimate_that_begins_anew_after_a_hole_makes_no_wrong_sign() -> None
     assert set(judged(true, estimate, holes=holes)) == {"none"}
 
 
+def test_kerbs_and_a_stability_control_make_no_wrong_sign() -> None:
+    """Each kicks the wheel by up to 40 deg and the truck as if by up to 30, both as they like."""
+    random = np.random.default_rng(5)
+    true = 0.3 * np.tile(weaving(), 5)
+    measured, estimate = true.copy(), true + random.normal(0.0, 1.0 * DEG, len(true))
+    for begin in range(500, len(true) - 200, 1000):
+        kick = np.sin(np.linspace(0.0, np.pi, int(random.integers(20, 150)))) * DEG
+        measured[begin : begin + len(kick)] += random.uniform(-40.0, 40.0) * kick
+        estimate[begin : begin + len(kick)] += random.uniform(-30.0, 30.0) * kick
+    assert set(judged(measured, estimate)) == {"none"}
+
+
+def test_a_sensor_that_came_to_rest_after_a_drift_sits_elsewhere() -> None:
+    t = np.arange(48_000) / RATE_HZ
+    true = 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(6).normal(0.0, 0.3 * DEG, len(t))
+    for rate, end in [(0.4, "remounted"), (0.05, "drifting")]:  # deg/s; the second one never rests
+        drift = np.minimum(rate * t, 24.0) * DEG
+        names = judged(true + drift, true)
+        assert names[-1] == end
+        told = names.index("drifting")
+        assert set(names[told : told + 29_000]) == {"drifting"}
+
+
 @pytest.mark.parametrize("before", ["stuck", "drifting", "wrong_sign"])
 def test_a_sensor_that_was_replaced_is_another_one_mounted_elsewhere(before: str) -> None:
     true = np.tile(weaving(), 3)

@@ -6,7 +6,7 @@
 #include "joint_bank.h"
 
 static const double sample_s = 0.1;
-static const double side_force_s = 1.0; /* a bank lasts longer; the accelerometer's noise does not */
+static const double side_force_s = 0.3; /* the accelerometer's noise is shorter; much longer, and what is late is K */
 static const float first_error = 0.017453292f; /* rad, by which errors are judged before a second was learned from */
 
 static const double busy_ticks = 10.0;     /* of a second, with the gyro's block and the end of a second */
@@ -24,13 +24,14 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
     oc_hypothesis_setup(&design->hypothesis, step_s, steering_ratio, ratio_times_wheelbase, pull_sd);
     design->rate_hz = rate_hz;
     design->tick_s = 1.0 / rate_hz;
-    design->side_force_share = 1.0 / (side_force_s * rate_hz);
+    design->side_force_share = design->tick_s / side_force_s;
     design->memory_s = (float)memory_s;
     design->ticks_per_sample = ticks;
     design->samples_per_second = (int32_t)(1.0 / step_s + 0.5);
     /* whole steps a tick; some ticks of a second are busy otherwise */
-    const double work = OC_JOINT_HYPOTHESES * (design->samples_per_second + 2 + OC_SOLVING_STEPS * OC_JOINT_STEP);
-    design->work_per_tick = OC_JOINT_STEP * (1 + (int32_t)(work / (rate_hz - busy_ticks) / OC_JOINT_STEP));
+    const int32_t of_each = design->samples_per_second + 2 + OC_SOLVING_STEPS * OC_JOINT_STEP;
+    const double steps = OC_JOINT_HYPOTHESES / OC_JOINT_STEP * of_each;
+    design->work_per_tick = OC_JOINT_STEP * (1 + (int32_t)(steps / (rate_hz - busy_ticks)));
 }
 
 /* The hypotheses themselves start when they take their first sample in. */

@@ -3,9 +3,9 @@
 #include <math.h>
 
 /* A flank of the play counts as seen after so long. */
-static const float flank_s = 4.0f;
+static const float flank_s = 2.0f;
 static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
-static const float always_doubtful = 0.2f;             /* of that variance, whatever was found */
+static const float always_doubtful = 0.05f;            /* of that variance, whatever was found */
 static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
 
 double oc_joint_place(const oc_joint *joint) {

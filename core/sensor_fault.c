@@ -66,7 +66,7 @@ static void name_it(oc_fault_watch *w, oc_fault fault, double since, float diffe
     const float sds = fabsf(difference) / at_least(sd, 1e-6f);
     w->fault = fault;
     w->since = since;
-    w->confidence = sds > 1.0f ? 1.0f - 1.0f / (sds * sds) : 0.0f;
+    w->confidence = 1.0f - 1.0f / at_least(sds * sds, 1.0f);
     w->well_s = 0.0f;
 }
 

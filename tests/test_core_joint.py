@@ -123,6 +123,14 @@ def test_offset_play_and_gradient_are_found_together(steering: str, within_deg: 
         assert (status(found["offset"]) == "valid") == (steering != RUBBING)
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_side_slip_that_changes_in_short_bends_is_not_taken_for_less_understeer(seed: int) -> None:
+    """Where a_y - r*v came a second late, the gradient was 2 to 5 % too small."""
+    columns, truth = driven('base = "country"\n', seed)
+    found = answer_of(columns, truth)["understeer_gradient"]["value"]
+    assert found == pytest.approx(truth.understeer_gradient, rel=0.012)
+
+
 @pytest.mark.parametrize("bias", [0.3, -0.3])
 def test_an_accelerometers_bias_is_told_from_the_offset_by_where_the_play_is_left(bias: float) -> None:
     """The thesis's method takes it for offset, play on top."""

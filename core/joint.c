@@ -30,7 +30,7 @@ void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_rat
     design->samples_per_second = (int32_t)(1.0 / step_s + 0.5);
     /* whole steps a tick; some ticks of a second are busy otherwise */
     const int32_t of_each = design->samples_per_second + 2 + OC_SOLVING_STEPS * OC_JOINT_STEP;
-    const double steps = OC_JOINT_HYPOTHESES / OC_JOINT_STEP * of_each;
+    const double steps = (double)OC_JOINT_HYPOTHESES / OC_JOINT_STEP * of_each;
     design->work_per_tick = OC_JOINT_STEP * (1 + (int32_t)(steps / (rate_hz - busy_ticks)));
 }
 

@@ -30,8 +30,8 @@ static const float mean_s = 8.0f;         /* bends are shorter */
 static const float noise_deg = 2.0f;      /* of measured and estimate, where the sd would say less */
 static const float flipped_min = 20.0f;   /* log of the odds */
 static const float flipped_some = 5.0f;   /* the same, of no bend but now and then */
-static const float flipped_rate = 8.0f;   /* of it, 1/s: however far apart, a kick of either is no bend; */
-static const float mean_rate_deg = 10.0f; /* nor is where it was a bend the other way when it is over */
+static const float flipped_rate = 8.0f;   /* of it, 1/s: a kick of either is no bend, however far */
+static const float mean_rate_deg = 10.0f; /* of a kick in a mean: more, and its end would be a bend */
 static const float fades_s = 1.0f;   /* errors of the estimate last so long */
 static const double sudden_s = 3.0;
 static const float offset_memory_s = 200.0f;
@@ -39,6 +39,7 @@ static const float sd_memory_factor = 2.0f;
 static const float leaning = 0.2f;        /* of the limit, in the mean: what may be a drift */
 static const float leaning_factor = 4.0f; /* is followed so much later */
 static const float replaced_s = 300.0f;   /* over which a sensor that was at fault goes with the truck, as far apart */
+static const float apart_mean_s = 600.0f; /* so long that it stays behind a drift */
 
 const char *oc_fault_name(oc_fault fault) {
     static const char *const names[OC_FAULT_COUNT] = {"none",     "lost",       "stuck",    "jumped",
@@ -55,7 +56,8 @@ static float no_more_than(float a, float b) {
 }
 
 static float no_further_than(float value, float most) {
-    return at_least(no_more_than(value, most), -most);
+    const float size = no_more_than(fabsf(value), most);
+    return value < 0.0f ? -size : size;
 }
 
 static bool teaches_nothing(oc_fault fault) {
@@ -72,7 +74,7 @@ static void name_it(oc_fault_watch *w, oc_fault fault, double since, float diffe
 
 static void acquit(oc_fault_watch *w) {
     w->fault = OC_FAULT_NONE;
-    w->left = w->right = w->mean = 0.0f;
+    w->left = w->right = w->mean = w->steady_s = 0.0f;
 }
 
 /* A signal that goes away, and comes back. True while there is none. */
@@ -218,8 +220,7 @@ static float judged_sd(const oc_fault_watch *w, const oc_fault_tick *tick) {
  * found again. */
 static bool was_replaced(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit, bool along) {
     const bool steady = along && teaches_nothing(w->fault) && fabsf(difference - w->apart) < well * limit;
-    const float share = tick->tick_s / (w->steady_s + tick->tick_s);
-    w->apart = steady ? w->apart + share * (difference - w->apart) : difference;
+    w->apart = steady ? w->apart + (difference - w->apart) * tick->tick_s / apart_mean_s : difference;
     w->steady_s = steady ? w->steady_s + tick->tick_s : 0.0f;
     return w->steady_s > replaced_s;
 }

@@ -4,9 +4,9 @@
  *
  * Three ways to a fault: a difference that lasts (a sum over what is beyond the borderline, for each side, and a mean),
  * bends the other way round (a sum of the log of the odds), a value that stays while the truck turns. It has a name by
- * how it came, and is over when the difference has long been small again. Judged above 8 m/s, where the estimate is
- * good; a signal that is lost, anywhere. A sensor that is suspected must teach nothing, or what it is judged by follows
- * it. */
+ * how it came, and is over when the difference has long been small again; where it has long been as large, the sensor
+ * sits elsewhere. Judged above 8 m/s, where the estimate is good; a signal that is lost, anywhere. A sensor that is
+ * suspected must teach nothing, or what it is judged by follows it. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -18,7 +18,7 @@ typedef enum {
     OC_FAULT_JUMPED,     /* off since one tick */
     OC_FAULT_DRIFTING,   /* more and more off */
     OC_FAULT_WRONG_SIGN, /* left is right */
-    OC_FAULT_REMOUNTED,  /* off since a stop or a hole */
+    OC_FAULT_REMOUNTED,  /* sits elsewhere since a stop or a hole, or where a drift left it */
     OC_FAULT_COUNT
 } oc_fault;
 

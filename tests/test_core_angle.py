@@ -365,14 +365,23 @@ def test_kerbs_and_a_stability_control_make_no_wrong_sign() -> None:
 
 
 def test_a_sensor_that_came_to_rest_after_a_drift_sits_elsewhere() -> None:
-    t = np.arange(48_000) / RATE_HZ
+    t = np.arange(72_000) / RATE_HZ
     true = 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(6).normal(0.0, 0.3 * DEG, len(t))
-    for rate, end in [(0.4, "remounted"), (0.05, "drifting")]:  # deg/s; the second one never rests
+    for rate, end in [(0.4, "remounted"), (0.025, "drifting")]:  # deg/s; the second one never rests
         drift = np.minimum(rate * t, 24.0) * DEG
         names = judged(true + drift, true)
         assert names[-1] == end
         told = names.index("drifting")
         assert set(names[told : told + 29_000]) == {"drifting"}
+
+
+def test_how_long_an_earlier_fault_rested_counts_for_no_later_one() -> None:
+    t = np.arange(56_000) / RATE_HZ
+    true = 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(7).normal(0.0, 0.3 * DEG, len(t))
+    drift = np.interp(t, [0.0, 60.0, 340.0, 345.0, 370.0, 500.0], [0.0, 8.0, 8.0, 4.5, 4.5, 26.0]) * DEG
+    names = judged(true + drift, true)
+    assert names[33_000] == "drifting" and names[37_000] == "none"
+    assert "drifting" in names[40_000:] and "remounted" not in names
 
 
 @pytest.mark.parametrize("before", ["stuck", "drifting", "wrong_sign"])

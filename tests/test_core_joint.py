@@ -123,12 +123,13 @@ def test_offset_play_and_gradient_are_found_together(steering: str, within_deg: 
         assert (status(found["offset"]) == "valid") == (steering != RUBBING)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_side_slip_that_changes_in_short_bends_is_not_taken_for_less_understeer(seed: int) -> None:
+def test_side_slip_that_changes_in_short_bends_is_not_taken_for_less_understeer() -> None:
     """Where a_y - r*v came a second late, the gradient was 2 to 5 % too small."""
-    columns, truth = driven('base = "country"\n', seed)
-    found = answer_of(columns, truth)["understeer_gradient"]["value"]
-    assert found == pytest.approx(truth.understeer_gradient, rel=0.012)
+    shares = []
+    for seed in range(1, 9):
+        columns, truth = driven('base = "country"\n', seed)
+        shares.append(answer_of(columns, truth)["understeer_gradient"]["value"] / truth.understeer_gradient)
+    assert np.mean(shares) == pytest.approx(1.0, abs=0.008)
 
 
 @pytest.mark.parametrize("bias", [0.3, -0.3])

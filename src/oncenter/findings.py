@@ -26,7 +26,7 @@ _FAULTS = {
     "jumped": "has been off since it jumped",
     "drifting": "is more and more off",
     "wrong_sign": "takes left for right",
-    "remounted": "has been off since a stop or a hole in the log",
+    "remounted": "sits elsewhere since a stop, a hole in the log or a drift",
 }
 PLAY_STANDARD_DEG = 15.0  # maintenance standard, thesis 2.1
 _YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # beyond it a corrected one is worth a look at the sensor

@@ -31,7 +31,7 @@ static const float noise_deg = 2.0f;      /* of measured and estimate, where the
 static const float flipped_min = 20.0f;   /* log of the odds */
 static const float flipped_some = 5.0f;   /* the same, of no bend but now and then */
 static const float flipped_rate = 8.0f;   /* of it, 1/s: a kick of either is no bend, however far */
-static const float mean_rate_deg = 10.0f; /* of a kick in a mean: more, and its end would be a bend */
+static const float kick_max_deg = 10.0f;  /* that a mean follows: more, and the end of a kick would be a bend */
 static const float fades_s = 1.0f;   /* errors of the estimate last so long */
 static const double sudden_s = 3.0;
 static const float offset_memory_s = 200.0f;
@@ -131,8 +131,8 @@ static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float share = tick->tick_s / mean_s;
     const float m = tick->measured - w->mean_measured, e = tick->estimate - w->mean_estimate;
     const float noise = noise_deg * rad_in_deg;
-    w->mean_measured += share * no_further_than(m, mean_rate_deg * rad_in_deg);
-    w->mean_estimate += share * no_further_than(e, mean_rate_deg * rad_in_deg);
+    w->mean_measured += share * no_further_than(m, kick_max_deg * rad_in_deg);
+    w->mean_estimate += share * no_further_than(e, kick_max_deg * rad_in_deg);
     const float right = 2.0f * m * e / (tick->sd * tick->sd + noise * noise) / fades_s;
     w->flipped -= no_further_than(right, flipped_rate) * tick->tick_s;
     w->flipped = no_more_than(at_least(w->flipped, 0.0f), 2.0f * flipped_min);
@@ -238,12 +238,10 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
             name_it(w, OC_FAULT_STUCK, tick->time - (double)w->held_s, difference, tick->sd);
         } else if (w->flipped > flipped_min) {
             name_it(w, OC_FAULT_WRONG_SIGN, w->last_right, 2.0f * flipped_min, 1.0f);
-        } else {
-            const bool soon = at_least(w->left, w->right) > (has_stepped(w) ? wrong_after_step_s : wrong_s);
-            if (soon || fabsf(w->mean) > wrong_mean) {
-                const double since = soon ? w->suspicious_since : tick->time - (double)mean_of_s;
-                name_it(w, kind_of(w), since, difference, tick->sd);
-            }
+        } else if (at_least(w->left, w->right) > (has_stepped(w) ? wrong_after_step_s : wrong_s)) {
+            name_it(w, kind_of(w), w->suspicious_since, difference, tick->sd);
+        } else if (fabsf(w->mean) > wrong_mean) {
+            name_it(w, kind_of(w), tick->time - (double)mean_of_s, difference, tick->sd);
         }
     } else if (w->fault != OC_FAULT_LOST && w->fault != OC_FAULT_STUCK && w->flipped > flipped_min) {
         w->fault = OC_FAULT_WRONG_SIGN;

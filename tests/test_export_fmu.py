@@ -1,16 +1,10 @@
-"""The core for other tools: FMUs that say what `oncenter offset` says, to the bit, and C that proves itself."""
+"""The core for other tools: FMUs that say what `oncenter offset` says, to the bit."""
 
 from __future__ import annotations
 
-import ctypes
-import re
-import shutil
-import subprocess
-import sys
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import fmpy
 import numpy as np
@@ -20,7 +14,6 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
-from oncenter._native import ffi, lib
 from test_estimate import steady_drive
 
 import oncenter as oc
@@ -339,138 +332,6 @@ def test_an_fmu_carries_its_sources_and_its_licences(path: Path, written: dict[i
         assert "-ffp-contract=off" in text["sources/buildDescription.xml"]
 
 
-CC = ["cc", "-std=c99", "-ffp-contract=off", "-Icore"]
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return export.write_c(tmp_path_factory.mktemp("c") / "oncenter")
-
-
-def test_the_line_that_the_folders_readme_gives_builds_a_test_that_passes(folder: Path) -> None:
-    readme = (folder / "README.md").read_text(encoding="utf-8")
-    (line,) = re.findall(r"^cc .*$", readme, re.MULTILINE)
-    done = subprocess.run(line, shell=True, cwd=folder, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout == f"oncenter {oc.__version__}: 3 cases of 6000 ticks are equal to the last bit\n"
-    assert f"oncenter {oc.__version__}" in readme
-    assert (folder / "LICENSE").read_text(encoding="utf-8").startswith("MIT License")
-
-
-def test_a_core_that_differs_in_one_bit_fails_its_vectors_and_is_told_where(folder: Path) -> None:
-    vectors = (folder / "test" / "vectors.h").read_text(encoding="utf-8")
-    value = re.findall(r"(?<!-)0x1\.[0-9a-f]{12}[0-8]p-\d\b", vectors)[-1]
-    last = value.index("p") - 1
-    nudged = value[:last] + f"{int(value[last], 16) + 1:x}" + value[last + 1 :]
-    at = vectors.rindex(value)
-    other = folder / "test_nudged"
-    other.mkdir()
-    (other / "vectors.h").write_text(vectors[:at] + nudged + vectors[at + len(value) :], encoding="utf-8")
-    (other / "test_vectors.c").write_bytes((folder / "test" / "test_vectors.c").read_bytes())
-    sources = [str(file.relative_to(folder)) for file in sorted(folder.glob("core/*.c"))]
-    subprocess.run([*CC, "-O0", *sources, "test_nudged/test_vectors.c", "-lm", "-o", "nudged"], cwd=folder, check=True)
-    done = subprocess.run([folder / "nudged"], capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert "1 values differ" in done.stdout
-    assert f"expected {nudged}" in done.stdout
-
-
-@pytest.fixture(scope="module")
-def ecu(folder: Path) -> Path:
-    """The ECU's program as a shared library, with debug information as calibration tools want it."""
-    strict = ["-Wall", "-Wextra", "-Wconversion", "-Werror", "-g", "-shared", "-fPIC"]
-    sources = [str(file.relative_to(folder)) for file in sorted(folder.glob("core/*.c"))]
-    library = folder / "ecu.elf"
-    command = [*CC, *strict, "-Iecu", *sources, "ecu/oncenter_ecu.c", "-lm", "-o", library.name]
-    subprocess.run(command, cwd=folder, check=True)
-    return library
-
-
-def test_an_ecu_that_is_calibrated_otherwise_forgets_what_it_had_learned(
-    ecu: Path, drive: Signals, tmp_path: Path
-) -> None:
-    library = ctypes.CDLL(shutil.copy(ecu, tmp_path / "own.elf"))  # with variables of its own
-
-    def global_of(name: str, kind: str) -> Any:
-        dtype = _core.dtype_of(ffi.typeof(kind))
-        return np.frombuffer((ctypes.c_char * dtype.itemsize).in_dll(library, name), dtype)[0:1]
-
-    def answered_s() -> float:
-        library.oncenter_ecu_tell()
-        return float(global_of("oncenter_answer", "oc_answer")["duration"][0])
-
-    library.oncenter_ecu_defaults()
-    vehicle, tick = global_of("oncenter_vehicle", "oc_vehicle"), global_of("oncenter_tick", "oc_signals")
-    vehicle["wheelbase"], vehicle["steering_ratio"] = 3.9, 19.3
-    assert library.oncenter_ecu_start() == lib.OC_OK
-    for row in drive.table.head(3000).iter_rows(named=True):
-        for name, member in _core.COLUMNS.items():
-            tick[member] = row.get(name, 0.0)
-        tick["valid"] = 15
-        library.oncenter_ecu_tick()
-    assert answered_s() == pytest.approx(30.0)
-    assert library.oncenter_ecu_start() == lib.OC_OK and answered_s() == pytest.approx(30.0)
-    vehicle["steering_ratio"] = 20.0
-    assert library.oncenter_ecu_start() == lib.OC_OK and answered_s() == 0.0
-
-
-def items_of(a2l: Path) -> list[str]:
-    """Parameters and measurements without their addresses; the tool writes some signs otherwise."""
-    text = a2l.read_text(encoding="utf-8").lower().replace("\\", "")
-    blocks = re.findall(r"/begin (?:characteristic|measurement) .*?/end", text, re.DOTALL)
-    blocks = [re.sub(r"(ecu_address|value) 0x[0-9a-f]+", r"\1", block) for block in blocks]
-    return [" ".join(map(as_number, block.split())) for block in blocks]
-
-
-def as_number(word: str) -> str:
-    try:
-        return str(float(word))
-    except ValueError:
-        return word
-
-
-def enumerations_of(a2l: Path) -> dict[str, list[tuple[str, str]]]:
-    """By name, the values with their words, as the program or its description calls them."""
-    text = a2l.read_text(encoding="utf-8")
-    tables = re.findall(r"/begin COMPU_VTAB (\w+) .*?TAB_VERB \d+(.*?)/end", text, re.DOTALL)
-    return {name: re.findall(r'(\d+) "(.*?)"', rows) for name, rows in tables}
-
-
-def a2ltool(*arguments: str | Path) -> str:
-    tool = Path(sys.executable).with_name("a2ltool")
-    found = tool if tool.exists() else "a2ltool"
-    done = subprocess.run([found, "--strict", "--check", *arguments], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout + done.stderr
-
-
-def test_the_a2l_file_names_only_what_the_program_has_with_its_types(folder: Path, ecu: Path, tmp_path: Path) -> None:
-    given = folder / "ecu" / "oncenter.a2l"
-    assert "No problems found" in a2ltool("-v", given)
-    linked = tmp_path / "linked.a2l"
-    update = ("--elffile", ecu, "--update", "--update-mode", "STRICT")
-    told = a2ltool("-v", *update, "-o", linked, given)
-    assert len(re.findall(r"\b0 not found", told)) >= 2 and not re.search(r"[1-9]\d* not found", told)
-    assert items_of(linked) == items_of(given)  # no type and no limit had to be corrected
-    theirs = enumerations_of(linked)
-    for name, values in enumerations_of(given).items():
-        for (ours, word), (value, constant) in zip(values, theirs[name], strict=False):
-            assert ours == value and constant.lower().endswith(word.replace("-", "_").lower())
-    addresses = re.findall(r"ECU_ADDRESS (0x[0-9A-Fa-f]+)", linked.read_text(encoding="utf-8"))
-    assert len(addresses) > 50 and all(int(address, 16) > 0 for address in addresses)
-
-
-def test_the_ecus_program_takes_no_tick_before_its_truck_is_calibrated(ecu: Path) -> None:
-    program = ctypes.CDLL(str(ecu))
-    program.oncenter_ecu_defaults()
-    assert program.oncenter_ecu_start() != 0
-    program.oncenter_ecu_tick()
-    program.oncenter_ecu_tell()
-    wheelbase, ratio = (ctypes.c_double * 2).in_dll(program, "oncenter_vehicle"), 1
-    wheelbase[0], wheelbase[ratio] = 3.7, 19.3
-    assert program.oncenter_ecu_start() == 0
-
-
 TRUCK_FILE = "wheelbase_m = 3.7\nsteering_ratio = 19.3\n"
 
 
@@ -524,12 +385,3 @@ def test_an_fmu_cannot_take_the_place_of_a_folder(tmp_path: Path, capsys: pytest
     (tmp_path / "t.fmu").mkdir()
     assert run(["export", "fmu", "--vehicle", "scania_r730_4x2", "--output", str(tmp_path / "t.fmu")]) == 2
     assert "cannot write" in capsys.readouterr().err
-
-
-def test_a_folder_that_holds_something_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
-    assert run(["export", "c", "--output", str(tmp_path)]) == 2
-    assert "is not empty" in capsys.readouterr().err
-    assert run(["export", "c", "--output", str(tmp_path / "mine.txt")]) == 2
-    assert "cannot write" in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]

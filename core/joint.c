@@ -179,7 +179,8 @@ static void average(oc_joint *joint, const oc_joint_design *design, double speed
 }
 
 static oc_joint_waiting *waiting_at(oc_joint_tracking *tracking, int32_t k) {
-    return &tracking->waiting[(tracking->first + k) % OC_JOINT_WAITING];
+    const int32_t place = tracking->first + k;
+    return &tracking->waiting[place < OC_JOINT_WAITING ? place : place - OC_JOINT_WAITING];
 }
 
 /* The samples that wait, as far as the first that ends a second. Where the gate is shut no second will end that shows
@@ -204,37 +205,50 @@ static bool begin_work(const oc_joint *joint, oc_joint_tracking *tracking) {
     return true;
 }
 
-/* One more hypothesis takes one more of the samples in. Returns how many that took as long as: to start with it, to end
- * a second with it, to hear of another load or of another bias takes longer. */
-static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
-    oc_joint_work *work = &tracking->work;
-    const int32_t k = work->turn;
+/* What a hypothesis hears of before it takes its next sample in: that it starts, that the wheel was lost, another load,
+ * another bias. Returns how many samples' time that took. */
+static int32_t prepare(oc_joint *joint, int32_t k, double angle, const oc_joint_design *design) {
     oc_hypothesis *h = &joint->hypotheses[k];
-    const oc_joint_waiting *waiting = waiting_at(tracking, work->taken);
-    const bool starts = k >= joint->begun, restarts = k >= joint->found;
+    const bool starts = k >= joint->begun, restarts = k >= joint->found, loads = k >= joint->loaded;
     if (starts) {
         const oc_play play = oc_joint_start_of(k);
-        oc_hypothesis_start(h, &play, waiting->sample.angle);
+        oc_hypothesis_start(h, &play, angle);
         joint->begun = k + 1;
     } else if (restarts) {
-        oc_hypothesis_restart(h, waiting->sample.angle);
+        oc_hypothesis_restart(h, angle);
     }
     joint->found = restarts ? k + 1 : joint->found;
-    const bool loads = k >= joint->loaded;
     if (loads) {
         oc_hypothesis_loaded(h);
         joint->loaded = k + 1;
     }
     const bool corrected = correct_hypothesis(joint, k, design);
+    if (starts || loads) {
+        return OC_JOINT_STEP - 1;
+    }
+    return restarts || corrected ? 1 : 0;
+}
+
+/* One more hypothesis takes one more of the samples in. Returns how many that took as long as: to end a second with it
+ * takes longer. */
+static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
+    oc_joint_work *work = &tracking->work;
+    const int32_t k = work->turn;
+    oc_hypothesis *h = &joint->hypotheses[k];
+    const oc_joint_waiting *waiting = waiting_at(tracking, work->taken);
+    const bool hears = k >= joint->begun || k >= joint->found || k >= joint->loaded || k >= joint->corrected;
+    const int32_t more = hears ? prepare(joint, k, waiting->sample.angle, design) : 0;
     oc_hypothesis_sample(h, &design->hypothesis, &waiting->sample, waiting->begins_second != 0);
+    int32_t took = 1 + more;
     if (waiting->ends_second) {
         oc_hypothesis_foretell(h, &design->hypothesis, &joint->second, design->samples_per_second);
+        took += 2;
     }
     if (++work->taken >= work->samples) {
         work->taken = 0;
         ++work->turn;
     }
-    return starts || loads ? OC_JOINT_STEP : 1 + (restarts || corrected) + 2 * (waiting->ends_second != 0);
+    return took;
 }
 
 /* All hypotheses have the samples, and have learned where they ended a second. */
@@ -263,12 +277,14 @@ static void end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     work->ended = ends_second || concluded;
 }
 
-/* A second is little to one that has seen many: then only every few of them have equations solved, each hypothesis in
- * other seconds. */
+/* Once the drive has begun a second is little: then only every few of them have equations solved, each hypothesis in
+ * other seconds; more often of one that still finds its way, before its word counts. */
 static bool is_due(const oc_joint *joint, int32_t k) {
-    static const float young_s = 120.0f;
-    return joint->hypotheses[k].age < young_s || joint->concluded < joint->count ||
-           (joint->in_long_block + k) % OC_JOINT_SECONDS_PER_SOLVING == 0;
+    static const float begins_s = 120.0f;
+    const bool newborn = oc_hypothesis_is_newborn(&joint->hypotheses[k], &joint->second);
+    const int32_t every = newborn ? OC_JOINT_SECONDS_PER_SOLVING / 2 : OC_JOINT_SECONDS_PER_SOLVING;
+    return joint->second.used_s < begins_s || joint->concluded < joint->count ||
+           (joint->in_long_block + k) % every == 0;
 }
 
 static void solve_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {

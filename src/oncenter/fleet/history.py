@@ -100,7 +100,7 @@ def breaks(told: Told, noise: Noise, play: Play | None = None) -> list[Break]:
     should (Birge's ratio, squared and not below one). What is left of a change must still show, at `_WITHOUT_ONE`
     standard deviations, whichever drive is left out. Of `play` so much is known at each drive as was told until then.
     """
-    if not len(told.value):
+    if not len(told.value) or _all_alike(told, noise):
         return []
     places, since = [], 0
     whole = _Runs(told if play is None else with_known_play(told, play), noise)
@@ -120,6 +120,11 @@ def breaks(told: Told, noise: Noise, play: Play | None = None) -> list[Break]:
         Break(at, found, float(runs.mean[k]), float(runs.mean[k + 1]), float(sizes[k]), float(sds[k]))
         for k, (at, found) in enumerate(places)
     ]
+
+
+def _all_alike(told: Told, noise: Noise) -> bool:
+    """Whether no two means can be far enough apart: drives are not, and what they have in common moves none of them."""
+    return noise.common == 0.0 and float(np.ptp(told.value)) < noise.least
 
 
 def _known_until(told: Told, play: Play, end: int) -> Told:

@@ -81,22 +81,23 @@ static void let_go(oc_joint *joint, int32_t k) {
     joint->count = last;
 }
 
-/* Now and then another hypothesis begins anew, lest all of them went astray at first. Of those not needed one goes for
- * it, and later two, since ever fewer are. */
+/* Now and then another hypothesis begins anew, lest all of them went astray at first; later half as often. Of those not
+ * needed one goes for it, and later two, since ever fewer are. */
 static void renew(oc_joint *joint) {
-    static const float search_s = 300.0f;
+    static const float search_s = 300.0f, settle_s = 600.0f;
     const bool corrects = joint->corrected < joint->count, loads = joint->loaded < joint->count;
     if ((corrects && joint->corrected > 0) || (loads && joint->loaded > 0)) { /* their turns go by place */
         return;
     }
     const bool later = joint->second.used_s > search_s;
+    const bool begins = joint->second.used_s < settle_s || joint->second.long_blocks % 2 == 0;
     for (int32_t n = 0; n < 1 || (later && n < 2); ++n) {
         const int32_t k = dispensable(joint);
         if (k >= 0) {
             let_go(joint, k);
         }
     }
-    if (joint->count < OC_JOINT_HYPOTHESES) {
+    if (begins && joint->count < OC_JOINT_HYPOTHESES) {
         const oc_play play = later_start_of(joint->born);
         joint->born = (joint->born + 1) % OC_JOINT_LATER_STARTS;
         const float angle = joint->hypotheses[joint->best].places.inner;

@@ -34,6 +34,7 @@ class Samples:
         time_rate_hz: rate of `time` where it is known, as by a table whose columns share their time.
         of_frames: `time` are stamps of frames on a bus, which tremble.
         stamps: what `time` is from, for people, where not from the source itself: "column time_s".
+        complete: whoever made it knows that no value is NaN.
     """
 
     signal: str
@@ -47,6 +48,7 @@ class Samples:
     time_rate_hz: float | None = None
     of_frames: bool = False
     stamps: str = ""
+    complete: bool = False
 
     @property
     def time_description(self) -> str:
@@ -55,7 +57,7 @@ class Samples:
 
     @cached_property
     def not_available(self) -> int:
-        return int(np.count_nonzero(np.isnan(self.values)))
+        return 0 if self.complete else int(np.count_nonzero(np.isnan(self.values)))
 
     @cached_property
     def rate_hz(self) -> float:

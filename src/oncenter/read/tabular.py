@@ -115,7 +115,8 @@ def _samples(
         values = numbers(path, frame[column])
         values = in_si(values[stamped] if empty else values, factor)
         finite = np.isfinite(values)
-        if not finite.all():
+        complete = bool(finite.all())
+        if not complete:
             values = np.where(finite, values, np.nan)
         rank = 0 if signal in names and names[signal].name == column else 1
         labels = (column.lower(),)
@@ -130,6 +131,7 @@ def _samples(
                 labels=labels,
                 time_rate_hz=rate_hz,
                 stamps=f"column {when}",
+                complete=complete,
             )
         )
     return given

@@ -277,7 +277,7 @@ static void end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     work->ended = ends_second || concluded;
 }
 
-/* Once the drive has begun a second is little: then only every few of them have equations solved, each hypothesis in
+/* After the first minutes a second is little: then only every few of them have equations solved, each hypothesis in
  * other seconds; more often of one that still finds its way, before its word counts. */
 static bool is_due(const oc_joint *joint, int32_t k) {
     static const float begins_s = 120.0f;

@@ -16,7 +16,7 @@ enum {
     OC_JOINT_LATER_STARTS = 2 * OC_JOINT_HYPOTHESES,
     OC_JOINT_WAITING = 10, /* samples that wait at most */
     OC_JOINT_STEP = 4,     /* samples that take a hypothesis as long as a step of its equations */
-    OC_JOINT_SECONDS_PER_SOLVING = 4, /* a divisor of OC_SECONDS_PER_LONG_BLOCK */
+    OC_JOINT_SECONDS_PER_SOLVING = 4, /* even, and a divisor of OC_SECONDS_PER_LONG_BLOCK */
     OC_CHANGES_MAX = 6
 };
 

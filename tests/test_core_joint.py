@@ -323,6 +323,49 @@ def test_no_tick_has_more_to_do_than_its_share_and_all_is_done_in_time(rate_hz: 
     assert state_of(core)["evidence"]["joint"]["second"]["used_s"] >= 10.0
 
 
+def test_equations_are_solved_each_second_at_first_then_every_fourth_and_of_newborns_every_second_one() -> None:
+    """Seen by the model's constant, which moves with each solving, from tick to tick."""
+    columns, truth = driven(CREEPING, 1)
+    core = core_for(truth)
+    of_age: dict[str, list[int]] = {"first": [], "newborn": [], "elder": []}
+    before: dict[int, tuple[float, float]] = {}
+    solved_at: dict[int, float] = {}
+    for start in range(0, len(columns["time_s"]), 25):
+        core.run({name: column[start : start + 25] for name, column in columns.items()})
+        joint = state_of(core)["evidence"]["joint"]
+        used_s, trial_s = float(joint["second"]["used_s"]), float(joint["second"]["trial_s"])
+        for k, hypothesis in enumerate(joint["hypotheses"][: joint["count"]]):
+            age, constant = float(hypothesis["age"]), float(hypothesis["constant"])
+            if k not in before or age < before[k][0] or age < 3.0 or joint["corrected"] < joint["count"]:
+                solved_at.pop(k, None)  # another one's place now, or a bias that was told late
+            elif constant != before[k][1]:
+                kind = "first" if used_s < 119.0 else "newborn" if age < min(trial_s, 59.0) else "elder"
+                seconds = round(age - solved_at[k]) if k in solved_at else 0
+                of_age[kind] += [seconds] if seconds else []
+                solved_at[k] = age
+            before[k] = (age, constant)
+    usual = {kind: int(np.median(seconds)) for kind, seconds in of_age.items()}
+    assert usual == {"first": 1, "newborn": 2, "elder": 4}
+    assert min(map(len, of_age.values())) > 50
+
+
+def test_a_bank_that_has_settled_is_joined_by_others_half_as_often() -> None:
+    columns, truth = driven(CREEPING, 1, 1500.0)
+    core = core_for(truth)
+    births: list[float] = []
+    born = 0
+    for start in range(0, len(columns["time_s"]), 200):
+        core.run({name: column[start : start + 200] for name, column in columns.items()})
+        joint = state_of(core)["evidence"]["joint"]
+        if joint["born"] != born:
+            births.append(float(joint["second"]["used_s"]))
+            born = int(joint["born"])
+    times = np.array(births)
+    assert np.diff(times[times < 600.0]).min() == pytest.approx(40.0, abs=4.0)
+    assert np.diff(times[times > 640.0]) == pytest.approx(80.0, abs=4.0)
+    assert (times > 640.0).sum() >= 5
+
+
 # What changes in a drive
 
 

@@ -58,6 +58,13 @@ def test_a_change_that_hangs_on_one_drive_waits_for_another() -> None:
     assert [broken.at for broken in breaks(told(np.append(value, 2.5), np.append(sd, 0.4)), NOISE["offset"])] == [6]
 
 
+def test_play_of_which_no_two_drives_differ_by_the_least_change_never_changed_and_one_a_little_larger_did() -> None:
+    least = NOISE["backlash"].least
+    for step, found in ((0.95 * least, []), (1.05 * least, [6])):
+        value = np.repeat([3.0, 3.0 + step], 6)
+        assert [broken.at for broken in breaks(told(value, 0.01), NOISE["backlash"])] == found
+
+
 def one_flank_seen(random: np.random.Generator, drives: int, both: int) -> tuple[Told, Play]:
     """A truck with an offset of 0: `both` drives have seen both flanks, the rest the left one only."""
     one = np.arange(drives) >= both

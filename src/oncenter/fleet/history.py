@@ -100,7 +100,7 @@ def breaks(told: Told, noise: Noise, play: Play | None = None) -> list[Break]:
     should (Birge's ratio, squared and not below one). What is left of a change must still show, at `_WITHOUT_ONE`
     standard deviations, whichever drive is left out. Of `play` so much is known at each drive as was told until then.
     """
-    if not len(told.value) or _all_alike(told, noise):
+    if not len(told.value) or (play is None and _all_alike(told, noise)):
         return []
     places, since = [], 0
     whole = _Runs(told if play is None else with_known_play(told, play), noise)

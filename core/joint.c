@@ -236,10 +236,11 @@ static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_jo
     const int32_t k = work->turn;
     oc_hypothesis *h = &joint->hypotheses[k];
     const oc_joint_waiting *waiting = waiting_at(tracking, work->taken);
-    const bool hears = k >= joint->begun || k >= joint->found || k >= joint->loaded || k >= joint->corrected;
-    const int32_t more = hears ? prepare(joint, k, waiting->sample.angle, design) : 0;
+    int32_t took = 1;
+    if (k >= joint->begun || k >= joint->found || k >= joint->loaded || k >= joint->corrected) {
+        took += prepare(joint, k, waiting->sample.angle, design);
+    }
     oc_hypothesis_sample(h, &design->hypothesis, &waiting->sample, waiting->begins_second != 0);
-    int32_t took = 1 + more;
     if (waiting->ends_second) {
         oc_hypothesis_foretell(h, &design->hypothesis, &joint->second, design->samples_per_second);
         took += 2;

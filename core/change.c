@@ -66,12 +66,12 @@ static oc_change judged(const oc_change_watch *watch, float usual) {
     return change;
 }
 
-oc_change oc_change_update(oc_change_watch *watch, float error, float usual, float curvature) {
+oc_change oc_change_update(oc_change_watch *watch, float error, float least, float usual, float curvature) {
     if (watch->rest > 0.0f) {
         watch->rest -= 1.0f;
         return (oc_change){0};
     }
-    const float relative = bounded(error / usual, error_max);
+    const float relative = bounded(least / usual, error_max);
     accumulate(&watch->offset, relative);
     accumulate(&watch->bends, relative * bounded(curvature / curvature_scale, 1.0f));
     if (!oc_change_suspected(watch)) {

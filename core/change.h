@@ -29,9 +29,10 @@ typedef struct {
     float seconds;       /* of driving since it came */
 } oc_change;
 
-/* A second's error in rad, what errors are usual (their sd, rad) and the curvature in 1/m. What is proven is returned
- * once, and the watch begins anew. */
-oc_change oc_change_update(oc_change_watch *watch, float error, float usual, float curvature);
+/* A second's error, and the least that anything believed possible makes of it, both rad; what errors are usual (their
+ * sd, rad) and the curvature in 1/m. The least tells whether there was a change, the error how large. What is proven is
+ * returned once, and the watch begins anew. */
+oc_change oc_change_update(oc_change_watch *watch, float error, float least, float usual, float curvature);
 
 bool oc_change_suspected(const oc_change_watch *watch);
 

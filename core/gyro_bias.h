@@ -38,17 +38,19 @@ typedef struct {
 } oc_gyro_bias_design;
 
 typedef struct {
-    double weight, difference, speed, yaw_rate, acceleration; /* sums over the block that grows */
-    double flat;                /* ticks of the block at which the difference did not change */
-    double last;                /* m/s, difference at the tick before */
-    double plateau;             /* m/s, difference where it last stood still */
+    double weight;              /* ticks of the block that grows, and */
+    double flat;                /* those of them at which the difference did not change */
     double quantum;             /* m/s, the smallest step between plateaus; 0: none seen */
     double held;                /* blocks over which the difference has not changed */
     double noise;               /* (rad/s)^2, of one block, from the differences of neighbours */
-    double before, before_speed, before_load, before_yaw_rate; /* the block before: what it read, and the regressors */
     double variance;            /* (rad/s)^2, of the last block, but for the turn's share */
-    double innovation;          /* standard deviations, of the last block */
     double blocks;              /* taken so far */
+    double difference, speed, yaw_rate, acceleration; /* sums over the block that grows */
+    double before, before_load; /* the block before: what it read, and of its regressors the load, */
+    double innovation;          /* standard deviations, of the last block */
+    double last;                /* m/s, difference at the tick before */
+    double plateau;             /* m/s, difference where it last stood still */
+    double before_speed, before_yaw_rate; /* speed and yaw rate */
     int32_t is_heard;           /* the last block told something */
 } oc_gyro_bias_axle;
 

@@ -58,14 +58,17 @@ typedef struct {
     float trust;                         /* in the last second, 1 or less where it was far off */
     float error;                         /* rad, of the last second, foretold before it was learned from */
     float curvature;                     /* 1/m, of the last second */
-    float age;                           /* s of driving learned from */
     float cost;                          /* minus its logarithmic likelihood, forgetting; once it is no newborn */
-    float offset, offset_variance;       /* rad, rad^2 */
+    float offset;                        /* rad */
+    float gradient;                      /* rad/(m/s^2) */
+    float wheelbase;                     /* share by which the truck turns as if it were longer */
+    float unloading;                     /* m/s^2 */
+    float age;                           /* s of driving learned from */
+    float left_before, right_before;     /* s, for which either flank was seen before it began */
+    float offset_variance;               /* rad^2 */
     float pulled_variance;               /* rad^2, of it what pull and wind make */
-    float gradient, gradient_variance;   /* rad/(m/s^2) */
-    float wheelbase, wheelbase_variance; /* share by which the truck turns as if it were longer */
+    float gradient_variance, wheelbase_variance, unloading_variance; /* squares of the units above */
     float width_variance;                /* rad^2 */
-    float unloading, unloading_variance; /* m/s^2 and its square */
 } oc_hypothesis;
 
 /* Where a second stands among the others, the same for all hypotheses. */

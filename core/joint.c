@@ -154,7 +154,7 @@ static void see_flank(oc_joint *joint, const oc_motion_sample *sample, float ste
 }
 
 /* Errors of what was foretold are watched once there is something to doubt. */
-static void watch(oc_joint *joint, const oc_joint_tick *tick) {
+static void watch(oc_joint *joint, const oc_joint_tick *tick, float least_error) {
     static const float learned_s = 300.0f; /* hypotheses that still go their ways err, too */
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     if (!(best->age > learned_s)) {
@@ -162,12 +162,12 @@ static void watch(oc_joint *joint, const oc_joint_tick *tick) {
         return;
     }
     const oc_change change =
-        oc_change_update(&joint->watch, best->error, sqrtf(joint->second.reference), best->curvature);
+        oc_change_update(&joint->watch, best->error, least_error, sqrtf(joint->second.reference), best->curvature);
     joint->second.learns = !oc_change_suspected(&joint->watch);
     if (change.kind == OC_CHANGE_NONE) {
         return;
     }
-    oc_joint_note_change(joint, &change, tick);
+    oc_joint_note_change(joint, &change, tick->told, tick->time - change.seconds);
 }
 
 /* What a usable sample says whatever the hypotheses make of it. */
@@ -199,6 +199,7 @@ static bool begin_work(const oc_joint *joint, oc_joint_tracking *tracking) {
     const bool learns = last->ends_second && joint->second.learns;
     work->samples = samples;
     work->turn = work->taken = work->solved = 0;
+    work->least_error = 1e9f;
     work->solves = learns || (joint->concluded < joint->count && (last->ends_second || !last->sample.usable));
     work->solving.step = 0;
     work->solving.learns = learns;
@@ -229,6 +230,15 @@ static int32_t prepare(oc_joint *joint, int32_t k, double angle, const oc_joint_
     return restarts || corrected ? 1 : 0;
 }
 
+/* What surprises one hypothesis only is its own mistake, and no change of the truck. */
+static void note_error(const oc_joint *joint, oc_joint_work *work, const oc_hypothesis *h) {
+    static const float hopeless = 20.0f; /* of cost */
+    if (!oc_hypothesis_is_newborn(h, &joint->second) && h->cost < joint->second.best_cost + hopeless &&
+        fabsf(h->error) < fabsf(work->least_error)) {
+        work->least_error = h->error;
+    }
+}
+
 /* One more hypothesis takes one more of the samples in. Returns how many that took as long as: to end a second with it
  * takes longer. */
 static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
@@ -243,6 +253,7 @@ static int32_t take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_jo
     oc_hypothesis_sample(h, &design->hypothesis, &waiting->sample, waiting->begins_second != 0);
     if (waiting->ends_second) {
         oc_hypothesis_foretell(h, &design->hypothesis, &joint->second, design->samples_per_second);
+        note_error(joint, work, h);
         took += 2;
     }
     if (++work->taken >= work->samples) {
@@ -270,7 +281,7 @@ static void end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     work->samples = 0;
     if (ends_second) {
         const bool learned = joint->second.learns;
-        watch(joint, tick);
+        watch(joint, tick, work->least_error);
         if (learned) {
             oc_joint_turn_second(joint, design);
         }

@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "change.h"
+#include "estimate.h"
 #include "hypothesis.h"
 
 enum {
@@ -36,7 +37,7 @@ typedef struct {
     double lateral_acceleration; /* m/s^2, as measured */
     double curvature;            /* 1/m */
     double speed;                /* m/s */
-    double offset, offset_sd;    /* rad, as last answered */
+    const oc_estimate *told;     /* rad, the offset as last answered */
     bool usable;                 /* the gate is open */
     bool busy;                   /* with other work: the bank's waits */
 } oc_joint_tick;
@@ -64,6 +65,7 @@ typedef struct {
     int32_t solved;              /* hypotheses */
     int32_t solves;              /* whether there are equations to solve */
     int32_t ended;               /* with something concluded, which is told a tick later */
+    float least_error;           /* rad, of the second that ends: by the hypothesis that foretold it best */
     oc_solving solving;          /* of the hypothesis in turn */
 } oc_joint_work;
 
@@ -135,7 +137,7 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
 bool oc_joint_correct(oc_joint *joint, float rad_s);
 
 /* What the bank says is put down as what it was until the change, and the bank goes on with the other. */
-void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_joint_tick *tick);
+void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_estimate *before, double time);
 
 /* s, how far back its evidence reaches: not far at first, when it was gathered far from where the hypotheses went. */
 float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design);

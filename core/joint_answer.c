@@ -6,6 +6,7 @@
 static const float flank_s = 2.0f;
 static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
 static const float always_doubtful = 0.05f;            /* of that variance, whatever was found */
+static const float late_comer = 16.0f;                /* of cost: who did not see a flank that the others have seen */
 static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
 
 double oc_joint_place(const oc_joint *joint) {
@@ -24,6 +25,10 @@ double oc_joint_flank_lacking(const oc_joint *joint, int32_t side) {
     return found || seen > flank_s ? 0.0 : (double)(flank_s - seen);
 }
 
+static float least_of(float a, float b) {
+    return a < b ? a : b;
+}
+
 static float share_of(float value) {
     if (value < 0.0f) {
         return 0.0f;
@@ -37,14 +42,18 @@ static float longer_by_correlation(const oc_hypothesis *h) {
     return f > 1.0f ? sqrtf(f) : 1.0f;
 }
 
+/* How much of the time lacks after which a flank counts as seen. `seen`: s, the flank that was seen for less. */
+static float lacking(const oc_hypothesis *h, float seen) {
+    return share_of(1.0f - seen / (flank_s * longer_by_correlation(h)));
+}
+
 /* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was
  * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides, and
- * else the midpoint stays as uncertain as half the play is beforehand. `seen`: s, the flank that was seen for less. */
-static float unseen_width_variance(const oc_hypothesis *h, float seen) {
-    const float missing = share_of(1.0f - seen / (flank_s * longer_by_correlation(h)));
+ * else the midpoint stays as uncertain as half the play is beforehand. */
+static float unseen_width_variance(const oc_hypothesis *h, float lacks) {
     const float little = share_of(1.0f - 2.0f * h->play.half_width / found_width);
     const float doubtful = little > always_doubtful ? little : always_doubtful;
-    return missing * doubtful * width_sd * width_sd;
+    return lacks * doubtful * width_sd * width_sd;
 }
 
 /* exp(-x), near enough for a weight, for x >= 0. */
@@ -90,15 +99,17 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
     mixture offset = {.about = best->offset}, gradient = {.about = best->gradient};
     mixture backlash = {.about = width_of(best)}, unloading = {.about = best->unloading};
     mixture wheelbase = {.about = best->wheelbase};
-    const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
+    const float seen = least_of(joint->to_left, joint->to_right);
     float all = 0.0f, pulled = 0.0f;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (oc_hypothesis_is_newborn(h, &joint->second)) {
             continue;
         }
-        const float weight = likelihood(h->cost > best->cost ? h->cost - best->cost : 0.0f);
-        const float unseen = unseen_width_variance(h, seen);
+        const float lacks = lacking(h, least_of(joint->to_left - h->left_before, joint->to_right - h->right_before));
+        const float worse = h->cost > best->cost ? h->cost - best->cost : 0.0f;
+        const float weight = likelihood(worse + late_comer * (lacks - lacking(h, seen)));
+        const float unseen = unseen_width_variance(h, lacks);
         all += weight;
         pulled += weight * h->pulled_variance;
         mix(&offset, weight, h->offset, h->offset_variance + 0.25f * unseen);
@@ -125,11 +136,11 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
     };
 }
 
-void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_joint_tick *tick) {
+void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_estimate *before, double time) {
     joint->changed[joint->changes % OC_CHANGES_MAX] = (oc_changed){
-        .time = tick->time - change->seconds,
-        .before = tick->offset,
-        .before_sd = tick->offset_sd,
+        .time = time,
+        .before = before->value,
+        .before_sd = before->standard_deviation,
         .change = *change,
     };
     ++joint->changes;
@@ -137,7 +148,8 @@ void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_joi
         joint->loaded = 0; /* each hears of it when it takes its next sample in */
         return;
     }
+    const float worth_s = joint->second.reference / (change->size_sd * change->size_sd); /* of seconds that told it */
     for (int32_t k = 0; k < joint->count; ++k) {
-        oc_hypothesis_remounted(&joint->hypotheses[k], (float)change->size, (float)change->seconds);
+        oc_hypothesis_remounted(&joint->hypotheses[k], change->size, worth_s);
     }
 }

@@ -22,10 +22,12 @@ oc_play oc_joint_start_of(int32_t k) {
 }
 
 /* Of those that begin anew every other is wound up, and a motor unwinds it: who starts without does not find its way
- * there, since much wind-up that soon goes away passes for play. */
+ * there, since much wind-up that soon goes away passes for play. The next one has another width; wheels that stay where
+ * they rub come last, for they pass for whatever drifts. */
 static oc_play later_start_of(int32_t k) {
-    oc_play play = oc_joint_start_of(k / 2);
-    if (k % 2 != 0 && play.friction >= 0.0f) {
+    static const uint8_t kinds[4] = {2, 1, 3, 0};
+    oc_play play = oc_joint_start_of(4 * (k % 3) + kinds[k / 6]);
+    if (k / 3 % 2 != 0 && play.friction >= 0.0f) {
         play.windup = one_degree;
         play.unwinding = 2.0f;
     }
@@ -73,9 +75,12 @@ static int32_t dispensable(const oc_joint *joint) {
     return -1;
 }
 
-/* The last one takes its place. */
+/* The last one takes its place. None where k is negative. */
 static void let_go(oc_joint *joint, int32_t k) {
     const int32_t last = joint->count - 1;
+    if (k < 0) {
+        return;
+    }
     joint->hypotheses[k] = joint->hypotheses[last];
     joint->best = joint->best == last ? k : joint->best;
     joint->count = last;
@@ -91,18 +96,19 @@ static void renew(oc_joint *joint) {
     }
     const bool later = joint->second.used_s > search_s;
     const bool begins = joint->second.used_s < settle_s || joint->second.long_blocks % 2 == 0;
-    for (int32_t n = 0; n < 1 || (later && n < 2); ++n) {
-        const int32_t k = dispensable(joint);
-        if (k >= 0) {
-            let_go(joint, k);
-        }
-    }
-    if (begins && joint->count < OC_JOINT_HYPOTHESES) {
+    const int32_t needless = dispensable(joint);
+    if (begins && (needless >= 0 || joint->count < OC_JOINT_HYPOTHESES)) { /* in its place: to move one is more work */
         const oc_play play = later_start_of(joint->born);
+        oc_hypothesis *h = &joint->hypotheses[needless >= 0 ? needless : joint->count++];
         joint->born = (joint->born + 1) % OC_JOINT_LATER_STARTS;
-        const float angle = joint->hypotheses[joint->best].places.inner;
-        oc_hypothesis_start(&joint->hypotheses[joint->count], &play, (double)angle);
-        ++joint->count;
+        oc_hypothesis_start(h, &play, (double)joint->hypotheses[joint->best].places.inner);
+        h->left_before = joint->to_left;
+        h->right_before = joint->to_right;
+    } else {
+        let_go(joint, needless);
+    }
+    if (later) {
+        let_go(joint, dispensable(joint));
     }
     joint->begun = joint->found = joint->concluded = joint->count;
     joint->corrected = corrects ? 0 : joint->count;

@@ -94,8 +94,7 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_fil
         .lateral_acceleration = motion->lateral_acceleration,
         .curvature = motion->curvature,
         .speed = filtered->vehicle_speed,
-        .offset = state->learned.offset.value,
-        .offset_sd = state->learned.offset.standard_deviation,
+        .told = &state->learned.offset,
         .usable = reasons == 0,
         .busy = oc_gyro_bias_is_busy(&state->evidence.gyro_bias),
     };

@@ -5,8 +5,9 @@
 /* Of one tick's regression quantities: y, the residual; x, what K_us multiplies; w, what a yaw-rate bias multiplies. */
 typedef struct {
     double weight;     /* ticks (or batches) */
-    double y, x, w;    /* means: rad, m/s^2, s */
-    double yy, xy, xx; /* sums of squared and crossed deviations from the means */
+    double yy, xx;     /* sums of squared deviations from the means, */
+    double y, x, w;    /* means: rad, m/s^2, s; */
+    double xy;         /* and of crossed ones */
 } oc_moments;
 
 /* Plain sums over one short block, cheap enough for every tick. */

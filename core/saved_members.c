@@ -75,15 +75,13 @@ enum { LIMITS_MAX = 32 };
 #define MEMBER(type, member, kind, limit) MEMBERS(type, member, member, kind, limit)
 
 static const oc_saved_member moments_members[] = {
-    MEMBER(oc_moments, weight, OC_SAVED_DOUBLE, NOT_NEGATIVE), MEMBERS(oc_moments, y, w, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_moments, yy, OC_SAVED_DOUBLE, NOT_NEGATIVE), MEMBER(oc_moments, xy, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_moments, xx, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_moments, weight, xx, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_moments, y, xy, OC_SAVED_DOUBLE, ANY_NUMBER),
 };
 
 static const oc_saved_member understeer_members[] = {
-    MEMBER(oc_understeer, x, OC_SAVED_DOUBLE, ANY_NUMBER), MEMBER(oc_understeer, xx, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_understeer, xy, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_understeer, weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_understeer, x, xy, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_understeer, xx, weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBERS(oc_understeer, batches, xx_xx, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBERS(oc_understeer, xy_x, x_xx, OC_SAVED_DOUBLE, ANY_NUMBER),
 };
@@ -114,18 +112,10 @@ static const oc_saved_member gyro_bias_members[] = {
 };
 
 static const oc_saved_member axle_members[] = {
-    MEMBER(oc_gyro_bias_axle, weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBERS(oc_gyro_bias_axle, difference, acceleration, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_gyro_bias_axle, flat, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBERS(oc_gyro_bias_axle, last, plateau, OC_SAVED_DOUBLE, ROAD_SPEED),
-    MEMBERS(oc_gyro_bias_axle, quantum, noise, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias_axle, before, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_gyro_bias_axle, before_speed, OC_SAVED_DOUBLE, ROAD_SPEED),
-    MEMBER(oc_gyro_bias_axle, before_load, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_gyro_bias_axle, weight, blocks, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_gyro_bias_axle, difference, innovation, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_gyro_bias_axle, last, before_speed, OC_SAVED_DOUBLE, ROAD_SPEED),
     MEMBER(oc_gyro_bias_axle, before_yaw_rate, OC_SAVED_DOUBLE, ANY_YAW_RATE),
-    MEMBER(oc_gyro_bias_axle, variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias_axle, innovation, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_gyro_bias_axle, blocks, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_gyro_bias_axle, is_heard, OC_SAVED_INT32, YES_OR_NO),
 };
 
@@ -190,16 +180,9 @@ static const oc_saved_member hypothesis_members[] = {
     MEMBER(oc_hypothesis, long_blocks.sum, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, long_blocks.factor, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, trust, OC_SAVED_FLOAT, YES_OR_NO),
-    MEMBERS(oc_hypothesis, error, curvature, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_hypothesis, age, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBERS(oc_hypothesis, cost, offset, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBERS(oc_hypothesis, offset_variance, pulled_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_hypothesis, gradient, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_hypothesis, gradient_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_hypothesis, wheelbase, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBERS(oc_hypothesis, wheelbase_variance, width_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_hypothesis, error, wheelbase, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, unloading, OC_SAVED_FLOAT, ANY_ACCELERATION),
-    MEMBER(oc_hypothesis, unloading_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_hypothesis, age, width_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
 };
 
 static const oc_saved_member angle_members[] = {
@@ -263,6 +246,7 @@ static const oc_saved_member joint_tracking_members[] = {
     MEMBER(oc_joint_tracking, work.taken, OC_SAVED_INT32, WAITING),
     MEMBER(oc_joint_tracking, work.solved, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBERS(oc_joint_tracking, work.solves, work.ended, OC_SAVED_INT32, YES_OR_NO),
+    MEMBER(oc_joint_tracking, work.least_error, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_joint_tracking, work.solving.step, OC_SAVED_INT32, SOLVING_STEP),
     MEMBERS(oc_joint_tracking, work.solving.learns, work.solving.due, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_joint_tracking, work.solving.information, work.solving.variances, OC_SAVED_FLOAT, ANY_NUMBER),
@@ -279,16 +263,10 @@ static const oc_saved_member waiting_members[] = {
 
 static const oc_saved_member fault_watch_members[] = {
     MEMBER(oc_fault_watch, running, OC_SAVED_INT32, YES_OR_NO), MEMBER(oc_fault_watch, fault, OC_SAVED_ENUM, ANY_FAULT),
-    MEMBERS(oc_fault_watch, apart, steady_s, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_fault_watch, since, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBERS(oc_fault_watch, confidence, held_fast_s, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBERS(oc_fault_watch, left, right, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_fault_watch, mean, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_fault_watch, since, last_right, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_fault_watch, beyond, OC_SAVED_INT32, YES_OR_NO),
-    MEMBERS(oc_fault_watch, well_s, stuck_s, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBERS(oc_fault_watch, last_time, interruption_time, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBERS(oc_fault_watch, mean_measured, flipped, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_fault_watch, last_right, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_fault_watch, apart, flipped, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_fault_watch, left, right, OC_SAVED_FLOAT, NOT_NEGATIVE),
 };
 
 /* The params are doubles from the cut-off to the one before use_accelerometer. */

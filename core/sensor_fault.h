@@ -38,8 +38,13 @@ typedef struct {
 typedef struct {
     int32_t running;
     oc_fault fault;
-    float apart, steady_s;   /* rad, by which it is off, and for how long by no other */
     double since;            /* s, when it began */
+    double last_time;        /* s, of the tick before */
+    double suspicious_since, last_well; /* s */
+    double step_time, interruption_time; /* s, of the last step in one tick; of the last stop or hole */
+    double last_right;       /* s, when the odds of a wrong sign were last none */
+    int32_t beyond;          /* the limit, now */
+    float apart, steady_s;   /* rad, by which it is off, and for how long by no other */
     float confidence;       /* at least so likely by Chebyshev's inequality, 0 to 1 */
     float missing_s, present_s;
     float offset, offset_sd; /* rad, learned, some minutes late: learning follows a sensor that drifts, */
@@ -47,19 +52,14 @@ typedef struct {
     float last;             /* rad, measured at the tick before */
     float held_value, held_estimate, held_s; /* since the measured value last changed */
     float held_fast_s;      /* of it, at speed */
-    float left, right;      /* limits x s beyond the borderline, to either side */
     float mean;             /* limits, of the last half minute or so */
-    int32_t beyond;          /* the limit, now */
     float well_s;           /* well within the limit, in a row */
     float suspended_s;      /* not well within the limit, less a share of the time that it was */
     float wider;            /* of the limit, after drifts that went away by themselves */
     float stuck_s;
-    double last_time;        /* s, of the tick before */
-    double suspicious_since, last_well; /* s */
-    double step_time, interruption_time; /* s, of the last step in one tick; of the last stop or hole */
     float mean_measured, mean_estimate; /* rad, of the last seconds */
     float flipped;           /* log of the odds that left is right */
-    double last_right;       /* s, when there were none */
+    float left, right;      /* limits x s beyond the borderline, to either side */
 } oc_fault_watch;
 
 /* Kept over ignition: a sensor at fault stays so until it has healed, and a truck judged more widely stays so. */

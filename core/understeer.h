@@ -7,7 +7,7 @@
 #include "mean.h"
 
 typedef struct {
-    double x, xx, xy;              /* sums over all ticks used */
+    double x, xy, xx;              /* sums over all ticks used */
     double weight;                 /* ticks */
     oc_moments filling;            /* the batch that grows */
     double batches;                /* whole ones */

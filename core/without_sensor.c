@@ -72,6 +72,18 @@ static float hardly_seen(const oc_joint *joint, float place) {
     return here < needed ? fabsf(place) * (1.0f - here / needed) : 0.0f;
 }
 
+/* The sensor was at fault and sits elsewhere now: so does its offset, as far as the estimate can tell. */
+static void learn_anew(oc_state *state) {
+    const oc_fault_watch *watch = &state->tracking.fault;
+    const oc_estimate *offset = &state->learned.offset;
+    const oc_change change = {
+        .kind = OC_CHANGE_OFFSET,
+        .size = watch->offset - (float)offset->value,
+        .size_sd = state->tracking.angle.sd,
+    };
+    oc_joint_note_change(&state->evidence.joint, &change, offset, watch->since);
+}
+
 /* By the estimate of the tick before: a jump is not to be told for a tick. */
 static void judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals *tick, const seen *seen,
                          float offset_sd, bool after_hole) {
@@ -90,7 +102,11 @@ static void judge_sensor(oc_state *state, const oc_coefficients *c, const oc_sig
         .after_hole = after_hole,
         .can_judge = seen->motion && seen->truck && state->evidence.angle.seconds > judge_after_s,
     };
-    (void)oc_fault_update(&state->tracking.fault, &state->evidence.fault, &judged);
+    const oc_fault before = state->evidence.fault.fault;
+    const oc_fault now = oc_fault_update(&state->tracking.fault, &state->evidence.fault, &judged);
+    if (now == OC_FAULT_REMOUNTED && before != now && before != OC_FAULT_NONE) {
+        learn_anew(state);
+    }
 }
 
 /* Whether there were no ticks for longer than the estimate takes to settle. */

@@ -375,6 +375,17 @@ def test_a_sensor_that_came_to_rest_after_a_drift_sits_elsewhere() -> None:
         assert set(names[told : told + 29_000]) == {"drifting"}
 
 
+def test_kerbs_and_bends_do_not_undo_that_a_sensor_has_come_to_rest() -> None:
+    """A second in twenty is 8 deg further off, to either side; of one that is so every other second nothing rests."""
+    t = np.arange(66_000) / RATE_HZ
+    true = 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(8).normal(0.0, 0.3 * DEG, len(t))
+    drift = np.minimum(0.4 * t, 24.0) * DEG
+    for period_s, end in [(20.0, "remounted"), (2.0, "drifting")]:
+        kick = np.sin(np.pi * np.minimum(t % period_s, 1.0)) * np.where(t // period_s % 2.0 < 1.0, 1.0, -1.0)
+        off = 8.0 * DEG * kick
+        assert judged(true + drift + off, true)[-1] == end
+
+
 def test_how_long_an_earlier_fault_rested_counts_for_no_later_one() -> None:
     t = np.arange(56_000) / RATE_HZ
     true = 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(7).normal(0.0, 0.3 * DEG, len(t))

@@ -15,12 +15,14 @@ USUAL = 0.4 * DEGREE
 SHARP = 0.004  # 1/m
 
 
-def told(errors: Array, curvature: Array | float = 0.0, watch: Any = None) -> list[tuple[int, Any]]:
+def told(
+    errors: Array, curvature: Array | float = 0.0, watch: Any = None, least: Array | None = None
+) -> list[tuple[int, Any]]:
     """Second and change of all that is proven. Errors in rad."""
     watch = ffi.new("oc_change_watch *") if watch is None else watch
     found = []
     for k, (error, bend) in enumerate(zip(errors, np.broadcast_to(curvature, len(errors)), strict=True)):
-        change = lib.oc_change_update(watch, error, USUAL, bend)
+        change = lib.oc_change_update(watch, error, error if least is None else least[k], USUAL, bend)
         if change.kind != lib.OC_CHANGE_NONE:
             found.append((k, change))
     return found
@@ -52,6 +54,15 @@ def test_a_step_of_the_offset_is_told_with_size_and_time(step: float) -> None:
         assert at - change.seconds == pytest.approx(300, abs=12)
         assert change.size == pytest.approx(step * DEGREE, abs=4.0 * change.size_sd)
         assert change.size_sd < 0.1 * DEGREE
+
+
+def test_what_does_not_surprise_all_is_no_change_and_what_does_has_the_size_of_the_best_ones_error() -> None:
+    errors = noise(6, 600)
+    errors[300:] += 5.0 * DEGREE
+    calm = noise(7, 600)
+    assert not told(errors, least=calm)
+    ((_, change),) = told(errors[:400], least=np.where(np.arange(400) < 300, calm[:400], errors[:400] - 3.0 * DEGREE))
+    assert change.size == pytest.approx(5.0 * DEGREE, abs=4.0 * change.size_sd)
 
 
 def test_left_and_right_are_mirrored() -> None:

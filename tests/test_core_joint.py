@@ -58,6 +58,7 @@ def core_for(
     rate_hz: float = RATE_HZ,
     traffic_side: float = 1.0,
     method: str = "joint",
+    angle_method: str = "none",
     params: dict[str, float] | None = None,
 ) -> _core.Core:
     return _core.Core(
@@ -69,6 +70,7 @@ def core_for(
         track_width_rear_m=1.83,
         traffic_side=traffic_side,
         method=method,
+        angle_method=angle_method,
     )
 
 
@@ -366,6 +368,26 @@ def test_a_bank_that_has_settled_is_joined_by_others_half_as_often() -> None:
     assert (times > 640.0).sum() >= 5
 
 
+def test_who_began_after_a_flank_was_seen_knows_no_middle_of_the_play_and_leads_nobody_astray() -> None:
+    core = core_for(driven(CREEPING)[1])
+    core.run(driven(CREEPING)[0])
+    joint = core._state.evidence.joint
+    before = core.answer()["offset"]
+    elder = joint.best
+    other = (elder + 1) % joint.count
+    for name in ("cost", "age", "offset_variance"):
+        setattr(joint.hypotheses[other], name, getattr(joint.hypotheses[elder], name))
+    joint.hypotheses[other].offset = joint.hypotheses[elder].offset + 3.0 * DEGREE
+    as_good = core.answer()["offset"]
+    joint.hypotheses[other].right_before = joint.to_right
+    late = core.answer()["offset"]
+    joint.hypotheses[elder].right_before = joint.to_right
+    unseen = core.answer()["offset"]
+    assert as_good["value"] - before["value"] > 1.0 * DEGREE
+    assert late["value"] == pytest.approx(before["value"], abs=0.1 * DEGREE)
+    assert unseen["standard_deviation"] > as_good["standard_deviation"] > late["standard_deviation"]
+
+
 # What changes in a drive
 
 
@@ -393,6 +415,24 @@ def test_a_remounted_sensor_is_found_within_a_minute_with_its_size_and_time(step
 def test_nothing_is_found_where_nothing_changed() -> None:
     for seed in range(1, 21):
         assert answer_of(*driven(CREEPING if seed % 2 else "", seed))["changes"] == 0, f"seed {seed}"
+
+
+def test_a_sender_that_takes_ten_degrees_out_by_itself_is_learned_anew_where_it_rests() -> None:
+    """Within two minutes: as a rule a drift, until it has rested for five minutes."""
+    step, told = -10.0 * DEGREE, 0
+    for seed in range(1, 7):
+        columns, truth = driven(CREEPING, seed, 1500.0)
+        taken_out = step * np.clip((columns["time_s"] - 500.0) / 120.0, 0.0, 1.0)
+        core = core_for(truth, angle_method="observer")
+        faults = ran(columns | {ANGLE: columns[ANGLE] + taken_out}, core)["fault"]
+        found = core.answer()
+        assert set(faults[:50_000]) == set(faults[-5_000:]) == {lib.OC_FAULT_NONE}
+        assert holds(found["offset"], truth.offset_rad + step)
+        assert found["offset"]["value"] == pytest.approx(truth.offset_rad + step, abs=0.4 * DEGREE)
+        assert found["changes"] <= 1
+        size = found["changed"][0]["change"]["size"]
+        told += set(faults[70_000:90_000]) == {lib.OC_FAULT_DRIFTING} and abs(size - step) < 1.0 * DEGREE
+    assert told >= 4
 
 
 def test_an_offset_that_has_just_jumped_is_not_valid_before_it_has_stayed() -> None:

@@ -21,9 +21,9 @@ oc_play oc_joint_start_of(int32_t k) {
     return play;
 }
 
-/* Of those that begin anew every other is wound up, and a motor unwinds it: who starts without does not find its way
- * there, since much wind-up that soon goes away passes for play. The next one has another width; wheels that stay where
- * they rub come last, for they pass for whatever drifts. */
+/* Of those that begin anew every other three are wound up, and a motor unwinds it: who starts without does not find its
+ * way there, since much wind-up that soon goes away passes for play. The next one has another width; wheels that stay
+ * where they rub come last, for they pass for whatever drifts. */
 static oc_play later_start_of(int32_t k) {
     static const uint8_t kinds[4] = {2, 1, 3, 0};
     oc_play play = oc_joint_start_of(4 * (k % 3) + kinds[k / 6]);
@@ -86,6 +86,12 @@ static void let_go(oc_joint *joint, int32_t k) {
     joint->count = last;
 }
 
+/* What is later than the first day of side force: whoever learns so long has seen enough, and in single precision a
+ * count that goes on would come to rest. */
+static float mark_of(float seen_s) {
+    return seen_s < 1e5f ? seen_s : 0.0f;
+}
+
 /* Now and then another hypothesis begins anew, lest all of them went astray at first; later half as often. Of those not
  * needed one goes for it, and later two, since ever fewer are. */
 static void renew(oc_joint *joint) {
@@ -102,8 +108,8 @@ static void renew(oc_joint *joint) {
         oc_hypothesis *h = &joint->hypotheses[needless >= 0 ? needless : joint->count++];
         joint->born = (joint->born + 1) % OC_JOINT_LATER_STARTS;
         oc_hypothesis_start(h, &play, (double)joint->hypotheses[joint->best].places.inner);
-        h->left_before = joint->to_left;
-        h->right_before = joint->to_right;
+        h->left_before = mark_of(joint->to_left);
+        h->right_before = mark_of(joint->to_right);
     } else {
         let_go(joint, needless);
     }

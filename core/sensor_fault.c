@@ -252,7 +252,6 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->fault = OC_FAULT_WRONG_SIGN;
     } else if (was_replaced(w, tick, difference, limit, along)) {
         w->fault = OC_FAULT_REMOUNTED;
-        w->offset += w->apart;
     } else if (w->well_s > healed_s && along) {
         if (w->fault == OC_FAULT_DRIFTING) {
             w->wider = no_more_than(w->wider + wider, wider_max);

@@ -72,9 +72,11 @@ static float hardly_seen(const oc_joint *joint, float place) {
     return here < needed ? fabsf(place) * (1.0f - here / needed) : 0.0f;
 }
 
-/* The sensor was at fault and sits elsewhere now: so does its offset, as far as the estimate can tell. */
+/* The sensor was at fault and sits elsewhere now: so does its offset, as far as the estimate can tell. By the joint
+ * method alone: the others cannot take an offset to be another. */
 static void learn_anew(oc_state *state) {
-    const oc_fault_watch *watch = &state->tracking.fault;
+    oc_fault_watch *watch = &state->tracking.fault;
+    watch->offset += watch->apart;
     const oc_estimate *offset = &state->learned.offset;
     const oc_change change = {
         .kind = OC_CHANGE_OFFSET,
@@ -104,7 +106,7 @@ static void judge_sensor(oc_state *state, const oc_coefficients *c, const oc_sig
     };
     const oc_fault before = state->evidence.fault.fault;
     const oc_fault now = oc_fault_update(&state->tracking.fault, &state->evidence.fault, &judged);
-    if (now == OC_FAULT_REMOUNTED && before != now && before != OC_FAULT_NONE) {
+    if (now == OC_FAULT_REMOUNTED && before != now && before != OC_FAULT_NONE && c->params.method == OC_METHOD_JOINT) {
         learn_anew(state);
     }
 }

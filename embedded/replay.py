@@ -51,7 +51,7 @@ class Board:
 
 # For size where double is software, which takes the time whatever the compiler does, with what is put in order as it
 # stands (a third of a KiB less); for speed where it is not.
-SMALL = ("-Os", "-fno-reorder-blocks", "-fno-schedule-insns2")
+SMALL = ("-Os", "-fno-reorder-blocks", "-fno-expensive-optimizations")
 BOARDS = (
     Board("Cortex-M4F", "mps2-an386", ("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", *SMALL)),
     Board("Cortex-M7", "mps2-an500", ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-O3")),

@@ -388,6 +388,20 @@ def test_who_began_after_a_flank_was_seen_knows_no_middle_of_the_play_and_leads_
     assert unseen["standard_deviation"] > as_good["standard_deviation"] > late["standard_deviation"]
 
 
+def test_what_was_seen_before_a_hypothesis_began_is_marked_as_long_as_seconds_can_be_counted() -> None:
+    """In single precision 0.1 s is nothing beyond 24 days of them: a mark would then never be left behind."""
+    columns, truth = driven(CREEPING, 1, 1200.0)
+    for seen_s, marks in ((0.0, True), (2.0**21, False)):
+        core = core_for(truth)
+        core.run({name: column[:80_000] for name, column in columns.items()})
+        joint = core._state.evidence.joint
+        joint.to_left, joint.to_right = joint.to_left + seen_s, joint.to_right + seen_s
+        core.run({name: column[80_000:] for name, column in columns.items()})
+        newest = min(joint.hypotheses[0 : joint.count], key=lambda h: h.age)
+        assert newest.age < 350.0
+        assert (newest.left_before > 100.0, newest.right_before > 10.0) == (marks, marks)
+
+
 # What changes in a drive
 
 
@@ -433,6 +447,18 @@ def test_a_sender_that_takes_ten_degrees_out_by_itself_is_learned_anew_where_it_
         size = found["changed"][0]["change"]["size"]
         told += set(faults[70_000:90_000]) == {lib.OC_FAULT_DRIFTING} and abs(size - step) < 1.0 * DEGREE
     assert told >= 4
+
+
+def test_a_method_that_cannot_learn_anew_keeps_a_sensor_that_sits_elsewhere_at_fault() -> None:
+    columns, truth = driven("", 1, 1800.0)
+    moved = 25.0 * DEGREE * np.clip((columns["time_s"] - 600.0) / 40.0, 0.0, 1.0)
+    core = core_for(truth, method="thesis", angle_method="observer")
+    outputs = ran(columns | {ANGLE: columns[ANGLE] + moved}, core)
+    rests = np.flatnonzero(outputs["fault"] == lib.OC_FAULT_REMOUNTED)
+    assert len(rests) and core.answer()["changes"] == 0
+    off = np.abs(outputs["offset"] - truth.offset_rad - moved)[rests[0] :] > 5.0 * DEGREE
+    assert off[:6_000].all()
+    assert not (off & (outputs["offset_status"][rests[0] :] == lib.OC_VALID)).any()
 
 
 def test_an_offset_that_has_just_jumped_is_not_valid_before_it_has_stayed() -> None:

@@ -11,6 +11,7 @@ static const float first_error = 0.017453292f; /* rad, by which errors are judge
 
 static const double busy_ticks = 10.0;     /* of a second, with the gyro's block and the end of a second */
 static const float wind_speed = 20.0f; /* m/s, at which a wind acts as it is written */
+static const float witness_s = 300.0f; /* hypotheses that still go their ways err, too */
 static const float unplaced_s = 20.0f; /* after the wheel may be elsewhere in its play, errors tell of that */
 static const float least_correction = 3.5e-5f; /* rad/s, 0.002 deg/s: a hundredth of a degree */
 
@@ -155,9 +156,8 @@ static void see_flank(oc_joint *joint, const oc_motion_sample *sample, float ste
 
 /* Errors of what was foretold are watched once there is something to doubt. */
 static void watch(oc_joint *joint, const oc_joint_tick *tick, float least_error) {
-    static const float learned_s = 300.0f; /* hypotheses that still go their ways err, too */
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    if (!(best->age > learned_s)) {
+    if (!(best->age > witness_s)) {
         joint->second.learns = 1;
         return;
     }
@@ -230,10 +230,11 @@ static int32_t prepare(oc_joint *joint, int32_t k, double angle, const oc_joint_
     return restarts || corrected ? 1 : 0;
 }
 
-/* What surprises one hypothesis only is its own mistake, and no change of the truck. */
+/* What surprises one hypothesis only is its own mistake, and no change of the truck. Who began lately goes along with
+ * one, and is no witness. */
 static void note_error(const oc_joint *joint, oc_joint_work *work, const oc_hypothesis *h) {
     static const float hopeless = 20.0f; /* of cost */
-    if (!oc_hypothesis_is_newborn(h, &joint->second) && h->cost < joint->second.best_cost + hopeless &&
+    if (h->age > witness_s && h->cost < joint->second.best_cost + hopeless &&
         fabsf(h->error) < fabsf(work->least_error)) {
         work->least_error = h->error;
     }

@@ -233,8 +233,7 @@ static int32_t prepare(oc_joint *joint, int32_t k, double angle, const oc_joint_
 /* What surprises one hypothesis only is its own mistake, and no change of the truck. Who began lately goes along with
  * one, and is no witness. */
 static void note_error(const oc_joint *joint, oc_joint_work *work, const oc_hypothesis *h) {
-    static const float hopeless = 20.0f; /* of cost */
-    if (h->age > witness_s && h->cost < joint->second.best_cost + hopeless &&
+    if (h->age > witness_s && h->cost < joint->second.best_cost + (float)OC_JOINT_HOPELESS &&
         fabsf(h->error) < fabsf(work->least_error)) {
         work->least_error = h->error;
     }

@@ -54,7 +54,6 @@ static bool are_twins(const oc_hypothesis *a, const oc_hypothesis *b) {
 
 /* The worst hypothesis if it is hopeless, or else one that another of the elder ones says as well. */
 static int32_t dispensable(const oc_joint *joint) {
-    static const float hopeless = 20.0f; /* of cost */
     int32_t worst = joint->best;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
@@ -62,7 +61,7 @@ static int32_t dispensable(const oc_joint *joint) {
             worst = k;
         }
     }
-    if (joint->hypotheses[worst].cost > joint->hypotheses[joint->best].cost + hopeless) {
+    if (joint->hypotheses[worst].cost > joint->hypotheses[joint->best].cost + (float)OC_JOINT_HOPELESS) {
         return worst;
     }
     for (int32_t k = 0; k < joint->count; ++k) {

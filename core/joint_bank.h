@@ -6,6 +6,9 @@
 
 #include "joint.h"
 
+/* Of cost: who is so far behind the best is not needed, and no witness. */
+enum { OC_JOINT_HOPELESS = 20 };
+
 /* The play with which the k-th of OC_JOINT_HYPOTHESES begins. */
 oc_play oc_joint_start_of(int32_t k);
 

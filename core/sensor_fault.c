@@ -39,7 +39,7 @@ static const float sd_memory_factor = 2.0f;
 static const float leaning = 0.2f;        /* of the limit, in the mean: what may be a drift */
 static const float leaning_factor = 4.0f; /* is followed so much later */
 static const float replaced_s = 300.0f;   /* over which a sensor that was at fault goes with the truck, as far apart */
-static const float moved_factor = 5.0f;   /* of a second in which it does not: bends and kicks pass, drifts stay away */
+static const float undone = 5.0f;         /* s of it, by a second elsewhere: kicks pass, drifts stay away */
 static const float apart_mean_s = 600.0f; /* so long that it stays behind a drift */
 
 const char *oc_fault_name(oc_fault fault) {
@@ -218,15 +218,18 @@ static float judged_sd(const oc_fault_watch *w, const oc_fault_tick *tick) {
 
 /* A sensor at fault that goes with the truck again, however far apart: it is another one since this ignition, or rests
  * where a drift or a repair had moved it. It is one that sits elsewhere then, and is learned from; what is no better is
- * found again. */
+ * found again. To be elsewhere for a moment undoes some of the time that it rested, to stay there all of it. */
 static bool was_replaced(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit, bool along) {
+    if (!teaches_nothing(w->fault)) {
+        w->steady_s = 0.0f;
+        return false;
+    }
     if (!(w->steady_s > 0.0f)) {
         w->apart = difference;
     }
     const bool steady = along && fabsf(difference - w->apart) < well * limit;
     w->apart += steady ? (difference - w->apart) * tick->tick_s / apart_mean_s : 0.0f;
-    w->steady_s = at_least(w->steady_s + (steady ? tick->tick_s : -moved_factor * tick->tick_s), 0.0f);
-    w->steady_s = teaches_nothing(w->fault) ? w->steady_s : 0.0f;
+    w->steady_s = at_least(w->steady_s + (steady ? tick->tick_s : -undone * tick->tick_s), 0.0f);
     return w->steady_s > replaced_s;
 }
 

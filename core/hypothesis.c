@@ -323,11 +323,8 @@ static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const
 
 void oc_hypothesis_restart(oc_hypothesis *h, double angle) {
     h->places.wound = h->places.inner = (float)angle;
-    for (int32_t k = 0; k < OC_SLOPE_COUNT; ++k) {
-        h->places.more[k] = h->places.less[k] = (float)angle;
-    }
-    for (int32_t k = 0; k < OC_WINDING_SLOPES; ++k) {
-        h->places.wound_more[k] = h->places.wound_less[k] = (float)angle;
+    for (int32_t k = 0; k < OC_BESIDE; ++k) {
+        h->places.played[k] = h->places.loaded[k] = h->places.unwound[k] = h->places.wound_beside[k] = (float)angle;
     }
     for (int32_t k = 0; k < OC_WINDS; ++k) {
         narrow(h, WIND + k, WIND + k, 0.0f);
@@ -347,24 +344,20 @@ void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
 
 void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
                           bool begins_second) {
-    float differences[OC_SLOPE_COUNT] = {0};
     const oc_play_motion by = {(float)sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
-    oc_places_move(&h->places, &h->play, &by, differences);
     if (begins_second) {
         h->target_sum = 0.0f;
         for (int32_t k = 0; k < OC_TERMS; ++k) {
             h->sums[k] = 0.0f;
         }
     }
-    if (!sample->usable) {
+    const float by_unloading = oc_places_move(&h->places, &h->play, &by, &h->sums[CREEP]);
+    if (!sample->usable) { /* the second begins anew */
         return;
     }
     add_motion(h->sums, sample);
-    for (int32_t k = 0; k < OC_SLOPE_COUNT; ++k) {
-        h->sums[CREEP + k] += differences[k];
-    }
     const float shifted = by.angle - h->places.inner; /* (B/2) c + (W/2) d, rad */
-    const float unloads = differences[OC_SLOPE_UNLOADING] * design->per_unloading;
+    const float unloads = by_unloading * design->per_unloading;
     h->target_sum += sample->residual - shifted - add_wind(h, design, sample, unloads);
 }
 

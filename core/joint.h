@@ -75,8 +75,10 @@ typedef struct {
     int32_t in_second;           /* samples of the second that fills */
     int32_t stands;              /* the truck does */
     float turned;                /* rad, since the last sample */
+    double yaw_rate;             /* rad/s, of the tick before, as is the acceleration: as neighbours both would be
+                                  * loaded at once from a tick just stored, for which processors wait */
     double bank;                 /* m/s^2, a_y - r*v smoothed */
-    double yaw_rate, lateral_acceleration; /* of the tick before */
+    double lateral_acceleration; /* m/s^2 */
     int32_t prior_due;           /* before equations are solved, and at the first tick: whoever updates sets it then */
     oc_prior prior;
     oc_joint_work work;

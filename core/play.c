@@ -60,56 +60,59 @@ static float in_play(float inner, float wound, float half_width) {
     return held_within(inner, wound - half_width, wound + half_width);
 }
 
-/* At a little more and less width; no other parameter need be looked at. */
-static float move_widths(oc_places *p, const oc_play *play, float by_load) {
+/* Behind a play of another width, or where side force carries the wheels faster. */
+static void move_played(oc_places *p, const oc_play *play, float by_load) {
     const around half = around_width(play->half_width);
-    p->more[OC_SLOPE_WIDTH] = in_play(p->more[OC_SLOPE_WIDTH] + by_load, p->wound, half.more);
-    p->less[OC_SLOPE_WIDTH] = in_play(p->less[OC_SLOPE_WIDTH] + by_load, p->wound, half.less);
-    return p->less[OC_SLOPE_WIDTH] - p->more[OC_SLOPE_WIDTH];
+    const float by[OC_BESIDE] = {by_load * creep_factor, by_load, by_load * (1.0f / creep_factor), by_load};
+    const float half_width[OC_BESIDE] = {play->half_width, half.more, play->half_width, half.less};
+    for (int32_t k = 0; k < OC_BESIDE; ++k) {
+        p->played[k] = in_play(p->played[k] + by[k], p->wound, half_width[k]);
+    }
 }
 
-/* Behind a play of the same width, where the side force carries the wheels by another way. */
-static float move_loaded(oc_places *p, const oc_play *play, int32_t slope, float more, float less) {
-    p->more[slope] = in_play(p->more[slope] + more, p->wound, play->half_width);
-    p->less[slope] = in_play(p->less[slope] + less, p->wound, play->half_width);
-    return p->less[slope] - p->more[slope];
+/* Where side force carries the wheels beyond another friction, or from elsewhere on. */
+static void move_loaded(oc_places *p, const oc_play *play, float load, float creep) {
+    const around rubs = around_of(play->friction, friction_apart, 0.0f);
+    const float friction[OC_BESIDE] = {rubs.more, play->friction, rubs.less, play->friction};
+    const float loads[OC_BESIDE] = {load, load - unloading_apart, load, load + unloading_apart};
+    for (int32_t k = 0; k < OC_BESIDE; ++k) {
+        p->loaded[k] = in_play(p->loaded[k] + crept(loads[k], friction[k], creep), p->wound, play->half_width);
+    }
 }
 
-/* Behind a wind-up of another width, or one that is unwound otherwise. */
-static float move_wound(oc_places *p, const oc_play *play, int32_t slope, float by_load) {
-    const int32_t winding = slope - (int32_t)OC_SLOPE_UNWINDING;
-    p->more[slope] = in_play(p->more[slope] + by_load, p->wound_more[winding], play->half_width);
-    p->less[slope] = in_play(p->less[slope] + by_load, p->wound_less[winding], play->half_width);
-    return p->less[slope] - p->more[slope];
+/* Behind a wind-up that is unwound otherwise, or one of another width. */
+static void move_unwound(oc_places *p, const oc_play *play, const oc_play_motion *by, float by_load) {
+    const around unwinds = around_of(play->unwinding, unwinding_apart, 0.0f);
+    const around winds = around_width(play->windup);
+    const float unwinding[OC_BESIDE] = {unwinds.more, play->unwinding, unwinds.less, play->unwinding};
+    const float windup[OC_BESIDE] = {play->windup, winds.more, play->windup, winds.less};
+    for (int32_t k = 0; k < OC_BESIDE; ++k) {
+        const float wound = wound_up(p->wound_beside[k], by, windup[k], unwinding[k]);
+        p->wound_beside[k] = wound;
+        p->unwound[k] = in_play(p->unwound[k] + by_load, wound, play->half_width);
+    }
 }
 
-void oc_places_move(oc_places *p, const oc_play *play, const oc_play_motion *by, float *differences) {
+float oc_places_move(oc_places *p, const oc_play *play, const oc_play_motion *by, float *sums) {
     const bool creeps = play->friction >= 0.0f;
-    const float load = by->load, friction = play->friction;
     const float creep = play->creep * by->step_s;
-    const float by_load = creeps ? crept(load, friction, creep) : 0.0f;
+    const float by_load = creeps ? crept(by->load, play->friction, creep) : 0.0f;
     p->wound = wound_up(p->wound, by, play->windup, play->unwinding);
     p->inner = in_play(p->inner + by_load, p->wound, play->half_width);
-    differences[OC_SLOPE_WIDTH] = move_widths(p, play, by_load);
+    move_played(p, play, by_load);
+    sums[OC_SLOPE_WIDTH] += p->played[3] - p->played[1];
     if (!creeps) {
-        return;
+        return 0.0f;
     }
-    differences[OC_SLOPE_UNLOADING] =
-        move_loaded(p, play, OC_SLOPE_UNLOADING, crept(load - unloading_apart, friction, creep),
-                    crept(load + unloading_apart, friction, creep));
-    const around rubs = around_of(friction, friction_apart, 0.0f);
-    differences[OC_SLOPE_FRICTION] =
-        move_loaded(p, play, OC_SLOPE_FRICTION, crept(load, rubs.more, creep), crept(load, rubs.less, creep));
-    differences[OC_SLOPE_CREEP] =
-        move_loaded(p, play, OC_SLOPE_CREEP, by_load * creep_factor, by_load * (1.0f / creep_factor));
-    const around unwinds = around_of(play->unwinding, unwinding_apart, 0.0f);
-    p->wound_more[0] = wound_up(p->wound_more[0], by, play->windup, unwinds.more);
-    p->wound_less[0] = wound_up(p->wound_less[0], by, play->windup, unwinds.less);
-    differences[OC_SLOPE_UNWINDING] = move_wound(p, play, OC_SLOPE_UNWINDING, by_load);
-    const around winds = around_width(play->windup);
-    p->wound_more[1] = wound_up(p->wound_more[1], by, winds.more, play->unwinding);
-    p->wound_less[1] = wound_up(p->wound_less[1], by, winds.less, play->unwinding);
-    differences[OC_SLOPE_WINDUP] = move_wound(p, play, OC_SLOPE_WINDUP, by_load);
+    move_loaded(p, play, by->load, creep);
+    move_unwound(p, play, by, by_load);
+    const float by_unloading = p->loaded[3] - p->loaded[1];
+    sums[OC_SLOPE_UNLOADING] += by_unloading;
+    sums[OC_SLOPE_CREEP] += p->played[2] - p->played[0];
+    sums[OC_SLOPE_FRICTION] += p->loaded[2] - p->loaded[0];
+    sums[OC_SLOPE_UNWINDING] += p->unwound[2] - p->unwound[0];
+    sums[OC_SLOPE_WINDUP] += p->unwound[3] - p->unwound[1];
+    return by_unloading;
 }
 
 static float apart_of(float value, float step, float least) {

@@ -43,13 +43,17 @@ typedef enum {
     OC_SLOPE_COUNT
 } oc_slope;
 
-enum { OC_WINDING_SLOPES = OC_SLOPE_COUNT - OC_SLOPE_UNWINDING };
+/* Of a pair of parameters: a little more of the first, of the second, a little less of the first, of the second. */
+enum { OC_BESIDE = 4 };
 
-/* Where the measured angle is behind the wind-up, and behind the play as well: rad, as the sensor would say it. */
+/* Where the measured angle is behind the wind-up, and behind the play as well: rad, as the sensor would say it. By
+ * pairs, since many a processor moves four at once. */
 typedef struct {
-    float wound, inner;                               /* at the play itself, and */
-    float more[OC_SLOPE_COUNT], less[OC_SLOPE_COUNT]; /* `inner` at a little more and less of each parameter */
-    float wound_more[OC_WINDING_SLOPES], wound_less[OC_WINDING_SLOPES]; /* which only these two parameters move */
+    float wound, inner;            /* at the play itself, and */
+    float played[OC_BESIDE];       /* `inner` beside creep and width, */
+    float loaded[OC_BESIDE];       /* beside friction and unloading, */
+    float unwound[OC_BESIDE];      /* beside unwinding and wind-up, which alone move */
+    float wound_beside[OC_BESIDE]; /* `wound` */
 } oc_places;
 
 /* What moves them at a sample. */
@@ -65,9 +69,9 @@ float oc_play_width_step(float half_width);
 /* m/s^2, side force on the front wheels, less what the accelerometer is off by and what the wind carries. */
 float oc_play_load(const oc_play *play, const oc_motion_sample *sample);
 
-/* Moves all places on. A difference is what `inner` loses, rad, from a little less to a little more of a parameter.
- * Where no side force moves the wheels only the width makes one, and the others are left as they are. */
-void oc_places_move(oc_places *places, const oc_play *play, const oc_play_motion *by, float *differences);
+/* Moves all places on, and adds to the sums what `inner` loses, rad, from a little less to a little more of each
+ * parameter; returns that of the unloading. Where no side force moves the wheels only the width makes one. */
+float oc_places_move(oc_places *places, const oc_play *play, const oc_play_motion *by, float *sums);
 
 /* How far a little more and less are apart, by which a sum of differences is one of slopes: whole widths in rad, m/s^2,
  * creep as a share, 1/s. */

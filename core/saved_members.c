@@ -238,7 +238,7 @@ static const oc_saved_member joint_tracking_members[] = {
     MEMBER(oc_joint_tracking, in_second, OC_SAVED_INT32, COUNTER),
     MEMBER(oc_joint_tracking, stands, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_joint_tracking, turned, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBERS(oc_joint_tracking, bank, lateral_acceleration, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_joint_tracking, yaw_rate, lateral_acceleration, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_joint_tracking, prior_due, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_joint_tracking, prior, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_joint_tracking, work.samples, OC_SAVED_INT32, WAITING),

@@ -47,7 +47,7 @@ static void nothing(oc_state *state, const oc_coefficients *coefficients, const 
 /* Through a pointer, so that both are calls. */
 typedef void (*stepper)(oc_state *, const oc_coefficients *, const oc_signals *, oc_output *);
 
-static uint32_t measured(stepper step, const oc_signals *tick, oc_output *output) {
+static inline uint32_t measured(stepper step, const oc_signals *tick, oc_output *output) {
     const uint32_t before = board_clock();
     step(&tail.state, &tail.coefficients, tick, output);
     return board_instructions(before, board_clock());

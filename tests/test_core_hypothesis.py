@@ -255,7 +255,7 @@ def test_what_was_learned_survives_an_ignition() -> None:
     lib.oc_hypothesis_restart(learner.h, 1.0)
     assert (learner.h.offset, learner.h.cost) == (offset, cost)
     places = learner.h.places
-    assert places.inner == places.more[0] == places.less[3] == places.wound_less[1] == 1.0
+    assert places.inner == places.played[0] == places.loaded[3] == places.unwound[1] == places.wound_beside[2] == 1.0
 
 
 def test_a_second_in_doubt_is_foretold_and_not_learned_from() -> None:

@@ -9,7 +9,9 @@ import time
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from oncenter import _core
@@ -25,6 +27,7 @@ from oncenter.fleet.trucks import Trucks
 
 LIMIT_DEG = 2.0  # some lane keeping systems call for calibration from there on
 _PAGE, _METRICS = "index.html", "metrics.json"
+_PAGE_MODULE = "oncenter.fleet.page"
 _WRITTEN = (_PAGE, _METRICS, *(f"{name}.parquet" for name in ("drives", "trucks", "changes")))
 
 
@@ -88,6 +91,8 @@ def run(
     try:
         with closing(Ledger(folder / LEDGER)) as ledger:
             found, to_do = ledger.plan(find_logs(logs), trucks)
+            # what the page needs loads for half a second: beside the first logs
+            Thread(target=import_module, args=(_PAGE_MODULE,), name="page-loads", daemon=True).start()
             progress = Progress(to_do)
             try:
                 for log, row in engine(work, ledger.to_do()):

@@ -12,7 +12,7 @@ import polars as pl
 
 from oncenter.errors import OncenterError
 from oncenter.read.frames import Column
-from oncenter.read.samples import Samples, median_rate
+from oncenter.read.samples import Samples, steps_of
 from oncenter.signals import SIGNALS
 
 SLOWEST_HZ, FASTEST_HZ = 20.0, 200.0
@@ -40,7 +40,7 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
     """
     rate = _tick_rate(chosen, log)
     if _share_steady_time(chosen):
-        notes += _backward_notes(chosen[0].time, log)
+        notes += _backward_notes(chosen[0], log)
         every = math.ceil(rate / FASTEST_HZ - 1e-3)
         if every > 1:
             notes.append(f"{rate:.4g} Hz is more than needed: every {every}. row is taken")
@@ -85,7 +85,8 @@ def refuse_time_out_of_range(candidates: Sequence[Samples], log: str) -> None:
         OncenterError: a stamp is beyond `LATEST_S`.
     """
     for samples in _first_of_each_time(candidates):
-        farthest = max(abs(float(samples.time.min())), abs(float(samples.time.max())))
+        first, last = _ends(samples)
+        farthest = max(abs(first), abs(last))
         if farthest > LATEST_S:
             raise OncenterError(
                 f"time of {samples.time_description} in {log} runs to {farthest:.3g} s: give its unit (s, ms, us, ns) "
@@ -93,6 +94,17 @@ def refuse_time_out_of_range(candidates: Sequence[Samples], log: str) -> None:
                 code="time_out_of_range",
                 needs=("time",),
             )
+
+
+def _ends(samples: Samples) -> tuple[float, float]:
+    """The earliest and the latest stamp."""
+    time = samples.time[[0, -1]] if _increases(samples) else samples.time
+    return float(time.min()), float(time.max())
+
+
+def _increases(samples: Samples) -> bool:
+    """Whether it is known that each stamp is later than the one before."""
+    return samples.steps is not None and samples.steps.least_s > 0
 
 
 def _first_of_each_time(given: Sequence[Samples]) -> list[Samples]:
@@ -104,6 +116,8 @@ def _first_of_each_time(given: Sequence[Samples]) -> list[Samples]:
 
 
 def _refuse_backward(samples: Samples, log: str) -> None:
+    if _increases(samples):
+        return
     steps = np.diff(samples.time)
     if not len(steps) or steps.min() > 0:
         return
@@ -123,18 +137,26 @@ def _share_steady_time(chosen: Sequence[Samples]) -> bool:
     time = chosen[0].time
     if not all(samples.time is time or np.array_equal(samples.time, time) for samples in chosen[1:]):
         return False
-    known = chosen[0].time_rate_hz
-    rate = median_rate(time) if known is None else known
-    if rate < SLOWEST_HZ:
+    steps = chosen[0].steps or steps_of(time)
+    if steps.rate_hz < SLOWEST_HZ:
         return False
-    steps = np.diff(time)
-    if not (steps.min() > 0 and steps.max() < 1.5 / rate):
-        steps = steps[(steps > 0) & (steps < 1.5 / rate)]
-    return not len(steps) or bool(max(abs(steps.min() * rate - 1), abs(steps.max() * rate - 1)) < STEADY_JITTER)
+    longest_s = 1.5 / steps.rate_hz
+    if steps.least_s > 0 and steps.greatest_s < longest_s:
+        return _is_steady(steps.least_s, steps.greatest_s, steps.rate_hz)
+    within = np.diff(time)
+    within = within[(within > 0) & (within < longest_s)]
+    return not len(within) or _is_steady(float(within.min()), float(within.max()), steps.rate_hz)
 
 
-def _backward_notes(time: Column, log: str) -> list[str]:
+def _is_steady(least_s: float, greatest_s: float, rate_hz: float) -> bool:
+    return max(abs(least_s * rate_hz - 1), abs(greatest_s * rate_hz - 1)) < STEADY_JITTER
+
+
+def _backward_notes(samples: Samples, log: str) -> list[str]:
     """Where time runs backward: a clock that was set back, or a part that is there twice. The core goes on after it."""
+    if _increases(samples):
+        return []
+    time = samples.time
     backward = np.flatnonzero(time[1:] < time[:-1])
     if not len(backward):
         return []
@@ -161,7 +183,7 @@ def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:
             needs=("time",),
         )
     notes.append(f"{samples.signal}: {dropped} samples of {samples.description} with repeated or earlier time left out")
-    return replace(samples, time=samples.time[later], values=samples.values[later], time_rate_hz=None)
+    return replace(samples, time=samples.time[later], values=samples.values[later], steps=None)
 
 
 def _resampled(chosen: Sequence[Samples], rate: float) -> pl.DataFrame:

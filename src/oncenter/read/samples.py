@@ -19,6 +19,16 @@ _SHARP, _SHARP_SHARE = 0.05, 0.3  # of the steps so many are so near the usual o
 
 
 @dataclass(frozen=True)
+class Steps:
+    """How stamps follow each other: their rate as `median_rate` has it, and the least and the greatest step; at least
+    two stamps."""
+
+    rate_hz: float
+    least_s: float
+    greatest_s: float
+
+
+@dataclass(frozen=True)
 class Samples:
     """A signal as one source has it.
 
@@ -31,7 +41,7 @@ class Samples:
         rank: place in the stated order of kinds, the first is taken.
         address: J1939 source address where there is one.
         labels: what `take` may call this source besides its description, in lower case.
-        time_rate_hz: rate of `time` where it is known, as by a table whose columns share their time.
+        steps: of `time` where they are known, as by a table whose columns share their time.
         of_frames: `time` are stamps of frames on a bus, which tremble.
         stamps: what `time` is from, for people, where not from the source itself: "column time_s".
         complete: whoever made it knows that no value is NaN.
@@ -45,7 +55,7 @@ class Samples:
     rank: int = 0
     address: int | None = None
     labels: tuple[str, ...] = ()
-    time_rate_hz: float | None = None
+    steps: Steps | None = None
     of_frames: bool = False
     stamps: str = ""
     complete: bool = False
@@ -69,7 +79,7 @@ class Samples:
         never = self.not_available == len(self.values)
         if self.not_available and not (never and self.of_frames):
             return rate_of(self.time[~np.isnan(self.values)])
-        return rate_of(self.time) if self.time_rate_hz is None else self.time_rate_hz
+        return rate_of(self.time) if self.steps is None else self.steps.rate_hz
 
     @property
     def rate_is_told(self) -> bool:
@@ -79,13 +89,17 @@ class Samples:
 
 def median_rate(time: Column) -> float:
     """Hz; from the steps near the median one, so that rounded stamps do not move it. 0 where there are none."""
+    return steps_of(time).rate_hz if len(time) > 1 else 0.0
+
+
+def steps_of(time: Column) -> Steps:
+    """Of at least two stamps, s."""
     with np.errstate(over="ignore"):  # damaged stamps are refused elsewhere
         steps = np.diff(time)
-    if len(steps) and not steps.min() > SHORTEST_STEP_S:
+    least, greatest = float(steps.min()), float(steps.max())
+    if not least > SHORTEST_STEP_S:
         steps = steps[steps > SHORTEST_STEP_S]
-    if not len(steps):
-        return 0.0
-    return _whole_where_near(_usual_rate(steps))
+    return Steps(_whole_where_near(_usual_rate(steps)) if len(steps) else 0.0, least, greatest)
 
 
 def nominal_rate(time: Column) -> float:
@@ -131,7 +145,8 @@ def _whole_where_near(rate: float) -> float:
 
 
 def _usual_rate(steps: Column) -> float:
-    usual = steps if np.ptp(steps) <= _USUAL * float(steps.min()) else _near_median(steps)
+    least = float(steps.min())
+    usual = steps if float(steps.max()) - least <= _USUAL * least else _near_median(steps)
     return 1.0 / float(np.mean(usual))
 
 

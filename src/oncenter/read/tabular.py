@@ -17,7 +17,7 @@ from oncenter.read.csv_text import (
     without_cut_off_row,
 )
 from oncenter.read.numbers import in_si, numbers
-from oncenter.read.samples import Samples, median_rate
+from oncenter.read.samples import Samples, steps_of
 from oncenter.read.time_column import seconds, time_column
 from oncenter.read.units import columns_that_would_do, factors, is_unit, named_unit, unit_by_suffix, unit_key
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
@@ -109,7 +109,7 @@ def _samples(
     time = time[stamped] if empty else time
     if len(time) < 2:
         raise OncenterError(f"{path.name} has {len(time)} rows with a time, at least 2 are needed", code="too_short")
-    rate_hz = median_rate(time)
+    steps = steps_of(time)
     given = []
     for column, signal, factor in wanted:
         values = numbers(path, frame[column])
@@ -129,7 +129,7 @@ def _samples(
                 f"column {column}",
                 rank,
                 labels=labels,
-                time_rate_hz=rate_hz,
+                steps=steps,
                 stamps=f"column {when}",
                 complete=complete,
             )

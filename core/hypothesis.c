@@ -25,6 +25,7 @@ static const float creep_step = 0.3f;                   /* share */
 static const float unwinding_step = 0.2f;               /* 1/s */
 static const float little_width = 2.0f * 0.017453292f;  /* rad */
 static const float least_variance = 1e-7f;              /* rad^2, of a second: what J1939's steps of the angle leave */
+static const float least_weight = 1e-3f;                /* s, that tell an offset which was moved, at the least */
 static const float newborn_handicap = 16.0f;            /* of cost: two wild seconds do not make it the best */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
@@ -301,7 +302,7 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
     /* what pull does to a truck that understeers a little at least, whatever bends and play are taken for */
     const float pulled = design->steering_ratio * larger(h->gradient, least_gradient);
     h->pulled_variance = pulled * pulled * (beyond < pull ? beyond : pull);
-    h->offset_variance = oc_hypothesis_noise(h) / larger(h->weight, 1.0f) +
+    h->offset_variance = oc_hypothesis_noise(h) / larger(h->weight, least_weight) +
                          solving->variances[OC_OF_OFFSET] +
                          pulled * pulled * beyond;
 }

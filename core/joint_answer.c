@@ -152,4 +152,5 @@ void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_est
     for (int32_t k = 0; k < joint->count; ++k) {
         oc_hypothesis_remounted(&joint->hypotheses[k], change->size, worth_s);
     }
+    joint->concluded = 0; /* no surer of the offset than of the change, though no second may end for long */
 }

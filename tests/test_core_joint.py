@@ -461,6 +461,25 @@ def test_a_method_that_cannot_learn_anew_keeps_a_sensor_that_sits_elsewhere_at_f
     assert not (off & (outputs["offset_status"][rests[0] :] == lib.OC_VALID)).any()
 
 
+def test_an_offset_that_was_moved_is_no_surer_than_the_move_though_the_truck_creeps_or_stands() -> None:
+    columns, truth = driven(CREEPING)
+    for speed in (0.0, 2.0):
+        core = core_for(truth)
+        core.run(columns)
+        before = core.answer()["offset"]
+        change = _core.ffi.new("oc_change *", {"kind": lib.OC_CHANGE_OFFSET, "size": 0.1, "size_sd": 2.0 * DEGREE})
+        estimate = _core.ffi.new("oc_estimate *", before)
+        lib.oc_joint_note_change(_core.ffi.addressof(core._state.evidence, "joint"), change, estimate, DURATION_S)
+        still = {name: np.full(3000, column[-1]) for name, column in columns.items()}
+        still |= {name: np.full(3000, speed) for name in still if "speed" in name}
+        still |= {"time_s": columns["time_s"][-1] + np.arange(1, 3001) / RATE_HZ, YAW_RATE: np.zeros(3000)}
+        core.run(still)
+        after = core.answer()["offset"]
+        assert after["value"] == pytest.approx(before["value"] + 0.1, abs=0.1 * DEGREE)
+        assert after["standard_deviation"] > 1.5 * DEGREE > 3.0 * before["standard_deviation"]
+        assert status(after) != "valid"
+
+
 def test_an_offset_that_has_just_jumped_is_not_valid_before_it_has_stayed() -> None:
     columns, truth = driven(duration_s=1500.0)
     core, ends = core_for(truth), [int(s * RATE_HZ) for s in (0, 1100, 1120, 1500)]

@@ -25,7 +25,7 @@ static const float creep_step = 0.3f;                   /* share */
 static const float unwinding_step = 0.2f;               /* 1/s */
 static const float little_width = 2.0f * 0.017453292f;  /* rad */
 static const float least_variance = 1e-7f;              /* rad^2, of a second: what J1939's steps of the angle leave */
-static const float least_weight = 1e-3f;                /* s, that tell an offset which was moved, at the least */
+static const float least_weight = 1e-6f;                /* s: less tells no more of an offset that was moved */
 static const float newborn_handicap = 16.0f;            /* of cost: two wild seconds do not make it the best */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,

@@ -112,7 +112,8 @@ void oc_hypothesis_start(oc_hypothesis *hypothesis, const oc_play *play, double 
  * else was learned stays. */
 void oc_hypothesis_restart(oc_hypothesis *hypothesis, double angle);
 
-/* Moves all operators on and, where the sample is usable, adds it to the second that fills. */
+/* Moves all operators on and, where the sample is usable, adds it to the second that fills; after one that is not, the
+ * next usable one begins a second. */
 void oc_hypothesis_sample(oc_hypothesis *hypothesis, const oc_hypothesis_design *design,
                           const oc_motion_sample *sample, bool begins_second);
 

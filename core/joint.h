@@ -138,7 +138,8 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
  * correction has not come to all hypotheses yet. */
 bool oc_joint_correct(oc_joint *joint, float rad_s);
 
-/* What the bank says is put down as what it was until the change, and the bank goes on with the other. */
+/* What the bank says is put down as what it was until the change, and the bank goes on with the other.
+ * Not while a hypothesis's equations are half solved: all conclude anew, from the first on. */
 void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_estimate *before, double time);
 
 /* s, how far back its evidence reaches: not far at first, when it was gathered far from where the hypotheses went. */

@@ -1,109 +1,33 @@
-"""The bank of hypotheses on simulated drives: what it finds, what it must not claim, and what it must live through.
+"""The bank of hypotheses on simulated drives: what it finds, what it must not claim, and what it must live through."""
 
-Drives are the thesis's of 15 minutes with other trucks, sensors and roads, on the seeds that methods are tuned on.
-"""
-
-import functools
 import itertools
 import math
-import tempfile
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
+from joint_drives import (
+    ANGLE,
+    CREEPING,
+    DEGREE,
+    DURATION_S,
+    MIRRORED,
+    RATE_HZ,
+    RUBBING,
+    TIGHT,
+    YAW_RATE,
+    accelerometer_bias,
+    answer_of,
+    core_for,
+    driven,
+    holds,
+    numbers,
+    ran,
+    state_of,
+    status,
+)
 from oncenter._native import lib
 
 from oncenter import _core
-from oncenter.simulate import Truth, simulate
-
-Array = npt.NDArray[np.float64]
-Columns = dict[str, Array]
-
-DEGREE = math.pi / 180.0
-RATE_HZ = 100.0
-DURATION_S = 900.0
-ANGLE, YAW_RATE = "steering_wheel_angle_rad", "yaw_rate_rad_s"
-MIRRORED = (ANGLE, YAW_RATE, "lateral_acceleration_m_s2")
-HYPOTHESES = lib.OC_JOINT_HYPOTHESES
-
-CREEPING = "[steering]\nbacklash_deg = 8.0\n"
-RUBBING = "[steering]\nbacklash_deg = 8.0\nking_pin_friction_n_m = 300.0\n"
-TIGHT = "[steering]\nbacklash_deg = 0.0\n"
-LIFTED = 'base = "lift_axle"\n[truck]\nlift_axle_up_s = [[450.0, 900.0]]\n'
-
-
-def accelerometer_bias(m_s2: float) -> str:
-    return f"[sensors.lateral_acceleration]\nbias_m_s2 = {m_s2}\n"
-
-
-@functools.cache
-def driven(tables: str = "", seed: int = 1, duration_s: float = DURATION_S) -> tuple[Columns, Truth]:
-    """`tables` of TOML over the thesis drive, or over the base that they name."""
-    base = "" if tables.startswith("base") else 'base = "thesis_drive"\n'
-    first, bracket, rest = tables.partition("[")
-    text = f'about = "A drive of the tests."\n{base}{first}[drive]\nduration_s = {duration_s}\n{bracket}{rest}'
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "drive.toml"
-        file.write_text(text, encoding="utf-8")
-        signals, truth = simulate(file, seed)
-    columns = {name: signals.table[name].to_numpy() for name in _core.COLUMNS if name in signals.table.columns}
-    return columns, truth
-
-
-def core_for(
-    truth: Truth,
-    *,
-    rate_hz: float = RATE_HZ,
-    traffic_side: float = 1.0,
-    method: str = "joint",
-    angle_method: str = "none",
-    params: dict[str, float] | None = None,
-) -> _core.Core:
-    return _core.Core(
-        truth.equivalent_wheelbase_m,
-        truth.steering_ratio,
-        params or {},
-        rate_hz,
-        track_width_front_m=2.05,
-        track_width_rear_m=1.83,
-        traffic_side=traffic_side,
-        method=method,
-        angle_method=angle_method,
-    )
-
-
-def ran(columns: Columns, core: _core.Core) -> npt.NDArray[np.void]:
-    outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
-    core.run(columns, outputs)
-    return outputs
-
-
-def answer_of(columns: Columns, truth: Truth, **kind: Any) -> dict[str, Any]:
-    core = core_for(truth, **kind)
-    core.run(columns)
-    return core.answer()
-
-
-def status(estimate: dict[str, Any]) -> str:
-    return _core.STATUSES[estimate["status"]]
-
-
-def holds(estimate: dict[str, Any], truth: float) -> bool:
-    return bool(abs(estimate["value"] - truth) <= 1.96 * estimate["standard_deviation"])
-
-
-def state_of(core: _core.Core) -> Any:
-    return core.state()
-
-
-def numbers(values: Any) -> list[float]:
-    """All of a struct as one flat list."""
-    if isinstance(values, np.void):
-        return [number for name in values.dtype.names for number in numbers(values[name])]
-    return [number for value in values for number in numbers(value)] if np.ndim(values) else [float(values)]
-
 
 # What it finds
 
@@ -400,111 +324,3 @@ def test_what_was_seen_before_a_hypothesis_began_is_marked_as_long_as_seconds_ca
         newest = min(joint.hypotheses[0 : joint.count], key=lambda h: h.age)
         assert newest.age < 350.0
         assert (newest.left_before > 100.0, newest.right_before > 10.0) == (marks, marks)
-
-
-# What changes in a drive
-
-
-@pytest.mark.parametrize("step", [5.0, -3.0])
-def test_a_remounted_sensor_is_found_within_a_minute_with_its_size_and_time(step: float) -> None:
-    """On drives whose play is found by then, which takes more than the ten minutes on some."""
-    for seed in (1, 2, 5):
-        columns, truth = driven(CREEPING, seed)
-        moved = columns | {ANGLE: columns[ANGLE] + np.where(columns["time_s"] > 600.0, step * DEGREE, 0.0)}
-        core = core_for(truth)
-        outputs = ran(moved, core)
-        found = core.answer()
-        change = found["changed"][0]
-        assert (found["changes"], change["change"]["kind"]) == (1, lib.OC_CHANGE_OFFSET)
-        assert change["before"] == pytest.approx(truth.offset_rad, abs=0.3 * DEGREE)
-        assert change["change"]["size"] == pytest.approx(step * DEGREE, abs=0.5 * DEGREE)
-        assert change["time"] == pytest.approx(600.0, abs=20.0)
-        assert np.abs(outputs["offset"] - truth.offset_rad)[59_000:60_100].max() < 0.3 * DEGREE
-        late = outputs["offset"][66_500:] - truth.offset_rad
-        assert np.abs(late - step * DEGREE).max() < 1.0 * DEGREE
-        assert late[-1] == pytest.approx(step * DEGREE, abs=0.4 * DEGREE)
-        assert holds(found["offset"], truth.offset_rad + step * DEGREE)
-
-
-def test_nothing_is_found_where_nothing_changed() -> None:
-    for seed in range(1, 21):
-        assert answer_of(*driven(CREEPING if seed % 2 else "", seed))["changes"] == 0, f"seed {seed}"
-
-
-def test_a_sender_that_takes_ten_degrees_out_by_itself_is_learned_anew_where_it_rests() -> None:
-    """Within two minutes: as a rule a drift, until it has rested for five minutes."""
-    step, told = -10.0 * DEGREE, 0
-    for seed in range(1, 7):
-        columns, truth = driven(CREEPING, seed, 1500.0)
-        taken_out = step * np.clip((columns["time_s"] - 500.0) / 120.0, 0.0, 1.0)
-        core = core_for(truth, angle_method="observer")
-        faults = ran(columns | {ANGLE: columns[ANGLE] + taken_out}, core)["fault"]
-        found = core.answer()
-        assert set(faults[:50_000]) == set(faults[-5_000:]) == {lib.OC_FAULT_NONE}
-        assert holds(found["offset"], truth.offset_rad + step)
-        assert found["offset"]["value"] == pytest.approx(truth.offset_rad + step, abs=0.4 * DEGREE)
-        assert found["changes"] <= 1
-        size = found["changed"][0]["change"]["size"]
-        told += set(faults[70_000:90_000]) == {lib.OC_FAULT_DRIFTING} and abs(size - step) < 1.0 * DEGREE
-    assert told >= 4
-
-
-def test_a_method_that_cannot_learn_anew_keeps_a_sensor_that_sits_elsewhere_at_fault() -> None:
-    columns, truth = driven("", 1, 1800.0)
-    moved = 25.0 * DEGREE * np.clip((columns["time_s"] - 600.0) / 40.0, 0.0, 1.0)
-    core = core_for(truth, method="thesis", angle_method="observer")
-    outputs = ran(columns | {ANGLE: columns[ANGLE] + moved}, core)
-    rests = np.flatnonzero(outputs["fault"] == lib.OC_FAULT_REMOUNTED)
-    assert len(rests) and core.answer()["changes"] == 0
-    off = np.abs(outputs["offset"] - truth.offset_rad - moved)[rests[0] :] > 5.0 * DEGREE
-    assert off[:6_000].all()
-    assert not (off & (outputs["offset_status"][rests[0] :] == lib.OC_VALID)).any()
-
-
-def test_an_offset_that_was_moved_is_no_surer_than_the_move_though_the_truck_creeps_or_stands() -> None:
-    columns, truth = driven(CREEPING)
-    for speed in (0.0, 2.0):
-        core = core_for(truth)
-        core.run(columns)
-        before = core.answer()["offset"]
-        change = _core.ffi.new("oc_change *", {"kind": lib.OC_CHANGE_OFFSET, "size": 0.1, "size_sd": 2.0 * DEGREE})
-        estimate = _core.ffi.new("oc_estimate *", before)
-        lib.oc_joint_note_change(_core.ffi.addressof(core._state.evidence, "joint"), change, estimate, DURATION_S)
-        still = {name: np.full(3000, column[-1]) for name, column in columns.items()}
-        still |= {name: np.full(3000, speed) for name in still if "speed" in name}
-        still |= {"time_s": columns["time_s"][-1] + np.arange(1, 3001) / RATE_HZ, YAW_RATE: np.zeros(3000)}
-        core.run(still)
-        after = core.answer()["offset"]
-        assert after["value"] == pytest.approx(before["value"] + 0.1, abs=0.1 * DEGREE)
-        assert after["standard_deviation"] > 1.5 * DEGREE > 3.0 * before["standard_deviation"]
-        assert status(after) != "valid"
-
-
-def test_an_offset_that_has_just_jumped_is_not_valid_before_it_has_stayed() -> None:
-    columns, truth = driven(duration_s=1500.0)
-    core, ends = core_for(truth), [int(s * RATE_HZ) for s in (0, 1100, 1120, 1500)]
-    told = []
-    for begin, end in itertools.pairwise(ends):
-        core.run({name: column[begin:end] for name, column in columns.items()})
-        told.append(status(core.answer()["offset"]))
-        if begin == 0:
-            core._state.evidence.verdicts.lately -= 1.0 * DEGREE
-    assert told == ["valid", "converging", "valid"]
-
-
-def test_a_lifted_axle_is_told_as_another_load_as_often_as_not_and_rarely_as_another_offset() -> None:
-    """Where bends are few it comes too slowly; what gradient and wheelbase learn anew takes the offset along."""
-    told, held = [], []
-    for seed in range(1, 11):
-        columns, truth = driven(LIFTED, seed)
-        core = core_for(truth)
-        outputs = ran(columns, core)
-        found = core.answer()
-        told += [(change["change"]["kind"], change["time"]) for change in found["changed"][: found["changes"]]]
-        assert np.abs(outputs["offset"] - truth.offset_rad)[46_000:].max() < 1.6 * DEGREE
-        held.append(holds(found["offset"], truth.offset_rad))
-    assert sum(held) >= 9
-    as_load = [time for kind, time in told if kind == lib.OC_CHANGE_BENDS]
-    assert len(as_load) >= 5
-    assert as_load == pytest.approx([450.0] * len(as_load), abs=40.0)
-    assert len(told) - len(as_load) <= 1

@@ -7,72 +7,25 @@ import json
 import os
 import re
 import shutil
-import socket
 import sqlite3
 import subprocess
 import sys
-import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import polars as pl
 import pytest
-from drive_frames import Frame, candump, drive, identifier
-from test_estimate import steady_drive
+from two_trucks import DAY_S, MONDAY_S, VIN, tables
 
 import oncenter as oc
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
-from oncenter.fleet import engines, query, run
-from oncenter.fleet.drive import Work, when
-from oncenter.fleet.engines import on_ray
-from oncenter.fleet.files import LogFile
+from oncenter.fleet import query, run
 from oncenter.fleet.pictures import ranking
 from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS
 from oncenter.fleet.truck_data import script_name
-from oncenter.fleet.trucks import Truck, Trucks
-from oncenter.read.identity import start_of, vin_of
 
 ROOT = Path(__file__).parents[1]
-VIN = "YS2R4X20001234567"
-DAY_S = 86400.0
-MONDAY_S = 1_772_434_800.0  # 2026-03-02, 7:00 UTC
-TABLES = ("drives", "trucks", "changes")
-OFFSETS_DEG = {VIN: (0.3, 0.3, 0.3, 4.3, 4.3, 4.3), "depot-7": (-0.4,) * 6}
-
-
-@pytest.fixture(scope="module")
-def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two trucks, six drives each: a VIN that a model's file describes, remounted by 4 deg, and a folder's name."""
-    root = tmp_path_factory.mktemp("fleet")
-    (root / "vehicles").mkdir()
-    for stem in ("YS2R4X2", "depot-7"):
-        text = "wheelbase_m = 3.7\nsteering_ratio = 19.3\ntrack_width_rear_m = 1.83\n"
-        (root / "vehicles" / f"{stem}.toml").write_text(text)
-    for truck, offsets in OFFSETS_DEG.items():
-        (root / "logs" / truck).mkdir(parents=True)
-        for day, offset in enumerate(offsets):
-            table = steady_drive(offset_deg=offset, start_s=MONDAY_S + day * DAY_S).table
-            noise = np.random.default_rng(day).normal(0.0, 0.003, table.height)
-            table = table.with_columns(pl.col("steering_wheel_angle_rad") + noise)
-            table.write_parquet(root / "logs" / truck / f"day{5 - day}.parquet")  # names are not in order of time
-    return root
-
-
-@pytest.fixture(scope="module")
-def undisturbed(fleet: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    output = tmp_path_factory.mktemp("undisturbed")
-    run([str(fleet / "logs")], fleet / "vehicles", output)
-    return output
-
-
-def tables(output: Path) -> dict[str, bytes]:
-    """All that must not depend on how a run went."""
-    names = [f"{name}.parquet" for name in TABLES] + sorted(f"trucks/{p.name}" for p in (output / "trucks").iterdir())
-    return {name: (output / name).read_bytes() for name in names}
 
 
 def test_a_remounted_sensor_is_found_dated_and_ranked_first(undisturbed: Path) -> None:
@@ -226,181 +179,6 @@ def test_two_runs_do_not_write_one_folder_at_once(fleet: Path, tmp_path: Path) -
         return iter(())
 
     run([str(fleet / "logs")], fleet / "vehicles", tmp_path, engine=engine)  # type: ignore[arg-type]
-
-
-def test_ray_gives_the_bytes_that_threads_give(
-    fleet: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
-    if "libasan" in os.environ.get("LD_PRELOAD", ""):
-        pytest.skip("Ray's own processes do not always begin under the sanitizers; what they call is tested in threads")
-    monkeypatch.setattr(engines, "_LOGS_WHILE_RAY_BEGINS", 3)  # the others are Ray's
-    here = []
-    answer = Work.__call__
-
-    def noted(self: Work, log: LogFile) -> dict[str, Any]:
-        here.append(log)
-        return answer(self, log)
-
-    monkeypatch.setattr(Work, "__call__", noted)
-    summary = run([str(fleet / "logs")], fleet / "vehicles", tmp_path, engine=on_ray(None, workers=2))
-    assert 0 < len(here) <= 3 < summary.logs_found
-    assert tables(tmp_path) == tables(undisturbed)
-
-
-def test_what_was_answered_is_kept_where_ray_does_not_begin(monkeypatch: pytest.MonkeyPatch) -> None:
-    ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
-    logs = [LogFile(f"{k}.csv", "", 0, 0.0) for k in range(20)]
-    done = threading.Event()
-
-    def work(log: LogFile) -> dict[str, Any]:
-        if log == logs[-1]:
-            done.set()
-        return {"answered": log.uri}
-
-    def init(*_: object, **__: object) -> None:
-        done.wait(10.0)
-        raise Exception("The current node timed out")  # of Ray, word for word
-
-    monkeypatch.setattr(ray, "init", init)
-    rows = {}
-    with pytest.raises(OncenterError, match="Ray did not begin on this machine: The current node timed out"):
-        for log, row in on_ray(None)(work, logs):
-            rows[log] = row
-    assert rows == {log: {"answered": log.uri} for log in logs}
-
-
-def test_ray_ends_also_with_a_run_that_fails_before_its_first_task(monkeypatch: pytest.MonkeyPatch) -> None:
-    ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
-    answered, ended = threading.Event(), threading.Event()
-
-    def work(_: LogFile) -> dict[str, Any]:
-        answered.set()
-        return {}
-
-    monkeypatch.setattr(ray, "init", lambda **_: answered.wait(10.0))
-    monkeypatch.setattr(ray, "is_initialized", lambda: not ended.is_set())
-    monkeypatch.setattr(ray, "shutdown", ended.set)
-    rows = on_ray(None)(work, [LogFile("0.csv", "", 0, 0.0)])
-    next(iter(rows))
-    del rows  # as a full disk does it
-    assert ended.wait(10.0)
-
-
-def test_a_ray_cluster_that_does_not_answer_is_named_at_once() -> None:
-    pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
-    for address in (f"127.0.0.1:{port}", f"ray://127.0.0.1:{port}"):
-        with pytest.raises(OncenterError, match=f"no Ray cluster at {address}: .*refused"):
-            list(on_ray(address)(lambda _: {}, [LogFile("a night's only log", "", 0, 0.0)]))
-
-
-@contextlib.contextmanager
-def s3_server() -> Iterator[str]:
-    """Its address; a process of its own, since pyarrow waits for it without letting others run."""
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        port = found.getsockname()[1]
-    server = subprocess.Popen(
-        [sys.executable, "-m", "moto.server", "-H", "127.0.0.1", "-p", str(port)],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        for _ in range(200):
-            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 0.1):
-                break
-            time.sleep(0.05)
-        yield f"127.0.0.1:{port}"
-    finally:
-        server.terminate()
-        server.wait()
-
-
-def test_logs_in_an_s3_bucket_give_the_answers_that_they_give_on_disk(
-    fleet: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("moto", reason="moto is not installed: pip install 'oncenter[dev]'")
-    from pyarrow.fs import LocalFileSystem, S3FileSystem, copy_files
-
-    monkeypatch.setenv("AWS_ACCESS_KEY_ID", "any")
-    monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "any")
-    monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
-    with s3_server() as address:
-        store = S3FileSystem(endpoint_override=address, scheme="http", allow_bucket_creation=True)
-        store.create_dir("nightly")
-        copy_files(str(fleet / "logs"), "nightly/logs", LocalFileSystem(), store)
-        place = f"s3://nightly/logs?scheme=http&endpoint_override={address}"
-        summary = run([place], fleet / "vehicles", tmp_path)
-        again = run([place], fleet / "vehicles", tmp_path)
-        with pytest.raises(OncenterError, match="no such bucket") as refusal:
-            run([place.replace("nightly", "weekly")], fleet / "vehicles", tmp_path)
-    assert refusal.value.exit_code == 2
-    assert (summary.logs_answered, summary.logs_refused, again.logs_answered) == (12, 0, 0)
-    ours, theirs = (pl.read_parquet(folder / "drives.parquet").drop("log") for folder in (tmp_path, undisturbed))
-    assert ours.equals(theirs)
-    assert "s3://nightly/logs/depot-7/day0.parquet" in pl.read_parquet(tmp_path / "drives.parquet")["log"].to_list()
-
-
-# -- which truck, and when
-
-
-def test_a_truck_is_named_by_the_nearest_part_of_the_path_that_a_vehicle_file_describes(fleet: Path) -> None:
-    trucks = Trucks(fleet / "vehicles")
-    model = "YS2R4X2"
-    for path, truck in {
-        f"/logs/depot-7/{VIN}/day.mf4": Truck(VIN, model),
-        f"s3://bucket/{VIN}_2026-03-02.log": Truck(VIN, model),
-        "/logs/depot-7_monday.blf": Truck("depot-7", "depot-7"),
-        "/logs/depot-7.mf4.parquet": Truck("depot-7", "depot-7"),
-        "/logs/depot-70/day.mf4": None,
-        "/logs/YS2R4X2000123456/day.mf4": None,  # a digit too few
-    }.items():
-        assert trucks.by_path(path) == truck, path
-
-
-def test_a_vin_is_read_from_packets_among_other_senders_packets(tmp_path: Path) -> None:
-    def packets(text: bytes, address: int, pgn: int) -> list[Frame]:
-        count = -(-len(text) // 7)
-        announcement = bytes([0x20, *len(text).to_bytes(2, "little"), count, 0xFF, *pgn.to_bytes(3, "little")])
-        parts = [bytes([k + 1]) + text[7 * k : 7 * k + 7].ljust(7, b"\xff") for k in range(count)]
-        begin = [Frame(1.7e9, identifier(0xECFF, address), announcement)]
-        return begin + [Frame(1.7e9, identifier(0xEBFF, address), part) for part in parts]
-
-    vin = packets(f"{VIN}*".encode(), 0x00, 65260)
-    other = packets(b"SOFTWARE 1.0*PART 7*", 0x0B, 65242)
-    mixed = [frame for pair in zip(vin, other, strict=True) for frame in pair]
-    log = tmp_path / "drive.log"
-    log.write_text(candump(drive(0.1) + mixed))
-    assert vin_of(log) == VIN
-    log.write_text(candump(drive(0.1) + [frame for frame in mixed if frame is not vin[2]]))
-    assert vin_of(log) is None
-
-
-def test_a_table_tells_its_vin_and_its_begin_in_metadata_or_a_column(tmp_path: Path) -> None:
-    table = pl.DataFrame({"time_s": [0.0, 0.01]})
-    by_metadata, by_column, silent = (tmp_path / f"{name}.parquet" for name in ("metadata", "column", "silent"))
-    table.write_parquet(by_metadata, metadata={"vin": VIN, "start_time": "2026-03-02T08:00:00+01:00"})
-    table.with_columns(vin=pl.lit(VIN), start_time=pl.lit("2026-03-02 07:00:00")).write_parquet(by_column)
-    table.write_parquet(silent)
-    table.with_columns(vin=pl.lit(VIN), start_time=MONDAY_S).write_csv(tmp_path / "column.csv")
-    for log in (by_metadata, by_column, tmp_path / "column.csv"):
-        assert (vin_of(log), start_of(log)) == (VIN, MONDAY_S), log
-    assert (vin_of(silent), start_of(silent)) == (None, None)
-
-
-def test_a_drive_begins_when_its_stamps_its_metadata_its_name_or_its_file_say(tmp_path: Path) -> None:
-    path = tmp_path / "drive.parquet"
-    since_start, dated = steady_drive(minutes=1.0), steady_drive(minutes=1.0, start_s=MONDAY_S)
-    since_start.table.write_parquet(path)
-    named = LogFile("s3://fleet/2026-03-02T07-00-00/drive.parquet", "", 1, 5.0e8)
-    unnamed = LogFile("/logs/drive.parquet", "", 1, 5.0e8)
-    assert when(unnamed, path, dated) == {"start": MONDAY_S, "start_source": "log"}
-    assert when(named, path, since_start) == {"start": MONDAY_S, "start_source": "name"}
-    assert when(unnamed, path, since_start)["start"] == pytest.approx(5.0e8 - 60.0, abs=0.1)
-    since_start.table.write_parquet(path, metadata={"start_time": "2026-03-01T07:00:00Z"})
-    assert when(named, path, since_start) == {"start": MONDAY_S - DAY_S, "start_source": "metadata"}
 
 
 # -- over time

@@ -55,6 +55,12 @@ def test_noise_under_any_name_is_refused(tmp_path: Path, suffix: str) -> None:
     assert f"drive{suffix}" in str(error)
 
 
+def test_stamps_so_far_apart_that_their_step_is_no_number_are_out_of_range(tmp_path: Path) -> None:
+    head, first, second = CSV.splitlines(keepends=True)[:3]
+    error = refusal_of(tmp_path, "drive.csv", head + "-1e308" + first[first.index(",") :] + "1e308" + second[4:])
+    assert error.code == "time_out_of_range"
+
+
 def test_a_path_that_is_not_there_and_one_that_is_a_directory(tmp_path: Path) -> None:
     assert "No such file" in str(refusal(tmp_path / "drive.log"))
     (tmp_path / "folder.log").mkdir()

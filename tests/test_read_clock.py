@@ -35,6 +35,11 @@ def test_one_steady_time_passes_through_untouched() -> None:
     assert np.array_equal(table["vehicle_speed_m_s"], speed)
 
 
+def test_a_single_sample_of_everything_is_one_tick() -> None:
+    table, _ = one_tick(samples("yaw_rate", np.zeros(1), np.ones(1)), samples("vehicle_speed", np.zeros(1), np.ones(1)))
+    assert table["time_s"].tolist() == [0.0]
+
+
 def test_repeated_and_backward_stamps_of_a_steady_table_are_left_for_the_core_to_count() -> None:
     time = np.arange(500) * 0.01
     time[100] = time[99]

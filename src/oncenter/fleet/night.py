@@ -7,7 +7,7 @@ import os
 import sqlite3
 import time
 from collections.abc import Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
@@ -92,7 +92,7 @@ def run(
         with closing(Ledger(folder / LEDGER)) as ledger:
             found, to_do = ledger.plan(find_logs(logs), trucks)
             # what the page needs loads for half a second: beside the first logs
-            Thread(target=import_module, args=(_PAGE_MODULE,), name="page-loads", daemon=True).start()
+            Thread(target=_load, args=(_PAGE_MODULE,), name="page-loads", daemon=True).start()
             progress = Progress(to_do)
             try:
                 for log, row in engine(work, ledger.to_do()):
@@ -123,6 +123,12 @@ def run(
     )
     _put(folder / _METRICS, json.dumps(asdict(summary), indent=1, ensure_ascii=False) + "\n")
     return summary
+
+
+def _load(module: str) -> None:
+    """Whoever needs it hears what is wrong with it."""
+    with suppress(Exception):
+        import_module(module)
 
 
 def _check_nobody_elses(folder: Path) -> None:

@@ -137,6 +137,8 @@ def _share_steady_time(chosen: Sequence[Samples]) -> bool:
     time = chosen[0].time
     if not all(samples.time is time or np.array_equal(samples.time, time) for samples in chosen[1:]):
         return False
+    if len(time) < 2:
+        return False
     steps = chosen[0].steps or steps_of(time)
     if steps.rate_hz < SLOWEST_HZ:
         return False

@@ -97,8 +97,8 @@ def steps_of(time: Column) -> Steps:
     with np.errstate(over="ignore"):  # damaged stamps are refused elsewhere
         steps = np.diff(time)
     least, greatest = float(steps.min()), float(steps.max())
-    if not least > SHORTEST_STEP_S:
-        steps = steps[steps > SHORTEST_STEP_S]
+    if not (least > SHORTEST_STEP_S and greatest < np.inf):
+        steps = steps[(steps > SHORTEST_STEP_S) & (steps < np.inf)]
     return Steps(_whole_where_near(_usual_rate(steps)) if len(steps) else 0.0, least, greatest)
 
 

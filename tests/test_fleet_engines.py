@@ -1,0 +1,139 @@
+"""Wherever logs lie, and whoever does the work, a night ends with the same bytes."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+import pytest
+from two_trucks import tables
+
+from oncenter.errors import OncenterError
+from oncenter.fleet import engines, run
+from oncenter.fleet.drive import Work
+from oncenter.fleet.engines import on_ray
+from oncenter.fleet.files import LogFile
+
+
+def test_ray_gives_the_bytes_that_threads_give(
+    fleet: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    if "libasan" in os.environ.get("LD_PRELOAD", ""):
+        pytest.skip("Ray's own processes do not always begin under the sanitizers; what they call is tested in threads")
+    monkeypatch.setattr(engines, "_LOGS_WHILE_RAY_BEGINS", 3)  # the others are Ray's
+    here = []
+    answer = Work.__call__
+
+    def noted(self: Work, log: LogFile) -> dict[str, Any]:
+        here.append(log)
+        return answer(self, log)
+
+    monkeypatch.setattr(Work, "__call__", noted)
+    summary = run([str(fleet / "logs")], fleet / "vehicles", tmp_path, engine=on_ray(None, workers=2))
+    assert 0 < len(here) <= 3 < summary.logs_found
+    assert tables(tmp_path) == tables(undisturbed)
+
+
+def test_what_was_answered_is_kept_where_ray_does_not_begin(monkeypatch: pytest.MonkeyPatch) -> None:
+    ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    logs = [LogFile(f"{k}.csv", "", 0, 0.0) for k in range(20)]
+    done = threading.Event()
+
+    def work(log: LogFile) -> dict[str, Any]:
+        if log == logs[-1]:
+            done.set()
+        return {"answered": log.uri}
+
+    def init(*_: object, **__: object) -> None:
+        done.wait(10.0)
+        raise Exception("The current node timed out")  # of Ray, word for word
+
+    monkeypatch.setattr(ray, "init", init)
+    rows = {}
+    with pytest.raises(OncenterError, match="Ray did not begin on this machine: The current node timed out"):
+        for log, row in on_ray(None)(work, logs):
+            rows[log] = row
+    assert rows == {log: {"answered": log.uri} for log in logs}
+
+
+def test_ray_ends_also_with_a_run_that_fails_before_its_first_task(monkeypatch: pytest.MonkeyPatch) -> None:
+    ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    answered, ended = threading.Event(), threading.Event()
+
+    def work(_: LogFile) -> dict[str, Any]:
+        answered.set()
+        return {}
+
+    monkeypatch.setattr(ray, "init", lambda **_: answered.wait(10.0))
+    monkeypatch.setattr(ray, "is_initialized", lambda: not ended.is_set())
+    monkeypatch.setattr(ray, "shutdown", ended.set)
+    rows = on_ray(None)(work, [LogFile("0.csv", "", 0, 0.0)])
+    next(iter(rows))
+    del rows  # as a full disk does it
+    assert ended.wait(10.0)
+
+
+def test_a_ray_cluster_that_does_not_answer_is_named_at_once() -> None:
+    pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    for address in (f"127.0.0.1:{port}", f"ray://127.0.0.1:{port}"):
+        with pytest.raises(OncenterError, match=f"no Ray cluster at {address}: .*refused"):
+            list(on_ray(address)(lambda _: {}, [LogFile("a night's only log", "", 0, 0.0)]))
+
+
+@contextlib.contextmanager
+def s3_server() -> Iterator[str]:
+    """Its address; a process of its own, since pyarrow waits for it without letting others run."""
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        port = found.getsockname()[1]
+    server = subprocess.Popen(
+        [sys.executable, "-m", "moto.server", "-H", "127.0.0.1", "-p", str(port)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        for _ in range(200):
+            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 0.1):
+                break
+            time.sleep(0.05)
+        yield f"127.0.0.1:{port}"
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def test_logs_in_an_s3_bucket_give_the_answers_that_they_give_on_disk(
+    fleet: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("moto", reason="moto is not installed: pip install 'oncenter[dev]'")
+    from pyarrow.fs import LocalFileSystem, S3FileSystem, copy_files
+
+    monkeypatch.setenv("AWS_ACCESS_KEY_ID", "any")
+    monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "any")
+    monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
+    with s3_server() as address:
+        store = S3FileSystem(endpoint_override=address, scheme="http", allow_bucket_creation=True)
+        store.create_dir("nightly")
+        copy_files(str(fleet / "logs"), "nightly/logs", LocalFileSystem(), store)
+        place = f"s3://nightly/logs?scheme=http&endpoint_override={address}"
+        summary = run([place], fleet / "vehicles", tmp_path)
+        again = run([place], fleet / "vehicles", tmp_path)
+        with pytest.raises(OncenterError, match="no such bucket") as refusal:
+            run([place.replace("nightly", "weekly")], fleet / "vehicles", tmp_path)
+    assert refusal.value.exit_code == 2
+    assert (summary.logs_answered, summary.logs_refused, again.logs_answered) == (12, 0, 0)
+    ours, theirs = (pl.read_parquet(folder / "drives.parquet").drop("log") for folder in (tmp_path, undisturbed))
+    assert ours.equals(theirs)
+    assert "s3://nightly/logs/depot-7/day0.parquet" in pl.read_parquet(tmp_path / "drives.parquet")["log"].to_list()

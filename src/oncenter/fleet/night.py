@@ -27,7 +27,6 @@ from oncenter.fleet.trucks import Trucks
 
 LIMIT_DEG = 2.0  # some lane keeping systems call for calibration from there on
 _PAGE, _METRICS = "index.html", "metrics.json"
-_PAGE_MODULE = "oncenter.fleet.page"
 _WRITTEN = (_PAGE, _METRICS, *(f"{name}.parquet" for name in ("drives", "trucks", "changes")))
 
 
@@ -92,7 +91,7 @@ def run(
         with closing(Ledger(folder / LEDGER)) as ledger:
             found, to_do = ledger.plan(find_logs(logs), trucks)
             # what the page needs loads for half a second: beside the first logs
-            Thread(target=_load, args=(_PAGE_MODULE,), name="page-loads", daemon=True).start()
+            Thread(target=_load_page, name="page-loads", daemon=True).start()
             progress = Progress(to_do)
             try:
                 for log, row in engine(work, ledger.to_do()):
@@ -125,10 +124,10 @@ def run(
     return summary
 
 
-def _load(module: str) -> None:
-    """Whoever needs it hears what is wrong with it."""
+def _load_page() -> None:
+    """Who writes the page hears what is wrong with it."""
     with suppress(Exception):
-        import_module(module)
+        import_module("oncenter.fleet.page")
 
 
 def _check_nobody_elses(folder: Path) -> None:

@@ -26,6 +26,7 @@ static const float unwinding_step = 0.2f;               /* 1/s */
 static const float little_width = 2.0f * 0.017453292f;  /* rad */
 static const float least_variance = 1e-7f;              /* rad^2, of a second: what J1939's steps of the angle leave */
 static const float least_weight = 1e-6f;                /* s: less tells no more of an offset that was moved */
+static const float smoothed = 0.71f; /* of white noise in a second, by 0.3 s: 1 - 0.3 (1 - exp(-1 / 0.3)) */
 static const float newborn_handicap = 16.0f;            /* of cost: two wild seconds do not make it the best */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
@@ -137,6 +138,18 @@ static float means_of_second(const oc_hypothesis *h, const oc_hypothesis_design 
     return h->target_sum * share;
 }
 
+/* Noise in what a slope is of flattens it, the more the gentler the bends are: deviations are larger by it than the
+ * truck's were (errors in variables). Bends have the yaw rate's, as has the residual, side force that of the bank. */
+static void take_noise_out(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second, float added,
+                           float per_speed) {
+    const float force = design->of_sum[GRADIENT], bend = design->of_sum[WHEELBASE];
+    const float of_force = added * smoothed * second->noise[OC_NOISE_OF_BANK];
+    const float of_bend = added * second->noise[OC_NOISE_OF_YAW_RATE] * per_speed * per_speed;
+    oc_triangle_subtract_square(h->scatter, GRADIENT, of_force * force * force);
+    oc_triangle_subtract_square(h->scatter, WHEELBASE, of_bend * bend * bend);
+    h->toward[WHEELBASE] += of_bend * bend * design->ratio_times_wheelbase;
+}
+
 /* Recursive least squares about the means. Deviations and not plain products: a term that hardly varies could not be
  * told from the constant in single precision. */
 static void regress(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second, int32_t samples) {
@@ -160,6 +173,7 @@ static void regress(oc_hypothesis *h, const oc_hypothesis_design *design, const 
             *cell = keep * *cell + weighted * apart[column];
         }
     }
+    take_noise_out(h, design, second, added, h->sums[YAW_RATE_BIAS] / (float)samples);
 }
 
 static void correlate(oc_correlation *correlation, float variance, int32_t seconds, int32_t blocks) {

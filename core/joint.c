@@ -18,11 +18,12 @@ static const float least_correction = 3.5e-5f; /* rad/s, 0.002 deg/s: a hundredt
 /* A flank of the play is seen where the side force is so clearly beyond friction. */
 static const float clearly = 0.02f;                    /* m/s^2 */
 
-void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_ratio, double ratio_times_wheelbase,
-                    double pull_sd, double memory_s) {
+void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
+                    double ratio_times_wheelbase, double pull_sd, double memory_s) {
     const int32_t ticks = (int32_t)(sample_s * rate_hz + 0.5);
     const double step_s = ticks / rate_hz;
     oc_hypothesis_setup(&design->hypothesis, step_s, steering_ratio, ratio_times_wheelbase, pull_sd);
+    oc_noise_setup(&design->noise, lowpass, rate_hz, ticks);
     design->rate_hz = rate_hz;
     design->tick_s = 1.0 / rate_hz;
     design->side_force_share = design->tick_s / side_force_s;
@@ -347,10 +348,14 @@ static bool work_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
 
 /* The sample at this tick waits behind the others. */
 static void take_sample(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
-                        const oc_joint_tick *tick) {
+                        const oc_joint_tick *tick, double bank) {
+    float share = 0.0f;
     if (tick->usable) {
         average(joint, design, tick->speed, tracking->bank);
+        share = 1.0f / (float)joint->bank_samples;
     }
+    const float noisy[OC_NOISY] = {(float)bank, (float)tick->yaw_rate};
+    oc_noise_update(&tracking->noise, &design->noise, noisy, share, joint->second.noise);
     turn_heading(joint, tracking->turned);
     tracking->turned = 0.0f;
     const bool begins = tracking->in_second == 0;
@@ -388,7 +393,7 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
         while (tracking->count == OC_JOINT_WAITING) { /* the share is such that it never comes so far */
             concluded = work_on(joint, tracking, design, tick, design->work_per_tick) || concluded;
         }
-        take_sample(joint, tracking, design, tick);
+        take_sample(joint, tracking, design, tick, bank);
     }
     const int32_t share = design->work_per_tick - (joint->phase == 0 ? 1 : 0); /* a sample taken is work, too */
     turn_phase(joint, design);

@@ -44,6 +44,7 @@ typedef struct {
 
 typedef struct {
     oc_hypothesis_design hypothesis;
+    oc_noise_design noise;
     double rate_hz, tick_s;
     double side_force_share;     /* of a new tick in the smoothed bank */
     float memory_s;              /* how far back evidence reaches at most */
@@ -80,6 +81,7 @@ typedef struct {
     double bank;                 /* m/s^2, a_y - r*v smoothed */
     double lateral_acceleration; /* m/s^2 */
     int32_t prior_due;           /* before equations are solved, and at the first tick: whoever updates sets it then */
+    oc_noise_watch noise;
     oc_prior prior;
     oc_joint_work work;
     int32_t first, count;        /* of the samples that wait, a ring */
@@ -120,9 +122,10 @@ typedef struct {
     double used;                    /* s */
 } oc_joint_answer;
 
-/* pull_sd: m/s^2, of wheel alignment and mean wind, which shift a_0; memory_s: how far back evidence reaches. */
-void oc_joint_setup(oc_joint_design *design, double rate_hz, double steering_ratio, double ratio_times_wheelbase,
-                    double pull_sd, double memory_s);
+/* lowpass: through which the signals come. pull_sd: m/s^2, of wheel alignment and mean wind, which shift a_0; memory_s:
+ * how far back evidence reaches. */
+void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
+                    double ratio_times_wheelbase, double pull_sd, double memory_s);
 
 /* One tick later than the one before; after an ignition, a hole or a standstill tracking is all zero, and after the
  * first two `lost` is set. True when a second was learned from. */

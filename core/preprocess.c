@@ -43,6 +43,17 @@ static double lowpass(oc_lowpass_state *state, const oc_lowpass *design, double 
     return y;
 }
 
+double oc_lowpass_bent(const oc_lowpass *design, int32_t apart) {
+    oc_lowpass_state state = {0};
+    double sum = 0.0;
+    for (int32_t k = 0; k < 12 * apart; ++k) { /* by then the last impulse has gone */
+        const double impulse = k == 0 || k == 2 * apart ? 1.0 : 0.0;
+        const double response = lowpass(&state, design, k == apart ? -2.0 : impulse);
+        sum += response * response;
+    }
+    return sum;
+}
+
 /* The state in which a constant input x has always been. */
 static oc_lowpass_state lowpass_at(const oc_lowpass *design, double x) {
     const double s2 = (design->b0 - design->a2) * x;

@@ -53,6 +53,9 @@ oc_lowpass oc_lowpass_design(double cutoff_hz, double rate_hz);
 /* s; mean group delay from 0 to band_hz, which is minus the phase at band_hz over 2 pi band_hz. */
 double oc_lowpass_delay(double cutoff_hz, double band_hz, double rate_hz);
 
+/* Variance of the second difference, over so many ticks twice, of filtered white noise of variance 1. */
+double oc_lowpass_bent(const oc_lowpass *design, int32_t apart);
+
 void oc_preprocess_design(oc_preprocess *design, double cutoff_hz, double delay_band_hz, double slope_window_s,
                           double rate_hz);
 

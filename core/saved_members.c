@@ -141,7 +141,7 @@ static const oc_saved_member joint_members[] = {
 };
 
 static const oc_saved_member second_members[] = {
-    MEMBERS(oc_second, used_s, trial_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_second, noise, trial_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_second, best_cost, OC_SAVED_FLOAT, ANY_NUMBER), MEMBER(oc_second, second_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_second, memory_share, OC_SAVED_FLOAT, YES_OR_NO),
     MEMBER(oc_second, reference, OC_SAVED_FLOAT, NOT_NEGATIVE),
@@ -240,7 +240,7 @@ static const oc_saved_member joint_tracking_members[] = {
     MEMBER(oc_joint_tracking, turned, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBERS(oc_joint_tracking, yaw_rate, lateral_acceleration, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_joint_tracking, prior_due, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_joint_tracking, prior, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_joint_tracking, noise, prior, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_joint_tracking, work.samples, OC_SAVED_INT32, WAITING),
     MEMBER(oc_joint_tracking, work.turn, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBER(oc_joint_tracking, work.taken, OC_SAVED_INT32, WAITING),

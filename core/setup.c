@@ -96,7 +96,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
     const double pull = params->pull_sd_m_s2, wind = params->wind_sd_m_s2;
     const double unseen_bank = params->use_accelerometer ? 0.0 : params->crown_sd_m_s2;
-    oc_joint_setup(&c->joint, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
+    oc_joint_setup(&c->joint, &c->preprocess.lowpass, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
                    sqrt(pull * pull + wind * wind + unseen_bank * unseen_bank), params->joint_memory_s);
     oc_ratio ratio = vehicle->ratio;
     ratio.ratio = vehicle->steering_ratio;

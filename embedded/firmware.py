@@ -55,16 +55,17 @@ def compiled(board: Board, sources: Sequence[Path], folder: Path) -> list[Path]:
     return objects
 
 
-def linked(board: Board, objects: Sequence[Path], target: Path, *more: str) -> Path:
-    """An image for the board."""
-    script = HERE / "mps2.ld"
-    _run(GCC, "-mthumb", "-mfloat-abi=hard", *board.flags, *LINK, *more, "-T", script, *objects, "-lm", "-o", target)
+def linked(board: Board, objects: Sequence[Path], target: Path, called: Sequence[str], *more: str) -> Path:
+    """An image for the board, in which the functions called stay whole and by their names."""
+    kept = [f"-Wl,-u,{name}" for name in called]
+    how = (*FLAGS, *board.flags, "-fcallgraph-info=su", *LINK, *more, *kept)  # where all is optimised here, how
+    _run(GCC, *how, "-T", HERE / "mps2.ld", *objects, "-lm", "-o", target)
     return target
 
 
 def flash_bytes(board: Board, core_objects: Sequence[Path], target: Path, called: Sequence[str]) -> int:
     """Of the core with all it needs of libgcc and libm, as firmware links it that calls these: code and constants."""
-    linked(board, core_objects, target, "-e", "oc_step", *(f"-Wl,-u,{name}" for name in called))
+    linked(board, core_objects, target, called, "-e", "oc_step")
     text, data = _run("arm-none-eabi-size", target).splitlines()[1].split()[:2]
     return int(text) + int(data)
 
@@ -84,14 +85,15 @@ def variables(core_objects: Sequence[Path]) -> list[str]:
 class Stack:
     """Worst stack by the compiler's frames, summed over the call graph; libraries' frames from their machine code."""
 
-    def __init__(self, core_objects: Sequence[Path], image: Path) -> None:
+    def __init__(self, board: Board, core_objects: Sequence[Path], image: Path) -> None:
         self._frames: dict[str, int] = {}
         self._calls: dict[str, set[str]] = {}
         self._worst: dict[str, int] = {}
         self._read_library(_run("arm-none-eabi-objdump", "-d", "--no-show-raw-insn", image))
         self._read_second_names(_run("arm-none-eabi-nm", image))
-        for path in core_objects:
-            self._read_graph(path.with_suffix(".ci").read_text(encoding="utf-8"))
+        at_link = [image.with_name(f"{image.name}.ltrans0.ltrans.ci")]
+        for graph in at_link if "-flto" in board.flags else [path.with_suffix(".ci") for path in core_objects]:
+            self._read_graph(re.sub(r"[^\s\"]+\.ltrans0\.o:", "", graph.read_text(encoding="utf-8")))
 
     def _read_graph(self, graph: str) -> None:
         for name, size, kind in re.findall(r'node: \{ title: "([^"]+)" label: "[^"]*\\n(\d+) bytes \((\w+)\)', graph):

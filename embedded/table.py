@@ -69,8 +69,8 @@ def measure(board: Board, folder: Path) -> Measured:
     _fail([f"{board.name}: the core calls {name}" for name in firmware.strangers(core)])
     _fail([f"{board.name}: the core has a variable, {name}" for name in firmware.variables(core)])
     own = firmware.compiled(board, sorted(HERE.glob("*.c")), folder)
-    program = firmware.linked(board, [*core, *own], folder / "replay.elf")
-    stack = firmware.Stack(core, program)
+    program = firmware.linked(board, [*core, *own], folder / "replay.elf", firmware.ALL)
+    stack = firmware.Stack(board, core, program)
 
     columns = golden_drive()
     short = {name: column[:SHORT] for name, column in columns.items()}

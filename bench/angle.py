@@ -39,6 +39,7 @@ from oncenter.angle import METHODS
 from oncenter.signals import DEGREE, SignalName, Signals
 
 TUNING_FROM, REPORTED_FROM = 1, 101
+FLANK_S = 5.0  # of the ten minutes, for which a flank of the play must be seen to know where its middle is
 HEALTHY_FROM, HEALTHY_DRIVES = 2001, 100
 PAGE = Path(__file__).parents[1] / "docs" / "angle.md"
 REAL = Path(os.environ.get("ONCENTER_REAL_DATA", Path(__file__).parents[1] / ".." / "shared" / "data"))
@@ -62,9 +63,10 @@ def ordinary_lines(seeds: range, folder: Path) -> Iterator[Line]:
     }
     for name, (play, asked_deg) in rows.items():
         errors: dict[str, list[float]] = {method: [] for method in (*METHODS, "observer, --smooth", "always straight")}
-        covered, half_widths, scatter = [], [], []
+        covered, half_widths, scatter, saw_both = [], [], [], []
         for seed in seeds:
             drive = ordinary(seed, folder, play)
+            saw_both.append(min(oc.offset(_first(drive.signals, LEARNING_S), drive.vehicle).side_force_s) >= FLANK_S)
             after = (np.arange(len(drive.true_rad)) >= 100 * LEARNING_S) & (drive.speed_m_s > FAST_M_S)
             for method in METHODS:
                 error, sd = estimated(drive, method, sensor_lost_at=LEARNING_S)
@@ -88,6 +90,14 @@ def ordinary_lines(seeds: range, folder: Path) -> Iterator[Line]:
                 f"of {len(values)} at most {asked_deg:g}",
                 **asked,
             )
+        both = [value for value, saw in zip(errors["observer"], saw_both, strict=True) if saw]
+        yield Line(
+            name,
+            "observer",
+            f"where the ten minutes showed either flank of the play for {FLANK_S:g} s: RMS {np.median(both):.2f} deg "
+            f"(median), {max(both):.2f} (worst), in {sum(value <= asked_deg for value in both)} of {len(both)} at most "
+            f"{asked_deg:g}",
+        )
         # what is left where the learned offset is not off
         told = f"about its own mean RMS {np.median(scatter):.2f} deg (median), {max(scatter):.2f} (worst)"
         yield Line(name, "observer", told)

@@ -138,18 +138,6 @@ static float means_of_second(const oc_hypothesis *h, const oc_hypothesis_design 
     return h->target_sum * share;
 }
 
-/* Noise in what a slope is of flattens it, the more the gentler the bends are: deviations are larger by it than the
- * truck's were (errors in variables). Bends have the yaw rate's, as has the residual, side force that of the bank. */
-static void take_noise_out(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second, float added,
-                           float per_speed) {
-    const float force = design->of_sum[GRADIENT], bend = design->of_sum[WHEELBASE];
-    const float of_force = added * smoothed * second->noise[OC_NOISE_OF_BANK];
-    const float of_bend = added * second->noise[OC_NOISE_OF_YAW_RATE] * per_speed * per_speed;
-    oc_triangle_subtract_square(h->scatter, GRADIENT, of_force * force * force);
-    oc_triangle_subtract_square(h->scatter, WHEELBASE, of_bend * bend * bend);
-    h->toward[WHEELBASE] += of_bend * bend * design->ratio_times_wheelbase;
-}
-
 /* Recursive least squares about the means. Deviations and not plain products: a term that hardly varies could not be
  * told from the constant in single precision. */
 static void regress(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second, int32_t samples) {
@@ -173,7 +161,6 @@ static void regress(oc_hypothesis *h, const oc_hypothesis_design *design, const 
             *cell = keep * *cell + weighted * apart[column];
         }
     }
-    take_noise_out(h, design, second, added, h->sums[YAW_RATE_BIAS] / (float)samples);
 }
 
 static void correlate(oc_correlation *correlation, float variance, int32_t seconds, int32_t blocks) {
@@ -416,6 +403,39 @@ static void factor_rows(const oc_hypothesis *h, oc_solving *solving, int32_t fir
                        solving->inverse);
 }
 
+/* What noise put into a square that is so much before there are data: half of what these gave at most. */
+static float by_noise(float square, float before_data, float noise) {
+    const float most = larger(0.5f * (square - before_data), 0.0f);
+    return noise < most ? noise : most;
+}
+
+/* Noise in what a slope is of flattens it, the more the gentler the bends are: deviations are larger by it than the
+ * truck's were (errors in variables). Bends have the yaw rate's, as has the residual, side force the accelerometer's.
+ * It is taken out of the factor, whose last rows these terms are: what was gathered stays a sum of squares. */
+static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
+                           oc_solving *solving) {
+    enum { BEND = WHEELBASE * (WHEELBASE + 3) / 2, BOTH = BEND + GRADIENT, FORCE };
+    float *lower = solving->lower;
+    const float seconds = h->weight / oc_hypothesis_noise(h);
+    const float force = design->of_sum[GRADIENT];
+    const float bend = design->of_sum[WHEELBASE] * h->means[YAW_RATE_BIAS] / design->of_sum[YAW_RATE_BIAS];
+    const float acceleration = smoothed * oc_noise_in_mean(&second->noise, OC_NOISE_OF_ACCELERATION);
+    const float yaw_rate = oc_noise_in_mean(&second->noise, OC_NOISE_OF_YAW_RATE);
+
+    const float across = lower[BOTH] * lower[BEND];
+    const float whole = lower[BOTH] * lower[BOTH] + lower[FORCE] * lower[FORCE];
+    const float bends = lower[BEND] * lower[BEND];
+    const float of_bend = by_noise(bends, solving->information[WHEELBASE], seconds * yaw_rate * bend * bend);
+    lower[BEND] = sqrtf(bends - of_bend);
+    solving->inverse[WHEELBASE] = 1.0f / lower[BEND];
+    lower[BOTH] = across * solving->inverse[WHEELBASE];
+    const float forces = larger(whole - lower[BOTH] * lower[BOTH], solving->information[GRADIENT]);
+    const float of_force = by_noise(forces, solving->information[GRADIENT], seconds * acceleration * force * force);
+    lower[FORCE] = sqrtf(forces - of_force);
+    solving->inverse[GRADIENT] = 1.0f / lower[FORCE];
+    solving->terms[WHEELBASE] += of_bend / design->scale[WHEELBASE];
+}
+
 /* Variances of parameters that are two terms together, or one: then the second is the same as the first. */
 static void solve_equations(const oc_hypothesis *h, const oc_hypothesis_design *design, oc_solving *solving) {
     static const struct {
@@ -454,6 +474,7 @@ bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, c
         return false;
     case 1:
         factor_rows(h, solving, few_rows, OC_TERMS);
+        take_noise_out(h, design, second, solving);
         oc_triangle_solve_lower(solving->lower, solving->inverse, 0, solving->terms);
         return false;
     case 2: solve_equations(h, design, solving); return false;

@@ -74,7 +74,7 @@ typedef struct {
 
 /* Where a second stands among the others, the same for all hypotheses. */
 typedef struct {
-    float noise[OC_NOISY]; /* variances that the sensors put into its means: (m/s^2)^2, (rad/s)^2 */
+    oc_noise noise;     /* of the sensors, in its means */
     float used_s;       /* of driving before it */
     float trial_s;      /* until a hypothesis is so old it only learns: it is newborn, and its word does not count */
     float best_cost;    /* of all hypotheses */

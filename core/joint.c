@@ -354,8 +354,8 @@ static void take_sample(oc_joint *joint, oc_joint_tracking *tracking, const oc_j
         average(joint, design, tick->speed, tracking->bank);
         share = 1.0f / (float)joint->bank_samples;
     }
-    const float noisy[OC_NOISY] = {(float)bank, (float)tick->yaw_rate};
-    oc_noise_update(&tracking->noise, &design->noise, noisy, share, joint->second.noise);
+    const float filtered[OC_NOISY] = {(float)bank, (float)tick->yaw_rate};
+    oc_noise_update(&joint->second.noise, &tracking->noise, &design->noise, filtered, tick->raw, share);
     turn_heading(joint, tracking->turned);
     tracking->turned = 0.0f;
     const bool begins = tracking->in_second == 0;
@@ -394,6 +394,9 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
             concluded = work_on(joint, tracking, design, tick, design->work_per_tick) || concluded;
         }
         take_sample(joint, tracking, design, tick, bank);
+    }
+    if (joint->phase + 2 >= design->ticks_per_sample) {
+        oc_noise_tick(&tracking->noise, tick->raw);
     }
     const int32_t share = design->work_per_tick - (joint->phase == 0 ? 1 : 0); /* a sample taken is work, too */
     turn_phase(joint, design);

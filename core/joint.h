@@ -35,6 +35,7 @@ typedef struct {
     double residual;             /* rad, angle less i*L*r/v */
     double yaw_rate;             /* rad/s */
     double lateral_acceleration; /* m/s^2, as measured */
+    float raw[OC_NOISY];         /* m/s^2 and rad/s, not filtered */
     double curvature;            /* 1/m */
     double speed;                /* m/s */
     const oc_estimate *told;     /* rad, the offset as last answered */

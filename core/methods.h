@@ -18,8 +18,8 @@ double oc_temporary_offset(const oc_state *state, double understeer_gradient);
 oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficients *c);
 
 /* All hypotheses go along with every tick, and learn from whole seconds of clean ones. */
-void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_filtered *filtered,
-                         const oc_motion *motion, uint32_t reasons);
+void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_signals *raw,
+                         const oc_filtered *filtered, const oc_motion *motion, uint32_t reasons);
 /* The truck stands: its gyro's bias is told. */
 void oc_stand_jointly(oc_state *state, const oc_coefficients *c);
 /* What that taught is learned, apart, lest the stack be too deep. */

@@ -251,14 +251,15 @@ static uint32_t follow_motion(oc_state *state, const oc_coefficients *c, oc_sign
 }
 
 /* Figure 15, what comes after the gate. */
-static void estimate(oc_state *state, const oc_coefficients *c, const followed *now, uint32_t reasons) {
+static void estimate(oc_state *state, const oc_coefficients *c, const oc_signals *tick, const followed *now,
+                     uint32_t reasons) {
     if (!now->moves) {
         oc_tell_standing(state, c);
         return;
     }
     /* 5.1.3: offset and understeer gradient */
     if (c->params.method == OC_METHOD_JOINT) {
-        oc_estimate_jointly(state, c, &now->filtered, &now->motion, reasons);
+        oc_estimate_jointly(state, c, tick, &now->filtered, &now->motion, reasons);
         return;
     }
     oc_estimate_straight_ahead(state, c, &now->motion, now->filtered.vehicle_speed,
@@ -284,7 +285,7 @@ static void step_and_tell(oc_state *state, const oc_coefficients *coefficients, 
     if (!now.moves) {
         now = (followed){0};
     }
-    estimate(state, coefficients, &now, reasons);
+    estimate(state, coefficients, tick, &now, reasons);
     if (follows && !(reasons & OC_REASON_TIME)) {
         now.yaw_rate_bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &coefficients->params);
         oc_follow_angle(state, coefficients, tick, valid, &now.yaw_rate_bias, &angle);

@@ -90,10 +90,6 @@ void oc_triangle_subtract_row(const float *triangle, int32_t row, float times, f
     }
 }
 
-void oc_triangle_subtract_square(float *triangle, int32_t row, float square) {
-    triangle[row * (row + 3) / 2] -= square;
-}
-
 void oc_triangle_subtract_product(float *triangle, const float *row, float times) {
     for (int32_t i = 0; i < OC_TERMS; ++i) {
         const float weighted = times * row[i];

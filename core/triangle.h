@@ -17,9 +17,6 @@ void oc_triangle_subtract_row(const float *triangle, int32_t row, float times, f
 /* A row and column of the whole matrix so many times as large, the cell on its diagonal by the square. */
 void oc_triangle_scale(float *triangle, int32_t row, float by);
 
-/* Takes so much from a cell on the diagonal. */
-void oc_triangle_subtract_square(float *triangle, int32_t row, float square);
-
 /* Takes so many times the outer product of a row of the whole matrix with itself from the matrix. */
 void oc_triangle_subtract_product(float *triangle, const float *row, float times);
 

@@ -46,19 +46,21 @@ def compiler_version() -> str:
 
 
 def compiled(board: Board, sources: Sequence[Path], folder: Path) -> list[Path]:
-    """Object files, each with its call graph (`.ci`) beside it."""
+    """Object files."""
     folder.mkdir(parents=True, exist_ok=True)
     objects = [folder / f"{source.stem}.o" for source in sources]
     for source, target in zip(sources, objects, strict=True):
         how = ("-Os",) if source.stem in COLD else ()
-        _run(GCC, *FLAGS, *STRICT, *board.flags, *how, "-fcallgraph-info=su", f"-I{CORE}", "-c", source, "-o", target)
+        _run(GCC, *FLAGS, *STRICT, *board.flags, *how, f"-I{CORE}", "-c", source, "-o", target)
     return objects
 
 
 def linked(board: Board, objects: Sequence[Path], target: Path, called: Sequence[str], *more: str) -> Path:
-    """An image for the board, in which the functions called stay whole and by their names."""
+    """An image for the board with its call graph (`.ci`) beside it; the functions called keep their names."""
+    for graph in target.parent.glob(f"{target.name}.*.ci"):
+        graph.unlink()
     kept = [f"-Wl,-u,{name}" for name in called]
-    how = (*FLAGS, *board.flags, "-fcallgraph-info=su", *LINK, *more, *kept)  # where all is optimised here, how
+    how = (*FLAGS, *board.flags, "-fcallgraph-info=su", *LINK, *more, *kept)  # the linker optimises, and is told how
     _run(GCC, *how, "-T", HERE / "mps2.ld", *objects, "-lm", "-o", target)
     return target
 
@@ -71,29 +73,30 @@ def flash_bytes(board: Board, core_objects: Sequence[Path], target: Path, called
 
 
 def strangers(core_objects: Sequence[Path]) -> list[str]:
-    """Symbols that the core calls and may not: heap, files, clocks, the rest of libm."""
-    named = {line.split()[-1] for line in _run("arm-none-eabi-nm", "-u", *core_objects).splitlines() if " U " in line}
+    """Symbols that the core calls and may not: heap, files, clocks, the rest of libm.
+
+    By readelf, which looks at the machine code: nm lists what the linker is to optimise, without the compiler's own.
+    """
+    named = set(re.findall(r" UND (\w+)$", _run("arm-none-eabi-readelf", "-sW", *core_objects), re.MULTILINE))
     return sorted(name for name in named if not ALLOWED.fullmatch(name))
 
 
-def variables(core_objects: Sequence[Path]) -> list[str]:
-    """Memory of its own that the core writes to, of which there is to be none."""
-    lines = _run("arm-none-eabi-nm", *core_objects).splitlines()
-    return sorted(line.split()[-1] for line in lines if re.search(r" [bBdDcC] ", line))
+def variables(image: Path) -> int:
+    """Bytes of its own that the core writes to, of which there are to be none."""
+    return sum(map(int, _run("arm-none-eabi-size", image).splitlines()[1].split()[1:3]))
 
 
 class Stack:
     """Worst stack by the compiler's frames, summed over the call graph; libraries' frames from their machine code."""
 
-    def __init__(self, board: Board, core_objects: Sequence[Path], image: Path) -> None:
+    def __init__(self, image: Path) -> None:
         self._frames: dict[str, int] = {}
         self._calls: dict[str, set[str]] = {}
         self._worst: dict[str, int] = {}
         self._read_library(_run("arm-none-eabi-objdump", "-d", "--no-show-raw-insn", image))
         self._read_second_names(_run("arm-none-eabi-nm", image))
-        at_link = [image.with_name(f"{image.name}.ltrans0.ltrans.ci")]
-        for graph in at_link if "-flto" in board.flags else [path.with_suffix(".ci") for path in core_objects]:
-            self._read_graph(re.sub(r"[^\s\"]+\.ltrans0\.o:", "", graph.read_text(encoding="utf-8")))
+        graph = image.with_name(f"{image.name}.ltrans0.ltrans.ci").read_text(encoding="utf-8")
+        self._read_graph(re.sub(r"[^\s\"]+\.ltrans0\.o:", "", graph))
 
     def _read_graph(self, graph: str) -> None:
         for name, size, kind in re.findall(r'node: \{ title: "([^"]+)" label: "[^"]*\\n(\d+) bytes \((\w+)\)', graph):

@@ -1,11 +1,15 @@
 """What sensors' noise puts into a second's means, and that it does not flatten what is fitted to them."""
 
 import numpy as np
+import numpy.typing as npt
 import pytest
-from joint_drives import DEGREE, TIGHT, answer_of, core_for, driven, ran
+from joint_drives import DEGREE, RATE_HZ, TIGHT, answer_of, core_for, driven, ran
 from oncenter._native import ffi, lib
-from scipy.signal import butter, lfilter
+from scipy.signal import butter, lfilter, sosfilt
 
+Array = npt.NDArray[np.float64]
+
+LATERAL = "lateral_acceleration_m_s2"
 SAMPLE_S = 0.1
 SEEDS = range(1, 13)
 DRIVE_S = 600.0
@@ -13,59 +17,92 @@ NOISY_ACCELEROMETER = "[sensors.lateral_acceleration]\nnoise_sd_m_s2 = 0.3\nreso
 NOISY_GYRO = "[sensors.yaw_rate]\nnoise_sd_deg_s = 0.6\nresolution_deg_s = 0.0\n"
 
 
-def design_of(cutoff_hz: float, rate_hz: float) -> object:
-    design = ffi.new("oc_noise_design *")
-    lowpass = ffi.new("oc_lowpass *", lib.oc_lowpass_design(cutoff_hz, rate_hz))
-    lib.oc_noise_setup(design, lowpass, rate_hz, round(SAMPLE_S * rate_hz))
-    return design
+def shaking(duration_s: float, band_hz: tuple[float, float], rms: float) -> Array:
+    """Noise in that band alone."""
+    white = np.random.default_rng(7).normal(0.0, 1.0, int(duration_s * RATE_HZ) + 1)
+    narrow = sosfilt(butter(4, band_hz, "bandpass", fs=RATE_HZ, output="sos"), white)
+    return np.asarray(narrow * rms / narrow.std())
 
 
-def told_by(design: object, samples: np.ndarray) -> np.ndarray:
-    """The two variances after the samples, shape (n, 2), each of which counts as much as the others."""
-    watch, variances = ffi.new("oc_noise_watch *"), ffi.new("float[2]")
-    for count, sample in enumerate(samples, 1):
-        lib.oc_noise_update(watch, design, [float(value) for value in sample], 1.0 / count, variances)
-    return np.array(list(variances))
+class Watch:
+    """The core's two ways to tell noise, of samples that all count alike."""
+
+    def __init__(self, cutoff_hz: float, rate_hz: float) -> None:
+        self.ticks_per_sample = round(SAMPLE_S * rate_hz)
+        self.design, self.watch = ffi.new("oc_noise_design *"), ffi.new("oc_noise_watch *")
+        self.noise = ffi.new("oc_noise *")
+        lowpass = ffi.new("oc_lowpass *", lib.oc_lowpass_design(cutoff_hz, rate_hz))
+        lib.oc_noise_setup(self.design, lowpass, rate_hz, self.ticks_per_sample)
+
+    def told(self, filtered: Array, raw: Array) -> tuple[Array, Array, Array]:
+        """Variances of a second's mean: by samples, by ticks, and what is made of them; signals of shape (n, 2)."""
+        for count, last in enumerate(range(2, len(raw), self.ticks_per_sample), 1):
+            lib.oc_noise_tick(self.watch, raw[last - 2].tolist())
+            lib.oc_noise_tick(self.watch, raw[last - 1].tolist())
+            lib.oc_noise_update(
+                self.noise, self.watch, self.design, filtered[last].tolist(), raw[last].tolist(), 1.0 / count
+            )
+        by_samples, by_ticks = (np.array(list(part)) for part in (self.noise.by_samples, self.noise.by_ticks))
+        return by_samples, by_ticks, np.array([lib.oc_noise_in_mean(ffi.addressof(self.noise[0]), k) for k in (0, 1)])
+
+
+def lowpassed(signals: Array, cutoff_hz: float, rate_hz: float) -> Array:
+    return np.asarray(lfilter(*butter(2, cutoff_hz, fs=rate_hz), signals, axis=0))
 
 
 @pytest.mark.parametrize("rate_hz", [20.0, 50.0, 100.0, 200.0])
 @pytest.mark.parametrize("cutoff_hz", [2.0, 3.0, 5.0])
-def test_white_noise_in_a_second_s_mean_is_told_from_filtered_samples_at_any_rate_and_cut_off(
+def test_white_noise_in_a_second_s_mean_is_told_either_way_at_any_rate_and_cut_off(
     rate_hz: float, cutoff_hz: float
 ) -> None:
-    random = np.random.default_rng(5)
-    white = random.normal(0.0, 0.2, (int(2000 * rate_hz), 2))
-    filtered = lfilter(*butter(2, cutoff_hz, fs=rate_hz), white, axis=0)
-    told = told_by(design_of(cutoff_hz, rate_hz), filtered[:: round(SAMPLE_S * rate_hz)])
-    in_means = white.reshape(-1, int(rate_hz), 2).mean(axis=1).var(axis=0)
-    assert told == pytest.approx(in_means, rel=0.1)
+    white = np.random.default_rng(5).normal(0.0, 0.2, (int(1000 * rate_hz), 2))
+    by_samples, by_ticks, _ = Watch(cutoff_hz, rate_hz).told(lowpassed(white, cutoff_hz, rate_hz), white)
+    in_mean = 0.2**2 / rate_hz  # of so many that are independent
+    assert by_samples == pytest.approx([in_mean] * 2, rel=0.06)
+    assert by_ticks == pytest.approx([in_mean] * 2, rel=0.06)
+
+
+@pytest.mark.parametrize("band_hz", [(1.5, 4.0), (8.0, 15.0)])
+def test_what_shakes_a_truck_is_hardly_taken_for_noise_of_its_sensors(band_hz: tuple[float, float]) -> None:
+    shaken = shaking(1000.0, band_hz, 0.3)[:, np.newaxis] * [1.0, DEGREE]
+    _, _, told = Watch(3.0, RATE_HZ).told(lowpassed(shaken, 3.0, RATE_HZ), shaken)
+    as_if_white = np.array([0.3, 0.3 * DEGREE]) ** 2 / RATE_HZ
+    assert np.all(told < 0.1 * as_if_white)
 
 
 def test_a_kick_is_no_noise() -> None:
-    random = np.random.default_rng(6)
-    quiet = random.normal(0.0, [0.02, 0.02 * DEGREE], (3000, 2))
+    quiet = np.random.default_rng(6).normal(0.0, [0.1, 0.1 * DEGREE], (100_000, 2))
     kicked = quiet.copy()
-    kicked[100::300] += [3.0, 20.0 * DEGREE]
-    design = design_of(3.0, 100.0)
-    assert told_by(design, kicked) == pytest.approx(told_by(design, quiet), rel=0.6)
+    for begin in range(500, len(kicked), 3000):
+        kicked[begin : begin + 20] += [3.0, 20.0 * DEGREE]
+    *_, of_quiet = Watch(3.0, RATE_HZ).told(lowpassed(quiet, 3.0, RATE_HZ), quiet)
+    *_, of_kicked = Watch(3.0, RATE_HZ).told(lowpassed(kicked, 3.0, RATE_HZ), kicked)
+    assert of_kicked == pytest.approx(of_quiet, rel=0.2)
 
 
 def test_a_drive_tells_the_noise_that_its_sensors_have() -> None:
     columns, truth = driven(TIGHT + NOISY_ACCELEROMETER + NOISY_GYRO, 1, DRIVE_S)
     core = core_for(truth)
     ran(columns, core)
-    of_bank, of_yaw_rate = core.state()["evidence"]["joint"]["second"]["noise"]
-    assert of_yaw_rate == pytest.approx((0.6 * DEGREE) ** 2 / 100.0, rel=0.15)
+    noise = core.state()["evidence"]["joint"]["second"]["noise"]
+    of_acceleration, of_yaw_rate = noise["by_ticks"]
+    assert of_acceleration == pytest.approx(0.3**2 / RATE_HZ, rel=0.1)
+    assert of_yaw_rate == pytest.approx((0.6 * DEGREE) ** 2 / RATE_HZ, rel=0.1)
+    of_bank, of_yaw_rate = noise["by_samples"]
     moving = columns["vehicle_speed_m_s"][columns["vehicle_speed_m_s"] > 8.0]
-    of_both = (0.3**2 + (0.6 * DEGREE) ** 2 * float(np.mean(moving**2))) / 100.0
+    of_both = (0.3**2 + (0.6 * DEGREE) ** 2 * float(np.mean(moving**2))) / RATE_HZ
     assert of_bank == pytest.approx(of_both, rel=0.15)
+    assert of_yaw_rate == pytest.approx((0.6 * DEGREE) ** 2 / RATE_HZ, rel=0.15)
 
 
-def errors_of(tables: str) -> tuple[float, float]:
+def errors_of(tables: str, shaken_m_s2: float = 0.0) -> tuple[float, float]:
     """Means over drives: of the understeer gradient in deg/(m/s^2), and of the equivalent wheelbase as a share."""
     errors = []
     for seed in SEEDS:
         columns, truth = driven(tables, seed, DRIVE_S)
+        if shaken_m_s2:
+            shake = shaking(DRIVE_S, (1.5, 4.0), shaken_m_s2)[: len(columns[LATERAL])]
+            columns = columns | {LATERAL: columns[LATERAL] + shake}
         answer = answer_of(columns, truth)
         gradient = answer["understeer_gradient"]["value"] - truth.understeer_gradient
         wheelbase = answer["equivalent_wheelbase"]["value"] / truth.equivalent_wheelbase_m - 1.0
@@ -85,3 +122,9 @@ def test_a_noisy_gyro_makes_no_truck_shorter() -> None:
     gradient, wheelbase = np.subtract(of_noisy, of_quiet)
     assert abs(wheelbase) < 0.03  # -0.06 where noise is taken for bends
     assert abs(gradient) < 0.02
+
+
+def test_a_body_that_shakes_makes_no_truck_understeer_more() -> None:
+    gradient, wheelbase = np.subtract(errors_of(TIGHT, shaken_m_s2=0.3), errors_of(TIGHT))
+    assert abs(gradient) < 0.03
+    assert abs(wheelbase) < 0.03

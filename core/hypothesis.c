@@ -145,6 +145,7 @@ static void regress(oc_hypothesis *h, const oc_hypothesis_design *design, const 
     const float keep = second->memory_share;
     const float target = means_of_second(h, design, samples, apart);
     h->weight = keep * h->weight + h->trust;
+    h->learned_s = keep * h->learned_s + h->trust;
     const float share = h->trust / h->weight;
     const float target_apart = target - h->target_mean;
     h->target_mean += share * target_apart;
@@ -403,35 +404,38 @@ static void factor_rows(const oc_hypothesis *h, oc_solving *solving, int32_t fir
                        solving->inverse);
 }
 
-/* What noise put into a square that is so much before there are data: half of what these gave at most. */
-static float by_noise(float square, float before_data, float noise) {
-    const float most = larger(0.5f * (square - before_data), 0.0f);
-    return noise < most ? noise : most;
+static float lesser(float value, float limit) {
+    return value < limit ? value : limit;
 }
 
 /* Noise in what a slope is of flattens it, the more the gentler the bends are: deviations are larger by it than the
  * truck's were (errors in variables). Bends have the yaw rate's, as has the residual, side force the accelerometer's.
- * It is taken out of the factor, whose last rows these terms are: what was gathered stays a sum of squares. */
+ * It is taken out of the factor, whose last rows these terms are: what was gathered stays a sum of squares. Half of
+ * what tells either from the other stays in any case. */
 static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
                            oc_solving *solving) {
     enum { BEND = WHEELBASE * (WHEELBASE + 3) / 2, BOTH = BEND + GRADIENT, FORCE };
     float *lower = solving->lower;
-    const float seconds = h->weight / oc_hypothesis_noise(h);
+    const float seconds = h->learned_s / oc_hypothesis_noise(h);
     const float force = design->of_sum[GRADIENT];
     const float bend = design->of_sum[WHEELBASE] * h->means[YAW_RATE_BIAS] / design->of_sum[YAW_RATE_BIAS];
     const float acceleration = smoothed * oc_noise_in_mean(&second->noise, OC_NOISE_OF_ACCELERATION);
     const float yaw_rate = oc_noise_in_mean(&second->noise, OC_NOISE_OF_YAW_RATE);
 
     const float across = lower[BOTH] * lower[BEND];
-    const float whole = lower[BOTH] * lower[BOTH] + lower[FORCE] * lower[FORCE];
-    const float bends = lower[BEND] * lower[BEND];
-    const float of_bend = by_noise(bends, solving->information[WHEELBASE], seconds * yaw_rate * bend * bend);
+    const float bends = lower[BEND] * lower[BEND], forces = lower[FORCE] * lower[FORCE];
+    const float both = lower[BOTH] * lower[BOTH];
+    const float parted = larger(0.5f * (forces - solving->information[GRADIENT]), 0.0f); /* so much stays of forces */
+    const float shared = both + parted; /* at most, for which bends need */
+    const float needed = shared > 0.0f ? across * across / shared : bends;
+    const float most = lesser(0.5f * (bends - solving->information[WHEELBASE]), bends - needed);
+    const float of_bend = lesser(seconds * yaw_rate * bend * bend, larger(most, 0.0f));
     lower[BEND] = sqrtf(bends - of_bend);
     solving->inverse[WHEELBASE] = 1.0f / lower[BEND];
     lower[BOTH] = across * solving->inverse[WHEELBASE];
-    const float forces = larger(whole - lower[BOTH] * lower[BOTH], solving->information[GRADIENT]);
-    const float of_force = by_noise(forces, solving->information[GRADIENT], seconds * acceleration * force * force);
-    lower[FORCE] = sqrtf(forces - of_force);
+    const float left = both + forces - lower[BOTH] * lower[BOTH];
+    const float of_force = lesser(seconds * acceleration * force * force, larger(left - (forces - parted), 0.0f));
+    lower[FORCE] = sqrtf(left - of_force);
     solving->inverse[GRADIENT] = 1.0f / lower[FORCE];
     solving->terms[WHEELBASE] += of_bend / design->scale[WHEELBASE];
 }

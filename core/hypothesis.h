@@ -47,7 +47,8 @@ typedef struct {
     oc_places places;
     float sums[OC_TERMS], target_sum;    /* over the second that fills: of the play's differences, which are slopes once
                                           * it is foretold, and of motion; rad */
-    float weight;                        /* seconds, forgetting; what follows is over them */
+    float learned_s;                     /* s, forgetting, of which products were gathered */
+    float weight;                        /* of them those that tell the constant; what follows is over them */
     float target_mean;                   /* rad */
     float means[OC_TERMS];
     float scatter[OC_TERMS_TRIANGLE];    /* sums of products of deviations from the means */

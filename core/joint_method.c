@@ -86,14 +86,16 @@ void oc_tell_standing(oc_state *state, const oc_coefficients *c) {
 /* The joint method: all hypotheses go along with every tick, and learn from whole seconds of clean ones. */
 void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_signals *raw,
                          const oc_filtered *filtered, const oc_motion *motion, uint32_t reasons) {
+    /* without an accelerometer side force has the yaw rate's noise, too, and none is taken out */
+    const bool hears = c->params.use_accelerometer != 0;
     const oc_joint_tick tick = {
         .time = state->tracking.last_time,
         .angle = filtered->steering_wheel_angle,
         .residual = motion->residual,
         .yaw_rate = filtered->yaw_rate,
         .lateral_acceleration = motion->lateral_acceleration,
-        .raw = {[OC_NOISE_OF_ACCELERATION] = c->params.use_accelerometer ? (float)raw->lateral_acceleration : 0.0f,
-                [OC_NOISE_OF_YAW_RATE] = (float)raw->yaw_rate},
+        .raw = {[OC_NOISE_OF_ACCELERATION] = hears ? (float)raw->lateral_acceleration : 0.0f,
+                [OC_NOISE_OF_YAW_RATE] = hears ? (float)raw->yaw_rate : 0.0f},
         .curvature = motion->curvature,
         .speed = filtered->vehicle_speed,
         .told = &state->learned.offset,

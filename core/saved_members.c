@@ -172,7 +172,7 @@ static const oc_saved_member hypothesis_members[] = {
     MEMBER(oc_hypothesis, play.unwinding, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, play.wind, OC_SAVED_FLOAT, ANY_ACCELERATION),
     MEMBERS(oc_hypothesis, places, target_sum, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_hypothesis, weight, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_hypothesis, learned_s, weight, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBERS(oc_hypothesis, target_mean, terms, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, blocks.sum, OC_SAVED_FLOAT, ANY_NUMBER),

@@ -1,12 +1,15 @@
 #include "sensor_noise.h"
 
+/* At slower ticks their second differences see what shakes a truck as well, and tell nothing. */
+static const double fast_hz = 80.0;
+
 /* A second difference is a kerb's beyond three standard deviations, and never below 0.1 m/s^2 or 0.1 deg/s. */
 static const float kick_share = 9.0f;
 static const float least_kick[OC_NOISY] = {[OC_NOISE_OF_ACCELERATION] = 1e-2f, [OC_NOISE_OF_YAW_RATE] = 3e-6f};
 
 void oc_noise_setup(oc_noise_design *design, const oc_lowpass *lowpass, double rate_hz, int32_t ticks_per_sample) {
     design->by_samples = (float)(1.0 / (rate_hz * oc_lowpass_bent(lowpass, ticks_per_sample)));
-    design->by_ticks = (float)(1.0 / (rate_hz * 6.0)); /* 1 + 4 + 1 */
+    design->by_ticks = rate_hz < fast_hz ? 0.0f : (float)(1.0 / (rate_hz * 6.0)); /* 1 + 4 + 1 */
 }
 
 static void remember(oc_noise_past *past, const float *now) {

@@ -3,8 +3,9 @@
 /* How much of accelerometer's and gyro's noise is left in a second's means, where it flattens what is fitted to them.
  *
  * A truck bends no signal within three samples of a tenth of a second, nor within three ticks: second differences are
- * noise, of filtered signals what is at 2 to 4 Hz, of raw ones what is near the tick's rate. Where both say the same it
- * is white, and as strong below 1 Hz; what shakes a truck is in one of them alone, so that the lesser counts. */
+ * noise, of filtered signals what is at 2 to 4 Hz, of raw ones what is near half the tick's rate. Where both say the
+ * same it is white, and as strong below 1 Hz; what shakes a truck is mostly in one of them, so that the lesser counts.
+ * Slower ticks than 80 Hz tell none. */
 
 #include <stdint.h>
 

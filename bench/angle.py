@@ -10,6 +10,7 @@ reporting, those from 1 on (--tuning) for whoever tunes. --page writes what was 
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import tempfile
 import time
@@ -91,12 +92,13 @@ def ordinary_lines(seeds: range, folder: Path) -> Iterator[Line]:
                 **asked,
             )
         both = [value for value, saw in zip(errors["observer"], saw_both, strict=True) if saw]
+        told = f"RMS {np.median(both):.2f} deg (median), {max(both, default=math.nan):.2f} (worst)"
+        within = sum(value <= asked_deg for value in both)
         yield Line(
             name,
             "observer",
-            f"where the ten minutes showed either flank of the play for {FLANK_S:g} s: RMS {np.median(both):.2f} deg "
-            f"(median), {max(both):.2f} (worst), in {sum(value <= asked_deg for value in both)} of {len(both)} at most "
-            f"{asked_deg:g}",
+            f"where the ten minutes showed both flanks of the play, {FLANK_S:g} s each: {told}, in {within} of "
+            f"{len(both)} at most {asked_deg:g}",
         )
         # what is left where the learned offset is not off
         told = f"about its own mean RMS {np.median(scatter):.2f} deg (median), {max(scatter):.2f} (worst)"

@@ -26,7 +26,7 @@ static const float unwinding_step = 0.2f;               /* 1/s */
 static const float little_width = 2.0f * 0.017453292f;  /* rad */
 static const float least_variance = 1e-7f;              /* rad^2, of a second: what J1939's steps of the angle leave */
 static const float least_weight = 1e-6f;                /* s: less tells no more of an offset that was moved */
-static const float smoothed = 0.71f; /* of white noise in a second, by 0.3 s: 1 - 0.3 (1 - exp(-1 / 0.3)) */
+static const float smoothed = 0.71f; /* of white noise in a second, by joint.c's 0.3 s: 1 - 0.3 (1 - exp(-1 / 0.3)) */
 static const float newborn_handicap = 16.0f;            /* of cost: two wild seconds do not make it the best */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
@@ -411,7 +411,7 @@ static float lesser(float value, float limit) {
 /* Noise in what a slope is of flattens it, the more the gentler the bends are: deviations are larger by it than the
  * truck's were (errors in variables). Bends have the yaw rate's, as has the residual, side force the accelerometer's.
  * It is taken out of the factor, whose last rows these terms are: what was gathered stays a sum of squares. Half of
- * what tells either from the other stays in any case. */
+ * what tells the gradient stays in any case. */
 static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
                            oc_solving *solving) {
     enum { BEND = WHEELBASE * (WHEELBASE + 3) / 2, BOTH = BEND + GRADIENT, FORCE };
@@ -428,7 +428,7 @@ static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *d
     const float parted = larger(0.5f * (forces - solving->information[GRADIENT]), 0.0f); /* so much stays of forces */
     const float shared = both + parted; /* at most, for which bends need */
     const float needed = shared > 0.0f ? across * across / shared : bends;
-    const float most = lesser(0.5f * (bends - solving->information[WHEELBASE]), bends - needed);
+    const float most = lesser(design->scale[WHEELBASE] * bends, bends - needed); /* moves it by its prior's sd */
     const float of_bend = lesser(seconds * yaw_rate * bend * bend, larger(most, 0.0f));
     lower[BEND] = sqrtf(bends - of_bend);
     solving->inverse[WHEELBASE] = 1.0f / lower[BEND];

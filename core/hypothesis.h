@@ -73,7 +73,7 @@ typedef struct {
     float width_variance;                /* rad^2 */
 } oc_hypothesis;
 
-/* Where a second stands among the others, the same for all hypotheses. */
+/* Where a second stands among the others, the same for all hypotheses; the noise goes on while equations are solved. */
 typedef struct {
     oc_noise noise;     /* of the sensors, in its means */
     float used_s;       /* of driving before it */

@@ -81,9 +81,10 @@ def strangers(core_objects: Sequence[Path]) -> list[str]:
     return sorted(name for name in named if not ALLOWED.fullmatch(name))
 
 
-def variables(image: Path) -> int:
+def variables(core_objects: Sequence[Path]) -> int:
     """Bytes of its own that the core writes to, of which there are to be none."""
-    return sum(map(int, _run("arm-none-eabi-size", image).splitlines()[1].split()[1:3]))
+    sizes = _run("arm-none-eabi-size", *core_objects).splitlines()[1:]
+    return sum(int(size) for line in sizes for size in line.split()[1:3])
 
 
 class Stack:

@@ -67,6 +67,8 @@ def measure(board: Board, folder: Path) -> Measured:
     """Everything about one board; the drive with all that the monitor does is what is measured."""
     core = firmware.compiled(board, sorted(firmware.CORE.glob("*.c")), folder / "core")
     _fail([f"{board.name}: the core calls {name}" for name in firmware.strangers(core)])
+    written = firmware.variables(core)
+    _fail([f"{board.name}: the core has {written} bytes of variables"] if written else [])
     own = firmware.compiled(board, sorted(HERE.glob("*.c")), folder)
     program = firmware.linked(board, [*core, *own], folder / "replay.elf", firmware.ALL)
     stack = firmware.Stack(program)
@@ -83,14 +85,11 @@ def measure(board: Board, folder: Path) -> Measured:
     for seen, by_graph in ((int(whole.tail["step_stack"]), tick), (seen_rest, rest)):
         _fail([f"{board.name}: {seen} bytes of stack seen, {by_graph} by the call graph"] if seen > by_graph else [])
     instructions = whole.rows["instructions"]
-    flash = [
-        firmware.flash_bytes(board, core, folder / "core.elf", called)
-        for called in (firmware.MONITOR, firmware.ECU, firmware.ALL)
-    ]
-    written = firmware.variables(folder / "core.elf")
-    _fail([f"{board.name}: the core has {written} bytes of variables"] if written else [])
     figures = [
-        *map(_kib, flash),
+        *(
+            _kib(firmware.flash_bytes(board, core, folder / "core.elf", called))
+            for called in (firmware.MONITOR, firmware.ECU, firmware.ALL)
+        ),
         _kib(whole.tail["state"].dtype.itemsize),
         _kib(whole.tail["coefficients"].dtype.itemsize),
         f"{tick:,}",

@@ -404,10 +404,6 @@ static void factor_rows(const oc_hypothesis *h, oc_solving *solving, int32_t fir
                        solving->inverse);
 }
 
-static float lesser(float value, float limit) {
-    return value < limit ? value : limit;
-}
-
 /* Noise in what a slope is of flattens it, the more the gentler the bends are: deviations are larger by it than the
  * truck's were (errors in variables). Bends have the yaw rate's, as has the residual, side force the accelerometer's.
  * It is taken out of the factor, whose last rows these terms are: what was gathered stays a sum of squares. Half of
@@ -428,13 +424,14 @@ static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *d
     const float parted = larger(0.5f * (forces - solving->information[GRADIENT]), 0.0f); /* so much stays of forces */
     const float shared = both + parted; /* at most, for which bends need */
     const float needed = shared > 0.0f ? across * across / shared : bends;
-    const float most = lesser(design->scale[WHEELBASE] * bends, bends - needed); /* moves it by its prior's sd */
-    const float of_bend = lesser(seconds * yaw_rate * bend * bend, larger(most, 0.0f));
+    const float most = within_range(design->scale[WHEELBASE] * bends, 0.0f, larger(bends - needed, 0.0f));
+    const float of_bend = within_range(seconds * yaw_rate * bend * bend, 0.0f, most); /* moves it by its prior's sd */
     lower[BEND] = sqrtf(bends - of_bend);
     solving->inverse[WHEELBASE] = 1.0f / lower[BEND];
     lower[BOTH] = across * solving->inverse[WHEELBASE];
     const float left = both + forces - lower[BOTH] * lower[BOTH];
-    const float of_force = lesser(seconds * acceleration * force * force, larger(left - (forces - parted), 0.0f));
+    const float spare = larger(left - (forces - parted), 0.0f);
+    const float of_force = within_range(seconds * acceleration * force * force, 0.0f, spare);
     lower[FORCE] = sqrtf(left - of_force);
     solving->inverse[GRADIENT] = 1.0f / lower[FORCE];
     solving->terms[WHEELBASE] += of_bend / design->scale[WHEELBASE];

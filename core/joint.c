@@ -395,7 +395,7 @@ bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
         }
         take_sample(joint, tracking, design, tick, bank);
     }
-    if (joint->phase + 2 >= design->ticks_per_sample) {
+    if (joint->phase + 2 >= design->ticks_per_sample) { /* one of the two before a sample's */
         oc_noise_tick(&tracking->noise, tick->raw);
     }
     const int32_t share = design->work_per_tick - (joint->phase == 0 ? 1 : 0); /* a sample taken is work, too */

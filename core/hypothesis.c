@@ -30,7 +30,7 @@ static const float smoothed = 0.71f; /* of white noise in a second, by joint.c's
 static const float newborn_handicap = 16.0f;            /* of cost: two wild seconds do not make it the best */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
-                         double ratio_times_wheelbase, double pull_sd) {
+                         double ratio_times_wheelbase, float pull_sd) {
     float apart[OC_SLOPE_COUNT];
     oc_play_apart(&(oc_play){0}, apart);
     *design = (oc_hypothesis_design){
@@ -38,7 +38,7 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
         .steering_ratio = (float)steering_ratio,
         .ratio_times_wheelbase = (float)ratio_times_wheelbase,
         .per_unloading = 1.0f / apart[OC_SLOPE_UNLOADING],
-        .pull_sd = (float)pull_sd,
+        .pull_sd = pull_sd,
         .scale = {
             [GRADIENT] = 0.4f * rad_per_deg,
             [YAW_ACCELERATION] = 100.0f * rad_per_deg,

@@ -107,7 +107,7 @@ typedef struct {
 enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
-                         double ratio_times_wheelbase, double pull_sd);
+                         double ratio_times_wheelbase, float pull_sd);
 
 void oc_hypothesis_start(oc_hypothesis *hypothesis, const oc_play *play, double angle);
 

@@ -18,8 +18,12 @@ static const float least_correction = 3.5e-5f; /* rad/s, 0.002 deg/s: a hundredt
 /* A flank of the play is seen where the side force is so clearly beyond friction. */
 static const float clearly = 0.02f;                    /* m/s^2 */
 
+/* Roads lean into their bends, by nothing in a town to two thirds of r*v on a motorway. */
+static const double borne_in_bends = 0.7;
+static const float unseen_bank = 0.2f;                 /* m/s^2, that a side force may be less than it is taken for */
+
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
-                    double ratio_times_wheelbase, double pull_sd, double memory_s) {
+                    double ratio_times_wheelbase, float pull_sd, bool sees_bank, double memory_s) {
     const int32_t ticks = (int32_t)(sample_s * rate_hz + 0.5);
     const double step_s = ticks / rate_hz;
     oc_hypothesis_setup(&design->hypothesis, step_s, steering_ratio, ratio_times_wheelbase, pull_sd);
@@ -27,6 +31,8 @@ void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double r
     design->rate_hz = rate_hz;
     design->tick_s = 1.0 / rate_hz;
     design->side_force_share = design->tick_s / side_force_s;
+    design->borne = sees_bank ? 1.0 : borne_in_bends;
+    design->unseen = sees_bank ? 0.0f : 1.0f;
     design->memory_s = (float)memory_s;
     design->ticks_per_sample = ticks;
     design->samples_per_second = (int32_t)(1.0 / step_s + 0.5);
@@ -77,11 +83,12 @@ static void turn_heading(oc_joint *joint, float angle) {
 
 /* What the tyres carry. Turning says it with less noise than the accelerometer, which is needed for the bank alone. */
 static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_tracking *before, const oc_joint *joint,
-                                  double rate_hz) {
+                                  const oc_joint_design *design) {
+    const double rate_hz = design->rate_hz;
     return (oc_motion_sample){
         .angle = tick->angle,
         .residual = (float)tick->residual,
-        .lateral_acceleration = (float)(tick->yaw_rate * tick->speed + before->bank),
+        .lateral_acceleration = (float)(design->borne * tick->yaw_rate * tick->speed + before->bank),
         .yaw_acceleration = (float)((tick->yaw_rate - before->yaw_rate) * rate_hz),
         .jerk = (float)((tick->lateral_acceleration - before->lateral_acceleration) * rate_hz),
         .curvature = (float)tick->curvature,
@@ -146,11 +153,12 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
     }
 }
 
-static void see_flank(oc_joint *joint, const oc_motion_sample *sample, float step_s) {
+static void see_flank(oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const float load = oc_play_load(&best->play, sample);
     const float friction = best->play.friction > 0.0f ? best->play.friction : 0.0f;
-    const float beyond = clearly + friction + sqrtf(best->unloading_variance);
+    const float beyond = clearly + unseen_bank * design->unseen + friction + sqrtf(best->unloading_variance);
+    const float step_s = design->hypothesis.step_s;
     joint->to_left += load > beyond ? step_s : 0.0f;
     joint->to_right += load < -beyond ? step_s : 0.0f;
 }
@@ -273,7 +281,7 @@ static void end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     for (int32_t k = 0; k < work->samples; ++k) {
         const oc_motion_sample *sample = &waiting_at(tracking, k)->sample;
         if (sample->usable) {
-            see_flank(joint, sample, design->hypothesis.step_s);
+            see_flank(joint, design, sample);
         }
     }
     tracking->first = (tracking->first + work->samples) % OC_JOINT_WAITING;
@@ -363,7 +371,7 @@ static void take_sample(oc_joint *joint, oc_joint_tracking *tracking, const oc_j
     const bool ends = tracking->in_second == design->samples_per_second;
     tracking->in_second = ends ? 0 : tracking->in_second;
     oc_joint_waiting *waiting = waiting_at(tracking, tracking->count);
-    waiting->sample = sample_of(tick, tracking, joint, design->rate_hz);
+    waiting->sample = sample_of(tick, tracking, joint, design);
     waiting->begins_second = begins;
     waiting->ends_second = ends;
     ++tracking->count;

@@ -48,6 +48,8 @@ typedef struct {
     oc_noise_design noise;
     double rate_hz, tick_s;
     double side_force_share;     /* of a new tick in the smoothed bank */
+    double borne;                /* share of r*v that the tyres bear, beside the bank that is seen */
+    float unseen;                /* 1: no accelerometer tells the bank; 0 */
     float memory_s;              /* how far back evidence reaches at most */
     int32_t ticks_per_sample, samples_per_second;
     int32_t work_per_tick;       /* samples taken in by a hypothesis, or OC_JOINT_STEP for a step of its equations */
@@ -114,19 +116,23 @@ typedef struct {
 } oc_joint;
 
 typedef struct {
-    double offset, offset_sd;       /* rad */
-    double told_sd;                 /* rad, of the offset but for pull and wind, which no drive tells */
-    double gradient, gradient_sd;   /* rad/(m/s^2) */
-    double backlash, backlash_sd;   /* rad, full width */
-    double unloading, unloading_sd; /* m/s^2 */
-    double wheelbase, wheelbase_sd; /* share by which the truck turns as if it were longer */
-    double used;                    /* s */
+    float value, sd;
+} oc_found;
+
+typedef struct {
+    oc_found offset;    /* rad */
+    float told_sd;      /* rad, of the offset but for pull and wind, which no drive tells */
+    oc_found gradient;  /* rad/(m/s^2) */
+    oc_found backlash;  /* rad, full width */
+    oc_found unloading; /* m/s^2 */
+    oc_found wheelbase; /* share by which the truck turns as if it were longer */
+    float used;         /* s */
 } oc_joint_answer;
 
-/* lowpass: through which the signals come. pull_sd: m/s^2, of wheel alignment and mean wind, which shift a_0; memory_s:
- * how far back evidence reaches. */
+/* lowpass: through which the signals come. pull_sd: m/s^2, of wheel alignment and mean wind, which shift a_0, and
+ * of the bank where it is not seen; sees_bank: an accelerometer does; memory_s: how far back evidence reaches. */
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
-                    double ratio_times_wheelbase, double pull_sd, double memory_s);
+                    double ratio_times_wheelbase, float pull_sd, bool sees_bank, double memory_s);
 
 /* One tick later than the one before; after an ignition, a hole or a standstill tracking is all zero, and after the
  * first two `lost` is set. True when a second was learned from. */
@@ -157,6 +163,6 @@ double oc_joint_flank_lacking(const oc_joint *joint, int32_t side);
 double oc_joint_place(const oc_joint *joint);
 
 /* The hypotheses' mean by their weights, and what that leaves open. */
-oc_joint_answer oc_joint_answer_get(const oc_joint *joint);
+oc_joint_answer oc_joint_answer_get(const oc_joint *joint, const oc_joint_design *design);
 
 #endif

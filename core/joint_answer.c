@@ -8,6 +8,7 @@ static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
 static const float always_doubtful = 0.05f;            /* of that variance, whatever was found */
 static const float late_comer = 16.0f;                /* of cost: who did not see a flank that the others have seen */
 static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
+static const float borne_doubt = 0.3f;                 /* sd, of the share of bends that tyres bear where none tells */
 
 double oc_joint_place(const oc_joint *joint) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
@@ -27,6 +28,10 @@ double oc_joint_flank_lacking(const oc_joint *joint, int32_t side) {
 
 static float least_of(float a, float b) {
     return a < b ? a : b;
+}
+
+static float most_of(float a, float b) {
+    return a > b ? a : b;
 }
 
 static float share_of(float value) {
@@ -50,9 +55,9 @@ static float lacking(const oc_hypothesis *h, float seen) {
 /* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was
  * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides, and
  * else the midpoint stays as uncertain as half the play is beforehand. */
-static float unseen_width_variance(const oc_hypothesis *h, float lacks) {
+static float unseen_width_variance(const oc_hypothesis *h, float unseen, float lacks) {
     const float little = share_of(1.0f - 2.0f * h->play.half_width / found_width);
-    const float doubtful = little > always_doubtful ? little : always_doubtful;
+    const float doubtful = most_of(most_of(little, unseen), always_doubtful);
     return lacks * doubtful * width_sd * width_sd;
 }
 
@@ -80,21 +85,21 @@ static void mix(mixture *mixture, float weight, float value, float variance) {
 }
 
 /* `all`: the sum of the weights. */
-static double mean_of(const mixture *mixture, float all) {
-    return (double)mixture->about + (double)(mixture->sum / all);
-}
-
-static double sd_of(const mixture *mixture, float all) {
+static float variance_of(const mixture *mixture, float all) {
     const float mean = mixture->sum / all;
     const float between = mixture->squares / all - mean * mean;
-    return (double)sqrtf(mixture->variances / all + (between > 0.0f ? between : 0.0f));
+    return mixture->variances / all + (between > 0.0f ? between : 0.0f);
+}
+
+static oc_found found_of(const mixture *mixture, float all) {
+    return (oc_found){.value = mixture->about + mixture->sum / all, .sd = sqrtf(variance_of(mixture, all))};
 }
 
 static float width_of(const oc_hypothesis *h) {
     return 2.0f * (h->play.half_width + h->play.windup);
 }
 
-oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
+oc_joint_answer oc_joint_answer_get(const oc_joint *joint, const oc_joint_design *design) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     mixture offset = {.about = best->offset}, gradient = {.about = best->gradient};
     mixture backlash = {.about = width_of(best)}, unloading = {.about = best->unloading};
@@ -109,30 +114,25 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint) {
         const float lacks = lacking(h, least_of(joint->to_left - h->left_before, joint->to_right - h->right_before));
         const float worse = h->cost > best->cost ? h->cost - best->cost : 0.0f;
         const float weight = likelihood(worse + late_comer * (lacks - lacking(h, seen)));
-        const float unseen = unseen_width_variance(h, lacks);
+        const float unseen = unseen_width_variance(h, design->unseen, lacks);
         all += weight;
         pulled += weight * h->pulled_variance;
         mix(&offset, weight, h->offset, h->offset_variance + 0.25f * unseen);
-        mix(&gradient, weight, h->gradient, h->gradient_variance);
+        const float borne = borne_doubt * design->unseen * h->gradient;
+        mix(&gradient, weight, h->gradient, h->gradient_variance + borne * borne);
         mix(&backlash, weight, width_of(h), h->width_variance + unseen);
         mix(&wheelbase, weight, h->wheelbase, h->wheelbase_variance);
         mix(&unloading, weight, h->unloading, h->unloading_variance);
     }
-    const double offset_sd = sd_of(&offset, all);
-    const double told = offset_sd * offset_sd - (double)(pulled / all);
+    const float told = variance_of(&offset, all) - pulled / all;
     return (oc_joint_answer){
-        .offset = mean_of(&offset, all),
-        .offset_sd = offset_sd,
-        .told_sd = sqrt(told > 0.0 ? told : 0.0),
-        .gradient = mean_of(&gradient, all),
-        .gradient_sd = sd_of(&gradient, all),
-        .backlash = mean_of(&backlash, all),
-        .backlash_sd = sd_of(&backlash, all),
-        .unloading = mean_of(&unloading, all),
-        .unloading_sd = sd_of(&unloading, all),
-        .wheelbase = mean_of(&wheelbase, all),
-        .wheelbase_sd = sd_of(&wheelbase, all),
-        .used = (double)joint->second.used_s,
+        .offset = found_of(&offset, all),
+        .told_sd = told > 0.0f ? sqrtf(told) : 0.0f,
+        .gradient = found_of(&gradient, all),
+        .backlash = found_of(&backlash, all),
+        .unloading = found_of(&unloading, all),
+        .wheelbase = found_of(&wheelbase, all),
+        .used = joint->second.used_s,
     };
 }
 

@@ -94,10 +94,11 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     oc_preprocess_design(&c->preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
                          rate_hz);
     oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
-    const double pull = params->pull_sd_m_s2, wind = params->wind_sd_m_s2;
-    const double unseen_bank = params->use_accelerometer ? 0.0 : params->crown_sd_m_s2;
+    const bool sees_bank = params->use_accelerometer != 0;
+    const float pull = (float)params->pull_sd_m_s2, wind = (float)params->wind_sd_m_s2;
+    const float bank = sees_bank ? 0.0f : (float)params->crown_sd_m_s2;
     oc_joint_setup(&c->joint, &c->preprocess.lowpass, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
-                   sqrt(pull * pull + wind * wind + unseen_bank * unseen_bank), params->joint_memory_s);
+                   sqrtf(pull * pull + wind * wind + bank * bank), sees_bank, params->joint_memory_s);
     oc_ratio ratio = vehicle->ratio;
     ratio.ratio = vehicle->steering_ratio;
     oc_angle_setup(&c->angle, params->angle_method, &ratio, vehicle->wheelbase, rate_hz);

@@ -74,6 +74,7 @@ class Row:
     traffic_side: str = "right"
     spoil: Callable[[Signals, Random], Signals] = lambda signals, random: signals
     times: int = 1
+    hears: bool = True  # the lateral acceleration is used; rivals use it anyway
     vehicle_error: Distribution | None = None  # share by which wheelbase and ratio of the vehicle file are wrong
 
 
@@ -191,6 +192,7 @@ def _vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehic
             "track_width_rear_m": truck.track_width_rear_m,
             "axle_layout": truck.axle_layout,
             "traffic_side": row.traffic_side,
+            "params": {"use_accelerometer": row.hears},
         },
         row.name,
     )
@@ -393,6 +395,8 @@ _ROWS = (
     Row("unloads_on_crown", "axle set up to unload on 2 %", asked="interval", extra=_unloads_on_crown),
     Row("ebc2", "wheel speeds in 1/16 km/h at 10 Hz, never stands", spoil=as_ebc2, extra=_never_stands),
     Row("no_wheel_speeds", "no wheel speeds on the bus", spoil=without_wheel_speeds),
+    Row("no_accelerometer", "lateral acceleration not used, but by rivals", asked="", hears=False),
+    Row("no_accelerometer_motorway", "the same on a motorway, banked in bends", asked="", hears=False, base="motorway"),
     Row("kicks", "kerbs, and a stability control at work", spoil=with_kicks),
     Row("left_hand", "traffic on the left, crown mirrored", traffic_side="left"),
     Row("remounted", "sensor moves by 2 to 6 deg in minute 6 to 12", extra=_remounted),

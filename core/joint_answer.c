@@ -8,7 +8,8 @@ static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
 static const float always_doubtful = 0.05f;            /* of that variance, whatever was found */
 static const float late_comer = 16.0f;                /* of cost: who did not see a flank that the others have seen */
 static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
-static const float borne_doubt = 0.3f;                 /* sd, of the share of bends that tyres bear where none tells */
+static const float usual_gradient = 0.4f * 0.017453292f; /* rad/(m/s^2) */
+static const float borne_doubt = 0.5f; /* sd, of the gradient where nobody tells what of bends the tyres bear */
 
 double oc_joint_place(const oc_joint *joint) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
@@ -118,7 +119,7 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint, const oc_joint_design
         all += weight;
         pulled += weight * h->pulled_variance;
         mix(&offset, weight, h->offset, h->offset_variance + 0.25f * unseen);
-        const float borne = borne_doubt * design->unseen * h->gradient;
+        const float borne = borne_doubt * design->unseen * most_of(h->gradient, usual_gradient);
         mix(&gradient, weight, h->gradient, h->gradient_variance + borne * borne);
         mix(&backlash, weight, width_of(h), h->width_variance + unseen);
         mix(&wheelbase, weight, h->wheelbase, h->wheelbase_variance);

@@ -53,6 +53,17 @@ def test_what_was_learned_with_the_sensor_tells_the_angle_without_it(
         assert np.sqrt(np.mean(theirs**2)) > 1.3 * np.sqrt(np.mean(error**2))
 
 
+def test_without_an_accelerometer_bends_are_taken_for_banked_alike_with_the_sensor_and_after_it(
+    drive: tuple[Signals, Truth], truck: oc.Vehicle
+) -> None:
+    blind = truck.model_copy(update={"params": {**truck.params, "use_accelerometer": 0.0}})
+    signals, truth = drive
+    heard, _ = after_loss(oc.angle(signals, truck, sensor_lost_at=LOST_S), truth)
+    error, sd = after_loss(oc.angle(signals, blind, sensor_lost_at=LOST_S), truth)
+    assert np.sqrt(np.mean(error**2)) < 1.2 * np.sqrt(np.mean(heard**2))
+    assert np.mean(np.abs(error) < 1.96 * sd) > 0.92
+
+
 def test_fifteen_degrees_of_play_cost_less_than_three(truck: oc.Vehicle) -> None:
     signals, truth = oc.simulate("heavy_play", 5)
     error, sd = after_loss(oc.angle(signals, truck, sensor_lost_at=LOST_S), truth)

@@ -124,6 +124,19 @@ def test_a_middle_that_the_accelerometers_zero_decides_is_not_called_valid_howev
         assert status(found) == expected
 
 
+def test_without_an_accelerometer_banked_bends_show_neither_a_flank_nor_the_gradient() -> None:
+    """8 deg of play on motorways that lean into their bends: what turns to the other side hardly leaves its flank, and
+    what takes no angle seems to be a truck that does not understeer."""
+    gradients_held = 0
+    for seed in range(1, 7):
+        columns, truth = driven('base = "motorway"\n' + CREEPING, seed)
+        found = answer_of(columns, truth, params={"use_accelerometer": 0.0})
+        assert status(found["offset"]) == "converging" and status(found["understeer_gradient"]) == "converging"
+        assert holds(found["offset"], truth.offset_rad)
+        gradients_held += holds(found["understeer_gradient"], truth.understeer_gradient)
+    assert gradients_held >= 5
+
+
 def test_without_play_the_interval_covers_what_an_accelerometers_bias_hides() -> None:
     errors = []
     for seed, bias in enumerate((0.2, -0.2, 0.1, -0.1), 1):

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "bounds.h"
+
 static const float half_turn = 3.14159265358979323846f;
 
 /* The filter: what a driver does is below some 2 Hz; more lets the gyro's noise in, less is late. The pair rings, which
@@ -75,17 +77,6 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
     };
 }
 
-static float limited_to(float value, float limit) {
-    if (value > limit) {
-        return limit;
-    }
-    return value < -limit ? -limit : value;
-}
-
-static float at_most(float a, float b) {
-    return a < b ? a : b;
-}
-
 static void begin_observer(oc_angle_tracking *t, const oc_angle_tick *tick) {
     *t = (oc_angle_tracking){
         .running = 1,
@@ -114,7 +105,7 @@ static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const 
     const float half = 0.5f * truck->backlash;
     const float beyond = fabsf(load) - truck->friction;
     const float moved = wheels - t->reference;
-    const float clear = limited_to(moved, moved_min) - moved; /* minus what is beyond */
+    const float clear = oc_limited(moved, moved_min) - moved; /* minus what is beyond */
     t->reference -= clear;
     float push = 0.0f;
     if (beyond <= 0.0f || -clear * load > 0.0f) {
@@ -125,7 +116,7 @@ static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const 
         push += load > 0.0f ? crept : -crept;
     }
     t->place += push;
-    t->place_variance -= t->place_variance * at_most(fabsf(push), 1.0f);
+    t->place_variance -= t->place_variance * oc_least(fabsf(push), 1.0f);
     const float share = d->tick_s / forgotten_s;
     if (beyond < near_friction) {
         t->place -= t->place * share;
@@ -133,7 +124,7 @@ static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const 
     if (beyond < near_friction + unloading_sds * truck->unloading_sd) {
         t->place_variance += (place_variance_max - t->place_variance) * share;
     }
-    t->place = limited_to(t->place, 1.0f);
+    t->place = oc_limited(t->place, 1.0f);
 }
 
 double oc_angle_late_s(const oc_angle_design *d) {
@@ -246,8 +237,8 @@ static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, 
         e->products = keep * e->products + t->yaw_acceleration * without_T * d->tick_s;
     }
     e->seconds += d->tick_s;
-    const float share = d->tick_s / at_most(learning_memory_s, 10.0f + e->seconds);
-    e->spread += (at_most(error * error / variance, 25.0f) - e->spread) * share;
+    const float share = d->tick_s / oc_least(learning_memory_s, 10.0f + e->seconds);
+    e->spread += (oc_least(error * error / variance, 25.0f) - e->spread) * share;
 }
 
 /* Without ever having had a sensor. */
@@ -300,7 +291,7 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
     } else {
         t->held_s += d->tick_s;
         t->place_variance = place_variance_max;
-        t->sd = at_most(t->sd + hand_rate_sd * d->tick_s, angle_sd_max);
+        t->sd = oc_least(t->sd + hand_rate_sd * d->tick_s, angle_sd_max);
     }
 
     /* no jump when the sensor goes, or comes back: its last word fades, and so does ours */

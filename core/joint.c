@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "bounds.h"
 #include "joint_bank.h"
 
 static const double sample_s = 0.1;
@@ -65,7 +66,7 @@ static void restart(oc_joint *joint, const oc_joint_design *design) {
     if (joint->lost) {
         joint->lost = 0;
         joint->found = 0;
-        joint->watch = (oc_change_watch){.rest = joint->watch.rest > unplaced_s ? joint->watch.rest : unplaced_s};
+        joint->watch = (oc_change_watch){.rest = oc_most(joint->watch.rest, unplaced_s)};
         joint->along = 1.0f;
         joint->across = 0.0f;
     }
@@ -156,7 +157,7 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
 static void see_flank(oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const float load = oc_play_load(&best->play, sample);
-    const float friction = best->play.friction > 0.0f ? best->play.friction : 0.0f;
+    const float friction = oc_most(best->play.friction, 0.0f);
     const float beyond = clearly + unseen_bank * design->unseen + friction + sqrtf(best->unloading_variance);
     const float step_s = design->hypothesis.step_s;
     joint->to_left += load > beyond ? step_s : 0.0f;

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "bounds.h"
+
 /* A flank of the play counts as seen after so long. */
 static const float flank_s = 2.0f;
 static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
@@ -27,25 +29,13 @@ double oc_joint_flank_lacking(const oc_joint *joint, int32_t side) {
     return found || seen > flank_s ? 0.0 : (double)(flank_s - seen);
 }
 
-static float least_of(float a, float b) {
-    return a < b ? a : b;
-}
-
-static float most_of(float a, float b) {
-    return a > b ? a : b;
-}
-
 static float share_of(float value) {
-    if (value < 0.0f) {
-        return 0.0f;
-    }
-    return value > 1.0f ? 1.0f : value;
+    return oc_within(value, 0.0f, 1.0f);
 }
 
 /* Of time, before it tells as much as if its seconds were independent. */
 static float longer_by_correlation(const oc_hypothesis *h) {
-    const float f = h->blocks.factor > h->long_blocks.factor ? h->blocks.factor : h->long_blocks.factor;
-    return f > 1.0f ? sqrtf(f) : 1.0f;
+    return sqrtf(oc_most(oc_most(h->blocks.factor, h->long_blocks.factor), 1.0f));
 }
 
 /* How much of the time lacks after which a flank counts as seen. `seen`: s, the flank that was seen for less. */
@@ -58,7 +48,7 @@ static float lacking(const oc_hypothesis *h, float seen) {
  * else the midpoint stays as uncertain as half the play is beforehand. */
 static float unseen_width_variance(const oc_hypothesis *h, float unseen, float lacks) {
     const float little = share_of(1.0f - 2.0f * h->play.half_width / found_width);
-    const float doubtful = most_of(most_of(little, unseen), always_doubtful);
+    const float doubtful = oc_most(oc_most(little, unseen), always_doubtful);
     return lacks * doubtful * width_sd * width_sd;
 }
 
@@ -89,7 +79,7 @@ static void mix(mixture *mixture, float weight, float value, float variance) {
 static float variance_of(const mixture *mixture, float all) {
     const float mean = mixture->sum / all;
     const float between = mixture->squares / all - mean * mean;
-    return mixture->variances / all + (between > 0.0f ? between : 0.0f);
+    return mixture->variances / all + oc_most(between, 0.0f);
 }
 
 static oc_found found_of(const mixture *mixture, float all) {
@@ -105,21 +95,21 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint, const oc_joint_design
     mixture offset = {.about = best->offset}, gradient = {.about = best->gradient};
     mixture backlash = {.about = width_of(best)}, unloading = {.about = best->unloading};
     mixture wheelbase = {.about = best->wheelbase};
-    const float seen = least_of(joint->to_left, joint->to_right);
+    const float seen = oc_least(joint->to_left, joint->to_right);
     float all = 0.0f, pulled = 0.0f;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (oc_hypothesis_is_newborn(h, &joint->second)) {
             continue;
         }
-        const float lacks = lacking(h, least_of(joint->to_left - h->left_before, joint->to_right - h->right_before));
-        const float worse = h->cost > best->cost ? h->cost - best->cost : 0.0f;
+        const float lacks = lacking(h, oc_least(joint->to_left - h->left_before, joint->to_right - h->right_before));
+        const float worse = oc_most(h->cost - best->cost, 0.0f);
         const float weight = likelihood(worse + late_comer * (lacks - lacking(h, seen)));
         const float unseen = unseen_width_variance(h, design->unseen, lacks);
         all += weight;
         pulled += weight * h->pulled_variance;
         mix(&offset, weight, h->offset, h->offset_variance + 0.25f * unseen);
-        const float borne = borne_doubt * design->unseen * most_of(h->gradient, usual_gradient);
+        const float borne = borne_doubt * design->unseen * oc_most(h->gradient, usual_gradient);
         mix(&gradient, weight, h->gradient, h->gradient_variance + borne * borne);
         mix(&backlash, weight, width_of(h), h->width_variance + unseen);
         mix(&wheelbase, weight, h->wheelbase, h->wheelbase_variance);
@@ -128,7 +118,7 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint, const oc_joint_design
     const float told = variance_of(&offset, all) - pulled / all;
     return (oc_joint_answer){
         .offset = found_of(&offset, all),
-        .told_sd = told > 0.0f ? sqrtf(told) : 0.0f,
+        .told_sd = sqrtf(oc_most(told, 0.0f)),
         .gradient = found_of(&gradient, all),
         .backlash = found_of(&backlash, all),
         .unloading = found_of(&unloading, all),

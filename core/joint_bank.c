@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "bounds.h"
+
 static const float one_degree = 0.017453292f; /* rad */
 
 /* Little, some and much play; wheels that side force carries through it, sooner or later, or that stay where they rub;
@@ -120,16 +122,9 @@ static void renew(oc_joint *joint) {
     joint->loaded = loads ? 0 : joint->count;
 }
 
-static float clamped(float value, float low, float high) {
-    if (value < low) {
-        return low;
-    }
-    return value > high ? high : value;
-}
-
 float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design) {
     const float first = 60.0f + 0.5f * joint->second.used_s;
-    return first < design->memory_s ? first : design->memory_s;
+    return oc_least(first, design->memory_s);
 }
 
 void oc_joint_turn_second(oc_joint *joint, const oc_joint_design *design) {
@@ -140,7 +135,7 @@ void oc_joint_turn_second(oc_joint *joint, const oc_joint_design *design) {
     const float noise = oc_hypothesis_noise(&joint->hypotheses[joint->best]);
     second->reference = noise > least * least ? noise : least * least;
     second->used_s += second->second_s;
-    second->trial_s = clamped(0.05f * second->used_s, 60.0f, 600.0f);
+    second->trial_s = oc_within(0.05f * second->used_s, 60.0f, 600.0f);
     if (second->long_block_ends) {
         renew(joint);
     }

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "bounds.h"
+
 static const float rad_in_deg = 0.017453292f;
 static const float limit_deg = 10.0f, limit_sds = 5.5f; /* the larger of both is the limit */
 static const float well = 0.5f;           /* of the limit */
@@ -48,16 +50,8 @@ const char *oc_fault_name(oc_fault fault) {
     return (unsigned)fault < OC_FAULT_COUNT ? names[fault] : "unknown";
 }
 
-static float at_least(float a, float b) {
-    return a > b ? a : b;
-}
-
-static float no_more_than(float a, float b) {
-    return a < b ? a : b;
-}
-
 static float no_further_than(float value, float most) {
-    const float size = no_more_than(fabsf(value), most);
+    const float size = oc_least(fabsf(value), most);
     return value < 0.0f ? -size : size;
 }
 
@@ -66,10 +60,10 @@ static bool teaches_nothing(oc_fault fault) {
 }
 
 static void name_it(oc_fault_watch *w, oc_fault fault, double since, float difference, float sd) {
-    const float sds = fabsf(difference) / at_least(sd, 1e-6f);
+    const float sds = fabsf(difference) / oc_most(sd, 1e-6f);
     w->fault = fault;
     w->since = since;
-    w->confidence = 1.0f - 1.0f / at_least(sds * sds, 1.0f);
+    w->confidence = 1.0f - 1.0f / oc_most(sds * sds, 1.0f);
     w->well_s = 0.0f;
 }
 
@@ -136,7 +130,7 @@ static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
     w->mean_estimate += share * no_further_than(e, kick_max_deg * rad_in_deg);
     const float right = 2.0f * m * e / (tick->sd * tick->sd + noise * noise) / fades_s;
     w->flipped -= no_further_than(right, flipped_rate) * tick->tick_s;
-    w->flipped = no_more_than(at_least(w->flipped, 0.0f), 2.0f * flipped_min);
+    w->flipped = oc_least(oc_most(w->flipped, 0.0f), 2.0f * flipped_min);
     if (w->flipped <= 0.0f) {
         w->last_right = tick->time;
     }
@@ -164,7 +158,7 @@ static oc_fault kind_of(const oc_fault_watch *w) {
 
 static float counted(float sum, float share, float sure, float tick_s) {
     const float beyond = share - borderline;
-    return at_least(sum + (beyond < 0.0f ? sure * beyond : beyond) * tick_s, 0.0f);
+    return oc_most(sum + (beyond < 0.0f ? sure * beyond : beyond) * tick_s, 0.0f);
 }
 
 /* A difference that is within a wide limit says less for the sensor than one within a narrow one. */
@@ -189,17 +183,17 @@ static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, float diff
     if (fabsf(share) < well) {
         w->last_well = tick->time;
         w->well_s += tick->tick_s;
-        w->suspended_s = at_least(w->suspended_s - regained * tick->tick_s, 0.0f);
+        w->suspended_s = oc_most(w->suspended_s - regained * tick->tick_s, 0.0f);
     } else {
         w->well_s = 0.0f;
-        w->suspended_s = no_more_than(w->suspended_s + tick->tick_s, suspended_max_s);
+        w->suspended_s = oc_least(w->suspended_s + tick->tick_s, suspended_max_s);
     }
 }
 
 static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, float limit) {
     const float turned = fabsf(tick->estimate - w->held_estimate);
     const bool bent = w->beyond && turned > limit && w->held_s > stuck_min_s;
-    const bool still = w->held_s > still_s && turned > at_least(still_deg * rad_in_deg, still_sds * tick->sd);
+    const bool still = w->held_s > still_s && turned > oc_most(still_deg * rad_in_deg, still_sds * tick->sd);
     w->held_fast_s += tick->tick_s;
     w->stuck_s = bent || still ? w->stuck_s + tick->tick_s : 0.0f;
     return w->stuck_s > stuck_min_s || w->held_fast_s > frozen_s;
@@ -213,7 +207,7 @@ static bool goes_along(const oc_fault_watch *w) {
 /* rad; with the offset as late as it is judged by, for the sd grows while learning follows a sensor that drifts. */
 static float judged_sd(const oc_fault_watch *w, const oc_fault_tick *tick) {
     const float grown = tick->offset_sd * tick->offset_sd - w->offset_sd * w->offset_sd;
-    return grown > 0.0f ? sqrtf(at_least(tick->sd * tick->sd - grown, 0.0f)) : tick->sd;
+    return grown > 0.0f ? sqrtf(oc_most(tick->sd * tick->sd - grown, 0.0f)) : tick->sd;
 }
 
 /* A sensor at fault that goes with the truck again, however far apart: it is another one since this ignition, or rests
@@ -229,12 +223,12 @@ static bool was_replaced(oc_fault_watch *w, const oc_fault_tick *tick, float dif
     }
     const bool steady = along && fabsf(difference - w->apart) < well * limit;
     w->apart += steady ? (difference - w->apart) * tick->tick_s / apart_mean_s : 0.0f;
-    w->steady_s = at_least(w->steady_s + (steady ? tick->tick_s : -undone * tick->tick_s), 0.0f);
+    w->steady_s = oc_most(w->steady_s + (steady ? tick->tick_s : -undone * tick->tick_s), 0.0f);
     return w->steady_s > replaced_s;
 }
 
 static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
-    const float limit = (1.0f + w->wider) * at_least(limit_deg * rad_in_deg, limit_sds * judged_sd(w, tick)) +
+    const float limit = (1.0f + w->wider) * oc_most(limit_deg * rad_in_deg, limit_sds * judged_sd(w, tick)) +
                         hidden_deg * rad_in_deg * tick->hidden;
     const float difference = tick->measured - w->offset - tick->estimate;
     count_wrong(w, tick, difference, limit);
@@ -246,7 +240,7 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
             name_it(w, OC_FAULT_STUCK, tick->time - (double)w->held_s, difference, tick->sd);
         } else if (w->flipped > flipped_min) {
             name_it(w, OC_FAULT_WRONG_SIGN, w->last_right, 2.0f * flipped_min, 1.0f);
-        } else if (at_least(w->left, w->right) > (has_stepped(w) ? wrong_after_step_s : wrong_s)) {
+        } else if (oc_most(w->left, w->right) > (has_stepped(w) ? wrong_after_step_s : wrong_s)) {
             name_it(w, kind_of(w), w->suspicious_since, difference, tick->sd);
         } else if (fabsf(w->mean) > wrong_mean) {
             name_it(w, kind_of(w), tick->time - (double)mean_of_s, difference, tick->sd);
@@ -257,7 +251,7 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->fault = OC_FAULT_REMOUNTED;
     } else if (w->well_s > healed_s && along) {
         if (w->fault == OC_FAULT_DRIFTING) {
-            w->wider = no_more_than(w->wider + wider, wider_max);
+            w->wider = oc_least(w->wider + wider, wider_max);
         }
         acquit(w);
     }
@@ -279,7 +273,7 @@ static void follow_offset(oc_fault_watch *w, const oc_fault_tick *tick) {
     }
     w->offset_s += tick->tick_s;
     const float later = fabsf(w->mean) > leaning ? leaning_factor : 1.0f;
-    const float share = tick->tick_s / no_more_than(w->offset_s, later * offset_memory_s);
+    const float share = tick->tick_s / oc_least(w->offset_s, later * offset_memory_s);
     const float grown = tick->offset_sd - w->offset_sd;
     w->offset += (tick->offset - w->offset) * share;
     w->offset_sd += grown > 0.0f ? grown * share / sd_memory_factor : grown;

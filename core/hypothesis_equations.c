@@ -1,0 +1,254 @@
+#include <math.h>
+
+#include "bounds.h"
+#include "hypothesis_terms.h"
+
+/* Priors. Trucks have 0 to 15 deg of play, most of them little; king-pin friction holds some 0.1 m/s^2 of side force;
+ * K_us/g is 4.2's, give or take as much. */
+static const float width_mean = 4.0f * 0.017453292f;    /* rad */
+static const float windup_mean = 1.0f * 0.017453292f;   /* rad */
+static const float gradient_mean = 0.4f * 0.017453292f; /* rad/(m/s^2) */
+static const float least_gradient = 0.2f * 0.017453292f; /* rad/(m/s^2), that an interval may rest on */
+static const float friction_mean = 0.1f;                /* m/s^2 */
+static const float creep_mean = 100.0f * 0.017453292f;  /* rad/s per m/s^2 */
+
+/* The most by which a second may move the hypothesis: as far as the model is linear. */
+static const float unloading_step = 0.03f;              /* m/s^2 */
+static const float friction_step = 0.03f;               /* m/s^2 */
+static const float creep_step = 0.3f;                   /* share */
+static const float unwinding_step = 0.2f;               /* 1/s */
+
+/* Where half a play and half a wind-up may go, rad. */
+static const float least_half_play = 0.05f * 0.017453292f;
+static const float least_half_windup = 0.02f * 0.017453292f;
+static const float most_half = 12.5f * 0.017453292f;
+
+static const float little_width = 2.0f * 0.017453292f;  /* rad */
+static const float least_weight = 1e-6f;                /* s: less tells no more of an offset that was moved */
+static const float smoothed = 0.71f; /* of white noise in a second, by joint.c's 0.3 s: 1 - 0.3 (1 - exp(-1 / 0.3)) */
+
+static bool creeps(const oc_play *play) {
+    return play->friction >= 0.0f;
+}
+
+static float found(const oc_hypothesis *h, const oc_hypothesis_design *design, int32_t term) {
+    return h->terms[term] * design->scale[term];
+}
+
+/* Where a parameter goes that is to be moved by so much, a step at most. */
+static float stepped(float value, float by, float step, float low, float high) {
+    return oc_within(value + oc_within(by, -step, step), low, high);
+}
+
+/* The hypothesis goes where its terms point, a little at a time, and keeps its evidence. */
+static void relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
+    oc_play *play = &h->play;
+    const oc_play before = *play;
+    play->half_width = stepped(before.half_width, 0.5f * found(h, design, WIDTH), oc_play_width_step(before.half_width),
+                               least_half_play, most_half);
+    oc_hypothesis_shift(h, design, WIDTH, 2.0f * (play->half_width - before.half_width));
+    if (play->half_width < before.half_width) {
+        oc_hypothesis_narrow(h, CREEP, UNLOADING, play->half_width / before.half_width);
+    }
+    play->unloading = stepped(before.unloading, found(h, design, UNLOADING), unloading_step, -1.0f, 1.0f);
+    oc_hypothesis_shift(h, design, UNLOADING, play->unloading - before.unloading);
+    for (int32_t k = 0; k < OC_WINDS; ++k) {
+        play->wind[k] = stepped(before.wind[k], found(h, design, WIND + k), unloading_step, -0.5f, 0.5f);
+        oc_hypothesis_shift(h, design, WIND + k, play->wind[k] - before.wind[k]);
+    }
+    if (!creeps(play)) {
+        return;
+    }
+    play->friction = stepped(before.friction, found(h, design, FRICTION), friction_step, 0.0f, 2.0f);
+    oc_hypothesis_shift(h, design, FRICTION, play->friction - before.friction);
+    play->creep = stepped(before.creep, before.creep * found(h, design, CREEP), before.creep * creep_step,
+                          0.05f * creep_mean, 10.0f * creep_mean);
+    oc_hypothesis_shift(h, design, CREEP, play->creep / before.creep - 1.0f);
+    play->windup = stepped(before.windup, 0.5f * found(h, design, WINDUP), oc_play_width_step(before.windup),
+                           least_half_windup, most_half);
+    oc_hypothesis_shift(h, design, WINDUP, 2.0f * (play->windup - before.windup));
+    if (play->windup < before.windup) {
+        oc_hypothesis_narrow(h, UNWINDING, UNWINDING, play->windup / before.windup);
+    }
+    play->unwinding = stepped(before.unwinding, found(h, design, UNWINDING), unwinding_step, 0.0f, 10.0f);
+    oc_hypothesis_shift(h, design, UNWINDING, play->unwinding - before.unwinding);
+}
+
+/* The priors' information, and their pull on what is left to be found. */
+static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                       float *information, float *terms) {
+    const float *scale = design->scale;
+    const oc_play *play = &h->play;
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        information[k] = 1.0f;
+    }
+    const float unloading = scale[UNLOADING] / prior->unloading_sd;
+    const float bias = scale[YAW_RATE_BIAS] / prior->yaw_rate_bias_sd;
+    information[UNLOADING] = unloading * unloading;
+    information[YAW_RATE_BIAS] = bias * bias;
+    terms[UNLOADING] += information[UNLOADING] * (prior->unloading_mean - play->unloading) / scale[UNLOADING];
+    terms[GRADIENT] += gradient_mean / scale[GRADIENT];
+    terms[WIDTH] += (width_mean - 2.0f * play->half_width) / scale[WIDTH];
+    for (int32_t k = 0; k < OC_WINDS; ++k) {
+        terms[WIND + k] -= play->wind[k] / scale[WIND + k];
+    }
+    if (creeps(play)) {
+        const float share = creep_mean / play->creep;
+        terms[FRICTION] += (friction_mean - play->friction) / scale[FRICTION];
+        terms[UNWINDING] -= play->unwinding / scale[UNWINDING];
+        terms[WINDUP] += (windup_mean - 2.0f * play->windup) / scale[WINDUP];
+        terms[CREEP] += (share > 1.0f ? share - 1.0f : 1.0f - 1.0f / share) / scale[CREEP];
+    }
+}
+
+/* The offset is what the sensor reads at a = a_0, where no side force acts but for pull and wind: of its variance what
+ * the terms make. */
+static float variance_of_offset(const oc_hypothesis *h, const oc_hypothesis_design *design,
+                                const oc_solving *solving) {
+    const float *scale = design->scale, *terms = solving->terms;
+    const float unloading = h->play.unloading + terms[UNLOADING] * scale[UNLOADING];
+    float weights[OC_TERMS] = {
+        [UNLOADING] = design->steering_ratio * terms[GRADIENT] * scale[GRADIENT] * scale[UNLOADING],
+        [GRADIENT] = design->steering_ratio * unloading * scale[GRADIENT],
+    };
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        weights[k] -= h->means[k];
+    }
+    return oc_triangle_variance(solving->lower, solving->inverse, 0, weights);
+}
+
+static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                            const oc_solving *solving) {
+    h->constant = h->target_mean;
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        h->constant -= h->means[k] * h->terms[k];
+    }
+    h->offset = h->constant + design->steering_ratio * h->gradient * h->unloading;
+
+    /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds; in little play the lag of
+     * whatever gives way passes for a_0 */
+    const float bias = prior->unloading_sd * prior->unloading_sd;
+    const float pull = design->pull_sd * design->pull_sd;
+    const float little = oc_within(1.0f - 2.0f * h->play.half_width / little_width, 0.0f, 1.0f);
+    const float parted = h->unloading_variance + pull + little * bias;
+    const float beyond = oc_most(oc_least(parted, bias) - h->unloading_variance, 0.0f);
+    /* what pull does to a truck that understeers a little at least, whatever bends and play are taken for */
+    const float pulled = design->steering_ratio * oc_most(h->gradient, least_gradient);
+    h->pulled_variance = pulled * pulled * oc_least(beyond, pull);
+    h->offset_variance = oc_hypothesis_noise(h) / oc_most(h->weight, least_weight) +
+                         solving->variances[OC_OF_OFFSET] +
+                         pulled * pulled * beyond;
+}
+
+static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                     const oc_solving *solving) {
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        h->terms[k] = solving->terms[k];
+    }
+    h->gradient = found(h, design, GRADIENT);
+    h->gradient_variance = solving->variances[OC_OF_GRADIENT];
+    h->unloading = h->play.unloading + found(h, design, UNLOADING);
+    h->unloading_variance = solving->variances[OC_OF_UNLOADING];
+    h->width_variance = solving->variances[OC_OF_WIDTH];
+    h->wheelbase = found(h, design, WHEELBASE);
+    h->wheelbase_variance = solving->variances[OC_OF_WHEELBASE];
+    conclude_offset(h, design, prior, solving);
+}
+
+static void set_up_equations(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                             oc_solving *solving) {
+    const float noise = oc_hypothesis_noise(h);
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        solving->terms[k] = h->toward[k] / noise;
+    }
+    add_priors(h, design, prior, solving->information, solving->terms);
+}
+
+static void factor_rows(const oc_hypothesis *h, oc_solving *solving, int32_t first, int32_t end) {
+    oc_triangle_factor(h->scatter, solving->information, oc_hypothesis_noise(h), first, end, solving->lower,
+                       solving->inverse);
+}
+
+/* Noise in what a slope is of flattens it, the more the gentler the bends are: deviations are larger by it than the
+ * truck's were (errors in variables). Bends have the yaw rate's, as has the residual, side force the accelerometer's.
+ * It is taken out of the factor, whose last rows these terms are: what was gathered stays a sum of squares. Half of
+ * what tells the gradient stays in any case. */
+static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
+                           oc_solving *solving) {
+    enum { BEND = WHEELBASE * (WHEELBASE + 3) / 2, BOTH = BEND + GRADIENT, FORCE };
+    float *lower = solving->lower;
+    const float seconds = h->learned_s / oc_hypothesis_noise(h);
+    const float force = design->of_sum[GRADIENT];
+    const float bend = design->of_sum[WHEELBASE] * h->means[YAW_RATE_BIAS] / design->of_sum[YAW_RATE_BIAS];
+    const float acceleration = smoothed * oc_noise_in_mean(&second->noise, OC_NOISE_OF_ACCELERATION);
+    const float yaw_rate = oc_noise_in_mean(&second->noise, OC_NOISE_OF_YAW_RATE);
+
+    const float across = lower[BOTH] * lower[BEND];
+    const float bends = lower[BEND] * lower[BEND], forces = lower[FORCE] * lower[FORCE];
+    const float both = lower[BOTH] * lower[BOTH];
+    const float parted = oc_most(0.5f * (forces - solving->information[GRADIENT]), 0.0f); /* so much stays of forces */
+    const float shared = both + parted; /* at most, for which bends need */
+    const float needed = shared > 0.0f ? across * across / shared : bends;
+    const float most = oc_within(design->scale[WHEELBASE] * bends, 0.0f, oc_most(bends - needed, 0.0f));
+    const float of_bend = oc_within(seconds * yaw_rate * bend * bend, 0.0f, most); /* moves it by its prior's sd */
+    lower[BEND] = sqrtf(bends - of_bend);
+    solving->inverse[WHEELBASE] = 1.0f / lower[BEND];
+    lower[BOTH] = across * solving->inverse[WHEELBASE];
+    const float left = both + forces - lower[BOTH] * lower[BOTH];
+    const float spare = oc_most(left - (forces - parted), 0.0f);
+    const float of_force = oc_within(seconds * acceleration * force * force, 0.0f, spare);
+    lower[FORCE] = sqrtf(left - of_force);
+    solving->inverse[GRADIENT] = 1.0f / lower[FORCE];
+    solving->terms[WHEELBASE] += of_bend / design->scale[WHEELBASE];
+}
+
+/* Variances of parameters that are two terms together, or one: then the second is the same as the first. */
+static void solve_equations(const oc_hypothesis *h, const oc_hypothesis_design *design, oc_solving *solving) {
+    static const struct {
+        int32_t first, second;
+    } asked[OC_OF_OFFSET] = {
+        [OC_OF_GRADIENT] = {GRADIENT, GRADIENT},
+        [OC_OF_UNLOADING] = {UNLOADING, UNLOADING},
+        [OC_OF_WIDTH] = {WIDTH, WINDUP},
+        [OC_OF_WHEELBASE] = {WHEELBASE, WHEELBASE},
+    };
+    oc_triangle_solve_upper(solving->lower, solving->inverse, solving->terms);
+    for (int32_t k = 0; k < OC_OF_OFFSET; ++k) {
+        const int32_t first = asked[k].first, second = asked[k].second;
+        float weights[OC_TERMS] = {0};
+        weights[first] = design->scale[first];
+        weights[second] = design->scale[second];
+        solving->variances[k] = oc_triangle_variance(solving->lower, solving->inverse, first, weights);
+    }
+    solving->variances[OC_OF_OFFSET] = variance_of_offset(h, design, solving);
+}
+
+bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                         const oc_second *second, int32_t samples, oc_solving *solving) {
+    static const int32_t few_rows = 9; /* of the factor, so that */
+    const bool learns = solving->learns != 0;
+    switch (solving->step++) { /* each takes about as long as the others */
+    case 0:
+        if (learns) {
+            oc_hypothesis_take_in(h, design, second, samples);
+        }
+        if (!solving->due) {
+            return true;
+        }
+        set_up_equations(h, design, prior, solving);
+        factor_rows(h, solving, 0, few_rows);
+        return false;
+    case 1:
+        factor_rows(h, solving, few_rows, OC_TERMS);
+        take_noise_out(h, design, second, solving);
+        oc_triangle_solve_lower(solving->lower, solving->inverse, 0, solving->terms);
+        return false;
+    case 2: solve_equations(h, design, solving); return false;
+    default:
+        conclude(h, design, prior, solving);
+        if (learns) {
+            relinearise(h, design);
+        }
+        return true;
+    }
+}

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
-from joint_drives import DEGREE, RATE_HZ, TIGHT, answer_of, core_for, driven, ran
+from joint_drives import DEGREE, RATE_HZ, TIGHT, YAW_RATE, answer_of, core_for, driven, ran
 from oncenter._native import ffi, lib
 from one_hypothesis import Learner, Play
 from one_hypothesis import driven as hypothesis_drive
@@ -125,15 +125,29 @@ def test_however_much_noise_is_told_half_of_what_tells_the_gradient_stays(
     assert abs(learner.h.gradient) < 2.5 * abs(gradient)
 
 
-def errors_of(tables: str, shaken_m_s2: float = 0.0) -> tuple[float, float]:
-    """Means over drives: of the understeer gradient in deg/(m/s^2), and of the equivalent wheelbase as a share."""
+def test_a_remounted_sensor_has_its_gyro_s_and_accelerometer_s_noise_taken_out_as_before() -> None:
+    """What told the gradient is kept, and so is the noise in it, though little tells the new constant."""
+    learner = Learner(Play()).learn(hypothesis_drive(3, Play(), 300))
+    learner.solve(learns=False)
+    quiet = learner.h.gradient
+    learner.second.noise.by_samples = learner.second.noise.by_ticks = (3e-3, 1e-7)
+    learner.solve(learns=False)
+    before = learner.h.gradient
+    lib.oc_hypothesis_remounted(learner.h, 2.0 * DEGREE, 5.0)
+    learner.solve(learns=False)
+    assert abs(before - quiet) > 0.01 * DEGREE
+    assert learner.h.gradient == pytest.approx(before, rel=1e-6)
+
+
+def errors_of(tables: str, shaken: str = "", rms: float = 0.0, every: int = 1) -> tuple[float, float]:
+    """Means over drives: of the understeer gradient in deg/(m/s^2), and of the equivalent wheelbase as a share. `shaken`
+    names a signal; of so many ticks at 100 Hz (`every`) the first is heard."""
     errors = []
     for seed in SEEDS:
         columns, truth = driven(tables, seed, DRIVE_S)
-        if shaken_m_s2:
-            shake = shaking(DRIVE_S, (1.5, 4.0), shaken_m_s2)[: len(columns[LATERAL])]
-            columns = columns | {LATERAL: columns[LATERAL] + shake}
-        answer = answer_of(columns, truth)
+        if shaken:
+            columns = columns | {shaken: columns[shaken] + shaking(DRIVE_S, (1.5, 4.0), rms)[: len(columns[shaken])]}
+        answer = answer_of({name: column[::every] for name, column in columns.items()}, truth, rate_hz=RATE_HZ / every)
         gradient = answer["understeer_gradient"]["value"] - truth.understeer_gradient
         wheelbase = answer["equivalent_wheelbase"]["value"] / truth.equivalent_wheelbase_m - 1.0
         errors.append((gradient / DEGREE, wheelbase))
@@ -154,7 +168,11 @@ def test_a_noisy_gyro_makes_no_truck_shorter() -> None:
     assert abs(gradient) < 0.02
 
 
-def test_a_body_that_shakes_makes_no_truck_understeer_more() -> None:
-    gradient, wheelbase = np.subtract(errors_of(TIGHT, shaken_m_s2=0.3), errors_of(TIGHT))
+@pytest.mark.parametrize(
+    ("signal", "rms", "every"), [(LATERAL, 0.3, 1), (LATERAL, 0.3, 2), (YAW_RATE, 0.3 * DEGREE, 1)]
+)
+def test_a_body_that_shakes_makes_no_truck_understeer_more(signal: str, rms: float, every: int) -> None:
+    of_shaken, of_quiet = errors_of(TIGHT, signal, rms, every), errors_of(TIGHT, every=every)
+    gradient, wheelbase = np.subtract(of_shaken, of_quiet)
     assert abs(gradient) < 0.03
     assert abs(wheelbase) < 0.03

@@ -140,8 +140,8 @@ def test_a_remounted_sensor_has_its_gyro_s_and_accelerometer_s_noise_taken_out_a
 
 
 def errors_of(tables: str, shaken: str = "", rms: float = 0.0, every: int = 1) -> tuple[float, float]:
-    """Means over drives: of the understeer gradient in deg/(m/s^2), and of the equivalent wheelbase as a share. `shaken`
-    names a signal; of so many ticks at 100 Hz (`every`) the first is heard."""
+    """Means over drives: of the understeer gradient in deg/(m/s^2), and of the wheelbase as a share. `shaken`
+    names a signal; of so many ticks at 100 Hz as `every` says the first is heard."""
     errors = []
     for seed in SEEDS:
         columns, truth = driven(tables, seed, DRIVE_S)

@@ -290,6 +290,23 @@ def test_a_stuck_signal_is_told(name: str) -> None:
     assert "signal_stuck" in codes
 
 
+WHEELS = tuple(f"wheel_speed_{axle}_{side}" for axle in ("front", "rear") for side in ("left", "right"))
+
+
+@pytest.mark.parametrize("unheard", [(), WHEELS])
+def test_a_stuck_vehicle_speed_is_told_by_the_wheels_or_where_it_has_fine_steps(unheard: tuple[str, ...]) -> None:
+    stuck = without(held("vehicle_speed", 150.0)(drive()), *unheard)
+    assert "signal_stuck" in {finding.code for finding in check(stuck, TRUCK).findings}
+
+
+@pytest.mark.parametrize("unheard", [(), WHEELS])
+def test_a_cruise_control_that_stays_within_a_coarse_step_is_not_stuck(unheard: tuple[str, ...]) -> None:
+    """45 km/h and 0.2 off, in steps of 1 km/h."""
+    signals = without(in_steps("vehicle_speed", 1 / 3.6)(drive(swing=0.05)), *unheard)
+    assert len(np.unique(signals.table["vehicle_speed_m_s"].to_numpy()[500:])) == 1
+    assert "signal_stuck" not in {finding.code for finding in check(signals, TRUCK).findings}
+
+
 @pytest.mark.parametrize(("name", "step"), [("steering_wheel_angle", 2.0), ("yaw_rate", 0.25)])
 def test_a_coarse_signal_is_told_with_its_step(name: str, step: float) -> None:
     coarse = [f for f in check(in_steps(name, step * DEGREE)(drive()), TRUCK).findings if f.code == "signal_coarse"]

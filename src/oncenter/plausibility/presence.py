@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.findings import Finding
-from oncenter.plausibility.drive import NEEDED, ROLLING_M_S, USEFUL, Column, Drive
+from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, ROLLING_M_S, USEFUL, Column, Drive
 from oncenter.plausibility.verdict import words
 from oncenter.signals import DEGREE
 
@@ -15,6 +15,8 @@ _SLOWEST_HZ = 9.5  # the 3 Hz low-pass of 5.1.1 needs more than twice its cut-of
 
 # s of the very same number while rolling; a held wheel still moves by a bit of 1/1024 rad, a cruise control holds long
 _STUCK_S = {"steering_wheel_angle": 20.0, "yaw_rate": 20.0, "lateral_acceleration": 20.0, "vehicle_speed": 120.0}
+_FINE_M_S = 0.03  # a step of the vehicle speed: 0.1 km/h, where CCVS1 has 1/256
+_WHEELS_M_S = 0.3  # of wheel speeds: noise and slip
 
 # coarsest step that does no harm: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
 _COARSEST = {
@@ -56,16 +58,33 @@ def stuck(drive: Drive) -> list[Finding]:
     rolling = (drive.ticks("vehicle_speed") > ROLLING_M_S)[1:]
     found: list[Finding] = []
     for name, limit_s in _STUCK_S.items():
-        same_s = _longest_run((np.diff(drive.ticks(name)) == 0.0) & rolling) / drive.signals.rate_hz
-        if same_s > limit_s:
+        runs = _runs((np.diff(drive.ticks(name)) == 0.0) & rolling)
+        lasting = [run for run in runs if run.stop - run.start > limit_s * drive.signals.rate_hz]
+        if name == "vehicle_speed":
+            lasting = [run for run in lasting if _must_have_changed(drive, run)]
+        if lasting:
+            same_s = max(run.stop - run.start for run in lasting) / drive.signals.rate_hz
             text = f"the {words(name)} stands still at one number for {same_s:.0f} s while the vehicle rolls: stuck?"
             found.append(Finding("signal_stuck", "error", text, same_s, "s"))
     return found
 
 
-def _longest_run(true: npt.NDArray[np.bool_]) -> int:
+def _must_have_changed(drive: Drive, run: slice) -> bool:
+    """Whether the vehicle's speed moved meanwhile by more than its steps hide: by the wheels, or where the log has none
+    by steps so fine that no cruise control stays within one."""
+    step = resolution(drive.ticks("vehicle_speed"))
+    per_step = drive.ticks_per_step
+    wheels = drive.wheel_speed[run.start // per_step : run.stop // per_step]
+    wheels = wheels[np.isfinite(wheels)]
+    if len(wheels) * drive.step_s < MIN_TIME_S:
+        return step is not None and step < _FINE_M_S
+    slowest, fastest = np.quantile(wheels, (0.02, 0.98))
+    return float(fastest - slowest) > (step or 0.0) + _WHEELS_M_S
+
+
+def _runs(true: npt.NDArray[np.bool_]) -> list[slice]:
     edges = np.flatnonzero(np.diff(np.concatenate(([False], true, [False])).astype(np.int8)))
-    return int((edges[1::2] - edges[::2]).max(initial=0))
+    return [slice(int(begin), int(end)) for begin, end in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def coarse(drive: Drive) -> list[Finding]:

@@ -208,6 +208,23 @@ def test_a_late_signal_is_named_with_its_lag(name: str, by_s: float, code: str, 
     assert finding.value == pytest.approx(lag_ms, abs=15)
 
 
+@pytest.mark.parametrize("scenario", ["thesis_drive", "town", "country", "motorway", "heavy_play"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_healthy_truck_is_told_neither_another_ratio_nor_a_lag(scenario: str, seed: int) -> None:
+    """Side slip makes the accelerometer lead r*v in town, and a crown hangs the wheels on one flank of the play."""
+    signals, _ = oncenter.simulate(scenario, seed)
+    codes = {finding.code for finding in check(signals, oncenter.vehicle("scania_r730_4x2")).findings}
+    assert not codes & {"ratio_times_wheelbase", "lag_yaw_rate", "lag_lateral_acceleration"}
+
+
+def test_a_drive_on_a_crown_tells_ratio_times_wheelbase_within_three_per_cent() -> None:
+    truck = oncenter.vehicle("scania_r730_4x2")
+    for seed in (1, 2, 3, 4):
+        signals, _ = oncenter.simulate("country", seed)
+        shown = [each for each in check(signals).findings if each.code == "ratio_times_wheelbase"]
+        assert only(tuple(shown)).value == pytest.approx(truck.ratio_near_centre * truck.wheelbase_m, rel=0.03)
+
+
 @pytest.mark.parametrize("ratio", [14.0, 17.0, 22.0])
 def test_a_wrong_ratio_in_the_vehicle_file_is_told_with_the_right_one(ratio: float) -> None:
     finding = only(check(drive(), TRUCK.model_copy(update={"steering_ratio": ratio})).findings)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from oncenter.findings import Finding
 from oncenter.plausibility.correlation import lags_s
 from oncenter.plausibility.drive import NEEDED, Drive
@@ -9,6 +11,7 @@ from oncenter.plausibility.verdict import BENDS, CannotTell, Verdict, lacks
 
 _ANGLE_TO_YAW_S = (-0.05, 0.5)  # tyres, chassis and play make it late; a loaded truck at speed takes some 0.3 s
 _YAW_TO_ACCELERATION_S = (-0.2, 0.2)  # the sensor's place along the vehicle and the roll of the cab move it
+_AHEAD_M = 4.0  # of the rear axle, where the vehicle file does not say how far it may be
 
 
 def yaw_rate(drive: Drive) -> Verdict:
@@ -24,7 +27,14 @@ def lateral_acceleration(drive: Drive) -> Verdict:
     found_s = lags_s(drive.driven(drive.centripetal), drive.lateral_acceleration, drive.step_s)
     if found_s is None:
         return CannotTell(subject, lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), BENDS))
-    return _beyond(subject, found_s, _YAW_TO_ACCELERATION_S, "lag_lateral_acceleration")
+    earliest_s, latest_s = _YAW_TO_ACCELERATION_S
+    return _beyond(subject, found_s, (earliest_s - _led_s(drive), latest_s), "lag_lateral_acceleration")
+
+
+def _led_s(drive: Drive) -> float:
+    """How far what is measured at the front axle is ahead of r*v: the rear axle follows, as slow as the truck is."""
+    ahead_m = _AHEAD_M if drive.vehicle is None else drive.vehicle.wheelbase_m
+    return ahead_m / float(np.nanmedian(drive.driven(drive.speed)))
 
 
 def _beyond(subject: str, found_s: tuple[float, float], limits: tuple[float, float], code: str) -> Verdict:

@@ -17,7 +17,9 @@ _BEND_TIME_MIN_S = 10.0
 _SPEEDS_APART = 1.2  # between slow and fast bends; at one speed understeer and ratio are the same
 _OFF = 0.10
 _HALF_WIDTH_MAX = 0.15  # of the value; a wider interval judges nothing
-_PLAY_ACCELERATION_M_S2 = 0.2  # side force beyond which the wheels lie on one flank of the play
+_SIDE_FORCE_S = 1.0  # over which the bank is a mean: the accelerometer's noise is shorter
+_UNLOADS_M_S2 = np.linspace(-0.6, 0.6, 25)  # from the mean bank, where the steering may change its flank
+_FLANK_M_S2 = 0.05  # of side force, beyond which the wheels lie on one flank of the play
 _PARTS = 12  # of the drive, for the jackknife
 _STUDENT_T = 2.20  # 97.5 %, _PARTS - 1 degrees of freedom
 
@@ -40,38 +42,58 @@ def ratio_times_wheelbase(drive: Drive, comparable: bool) -> Verdict:
     if abs(value / expected - 1) <= _OFF or low <= expected <= high:
         return None
     text = (
-        f"{told}, the vehicle file says {expected:.1f}: if its wheelbase is right, the ratio is "
+        f"{told}, the vehicle file says {expected:.1f}: if its wheelbase is right and no axle was lifted, the ratio is "
         f"{value / drive.vehicle.wheelbase_m:.1f}"
     )
     return Finding("ratio_times_wheelbase", "warning", text, value, "m")
 
 
 def _shown(drive: Drive) -> tuple[float, float] | None:
-    """i*L in m and its 95 % half-width: (10) with offset, understeer, gyro bias and play as further unknowns.
+    """i*L in m and its 95 % half-width: (10) with offset, understeer, gyro bias, lag and play as further unknowns.
 
-    The interval is a jackknife over parts of the drive, since residuals are alike for seconds.
+    The wheels lie on the flank that side force says, less where the steering unloads, which is sought: the zero of the
+    accelerometer is in it. The interval is a jackknife over parts of the drive, since residuals are alike for seconds.
     """
     late_s = lag_s(drive.driven(drive.angle), drive.curvature, drive.step_s)
     angle = _later(drive.angle, late_s or 0.0, drive.step_s)
     k, rv, v = drive.curvature, drive.centripetal, drive.speed
+    bank = _smoothed(drive.lateral_acceleration - rv, drive.step_s) if drive.has("lateral_acceleration") else 0.0 * rv
     used = (v > _SPEED_MIN_M_S) & (np.abs(k) < _CURVATURE_MAX_1_M) & (np.abs(rv) < _ACCELERATION_MAX_M_S2)
-    used &= np.isfinite(angle)
+    used &= np.isfinite(angle) & np.isfinite(bank)
     bends = used & (np.abs(k) > _BEND_1_M)
     if used.sum() * drive.step_s < MIN_TIME_S or bends.sum() * drive.step_s < _BEND_TIME_MIN_S:
         return None
     slow, fast = np.quantile(v[bends], [0.1, 0.9])
     if fast < _SPEEDS_APART * slow:
         return None
-    angle, k, rv, v = angle[used], k[used], rv[used], v[used]
-    flank = np.clip(rv / _PLAY_ACCELERATION_M_S2, -1, 1)
-    unknowns = np.column_stack([k, np.ones_like(k), rv, 1 / v, flank])
-    value, half_width = _first_with_interval(unknowns, angle)
+    yaw_acceleration = np.gradient(drive.yaw_rate, drive.step_s)
+    used &= np.isfinite(yaw_acceleration)
+    angle, k, v, side_force = (column[used] for column in (angle, k, v, rv + bank))
+    others = np.column_stack([k, np.ones_like(k), side_force, 1 / v, yaw_acceleration[used]])
+
+    def on_flanks(unloads: float) -> Column:
+        return np.column_stack([others, np.tanh((side_force - unloads) / _FLANK_M_S2)])
+
+    unloads = float(np.median(bank[used])) + _UNLOADS_M_S2
+    left = [_left_over(on_flanks(each), angle) for each in unloads]
+    value, half_width = _first_with_interval(on_flanks(unloads[np.argmin(left)]), angle)
     return (value, half_width) if half_width < _HALF_WIDTH_MAX * abs(value) else None
+
+
+def _smoothed(values: Column, step_s: float) -> Column:
+    steps = max(1, round(_SIDE_FORCE_S / step_s))
+    return np.convolve(values, np.full(steps, 1.0 / steps), mode="same") if len(values) >= steps else values
 
 
 def _later(values: Column, by_s: float, step_s: float) -> Column:
     time = np.arange(len(values)) * step_s
     return np.asarray(np.interp(time - by_s, time, values, left=np.nan, right=np.nan))
+
+
+def _left_over(unknowns: Column, y: Column) -> float:
+    """The squares that least squares leaves."""
+    normal, toward = unknowns.T @ unknowns, unknowns.T @ y
+    return float(y @ y - toward @ np.linalg.lstsq(normal, toward, rcond=None)[0])
 
 
 def _first_with_interval(unknowns: Column, y: Column) -> tuple[float, float]:

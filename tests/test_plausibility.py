@@ -217,6 +217,21 @@ def test_a_healthy_truck_is_told_neither_another_ratio_nor_a_lag(scenario: str, 
     assert not codes & {"ratio_times_wheelbase", "lag_yaw_rate", "lag_lateral_acceleration"}
 
 
+def test_tyres_worn_unlike_on_a_road_that_hardly_bends_are_no_mix_up_of_units() -> None:
+    """4 per mille of the speed, which goes with the yaw rate where all bends are to one side."""
+    gentle = drive(bends=0.03)
+    speed = gentle.table["vehicle_speed_m_s"].to_numpy()
+    turning = changed(gentle, "yaw_rate", lambda x, t: x + 0.0005 * speed)
+    worn = changed(turning, "wheel_speed_rear_right", lambda x, t: x + (0.0005 * 1.83 + 0.004) * speed)
+    assert "scale" not in {finding.code for finding in check(worn, TRUCK).findings}
+    mixed_up = changed(changed(drive(), "wheel_speed_rear_right", lambda x, t: 1.004 * x), "yaw_rate", in_degrees)
+    assert "scale" in {finding.code for finding in check(mixed_up, TRUCK).findings}
+
+
+def in_degrees(x: np.ndarray, t: np.ndarray) -> np.ndarray:
+    return x / DEGREE
+
+
 def test_a_drive_on_a_crown_tells_ratio_times_wheelbase_within_three_per_cent() -> None:
     truck = oncenter.vehicle("scania_r730_4x2")
     for seed in (1, 2, 3, 4):

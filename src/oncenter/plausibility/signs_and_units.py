@@ -43,8 +43,8 @@ def _and(names: list[str]) -> str:
 # Where a right scale puts each relation. Understeer turns more angle than i*L*r/v at speed: up to four times.
 _ANGLE_PER_IL = (0.5, 4.0)
 _ANGLE_PER_CURVATURE_M = (15.0, 400.0)  # i*L of cars 35 to heavy trucks 140 m, where no vehicle file says it
-_ACCELERATION_PER_RV = (1 / 1.8, 1.8)
-_WHEELS_PER_YAW_RATE_M = (0.9, 3.5)  # track width; noise widens it
+_ACCELERATION_PER_RV = (0.3, 1.8)  # a motorway that leans into its bends takes two thirds
+_WHEELS_PER_YAW_RATE_M = (0.9, 4.5)  # track width; noise widens it, and km/h for m/s makes it 5.4 at least
 _WHEELS_PER_SPEED = (0.8, 1.25)
 
 _RADIAN_IN_DEGREES = 1 / DEGREE
@@ -124,13 +124,24 @@ def _relations(drive: Drive) -> dict[str, tuple[float, float, float]]:
     pairs = {
         "angle": (drive.angle, drive.curvature, angle_limits),
         "acceleration": (drive.lateral_acceleration, drive.centripetal, _ACCELERATION_PER_RV),
-        "turning wheels": (drive.rear_difference, drive.yaw_rate, _WHEELS_PER_YAW_RATE_M),
+        "turning wheels": (_without_radii(drive), drive.yaw_rate, _WHEELS_PER_YAW_RATE_M),
     }
     seen = {name: (_spread_ratio(x, y), *limits) for name, (x, y, limits) in pairs.items() if agreement(x, y) != 0}
     wheels = _wheel_speed_ratio(drive)
     if wheels is not None:
         seen["wheels"] = (wheels, *_WHEELS_PER_SPEED)
     return seen
+
+
+def _without_radii(drive: Drive) -> Column:
+    """The rear wheels' difference without what goes with the speed: tyres that are worn unlike differ by some per mille
+    of it, which on straight roads is more than turning makes."""
+    columns = np.column_stack([drive.speed, drive.yaw_rate, drive.rear_difference])
+    known = columns[np.isfinite(columns).all(axis=1)]
+    if len(known) < MIN_TIME_S * GRID_HZ:
+        return drive.rear_difference
+    of_speed, _of_turning = np.linalg.lstsq(known[:, :2], known[:, 2], rcond=None)[0]
+    return np.asarray(drive.rear_difference - of_speed * drive.speed)
 
 
 def _spread_ratio(x: Column, y: Column) -> float:

@@ -64,7 +64,7 @@ def bank(drive: Drive, comparable: bool) -> Verdict:
         return None
     text = (
         f"a_y - r*v averages {mean:+.2f} m/s^2 at speed, beyond the bank limit of {limit:g} m/s^2 (bank_max_m_s2): "
-        "an accelerometer bias, with which little or nothing passes the gate"
+        "an accelerometer bias, with which little or nothing passes the gate of --method thesis"
     )
     return Finding("bank", "warning", text, mean, "m/s^2")
 

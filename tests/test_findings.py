@@ -103,8 +103,14 @@ def test_a_gyro_that_was_corrected_is_told_and_is_no_alarm_unless_it_is_far_off(
 
 def test_a_gyro_that_runs_away_is_told_with_the_seconds_that_were_left_out() -> None:
     moved = told(yaw_rate_bias_alarm_time=120.0)["yaw_rate_bias_moves"]
-    assert (moved.value, moved.unit) == (120.0, "s")
+    assert (moved.value, moved.unit, moved.severity) == (120.0, "s", "warning")
     assert "not learned from them" in moved.text
+
+
+def test_a_moment_in_which_the_gyro_seemed_to_run_away_is_no_alarm_once_its_bias_is_known_again() -> None:
+    known, lost = estimate(0.2 * DEGREE, 0.01 * DEGREE), estimate(0.2 * DEGREE, 0.01 * DEGREE, "invalid")
+    for bias, severity in ((known, "info"), (lost, "warning")):
+        assert told(yaw_rate_bias_alarm_time=15.0, yaw_rate_bias=bias)["yaw_rate_bias_moves"].severity == severity
 
 
 @pytest.mark.parametrize(("play_deg", "says"), [(14.8, None), (15.1, "is about"), (16.0, "is beyond")])

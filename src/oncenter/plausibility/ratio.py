@@ -74,7 +74,8 @@ def _shown(drive: Drive) -> tuple[float, float] | None:
     def on_flanks(unloads: float) -> Column:
         return np.column_stack([others, np.tanh((side_force - unloads) / _FLANK_M_S2)])
 
-    unloads = float(np.median(bank[used])) + _UNLOADS_M_S2
+    with_speed = np.column_stack([np.ones_like(v), v])  # as a gyro's bias makes it go
+    unloads = float(np.linalg.lstsq(with_speed, bank[used], rcond=None)[0][0]) + _UNLOADS_M_S2
     left = [_left_over(on_flanks(each), angle) for each in unloads]
     value, half_width = _first_with_interval(on_flanks(unloads[np.argmin(left)]), angle)
     return (value, half_width) if half_width < _HALF_WIDTH_MAX * abs(value) else None

@@ -53,8 +53,8 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     answer->wheel_radius_mismatch_rear = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_REAR);
     answer->wheel_radius_mismatch_front = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_FRONT);
     answer->standstill_lateral_acceleration = oc_standstill_lateral_acceleration(&now->standstill, c->tick_s, time_min);
-    answer->lacking_to_left = jointly ? oc_joint_flank_lacking(&now->joint, 1) : 0.0;
-    answer->lacking_to_right = jointly ? oc_joint_flank_lacking(&now->joint, -1) : 0.0;
+    answer->lacking_to_left = jointly ? oc_joint_flank_lacking(&now->joint, &c->joint, 1) : 0.0;
+    answer->lacking_to_right = jointly ? oc_joint_flank_lacking(&now->joint, &c->joint, -1) : 0.0;
     answer->offset_per_yaw_rate_bias = !jointly ? now->offset.ticks.w
                                 : now->joint.speed_mean > 0.0 ? c->ratio_times_wheelbase / now->joint.speed_mean
                                                              : 0.0;

@@ -20,7 +20,7 @@ static const float least_correction = 3.5e-5f; /* rad/s, 0.002 deg/s: a hundredt
 static const float clearly = 0.02f;                    /* m/s^2 */
 
 /* Roads lean into their bends, by nothing in a town to two thirds of r*v on a motorway. */
-static const double borne_in_bends = 0.7;
+static const float borne_in_bends = 0.7f;
 static const float unseen_bank = 0.2f;                 /* m/s^2, that a side force may be less than it is taken for */
 
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
@@ -32,7 +32,7 @@ void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double r
     design->rate_hz = rate_hz;
     design->tick_s = 1.0 / rate_hz;
     design->side_force_share = design->tick_s / side_force_s;
-    design->borne = sees_bank ? 1.0 : borne_in_bends;
+    design->borne = sees_bank ? 1.0f : borne_in_bends;
     design->unseen = sees_bank ? 0.0f : 1.0f;
     design->memory_s = (float)memory_s;
     design->ticks_per_sample = ticks;
@@ -89,7 +89,7 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
     return (oc_motion_sample){
         .angle = tick->angle,
         .residual = (float)tick->residual,
-        .lateral_acceleration = (float)(design->borne * tick->yaw_rate * tick->speed + before->bank),
+        .lateral_acceleration = (float)((double)design->borne * tick->yaw_rate * tick->speed + before->bank),
         .yaw_acceleration = (float)((tick->yaw_rate - before->yaw_rate) * rate_hz),
         .jerk = (float)((tick->lateral_acceleration - before->lateral_acceleration) * rate_hz),
         .curvature = (float)tick->curvature,

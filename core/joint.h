@@ -48,7 +48,7 @@ typedef struct {
     oc_noise_design noise;
     double rate_hz, tick_s;
     double side_force_share;     /* of a new tick in the smoothed bank */
-    double borne;                /* share of r*v that the tyres bear, beside the bank that is seen */
+    float borne;                 /* share of r*v that the tyres bear, beside the bank that is seen */
     float unseen;                /* 1: no accelerometer tells the bank; 0 */
     float memory_s;              /* how far back evidence reaches at most */
     int32_t ticks_per_sample, samples_per_second;
@@ -157,7 +157,7 @@ float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design);
 
 /* s of side force clearly to one side, 1 left or -1 right, that are lacking before the play's flank there is seen; 0
  * where that flank was seen at least for a moment and play was found. */
-double oc_joint_flank_lacking(const oc_joint *joint, int32_t side);
+double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side);
 
 /* Where in the play the best hypothesis has the last sample, from -1 to 1: 1 is the flank of a left turn. */
 double oc_joint_place(const oc_joint *joint);

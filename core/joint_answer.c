@@ -22,10 +22,11 @@ double oc_joint_place(const oc_joint *joint) {
     return place > 1.0 ? 1.0 : place;
 }
 
-double oc_joint_flank_lacking(const oc_joint *joint, int32_t side) {
+double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side) {
     static const float hardly_s = 1.0f;
     const float seen = side > 0 ? joint->to_left : joint->to_right;
-    const bool found = 2.0f * joint->hypotheses[joint->best].play.half_width > found_width && seen > hardly_s;
+    const bool wide = 2.0f * joint->hypotheses[joint->best].play.half_width > found_width;
+    const bool found = wide && design->unseen <= 0.0f && seen > hardly_s;
     return found || seen > flank_s ? 0.0 : (double)(flank_s - seen);
 }
 

@@ -12,7 +12,8 @@ static bool is_known(const oc_state *state) {
     return status == OC_VALID || status == OC_CONVERGING;
 }
 
-/* What `angle` is told of the truck, from what the drive has taught. */
+/* What `angle` is told of the truck, from what the drive has taught. Where no accelerometer tells it, side force is of
+ * r*v here, of which the joint method took a share for it. */
 static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_angle_truck *truck) {
     const oc_learned *l = &state->learned;
     const oc_joint *joint = &state->evidence.joint;
@@ -22,16 +23,17 @@ static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_an
     const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
     const float sd = (float)l->offset.standard_deviation;
     const float unseen = seen < flank_needed_s ? (1.0f - seen / flank_needed_s) * unseen_half_width_sd : 0.0f;
+    const float borne = c->joint.borne;
     truck->known = is_known(state);
     truck->offset_sd = unseen > 0.0f ? sqrtf(sd * sd + unseen * unseen) : sd;
-    truck->gradient = (float)l->understeer_gradient.value;
-    truck->gradient_sd = (float)l->understeer_gradient.standard_deviation;
+    truck->gradient = borne * (float)l->understeer_gradient.value;
+    truck->gradient_sd = borne * (float)l->understeer_gradient.standard_deviation;
     truck->wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? (float)(l->equivalent_wheelbase.value / L - 1.0) : 0.0f;
     truck->backlash = (float)l->backlash.value;
-    truck->unloading = (float)l->unloading_acceleration.value;
-    truck->unloading_sd = (float)l->unloading_acceleration.standard_deviation;
-    truck->friction = creeps_by_load ? play->friction : 0.0f;
-    truck->creep = creeps_by_load ? play->creep : 0.0f;
+    truck->unloading = (float)l->unloading_acceleration.value / borne;
+    truck->unloading_sd = (float)l->unloading_acceleration.standard_deviation / borne;
+    truck->friction = creeps_by_load ? play->friction / borne : 0.0f;
+    truck->creep = creeps_by_load ? play->creep * borne : 0.0f;
 }
 
 static double front_wheel_by_wheels(const oc_coefficients *c, const oc_state *state, const oc_signals *tick) {
@@ -145,7 +147,7 @@ void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals
         .yaw_rate_bias_sd = (float)bias->standard_deviation,
         .speed = measured_or_none(moves, tick->vehicle_speed),
         .lateral_acceleration = measured_or_none(
-            moves, p->use_accelerometer ? tick->lateral_acceleration : c->joint.borne * yaw_rate * tick->vehicle_speed),
+            moves, p->use_accelerometer ? tick->lateral_acceleration : yaw_rate * tick->vehicle_speed),
         .front_wheel = moves && by_wheel_speed(p) ? (float)front_wheel_by_wheels(c, state, tick) : 0.0f,
         .lateral_speed = measured_or_none(moves && p->angle_method == OC_ANGLE_SIDE_SLIP, tick->lateral_speed),
         .true_by_sensor = measured,

@@ -133,6 +133,7 @@ def test_without_an_accelerometer_banked_bends_show_neither_a_flank_nor_the_grad
         found = answer_of(columns, truth, params={"use_accelerometer": 0.0})
         assert status(found["offset"]) == "converging" and status(found["understeer_gradient"]) == "converging"
         assert holds(found["offset"], truth.offset_rad)
+        assert found["lacking_to_left"] + found["lacking_to_right"] > 0.0
         gradients_held += holds(found["understeer_gradient"], truth.understeer_gradient)
     assert gradients_held >= 5
 

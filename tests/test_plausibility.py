@@ -199,6 +199,7 @@ def test_angle_and_yaw_rate_alone_share_the_blame() -> None:
     [
         ("steering_wheel_angle", 0.425, "lag_yaw_rate", -275),
         ("lateral_acceleration", 0.5, "lag_lateral_acceleration", 500),
+        ("lateral_acceleration", -0.8, "lag_lateral_acceleration", -800),
     ],
 )
 def test_a_late_signal_is_named_with_its_lag(name: str, by_s: float, code: str, lag_ms: float) -> None:
@@ -217,19 +218,59 @@ def test_a_healthy_truck_is_told_neither_another_ratio_nor_a_lag(scenario: str, 
     assert not codes & {"ratio_times_wheelbase", "lag_yaw_rate", "lag_lateral_acceleration"}
 
 
-def test_tyres_worn_unlike_on_a_road_that_hardly_bends_are_no_mix_up_of_units() -> None:
+@pytest.mark.parametrize("worn", [-0.004, 0.004])
+def test_tyres_worn_unlike_on_a_road_that_hardly_bends_are_no_mix_up_of_units_or_signs(worn: float) -> None:
     """4 per mille of the speed, which goes with the yaw rate where all bends are to one side."""
     gentle = drive(bends=0.03)
     speed = gentle.table["vehicle_speed_m_s"].to_numpy()
     turning = changed(gentle, "yaw_rate", lambda x, t: x + 0.0005 * speed)
-    worn = changed(turning, "wheel_speed_rear_right", lambda x, t: x + (0.0005 * 1.83 + 0.004) * speed)
-    assert "scale" not in {finding.code for finding in check(worn, TRUCK).findings}
+    on_worn = changed(turning, "wheel_speed_rear_right", lambda x, t: x + (0.0005 * 1.83 + worn) * speed)
+    assert not {"scale", "sign_reversed"} & {finding.code for finding in check(on_worn, TRUCK).findings}
     mixed_up = changed(changed(drive(), "wheel_speed_rear_right", lambda x, t: 1.004 * x), "yaw_rate", in_degrees)
     assert "scale" in {finding.code for finding in check(mixed_up, TRUCK).findings}
 
 
 def in_degrees(x: np.ndarray, t: np.ndarray) -> np.ndarray:
     return x / DEGREE
+
+
+@pytest.mark.parametrize("name", ["yaw_rate", "lateral_acceleration"])
+def test_a_signal_twice_or_half_as_large_is_told_and_no_ratio_is_blamed(name: str) -> None:
+    factor = 2.0 if name == "yaw_rate" else 0.5
+    for scenario in ("thesis_drive", "town", "country"):
+        signals = scaled(name, factor)(oncenter.simulate(scenario, 1)[0])
+        codes = {finding.code for finding in check(signals, oncenter.vehicle("scania_r730_4x2")).findings}
+        assert "scale" in codes and "ratio_times_wheelbase" not in codes
+
+
+def dead(x: np.ndarray, t: np.ndarray) -> np.ndarray:
+    return 0.05 * np.random.default_rng(5).standard_normal(len(x))
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        lambda signals: without(signals, "lateral_acceleration"),
+        lambda signals: changed(signals, "lateral_acceleration", lambda x, t: np.full_like(x, np.nan)),
+        lambda signals: changed(signals, "lateral_acceleration", dead),
+        held("lateral_acceleration", 600.0),
+        lambda signals: changed(signals, "lateral_acceleration", lambda x, t: x + 1.5 * t / t[-1]),
+    ],
+    ids=["not in the log", "no number", "dead", "stuck", "drifting"],
+)
+def test_no_ratio_is_blamed_for_an_accelerometer_that_is_missing_or_at_fault(fault: Fault) -> None:
+    for scenario, seed in (("country", 1), ("country", 2), ("town", 1)):
+        signals = fault(oncenter.simulate(scenario, seed)[0])
+        codes = {finding.code for finding in check(signals, oncenter.vehicle("scania_r730_4x2")).findings}
+        assert "ratio_times_wheelbase" not in codes
+
+
+def test_ratio_times_wheelbase_is_told_wherever_the_accelerometer_has_its_zero_and_in_town_without_one() -> None:
+    truck = oncenter.vehicle("scania_r730_4x2")
+    on_country, in_town = oncenter.simulate("country", 1)[0], oncenter.simulate("town", 1)[0]
+    for signals in (shifted("lateral_acceleration", 0.4)(on_country), without(in_town, "lateral_acceleration")):
+        shown = [each for each in check(signals).findings if each.code == "ratio_times_wheelbase"]
+        assert only(tuple(shown)).value == pytest.approx(truck.ratio_near_centre * truck.wheelbase_m, rel=0.03)
 
 
 def test_a_drive_on_a_crown_tells_ratio_times_wheelbase_within_three_per_cent() -> None:
@@ -322,13 +363,33 @@ def test_a_stuck_signal_is_told(name: str) -> None:
     assert "signal_stuck" in codes
 
 
-WHEELS = tuple(f"wheel_speed_{axle}_{side}" for axle in ("front", "rear") for side in ("left", "right"))
+def noisy(signals: Signals) -> Signals:
+    """A vehicle speed of which no number recurs, as an interpolated one."""
+    noise = 0.01 * np.random.default_rng(3).standard_normal(signals.table.height)
+    return changed(signals, "vehicle_speed", lambda x, t: np.where(x > 0.0, x + noise, x))
 
 
+def wheels_held(signals: Signals, from_s: float) -> Signals:
+    return both(*(held(name, from_s) for name in WHEELS))(signals)
+
+
+@pytest.mark.parametrize("fine", [True, False])
 @pytest.mark.parametrize("unheard", [(), WHEELS])
-def test_a_stuck_vehicle_speed_is_told_by_the_wheels_or_where_it_has_fine_steps(unheard: tuple[str, ...]) -> None:
-    stuck = without(held("vehicle_speed", 150.0)(drive()), *unheard)
+def test_a_stuck_vehicle_speed_is_told_by_the_wheels_or_where_it_has_fine_steps(
+    unheard: tuple[str, ...], fine: bool
+) -> None:
+    signals = noisy(drive()) if fine else in_steps("vehicle_speed", 1 / 256 / 3.6)(drive())
+    stuck = without(held("vehicle_speed", 150.0)(signals), *unheard)
     assert "signal_stuck" in {finding.code for finding in check(stuck, TRUCK).findings}
+
+
+def test_a_stuck_vehicle_speed_is_told_where_the_wheels_are_stuck_with_it_or_go_steadily() -> None:
+    steady = drive(swing=0.1)
+    for stuck in (
+        wheels_held(held("vehicle_speed", 150.0)(noisy(drive())), 150.0),
+        held("vehicle_speed", 150.0)(noisy(steady)),
+    ):
+        assert "signal_stuck" in {finding.code for finding in check(stuck, TRUCK).findings}
 
 
 @pytest.mark.parametrize("unheard", [(), WHEELS])

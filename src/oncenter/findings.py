@@ -30,7 +30,7 @@ _FAULTS = {
 }
 PLAY_STANDARD_DEG = 15.0  # maintenance standard, thesis 2.1
 _YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # beyond it a corrected one is worth a look at the sensor
-_ALARM_PASSING_S = 30.0  # of driving left out is a CUSUM's chance: one healthy hour on motorways in five has 15 s
+_ALARM_PASSING_S = 30.0  # left out: a CUSUM's chance, 15 s on one healthy motorway drive of 14
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ def offset(
         typer.Option(help="How: offset, play and biases jointly; the thesis's mean; the same from wheel speeds alone."),
     ] = "joint",
     no_accelerometer: Annotated[
-        bool, typer.Option("--no-accelerometer", help="Use yaw rate times speed for the lateral acceleration.")
+        bool, typer.Option("--no-accelerometer", help="Do without the lateral acceleration: yaw rate and speed alone.")
     ] = False,
     dbc: Dbc = None,
     source: Source = None,

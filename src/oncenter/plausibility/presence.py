@@ -17,6 +17,7 @@ _SLOWEST_HZ = 9.5  # the 3 Hz low-pass of 5.1.1 needs more than twice its cut-of
 _STUCK_S = {"steering_wheel_angle": 20.0, "yaw_rate": 20.0, "lateral_acceleration": 20.0, "vehicle_speed": 120.0}
 _FINE_M_S = 0.03  # a step of the vehicle speed: 0.1 km/h, where CCVS1 has 1/256
 _WHEELS_M_S = 0.3  # of wheel speeds: noise and slip
+_MANY = 100  # numbers, which show what a signal can say
 
 # coarsest step that does no harm: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
 _COARSEST = {
@@ -58,33 +59,43 @@ def stuck(drive: Drive) -> list[Finding]:
     rolling = (drive.ticks("vehicle_speed") > ROLLING_M_S)[1:]
     found: list[Finding] = []
     for name, limit_s in _STUCK_S.items():
-        runs = _runs((np.diff(drive.ticks(name)) == 0.0) & rolling)
-        lasting = [run for run in runs if run.stop - run.start > limit_s * drive.signals.rate_hz]
+        runs = _runs((np.diff(drive.ticks(name)) == 0.0) & rolling, limit_s * drive.signals.rate_hz)
         if name == "vehicle_speed":
-            lasting = [run for run in lasting if _must_have_changed(drive, run)]
-        if lasting:
-            same_s = max(run.stop - run.start for run in lasting) / drive.signals.rate_hz
+            runs = [run for run in runs if _must_have_changed(drive, run)]
+        if runs:
+            same_s = max(run.stop - run.start for run in runs) / drive.signals.rate_hz
             text = f"the {words(name)} stands still at one number for {same_s:.0f} s while the vehicle rolls: stuck?"
             found.append(Finding("signal_stuck", "error", text, same_s, "s"))
     return found
 
 
 def _must_have_changed(drive: Drive, run: slice) -> bool:
-    """Whether the vehicle's speed moved meanwhile by more than its steps hide: by the wheels, or where the log has none
-    by steps so fine that no cruise control stays within one."""
-    step = resolution(drive.ticks("vehicle_speed"))
-    per_step = drive.ticks_per_step
-    wheels = drive.wheel_speed[run.start // per_step : run.stop // per_step]
+    """Whether the vehicle's speed moved meanwhile by more than its steps hide: the wheels say so, or its steps are so
+    fine that no cruise control stays within one. Wheels that stand at one number as well say nothing."""
+    ticks = drive.ticks("vehicle_speed")
+    step = _step_of(np.delete(ticks, run))
+    wheels = drive.wheel_speed[run.start // drive.ticks_per_step : run.stop // drive.ticks_per_step]
     wheels = wheels[np.isfinite(wheels)]
-    if len(wheels) * drive.step_s < MIN_TIME_S:
-        return step is not None and step < _FINE_M_S
-    slowest, fastest = np.quantile(wheels, (0.02, 0.98))
-    return float(fastest - slowest) > (step or 0.0) + _WHEELS_M_S
+    if len(wheels) * drive.step_s > MIN_TIME_S:
+        slowest, fastest = np.quantile(wheels, (0.02, 0.98))
+        if slowest < fastest and (step is None or step >= _FINE_M_S):
+            return float(fastest - slowest) > (step or 0.0) + _WHEELS_M_S
+    return step is not None and step < _FINE_M_S
 
 
-def _runs(true: npt.NDArray[np.bool_]) -> list[slice]:
+def _step_of(values: Column) -> float | None:
+    """The step in which a signal comes; 0 where its numbers are so fine that hardly any recurs, None where it has too
+    few of them to tell."""
+    step = resolution(values)
+    many = len(np.unique(values[np.isfinite(values)])) > _MANY
+    return 0.0 if step is None and many else step
+
+
+def _runs(true: npt.NDArray[np.bool_], longer_than: float) -> list[slice]:
     edges = np.flatnonzero(np.diff(np.concatenate(([False], true, [False])).astype(np.int8)))
-    return [slice(int(begin), int(end)) for begin, end in zip(edges[::2], edges[1::2], strict=True)]
+    begins, ends = edges[::2], edges[1::2]
+    long = ends - begins > longer_than
+    return [slice(int(begin), int(end)) for begin, end in zip(begins[long], ends[long], strict=True)]
 
 
 def coarse(drive: Drive) -> list[Finding]:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
+import numpy.typing as npt
 
 from oncenter.findings import Finding
-from oncenter.plausibility.correlation import lag_s
+from oncenter.plausibility.correlation import agreement, lag_s
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
 from oncenter.plausibility.verdict import CannotTell, Verdict, lacks
 
@@ -19,6 +23,9 @@ _OFF = 0.10
 _HALF_WIDTH_MAX = 0.15  # of the value; a wider interval judges nothing
 _SIDE_FORCE_S = 1.0  # over which the bank is a mean: the accelerometer's noise is shorter
 _UNLOADS_M_S2 = np.linspace(-0.6, 0.6, 25)  # from the mean bank, where the steering may change its flank
+_SLOW_M_S = 12.0  # slower bends are hardly banked
+_QUARTERS = 4
+_ZERO_MOVES_M_S2 = 0.45  # between quarters of the drive: more is neither crown nor hard driving
 _FLANK_M_S2 = 0.05  # of side force, beyond which the wheels lie on one flank of the play
 _PARTS = 12  # of the drive, for the jackknife
 _STUDENT_T = 2.20  # 97.5 %, _PARTS - 1 degrees of freedom
@@ -57,33 +64,58 @@ def _shown(drive: Drive) -> tuple[float, float] | None:
     late_s = lag_s(drive.driven(drive.angle), drive.curvature, drive.step_s)
     angle = _later(drive.angle, late_s or 0.0, drive.step_s)
     k, rv, v = drive.curvature, drive.centripetal, drive.speed
-    bank = _smoothed(drive.lateral_acceleration - rv, drive.step_s) if drive.has("lateral_acceleration") else 0.0 * rv
+    if len(k) < 2:
+        return None
+    yaw_acceleration = np.gradient(drive.yaw_rate, drive.step_s)
     used = (v > _SPEED_MIN_M_S) & (np.abs(k) < _CURVATURE_MAX_1_M) & (np.abs(rv) < _ACCELERATION_MAX_M_S2)
-    used &= np.isfinite(angle) & np.isfinite(bank)
+    used &= np.isfinite(angle) & np.isfinite(yaw_acceleration)
+    bank = _bank(drive, used)
+    if bank is None:  # as fast as bends are hardly banked
+        bank = np.zeros_like(rv)
+        used &= v < _SLOW_M_S
+    used &= np.isfinite(bank)
     bends = used & (np.abs(k) > _BEND_1_M)
     if used.sum() * drive.step_s < MIN_TIME_S or bends.sum() * drive.step_s < _BEND_TIME_MIN_S:
         return None
     slow, fast = np.quantile(v[bends], [0.1, 0.9])
     if fast < _SPEEDS_APART * slow:
         return None
-    yaw_acceleration = np.gradient(drive.yaw_rate, drive.step_s)
-    used &= np.isfinite(yaw_acceleration)
-    angle, k, v, side_force = (column[used] for column in (angle, k, v, rv + bank))
+    angle, k, v, bank, side_force = (column[used] for column in (angle, k, v, bank, rv + bank))
     others = np.column_stack([k, np.ones_like(k), side_force, 1 / v, yaw_acceleration[used]])
-
-    def on_flanks(unloads: float) -> Column:
-        return np.column_stack([others, np.tanh((side_force - unloads) / _FLANK_M_S2)])
-
-    with_speed = np.column_stack([np.ones_like(v), v])  # as a gyro's bias makes it go
-    unloads = float(np.linalg.lstsq(with_speed, bank[used], rcond=None)[0][0]) + _UNLOADS_M_S2
-    left = [_left_over(on_flanks(each), angle) for each in unloads]
-    value, half_width = _first_with_interval(on_flanks(unloads[np.argmin(left)]), angle)
+    unloads = _line_over(v, bank)[0] + _UNLOADS_M_S2
+    flanks = (np.tanh((side_force - each) / _FLANK_M_S2) for each in unloads)
+    parts = [_parts(np.column_stack([others, flank]), angle) for flank in flanks]
+    value, half_width = _first_with_interval(parts)
     return (value, half_width) if half_width < _HALF_WIDTH_MAX * abs(value) else None
 
 
+def _bank(drive: Drive, used: npt.NDArray[np.bool_]) -> Column | None:
+    """a_y - r*v; None where no accelerometer that works says it: one that follows r*v, and whose zero stays."""
+    bank = _smoothed(drive.lateral_acceleration - drive.centripetal, drive.step_s)
+    known = used & np.isfinite(bank)
+    if known.sum() * drive.step_s < MIN_TIME_S:
+        return None
+    _, of_speed = _line_over(drive.speed[known], bank[known])
+    if agreement(drive.lateral_acceleration, drive.centripetal + of_speed * drive.speed) != 1:
+        return None
+    level = bank[known] - of_speed * drive.speed[known]
+    means = [float(part.mean()) for part in np.array_split(level, _QUARTERS)]
+    return bank if max(means) - min(means) < _ZERO_MOVES_M_S2 else None
+
+
+def _line_over(v: Column, bank: Column) -> tuple[float, float]:
+    """What of the bank is the same at any speed, and what goes with it, as a gyro's bias makes it go."""
+    at_rest, of_speed = np.linalg.lstsq(np.column_stack([np.ones_like(v), v]), bank, rcond=None)[0]
+    return float(at_rest), float(of_speed)
+
+
 def _smoothed(values: Column, step_s: float) -> Column:
-    steps = max(1, round(_SIDE_FORCE_S / step_s))
-    return np.convolve(values, np.full(steps, 1.0 / steps), mode="same") if len(values) >= steps else values
+    """Means of what is known; NaN where nothing is."""
+    steps = np.ones(max(1, min(round(_SIDE_FORCE_S / step_s), len(values))))
+    known = np.isfinite(values)
+    counts = np.convolve(known, steps, mode="same")
+    sums = np.convolve(np.where(known, values, 0.0), steps, mode="same")
+    return np.asarray(np.divide(sums, counts, out=np.full(len(values), np.nan), where=counts > 0.5))
 
 
 def _later(values: Column, by_s: float, step_s: float) -> Column:
@@ -91,22 +123,37 @@ def _later(values: Column, by_s: float, step_s: float) -> Column:
     return np.asarray(np.interp(time - by_s, time, values, left=np.nan, right=np.nan))
 
 
-def _left_over(unknowns: Column, y: Column) -> float:
-    """The squares that least squares leaves."""
-    normal, toward = unknowns.T @ unknowns, unknowns.T @ y
-    return float(y @ y - toward @ np.linalg.lstsq(normal, toward, rcond=None)[0])
+@dataclass(frozen=True)
+class _Normal:
+    """Normal equations of parts of the drive."""
+
+    squares: npt.NDArray[np.float64]  # (parts, unknowns, unknowns)
+    toward: npt.NDArray[np.float64]  # (parts, unknowns)
+    target_squares: npt.NDArray[np.float64]  # (parts,)
 
 
-def _first_with_interval(unknowns: Column, y: Column) -> tuple[float, float]:
-    """Least squares' first coefficient and its 95 % half-width from leaving out one part of the drive at a time."""
-    parts = zip(np.array_split(unknowns, _PARTS), np.array_split(y, _PARTS), strict=True)
-    normal = [(a.T @ a, a.T @ b) for a, b in parts]
-    all_a = np.sum([a for a, _ in normal], axis=0)
-    all_b = np.sum([b for _, b in normal], axis=0)
+def _parts(unknowns: Column, y: Column) -> _Normal:
+    parts = list(zip(np.array_split(unknowns, _PARTS), np.array_split(y, _PARTS), strict=True))
+    return _Normal(
+        np.array([a.T @ a for a, _ in parts]),
+        np.array([a.T @ b for a, b in parts]),
+        np.array([b @ b for _, b in parts]),
+    )
 
-    def first(a: Column, b: Column) -> float:
-        return float(np.linalg.lstsq(a, b, rcond=None)[0][0])
 
-    without = np.array([first(all_a - a, all_b - b) for a, b in normal])
+def _first_with_interval(guesses: Sequence[_Normal]) -> tuple[float, float]:
+    """Least squares' first coefficient by the guess that leaves least, and its 95 % half-width from leaving out one
+    part of the drive at a time, with the guess that is best without it."""
+
+    def first(without: int | None) -> float:
+        kept = [part for part in range(_PARTS) if part != without]
+        fits = []
+        for guess in guesses:
+            toward = guess.toward[kept].sum(axis=0)
+            found = np.linalg.lstsq(guess.squares[kept].sum(axis=0), toward, rcond=None)[0]
+            fits.append((float(guess.target_squares[kept].sum() - toward @ found), float(found[0])))
+        return min(fits)[1]
+
+    without = np.array([first(part) for part in range(_PARTS)])
     variance = (_PARTS - 1) / _PARTS * float(np.sum((without - without.mean()) ** 2))
-    return first(all_a, all_b), _STUDENT_T * variance**0.5
+    return first(None), _STUDENT_T * variance**0.5

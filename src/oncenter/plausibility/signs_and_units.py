@@ -9,7 +9,7 @@ import numpy as np
 
 from oncenter.findings import Finding
 from oncenter.plausibility.correlation import agreement
-from oncenter.plausibility.drive import GRID_HZ, MIN_TIME_S, NEEDED, ROLLING_M_S, Column, Drive
+from oncenter.plausibility.drive import DRIVING_M_S, GRID_HZ, MIN_TIME_S, NEEDED, ROLLING_M_S, Column, Drive
 from oncenter.plausibility.verdict import BENDS, CannotTell, Verdict, lacks
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
@@ -19,7 +19,7 @@ def sign(drive: Drive) -> Verdict:
     against = {
         "steering wheel angle": (drive.angle, drive.curvature),
         "lateral acceleration": (drive.lateral_acceleration, drive.centripetal),
-        "difference of the rear wheel speeds": (drive.rear_difference, drive.yaw_rate),
+        "difference of the rear wheel speeds": (_without_radii(drive), drive.yaw_rate),
     }
     agrees = {name: agreement(x, y) for name, (x, y) in against.items()}
     like = ["yaw rate", *(name for name, sign in agrees.items() if sign > 0)]
@@ -43,8 +43,10 @@ def _and(names: list[str]) -> str:
 # Where a right scale puts each relation. Understeer turns more angle than i*L*r/v at speed: up to four times.
 _ANGLE_PER_IL = (0.5, 4.0)
 _ANGLE_PER_CURVATURE_M = (15.0, 400.0)  # i*L of cars 35 to heavy trucks 140 m, where no vehicle file says it
-_ACCELERATION_PER_RV = (0.3, 1.8)  # a motorway that leans into its bends takes two thirds
-_WHEELS_PER_YAW_RATE_M = (0.9, 4.5)  # track width; noise widens it, and km/h for m/s makes it 5.4 at least
+_ACCELERATION_PER_RV = (1 / 1.8, 1.8)
+_ACCELERATION_PER_RV_ON_MOTORWAYS = (0.3, 1.8)  # which lean into their bends: the tyres are left a third
+_MOTORWAY_M_S = 20.0
+_WHEELS_PER_YAW_RATE_M = (0.9, 3.5)  # track width; twice the yaw rate makes half of it
 _WHEELS_PER_SPEED = (0.8, 1.25)
 
 _RADIAN_IN_DEGREES = 1 / DEGREE
@@ -123,14 +125,22 @@ def _relations(drive: Drive) -> dict[str, tuple[float, float, float]]:
     angle_limits = _ANGLE_PER_CURVATURE_M if il is None else (_ANGLE_PER_IL[0] * il, _ANGLE_PER_IL[1] * il)
     pairs = {
         "angle": (drive.angle, drive.curvature, angle_limits),
-        "acceleration": (drive.lateral_acceleration, drive.centripetal, _ACCELERATION_PER_RV),
+        "acceleration": (drive.lateral_acceleration, drive.centripetal, _acceleration_limits(drive)),
         "turning wheels": (_without_radii(drive), drive.yaw_rate, _WHEELS_PER_YAW_RATE_M),
     }
     seen = {name: (_spread_ratio(x, y), *limits) for name, (x, y, limits) in pairs.items() if agreement(x, y) != 0}
+    if "turning wheels" in seen:  # wheel speeds are the noisier ones: their slope on the yaw rate
+        seen["turning wheels"] = (_slope(*pairs["turning wheels"][:2]), *_WHEELS_PER_YAW_RATE_M)
     wheels = _wheel_speed_ratio(drive)
     if wheels is not None:
         seen["wheels"] = (wheels, *_WHEELS_PER_SPEED)
     return seen
+
+
+def _acceleration_limits(drive: Drive) -> tuple[float, float]:
+    driven = drive.speed[drive.speed > DRIVING_M_S]
+    fast = len(driven) > 0 and float(np.median(driven)) > _MOTORWAY_M_S
+    return _ACCELERATION_PER_RV_ON_MOTORWAYS if fast else _ACCELERATION_PER_RV
 
 
 def _without_radii(drive: Drive) -> Column:
@@ -148,6 +158,12 @@ def _spread_ratio(x: Column, y: Column) -> float:
     """How much x moves for y, whatever their signs."""
     both = np.isfinite(x) & np.isfinite(y)
     return float(np.std(x[both]) / np.std(y[both]))
+
+
+def _slope(x: Column, y: Column) -> float:
+    """How much x moves for y by least squares, whatever their signs."""
+    both = np.isfinite(x) & np.isfinite(y)
+    return abs(float(np.cov(x[both], y[both])[0, 1] / np.var(y[both], ddof=1)))
 
 
 def _explains(slip: _UnitSlip, seen: Mapping[str, tuple[float, float, float]]) -> bool:

@@ -25,7 +25,7 @@ from joint_drives import (
     state_of,
     status,
 )
-from oncenter._native import lib
+from oncenter._native import ffi, lib
 
 from oncenter import _core
 
@@ -136,6 +136,26 @@ def test_without_an_accelerometer_banked_bends_show_neither_a_flank_nor_the_grad
         assert found["lacking_to_left"] + found["lacking_to_right"] > 0.0
         gradients_held += holds(found["understeer_gradient"], truth.understeer_gradient)
     assert gradients_held >= 5
+
+
+@pytest.mark.parametrize(("method", "hears", "borne"), [("joint", 1, 1.0), ("joint", 0, 0.7), ("thesis", 0, 1.0)])
+def test_only_the_joint_method_without_an_accelerometer_takes_bends_for_banked(
+    method: str, hears: int, borne: float
+) -> None:
+    _, truth = driven()
+    core = core_for(truth, method=method, params={"use_accelerometer": hears})
+    assert core._coefficients.joint.borne == pytest.approx(borne)
+
+
+@pytest.mark.parametrize(("unseen", "lacking_s"), [(0.0, 0.0), (1.0, 0.5)])
+def test_play_that_was_found_shows_a_flank_that_was_hardly_seen_unless_banks_are_not_seen(
+    unseen: float, lacking_s: float
+) -> None:
+    joint, design = ffi.new("oc_joint *"), ffi.new("oc_joint_design *")
+    joint.hypotheses[0].play.half_width = 3.0 * DEGREE
+    joint.to_right, design.unseen = 1.5, unseen
+    assert lib.oc_joint_flank_lacking(joint, design, -1) == lacking_s
+    assert lib.oc_joint_flank_lacking(joint, design, 1) == 2.0
 
 
 def test_without_play_the_interval_covers_what_an_accelerometers_bias_hides() -> None:

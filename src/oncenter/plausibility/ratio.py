@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
 from oncenter.findings import Finding
 from oncenter.plausibility.correlation import agreement, lag_s
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
+from oncenter.plausibility.jackknife import first_with_interval, normal_equations
 from oncenter.plausibility.verdict import CannotTell, Verdict, lacks
 
 _SPEED_MIN_M_S = 3.0
@@ -27,8 +25,6 @@ _SLOW_M_S = 12.0  # slower bends are hardly banked
 _QUARTERS = 4
 _ZERO_MOVES_M_S2 = 0.45  # between quarters of the drive: more is neither crown nor hard driving
 _FLANK_M_S2 = 0.05  # of side force, beyond which the wheels lie on one flank of the play
-_PARTS = 12  # of the drive, for the jackknife
-_STUDENT_T = 2.20  # 97.5 %, _PARTS - 1 degrees of freedom
 
 
 def ratio_times_wheelbase(drive: Drive, comparable: bool) -> Verdict:
@@ -36,10 +32,12 @@ def ratio_times_wheelbase(drive: Drive, comparable: bool) -> Verdict:
     subject = "ratio times wheelbase"
     if not comparable:
         return CannotTell(subject, "signs and scales first")
-    shown = _shown(drive)
+    bank = _bank(drive)
+    shown = _shown(drive, bank)
     if shown is None:
         bends = f"needs {_BEND_TIME_MIN_S:.0f} s in bends of less than {1 / _BEND_1_M:.0f} m, at several speeds"
-        return CannotTell(subject, lacks(drive, NEEDED, bends))
+        slowly = "" if bank is not None else f" below {_SLOW_M_S:.0f} m/s, no accelerometer telling the bank"
+        return CannotTell(subject, lacks(drive, NEEDED, bends + slowly))
     value, half_width = shown
     low, high = value - half_width, value + half_width
     told = f"ratio times wheelbase is {value:.1f} m in this drive ({low:.1f} to {high:.1f})"
@@ -55,44 +53,47 @@ def ratio_times_wheelbase(drive: Drive, comparable: bool) -> Verdict:
     return Finding("ratio_times_wheelbase", "warning", text, value, "m")
 
 
-def _shown(drive: Drive) -> tuple[float, float] | None:
+def _shown(drive: Drive, bank: Column | None) -> tuple[float, float] | None:
     """i*L in m and its 95 % half-width: (10) with offset, understeer, gyro bias, lag and play as further unknowns.
 
     The wheels lie on the flank that side force says, less where the steering unloads, which is sought: the zero of the
-    accelerometer is in it. The interval is a jackknife over parts of the drive, since residuals are alike for seconds.
+    accelerometer is in it.
     """
     late_s = lag_s(drive.driven(drive.angle), drive.curvature, drive.step_s)
     angle = _later(drive.angle, late_s or 0.0, drive.step_s)
-    k, rv, v = drive.curvature, drive.centripetal, drive.speed
-    if len(k) < 2:
-        return None
-    yaw_acceleration = np.gradient(drive.yaw_rate, drive.step_s)
-    used = (v > _SPEED_MIN_M_S) & (np.abs(k) < _CURVATURE_MAX_1_M) & (np.abs(rv) < _ACCELERATION_MAX_M_S2)
-    used &= np.isfinite(angle) & np.isfinite(yaw_acceleration)
-    bank = _bank(drive, used)
-    if bank is None:  # as fast as bends are hardly banked
-        bank = np.zeros_like(rv)
-        used &= v < _SLOW_M_S
-    used &= np.isfinite(bank)
+    yaw_acceleration = _slope(drive.yaw_rate, drive.step_s)
+    k, v = drive.curvature, drive.speed
+    used = _usable(drive) & np.isfinite(angle) & np.isfinite(yaw_acceleration)
+    used &= v < _SLOW_M_S if bank is None else np.isfinite(bank)
     bends = used & (np.abs(k) > _BEND_1_M)
     if used.sum() * drive.step_s < MIN_TIME_S or bends.sum() * drive.step_s < _BEND_TIME_MIN_S:
         return None
     slow, fast = np.quantile(v[bends], [0.1, 0.9])
     if fast < _SPEEDS_APART * slow:
         return None
-    angle, k, v, bank, side_force = (column[used] for column in (angle, k, v, bank, rv + bank))
-    others = np.column_stack([k, np.ones_like(k), side_force, 1 / v, yaw_acceleration[used]])
-    unloads = _line_over(v, bank)[0] + _UNLOADS_M_S2
-    flanks = (np.tanh((side_force - each) / _FLANK_M_S2) for each in unloads)
-    parts = [_parts(np.column_stack([others, flank]), angle) for flank in flanks]
-    value, half_width = _first_with_interval(parts)
+    at_rest, side_force = 0.0, drive.centripetal[used]
+    if bank is not None:
+        at_rest, side_force = _line_over(v[used], bank[used])[0], side_force + bank[used]
+    others = np.column_stack([k[used], np.ones_like(side_force), side_force, 1 / v[used], yaw_acceleration[used]])
+    flanks = (np.tanh((side_force - at_rest - unloads) / _FLANK_M_S2) for unloads in _UNLOADS_M_S2)
+    guesses = [normal_equations(np.column_stack([others, flank]), angle[used]) for flank in flanks]
+    value, half_width = first_with_interval(guesses)
     return (value, half_width) if half_width < _HALF_WIDTH_MAX * abs(value) else None
 
 
-def _bank(drive: Drive, used: npt.NDArray[np.bool_]) -> Column | None:
+def _usable(drive: Drive) -> npt.NDArray[np.bool_]:
+    gentle = np.abs(drive.centripetal) < _ACCELERATION_MAX_M_S2
+    return np.asarray((drive.speed > _SPEED_MIN_M_S) & (np.abs(drive.curvature) < _CURVATURE_MAX_1_M) & gentle)
+
+
+def _slope(values: Column, step_s: float) -> Column:
+    return np.gradient(values, step_s) if len(values) > 1 else np.full_like(values, np.nan)
+
+
+def _bank(drive: Drive) -> Column | None:
     """a_y - r*v; None where no accelerometer that works says it: one that follows r*v, and whose zero stays."""
     bank = _smoothed(drive.lateral_acceleration - drive.centripetal, drive.step_s)
-    known = used & np.isfinite(bank)
+    known = _usable(drive) & np.isfinite(bank)
     if known.sum() * drive.step_s < MIN_TIME_S:
         return None
     _, of_speed = _line_over(drive.speed[known], bank[known])
@@ -121,39 +122,3 @@ def _smoothed(values: Column, step_s: float) -> Column:
 def _later(values: Column, by_s: float, step_s: float) -> Column:
     time = np.arange(len(values)) * step_s
     return np.asarray(np.interp(time - by_s, time, values, left=np.nan, right=np.nan))
-
-
-@dataclass(frozen=True)
-class _Normal:
-    """Normal equations of parts of the drive."""
-
-    squares: npt.NDArray[np.float64]  # (parts, unknowns, unknowns)
-    toward: npt.NDArray[np.float64]  # (parts, unknowns)
-    target_squares: npt.NDArray[np.float64]  # (parts,)
-
-
-def _parts(unknowns: Column, y: Column) -> _Normal:
-    parts = list(zip(np.array_split(unknowns, _PARTS), np.array_split(y, _PARTS), strict=True))
-    return _Normal(
-        np.array([a.T @ a for a, _ in parts]),
-        np.array([a.T @ b for a, b in parts]),
-        np.array([b @ b for _, b in parts]),
-    )
-
-
-def _first_with_interval(guesses: Sequence[_Normal]) -> tuple[float, float]:
-    """Least squares' first coefficient by the guess that leaves least, and its 95 % half-width from leaving out one
-    part of the drive at a time, with the guess that is best without it."""
-
-    def first(without: int | None) -> float:
-        kept = [part for part in range(_PARTS) if part != without]
-        fits = []
-        for guess in guesses:
-            toward = guess.toward[kept].sum(axis=0)
-            found = np.linalg.lstsq(guess.squares[kept].sum(axis=0), toward, rcond=None)[0]
-            fits.append((float(guess.target_squares[kept].sum() - toward @ found), float(found[0])))
-        return min(fits)[1]
-
-    without = np.array([first(part) for part in range(_PARTS)])
-    variance = (_PARTS - 1) / _PARTS * float(np.sum((without - without.mean()) ** 2))
-    return first(None), _STUDENT_T * variance**0.5

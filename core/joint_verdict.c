@@ -1,5 +1,6 @@
 #include <math.h>
 
+#include "bounds.h"
 #include "methods.h"
 
 /* 0.5 deg: the least that shows two flanks. */
@@ -16,8 +17,7 @@ static const float lately_share = 1.0f / 80.0f; /* of a second, in the mean of w
 static float wide_as(const oc_joint_answer *found, float moved) {
     static const float times = 5.0f;
     const float told = found->backlash.value > some_play ? found->told_sd : 0.0f, untold = 0.5f * fabsf(moved);
-    const float wide = times * (told > untold ? told : untold);
-    return wide > found->offset.sd ? wide : found->offset.sd;
+    return oc_most(times * oc_most(told, untold), found->offset.sd);
 }
 
 static oc_status status_of(oc_status before, bool enough, float sd, double narrow) {

@@ -1,5 +1,7 @@
 #include "sensor_noise.h"
 
+#include "bounds.h"
+
 /* At slower ticks their second differences see what shakes a truck as well, and tell nothing. */
 static const double fast_hz = 80.0;
 
@@ -24,7 +26,7 @@ static void learn(float *variances, const oc_noise_past *past, const float *now,
         const float bent = now[k] - 2.0f * past->last[k] + past->before[k];
         const float seen = of_mean * bent * bent;
         const float most = of_mean * least_kick[k] + kick_share * variances[k];
-        variances[k] += share * ((seen < most ? seen : most) - variances[k]);
+        variances[k] += share * (oc_least(seen, most) - variances[k]);
     }
 }
 
@@ -40,6 +42,5 @@ void oc_noise_update(oc_noise *noise, oc_noise_watch *watch, const oc_noise_desi
 }
 
 float oc_noise_in_mean(const oc_noise *noise, int32_t signal) {
-    const float by_samples = noise->by_samples[signal], by_ticks = noise->by_ticks[signal];
-    return by_samples < by_ticks ? by_samples : by_ticks;
+    return oc_least(noise->by_samples[signal], noise->by_ticks[signal]);
 }

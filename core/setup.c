@@ -94,7 +94,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     oc_preprocess_design(&c->preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
                          rate_hz);
     oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
-    const bool sees_bank = params->use_accelerometer || params->method != OC_METHOD_JOINT;
+    const bool sees_bank = params->use_accelerometer != 0 || params->method != OC_METHOD_JOINT;
     const float pull = (float)params->pull_sd_m_s2, wind = (float)params->wind_sd_m_s2;
     const float bank = sees_bank ? 0.0f : (float)params->crown_sd_m_s2;
     oc_joint_setup(&c->joint, &c->preprocess.lowpass, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,

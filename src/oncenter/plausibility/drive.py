@@ -33,7 +33,9 @@ class Drive:
         self.yaw_rate = self._means("yaw_rate")
         self.speed = self._means("vehicle_speed")
         self.lateral_acceleration = self._means("lateral_acceleration")
-        self.rear_difference = self._means("wheel_speed_rear_right") - self._means("wheel_speed_rear_left")
+        self.rear_difference = self._without_radii(
+            self._means("wheel_speed_rear_right") - self._means("wheel_speed_rear_left")
+        )
         self.wheel_speed = np.mean([self._means(name) for name in self.wheel_pair()], axis=0)
         rolling = self.speed > ROLLING_M_S
         self.curvature = np.where(rolling, self.yaw_rate / np.where(rolling, self.speed, 1.0), np.nan)
@@ -61,6 +63,16 @@ class Drive:
     def ratio_times_wheelbase_m(self) -> float | None:
         """As the vehicle file says it."""
         return None if self.vehicle is None else self.vehicle.ratio_near_centre * self.vehicle.wheelbase_m
+
+    def _without_radii(self, difference: Column) -> Column:
+        """Right less left without what goes with the speed: tyres that are worn unlike differ by some per mille of it,
+        which on straight roads is more than turning makes."""
+        columns = np.column_stack([self.speed, self.yaw_rate, difference])
+        known = columns[np.isfinite(columns).all(axis=1)]
+        if len(known) * self.step_s < MIN_TIME_S:
+            return difference
+        of_speed, _of_turning = np.linalg.lstsq(known[:, :2], known[:, 2], rcond=None)[0]
+        return np.asarray(difference - of_speed * self.speed)
 
     def _means(self, name: str) -> Column:
         ticks, k = self.ticks(name), self.ticks_per_step

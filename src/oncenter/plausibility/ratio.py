@@ -61,7 +61,7 @@ def _shown(drive: Drive, bank: Column | None) -> tuple[float, float] | None:
     """
     late_s = lag_s(drive.driven(drive.angle), drive.curvature, drive.step_s)
     angle = _later(drive.angle, late_s or 0.0, drive.step_s)
-    yaw_acceleration = _slope(drive.yaw_rate, drive.step_s)
+    yaw_acceleration = _rate_of(drive.yaw_rate, drive.step_s)
     k, v = drive.curvature, drive.speed
     used = _usable(drive) & np.isfinite(angle) & np.isfinite(yaw_acceleration)
     used &= v < _SLOW_M_S if bank is None else np.isfinite(bank)
@@ -86,7 +86,7 @@ def _usable(drive: Drive) -> npt.NDArray[np.bool_]:
     return np.asarray((drive.speed > _SPEED_MIN_M_S) & (np.abs(drive.curvature) < _CURVATURE_MAX_1_M) & gentle)
 
 
-def _slope(values: Column, step_s: float) -> Column:
+def _rate_of(values: Column, step_s: float) -> Column:
     return np.gradient(values, step_s) if len(values) > 1 else np.full_like(values, np.nan)
 
 

@@ -19,7 +19,7 @@ def sign(drive: Drive) -> Verdict:
     against = {
         "steering wheel angle": (drive.angle, drive.curvature),
         "lateral acceleration": (drive.lateral_acceleration, drive.centripetal),
-        "difference of the rear wheel speeds": (_without_radii(drive), drive.yaw_rate),
+        "difference of the rear wheel speeds": (drive.rear_difference, drive.yaw_rate),
     }
     agrees = {name: agreement(x, y) for name, (x, y) in against.items()}
     like = ["yaw rate", *(name for name, sign in agrees.items() if sign > 0)]
@@ -124,13 +124,11 @@ def _relations(drive: Drive) -> dict[str, tuple[float, float, float]]:
     il = drive.ratio_times_wheelbase_m()
     angle_limits = _ANGLE_PER_CURVATURE_M if il is None else (_ANGLE_PER_IL[0] * il, _ANGLE_PER_IL[1] * il)
     pairs = {
-        "angle": (drive.angle, drive.curvature, angle_limits),
-        "acceleration": (drive.lateral_acceleration, drive.centripetal, _acceleration_limits(drive)),
-        "turning wheels": (_without_radii(drive), drive.yaw_rate, _WHEELS_PER_YAW_RATE_M),
+        "angle": (_spread_ratio, drive.angle, drive.curvature, angle_limits),
+        "acceleration": (_spread_ratio, drive.lateral_acceleration, drive.centripetal, _acceleration_limits(drive)),
+        "turning wheels": (_slope, drive.rear_difference, drive.yaw_rate, _WHEELS_PER_YAW_RATE_M),
     }
-    seen = {name: (_spread_ratio(x, y), *limits) for name, (x, y, limits) in pairs.items() if agreement(x, y) != 0}
-    if "turning wheels" in seen:  # wheel speeds are the noisier ones: their slope on the yaw rate
-        seen["turning wheels"] = (_slope(*pairs["turning wheels"][:2]), *_WHEELS_PER_YAW_RATE_M)
+    seen = {name: (ratio(x, y), *limits) for name, (ratio, x, y, limits) in pairs.items() if agreement(x, y) != 0}
     wheels = _wheel_speed_ratio(drive)
     if wheels is not None:
         seen["wheels"] = (wheels, *_WHEELS_PER_SPEED)
@@ -143,17 +141,6 @@ def _acceleration_limits(drive: Drive) -> tuple[float, float]:
     return _ACCELERATION_PER_RV_ON_MOTORWAYS if fast else _ACCELERATION_PER_RV
 
 
-def _without_radii(drive: Drive) -> Column:
-    """The rear wheels' difference without what goes with the speed: tyres that are worn unlike differ by some per mille
-    of it, which on straight roads is more than turning makes."""
-    columns = np.column_stack([drive.speed, drive.yaw_rate, drive.rear_difference])
-    known = columns[np.isfinite(columns).all(axis=1)]
-    if len(known) < MIN_TIME_S * GRID_HZ:
-        return drive.rear_difference
-    of_speed, _of_turning = np.linalg.lstsq(known[:, :2], known[:, 2], rcond=None)[0]
-    return np.asarray(drive.rear_difference - of_speed * drive.speed)
-
-
 def _spread_ratio(x: Column, y: Column) -> float:
     """How much x moves for y, whatever their signs."""
     both = np.isfinite(x) & np.isfinite(y)
@@ -161,7 +148,7 @@ def _spread_ratio(x: Column, y: Column) -> float:
 
 
 def _slope(x: Column, y: Column) -> float:
-    """How much x moves for y by least squares, whatever their signs."""
+    """How much x moves for y where x is by far the noisier, whatever their signs: by least squares."""
     both = np.isfinite(x) & np.isfinite(y)
     return abs(float(np.cov(x[both], y[both])[0, 1] / np.var(y[both], ddof=1)))
 

@@ -264,7 +264,13 @@ static void watch_quantum(oc_gyro_bias_axle *a, double difference) {
     a->last = difference;
 }
 
-static void add(oc_gyro_bias_axle *a, double track, double left, double right, double yaw_rate, double acceleration) {
+typedef struct {
+    bool by_accelerometer;                /* or by the turning, as on a level road */
+    double acceleration, yaw_rate_bias;   /* m/s^2, rad/s */
+} tilt;
+
+/* What an axle's wheels tell at a tick, and what tilts the truck on them. */
+static void add(oc_gyro_bias_axle *a, double track, double left, double right, double yaw_rate, const tilt *tilt) {
     const double difference = right - left;
     const double speed = 0.5 * (left + right);
     const double turn = track * yaw_rate;
@@ -277,7 +283,7 @@ static void add(oc_gyro_bias_axle *a, double track, double left, double right, d
     a->difference += difference;
     a->speed += speed;
     a->yaw_rate += yaw_rate;
-    a->acceleration += acceleration;
+    a->acceleration += tilt->by_accelerometer ? tilt->acceleration : speed * (yaw_rate - tilt->yaw_rate_bias);
 }
 
 /* Rounding error of a difference that seldom moves: it stays as it is for longer than a block. One that moves with
@@ -449,16 +455,19 @@ void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design,
         state->P[DRIFT][DRIFT] += squared(params->gyro_bias_drift_first_sd_rad_s2);
     }
     stand(state, design, params, tick);
-    const bool has_load = (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0;
-    const double a_y = has_load ? tick->lateral_acceleration : 0.0;
-    const bool adds = has_load || !needs_load(params); /* a load that is missing for a while is not none */
+    const tilt by = {
+        .by_accelerometer = params->use_accelerometer != 0 && (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0,
+        .acceleration = tick->lateral_acceleration,
+        .yaw_rate_bias = state->x[BIAS],
+    };
+    const bool adds = by.by_accelerometer || !needs_load(params); /* for a while it is not another way */
     if (adds && (tick->valid & rear) == rear) {
         add(&state->axles[OC_AXLE_REAR], design->track[OC_AXLE_REAR], tick->wheel_speed_rear_left,
-            tick->wheel_speed_rear_right, tick->yaw_rate, a_y);
+            tick->wheel_speed_rear_right, tick->yaw_rate, &by);
     }
     if (adds && (tick->valid & front) == front) {
         add(&state->axles[OC_AXLE_FRONT], design->track[OC_AXLE_FRONT], tick->wheel_speed_front_left,
-            tick->wheel_speed_front_right, tick->yaw_rate, a_y);
+            tick->wheel_speed_front_right, tick->yaw_rate, &by);
     }
     state->block_ticks += 1.0;
     if (state->due != NOTHING_DUE) {

@@ -100,13 +100,13 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
 }
 
 /* A correction goes to one hypothesis after the other, and to each once, whatever comes between. */
-bool oc_joint_correct(oc_joint *joint, float rad_s) {
+bool oc_joint_correct(oc_joint *joint, float rad_s, bool has_banks) {
     if (!joint->started || joint->corrected < joint->count || !(fabsf(rad_s) > least_correction)) {
         return false;
     }
     joint->correction = rad_s;
     joint->corrected = 0;
-    joint->bank_mean += (double)rad_s * joint->speed_mean;
+    joint->bank_mean += has_banks ? (double)rad_s * joint->speed_mean : 0.0;
     return true;
 }
 

@@ -145,8 +145,8 @@ void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
                     const oc_prior *prior);
 
 /* The yaw rates so far were corrected by rad/s too little, on average. False where that is not worth it, or the last
- * correction has not come to all hypotheses yet. */
-bool oc_joint_correct(oc_joint *joint, float rad_s);
+ * correction has not come to all hypotheses yet. Banks that an accelerometer told move with them. */
+bool oc_joint_correct(oc_joint *joint, float rad_s, bool has_banks);
 
 /* What the bank says is put down as what it was until the change, and the bank goes on with the other.
  * Not while a hypothesis's equations are half solved: all conclude anew, from the first on. */

@@ -56,10 +56,11 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
 }
 
 /* What is learned of the yaw rate's bias now holds for the drive before, too, once it is worth it. */
-static void correct_what_was_used(oc_evidence *evidence) {
+static void correct_what_was_used(oc_evidence *evidence, const oc_params *p) {
     static const float worth = 0.01f; /* of the variance */
     oc_past_bias *past = &evidence->gyro_bias.past;
-    if (past->bias * past->bias > worth * past->variance && oc_joint_correct(&evidence->joint, past->bias)) {
+    if (past->bias * past->bias > worth * past->variance &&
+        oc_joint_correct(&evidence->joint, past->bias, p->use_accelerometer != 0)) {
         past->bias = 0.0f;
     }
 }
@@ -67,7 +68,7 @@ static void correct_what_was_used(oc_evidence *evidence) {
 void oc_stand_jointly(oc_state *state, const oc_coefficients *c) {
     oc_evidence *evidence = &state->evidence;
     const oc_prior prior = prior_of(evidence, c);
-    correct_what_was_used(evidence);
+    correct_what_was_used(evidence, &c->params);
     const int32_t concluded = evidence->joint.concluded;
     oc_joint_stand(&evidence->joint, &state->tracking.joint, &c->joint, &prior);
     if (concluded < evidence->joint.count && evidence->joint.concluded == evidence->joint.count) {
@@ -107,7 +108,7 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_sig
         tracking->prior_due = 0;
         tracking->prior = prior_of(&state->evidence, c);
     }
-    correct_what_was_used(&state->evidence);
+    correct_what_was_used(&state->evidence, &c->params);
     state->evidence.gyro_bias.past.waiting_s += tick.usable ? (float)c->tick_s : 0.0f;
     if (oc_joint_update(&state->evidence.joint, tracking, &c->joint, &tick)) {
         oc_learn_jointly(&state->evidence, &state->evidence.verdicts, &state->learned, c);

@@ -27,7 +27,7 @@ static const float healed_s = 20.0f;
 static const float lost_s = 0.1f, back_s = 1.0f;
 static const float judging_speed = 8.0f;  /* m/s */
 static const float step_deg = 8.0f, hand_rate_deg_s = 800.0f;
-static const float settled_s = 1.0f;      /* after a hole, in which the estimate is no better than the sensor */
+static const float settled_s = 1.0f;      /* after a hole, or a step of both, one of which the filter is behind */
 static const float mean_s = 8.0f;         /* bends are shorter */
 static const float noise_deg = 2.0f;      /* of measured and estimate, where the sd would say less */
 static const float flipped_min = 20.0f;   /* log of the odds */
@@ -76,11 +76,11 @@ static void acquit(oc_fault_watch *w) {
 static bool is_missing(oc_fault_watch *w, const oc_fault_tick *tick) {
     if (tick->after_hole) {
         w->interruption_time = tick->time;
-        w->present_s = 0.0f;
+        w->present_s = w->alike_s = 0.0f;
     }
     if (!tick->has_measured) {
         w->missing_s += tick->tick_s;
-        w->present_s = 0.0f;
+        w->present_s = w->alike_s = 0.0f;
         w->interruption_time = tick->time;
         if (w->missing_s > lost_s && w->fault == OC_FAULT_NONE) {
             name_it(w, OC_FAULT_LOST, tick->time - (double)w->missing_s, 1.0f, 0.0f);
@@ -96,20 +96,12 @@ static bool is_missing(oc_fault_watch *w, const oc_fault_tick *tick) {
 }
 
 /* How the measured value goes: steps that no hand makes, and values that stay. */
-static void forget_means(oc_fault_watch *w, const oc_fault_tick *tick) {
-    w->mean_measured = tick->measured;
-    w->mean_estimate = tick->estimate;
-}
-
 static void follow(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float moved = fabsf(tick->measured - w->last);
     const bool returned = w->present_s < 2.0f * tick->tick_s;
     if (moved > step_deg * rad_in_deg && moved > hand_rate_deg_s * rad_in_deg * tick->tick_s && !returned) {
         w->step_time = tick->time;
-        forget_means(w, tick);
-    }
-    if (w->present_s < settled_s) {
-        forget_means(w, tick);
+        w->alike_s = 0.0f;
     }
     w->last = tick->measured;
     if (fabsf(tick->measured - w->held_value) > same_deg * rad_in_deg) {
@@ -124,8 +116,13 @@ static void follow(oc_fault_watch *w, const oc_fault_tick *tick) {
  * grows by 2 m e / sd^2 for each independent pair of them. */
 static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float share = tick->tick_s / mean_s;
-    const float m = tick->measured - w->mean_measured, e = tick->estimate - w->mean_estimate;
     const float noise = noise_deg * rad_in_deg;
+    w->alike_s += tick->tick_s;
+    if (w->alike_s < settled_s) {
+        w->mean_measured = tick->measured;
+        w->mean_estimate = tick->estimate;
+    }
+    const float m = tick->measured - w->mean_measured, e = tick->estimate - w->mean_estimate;
     w->mean_measured += share * no_further_than(m, kick_max_deg * rad_in_deg);
     w->mean_estimate += share * no_further_than(e, kick_max_deg * rad_in_deg);
     const float right = 2.0f * m * e / (tick->sd * tick->sd + noise * noise) / fades_s;
@@ -293,8 +290,6 @@ static void begin_watch(oc_fault_watch *w, const oc_fault_evidence *kept, const 
         .last_well = tick->time,
         .last_right = tick->time,
         .last = tick->measured,
-        .mean_measured = tick->measured,
-        .mean_estimate = tick->estimate,
     };
 }
 
@@ -313,7 +308,7 @@ static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
     if (tick->can_judge && tick->speed > judging_speed) {
         judge(w, tick);
     } else {
-        forget_means(w, tick);
+        w->alike_s = 0.0f;
     }
 }
 

@@ -57,13 +57,21 @@ typedef struct {
 /* So much comparing, before the sensor that taught is judged by what it taught. */
 static const float judge_after_s = 400.0f;
 
-/* Whether all is measured from which the angle is told. */
+/* Whether all is measured from which the angle is told; without an accelerometer by the bank that there was. */
 static bool has_motion(const oc_params *p, uint32_t valid) {
     const uint32_t needed = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED |
-                            (p->use_accelerometer ? (uint32_t)OC_HAS_LATERAL_ACCELERATION : 0u) |
                             (by_wheel_speed(p) ? OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u) |
                             (p->angle_method == OC_ANGLE_SIDE_SLIP ? (uint32_t)OC_HAS_LATERAL_SPEED : 0u);
     return (valid & needed) == needed;
+}
+
+/* An accelerometer that is silent leaves the bank of a bend untold, and some of side force. */
+static const float unbanked = 0.3f;          /* of r*v: bends on motorways take up to two thirds */
+static const float unbanked_sd = 0.2f;       /* m/s^2, wherever */
+
+static void know_less_of_banks(oc_angle_truck *truck) {
+    truck->gradient_sd += unbanked * truck->gradient;
+    truck->unloading_sd += unbanked_sd;
 }
 
 /* How much of the time that would tell lacks of the flank that the wheels are at, 0 to 1: the play was learned from the
@@ -138,21 +146,27 @@ void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals
     const bool has_angle = (valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
     const double measured = has_angle ? tick->steering_wheel_angle - state->learned.offset.value : 0.0;
     const bool moves = has_motion(p, valid);
+    const bool lacks_bank = p->use_accelerometer && (valid & OC_HAS_LATERAL_ACCELERATION) == 0;
+    if (lacks_bank) {
+        know_less_of_banks(&truck);
+    }
     const seen now_seen = {.angle = has_angle, .motion = moves, .truck = truck.known};
     judge_sensor(state, c, tick, &now_seen, truck.offset_sd, after_hole);
     const double yaw_rate = tick->yaw_rate - bias->value;
+    const bool has_bank = p->use_accelerometer && !lacks_bank;
+    const double usual = yaw_rate * tick->vehicle_speed + (double)state->evidence.joint.bank_mean;
     const oc_angle_tick now = {
         .tick_s = c->angle.tick_s,
         .yaw_rate = measured_or_none(moves, yaw_rate),
         .yaw_rate_bias_sd = (float)bias->standard_deviation,
         .speed = measured_or_none(moves, tick->vehicle_speed),
-        .lateral_acceleration = measured_or_none(
-            moves, p->use_accelerometer ? tick->lateral_acceleration : yaw_rate * tick->vehicle_speed),
+        .lateral_acceleration = measured_or_none(moves, has_bank ? tick->lateral_acceleration : usual),
         .front_wheel = moves && by_wheel_speed(p) ? (float)front_wheel_by_wheels(c, state, tick) : 0.0f,
         .lateral_speed = measured_or_none(moves && p->angle_method == OC_ANGLE_SIDE_SLIP, tick->lateral_speed),
         .true_by_sensor = measured,
         .has_sensor = has_angle && !oc_fault_beyond(&tracking->fault),
-        .teaches = has_angle && tracking->fault.fault == OC_FAULT_NONE && !oc_fault_suspected(&tracking->fault),
+        .teaches = has_angle && !lacks_bank && tracking->fault.fault == OC_FAULT_NONE &&
+                   !oc_fault_suspected(&tracking->fault),
         .has_motion = moves,
     };
     oc_angle_update(&tracking->angle, &state->evidence.angle, &c->angle, &truck, &now, angle);

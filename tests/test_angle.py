@@ -65,6 +65,23 @@ def test_without_an_accelerometer_bends_are_taken_for_banked_alike_with_the_sens
     assert np.mean(np.abs(error) < 1.96 * sd) > 0.92
 
 
+@pytest.mark.parametrize("silent", ["always", "after the sensor was lost", "now and then"])
+def test_an_accelerometer_that_is_silent_takes_the_banks_and_not_the_angle(
+    drive: tuple[Signals, Truth], truck: oc.Vehicle, silent: str
+) -> None:
+    signals, truth = drive
+    time, lateral = signals.table["time_s"].to_numpy(), signals.table["lateral_acceleration_m_s2"].to_numpy()
+    gone = time > LOST_S if silent.startswith("after") else time % 60.0 < 20.0
+    heard = signals.table.with_columns(lateral_acceleration_m_s2=pl.Series(np.where(gone, np.nan, lateral)))
+    table = signals.table.drop("lateral_acceleration_m_s2") if silent == "always" else heard
+    _, heard_sd = after_loss(oc.angle(signals, truck, sensor_lost_at=LOST_S), truth)
+    error, sd = after_loss(oc.angle(replace(signals, table=table), truck, sensor_lost_at=LOST_S), truth)
+    assert np.sqrt(np.mean(error**2)) < 2.0
+    assert np.mean(np.abs(error) < 1.96 * sd) > 0.9
+    assert np.mean(sd**2) > 1.1 * np.mean(heard_sd**2)
+    assert np.median(sd) < 4.0
+
+
 def test_fifteen_degrees_of_play_cost_less_than_three(truck: oc.Vehicle) -> None:
     signals, truth = oc.simulate("heavy_play", 5)
     error, sd = after_loss(oc.angle(signals, truck, sensor_lost_at=LOST_S), truth)
@@ -325,6 +342,19 @@ def test_the_command_writes_degrees(
     ]
     assert {"status", "measured_deg"} <= set(table.columns)
     assert run([*arguments[:-1], str(tmp_path / "out.xlsx")]) == 2
+
+
+def test_a_log_without_lateral_acceleration_is_answered_with_a_word_about_it(
+    drive: tuple[Signals, Truth], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, page = tmp_path / "drive.parquet", tmp_path / "page.html"
+    drive[0].table.head(90_000).drop("lateral_acceleration_m_s2").write_parquet(log)
+    arguments = ["angle", str(log), "--vehicle", TRUCK, "--sensor-lost-at", "600", "--report", str(page)]
+    assert run(arguments) == 0
+    said = capsys.readouterr().out
+    assert "valid" in said
+    assert "note: no lateral acceleration in drive.parquet: yaw rate times speed stands for it" in said
+    assert "no lateral acceleration in drive.parquet" in page.read_text()
 
 
 def test_what_is_odd_about_a_log_is_told_as_offset_tells_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

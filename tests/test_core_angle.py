@@ -352,6 +352,25 @@ def test_an_estimate_that_begins_anew_after_a_hole_makes_no_wrong_sign() -> None
     assert set(judged(true, estimate, holes=holes)) == {"none"}
 
 
+@pytest.mark.parametrize("frozen", ["motion", "all"])
+def test_what_follows_late_after_signals_that_stood_still_makes_no_wrong_sign(frozen: str) -> None:
+    """Now the motion alone was not measured for some seconds, now a busy bus held every signal as a bend ended."""
+    true = 0.3 * np.tile(weaving(), 3)
+    begins, length = range(500, len(true) - 500, 1137), 300 if frozen == "motion" else 90
+    for begin in begins:
+        true[begin - 300 : begin + 45] += 60.0 * DEG * np.sin(np.linspace(0.0, 0.9 * np.pi, 345))
+    measured, estimate, speed = true.copy(), true.copy(), np.full(len(true), 15.0)
+    for begin in begins:
+        still, late = slice(begin, begin + length), slice(begin + length, begin + length + 30)
+        estimate[still] = true[begin]
+        estimate[late] = np.linspace(true[begin], true[late.stop], 30)
+        if frozen == "motion":
+            speed[still] = 0.0
+        else:
+            measured[still] = true[begin]
+    assert set(judged(measured, estimate, speed=speed)) == {"none"}
+
+
 def test_kerbs_and_a_stability_control_make_no_wrong_sign() -> None:
     """Each kicks the wheel by up to 40 deg and the truck as if by up to 30, both as they like."""
     random = np.random.default_rng(5)

@@ -284,6 +284,21 @@ def test_an_accelerometer_that_is_silent_now_and_then_costs_those_ticks_and_no_b
     assert max(off) < 0.03, off
 
 
+@pytest.mark.parametrize("method", ["joint", "wheel-speed"])
+def test_without_an_accelerometer_the_turning_tells_how_the_truck_leans_on_its_tyres(method: str) -> None:
+    """Whether one is there that is not to be used, or none."""
+    off = []
+    for seed in range(6):
+        columns = rolling(seed, 600.0)
+        core = core_of(method, use_accelerometer=0)
+        bias = bias_of(columns, core)
+        off.append(abs(bias["value"] - 0.005) / DEGREE)
+        assert core.answer()["yaw_rate_bias_alarm_time"] == 0.0
+        del columns["lateral_acceleration_m_s2"]
+        assert bias_of(columns, core_of(method, use_accelerometer=0)) == bias
+    assert max(off) < 0.06, off
+
+
 def test_rounding_that_nothing_shakes_is_in_the_interval() -> None:
     """Wheels without noise by EBC2's steps of half a degree per second: the same error for seconds on end."""
     for seed in range(6):

@@ -225,6 +225,13 @@ def test_a_gyro_that_is_off_otherwise_after_an_ignition_moves_nothing_of_what_wa
     np.testing.assert_allclose(courses[1], courses[0], atol=0.05 * DEGREE)
 
 
+@pytest.mark.parametrize(("has_banks", "moved_m_s2"), [(True, 0.8), (False, 0.0)])
+def test_a_gyro_that_is_known_late_moves_the_banks_that_were_measured(has_banks: bool, moved_m_s2: float) -> None:
+    joint = ffi.new("oc_joint *", {"started": 1, "speed_mean": 20.0})
+    assert lib.oc_joint_correct(joint, 0.04, has_banks)
+    assert joint.bank_mean == pytest.approx(moved_m_s2)
+
+
 def test_a_gyro_that_jumps_moves_nothing_of_what_was_learned() -> None:
     columns, truth = driven(CREEPING, 1)
     jumping = columns | {YAW_RATE: columns[YAW_RATE] + np.where(columns["time_s"] > 500.0, 0.6 * DEGREE, 0.0)}

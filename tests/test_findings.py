@@ -113,6 +113,11 @@ def test_a_moment_in_which_the_gyro_seemed_to_run_away_is_no_alarm_once_its_bias
         assert told(yaw_rate_bias_alarm_time=15.0, yaw_rate_bias=bias)["yaw_rate_bias_moves"].severity == severity
 
 
+def test_wheels_that_lean_on_banks_that_nobody_measured_are_no_alarm() -> None:
+    moved = told(yaw_rate_bias_alarm_time=600.0, accelerometer=False)["yaw_rate_bias_moves"]
+    assert moved.severity == "info" and "the road's bank, which is not measured" in moved.text
+
+
 @pytest.mark.parametrize(("play_deg", "says"), [(14.8, None), (15.1, "is about"), (16.0, "is beyond")])
 def test_play_beyond_the_maintenance_standard_is_told_as_hysteresis(play_deg: float, says: str | None) -> None:
     found = told(backlash=estimate(play_deg * DEGREE, 0.2 * DEGREE)).get("steering_play")

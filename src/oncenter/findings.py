@@ -130,7 +130,7 @@ def findings_of(
         _gate_shut(native, params, method),
         _offset(native),
         _yaw_rate_bias(native, method, yaw_rate_from_vdc2),
-        _yaw_rate_bias_moves(native, method),
+        _yaw_rate_bias_moves(native, params, method),
         _standing_acceleration(native),
         relative_angle_sensor() if relative_sensor else None,
         *of_method,
@@ -245,17 +245,19 @@ def _yaw_rate_bias(native: Mapping[str, Any], method: str, from_vdc2: bool) -> F
     return replace(finding, text=text)
 
 
-def _yaw_rate_bias_moves(native: Mapping[str, Any], method: str) -> Finding | None:
-    """5.3.1's CUSUM has spoken."""
+def _yaw_rate_bias_moves(native: Mapping[str, Any], params: Mapping[str, float], method: str) -> Finding | None:
+    """5.3.1's CUSUM has spoken; banks that no accelerometer tells do the same to the wheels."""
     moving_s = native["yaw_rate_bias_alarm_time"]
     if moving_s == 0:
         return None
     known_again = _status(native["yaw_rate_bias"]) != "invalid"
-    passing = method == "joint" and known_again and moving_s <= _ALARM_PASSING_S
+    level = not params["use_accelerometer"]
+    passing = method == "joint" and known_again and (level or moving_s <= _ALARM_PASSING_S)
+    moved = "a wheel's radius or the road's bank, which is not measured," if level else "or a wheel's radius,"
     return Finding(
         "yaw_rate_bias_moves",
         "info" if passing else "warning",
-        f"for {moving_s:.0f} s the yaw rate's bias, or a wheel's radius, moved faster than the wheel speeds can follow"
+        f"for {moving_s:.0f} s the yaw rate's bias, {moved} moved faster than the wheel speeds can follow"
         + ("; the offset was not learned from them" if method == "joint" else "")
         + ("" if known_again else "; it is not known again yet"),
         moving_s,

@@ -86,11 +86,10 @@ def angle(
 
 def _asides(told: Sequence[Finding], drives: Sequence[Signals]) -> list[str]:
     """What there is to say of the logs, below an empty line."""
-    from oncenter.core_answer import notes_of
-    from oncenter.read.whole_turns import without_whole_turns
+    from oncenter.angle import notes_on
 
     lines = [f"  {finding.severity}: {finding.text}" for finding in told]
-    lines += [f"  note: {note}" for note in notes_of(without_whole_turns(tuple(drives)))]
+    lines += [f"  note: {note}" for note in notes_on(drives)]
     return ["", *lines] if lines else []
 
 

@@ -9,8 +9,7 @@ import numpy as np
 from bokeh.embed import components
 
 from oncenter import _core
-from oncenter.core_answer import notes_of
-from oncenter.read.whole_turns import without_whole_turns
+from oncenter.angle import notes_on
 from oncenter.report.angle_course import MOVING_M_S, AngleCourse, Fault
 from oncenter.report.angle_plots import angle_figures
 from oncenter.report.document import document, duration, joined, key, nothing, number, table
@@ -198,7 +197,7 @@ def _provenance(signals: Signals, vehicle: Vehicle, method: str, smooth: bool) -
         "Log": f"{escape(signals.log)} <span class=quiet>{signals.table.height} ticks at {signals.rate_hz:g} Hz</span>",
     }
     sources = {escape(name.replace("_", " ")): escape(s.description) for name, s in signals.sources.items()}
-    notes = "".join(f"<li>{escape(note)}</li>" for note in notes_of(without_whole_turns((signals,))))
+    notes = "".join(f"<li>{escape(note)}</li>" for note in notes_on((signals,)))
     return f"""<section class="provenance">
 <h2>What produced it</h2>
 {table(truck)}

@@ -94,6 +94,19 @@ def test_leaving_the_accelerometer_out_needs_no_accelerometer(
     assert run(["offset", str(blind), "--vehicle", TRUCK, "--no-accelerometer"]) == 0
 
 
+@pytest.mark.parametrize(("missing", "would_do"), [("yaw_rate", True), ("steering_wheel_angle", False)])
+def test_who_lacks_the_motion_but_not_the_wheels_is_told_what_they_can_do(
+    missing: str, would_do: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, speed = tmp_path / "lame.csv", pl.col("vehicle_speed_m_s")
+    wheels = {f"wheel_speed_rear_{side}_m_s": speed for side in ("left", "right")}
+    steady_drive().table.with_columns(**wheels).drop(f"{missing}_rad{'_s' if would_do else ''}").write_csv(log)
+    assert run(["offset", str(log), "--vehicle", TRUCK]) == 1
+    assert ("--method wheel-speed" in capsys.readouterr().err) == would_do
+    assert run(["offset", str(log), "--vehicle", TRUCK, "--method", "wheel-speed"]) == (0 if would_do else 1)
+    assert "--method wheel-speed" not in capsys.readouterr().err
+
+
 def bad_inputs(folder: Path) -> dict[str, tuple[Path, int]]:
     """A file for each way in which a log can be wrong, and the exit code it earns."""
     header = "time_s,steering_wheel_angle_deg,yaw_rate_deg_s,vehicle_speed_m_s,lateral_acceleration_m_s2\n"

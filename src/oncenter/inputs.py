@@ -95,11 +95,20 @@ def _require(drive: Signals, needed: Sequence[str]) -> None:
     try:
         require(drive, needed)
     except OncenterError as error:
-        if error.needs != ("lateral_acceleration",):
+        instead = _instead(drive, error.needs)
+        if not instead:
             raise
-        raise OncenterError(
-            f"{error}; without an accelerometer --no-accelerometer would do, or use_accelerometer = 0 in the "
-            "vehicle file's [params]",
-            code=error.code,
-            needs=error.needs,
-        ) from None
+        raise OncenterError(f"{error}; {instead}", code=error.code, needs=error.needs) from None
+
+
+def _instead(drive: Signals, missing: Sequence[str]) -> str:
+    """What can answer without them; nothing without the angle."""
+    if tuple(missing) == ("lateral_acceleration",):
+        return (
+            "without an accelerometer --no-accelerometer would do, or use_accelerometer = 0 in the vehicle file's "
+            "[params]"
+        )
+    wheels = [SIGNALS[wheel].column for wheel in _wheels(_axle((drive,)))]
+    if "steering_wheel_angle" in missing or not set(wheels) <= set(drive.table.columns):
+        return ""
+    return "the wheel speeds alone would do, with --method wheel-speed"

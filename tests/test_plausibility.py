@@ -179,6 +179,14 @@ def test_a_straight_road_tells_neither_sign_nor_scale_nor_ratio_and_says_so() ->
     assert {"signs", "ratio times wheelbase"} <= {verdict.check for verdict in judged.cannot_tell}
 
 
+def test_bends_that_something_else_outweighs_do_not_lack_time() -> None:
+    """A lag is not told where the two are hardly alike, however long the drive."""
+    noise = np.random.default_rng(1).normal(0.0, 0.5, len(drive().table))
+    judged = check(changed(drive(), "lateral_acceleration", lambda x, t: x + noise), TRUCK)
+    why = {verdict.check: verdict.why for verdict in judged.cannot_tell}
+    assert "larger than what else moves the two" in why["lag of the lateral acceleration behind the yaw rate"]
+
+
 @pytest.mark.parametrize("fault", [scaled("yaw_rate", -1.0), scaled("yaw_rate", 2.0)], ids=["sign", "factor"])
 def test_a_straight_road_accuses_nobody(fault: Fault) -> None:
     assert check(fault(drive(bends=0.0)), TRUCK).findings == ()

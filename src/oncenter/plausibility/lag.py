@@ -7,10 +7,11 @@ import numpy as np
 from oncenter.findings import Finding
 from oncenter.plausibility.correlation import lags_s
 from oncenter.plausibility.drive import NEEDED, Drive
-from oncenter.plausibility.verdict import BENDS, CannotTell, Verdict, lacks
+from oncenter.plausibility.verdict import CannotTell, Verdict, lacks
 
 _ANGLE_TO_YAW_S = (-0.05, 0.5)  # tyres, chassis and play make it late; a loaded truck at speed takes some 0.3 s
 _YAW_TO_ACCELERATION_S = (-0.2, 0.2)  # the sensor's place along the vehicle and the roll of the cab move it
+_ALIKE = "needs bends in both halves of the drive, larger than what else moves the two: play, banks, noise"
 _AHEAD_M = 4.0  # of the rear axle, where the vehicle file does not say how far it may be
 
 
@@ -18,7 +19,7 @@ def yaw_rate(drive: Drive) -> Verdict:
     subject = "lag of the yaw rate behind the angle"
     found_s = lags_s(drive.driven(drive.angle), drive.curvature, drive.step_s)
     if found_s is None:
-        return CannotTell(subject, lacks(drive, NEEDED, BENDS))
+        return CannotTell(subject, lacks(drive, NEEDED, _ALIKE))
     return _beyond(subject, found_s, _ANGLE_TO_YAW_S, "lag_yaw_rate")
 
 
@@ -26,7 +27,7 @@ def lateral_acceleration(drive: Drive) -> Verdict:
     subject = "lag of the lateral acceleration behind the yaw rate"
     found_s = lags_s(drive.driven(drive.centripetal), drive.lateral_acceleration, drive.step_s)
     if found_s is None:
-        return CannotTell(subject, lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), BENDS))
+        return CannotTell(subject, lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), _ALIKE))
     earliest_s, latest_s = _YAW_TO_ACCELERATION_S
     return _beyond(subject, found_s, (earliest_s - _led_s(drive), latest_s), "lag_lateral_acceleration")
 

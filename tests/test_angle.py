@@ -14,6 +14,7 @@ from real_data import real_drive
 import oncenter as oc
 from oncenter import _core
 from oncenter.cli import run
+from oncenter.cli.angle import _in_words
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate.truth import Truth
@@ -342,6 +343,22 @@ def test_the_command_writes_degrees(
     ]
     assert {"status", "measured_deg"} <= set(table.columns)
     assert run([*arguments[:-1], str(tmp_path / "out.xlsx")]) == 2
+
+
+def test_where_nothing_tells_the_angle_the_command_names_no_degrees() -> None:
+    """A fifth of a drive in town without its sensor is standing; a moment is told as such."""
+    table = pl.DataFrame(
+        {"time_s": np.arange(1000.0), "status": ["valid"] * 799 + ["unobservable"] * 200 + ["converging"]}
+    )
+    sd = pl.Series([0.02] * 799 + [10.0] * 200 + [0.1])
+    said = _in_words(
+        table.with_columns(standard_deviation_rad=sd, sensor_fault=pl.lit("none"), sensor_fault_since_s=0.0)
+    )
+    assert said.splitlines() == [
+        "valid: 80% of the drive, half of it within 0.8 deg",
+        "unobservable: 20% of the drive, in which nothing tells the angle: standing, or without what tells the motion",
+        "converging: less than 1% of the drive, half of it within 3.8 deg",
+    ]
 
 
 def test_a_log_without_lateral_acceleration_is_answered_with_a_word_about_it(

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from oncenter.findings import Finding
     from oncenter.signals import Signals
 
+_LEAST_SHARE = 0.01  # of a drive, that is told as a number
+_WITHIN_MAX_DEG = 90.0  # a wheel that may be anywhere
+_NOTHING_TELLS = "in which nothing tells the angle: standing, or without what tells the motion"
+
 
 def angle(
     log: Annotated[
@@ -105,8 +109,10 @@ def _in_words(table: object) -> str:
         rows = table.filter(pl.col("status") == name)
         sd = rows["standard_deviation_rad"].median()
         assert isinstance(sd, float)
-        share = len(rows) / len(table)
-        lines.append(f"{name}: {share:.0%} of the drive, half of it within {0.67 * sd / DEGREE:.1f} deg")
+        within_deg, share = 0.67 * sd / DEGREE, len(rows) / len(table)
+        how_much = f"{share:.0%}" if share >= _LEAST_SHARE else f"less than {_LEAST_SHARE:.0%}"
+        how_well = f"half of it within {within_deg:.1f} deg" if within_deg < _WITHIN_MAX_DEG else _NOTHING_TELLS
+        lines.append(f"{name}: {how_much} of the drive, {how_well}")
     begin_s = table["time_s"][0]
     faults = table.filter(pl.col("sensor_fault") != "none").group_by("sensor_fault", maintain_order=True).first()
     for fault in faults.iter_rows(named=True):

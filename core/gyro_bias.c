@@ -11,6 +11,7 @@ static const double usual_track = 1.9;         /* m, where the vehicle file has 
 static const double usual_track_sd = 0.1;      /* of it */
 static const double wheel_speed_min = 3.0;     /* m/s; slower, pole wheels miss pulses */
 static const double longest_prediction = 3600.0; /* s; a longer hole tells no more */
+static const double silent_s = 60.0;           /* of an accelerometer, or from the first tick on: what is usual tells */
 static const double slip_share = 0.05;         /* of the speed: more between two wheels is no radius, but slip */
 static const double slip_speed = 0.15;         /* m/s, besides: 3 deg/s of bias, and noise */
 static const double slip_turn = 0.2;           /* of the turn's own difference, besides */
@@ -59,6 +60,7 @@ void oc_gyro_bias_setup(oc_gyro_bias_design *design, const oc_vehicle *vehicle, 
         .tick_s = 1.0 / rate_hz,
         .ticks_per_block = block_s * rate_hz,
         .settling_ticks = (int32_t)(params->standstill_settling_s * rate_hz + 0.5),
+        .silent_ticks = (int32_t)(silent_s * rate_hz),
         .standing_ticks = params->standstill_time_min_s * rate_hz,
     };
     for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
@@ -109,6 +111,7 @@ static void begin(oc_gyro_bias *state, const oc_gyro_bias_design *design, const 
     state->sd = sqrt(state->P[BIAS][BIAS]);
     state->P[DRIFT][DRIFT] = squared(p->gyro_bias_drift_standing_sd_rad_s2);
     state->has_wheels = 0;
+    state->silent_ticks = design->silent_ticks;
     state->running = 1;
     state->time = time;
     state->still_ticks = 0;
@@ -264,13 +267,7 @@ static void watch_quantum(oc_gyro_bias_axle *a, double difference) {
     a->last = difference;
 }
 
-typedef struct {
-    bool by_accelerometer;                /* or by the turning, as on a level road */
-    double acceleration, yaw_rate_bias;   /* m/s^2, rad/s */
-} tilt;
-
-/* What an axle's wheels tell at a tick, and what tilts the truck on them. */
-static void add(oc_gyro_bias_axle *a, double track, double left, double right, double yaw_rate, const tilt *tilt) {
+static void add(oc_gyro_bias_axle *a, double track, double left, double right, double yaw_rate, double acceleration) {
     const double difference = right - left;
     const double speed = 0.5 * (left + right);
     const double turn = track * yaw_rate;
@@ -283,7 +280,7 @@ static void add(oc_gyro_bias_axle *a, double track, double left, double right, d
     a->difference += difference;
     a->speed += speed;
     a->yaw_rate += yaw_rate;
-    a->acceleration += tilt->by_accelerometer ? tilt->acceleration : speed * (yaw_rate - tilt->yaw_rate_bias);
+    a->acceleration += acceleration;
 }
 
 /* Rounding error of a difference that seldom moves: it stays as it is for longer than a block. One that moves with
@@ -436,8 +433,18 @@ static void learn_what_is_due(oc_gyro_bias *state, const oc_gyro_bias_design *de
     }
 }
 
-static bool needs_load(const oc_params *p) {
-    return p->use_accelerometer != 0 && p->method != OC_METHOD_WHEEL_SPEED;
+/* Whether what tilts the truck on its tyres is known: not while the accelerometer is silent for a moment, after which it
+ * would read otherwise than what is usual. */
+static bool knows_load(oc_gyro_bias *state, const oc_gyro_bias_design *design, bool heard) {
+    if (heard) {
+        state->silent_ticks = 0;
+        return true;
+    }
+    if (state->silent_ticks < design->silent_ticks) {
+        ++state->silent_ticks;
+        return false;
+    }
+    return true;
 }
 
 void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params,
@@ -455,19 +462,14 @@ void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design,
         state->P[DRIFT][DRIFT] += squared(params->gyro_bias_drift_first_sd_rad_s2);
     }
     stand(state, design, params, tick);
-    const tilt by = {
-        .by_accelerometer = params->use_accelerometer != 0 && (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0,
-        .acceleration = tick->lateral_acceleration,
-        .yaw_rate_bias = state->x[BIAS],
-    };
-    const bool adds = by.by_accelerometer || !needs_load(params); /* for a while it is not another way */
+    const bool adds = knows_load(state, design, (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0);
     if (adds && (tick->valid & rear) == rear) {
         add(&state->axles[OC_AXLE_REAR], design->track[OC_AXLE_REAR], tick->wheel_speed_rear_left,
-            tick->wheel_speed_rear_right, tick->yaw_rate, &by);
+            tick->wheel_speed_rear_right, tick->yaw_rate, tick->lateral_acceleration);
     }
     if (adds && (tick->valid & front) == front) {
         add(&state->axles[OC_AXLE_FRONT], design->track[OC_AXLE_FRONT], tick->wheel_speed_front_left,
-            tick->wheel_speed_front_right, tick->yaw_rate, &by);
+            tick->wheel_speed_front_right, tick->yaw_rate, tick->lateral_acceleration);
     }
     state->block_ticks += 1.0;
     if (state->due != NOTHING_DUE) {

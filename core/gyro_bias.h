@@ -34,6 +34,7 @@ typedef struct {
     double tick_s;
     double ticks_per_block;
     int32_t settling_ticks;         /* after stopping */
+    int32_t silent_ticks;           /* after which an accelerometer is believed to be gone */
     double standing_ticks;          /* that tell something */
 } oc_gyro_bias_design;
 
@@ -77,6 +78,7 @@ typedef struct {
     double wheel_evidence;                   /* s, of blocks alone */
     int32_t due;                             /* steps in which the block that ended is yet to be learned from */
     int32_t still_ticks;                     /* of this standstill so far, settling included */
+    int32_t silent_ticks;                    /* without a lateral acceleration, so far; no more than tell something */
     int32_t started;                         /* since power-on */
     int32_t running;                         /* since ignition */
     int32_t has_wheels;                      /* since ignition */

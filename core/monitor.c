@@ -58,6 +58,28 @@ static uint32_t measured(const oc_signals *tick) {
     return tick->valid & ~(beyond | wheels_beyond(tick));
 }
 
+/* m/s^2, as on a road of the mean bank; 0 where nothing tells the turning. */
+static double usual_side_force(const oc_state *state, const oc_coefficients *c, const oc_signals *tick) {
+    const uint32_t turning = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
+    if ((tick->valid & turning) != turning) {
+        return 0.0;
+    }
+    const oc_estimate bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &c->params);
+    return (tick->yaw_rate - bias.value) * tick->vehicle_speed + state->evidence.joint.bank_mean;
+}
+
+/* Leaves the bits of what was measured and is to be used. What side force there usually is stands for that of an
+ * accelerometer that is not heard. */
+static void listen(oc_signals *tick, const oc_state *state, const oc_coefficients *c) {
+    tick->valid = measured(tick);
+    if (!c->params.use_accelerometer) {
+        tick->valid &= ~(uint32_t)OC_HAS_LATERAL_ACCELERATION;
+    }
+    if ((tick->valid & OC_HAS_LATERAL_ACCELERATION) == 0) {
+        tick->lateral_acceleration = usual_side_force(state, c, tick);
+    }
+}
+
 static uint32_t signals_needed(const oc_coefficients *c) {
     if (c->params.method == OC_METHOD_WHEEL_SPEED) {
         return OC_HAS_STEERING_WHEEL_ANGLE | (c->wheel_axle == OC_AXLE_REAR
@@ -277,7 +299,8 @@ static void step_and_tell(oc_state *state, const oc_coefficients *coefficients, 
     followed now;
     oc_angle angle;
     const bool follows = coefficients->params.angle_method != OC_ANGLE_NONE;
-    const uint32_t valid = measured(tick);
+    listen(tick, state, coefficients);
+    const uint32_t valid = tick->valid;
     const oc_fault_watch *watch = &state->tracking.fault;
     tick->valid = sensor_misleads(watch) ? valid & ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE : valid;
     now.moves = false;

@@ -106,7 +106,8 @@ static const oc_saved_member gyro_bias_members[] = {
     MEMBERS(oc_gyro_bias, block_ticks, still, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_gyro_bias, still_yaw_rate, OC_SAVED_DOUBLE, ANY_YAW_RATE),
     MEMBERS(oc_gyro_bias, still_squares, wheel_evidence, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias, due, OC_SAVED_INT32, STEPS_DUE), MEMBER(oc_gyro_bias, still_ticks, OC_SAVED_INT32, COUNTER),
+    MEMBER(oc_gyro_bias, due, OC_SAVED_INT32, STEPS_DUE),
+    MEMBERS(oc_gyro_bias, still_ticks, silent_ticks, OC_SAVED_INT32, COUNTER),
     MEMBERS(oc_gyro_bias, started, has_wheels, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_gyro_bias, status, OC_SAVED_ENUM, ANY_STATUS), MEMBER(oc_gyro_bias, sd, OC_SAVED_DOUBLE, NOT_NEGATIVE),
 };

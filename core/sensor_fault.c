@@ -28,6 +28,7 @@ static const float lost_s = 0.1f, back_s = 1.0f;
 static const float judging_speed = 8.0f;  /* m/s */
 static const float step_deg = 8.0f, hand_rate_deg_s = 800.0f;
 static const float settled_s = 1.0f;      /* after a hole, or a step of both, one of which the filter is behind */
+static const float alike_max_s = 2.0f, unlike_factor = 10.0f; /* so that 0.1 s of a hole begins anew */
 static const float mean_s = 8.0f;         /* bends are shorter */
 static const float noise_deg = 2.0f;      /* of measured and estimate, where the sd would say less */
 static const float flipped_min = 20.0f;   /* log of the odds */
@@ -80,7 +81,7 @@ static bool is_missing(oc_fault_watch *w, const oc_fault_tick *tick) {
     }
     if (!tick->has_measured) {
         w->missing_s += tick->tick_s;
-        w->present_s = w->alike_s = 0.0f;
+        w->present_s = 0.0f;
         w->interruption_time = tick->time;
         if (w->missing_s > lost_s && w->fault == OC_FAULT_NONE) {
             name_it(w, OC_FAULT_LOST, tick->time - (double)w->missing_s, 1.0f, 0.0f);
@@ -117,7 +118,6 @@ static void follow(oc_fault_watch *w, const oc_fault_tick *tick) {
 static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float share = tick->tick_s / mean_s;
     const float noise = noise_deg * rad_in_deg;
-    w->alike_s += tick->tick_s;
     if (w->alike_s < settled_s) {
         w->mean_measured = tick->measured;
         w->mean_estimate = tick->estimate;
@@ -294,6 +294,9 @@ static void begin_watch(oc_fault_watch *w, const oc_fault_evidence *kept, const 
 }
 
 static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
+    const bool judges = tick->has_measured && tick->can_judge && tick->speed > judging_speed;
+    const float alike_s = w->alike_s + (judges ? tick->tick_s : -unlike_factor * tick->tick_s);
+    w->alike_s = oc_least(oc_most(alike_s, 0.0f), alike_max_s);
     if (tick->speed < 1.0f) {
         w->interruption_time = tick->time;
     }
@@ -305,10 +308,8 @@ static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
         follow_offset(w, tick);
     }
     w->beyond = 0;
-    if (tick->can_judge && tick->speed > judging_speed) {
+    if (judges) {
         judge(w, tick);
-    } else {
-        w->alike_s = 0.0f;
     }
 }
 

@@ -70,7 +70,7 @@ static const float unbanked = 0.3f;          /* of r*v: bends on motorways take 
 static const float unbanked_sd = 0.2f;       /* m/s^2, wherever */
 
 static void know_less_of_banks(oc_angle_truck *truck) {
-    truck->gradient_sd += unbanked * truck->gradient;
+    truck->gradient_sd += unbanked * fabsf(truck->gradient);
     truck->unloading_sd += unbanked_sd;
 }
 
@@ -153,14 +153,12 @@ void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals
     const seen now_seen = {.angle = has_angle, .motion = moves, .truck = truck.known};
     judge_sensor(state, c, tick, &now_seen, truck.offset_sd, after_hole);
     const double yaw_rate = tick->yaw_rate - bias->value;
-    const bool has_bank = p->use_accelerometer && !lacks_bank;
-    const double usual = yaw_rate * tick->vehicle_speed + (double)state->evidence.joint.bank_mean;
     const oc_angle_tick now = {
         .tick_s = c->angle.tick_s,
         .yaw_rate = measured_or_none(moves, yaw_rate),
         .yaw_rate_bias_sd = (float)bias->standard_deviation,
         .speed = measured_or_none(moves, tick->vehicle_speed),
-        .lateral_acceleration = measured_or_none(moves, has_bank ? tick->lateral_acceleration : usual),
+        .lateral_acceleration = measured_or_none(moves, tick->lateral_acceleration),
         .front_wheel = moves && by_wheel_speed(p) ? (float)front_wheel_by_wheels(c, state, tick) : 0.0f,
         .lateral_speed = measured_or_none(moves && p->angle_method == OC_ANGLE_SIDE_SLIP, tick->lateral_speed),
         .true_by_sensor = measured,

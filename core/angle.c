@@ -222,7 +222,8 @@ static float other_variance(const oc_angle_tracking *t, const oc_angle_evidence 
     const float gyro = i * d->wheelbase / t->speed * tick->yaw_rate_bias_sd;
     const float gradient = i * a * truck->gradient_sd, load = i * a * loaded;
     const float flat = i * t->cube * flattening_sd;
-    return truck->offset_sd * truck->offset_sd + gyro * gyro + gradient * gradient + load * load +
+    const float banked = i * tick->bank_sd * (fabsf(truck->gradient) + truck->gradient_sd);
+    return truck->offset_sd * truck->offset_sd + gyro * gyro + gradient * gradient + load * load + banked * banked +
            flat * flat * flattening_prior / (flattening_prior + e->cubes);
 }
 
@@ -241,10 +242,13 @@ static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, 
     e->spread += (oc_least(error * error / variance, 25.0f) - e->spread) * share;
 }
 
+/* What a sensor reads for nothing, before it is learned. */
+static const float unlearned_offset_sd = 5.0f * 3.14159265358979323846f / 180.0f; /* rad */
+
 /* Without ever having had a sensor. */
 static const oc_angle_truck unknown_truck = {
-    .offset_sd = 1.0f * 3.14159265358979323846f / 180.0f,   /* rad, of alignment */
-    .gradient_sd = 0.5f * 3.14159265358979323846f / 180.0f, /* rad/(m/s^2), prior */
+    .offset_sd = 2.5f * 3.14159265358979323846f / 180.0f,   /* rad, of alignment, and more play than there is below */
+    .gradient_sd = 0.8f * 3.14159265358979323846f / 180.0f, /* rad/(m/s^2), about none */
     .backlash = 4.0f * 3.14159265358979323846f / 180.0f,    /* rad */
     .friction = 1e9f,
 };
@@ -304,7 +308,8 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
         t->difference = by_sensor + t->step - t->estimate;
         out->angle = tick->true_by_sensor + (double)t->step;
         t->without_sensor_s = t->standing_s = 0.0f;
-        out->standard_deviation = (double)sqrtf(truck->offset_sd * truck->offset_sd + t->step * t->step);
+        const float offset_sd = given->known ? given->offset_sd : unlearned_offset_sd;
+        out->standard_deviation = (double)sqrtf(offset_sd * offset_sd + t->step * t->step);
         out->status = given->known ? OC_VALID : OC_CONVERGING;
     } else {
         t->difference -= t->difference * d->takeover_share;

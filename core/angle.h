@@ -53,6 +53,7 @@ typedef struct {
     float yaw_rate, yaw_rate_bias_sd; /* rad/s, corrected */
     float speed;                      /* m/s */
     float lateral_acceleration;       /* m/s^2, as measured */
+    float bank_sd;                    /* m/s^2, of what of it no accelerometer told */
     float front_wheel;                /* rad, by wheel speeds, for the methods that use them */
     float lateral_speed;              /* m/s, over ground, for the method that uses it */
     double true_by_sensor;            /* rad, measured less offset */

@@ -159,6 +159,7 @@ void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals
         .yaw_rate_bias_sd = (float)bias->standard_deviation,
         .speed = measured_or_none(moves, tick->vehicle_speed),
         .lateral_acceleration = measured_or_none(moves, tick->lateral_acceleration),
+        .bank_sd = lacks_bank || (!p->use_accelerometer && !truck.known) ? unbanked_sd : 0.0f,
         .front_wheel = moves && by_wheel_speed(p) ? (float)front_wheel_by_wheels(c, state, tick) : 0.0f,
         .lateral_speed = measured_or_none(moves && p->angle_method == OC_ANGLE_SIDE_SLIP, tick->lateral_speed),
         .true_by_sensor = measured,

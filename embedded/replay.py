@@ -54,7 +54,8 @@ class Board:
 # grow by a tenth. For speed where it is not: short loops over what a hypothesis has are written out.
 WHOLE = ("-flto", "-flto-partition=one", "-ffat-lto-objects")
 SMALL = (
-    *("-Os", "-fno-expensive-optimizations", "-fno-reorder-blocks"),
+    *("-Os", "-fno-expensive-optimizations"),
+    *("-fno-reorder-blocks", "-fno-schedule-insns2", "-fno-move-loop-invariants"),
     *("--param=large-stack-frame=32", "--param=large-stack-frame-growth=10"),
 )
 FAST = ("-O2", "-fpeel-loops", "--param=max-completely-peeled-insns=60")

@@ -43,8 +43,10 @@ def rolling(
     standing_s: float = 5.0,
     speeds_m_s: tuple[float, float] = (12.0, 24.0),
     turning: float = 1.0,
+    banked: float = 0.0,
 ) -> dict[str, Array]:
-    """Columns by table name: stands, drives off, then changes its speed slowly and weaves through bends."""
+    """Columns by table name: stands, drives off, then changes its speed slowly and weaves through bends, which take
+    the share `banked` of r v."""
     truth = truth or Truth()
     rng = np.random.default_rng(seed)
     count = int(duration_s * RATE_HZ)
@@ -59,7 +61,7 @@ def rolling(
 
     bends, lane = knots(8.0), knots(1.5)
     r = turning * v * (0.0012 * bends + 0.0002 * lane)
-    a_y = r * v + 0.2 * (v > 0)
+    a_y = (1.0 - banked) * r * v + 0.2 * (v > 0)
     wheels = {}
     for axle, track, mismatch in (
         ("front", TRACK_FRONT, truth.mismatch_front),

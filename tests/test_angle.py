@@ -13,6 +13,7 @@ from real_data import real_drive
 
 import oncenter as oc
 from oncenter import _core
+from oncenter.angle import notes_on
 from oncenter.cli import run
 from oncenter.cli.angle import _in_words
 from oncenter.errors import OncenterError
@@ -81,6 +82,21 @@ def test_an_accelerometer_that_is_silent_takes_the_banks_and_not_the_angle(
     assert np.mean(np.abs(error) < 1.96 * sd) > 0.9
     assert np.mean(sd**2) > 1.1 * np.mean(heard_sd**2)
     assert np.median(sd) < 4.0
+
+
+def test_nothing_is_learned_of_the_angle_while_the_accelerometer_is_silent(
+    drive: tuple[Signals, Truth], truck: oc.Vehicle
+) -> None:
+    core = _core.Core(truck.wheelbase_m, truck.ratio_near_centre, {}, 100.0, method="joint", angle_method="observer")
+    columns = {name: drive[0].table[name].to_numpy().copy() for name in _core.COLUMNS if name in drive[0].table.columns}
+    learned_s = []
+    for rows in (slice(0, 60_000), slice(60_000, 90_000)):
+        some = {name: column[rows] for name, column in columns.items()}
+        if learned_s:
+            some["lateral_acceleration_m_s2"][:] = np.nan
+        core.run(some)
+        learned_s.append(float(core.state()["evidence"]["angle"]["seconds"]))
+    assert learned_s[0] > 100.0 and learned_s[1] == learned_s[0]
 
 
 def test_fifteen_degrees_of_play_cost_less_than_three(truck: oc.Vehicle) -> None:
@@ -253,6 +269,17 @@ def test_a_drive_that_never_had_a_sensor_claims_the_ackermann_angle(
     assert np.median(sd) > 2.0
 
 
+@pytest.mark.parametrize("scenario", ["country", "pulling_truck", "friction_play", "worn_truck"])
+@pytest.mark.parametrize("hears", [True, False])
+def test_what_a_truck_understeers_and_how_much_play_it_has_is_in_the_ackermann_angles_interval(
+    truck: oc.Vehicle, scenario: str, hears: bool
+) -> None:
+    signals, truth = oc.simulate(scenario, 7)
+    lacking = ["steering_wheel_angle_rad"] + ([] if hears else ["lateral_acceleration_m_s2"])
+    error, sd = after_loss(oc.angle(replace(signals, table=signals.table.drop(lacking)), truck), truth)
+    assert np.mean(np.abs(error) < 1.96 * sd) > 0.85
+
+
 def test_looking_ahead_is_better_than_what_a_truck_can_know(drive: tuple[Signals, Truth], truck: oc.Vehicle) -> None:
     signals, truth = drive
     plain, smooth = (oc.angle(signals, truck, sensor_lost_at=LOST_S, smooth=on) for on in (False, True))
@@ -359,6 +386,23 @@ def test_where_nothing_tells_the_angle_the_command_names_no_degrees() -> None:
         "unobservable: 20% of the drive, in which nothing tells the angle: standing, or without what tells the motion",
         "converging: less than 1% of the drive, half of it within 3.8 deg",
     ]
+
+
+def test_drives_with_and_without_an_accelerometer_are_learned_by_what_most_of_them_have(
+    drive: tuple[Signals, Truth], truck: oc.Vehicle
+) -> None:
+    """And nobody is told what is not so of the others."""
+    signals, truth = drive
+    blind = replace(signals, table=signals.table.drop("lateral_acceleration_m_s2"), log="blind")
+    for teacher, then, word in (
+        (blind, signals, "no lateral acceleration in blind: yaw rate times speed stands for it"),
+        (signals, blind, "no lateral acceleration for 1800 s of blind: nothing is learned then"),
+    ):
+        error, sd = after_loss(oc.angle(then, truck, taught_by=[teacher], sensor_lost_at=1.0), truth)
+        assert np.sqrt(np.mean(error**2)) < 2.0 and np.mean(np.abs(error) < 1.96 * sd) > 0.92
+        (note,) = notes_on(then, truck, [teacher], 1.0)
+        assert note.startswith(word)
+    assert notes_on(signals, truck, (), None) == ()
 
 
 def test_a_log_without_lateral_acceleration_is_answered_with_a_word_about_it(

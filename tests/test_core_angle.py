@@ -138,6 +138,12 @@ def test_without_a_sensor_ever_only_the_ackermann_angle_is_told_and_the_interval
     assert np.all(np.abs(found["angle"] - angle)[500:] < 1.96 * found["standard_deviation"][500:])
 
 
+def test_an_offset_that_is_not_learned_yet_is_in_the_interval_of_what_the_sensor_says() -> None:
+    r, v, a, angle = bends(20.0, 20.0)
+    found = observe(r, v, a, angle, known=False)
+    assert found["standard_deviation"][500:] == pytest.approx(5.0 * DEG, rel=1e-3)
+
+
 def test_the_estimate_takes_over_without_a_jump() -> None:
     r, v, a, angle = bends(60.0, 20.0)
     sensor = angle + 3.0 * DEG
@@ -369,6 +375,17 @@ def test_what_follows_late_after_signals_that_stood_still_makes_no_wrong_sign(fr
         else:
             measured[still] = true[begin]
     assert set(judged(measured, estimate, speed=speed)) == {"none"}
+
+
+@pytest.mark.parametrize("missing", ["motion", "angle"])
+def test_ticks_that_are_missing_one_by_one_hide_no_wrong_sign(missing: str) -> None:
+    """A tick in 0.9 s, of a speed or of the angle, costs itself and not the second after it."""
+    true = 0.3 * weaving()
+    measured, speed = np.where(np.arange(len(true)) >= 4000, -true, true), np.full(len(true), 15.0)
+    (speed if missing == "motion" else measured)[::90] = 0.0 if missing == "motion" else np.nan
+    names = judged(measured, true + np.random.default_rng(2).normal(0.0, 1.0 * DEG, len(true)), speed=speed)
+    assert set(names[:4000]) == {"none"}
+    assert names[-1] == "wrong_sign"
 
 
 def test_kerbs_and_a_stability_control_make_no_wrong_sign() -> None:

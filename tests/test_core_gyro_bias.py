@@ -274,10 +274,11 @@ def test_a_tyre_that_loses_air_slowly_is_no_drift_of_the_gyro(share: float, with
     assert np.median(off) < within_deg_s, off
 
 
-def test_an_accelerometer_that_is_silent_now_and_then_costs_those_ticks_and_no_bias() -> None:
+@pytest.mark.parametrize("banked", [0.0, 0.6])
+def test_an_accelerometer_that_is_silent_now_and_then_costs_those_ticks_and_no_bias(banked: float) -> None:
     off = []
     for seed in range(6):
-        columns = rolling(seed, 600.0)
+        columns = rolling(seed, 600.0, banked=banked)
         t = columns["time_s"]
         columns["lateral_acceleration_m_s2"][(t > 60.0) & (t % 20.0 < 6.0)] = np.nan
         off.append(abs(bias_of(columns, core_of("joint"))["value"] - 0.005) / DEGREE)
@@ -297,6 +298,30 @@ def test_without_an_accelerometer_the_turning_tells_how_the_truck_leans_on_its_t
         del columns["lateral_acceleration_m_s2"]
         assert bias_of(columns, core_of(method, use_accelerometer=0)) == bias
     assert max(off) < 0.06, off
+
+
+def test_an_accelerometer_that_is_gone_since_an_ignition_or_for_minutes_leaves_the_wheels_their_word() -> None:
+    for ignition in (True, False):
+        core = core_of("joint")
+        core.run(rolling(1, 300.0))
+        columns = rolling(2, 400.0, Truth(bias=0.008) if ignition else None, standing_s=5.0 if ignition else 0.0)
+        columns["lateral_acceleration_m_s2"][:] = np.nan
+        if ignition:
+            core.restart()
+        else:
+            columns["time_s"] += 300.0
+        before = core.answer()["yaw_rate_bias"]["evidence"]
+        found = bias_of(columns, core)
+        assert abs(found["value"] - (0.008 if ignition else 0.005)) < 0.06 * DEGREE
+        assert found["evidence"] > before + (300.0 if ignition else 200.0)
+
+
+@pytest.mark.parametrize("hears", [0, 1])
+def test_without_a_lateral_acceleration_the_wheel_speeds_method_hears_the_turning(hears: int) -> None:
+    columns = rolling(1, 600.0)
+    del columns["lateral_acceleration_m_s2"]
+    bias = bias_of(columns, core_of("wheel-speed", use_accelerometer=hears))
+    assert bias["value"] == pytest.approx(0.005, abs=0.06 * DEGREE)
 
 
 def test_rounding_that_nothing_shakes_is_in_the_interval() -> None:

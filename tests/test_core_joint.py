@@ -232,6 +232,21 @@ def test_a_gyro_that_is_known_late_moves_the_banks_that_were_measured(has_banks:
     assert joint.bank_mean == pytest.approx(moved_m_s2)
 
 
+def test_a_gyro_that_is_known_late_moves_no_bank_that_nobody_measured() -> None:
+    """5 deg/s off, without wheel speeds or an accelerometer: known once the truck stands."""
+    columns, truth = driven(CREEPING, 1)
+    moving = columns["vehicle_speed_m_s"] > 8.0
+    driving = {name: columns[name][moving][:30_000] for name in (ANGLE, YAW_RATE, "vehicle_speed_m_s")}
+    standing = {name: np.full(6_000, column[-1]) for name, column in driving.items()}
+    standing[YAW_RATE][:] = standing["vehicle_speed_m_s"][:] = 0.0
+    whole = {name: np.concatenate([driving[name], standing[name], driving[name]]) for name in driving}
+    whole[YAW_RATE] += 5.0 * DEGREE
+    whole["time_s"] = np.arange(len(whole[YAW_RATE])) / RATE_HZ
+    core = core_for(truth, params={"use_accelerometer": 0})
+    assert abs(ran(whole, core)["yaw_rate_bias"][-1] - 5.0 * DEGREE) < 0.1 * DEGREE
+    assert state_of(core)["evidence"]["joint"]["bank_mean"] == 0.0
+
+
 def test_a_gyro_that_jumps_moves_nothing_of_what_was_learned() -> None:
     columns, truth = driven(CREEPING, 1)
     jumping = columns | {YAW_RATE: columns[YAW_RATE] + np.where(columns["time_s"] > 500.0, 0.6 * DEGREE, 0.0)}

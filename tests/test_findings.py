@@ -56,7 +56,8 @@ def told(*changes: Change, traffic_sign: float = 0.0, accelerometer: bool = True
     native, params = core_says(**others), PARAMS | {"use_accelerometer": int(accelerometer)}
     truck = {"steering_ratio": 19.3, "wheelbase_m": 3.7}
     of_method = joint_findings(native, params, changes, **truck, traffic_sign=traffic_sign)
-    found = findings_of(native, params, False, method="joint", yaw_rate_from_vdc2=False, of_method=of_method)
+    about = {"method": "joint", "yaw_rate_from_vdc2": False, "sees_banks": accelerometer, "of_method": of_method}
+    found = findings_of(native, params, False, **about)
     return {finding.code: finding for finding in found}
 
 

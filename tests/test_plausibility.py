@@ -185,6 +185,9 @@ def test_bends_that_something_else_outweighs_do_not_lack_time() -> None:
     judged = check(changed(drive(), "lateral_acceleration", lambda x, t: x + noise), TRUCK)
     why = {verdict.check: verdict.why for verdict in judged.cannot_tell}
     assert "larger than what else moves the two" in why["lag of the lateral acceleration behind the yaw rate"]
+    short = replace(drive(), table=drive().table.head(round(20 * RATE_HZ)))
+    why = {verdict.check: verdict.why for verdict in check(short, TRUCK).cannot_tell}
+    assert "needs 30 s" in why["lag of the lateral acceleration behind the yaw rate"]
 
 
 @pytest.mark.parametrize("fault", [scaled("yaw_rate", -1.0), scaled("yaw_rate", 2.0)], ids=["sign", "factor"])

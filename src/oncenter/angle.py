@@ -18,6 +18,7 @@ from oncenter import _core
 from oncenter.core_answer import notes_of
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.read.whole_turns import without_whole_turns
+from oncenter.side_force import side_force_notes, told_by_turning
 from oncenter.side_slip import with_lateral_speed
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import Vehicle, core_params
@@ -29,7 +30,6 @@ Method = Literal["observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "ya
 METHODS: tuple[Method, ...] = get_args(Method)
 
 _MEASURED = "steering_wheel_angle_rad"
-_SIDE_FORCE = "lateral_acceleration_m_s2"
 _FRONT_WHEELS = ("wheel_speed_front_left", "wheel_speed_front_right")
 
 
@@ -53,8 +53,8 @@ def angle(
         sensor_lost_at: s after the drive's first row, before its last, from when on the sensor is not listened to.
         method: "observer", the single-track model (13) run backward; or the thesis's: "wheel-speed" (3) and (21),
             "wheel-speed-exact" (2), "yaw-rate" L*r/v, "yaw-rate-understeer" (22) and (31), "side-slip" (23) and (24) by
-            GNSS, whose front tyre slip is learned while there is a sensor. Where no drive that has a sensor has the
-            lateral acceleration, yaw rate times speed stands for it, as with `use_accelerometer = 0`.
+            GNSS, whose front tyre slip is learned while there is a sensor. Where most of what teaches has no lateral
+            acceleration, yaw rate times speed stands for it, as with `use_accelerometer = 0`.
         taught_by: drives of the same truck before this one, with their sensor.
         params: over the vehicle's; names and units as in core/params.h.
         smooth: look ahead as well, by a Kalman smoother over the whole drive; not what a truck could know.
@@ -71,8 +71,8 @@ def angle(
         OncenterError: "missing_signal" (exit 1); "method", "params", "sensor_lost_at", "track_width" (exit 2).
     """
     _check(signals, vehicle, method, sensor_lost_at)
-    heard = signals if sensor_lost_at is None or sensor_lost_at > 0.0 else None
-    params = {**_of_side_force(heard, taught_by), **(params or {})}
+    if told_by_turning(signals, taught_by, sensor_lost_at):
+        params = {"use_accelerometer": 0.0, **(params or {})}
     core = _core_for(vehicle, method, params, signals.rate_hz)
     if method == "side-slip":
         signals, taught_by = with_lateral_speed(signals), [with_lateral_speed(drive) for drive in taught_by]
@@ -106,22 +106,12 @@ def in_degrees(table: pl.DataFrame) -> pl.DataFrame:
     )
 
 
-def notes_on(drives: Sequence[Signals]) -> tuple[str, ...]:
-    """What people should know of the drives of one truck and how they were read."""
-    lacking = dict.fromkeys(
-        f"no lateral acceleration in {Path(drive.log).name}: yaw rate times speed stands for it, and the road's bank "
-        "is not known"
-        for drive in drives
-        if _SIDE_FORCE not in drive.table.columns
-    )
-    return (*notes_of(without_whole_turns(tuple(drives))), *lacking)
-
-
-def _of_side_force(drive: Signals | None, taught_by: Sequence[Signals]) -> dict[str, float]:
-    """What is learned holds for what told the side force; one that is silent later is known to the core."""
-    teachers = [teacher for teacher in (drive, *taught_by) if teacher and _MEASURED in teacher.table.columns]
-    blind = teachers and not any(_SIDE_FORCE in teacher.table.columns for teacher in teachers)
-    return {"use_accelerometer": 0.0} if blind else {}
+def notes_on(
+    signals: Signals, vehicle: Vehicle, taught_by: Sequence[Signals], sensor_lost_at: float | None
+) -> tuple[str, ...]:
+    """What people should know of the drives, how they were read and what they lack."""
+    read = notes_of(without_whole_turns((*taught_by, signals)))
+    return (*read, *side_force_notes(signals, vehicle, taught_by, sensor_lost_at))
 
 
 def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: float | None) -> None:

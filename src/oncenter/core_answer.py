@@ -53,6 +53,7 @@ def answer_of(
     yaw_rate_from_vdc2 = all(
         "yaw_rate" in drive.sources and "VDC2" in drive.sources["yaw_rate"].description for drive in drives
     )
+    heard = any(SIGNALS["lateral_acceleration"].column in drive.table.columns for drive in drives)
     return Answer(
         version=_core.version(),
         log=", ".join(drive.log for drive in drives),
@@ -84,6 +85,7 @@ def answer_of(
             relative,
             method=method,
             yaw_rate_from_vdc2=yaw_rate_from_vdc2,
+            sees_banks=bool(params["use_accelerometer"]) and (method != "wheel-speed" or heard),
             of_method=_joint_findings(native, params, changes, vehicle) if method == "joint" else (),
         ),
         drives=drives,

@@ -112,6 +112,7 @@ def findings_of(
     *,
     method: str,
     yaw_rate_from_vdc2: bool,
+    sees_banks: bool,
     of_method: Iterable[Finding | None] = (),
 ) -> tuple[Finding, ...]:
     """All findings on one answer of the core, the gravest kind first.
@@ -122,6 +123,7 @@ def findings_of(
         relative_sensor: the angle sensor says of itself that its zero is arbitrary (SPN 1812 = 0).
         method: whose answer it is.
         yaw_rate_from_vdc2: then a bias that a known mistake of VDC2 senders explains is told with it.
+        sees_banks: there is an accelerometer, and it is used.
         of_method: what the method's own room has to tell.
     """
     found = [
@@ -130,7 +132,7 @@ def findings_of(
         _gate_shut(native, params, method),
         _offset(native),
         _yaw_rate_bias(native, method, yaw_rate_from_vdc2),
-        _yaw_rate_bias_moves(native, params, method),
+        _yaw_rate_bias_moves(native, method, sees_banks),
         _standing_acceleration(native),
         relative_angle_sensor() if relative_sensor else None,
         *of_method,
@@ -245,15 +247,14 @@ def _yaw_rate_bias(native: Mapping[str, Any], method: str, from_vdc2: bool) -> F
     return replace(finding, text=text)
 
 
-def _yaw_rate_bias_moves(native: Mapping[str, Any], params: Mapping[str, float], method: str) -> Finding | None:
+def _yaw_rate_bias_moves(native: Mapping[str, Any], method: str, sees_banks: bool) -> Finding | None:
     """5.3.1's CUSUM has spoken; banks that no accelerometer tells do the same to the wheels."""
     moving_s = native["yaw_rate_bias_alarm_time"]
     if moving_s == 0:
         return None
     known_again = _status(native["yaw_rate_bias"]) != "invalid"
-    level = not params["use_accelerometer"]
-    passing = method == "joint" and known_again and (level or moving_s <= _ALARM_PASSING_S)
-    moved = "a wheel's radius or the road's bank, which is not measured," if level else "or a wheel's radius,"
+    passing = method == "joint" and known_again and (not sees_banks or moving_s <= _ALARM_PASSING_S)
+    moved = "or a wheel's radius," if sees_banks else "a wheel's radius or the road's bank, which is not measured,"
     return Finding(
         "yaw_rate_bias_moves",
         "info" if passing else "warning",

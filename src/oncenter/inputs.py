@@ -78,7 +78,7 @@ def track_widths(vehicle: Vehicle, method: Method, drives: Sequence[Signals]) ->
 
 def check(drives: tuple[Signals, ...], needed: Sequence[str]) -> None:
     for drive in drives:
-        _require(drive, needed)
+        _require(drive, needed, drives)
         if abs(drive.rate_hz / drives[0].rate_hz - 1) > _RATES_ALIKE:
             raise OncenterError(
                 f"{drive.log} has {drive.rate_hz:g} Hz and {drives[0].log} {drives[0].rate_hz:g} Hz: "
@@ -88,27 +88,28 @@ def check(drives: tuple[Signals, ...], needed: Sequence[str]) -> None:
             )
 
 
-def _require(drive: Signals, needed: Sequence[str]) -> None:
+def _require(drive: Signals, needed: Sequence[str], drives: Sequence[Signals]) -> None:
     """Refuses a drive that lacks a signal, and says so where it can be answered without."""
     from oncenter.read import require
 
     try:
         require(drive, needed)
     except OncenterError as error:
-        instead = _instead(drive, error.needs)
+        instead = _instead(drives, error.needs)
         if not instead:
             raise
         raise OncenterError(f"{error}; {instead}", code=error.code, needs=error.needs) from None
 
 
-def _instead(drive: Signals, missing: Sequence[str]) -> str:
-    """What can answer without them; nothing without the angle."""
+def _instead(drives: Sequence[Signals], missing: Sequence[str]) -> str:
+    """What can answer all drives without them; nothing without the angle."""
     if tuple(missing) == ("lateral_acceleration",):
         return (
             "without an accelerometer --no-accelerometer would do, or use_accelerometer = 0 in the vehicle file's "
             "[params]"
         )
-    wheels = [SIGNALS[wheel].column for wheel in _wheels(_axle((drive,)))]
-    if "steering_wheel_angle" in missing or not set(wheels) <= set(drive.table.columns):
+    axle = _axle(drives)
+    columns = {SIGNALS[wheel].column for wheel in _wheels(axle)}
+    if "steering_wheel_angle" in missing or not all(columns <= set(drive.table.columns) for drive in drives):
         return ""
-    return "the wheel speeds alone would do, with --method wheel-speed"
+    return f"the wheel speeds would do, with --method wheel-speed and track_width_{axle}_m in the vehicle file"

@@ -12,7 +12,6 @@ from oncenter.cli.options import Dbc, Source, VehicleFile, progress_bar, sources
 
 if TYPE_CHECKING:
     from oncenter.findings import Finding
-    from oncenter.signals import Signals
 
 _LEAST_SHARE = 0.01  # of a drive, that is told as a number
 _WITHIN_MAX_DEG = 90.0  # a wheel that may be anywhere
@@ -47,7 +46,7 @@ def angle(
     import polars as pl
 
     import oncenter as oc
-    from oncenter.angle import in_degrees
+    from oncenter.angle import in_degrees, notes_on
     from oncenter.cli.logs import read_logs
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.errors import WRONG_USAGE, OncenterError
@@ -84,16 +83,24 @@ def angle(
             reason = getattr(error, "strerror", None) or str(error)
             raise OncenterError(f"cannot write {output}: {reason}", code="output", exit_code=WRONG_USAGE) from None
     if report is not None:
-        report_angle(table, drives[0], truck, report, method=method, sensor_lost_at=sensor_lost_at, smooth=smooth)
-    typer.echo("\n".join([_in_words(table), *_asides(told, (*taught, *drives))]))
+        report_angle(
+            table,
+            drives[0],
+            truck,
+            report,
+            method=method,
+            sensor_lost_at=sensor_lost_at,
+            smooth=smooth,
+            taught_by=taught,
+        )
+    notes = notes_on(drives[0], truck, taught, sensor_lost_at)
+    typer.echo("\n".join([_in_words(table), *_asides(told, notes)]))
 
 
-def _asides(told: Sequence[Finding], drives: Sequence[Signals]) -> list[str]:
+def _asides(told: Sequence[Finding], notes: Sequence[str]) -> list[str]:
     """What there is to say of the logs, below an empty line."""
-    from oncenter.angle import notes_on
-
     lines = [f"  {finding.severity}: {finding.text}" for finding in told]
-    lines += [f"  note: {note}" for note in notes_on(drives)]
+    lines += [f"  note: {note}" for note in notes]
     return ["", *lines] if lines else []
 
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from oncenter.findings import Finding
 from oncenter.plausibility.correlation import lags_s
-from oncenter.plausibility.drive import NEEDED, Drive
-from oncenter.plausibility.verdict import CannotTell, Verdict, lacks
+from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
+from oncenter.plausibility.verdict import BENDS, CannotTell, Verdict, lacks
 
 _ANGLE_TO_YAW_S = (-0.05, 0.5)  # tyres, chassis and play make it late; a loaded truck at speed takes some 0.3 s
 _YAW_TO_ACCELERATION_S = (-0.2, 0.2)  # the sensor's place along the vehicle and the roll of the cab move it
@@ -19,7 +19,7 @@ def yaw_rate(drive: Drive) -> Verdict:
     subject = "lag of the yaw rate behind the angle"
     found_s = lags_s(drive.driven(drive.angle), drive.curvature, drive.step_s)
     if found_s is None:
-        return CannotTell(subject, lacks(drive, NEEDED, _ALIKE))
+        return CannotTell(subject, lacks(drive, NEEDED, _why(drive, drive.angle, drive.curvature)))
     return _beyond(subject, found_s, _ANGLE_TO_YAW_S, "lag_yaw_rate")
 
 
@@ -27,9 +27,16 @@ def lateral_acceleration(drive: Drive) -> Verdict:
     subject = "lag of the lateral acceleration behind the yaw rate"
     found_s = lags_s(drive.driven(drive.centripetal), drive.lateral_acceleration, drive.step_s)
     if found_s is None:
-        return CannotTell(subject, lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), _ALIKE))
+        why = _why(drive, drive.centripetal, drive.lateral_acceleration)
+        return CannotTell(subject, lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), why))
     earliest_s, latest_s = _YAW_TO_ACCELERATION_S
     return _beyond(subject, found_s, (earliest_s - _led_s(drive), latest_s), "lag_lateral_acceleration")
+
+
+def _why(drive: Drive, early: Column, late: Column) -> str:
+    """What a lag that is not told would need."""
+    both_s = float(np.isfinite(drive.driven(early) * late).sum()) * drive.step_s
+    return BENDS if both_s < MIN_TIME_S else _ALIKE
 
 
 def _led_s(drive: Drive) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,6 +67,7 @@ def report_angle(
     method: str = "observer",
     sensor_lost_at: float | None = None,
     smooth: bool = False,
+    taught_by: Sequence[Signals] = (),
     true_rad: npt.NDArray[np.float64] | None = None,
 ) -> None:
     """Writes the page of an angle without its sensor: how sure it is, what became of the sensor, the error.
@@ -78,11 +80,13 @@ def report_angle(
     Raises:
         OncenterError: "output", exit code 2: the file cannot be written.
     """
+    from oncenter.angle import notes_on
     from oncenter.report.angle_course import angle_course
     from oncenter.report.angle_page import angle_page
 
     course = angle_course(table, signals, sensor_lost_at, true_rad)
-    _write(path, angle_page(course, signals, vehicle, method, smooth))
+    notes = notes_on(signals, vehicle, taught_by, sensor_lost_at)
+    _write(path, angle_page(course, signals, vehicle, method, smooth, notes))
 
 
 def _write(path: str | os.PathLike[str], text: str) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 from bokeh.embed import components
 
 from oncenter import _core
-from oncenter.angle import notes_on
 from oncenter.report.angle_course import MOVING_M_S, AngleCourse, Fault
 from oncenter.report.angle_plots import angle_figures
 from oncenter.report.document import document, duration, joined, key, nothing, number, table
@@ -34,7 +34,9 @@ _FAST_M_S = 8.0
 _OPEN_DEG = 360.0  # wider says nothing
 
 
-def angle_page(course: AngleCourse, signals: Signals, vehicle: Vehicle, method: str, smooth: bool) -> str:
+def angle_page(
+    course: AngleCourse, signals: Signals, vehicle: Vehicle, method: str, smooth: bool, notes: Sequence[str] = ()
+) -> str:
     """The whole HTML document."""
     pictures = angle_figures(course)
     script, divs = components(pictures) if pictures else ("", {})
@@ -44,7 +46,7 @@ def angle_page(course: AngleCourse, signals: Signals, vehicle: Vehicle, method: 
             _figures(course),
             _faults(course),
             _pictures(course, divs),
-            _provenance(signals, vehicle, method, smooth),
+            _provenance(signals, vehicle, method, smooth, notes),
         ]
     )
     return document(f"Steering wheel angle without its sensor: {signals.log}", body, script)
@@ -187,7 +189,7 @@ def _error_pictures(divs: dict[str, str]) -> str:
     )
 
 
-def _provenance(signals: Signals, vehicle: Vehicle, method: str, smooth: bool) -> str:
+def _provenance(signals: Signals, vehicle: Vehicle, method: str, smooth: bool, notes: Sequence[str]) -> str:
     truck = {
         "Vehicle": escape(vehicle.name),
         "Wheelbase": f"{vehicle.wheelbase_m:g} m",
@@ -197,11 +199,11 @@ def _provenance(signals: Signals, vehicle: Vehicle, method: str, smooth: bool) -
         "Log": f"{escape(signals.log)} <span class=quiet>{signals.table.height} ticks at {signals.rate_hz:g} Hz</span>",
     }
     sources = {escape(name.replace("_", " ")): escape(s.description) for name, s in signals.sources.items()}
-    notes = "".join(f"<li>{escape(note)}</li>" for note in notes_on((signals,)))
+    lines = "".join(f"<li>{escape(note)}</li>" for note in notes)
     return f"""<section class="provenance">
 <h2>What produced it</h2>
 {table(truck)}
 <h3>Signals and where they came from</h3>
 {table(sources)}
-{f"<h3>Notes</h3><ul>{notes}</ul>" if notes else ""}
+{f"<h3>Notes</h3><ul>{lines}</ul>" if notes else ""}
 </section>"""

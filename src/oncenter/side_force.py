@@ -1,0 +1,62 @@
+"""What tells the side force where an accelerometer is missing, for who asks the angle without its sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter.inputs import params_of
+from oncenter.signals import SIGNALS, Signals
+from oncenter.vehicle import Vehicle
+
+_MISSING_SHARE_TOLD = 0.01  # of a drive
+
+
+def told_by_turning(signals: Signals, taught_by: Sequence[Signals], sensor_lost_at: float | None) -> bool:
+    """Whether yaw rate times speed must stand for it: what is learned holds for what told the side force meanwhile.
+
+    True where most of what has a steering wheel angle to learn from has no lateral acceleration.
+    """
+    teaching = measured = 0
+    for drive, until_s in ((signals, sensor_lost_at), *((teacher, None) for teacher in taught_by)):
+        time = drive.table["time_s"].to_numpy()
+        teaches = _has(drive, "steering_wheel_angle") & (time < time[0] + (np.inf if until_s is None else until_s))
+        teaching += int(np.sum(teaches))
+        measured += int(np.sum(teaches & _has(drive, "lateral_acceleration")))
+    return 2 * measured < teaching
+
+
+def side_force_notes(
+    signals: Signals, vehicle: Vehicle, taught_by: Sequence[Signals], sensor_lost_at: float | None
+) -> tuple[str, ...]:
+    """What people should know of drives without a lateral acceleration, if it is to be used."""
+    if not params_of(vehicle, None)["use_accelerometer"]:
+        return ()
+    stands_in = told_by_turning(signals, taught_by, sensor_lost_at)
+    notes = []
+    for drive in (*taught_by, signals):
+        missing = float(np.mean(~_has(drive, "lateral_acceleration")))
+        name = Path(drive.log).name
+        if stands_in and missing > 0.5:
+            notes.append(
+                f"no lateral acceleration in {name}: yaw rate times speed stands for it, and the road's bank is not "
+                "known"
+            )
+        elif not stands_in and missing > _MISSING_SHARE_TOLD:
+            silent_s = missing * drive.table.height / drive.rate_hz
+            notes.append(
+                f"no lateral acceleration for {silent_s:.0f} s of {name}: nothing is learned then, and the usual bank "
+                "stands for it"
+            )
+    return tuple(dict.fromkeys(notes))
+
+
+def _has(drive: Signals, name: str) -> npt.NDArray[np.bool_]:
+    column = SIGNALS[name].column
+    if column not in drive.table.columns:
+        return np.zeros(drive.table.height, dtype=bool)
+    measured: npt.NDArray[np.bool_] = np.isfinite(drive.table[column].to_numpy())
+    return measured

@@ -433,8 +433,8 @@ static void learn_what_is_due(oc_gyro_bias *state, const oc_gyro_bias_design *de
     }
 }
 
-/* Whether what tilts the truck on its tyres is known: not while the accelerometer is silent for a moment, after which it
- * would read otherwise than what is usual. */
+/* Whether what tilts the truck on its tyres is known: not while the accelerometer is silent for a moment, in which it
+ * would have read other than what is usual. */
 static bool knows_load(oc_gyro_bias *state, const oc_gyro_bias_design *design, bool heard) {
     if (heard) {
         state->silent_ticks = 0;
@@ -462,7 +462,8 @@ void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design,
         state->P[DRIFT][DRIFT] += squared(params->gyro_bias_drift_first_sd_rad_s2);
     }
     stand(state, design, params, tick);
-    const bool adds = knows_load(state, design, (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0);
+    const bool heard = params->use_accelerometer != 0 && (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0;
+    const bool adds = knows_load(state, design, heard);
     if (adds && (tick->valid & rear) == rear) {
         add(&state->axles[OC_AXLE_REAR], design->track[OC_AXLE_REAR], tick->wheel_speed_rear_left,
             tick->wheel_speed_rear_right, tick->yaw_rate, tick->lateral_acceleration);

@@ -68,11 +68,12 @@ static double usual_side_force(const oc_state *state, const oc_coefficients *c, 
     return (tick->yaw_rate - bias.value) * tick->vehicle_speed + state->evidence.joint.bank_mean;
 }
 
-/* Leaves the bits of what was measured and is to be used. What side force there usually is stands for that of an
- * accelerometer that is not heard. */
+/* Leaves the bits of what was measured and is to be used; what an accelerometer reads standing is told anyway. What
+ * side force there usually is stands for one that is not heard. */
 static void listen(oc_signals *tick, const oc_state *state, const oc_coefficients *c) {
     tick->valid = measured(tick);
-    if (!c->params.use_accelerometer) {
+    const bool stands = fabs(tick->vehicle_speed) <= c->params.standstill_speed_max_m_s;
+    if (!c->params.use_accelerometer && !stands) {
         tick->valid &= ~(uint32_t)OC_HAS_LATERAL_ACCELERATION;
     }
     if ((tick->valid & OC_HAS_LATERAL_ACCELERATION) == 0) {

@@ -47,7 +47,7 @@ typedef struct {
     float apart, steady_s;   /* rad, by which it is off, and for how long by no other */
     float confidence;       /* at least so likely by Chebyshev's inequality, 0 to 1 */
     float missing_s, present_s;
-    float alike_s;           /* since the last step or hole in what was measured or estimated */
+    float alike_s;           /* for which both were told without a step or hole; 2 at most */
     float offset, offset_sd; /* rad, learned, some minutes late: learning follows a sensor that drifts, */
     float offset_s;          /* and s behind them */
     float last;             /* rad, measured at the tick before */

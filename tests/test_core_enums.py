@@ -8,9 +8,9 @@ import pytest
 from oncenter._native import ffi, lib
 from random_drives import Array, drive
 from saved_ecu import Ecu, legs, sealed
-from test_core_angle import DEG, judged, weaving
 from test_core_change import bends, noise, told
 from test_core_reach import CAUSES, SPEED, WHEELS, YAW_RATE, core_of, refusal, steady
+from test_core_sensor_fault import DEG, judged, weaving
 from test_message import trouble_after
 
 from oncenter import _core

@@ -20,8 +20,9 @@ from rich.console import Console
 import oncenter as oc
 from oncenter.cli import run
 from oncenter.errors import OncenterError
+from oncenter.inputs import params_of
 from oncenter.live.history import CLOUD_POINTS, COURSE_POINTS, STRIP_S, History
-from oncenter.live.learner import Learner, Stepped, all_params, needed
+from oncenter.live.learner import Learner, Stepped, needed
 from oncenter.live.replay import Replay
 from oncenter.live.session import Sayings, Session
 from oncenter.live.terminal import one_line, panel
@@ -287,9 +288,9 @@ def test_the_terminal_tells_what_driving_is_still_missing(capsys: pytest.Capture
     session.run()
     assert session.failure is None
     console = Console(file=io.StringIO(), width=120, record=True)
-    console.print(panel(session.snapshot, all_params(truck)))
+    console.print(panel(session.snapshot, params_of(truck, None)))
     shown = console.export_text()
     assert "truck 7 on " in shown and "more above 29 km/h" in shown and "s of bends to the" in shown
     assert "13200 in all" in shown
-    line = one_line(session.snapshot, all_params(truck))
+    line = one_line(session.snapshot, params_of(truck, None))
     assert "still missing: " in line and "more above 29 km/h" in line

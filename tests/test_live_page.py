@@ -18,15 +18,16 @@ from live_drive import TRUCK, cut, drive_log, frames_of_log, until
 
 import oncenter as oc
 from oncenter.errors import OncenterError
+from oncenter.inputs import params_of
 from oncenter.live import page as live_page
-from oncenter.live.learner import Learner, all_params, needed
+from oncenter.live.learner import Learner, needed
 from oncenter.live.replay import Replay
 from oncenter.live.session import Sayings, Session
 from oncenter.live.web import Page, names_of
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream
 
-PARAMS = all_params(oc.vehicle(TRUCK))
+PARAMS = params_of(oc.vehicle(TRUCK), None)
 SIZES = {"phone": (400, 850), "dashboard": (800, 480), "desk": (1280, 900)}
 
 

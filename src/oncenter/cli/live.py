@@ -61,7 +61,8 @@ def live(
     from oncenter.cli.offset import as_table
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.errors import WRONG_USAGE, OncenterError
-    from oncenter.live.learner import Learner, all_params, needed
+    from oncenter.inputs import params_of
+    from oncenter.live.learner import Learner, needed
     from oncenter.live.memory import Memory, default_folder
     from oncenter.live.record import Recorder
     from oncenter.live.session import Sayings, Session
@@ -96,13 +97,13 @@ def live(
         if web:
             from oncenter.live.web import Page
 
-            page = opened.enter_context(Page(session, all_params(vehicle), address, port))
+            page = opened.enter_context(Page(session, params_of(vehicle, None), address, port))
             said.say(f"the page is at {page.url}")
         with _ended_by_signals(session):
             gc.collect()
             gc.freeze()  # what is loaded stays: a collector that walks through it holds up all threads for 0.2 s
             session.start()
-            watch(session, all_params(vehicle))
+            watch(session, params_of(vehicle, None))
     if session.failure is not None:
         raise session.failure
     answer = session.snapshot.known.answer

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from oncenter import _core
+from oncenter import _core, inputs
 from oncenter.answer import Answer
 from oncenter.core_answer import answer_so_far
 from oncenter.errors import WRONG_USAGE, OncenterError
@@ -24,7 +24,7 @@ from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream, Ticks
 from oncenter.read.whole_turns import TURN_RAD, WholeTurns
 from oncenter.signals import Signals
-from oncenter.vehicle import Vehicle, core_params
+from oncenter.vehicle import Vehicle
 
 _MEASURED = "steering_wheel_angle_rad"
 _SENSOR_TYPE = "steering_wheel_angle_sensor_type"
@@ -68,7 +68,7 @@ class Learner:
         self.stream = stream
         self.vehicle = vehicle
         self.cores: Cores = {}
-        self.params = all_params(vehicle)
+        self.params = inputs.params_of(vehicle, None)
         self.last: Stepped | None = None
         self._resume = resume or (lambda cores: None)
         self._first_s = 0.0
@@ -150,12 +150,7 @@ class Learner:
 
 def needed(vehicle: Vehicle) -> tuple[str, ...]:
     """The signals without which there is no answer."""
-    always = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
-    return (*always, "lateral_acceleration") if all_params(vehicle)["use_accelerometer"] else always
-
-
-def all_params(vehicle: Vehicle) -> dict[str, float]:
-    return _core.default_params() | core_params(vehicle.params)
+    return inputs.needed("joint", (), inputs.params_of(vehicle, None))
 
 
 def cores_of(vehicle: Vehicle, rate_hz: float) -> Cores:
@@ -170,7 +165,7 @@ def cores_of(vehicle: Vehicle, rate_hz: float) -> Cores:
         return _core.Core(
             vehicle.wheelbase_m,
             vehicle.ratio_near_centre,
-            all_params(vehicle),
+            inputs.params_of(vehicle, None),
             rate_hz,
             method="joint",
             traffic_side=vehicle.traffic_sign,

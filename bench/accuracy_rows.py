@@ -45,6 +45,7 @@ from oncenter.simulate.scenario import Scenario, read_scenario
 from oncenter.simulate.truck import steered_stiffness_n_rad
 from oncenter.simulate.truck_sections import Truck
 from oncenter.simulate.truth import Truth
+from oncenter.thesis.steady import LAYOUTS
 from oncenter.vehicle import Vehicle, vehicle_from
 
 DURATION_S = 1200.0
@@ -339,6 +340,17 @@ def _unloads_on_crown(random: Random) -> Table:
     return {"steering": {"unloads_on_crown_percent": 2.0}}
 
 
+def _rigid(layout: str, about: str, front_axle_load_kg: float) -> Row:
+    """A rigid truck that is anything between empty and laden."""
+
+    def loaded(random: Random) -> Table:
+        goods = LAYOUTS[layout]["payload"]
+        return {"truck": {**LAYOUTS[layout], "payload": {**goods, "mass_kg": random.uniform(0.0, goods["mass_kg"])}}}
+
+    about = f"{layout}, {about}, empty to laden"
+    return Row(f"rigid_{layout}", about, base="country", front_axle_load_kg=front_axle_load_kg, extra=loaded)
+
+
 def _population(random: Random) -> Table:
     standing = _never_stands(random) if random.random() < 0.5 else {}
     return {"base": str(random.choice(POPULATED_BY)), **standing}
@@ -388,6 +400,9 @@ _ROWS = (
         front_axle_load_kg=FRONT_OF_LIFT_AXLE_KG,
         extra=lambda random: {"truck": {"lift_axle_up_s": [[300.0, 900.0]]}},
     ),
+    _rigid("6x2", "tag axle down", 6550.0),
+    _rigid("6x4", "dual tyres on both rear axles", 6300.0),
+    _rigid("8x4", "the same, two axles steered", 10800.0),
     Row("trailer_half", "semitrailer, half laden", base="semitrailer_half", front_axle_load_kg=FRONT_OF_THESIS_KG),
     Row("trailer_full", "semitrailer, laden", base="semitrailer_full", front_axle_load_kg=FRONT_OF_THESIS_KG),
     Row("windup", "column winds up by 0.5 to 3 deg either way", extra=_wound_up),

@@ -43,6 +43,7 @@ typedef struct {
     float wheelbase;                  /* share by which bends take more than L*r/v */
     float backlash;                   /* rad, full width */
     float unloading, unloading_sd;    /* m/s^2, a_0 */
+    float tandem;                     /* m^2/s^2, side force by curvature, since axles behind resist turning */
     float friction;                   /* m/s^2 */
     float creep;                      /* rad/s per m/s^2 */
 } oc_angle_truck;

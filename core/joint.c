@@ -72,6 +72,14 @@ static void restart(oc_joint *joint, const oc_joint_design *design) {
     }
 }
 
+/* A truck whose tag axle is up turns as if it were so much shorter, and the axle resists no more. */
+static const float tag_axle_share = 0.15f;
+
+float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {
+    const float down = 1.0f + joint->hypotheses[joint->best].wheelbase / tag_axle_share;
+    return design->tandem * oc_within(down, 0.0f, 1.0f);
+}
+
 /* Turns the heading by so many rad, a small angle. */
 static void turn_heading(oc_joint *joint, float angle) {
     const float cosine = 1.0f - 0.5f * angle * angle, sine = angle - angle * angle * angle / 6.0f;
@@ -94,6 +102,7 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
         .jerk = (float)((tick->lateral_acceleration - before->lateral_acceleration) * rate_hz),
         .curvature = (float)tick->curvature,
         .per_speed = 1.0f / (float)(tick->speed > 1.0 ? tick->speed : 1.0),
+        .tandem = oc_joint_tandem(joint, design) * (float)tick->curvature,
         .wind = {(float)tick->speed / wind_speed * joint->along, (float)tick->speed / wind_speed * joint->across},
         .usable = tick->usable,
     };

@@ -50,6 +50,7 @@ typedef struct {
     double side_force_share;     /* of a new tick in the smoothed bank */
     float borne;                 /* share of r*v that the tyres bear, beside the bank that is seen */
     float unseen;                /* 1: no accelerometer tells the bank; 0 */
+    float tandem;                /* m^2/s^2, side force on the front tyres by curvature, with all axles down */
     float memory_s;              /* how far back evidence reaches at most */
     int32_t ticks_per_sample, samples_per_second;
     int32_t work_per_tick;       /* samples taken in by a hypothesis, or OC_JOINT_STEP for a step of its equations */
@@ -151,6 +152,9 @@ bool oc_joint_correct(oc_joint *joint, float rad_s, bool has_banks);
 /* What the bank says is put down as what it was until the change, and the bank goes on with the other.
  * Not while a hypothesis's equations are half solved: all conclude anew, from the first on. */
 void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_estimate *before, double time);
+
+/* m^2/s^2, of side force on the front tyres by curvature: axles that resist turning, as many as seem to be down. */
+float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design);
 
 /* s, how far back its evidence reaches: not far at first, when it was gathered far from where the hypotheses went. */
 float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design);

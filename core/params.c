@@ -59,6 +59,7 @@ void oc_params_defaults(oc_params *params) {
         .crown_sd_m_s2 = 0.1,
         .standing_crown_share_1 = 0.5,
         .standing_slope_sd_m_s2 = 0.2,
+        .tandem_side_force_m2_s2 = 0.0,
         .use_accelerometer = 1,
     };
 }
@@ -116,6 +117,7 @@ static const struct {
     {0.001f, 10.0f}, /* crown_sd_m_s2 */
     {0.0f, 1.0f}, /* standing_crown_share_1 */
     {0.001f, 10.0f}, /* standing_slope_sd_m_s2 */
+    {0.0f, 100.0f}, /* tandem_side_force_m2_s2 */
 };
 
 /* How many, and what follows them among the names. */
@@ -208,6 +210,7 @@ const char *oc_params_check(const oc_params *params) {
         "crown_sd_m_s2",
         "standing_crown_share_1",
         "standing_slope_sd_m_s2",
+        "tandem_side_force_m2_s2",
         "method",
         "angle_method",
         "use_accelerometer",

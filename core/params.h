@@ -79,6 +79,8 @@ typedef struct {
     double crown_sd_m_s2;               /* of that. 0.1, ours */
     double standing_crown_share_1;      /* of the crown that ground has where trucks stand, road or yard. 0.5, ours */
     double standing_slope_sd_m_s2;      /* of that ground beside. 0.2, ours: 2 % */
+    double tandem_side_force_m2_s2;     /* what the front tyres carry by a bend's curvature alone, since axles behind
+                                         * resist turning. 0; 6x2 some 12, 8x4 10, 6x4 19, ours */
     /* whether the accelerometer is used at all (5.3.2, 5.5.3): 1, or 0 for r*v alone and no bank limit */
     int32_t use_accelerometer;
 } oc_params;

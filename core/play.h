@@ -17,6 +17,7 @@ typedef struct {
     float jerk;                 /* m/s^3, lateral */
     float curvature;            /* 1/m */
     float per_speed;            /* s/m, 1 over the speed */
+    float tandem;               /* m/s^2, what the front tyres carry beyond that since axles behind resist turning */
     float wind[OC_WINDS];       /* how much of the side force by a steady wind acts now, 1 at 20 m/s: of one from the
                                  * side at the drive's first heading, and of one from a quarter turn on */
     int32_t usable;             /* the gate is open */

@@ -280,7 +280,7 @@ static const oc_saved_member key_members[] = {
     MEMBER(oc_coefficients, vehicle.ratio.ratio, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_coefficients, vehicle.track_width_front, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_coefficients, vehicle.track_width_rear, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBERS(oc_coefficients, params.cutoff_hz, params.standing_slope_sd_m_s2, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_coefficients, params.cutoff_hz, params.tandem_side_force_m2_s2, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_coefficients, params.use_accelerometer, OC_SAVED_INT32, ANY_NUMBER),
     MEMBER(oc_coefficients, rate_hz, OC_SAVED_DOUBLE, ANY_NUMBER),
 };

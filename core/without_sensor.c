@@ -32,6 +32,7 @@ static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_an
     truck->backlash = (float)l->backlash.value;
     truck->unloading = (float)l->unloading_acceleration.value / borne;
     truck->unloading_sd = (float)l->unloading_acceleration.standard_deviation / borne;
+    truck->tandem = oc_joint_tandem(joint, &c->joint) / borne;
     truck->friction = creeps_by_load ? play->friction / borne : 0.0f;
     truck->creep = creeps_by_load ? play->creep * borne : 0.0f;
 }

@@ -50,12 +50,14 @@ class Board:
 
 
 # All files at once, as the host's library is. For size where double is software, which takes the time whatever the
-# compiler does: computed where it stands, in the order it stands in, and no function within another whose stack would
-# grow by a tenth. For speed where it is not: short loops over what a hypothesis has are written out.
+# compiler does: computed where it stands, in the order it stands in, called the plain way, and no function within
+# another whose stack would grow by a tenth. For speed where it is not: short loops over what a hypothesis has are
+# written out.
 WHOLE = ("-flto", "-flto-partition=one", "-ffat-lto-objects")
 SMALL = (
     *("-Os", "-fno-expensive-optimizations"),
     *("-fno-reorder-blocks", "-fno-schedule-insns2", "-fno-move-loop-invariants"),
+    *("-fno-optimize-sibling-calls", "-fno-caller-saves"),
     *("--param=large-stack-frame=32", "--param=large-stack-frame-growth=10"),
 )
 FAST = ("-O2", "-fpeel-loops", "--param=max-completely-peeled-insns=60")

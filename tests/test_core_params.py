@@ -21,7 +21,7 @@ def test_the_defaults_are_the_thesiss() -> None:
 
 
 def test_every_name_says_its_unit() -> None:
-    units = ("_s", "_hz", "_m_s", "_1_m", "_m_s2", "_rad", "_rad_s", "_rad_s2", "_rad_m_s2", "_1", "_s2_m")
+    units = ("_s", "_hz", "_m_s", "_1_m", "_m_s2", "_rad", "_rad_s", "_rad_s2", "_rad_m_s2", "_1", "_s2_m", "_m2_s2")
     assert [name for name in DEFAULTS if not name.endswith(units)] == ["use_accelerometer"]
 
 

@@ -11,7 +11,7 @@ from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
@@ -25,6 +25,8 @@ _NotNegative = Annotated[Number, Field(ge=0)]
 _TrackWidth = Annotated[Number, Field(ge=1, le=3)]
 _Gradient = Annotated[Number, Field(ge=-5, le=5)]  # of trucks some 0 to 1
 _SWITCH = "use_accelerometer"  # of the params the one that is no quantity
+# (m/s)^2, of `tandem_side_force_m2_s2`: between what laden and empty rigid trucks of that layout have
+_TANDEM_SIDE_FORCE_M2_S2 = {"6x2": 12.0, "6x4": 19.0, "8x4": 10.0}
 _BOUNDED_BY = {  # params that another bounds more closely than the core's table of ranges does
     "delay_band_hz": "below 'cutoff_hz'",
     "understeer_acceleration_max_m_s2": "at least 'understeer_acceleration_min_m_s2'",
@@ -67,7 +69,8 @@ class Vehicle(BaseModel):
             of which the ratio near the centre follows; it must be 1 to 60 up to 3 rad to either side.
         track_width_front_m, track_width_rear_m: between the middles of left and right tyres, 1 to 3 m; with them the
             wheel speeds tell the yaw rate's bias better.
-        axle_layout: 4x2, 6x2, 6x4, 8x4.
+        axle_layout: 4x2, 6x2, 6x4, 8x4; but for the first its rear axles resist turning, and load the front ones in
+            bends: `tandem_side_force_m2_s2` where `params` do not say how much.
         mass_kg: prior.
         understeer_gradient_deg_m_s2: prior, K_us/g at the road wheel, -5 to 5.
         traffic_side: which side of the road is driven on: tells the side to which the crown falls.
@@ -92,6 +95,14 @@ class Vehicle(BaseModel):
     signals: Mapping[str, _SignalEntry] = {}
     params: Mapping[str, float] = {}
     source: Mapping[str, str] = {}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _side_force_of_layout(cls, values: dict[str, Any]) -> dict[str, Any]:
+        layout, params = values.get("axle_layout"), values.get("params", {})
+        if layout not in tuple(_TANDEM_SIDE_FORCE_M2_S2) or not isinstance(params, Mapping):
+            return values
+        return values | {"params": {"tandem_side_force_m2_s2": _TANDEM_SIDE_FORCE_M2_S2[layout], **params}}
 
     @field_validator("signals")
     @classmethod

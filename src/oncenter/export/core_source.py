@@ -21,6 +21,7 @@ _UNITS = {
     "_rad_m_s2": "rad/(m/s2)",
     "_rad_s2": "rad/s2",
     "_rad_s": "rad/s",
+    "_m2_s2": "m2/s2",
     "_s2_m": "s2/m",
     "_m_s2": "m/s2",
     "_m_s": "m/s",

@@ -72,9 +72,12 @@ def understeer_gradient(truck: Truck, steering: Steering, *, lifted: bool = Fals
     return float(_stance(truck, steering, lifted, 0.0, 1.0).front_wheel_angle)
 
 
-def steered_force_n(truck: Truck, steering: Steering, lateral_acceleration_m_s2: float) -> float:
-    """Side force of the steered wheels that goes with a lateral acceleration without a bend, as on a banked road."""
-    return float(_stance(truck, steering, False, 0.0, lateral_acceleration_m_s2).steered_force)
+def steered_force_n(
+    truck: Truck, steering: Steering, lateral_acceleration_m_s2: float, curvature_1_m: float = 0.0
+) -> float:
+    """Side force of the steered wheels that goes with a lateral acceleration, without a bend as on a banked road, and
+    with a bend's curvature by itself, which axles behind resist."""
+    return float(_stance(truck, steering, False, curvature_1_m, lateral_acceleration_m_s2).steered_force)
 
 
 def steered_stiffness_n_rad(truck: Truck, steering: Steering) -> float:

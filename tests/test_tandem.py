@@ -1,0 +1,116 @@
+"""Axles behind that resist turning load the front tyres in bends, and so decide on which flank the play is."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from joint_drives import ANGLE, core_for, driven, ran
+from layouts import scenario
+from oncenter._native import ffi, lib
+from test_core_angle import DEG, K_US, RATIO, WHEELBASE, observe
+
+import oncenter as oc
+from oncenter.simulate.truck import steered_force_n
+from oncenter.thesis.steady import LAYOUTS
+from oncenter.vehicle import vehicle_from
+
+LOADED_IN_BENDS = ("6x2", "6x4", "8x4")
+SIDE_FORCE = "tandem_side_force_m2_s2"
+
+
+def of_layout(layout: str | None, **more: object) -> oc.Vehicle:
+    named = {"axle_layout": layout} if layout else {}
+    return vehicle_from({"wheelbase_m": 5.16, "steering_ratio": 19.3, **named, **more}, "truck.toml")
+
+
+def by_curvature(layout: str, *, laden: bool) -> float:
+    """m^2/s^2: the front tyres' side force in a bend by itself over that of a lateral acceleration by itself."""
+    settings = scenario({}, layout)
+    truck = settings.truck if laden else settings.truck.model_copy(update={"payload": None})
+    return steered_force_n(truck, settings.steering, 0.0, 1.0) / steered_force_n(truck, settings.steering, 1.0)
+
+
+def test_in_a_bend_the_front_tyres_turn_the_tandem_against_its_own() -> None:
+    """Moments about where the tandem's tyres act as one: its axles' forces by turning alone against the front's."""
+    settings = scenario({"truck": {"payload": {"mass_kg": 0.001, "distance_m": 4.5, "length_m": 7.5}}}, "6x2")
+    truck = settings.truck
+    assert truck.rear_axle_spacing_m is not None
+    first, last = ((1.0 - s) * truck.rear_cornering_stiffness_n_rad for s in (0.4, 0.6))
+    spacing_m = truck.rear_axle_spacing_m
+    resists_n_m2 = first * last / (first + last) * spacing_m**2
+    lever_m = truck.wheelbase_m + spacing_m * last / (first + last)
+    force_n = steered_force_n(truck, settings.steering, 0.0, 1e-3)
+    assert force_n == pytest.approx(1e-3 * resists_n_m2 / lever_m, rel=1e-3)
+
+
+@pytest.mark.parametrize("layout", LOADED_IN_BENDS)
+def test_a_layout_stands_for_trucks_between_empty_and_laden(layout: str) -> None:
+    assert by_curvature(layout, laden=False) < of_layout(layout).params[SIDE_FORCE] < by_curvature(layout, laden=True)
+
+
+def test_two_axles_do_not_resist_and_a_param_says_more_than_a_layout() -> None:
+    assert by_curvature("4x2", laden=True) == pytest.approx(0.0, abs=1e-9)
+    assert SIDE_FORCE not in of_layout("4x2").params and SIDE_FORCE not in of_layout(None).params
+    assert of_layout("6x4", params={SIDE_FORCE: 3}).params == {SIDE_FORCE: 3.0}
+    assert of_layout("6x4", params={"pull_sd_m_s2": 0.1}).params == {SIDE_FORCE: 19.0, "pull_sd_m_s2": 0.1}
+
+
+def test_an_axle_that_is_up_resists_no_more() -> None:
+    """Its truck turns as if it were 15 % shorter; one that seems longer has no more axles than it has."""
+    joint, design = ffi.new("oc_joint *"), ffi.new("oc_joint_design *", {"tandem": 12.0})
+    joint.best = 3
+    for wheelbase, left in ((0.0, 1.0), (0.1, 1.0), (-0.075, 0.5), (-0.15, 0.0), (-0.3, 0.0)):
+        joint.hypotheses[3].wheelbase = wheelbase
+        assert lib.oc_joint_tandem(joint, design) == pytest.approx(12.0 * left, abs=1e-5)
+
+
+@pytest.mark.parametrize(("tandem", "place"), [(0.0, 1.0), (40.0, -1.0)])
+def test_without_its_sensor_the_wheel_is_on_the_flank_that_the_front_tyres_are_pushed_to(
+    tandem: float, place: float
+) -> None:
+    """A slow right-hand bend, banked so that it is no side force to the truck, but to its front axle."""
+    n, v, r, play = 3000, 8.0, -0.1, 6.0 * DEG
+    a = 0.25
+    found = observe(
+        np.full(n, r), np.full(n, v), np.full(n, a), np.full(n, np.nan), backlash=play, tandem=tandem, friction=0.1
+    )
+    steady = RATIO * (WHEELBASE * r / v + K_US * a)
+    assert found["angle"][-1] == pytest.approx(steady + 0.5 * place * play, abs=0.1 * DEG)
+
+
+def test_what_was_learned_with_its_axles_is_told_with_them() -> None:
+    """Once the sensor is gone no hypothesis learns any more: what differs is where in its play the wheel is said to
+    be."""
+    columns, truth = driven("[steering]\nbacklash_deg = 8.0\n", duration_s=600.0)
+    angles = []
+    for tandem in (0.0, 60.0):
+        core = core_for(truth, angle_method="observer")
+        core.run({name: column[:40_000] for name, column in columns.items()})
+        core._coefficients.joint.tandem = tandem
+        after = {name: column[40_000:] for name, column in columns.items()}
+        angles.append(ran(after | {ANGLE: np.full(len(after[ANGLE]), np.nan)}, core)["angle"]["angle"])
+    assert np.abs(angles[0] - angles[1]).max() > 1.0 * DEG
+
+
+def test_a_laden_three_axle_truck_is_measured_the_better_for_its_layout(tmp_path: Path) -> None:
+    """On a crowned road bends to one side alone take the side force away, so that what they add goes one way."""
+    truck = {key: value for key, value in LAYOUTS["6x4"].items() if key != "payload"}
+    lines = [f"{key} = {value!r}".replace("'", '"') for key, value in truck.items()]
+    file = tmp_path / "three.toml"
+    file.write_text(
+        'base = "country"\nabout = "A laden 6x4."\n[drive]\nduration_s = 1200.0\n[truck]\n'
+        + "\n".join(lines)
+        + "\npayload = {mass_kg = 14000.0, distance_m = 4.2, length_m = 5.5}\n[steering]\nbacklash_deg = 8.0\n",
+        encoding="utf-8",
+    )
+    with_layout, without = [], []
+    for seed in range(3):
+        signals, truth = oc.simulate(file, seed)
+        told = of_layout("6x4", wheelbase_m=truth.equivalent_wheelbase_m, traffic_side="right")
+        true = truth.offset_rad + truth.straight_ahead_rad
+        for vehicle, errors in ((told, with_layout), (told.model_copy(update={"params": {}}), without)):
+            offset = oc.offset(signals, vehicle).offset
+            assert offset.value is not None
+            errors.append((offset.value - true) / DEG)
+    assert abs(np.mean(without)) > 0.12 > abs(np.mean(with_layout))
+    assert abs(np.mean(without) - np.mean(with_layout)) > 0.1

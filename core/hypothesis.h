@@ -34,6 +34,7 @@ typedef struct {
     float of_sum[OC_TERMS];                       /* a term, by what a second sums up for it */
     float per_unloading;                          /* s^2/m, makes a difference by the unloading a slope */
     float pull_sd;                                /* m/s^2, of wheel alignment and mean wind */
+    float most_doubt;                             /* of the prior of a_0: by how much less it may tell */
 } oc_hypothesis_design;
 
 /* How much more a block of what is left varies than it would if seconds told new things each. */

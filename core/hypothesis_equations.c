@@ -74,6 +74,15 @@ static void relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
     oc_hypothesis_shift(h, design, UNWINDING, play->unwinding - before.unwinding);
 }
 
+/* By how much less the prior of a_0 tells a hypothesis that is so many of its standard deviations away. Beyond 1.8 its
+ * pull fades: a road may fall to the other side than most, or the vehicle file name the wrong one, and where the play
+ * shows that, it is not to be talked out of it. */
+static float doubted(float apart, float most) {
+    const float squared = apart * apart;
+    const float fourth = squared * squared;
+    return oc_within(fourth * fourth / 110.0f, 1.0f, most);
+}
+
 /* The priors' information, and their pull on what is left to be found. */
 static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
                        float *information, float *terms) {
@@ -82,11 +91,13 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         information[k] = 1.0f;
     }
+    const float apart = (prior->unloading_mean - play->unloading) / prior->unloading_sd;
     const float unloading = scale[UNLOADING] / prior->unloading_sd;
     const float bias = scale[YAW_RATE_BIAS] / prior->yaw_rate_bias_sd;
-    information[UNLOADING] = unloading * unloading;
+    const float believed = unloading / doubted(apart, design->most_doubt);
+    information[UNLOADING] = believed * unloading;
     information[YAW_RATE_BIAS] = bias * bias;
-    terms[UNLOADING] += information[UNLOADING] * (prior->unloading_mean - play->unloading) / scale[UNLOADING];
+    terms[UNLOADING] += believed * apart;
     terms[GRADIENT] += gradient_mean / scale[GRADIENT];
     terms[WIDTH] += (width_mean - 2.0f * play->half_width) / scale[WIDTH];
     for (int32_t k = 0; k < OC_WINDS; ++k) {

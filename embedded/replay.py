@@ -57,7 +57,7 @@ WHOLE = ("-flto", "-flto-partition=one", "-ffat-lto-objects")
 SMALL = (
     *("-Os", "-fno-expensive-optimizations"),
     *("-fno-reorder-blocks", "-fno-schedule-insns2", "-fno-move-loop-invariants"),
-    *("-fno-optimize-sibling-calls", "-fno-caller-saves"),
+    *("-fno-optimize-sibling-calls", "-fno-caller-saves", "-fno-tree-fre"),
     *("--param=large-stack-frame=32", "--param=large-stack-frame-growth=10"),
 )
 FAST = ("-O2", "-fpeel-loops", "--param=max-completely-peeled-insns=60")

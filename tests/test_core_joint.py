@@ -69,6 +69,15 @@ def test_an_accelerometers_bias_is_told_from_the_offset_by_where_the_play_is_lef
     assert abs(by_mean["value"] - truth.offset_rad) > 2.0 * DEGREE
 
 
+@pytest.mark.parametrize("seed", [2, 3])
+def test_play_is_not_talked_out_of_where_it_is_left_by_a_road_that_falls_to_the_wrong_side(seed: int) -> None:
+    """Traffic told to keep left on roads that fall to the right: the accelerometer seems 0.4 m/s^2 off."""
+    columns, truth = driven(CREEPING, seed)
+    found = answer_of(columns, truth, traffic_side=-1.0)
+    assert found["unloading_acceleration"]["value"] == pytest.approx(truth.unloading_acceleration_m_s2, abs=0.05)
+    assert found["offset"]["value"] == pytest.approx(truth.offset_rad, abs=0.2 * DEGREE)
+
+
 def test_a_mirrored_drive_has_the_mirrored_answer() -> None:
     """Hypotheses stand in another order then, and are renewed in another one: not to the last digit."""
     columns, truth = driven(CREEPING, 2)

@@ -156,6 +156,24 @@ def test_an_axle_that_unloads_on_the_crown_is_a_cause_where_the_side_of_traffic_
     assert "1.5 deg more" in left
 
 
+def test_roads_that_fall_to_the_other_side_than_traffic_has_them_are_told() -> None:
+    """By where the steering unloads: the accelerometer's own zero moves both alike."""
+    for zero in (0.0, 0.3):
+        falls = {"bank_mean": zero - 0.2, "unloading_acceleration": estimate(zero, 0.01)}
+        found = told(traffic_sign=1.0, **falls)["roads_fall_to_other_side"]
+        assert (found.value, found.unit) == (pytest.approx(-2.04, abs=0.01), "%")
+        assert "to the left, by 2.0 +-1.1 %" in found.text and "'traffic_side'" in found.text
+        for sign in (0.0, -1.0):
+            assert "roads_fall_to_other_side" not in told(traffic_sign=sign, **falls)
+    little = {"bank_mean": -0.1, "unloading_acceleration": estimate(0.0, 0.01)}
+    assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, **little)
+    unsure = {"bank_mean": -0.2, "unloading_acceleration": estimate(0.0, 0.1)}
+    assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, **unsure)
+    unseen = {"bank_mean": -0.2, "unloading_acceleration": estimate(0.0, 0.01, "unobservable")}
+    assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, **unseen)
+    assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, accelerometer=False, **falls)
+
+
 def test_a_change_of_the_offset_is_told_with_its_time_and_its_size() -> None:
     found = told(changed(2.0, -3.0))["offset_changed"]
     assert found.value == pytest.approx(-5.0)

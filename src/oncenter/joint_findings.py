@@ -12,7 +12,7 @@ from typing import Any
 from oncenter import _core
 from oncenter.changes import Change
 from oncenter.findings import PLAY_STANDARD_DEG, Finding
-from oncenter.signals import DEGREE
+from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 # Thresholds for speaking up, ours.
 _UNLOADING_WORTH_TELLING_M_S2 = 0.1  # half a usual crown
@@ -44,6 +44,7 @@ def joint_findings(
     yield from map(_change, changes)
     yield _play(native)
     yield _unloading(native, params, steering_ratio, traffic_sign)
+    yield _crown(native, params, traffic_sign)
     yield _wheelbase(native, steering_ratio, wheelbase_m)
     yield _evidence(native, params)
     yield _unseen_flank(native, params)
@@ -131,6 +132,29 @@ def _unloading(
             f"then the offset is {abs(moved):.1f} deg {'less' if moved > 0 else 'more'}"
         )
     return Finding("unloading_off_zero", "warning", text, a_0, "m/s^2")
+
+
+def _crown(native: Mapping[str, Any], params: Mapping[str, float], traffic_sign: float) -> Finding | None:
+    """Roads that fell to the other side than the vehicle file's traffic has them: what the accelerometer read beyond
+    where the steering unloads."""
+    unloads = native["unloading_acceleration"]
+    if not params["use_accelerometer"] or _status(unloads) != "valid" or traffic_sign == 0.0:
+        return None
+    fell = native["bank_mean"] - unloads["value"]
+    doubt = 1.96 * math.hypot(unloads["standard_deviation"], params["pull_sd_m_s2"], params["wind_sd_m_s2"])
+    if -traffic_sign * fell < doubt:
+        return None
+    percent = 100.0 / STANDARD_GRAVITY
+    seen, believed = ("left", "right") if traffic_sign > 0.0 else ("right", "left")
+    return Finding(
+        "roads_fall_to_other_side",
+        "warning",
+        f"this drive's roads fell to the {seen}, by {abs(fell) * percent:.1f} +-{doubt * percent:.1f} %, and where "
+        f"traffic keeps {believed} they mostly fall to the {believed}: if other drives say so, too, 'traffic_side' is "
+        "wrong in the vehicle file",
+        fell * percent,
+        "%",
+    )
 
 
 def _wheelbase(native: Mapping[str, Any], steering_ratio: float, wheelbase_m: float) -> Finding | None:

@@ -73,6 +73,7 @@ class Row:
     pulls: bool = False
     one_flank: bool = False  # of the play is all that the drive shows
     traffic_side: str = "right"
+    told_side: str = ""  # by the vehicle file, where that is another
     spoil: Callable[[Signals, Random], Signals] = lambda signals, random: signals
     times: int = 1
     hears: bool = True  # the lateral acceleration is used; rivals use it anyway
@@ -192,7 +193,7 @@ def _vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehic
             "track_width_front_m": truck.track_width_front_m,
             "track_width_rear_m": truck.track_width_rear_m,
             "axle_layout": truck.axle_layout,
-            "traffic_side": row.traffic_side,
+            "traffic_side": row.told_side or row.traffic_side,
             "params": {"use_accelerometer": row.hears},
         },
         row.name,
@@ -414,6 +415,7 @@ _ROWS = (
     Row("no_accelerometer_motorway", "the same on a motorway, banked in bends", asked="", hears=False, base="motorway"),
     Row("kicks", "kerbs, and a stability control at work", spoil=with_kicks),
     Row("left_hand", "traffic on the left, crown mirrored", traffic_side="left"),
+    Row("wrong_side", "traffic_side is left, roads fall to the right", asked="", told_side="left"),
     Row("remounted", "sensor moves by 2 to 6 deg in minute 6 to 12", extra=_remounted),
     Row("self_correction", "sender takes its offset out in two minutes", extra=_corrected_by_itself),
     Row("vehicle_off", "vehicle file 3 % off in wheelbase and ratio (sd)", asked="", vehicle_error=Normal(0.0, 0.03)),

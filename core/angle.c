@@ -274,7 +274,7 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
             t->reference = wheels;
         }
         t->held_s = 0.0f;
-        const float load = t->yaw_rate * (t->speed + truck->tandem / t->speed) + t->bank - truck->unloading;
+        const float load = t->yaw_rate * (t->speed + truck->tandem / fabsf(t->speed)) + t->bank - truck->unloading;
         place_in_play(t, d, truck, wheels, load);
         t->estimate = observes ? wheels + 0.5f * truck->backlash * t->place : wheels;
         const float own = own_variance(t, truck);

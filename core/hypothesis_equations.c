@@ -136,7 +136,8 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
     }
     h->offset = h->constant + design->steering_ratio * h->gradient * h->unloading;
 
-    /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds; in little play the lag of
+    /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds as it is, doubted or
+     * not; in little play the lag of
      * whatever gives way passes for a_0 */
     const float bias = prior->unloading_sd * prior->unloading_sd;
     const float pull = design->pull_sd * design->pull_sd;

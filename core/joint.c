@@ -82,11 +82,13 @@ static void restart(oc_joint *joint, const oc_joint_design *design) {
     }
 }
 
-/* A truck whose tag axle is up turns as if it were so much shorter, and the axle resists no more. */
+/* A truck whose tag axle is up turns as if it were so much shorter, and the axle resists no more; by so much less a
+ * vehicle file may be off. */
 static const float tag_axle_share = 0.15f;
+static const float tag_axle_doubt = 0.10f;
 
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {
-    const float down = 1.0f + joint->hypotheses[joint->best].wheelbase / tag_axle_share;
+    const float down = (joint->hypotheses[joint->best].wheelbase + tag_axle_share) / tag_axle_doubt;
     return design->tandem * oc_within(down, 0.0f, 1.0f);
 }
 

@@ -147,13 +147,17 @@ def test_without_an_accelerometer_banked_bends_show_neither_a_flank_nor_the_grad
     assert gradients_held >= 5
 
 
-@pytest.mark.parametrize(("method", "hears", "borne"), [("joint", 1, 1.0), ("joint", 0, 0.7), ("thesis", 0, 1.0)])
+@pytest.mark.parametrize(
+    ("method", "hears", "borne", "doubt"), [("joint", 1, 1.0, 25.0), ("joint", 0, 0.7, 1.0), ("thesis", 0, 1.0, 25.0)]
+)
 def test_only_the_joint_method_without_an_accelerometer_takes_bends_for_banked(
-    method: str, hears: int, borne: float
+    method: str, hears: int, borne: float, doubt: float
 ) -> None:
+    """And then lets no flank that banks may feign doubt where the roads' crown is."""
     _, truth = driven()
-    core = core_for(truth, method=method, params={"use_accelerometer": hears})
-    assert core._coefficients.joint.borne == pytest.approx(borne)
+    design = core_for(truth, method=method, params={"use_accelerometer": hears})._coefficients.joint
+    assert design.borne == pytest.approx(borne)
+    assert design.hypothesis.most_doubt == doubt
 
 
 @pytest.mark.parametrize(("unseen", "lacking_s"), [(0.0, 0.0), (1.0, 0.5)])

@@ -152,7 +152,8 @@ def test_an_axle_that_unloads_on_the_crown_is_a_cause_where_the_side_of_traffic_
     right = told(unloading_acceleration=unloads, traffic_sign=1.0)["unloading_off_zero"].text
     assert "crown" in right and f"{19.3 * 0.4 * 0.2:.1f} deg less" in right
     assert "crown" not in told(unloading_acceleration=unloads, traffic_sign=-1.0)["unloading_off_zero"].text
-    left = told(unloading_acceleration=estimate(-0.2, 0.01), traffic_sign=-1.0)["unloading_off_zero"].text
+    falls = {"unloading_acceleration": estimate(-0.2, 0.01), "bank_mean": -0.2}
+    left = told(traffic_sign=-1.0, **falls)["unloading_off_zero"].text
     assert "1.5 deg more" in left
 
 
@@ -160,7 +161,9 @@ def test_roads_that_fall_to_the_other_side_than_traffic_has_them_are_told() -> N
     """By where the steering unloads: the accelerometer's own zero moves both alike."""
     for zero in (0.0, 0.3):
         falls = {"bank_mean": zero - 0.2, "unloading_acceleration": estimate(zero, 0.01)}
-        found = told(traffic_sign=1.0, **falls)["roads_fall_to_other_side"]
+        all_found = told(traffic_sign=1.0, **falls)
+        assert zero == 0.0 or "crown" not in all_found["unloading_off_zero"].text
+        found = all_found["roads_fall_to_other_side"]
         assert (found.value, found.unit) == (pytest.approx(-2.04, abs=0.01), "%")
         assert "to the left, by 2.0 +-1.1 %" in found.text and "'traffic_side'" in found.text
         for sign in (0.0, -1.0):

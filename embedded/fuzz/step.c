@@ -87,6 +87,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count) {
     params.method = (oc_method)(byte_of(&from) % OC_METHOD_COUNT);
     params.angle_method = (oc_angle_method)(byte_of(&from) % OC_ANGLE_METHOD_COUNT);
     params.use_accelerometer = byte_of(&from) % 2;
+    params.tandem_side_force_m2_s2 = byte_of(&from) % 101;
     const oc_vehicle vehicle = {
         .wheelbase = 4.0 + number_of(&from, 4.0),
         .steering_ratio = 20.0 + number_of(&from, 20.0),

@@ -43,8 +43,9 @@ def joint_findings(
     """
     yield from map(_change, changes)
     yield _play(native)
-    yield _unloading(native, params, steering_ratio, traffic_sign)
-    yield _crown(native, params, traffic_sign)
+    other_side = _crown(native, params, traffic_sign)
+    yield _unloading(native, params, steering_ratio, 0.0 if other_side else traffic_sign)
+    yield other_side
     yield _wheelbase(native, steering_ratio, wheelbase_m)
     yield _evidence(native, params)
     yield _unseen_flank(native, params)
@@ -138,7 +139,8 @@ def _crown(native: Mapping[str, Any], params: Mapping[str, float], traffic_sign:
     """Roads that fell to the other side than the vehicle file's traffic has them: what the accelerometer read beyond
     where the steering unloads."""
     unloads = native["unloading_acceleration"]
-    if not params["use_accelerometer"] or _status(unloads) != "valid" or traffic_sign == 0.0:
+    believes = params["use_accelerometer"] and traffic_sign * params["crown_m_s2"] != 0.0
+    if not believes or _status(unloads) != "valid":
         return None
     fell = native["bank_mean"] - unloads["value"]
     doubt = 1.96 * math.hypot(unloads["standard_deviation"], params["pull_sd_m_s2"], params["wind_sd_m_s2"])

@@ -70,7 +70,7 @@ class Vehicle(BaseModel):
         track_width_front_m, track_width_rear_m: between the middles of left and right tyres, 1 to 3 m; with them the
             wheel speeds tell the yaw rate's bias better.
         axle_layout: 4x2, 6x2, 6x4, 8x4; but for the first its rear axles resist turning, and load the front ones in
-            bends: `tandem_side_force_m2_s2` where `params` do not say how much.
+            bends: `tandem_side_force_m2_s2` where `params` do not say how much; an axle that steers itself hardly does.
         mass_kg: prior.
         understeer_gradient_deg_m_s2: prior, K_us/g at the road wheel, -5 to 5.
         traffic_side: which side of the road is driven on: tells the side to which the crown falls.
@@ -98,9 +98,10 @@ class Vehicle(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _side_force_of_layout(cls, values: dict[str, Any]) -> dict[str, Any]:
-        layout, params = values.get("axle_layout"), values.get("params", {})
-        if layout not in tuple(_TANDEM_SIDE_FORCE_M2_S2) or not isinstance(params, Mapping):
+    def _side_force_of_layout(cls, values: Any) -> Any:
+        """What is no vehicle at all is refused by name later."""
+        layout, params = (values.get("axle_layout"), values.get("params", {})) if isinstance(values, dict) else ("", {})
+        if not isinstance(layout, str) or layout not in _TANDEM_SIDE_FORCE_M2_S2 or not isinstance(params, Mapping):
             return values
         return values | {"params": {"tandem_side_force_m2_s2": _TANDEM_SIDE_FORCE_M2_S2[layout], **params}}
 

@@ -137,8 +137,7 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
     h->offset = h->constant + design->steering_ratio * h->gradient * h->unloading;
 
     /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds as it is, doubted or
-     * not; in little play the lag of
-     * whatever gives way passes for a_0 */
+     * not; in little play the lag of whatever gives way passes for a_0 */
     const float bias = prior->unloading_sd * prior->unloading_sd;
     const float pull = design->pull_sd * design->pull_sd;
     const float little = oc_within(1.0f - 2.0f * h->play.half_width / little_width, 0.0f, 1.0f);

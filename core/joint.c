@@ -10,7 +10,7 @@ static const double sample_s = 0.1;
 static const double side_force_s = 0.3; /* the accelerometer's noise is shorter; much longer, and what is late is K */
 static const float first_error = 0.017453292f; /* rad, by which errors are judged before a second was learned from */
 
-static const float busy_ticks = 10.0f;     /* of a second, with the gyro's block and the end of a second */
+static const float busy_ticks = 10.0f; /* of a second, with the gyro's block and the end of a second */
 static const float wind_speed = 20.0f; /* m/s, at which a wind acts as it is written */
 static const float witness_s = 300.0f; /* hypotheses that still go their ways err, too */
 static const float unplaced_s = 20.0f; /* after the wheel may be elsewhere in its play, errors tell of that */
@@ -22,6 +22,11 @@ static const float clearly = 0.02f;                    /* m/s^2 */
 /* The prior of a_0 holds in any case as if five times as wide: so far an accelerometer is off by itself, and who sees
  * nothing comes back. Where none tells the bank, bends show flanks that are none, and it holds as it is. */
 static const float crown_doubt = 25.0f;
+
+/* A truck whose tag axle is up turns as if it were so much shorter, and the axle resists no more; by so much less a
+ * vehicle file may be off. */
+static const float tag_axle_share = 0.15f;
+static const float tag_axle_doubt = 0.10f;
 
 /* Roads lean into their bends, by nothing in a town to two thirds of r*v on a motorway. */
 static const float borne_in_bends = 0.7f;
@@ -36,14 +41,9 @@ void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double r
     design->rate_hz = rate_hz;
     design->tick_s = 1.0 / rate_hz;
     design->side_force_share = design->tick_s / side_force_s;
-    design->borne = design->hypothesis.most_doubt = 1.0f;
-    design->unseen = 0.0f;
-    if (sees_bank) {
-        design->hypothesis.most_doubt = crown_doubt;
-    } else {
-        design->borne = borne_in_bends;
-        design->unseen = 1.0f;
-    }
+    design->borne = sees_bank ? 1.0f : borne_in_bends;
+    design->unseen = sees_bank ? 0.0f : 1.0f;
+    design->hypothesis.most_doubt = sees_bank ? crown_doubt : 1.0f;
     design->memory_s = (float)memory_s;
     design->ticks_per_sample = ticks;
     design->samples_per_second = (int32_t)(1.0 / step_s + 0.5);
@@ -81,11 +81,6 @@ static void restart(oc_joint *joint, const oc_joint_design *design) {
         joint->across = 0.0f;
     }
 }
-
-/* A truck whose tag axle is up turns as if it were so much shorter, and the axle resists no more; by so much less a
- * vehicle file may be off. */
-static const float tag_axle_share = 0.15f;
-static const float tag_axle_doubt = 0.10f;
 
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {
     const float down = (joint->hypotheses[joint->best].wheelbase + tag_axle_share) / tag_axle_doubt;

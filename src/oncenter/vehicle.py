@@ -99,11 +99,14 @@ class Vehicle(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _side_force_of_layout(cls, values: Any) -> Any:
-        """What is no vehicle at all is refused by name later."""
-        layout, params = (values.get("axle_layout"), values.get("params", {})) if isinstance(values, dict) else ("", {})
-        if not isinstance(layout, str) or layout not in _TANDEM_SIDE_FORCE_M2_S2 or not isinstance(params, Mapping):
+        """What is of no right kind is left to those who refuse it by name."""
+        if not isinstance(values, dict):
             return values
-        return values | {"params": {"tandem_side_force_m2_s2": _TANDEM_SIDE_FORCE_M2_S2[layout], **params}}
+        layout, params = values.get("axle_layout"), values.get("params", {})
+        force = _TANDEM_SIDE_FORCE_M2_S2.get(layout) if isinstance(layout, str) else None
+        if force is None or not isinstance(params, Mapping):
+            return values
+        return values | {"params": {"tandem_side_force_m2_s2": force, **params}}
 
     @field_validator("signals")
     @classmethod

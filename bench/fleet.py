@@ -252,7 +252,8 @@ def memory(folder: Path, work: Path) -> list[str]:
 def kill(folder: Path, work: Path) -> list[str]:
     """Killed ten times in the middle, then left alone: the bytes of a run that nobody disturbed."""
     logs = some(folder / "planted", KILLED_LOGS)
-    undisturbed = night(folder / "planted", work / "undisturbed", logs=logs)
+    undisturbed_s = night(folder / "planted", work / "undisturbed", logs=logs)["wall_s"]
+    start_s = night(folder / "planted", work / "one", logs=logs[:1])["wall_s"]
     waits = random.Random(1)
     command = [
         "fleet",
@@ -266,7 +267,7 @@ def kill(folder: Path, work: Path) -> list[str]:
     killed = 0
     for _ in range(KILLS):
         process = subprocess.Popen([sys.executable, "-m", "oncenter", *command], stdout=subprocess.DEVNULL)
-        time.sleep(waits.uniform(0.09, 0.14) * undisturbed["wall_s"])  # more than a start takes
+        time.sleep(start_s + waits.uniform(0.0, 0.1) * undisturbed_s)
         process.send_signal(signal.SIGKILL)
         killed += process.wait() == -signal.SIGKILL
     last = night(folder / "planted", work / "killed", logs=logs)

@@ -162,9 +162,11 @@ def test_a_run_that_is_killed_at_any_moment_ends_as_one_undisturbed(
     fleet: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
     given = [str(fleet / "logs"), str(fleet / "vehicles"), str(tmp_path / "out")]
-    for moment in ("0", "5", "ranking"):
+    for moment, rows in (("0", 0), ("5", 5), ("ranking", 12)):
         killed = subprocess.run([sys.executable, "-c", KILLED, *given, moment], capture_output=True, text=True)
         assert killed.returncode == -9, killed.stderr
+        with contextlib.closing(sqlite3.connect(tmp_path / "out" / "ledger.sqlite")) as ledger:
+            assert ledger.execute("SELECT count(*) FROM drive").fetchone()[0] == rows
     assert not (tmp_path / "out" / "trucks.parquet").exists()
     summary = run([given[0]], given[1], given[2])
     assert summary.logs_answered < 12

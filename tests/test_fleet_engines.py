@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -30,17 +31,19 @@ def test_ray_gives_the_bytes_that_threads_give(
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
     if "libasan" in os.environ.get("LD_PRELOAD", ""):
         pytest.skip("Ray's own processes do not always begin under the sanitizers; what they call is tested in threads")
-    monkeypatch.setattr(engines, "_LOGS_WHILE_RAY_BEGINS", 3)  # the others are Ray's
-    here = []
+    monkeypatch.setattr(engines, "_LOGS_WHILE_RAY_BEGINS", 3)
+    monkeypatch.setattr(engines, "_LOGS_WHILE_RAY_ENDS", 2)  # those between are Ray's
+    here: list[str] = []
     answer = Work.__call__
 
     def noted(self: Work, log: LogFile) -> dict[str, Any]:
-        here.append(log)
+        here.append(log.uri)
         return answer(self, log)
 
     monkeypatch.setattr(Work, "__call__", noted)
     summary = run([str(fleet / "logs")], fleet / "vehicles", tmp_path, engine=on_ray(None, workers=2))
-    assert 0 < len(here) <= 3 < summary.logs_found
+    assert 2 < len(here) <= 5 < summary.logs_found
+    assert set(sorted(pl.read_parquet(tmp_path / "drives.parquet")["log"])[-2:]) <= set(here)
     assert tables(tmp_path) == tables(undisturbed)
 
 
@@ -81,6 +84,15 @@ def test_ray_ends_also_with_a_run_that_fails_before_its_first_task(monkeypatch: 
     next(iter(rows))
     del rows  # as a full disk does it
     assert ended.wait(10.0)
+
+
+def test_the_last_logs_are_left_for_while_ray_ends_and_none_is_lost() -> None:
+    logs = [LogFile(f"{k}.csv", "", 0, 0.0) for k in range(5)]
+    for count, left in ((0, 0), (2, 2), (5, 5), (9, 5)):
+        last: deque[LogFile] = deque()
+        given = list(engines._but_the_last(count, iter(logs), last))
+        assert len(last) == left
+        assert given + list(last) == logs
 
 
 def test_a_ray_cluster_that_does_not_answer_is_named_at_once() -> None:

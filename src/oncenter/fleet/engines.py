@@ -28,6 +28,7 @@ _IN_FLIGHT_PER_WORKER = 2
 _LOGS_PER_TASK = 8  # of Ray: a task costs some milliseconds
 _CALL_S = 10.0
 _LOGS_WHILE_RAY_BEGINS = 1000  # more than are answered by then
+_LOGS_WHILE_RAY_ENDS = 64  # some two cores answer in a second
 
 _ray_ends: list[Thread] = []  # at most one: Ray is once in a process
 
@@ -58,7 +59,8 @@ def _cores() -> int:
 def on_ray(address: str | None, workers: int | None = None) -> Engine:
     """On a cluster that is there already (`address`), or one of this machine's cores that ends with the run.
 
-    Ray takes seconds to begin, in which this machine's threads answer, and one to end, which `run` does not wait for.
+    Ray takes seconds to begin, in which this machine's threads answer, and one to end, in which they answer what is
+    left.
     Its machines need oncenter[fleet], and see logs and vehicle files under the same names.
 
     Args:
@@ -101,18 +103,30 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
                 yield from answered
             import ray
 
-            yield from _by_tasks(ray, work, chain(first, waiting))
+            last: deque[LogFile] = deque()
+            but_last = _but_the_last(_LOGS_WHILE_RAY_ENDS if address is None else 0, chain(first, waiting), last)
+            yield from _by_tasks(ray, work, but_last)
+            _end()
+            yield from threads(work, last)
         finally:
             _end()
 
     return engine
 
 
+def _but_the_last(count: int, logs: Iterable[LogFile], last: deque[LogFile]) -> Iterator[LogFile]:
+    """All but the last `count`, which are then in `last`."""
+    for log in logs:
+        last.append(log)
+        if len(last) > count:
+            yield last.popleft()
+
+
 def _end() -> None:
     """Beside whatever comes next: Ray's processes take a second to end."""
     import ray
 
-    if ray.is_initialized():
+    if ray.is_initialized() and not _ray_ends:
         _ray_ends.append(Thread(target=ray.shutdown, name="ray-ends"))
         _ray_ends[-1].start()
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import sqlite3
-import time
 from collections.abc import Iterable, Iterator
 from contextlib import closing
 from pathlib import Path
@@ -20,7 +19,6 @@ from oncenter.fleet.trucks import Trucks
 
 LEDGER = "ledger.sqlite"  # in an output folder
 
-_COMMIT_EVERY_S = 1.0
 _AGAIN = ("unreadable_log", "output", "bug")  # next time it may go well
 _TABLES = """
 CREATE TABLE IF NOT EXISTS drive (key TEXT PRIMARY KEY, log TEXT, truck TEXT, start REAL, settings TEXT,
@@ -57,6 +55,7 @@ class Ledger:
     def __init__(self, path: Path) -> None:
         try:
             self._file = sqlite3.connect(path, timeout=1.0, isolation_level=None)
+            self._file.execute("PRAGMA locking_mode = EXCLUSIVE")  # no other run comes between two rows
             self._file.execute("PRAGMA journal_mode = WAL")
             self._file.execute("PRAGMA synchronous = NORMAL")
             self._file.execute("PRAGMA temp_store = FILE")
@@ -68,7 +67,6 @@ class Ledger:
                 code="output",
                 exit_code=WRONG_USAGE,
             ) from None
-        self._committed = time.monotonic()
 
     def plan(self, logs: Iterable[LogFile], trucks: Trucks) -> tuple[int, int]:
         """Takes down all logs; how many there are, and how many must be answered.
@@ -127,8 +125,7 @@ class Ledger:
                 ),
             )
         self._see(log, key)
-        if time.monotonic() - self._committed > _COMMIT_EVERY_S:
-            self.commit()
+        self.commit()
 
     def _see(self, log: LogFile, key: str) -> None:
         """A file that had another content before takes that one's row with it, unless a copy has it as well."""
@@ -142,7 +139,6 @@ class Ledger:
     def commit(self) -> None:
         self._file.execute("COMMIT")
         self._file.execute("BEGIN IMMEDIATE")
-        self._committed = time.monotonic()
 
     def by_truck(self) -> Iterator[tuple[str, list[dict[str, Any]]]]:
         """Each truck's rows in order of time, one truck in memory at a time; first those that are of none."""

@@ -208,6 +208,25 @@ def test_an_angle_slower_than_its_table_is_as_slow_as_it_is(tmp_path: Path) -> N
     assert refused.value.code == "rate_too_low"
 
 
+@pytest.mark.parametrize(("every", "rest"), [(2, 1), (4, 2)])
+def test_an_angle_in_every_second_row_or_fourth_sets_the_tick_and_the_others_are_bridged_to_it(
+    tmp_path: Path, every: int, rest: int
+) -> None:
+    row = pl.int_range(pl.len())
+    sparse = TABLE.with_columns(
+        pl.when(row % every == 0).then("steering_wheel_angle_deg").alias("steering_wheel_angle_deg"),
+        pl.when(row % every == rest).then("yaw_rate_deg_s").alias("yaw_rate_deg_s"),
+    )
+    sparse.write_csv(tmp_path / "drive.csv")
+    signals = read(tmp_path / "drive.csv")
+    assert signals.rate_hz == pytest.approx(100.0 / every)
+    assert np.diff(signals.table["time_s"]) == pytest.approx(every / 100.0)
+    thinned = TABLE.gather_every(every)
+    angle = signals.table["steering_wheel_angle_rad"].to_numpy()[: len(thinned)]
+    assert angle == pytest.approx(thinned["steering_wheel_angle_deg"].to_numpy() * DEGREE, abs=1e-12)
+    assert np.isfinite(signals.table["yaw_rate_rad_s"].to_numpy()[1 : len(thinned) - 1]).all()
+
+
 def test_rows_that_each_hold_one_event_give_each_signal_its_own_rate(tmp_path: Path) -> None:
     angle = TABLE.select("time_s", "steering_wheel_angle_deg")
     yaw = TABLE.gather_every(2).select(pl.col("time_s") + 0.003, "yaw_rate_deg_s")

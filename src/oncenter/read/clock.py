@@ -32,14 +32,14 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
     """Table as `oncenter.signals.Signals.table` and its rate in Hz.
 
     A table's one steady time vector for all goes through unchanged, with repeated and backward stamps for the core to
-    count and, where they run backward, a note; frames do not, since nobody who hears them one by one knows whether
-    their stamps will stay steady.
+    count and, where they run backward, a note; not so one whose angle has a number in every second row or fewer. Frames
+    do not either, since nobody who hears them one by one knows whether their stamps will stay steady.
 
     Raises:
         OncenterError: too slow, too short, or time does not increase.
     """
     rate = _tick_rate(chosen, log)
-    if _share_steady_time(chosen):
+    if _share_steady_time(chosen) and not _is_slower(leading(chosen), _rate_of_rows(chosen)):
         notes += _backward_notes(chosen[0], log)
         every = math.ceil(rate / FASTEST_HZ - 1e-3)
         if every > 1:
@@ -150,6 +150,10 @@ def _share_steady_time(chosen: Sequence[Samples]) -> bool:
     return not len(within) or _is_steady(float(within.min()), float(within.max()), steps.rate_hz)
 
 
+def _rate_of_rows(chosen: Sequence[Samples]) -> float:
+    return (chosen[0].steps or steps_of(chosen[0].time)).rate_hz
+
+
 def _is_steady(least_s: float, greatest_s: float, rate_hz: float) -> bool:
     return max(abs(least_s * rate_hz - 1), abs(greatest_s * rate_hz - 1)) < STEADY_JITTER
 
@@ -223,9 +227,13 @@ def tick_numbers(times: Column, origin_s: float, rate_hz: float) -> npt.NDArray[
 
 def _bridged_if_slower(samples: Samples, rate: float) -> Column:
     """A column of a table of that rate; one that is empty between the numbers of a slower signal, as its frames are."""
-    if samples.rate_hz > SLOWER * rate or not np.all(np.diff(samples.time) > 0):
+    if not _is_slower(samples, rate) or not np.all(np.diff(samples.time) > 0):
         return samples.values
     return _at(samples, samples.time, {})
+
+
+def _is_slower(samples: Samples, rate: float) -> bool:
+    return samples.rate_hz <= SLOWER * rate
 
 
 @dataclass(frozen=True)

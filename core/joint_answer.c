@@ -6,12 +6,15 @@
 
 /* A flank of the play counts as seen after so long. */
 static const float flank_s = 2.0f;
+static const float little_play = 0.1f;                 /* of its time on a flank counts for whoever finds hardly any */
 static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
 static const float always_doubtful = 0.05f;            /* of that variance, whatever was found */
 static const float late_comer = 16.0f;                /* of cost: who did not see a flank that the others have seen */
 static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
 static const float usual_gradient = 0.4f * 0.017453292f; /* rad/(m/s^2) */
-static const float borne_doubt = 0.5f; /* sd, of the gradient where nobody tells what of bends the tyres bear */
+static const float width_error = 0.15f * 0.017453292f; /* sd, rad: of what the yaw rate's lag adds to the play */
+static const float unloading_error = 0.006f;           /* sd, m/s^2: likewise, of what gives way in the steering */
+static const float borne_doubt = 0.7f; /* sd, of the gradient where nobody tells what of bends the tyres bear */
 
 double oc_joint_place(const oc_joint *joint) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
@@ -30,27 +33,24 @@ double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *desi
     return found || seen > flank_s ? 0.0 : (double)(flank_s - seen);
 }
 
-static float share_of(float value) {
-    return oc_within(value, 0.0f, 1.0f);
+/* What lacks to 1. */
+static float lacking(float share) {
+    return oc_most(1.0f - share, 0.0f);
 }
 
-/* Of time, before it tells as much as if its seconds were independent. */
-static float longer_by_correlation(const oc_hypothesis *h) {
-    return sqrtf(oc_most(oc_most(h->blocks.factor, h->long_blocks.factor), 1.0f));
-}
-
-/* How much of the time lacks after which a flank counts as seen. `seen`: s, the flank that was seen for less. */
-static float lacking(const oc_hypothesis *h, float seen) {
-    return share_of(1.0f - seen / (flank_s * longer_by_correlation(h)));
+/* 1/s, of the time after which a flank counts as seen: longer where seconds tell no new things each. */
+static float per_flank(const oc_hypothesis *h) {
+    return 1.0f / (flank_s * sqrtf(oc_most(oc_most(h->blocks.factor, h->long_blocks.factor), 1.0f)));
 }
 
 /* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was
- * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides, and
- * else the midpoint stays as uncertain as half the play is beforehand. */
-static float unseen_width_variance(const oc_hypothesis *h, float unseen, float lacks) {
-    const float little = share_of(1.0f - 2.0f * h->play.half_width / found_width);
-    const float doubtful = oc_most(oc_most(little, unseen), always_doubtful);
-    return lacks * doubtful * width_sd * width_sd;
+ * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides for
+ * longer, since some seconds at the entries of roundabouts pass for outliers; else the midpoint stays as uncertain as
+ * half the play is beforehand. `seen`: for how long the flank that was seen for less, 1 where that just suffices. */
+static float unseen_width_variance(const oc_hypothesis *h, float unseen, float seen) {
+    const float little = lacking(2.0f * h->play.half_width / found_width);
+    const float doubtful = lacking(seen) * oc_most(unseen, always_doubtful);
+    return oc_most(doubtful, little * lacking(little_play * seen)) * width_sd * width_sd;
 }
 
 /* exp(-x), near enough for a weight, for x >= 0. */
@@ -103,10 +103,11 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint, const oc_joint_design
         if (oc_hypothesis_is_newborn(h, &joint->second)) {
             continue;
         }
-        const float lacks = lacking(h, oc_least(joint->to_left - h->left_before, joint->to_right - h->right_before));
+        const float per = per_flank(h);
+        const float seen_by = per * oc_least(joint->to_left - h->left_before, joint->to_right - h->right_before);
         const float worse = oc_most(h->cost - best->cost, 0.0f);
-        const float weight = likelihood(worse + late_comer * (lacks - lacking(h, seen)));
-        const float unseen = unseen_width_variance(h, design->unseen, lacks);
+        const float weight = likelihood(worse + late_comer * (lacking(seen_by) - lacking(per * seen)));
+        const float unseen = unseen_width_variance(h, design->unseen, seen_by);
         all += weight;
         pulled += weight * h->pulled_variance;
         mix(&offset, weight, h->offset, h->offset_variance + 0.25f * unseen);
@@ -116,6 +117,8 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint, const oc_joint_design
         mix(&wheelbase, weight, h->wheelbase, h->wheelbase_variance);
         mix(&unloading, weight, h->unloading, h->unloading_variance);
     }
+    backlash.variances += all * (width_error * width_error);
+    unloading.variances += all * (unloading_error * unloading_error);
     const float told = variance_of(&offset, all) - pulled / all;
     return (oc_joint_answer){
         .offset = found_of(&offset, all),

@@ -21,8 +21,8 @@ double oc_lowpass_delay(double cutoff_hz, double band_hz, double rate_hz) {
 }
 
 void oc_preprocess_design(oc_preprocess *design, double cutoff_hz, double delay_band_hz, double slope_window_s,
-                          double rate_hz) {
-    const double delay = oc_lowpass_delay(cutoff_hz, delay_band_hz, rate_hz) * rate_hz;
+                          double lag_s, double rate_hz) {
+    const double delay = (oc_lowpass_delay(cutoff_hz, delay_band_hz, rate_hz) + lag_s) * rate_hz;
     const int32_t between_points = (int32_t)(slope_window_s * rate_hz / (OC_SLOPE_POINTS - 1) + 0.5);
     design->lowpass = oc_lowpass_design(cutoff_hz, rate_hz);
     design->delay_ticks = (int32_t)delay;

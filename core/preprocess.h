@@ -56,8 +56,9 @@ double oc_lowpass_delay(double cutoff_hz, double band_hz, double rate_hz);
 /* Variance of the second difference, over so many ticks twice, of filtered white noise of variance 1. */
 double oc_lowpass_bent(const oc_lowpass *design, int32_t apart);
 
+/* The angle waits for lag_s more than the filters' delay, no more than OC_DELAY_MAX - 1 ticks in all. */
 void oc_preprocess_design(oc_preprocess *design, double cutoff_hz, double delay_band_hz, double slope_window_s,
-                          double rate_hz);
+                          double lag_s, double rate_hz);
 
 /* Filters as if the tick's values had stood for ever. */
 void oc_preprocess_restart(oc_preprocess_state *state, const oc_preprocess *design, double angle, double yaw_rate,

@@ -4,6 +4,9 @@
 
 /* A second in order on a clock set back, or after one wild stamp, is the new time; less is disorder. */
 static const double new_clock_s = 1.0;
+/* By which the yaw rate comes after the wheel: yaw inertia and tyres ask for 0.1 s; but the side force that moves the
+ * wheels through the play comes before a_y by as much, and less than half of it is best for both. */
+static const double yaw_lag_s = 0.04;
 
 static bool is_between(double value, float low, float high) {
     const float rounded = (float)value;
@@ -92,7 +95,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->ticks_per_block = rounded_up(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
     c->blocks_until_final = rounded_up(clean_ticks / c->ticks_per_block);
     oc_preprocess_design(&c->preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
-                         rate_hz);
+                         params->method == OC_METHOD_JOINT ? yaw_lag_s : 0.0, rate_hz);
     oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
     const bool sees_bank = params->use_accelerometer != 0 || params->method != OC_METHOD_JOINT;
     const float pull = (float)params->pull_sd_m_s2, wind = (float)params->wind_sd_m_s2;

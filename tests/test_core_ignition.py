@@ -168,7 +168,7 @@ def test_a_bias_told_where_the_drive_ends_reaches_every_hypothesis_also_through_
     assert other.restore(ecu.run(sliced(columns, stop, stop + cut)).save()) == "ok"
     after = other.run(sliced(columns, stop + cut, len(columns["time_s"]))).answer()["offset"]
     assert abs(after["value"] - truth.offset) < 0.4 * abs(before["value"] - truth.offset)
-    assert after["standard_deviation"] < 0.6 * before["standard_deviation"]
+    assert after["standard_deviation"] < 0.7 * before["standard_deviation"]  # nothing shows the play
 
 
 def test_a_correction_that_a_power_cut_halved_reaches_the_other_hypotheses_and_none_twice(

@@ -49,6 +49,50 @@ def test_offset_play_and_gradient_are_found_together(steering: str, within_deg: 
         assert (status(found["offset"]) == "valid") == (steering != RUBBING)
 
 
+def test_play_and_where_it_is_left_lie_within_their_own_intervals() -> None:
+    """A truck that yaws after its wheel seemed to play by a quarter of a degree more, and to know it to a tenth."""
+    play, unloading, wider = [], [], []
+    for seed in range(1, 13):
+        columns, truth = driven('base = "country"\n' + CREEPING, seed)
+        found = answer_of(columns, truth)
+        play.append(holds(found["backlash"], truth.backlash_rad))
+        zero = truth.unloading_acceleration_m_s2 + truth.lateral_acceleration_bias_m_s2
+        unloading.append(holds(found["unloading_acceleration"], zero))
+        wider.append(found["backlash"]["value"] - truth.backlash_rad)
+    assert sum(play) >= 11
+    assert sum(unloading) >= 11
+    assert np.mean(wider) < 0.2 * DEGREE
+
+
+@pytest.mark.parametrize(("method", "lag_s"), [("joint", 0.04), ("thesis", 0.0), ("wheel-speed", 0.0)])
+def test_only_the_joint_method_lets_the_angle_wait_for_the_truck_to_yaw(method: str, lag_s: float) -> None:
+    design = core_for(driven()[1], method=method)._coefficients.preprocess
+    waits_s = (design.delay_ticks + design.delay_fraction) / RATE_HZ
+    assert waits_s - lib.oc_lowpass_delay(3.0, 2.0, RATE_HZ) == pytest.approx(lag_s, abs=1e-12)
+
+
+def test_some_seconds_on_the_other_flank_do_not_show_that_there_is_no_play() -> None:
+    """As of roundabouts that are entered to the right alone, where 9 deg of play passed for none and half of it for
+    offset; that play which was found has another flank takes no more than that."""
+    columns, truth = driven(CREEPING, 1)
+    core = core_for(truth)
+    core.run(columns)
+    joint = core._state.evidence.joint
+    joint.hypotheses[0] = joint.hypotheses[joint.best]
+    best, joint.best, joint.count = 0, 0, 1  # as if all were of one mind
+    sds = {}
+    for play_deg in (0.2, 8.0):
+        joint.hypotheses[best].play.half_width = 0.5 * play_deg * DEGREE
+        for seen_s in (1.0, 15.0, 1000.0):
+            joint.to_left, joint.to_right = 1000.0, seen_s
+            joint.hypotheses[best].left_before = joint.hypotheses[best].right_before = 0.0
+            sds[play_deg, seen_s] = core.answer()["offset"]["standard_deviation"]
+    assert sds[0.2, 15.0] > 3.0 * sds[0.2, 1000.0]
+    assert sds[8.0, 15.0] == pytest.approx(sds[8.0, 1000.0])
+    assert sds[0.2, 1.0] > sds[0.2, 15.0]
+    assert sds[8.0, 1.0] > sds[8.0, 15.0]
+
+
 def test_side_slip_that_changes_in_short_bends_is_not_taken_for_less_understeer() -> None:
     """Where a_y - r*v came a second late, the gradient was 2 to 5 % too small."""
     shares = []
@@ -69,13 +113,16 @@ def test_an_accelerometers_bias_is_told_from_the_offset_by_where_the_play_is_lef
     assert abs(by_mean["value"] - truth.offset_rad) > 2.0 * DEGREE
 
 
-@pytest.mark.parametrize("seed", [2, 3])
-def test_play_is_not_talked_out_of_where_it_is_left_by_a_road_that_falls_to_the_wrong_side(seed: int) -> None:
+def test_play_is_not_talked_out_of_where_it_is_left_by_a_road_that_falls_to_the_wrong_side() -> None:
     """Traffic told to keep left on roads that fall to the right: the accelerometer seems 0.4 m/s^2 off."""
-    columns, truth = driven(CREEPING, seed)
-    found = answer_of(columns, truth, traffic_side=-1.0)
-    assert found["unloading_acceleration"]["value"] == pytest.approx(truth.unloading_acceleration_m_s2, abs=0.05)
-    assert found["offset"]["value"] == pytest.approx(truth.offset_rad, abs=0.2 * DEGREE)
+    found_right = 0
+    for seed in range(1, 9):
+        columns, truth = driven(CREEPING, seed)
+        found = answer_of(columns, truth, traffic_side=-1.0)
+        assert holds(found["offset"], truth.offset_rad)
+        left_at = found["unloading_acceleration"]["value"] - truth.unloading_acceleration_m_s2
+        found_right += abs(left_at) < 0.05 and abs(found["offset"]["value"] - truth.offset_rad) < 0.2 * DEGREE
+    assert found_right >= 6
 
 
 def test_a_mirrored_drive_has_the_mirrored_answer() -> None:

@@ -13,9 +13,11 @@ Array = npt.NDArray[np.float64]
 RATES = (20.0, 50.0, 100.0, 128.7, 200.0)
 
 
-def design_of(rate_hz: float, cutoff_hz: float = 3.0, band_hz: float = 2.0, window_s: float = 1.0) -> Any:
+def design_of(
+    rate_hz: float, cutoff_hz: float = 3.0, band_hz: float = 2.0, window_s: float = 1.0, lag_s: float = 0.0
+) -> Any:
     design = ffi.new("oc_preprocess *")
-    lib.oc_preprocess_design(design, cutoff_hz, band_hz, window_s, rate_hz)
+    lib.oc_preprocess_design(design, cutoff_hz, band_hz, window_s, lag_s, rate_hz)
     return design
 
 
@@ -71,13 +73,16 @@ def test_what_has_always_been_stays(rate_hz: float) -> None:
         assert abs(out.longitudinal_acceleration) < 1e-12
 
 
+@pytest.mark.parametrize("lag_s", [0.0, 0.06])
 @pytest.mark.parametrize(("rate_hz", "cutoff_hz"), [(20.0, 3.0), (128.7, 3.0), (200.0, 1.0), (100.0, 8.0)])
-def test_a_turning_wheel_is_seen_one_delay_ago_to_the_fraction_of_a_tick(rate_hz: float, cutoff_hz: float) -> None:
-    design = design_of(rate_hz, cutoff_hz, 0.99 * cutoff_hz)
+def test_a_turning_wheel_is_seen_one_delay_ago_to_the_fraction_of_a_tick(
+    rate_hz: float, cutoff_hz: float, lag_s: float
+) -> None:
+    design = design_of(rate_hz, cutoff_hz, 0.99 * cutoff_hz, lag_s=lag_s)
     assert design.delay_ticks + 1 < lib.OC_DELAY_MAX
     ramp = np.arange(500) / rate_hz * 0.7
     zero = np.zeros(500)
-    delay = lib.oc_lowpass_delay(cutoff_hz, 0.99 * cutoff_hz, rate_hz)
+    delay = lib.oc_lowpass_delay(cutoff_hz, 0.99 * cutoff_hz, rate_hz) + lag_s
     for k, (out, settled) in enumerate(filtered(design, ramp, zero, zero, zero)):
         if settled:
             assert out.steering_wheel_angle == pytest.approx(0.7 * (k / rate_hz - delay), abs=1e-12)

@@ -18,11 +18,7 @@ static const float borne_doubt = 0.7f; /* sd, of the gradient where nobody tells
 
 double oc_joint_place(const oc_joint *joint) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    const double place = (double)(best->places.wound - best->places.inner) / (double)best->play.half_width;
-    if (place < -1.0) {
-        return -1.0;
-    }
-    return place > 1.0 ? 1.0 : place;
+    return (double)oc_within((best->places.wound - best->places.inner) / best->play.half_width, -1.0f, 1.0f);
 }
 
 double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side) {
@@ -30,7 +26,8 @@ double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *desi
     const float seen = side > 0 ? joint->to_left : joint->to_right;
     const bool wide = 2.0f * joint->hypotheses[joint->best].play.half_width > found_width;
     const bool found = wide && design->unseen <= 0.0f && seen > hardly_s;
-    return found || seen > flank_s ? 0.0 : (double)(flank_s - seen);
+    const float needed = wide ? flank_s : flank_s / little_play;
+    return found ? 0.0 : (double)oc_most(needed - seen, 0.0f);
 }
 
 /* What lacks to 1. */

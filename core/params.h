@@ -21,7 +21,7 @@ typedef struct {
     oc_angle_method angle_method; /* of the angle without its sensor, which is judged then, too; some 50 ns a tick */
     /* preprocess */
     double cutoff_hz;             /* low-pass of all signals but the angle; small is smoother and later. 3, 5.1.1 */
-    double delay_band_hz;         /* the angle's delay is the filters' mean group delay from 0 to here. 2, 5.1.1 */
+    double delay_band_hz;         /* the angle waits for the filters' mean group delay from 0 to here. 2, 5.1.1 */
     double speed_slope_window_s;  /* smoothing of dv/dt; large is calmer and later. 1, ours */
     double gap_max_s;             /* a longer hole restarts the filters. 0.1, ours */
     /* the gate */

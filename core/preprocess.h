@@ -1,7 +1,8 @@
 #ifndef OC_PREPROCESS_H
 #define OC_PREPROCESS_H
 /* 5.1.1: identical 2nd-order Butterworth low-passes on all signals but the angle, which is delayed by their mean group
- * delay instead, and a smoothing differentiator on the down-sampled speed. */
+ * delay instead, with the joint method for the truck's lag, too, and a smoothing differentiator on the down-sampled
+ * speed. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -38,7 +39,8 @@ typedef struct {
     int32_t ticks;              /* since the restart, no further than settling_ticks */
 } oc_preprocess_state;
 
-/* One tick after filtering: all members speak of the same moment, one group delay ago (dv/dt half its window more). */
+/* One tick after filtering: all members speak of the same moment, one group delay ago (dv/dt half its window more, the
+ * angle the lag). */
 typedef struct {
     double steering_wheel_angle;      /* rad, delayed */
     double yaw_rate;                  /* rad/s, filtered */
@@ -56,7 +58,8 @@ double oc_lowpass_delay(double cutoff_hz, double band_hz, double rate_hz);
 /* Variance of the second difference, over so many ticks twice, of filtered white noise of variance 1. */
 double oc_lowpass_bent(const oc_lowpass *design, int32_t apart);
 
-/* The angle waits for lag_s more than the filters' delay, no more than OC_DELAY_MAX - 1 ticks in all. */
+/* The angle waits for lag_s more than the filters' delay; the caller sees to it that this is less than OC_DELAY_MAX - 1
+ * ticks in all. */
 void oc_preprocess_design(oc_preprocess *design, double cutoff_hz, double delay_band_hz, double slope_window_s,
                           double lag_s, double rate_hz);
 

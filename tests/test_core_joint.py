@@ -86,7 +86,10 @@ def test_some_seconds_on_the_other_flank_do_not_show_that_there_is_no_play() -> 
         for seen_s in (1.0, 15.0, 1000.0):
             joint.to_left, joint.to_right = 1000.0, seen_s
             joint.hypotheses[best].left_before = joint.hypotheses[best].right_before = 0.0
-            sds[play_deg, seen_s] = core.answer()["offset"]["standard_deviation"]
+            answer = core.answer()
+            sds[play_deg, seen_s] = answer["offset"]["standard_deviation"]
+            needed_s = 20.0 if play_deg < 2.0 else 1.0 if seen_s > 1.0 else 2.0
+            assert answer["lacking_to_right"] == pytest.approx(max(needed_s - seen_s, 0.0))
     assert sds[0.2, 15.0] > 3.0 * sds[0.2, 1000.0]
     assert sds[8.0, 15.0] == pytest.approx(sds[8.0, 1000.0])
     assert sds[0.2, 1.0] > sds[0.2, 15.0]

@@ -175,6 +175,8 @@ def test_roads_that_fall_to_the_other_side_than_traffic_has_them_are_told() -> N
     unseen = {"bank_mean": -0.2, "unloading_acceleration": estimate(0.0, 0.01, "unobservable")}
     assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, **unseen)
     assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, accelerometer=False, **falls)
+    unbiased = {"yaw_rate_bias": estimate(0.0, 1.0, "unobservable")}
+    assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, **unbiased, **falls)
 
 
 def test_a_change_of_the_offset_is_told_with_its_time_and_its_size() -> None:

@@ -21,6 +21,7 @@ import oncenter as oc
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
 from oncenter.fleet import query, run
+from oncenter.fleet.ledger import LEDGER, Ledger
 from oncenter.fleet.pictures import ranking
 from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS
 from oncenter.fleet.truck_data import script_name
@@ -165,7 +166,9 @@ def test_a_run_that_is_killed_at_any_moment_ends_as_one_undisturbed(
     for moment, rows in (("0", 0), ("5", 5), ("ranking", 12)):
         killed = subprocess.run([sys.executable, "-c", KILLED, *given, moment], capture_output=True, text=True)
         assert killed.returncode == -9, killed.stderr
-        with contextlib.closing(sqlite3.connect(tmp_path / "out" / "ledger.sqlite")) as ledger:
+        aside = tmp_path / f"aside-{moment}"  # to look into it would mend it
+        shutil.copytree(tmp_path / "out", aside)
+        with contextlib.closing(sqlite3.connect(aside / "ledger.sqlite")) as ledger:
             assert ledger.execute("SELECT count(*) FROM drive").fetchone()[0] == rows
     assert not (tmp_path / "out" / "trucks.parquet").exists()
     summary = run([given[0]], given[1], given[2])
@@ -181,6 +184,16 @@ def test_two_runs_do_not_write_one_folder_at_once(fleet: Path, tmp_path: Path) -
         return iter(())
 
     run([str(fleet / "logs")], fleet / "vehicles", tmp_path, engine=engine)  # type: ignore[arg-type]
+
+
+def test_a_ledger_that_was_refused_keeps_nothing_open(tmp_path: Path) -> None:
+    path = tmp_path / LEDGER
+    Ledger(path).close()
+    with contextlib.closing(sqlite3.connect(path)) as reader:
+        reader.execute("SELECT * FROM seen").fetchall()
+        with pytest.raises(OncenterError, match="nothing else has open"):
+            Ledger(path)
+    Ledger(path).close()
 
 
 # -- over time

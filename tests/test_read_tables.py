@@ -227,6 +227,18 @@ def test_an_angle_in_every_second_row_or_fourth_sets_the_tick_and_the_others_are
     assert np.isfinite(signals.table["yaw_rate_rad_s"].to_numpy()[1 : len(thinned) - 1]).all()
 
 
+def test_a_slow_course_does_not_set_the_tick_of_a_table_without_angle_and_yaw_rate(tmp_path: Path) -> None:
+    time = TABLE["time_s"].to_numpy().copy()
+    time[100:] -= 0.5
+    columns = {"time_s": time, "vehicle_speed_km_h": np.full(ROWS, 60.0)}
+    columns |= {f"wheel_speed_rear_{side}_km_h": np.full(ROWS, 60.0) for side in ("left", "right")}
+    course = pl.when(pl.int_range(pl.len()) % 50 == 0).then(10.0).alias("course_deg")
+    pl.DataFrame(columns).with_columns(course).write_csv(tmp_path / "drive.csv")
+    signals = read(tmp_path / "drive.csv")
+    assert signals.table["time_s"].to_list() == pytest.approx(time)
+    assert any("runs backward once" in note for note in signals.notes)
+
+
 def test_rows_that_each_hold_one_event_give_each_signal_its_own_rate(tmp_path: Path) -> None:
     angle = TABLE.select("time_s", "steering_wheel_angle_deg")
     yaw = TABLE.gather_every(2).select(pl.col("time_s") + 0.003, "yaw_rate_deg_s")

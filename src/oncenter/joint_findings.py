@@ -140,7 +140,8 @@ def _crown(native: Mapping[str, Any], params: Mapping[str, float], traffic_sign:
     where the steering unloads."""
     unloads = native["unloading_acceleration"]
     believes = params["use_accelerometer"] and traffic_sign * params["crown_m_s2"] != 0.0
-    if not believes or _status(unloads) != "valid":
+    knows_bank = _status(native["yaw_rate_bias"]) == "valid"  # by which a_y - r*v is off
+    if not believes or not knows_bank or _status(unloads) != "valid":
         return None
     fell = native["bank_mean"] - unloads["value"]
     doubt = 1.96 * math.hypot(unloads["standard_deviation"], params["pull_sd_m_s2"], params["wind_sd_m_s2"])

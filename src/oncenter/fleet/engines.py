@@ -59,8 +59,8 @@ def _cores() -> int:
 def on_ray(address: str | None, workers: int | None = None) -> Engine:
     """On a cluster that is there already (`address`), or one of this machine's cores that ends with the run.
 
-    Ray takes seconds to begin, in which this machine's threads answer, and one to end, in which they answer what is
-    left.
+    Ray takes seconds to begin, in which this machine's threads answer, and one to end, in which they answer the last
+    logs where Ray began here.
     Its machines need oncenter[fleet], and see logs and vehicle files under the same names.
 
     Args:

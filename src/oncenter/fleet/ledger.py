@@ -45,6 +45,15 @@ def is_ledger(path: Path) -> bool:
     return not tables or {"drive", "seen"} <= tables
 
 
+def _refusal(path: Path, error: sqlite3.Error) -> OncenterError:
+    return OncenterError(
+        f"cannot write {path}: {error}; --output takes a folder that is yours, that no other run is writing and whose "
+        "ledger nothing else has open",
+        code="output",
+        exit_code=WRONG_USAGE,
+    )
+
+
 class Ledger:
     """Of one output folder, for one run at a time.
 
@@ -55,6 +64,9 @@ class Ledger:
     def __init__(self, path: Path) -> None:
         try:
             self._file = sqlite3.connect(path, timeout=1.0, isolation_level=None)
+        except sqlite3.Error as error:
+            raise _refusal(path, error) from None
+        try:
             self._file.execute("PRAGMA locking_mode = EXCLUSIVE")  # no other run comes between two rows
             self._file.execute("PRAGMA journal_mode = WAL")
             self._file.execute("PRAGMA synchronous = NORMAL")
@@ -62,11 +74,8 @@ class Ledger:
             self._file.executescript(_TABLES)
             self._file.execute("BEGIN IMMEDIATE")
         except sqlite3.Error as error:
-            raise OncenterError(
-                f"cannot write {path}: {error}; --output takes a folder that is yours and that no other run is writing",
-                code="output",
-                exit_code=WRONG_USAGE,
-            ) from None
+            self._file.close()
+            raise _refusal(path, error) from None
 
     def plan(self, logs: Iterable[LogFile], trucks: Trucks) -> tuple[int, int]:
         """Takes down all logs; how many there are, and how many must be answered.

@@ -32,14 +32,15 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
     """Table as `oncenter.signals.Signals.table` and its rate in Hz.
 
     A table's one steady time vector for all goes through unchanged, with repeated and backward stamps for the core to
-    count and, where they run backward, a note; not so one whose angle has a number in every second row or fewer. Frames
-    do not either, since nobody who hears them one by one knows whether their stamps will stay steady.
+    count and, where they run backward, a note; not so one whose angle, or without one whose yaw rate, has a number in
+    every second row or fewer. Frames do not either, since nobody who hears them one by one knows whether their stamps
+    will stay steady.
 
     Raises:
         OncenterError: too slow, too short, or time does not increase.
     """
     rate = _tick_rate(chosen, log)
-    if _share_steady_time(chosen) and not _is_slower(leading(chosen), _rate_of_rows(chosen)):
+    if _share_steady_time(chosen) and not _sets_slower_ticks(leading(chosen), _rate_of_rows(chosen)):
         notes += _backward_notes(chosen[0], log)
         every = math.ceil(rate / FASTEST_HZ - 1e-3)
         if every > 1:
@@ -148,6 +149,10 @@ def _share_steady_time(chosen: Sequence[Samples]) -> bool:
     within = np.diff(time)
     within = within[(within > 0) & (within < longest_s)]
     return not len(within) or _is_steady(float(within.min()), float(within.max()), steps.rate_hz)
+
+
+def _sets_slower_ticks(first: Samples, rate_of_rows: float) -> bool:
+    return first.signal in _SET_BY_RATE and _is_slower(first, rate_of_rows)
 
 
 def _rate_of_rows(chosen: Sequence[Samples]) -> float:

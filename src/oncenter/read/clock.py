@@ -40,7 +40,7 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
         OncenterError: too slow, too short, or time does not increase.
     """
     rate = _tick_rate(chosen, log)
-    if _share_steady_time(chosen) and not _sets_slower_ticks(leading(chosen), _rate_of_rows(chosen)):
+    if _rows_are_ticks(chosen):
         notes += _backward_notes(chosen[0], log)
         every = math.ceil(rate / FASTEST_HZ - 1e-3)
         if every > 1:
@@ -132,7 +132,8 @@ def _refuse_backward(samples: Samples, log: str) -> None:
         )
 
 
-def _share_steady_time(chosen: Sequence[Samples]) -> bool:
+def _rows_are_ticks(chosen: Sequence[Samples]) -> bool:
+    """Whether all share one steady time, and whoever sets the rate has its numbers in more than every second row."""
     if any(samples.of_frames for samples in chosen):
         return False
     time = chosen[0].time
@@ -141,7 +142,8 @@ def _share_steady_time(chosen: Sequence[Samples]) -> bool:
     if len(time) < 2:
         return False
     steps = chosen[0].steps or steps_of(time)
-    if steps.rate_hz < SLOWEST_HZ:
+    first = leading(chosen)
+    if steps.rate_hz < SLOWEST_HZ or (first.signal in _SET_BY_RATE and _is_slower(first, steps.rate_hz)):
         return False
     longest_s = 1.5 / steps.rate_hz
     if steps.least_s > 0 and steps.greatest_s < longest_s:
@@ -149,14 +151,6 @@ def _share_steady_time(chosen: Sequence[Samples]) -> bool:
     within = np.diff(time)
     within = within[(within > 0) & (within < longest_s)]
     return not len(within) or _is_steady(float(within.min()), float(within.max()), steps.rate_hz)
-
-
-def _sets_slower_ticks(first: Samples, rate_of_rows: float) -> bool:
-    return first.signal in _SET_BY_RATE and _is_slower(first, rate_of_rows)
-
-
-def _rate_of_rows(chosen: Sequence[Samples]) -> float:
-    return (chosen[0].steps or steps_of(chosen[0].time)).rate_hz
 
 
 def _is_steady(least_s: float, greatest_s: float, rate_hz: float) -> bool:

@@ -76,7 +76,8 @@ def our_course(drive: Drive, method: Any) -> tuple[Course, float, str]:
     value[-1] = np.nan if last.value is None else last.value
     sd[-1] = np.nan if last.ci95 is None else (last.ci95[1] - last.ci95[0]) / (2.0 * 1.96)
     valid[-1] = last.status == "valid"
-    return Course(value, sd, valid), spent_ns, ""
+    lean = 0.0 if last.value is None or last.ci95 is None else 0.5 * (last.ci95[0] + last.ci95[1]) - last.value
+    return Course(value, sd, valid, lean), spent_ns, ""
 
 
 def records(row: str, seed: int, methods: Sequence[str], folder: Path) -> list[Record]:
@@ -89,6 +90,7 @@ def records(row: str, seed: int, methods: Sequence[str], folder: Path) -> list[R
             "method": method,
             "error_deg": ((course.value_rad - driven.target_rad) / DEGREE).tolist(),
             "sd_deg": (course.sd_rad / DEGREE).tolist(),
+            "lean_deg": course.lean_rad / DEGREE,
             "valid": course.valid.tolist(),
             "told_all_deg": driven.told_all_rad / DEGREE,
             "floor_deg": driven.floor_rad / DEGREE,
@@ -164,14 +166,15 @@ def summarise(table: pl.DataFrame) -> list[Summary]:
 
 
 def _summary(row: str, method: str, part: pl.DataFrame) -> Summary:
-    error = np.abs(np.array(part["error_deg"].to_list(), float))
+    signed = np.array(part["error_deg"].to_list(), float)
+    error, of_middle = np.abs(signed), np.abs(signed[:, -1] + part["lean_deg"].to_numpy())
     half_width = 1.96 * np.array(part["sd_deg"].to_list(), float)[:, -1]
     valid = np.array(part["valid"].to_list(), bool)[:, -1]
     last = error[:, -1]
     says = np.isfinite(last)
     has_interval = says & np.isfinite(half_width)
     good = last[valid & says]
-    covered = int(np.sum(last[has_interval] <= half_width[has_interval]))
+    covered = int(np.sum(of_middle[has_interval] <= half_width[has_interval]))
     median, p95, largest = _quantiles(last[says])
     valid_median, valid_p95, valid_largest = _quantiles(good)
     to_1_deg, to_half_deg = (

@@ -14,9 +14,11 @@ typedef enum {
 
 typedef struct {
     double value;              /* in SI; means nothing while unobservable */
-    double standard_deviation; /* 1.96 of it on both sides is the 95 % interval, few batches accounted for */
+    double standard_deviation; /* of the truth about the value: 1.96 of it on both sides is a 95 % interval, few batches
+                                * accounted for; the narrowest has 1.96 of the root of its square less lean's */
     double evidence;           /* s of driving behind the value */
     oc_status status;
+    float lean;                /* the middle of that interval, less the value */
 } oc_estimate;
 
 /* The status that a half-width earns, with hysteresis: valid is won below `narrow` and lost above `wide`. */

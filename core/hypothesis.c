@@ -210,7 +210,6 @@ void oc_hypothesis_foretell(oc_hypothesis *h, const oc_hypothesis_design *design
     }
     const float target = means_of_second(h, design, samples, terms);
     h->error = surprise(h, terms, target);
-    h->curvature = h->sums[WHEELBASE] / (float)samples;
     if (second->learns) {
         judge_second(h, second);
     }

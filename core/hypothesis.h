@@ -43,6 +43,13 @@ typedef struct {
     float factor;
 } oc_correlation;
 
+/* What is asked for, and how sure it is. */
+enum { OC_OF_GRADIENT, OC_OF_UNLOADING, OC_OF_WIDTH, OC_OF_WHEELBASE, OC_OF_OFFSET, OC_ASKED };
+
+typedef struct {
+    float of[OC_ASKED];
+} oc_variances;
+
 typedef struct {
     oc_play play;
     oc_places places;
@@ -60,18 +67,16 @@ typedef struct {
     oc_correlation blocks, long_blocks;
     float trust;                         /* in the last second, 1 or less where it was far off */
     float error;                         /* rad, of the last second, foretold before it was learned from */
-    float curvature;                     /* 1/m, of the last second */
     float cost;                          /* minus its logarithmic likelihood, forgetting; once it is no newborn */
     float offset;                        /* rad */
+    float lean;                          /* rad, to where it is if pull and wind have their share in where a_0 is */
     float gradient;                      /* rad/(m/s^2) */
     float wheelbase;                     /* share by which the truck turns as if it were longer */
     float unloading;                     /* m/s^2 */
     float age;                           /* s of driving learned from */
     float left_before, right_before;     /* s, for which either flank was seen before it began */
-    float offset_variance;               /* rad^2 */
-    float pulled_variance;               /* rad^2, of it what pull and wind make */
-    float gradient_variance, wheelbase_variance, unloading_variance; /* squares of the units above */
-    float width_variance;                /* rad^2 */
+    oc_variances variances;              /* squares of the units above, and of the width's, rad */
+    float pulled_variance;               /* rad^2, of the offset's what pull and wind make */
 } oc_hypothesis;
 
 /* Where a second stands among the others, the same for all hypotheses; the noise goes on while equations are solved. */
@@ -90,9 +95,6 @@ typedef struct {
 
 enum { OC_SOLVING_STEPS = 4 };
 
-/* Whose variances are asked for. */
-enum { OC_OF_GRADIENT, OC_OF_UNLOADING, OC_OF_WIDTH, OC_OF_WHEELBASE, OC_OF_OFFSET, OC_VARIANCES };
-
 /* The equations of one hypothesis while they are being solved, a step at a time. */
 typedef struct {
     int32_t step;                   /* the next one */
@@ -102,7 +104,7 @@ typedef struct {
     float inverse[OC_TERMS];        /* of the factor's diagonal */
     float lower[OC_TERMS_TRIANGLE]; /* Cholesky's factor */
     float terms[OC_TERMS];          /* right side, then solution: the hypothesis keeps its own until all is concluded */
-    float variances[OC_VARIANCES];  /* so do these */
+    oc_variances variances;         /* so do these */
 } oc_solving;
 
 enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };

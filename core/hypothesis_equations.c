@@ -136,19 +136,20 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
     }
     h->offset = h->constant + design->steering_ratio * h->gradient * h->unloading;
 
-    /* pull and wind part a_0 from the accelerometer's bias, which its own prior bounds as it is, doubted or
-     * not; in little play the lag of whatever gives way passes for a_0 */
-    const float bias = prior->unloading_sd * prior->unloading_sd;
-    const float pull = design->pull_sd * design->pull_sd;
-    const float little = oc_within(1.0f - 2.0f * h->play.half_width / little_width, 0.0f, 1.0f);
-    const float parted = h->unloading_variance + pull + little * bias;
-    const float beyond = oc_most(oc_least(parted, bias) - h->unloading_variance, 0.0f);
+    /* pull and wind part a_0 from the accelerometer's bias: where the drive shows a_0 and its prior the bias, each has
+     * its share of what is between; in little play the lag of whatever gives way passes for a_0 */
+    const float bias = design->scale[UNLOADING] * design->scale[UNLOADING] / solving->information[UNLOADING];
+    const float little = oc_most(1.0f - 2.0f * h->play.half_width / little_width, 0.0f);
+    const float shown = oc_least(h->variances.of[OC_OF_UNLOADING] + little * bias, bias);
+    const float pull = design->pull_sd * design->pull_sd * (1.0f - shown / bias);
+    const float of_bias = bias / (bias + pull);
+    const float beyond = oc_most(of_bias * (shown + pull) - h->variances.of[OC_OF_UNLOADING], 0.0f);
     /* what pull does to a truck that understeers a little at least, whatever bends and play are taken for */
     const float pulled = design->steering_ratio * oc_most(h->gradient, least_gradient);
+    h->lean = pulled * (1.0f - of_bias) * (prior->unloading_mean - h->unloading);
     h->pulled_variance = pulled * pulled * oc_least(beyond, pull);
-    h->offset_variance = oc_hypothesis_noise(h) / oc_most(h->weight, least_weight) +
-                         solving->variances[OC_OF_OFFSET] +
-                         pulled * pulled * beyond;
+    h->variances.of[OC_OF_OFFSET] += oc_hypothesis_noise(h) / oc_most(h->weight, least_weight) +
+                                  pulled * pulled * beyond;
 }
 
 static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
@@ -156,13 +157,10 @@ static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         h->terms[k] = solving->terms[k];
     }
+    h->variances = solving->variances;
     h->gradient = found(h, design, GRADIENT);
-    h->gradient_variance = solving->variances[OC_OF_GRADIENT];
     h->unloading = h->play.unloading + found(h, design, UNLOADING);
-    h->unloading_variance = solving->variances[OC_OF_UNLOADING];
-    h->width_variance = solving->variances[OC_OF_WIDTH];
     h->wheelbase = found(h, design, WHEELBASE);
-    h->wheelbase_variance = solving->variances[OC_OF_WHEELBASE];
     conclude_offset(h, design, prior, solving);
 }
 
@@ -229,9 +227,9 @@ static void solve_equations(const oc_hypothesis *h, const oc_hypothesis_design *
         float weights[OC_TERMS] = {0};
         weights[first] = design->scale[first];
         weights[second] = design->scale[second];
-        solving->variances[k] = oc_triangle_variance(solving->lower, solving->inverse, first, weights);
+        solving->variances.of[k] = oc_triangle_variance(solving->lower, solving->inverse, first, weights);
     }
-    solving->variances[OC_OF_OFFSET] = variance_of_offset(h, design, solving);
+    solving->variances.of[OC_OF_OFFSET] = variance_of_offset(h, design, solving);
 }
 
 bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "bounds.h"
+#include "hypothesis_terms.h"
 #include "joint_bank.h"
 
 static const double sample_s = 0.1;
@@ -174,21 +175,22 @@ static void see_flank(oc_joint *joint, const oc_joint_design *design, const oc_m
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const float load = oc_play_load(&best->play, sample);
     const float friction = oc_most(best->play.friction, 0.0f);
-    const float beyond = clearly + unseen_bank * design->unseen + friction + sqrtf(best->unloading_variance);
+    const float beyond = clearly + unseen_bank * design->unseen + friction + sqrtf(best->variances.of[OC_OF_UNLOADING]);
     const float step_s = design->hypothesis.step_s;
     joint->to_left += load > beyond ? step_s : 0.0f;
     joint->to_right += load < -beyond ? step_s : 0.0f;
 }
 
 /* Errors of what was foretold are watched once there is something to doubt. */
-static void watch(oc_joint *joint, const oc_joint_tick *tick, float least_error) {
+static void watch(oc_joint *joint, const oc_joint_tick *tick, float least_error, float samples) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     if (!(best->age > witness_s)) {
         joint->second.learns = 1;
         return;
     }
+    const float curvature = best->sums[WHEELBASE] / samples;
     const oc_change change =
-        oc_change_update(&joint->watch, best->error, least_error, sqrtf(joint->second.reference), best->curvature);
+        oc_change_update(&joint->watch, best->error, least_error, sqrtf(joint->second.reference), curvature);
     joint->second.learns = !oc_change_suspected(&joint->watch);
     if (change.kind == OC_CHANGE_NONE) {
         return;
@@ -307,7 +309,7 @@ static void end_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_join
     work->samples = 0;
     if (ends_second) {
         const bool learned = joint->second.learns;
-        watch(joint, tick, work->least_error);
+        watch(joint, tick, work->least_error, (float)design->samples_per_second);
         if (learned) {
             oc_joint_turn_second(joint, design);
         }

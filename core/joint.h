@@ -121,13 +121,11 @@ typedef struct {
 } oc_found;
 
 typedef struct {
-    oc_found offset;    /* rad */
-    float told_sd;      /* rad, of the offset but for pull and wind, which no drive tells */
-    oc_found gradient;  /* rad/(m/s^2) */
-    oc_found backlash;  /* rad, full width */
-    oc_found unloading; /* m/s^2 */
-    oc_found wheelbase; /* share by which the truck turns as if it were longer */
-    float used;         /* s */
+    oc_found of[OC_ASKED]; /* offset and play's width: rad, gradient: rad/(m/s^2), unloading: m/s^2; wheelbase: share by
+                            * which the truck turns as if it were longer */
+    float told_sd;         /* rad, of the offset but for pull and wind, which no drive tells */
+    float lean;            /* rad, from the offset to where it is expected with their share in a_0 */
+    float used;            /* s */
 } oc_joint_answer;
 
 /* lowpass: through which the signals come. pull_sd: m/s^2, of wheel alignment and mean wind, which shift a_0, and
@@ -167,6 +165,6 @@ double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *desi
 double oc_joint_place(const oc_joint *joint);
 
 /* The hypotheses' mean by their weights, and what that leaves open. */
-oc_joint_answer oc_joint_answer_get(const oc_joint *joint, const oc_joint_design *design);
+void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const oc_joint_design *design);
 
 #endif

@@ -59,14 +59,13 @@ static float likelihood(float x) {
     return power;
 }
 
-/* Of values that each have a variance: mean, and variance within and between; about one of them, lest single precision
- * loses how little they differ. */
+/* Of values that each have a variance: mean, and variance within and between; from where the best one has it, lest
+ * single precision loses how little they differ. */
 typedef struct {
-    float about, sum, squares, variances;
+    float sum, squares, variances;
 } mixture;
 
-static void mix(mixture *mixture, float weight, float value, float variance) {
-    const float apart = value - mixture->about;
+static void mix(mixture *mixture, float weight, float apart, float variance) {
     const float weighted = weight * apart;
     mixture->sum += weighted;
     mixture->squares += weighted * apart;
@@ -80,21 +79,21 @@ static float variance_of(const mixture *mixture, float all) {
     return mixture->variances / all + oc_most(between, 0.0f);
 }
 
-static oc_found found_of(const mixture *mixture, float all) {
-    return (oc_found){.value = mixture->about + mixture->sum / all, .sd = sqrtf(variance_of(mixture, all))};
+static void values_of(const oc_hypothesis *h, float *values) {
+    values[OC_OF_OFFSET] = h->offset;
+    values[OC_OF_GRADIENT] = h->gradient;
+    values[OC_OF_WIDTH] = 2.0f * (h->play.half_width + h->play.windup);
+    values[OC_OF_UNLOADING] = h->unloading;
+    values[OC_OF_WHEELBASE] = h->wheelbase;
 }
 
-static float width_of(const oc_hypothesis *h) {
-    return 2.0f * (h->play.half_width + h->play.windup);
-}
-
-oc_joint_answer oc_joint_answer_get(const oc_joint *joint, const oc_joint_design *design) {
+void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const oc_joint_design *design) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    mixture offset = {.about = best->offset}, gradient = {.about = best->gradient};
-    mixture backlash = {.about = width_of(best)}, unloading = {.about = best->unloading};
-    mixture wheelbase = {.about = best->wheelbase};
+    mixture of[OC_ASKED] = {0};
+    float about[OC_ASKED], values[OC_ASKED];
+    values_of(best, about);
     const float seen = oc_least(joint->to_left, joint->to_right);
-    float all = 0.0f, pulled = 0.0f;
+    float all = 0.0f, pulled = 0.0f, leaning = 0.0f;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (oc_hypothesis_is_newborn(h, &joint->second)) {
@@ -104,28 +103,31 @@ oc_joint_answer oc_joint_answer_get(const oc_joint *joint, const oc_joint_design
         const float seen_by = per * oc_least(joint->to_left - h->left_before, joint->to_right - h->right_before);
         const float worse = oc_most(h->cost - best->cost, 0.0f);
         const float weight = likelihood(worse + late_comer * (lacking(seen_by) - lacking(per * seen)));
-        const float unseen = unseen_width_variance(h, design->unseen, seen_by);
+        const float unseen = weight * unseen_width_variance(h, design->unseen, seen_by);
+        const float borne = borne_doubt * design->unseen * oc_most(h->gradient, usual_gradient);
+        values_of(h, values);
+        for (int32_t of_what = 0; of_what < OC_ASKED; ++of_what) {
+            mix(&of[of_what], weight, values[of_what] - about[of_what], h->variances.of[of_what]);
+        }
+        of[OC_OF_OFFSET].variances += 0.25f * unseen;
+        of[OC_OF_WIDTH].variances += unseen;
+        of[OC_OF_GRADIENT].variances += weight * borne * borne;
         all += weight;
         pulled += weight * h->pulled_variance;
-        mix(&offset, weight, h->offset, h->offset_variance + 0.25f * unseen);
-        const float borne = borne_doubt * design->unseen * oc_most(h->gradient, usual_gradient);
-        mix(&gradient, weight, h->gradient, h->gradient_variance + borne * borne);
-        mix(&backlash, weight, width_of(h), h->width_variance + unseen);
-        mix(&wheelbase, weight, h->wheelbase, h->wheelbase_variance);
-        mix(&unloading, weight, h->unloading, h->unloading_variance);
+        leaning += weight * h->lean;
     }
-    backlash.variances += all * (width_error * width_error);
-    unloading.variances += all * (unloading_error * unloading_error);
-    const float told = variance_of(&offset, all) - pulled / all;
-    return (oc_joint_answer){
-        .offset = found_of(&offset, all),
-        .told_sd = sqrtf(oc_most(told, 0.0f)),
-        .gradient = found_of(&gradient, all),
-        .backlash = found_of(&backlash, all),
-        .unloading = found_of(&unloading, all),
-        .wheelbase = found_of(&wheelbase, all),
-        .used = joint->second.used_s,
-    };
+    const float lean = (1.0f - design->unseen) * leaning / all; /* most of an unseen bank is no pull */
+    const float leaned = all * (lean * lean);
+    of[OC_OF_OFFSET].variances += leaned;
+    of[OC_OF_WIDTH].variances += all * (width_error * width_error);
+    of[OC_OF_UNLOADING].variances += all * (unloading_error * unloading_error);
+    for (int32_t k = 0; k < OC_ASKED; ++k) {
+        answer->of[k] = (oc_found){about[k] + of[k].sum / all, sqrtf(variance_of(&of[k], all))};
+    }
+    const float offset_sd = answer->of[OC_OF_OFFSET].sd;
+    answer->told_sd = sqrtf(oc_most(offset_sd * offset_sd - (pulled + leaned) / all, 0.0f));
+    answer->lean = lean;
+    answer->used = joint->second.used_s;
 }
 
 void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_estimate *before, double time) {

@@ -16,8 +16,8 @@ static const float lately_share = 1.0f / 80.0f; /* of a second, in the mean of w
  * moved by lately (rad) was not told either, however much play there seems to be now. */
 static float wide_as(const oc_joint_answer *found, float moved) {
     static const float times = 5.0f;
-    const float told = found->backlash.value > some_play ? found->told_sd : 0.0f, untold = 0.5f * fabsf(moved);
-    return oc_most(times * oc_most(told, untold), found->offset.sd);
+    const float told = found->of[OC_OF_WIDTH].value > some_play ? found->told_sd : 0.0f, untold = 0.5f * fabsf(moved);
+    return oc_most(times * oc_most(told, untold), found->of[OC_OF_OFFSET].sd);
 }
 
 static oc_status status_of(oc_status before, bool enough, float sd, double narrow) {
@@ -25,7 +25,7 @@ static oc_status status_of(oc_status before, bool enough, float sd, double narro
 }
 
 static oc_estimate estimate_from(oc_found found, float used, oc_status status) {
-    return (oc_estimate){(double)found.value, (double)found.sd, (double)used, status};
+    return (oc_estimate){(double)found.value, (double)found.sd, (double)used, status, 0.0f};
 }
 
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
@@ -35,24 +35,27 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
         *learned = (oc_learned){0};
         return;
     }
-    const oc_joint_answer found = oc_joint_answer_get(&evidence->joint, &c->joint);
+    oc_joint_answer found;
+    oc_joint_answer_get(&found, &evidence->joint, &c->joint);
     const bool enough = found.used >= (float)p->joint_evidence_min_s;
-    const float moved = enough ? found.offset.value - verdicts->lately : 0.0f;
-    verdicts->lately = found.offset.value - (1.0f - lately_share) * moved;
+    const float moved = enough ? found.of[OC_OF_OFFSET].value - verdicts->lately : 0.0f;
+    verdicts->lately = found.of[OC_OF_OFFSET].value - (1.0f - lately_share) * moved;
     const double narrow = p->offset_half_width_max_rad, steep = p->understeer_half_width_max_rad_m_s2;
     verdicts->offset_status = status_of(verdicts->offset_status, enough, wide_as(&found, moved), narrow);
-    verdicts->understeer_status = status_of(verdicts->understeer_status, enough, found.gradient.sd, steep);
-    verdicts->backlash_status = status_of(verdicts->backlash_status, enough, found.backlash.sd, narrow);
-    learned->offset = estimate_from(found.offset, found.used, verdicts->offset_status);
-    learned->understeer_gradient = estimate_from(found.gradient, found.used, verdicts->understeer_status);
-    learned->backlash = estimate_from(found.backlash, found.used, verdicts->backlash_status);
+    verdicts->understeer_status = status_of(verdicts->understeer_status, enough, found.of[OC_OF_GRADIENT].sd, steep);
+    verdicts->backlash_status = status_of(verdicts->backlash_status, enough, found.of[OC_OF_WIDTH].sd, narrow);
+    learned->offset = estimate_from(found.of[OC_OF_OFFSET], found.used, verdicts->offset_status);
+    learned->offset.lean = found.lean;
+    learned->understeer_gradient = estimate_from(found.of[OC_OF_GRADIENT], found.used, verdicts->understeer_status);
+    learned->backlash = estimate_from(found.of[OC_OF_WIDTH], found.used, verdicts->backlash_status);
     /* without play nothing shows where the steering unloads */
-    const bool plays = found.backlash.value - 1.96f * found.backlash.sd > least_play;
+    const bool plays = found.of[OC_OF_WIDTH].value - 1.96f * found.of[OC_OF_WIDTH].sd > least_play;
     learned->unloading_acceleration =
-        estimate_from(found.unloading, found.used, plays ? verdicts->backlash_status : OC_UNOBSERVABLE);
+        estimate_from(found.of[OC_OF_UNLOADING], found.used, plays ? verdicts->backlash_status : OC_UNOBSERVABLE);
     static const float told = 0.02f; /* share of the wheelbase, well below the prior's 0.05 */
     const float wheelbase = (float)c->vehicle.wheelbase;
-    const oc_found metres = {wheelbase + wheelbase * found.wheelbase.value, wheelbase * found.wheelbase.sd};
+    const oc_found longer = found.of[OC_OF_WHEELBASE];
+    const oc_found metres = {wheelbase + wheelbase * longer.value, wheelbase * longer.sd};
     learned->equivalent_wheelbase = estimate_from(
-        metres, found.used, !enough ? OC_CONVERGING : found.wheelbase.sd < told ? OC_VALID : OC_UNOBSERVABLE);
+        metres, found.used, !enough ? OC_CONVERGING : longer.sd < told ? OC_VALID : OC_UNOBSERVABLE);
 }

@@ -110,9 +110,10 @@ typedef struct {
     double vehicle_speed;        /* m/s */
     oc_motion motion;
     uint32_t reasons;            /* oc_reason, 0: clean */
+    float offset_lean;           /* rad, as oc_estimate has it */
     oc_status offset_status;     /* invalid: the sensor is at fault, below */
     double offset;               /* rad, final evidence only */
-    double offset_sd;            /* rad */
+    double offset_sd;            /* rad, about it */
     double understeer_gradient;  /* rad/(m/s^2), 0 until learned */
     double backlash;             /* rad, 0 until learned */
     double place;                /* in the play, 1 on the left turn's flank, -1 on the right's; 0 until learned */

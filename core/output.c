@@ -14,6 +14,7 @@ void oc_tell(oc_output *output, const oc_state *state, const oc_coefficients *c,
     output->offset_status = oc_offset_status(&state->evidence, state->learned.offset.status);
     output->offset = state->learned.offset.value;
     output->offset_sd = state->learned.offset.standard_deviation;
+    output->offset_lean = state->learned.offset.lean;
     output->understeer_gradient = state->learned.understeer_gradient.value;
     output->backlash = state->learned.backlash.value;
     output->place = state->learned.backlash.evidence > 0.0

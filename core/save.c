@@ -6,7 +6,7 @@
 
 /* To be raised when a member means something else than before, or an image is laid out otherwise; members more, fewer
  * or of another type are noticed without. */
-static const uint32_t layout_number = 3;
+static const uint32_t layout_number = 4;
 
 static const uint32_t magic = 0x5653434Fu; /* "OCSV" */
 

@@ -183,7 +183,7 @@ static const oc_saved_member hypothesis_members[] = {
     MEMBER(oc_hypothesis, trust, OC_SAVED_FLOAT, YES_OR_NO),
     MEMBERS(oc_hypothesis, error, wheelbase, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, unloading, OC_SAVED_FLOAT, ANY_ACCELERATION),
-    MEMBERS(oc_hypothesis, age, width_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_hypothesis, age, pulled_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
 };
 
 static const oc_saved_member angle_members[] = {
@@ -213,7 +213,7 @@ static const oc_saved_member evidence_members[] = {
 static const oc_saved_member estimate_members[] = {
     MEMBER(oc_estimate, value, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBERS(oc_estimate, standard_deviation, evidence, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_estimate, status, OC_SAVED_ENUM, ANY_STATUS),
+    MEMBER(oc_estimate, status, OC_SAVED_ENUM, ANY_STATUS), MEMBER(oc_estimate, lean, OC_SAVED_FLOAT, ANY_NUMBER),
 };
 
 static const oc_saved_member tracking_members[] = {

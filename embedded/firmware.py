@@ -29,7 +29,7 @@ ALL = (*MONITOR, *ECU, "oc_version", "oc_method_name", "oc_angle_method_name", "
        "oc_image_fault_name", "oc_message_decode", "oc_message_measured", "oc_angle_source_name")  # fmt: skip
 # Files of which no tick calls anything, or only one that has little else to do: their speed matters nowhere.
 COLD = (
-    "answer", "change", "joint_answer", "joint_verdict", "message", "names", "params", "past_bias", "save",
+    "answer", "change", "joint_verdict", "message", "names", "params", "past_bias", "save",
     "saved_members", "setup", "straight_ahead", "trouble", "understeer", "wheel_speed",
 )  # fmt: skip
 

@@ -185,4 +185,4 @@ class Learner:
 
     @property
     def offset_sd(self) -> float:
-        return math.sqrt(self.h.offset_variance)
+        return math.sqrt(self.h.variances.of[lib.OC_OF_OFFSET])

@@ -18,6 +18,7 @@ from accuracy_rows import ROWS, drive
 
 import oncenter as oc
 from oncenter import _core
+from oncenter.answer import Estimate
 from oncenter.signals import DEGREE
 
 
@@ -111,7 +112,7 @@ def test_the_population_s_pull_and_crown_are_what_the_estimator_believes() -> No
 def test_a_row_that_a_rival_wins_says_why_with_its_own_figures() -> None:
     import accuracy_page
 
-    figures = {"row": "unloads_on_crown", "floor_deg": 0.9, "told_all_deg": 0.3, "ns_per_sample": 20.0}
+    figures = {"row": "unloads_on_crown", "floor_deg": 0.9, "told_all_deg": 0.3, "lean_deg": 0.0, "ns_per_sample": 20.0}
     table = pl.DataFrame(
         [
             {**figures, "method": method, "error_deg": [error], "sd_deg": [0.5], "valid": [True], "deg_per_m_s2": 8.0}
@@ -159,20 +160,44 @@ def test_a_summary_counts_coverage_over_intervals_and_errors_over_values(tmp_pat
 
     part = pl.DataFrame(
         {
-            "error_deg": [[0.5, 0.1], [0.5, -0.4], [None, None]],
-            "sd_deg": [[1.0, 0.1], [1.0, 0.1], [None, None]],
-            "valid": [[False, True], [False, False], [False, False]],
-            "floor_deg": [0.1, 0.1, 0.1],
-            "ns_per_sample": [30.0, 20.0, 25.0],
+            "error_deg": [[0.5, 0.1], [0.5, -0.4], [0.5, -0.4], [None, None]],
+            "sd_deg": [[1.0, 0.1], [1.0, 0.1], [1.0, 0.1], [None, None]],
+            "lean_deg": [0.0, 0.0, 0.3, 0.0],
+            "valid": [[False, True], [False, False], [False, False], [False, False]],
+            "floor_deg": [0.1, 0.1, 0.1, 0.1],
+            "ns_per_sample": [30.0, 20.0, 25.0, 25.0],
         }
     )
     summary = accuracy._summary("ordinary", "thesis", part)
-    assert (summary.answered, summary.valid) == (pytest.approx(2 / 3), pytest.approx(1 / 3))
-    assert (summary.median, summary.valid_median, summary.largest) == (0.25, 0.1, 0.4)
-    assert (summary.covered, summary.intervals, summary.coverage) == (1, 2, 0.5)  # 0.4 lies outside of 1.96 * 0.1
+    assert (summary.answered, summary.valid) == (0.75, 0.25)
+    assert (summary.median, summary.valid_median, summary.largest) == (0.4, 0.1, 0.4)
+    # 0.4 lies outside of 1.96 * 0.1, but not where the middle is 0.3 nearer to the truth than the value
+    assert (summary.covered, summary.intervals) == (2, 3)
     assert summary.of_floor == pytest.approx(1.96)
     assert summary.minutes_to_half_deg == 2.0
     assert summary.ns_per_sample == 25.0
+
+
+def offset_and_truth(row: str, seed: int, folder: Path) -> tuple[Estimate, float]:
+    driven = drive(ROWS[row], seed, folder)
+    return oc.offset(driven.signals, driven.vehicle).offset, driven.target_rad[-1]
+
+
+def middle_rad(offset: Estimate) -> float:
+    assert offset.ci95 is not None
+    return 0.5 * (offset.ci95[0] + offset.ci95[1])
+
+
+def test_of_trucks_that_pull_the_intervals_middle_is_nearer_to_the_truth_than_the_value(tmp_path: Path) -> None:
+    found = [offset_and_truth("pull", seed, tmp_path) for seed in range(1, 25)]
+    of_value = np.array([(offset.value or 0.0) - truth for offset, truth in found]) / DEGREE
+    of_middle = np.array([middle_rad(offset) - truth for offset, truth in found]) / DEGREE
+    assert np.sqrt(np.mean(of_middle**2)) < 0.9 * np.sqrt(np.mean(of_value**2))  # 0.87 by the priors
+
+
+def test_without_an_accelerometer_the_intervals_middle_is_the_value(tmp_path: Path) -> None:
+    offset, _ = offset_and_truth("no_accelerometer", 1, tmp_path)
+    assert middle_rad(offset) == pytest.approx(offset.value, abs=1e-12)
 
 
 DEG_PER_M_S2 = 7.722064264745321  # i K_us/g of the thesis drive's truck

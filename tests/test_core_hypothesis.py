@@ -152,8 +152,9 @@ def test_left_and_right_are_mirrored_to_the_last_bit() -> None:
     back = Learner(Play(unloading=-0.05), -0.1).learn(drive.mirrored())
     for name in ("offset", "unloading", "target_mean"):
         assert getattr(back.h, name) == -getattr(there.h, name) != 0.0
-    for name in ("gradient", "offset_variance", "width_variance", "cost"):
-        assert getattr(back.h, name) == getattr(there.h, name)
+    assert (back.h.gradient, back.h.cost) == (there.h.gradient, there.h.cost)
+    assert list(back.h.variances.of) == list(there.h.variances.of)
+    assert back.h.lean == -there.h.lean != 0.0
 
 
 def test_the_variance_knows_when_seconds_resemble_their_neighbours() -> None:
@@ -185,9 +186,10 @@ def test_where_the_play_shows_nothing_the_priors_decide() -> None:
     still.curvature[:] = 0.0
     learner.learn(still)
     of_both = math.hypot(learner.scale[WIDTH_TERM], learner.scale[WINDUP_TERM])
-    assert math.sqrt(learner.h.width_variance) == pytest.approx(of_both, rel=0.01)
-    assert math.sqrt(learner.h.gradient_variance) == pytest.approx(learner.scale[GRADIENT_TERM], rel=0.01)
-    assert math.sqrt(learner.h.unloading_variance) == pytest.approx(0.15, rel=0.01)
+    sds = np.sqrt(list(learner.h.variances.of))
+    assert sds[lib.OC_OF_WIDTH] == pytest.approx(of_both, rel=0.01)
+    assert sds[lib.OC_OF_GRADIENT] == pytest.approx(learner.scale[GRADIENT_TERM], rel=0.01)
+    assert sds[lib.OC_OF_UNLOADING] == pytest.approx(0.15, rel=0.01)
 
 
 # What turns out to be otherwise
@@ -238,14 +240,14 @@ def test_a_step_told_wrongly_is_soon_put_right() -> None:
 
 def test_a_new_load_keeps_offset_and_play_and_asks_the_gradient_anew() -> None:
     learner = Learner(Play(), 0.1).learn(driven(12, Play(), 400))
-    offset, gradient, sd = learner.h.offset, learner.h.gradient, math.sqrt(learner.h.gradient_variance)
+    offset, gradient, sd = learner.h.offset, learner.h.gradient, math.sqrt(learner.h.variances.of[lib.OC_OF_GRADIENT])
     width = learner.total["width"]
     lib.oc_hypothesis_loaded(learner.h)
     learner.learn(driven(13, Play(), 1))
     assert learner.h.offset == pytest.approx(offset, abs=0.05 * DEGREE)
     assert learner.h.gradient == pytest.approx(gradient, abs=0.02 * DEGREE)
     assert learner.total["width"] == pytest.approx(width, abs=0.1 * DEGREE)
-    assert math.sqrt(learner.h.gradient_variance) > 5.0 * sd
+    assert math.sqrt(learner.h.variances.of[lib.OC_OF_GRADIENT]) > 5.0 * sd
 
 
 def test_what_was_learned_survives_an_ignition() -> None:

@@ -418,7 +418,7 @@ def test_who_began_after_a_flank_was_seen_knows_no_middle_of_the_play_and_leads_
     before = core.answer()["offset"]
     elder = joint.best
     other = (elder + 1) % joint.count
-    for name in ("cost", "age", "offset_variance"):
+    for name in ("cost", "age", "variances"):
         setattr(joint.hypotheses[other], name, getattr(joint.hypotheses[elder], name))
     joint.hypotheses[other].offset = joint.hypotheses[elder].offset + 3.0 * DEGREE
     as_good = core.answer()["offset"]

@@ -124,23 +124,37 @@ def test_the_recursion_is_least_squares_over_the_whole_drive(friction: float, me
     assert h.unloading == pytest.approx(a_0, abs=0.05 * sd[1 + UNLOADING_TERM] * of_unloading)
     variances = np.diag(C)[1:]
     unloading_variance = variances[UNLOADING_TERM] * of_unloading**2
-    assert h.gradient_variance == pytest.approx(variances[GRADIENT_TERM] * of_gradient**2, rel=0.02)
+    assert h.variances.of[lib.OC_OF_GRADIENT] == pytest.approx(variances[GRADIENT_TERM] * of_gradient**2, rel=0.02)
     # the width that is told is play and wind-up together
     both = np.zeros(len(found))
     both[1 + WIDTH_TERM], both[1 + WINDUP_TERM] = of_width, learner.scale[WINDUP_TERM]
-    assert h.width_variance == pytest.approx(both @ C @ both, rel=0.02)
-    assert h.unloading_variance == pytest.approx(unloading_variance, rel=0.02)
-    # d offset: the constant, the gradient at a_0, a_0 at the gradient; pull and wind on top, up to the bias's prior
+    assert h.variances.of[lib.OC_OF_WIDTH] == pytest.approx(both @ C @ both, rel=0.02)
+    assert h.variances.of[lib.OC_OF_UNLOADING] == pytest.approx(unloading_variance, rel=0.02)
+    # d offset: the constant, the gradient at a_0, a_0 at the gradient; what pull and wind leave of the bias on top
     slope = np.zeros(len(found))
     slope[[0, 1 + GRADIENT_TERM, 1 + UNLOADING_TERM]] = (
         1.0,
         RATIO * a_0 * of_gradient,
         RATIO * gradient * of_unloading,
     )
-    of_pull = max(min(unloading_variance + PULL_SD**2, learner.unloading_sd**2) - unloading_variance, 0.0)
+    of_bias, variance_of_bias = bias_by_prior_and_unloading(learner, unloading_variance)
+    of_pull = variance_of_bias - unloading_variance
     offset_variance = slope @ C @ slope + (RATIO * gradient) ** 2 * of_pull
-    assert h.offset_variance == pytest.approx(offset_variance, rel=0.02)
+    assert h.variances.of[lib.OC_OF_OFFSET] == pytest.approx(offset_variance, rel=0.02)
+    assert h.pulled_variance == pytest.approx((RATIO * gradient) ** 2 * of_pull, rel=0.02)
+    assert h.lean == pytest.approx(RATIO * gradient * (of_bias - h.unloading), rel=0.02)
     assert h.offset == pytest.approx(offset, abs=0.05 * math.sqrt(offset_variance))
+
+
+def bias_by_prior_and_unloading(learner: Learner, variance: float) -> tuple[float, float]:
+    """Mean and variance of the accelerometer's bias, as one of two unknowns: of bias and pull, each by its prior, the
+    drive shows the sum. What it shows is what the solution has more than the prior of the bias."""
+    known, mean = 1.0 / learner.unloading_sd**2, learner.unloading_mean
+    shown = 1.0 / variance - known
+    information = np.diag([known, 1.0 / PULL_SD**2]) + shown
+    told = learner.h.unloading / variance - known * mean
+    of_bias, _ = np.linalg.solve(information, [known * mean + told, told])
+    return float(of_bias), float(np.linalg.inv(information)[0, 0])
 
 
 def information_of(h: Any) -> tuple[Array, Array]:

@@ -209,7 +209,7 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("evidence.joint.best", -1),
         ("evidence.joint.changes", -1),
         ("evidence.joint.concluded", lib.OC_JOINT_HYPOTHESES + 1),
-        ("evidence.joint.hypotheses.offset_variance", -1e-9),
+        ("evidence.joint.hypotheses.pulled_variance", -1e-9),
         ("evidence.joint.hypotheses.variance", 0.0),
         ("evidence.joint.hypotheses.scatter", -1.0),
         ("evidence.joint.hypotheses.places.inner", math.nan),

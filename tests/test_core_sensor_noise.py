@@ -118,10 +118,10 @@ def test_however_much_noise_is_told_half_of_what_tells_the_gradient_stays(
 ) -> None:
     learner = Learner(Play(), yaw_rate_bias_sd=bias_sd_deg_s * DEGREE).learn(hypothesis_drive(3, Play(), 120))
     learner.solve(learns=False)
-    gradient, quiet = learner.h.gradient, math.sqrt(learner.h.gradient_variance)
+    gradient, quiet = learner.h.gradient, math.sqrt(learner.h.variances.of[lib.OC_OF_GRADIENT])
     learner.second.noise.by_samples = learner.second.noise.by_ticks = (variance, variance)
     learner.solve(learns=False)
-    assert 1.0 <= math.sqrt(learner.h.gradient_variance) / quiet < 1.001 * math.sqrt(2.0)
+    assert 1.0 <= math.sqrt(learner.h.variances.of[lib.OC_OF_GRADIENT]) / quiet < 1.001 * math.sqrt(2.0)
     assert abs(learner.h.gradient) < 2.5 * abs(gradient)
 
 

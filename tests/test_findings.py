@@ -23,6 +23,7 @@ def estimate(value: float, sd: float, status: str = "valid") -> dict[str, Any]:
     return {
         "value": value,
         "standard_deviation": sd,
+        "lean": 0.0,
         "evidence": 1000.0,
         "status": _core.STATUSES.index(status),
     }
@@ -243,11 +244,15 @@ def test_a_gate_that_stays_shut_names_the_limit_of_its_own_method(reason: str, l
 
 def test_the_interval_names_its_largest_part_first() -> None:
     slope_deg = 19.3 * 0.4
-    pull_deg = 1.96 * slope_deg * np.hypot(PARAMS["pull_sd_m_s2"], PARAMS["wind_sd_m_s2"])
+    # what no drive can tell apart: pull and wind by their priors, the accelerometer's bias by its own and the crown's
+    priors = (np.hypot(PARAMS["pull_sd_m_s2"], PARAMS["wind_sd_m_s2"]), 0.5, 0.1)
+    pull_deg = 1.96 * slope_deg / np.sqrt(sum(sd**-2.0 for sd in priors))
     offset = estimate(2 * DEGREE, 0.43 * DEGREE)
     pull = told(offset=offset)["interval"]
     assert pull.value == pytest.approx(1.96 * 0.43)
     assert f"comes from a pull or side wind that passes for accelerometer bias (+-{pull_deg:.1f})" in pull.text
+    leans = told(offset={**offset, "lean": 0.2 * DEGREE})["interval"]
+    assert leans.value == pytest.approx(1.96 * np.sqrt(0.43**2 - 0.2**2))
     wide = estimate(2 * DEGREE, 3.0 * DEGREE)
     assert "comes from scatter of the drive" in told(offset=wide)["interval"].text
     assert "comes from play on the flank" in told(offset=wide, lacking_to_left=4.0)["interval"].text

@@ -260,7 +260,8 @@ def test_the_course_ends_at_the_answer_in_degrees(answer: Answer) -> None:
     assert answer.offset.value is not None and answer.offset.ci95 is not None
     assert drive.offset[-1] == pytest.approx(answer.offset.value / DEGREE)
     # the trace's interval is as of the last final block; the answer's knows of the standstill behind it, too
-    assert drive.offset[-1] + drive.offset_half_width[-1] == pytest.approx(answer.offset.ci95[1] / DEGREE, rel=0.02)
+    told = tuple(bound / DEGREE for bound in answer.offset.ci95)
+    assert (drive.offset_low[-1], drive.offset_high[-1]) == pytest.approx(told, rel=0.02)
 
 
 def test_the_expected_angle_is_the_measured_one_less_the_offset(answer: Answer) -> None:

@@ -43,11 +43,13 @@ class Course:
         value_rad: NaN where it says nothing.
         sd_rad: standard deviation that it claims; NaN where it claims none.
         valid: where it calls its value good.
+        lean_rad: from the last value to the middle of its interval, whose sd is the last of `sd_rad`.
     """
 
     value_rad: Array
     sd_rad: Array
     valid: npt.NDArray[np.bool_]
+    lean_rad: float = 0.0
 
 
 def without_interval(value_rad: Array) -> Course:

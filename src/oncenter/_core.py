@@ -95,6 +95,18 @@ def _members(struct: Any) -> dict[str, Any]:
     return {name: plain(getattr(struct, name)) for name, _ in ffi.typeof(struct).item.fields}
 
 
+def interval_95(value: Any, sd: Any, lean: Any) -> tuple[Any, Any]:
+    """Low and high, of numbers or arrays: where an estimate leans, its middle is not the value that its sd is about."""
+    middle, half_width = value + lean, 1.96 * np.sqrt(np.maximum(sd * sd - lean * lean, 0.0))
+    return middle - half_width, middle + half_width
+
+
+def ci95(estimate: Mapping[str, Any]) -> tuple[float, float]:
+    """Of an oc_estimate."""
+    low, high = interval_95(estimate["value"], estimate["standard_deviation"], estimate["lean"])
+    return float(low), float(high)
+
+
 def few_batches_factor(batches: int) -> float:
     """By how much a 95 % interval from the scatter of so few batches is wider than from many."""
     return float(lib.oc_few_batches_factor(float(batches)))

@@ -126,9 +126,7 @@ def _estimate(native: Mapping[str, Any], unit: str) -> Estimate:
     status = _core.STATUSES[native["status"]]
     if status == "unobservable":
         return Estimate(None, None, status, unit, native["evidence"])
-    value = native["value"]
-    half_width = 1.96 * native["standard_deviation"]
-    return Estimate(value, (value - half_width, value + half_width), status, unit, native["evidence"])
+    return Estimate(native["value"], _core.ci95(native), status, unit, native["evidence"])
 
 
 def _not_negative(estimate: Estimate) -> Estimate:

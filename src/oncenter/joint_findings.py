@@ -221,11 +221,17 @@ def _interval(native: Mapping[str, Any], params: Mapping[str, float], steering_r
     """Of what the offset's interval consists, the largest part first."""
     if _status(native["offset"]) == "unobservable":
         return None
-    half_width = 1.96 * native["offset"]["standard_deviation"] / DEGREE
+    low, high = _core.ci95(native["offset"])
+    half_width = 0.5 * (high - low) / DEGREE
     parts = sorted(_parts(native, params, steering_ratio), reverse=True)
     told = [f"{words} (+-{part:.1f})" for part, words in parts if part > _PART_WORTH_TELLING * half_width]
     text = f"the offset's interval of +-{half_width:.2g} deg comes from {', '.join(told)}"
     return Finding("interval", "info", text, half_width, "deg")
+
+
+def _of_both(one_sd: float, other_sd: float) -> float:
+    """Of what two tell; 0 where one knows all."""
+    return one_sd * other_sd / math.hypot(one_sd, other_sd) if one_sd and other_sd else 0.0
 
 
 def _parts(
@@ -237,7 +243,9 @@ def _parts(
         "an unknown zero of the accelerometer" if params["use_accelerometer"] else "the road's bank, which was not seen"
     )
     side_force = math.hypot(params["pull_sd_m_s2"], params["wind_sd_m_s2"])
-    left = native["offset"]["standard_deviation"] ** 2
+    if params["use_accelerometer"]:  # crown and prior tell its bias, and so some of what is none
+        side_force = _of_both(side_force, _of_both(params["accelerometer_bias_sd_m_s2"], params["crown_sd_m_s2"]))
+    left = native["offset"]["standard_deviation"] ** 2 - native["offset"]["lean"] ** 2
     spreads = [
         (
             slope * side_force,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -112,7 +113,9 @@ _UNITS: Mapping[str, str] = {
 def _columns(name: str, unit: str, estimate: Estimate) -> dict[str, Any]:
     given = estimate.to_dict()
     low, high = given["ci95"] or (None, None)
-    sd = None if low is None or high is None else (high - low) / (2.0 * 1.96)
+    sd = None
+    if low is not None and high is not None:  # about the value, which need not be in the middle
+        sd = math.hypot((high - low) / (2.0 * 1.96), 0.5 * (low + high) - given["value"])
     return {f"{name}_{unit}": given["value"], f"{name}_sd_{unit}": sd, f"{name}_status": given["status"]}
 
 

@@ -21,11 +21,12 @@ _UNOBSERVABLE = _core.STATUSES.index("unobservable")
 
 @dataclass(frozen=True)
 class Course:
-    """Offset over driving time, deg and s: three values a point."""
+    """Offset over driving time with its 95 % interval, deg and s: four values a point."""
 
     time_s: tuple[float, ...]
     offset_deg: tuple[float, ...]
-    half_width_deg: tuple[float, ...]
+    low_deg: tuple[float, ...]
+    high_deg: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class History:
 
     def __init__(self) -> None:
         self._begin_s: float | None = None
-        self._course: list[tuple[float, float, float]] = []
+        self._course: list[tuple[float, float, float, float]] = []
         self._course_step_s, self._course_next_s = 1.0, 0.0
         self._cells: deque[tuple[int, int, dict[str, int]]] = deque(maxlen=STRIP_S)  # second, ticks, by reason or clean
         self._cloud: deque[tuple[float, float, float]] = deque(maxlen=CLOUD_POINTS)
@@ -74,8 +75,9 @@ class History:
             self._course_next_s = float(since[k]) + self._course_step_s
             if row["offset_status"] == _UNOBSERVABLE or not np.isfinite(row["offset_sd"]):
                 continue
+            low, high = _core.interval_95(row["offset"], row["offset_sd"], row["offset_lean"])
             self._course.append(
-                (float(since[k]), float(row["offset"]) / DEGREE, 1.96 * float(row["offset_sd"]) / DEGREE)
+                (float(since[k]), float(row["offset"]) / DEGREE, float(low) / DEGREE, float(high) / DEGREE)
             )
             if len(self._course) > COURSE_POINTS:
                 self._course = self._course[::2]
@@ -105,7 +107,7 @@ class History:
                 )
 
     def course(self) -> Course:
-        return Course(*_columns(self._course))
+        return Course(*_columns(self._course, 4))
 
     def strip(self) -> Strip:
         cells = list(self._cells)
@@ -116,8 +118,8 @@ class History:
         return Strip(tuple(float(second) for second, _, _ in cells), shares.pop("clean"), shares)
 
     def cloud(self) -> Cloud:
-        return Cloud(*_columns(self._cloud))
+        return Cloud(*_columns(self._cloud, 3))
 
 
-def _columns(rows: Iterable[tuple[float, float, float]]) -> list[tuple[float, ...]]:
-    return [tuple(column) for column in zip(*rows, strict=True)] or [(), (), ()]
+def _columns(rows: Iterable[tuple[float, ...]], count: int) -> list[tuple[float, ...]]:
+    return [tuple(column) for column in zip(*rows, strict=True)] or [()] * count

@@ -60,12 +60,12 @@ class _Course:
     def show(self, now: Snapshot) -> None:
         course = now.pictures.course
         minutes = np.array(course.time_s) / 60.0
-        offset, half_width = np.array(course.offset_deg), np.array(course.half_width_deg)
-        self._source.data = as_source(x=minutes, offset=offset, low=offset - half_width, high=offset + half_width)
+        offset, low, high = np.array(course.offset_deg), np.array(course.low_deg), np.array(course.high_deg)
+        self._source.data = as_source(x=minutes, offset=offset, low=low, high=high)
         _span(self.figure.x_range, 0.0, max(now.driven_s / 60.0, 1.0))
         if len(offset):
             later = slice(len(offset) // 4, None)  # the first ones are wide
-            reach = 1.3 * float(np.median(half_width[later])) + 0.3
+            reach = 0.65 * float(np.median((high - low)[later])) + 0.3
             _span(self.figure.y_range, float(offset[later].min()) - reach, float(offset[later].max()) + reach)
 
 

@@ -44,7 +44,7 @@ class Course:
         place: in the play, 1 on the flank of a left turn, -1 on that of a right turn; 0 before it is learned.
         reasons: bits; 0 is clean.
         used: clean, and the estimator learned from it.
-        offset, offset_half_width: as learned up to then, 95 %; NaN before there is one.
+        offset, offset_low, offset_high: as learned up to then, 95 %; NaN before there is one.
         understeer_gradient: deg/(m/s^2) at the road wheel; NaN before it is learned.
         yaw_rate_bias, yaw_rate_bias_half_width: deg/s, 95 %; NaN before there is more than a prior.
         changes: time of each of the answer's changes.
@@ -68,7 +68,8 @@ class Course:
     reasons: npt.NDArray[np.uint32]
     used: Mask
     offset: Floats
-    offset_half_width: Floats
+    offset_low: Floats
+    offset_high: Floats
     understeer_gradient: Floats
     yaw_rate_bias: Floats
     yaw_rate_bias_half_width: Floats
@@ -97,6 +98,7 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
     has_bias = bias_sd < _BIAS_KNOWN * answer.params["gyro_bias_sd_rad_s"]
     has_offset = (rows["offset_status"] != _core.STATUSES.index("unobservable")) & np.isfinite(rows["offset_sd"])
     offset = np.where(has_offset, rows["offset"] / DEGREE, np.nan)
+    low, high = _core.interval_95(rows["offset"], rows["offset_sd"], rows["offset_lean"])
     measured = _column(answer.drives, "steering_wheel_angle_rad", 1.0 / DEGREE)
     return Course(
         time=seconds / per_unit,
@@ -118,7 +120,8 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
         if jointly
         else _used(rows["reasons"] == 0, answer.drives, answer.params["clean_time_s"]),
         offset=offset,
-        offset_half_width=np.where(has_offset, 1.96 * rows["offset_sd"] / DEGREE, np.nan),
+        offset_low=np.where(has_offset, low / DEGREE, np.nan),
+        offset_high=np.where(has_offset, high / DEGREE, np.nan),
         understeer_gradient=np.where(rows["understeer_gradient"] != 0.0, rows["understeer_gradient"] / DEGREE, np.nan),
         yaw_rate_bias=np.where(has_bias, rows["yaw_rate_bias"] / DEGREE, np.nan),
         yaw_rate_bias_half_width=np.where(has_bias, 1.96 * bias_sd / DEGREE, np.nan),

@@ -149,11 +149,11 @@ def _offset(course: Course, time: Range1d) -> figure | None:
     if not known.any():
         return None
     picture = _over_time(course, time, "offset (deg)", 300)
-    low, high = course.offset - course.offset_half_width, course.offset + course.offset_half_width
+    low, high = course.offset_low, course.offset_high
     rows = every(len(course.time), 2 * _BINS)
     last = np.flatnonzero(known)[-1]
     # the first seconds' interval is as wide as a barn: leave it outside unless it is all there is
-    settled = known & (course.offset_half_width < 4.0 * course.offset_half_width[last] + 0.5)
+    settled = known & (high - low < 4.0 * (high - low)[last] + 1.0)
     picture.y_range = range_of(np.concatenate([low[settled], high[settled]]), 0.0)
     x, columns = broken_at_holes(course.time, rows, course.holes, {"offset": course.offset, "low": low, "high": high})
     source = as_source(x=x, **columns)

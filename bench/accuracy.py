@@ -56,8 +56,8 @@ def courses(drive: Drive, methods: Sequence[str]) -> Iterator[tuple[str, Course,
 
 
 def our_course(drive: Drive, method: Any) -> tuple[Course, float, str]:
-    """What it says minute by minute, ns a tick, and why not if it refuses. The last minute is the answer's, the others
-    are the trace's."""
+    """What it says minute by minute, ns a tick, and why not if it refuses. The last minute is the answer's, whose sd is
+    about the middle of its interval, the others are the trace's."""
     minutes = len(drive.target_rad)
     silent = Course(np.full(minutes, np.nan), np.full(minutes, np.nan), np.zeros(minutes, bool))
     began = time.process_time_ns()

@@ -118,14 +118,15 @@ those from 1 on.
 lateral acceleration. That is the sensor's own offset and, where the alignment is wrong, what it takes to go straight
 all the same: no log parts the two. A pull that is a moment about the king pins also moves the side force at which the
 steering unloads; taken for the accelerometer's bias, it moves the offset by i K_us pull. So pull and wind are in the
-interval by their priors, whose middle is beside the value where the steering unloads further from the accelerometer's
-zero than bank and ground tell, and **the floor** is the half-width that these alone make: 1.96 i K_us times the sd of
-what cannot be told apart. Where a drive shows one flank of the play only (`bypass`), its middle is half a play from
-there that nothing tells: {0.5 * PLAY_SD_DEG:g} deg (sd) are in that row's floor, too. Without them its interval would
-be {_of_side_force_floor(table, "bypass"):.1f} of it.
+interval by their priors, and its middle is beside the value where the steering unloads elsewhere than bank and ground
+have the accelerometer's zero. **The floor** is the half-width that these alone make: 1.96 i K_us times the sd of what
+cannot be told apart. Where a drive shows one flank of the play only (`bypass`), its middle is half a play from there
+that nothing tells: {0.5 * PLAY_SD_DEG:g} deg (sd) are in that row's floor, too. Without them its interval would be
+{_of_side_force_floor(table, "bypass"):.1f} of it.
 
-**Valid** asks for more than a half-width of at most 1.5 deg: all of the interval but pull and wind must be within 0.3
-deg, a fifth of that, where the steering plays by 2 deg or more, or it is a prior that tells the play's middle.
+**Valid** asks not only that 1.96 sd about the value are at most 1.5 deg: all of the interval but pull and wind must be
+within 0.3 deg, a fifth of that, where the steering plays by 2 deg or more, or it is a prior that tells the play's
+middle.
 
 | what the estimator believes (`core/params.h`) | sd, m/s² |
 |---|--:|

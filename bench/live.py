@@ -100,7 +100,7 @@ def in_words(offset: dict[str, Any]) -> str:
     if offset["value"] is None:
         return str(offset["status"])
     low, high = offset["ci95"]
-    return f"{offset['value']:.3f} ±{0.5 * (high - low):.3f} deg"
+    return f"{offset['value']:.3f} deg, {low:.3f} to {high:.3f}"
 
 
 def send(drive: Path, seconds: int) -> None:

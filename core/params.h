@@ -33,7 +33,7 @@ typedef struct {
     /* offset (36), (37) */
     double batch_s;                    /* evidence a batch mean spans; must outlast the residual's memory. 5, ours */
     double offset_evidence_min_s;      /* 20, 5.5.1's 300 m at 15 m/s */
-    double offset_half_width_max_rad;  /* a wider 95 % interval is not valid. 1.5 deg, contract */
+    double offset_half_width_max_rad;  /* 1.96 sd beyond it are not valid. 1.5 deg, contract */
     double yaw_rate_bias_sd_rad_s;     /* prior where no standstill tells. 0.1 deg/s, half of 5.3.1's 0.2 */
     /* understeer (38) */
     double understeer_acceleration_min_m_s2;  /* below it (38) divides by next to nothing. 0.3, ours */

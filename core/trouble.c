@@ -17,7 +17,7 @@ static oc_fmi fmi_of(const oc_output *output, const oc_signals *tick) {
     }
 }
 
-/* With hysteresis: the whole interval beyond, until the value is within. */
+/* With hysteresis: beyond by 1.96 standard deviations, until the value is within. */
 static bool is_out_of_calibration(const oc_trouble *trouble, const oc_output *output, double offset_max) {
     const double size = fabs(output->offset);
     const bool was = trouble->active && trouble->fmi == OC_FMI_OUT_OF_CALIBRATION;

@@ -10,7 +10,8 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 import oncenter as oc
-from oncenter.live.learner import Learner, all_params, needed
+from oncenter.inputs import params_of
+from oncenter.live.learner import Learner, needed
 from oncenter.live.replay import Replay
 from oncenter.live.session import Sayings, Session
 from oncenter.live.web import Page
@@ -26,7 +27,7 @@ def main() -> None:
     replay = Replay(ROOT / "demo" / "drive.log", 40.0)
     replay.name = "demo/drive.log"
     session = Session(replay, Learner(Stream(replay.name, needed(truck)), truck), truck.name, Sayings())
-    with Page(session, all_params(truck), "127.0.0.1", 0) as page, sync_playwright() as playwright:
+    with Page(session, params_of(truck, None), "127.0.0.1", 0) as page, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         view = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
         view.goto(page.url)

@@ -27,7 +27,8 @@ _CORRECTION_WORTH_TELLING_RAD_S = 0.05 * DEGREE
 class Estimate:
     """A quantity with its interval and standing; `value` and `ci95` are None where the drive gives none.
 
-    `unit` is the SI unit of value and ci95; `evidence_s` the seconds of driving behind it.
+    `unit` is the SI unit of value and ci95, whose middle need not be the value; `evidence_s` the seconds of driving
+    behind it.
     """
 
     value: float | None

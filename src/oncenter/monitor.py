@@ -41,11 +41,11 @@ class Tick:
 class Now:
     """What a tick gave. The motion is one filter delay old; the offset rests on final evidence only.
 
-    `offset_rad` and `offset_sd_rad` are None while the offset is unobservable. `reasons` says why the tick cannot be
-    used; none means that it waits for what must be clean after it. `sensor_fault` is "none" or what is wrong with the
-    angle sensor, where it is judged; the offset is "invalid" then, and what was learned before. Gradient and play are
-    0 until learned. The yaw rate's bias is as wheel speeds and standstill tell it; its standard deviation is the
-    prior's before.
+    `offset_rad` and `offset_sd_rad`, of the truth about it, are None while the offset is unobservable. `reasons` says
+    why the tick cannot be used; none means that it waits for what must be clean after it. `sensor_fault` is "none" or
+    what is wrong with the angle sensor, where it is judged; the offset is "invalid" then, and what was learned before.
+    Gradient and play are 0 until learned. The yaw rate's bias is as wheel speeds and standstill tell it; its standard
+    deviation is the prior's before.
     """
 
     time_s: float

@@ -244,7 +244,7 @@ _ESTIMATES = (  # name, member of oc_answer, unit, what it is
 def _answer() -> Iterator[Variable]:
     for name, member, unit, about in _ESTIMATES:
         yield Variable(name, f"answer.{member}.value", "answer", about, unit=unit)
-        sd = f"Standard deviation of {name}; 1.96 of it on both sides is the 95 % interval"
+        sd = f"Standard deviation of the truth about {name}; 1.96 of it on both sides is a 95 % interval"
         yield Variable(f"{name}_sd", f"answer.{member}.standard_deviation", "answer", sd, unit=unit)
         standing = f"Standing of {name}; its value means nothing while {_NOT_TOLD}"
         yield Variable(

@@ -114,8 +114,10 @@ def _columns(name: str, unit: str, estimate: Estimate) -> dict[str, Any]:
     given = estimate.to_dict()
     low, high = given["ci95"] or (None, None)
     sd = None
-    if low is not None and high is not None:  # about the value, which need not be in the middle
-        sd = math.hypot((high - low) / (2.0 * 1.96), 0.5 * (low + high) - given["value"])
+    if low is not None and high is not None:
+        # about the value; play's interval is not in its middle for being cut at zero, which is no lean
+        lean = 0.5 * (low + high) - given["value"] if name == "offset" else 0.0
+        sd = math.hypot((high - low) / (2.0 * 1.96), lean)
     return {f"{name}_{unit}": given["value"], f"{name}_sd_{unit}": sd, f"{name}_status": given["status"]}
 
 

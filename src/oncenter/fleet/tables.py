@@ -74,7 +74,7 @@ def _of_drives() -> dict[str, tuple[str, str]]:
     }
     for quantity in QUANTITIES:
         columns[quantity.value] = ("number", quantity.about)
-        columns[quantity.sd] = ("number", "1.96 of it on both sides is the 95 % interval")
+        columns[quantity.sd] = ("number", "1.96 of it on both sides is a 95 % interval")
         columns[quantity.status] = ("text", "valid, converging, unobservable, invalid")
     for side in ("left", "right"):
         columns[f"side_force_{side}_s"] = (

@@ -54,9 +54,9 @@ const show = (now) => {
   put("truck", now.truck);
   put("bus", now.bus);
   put("offset-value", now.offset.value);
-  at("offset").classList.toggle("none", !now.offset.half_width);
-  at("offset-unit").hidden = !now.offset.half_width;
-  put("interval", now.offset.half_width ? `± ${now.offset.half_width} deg` : "no offset yet");
+  at("offset").classList.toggle("none", !now.offset.interval);
+  at("offset-unit").hidden = !now.offset.interval;
+  put("interval", now.offset.interval ? `${now.offset.interval} deg` : "no offset yet");
   put("status", now.offset.status);
   at("status").hidden = now.offset.status === "unobservable";
   at("status").className = `status ${now.offset.status}`;

@@ -127,7 +127,7 @@ def _template() -> str:
 
 def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
     """What the page's script shows: words and degrees, null for what is not known."""
-    value, half_width, status = words.offset(now)
+    value, interval, status = words.offset(now)
     counts, why = words.gate(now)
     angles = now.angles
     answer = now.known.answer
@@ -137,7 +137,7 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
         "phase": now.phase,
         "truck": now.truck,
         "bus": now.bus,
-        "offset": {"value": value, "half_width": half_width, "status": status},
+        "offset": {"value": value, "interval": interval, "status": status},
         "gate": {"counts": counts, "why": why},
         "angles": {
             "measured": _number(angles.measured_rad / DEGREE),

@@ -65,8 +65,8 @@ class _Course:
         _span(self.figure.x_range, 0.0, max(now.driven_s / 60.0, 1.0))
         if len(offset):
             later = slice(len(offset) // 4, None)  # the first ones are wide
-            reach = 0.65 * float(np.median((high - low)[later])) + 0.3
-            _span(self.figure.y_range, float(offset[later].min()) - reach, float(offset[later].max()) + reach)
+            below, above = (1.3 * float(np.median(reach[later])) + 0.3 for reach in (offset - low, high - offset))
+            _span(self.figure.y_range, float(offset[later].min()) - below, float(offset[later].max()) + above)
 
 
 class _Strip:

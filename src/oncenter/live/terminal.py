@@ -72,8 +72,8 @@ def _line(said: Said) -> str:
 
 
 def one_line(now: Snapshot, params: Mapping[str, float]) -> str:
-    value, half_width, status = words.offset(now)
-    told = f"offset {value} ±{half_width} deg ({status})" if half_width else f"no offset yet ({status})"
+    value, interval, status = words.offset(now)
+    told = f"offset {value} deg, {interval} ({status})" if interval else f"no offset yet ({status})"
     missing = words.still_missing(now, params)
     lacking = f"; still missing: {', '.join(missing)}" if missing else ""
     return f"{told}; {words.gate(now)[1]}; {words.bus(now)}{lacking}"
@@ -84,13 +84,13 @@ def panel(now: Snapshot, params: Mapping[str, float]) -> Panel:
     from rich.table import Table
     from rich.text import Text
 
-    value, half_width, status = words.offset(now)
+    value, interval, status = words.offset(now)
     counts, why = words.gate(now)
     rows = Table.grid(padding=(0, 2))
     rows.add_column(style="dim", no_wrap=True)
     rows.add_column(overflow="fold")
     standing = Text(f"{value} deg", style="bold")
-    standing.append(f"  ±{half_width}" if half_width else "", style="blue")
+    standing.append(f"  {interval}" if interval else "", style="blue")
     standing.append(f"  {status}", style=_STYLES[status])
     rows.add_row("offset", standing)
     for name, text in words.quantities(now).items():

@@ -41,13 +41,14 @@ def number(value_rad: float | None, digits: int = 1) -> str:
 
 
 def offset(now: Snapshot) -> tuple[str, str, str]:
-    """Value in deg, half-width of its 95 % interval in deg, status."""
+    """Value in deg, its 95 % interval in deg or nothing, status."""
     answer = now.known.answer
     if answer is None or answer.offset.value is None or answer.offset.ci95 is None:
         return "—", "", "unobservable" if answer is None else answer.offset.status
     low, high = answer.offset.ci95
     digits = 2 if high - low < 2.0 * DEGREE else 1
-    return number(answer.offset.value, digits), f"{0.5 * (high - low) / DEGREE:.{digits}f}", answer.offset.status
+    interval = f"{number(low, digits)} to {number(high, digits)}"
+    return number(answer.offset.value, digits), interval, answer.offset.status
 
 
 def gate(now: Snapshot) -> tuple[bool, str]:
@@ -90,8 +91,7 @@ def _lacking(now: Snapshot, params: Mapping[str, float]) -> Iterator[str]:
         return
     offset = known.answer.offset
     if offset.status == "converging" and offset.ci95 is not None:
-        half_width = 0.5 * (offset.ci95[1] - offset.ci95[0]) / DEGREE
-        yield f"bends to both sides: the interval of ±{half_width:.1f} deg is still too wide"
+        yield "bends to both sides: the interval is still too wide"
     elif offset.status == "unobservable":
         yield "bends to both sides, at a steady speed"
     elif offset.status == "invalid":

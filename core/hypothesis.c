@@ -133,6 +133,10 @@ static void correlate(oc_correlation *correlation, float variance, int32_t secon
     correlation->sum = 0.0f;
 }
 
+float oc_hypothesis_turned(const oc_hypothesis *h) {
+    return h->sums[WHEELBASE];
+}
+
 bool oc_hypothesis_is_newborn(const oc_hypothesis *h, const oc_second *second) {
     return h->age <= second->trial_s && second->used_s > second->trial_s;
 }

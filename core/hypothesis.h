@@ -133,6 +133,9 @@ void oc_hypothesis_foretell(oc_hypothesis *hypothesis, const oc_hypothesis_desig
 bool oc_hypothesis_learn(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_prior *prior,
                          const oc_second *second, int32_t samples, oc_solving *solving);
 
+/* 1/m, the curvatures of the samples of the second that fills, or filled last, together. */
+float oc_hypothesis_turned(const oc_hypothesis *hypothesis);
+
 /* Whether its word does not count yet. */
 bool oc_hypothesis_is_newborn(const oc_hypothesis *hypothesis, const oc_second *second);
 

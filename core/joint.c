@@ -4,7 +4,6 @@
 #include <stddef.h>
 
 #include "bounds.h"
-#include "hypothesis_terms.h"
 #include "joint_bank.h"
 
 static const double sample_s = 0.1;
@@ -188,7 +187,7 @@ static void watch(oc_joint *joint, const oc_joint_tick *tick, float least_error,
         joint->second.learns = 1;
         return;
     }
-    const float curvature = best->sums[WHEELBASE] / samples;
+    const float curvature = oc_hypothesis_turned(best) / samples;
     const oc_change change =
         oc_change_update(&joint->watch, best->error, least_error, sqrtf(joint->second.reference), curvature);
     joint->second.learns = !oc_change_suspected(&joint->watch);

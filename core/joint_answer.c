@@ -8,7 +8,7 @@
 static const float flank_s = 2.0f;
 static const float little_play = 0.1f;                 /* of its time on a flank counts for whoever finds hardly any */
 static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
-static const float always_doubtful = 0.05f;            /* of that variance, whatever was found */
+static const float always_doubtful = 0.2f;             /* of that variance, whatever was found */
 static const float late_comer = 16.0f;                /* of cost: who did not see a flank that the others have seen */
 static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
 static const float usual_gradient = 0.4f * 0.017453292f; /* rad/(m/s^2) */
@@ -37,7 +37,7 @@ static float lacking(float share) {
 
 /* 1/s, of the time after which a flank counts as seen: longer where seconds tell no new things each. */
 static float per_flank(const oc_hypothesis *h) {
-    return 1.0f / (flank_s * sqrtf(oc_most(oc_most(h->blocks.factor, h->long_blocks.factor), 1.0f)));
+    return sqrtf(h->variance / oc_hypothesis_noise(h)) / flank_s;
 }
 
 /* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was

@@ -37,7 +37,9 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     }
     oc_joint_answer found;
     oc_joint_answer_get(&found, &evidence->joint, &c->joint);
-    const bool enough = found.used >= (float)p->joint_evidence_min_s;
+    /* a truck that oversteers is rarer than play that was taken for a gradient */
+    const bool understeers = found.of[OC_OF_GRADIENT].value > 0.0f;
+    const bool enough = understeers && found.used >= (float)p->joint_evidence_min_s;
     const float moved = enough ? found.of[OC_OF_OFFSET].value - verdicts->lately : 0.0f;
     verdicts->lately = found.of[OC_OF_OFFSET].value - (1.0f - lately_share) * moved;
     const double narrow = p->offset_half_width_max_rad, steep = p->understeer_half_width_max_rad_m_s2;

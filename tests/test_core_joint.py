@@ -183,6 +183,31 @@ def test_a_middle_that_the_accelerometers_zero_decides_is_not_called_valid_howev
         assert status(found) == expected
 
 
+def test_a_play_whose_other_flank_showed_for_a_moment_is_not_told_to_a_degree() -> None:
+    """14 deg of play in towns on a crown of 4 %: plays of 8 to 14 deg explain the drive alike, the offset by 3 deg."""
+    for seed in (1, 2, 3):
+        steering = "[steering]\nbacklash_deg = 14.0\nking_pin_friction_n_m = 60.0\n"
+        town = f'base = "town"\n{steering}[road]\ncrown_percent = 4.0\n'
+        found = answer_of(*driven(town, seed, 1200.0))
+        assert 0.0 < found["lacking_to_right"] < 2.0
+        assert found["backlash"]["standard_deviation"] > 2.0 * DEGREE
+        assert found["offset"]["standard_deviation"] > 1.0 * DEGREE
+
+
+def test_a_truck_that_seems_to_oversteer_is_found_but_not_called_valid() -> None:
+    """Of trucks that seem so on motorways most do not: play was taken for gradient."""
+    columns, truth = driven(CREEPING, 1)
+    turning = np.nan_to_num(columns[YAW_RATE] * columns["vehicle_speed_m_s"])
+    measured = columns["lateral_acceleration_m_s2"] - truth.lateral_acceleration_bias_m_s2
+    carried = turning + np.nanmean(measured - turning)
+    for understeers, expected in ((1.0, "valid"), (-0.3, "converging")):
+        less = (1.0 - understeers) * truth.steering_ratio * truth.understeer_gradient * carried
+        found = answer_of(columns | {ANGLE: columns[ANGLE] - less}, truth)
+        assert math.copysign(1.0, found["understeer_gradient"]["value"]) == math.copysign(1.0, understeers)
+        assert status(found["offset"]) == status(found["understeer_gradient"]) == expected
+        assert holds(found["offset"], truth.offset_rad)
+
+
 def test_without_an_accelerometer_banked_bends_show_neither_a_flank_nor_the_gradient() -> None:
     """8 deg of play on motorways that lean into their bends: what turns to the other side hardly leaves its flank, and
     what takes no angle seems to be a truck that does not understeer."""

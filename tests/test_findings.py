@@ -226,6 +226,14 @@ def test_one_flank_says_to_which_side_the_next_bends_must_go() -> None:
     assert "neither flank" in both.text and "left" in both.text and "right" in both.text
 
 
+def test_a_truck_that_seems_to_oversteer_says_what_would_tell_it_from_play() -> None:
+    oversteers = {"understeer_gradient": estimate(-0.15 * DEGREE, 0.05 * DEGREE)}
+    found = told(**oversteers)["no_understeer"]
+    assert (found.severity, found.unit) == ("warning", "deg/(m/s^2)") and found.value == pytest.approx(-0.15)
+    assert "play" in found.text and "bends" in found.text
+    assert "no_understeer" not in told(**oversteers, used=PARAMS["joint_evidence_min_s"] - 1.0)
+
+
 @pytest.mark.parametrize(
     ("reason", "limit"),
     [

@@ -49,6 +49,7 @@ def joint_findings(
     yield _wheelbase(native, steering_ratio, wheelbase_m)
     yield _evidence(native, params)
     yield _unseen_flank(native, params)
+    yield _no_understeer(native, params)
     yield _interval(native, params, steering_ratio)
 
 
@@ -214,6 +215,21 @@ def _unseen_flank(native: Mapping[str, Any], params: Mapping[str, float]) -> Fin
         f"{seen} of any play in the steering was seen, so play may hide in the offset: needs {needs}",
         sum(lacking.values()),
         "s",
+    )
+
+
+def _no_understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+    """Why the core calls nothing valid then: play on gentle bends passes for a gradient."""
+    gradient_deg = native["understeer_gradient"]["value"] / DEGREE
+    if native["used"] < params["joint_evidence_min_s"] or gradient_deg > 0:
+        return None
+    return Finding(
+        "no_understeer",
+        "warning",
+        f"the truck seems to oversteer by {-gradient_deg:.2g} deg/(m/s^2), which few do and play on gentle bends "
+        "imitates: needs tighter bends to either side",
+        gradient_deg,
+        "deg/(m/s^2)",
     )
 
 

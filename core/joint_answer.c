@@ -8,7 +8,7 @@
 static const float flank_s = 2.0f;
 static const float little_play = 0.1f;                 /* of its time on a flank counts for whoever finds hardly any */
 static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
-static const float always_doubtful = 0.2f;             /* of that variance, whatever was found */
+static const float always_doubtful = 0.3f;             /* of that variance where only one flank was seen */
 static const float late_comer = 16.0f;                /* of cost: who did not see a flank that the others have seen */
 static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
 static const float usual_gradient = 0.4f * 0.017453292f; /* rad/(m/s^2) */
@@ -40,13 +40,15 @@ static float per_flank(const oc_hypothesis *h) {
     return sqrtf(h->variance / oc_hypothesis_noise(h)) / flank_s;
 }
 
-/* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found was
- * found by leaving that flank; that there is hardly any is believed only where the side force was on both sides for
- * longer, since some seconds at the entries of roundabouts pass for outliers; else the midpoint stays as uncertain as
- * half the play is beforehand. `seen`: for how long the flank that was seen for less, 1 where that just suffices. */
+/* The variance of a width that nobody saw. On one flank only, all play is taken for offset. A width that was found
+ * was found by leaving that flank, though wheels that seldom do may have been anywhere in the play; that there is
+ * hardly any is believed only where the side force was on both sides for longer, since some seconds at the entries of
+ * roundabouts pass for outliers; else the midpoint stays as uncertain as half the play is beforehand. `seen`: for how
+ * long the flank that was seen for less, 1 where that just suffices. */
 static float unseen_width_variance(const oc_hypothesis *h, float unseen, float seen) {
     const float little = lacking(2.0f * h->play.half_width / found_width);
-    const float doubtful = lacking(seen) * oc_most(unseen, always_doubtful);
+    const float lacks = lacking(seen);
+    const float doubtful = lacks * oc_most(unseen, always_doubtful * lacks * lacks);
     return oc_most(doubtful, little * lacking(little_play * seen)) * width_sd * width_sd;
 }
 

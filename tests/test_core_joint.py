@@ -190,7 +190,7 @@ def test_a_play_whose_other_flank_showed_for_a_moment_is_not_told_to_a_degree() 
         town = f'base = "town"\n{steering}[road]\ncrown_percent = 4.0\n'
         found = answer_of(*driven(town, seed, 1200.0))
         assert 0.0 < found["lacking_to_right"] < 2.0
-        assert found["backlash"]["standard_deviation"] > 2.0 * DEGREE
+        assert found["backlash"]["standard_deviation"] > 1.8 * DEGREE
         assert found["offset"]["standard_deviation"] > 1.0 * DEGREE
 
 

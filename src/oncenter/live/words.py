@@ -91,7 +91,7 @@ def _lacking(now: Snapshot, params: Mapping[str, float]) -> Iterator[str]:
         return
     offset = known.answer.offset
     if offset.status == "converging" and offset.ci95 is not None:
-        yield "bends to both sides: the interval is still too wide"
+        yield "bends to both sides: the offset is not sure enough yet"
     elif offset.status == "unobservable":
         yield "bends to both sides, at a steady speed"
     elif offset.status == "invalid":

@@ -13,7 +13,7 @@ from oncenter.findings import capitalised
 from oncenter.report.canvas import COLOURS
 
 _STATUSES = {
-    "converging": "the interval is still too wide",
+    "converging": "not sure enough yet",
     "unobservable": "this drive does not tell",
     "invalid": "a signal is at fault",
 }

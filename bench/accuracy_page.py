@@ -22,8 +22,10 @@ from population import (
     PLAY_SD_DEG,
     PRIORS,
     PULL_SD_M_S2,
+    SET_UP_SHARE,
     WIND_SD_M_S2,
     cannot_be_told_apart_m_s2,
+    set_up_left_open_m_s2,
 )
 
 from oncenter.answer import METHODS
@@ -65,9 +67,9 @@ WHY = {
     "unloads_on_crown": (
         "the axle is set up to unload at the crown's side force, {crown:.2f} m/s², which is {crown_of_pull:.0f} sd of "
         "what is believed of a pull: no drive tells it from an accelerometer whose bias is as much. It moves the "
-        "offset by i K_us {crown:.2f}, here {crown_deg:.2f} deg (median); the joint method is off by {median:.2f}, and "
-        "its interval of ±{half_width:.2f} deg does not expect it. Straight on such a crown the wheels hang on neither "
-        "flank of the play, so that a mean over it is nearer to the middle. For such axles `pull_sd_m_s2` must be wider"
+        "offset by i K_us {crown:.2f}, here {crown_deg:.2f} deg (median); the joint method is off by {median:.2f}, "
+        "for it takes the likelier for true, but its interval, ±{half_width:.2f} deg, has both in it. Straight on such "
+        "a crown the wheels hang on neither flank of the play, so that a mean over it is nearer to the middle"
     ),
     "bypass": (
         "one flank of the play is all that was seen: how far its middle is from there, a prior says and no drive. The "
@@ -122,7 +124,10 @@ interval by their priors, and its middle is beside the value where the steering 
 have the accelerometer's zero. **The floor** is the half-width that these alone make: 1.96 i K_us times the sd of what
 cannot be told apart. Where a drive shows one flank of the play only (`bypass`), its middle is half a play from there
 that nothing tells: {0.5 * PLAY_SD_DEG:g} deg (sd) are in that row's floor, too. Without them its interval would be
-{_of_side_force_floor(table, "bypass"):.1f} of it.
+{_of_side_force_floor(table, "bypass"):.1f} of it. Some axles are set up to unload on the crown, of which the estimator
+believes one in {1 / SET_UP_SHARE:.0f}: where the steering unloads as far to that side as that, it may be one, and no
+drive tells. What that leaves open, {_set_up()} m/s² (sd), is in the floor of `unloads_on_crown`, whose axles are;
+without it the interval would be {_of_side_force_floor(table, "unloads_on_crown"):.1f} of it.
 
 **Valid** asks not only that 1.96 sd about the value are at most 1.5 deg: all of the interval but pull and wind must be
 within 0.3 deg, a fifth of that, where the steering plays by 2 deg or more, or it is a prior that tells the play's
@@ -153,6 +158,10 @@ def _of_side_force_floor(table: pl.DataFrame, row: str) -> float:
     return float(np.nanmedian(half_widths / of_row["side_force_floor_deg"].to_numpy()))
 
 
+def _set_up() -> str:
+    return f"{set_up_left_open_m_s2(stood=True):.3f}"
+
+
 def _apart(*, unloads: bool) -> str:
     stood, never = (cannot_be_told_apart_m_s2(unloads=unloads, stood=stood) for stood in (True, False))
     return f"{stood:.3f}, never having stood {never:.3f}"
@@ -163,7 +172,8 @@ def _priors(table: pl.DataFrame) -> Iterator[str]:
     yield f"""## Whence the drives
 
 What a row does not fix is drawn from these; `bench/population.py` has them. The row `population` draws all of it, on
-the roads of the scenarios {", ".join(POPULATED_BY)}. Over the drives of this page the wind moved the unloading point by
+the roads of the scenarios {", ".join(POPULATED_BY)}; one axle in {1 / SET_UP_SHARE:.0f} of its trucks is set up to
+unload on 2 %. Over the drives of this page the wind moved the unloading point by
 {pushed["population"]:.3f} m/s² (root mean square) in `population` and {pushed["cross_wind"]:.3f} in `cross_wind`, whose
 motorway runs one way for long; the estimator believes {WIND_SD_M_S2:g}.
 

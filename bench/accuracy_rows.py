@@ -23,6 +23,7 @@ import polars as pl
 from population import (
     PLAY_SD_DEG,
     PRIORS,
+    SET_UP_SHARE,
     Distribution,
     Draw,
     Normal,
@@ -32,6 +33,7 @@ from population import (
     cannot_be_told_apart_m_s2,
     draw,
     sensors,
+    set_up_left_open_m_s2,
     steering,
     truck,
     wind,
@@ -72,6 +74,7 @@ class Row:
     wind: bool = False
     pulls: bool = False
     one_flank: bool = False  # of the play is all that the drive shows
+    set_up: bool = False  # the axle is, to unload on the crown
     traffic_side: str = "right"
     told_side: str = ""  # by the vehicle file, where that is another
     spoil: Callable[[Signals, Random], Signals] = lambda signals, random: signals
@@ -124,6 +127,8 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
     stood = bool((truth.table["vehicle_speed_m_s"] < STANDING_M_S).any())
     angle_per_m_s2 = truth.steering_ratio * truth.understeer_gradient
     not_told_rad = angle_per_m_s2 * cannot_be_told_apart_m_s2(unloads=unloads, stood=stood)
+    flank_rad = 0.5 * PLAY_SD_DEG * DEGREE if row.one_flank else 0.0
+    set_up_rad = angle_per_m_s2 * set_up_left_open_m_s2(stood=stood) if row.set_up else 0.0
     return Drive(
         row=row.name,
         seed=seed,
@@ -132,7 +137,7 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
         known=_known(vehicle, scenario),
         target_rad=truth.table["steering_wheel_angle_offset_rad"].to_numpy()[ends] + truth.straight_ahead_rad,
         told_all_rad=angle_per_m_s2 * _accelerometers_zero_off_by_m_s2(signals, truth, vehicle),
-        floor_rad=1.96 * math.hypot(not_told_rad, 0.5 * PLAY_SD_DEG * DEGREE if row.one_flank else 0.0),
+        floor_rad=1.96 * math.hypot(not_told_rad, flank_rad, set_up_rad),
         side_force_floor_rad=1.96 * not_told_rad,
         angle_per_m_s2=angle_per_m_s2,
         wind_m_s2=_unloading_point_moved_by_wind_m_s2(scenario, truth),
@@ -354,7 +359,8 @@ def _rigid(layout: str, about: str, front_axle_load_kg: float) -> Row:
 
 def _population(random: Random) -> Table:
     standing = _never_stands(random) if random.random() < 0.5 else {}
-    return {"base": str(random.choice(POPULATED_BY)), **standing}
+    road = {"base": str(random.choice(POPULATED_BY))}
+    return {**road, **standing, **(_unloads_on_crown(random) if random.random() < SET_UP_SHARE else {})}
 
 
 # What a row has that does not say otherwise: play as maintenance leaves it, carried through by the aligning moment, on
@@ -408,7 +414,7 @@ _ROWS = (
     Row("trailer_full", "semitrailer, laden", base="semitrailer_full", front_axle_load_kg=FRONT_OF_THESIS_KG),
     Row("windup", "column winds up by 0.5 to 3 deg either way", extra=_wound_up),
     Row("active_return", "the same, and a motor unwinds it", extra=_wound_up_and_returned),
-    Row("unloads_on_crown", "axle set up to unload on 2 %", asked="interval", extra=_unloads_on_crown),
+    Row("unloads_on_crown", "axle set up to unload on 2 %", asked="interval", extra=_unloads_on_crown, set_up=True),
     Row("ebc2", "wheel speeds in 1/16 km/h at 10 Hz, never stands", spoil=as_ebc2, extra=_never_stands),
     Row("no_wheel_speeds", "no wheel speeds on the bus", spoil=without_wheel_speeds),
     Row("no_accelerometer", "lateral acceleration not used, but by rivals", asked="", hears=False),

@@ -62,6 +62,8 @@ PLAY_SD_DEG = 6.0  # of the play's full width, before the drive: core/hypothesis
 PULL_SD_M_S2, WIND_SD_M_S2 = BELIEVED["pull_sd_m_s2"], BELIEVED["wind_sd_m_s2"]
 CROWN_M_S2, CROWN_SD_M_S2 = BELIEVED["crown_m_s2"], BELIEVED["crown_sd_m_s2"]
 CROWN_SHARE_STOOD_ON = BELIEVED["standing_crown_share_1"]
+SET_UP_SHARE = 1 / 20  # of axles that are set up to unload on the crown: core/hypothesis_equations.c
+OTHER_SIDE_SHARE = 1 / 20  # of drives on roads that fall to the other side than believed: the same
 G_M_S2 = 9.80665
 PERCENT_PER_M_S2 = 100.0 / G_M_S2  # of a road's cross slope
 
@@ -190,14 +192,29 @@ def cannot_be_told_apart_m_s2(*, unloads: bool, stood: bool) -> float:
     whose crown has a prior, and by the ground stood on, if it stood: it has a share of that crown, so that it tells the
     rest of it alone.
     """
+    bias = accelerometer_bias_sd_m_s2(stood=stood)
+    if not unloads:
+        return math.hypot(bias, WIND_SD_M_S2)
+    return 1.0 / math.hypot(1.0 / bias, 1.0 / math.hypot(PULL_SD_M_S2, WIND_SD_M_S2))
+
+
+def set_up_left_open_m_s2(*, stood: bool) -> float:
+    """Standard deviation that is left, where the steering unloads beside the believed zero of the accelerometer by the
+    usual crown, of whether the axle is set up for that: what it is then by Bayes, from its prior and from how well
+    each foretells that, with the zero's and the pull's spread."""
+    bias = accelerometer_bias_sd_m_s2(stood=stood)
+    variance = bias**2 + PULL_SD_M_S2**2 + WIND_SD_M_S2**2
+    none = math.exp(-0.5 * CROWN_M_S2**2 / variance)  # as likely as that the roads fall to the other side
+    likely = SET_UP_SHARE / (SET_UP_SHARE + (1.0 - SET_UP_SHARE) * none)
+    return math.sqrt(likely * (1.0 - likely)) * CROWN_M_S2 * bias**2 / variance
+
+
+def accelerometer_bias_sd_m_s2(*, stood: bool) -> float:
+    """Standard deviation of the bias by its prior, the roads' mean bank and, if the truck stood, that ground."""
     information = [1.0 / BELIEVED["accelerometer_bias_sd_m_s2"], 1.0 / CROWN_SD_M_S2]
     if stood:
         information.append((1.0 - CROWN_SHARE_STOOD_ON) / BELIEVED["standing_slope_sd_m_s2"])
-    bias = 1.0 / math.hypot(*information)
-    if not unloads:
-        return math.hypot(bias, WIND_SD_M_S2)
-    others = math.hypot(PULL_SD_M_S2, WIND_SD_M_S2)
-    return 1.0 / math.hypot(1.0 / bias, 1.0 / others)
+    return 1.0 / math.hypot(*information)
 
 
 def believed_accelerometer_bias_m_s2(bank_m_s2: float, standing_m_s2: float | None, traffic_side: float) -> float:

@@ -1,8 +1,8 @@
 #include "estimate.h"
 
-oc_status oc_status_next(oc_status now, double half_width, double narrow, double wide) {
-    const double limit = now == OC_VALID ? wide : narrow;
-    return half_width <= limit ? OC_VALID : OC_CONVERGING;
+oc_status oc_status_next(oc_status now, double standard_deviation, double narrow) {
+    const double limit = now == OC_VALID ? 4.0 / 3.0 * narrow : narrow;
+    return 1.96 * standard_deviation <= limit ? OC_VALID : OC_CONVERGING;
 }
 
 double oc_few_batches_factor(double batches) {

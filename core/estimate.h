@@ -21,8 +21,8 @@ typedef struct {
     float lean;                /* the middle of that interval, less the value */
 } oc_estimate;
 
-/* The status that a half-width earns, with hysteresis: valid is won below `narrow` and lost above `wide`. */
-oc_status oc_status_next(oc_status now, double half_width, double narrow, double wide);
+/* The status that a 95 % half-width earns, with hysteresis: valid is won below `narrow` and lost above 4/3 of it. */
+oc_status oc_status_next(oc_status now, double standard_deviation, double narrow);
 
 /* What 1.96 must be multiplied by when the spread comes from so few batches: Student's t at 97.5 % over 1.96. */
 double oc_few_batches_factor(double batches);

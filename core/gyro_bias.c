@@ -189,14 +189,13 @@ static double correct(oc_gyro_bias *state, int32_t axle, const double *h, double
 
 static void settle_status(oc_gyro_bias *state, const oc_params *p) {
     const double sd = state->sd = sqrt(state->P[BIAS][BIAS]);
-    const double narrow = p->gyro_bias_half_width_max_rad_s;
     if (!(state->evidence > 0.0) || sd > 0.5 * p->gyro_bias_sd_rad_s) {
         state->status = OC_UNOBSERVABLE;
         return;
     }
     state->status = oc_gyro_bias_alarmed(state)
                         ? OC_INVALID
-                        : oc_status_next(state->status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
+                        : oc_status_next(state->status, sd, p->gyro_bias_half_width_max_rad_s);
 }
 
 /* A standing block's mean is the bias. It is so sure that a bias far from it has moved. The floor is the standstill's,

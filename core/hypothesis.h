@@ -24,6 +24,7 @@
 typedef struct {
     float unloading_mean;   /* m/s^2, where the accelerometer's bias is believed to be */
     float unloading_sd;     /* m/s^2 */
+    float crown;            /* m/s^2, for which an axle may have been set up */
     float yaw_rate_bias_sd; /* rad/s, of what correction the yaw rate had */
 } oc_prior;
 
@@ -138,6 +139,9 @@ float oc_hypothesis_turned(const oc_hypothesis *hypothesis);
 
 /* Whether its word does not count yet. */
 bool oc_hypothesis_is_newborn(const oc_hypothesis *hypothesis, const oc_second *second);
+
+/* exp(-x), near enough for a weight, for x > -32. */
+float oc_likelihood(float x);
 
 /* rad^2, of a second's mean as if seconds told new things each. */
 float oc_hypothesis_noise(const oc_hypothesis *hypothesis);

@@ -24,6 +24,8 @@ static const float least_half_windup = 0.02f * 0.017453292f;
 static const float most_half = 12.5f * 0.017453292f;
 
 static const float little_width = 2.0f * 0.017453292f;  /* rad */
+static const float both_ends = 0.15f; /* of a way's square: the variance of whoever is at either end, of which each tail
+                                       * is one's */
 static const float least_weight = 1e-6f;                /* s: less tells no more of an offset that was moved */
 static const float smoothed = 0.71f; /* of white noise in a second, by joint.c's 0.3 s: 1 - 0.3 (1 - exp(-1 / 0.3)) */
 
@@ -112,6 +114,27 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
     }
 }
 
+float oc_likelihood(float x) {
+    float power = 1.0f / (1.0f + x / 32.0f);
+    for (int32_t k = 0; k < 5; ++k) {
+        power *= power;
+    }
+    return power;
+}
+
+/* How far an interval reaches to where the offset is if the axle was set up to unload on the crown, 0 to 1, where the
+ * steering unloads by so much apart from where the accelerometer's zero is believed, to such a variance. One axle in
+ * twenty is; as many drives are on roads that fall to the other side than believed, for which that zero is off by twice
+ * the crown. What is no likelier than an end of the interval leaves out, it does not reach. */
+static float reach(float apart, float crown, float variance) {
+    static const float neither = 18.0f; /* for one that is */
+    static const float left_out = 0.025f, taken_in = 0.075f;
+    const float per = crown / variance;
+    const float other_side = oc_likelihood(oc_most(per * (crown - apart), -8.0f)); /* by that likelier */
+    const float likely = 1.0f / (1.0f + oc_likelihood(0.5f * per * crown) * (neither / other_side + other_side));
+    return oc_within((likely - left_out) / (taken_in - left_out), 0.0f, 1.0f);
+}
+
 /* The offset is what the sensor reads at a = a_0, where no side force acts but for pull and wind: of its variance what
  * the terms make. */
 static float variance_of_offset(const oc_hypothesis *h, const oc_hypothesis_design *design,
@@ -140,16 +163,24 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
      * its share of what is between; in little play the lag of whatever gives way passes for a_0 */
     const float bias = design->scale[UNLOADING] * design->scale[UNLOADING] / solving->information[UNLOADING];
     const float little = oc_most(1.0f - 2.0f * h->play.half_width / little_width, 0.0f);
-    const float shown = oc_least(h->variances.of[OC_OF_UNLOADING] + little * bias, bias);
-    const float pull = design->pull_sd * design->pull_sd * (1.0f - shown / bias);
+    const float variance = h->variances.of[OC_OF_UNLOADING], any_pull = design->pull_sd * design->pull_sd;
+    const float shown = oc_least(variance + little * bias, bias);
+    const float told = 1.0f - shown / bias;
+    const float pull = any_pull * told;
     const float of_bias = bias / (bias + pull);
-    const float beyond = oc_most(of_bias * (shown + pull) - h->variances.of[OC_OF_UNLOADING], 0.0f);
+    const float beyond = oc_most(of_bias * (shown + pull) - variance, 0.0f);
+    const float apart = h->unloading - prior->unloading_mean;
+    const float believed = prior->unloading_sd * prior->unloading_sd + any_pull + variance;
+    const float set_up = of_bias * told * prior->crown; /* what is then taken for bias */
+    const float reached = reach(apart, prior->crown, believed) * set_up;
+    const float perhaps = both_ends * reached * set_up;
     /* what pull does to a truck that understeers a little at least, whatever bends and play are taken for */
     const float pulled = design->steering_ratio * oc_most(h->gradient, least_gradient);
-    h->lean = pulled * (1.0f - of_bias) * (prior->unloading_mean - h->unloading);
-    h->pulled_variance = pulled * pulled * oc_least(beyond, pull);
+    const float of_pull = pulled * pulled;
+    h->lean = pulled * (of_bias * apart - apart - 0.5f * reached);
+    h->pulled_variance = of_pull * (oc_least(beyond, pull) + perhaps);
     h->variances.of[OC_OF_OFFSET] += oc_hypothesis_noise(h) / oc_most(h->weight, least_weight) +
-                                  pulled * pulled * beyond;
+                                  of_pull * (beyond + perhaps);
 }
 
 static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,

@@ -52,15 +52,6 @@ static float unseen_width_variance(const oc_hypothesis *h, float unseen, float s
     return oc_most(doubtful, little * lacking(little_play * seen)) * width_sd * width_sd;
 }
 
-/* exp(-x), near enough for a weight, for x >= 0. */
-static float likelihood(float x) {
-    float power = 1.0f / (1.0f + x / 32.0f);
-    for (int32_t k = 0; k < 5; ++k) {
-        power *= power;
-    }
-    return power;
-}
-
 /* Of values that each have a variance: mean, and variance within and between; from where the best one has it, lest
  * single precision loses how little they differ. */
 typedef struct {
@@ -104,7 +95,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
         const float per = per_flank(h);
         const float seen_by = per * oc_least(joint->to_left - h->left_before, joint->to_right - h->right_before);
         const float worse = oc_most(h->cost - best->cost, 0.0f);
-        const float weight = likelihood(worse + late_comer * (lacking(seen_by) - lacking(per * seen)));
+        const float weight = oc_likelihood(worse + late_comer * (lacking(seen_by) - lacking(per * seen)));
         const float unseen = weight * unseen_width_variance(h, design->unseen, seen_by);
         const float borne = borne_doubt * design->unseen * oc_most(h->gradient, usual_gradient);
         values_of(h, values);

@@ -50,6 +50,7 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
         take_reading(&belief, (float)standing.value, (float)p->standing_crown_share_1, slope_sd * slope_sd);
     }
     const float least = 1e-6f * bias_sd * bias_sd; /* of which rounding may have left nothing */
+    prior.crown = crown;
     prior.unloading_mean = belief.bias;
     prior.unloading_sd = sqrtf(belief.bias_variance > least ? belief.bias_variance : least);
     return prior;

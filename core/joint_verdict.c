@@ -21,7 +21,7 @@ static float wide_as(const oc_joint_answer *found, float moved) {
 }
 
 static oc_status status_of(oc_status before, bool enough, float sd, double narrow) {
-    return enough ? oc_status_next(before, (double)(1.96f * sd), narrow, 4.0 / 3.0 * narrow) : OC_CONVERGING;
+    return enough ? oc_status_next(before, (double)sd, narrow) : OC_CONVERGING;
 }
 
 static oc_estimate estimate_from(oc_found found, float used, oc_status status) {

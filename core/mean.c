@@ -21,15 +21,15 @@ oc_moments oc_moments_of(const oc_sums *sums) {
         return (oc_moments){0};
     }
     const double y = sums->y / n;
-    const double x = sums->x / n;
+    const double x = sums->x / n, all_x = n * x;
     return (oc_moments){
         .weight = n,
         .y = y,
         .x = x,
         .w = sums->w / n,
         .yy = not_negative(sums->yy - n * y * y),
-        .xy = sums->xy - n * x * y,
-        .xx = not_negative(sums->xx - n * x * x),
+        .xy = sums->xy - all_x * y,
+        .xx = not_negative(sums->xx - all_x * x),
     };
 }
 
@@ -41,10 +41,10 @@ void oc_moments_merge(oc_moments *into, const oc_moments *other) {
     const double share = other->weight / total;
     const double between = into->weight * share;
     const double y = other->y - into->y;
-    const double x = other->x - into->x;
+    const double x = other->x - into->x, between_x = between * x;
     into->yy += other->yy + between * y * y;
-    into->xy += other->xy + between * x * y;
-    into->xx += other->xx + between * x * x;
+    into->xy += other->xy + between_x * y;
+    into->xx += other->xx + between_x * x;
     into->y += share * y;
     into->x += share * x;
     into->w += share * (other->w - into->w);
@@ -55,6 +55,6 @@ double oc_moments_variance(const oc_moments *moments, double slope) {
     if (!(moments->weight > 1.0)) {
         return 0.0;
     }
-    const double squares = moments->yy - 2.0 * slope * moments->xy + slope * slope * moments->xx;
+    const double squares = moments->yy + slope * (slope * moments->xx - moments->xy - moments->xy);
     return squares > 0.0 ? squares / (moments->weight - 1.0) : 0.0;
 }

@@ -140,7 +140,7 @@ static bool interrupted(const oc_tracking *tracking, const oc_coefficients *c, d
 /* Who stands still begins anew: the filters hold nothing then that an ignition cycle could lose. */
 static bool stands_still(oc_tracking *tracking, const oc_standstill *standstill, const oc_coefficients *c,
                          double speed) {
-    if (standstill->still_ticks < c->standstill_settling_ticks ||
+    if (standstill->still_ticks < c->gyro_bias.settling_ticks ||
         !(fabs(speed) <= c->params.standstill_speed_max_m_s)) {
         return false;
     }
@@ -215,7 +215,7 @@ static uint32_t follow_motion(oc_state *state, const oc_coefficients *c, oc_sign
         evidence->standstill.still_ticks = 0;
     }
     if (tick->valid & OC_HAS_YAW_RATE) {
-        oc_standstill_update(&evidence->standstill, c->standstill_settling_ticks, by.speed,
+        oc_standstill_update(&evidence->standstill, c->gyro_bias.settling_ticks, by.speed,
                              p->standstill_speed_max_m_s, tick->yaw_rate, tick->lateral_acceleration,
                              (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0);
         if (stands_still(tracking, &evidence->standstill, c, by.speed)) {

@@ -46,7 +46,6 @@ typedef struct {
     int32_t wheel_axle;           /* the one whose speeds stand for the motion: the rear one where its track is known */
     double offset_per_mismatch;   /* rad of residual per r_l/r_r - 1 of that axle, i*L/track */
     int32_t ticks_per_block, blocks_until_final;
-    int32_t standstill_settling_ticks;
     int32_t ticks_until_new_clock; /* refused in order, until it is the clock that was set back */
 } oc_coefficients;
 

@@ -90,7 +90,6 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->wheel_axle = axle;
     c->offset_per_mismatch = track > 0.0 ? vehicle->steering_ratio * vehicle->wheelbase / track : 0.0;
     c->ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz);
-    c->standstill_settling_ticks = (int32_t)(params->standstill_settling_s * rate_hz + 0.5);
     /* upward, so that there are no more blocks than that */
     c->ticks_per_block = rounded_up(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
     c->blocks_until_final = rounded_up(clean_ticks / c->ticks_per_block);

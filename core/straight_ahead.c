@@ -52,8 +52,8 @@ static oc_estimate understeer_of(const oc_evidence *evidence, oc_verdicts *verdi
     const double variance = oc_understeer_variance(understeer, oc_offset_value(offset, K), K) +
                             per_offset * per_offset * oc_offset_variance(offset, K);
     const double sd = sqrt(variance) / apart;
-    const double narrow = p->understeer_half_width_max_rad_m_s2;
-    verdicts->understeer_status = oc_status_next(verdicts->understeer_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
+    verdicts->understeer_status =
+        oc_status_next(verdicts->understeer_status, sd, p->understeer_half_width_max_rad_m_s2);
     return (oc_estimate){
         .value = K, .standard_deviation = sd, .evidence = time, .status = verdicts->understeer_status};
 }
@@ -91,7 +91,7 @@ void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts,
     verdicts->offset_status =
         !(offset->batches.weight > 1.0) ? OC_UNOBSERVABLE
         : !enough ? OC_CONVERGING
-                  : oc_status_next(verdicts->offset_status, 1.96 * sd, narrow, 4.0 / 3.0 * narrow);
+                  : oc_status_next(verdicts->offset_status, sd, narrow);
     learned->understeer_gradient = gradient;
     learned->offset = (oc_estimate){
         .value = oc_offset_value(offset, gradient.value) + c->offset_per_mismatch * mismatch.value,

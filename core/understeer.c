@@ -5,11 +5,11 @@
 static const double gradient_variance_of_ignorance = 1.0; /* (rad/(m/s^2))^2, a hundred times the heaviest truck's */
 
 void oc_understeer_update(oc_understeer *understeer, const oc_moments *block, double ticks_per_batch) {
-    const double n = block->weight;
-    understeer->weight += n;
-    understeer->x += n * block->x;
-    understeer->xx += block->xx + n * block->x * block->x;
-    understeer->xy += block->xy + n * block->x * block->y;
+    const double sum = block->weight * block->x;
+    understeer->weight += block->weight;
+    understeer->x += sum;
+    understeer->xx += block->xx + sum * block->x;
+    understeer->xy += block->xy + sum * block->y;
 
     oc_moments_merge(&understeer->filling, block);
     const oc_moments *b = &understeer->filling;
@@ -17,8 +17,8 @@ void oc_understeer_update(oc_understeer *understeer, const oc_moments *block, do
         return;
     }
     const double x = b->weight * b->x;
-    const double xx = b->xx + b->weight * b->x * b->x;
-    const double xy = b->xy + b->weight * b->x * b->y;
+    const double xx = b->xx + x * b->x;
+    const double xy = b->xy + x * b->y;
     understeer->batches += 1.0;
     understeer->batches_xx += xx;
     understeer->xy_xy += xy * xy;
@@ -54,9 +54,9 @@ double oc_understeer_variance(const oc_understeer *understeer, double offset, do
         return gradient_variance_of_ignorance;
     }
     /* Each batch's sum of x (y - o - K x) is its own verdict; their squares are the spread of the slope's numerator. */
-    const double squares = u->xy_xy + o * o * u->x_x + K * K * u->xx_xx - 2.0 * o * u->xy_x - 2.0 * K * u->xy_xx +
-                           2.0 * o * K * u->x_xx;
-    const double factor = oc_few_batches_factor(u->batches);
+    const double of_both = K * u->x_xx - u->xy_x, of_gradient = K * u->xx_xx - u->xy_xx;
+    const double squares = u->xy_xy + o * (o * u->x_x + of_both + of_both) + K * (of_gradient - u->xy_xx);
+    const double factor = oc_few_batches_factor(u->batches) / u->batches_xx;
     const double unbiased = u->batches / (u->batches - 1.0);
-    return factor * factor * unbiased * (squares > 0.0 ? squares : 0.0) / (u->batches_xx * u->batches_xx);
+    return factor * factor * unbiased * (squares > 0.0 ? squares : 0.0);
 }

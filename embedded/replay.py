@@ -59,6 +59,7 @@ SMALL = (
     *("-Os", "-fno-expensive-optimizations"),
     *("-fno-reorder-blocks", "-fno-schedule-insns2", "-fno-move-loop-invariants"),
     *("-fno-optimize-sibling-calls", "-fno-caller-saves", "-fno-tree-fre"),
+    *("-fno-tree-dominator-opts", "-fno-tree-pta", "-fno-ipa-sra"),
     *("--param=large-stack-frame=32", "--param=large-stack-frame-growth=10"),
 )
 FAST = ("-O2", "-fno-schedule-insns", "-fno-code-hoisting", "-fpeel-loops", "--param=max-completely-peeled-insns=60")

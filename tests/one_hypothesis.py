@@ -123,6 +123,7 @@ class Learner:
     play: Play
     unloading_mean: float = 0.0
     unloading_sd: float = 0.15
+    crown: float = 0.0  # for which the axle may have been set up
     yaw_rate_bias_sd: float = 0.02 * DEGREE
     memory_share: float | None = None  # None: short at first, as the bank has it
 
@@ -130,7 +131,16 @@ class Learner:
         self.h = ffi.new("oc_hypothesis *")
         self.design = ffi.new("oc_hypothesis_design *")
         lib.oc_hypothesis_setup(self.design, STEP_S, RATIO, RATIO_TIMES_WHEELBASE, PULL_SD)
-        self.prior = ffi.new("oc_prior *", (self.unloading_mean, self.unloading_sd, self.yaw_rate_bias_sd))
+        self.design.most_doubt = 25.0  # as joint.c has it
+        self.prior = ffi.new(
+            "oc_prior *",
+            {
+                "unloading_mean": self.unloading_mean,
+                "unloading_sd": self.unloading_sd,
+                "crown": self.crown,
+                "yaw_rate_bias_sd": self.yaw_rate_bias_sd,
+            },
+        )
         self.second = ffi.new(
             "oc_second *", {"second_s": 1.0, "memory_share": 1.0, "reference": DEGREE**2, "learns": 1}
         )

@@ -51,7 +51,7 @@ def test_every_row_can_be_driven_and_has_a_truth_for_each_minute(
         assert len(driven.target_rad) == 20
         assert np.isfinite(driven.target_rad).all()
         assert 0.0 < driven.side_force_floor_rad < 4.0 * DEGREE
-        assert (driven.floor_rad > driven.side_force_floor_rad) == row.one_flank
+        assert (driven.floor_rad > driven.side_force_floor_rad) == (row.one_flank or row.set_up)
         assert driven.vehicle.traffic_side == (row.told_side or row.traffic_side)
     assert not list(tmp_path.iterdir())
 
@@ -107,6 +107,30 @@ def test_the_population_s_pull_and_crown_are_what_the_estimator_believes() -> No
     crown = np.array([d["crown_percent"] for d in drawn]) / 100.0 * 9.80665
     assert np.mean(crown) == pytest.approx(params["crown_m_s2"], rel=0.05)
     assert np.std(crown) == pytest.approx(params["crown_sd_m_s2"], rel=0.05)
+
+
+def test_what_an_axle_for_the_crown_leaves_open_is_as_wide_as_among_trucks_by_chance() -> None:
+    """Of many drawn from the priors, those that unload as far beside the believed zero as the crown makes it."""
+    params, random, count = _core.default_params(), np.random.default_rng(3), 2_000_000
+    crown, bias_sd = params["crown_m_s2"], population.accelerometer_bias_sd_m_s2(stood=True)
+    kind = random.choice(3, count, p=[0.9, 0.05, 0.05])  # as most are, set up, on roads that fall to the other side
+    bias = random.normal(crown * np.array([0.0, 0.0, 2.0])[kind], bias_sd)
+    pull = random.normal(0.0, np.hypot(params["pull_sd_m_s2"], params["wind_sd_m_s2"]), count) + crown * (kind == 1)
+    alike = np.abs(bias + pull - crown) < 0.02
+    told = population.cannot_be_told_apart_m_s2(unloads=True, stood=True)
+    left = population.set_up_left_open_m_s2(stood=True)
+    assert np.std(pull[alike]) == pytest.approx(np.hypot(told, left), rel=0.1)
+
+
+def test_intervals_hold_axles_that_are_set_up_to_unload_on_the_crown(tmp_path: Path) -> None:
+    held, beside = 0, 0
+    for seed in range(1, 13):
+        offset, truth = offset_and_truth("unloads_on_crown", seed, tmp_path)
+        assert offset.value is not None and offset.ci95 is not None
+        held += offset.ci95[0] <= truth <= offset.ci95[1]
+        beside += abs(offset.value - truth) > 0.5 * DEGREE
+    assert held >= 10
+    assert beside >= 8  # the value is that of an axle which is not
 
 
 def test_a_row_that_a_rival_wins_says_why_with_its_own_figures() -> None:

@@ -148,8 +148,8 @@ def test_the_page_tells_the_priors_that_the_core_has() -> None:
 def test_left_and_right_are_mirrored_to_the_last_bit() -> None:
     truth = Play(unloading=0.15)
     drive = driven(6, truth, 120)
-    there = Learner(Play(unloading=0.05), 0.1).learn(drive)
-    back = Learner(Play(unloading=-0.05), -0.1).learn(drive.mirrored())
+    there = Learner(Play(unloading=0.05), 0.1, crown=0.1).learn(drive)
+    back = Learner(Play(unloading=-0.05), -0.1, crown=-0.1).learn(drive.mirrored())
     for name in ("offset", "unloading", "target_mean"):
         assert getattr(back.h, name) == -getattr(there.h, name) != 0.0
     assert (back.h.gradient, back.h.cost) == (there.h.gradient, there.h.cost)

@@ -33,6 +33,7 @@ from one_hypothesis import (
     Play,
     driven,
 )
+from scipy import stats
 
 
 def prior_of(play: Play, learner: Learner) -> tuple[Array, Array]:
@@ -155,6 +156,32 @@ def bias_by_prior_and_unloading(learner: Learner, variance: float) -> tuple[floa
     told = learner.h.unloading / variance - known * mean
     of_bias, _ = np.linalg.solve(information, [known * mean + told, told])
     return float(of_bias), float(np.linalg.inv(information)[0, 0])
+
+
+@pytest.mark.parametrize("unloading_sd", [0.09, 0.1, 0.15])
+def test_an_axle_that_may_be_set_up_to_unload_on_the_crown_is_in_the_interval(unloading_sd: float) -> None:
+    """The interval of one hypothesis against all that may be, each by its prior and by how well it foretells where the
+    steering unloads: nothing, a set-up for 0.2 m/s^2, an accelerometer's zero that is off by twice the crown."""
+    truth, crown = Play(half_width=3.5 * DEGREE, unloading=0.1), 0.2
+    learner = Learner(truth, 0.1, unloading_sd=unloading_sd, crown=crown).learn(driven(5, truth, 400))
+    h, held = learner.h, []
+    for mean in np.linspace(0.2, -0.4, 25):  # where that zero is believed to be
+        learner.prior.unloading_mean = mean
+        learner.solve(learns=False)
+        apart = h.unloading - mean
+        variance = unloading_sd**2 + PULL_SD**2 + h.variances.of[lib.OC_OF_UNLOADING]
+        shift = crown * np.arange(3.0)
+        weights = np.array([0.9, 0.05, 0.05]) * stats.norm.pdf(apart, shift, math.sqrt(variance))
+        pull = shift * [0, 1, 0] + (apart - shift) * PULL_SD**2 / variance  # which the value takes for bias
+        told = h.variances.of[lib.OC_OF_OFFSET] - h.pulled_variance
+        left = (RATIO * h.gradient) ** 2 * PULL_SD**2 * (1.0 - PULL_SD**2 / variance)
+        may_be = stats.norm(-RATIO * h.gradient * pull, math.sqrt(told + left))
+        half_width = 1.96 * math.sqrt(h.variances.of[lib.OC_OF_OFFSET])
+        within = may_be.cdf(h.lean + half_width) - may_be.cdf(h.lean - half_width)
+        held.append(weights @ within / np.sum(weights))
+    assert min(held) > 0.90
+    assert max(held) < 0.98
+    assert np.mean(held) > 0.93
 
 
 def information_of(h: Any) -> tuple[Array, Array]:

@@ -261,6 +261,9 @@ def test_the_interval_names_its_largest_part_first() -> None:
     assert f"comes from a pull or side wind that passes for accelerometer bias (+-{pull_deg:.1f})" in pull.text
     leans = told(offset={**offset, "lean": 0.2 * DEGREE})["interval"]
     assert leans.value == pytest.approx(1.96 * np.sqrt(0.43**2 - 0.2**2))
+    assert "an axle" not in leans.text  # a pull makes it lean as far
+    set_up = told(offset={**estimate(2 * DEGREE, 1.2 * DEGREE), "lean": -0.95 * DEGREE})["interval"]
+    assert "comes from an axle that may be set up to unload on the crown of the road" in set_up.text
     wide = estimate(2 * DEGREE, 3.0 * DEGREE)
     assert "comes from scatter of the drive" in told(offset=wide)["interval"].text
     assert "comes from play on the flank" in told(offset=wide, lacking_to_left=4.0)["interval"].text

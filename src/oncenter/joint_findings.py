@@ -261,12 +261,15 @@ def _parts(
     side_force = math.hypot(params["pull_sd_m_s2"], params["wind_sd_m_s2"])
     if params["use_accelerometer"]:  # crown and prior tell its bias, and so some of what is none
         side_force = _of_both(side_force, _of_both(params["accelerometer_bias_sd_m_s2"], params["crown_sd_m_s2"]))
-    left = native["offset"]["standard_deviation"] ** 2 - native["offset"]["lean"] ** 2
+    lean = native["offset"]["lean"]
+    left = native["offset"]["standard_deviation"] ** 2 - lean**2
     spreads = [
         (
             slope * side_force,
             f"a pull or side wind that passes for {'accelerometer bias' if params['use_accelerometer'] else 'bank'}",
         ),
+        # no pull makes it lean further than by its own spread
+        (max(abs(lean) - slope * side_force, 0.0), "an axle that may be set up to unload on the crown of the road"),
         (slope * native["unloading_acceleration"]["standard_deviation"], unknown),
         (
             native["offset_per_yaw_rate_bias"] * native["yaw_rate_bias"]["standard_deviation"],

@@ -13,18 +13,22 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 import pytest
 from two_trucks import DAY_S, MONDAY_S, VIN, tables
 
 import oncenter as oc
+from oncenter.answer import Estimate
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
 from oncenter.fleet import query, run
+from oncenter.fleet.drive import _columns
 from oncenter.fleet.ledger import LEDGER, Ledger
 from oncenter.fleet.pictures import ranking
 from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS
 from oncenter.fleet.truck_data import script_name
+from oncenter.signals import DEGREE
 
 ROOT = Path(__file__).parents[1]
 
@@ -40,6 +44,18 @@ def test_a_remounted_sensor_is_found_dated_and_ranked_first(undisturbed: Path) -
     assert change["drives_to_find"] <= 3
     assert abs(change["size"] - 4.0) < 1.96 * change["sd"] < 2.0  # drives of four minutes
     assert trucks["since"][0].timestamp() == MONDAY_S + 3 * DAY_S
+
+
+def test_that_an_axle_may_be_set_up_for_the_crown_makes_no_drive_differ_from_another() -> None:
+    """An interval that reaches from one offset to the other gives the deviation of one that does not."""
+    value, sd, way = 2.0 * DEGREE, 0.4 * DEGREE, 1.3 * DEGREE
+    half_width = 1.96 * np.sqrt(sd**2 + 0.15 * way**2)
+    middle = value - 0.5 * way
+    reaching = Estimate(value, (middle - half_width, middle + half_width), "converging", "rad")
+    alone = Estimate(value, (value - 1.96 * sd, value + 1.96 * sd), "valid", "rad")
+    given, usual = (_columns("offset", "deg", estimate)["offset_sd_deg"] for estimate in (reaching, alone))
+    assert given == pytest.approx(usual)
+    assert usual == pytest.approx(0.4)
 
 
 def test_a_drive_is_a_row_with_what_offset_says_of_it(fleet: Path, undisturbed: Path) -> None:

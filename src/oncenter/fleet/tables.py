@@ -74,7 +74,9 @@ def _of_drives() -> dict[str, tuple[str, str]]:
     }
     for quantity in QUANTITIES:
         columns[quantity.value] = ("number", quantity.about)
-        columns[quantity.sd] = ("number", "1.96 of it on both sides is a 95 % interval")
+        interval = "1.96 of it on both sides is a 95 % interval"
+        common = ", of an axle not set up to unload on the crown" if quantity.name == "offset" else ""
+        columns[quantity.sd] = ("number", interval + common)
         columns[quantity.status] = ("text", "valid, converging, unobservable, invalid")
     for side in ("left", "right"):
         columns[f"side_force_{side}_s"] = (

@@ -184,6 +184,20 @@ def test_an_axle_that_may_be_set_up_to_unload_on_the_crown_is_in_the_interval(un
     assert np.mean(held) > 0.93
 
 
+def test_an_axle_that_nothing_speaks_for_does_not_widen_the_interval() -> None:
+    """It unloads a little to the other side of the accelerometer's zero."""
+    learner = Learner(Play(half_width=3.5 * DEGREE, unloading=0.1), 0.1, unloading_sd=0.1, crown=0.2)
+    h = learner.learn(driven(5, learner.play, 400)).h
+    learner.prior.unloading_mean = 0.15
+    told = []
+    for crown in (0.2, 0.0, -0.2):
+        learner.prior.crown = crown
+        learner.solve(learns=False)
+        told.append((h.lean, h.variances.of[lib.OC_OF_OFFSET]))
+    assert told[0] == told[1]
+    assert told[2][1] > told[1][1]  # for it speaks what it would be on roads that fall to the other side
+
+
 def information_of(h: Any) -> tuple[Array, Array]:
     """Of the constant and all terms: the evidence as one matrix and vector, whose quotient is what it says of them."""
     scatter = np.zeros((len(TERMS), len(TERMS)))

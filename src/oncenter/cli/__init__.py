@@ -13,8 +13,11 @@ import os
 import sys
 from collections.abc import Sequence
 
+from oncenter.child import begin
 from oncenter.errors import INTERRUPTED, WRONG_USAGE, OncenterError
+from oncenter.log_formats import READ_HERE, READER, SUFFIXES
 
+_READING = ("offset", "angle", "reference", "signals")  # the verbs that read logs one by one
 _OUR_OWN_BUG = 70
 
 
@@ -33,6 +36,7 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _run(arguments: Sequence[str], as_json: bool) -> int:
+    _begin_reader(arguments)
     import typer
 
     from oncenter.cli.app import app
@@ -53,6 +57,15 @@ def _run(arguments: Sequence[str], as_json: bool) -> int:
             raise
         what = f"a bug of ours: {type(error).__name__}: {error} (oncenter --debug VERB … shows where)"
         return _fail(what, "bug", _OUR_OWN_BUG, (), as_json)
+
+
+def _begin_reader(arguments: Sequence[str]) -> None:
+    """Where a log needs a child process to be read, that loads beside this one."""
+    named = [argument.lower() for argument in arguments]
+    if "--help" in named or not named or named[0] not in _READING:
+        return
+    if any(name.endswith(SUFFIXES) and not name.endswith(READ_HERE) for name in named):
+        begin(READER)
 
 
 def _fail(message: str, code: str, exit_code: int, needs: Sequence[str], as_json: bool) -> int:

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Generator
 from pathlib import Path
 
 import numpy as np
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.read import candump, mf4, python_can, refuse_unreadable, refuse_what_is_no_file
+from oncenter.log_formats import OF_FRAMES
+from oncenter.read import refuse_unreadable, refuse_what_is_no_file
+from oncenter.read.apart import frames
 from oncenter.read.clock import HOLE_S
-from oncenter.read.decode import wanted_by
 from oncenter.read.frames import Frames, joined
 
 SLOWEST, FASTEST = 1.0, 100.0
-_SUFFIXES = (".log", ".asc", ".blf", ".trc", ".mf4", ".mdf")
 
 
 class Replay:
@@ -34,9 +33,9 @@ class Replay:
     def __init__(self, log: Path, speed: float) -> None:
         if not SLOWEST <= speed <= FASTEST:
             raise OncenterError(f"--speed must be 1 to 100, got {speed:g}", code="replay", exit_code=WRONG_USAGE)
-        if log.suffix.lower() not in _SUFFIXES and not os.path.isdir(log):
+        if log.suffix.lower() not in OF_FRAMES and not os.path.isdir(log):
             raise OncenterError(
-                f"--replay takes a log of CAN frames ({' '.join(_SUFFIXES)}), got {log.name}: "
+                f"--replay takes a log of CAN frames ({' '.join(OF_FRAMES)}), got {log.name}: "
                 "for a table use oncenter offset",
                 code="replay",
                 exit_code=WRONG_USAGE,
@@ -48,7 +47,7 @@ class Replay:
         self.dropped = 0
         self.ended = False
         self._speed = speed
-        self._chunks = _chunks(log, self.notes)
+        self._chunks = frames(log, self.notes)
         self._waiting = joined([])
         self._started_s = self._log_time_s = 0.0  # the log's time at that wall time
         self._load()
@@ -82,15 +81,3 @@ class Replay:
         self._waiting = next((frames for frames in self._chunks if len(frames)), joined([]))
         self.ended = not len(self._waiting)
 
-
-def _chunks(log: Path, notes: list[str]) -> Generator[Frames, None, None]:
-    def tell(fraction: float) -> None:
-        pass
-
-    suffix = log.suffix.lower()
-    if suffix == ".log":
-        yield from candump.chunks(log, notes, tell)
-    elif suffix in (".mf4", ".mdf"):
-        yield mf4.read(log, {}, wanted_by(()), notes, tell)[0].frames
-    else:
-        yield from python_can.chunks(log, suffix, notes, tell)

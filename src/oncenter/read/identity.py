@@ -10,8 +10,8 @@ import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
-from oncenter.read import candump, mf4, python_can
 from oncenter.read.frames import Frames, Wanted, pgn_of
+from oncenter.read.frames_of_log import frames_of_log
 
 _VEHICLE_IDENTIFICATION = 65260  # J1939 VI: the VIN, closed by '*'
 _CONNECTION, _TRANSFER = 0xEC00, 0xEB00  # J1939-21's transport protocol
@@ -31,7 +31,7 @@ def vin_of(path: Path) -> str | None:
     try:
         if name.endswith((".parquet", ".csv", ".csv.gz")):
             return _plain(_told(path, ("vin", "VIN")))
-        return _assembled(_frames(path, name))
+        return _assembled(frames_of_log(path, [], lambda fraction: None, Wanted(frozenset(_PGNS))))
     except (OncenterError, OSError, ValueError, pl.exceptions.PolarsError):
         return None  # whoever reads its signals says what is wrong with it
 
@@ -71,15 +71,6 @@ def _told(path: Path, names: tuple[str, ...]) -> str | None:
 def _first_cell(table: pl.DataFrame, names: tuple[str, ...]) -> str | None:
     cells = [table[name][0] for name in names if name in table.columns and table.height]
     return None if not cells or cells[0] is None else str(cells[0]).strip() or None
-
-
-def _frames(path: Path, name: str) -> Iterator[Frames]:
-    if name.endswith(".log"):
-        return candump.chunks(path, [], lambda fraction: None)
-    if name.endswith((".mf4", ".mdf")):
-        kept, _ = mf4.read(path, {}, Wanted(frozenset(_PGNS)), [], lambda fraction: None)
-        return iter((kept.frames,))
-    return python_can.chunks(path, Path(name).suffix, [], lambda fraction: None)
 
 
 def _assembled(chunks: Iterator[Frames]) -> str | None:

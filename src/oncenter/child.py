@@ -1,0 +1,393 @@
+"""A child process for work that may crash, hang or grow, and the parent that watches it.
+
+Logs come from strangers, and the libraries that read them are not made for hostile bytes. So they run in a process of
+its own, which the parent stops when it uses more computing time or more memory than a file of that size can need. A
+child's end costs one log and nothing else.
+
+The parent starts it as `python -m MODULE` and writes one JSON line a request. The child answers with messages: a JSON
+line each, followed by as many bytes as it says. Nothing is unpickled on either side. This file imports nothing heavy.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import json
+import os
+import queue
+import select
+import signal
+import subprocess
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from oncenter.errors import OncenterError
+
+Message = tuple[Mapping[str, Any], bytes]  # what it says, and the bytes that come with it
+Send = Callable[..., None]  # what a message says, then the buffers that come with it
+
+# The slowest reader, python-can's of .asc, takes 0.17 s a MB (bench/logs.py): a slow laptop's twelve times as much.
+_CPU_BASE_S, _CPU_S_PER_BYTE = 10.0, 2e-6
+# A table as text takes 8 times its size, a packed one (csv.gz) 30 times; imports some 0.2 GiB.
+_RESIDENT_BASE, _RESIDENT_PER_BYTE = 1 << 30, 32
+_WAIT_PER_CPU = 3.0  # a child that computes nothing waits for a disk or for ever
+_LOOK_EVERY_S = 0.02  # at memory and time: what grows by 4 GB/s is stopped 80 MB late
+_LONGEST_LOOK_S = 0.5  # more than that between two looks, and it was the parent that stood still
+_RESIDENT_TO_KEEP = 400 << 20  # a child that holds more after its work is not used again
+_MESSAGES_AHEAD = 8
+_STOPPED_FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What one request may use."""
+
+    cpu_s: float
+    resident_bytes: int
+
+
+def limits_for(size: int) -> Limits:
+    """Limits that follow from a file's size in bytes; memory is at most half of this machine's."""
+    resident = _RESIDENT_BASE + _RESIDENT_PER_BYTE * size
+    half = _half_of_memory()
+    return Limits(_CPU_BASE_S + _CPU_S_PER_BYTE * size, resident if half is None else min(resident, half))
+
+
+class ChildDied(Exception):
+    """A child came to its end during a request.
+
+    Attributes:
+        code: "reader_crashed", "reader_time", "reader_memory" or "stopped".
+    """
+
+    def __init__(self, code: str, what: str) -> None:
+        super().__init__(what)
+        self.code = code
+
+    def of(self, file: str) -> OncenterError:
+        """As the error of the file that was read."""
+        return OncenterError(f"cannot read {file}: {self}", code=self.code)
+
+
+class Child:
+    """One process; a request at a time.
+
+    Args:
+        module: `python -m module` calls `serve`.
+    """
+
+    def __init__(self, module: str) -> None:
+        # -P: the current folder may be a stranger's, and modules must not come from it
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", module],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,  # what a crashing library says there is not for people
+            env=_environment(),
+        )
+        self._messages: queue.Queue[Message | None] = queue.Queue(_MESSAGES_AHEAD)
+        self._killed = False
+        threading.Thread(target=self._receive, name="child's messages", daemon=True).start()
+
+    def ask(self, request: Mapping[str, Any], limits: Limits) -> Iterator[Message]:
+        """Sends a request at once, and gives the messages of its answer, the last one too, as they come.
+
+        Whoever does not take them all must `kill`. The messages raise:
+
+        Raises:
+            ChildDied: it crashed, was stopped at a limit, or was stopped from outside.
+            OncenterError: as the child raised it.
+        """
+        watch = _Watch(self._process.pid, limits)
+        self._send({"cpu_s": limits.cpu_s, **request})
+        return self._answer(watch)
+
+    def _answer(self, watch: _Watch) -> Iterator[Message]:
+        while True:
+            message = self._next(watch)
+            if message is None:
+                raise self._end()
+            said, _ = message
+            if "error" in said:
+                raise _raised(said["error"])
+            yield message
+            if said.get("last"):
+                return
+
+    def fit_for_more(self) -> bool:
+        return self._process.poll() is None and (_resident_bytes(self._process.pid) or 0) < _RESIDENT_TO_KEEP
+
+    def signal_end(self) -> None:
+        self._process.kill()
+
+    def kill(self) -> None:
+        """At once, whatever it does."""
+        self._killed = True
+        self._process.kill()
+        self._process.wait()
+        with contextlib.suppress(OSError):
+            self._stdin.close()
+        while True:  # whoever waits to put a message ends
+            try:
+                self._messages.get_nowait()
+            except queue.Empty:
+                return
+
+    @property
+    def _stdin(self) -> BinaryIO:
+        assert self._process.stdin is not None
+        return self._process.stdin  # type: ignore[return-value]
+
+    def _send(self, request: Mapping[str, Any]) -> None:
+        with contextlib.suppress(OSError):  # one that is dead answers with its end
+            self._stdin.write(json.dumps(request).encode() + b"\n")
+            self._stdin.flush()
+
+    def _receive(self) -> None:
+        out = self._process.stdout
+        assert out is not None
+        with out:
+            while (head := out.readline()).endswith(b"\n"):
+                said = json.loads(head)
+                payload = out.read(said.get("bytes", 0))
+                if self._killed or len(payload) < said.get("bytes", 0):
+                    break
+                self._messages.put((said, payload))
+        self._messages.put(None)
+
+    def _next(self, watch: _Watch) -> Message | None:
+        while True:
+            why = watch.exceeded()
+            if why is not None:
+                self.kill()
+                raise why
+            with contextlib.suppress(queue.Empty):
+                return self._messages.get(timeout=_LOOK_EVERY_S)
+
+    def _end(self) -> ChildDied:
+        if self._killed:
+            return ChildDied("stopped", "it was stopped")
+        code = self._process.wait()
+        if -code in _STOPPED_FROM_OUTSIDE:
+            return ChildDied("stopped", f"its reader was stopped from outside ({_signal_name(-code)})")
+        how = _signal_name(-code) if code < 0 else f"exit code {code}"
+        return ChildDied("reader_crashed", f"its reader crashed ({how}): the file is damaged, or made to do that")
+
+
+class _Watch:
+    """Time and memory of one request."""
+
+    def __init__(self, pid: int, limits: Limits) -> None:
+        self._pid, self._limits = pid, limits
+        self._cpu_before_s = _cpu_s(pid) or 0.0
+        self._waited_s = 0.0
+        self._looked_s = time.monotonic()
+
+    def exceeded(self) -> ChildDied | None:
+        now = time.monotonic()
+        if now - self._looked_s < _LOOK_EVERY_S:  # messages may come faster
+            return None
+        # a parent that was stopped for an hour has not waited for an hour
+        self._waited_s += min(now - self._looked_s, _LONGEST_LOOK_S)
+        self._looked_s = now
+        resident = _resident_bytes(self._pid)
+        if resident is not None and resident > self._limits.resident_bytes:
+            at = f"{self._limits.resident_bytes / (1 << 30):.1f} GiB"
+            return ChildDied("reader_memory", f"its reader was stopped at {at} of memory, more than a file of this size needs")
+        cpu_s = (_cpu_s(self._pid) or 0.0) - self._cpu_before_s
+        if cpu_s > self._limits.cpu_s or self._waited_s > _WAIT_PER_CPU * self._limits.cpu_s:
+            spent = f"{max(cpu_s, self._waited_s):.0f} s"
+            return ChildDied(
+                "reader_time", f"its reader was stopped after {spent}, longer than a file of this size needs"
+            )
+        return None
+
+
+_idle: dict[str, list[Child]] = {}
+_idle_lock = threading.Lock()
+_idle_of = os.getpid()
+
+
+def begin(module: str) -> None:
+    """Starts a child beside whatever the caller does next: it loads for a quarter of a second."""
+    _give_back(module, Child(module))
+
+
+@contextlib.contextmanager
+def borrowed(module: str) -> Iterator[Child]:
+    """A child that is idle, or a new one; kept for the next who asks unless its work failed or it has grown."""
+    child = _take(module)
+    try:
+        yield child
+    except OncenterError:
+        _give_back(module, child)
+        raise
+    except BaseException:  # interrupted in the middle of an answer
+        child.kill()
+        raise
+    else:
+        _give_back(module, child)
+
+
+def _take(module: str) -> Child:
+    global _idle_of
+    with _idle_lock:
+        if _idle_of != os.getpid():  # a fork has its parent's children, whose pipes it must not share
+            _idle.clear()
+            _idle_of = os.getpid()
+        waiting = _idle.get(module, [])
+        while waiting:
+            child = waiting.pop()
+            if child.fit_for_more():
+                return child
+            child.kill()
+    return Child(module)
+
+
+def _give_back(module: str, child: Child) -> None:
+    if not child.fit_for_more():
+        child.kill()
+        return
+    with _idle_lock:
+        _idle.setdefault(module, []).append(child)
+
+
+@atexit.register
+def _end_idle() -> None:
+    """Nobody waits for them: this process ends as well."""
+    if _idle_of == os.getpid():
+        for children in _idle.values():
+            for child in children:
+                child.signal_end()
+
+
+def serve(answer: Callable[[Mapping[str, Any], Send], None]) -> None:
+    """The child's side: answers requests until the parent is gone.
+
+    Args:
+        answer: sends the messages of one request; the last one has the key "last". What it raises goes to the parent.
+    """
+    out = _own_output()
+
+    def send(said: Mapping[str, Any], *parts: Any) -> None:
+        _write(out, said, parts)
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to hear
+    _no_core_dumps()
+    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+    for line in sys.stdin.buffer:
+        request = json.loads(line)
+        _limit_cpu(request["cpu_s"])
+        try:
+            answer(request, send)
+        except Exception as error:
+            send({"error": _told(error)})
+
+
+def _write(out: BinaryIO, said: Mapping[str, Any], parts: Iterable[Any]) -> None:
+    buffers = [memoryview(part).cast("B") for part in parts]
+    size = sum(len(buffer) for buffer in buffers)
+    out.write(json.dumps({**said, "bytes": size} if size else said).encode() + b"\n")
+    for buffer in buffers:
+        out.write(buffer)
+    out.flush()
+
+
+def _own_output() -> BinaryIO:
+    """Where the parent listens; what libraries print goes nowhere."""
+    own = os.dup(1)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
+    return os.fdopen(own, "wb")
+
+
+def _end_with_the_parent() -> None:
+    """The parent may be killed during a request, when nobody reads its pipe."""
+    if not hasattr(select, "poll"):
+        return
+    hung_up = select.poll()
+    hung_up.register(0, 0)
+    hung_up.poll()
+    os._exit(0)
+
+
+def _no_core_dumps() -> None:
+    with contextlib.suppress(ImportError, ValueError, OSError):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
+
+
+def _limit_cpu(cpu_s: float) -> None:
+    """A second wall, for a child that loops in C while its parent is killed."""
+    with contextlib.suppress(ImportError, ValueError, OSError):
+        import resource
+
+        until = int(time.process_time() + 2.0 * cpu_s) + 1
+        resource.setrlimit(resource.RLIMIT_CPU, (until, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+
+
+def _told(error: Exception) -> dict[str, Any]:
+    if isinstance(error, OncenterError):
+        return {"message": str(error), "code": error.code, "exit_code": error.exit_code, "needs": error.needs}
+    return {"bug": f"{type(error).__name__}: {error}", "traceback": traceback.format_exc()}
+
+
+class ChildFailed(Exception):
+    """An internal error in a child; its traceback is a note of this one."""
+
+
+def _raised(told: Mapping[str, Any]) -> Exception:
+    if "bug" in told:
+        failed = ChildFailed(told["bug"])
+        failed.add_note(told["traceback"])
+        return failed
+    return OncenterError(
+        told["message"], code=told["code"], exit_code=told["exit_code"], needs=tuple(told["needs"])
+    )
+
+
+def _environment() -> dict[str, str]:
+    """This package comes first, for the parent may have found it in another way than by its installation."""
+    own = str(Path(__file__).resolve().parents[1])
+    given = os.environ.get("PYTHONPATH")
+    return os.environ | {"PYTHONPATH": own if not given else own + os.pathsep + given}
+
+
+def _signal_name(number: int) -> str:
+    with contextlib.suppress(ValueError):
+        return signal.Signals(number).name
+    return f"signal {number}"
+
+
+def _resident_bytes(pid: int) -> int | None:
+    """None where the system does not tell: then memory is not limited."""
+    try:
+        with open(f"/proc/{pid}/statm", "rb") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, IndexError, ValueError):
+        return None
+
+
+def _cpu_s(pid: int) -> float | None:
+    """Computing time so far; None where the system does not tell: then only the time that passes is limited."""
+    try:
+        with open(f"/proc/{pid}/stat", "rb") as file:
+            fields = file.read().rpartition(b")")[2].split()  # the name before may hold blanks
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    except (OSError, IndexError, ValueError):
+        return None
+
+
+def _half_of_memory() -> int | None:
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
+    except (AttributeError, ValueError, OSError):
+        return None

@@ -1,0 +1,130 @@
+"""Logs whose formats other people's libraries read are read in a child process: what it gives, as this one has it.
+
+The request is out before anything heavy is imported here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from oncenter.child import ChildDied, Send, borrowed, limits_for
+from oncenter.log_formats import READER
+from oncenter.signals import SignalName, Signals, Source
+
+if TYPE_CHECKING:
+    from oncenter.read.frames import Frames
+
+
+def read_apart(
+    path: Path,
+    names: Mapping[str, SignalName],
+    dbc: Sequence[str | os.PathLike[str]],
+    take: Mapping[str, str],
+    tell: Callable[[float], None],
+) -> Signals:
+    """
+    Raises:
+        OncenterError: as `oncenter.read`.
+    """
+    request = {
+        "signals": os.fspath(path),
+        "names": {signal: asdict(name) for signal, name in names.items()},
+        "dbc": [os.fspath(file) for file in dbc],
+        "take": dict(take),
+    }
+    with borrowed(READER) as child, _named(path):
+        answer = child.ask(request, limits_for(sum(map(_size, (path, *dbc)))))
+        import polars  # noqa: F401 - it loads while the child reads
+
+        for said, payload in answer:
+            if "progress" in said:
+                tell(said["progress"])
+    return _as_signals(said, payload)
+
+
+def frames(path: Path, notes: list[str]) -> Iterator[Frames]:
+    """All frames of a log, many at a time; notes say what is left out.
+
+    Raises:
+        OncenterError: as `oncenter.read`.
+    """
+    with borrowed(READER) as child, _named(path):
+        for said, payload in child.ask({"frames": os.fspath(path)}, limits_for(_size(path))):
+            notes += said.get("notes", ())
+            if payload:
+                yield _as_frames(said["count"], payload)
+
+
+@contextlib.contextmanager
+def _named(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except ChildDied as died:
+        raise died.of(path.name) from None
+
+
+def _size(file: str | os.PathLike[str]) -> int:
+    try:
+        return os.stat(file).st_size
+    except (OSError, ValueError):  # reading says what is wrong with it
+        return 0
+
+
+def sent(given: Signals, send: Send) -> None:
+    """Signals as the last message."""
+    import numpy as np
+
+    said = {
+        "columns": given.table.columns,
+        "sources": {name: asdict(source) for name, source in given.sources.items()},
+        "rate_hz": given.rate_hz,
+        "log": given.log,
+        "notes": given.notes,
+        "last": True,
+    }
+    send(said, *(np.ascontiguousarray(column.to_numpy(), np.float64) for column in given.table))
+
+
+def _as_signals(said: Mapping[str, Any], payload: bytes) -> Signals:
+    import numpy as np
+    import polars as pl
+
+    names = said["columns"]
+    columns = np.frombuffer(payload, np.float64).reshape(len(names), -1)
+    return Signals(
+        pl.DataFrame(dict(zip(names, columns, strict=True))),
+        {name: Source(**{**source, "others": tuple(source["others"])}) for name, source in said["sources"].items()},
+        said["rate_hz"],
+        said["log"],
+        tuple(said["notes"]),
+    )
+
+
+def sent_frames(given: Frames, send: Send) -> None:
+    """Frames as a message."""
+    import numpy as np
+
+    from oncenter.read.frames import Frames
+
+    columns = (np.ascontiguousarray(getattr(given, name)) for name in Frames.__dataclass_fields__)
+    send({"count": len(given)}, *columns)
+
+
+_FRAME_TYPES = ("f8", "u4", "?", "u8", "u1", "u8")
+
+
+def _as_frames(count: int, payload: bytes) -> Frames:
+    import numpy as np
+
+    from oncenter.read.frames import Frames
+
+    columns, start = [], 0
+    for kind in map(np.dtype, _FRAME_TYPES):
+        columns.append(np.frombuffer(payload, kind, count, start))
+        start += count * kind.itemsize
+    return Frames(*columns)

@@ -1,0 +1,32 @@
+"""`python -m oncenter.read.child`: reads one log after another for a parent that watches it, see `oncenter.child`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from oncenter.child import Send, serve
+from oncenter.read.apart import sent, sent_frames
+from oncenter.read.frames_of_log import frames_of_log
+from oncenter.read.here import read_here
+from oncenter.signals import SignalName
+
+
+def _answer(request: Mapping[str, Any], send: Send) -> None:
+    def tell(fraction: float) -> None:
+        send({"progress": fraction})
+
+    if "frames" in request:
+        notes: list[str] = []
+        for frames in frames_of_log(Path(request["frames"]), notes, tell):
+            sent_frames(frames, send)
+        send({"notes": notes, "last": True})
+        return
+    names = {signal: SignalName(**name) for signal, name in request["names"].items()}
+    dbc = [Path(file) for file in request["dbc"]]
+    sent(read_here(Path(request["signals"]), names, dbc, request["take"], tell), send)
+
+
+if __name__ == "__main__":
+    serve(_answer)

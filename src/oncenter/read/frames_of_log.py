@@ -1,0 +1,32 @@
+"""The frames of a log of a bus, many at a time, whichever program wrote it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from oncenter.read import candump, mf4, python_can
+from oncenter.read.decode import wanted_by
+from oncenter.read.frames import Frames, Wanted
+
+
+def frames_of_log(
+    path: Path, notes: list[str], tell: Callable[[float], None], wanted: Wanted | None = None
+) -> Iterator[Frames]:
+    """In this process, by whatever library reads that format.
+
+    Args:
+        path: of one of `log_formats.OF_FRAMES`.
+        notes: get what is left out.
+        tell: is told the fraction read.
+        wanted: of an MF4 log only these are given; None: those that carry signals of J1939.
+
+    Raises:
+        OncenterError: it cannot be read, or is shorter than it says.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".log":
+        return candump.chunks(path, notes, tell)
+    if suffix in (".mf4", ".mdf"):
+        return iter((mf4.read(path, {}, wanted or wanted_by(()), notes, tell)[0].frames,))
+    return python_can.chunks(path, suffix, notes, tell)

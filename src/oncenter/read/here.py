@@ -1,0 +1,122 @@
+"""A log becomes a `Signals` in this process. One format a file; `clock` brings many rates to one tick."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from oncenter.errors import OncenterError
+from oncenter.read import cannot_read, choose, clock, j1939, mf4, suffix_of, tabular
+from oncenter.read import dbc as databases
+from oncenter.read.decode import decode, wanted_by
+from oncenter.read.frames import Kept, keep
+from oncenter.read.frames_of_log import frames_of_log
+from oncenter.read.samples import Samples
+from oncenter.signals import SignalName, Signals
+
+
+def read_here(
+    path: Path,
+    names: Mapping[str, SignalName],
+    dbc: Sequence[str | os.PathLike[str]],
+    take: Mapping[str, str],
+    tell: Callable[[float], None],
+) -> Signals:
+    """As `read`, in this process, whatever library reads that format: for a child process, or for a file of ours."""
+    suffix = suffix_of(path)
+    notes: list[str] = []
+    before = path.stat()
+    tell(0.0)
+    if suffix in (".csv", ".csv.gz"):
+        candidates = tabular.read_csv(path, names, notes)
+    elif suffix == ".parquet":
+        candidates = tabular.read_parquet(path, names, notes)
+    else:
+        candidates = _from_bus(path, suffix, names, dbc, notes, tell)
+    _note_a_change(path, before, notes)
+    signals = _signals(path, candidates, take, notes)
+    tell(1.0)
+    return signals
+
+
+def _note_a_change(path: Path, before: os.stat_result, notes: list[str]) -> None:
+    """
+    Raises:
+        OncenterError: the file is shorter than when reading began, so that some of it was not read.
+    """
+    try:
+        after = path.stat()
+    except OSError as error:
+        raise cannot_read(path, error) from error
+    if after.st_size < before.st_size:
+        raise OncenterError(
+            f"{path.name} shrank while it was read, from {before.st_size} to {after.st_size} bytes: read it again",
+            code="unreadable_log",
+        )
+    if (after.st_size, after.st_mtime_ns, after.st_ino) != (before.st_size, before.st_mtime_ns, before.st_ino):
+        notes.append(f"{path.name} was written to while it was read: read it again for the rest")
+
+
+def _from_bus(
+    path: Path,
+    suffix: str,
+    names: Mapping[str, SignalName],
+    dbc: Sequence[str | os.PathLike[str]],
+    notes: list[str],
+    tell: Callable[[float], None],
+) -> list[Samples]:
+    """Signals of a log of frames: what a DBC says about a message comes before what we know about it."""
+    described = databases.definitions(dbc, names, notes)
+    wanted = wanted_by(described)
+    decoded: list[Samples] = []
+    if suffix in (".mf4", ".mdf"):
+        kept, decoded = mf4.read(path, names, wanted, notes, tell)
+    else:
+        kept = keep(frames_of_log(path, notes, tell), wanted)
+    candidates = decode(kept, described, decoded)
+    if not candidates:
+        raise _nothing_known(path, kept, described, notes)
+    return candidates
+
+
+def _nothing_known(
+    path: Path, kept: Kept, described: Sequence[databases.Definition], notes: Sequence[str]
+) -> OncenterError:
+    if kept.total == 0:
+        return OncenterError(f"no CAN data frames in {path.name} (CAN FD is not read)", code="empty_log")
+    if described:
+        messages = ", ".join(f"{d.message.name} (0x{d.message.frame_id:X})" for d in described)
+        return OncenterError(
+            f"{path.name} has none of the messages in which the DBC has our signals: {messages}",
+            code="missing_signal",
+            needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
+        )
+    if kept.standard_frames == kept.total and notes:
+        return OncenterError(f"no known signal in {path.name}: {'; '.join(notes)}", code="not_j1939")
+    if kept.standard_frames == kept.total:
+        return OncenterError(
+            f"{path.name} has only 11-bit identifiers ({kept.total} frames): that is not J1939; give a DBC with --dbc",
+            code="not_j1939",
+        )
+    return OncenterError(
+        f"no steering wheel angle ({j1939.home('steering_wheel_angle')}) and no other known signal in {path.name}; "
+        f"found: PGN {j1939.found_groups(kept)}",
+        code="missing_signal",
+        needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
+    )
+
+
+def _signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str], notes: list[str]) -> Signals:
+    clock.refuse_time_out_of_range(candidates, path.name)
+    chosen, sources = choose.choose(candidates, take, path.name, notes)
+    if not chosen:
+        raise OncenterError(
+            f"no signal in {path.name} ever has a number: {'; '.join(notes)}",
+            code="missing_signal",
+            needs=tuple(dict.fromkeys(samples.signal for samples in candidates)),
+        )
+    table, rate = clock.to_one_tick(chosen, path.name, notes)
+    if table.height < 2:
+        raise OncenterError(f"{path.name} has {table.height} ticks, at least 2 are needed", code="too_short")
+    return Signals(table, sources, rate, os.fspath(path), tuple(notes))

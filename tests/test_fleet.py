@@ -156,21 +156,21 @@ def test_a_log_that_grew_replaces_what_it_was(fleet: Path, tmp_path: Path) -> No
 
 KILLED = """
 import os, signal, sys
-from oncenter.fleet import night
-from oncenter.fleet.engines import threads
+from oncenter.fleet import night, ranking
+from oncenter.fleet.engines import processes
 logs, vehicles, output, moment = sys.argv[1:]
 
 def die(*given):
     os.kill(os.getpid(), signal.SIGKILL)
 
 def engine(work, waiting):
-    for count, done in enumerate(threads(work, waiting)):
+    for count, done in enumerate(processes(work, waiting)):
         if str(count) == moment:
             die()
         yield done
 
 if moment == "ranking":
-    night.rank = die
+    ranking.rank = die
 night.run([logs], vehicles, output, engine=engine)
 """
 

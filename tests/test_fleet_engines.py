@@ -20,27 +20,27 @@ from two_trucks import tables
 
 from oncenter.errors import OncenterError
 from oncenter.fleet import engines, run
-from oncenter.fleet.drive import Work
 from oncenter.fleet.engines import on_ray
 from oncenter.fleet.files import LogFile
+from oncenter.fleet.watched import Watched
 
 
-def test_ray_gives_the_bytes_that_threads_give(
+def test_ray_gives_the_bytes_that_this_machines_processes_give(
     fleet: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
     if "libasan" in os.environ.get("LD_PRELOAD", ""):
-        pytest.skip("Ray's own processes do not always begin under the sanitizers; what they call is tested in threads")
+        pytest.skip("Ray's own processes do not always begin under the sanitizers; what they call is tested without Ray")
     monkeypatch.setattr(engines, "_LOGS_WHILE_RAY_BEGINS", 3)
     monkeypatch.setattr(engines, "_LOGS_WHILE_RAY_ENDS", 2)  # those between are Ray's
     here: list[str] = []
-    answer = Work.__call__
+    answer = Watched.__call__
 
-    def noted(self: Work, log: LogFile) -> dict[str, Any]:
+    def noted(self: Watched, log: LogFile) -> dict[str, Any]:
         here.append(log.uri)
         return answer(self, log)
 
-    monkeypatch.setattr(Work, "__call__", noted)
+    monkeypatch.setattr(Watched, "__call__", noted)
     summary = run([str(fleet / "logs")], fleet / "vehicles", tmp_path, engine=on_ray(None, workers=2))
     assert 2 < len(here) <= 5 < summary.logs_found
     assert set(sorted(pl.read_parquet(tmp_path / "drives.parquet")["log"])[-2:]) <= set(here)

@@ -41,6 +41,7 @@ _LOOK_EVERY_S = 0.02  # at memory and time: what grows by 4 GB/s is stopped 80 M
 _LONGEST_LOOK_S = 0.5  # more than that between two looks, and it was the parent that stood still
 _RESIDENT_TO_KEEP = 400 << 20  # a child that holds more after its work is not used again
 _MESSAGES_AHEAD = 8
+READER_DEATHS = ("reader_crashed", "reader_time", "reader_memory")
 _STOPPED_FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -63,12 +64,14 @@ class ChildDied(Exception):
     """A child came to its end during a request.
 
     Attributes:
-        code: "reader_crashed", "reader_time", "reader_memory" or "stopped".
+        code: one of `READER_DEATHS`, or "stopped" where it was ended from outside.
+        by_kill: it was killed, and not by its parent: by the system for want of memory, or by a person.
     """
 
-    def __init__(self, code: str, what: str) -> None:
+    def __init__(self, code: str, what: str, *, by_kill: bool = False) -> None:
         super().__init__(what)
         self.code = code
+        self.by_kill = by_kill
 
     def of(self, file: str) -> OncenterError:
         """As the error of the file that was read."""
@@ -177,7 +180,11 @@ class Child:
         if -code in _STOPPED_FROM_OUTSIDE:
             return ChildDied("stopped", f"its reader was stopped from outside ({_signal_name(-code)})")
         how = _signal_name(-code) if code < 0 else f"exit code {code}"
-        return ChildDied("reader_crashed", f"its reader crashed ({how}): the file is damaged, or made to do that")
+        return ChildDied(
+            "reader_crashed",
+            f"its reader crashed ({how}): the file is damaged, or made to do that",
+            by_kill=-code == signal.SIGKILL,
+        )
 
 
 class _Watch:
@@ -199,7 +206,9 @@ class _Watch:
         resident = _resident_bytes(self._pid)
         if resident is not None and resident > self._limits.resident_bytes:
             at = f"{self._limits.resident_bytes / (1 << 30):.1f} GiB"
-            return ChildDied("reader_memory", f"its reader was stopped at {at} of memory, more than a file of this size needs")
+            return ChildDied(
+                "reader_memory", f"its reader was stopped at {at} of memory, more than a file of this size needs"
+            )
         cpu_s = (_cpu_s(self._pid) or 0.0) - self._cpu_before_s
         if cpu_s > self._limits.cpu_s or self._waited_s > _WAIT_PER_CPU * self._limits.cpu_s:
             spent = f"{max(cpu_s, self._waited_s):.0f} s"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -13,6 +12,8 @@ from oncenter.errors import INTERRUPTED, WRONG_USAGE, OncenterError
 
 if TYPE_CHECKING:
     from oncenter.fleet import Summary
+
+_POISONOUS_SHOWN = 20
 
 fleet = typer.Typer(name="fleet")
 
@@ -34,29 +35,32 @@ def run(
     vehicles: Annotated[Path, typer.Option(metavar="DIR", help="NAME.toml of a truck, or of VINs that begin so.")],
     output: Output,
     engine: Annotated[
-        Literal["threads", "ray"], typer.Option(help="This machine's cores, or a Ray cluster.")
-    ] = "threads",
+        Literal["processes", "ray"], typer.Option(help="This machine's cores, or a Ray cluster.")
+    ] = "processes",
     address: Annotated[str | None, typer.Option(help="Of the Ray cluster; without it one of this machine.")] = None,
     limit: Annotated[float, typer.Option(metavar="DEG", help="What an offset may be.")] = 2.0,
     reports: Annotated[bool, typer.Option("--reports", help="A page for each drive as well, some 2 MB.")] = False,
+    retry: Annotated[
+        bool, typer.Option("--retry", help="Also logs at which a reader crashed or was stopped before.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Answer all logs that are new, rank the trucks, and write tables and page anew."""
     _check_installed()
     from oncenter import fleet as room
-    from oncenter.fleet.engines import on_ray, threads
+    from oncenter.fleet.engines import on_ray, processes
 
     if address is not None and engine != "ray":
         raise OncenterError("--address is of --engine ray", code="usage", exit_code=WRONG_USAGE)
-    gc.freeze()  # what is loaded stays: no garbage to look for in it, drive after drive
     try:
         summary = room.run(
             logs,
             vehicles,
             output,
-            engine=on_ray(address) if engine == "ray" else threads,
+            engine=on_ray(address) if engine == "ray" else processes,
             limit_deg=limit,
             reports=reports,
+            retry=retry,
         )
     except KeyboardInterrupt:
         raise OncenterError(
@@ -111,6 +115,10 @@ def in_words(summary: Summary) -> str:
     if summary.refused:
         codes = ", ".join(f"{count} {code}" for code, count in summary.refused.items())
         lines.append(f"logs without an answer: {codes}")
+    shown = summary.poisonous[:_POISONOUS_SHOWN]
+    lines += [f"skipped, readers crash or hang at it: {each['error']}" for each in shown]
+    if len(summary.poisonous) > len(shown):
+        lines.append(f"skipped as well: {len(summary.poisonous) - len(shown)} more, named in drives.parquet")
     named = [row for row in summary.worst if row["verdict"] in ("calibrate", "watch")]
     if named:
         lines += ["", f"  {'truck':24}{'verdict':11}{'offset, 95 %':>24}   {'since':12}{'q':>8}"]

@@ -1,4 +1,4 @@
-"""Who does the work: threads of this process, since the core lets others run, or the machines of a Ray cluster.
+"""Who does the work: child processes of this one, or of the machines of a Ray cluster.
 
 Both take logs as they are free and give rows as they are done, a bounded number in flight.
 """
@@ -33,8 +33,8 @@ _LOGS_WHILE_RAY_ENDS = 64  # some two cores answer in a second
 _ray_ends: list[Thread] = []  # at most one: Ray is once in a process
 
 
-def threads(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
-    """One thread a core, and one more: whenever two wait for each other's Python, a core would have nothing to do."""
+def processes(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
+    """One child process a core, each watched by a thread, and one more: while one waits for a disk another works."""
     workers = 1 + _cores()
     waiting = iter(logs)
     with ThreadPoolExecutor(workers, thread_name_prefix="fleet") as pool:
@@ -59,8 +59,8 @@ def _cores() -> int:
 def on_ray(address: str | None, workers: int | None = None) -> Engine:
     """On a cluster that is there already (`address`), or one of this machine's cores that ends with the run.
 
-    Ray takes seconds to begin, in which this machine's threads answer, and one to end, in which they answer the last
-    logs where Ray began here.
+    Ray takes seconds to begin, in which this machine's own child processes answer, and one to end, in which they answer
+    the last logs where Ray began here.
     Its machines need oncenter[fleet], and see logs and vehicle files under the same names.
 
     Args:
@@ -107,7 +107,7 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
             but_last = _but_the_last(_LOGS_WHILE_RAY_ENDS if address is None else 0, chain(first, waiting), last)
             yield from _by_tasks(ray, work, but_last)
             _end()
-            yield from threads(work, last)
+            yield from processes(work, last)
         finally:
             _end()
 
@@ -192,7 +192,7 @@ def _ray_cores(ray: Any) -> int:
 
 def _is_there() -> None:
     """A worker that has loaded what it needs."""
-    import_module("oncenter.fleet.drive")
+    import_module("oncenter.fleet.watched")
 
 
 def _several(work: Callable[[LogFile], Row], logs: list[LogFile]) -> list[Row]:

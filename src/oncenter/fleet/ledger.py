@@ -13,19 +13,21 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+from oncenter.child import READER_DEATHS
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.fleet.files import LogFile
 from oncenter.fleet.trucks import Trucks
 
 LEDGER = "ledger.sqlite"  # in an output folder
 
-_AGAIN = ("unreadable_log", "output", "bug")  # next time it may go well
+_AGAIN = ("output", "stopped")  # next time it may go well
 _TABLES = """
 CREATE TABLE IF NOT EXISTS drive (key TEXT PRIMARY KEY, log TEXT, truck TEXT, start REAL, settings TEXT,
                                   vehicle_file TEXT, again INTEGER, row TEXT);
 CREATE INDEX IF NOT EXISTS in_time ON drive (truck, start, key);
 CREATE TABLE IF NOT EXISTS seen (uri TEXT PRIMARY KEY, size INTEGER, modified REAL, key TEXT);
 CREATE INDEX IF NOT EXISTS of_key ON seen (key);
+CREATE TABLE IF NOT EXISTS begun (uri TEXT PRIMARY KEY);
 CREATE TEMP TABLE planned (uri TEXT PRIMARY KEY, options TEXT, size INTEGER, modified REAL);
 CREATE TEMP TABLE to_do (uri TEXT PRIMARY KEY, options TEXT, size INTEGER, modified REAL);
 """
@@ -54,6 +56,12 @@ def _refusal(path: Path, error: sqlite3.Error) -> OncenterError:
     )
 
 
+def _may_go_well(row: dict[str, Any]) -> bool:
+    """Next time, though the file, this version and the vehicle file are the same: where it could not be opened."""
+    code = row.get("error_code")
+    return code in _AGAIN or (code == "unreadable_log" and not row["key"])
+
+
 class Ledger:
     """Of one output folder, for one run at a time.
 
@@ -77,12 +85,15 @@ class Ledger:
             self._file.close()
             raise _refusal(path, error) from None
 
-    def plan(self, logs: Iterable[LogFile], trucks: Trucks) -> tuple[int, int]:
+    def plan(self, logs: Iterable[LogFile], trucks: Trucks, retry: bool = False) -> tuple[int, int]:
         """Takes down all logs; how many there are, and how many must be answered.
 
         One need not when it was seen as it is now (name, size, time of last writing) and its answer was made by this
-        version with the same vehicle file.
+        version with the same vehicle file. With `retry` those at which a reader crashed or was stopped must.
         """
+        if retry:
+            deaths = ", ".join(f"'{code}'" for code in READER_DEATHS)
+            self._file.execute(f"UPDATE drive SET again = 1 WHERE json_extract(row, '$.error_code') IN ({deaths})")
         self._file.executemany(
             "INSERT OR IGNORE INTO planned VALUES (?, ?, ?, ?)",
             ((log.uri, log.options, log.size, log.modified_s) for log in logs),
@@ -106,14 +117,23 @@ class Ledger:
                 )
 
     def to_do(self) -> Iterator[LogFile]:
-        """What is planned and not done, by name."""
-        after = ""
-        while rows := self._file.execute(
-            "SELECT uri, options, size, modified FROM to_do WHERE uri > ? ORDER BY uri LIMIT 500", (after,)
-        ).fetchall():
-            after = rows[-1][0]
-            for row in rows:
-                yield LogFile(*row)
+        """What is planned and not done, by name; last those that were being read when a run before was ended.
+
+        Each is taken down as begun before it is given out: should one take all of this machine with it, then only after
+        the others are answered.
+        """
+        before = {uri for (uri,) in self._file.execute("SELECT uri FROM begun")}
+        for last in (False, True):
+            after = ""
+            while rows := self._file.execute(
+                "SELECT uri, options, size, modified FROM to_do WHERE uri > ? ORDER BY uri LIMIT 500", (after,)
+            ).fetchall():
+                after = rows[-1][0]
+                for row in rows:
+                    if (row[0] in before) is last:
+                        self._file.execute("INSERT OR IGNORE INTO begun VALUES (?)", row[:1])
+                        self.commit()
+                        yield LogFile(*row)
 
     def add(self, log: LogFile, row: dict[str, Any]) -> None:
         """One answered log. Of copies of one drive the first by name is kept, whichever came first."""
@@ -129,11 +149,12 @@ class Ledger:
                     row.get("start"),
                     row["settings"],
                     row.get("vehicle_file"),
-                    row.get("error_code") in _AGAIN,
+                    _may_go_well(row),
                     json.dumps(row),
                 ),
             )
         self._see(log, key)
+        self._file.execute("DELETE FROM begun WHERE uri = ?", (log.uri,))
         self.commit()
 
     def _see(self, log: LogFile, key: str) -> None:

@@ -1,4 +1,7 @@
-"""A night: which logs are new, each answered, rows put down as they come, then tables, ranking and page anew."""
+"""A night: which logs are new, each answered, rows put down as they come, then tables, ranking and page anew.
+
+This process only supervises while child processes read: nothing heavy is imported before the tables are written.
+"""
 
 from __future__ import annotations
 
@@ -7,23 +10,20 @@ import os
 import sqlite3
 import time
 from collections.abc import Sequence
-from contextlib import closing, suppress
+from contextlib import closing
 from dataclasses import asdict, dataclass
-from importlib import import_module
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 from oncenter import _core
+from oncenter.child import READER_DEATHS
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.fleet.drive import Work
-from oncenter.fleet.engines import Engine, threads
+from oncenter.fleet.engines import Engine, processes
 from oncenter.fleet.files import find_logs
 from oncenter.fleet.ledger import LEDGER, Ledger, is_ledger
 from oncenter.fleet.progress import Progress
-from oncenter.fleet.ranking import history, rank
-from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS, TableFile
 from oncenter.fleet.trucks import Trucks
+from oncenter.fleet.watched import Watched
 
 LIMIT_DEG = 2.0  # some lane keeping systems call for calibration from there on
 _PAGE, _METRICS = "index.html", "metrics.json"
@@ -34,7 +34,8 @@ _WRITTEN = (_PAGE, _METRICS, *(f"{name}.parquet" for name in ("drives", "trucks"
 class Summary:
     """What a run did and what stands in the tables after it; `metrics.json` holds the same.
 
-    `seconds` are of all, `logs_per_second` is the rate while logs were answered. `worst` are trucks' rows of
+    `seconds` are of all, `logs_per_second` is the rate while logs were answered. `poisonous` are the logs at which a
+    reader crashed or was stopped, in this night or before, with what happened. `worst` are trucks' rows of
     `tables.TRUCKS`, ranked, those to calibrate first; at most ten.
     """
 
@@ -49,6 +50,7 @@ class Summary:
     peak_memory_mb: float | None
     drives: int
     refused: dict[str, int]
+    poisonous: tuple[dict[str, str], ...]
     trucks: int
     changes_of_offset: int
     verdicts: dict[str, int]
@@ -60,9 +62,10 @@ def run(
     vehicles: str | os.PathLike[str],
     output: str | os.PathLike[str],
     *,
-    engine: Engine = threads,
+    engine: Engine = processes,
     limit_deg: float = LIMIT_DEG,
     reports: bool = False,
+    retry: bool = False,
 ) -> Summary:
     """Answers all logs that were not answered before, and writes `drives.parquet`, `trucks.parquet`,
     `changes.parquet`, `index.html` and `metrics.json`.
@@ -76,6 +79,7 @@ def run(
         engine: see `oncenter.fleet.engines`.
         limit_deg: what a truck's offset may be.
         reports: whether each drive answered gets a page, some 2 MB.
+        retry: whether logs at which a reader crashed or was stopped are read again though nothing changed.
 
     Raises:
         OncenterError: exit code 2: "no_such_log", "vehicle_file", "output", "limit", "ray".
@@ -86,12 +90,10 @@ def run(
     trucks = Trucks(Path(vehicles))
     _check_nobody_elses(Path(output))
     folder = _made(Path(output))
-    work = Work(trucks, _made(folder / "reports") if reports else None)
+    work = Watched(trucks, _made(folder / "reports") if reports else None)
     try:
         with closing(Ledger(folder / LEDGER)) as ledger:
-            found, to_do = ledger.plan(find_logs(logs), trucks)
-            # what the page needs loads for half a second: beside the first logs
-            Thread(target=_load_page, name="page-loads", daemon=True).start()
+            found, to_do = ledger.plan(find_logs(logs), trucks, retry)
             progress = Progress(to_do)
             try:
                 for log, row in engine(work, ledger.to_do()):
@@ -124,12 +126,6 @@ def run(
     return summary
 
 
-def _load_page() -> None:
-    """Who writes the page hears what is wrong with it."""
-    with suppress(Exception):
-        import_module("oncenter.fleet.page")
-
-
 def _check_nobody_elses(folder: Path) -> None:
     """What a run writes goes over what a run wrote, and over nothing else.
 
@@ -158,10 +154,13 @@ def _made(folder: Path) -> Path:
 def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, Any]:
     """All tables and the page from the ledger, truck by truck; what the summary says of them."""
     from oncenter.fleet.page import write_page
+    from oncenter.fleet.ranking import history, rank
+    from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS, TableFile
     from oncenter.fleet.truck_data import write_truck
 
     trucks: list[dict[str, Any]] = []
     refused: dict[str, int] = {}
+    poisonous: list[dict[str, str]] = []
     changes: list[dict[str, Any]] = []
     count = 0
     with (
@@ -174,6 +173,8 @@ def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, A
                 code = row.get("error_code")
                 if code is not None:
                     refused[code] = refused.get(code, 0) + 1
+                if code in READER_DEATHS:
+                    poisonous.append({"log": row["log"], "error": row["error"]})
             count += len(rows)
             if truck:
                 of_truck = history(truck, rows, limit_deg)
@@ -193,6 +194,7 @@ def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, A
     return {
         "drives": count,
         "refused": dict(sorted(refused.items())),
+        "poisonous": tuple(poisonous),
         "trucks": len(ranked),
         "changes_of_offset": sum(change["quantity"] == "offset" for change in changes),
         "verdicts": verdicts,

@@ -34,7 +34,7 @@ class Trucks:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self.folder = folder
         self._stems = frozenset(path.stem for path in folder.glob("*.toml"))
         self._read: dict[str, Vehicle] = {}
         if not self._stems:
@@ -79,7 +79,7 @@ class Trucks:
             OncenterError: "vehicle_file", exit code 2, as `oncenter.vehicle`.
         """
         if stem not in self._read:
-            self._read[stem] = vehicle(self._folder / f"{stem}.toml")
+            self._read[stem] = vehicle(self.folder / f"{stem}.toml")
         return self._read[stem]
 
     def settings(self, stem: str | None) -> str:
@@ -87,7 +87,7 @@ class Trucks:
         if stem is None or stem not in self._stems:
             return self._without_vehicle
         try:
-            return _hashed(_core.version(), (self._folder / f"{stem}.toml").read_text(encoding="utf-8"))
+            return _hashed(_core.version(), (self.folder / f"{stem}.toml").read_text(encoding="utf-8"))
         except (OSError, UnicodeDecodeError):
             return _hashed(_core.version(), "unreadable")
 

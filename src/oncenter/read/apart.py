@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -41,13 +41,13 @@ def read_apart(
         answer = child.ask(request, limits_for(sum(map(_size, (path, *dbc)))))
         import polars  # noqa: F401 - it loads while the child reads
 
-        for said, payload in answer:
-            if "progress" in said:
-                tell(said["progress"])
-    return _as_signals(said, payload)
+        for message in answer:
+            if "progress" in message[0]:
+                tell(message[0]["progress"])
+    return _as_signals(*message)
 
 
-def frames(path: Path, notes: list[str]) -> Iterator[Frames]:
+def frames(path: Path, notes: list[str]) -> Generator[Frames, None, None]:
     """All frames of a log, many at a time; notes say what is left out.
 
     Raises:

@@ -1,0 +1,30 @@
+"""`python -m oncenter.fleet.child`: answers logs for a parent that watches it, see `oncenter.child`."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from oncenter.child import Send, serve
+from oncenter.fleet.drive import Work
+from oncenter.fleet.files import LogFile
+from oncenter.fleet.trucks import Trucks
+
+
+@lru_cache(maxsize=1)
+def _work(night: str, vehicles: str, reports: str | None) -> Work:
+    """Vehicle files are read once a night: a child may live for several."""
+    return Work(Trucks(Path(vehicles)), None if reports is None else Path(reports))
+
+
+def _answer(request: Mapping[str, Any], send: Send) -> None:
+    work = _work(request["night"], request["vehicles"], request["reports"])
+    send({"row": work(LogFile(**request["log"])), "last": True})
+
+
+if __name__ == "__main__":
+    gc.freeze()  # what is loaded stays: no garbage to look for in it, drive after drive
+    serve(_answer)

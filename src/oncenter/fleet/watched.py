@@ -1,0 +1,68 @@
+"""A log is answered in a child process: one that crashes its reader, hangs or grows costs one row, and is named."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from oncenter import _core
+from oncenter.child import ChildDied, borrowed, limits_for
+from oncenter.fleet.files import LogFile
+from oncenter.fleet.trucks import Trucks
+
+_MODULE = "oncenter.fleet.child"
+
+
+@dataclass(frozen=True)
+class Watched:
+    """What every log needs to be answered: plain data, so that it can be sent to another machine.
+
+    Attributes:
+        trucks: the vehicle files.
+        reports: where each drive's page goes, or None.
+        night: differs from one run to the next.
+    """
+
+    trucks: Trucks
+    reports: Path | None = None
+    night: str = field(default_factory=lambda: str(time.time_ns()))
+
+    def __call__(self, log: LogFile) -> dict[str, Any]:
+        """The row of `tables.DRIVES`; times in s since 1970. A log that cannot be answered is a row as well."""
+        try:
+            return self._answered(log)
+        except ChildDied as died:
+            if not died.by_kill:
+                return self._dead(log, died)
+        try:  # the system kills whoever is largest when another process takes all memory: that may not be this log's
+            return self._answered(log)
+        except ChildDied as died:
+            return self._dead(log, died)
+
+    def _answered(self, log: LogFile) -> dict[str, Any]:
+        request = {
+            "log": asdict(log),
+            "night": self.night,
+            "vehicles": os.fspath(self.trucks.folder),
+            "reports": None if self.reports is None else os.fspath(self.reports),
+        }
+        with borrowed(_MODULE) as child:
+            *_, (said, _) = child.ask(request, limits_for(log.size))
+        row: dict[str, Any] = said["row"]
+        return row
+
+    def _dead(self, log: LogFile, died: ChildDied) -> dict[str, Any]:
+        truck = self.trucks.by_path(log.uri)
+        return {
+            "log": log.uri,
+            "truck": truck.name if truck else "",
+            "vehicle_file": truck.vehicle_file if truck else None,
+            "version": _core.version(),
+            "key": "",
+            "error_code": died.code,
+            "error": str(died.of(log.uri)),
+            "settings": self.trucks.settings(truck.vehicle_file if truck else None),
+        }

@@ -64,7 +64,7 @@ class ChildDied(Exception):
     """A child came to its end during a request.
 
     Attributes:
-        code: one of `READER_DEATHS`, or "stopped" where it was ended from outside.
+        code: one of `READER_DEATHS`, or "stopped" where it was ended from outside or did not start.
         by_kill: it was killed, and not by its parent: by the system for want of memory, or by a person.
     """
 
@@ -95,7 +95,7 @@ class Child:
             env=_environment(),
         )
         self._messages: queue.Queue[Message | None] = queue.Queue(_MESSAGES_AHEAD)
-        self._killed = False
+        self._killed = self._ready = False
         threading.Thread(target=self._receive, name="child's messages", daemon=True).start()
 
     def ask(self, request: Mapping[str, Any], limits: Limits) -> Iterator[Message]:
@@ -158,6 +158,9 @@ class Child:
         with out:
             while (head := out.readline()).endswith(b"\n"):
                 said = json.loads(head)
+                if "ready" in said:
+                    self._ready = True
+                    continue
                 payload = out.read(said.get("bytes", 0))
                 if self._killed or len(payload) < said.get("bytes", 0):
                     break
@@ -180,6 +183,8 @@ class Child:
         if -code in _STOPPED_FROM_OUTSIDE:
             return ChildDied("stopped", f"its reader was stopped from outside ({_signal_name(-code)})")
         how = _signal_name(-code) if code < 0 else f"exit code {code}"
+        if not self._ready:
+            return ChildDied("stopped", f"the process that reads it did not start ({how})")
         return ChildDied(
             "reader_crashed",
             f"its reader crashed ({how}): the file is damaged, or made to do that",
@@ -290,6 +295,7 @@ def serve(answer: Callable[[Mapping[str, Any], Send], None]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to hear
     _no_core_dumps()
     threading.Thread(target=_end_with_the_parent, daemon=True).start()
+    send({"ready": True})
     for line in sys.stdin.buffer:
         request = json.loads(line)
         _limit_cpu(request["cpu_s"])
@@ -366,8 +372,8 @@ def _raised(told: Mapping[str, Any]) -> Exception:
 def _environment() -> dict[str, str]:
     """This package comes first, for the parent may have found it in another way than by its installation."""
     own = str(Path(__file__).resolve().parents[1])
-    given = os.environ.get("PYTHONPATH")
-    return os.environ | {"PYTHONPATH": own if not given else own + os.pathsep + given}
+    given = [place for place in os.environ.get("PYTHONPATH", "").split(os.pathsep) if place]  # none is this folder
+    return os.environ | {"PYTHONPATH": os.pathsep.join([own, *given])}
 
 
 def _signal_name(number: int) -> str:

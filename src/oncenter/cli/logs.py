@@ -1,21 +1,38 @@
-"""Several logs of one truck as one call names them: those that cannot be read are named, the others are answered."""
+"""Logs as a command line names them. Of one truck's logs those that cannot be read are named, the others answered."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oncenter.cli.options import progress_bar
+from oncenter.cli.standard_input import STANDARD_INPUT, as_file
 from oncenter.errors import LOG_CANNOT_BE_ANSWERED, OncenterError
 
 if TYPE_CHECKING:
     from oncenter.findings import Finding
-    from oncenter.signals import Signals
+    from oncenter.signals import SignalName, Signals
     from oncenter.vehicle import Vehicle
 
 _EPOCH_S = 1e8  # times beyond are of day and year, those below since the log's own start
+
+
+def read_log(
+    log: Path, names: Mapping[str, SignalName] | None, dbc: Sequence[Path], take: Mapping[str, str]
+) -> Signals:
+    """One log; `-` is standard input.
+
+    Raises:
+        OncenterError: as `oncenter.read`.
+    """
+    from oncenter.read import read
+
+    with as_file(log) as file, progress_bar(f"reading {file.name}", file) as progress:
+        drive = read(file, names=names, dbc=dbc, take=take, progress=progress)
+    return replace(drive, log="-") if log == STANDARD_INPUT else drive
 
 
 def read_logs(
@@ -26,15 +43,14 @@ def read_logs(
     Raises:
         OncenterError: there is one log only and it cannot be read, none of several can, or usage is wrong.
     """
-    from oncenter.read import read, require
+    from oncenter.read import require
 
     drives: list[Signals] = []
     refusals: list[OncenterError] = []
     wanted = list(dict.fromkeys(logs))
     for log in wanted:
         try:
-            with progress_bar(f"reading {log.name}", log) as progress:
-                drive = read(log, names=truck.signal_names, dbc=dbc, take=take, progress=progress)
+            drive = read_log(log, truck.signal_names, dbc, take)
             if len(wanted) > 1:
                 require(drive, ["steering_wheel_angle"])
             drives.append(drive)

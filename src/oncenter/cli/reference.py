@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from oncenter.cli.options import Dbc, Json, Source, progress_bar, sources_of
+from oncenter.cli.logs import read_log
+from oncenter.cli.options import Dbc, Json, Source, sources_of
 
 
 def reference(
@@ -26,7 +27,6 @@ def reference(
     import oncenter as oc
 
     names = None if vehicle_file is None else oc.vehicle(vehicle_file).signal_names
-    with progress_bar(f"reading {log.name}", log) as progress:
-        drive = oc.read(log, names=names, dbc=dbc or (), take=sources_of(source), progress=progress)
+    drive = read_log(log, names, dbc or (), sources_of(source))
     measured = oc.reference(drive)
     typer.echo(measured.to_json() if json else str(measured))

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from oncenter.cli.options import Dbc, Json, Source, progress_bar, sources_of
+from oncenter.cli.logs import read_log
+from oncenter.cli.options import Dbc, Json, Source, sources_of
 
 if TYPE_CHECKING:
     import oncenter as oc
@@ -34,8 +35,7 @@ def signals(
 
     truck = None if vehicle_file is None else oc.vehicle(vehicle_file)
     names = None if truck is None else truck.signal_names
-    with progress_bar(f"reading {log.name}", log) as progress:
-        drive = oc.read(log, names=names, dbc=dbc or (), take=sources_of(source), progress=progress)
+    drive = read_log(log, names, dbc or (), sources_of(source))
     judged = check(drive, truck)
     typer.echo(_to_json(drive, judged) if json else _as_text(drive, judged))
 

@@ -1,0 +1,59 @@
+"""A log that comes by standard input, where a command line says `-`: as a file, for readers look into it twice."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+
+STANDARD_INPUT = Path("-")
+
+_BEGINS = {  # how a format begins, and how its files are called
+    b"MDF ": ".mf4",
+    b"UnFinMF ": ".mf4",
+    b"LOGG": ".blf",
+    b"PAR1": ".parquet",
+    b"\x1f\x8b": ".csv.gz",
+    b"(": ".log",
+    b"date ": ".asc",
+    b";$FILEVERSION": ".trc",
+}
+
+
+@contextmanager
+def as_file(log: Path) -> Iterator[Path]:
+    """The log itself; of standard input a file that holds it, for as long as it is read.
+
+    Raises:
+        OncenterError: "usage", exit code 2: standard input is a terminal; "unreadable_log": it cannot be kept.
+    """
+    if log != STANDARD_INPUT:
+        yield log
+        return
+    if sys.stdin is None or sys.stdin.isatty():
+        raise OncenterError(
+            "- reads a log from standard input: candump -ta can0 | oncenter offset - --vehicle FILE",
+            code="usage",
+            exit_code=WRONG_USAGE,
+        )
+    with tempfile.TemporaryDirectory(prefix="oncenter-") as folder:
+        yield _kept(sys.stdin.buffer, Path(folder))
+
+
+def _kept(given: BinaryIO, folder: Path) -> Path:
+    try:
+        first = given.read(1 << 16)
+        suffix = next((suffix for begin, suffix in _BEGINS.items() if first.lstrip(b" ").startswith(begin)), ".csv")
+        path = folder / f"standard input{suffix}"
+        with path.open("wb") as file:
+            file.write(first)
+            shutil.copyfileobj(given, file)
+    except OSError as error:
+        raise OncenterError(f"cannot keep standard input: {error.strerror}", code="unreadable_log") from None
+    return path

@@ -1,0 +1,79 @@
+"""`-` is a log by standard input, in any format: pipes and unpackers need no file between."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from drive_frames import candump, drive
+
+from oncenter.cli import run as command
+from oncenter.cli.standard_input import STANDARD_INPUT, as_file
+from oncenter.log_formats import SUFFIXES
+from oncenter.simulate import simulate_to_log
+
+CSV = "time_s,steering_wheel_angle_deg,yaw_rate_deg_s,vehicle_speed_km_h\n" + "".join(
+    f"{k / 100},{k % 7},{k % 5},60\n" for k in range(200)
+)
+
+
+class Terminal(io.BytesIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def give(monkeypatch: pytest.MonkeyPatch, content: bytes) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
+
+
+def signals_of(capsys: pytest.CaptureFixture[str]) -> dict[str, object]:
+    assert command(["signals", "-", "--json"]) == 0
+    answer: dict[str, object] = json.loads(capsys.readouterr().out)
+    return answer
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_table_by_standard_input_is_read_as_its_file(
+    packed: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    give(monkeypatch, gzip.compress(CSV.encode()) if packed else CSV.encode())
+    told = signals_of(capsys)
+    assert (told["log"], told["duration_s"]) == ("-", pytest.approx(1.99))
+
+
+def test_a_candump_log_by_standard_input_is_read_as_its_file(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    give(monkeypatch, candump(drive()).encode())
+    assert signals_of(capsys)["log"] == "-"
+
+
+@pytest.mark.parametrize("suffix", sorted(set(SUFFIXES) - {".mdf"}))  # of which MF4 is the newer
+def test_each_format_is_known_by_how_it_begins(suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = tmp_path / "short.toml"
+    scenario.write_text('base = "thesis_drive"\nabout = "short"\n[drive]\nduration_s = 30.0\n')
+    log = tmp_path / f"drive{suffix}"
+    simulate_to_log(scenario, 1, log)
+    give(monkeypatch, log.read_bytes())
+    with as_file(STANDARD_INPUT) as file:
+        assert file.name == f"standard input{suffix}"
+        assert file.read_bytes() == log.read_bytes()
+    assert not file.exists()
+
+
+def test_a_terminal_is_no_log(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(Terminal()))
+    assert command(["signals", "-"]) == 2
+    assert "candump -ta can0 | oncenter" in capsys.readouterr().err
+
+
+def test_nothing_by_standard_input_is_called_empty(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    give(monkeypatch, b"")
+    assert command(["signals", "-"]) == 1
+    assert "is empty" in capsys.readouterr().err

@@ -161,7 +161,7 @@ def speed(folder: Path, work: Path) -> list[str]:
     _touch(logs)
     cores = sorted(os.sched_getaffinity(0))
     lines = [
-        "| threads | rounds | drives/s, from start to page | while answering | CPU ms a drive |",
+        "| processes | rounds | drives/s, from start to page | while answering | CPU ms a drive |",
         "|---|--:|--:|--:|--:|",
     ]
     measured: dict[tuple[int, int], list[tuple[float, float, float]]] = {}
@@ -197,10 +197,10 @@ def _touch(logs: list[str]) -> None:
 
 
 def on_ray(folder: Path, work: Path) -> list[str]:
-    """Ray on this machine's cores beside threads, by turns, 500 drives: time and bytes."""
+    """Ray on this machine's cores beside processes, by turns, 500 drives: time and bytes."""
     logs = some(folder / "planted", 500)
     _touch(logs)
-    engines: dict[str, tuple[str, ...]] = {"threads": (), "ray": ("--engine", "ray")}
+    engines: dict[str, tuple[str, ...]] = {"processes": (), "ray": ("--engine", "ray")}
     for engine, more in engines.items():  # once for nothing, lest the first be slow for being the first
         night(folder / "planted", work / engine, logs=logs[:100], more=more)
     turns: list[dict[str, dict[str, Any]]] = []
@@ -208,12 +208,13 @@ def on_ray(folder: Path, work: Path) -> list[str]:
         for engine in engines:
             shutil.rmtree(work / engine)
         turns.append({each: night(folder / "planted", work / each, logs=logs, more=engines[each]) for each in engines})
-    ratios = sorted(turn["ray"]["wall_s"] / turn["threads"]["wall_s"] for turn in turns)
-    same = _same(work / "threads", work / "ray")
+    ratios = sorted(turn["ray"]["wall_s"] / turn["processes"]["wall_s"] for turn in turns)
+    same = _same(work / "processes", work / "ray")
     return [
         f"| 500 drives, median of {RAY_TURNS} runs by turns | s, from start to page | drives/s while answering |",
         "|---|--:|--:|",
-        f"| threads | {_median(turns, 'threads', 'wall_s'):.1f} | {_median(turns, 'threads', 'logs_per_second'):.1f} |",
+        f"| processes | {_median(turns, 'processes', 'wall_s'):.1f} | "
+        f"{_median(turns, 'processes', 'logs_per_second'):.1f} |",
         f"| Ray, its start and end included | {_median(turns, 'ray', 'wall_s'):.1f} | "
         f"{_median(turns, 'ray', 'logs_per_second'):.1f} |",
         "",
@@ -241,7 +242,7 @@ def _same(one: Path, other: Path) -> bool:
 
 
 def memory(folder: Path, work: Path) -> list[str]:
-    lines = ["| logs | peak memory, MB |", "|--:|--:|"]
+    lines = ["| logs | peak memory of a process, MB |", "|--:|--:|"]
     for count in (25, 100, 400, TRUCKS * DRIVES_A_MONTH):
         logs = some(folder / "planted", count)
         metrics = night(folder / "planted", work / f"memory{count}", logs=logs)
@@ -274,7 +275,8 @@ def kill(folder: Path, work: Path) -> list[str]:
     same = _same(work / "undisturbed", work / "killed")
     return [
         f"Killed {killed} times within {len(logs)} drives, {last['logs_answered']} of which were left to the last run: "
-        f"tables {'are the same bytes as undisturbed' if same else 'DIFFER from those of an undisturbed run'}."
+        f"tables {'are the same bytes as undisturbed' if same else 'DIFFER from those of an undisturbed run'}, and "
+        f"{len(last['poisonous']) or 'no'} logs are called poisonous."
     ]
 
 

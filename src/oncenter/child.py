@@ -272,8 +272,16 @@ def _give_back(module: str, child: Child) -> None:
         _idle.setdefault(module, []).append(child)
 
 
+def end_idle(module: str) -> None:
+    """Those that wait for work: their memory is free after."""
+    with _idle_lock:
+        waiting = _idle.pop(module, [])
+    for child in waiting:
+        child.kill()
+
+
 @atexit.register
-def _end_idle() -> None:
+def _end_all_idle() -> None:
     """Nobody waits for them: this process ends as well."""
     if _idle_of == os.getpid():
         for children in _idle.values():

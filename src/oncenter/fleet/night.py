@@ -16,14 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from oncenter import _core
-from oncenter.child import READER_DEATHS
+from oncenter.child import READER_DEATHS, end_idle
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.fleet.engines import Engine, processes
 from oncenter.fleet.files import find_logs
 from oncenter.fleet.ledger import LEDGER, Ledger, is_ledger
 from oncenter.fleet.progress import Progress
 from oncenter.fleet.trucks import Trucks
-from oncenter.fleet.watched import Watched
+from oncenter.fleet.watched import ANSWERER, Watched
 
 LIMIT_DEG = 2.0  # some lane keeping systems call for calibration from there on
 _PAGE, _METRICS = "index.html", "metrics.json"
@@ -34,7 +34,8 @@ _WRITTEN = (_PAGE, _METRICS, *(f"{name}.parquet" for name in ("drives", "trucks"
 class Summary:
     """What a run did and what stands in the tables after it; `metrics.json` holds the same.
 
-    `seconds` are of all, `logs_per_second` is the rate while logs were answered. `poisonous` are the logs at which a
+    `seconds` are of all, `logs_per_second` is the rate while logs were answered, `peak_memory_mb` is of the largest
+    process. `poisonous` are the logs at which a
     reader crashed or was stopped, in this night or before, with what happened. `worst` are trucks' rows of
     `tables.TRUCKS`, ranked, those to calibrate first; at most ten.
     """
@@ -102,6 +103,7 @@ def run(
                 rate = progress.rate  # of answering; tables and page take the same time however few logs were new
             finally:  # also of a run that is interrupted: what follows begins a line
                 progress.end()
+            end_idle(ANSWERER)
             ledger.commit()
             facts = _write_tables(folder, ledger, limit_deg)
     except (sqlite3.Error, OSError) as error:  # a full disk, as a rule
@@ -210,9 +212,10 @@ def _put(path: Path, text: str) -> None:
 
 
 def _peak_memory_mb() -> float | None:
-    """Of this process, where the system tells."""
+    """Of the largest of our processes, where the system tells."""
     try:
         import resource
     except ImportError:  # not a POSIX system
         return None
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    ours = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    return max(resource.getrusage(who).ru_maxrss for who in ours) / 1024.0

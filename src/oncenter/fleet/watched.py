@@ -13,7 +13,7 @@ from oncenter.child import ChildDied, borrowed, limits_for
 from oncenter.fleet.files import LogFile
 from oncenter.fleet.trucks import Trucks
 
-_MODULE = "oncenter.fleet.child"
+ANSWERER = "oncenter.fleet.child"
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Watched:
             "vehicles": os.fspath(self.trucks.folder),
             "reports": None if self.reports is None else os.fspath(self.reports),
         }
-        with borrowed(_MODULE) as child:
+        with borrowed(ANSWERER) as child:
             *_, (said, _) = child.ask(request, limits_for(log.size))
         row: dict[str, Any] = said["row"]
         return row

@@ -121,7 +121,7 @@ def _by_formula(text: str, x: Column) -> Column:
     try:
         return formula.parse(text)(x)
     except formula.FormulaError as error:
-        raise UnknownConversion(f"formula {shown(text)} ({error})") from None
+        raise UnknownConversion(f"formula {shown(text)} {error}; {formula.SYNTAX} would do") from None
 
 
 def _interpolated(block: Any, x: Column) -> Column:

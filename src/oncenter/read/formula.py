@@ -62,7 +62,7 @@ _Step = Callable[[list[_Value], Column], None]
 
 
 class FormulaError(ValueError):
-    """A formula that this grammar does not have; its words say what is wrong with it."""
+    """A formula that this grammar does not have; its words go on after "the formula"."""
 
 
 def parse(text: str) -> Callable[[Column], Column]:
@@ -88,7 +88,7 @@ class _Parser:
 
     def __init__(self, text: str) -> None:
         if len(text) > MAX_LENGTH:
-            raise FormulaError(f"it is longer than {MAX_LENGTH} characters")
+            raise FormulaError(f"is longer than {MAX_LENGTH} characters")
         self.steps: list[_Step] = []
         self._tokens = _tokens(text)
         self._depth = 0
@@ -111,7 +111,7 @@ class _Parser:
     def _signed(self) -> None:
         self._depth += 1
         if self._depth > MAX_DEPTH:
-            raise FormulaError(f"it is nested deeper than {MAX_DEPTH}")
+            raise FormulaError(f"is nested deeper than {MAX_DEPTH}")
         sign = self._taken("+", "-")
         if sign is None:
             self._power()
@@ -170,11 +170,11 @@ class _Parser:
 
     def _expect(self, sign: str) -> None:
         if self._taken(sign) is None:
-            raise self._unexpected(f", {sign!r} expected")
+            raise self._unexpected(f" where {sign!r} would do")
 
     def _unexpected(self, instead: str = "") -> FormulaError:
         token = self._tokens[0]
-        return FormulaError(f"{repr(token[:20]) if token else 'it ends too early'}{instead}")
+        return FormulaError(f"{f'at {token[:20]!r}' if token else 'ends too early'}{instead}")
 
 
 def _tokens(text: str) -> list[str]:
@@ -184,7 +184,7 @@ def _tokens(text: str) -> list[str]:
     while at < len(text):
         match = _TOKEN.match(text, at)
         if match is None:
-            raise FormulaError(repr(text[at:].lstrip()[:1]))
+            raise FormulaError(f"at {text[at:].lstrip()[:1]!r}")
         tokens.append(match[match.lastgroup or 0].lower())
         at = match.end()
     return [*tokens, ""]

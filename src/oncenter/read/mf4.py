@@ -26,7 +26,6 @@ import numpy.typing as npt
 from oncenter.errors import OncenterError
 from oncenter.read import j1939
 from oncenter.read.conversions import NoNumbers, UnknownConversion, physical, shown
-from oncenter.read.formula import SYNTAX
 from oncenter.read.frames import Column, Frames, Kept, Wanted, bus_code, keep
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
@@ -88,63 +87,36 @@ def _asammdf(path: Path) -> Iterator[MDF]:
     asammdf logs, prints and lets many kinds of errors through: it is quiet here, and has one error.
     One thread at a time: streams, warnings, garbage and asammdf are the whole process's.
     """
-    with _ALONE, _quiet_asammdf(path), _nothing_evaluated():
-        from asammdf import MDF
-
-        opened: Callable[..., MDF] = MDF
+    with _ALONE, _quiet_asammdf(path):
+        opened = _mdf_without_eval()
         # Bus logging: asammdf would convert while it opens the file, and would load a DBC that the log holds or names.
         with opened(path, process_bus_logging=False) as mdf:
             yield mdf
 
 
-@contextlib.contextmanager
-def _nothing_evaluated() -> Iterator[None]:
-    """asammdf while nothing in it can run a formula.
+def _mdf_without_eval() -> Callable[..., MDF]:
+    """asammdf's class, in which nothing can run a formula as code.
 
-    It hands formulas to numexpr, and where that fails to sympy; both hand them to Python's `eval`. No formula gets that
-    far, because a `_Log` takes all conversions off before anything is read. This is the second wall, for a place that
-    we overlooked or that a later asammdf has. What other code of this process gets from asammdf is restored.
+    asammdf hands formulas to numexpr, and those that fail there to sympy; both hand them to Python's `eval`. No formula
+    gets that far, because a `_Log` takes all conversions off before anything is read. This is a second wall, for a
+    place that we overlooked or that a later asammdf has. It stands until this process ends, which only reads logs.
     """
-    walled = [(module, name) for module in _modules_that_evaluate() for name in ("evaluate", "lambdify")]
-    before = [getattr(module, name) for module, name in walled]
-    for module, name in walled:
-        setattr(module, name, _refuse_to_evaluate)
-    try:
-        yield
-    finally:
-        for (module, name), function in zip(walled, before, strict=True):
-            setattr(module, name, function)
+    if sys.modules.get("numexpr") is None:
+        stand_in: Any = ModuleType("numexpr")
+        stand_in.evaluate = _refuse_to_evaluate
+        stand_in.__version__ = "0"  # pandas asks for numexpr as well, and does without one that is too old
+        sys.modules["numexpr"] = stand_in
+    from asammdf import MDF
+    from asammdf.blocks import v2_v3_blocks, v4_blocks
+
+    modules: tuple[Any, ...] = (v2_v3_blocks, v4_blocks)
+    for module in modules:
+        module.evaluate = module.lambdify = module.symbols = _refuse_to_evaluate
+    return MDF
 
 
 def _refuse_to_evaluate(*arguments: object, **options: object) -> None:
-    raise RuntimeError("a formula of the file would have been run as code")
-
-
-def _modules_that_evaluate() -> tuple[ModuleType, ModuleType]:
-    """Imported without numexpr, unless somebody else has imported them before."""
-    import pandas  # noqa: F401  # asammdf imports it, and it asks for numexpr itself, for its own sums
-
-    absent = object()
-    before: Any = sys.modules.get("numexpr", absent)
-    stand_in: Any = ModuleType("numexpr")
-    stand_in.evaluate = _evaluate_for_others
-    sys.modules["numexpr"] = stand_in
-    try:
-        from asammdf.blocks import v2_v3_blocks, v4_blocks
-    finally:
-        if before is absent:
-            del sys.modules["numexpr"]
-        else:
-            sys.modules["numexpr"] = before
-    return v2_v3_blocks, v4_blocks
-
-
-def _evaluate_for_others(expression: str) -> Any:
-    """numexpr's, which takes variables from its caller: for code that uses asammdf after we have imported it."""
-    from numexpr import evaluate
-
-    caller = sys._getframe(1)
-    return evaluate(expression, caller.f_locals, caller.f_globals)
+    raise RuntimeError("asammdf would have run a formula of the file as code")
 
 
 @contextlib.contextmanager
@@ -237,8 +209,7 @@ class _Log:
         except UnknownConversion as error:
             name = self.mdf.groups[group].channels[index].name
             raise OncenterError(
-                f"{self.path.name}: the conversion of channel {shown(name)} is not understood: {error}; "
-                f"formulas may hold {SYNTAX}",
+                f"{self.path.name}: the conversion of channel {shown(name)} is not understood: {error}",
                 code="unknown_conversion",
             ) from None
 

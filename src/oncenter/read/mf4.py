@@ -1,4 +1,8 @@
-"""ASAM MDF 3 and 4 through asammdf: raw CAN frames of bus logging, and decoded channels at their own rasters."""
+"""ASAM MDF 3 and 4 through asammdf: raw CAN frames of bus logging, and decoded channels at their own rasters.
+
+asammdf hands out stored numbers only. Conversions to physical ones are in `conversions.py`: asammdf would run a formula
+of the file as code, and would leave out one that it cannot run.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +17,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +25,7 @@ import numpy.typing as npt
 
 from oncenter.errors import OncenterError
 from oncenter.read import j1939
+from oncenter.read.conversions import NoNumbers, UnknownConversion, physical, shown
 from oncenter.read.frames import Column, Frames, Kept, Wanted, bus_code, keep
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
@@ -43,19 +49,17 @@ def read(
     """Wanted frames, in order of time, and signals of decoded channels.
 
     Raises:
-        OncenterError: asammdf cannot read it, or it is shorter than it says.
+        OncenterError: asammdf cannot read it, or it is shorter than it says; "unknown_conversion", that of a channel
+            that is needed is not understood.
     """
-    with _asammdf(path):
-        from asammdf import MDF
-
-        with MDF(path) as mdf:
-            if _was_never_closed(path):
-                notes.append(f"{path.name} was never closed by its logger: read up to its last whole record")
-            start = mdf.start_time.timestamp()
-            kept = keep(_frames(mdf, start, progress), wanted)
-            decoded = _decoded(mdf, start, names, notes)
-            if not decoded and not kept.total:
-                raise _nothing_known(path, mdf, notes)
+    with _asammdf(path) as mdf:
+        log = _Log(path, mdf)
+        if _was_never_closed(path):
+            notes.append(f"{path.name} was never closed by its logger: read up to its last whole record")
+        kept = keep(_frames(log, progress), wanted)
+        decoded = _decoded(log, names, notes)
+        if not decoded and not kept.total:
+            raise _nothing_known(path, mdf, notes)
     in_time = np.argsort(kept.frames.time, kind="stable")
     frames = Frames(*(getattr(kept.frames, column)[in_time] for column in Frames.__dataclass_fields__))
     return Kept(frames, kept.pgn_frames, kept.standard_frames), decoded
@@ -77,13 +81,42 @@ def _nothing_known(path: Path, mdf: MDF, notes: list[str]) -> OncenterError:
 
 
 @contextlib.contextmanager
-def _asammdf(path: Path) -> Iterator[None]:
-    """asammdf logs, prints and lets many kinds of errors through: it is quiet here, and has one error.
+def _asammdf(path: Path) -> Iterator[MDF]:
+    """A file that asammdf has opened.
 
-    One thread at a time: streams, warnings and garbage are the whole process's.
+    asammdf logs, prints and lets many kinds of errors through: it is quiet here, and has one error.
+    One thread at a time: streams, warnings, garbage and asammdf are the whole process's.
     """
     with _ALONE, _quiet_asammdf(path):
-        yield
+        opened = _mdf_without_eval()
+        # Bus logging: asammdf would convert while it opens the file, and would load a DBC that the log holds or names.
+        with opened(path, process_bus_logging=False) as mdf:
+            yield mdf
+
+
+def _mdf_without_eval() -> Callable[..., MDF]:
+    """asammdf's class, in which nothing can run a formula as code.
+
+    asammdf hands formulas to numexpr, and those that fail there to sympy; both hand them to Python's `eval`. No formula
+    gets that far, because a `_Log` takes all conversions off before anything is read. This is a second wall, for a
+    place that we overlooked or that a later asammdf has. It stands until this process ends, which only reads logs.
+    """
+    if sys.modules.get("numexpr") is None:
+        stand_in: Any = ModuleType("numexpr")
+        stand_in.evaluate = _refuse_to_evaluate
+        stand_in.__version__ = "0"  # pandas asks for numexpr as well, and does without one that is too old
+        sys.modules["numexpr"] = stand_in
+    from asammdf import MDF
+    from asammdf.blocks import v2_v3_blocks, v4_blocks
+
+    modules: tuple[Any, ...] = (v2_v3_blocks, v4_blocks)
+    for module in modules:
+        module.evaluate = module.lambdify = module.symbols = _refuse_to_evaluate
+    return MDF
+
+
+def _refuse_to_evaluate(*arguments: object, **options: object) -> None:
+    raise RuntimeError("asammdf would have run a formula of the file as code")
 
 
 @contextlib.contextmanager
@@ -139,23 +172,87 @@ def _filled_groups(mdf: MDF) -> list[int]:
     return [index for index, group in enumerate(groups) if group.channel_group.cycles_nr]
 
 
-def _frames(mdf: MDF, start: float, progress: Callable[[float], None]) -> Iterator[Frames]:
-    filled = _filled_groups(mdf)
+class _Log:
+    """An open file whose conversions are taken off its channels, so that asammdf has none to apply.
+
+    Attributes:
+        conversions: blocks by group and index of the channel; None for a block that asammdf could not read.
+    """
+
+    def __init__(self, path: Path, mdf: MDF) -> None:
+        self.path, self.mdf = path, mdf
+        self.start = mdf.start_time.timestamp()
+        self.conversions: dict[tuple[int, int], Any] = {}
+        groups: list[Any] = list(mdf.groups)
+        for group, content in enumerate(groups):
+            for index, channel in enumerate(content.channels):
+                if channel.conversion is not None or channel.conversion_addr:
+                    self.conversions[group, index] = channel.conversion
+                channel.conversion = None
+
+    def raw(self, group: int, index: int) -> tuple[npt.NDArray[Any], npt.NDArray[np.bool_] | None]:
+        """What a channel stores, and which of it is invalid."""
+        stored, invalid = self.mdf.get(
+            group=group, index=index, raw=True, samples_only=True, ignore_invalidation_bits=True
+        )
+        return stored, None if invalid is None else np.asarray(invalid, bool)
+
+    def physical(self, group: int, index: int, raw: npt.NDArray[Any]) -> Column:
+        """Raises: NoNumbers."""
+        try:
+            if (group, index) not in self.conversions:
+                return physical(None, raw)
+            block = self.conversions[group, index]
+            if block is None:
+                raise UnknownConversion("a conversion block that is damaged")
+            return physical(block, raw)
+        except UnknownConversion as error:
+            name = self.mdf.groups[group].channels[index].name
+            raise OncenterError(
+                f"{self.path.name}: the conversion of channel {shown(name)} is not understood: {error}",
+                code="unknown_conversion",
+            ) from None
+
+    def unit(self, group: int, index: int) -> str:
+        """The channel's own, or else its conversion's."""
+        channel = self.mdf.groups[group].channels[index]
+        return str(getattr(channel, "unit", "") or getattr(self.conversions.get((group, index)), "unit", "") or "")
+
+    def time(self, group: int) -> Column:
+        """Unix time in s of a group's records."""
+        raw = np.asarray(self.mdf.get_master(group))
+        group = self._group_of_time(group)
+        index = self.mdf.masters_db.get(group)
+        return (raw.astype(np.float64) if index is None else self.physical(group, index, raw)) + self.start
+
+    def _group_of_time(self, group: int) -> int:
+        """MDF 4.2 may keep the time of a group in another; asammdf has followed that before, so that it ends."""
+        from asammdf.blocks.v4_constants import FLAG_CG_REMOTE_MASTER
+
+        acquired: Any = self.mdf.groups[group].channel_group
+        while getattr(acquired, "flags", 0) & FLAG_CG_REMOTE_MASTER:
+            group = acquired.cg_master_index
+            acquired = self.mdf.groups[group].channel_group
+        return group
+
+
+def _frames(log: _Log, progress: Callable[[float], None]) -> Iterator[Frames]:
+    filled = _filled_groups(log.mdf)
     for done, group in enumerate(filled):
         progress(done / len(filled))
-        if any(channel.name == FRAME_CHANNEL for channel in mdf.groups[group].channels):
-            yield _frames_of_group(mdf, group, start)
+        channels = [channel.name for channel in log.mdf.groups[group].channels]
+        if FRAME_CHANNEL in channels:
+            yield _frames_of_group(log, group, channels)
 
 
-def _frames_of_group(mdf: MDF, group: int, start: float) -> Frames:
-    signal = mdf.get(FRAME_CHANNEL, group=group)
-    fields = signal.samples
+def _frames_of_group(log: _Log, group: int, channels: list[str]) -> Frames:
+    fields, invalid = log.raw(group, channels.index(FRAME_CHANNEL))
 
     def field(name: str, otherwise: int) -> npt.NDArray[Any]:
         full = f"{FRAME_CHANNEL}.{name}"
-        if full in (fields.dtype.names or ()):
-            return np.asarray(fields[full])
-        return np.full(len(fields), otherwise)
+        if full not in (fields.dtype.names or ()):
+            return np.full(len(fields), otherwise)
+        return _field(log, group, channels.index(full), np.asarray(fields[full]))
 
     identifier = field("ID", 0).astype(np.uint32)
     # Without an IDE field, bit 31 of the identifier says that it is extended.
@@ -171,25 +268,49 @@ def _frames_of_group(mdf: MDF, group: int, start: float) -> Frames:
     for number in np.unique(channel).tolist():
         bus[channel == number] = bus_code(f"CAN{number}")
     frames = Frames(
-        signal.timestamps + start,
+        log.time(group),
         identifier & np.uint32((1 << 29) - 1),
         extended,
         padded.view("<u8")[:, 0],
         length.astype(np.uint8),
         bus,
     )
-    flexible = field("EDL", 0).astype(bool)  # CAN FD
-    return frames.where(~flexible) if flexible.any() else frames
+    chosen = ~field("EDL", 0).astype(bool)  # not CAN FD
+    if invalid is not None:
+        chosen &= ~invalid
+    return frames if chosen.all() else frames.where(chosen)
 
 
-def _decoded(mdf: MDF, start: float, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
+def _field(log: _Log, group: int, index: int, stored: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Whole numbers from 0 to 2^32 - 1, the stored ones where a conversion has texts for them.
+
+    Some loggers store no bit of what is the same in all frames: then a conversion gives it.
+    """
+    if (group, index) not in log.conversions:
+        return stored
+    try:
+        values = log.physical(group, index, stored)
+    except NoNumbers:
+        return stored
+    values = np.where(np.isnan(values), stored, values)
+    if not ((values >= 0) & (values < 1 << 32) & (values % 1 == 0)).all():
+        name = log.mdf.groups[group].channels[index].name
+        raise OncenterError(
+            f"{log.path.name}: the conversion of {name} does not give whole numbers from 0 to 2^32 - 1",
+            code="unknown_conversion",
+        )
+    return values.astype(np.int64)
+
+
+def _decoded(log: _Log, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
+    mdf = log.mdf
     given: list[Samples] = []
     count = Counter(channel.name for group in _filled_groups(mdf) for channel in mdf.groups[group].channels)
     for group in _filled_groups(mdf):
         channels = [channel.name for channel in mdf.groups[group].channels]
         if any("Frame" in name and name.startswith(("CAN_", "LIN_", "FLX_", "ETH_")) for name in channels):
             continue
-        reader = _Group(mdf, group, start)
+        reader = _Group(log, group)
         if not reader.label and any(count[name] > 1 for name in channels[1:]):
             reader.label = f"group {group}"  # or else its channels could not be told from others of their name
         for index, name in enumerate(channels):
@@ -201,24 +322,26 @@ def _decoded(mdf: MDF, start: float, names: Mapping[str, SignalName], notes: lis
 class _Group:
     """Channels of one raster; its time is one array, so that the clock sees that they share it."""
 
-    def __init__(self, mdf: MDF, group: int, start: float) -> None:
-        self._mdf, self._group, self._start = mdf, group, start
+    def __init__(self, log: _Log, group: int) -> None:
+        self._log, self._group = log, group
         self._time: Column | None = None
-        acquired = mdf.groups[group].channel_group
+        acquired = log.mdf.groups[group].channel_group
         self.label = str(getattr(acquired, "acq_name", "") or "")
 
     def channel(self, index: int) -> tuple[Column, Column, str] | None:
         """Time, values and unit of a channel, NaN where invalid; None when it holds no numbers."""
-        signal = self._mdf.get(group=self._group, index=index, ignore_invalidation_bits=True)
-        if signal.samples.ndim != 1 or signal.samples.dtype.kind not in "iufb":
+        raw, invalid = self._log.raw(self._group, index)
+        try:
+            values = self._log.physical(self._group, index, raw)
+        except NoNumbers:
             return None
-        values = signal.samples.astype(np.float64)
-        if signal.invalidation_bits is not None:
-            values[np.asarray(signal.invalidation_bits, bool)] = np.nan
+        if invalid is not None:
+            values[invalid] = np.nan
         if self._time is None:
-            self._time = signal.timestamps.astype(np.float64) + self._start
-        values[~np.isfinite(values)] = np.nan
-        return self._time, values, str(signal.unit or "")
+            self._time = self._log.time(self._group)
+        if len(self._time) != len(values):
+            raise ValueError(f"{len(values)} values at {len(self._time)} times")
+        return self._time, values, self._log.unit(self._group, index)
 
 
 def _named_channel(

@@ -1,0 +1,138 @@
+"""No format's reader makes code of what a log holds: they all read while an audit hook listens for that."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import can
+import numpy as np
+from asammdf import MDF, Signal
+from can.io.mf4 import MF4Writer
+from drive_frames import drive, truth
+
+from oncenter.log_formats import SUFFIXES
+from oncenter.read import read
+
+# What is loaded in the first round runs code of modules; in the second one only the logs are new.
+PROGRAM = """
+import re
+import sys
+sys.modules["numexpr"] = None
+from pathlib import Path
+from oncenter.errors import OncenterError
+from oncenter.read.here import read_here
+
+OF_CODE = ("compile", "exec", "import", "pickle.find_class", "os.system", "os.exec", "subprocess.Popen")
+heard, listens = [], False
+
+def listen(event, arguments):
+    if not listens or event not in OF_CODE:
+        return
+    # numpy has ast.literal_eval take the length of a byte array apart, which compiles and runs nothing.
+    if not (event == "compile" and re.fullmatch(r"b'\\(\\d+,\\)'", repr(arguments[0]))):
+        heard.append(f"{event} {arguments[0]!r:.200}")
+
+def answer(log):
+    try:
+        return f"{log.name}: {read_here(log, {}, [], {}, lambda fraction: None).table.height} ticks"
+    except OncenterError as error:
+        return f"{log.name}: {error.code}"
+
+logs = [Path(name) for name in sys.argv[1:]]
+first = [answer(log) for log in logs]
+sys.addaudithook(listen)
+listens = True
+second = [answer(log) for log in logs]
+of_logs, of_eval = len(heard), eval("len(heard)")
+listens = False
+print(*heard[:of_logs], sep="\\n", file=sys.stderr)
+assert of_eval > of_logs == 0, "the hook hears eval, and it heard nothing before"
+assert first == second
+print(*second, sep="\\n")
+"""
+WRITERS = {
+    ".asc": can.ASCWriter,
+    ".blf": can.BLFWriter,
+    ".trc": can.TRCWriter,
+    ".log": can.CanutilsLogWriter,
+    ".mf4": MF4Writer,
+}
+HOSTILE = "().__class__.__base__.__subclasses__()"
+
+
+def frames(path: Path) -> None:
+    with WRITERS[path.suffix](path) as writer:
+        for frame in drive():
+            writer.on_message_received(
+                can.Message(frame.time, frame.identifier, frame.extended, data=frame.data, channel=1)
+            )
+
+
+def channels(path: Path, formula: str) -> None:
+    time = np.arange(400) / 100
+    with MDF(version="3.30" if path.suffix == ".mdf" else "4.10") as mdf:
+        for column, unit in (("steering_wheel_angle", "rad"), ("yaw_rate", "rad/s"), ("vehicle_speed", "m/s")):
+            values = next(values for name, values in truth(time).items() if name.startswith(column))
+            mdf.append([Signal(values, time, name=column, unit=unit, conversion={"formula": formula})])
+        mdf.save(path)
+
+
+def every_format(folder: Path) -> list[Path]:
+    for suffix in WRITERS:
+        frames(folder / f"drive{suffix}")
+    table = read(folder / "drive.log").table
+    table.write_csv(folder / "drive.csv")
+    table.write_parquet(folder / "drive.parquet")
+    with gzip.open(folder / "drive.csv.gz", "wb") as file:
+        file.write((folder / "drive.csv").read_bytes())
+    for name in ("drive.mdf", "channels.mf4"):
+        channels(folder / name, "pow(X,1)*exp(0)")
+    for name in ("hostile.mdf", "hostile.mf4"):
+        channels(folder / name, HOSTILE)
+    return sorted(folder.iterdir())
+
+
+def test_no_format_makes_code_of_a_log_and_none_needs_numexpr(tmp_path: Path) -> None:
+    logs = every_format(tmp_path)
+    assert {suffix for suffix in SUFFIXES if any(log.name == f"drive{suffix}" for log in logs)} == set(SUFFIXES)
+    path = os.pathsep.join(filter(None, (str(Path(__file__).parents[1] / "src"), os.environ.get("PYTHONPATH"))))
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, *map(str, logs)],
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    answers = dict(line.split(": ") for line in done.stdout.splitlines())
+    assert len(answers) == len(logs)
+    assert {name for name, said in answers.items() if not said.endswith(" ticks")} == {"hostile.mdf", "hostile.mf4"}
+    assert answers["hostile.mdf"] == answers["hostile.mf4"] == "unknown_conversion"
+
+
+def test_asammdf_itself_can_run_no_formula_where_logs_are_read(tmp_path: Path) -> None:
+    """The second wall, for a place at which a conversion would be left on a channel."""
+    touch = f"__import__('pathlib').Path({str(tmp_path / 'CODE_RAN')!r}).touch()"
+    program = f"""
+from oncenter.read.mf4 import _mdf_without_eval
+_mdf_without_eval()
+from asammdf.blocks import v2_v3_blocks, v4_blocks
+import numpy, sys
+for block in (
+    v4_blocks.ChannelConversion(conversion_type=3, formula={touch!r}),
+    v2_v3_blocks.ChannelConversion(conversion_type=10, formula={touch!r}),
+    v4_blocks.ChannelConversion(conversion_type=2, **{{f"P{{i}}": 1.0 for i in range(1, 7)}}),
+):
+    try:
+        block.convert(numpy.arange(3.0))
+    except Exception:
+        continue
+    sys.exit("it converts")
+"""
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", program], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert not (tmp_path / "CODE_RAN").exists()

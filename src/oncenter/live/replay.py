@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.read import candump, mf4, python_can, refuse_unreadable, refuse_what_is_no_file
+from oncenter.read import blf, candump, mf4, python_can, refuse_unreadable, refuse_what_is_no_file
 from oncenter.read.clock import HOLE_S
 from oncenter.read.decode import wanted_by
 from oncenter.read.frames import Frames, joined
@@ -90,6 +90,8 @@ def _chunks(log: Path, notes: list[str]) -> Generator[Frames, None, None]:
     suffix = log.suffix.lower()
     if suffix == ".log":
         yield from candump.chunks(log, notes, tell)
+    elif suffix == ".blf":
+        yield from blf.chunks(log, notes, tell)
     elif suffix in (".mf4", ".mdf"):
         yield mf4.read(log, {}, wanted_by(()), notes, tell)[0].frames
     else:

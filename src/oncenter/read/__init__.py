@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from oncenter.errors import OncenterError
-from oncenter.read import candump, choose, clock, j1939, mf4, python_can, tabular
+from oncenter.read import blf, candump, choose, clock, j1939, mf4, python_can, tabular
 from oncenter.read import dbc as databases
 from oncenter.read.decode import decode, wanted_by
 from oncenter.read.frames import Kept, keep
@@ -146,6 +146,8 @@ def _from_bus(
     decoded: list[Samples] = []
     if suffix == ".log":
         kept = keep(candump.chunks(path, notes, tell), wanted)
+    elif suffix == ".blf":
+        kept = keep(blf.chunks(path, notes, tell), wanted)
     elif suffix in (".mf4", ".mdf"):
         kept, decoded = mf4.read(path, names, wanted, notes, tell)
     else:
@@ -160,7 +162,9 @@ def _nothing_known(
     path: Path, kept: Kept, described: Sequence[databases.Definition], notes: Sequence[str]
 ) -> OncenterError:
     if kept.total == 0:
-        return OncenterError(f"no CAN data frames in {path.name} (CAN FD is not read)", code="empty_log")
+        flexible = "" if path.suffix.lower() == ".blf" else " (CAN FD is not read)"
+        why = f": {'; '.join(notes)}" if notes else ""
+        return OncenterError(f"no CAN data frames in {path.name}{flexible}{why}", code="empty_log")
     if described:
         messages = ", ".join(f"{d.message.name} (0x{d.message.frame_id:X})" for d in described)
         return OncenterError(

@@ -10,7 +10,7 @@ import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
-from oncenter.read import candump, mf4, python_can
+from oncenter.read import blf, candump, mf4, python_can
 from oncenter.read.frames import Frames, Wanted, pgn_of
 
 _VEHICLE_IDENTIFICATION = 65260  # J1939 VI: the VIN, closed by '*'
@@ -76,6 +76,8 @@ def _first_cell(table: pl.DataFrame, names: tuple[str, ...]) -> str | None:
 def _frames(path: Path, name: str) -> Iterator[Frames]:
     if name.endswith(".log"):
         return candump.chunks(path, [], lambda fraction: None)
+    if name.endswith(".blf"):
+        return blf.chunks(path, [], lambda fraction: None)
     if name.endswith((".mf4", ".mdf")):
         kept, _ = mf4.read(path, {}, Wanted(frozenset(_PGNS)), [], lambda fraction: None)
         return iter((kept.frames,))

@@ -215,9 +215,10 @@ def test_light_formats_load_no_heavy_library(tmp_path: Path) -> None:
     (tmp_path / "drive.log").write_text(candump(drive()))
     table_of_the_drive().write_csv(tmp_path / "drive.csv")
     table_of_the_drive().write_parquet(tmp_path / "drive.parquet")
+    written(tmp_path, ".blf")
     code = (
         "import sys; from oncenter.read import read\n"
-        f"for s in ('log', 'csv', 'parquet'): read({str(tmp_path)!r} + '/drive.' + s)\n"
+        f"for s in ('log', 'blf', 'csv', 'parquet'): read({str(tmp_path)!r} + '/drive.' + s)\n"
         "print([m for m in ('can', 'cantools', 'asammdf', 'pandas', 'bokeh', 'matplotlib') if m in sys.modules])"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

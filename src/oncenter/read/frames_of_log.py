@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from oncenter.read import candump, mf4, python_can
+from oncenter.read import blf, candump, mf4, python_can
 from oncenter.read.decode import wanted_by
 from oncenter.read.frames import Frames, Wanted
 
@@ -27,6 +27,8 @@ def frames_of_log(
     suffix = path.suffix.lower()
     if suffix == ".log":
         return candump.chunks(path, notes, tell)
+    if suffix == ".blf":
+        return blf.chunks(path, notes, tell)
     if suffix in (".mf4", ".mdf"):
         return iter((mf4.read(path, {}, wanted or wanted_by(()), notes, tell)[0].frames,))
     return python_can.chunks(path, suffix, notes, tell)

@@ -84,7 +84,9 @@ def _nothing_known(
     path: Path, kept: Kept, described: Sequence[databases.Definition], notes: Sequence[str]
 ) -> OncenterError:
     if kept.total == 0:
-        return OncenterError(f"no CAN data frames in {path.name} (CAN FD is not read)", code="empty_log")
+        flexible = "" if path.suffix.lower() == ".blf" else " (CAN FD is not read)"
+        why = f": {'; '.join(notes)}" if notes else ""
+        return OncenterError(f"no CAN data frames in {path.name}{flexible}{why}", code="empty_log")
     if described:
         messages = ", ".join(f"{d.message.name} (0x{d.message.frame_id:X})" for d in described)
         return OncenterError(

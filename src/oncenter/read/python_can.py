@@ -1,9 +1,8 @@
-"""Vector `.asc` and `.blf` and PEAK `.trc`, frame by frame through python-can."""
+"""Vector `.asc` and PEAK `.trc`, frame by frame through python-can."""
 
 from __future__ import annotations
 
 import contextlib
-import io
 import logging
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -25,16 +24,16 @@ def chunks(path: Path, suffix: str, notes: list[str], progress: Callable[[float]
     """Frames of a log, many at a time; notes say what is left out.
 
     Raises:
-        OncenterError: python-can cannot read it, or it is shorter than it says.
+        OncenterError: python-can cannot read it.
     """
     size = max(path.stat().st_size, 1)
     with path.open("rb") as file, _complaints() as complaints:
-        text = None if suffix == ".blf" else AscLines(file, path.name) if suffix == ".asc" else TextLines(file)
-        messages = _messages(path, file, size, text, notes)
+        text = AscLines(file, path.name) if suffix == ".asc" else TextLines(file)
+        messages = _messages(path, text)
         while frames := _some(path, messages):
             progress(1.0 if file.closed else min(file.tell() / size, 1.0))
             yield frames
-    if text is not None and text.cut_off:
+    if text.cut_off:
         notes.append(f"the last line of {path.name} is cut off and was left out")
     if complaints:
         notes.append(
@@ -66,27 +65,16 @@ def _complaints() -> Iterator[list[str]]:
         logger.propagate = before
 
 
-def _messages(
-    path: Path, file: io.BufferedReader, size: int, text: TextLines | None, notes: list[str]
-) -> Iterator[can.Message]:
-    from can.io import asc, blf, trc
+def _messages(path: Path, text: TextLines) -> Iterator[can.Message]:
+    from can.io import asc, trc
 
     try:
         if isinstance(text, AscLines):
             return iter(asc.ASCReader(text, relative_timestamp=False))
-        if text is not None:
-            return iter(trc.TRCReader(text))
-        reader = blf.BLFReader(file)
-        if reader.file_size == 0:
-            notes.append(f"{path.name} was never closed by its logger: read up to its last whole part")
-        if reader.file_size > size:
-            raise OncenterError(
-                f"{path.name} is cut off: {size} of {reader.file_size} bytes are there", code="unreadable_log"
-            )
-        return iter(reader)
+        return iter(trc.TRCReader(text))
     except OncenterError:
         raise
-    except Exception as error:  # python-can's readers let struct, zlib, value and index errors through
+    except Exception as error:  # python-can's readers let value and index errors through
         raise _unreadable(path, error) from error
 
 

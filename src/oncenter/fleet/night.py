@@ -23,7 +23,9 @@ from oncenter.fleet.ledger import LEDGER, Ledger, is_ledger
 from oncenter.fleet.progress import Progress
 from oncenter.fleet.ranking import history, rank
 from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS, TableFile
+from oncenter.fleet.truck_data import FOLDER as TRUCKS_FOLDER
 from oncenter.fleet.trucks import Trucks
+from oncenter.whole_file import remove_unfinished, write_whole
 
 LIMIT_DEG = 2.0  # some lane keeping systems call for calibration from there on
 _PAGE, _METRICS = "index.html", "metrics.json"
@@ -89,6 +91,8 @@ def run(
     work = Work(trucks, _made(folder / "reports") if reports else None)
     try:
         with closing(Ledger(folder / LEDGER)) as ledger:
+            for part in (folder, folder / TRUCKS_FOLDER, folder / "reports"):  # no other run writes there now
+                remove_unfinished(part)
             found, to_do = ledger.plan(find_logs(logs), trucks)
             # what the page needs loads for half a second: beside the first logs
             Thread(target=_load_page, name="page-loads", daemon=True).start()
@@ -101,13 +105,12 @@ def run(
             finally:  # also of a run that is interrupted: what follows begins a line
                 progress.end()
             ledger.commit()
-            facts = _write_tables(folder, ledger, limit_deg)
+            try:
+                facts = _write_tables(folder, ledger, limit_deg)
+            except OncenterError as error:
+                raise _stopped(str(error)) from None
     except (sqlite3.Error, OSError) as error:  # a full disk, as a rule
-        raise OncenterError(
-            f"cannot write {folder}: {error}; what was put down is kept, the next run goes on from there",
-            code="output",
-            exit_code=WRONG_USAGE,
-        ) from None
+        raise _stopped(f"cannot write {folder}: {error}") from None
     summary = Summary(
         version=_core.version(),
         output=str(folder),
@@ -122,6 +125,12 @@ def run(
     )
     _put(folder / _METRICS, json.dumps(asdict(summary), indent=1, ensure_ascii=False) + "\n")
     return summary
+
+
+def _stopped(why: str) -> OncenterError:
+    return OncenterError(
+        f"{why}; what was put down is kept, the next run goes on from there", code="output", exit_code=WRONG_USAGE
+    )
 
 
 def _load_page() -> None:
@@ -202,9 +211,7 @@ def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, A
 
 def _put(path: Path, text: str) -> None:
     """Whole or not at all."""
-    beside = path.with_name(path.name + ".new")
-    beside.write_text(text, encoding="utf-8")
-    os.replace(beside, path)
+    write_whole(path, text)
 
 
 def _peak_memory_mb() -> float | None:

@@ -412,20 +412,82 @@ def in_a_shell(words: str, folder: Path) -> subprocess.CompletedProcess[str]:
         "oncenter signals none.csv --json > /dev/full",
         "oncenter --help > /dev/full",
         f"oncenter offset drive.csv --vehicle {TRUCK} >&-",
-        f"oncenter angle drive.csv --vehicle {TRUCK} --output full.csv",
-        f"oncenter angle drive.csv --vehicle {TRUCK} --output full.parquet",
-        f"oncenter angle drive.csv --vehicle {TRUCK} --report full.html",
     ],
 )
 def test_where_nothing_can_be_written_it_says_so_and_is_no_bug(words: str, drive_csv: Path, tmp_path: Path) -> None:
     (tmp_path / "drive.csv").symlink_to(drive_csv)
-    for suffix in ("csv", "parquet", "html"):
-        (tmp_path / f"full.{suffix}").symlink_to(FULL)
     done = in_a_shell(words, tmp_path)
     assert done.returncode == 2
     said = done.stderr.splitlines()[-1]
     assert "cannot" in said and ("No space left" in said or "closed" in said)
     assert "bug" not in done.stderr and "Exception" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "answer"),
+    [
+        ("offset --report full.html", "understeer gradient"),
+        ("angle --output full.csv", "of the drive, half of it within"),
+        ("angle --output full.parquet", "of the drive, half of it within"),
+        ("angle --report full.html", "of the drive, half of it within"),
+    ],
+)
+def test_an_answer_is_printed_although_its_file_cannot_be_written(
+    words: str, answer: str, drive_csv: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "drive.csv").symlink_to(drive_csv)
+    verb, option, name = words.split()
+    (tmp_path / name).symlink_to(FULL)
+    done = in_a_shell(f"oncenter {verb} drive.csv --vehicle {TRUCK} {option} {name}", tmp_path)
+    assert done.returncode == 1
+    assert answer in done.stdout
+    assert done.stderr == f"oncenter: cannot write {name}: No space left on device\n"
+
+
+def test_a_report_that_cannot_be_written_leaves_the_answer_the_only_object(drive_csv: Path, tmp_path: Path) -> None:
+    (tmp_path / "drive.csv").symlink_to(drive_csv)
+    (tmp_path / "full.html").symlink_to(FULL)
+    done = in_a_shell(f"oncenter offset drive.csv --vehicle {TRUCK} --json --report full.html", tmp_path)
+    assert done.returncode == 1
+    assert json.loads(done.stdout)["schema"].startswith("oncenter/offset")
+    assert done.stderr == "oncenter: cannot write full.html: No space left on device\n"
+
+
+def test_an_answer_is_out_while_its_report_is_still_being_written(
+    drive_csv: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    out: list[str] = []
+    monkeypatch.setattr("oncenter.report", lambda answer, path: out.append(capfd.readouterr().out))
+    assert run(["offset", str(drive_csv), "--vehicle", TRUCK, "--json", "--report", str(tmp_path / "page.html")]) == 0
+    assert json.loads(out[0])["schema"].startswith("oncenter/offset")
+    assert capfd.readouterr().out == ""
+
+
+def test_an_interruption_after_the_answer_adds_no_second_object(
+    drive_csv: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("oncenter.report", interrupted)
+    arguments = ["offset", str(drive_csv), "--vehicle", TRUCK, "--json", "--report", str(tmp_path / "page.html")]
+    assert run(arguments) == 130
+    out, err = capfd.readouterr()
+    assert json.loads(out)["schema"].startswith("oncenter/offset")
+    assert err == "oncenter: interrupted\n"
+
+
+@pytest.mark.parametrize("option", ["offset --report", "angle --report", "angle --output"])
+def test_a_path_that_can_be_no_file_is_refused_before_anything_is_read(
+    option: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The log is missing, which reading would say."""
+    verb, name = option.split()
+    (tmp_path / "folder.csv").mkdir()
+    for path, why in (("nowhere/out.csv", "there is no folder"), ("folder.csv", "it is a folder")):
+        assert run([verb, "none.log", "--vehicle", TRUCK, name, str(tmp_path / path)]) == 2
+        out, err = capfd.readouterr()
+        assert out == "" and err.count("\n") == 1 and why in err and path in err
 
 
 def test_a_log_whose_name_is_no_text_is_answered_as_any_other(drive_csv: Path, tmp_path: Path) -> None:

@@ -190,7 +190,20 @@ def test_a_run_that_is_killed_at_any_moment_ends_as_one_undisturbed(
     summary = run([given[0]], given[1], given[2])
     assert summary.logs_answered < 12
     assert tables(tmp_path / "out") == tables(undisturbed)
-    assert not list((tmp_path / "out").rglob("*.new"))
+    assert not list((tmp_path / "out").rglob(".*"))
+
+
+def test_what_a_killed_run_left_half_written_is_removed_and_is_no_log(fleet: Path, tmp_path: Path) -> None:
+    logs, output = tmp_path / "logs", tmp_path / "out"
+    shutil.copytree(fleet / "logs", logs)
+    (logs / "depot-7" / ".unfinished-1234abcd-day9.parquet").write_bytes(b"PAR1")
+    left = [output / ".unfinished-1234abcd-drives.parquet", output / "reports" / ".unfinished-1234abcd-1.html"]
+    left += [output / "trucks" / ".unfinished-1234abcd-depot-7.js"]
+    for path in left:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("half")
+    assert run([str(logs)], fleet / "vehicles", output).logs_found == 12
+    assert not any(path.exists() for path in left)
 
 
 def test_two_runs_do_not_write_one_folder_at_once(fleet: Path, tmp_path: Path) -> None:
@@ -298,11 +311,11 @@ def test_a_folder_with_files_of_somebody_s_own_is_left_as_it_is(
 def test_what_was_answered_is_kept_when_the_tables_cannot_be_written(
     fleet: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
-    in_the_way = tmp_path / "drives.parquet.new"
-    in_the_way.mkdir()
+    in_the_way = tmp_path / "trucks"
+    in_the_way.write_text("mine")
     with pytest.raises(OncenterError, match="goes on from there"):
         run([str(fleet / "logs")], fleet / "vehicles", tmp_path)
-    in_the_way.rmdir()
+    in_the_way.unlink()
     assert run([str(fleet / "logs")], fleet / "vehicles", tmp_path).logs_answered == 0
     assert tables(tmp_path) == tables(undisturbed)
 

@@ -30,7 +30,7 @@ def test_ray_gives_the_bytes_that_this_machines_processes_give(
 ) -> None:
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
     if "libasan" in os.environ.get("LD_PRELOAD", ""):
-        pytest.skip("Ray's own processes do not always begin under the sanitizers; what they call is tested without Ray")
+        pytest.skip("Ray's processes do not always begin under the sanitizers; what they call is tested without Ray")
     monkeypatch.setattr(engines, "_LOGS_WHILE_RAY_BEGINS", 3)
     monkeypatch.setattr(engines, "_LOGS_WHILE_RAY_ENDS", 2)  # those between are Ray's
     here: list[str] = []

@@ -239,7 +239,7 @@ PARTS: dict[str, dict[str, Any]] = {
     "values to text or linear": {"val_0": 254, "text_0": "error", "val_1": 255, "text_1": "n/a"},
     "values to formula or linear": {"val_0": 3, "text_0": {"formula": "X*X"}, "val_1": 7, "text_1": "n/a"},
     "ranges to linear or linear": {"lower_0": 0, "upper_0": 9, "text_0": TWICE},
-    "ranges to text or linear": {"lower_0": 0, "upper_0": 9, "text_0": "a", "lower_1": 20, "upper_1": 39, "text_1": "b"},
+    "ranges to text": {"lower_0": 0, "upper_0": 9, "text_0": "a", "lower_1": 20, "upper_1": 39, "text_1": "b"},
 }
 RAWS = [WHOLE, WHOLE.astype(np.uint8), WHOLE.astype(np.float64), REAL]
 

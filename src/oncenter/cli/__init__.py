@@ -1,8 +1,9 @@
 """The command line: what may go wrong becomes one line, an exit code and, with --json, an object.
 
-Exit codes: 0 an answer was written; 1 the log cannot be answered; 2 wrong usage, vehicle file or DBC, or nothing can be
-written where it was asked for; 70 our own bug; 130 interrupted. The verbs are loaded late, so that an interruption
-meanwhile is told as any other. What a verb says to standard output is written in one place, once it is done.
+Exit codes: 0 an answer was written; 1 the log cannot be answered, or it was and a report cannot be written; 2 wrong
+usage, vehicle file or DBC, or nothing can be written where it was asked for; 70 our own bug; 130 interrupted. The verbs
+are loaded late, so that an interruption meanwhile is told as any other. What a verb says to standard output is written
+in one place.
 """
 
 from __future__ import annotations
@@ -12,12 +13,14 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from typing import TextIO
 
 from oncenter.child import begin
 from oncenter.errors import INTERRUPTED, WRONG_USAGE, OncenterError
 from oncenter.log_formats import READ_HERE, READER, SUFFIXES
 
 _READING = ("offset", "angle", "reference", "signals")  # the verbs that read logs one by one
+_FILE_CANNOT_BE_WRITTEN = 1  # after the answer was
 _OUR_OWN_BUG = 70
 
 
@@ -25,17 +28,40 @@ def run(arguments: Sequence[str]) -> int:
     """One command line without the program's name; the exit code."""
     if sys.stdout is None:  # closed: the next file that is opened would take its place
         return _fail_to_write("it is closed; > /dev/null where nobody reads it")
-    as_json = "--json" in arguments
-    said = io.StringIO()
+    said = _Said(sys.stdout, "--json" in arguments)
     with contextlib.redirect_stdout(said):
         try:
-            exit_code = _run(arguments, as_json)
+            exit_code = _run(arguments, said)
         except KeyboardInterrupt:
-            exit_code = _interrupted(as_json)
-    return _write(said.getvalue()) or exit_code
+            exit_code = _interrupted(said)
+        said.flush()
+    return said.exit_code or exit_code
 
 
-def _run(arguments: Sequence[str], as_json: bool) -> int:
+class _Said(io.StringIO):
+    """What a verb says. It goes to standard output when it is flushed, which typer.echo does: an answer is out before
+    a report is written, and stays the only object where that report then fails.
+
+    Attributes:
+        as_json: whether an error is an object as well.
+        is_begun: whether anything went out.
+        exit_code: 0, or that of a standard output that takes no more.
+    """
+
+    def __init__(self, out: TextIO, as_json: bool) -> None:
+        super().__init__()
+        self._out, self.as_json, self.is_begun, self.exit_code = out, as_json, False, 0
+
+    def flush(self) -> None:
+        text = self.getvalue()
+        self.seek(0)
+        self.truncate()
+        self.is_begun = self.is_begun or bool(text)
+        if self.exit_code == 0:
+            self.exit_code = _write(text, self._out)
+
+
+def _run(arguments: Sequence[str], said: _Said) -> int:
     _begin_reader(arguments)
     import typer
 
@@ -44,19 +70,19 @@ def _run(arguments: Sequence[str], as_json: bool) -> int:
     try:
         result = app(args=list(arguments) or ["--help"], prog_name="oncenter", standalone_mode=False)
         if result == INTERRUPTED:  # what Typer makes of Ctrl-C; no verb returns a number
-            return _interrupted(as_json)
+            return _interrupted(said)
         return result if isinstance(result, int) else 0
     except OncenterError as error:
-        return _fail(str(error), error.code, error.exit_code, error.needs, as_json)
+        return _fail(str(error), error.code, error.exit_code, error.needs, said)
     except typer.TyperException as error:
-        return _fail(error.format_message(), "usage", WRONG_USAGE, (), as_json)
+        return _fail(error.format_message(), "usage", WRONG_USAGE, (), said)
     except typer.Abort:
-        return _interrupted(as_json)
+        return _interrupted(said)
     except Exception as error:
         if "--debug" in arguments:
             raise
         what = f"a bug of ours: {type(error).__name__}: {error} (oncenter --debug VERB … shows where)"
-        return _fail(what, "bug", _OUR_OWN_BUG, (), as_json)
+        return _fail(what, "bug", _OUR_OWN_BUG, (), said)
 
 
 def _begin_reader(arguments: Sequence[str]) -> None:
@@ -68,12 +94,15 @@ def _begin_reader(arguments: Sequence[str]) -> None:
         begin(READER)
 
 
-def _fail(message: str, code: str, exit_code: int, needs: Sequence[str], as_json: bool) -> int:
-    """Words to stderr; with --json the error object to stdout."""
-    one_line = " ".join(message.split())
-    with contextlib.suppress(OSError):  # the exit code says it as well
-        print(f"oncenter: {one_line}", file=sys.stderr)
-    if as_json:
+def _fail(message: str, code: str, exit_code: int, needs: Sequence[str], said: _Said) -> int:
+    """Words to stderr; with --json the error object to stdout, unless the answer is there already.
+
+    After an answer the usage was right: what fails then, a report on a full disk, is exit code 1.
+    """
+    one_line = _complain(message)
+    if said.is_begun:
+        return _FILE_CANNOT_BE_WRITTEN if exit_code == WRONG_USAGE else exit_code
+    if said.as_json:
         import json
 
         error = {"schema": "oncenter/error-1", "code": code, "message": one_line, "needs": list(needs)}
@@ -81,34 +110,43 @@ def _fail(message: str, code: str, exit_code: int, needs: Sequence[str], as_json
     return exit_code
 
 
-def _interrupted(as_json: bool) -> int:
-    return _fail("interrupted", "interrupted", INTERRUPTED, (), as_json)
+def _complain(message: str) -> str:
+    """To stderr; what was said there."""
+    one_line = " ".join(message.split())
+    with contextlib.suppress(OSError):  # the exit code says it as well
+        print(f"oncenter: {one_line}", file=sys.stderr)
+    return one_line
 
 
-def _write(text: str) -> int:
+def _interrupted(said: _Said) -> int:
+    return _fail("interrupted", "interrupted", INTERRUPTED, (), said)
+
+
+def _write(text: str, out: TextIO) -> int:
     """To standard output; 0, or the exit code where it takes no more.
 
     A file's name may hold bytes that are no text: they become escapes, which JSON has as well.
     """
-    encoding = sys.stdout.encoding or "utf-8"
+    encoding = out.encoding or "utf-8"
     try:
-        sys.stdout.write(text.encode(encoding, "backslashreplace").decode(encoding))
-        sys.stdout.flush()
+        out.write(text.encode(encoding, "backslashreplace").decode(encoding))
+        out.flush()
     except BrokenPipeError:  # its reader has seen enough
-        _drop_what_is_left()
+        _drop_what_is_left(out)
     except OSError as error:
-        _drop_what_is_left()
+        _drop_what_is_left(out)
         return _fail_to_write(error.strerror or str(error))
     return 0
 
 
-def _drop_what_is_left() -> None:
+def _drop_what_is_left(out: TextIO) -> None:
     """Else Python would try once more when it ends."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    os.dup2(os.open(os.devnull, os.O_WRONLY), out.fileno())
 
 
 def _fail_to_write(why: str) -> int:
-    return _fail(f"cannot write to standard output: {why}", "output", WRONG_USAGE, (), as_json=False)
+    _complain(f"cannot write to standard output: {why}")
+    return WRONG_USAGE
 
 
 def main() -> None:

@@ -43,14 +43,13 @@ def angle(
     source: Source = None,
 ) -> None:
     """The true steering wheel angle, with its sensor while that can be believed and without it after."""
-    import polars as pl
-
     import oncenter as oc
     from oncenter.angle import in_degrees, notes_on
     from oncenter.cli.logs import read_logs
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.errors import WRONG_USAGE, OncenterError
-    from oncenter.report import check_path, report_angle
+    from oncenter.report import report_angle
+    from oncenter.whole_file import check_place, whole_file
 
     if output is not None and output.suffix not in (".parquet", ".csv"):
         raise OncenterError(
@@ -58,8 +57,9 @@ def angle(
         )
     spare_inputs({"--output": output, "--report": report}, [log, *(taught_by or ()), vehicle_file, *(dbc or ())])
     truck = oc.vehicle(vehicle_file)
-    if report is not None:
-        check_path(report)
+    for path in (output, report):
+        if path is not None:
+            check_place(path)
     drives, _ = read_logs([log], truck, dbc or (), sources_of(source))
     taught, told = read_logs(taught_by, truck, dbc or (), sources_of(source)) if taught_by else ([], [])
     with progress_bar("estimating", log) as progress:
@@ -72,16 +72,15 @@ def angle(
             smooth=smooth,
             progress=progress,
         )
+    notes = notes_on(drives[0], truck, taught, sensor_lost_at)
+    typer.echo("\n".join([_in_words(table), *_asides(told, notes)]))  # before files that a full disk may refuse
     if output is not None:
         given = in_degrees(table)
-        try:
+        with whole_file(output) as unfinished:
             if output.suffix == ".csv":
-                given.write_csv(output)
+                given.write_csv(unfinished)
             else:
-                given.write_parquet(output)
-        except (OSError, pl.exceptions.PolarsError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            raise OncenterError(f"cannot write {output}: {reason}", code="output", exit_code=WRONG_USAGE) from None
+                given.write_parquet(unfinished)
     if report is not None:
         report_angle(
             table,
@@ -93,8 +92,6 @@ def angle(
             smooth=smooth,
             taught_by=taught,
         )
-    notes = notes_on(drives[0], truck, taught, sensor_lost_at)
-    typer.echo("\n".join([_in_words(table), *_asides(told, notes)]))
 
 
 def _asides(told: Sequence[Finding], notes: Sequence[str]) -> list[str]:

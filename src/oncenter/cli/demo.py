@@ -30,8 +30,8 @@ def demo(
     truth = simulate_to_log(_SCENARIO, seed, log)
     truck = oc.vehicle("scania_r730_4x2")
     answer = oc.offset(oc.read(log), truck)
-    oc.report(answer, page)
     typer.echo(as_table(answer))
+    oc.report(answer, page)
     typer.echo(f"\n  the truth: offset {truth.offset_rad / DEGREE:.2f} deg, play {truth.backlash_rad / DEGREE:.1f} deg")
     typer.echo(f"  wrote {log} and {page}: open the page in a browser")
 

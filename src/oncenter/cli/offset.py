@@ -39,12 +39,12 @@ def offset(
     from oncenter.cli.logs import read_logs
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.findings import gravest_first
-    from oncenter.report import check_path
+    from oncenter.whole_file import check_place
 
     spare_inputs({"--report": report}, [*logs, vehicle_file, *(dbc or ())])
     truck = oc.vehicle(vehicle_file)
     if report is not None:
-        check_path(report)
+        check_place(report)
     drives, told = read_logs(logs, truck, dbc or (), sources_of(source))
     with progress_bar("answering", *logs) as progress:
         answer = oc.offset(
@@ -55,9 +55,9 @@ def offset(
             progress=progress,
         )
     answer = replace(answer, findings=gravest_first((*told, *answer.findings)))
+    typer.echo(answer.to_json() if json else as_table(answer))  # before a page that a full disk may refuse
     if report is not None:
         oc.report(answer, report)
-    typer.echo(answer.to_json() if json else as_table(answer))
 
 
 def as_table(answer: oc.Answer) -> str:

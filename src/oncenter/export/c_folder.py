@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from oncenter import _core
@@ -11,8 +13,10 @@ from oncenter.export.a2l import a2l
 from oncenter.export.core_source import LICENCE, core_files
 from oncenter.export.variables import variables_of
 from oncenter.export.vectors import vectors_header, vectors_truck
+from oncenter.whole_file import write_whole
 
 _C = Path(__file__).with_name("c")
+_PARTS = ("core", "ecu", "test")
 
 
 def write_c(output: str | os.PathLike[str]) -> Path:
@@ -35,15 +39,33 @@ def write_c(output: str | os.PathLike[str]) -> Path:
                 code="output",
                 exit_code=WRONG_USAGE,
             )
-        for name in ("core", "ecu", "test"):
-            (folder / name).mkdir(parents=True, exist_ok=True)
-        for name, text in _contents().items():
-            (folder / name).write_text(text, encoding="utf-8")
+        _fill(folder, _contents())
     except OSError as error:
         raise OncenterError(
             f"cannot write {folder}: {error.strerror or error}", code="output", exit_code=WRONG_USAGE
         ) from None
     return folder
+
+
+def _fill(folder: Path, contents: Mapping[str, str]) -> None:
+    """All of it or nothing: a folder that holds a part would be refused next time."""
+    try:
+        for name in _PARTS:
+            (folder / name).mkdir(parents=True, exist_ok=True)
+        for name, text in contents.items():
+            write_whole(folder / name, text)
+    except BaseException:  # an interruption as well
+        with suppress(OSError):
+            _empty(folder, contents)
+        raise
+
+
+def _empty(folder: Path, names: Iterable[str]) -> None:
+    for name in names:
+        (folder / name).unlink(missing_ok=True)
+    for part in _PARTS:
+        with suppress(FileNotFoundError):
+            (folder / part).rmdir()
 
 
 def _contents() -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import os
 import platform
 import shlex
@@ -28,6 +29,7 @@ from oncenter.export.model_description import (
 from oncenter.export.page import page
 from oncenter.export.variables import Variable, c_table, variables_of
 from oncenter.vehicle import Vehicle
+from oncenter.whole_file import check_place, write_whole
 
 _FMI = Path(__file__).with_name("fmi")
 _CORE = "core.c"  # includes the core's files, so that the compiler sees from room to room
@@ -58,27 +60,23 @@ def write_fmu(vehicle: Vehicle, output: str | os.PathLike[str], *, fmi: Fmi = 2)
     path = Path(output)
     if path.suffix != ".fmu":
         raise OncenterError(f"--output takes a .fmu file, got {path.name}", code="output", exit_code=WRONG_USAGE)
-    if path.is_dir() or not path.parent.is_dir():  # before the compiler takes its time
-        raise OncenterError(
-            f"cannot write {path}: it is a folder, or there is no folder {path.parent}",
-            code="output",
-            exit_code=WRONG_USAGE,
-        )
+    check_place(path)  # before the compiler takes its time
     files = _contents(vehicle, fmi)
     sources = {Path(name).name: data for name, data in files.items() if name.startswith("sources/")}
     files[_binary_path(fmi)] = _compile(sources, _compiled(fmi))
-    try:
-        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name, data in files.items():
-                entry = zipfile.ZipInfo(name, _LONG_AGO)
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.external_attr = 0o644 << 16
-                archive.writestr(entry, data)
-    except OSError as error:
-        raise OncenterError(
-            f"cannot write {path}: {error.strerror or error}", code="output", exit_code=WRONG_USAGE
-        ) from None
+    write_whole(path, _packed(files))
     return path
+
+
+def _packed(files: Mapping[str, bytes]) -> bytes:
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            entry = zipfile.ZipInfo(name, _LONG_AGO)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, data)
+    return packed.getvalue()
 
 
 def _contents(vehicle: Vehicle, fmi: Fmi) -> dict[str, bytes]:

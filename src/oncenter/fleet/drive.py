@@ -79,9 +79,7 @@ def _report(answer: Answer, folder: Path, key: str) -> None:
     """Whole or not there."""
     from oncenter.report import report
 
-    beside = folder / f"{key}.new"
-    report(answer, beside)
-    beside.replace(folder / f"{key}.html")
+    report(answer, folder / f"{key}.html")
 
 
 def of_answer(answer: Answer) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from blake3 import blake3
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.read import SUFFIXES
+from oncenter.whole_file import UNFINISHED
 
 if TYPE_CHECKING:
     from pyarrow.fs import FileInfo
@@ -53,7 +54,7 @@ def find_logs(places: Sequence[str]) -> Iterator[LogFile]:
 
 def _is_log(name: str) -> bool:
     lower = name.lower()
-    return lower.endswith(SUFFIXES) and not lower.endswith(_NO_LOGS)
+    return lower.endswith(SUFFIXES) and not lower.endswith(_NO_LOGS) and not name.startswith(UNFINISHED)
 
 
 def _local(path: str, place: str) -> LogFile:

@@ -24,6 +24,7 @@ from oncenter.fleet.ledger import LEDGER, Ledger, is_ledger
 from oncenter.fleet.progress import Progress
 from oncenter.fleet.trucks import Trucks
 from oncenter.fleet.watched import ANSWERER, Watched
+from oncenter.whole_file import remove_unfinished, write_whole
 
 LIMIT_DEG = 2.0  # some lane keeping systems call for calibration from there on
 _PAGE, _METRICS = "index.html", "metrics.json"
@@ -94,6 +95,8 @@ def run(
     work = Watched(trucks, _made(folder / "reports") if reports else None)
     try:
         with closing(Ledger(folder / LEDGER)) as ledger:
+            for part in (folder, *filter(Path.is_dir, folder.iterdir())):  # no other run writes there now
+                remove_unfinished(part)
             found, to_do = ledger.plan(find_logs(logs), trucks, retry)
             progress = Progress(to_do)
             try:
@@ -105,13 +108,12 @@ def run(
                 progress.end()
             end_idle(ANSWERER)
             ledger.commit()
-            facts = _write_tables(folder, ledger, limit_deg)
+            try:
+                facts = _write_tables(folder, ledger, limit_deg)
+            except OncenterError as error:
+                raise _stopped(str(error)) from None
     except (sqlite3.Error, OSError) as error:  # a full disk, as a rule
-        raise OncenterError(
-            f"cannot write {folder}: {error}; what was put down is kept, the next run goes on from there",
-            code="output",
-            exit_code=WRONG_USAGE,
-        ) from None
+        raise _stopped(f"cannot write {folder}: {error}") from None
     summary = Summary(
         version=_core.version(),
         output=str(folder),
@@ -124,8 +126,14 @@ def run(
         peak_memory_mb=_peak_memory_mb(),
         **facts,
     )
-    _put(folder / _METRICS, json.dumps(asdict(summary), indent=1, ensure_ascii=False) + "\n")
+    write_whole(folder / _METRICS, json.dumps(asdict(summary), indent=1, ensure_ascii=False) + "\n")
     return summary
+
+
+def _stopped(why: str) -> OncenterError:
+    return OncenterError(
+        f"{why}; what was put down is kept, the next run goes on from there", code="output", exit_code=WRONG_USAGE
+    )
 
 
 def _check_nobody_elses(folder: Path) -> None:
@@ -202,13 +210,6 @@ def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, A
         "verdicts": verdicts,
         "worst": tuple(ranked[:10]),
     }
-
-
-def _put(path: Path, text: str) -> None:
-    """Whole or not at all."""
-    beside = path.with_name(path.name + ".new")
-    beside.write_text(text, encoding="utf-8")
-    os.replace(beside, path)
 
 
 def _peak_memory_mb() -> float | None:

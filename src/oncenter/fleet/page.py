@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from html import escape
@@ -20,6 +19,7 @@ from oncenter.fleet.ranking import SHARE_OF_FALSE_ALARMS
 from oncenter.fleet.tables import OFFSET
 from oncenter.report.canvas import COLOURS
 from oncenter.report.document import document, joined, key, nothing
+from oncenter.whole_file import write_whole
 
 _SHOWN, _LISTED = 20, 200  # trucks in the table at first, and when it is opened; all of them open by their name
 _VERDICTS = {
@@ -40,9 +40,7 @@ def write_page(
 ) -> None:
     """`index.html`; `ranked` and `changes` are the rows of the tables, times in s since 1970; `drives` also
     counts those of no truck that is known."""
-    beside = path.with_name(path.name + ".new")
-    beside.write_text(_page(ranked, changes, drives, refused, limit_deg), encoding="utf-8")
-    os.replace(beside, path)
+    write_whole(path, _page(ranked, changes, drives, refused, limit_deg))
 
 
 def _page(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -12,6 +12,8 @@ from typing import Any
 import polars as pl
 import pyarrow as pa
 import pyarrow.parquet as pq
+
+from oncenter.whole_file import whole_file
 
 Row = Mapping[str, Any]
 
@@ -136,17 +138,20 @@ TRUCKS: dict[str, tuple[str, str]] = {
 
 
 class TableFile:
-    """A Parquet file that is whole or not there: written beside its place, and put there when all rows are in."""
+    """A Parquet file, see `whole_file`: it takes the place of the one before when all rows are in."""
 
     def __init__(self, path: Path, columns: Mapping[str, tuple[str, str]]) -> None:
         self._path = path
-        self._beside = path.with_name(path.name + ".new")
         self._types = {name: _TYPES[kind][0] for name, (kind, _) in columns.items()}
         self._schema = pa.schema([pa.field(name, _TYPES[kind][1]) for name, (kind, _) in columns.items()])
         self._rows: list[Row] = []
 
     def __enter__(self) -> TableFile:
-        self._writer = pq.ParquetWriter(self._beside, self._schema, compression="zstd")
+        with ExitStack() as opened:
+            unfinished = opened.enter_context(whole_file(self._path))
+            self._writer = opened.enter_context(pq.ParquetWriter(unfinished, self._schema, compression="zstd"))
+            opened.push(self._write_the_rest)
+            self._opened = opened.pop_all()
         return self
 
     def add(self, row: Row) -> None:
@@ -167,11 +172,11 @@ class TableFile:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
     ) -> None:
+        self._opened.__exit__(kind, error, where)
+
+    def _write_the_rest(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is None:
             self._write()
-        self._writer.close()
-        if kind is None:
-            os.replace(self._beside, self._path)
 
 
 def _milliseconds(time_s: float | None) -> int | None:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.fleet.ranking import History
 from oncenter.fleet.tables import OFFSET
+from oncenter.whole_file import write_whole
 
 FOLDER = "trucks"
 _DIGITS = 3
@@ -22,9 +23,12 @@ def script_name(truck: str) -> str:
 
 
 def write_truck(folder: Path, of_truck: History, rows: Sequence[dict[str, Any]]) -> None:
-    """`trucks/NAME.js` of an output folder, left as it is where it says the same already."""
+    """`trucks/NAME.js` of an output folder, left as it is where it says the same already.
+
+    Raises:
+        OncenterError: "output", exit code 2: it cannot be written.
+    """
     truck = str(of_truck.truck["truck"])
-    (folder / FOLDER).mkdir(exist_ok=True)
     data = {
         "truck": truck,
         "now": _rounded(of_truck.truck.get(OFFSET.value)),
@@ -34,11 +38,13 @@ def write_truck(folder: Path, of_truck: History, rows: Sequence[dict[str, Any]])
     # within a string of the page's language no text of a log can end the script
     text = f"show({json.dumps(data, ensure_ascii=True, allow_nan=False).replace('<', chr(92) + 'u003c')});\n"
     path = folder / FOLDER / script_name(truck)
-    if path.is_file() and path.read_text(encoding="utf-8") == text:
-        return
-    beside = path.with_name(path.name + ".new")
-    beside.write_text(text, encoding="utf-8")
-    os.replace(beside, path)
+    try:
+        path.parent.mkdir(exist_ok=True)
+        if path.is_file() and path.read_bytes() == text.encode():
+            return
+    except OSError as error:
+        raise OncenterError(f"cannot write {path}: {error.strerror}", code="output", exit_code=WRONG_USAGE) from None
+    write_whole(path, text)
 
 
 def _drive(folder: Path, row: dict[str, Any]) -> dict[str, Any]:

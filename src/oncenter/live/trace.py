@@ -21,6 +21,7 @@ from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.live.learner import Stepped
 from oncenter.signals import DEGREE
+from oncenter.whole_file import check_place, whole_file
 
 _EPOCH_S = 1e8  # times beyond are of day and year
 _UNITS = {"s": "s", "deg": "deg", "deg_s": "deg/s", "m_s": "m/s", "m_s2": "m/s^2", "deg_m_s2": "deg/(m/s^2)"}
@@ -62,6 +63,7 @@ class Trace:
             raise OncenterError(
                 f"--trace takes a .parquet or .mf4 file, got {path.name}", code="output", exit_code=WRONG_USAGE
             )
+        check_place(path)
         try:
             self._rows = tempfile.TemporaryFile(dir=path.parent, buffering=0)  # noqa: SIM115 - closed by close
         except OSError as error:
@@ -85,7 +87,7 @@ class Trace:
         self._count += len(rows)
 
     def close(self) -> None:
-        """Writes what there is beside the file and puts it in its place when it is whole."""
+        """Writes what there is; where that fails, what was at the path before stays."""
         try:
             columns = self._columns()
             self._rows.close()  # first, so that its room can be had
@@ -108,15 +110,11 @@ class Trace:
         return columns
 
     def _write(self, columns: Mapping[str, Any]) -> None:
-        unfinished = self._path.with_name(f".{self._path.stem}.unfinished{self._path.suffix}")
-        try:
+        with whole_file(self._path) as unfinished:
             if self._path.suffix == ".parquet":
                 pl.DataFrame(columns).write_parquet(unfinished)
             else:
                 _write_mf4(columns, unfinished)
-            os.replace(unfinished, self._path)
-        finally:
-            unfinished.unlink(missing_ok=True)
 
 
 def _write_whole(file: int, data: bytes, at: int) -> None:

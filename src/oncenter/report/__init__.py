@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.whole_file import write_whole
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,28 +16,6 @@ if TYPE_CHECKING:
     from oncenter.answer import Answer
     from oncenter.signals import Signals
     from oncenter.vehicle import Vehicle
-
-
-def check_path(path: str | os.PathLike[str]) -> None:
-    """Refuses, before an answer is worked out, a path to which no page could be written.
-
-    Raises:
-        OncenterError: "output", exit code 2.
-    """
-    folder = Path(path).parent
-    try:
-        if Path(path).is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
-            raise _unwritable(path, "no such folder" if not folder.exists() else "not a file that can be written")
-    except OSError as error:
-        raise _unwritable(path, error.strerror) from None
-
-
-def _unwritable(path: str | os.PathLike[str], why: str | None) -> OncenterError:
-    return OncenterError(
-        f"report {os.fspath(path)} cannot be written: {why}; name a file in a folder that exists and is yours",
-        code="output",
-        exit_code=WRONG_USAGE,
-    )
 
 
 def report(answer: Answer, path: str | os.PathLike[str]) -> None:
@@ -55,7 +32,7 @@ def report(answer: Answer, path: str | os.PathLike[str]) -> None:
     from oncenter.estimate import trace
     from oncenter.report.page import page
 
-    _write(path, page(answer, trace(answer)))
+    write_whole(path, page(answer, trace(answer)))
 
 
 def report_angle(
@@ -86,11 +63,4 @@ def report_angle(
 
     course = angle_course(table, signals, sensor_lost_at, true_rad)
     notes = notes_on(signals, vehicle, taught_by, sensor_lost_at)
-    _write(path, angle_page(course, signals, vehicle, method, smooth, notes))
-
-
-def _write(path: str | os.PathLike[str], text: str) -> None:
-    try:  # a log's name may hold bytes that are no text
-        Path(path).write_text(text, encoding="utf-8", errors="backslashreplace")
-    except OSError as error:
-        raise _unwritable(path, error.strerror) from None
+    write_whole(path, angle_page(course, signals, vehicle, method, smooth, notes))

@@ -6,7 +6,6 @@ import os
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import Signals
@@ -17,6 +16,7 @@ from oncenter.simulate.sensors import Fault, Sensed, sense
 from oncenter.simulate.truck import check_holdable
 from oncenter.simulate.truth import Truth, truth_of, write_truth
 from oncenter.simulate.write import suffix_of, write_log
+from oncenter.whole_file import check_place
 
 __all__ = ["Fault", "Truth", "simulate", "simulate_to_log", "truth_files"]
 
@@ -52,18 +52,12 @@ def simulate_to_log(scenario: str | os.PathLike[str], seed: int, output: str | o
     """
     log = Path(output)
     table, summary = truth_files(log)
-    if not log.parent.is_dir():  # some libraries would make one
-        raise OncenterError(
-            f"cannot write {log}: there is no folder {log.parent}", code="output", exit_code=WRONG_USAGE
-        )
+    for path in (log, table, summary):
+        check_place(path)
     settings = read_scenario(scenario)
     sensed, truth = _simulate(settings, seed)
-    try:
-        write_log(sensed, log, jitter_sd_s=settings.can.jitter_sd_ms / 1000.0, seed=seed)
-        write_truth(truth, table, summary)
-    except (OSError, pl.exceptions.ComputeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise OncenterError(f"cannot write {log}: {reason}", code="output", exit_code=WRONG_USAGE) from None
+    write_log(sensed, log, jitter_sd_s=settings.can.jitter_sd_ms / 1000.0, seed=seed)
+    write_truth(truth, table, summary)
     return truth
 
 

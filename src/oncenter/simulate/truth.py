@@ -16,6 +16,7 @@ from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.sensors import Fault, Sensed
 from oncenter.simulate.steering import straight_ahead_rad, unloading_acceleration_m_s2
 from oncenter.simulate.truck import equivalent_wheelbase_m, understeer_gradient
+from oncenter.whole_file import whole_file, write_whole
 
 _COLUMNS = {
     "time_s": "time",
@@ -127,8 +128,13 @@ def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: 
 
 
 def write_truth(truth: Truth, table: Path, summary: Path) -> None:
-    """Writes the truth's table as Parquet, and the rest as TOML with its angles in degrees."""
-    truth.table.write_parquet(table)
+    """Writes the truth's table as Parquet, and the rest as TOML with its angles in degrees.
+
+    Raises:
+        OncenterError: "output", exit code 2: one of them cannot be written.
+    """
+    with whole_file(table) as unfinished:
+        truth.table.write_parquet(unfinished)
     values = {
         "offset_deg": truth.offset_rad / DEGREE,
         "understeer_gradient_deg_m_s2": truth.understeer_gradient / DEGREE,
@@ -148,7 +154,7 @@ def write_truth(truth: Truth, table: Path, summary: Path) -> None:
     lines += [f"{name} = {_number(value)}" for name, value in values.items()]
     for fault in truth.faults:
         lines += ["", "[[faults]]", *_fault_lines(fault)]
-    summary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_whole(summary, "\n".join(lines) + "\n")
 
 
 def _fault_lines(fault: Fault) -> Iterator[str]:

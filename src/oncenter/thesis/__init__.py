@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.whole_file import write_whole
 
 if TYPE_CHECKING:
     from oncenter.thesis.figure import Exhibit
@@ -102,8 +103,8 @@ def _written(target: Path, exhibits: list[Exhibit]) -> Path:
         if isinstance(figure, Figure):
             svg, png = drawn(figure)
             svgs[figure.number] = svg
-            (target / f"{file_stem(figure)}.svg").write_text(svg, encoding="utf-8")
-            (target / f"{file_stem(figure)}.png").write_bytes(png)
+            write_whole(target / f"{file_stem(figure)}.svg", svg)
+            write_whole(target / f"{file_stem(figure)}.png", png)
     html = target / "index.html"
-    html.write_text(page(exhibits, svgs, _core.version()), encoding="utf-8")
+    write_whole(html, page(exhibits, svgs, _core.version()))
     return html

@@ -11,6 +11,7 @@ from oncenter.simulate.write.candump import write_candump
 from oncenter.simulate.write.mf4 import write_mf4
 from oncenter.simulate.write.python_can import write_asc, write_blf, write_trc
 from oncenter.simulate.write.tabular import write_csv, write_csv_gz, write_parquet
+from oncenter.whole_file import whole_file
 
 _FRAME_LOGS = {
     ".log": write_candump,
@@ -49,11 +50,11 @@ def write_log(sensed: Sensed, log: Path, *, jitter_sd_s: float, seed: int) -> No
         seed: of the jitter.
 
     Raises:
-        OncenterError: as `suffix_of`.
-        OSError: the log cannot be written.
+        OncenterError: "output", exit code 2: as `suffix_of`, or the log cannot be written.
     """
     suffix = suffix_of(log)
-    if suffix in _TABLES:
-        _TABLES[suffix](sensed.signals.table, log)
-    else:
-        _FRAME_LOGS[suffix](frames(sensed, jitter_sd_s=jitter_sd_s, seed=seed), log)
+    with whole_file(log) as unfinished:
+        if suffix in _TABLES:
+            _TABLES[suffix](sensed.signals.table, unfinished)
+        else:
+            _FRAME_LOGS[suffix](frames(sensed, jitter_sd_s=jitter_sd_s, seed=seed), unfinished)

@@ -1,0 +1,191 @@
+"""A file that is written whole, or left as it was.
+
+The new content is written to a hidden file beside the path, forced to the disk, and renamed over the path. After a
+full disk, a kill or a power cut the path therefore holds the whole old file or the whole new one. A kill may leave the
+hidden file behind; `remove_unfinished` deletes such files in a folder that nobody else writes to.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+
+UNFINISHED = ".unfinished-"  # how the name of a hidden file begins
+_TAIL = 32  # characters of the path's name that the hidden file's name ends in: writers look at the suffix
+_STDOUT = 1
+
+
+def check_place(path: str | os.PathLike[str]) -> None:
+    """Refuses, before an answer is computed, a path to which no file can be written.
+
+    Raises:
+        OncenterError: "output", exit code 2.
+    """
+    try:
+        there = _status(path)
+        if there is not None:
+            _check_existing(path, there)
+        if there is None or stat.S_ISREG(there.st_mode):
+            _check_folder(path)
+    except (OSError, ValueError) as error:
+        raise _refusal(path, error) from None
+
+
+@contextmanager
+def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Gives the path of a new empty file, whose content takes the place of the file at `path` when the block ends.
+
+    When the block raises, the file at `path` stays as it was. A symbolic link at `path` stays a link, and an existing
+    file keeps its owner and mode. The content is copied through to a pipe that has a reader, a character device and
+    our own standard output, since nothing can be renamed over them.
+
+    Args:
+        path: of the file to write; the given path ends in the same suffix.
+
+    Raises:
+        OncenterError: "output", exit code 2: the file cannot be written; also in place of the OSError or PolarsError
+            of a writer in the block.
+    """
+    check_place(path)
+    try:
+        there = _status(path)
+        is_renamed_over = there is None or (stat.S_ISREG(there.st_mode) and not _is_stdout(there))
+        with _beside(Path(os.path.realpath(path))) if is_renamed_over else _copied_through(Path(path)) as unfinished:
+            yield unfinished
+    except Exception as error:
+        import polars as pl  # late: it takes longer to load than most files to write
+
+        if isinstance(error, (OSError, pl.exceptions.PolarsError)):
+            raise _refusal(path, error) from None
+        raise
+
+
+def write_whole(path: str | os.PathLike[str], content: bytes | str) -> None:
+    """Writes a file as `whole_file` does; text as UTF-8, in which bytes that are no text become escapes.
+
+    Raises:
+        OncenterError: "output", exit code 2: the file cannot be written.
+    """
+    with whole_file(path) as unfinished:
+        unfinished.write_bytes(content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content)
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Deletes what killed writers left in a folder that nobody else writes to."""
+    for left in folder.glob(f"{UNFINISHED}*"):
+        with suppress(OSError):  # it takes room and harms nothing
+            left.unlink()
+
+
+def _refusal(path: str | os.PathLike[str], error: Exception | str) -> OncenterError:
+    why = " ".join((getattr(error, "strerror", None) or str(error)).split())
+    return OncenterError(f"cannot write {os.fspath(path)}: {why}", code="output", exit_code=WRONG_USAGE)
+
+
+def _status(path: str | os.PathLike[str]) -> os.stat_result | None:
+    try:
+        return Path(path).stat()
+    except FileNotFoundError:
+        return None
+
+
+def _check_existing(path: str | os.PathLike[str], there: os.stat_result) -> None:
+    if stat.S_ISDIR(there.st_mode):
+        raise _refusal(path, "it is a folder; name a file")
+    if not (stat.S_ISREG(there.st_mode) or stat.S_ISFIFO(there.st_mode) or stat.S_ISCHR(there.st_mode)):
+        raise _refusal(path, "it is no file, pipe or character device; name a file")
+    if not os.access(path, os.W_OK):
+        raise _refusal(path, "it is write-protected; name another file")
+
+
+def _check_folder(path: str | os.PathLike[str]) -> None:
+    """Of the file itself, where the path is a link to it."""
+    folder = Path(os.path.realpath(path)).parent
+    if not folder.exists():
+        raise _refusal(path, f"there is no folder {folder}")
+    if not folder.is_dir():
+        raise _refusal(path, f"{folder} is not a folder")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise _refusal(path, f"no file can be made in {folder}; name a folder that is yours")
+
+
+@contextmanager
+def _beside(target: Path) -> Iterator[Path]:
+    """In the same folder, since a rename does not cross file systems."""
+    unfinished = target.with_name(f"{UNFINISHED}{secrets.token_hex(4)}-{target.name[-_TAIL:]}")
+    os.close(os.open(unfinished, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))  # its mode follows the umask
+    try:
+        mode = stat.S_IMODE(unfinished.stat().st_mode)
+        yield unfinished
+        _finish(unfinished, mode, _status(target))
+        os.replace(unfinished, target)
+    except BaseException:  # an interruption as well
+        with suppress(OSError):
+            unfinished.unlink()
+        raise
+    _sync_folder(target.parent)
+
+
+def _finish(unfinished: Path, mode: int, replaced: os.stat_result | None) -> None:
+    """Owner, mode and content are on the disk before the rename: else a power cut may leave an empty file."""
+    file = os.open(unfinished, os.O_RDWR)
+    try:
+        if replaced is not None:
+            mode = stat.S_IMODE(replaced.st_mode)
+            with suppress(OSError):  # only root may give a file away
+                os.fchown(file, replaced.st_uid, replaced.st_gid)
+        os.fchmod(file, mode)
+        os.fsync(file)
+    finally:
+        os.close(file)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Makes the rename itself survive a power cut."""
+    try:
+        file = os.open(folder, os.O_RDONLY)
+    except PermissionError:  # a folder may be written to and not read: old or new, the file is whole
+        return
+    try:
+        os.fsync(file)
+    finally:
+        os.close(file)
+
+
+def _is_stdout(there: os.stat_result) -> bool:
+    try:
+        return os.path.samestat(there, os.fstat(_STDOUT))
+    except OSError:  # closed
+        return False
+
+
+@contextmanager
+def _copied_through(special: Path) -> Iterator[Path]:
+    with os.fdopen(_opened(special), "wb") as file, tempfile.TemporaryDirectory() as folder:
+        unfinished = Path(folder) / special.name
+        unfinished.touch()
+        yield unfinished
+        with unfinished.open("rb") as content:
+            shutil.copyfileobj(content, file)
+
+
+def _opened(special: Path) -> int:
+    """Never waits for a pipe's reader. Our standard output is shared: what is said later comes after."""
+    if _is_stdout(special.stat()):
+        return os.dup(_STDOUT)
+    try:
+        file = os.open(special, os.O_WRONLY | os.O_NONBLOCK)
+    except OSError as error:
+        if stat.S_ISFIFO(special.stat().st_mode):
+            raise _refusal(special, f"nobody reads this pipe ({error.strerror})") from None
+        raise
+    os.set_blocking(file, True)  # for a reader that is slow
+    return file

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import os
 import subprocess
 import sys
 import tempfile
@@ -74,7 +75,7 @@ def test_a_file_that_may_not_be_read_is_refused(tmp_path: Path, monkeypatch: pyt
     def forbidden(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied", str(path))  # root, who often runs tests, may read any file
 
-    monkeypatch.setattr(Path, "open", forbidden)
+    monkeypatch.setattr(os, "open", forbidden)
     assert str(refusal(path)) == f"cannot read {path}: Permission denied"
 
 
@@ -256,6 +257,73 @@ def test_a_broken_dbc_is_wrong_usage(tmp_path: Path, content: str) -> None:
     assert (error.code, error.exit_code) == ("bad_dbc", 2)
     assert "other.dbc" in str(error)
     assert refusal(tmp_path / "drive.log", dbc=[tmp_path / "none.dbc"]).exit_code == 2
+
+
+def test_a_pipe_is_no_dbc(tmp_path: Path) -> None:
+    (tmp_path / "drive.log").write_text(candump(drive()))
+    os.mkfifo(tmp_path / "pipe.dbc")
+    for path in (tmp_path / "pipe.dbc", tmp_path):
+        error = refusal(tmp_path / "drive.log", dbc=[path])
+        assert (error.code, error.exit_code) == ("bad_dbc", 2)
+
+
+OF_ANGLE = 'BO_ 256 ANGLE: 8 X\n SG_ page M : 0|4@1+ (1,0) [0|15] "" X\n SG_ steering_wheel_angle{} "deg" X\n'
+
+
+@pytest.mark.parametrize(
+    ("layout", "told"),
+    [
+        (" : 0|13@1- (1,0) [0|0]", "is a floating-point number of 13 bits"),
+        (" : -4|16@1+ (1,0) [0|0]", "begins at bit -4"),
+        (" : 0|65@1+ (1,0) [0|0]", "has 65 bits"),
+        (" : 56|16@1+ (1,0) [0|0]", "is beyond eight bytes"),
+        (" : 0|32@1+ (0,0) [0|0]", "has a scale or an offset that no signal has"),
+        (" : 0|32@1+ (1e300,0) [0|0]", "has a scale or an offset that no signal has"),
+    ],
+)
+def test_a_layout_that_no_frame_can_have_is_left_out_with_a_note(tmp_path: Path, layout: str, told: str) -> None:
+    log = tmp_path / "drive.log"
+    log.write_text(candump(drive()) + candump([Frame(START_S + k / 100, 256, bytes(8), False) for k in range(100)]))
+    dbc = OF_ANGLE.format(layout) + "SIG_VALTYPE_ 256 steering_wheel_angle : 1;\n"
+    (tmp_path / "other.dbc").write_text('VERSION ""\n' + dbc)
+    signals = read(log, dbc=[tmp_path / "other.dbc"])
+    assert any(f"steering_wheel_angle: ANGLE.steering_wheel_angle {told}" in note for note in signals.notes)
+    assert signals.sources["steering_wheel_angle"].description.startswith("VDC2")
+
+
+def test_a_signal_without_a_bit_is_wrong_usage(tmp_path: Path) -> None:
+    (tmp_path / "drive.log").write_text(candump(drive()))
+    (tmp_path / "other.dbc").write_text('VERSION ""\n' + OF_ANGLE.format(" : 8|0@1+ (1,0) [0|0]"))
+    error = refusal(tmp_path / "drive.log", dbc=[tmp_path / "other.dbc"])
+    assert (error.code, error.exit_code) == ("bad_dbc", 2)
+    assert "length 0" in str(error)
+
+
+def test_a_multiplexed_signal_that_never_comes_is_none(tmp_path: Path) -> None:
+    log = tmp_path / "drive.log"
+    log.write_text(candump(drive()) + candump([Frame(START_S + k / 100, 256, bytes(8), False) for k in range(100)]))
+    (tmp_path / "other.dbc").write_text('VERSION ""\n' + OF_ANGLE.format(" m3 : 8|16@1- (1,0) [0|0]"))
+    signals = read(log, dbc=[tmp_path / "other.dbc"])
+    assert signals.sources["steering_wheel_angle"].description.startswith("VDC2")
+
+
+@pytest.mark.parametrize(
+    "absurd",
+    [
+        OF_ANGLE.format(" : 4294967296|16@1+ (1,0) [0|0]"),
+        OF_ANGLE.format(" : // beside\n 8|4294967296@1+ (1,0) [0|0]"),
+        OF_ANGLE.format(" : 8|16@1+ (1,0) [0|0]").replace("ANGLE: 8", "ANGLE: 4294967296"),
+        OF_ANGLE.format(" m1 : 8|16@1+ (1,0) [0|0]")
+        + "SG_MUL_VAL_ 256 steering_wheel_angle page 0-4294967295;\n",
+        OF_ANGLE.format(" : 8|16@1+ (1,0) [0|0]")
+        + 'BA_DEF_ SG_ "SPN" INT 0 524287;\nBA_ "SPN" SG_ 256 steering_wheel_angle 1e999999999;\n',
+    ],
+)
+def test_a_dbc_for_which_cantools_would_need_all_memory_is_refused(tmp_path: Path, absurd: str) -> None:
+    (tmp_path / "drive.log").write_text(candump(drive()))
+    (tmp_path / "other.dbc").write_text('VERSION ""\n' + absurd)
+    error = refusal(tmp_path / "drive.log", dbc=[tmp_path / "other.dbc"])
+    assert (error.code, error.exit_code) == ("bad_dbc", 2)
 
 
 def survives(suffix: str, content: bytes) -> Signals | None:

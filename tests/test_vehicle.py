@@ -1,11 +1,13 @@
 """Vehicle files: what is right is read, what is wrong is refused by name in one line."""
 
 import math
+import os
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from test_estimate import steady_drive
 
 import oncenter as oc
 from oncenter.errors import WRONG_USAGE
@@ -126,6 +128,44 @@ def test_a_missing_value_is_named() -> None:
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(oc.OncenterError, match=r"none\.toml cannot be read"):
         oc.vehicle(tmp_path / "none.toml")
+
+
+def test_a_pipe_or_a_folder_is_no_vehicle_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")
+    with pytest.raises(oc.OncenterError, match=r"pipe\.toml cannot be read: is a device or a pipe"):
+        oc.vehicle(tmp_path / "pipe.toml")
+    with pytest.raises(oc.OncenterError, match="cannot be read: is a directory"):
+        oc.vehicle(tmp_path)
+
+
+BOUNDED = [
+    ("# " + "x" * (1 << 20), "larger than 1048576 bytes"),
+    ("source = " + "[" * 5000, "deeper than 16 levels"),
+    ("source = " + "{ a = " * 20 + "1" + " }" * 20, "deeper than 16 levels"),
+    (".".join("a" * 100_000) + " = 1", "a key of more than 16 parts"),
+    ("[" + ' . "b\\"."' .join("a" * 100) + "]", "is not TOML"),
+    ("mass_kg = " + "9" * 5000, "is not TOML"),
+    ("mass_kg = 0x" + "f" * 5000, "an integer of more than 63 bits"),
+    ('name = "\\u001b[2J"', "a control character"),
+    ("name = 1979-05-27T07:32:00+99:99", "is not TOML"),
+]
+
+
+@pytest.mark.parametrize(("says", "named"), BOUNDED)
+def test_a_file_beyond_the_bounds_is_refused_in_one_short_line(tmp_path: Path, says: str, named: str) -> None:
+    (tmp_path / "t.toml").write_text(f"{says}\nwheelbase_m = 3.7\nsteering_ratio = 19\n", encoding="utf-8")
+    with pytest.raises(oc.OncenterError, match=named) as refused:
+        oc.vehicle(tmp_path / "t.toml")
+    assert refused.value.exit_code == WRONG_USAGE
+    assert str(refused.value).isprintable()
+    assert len(str(refused.value)) < 1500
+
+
+def test_a_cutoff_that_the_log_s_rate_does_not_allow_is_named_with_what_would_do() -> None:
+    truck = vehicle_from({**TRUCK, "params": {"cutoff_hz": 50.0}}, "t.toml")
+    with pytest.raises(oc.OncenterError, match=r"'cutoff_hz' must be below 22.5 at a rate of 50 Hz, got 50") as refused:
+        oc.offset(steady_drive(), truck)
+    assert (refused.value.code, refused.value.exit_code) == ("params", WRONG_USAGE)
 
 
 @given(st.binary(max_size=200))

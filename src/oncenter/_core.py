@@ -198,6 +198,14 @@ class Trouble:
         return bytes(payload)
 
 
+def _refusal(error: int, params: Mapping[str, float], rate_hz: float) -> str:
+    """In words; the rate is also refused where it is too low for the low-pass."""
+    if error == lib.OC_ERROR_RATE and RATE_MIN_HZ <= rate_hz <= RATE_MAX_HZ:
+        cutoff_hz = params.get("cutoff_hz", default_params()["cutoff_hz"])
+        return f"parameter 'cutoff_hz' must be below {0.45 * rate_hz:g} at a rate of {rate_hz:g} Hz, got {cutoff_hz:g}"
+    return f"the core refuses the {_text(lib.oc_error_name(error))}"
+
+
 class Core:
     """Coefficients and state of one truck in native memory.
 
@@ -237,7 +245,7 @@ class Core:
         )
         error = lib.oc_setup(self._coefficients, vehicle, _params(params, method, angle_method), float(rate_hz))
         if error != lib.OC_OK:
-            raise ValueError(f"the core refuses the {_text(lib.oc_error_name(error))}")
+            raise ValueError(_refusal(error, params, rate_hz))
         lib.oc_init(self._state)
         self._tick, self._output = ffi.new("oc_signals *"), ffi.new("oc_output *")  # the last of each
 

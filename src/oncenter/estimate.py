@@ -128,17 +128,20 @@ def _run(
     """The core after all drives, and how many changes it had found when each ended; fills `outputs`, one row a tick,
     when given."""
     widths = track_widths(vehicle, method, drives)
-    core = _core.Core(
-        vehicle.wheelbase_m,
-        vehicle.ratio_near_centre,
-        params,
-        drives[0].rate_hz,
-        method=method,
-        angle_method="observer" if judge_sensor else "none",
-        traffic_side=vehicle.traffic_sign,
-        track_width_front_m=widths["track_width_front_m"],
-        track_width_rear_m=widths["track_width_rear_m"],
-    )
+    try:
+        core = _core.Core(
+            vehicle.wheelbase_m,
+            vehicle.ratio_near_centre,
+            params,
+            drives[0].rate_hz,
+            method=method,
+            angle_method="observer" if judge_sensor else "none",
+            traffic_side=vehicle.traffic_sign,
+            track_width_front_m=widths["track_width_front_m"],
+            track_width_rear_m=widths["track_width_rear_m"],
+        )
+    except ValueError as error:  # a param that goes with another rate only
+        raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None
     rows = sum(drive.table.height for drive in drives)
     done = 0
     changes_found = []

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import re
-import tomllib
 from collections.abc import Mapping
 from numbers import Real
 from pathlib import Path
@@ -14,16 +13,17 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from oncenter import _core
-from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.param_ranges import param_ranges
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, SignalName
 from oncenter.steering_ratio import SteeringRatio, near_centre
+from oncenter.toml_file import read_toml, refusal
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]  # "3.7" and true are none
 _Positive = Annotated[Number, Field(gt=0)]
 _NotNegative = Annotated[Number, Field(ge=0)]
 _TrackWidth = Annotated[Number, Field(ge=1, le=3)]
 _Gradient = Annotated[Number, Field(ge=-5, le=5)]  # of trucks some 0 to 1
+_CODE = "vehicle_file"  # of errors
 _SWITCH = "use_accelerometer"  # of the params the one that is no quantity
 # (m/s)^2, of `tandem_side_force_m2_s2`: between what laden and empty rigid trucks of that layout have
 _TANDEM_SIDE_FORCE_M2_S2 = {"6x2": 12.0, "6x4": 19.0, "8x4": 10.0}
@@ -201,7 +201,7 @@ def vehicle(path: str | os.PathLike[str]) -> Vehicle:
     """Reads a vehicle file.
 
     Args:
-        path: a TOML file; the shipped ones may be given by their name alone, as "scania_r730_4x2".
+        path: a TOML file of at most 1 MiB; the shipped ones may be given by their name alone, as "scania_r730_4x2".
 
     Raises:
         OncenterError: "vehicle_file", exit code 2: unreadable, no TOML, or a value is missing, unknown or out of range.
@@ -211,12 +211,9 @@ def vehicle(path: str | os.PathLike[str]) -> Vehicle:
     try:
         if not file.exists() and shipped.exists() and file.parent == Path("."):
             file = shipped
-        values = tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise _refusal(f"vehicle file {path} cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise _refusal(f"vehicle file {path} is not TOML: {error}") from None
-    return vehicle_from(values, str(path))
+    except (OSError, ValueError):  # reading it says why
+        pass
+    return vehicle_from(read_toml(file, f"vehicle file {path}", code=_CODE), str(path))
 
 
 def vehicle_from(values: Mapping[str, Any], origin: str) -> Vehicle:
@@ -224,9 +221,9 @@ def vehicle_from(values: Mapping[str, Any], origin: str) -> Vehicle:
     try:
         truck = Vehicle.model_validate({"name": Path(origin).stem, **values})
     except ValidationError as error:
-        raise _refusal(f"vehicle file {origin}: {_first_error(error)}") from None
+        raise refusal(f"vehicle file {origin}: {_first_error(error)}", _CODE) from None
     if _core.bad_vehicle(truck.wheelbase_m, truck.ratio_near_centre) is not None:
-        raise _refusal(f"vehicle file {origin}: 'wheelbase_m' must be 1 to 20, got {truck.wheelbase_m:g}")
+        raise refusal(f"vehicle file {origin}: 'wheelbase_m' must be 1 to 20, got {truck.wheelbase_m:g}", _CODE)
     return truck
 
 
@@ -254,7 +251,3 @@ def _fields_of(table: str) -> Mapping[str, object]:
     if table == "sensors":
         return Sensors.model_fields
     return _SignalEntry.model_fields if table.startswith("signals.") else Vehicle.model_fields
-
-
-def _refusal(message: str) -> OncenterError:
-    return OncenterError(message, code="vehicle_file", exit_code=WRONG_USAGE)

@@ -10,7 +10,7 @@ import numpy as np
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.log_formats import OF_FRAMES
-from oncenter.read import refuse_unreadable, refuse_what_is_no_file
+from oncenter.read import refuse_unreadable
 from oncenter.read.apart import frames
 from oncenter.read.clock import HOLE_S
 from oncenter.read.frames import Frames, joined
@@ -40,7 +40,6 @@ class Replay:
                 code="replay",
                 exit_code=WRONG_USAGE,
             )
-        refuse_what_is_no_file(log)
         refuse_unreadable(log)
         self.name = str(log)
         self.notes: list[str] = []

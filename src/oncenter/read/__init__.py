@@ -6,16 +6,16 @@ What is here imports nothing heavy: a child process reads beside the imports of 
 from __future__ import annotations
 
 import os
-import stat
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from oncenter.errors import OncenterError
 from oncenter.log_formats import READ_HERE, SUFFIXES
 from oncenter.read.units import columns_that_would_do
+from oncenter.regular_file import open_regular_file, refuse_what_is_no_regular_file
 from oncenter.signals import SIGNALS, SignalName, Signals
 
-__all__ = ["SUFFIXES", "read", "refuse_unreadable", "refuse_what_is_no_file", "require"]
+__all__ = ["SUFFIXES", "read", "refuse_unreadable", "require"]
 
 
 def read(
@@ -40,7 +40,7 @@ def read(
             "reader_time", "reader_memory": a library that reads such files crashed or was stopped.
     """
     path = Path(path)
-    refuse_what_is_no_file(path)
+    refuse_what_is_no_regular_file(path)
     suffix = suffix_of(path)
     refuse_unreadable(path)
     given = path, names or {}, dbc, take or {}, progress or (lambda fraction: None)
@@ -102,21 +102,11 @@ def suffix_of(path: Path) -> str:
     )
 
 
-def refuse_what_is_no_file(path: Path) -> None:
-    """A directory, a device, or a pipe, in which no reader could go back."""
-    try:
-        mode = path.stat().st_mode
-    except (OSError, ValueError) as error:
-        raise cannot_read(path, error) from error
-    if not stat.S_ISREG(mode):
-        what = "is a directory, not a log" if stat.S_ISDIR(mode) else "is a device or a pipe, not a file"
-        raise OncenterError(f"{path} {what}", code="unreadable_log")
-
-
 def refuse_unreadable(path: Path) -> None:
-    """A file that cannot be opened, or is empty."""
+    """A folder, a device, a pipe, what cannot be opened, and what is empty."""
+    refuse_what_is_no_regular_file(path)
     try:
-        with path.open("rb") as file:
+        with open_regular_file(path) as file:
             if not file.read(1):
                 raise OncenterError(f"{path.name} is empty", code="empty_log")
     except (OSError, ValueError) as error:

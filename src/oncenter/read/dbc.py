@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import logging
+import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -17,10 +20,22 @@ from oncenter.read import j1939
 from oncenter.read.frames import PGN_COUNT, Column, Frames, Kept, bus_name, pgn_of
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
+from oncenter.regular_file import read_regular_file, refuse_what_is_no_regular_file
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
 
 if TYPE_CHECKING:
     from cantools.database.can import Message, Signal
+
+_BYTES_MAX = 16 << 20  # J1939's whole digital annex has five million
+_BITS_MAX = 1 << 16  # of a message; J1939's longest by its usual transport protocol has 14,280
+_NUMBER_MAX = 1e30  # of a scale or an offset
+_RANGES_MAX = 1 << 20  # values of all multiplexers
+_NOT_READ = re.compile(r'"(?:\\"|[^"])*"|//[^\n]*')  # text and remarks
+_LONG_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\d{19}|\.?\d*[eE][-+]?\d{4})")
+_PLACE = re.compile(r":\s*([-+]?\d+)\s*\|\s*([-+]?\d+)")  # first bit and length of a signal
+_MESSAGE_LENGTH = re.compile(r"\bBO_\s+\d+\s+\w+\s*:\s*(\d+)")
+_RANGES = re.compile(r"\bSG_MUL_VAL_\b[^;]*")
+_RANGE = re.compile(r"(\d+)\s*[-+]\s*(\d+)")
 
 _BY_SPN = {p.spn: (m, p) for m in j1939.MESSAGES.values() for p in m.parameters}
 _BY_NAME = {p.name.lower(): (m, p) for m in j1939.MESSAGES.values() for p in m.parameters}
@@ -72,23 +87,57 @@ def definitions(
 
 
 def _messages(path: Path) -> list[Message]:
-    from cantools.database import load_file
+    from cantools.database import load_string
     from cantools.database.can import Database
 
+    text = _text(path)
+    _refuse_absurd_numbers(text, path.name)
+    logger = logging.getLogger("cantools")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)  # it would complain of two messages of one name beside our one line
     try:
-        if path.stat().st_size == 0:
-            raise OncenterError(f"{path.name} is empty, not a DBC", code="bad_dbc", exit_code=WRONG_USAGE)
-        database = load_file(path, database_format="dbc", strict=False)
-    except OncenterError:
-        raise
+        database = load_string(text, database_format="dbc", strict=False)
     except Exception as error:  # cantools lets key, value and attribute errors of broken files through
         reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
-        raise OncenterError(
-            f"cannot read the DBC {path.name}: {reason[:160]}", code="bad_dbc", exit_code=WRONG_USAGE
-        ) from error
+        raise _bad(f"cannot read the DBC {path.name}: {_printable(reason[:160])}") from error
+    finally:
+        logger.setLevel(level)
     if not isinstance(database, Database) or not database.messages:
-        raise OncenterError(f"the DBC {path.name} has no messages", code="bad_dbc", exit_code=WRONG_USAGE)
+        raise _bad(f"the DBC {path.name} has no messages")
     return database.messages
+
+
+def _text(path: Path) -> str:
+    refuse_what_is_no_regular_file(path, "DBC", code="bad_dbc", exit_code=WRONG_USAGE)
+    try:
+        content = read_regular_file(path, _BYTES_MAX)
+    except OSError as error:
+        raise _bad(f"cannot read the DBC {path.name}: {error.strerror}") from None
+    if not content:
+        raise _bad(f"{path.name} is empty, not a DBC")
+    return content.decode("cp1252", "replace").replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _refuse_absurd_numbers(text: str, name: str) -> None:
+    """Cantools makes a list as long as a signal's first bit or a multiplexer's range, and integers of any exponent."""
+    bare = _NOT_READ.sub(" ", text)
+    if _LONG_NUMBER.search(bare):
+        raise _bad(f"the DBC {name} has an integer or an exponent of too many digits")
+    places = [int(number) for pair in _PLACE.findall(bare) for number in pair]
+    lengths = [8 * int(number) for number in _MESSAGE_LENGTH.findall(bare)]
+    if any(abs(number) > _BITS_MAX for number in (*places, *lengths)):
+        raise _bad(f"the DBC {name} has a signal or a message of more than {_BITS_MAX} bits")
+    ranges = [pair for statement in _RANGES.findall(bare) for pair in _RANGE.findall(statement)]
+    if sum(max(0, int(high) - int(low)) for low, high in ranges) > _RANGES_MAX:
+        raise _bad(f"the DBC {name} has multiplexers of more than {_RANGES_MAX} values")
+
+
+def _bad(message: str) -> OncenterError:
+    return OncenterError(message, code="bad_dbc", exit_code=WRONG_USAGE)
+
+
+def _printable(text: str) -> str:
+    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
 
 
 def _fields(message: Message, layout: Signal, names: Mapping[str, SignalName], notes: list[str]) -> list[Field]:
@@ -99,20 +148,50 @@ def _fields(message: Message, layout: Signal, names: Mapping[str, SignalName], n
         if signal in SIGNALS and entry.name in (layout.name, f"{message.name}.{layout.name}")
     ]
     fields = by_names or _by_spn_or_name(layout, notes)
-    if fields and any(_place(part)[1] > 64 for part in (layout, *_selectors(message, layout))):
-        notes.append(
-            f"{fields[0].signal or layout.name}: {message.name}.{layout.name} is beyond eight bytes and was left out"
-        )
+    why = _impossible(layout, _selectors(message, layout)) if fields else None
+    if why is not None:
+        notes.append(f"{fields[0].signal or layout.name}: {message.name}.{layout.name} {why} and was left out")
         return []
     return fields
 
 
-def _selectors(message: Message, layout: Signal) -> list[Signal]:
-    """The multiplexers that decide whether a frame has a signal, the nearest first."""
-    if not layout.multiplexer_ids or layout.multiplexer_signal is None:
-        return []
-    selector = message.get_signal_by_name(layout.multiplexer_signal)
-    return [selector, *_selectors(message, selector)]
+def _impossible(layout: Signal, selectors: Sequence[Signal] | None) -> str | None:
+    """Why a signal, or a multiplexer before it, can be in no frame of eight bytes; None where it can."""
+    if selectors is None:
+        return "has a multiplexer that its message lacks"
+    for part in (layout, *selectors):
+        if not 1 <= part.length <= 64:
+            return f"has {part.length} bits"
+        if part.start < 0:
+            return f"begins at bit {part.start}"
+        if _place(part)[1] > 64:
+            return "is beyond eight bytes"
+        if part.is_float and part.length not in (16, 32, 64):
+            return f"is a floating-point number of {part.length} bits"
+    if not 0.0 < abs(_float(layout.scale)) < _NUMBER_MAX or not abs(_float(layout.offset)) < _NUMBER_MAX:
+        return "has a scale or an offset that no signal has"
+    return None
+
+
+def _float(number: float | None) -> float:
+    """Cantools gives integers of any size."""
+    try:
+        return float(number or 0.0)
+    except OverflowError:
+        return math.inf
+
+
+def _selectors(message: Message, layout: Signal) -> list[Signal] | None:
+    """The multiplexers that decide whether a frame has a signal, the nearest first; None where they lead nowhere."""
+    by_name = {signal.name: signal for signal in message.signals}
+    selectors: list[Signal] = []
+    part: Signal | None = layout
+    while part is not None and part.multiplexer_ids and part.multiplexer_signal is not None:
+        part = by_name.get(part.multiplexer_signal)
+        if part is None or part in selectors or part is layout:
+            return None
+        selectors.append(part)
+    return selectors
 
 
 def _by_spn_or_name(layout: Signal, notes: list[str]) -> list[Field]:
@@ -190,6 +269,8 @@ def _values(definition: Definition, frames: Frames) -> list[tuple[str, Column, C
     for field in definition.fields:
         if field.signal is not None:
             having = frames.where(_has(message, field.layout, frames))
+            if not len(having):  # its multiplexer never says so
+                continue
             direct.append((field.signal, having.time, decode(field.layout, having) * field.factor, -1))
     groups: dict[int, dict[int, Column]] = {}
     for field in definition.fields:
@@ -207,7 +288,7 @@ def _values(definition: Definition, frames: Frames) -> list[tuple[str, Column, C
 def _has(message: Message, layout: Signal, frames: Frames) -> npt.NDArray[np.bool_]:
     """Which frames have a signal, as their multiplexers say."""
     has = np.ones(len(frames), bool)
-    for part, selector in pairwise([layout, *_selectors(message, layout)]):
+    for part, selector in pairwise([layout, *(_selectors(message, layout) or ())]):
         has &= np.isin(_raw(selector, frames), part.multiplexer_ids or [])
     return has
 
@@ -224,8 +305,8 @@ def decode(layout: Signal, frames: Frames) -> Column:
     if layout.length in (8, 16, 32) and not layout.is_signed and not layout.is_float:
         reserved = raw >> np.uint64(layout.length - 8) > 0xFA
         values[reserved & frames.extended] = np.nan
-    low, high = layout.minimum, layout.maximum
-    if low is not None and high is not None and high > low:
+    low, high = _float(layout.minimum), _float(layout.maximum)
+    if layout.minimum is not None and layout.maximum is not None and high > low:
         slack = abs(float(layout.scale))
         values[(values < low - slack) | (values > high + slack)] = np.nan
     return values

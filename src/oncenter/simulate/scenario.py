@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import os
-import tomllib
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -19,11 +18,14 @@ from pydantic import (
     model_validator,
 )
 
-from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.errors import OncenterError
 from oncenter.simulate.road_sections import Driver, Manoeuvre, Road, Stops, Wind
 from oncenter.simulate.section import NotNegative, Number, Section
 from oncenter.simulate.sensor_sections import Can, Sensors, begins_s
 from oncenter.simulate.truck_sections import Steering, Truck
+from oncenter.toml_file import read_toml, refusal
+
+_CODE = "scenario_file"  # of errors
 
 
 class Drive(Section):
@@ -108,12 +110,7 @@ def read_scenario(scenario: str | os.PathLike[str]) -> Scenario:
 
 def _values(file: Path, heirs: tuple[Path, ...]) -> dict[str, Any]:
     """What the file says, on top of what its `base` says: a shipped scenario or a file beside it."""
-    try:
-        values = tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise _refusal(f"scenario file {file} cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise _refusal(f"scenario file {file} is not TOML: {error}") from None
+    values = read_toml(file, f"scenario file {file}", code=_CODE)
     if isinstance(road := values.get("road"), dict) and isinstance(road.get("file"), str):
         road["file"] = str(file.parent / road["file"])
     base = values.pop("base", None)
@@ -191,4 +188,4 @@ def _first_error(error: ValidationError) -> str:
 
 
 def _refusal(message: str) -> OncenterError:
-    return OncenterError(message, code="scenario_file", exit_code=WRONG_USAGE)
+    return refusal(message, _CODE)

@@ -1,0 +1,81 @@
+"""Opens regular files and nothing else: a named pipe or a device can block for ever or never end."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from io import FileIO
+
+from oncenter.errors import LOG_CANNOT_BE_ANSWERED, OncenterError
+
+_AnyPath = str | os.PathLike[str]
+
+_NOT_BLOCKING = getattr(os, "O_NONBLOCK", 0)  # opening a pipe without a writer returns at once
+
+
+def open_regular_file(path: _AnyPath) -> FileIO:
+    """A regular file, unbuffered, for reading.
+
+    It is looked at before it is opened, because opening a device can have an effect, and after, because another file
+    can have taken its place.
+
+    Raises:
+        OSError: it is a directory, a device or a pipe, or cannot be opened; `strerror` says which.
+        ValueError: the path holds a zero byte.
+    """
+    _refuse_mode(os.stat(path).st_mode, "a file")
+    file = FileIO(os.open(path, os.O_RDONLY | _NOT_BLOCKING | getattr(os, "O_BINARY", 0)), "rb")
+    try:
+        _refuse_mode(os.fstat(file.fileno()).st_mode, "a file")
+    except OSError:
+        file.close()
+        raise
+    return file
+
+
+def read_regular_file(path: _AnyPath, bytes_max: int) -> bytes:
+    """The whole content of a regular file of at most `bytes_max` bytes.
+
+    Raises:
+        OSError: as `open_regular_file`, or the file is larger.
+        ValueError: the path holds a zero byte.
+    """
+    with open_regular_file(path) as file:
+        content = bytearray()
+        while len(content) <= bytes_max and (block := file.read(bytes_max + 1 - len(content))):
+            content += block
+    if len(content) > bytes_max:
+        raise OSError(errno.EFBIG, f"is larger than {bytes_max} bytes")
+    return bytes(content)
+
+
+def refuse_what_is_no_regular_file(
+    path: _AnyPath, what: str = "log", *, code: str = "unreadable_log", exit_code: int = LOG_CANNOT_BE_ANSWERED
+) -> None:
+    """Refuses a directory, a device, a pipe, or a path that leads nowhere, without opening it.
+
+    Args:
+        path: of the file.
+        what: the kind of file that is wanted, as the message calls it: "log", "DBC".
+        code, exit_code: of the error.
+
+    Raises:
+        OncenterError: one line that names the path.
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError) as error:
+        why = f"cannot read {os.fspath(path)}: {getattr(error, 'strerror', None) or error}"
+        raise OncenterError(why, code=code, exit_code=exit_code) from None
+    try:
+        _refuse_mode(mode, f"a {what}")
+    except OSError as error:
+        raise OncenterError(f"{os.fspath(path)} {error.strerror}", code=code, exit_code=exit_code) from None
+
+
+def _refuse_mode(mode: int, wanted: str) -> None:
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, f"is a directory, not {wanted}")
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "is a device or a pipe, not a file")

@@ -72,9 +72,10 @@ coverage: .venv/ready ## which branches of the core its tests take
 	PYTHONPATH=build/coverage/lib $(BIN)/python -m pytest -q -p no:cacheprovider $(CORE_TESTS)
 	$(BIN)/python embedded/coverage.py build/coverage
 
-fuzz: ## 10 minutes of bytes that nobody meant for a tick or a saved state: FUZZ_S=60 for one
+fuzz: .venv/ready ## the core by random bytes (FUZZ_S=600 s), then the readers by damaged logs (FUZZ_LOGS=500 a format)
 	@$(call need,$(HAS_FUZZER),clang libclang-rt-dev)
 	sh embedded/fuzz/run $(or $(FUZZ_S),600)
+	$(BIN)/python tests/fuzz_logs.py --mutations $(or $(FUZZ_LOGS),500) --jobs 2
 
 embedded: .venv/ready ## the core on two emulated microcontrollers: the same bits, and what it costs
 	@$(call need,$(HAS_ARM),gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)

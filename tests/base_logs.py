@@ -1,0 +1,80 @@
+"""One drive of five minutes in every format: the good logs that are mutated. Its offset is valid, with a margin."""
+
+from __future__ import annotations
+
+import re
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+from asammdf import MDF, Signal
+from asammdf.blocks.v4_blocks import FileHistory
+
+from oncenter.simulate import simulate_to_log, truth_files
+
+VEHICLE = Path(__file__).parents[1] / "vehicles" / "scania_r730_4x2.toml"
+
+# Sensors finer than Table 1's, or the offset is not valid after five minutes.
+_SCENARIO = """
+about = "Five minutes on country roads with fine sensors."
+base = "thesis_drive"
+[drive]
+duration_s = 300.0
+[driver]
+speed_km_h = [60.0, 85.0]
+[sensors.yaw_rate]
+noise_sd_deg_s = 0.02
+resolution_deg_s = 0.01
+[sensors.lateral_acceleration]
+noise_sd_m_s2 = 0.02
+resolution_m_s2 = 0.01
+"""
+_SUFFIXES = (".log", ".asc", ".blf", ".trc", ".mf4", ".csv", ".csv.gz", ".parquet")
+_START = datetime(2016, 6, 15, 12, tzinfo=UTC)
+_SAVED = re.compile(rb"\w{3} \w{3} [ \d]\d \d\d:\d\d:\d\d \d{4}(?=: updated by)")  # asammdf writes when
+_UNITS = {"rad": "rad", "rad_s": "rad/s", "m_s": "m/s", "m_s2": "m/s²"}
+_STEPS = {"rad": 1 / 1024, "rad_s": 1 / 8192, "m_s": 1 / 256, "m_s2": 1 / 2048}  # of channels that are whole numbers
+
+
+def write_base_logs(folder: Path) -> dict[str, tuple[Path, ...]]:
+    """By format; those of MF4 (frames, channels) and of MDF3 (numbers, whole numbers to convert) are two."""
+    scenario = folder / "five_minutes.toml"
+    scenario.write_text(_SCENARIO, encoding="utf-8")
+    logs = {suffix[1:]: (folder / f"drive{suffix}",) for suffix in _SUFFIXES}
+    for (log,) in logs.values():
+        simulate_to_log(scenario, 1, log)
+        for truth in truth_files(log):
+            truth.unlink()
+    table = pl.read_parquet(folder / "drive.parquet")
+    channels, numbers, whole = (folder / name for name in ("channels.mf4", "numbers.mdf", "whole.mdf"))
+    _write_channels(table, channels, "4.10", whole_numbers=True)
+    _write_channels(table, numbers, "3.30", whole_numbers=False)
+    _write_channels(table, whole, "3.30", whole_numbers=True)
+    return {**logs, "mf4": (*logs["mf4"], channels), "mdf": (numbers, whole)}
+
+
+def _write_channels(table: pl.DataFrame, path: Path, version: str, *, whole_numbers: bool) -> None:
+    with MDF(version=version) as log:
+        log.start_time = _START
+        log.append([_channel(table, name, whole_numbers) for name in table.columns if name != "time_s"])
+        if version >= "4":
+            written = FileHistory()
+            written.time_stamp, written.comment = _START, "<FHcomment><TX>simulated</TX></FHcomment>"
+            log.file_history.append(written)
+            log.save(path, overwrite=True, add_history_block=False)
+        else:
+            log.header.author = "oncenter"  # or else the name of whoever runs this
+            log.save(path, overwrite=True)
+            path.write_bytes(_SAVED.sub(b"Wed Jun 15 12:00:00 2016", path.read_bytes()))
+
+
+def _channel(table: pl.DataFrame, name: str, whole_numbers: bool) -> Signal:
+    unit = next((unit for unit in sorted(_UNITS, key=len, reverse=True) if name.endswith(f"_{unit}")), "")
+    values, time = table[name].to_numpy(), table["time_s"].to_numpy()
+    conversion: dict[str, Any] | None = None
+    if whole_numbers and unit:
+        values = np.rint(np.nan_to_num(values) / _STEPS[unit]).astype(np.int16)
+        conversion = {"a": _STEPS[unit], "b": 0.0}
+    return Signal(values, time, name=name, unit=_UNITS.get(unit, ""), conversion=conversion)

@@ -1,0 +1,229 @@
+"""Mutated logs against `oncenter offset`: no crash, no hang, no appetite, and no valid answer that is wrong.
+
+Each mutant is answered as a user would have it answered, by a process of its own. Where the answer is valid, an
+independent reader decodes the same mutant and `oncenter offset` answers that table: the two offsets must agree.
+
+`make fuzz` runs this as a script. One mutant alone: `python tests/fuzz_logs.py --format mf4 --seed 17`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import statistics
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from base_logs import VEHICLE, write_base_logs
+from mutate_logs import FORMATS, mutate
+from watched import KILL_MIB, LARGE_MIB, SLOW_S, Ended, oncenter, watch
+
+AGREE_DEG = 0.5
+_READERS = Path(__file__).with_name("independent_readers.py")
+
+BaseLogs = Mapping[str, Sequence[Path]]
+
+
+@dataclass(frozen=True)
+class Tried:
+    """What became of one mutant.
+
+    Attributes:
+        code: the JSON error's code of a refusal, else empty.
+        difference_deg: between the valid offset and the one from the independent reader's table; None where there is
+            none.
+        wrong: why this is a failure, for people; empty where it is none.
+    """
+
+    log_format: str
+    seed: int
+    mutation: str
+    ended: Ended
+    status: str = ""
+    code: str = ""
+    difference_deg: float | None = None
+    wrong: str = ""
+
+    @property
+    def line(self) -> str:
+        return f"{self.log_format} {self.seed} ({self.mutation}): {self.wrong}"
+
+
+def mutant(base_logs: BaseLogs, log_format: str, seed: int, folder: Path) -> tuple[Path, str]:
+    """Writes it, and says what was done to it. The base logs of a format take turns."""
+    bases = base_logs[log_format]
+    content, mutation = mutate(log_format, seed, bases[seed % len(bases)].read_bytes())
+    path = folder / f"mutant-{seed}.{log_format}"
+    path.write_bytes(content)
+    return path, mutation
+
+
+def tried(base_logs: BaseLogs, log_format: str, seed: int) -> Tried:
+    """One mutant, answered and judged."""
+    with tempfile.TemporaryDirectory(prefix="mutant") as folder:
+        log, mutation = mutant(base_logs, log_format, seed, Path(folder))
+        ended = watch(answer_command(log))
+        if ended.waited:  # a hang waits twice, a busy machine rarely
+            ended = watch(answer_command(log))
+        try:
+            return _judged(Tried(log_format, seed, mutation, ended), log)
+        finally:
+            log.unlink()
+
+
+def answer_command(log: Path) -> list[str]:
+    return oncenter("offset", log, "--vehicle", VEHICLE, "--json")
+
+
+def _judged(mutant: Tried, log: Path) -> Tried:
+    given, wrong = _spoken(mutant.ended)
+    code, status = str(given.get("code", "")), str(given.get("offset", {}).get("status", ""))
+    difference = None
+    if not wrong and status == "valid":
+        difference, wrong = difference_of(given["offset"]["value"], log)
+    return Tried(mutant.log_format, mutant.seed, mutant.mutation, mutant.ended, status, code, difference, wrong)
+
+
+def _spoken(ended: Ended) -> tuple[dict[str, Any], str]:
+    """The one JSON object of standard output, and what is wrong with how the command ended."""
+    if ended.harm:
+        return {}, ended.harm
+    if ended.code not in (0, 1):
+        return {}, f"exit {ended.code}: {ended.err.strip()[-300:]}"
+    try:
+        given = json.loads(ended.out, parse_constant=_no_number)
+    except ValueError as error:
+        return {}, f"exit {ended.code} without a JSON object: {error}"
+    lines = ended.err.splitlines()
+    if ended.code == 0 and lines:
+        return given, f"standard error of an answer: {ended.err[:300]}"
+    if ended.code == 1 and (len(lines) != 1 or not lines[0].startswith("oncenter: ")):
+        return given, f"{len(lines)} lines of standard error: {ended.err[:300]}"
+    return given, ""
+
+
+def _no_number(constant: str) -> float:
+    raise ValueError(f"{constant} in the answer")
+
+
+def difference_of(offset_deg: float, log: Path) -> tuple[float | None, str]:
+    """To the offset from the independent reader's table, and why it is a failure."""
+    table = log.with_name("independent.parquet")
+    reader = watch([sys.executable, str(_READERS), str(log), str(table)], kill_mib=2 * KILL_MIB)
+    if reader.code != 0:
+        why = (reader.err.strip().splitlines() or [reader.harm])[-1]
+        return None, f"valid, but the independent reader cannot read it: {why[:200]}"
+    second = watch(answer_command(table))
+    try:
+        value = json.loads(second.out)["offset"]["value"] if second.code == 0 else None
+    finally:
+        table.unlink()
+    if value is None:
+        return None, f"valid, but not from the independent reader's table: {second.err.strip()[-300:]}"
+    difference = abs(offset_deg - value)
+    wrong = f"{offset_deg:.3f} deg, valid; {value:.3f} deg as an independent reader decodes it"
+    return difference, wrong if difference > AGREE_DEG else ""
+
+
+def trials(base_logs: BaseLogs, wanted: Sequence[tuple[str, int]], jobs: int) -> Iterator[Tried]:
+    """Formats and seeds, tried; in their order."""
+    with ThreadPoolExecutor(jobs) as pool:
+        yield from pool.map(lambda one: tried(base_logs, *one), wanted)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The script
+# ---------------------------------------------------------------------------------------------------------------------
+
+_HEADER = (
+    "| format | mutants | answered | valid | refused | "
+    f"over {SLOW_S:.0f} s | signals | exit 70 | over {LARGE_MIB} MiB | median s | peak MiB | compared | worst deg |"
+)
+
+
+def table_row(name: str, of_format: Sequence[Tried]) -> str:
+    ended = [one.ended for one in of_format]
+    differences = [one.difference_deg for one in of_format if one.difference_deg is not None]
+    cells = (
+        name,
+        len(of_format),
+        sum(one.code == 0 for one in ended),
+        sum(one.status == "valid" for one in of_format),
+        sum(one.code == 1 for one in ended),
+        sum(one.seconds > SLOW_S for one in ended),
+        sum(one.code is not None and one.code < 0 for one in ended),
+        sum(one.code == 70 for one in ended),
+        sum(one.peak_mib > LARGE_MIB for one in ended),
+        f"{statistics.median(one.seconds for one in ended):.1f}",
+        f"{max(one.peak_mib for one in ended):.0f}",
+        len(differences),
+        f"{max(differences):.3f}" if differences else "-",
+    )
+    return "| " + " | ".join(map(str, cells)) + " |"
+
+
+def report(all_tried: Sequence[Tried]) -> str:
+    """A table by format, refusals by code, and each failure on a line."""
+    by_format = {name: [one for one in all_tried if one.log_format == name] for name in FORMATS}
+    rows = [table_row(name, some) for name, some in by_format.items() if some]
+    codes = {name: Counter(one.code for one in some if one.code) for name, some in by_format.items() if some}
+    failures = [one.line for one in all_tried if one.wrong]
+    return "\n".join(
+        [
+            _HEADER,
+            "|---|" + "--:|" * (_HEADER.count("|") - 2),
+            *rows,
+            table_row("all", all_tried),
+            "",
+            "Refusals by code:",
+            *(f"{name}: {', '.join(f'{code} {n}' for code, n in of.most_common())}" for name, of in codes.items()),
+            "",
+            f"{len(failures)} failures:",
+            *failures,
+        ]
+    )
+
+
+def _one(base_logs: BaseLogs, log_format: str, seed: int, folder: Path) -> Tried:
+    """Tried again, with its log left where it can be looked at."""
+    log, mutation = mutant(base_logs, log_format, seed, folder)
+    print(f"{mutation}\n{shlex.join(answer_command(log))}")
+    one = tried(base_logs, log_format, seed)
+    print(f"exit {one.ended.code}, {one.ended.seconds:.1f} s, {one.ended.peak_mib:.0f} MiB")
+    print(one.ended.out + one.ended.err)
+    print(one.wrong or f"no failure; difference: {one.difference_deg}")
+    return one
+
+
+def main() -> int:
+    options = argparse.ArgumentParser(description="Mutated logs against oncenter offset.")
+    options.add_argument("--mutations", type=int, default=500, help="of each format")
+    options.add_argument("--jobs", type=int, default=2)
+    options.add_argument("--format", choices=FORMATS, action="append", help="only this one; may be given again")
+    options.add_argument("--seed", type=int, help="this mutant alone")
+    options.add_argument("--folder", type=Path, default=Path("build/fuzz/logs"), help="of base logs and of one mutant")
+    given = options.parse_args()
+    given.folder.mkdir(parents=True, exist_ok=True)
+    folder = given.folder.resolve()
+    base_logs, formats = write_base_logs(folder), given.format or FORMATS
+    if given.seed is not None:
+        return int(any(_one(base_logs, name, given.seed, folder).wrong for name in formats))
+    wanted = [(name, seed) for name in formats for seed in range(given.mutations)]
+    all_tried = []
+    for one in trials(base_logs, wanted, given.jobs):
+        all_tried.append(one)
+        if one.wrong:
+            print(one.line, file=sys.stderr, flush=True)
+    print(report(all_tried))
+    return int(any(one.wrong for one in all_tried))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,411 @@
+"""A second reader for each format, plain and slow, without any code of `oncenter.read`: an oracle for its answers.
+
+`python independent_readers.py LOG TABLE.parquet` writes the log's signals as a table that `oncenter offset` reads.
+
+It keeps to the same conventions, because a damaged log can be read in several ways:
+- a line that is no frame of the format is left out, and so are remote frames, error frames and CAN FD;
+- of frames, a sample whose stamp is not later than all before it is left out; a table's rows stay as they are;
+- a signal comes from the first message of a stated order, and of its senders from the one with the most numbers;
+- a signal is interpolated over at most 2.5 of its periods; beyond, it has no number.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+import sys
+import zlib
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+Column = npt.NDArray[np.float64]
+NAN = math.nan
+
+ANGLE = "steering_wheel_angle_rad"
+SENSOR_TYPE = "steering_wheel_angle_sensor_type"
+
+
+class Frame(NamedTuple):
+    time: float  # s
+    identifier: int
+    extended: bool
+    data: bytes
+    bus: str
+
+
+class Series(NamedTuple):
+    """A signal of one sender at its own stamps."""
+
+    time: Column
+    values: Column
+
+
+def main(log: Path, table: Path) -> None:
+    columns = read(log)
+    pq.write_table(pa.table({name: pa.array(values) for name, values in columns.items()}), table)
+
+
+def read(log: Path) -> dict[str, Column]:
+    """Columns, `time_s` among them, all of one length; their names say their units."""
+    name = log.name.lower()
+    if name.endswith((".csv", ".csv.gz")):
+        return _csv_columns(log.read_bytes())
+    if name.endswith(".parquet"):
+        return _parquet_columns(log)
+    if name.endswith((".mf4", ".mdf")):
+        return _mdf_columns(log)
+    readers: dict[str, Callable[[Path], Iterable[Frame]]] = {
+        ".log": _candump_frames,
+        ".asc": _asc_frames,
+        ".trc": _trc_frames,
+        ".blf": _blf_frames,
+    }
+    return _columns_of_frames(readers[log.suffix.lower()](log))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# J1939
+# ---------------------------------------------------------------------------------------------------------------------
+
+VDC2, EBC2, HRW, CCVS1, TCO1, VDS = 61449, 65215, 65134, 65265, 65132, 65256
+WHEELS = tuple(f"wheel_speed_{corner}_km_h" for corner in ("front_left", "front_right", "rear_left", "rear_right"))
+_SPEED_FROM, _WHEELS_FROM = (CCVS1, EBC2, TCO1, HRW, VDS), (HRW, EBC2)
+
+
+def _group(identifier: int) -> int:
+    """The parameter group number; below PDU format 240 the next byte is a destination and not part of it."""
+    group = identifier >> 8 & 0x3FFFF
+    return group if group >> 8 & 0xFF >= 240 else group & 0x3FF00
+
+
+def _two_bytes(data: bytes, byte: int, scale: float, offset: float) -> float:
+    """Bytes count from 1."""
+    raw = data[byte - 1] + 256 * data[byte]
+    return raw * scale + offset if raw <= 0xFAFF else NAN
+
+
+def _one_byte(data: bytes, byte: int, scale: float, offset: float) -> float:
+    return data[byte - 1] * scale + offset if data[byte - 1] <= 0xFA else NAN
+
+
+def _signals(group: int, data: bytes) -> dict[str, float]:
+    """What one frame of a group says; bytes that it lacks are not available."""
+    data = data.ljust(8, b"\xff")
+    if group == VDC2:
+        kind = data[2] >> 6
+        return {
+            ANGLE: _two_bytes(data, 1, 1 / 1024, -31.374),
+            "yaw_rate_rad_s": _two_bytes(data, 4, 1 / 8192, -3.92),
+            "lateral_acceleration_m_s2": _two_bytes(data, 6, 1 / 2048, -15.687),
+            "longitudinal_acceleration_m_s2": _one_byte(data, 8, 0.1, -12.5),
+            SENSOR_TYPE: float(kind) if kind <= 1 else NAN,
+        }
+    if group == EBC2:
+        axle = _two_bytes(data, 1, 1 / 256, 0.0)
+        wheels = (axle + _one_byte(data, byte, 1 / 16, -7.8125) for byte in range(3, 7))
+        return {"vehicle_speed_km_h": axle, **dict(zip(WHEELS, wheels, strict=True))}
+    if group == HRW:
+        each = [_two_bytes(data, byte, 1 / 256, 0.0) for byte in (1, 3, 5, 7)]
+        return {"vehicle_speed_km_h": sum(each) / 4, **dict(zip(WHEELS, each, strict=True))}
+    speed_byte = {CCVS1: 2, TCO1: 7, VDS: 3}.get(group)
+    return {} if speed_byte is None else {"vehicle_speed_km_h": _two_bytes(data, speed_byte, 1 / 256, 0.0)}
+
+
+def _columns_of_frames(frames: Iterable[Frame]) -> dict[str, Column]:
+    rows: dict[tuple[int, int, str], list[tuple[float, dict[str, float]]]] = defaultdict(list)
+    for frame in frames:
+        if frame.extended:
+            signals = _signals(_group(frame.identifier), frame.data)
+            if signals:
+                rows[_group(frame.identifier), frame.identifier & 0xFF, frame.bus].append((frame.time, signals))
+    found: dict[str, list[tuple[int, int, Series]]] = defaultdict(list)  # by signal: rank, how many numbers
+    for (group, _, _), sent in rows.items():
+        time = np.array([stamp for stamp, _ in sent])
+        for name in sent[0][1]:
+            values = np.array([signals[name] for _, signals in sent])
+            if np.isfinite(values).any():
+                found[name].append((_rank(name, group), int(np.isfinite(values).sum()), Series(time, values)))
+    chosen = {name: min(given, key=lambda each: (each[0], -each[1]))[2] for name, given in found.items()}
+    return _at_angle({name: _increasing(series) for name, series in chosen.items()})
+
+
+def _rank(name: str, group: int) -> int:
+    order = _SPEED_FROM if name == "vehicle_speed_km_h" else _WHEELS_FROM if name in WHEELS else (group,)
+    return order.index(group)
+
+
+def _increasing(series: Series) -> Series:
+    latest, kept = -math.inf, []
+    for time in series.time.tolist():
+        kept.append(time > latest)
+        latest = max(latest, time)
+    return Series(series.time[kept], series.values[kept])
+
+
+def _at_angle(chosen: dict[str, Series]) -> dict[str, Column]:
+    """All signals at the stamps of the steering wheel angle."""
+    if ANGLE not in chosen:
+        raise ValueError("no steering wheel angle")
+    at = chosen[ANGLE].time
+    return {"time_s": at, **{name: _interpolated(name, series, at) for name, series in chosen.items()}}
+
+
+def _interpolated(name: str, series: Series, at: Column) -> Column:
+    known = np.isfinite(series.values)
+    time, values = series.time[known], series.values[known]
+    if len(time) < 2:
+        return np.full(len(at), NAN)
+    after = np.clip(np.searchsorted(time, at), 1, len(time) - 1)
+    gap = time[after] - time[after - 1]
+    near = gap <= max(2.5 * float(np.median(np.diff(time))), 0.05)
+    if name == SENSOR_TYPE:
+        found = np.where(at - time[after - 1] < time[after] - at, values[after - 1], values[after])
+    else:
+        found = np.interp(at, time, values)
+    return np.where(near & (at >= time[0]) & (at <= time[-1]) | np.isin(at, time), found, NAN)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Logs of frames
+# ---------------------------------------------------------------------------------------------------------------------
+
+_CANDUMP = re.compile(
+    r"\s*\((\d+\.\d+)\)\s+(\S+)\s+([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#((?:[0-9A-Fa-f]{2}){0,8})(?:\s+[RT])?\s*"
+)
+
+
+def _candump_frames(log: Path) -> Iterator[Frame]:
+    text = log.read_bytes().removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+    for line in text.split("\n"):
+        found = _CANDUMP.fullmatch(line)
+        if found and int(found[3], 16) < 1 << 29:
+            yield Frame(float(found[1]), int(found[3], 16), len(found[3]) == 8, bytes.fromhex(found[4]), found[2])
+
+
+def _whole_lines(log: Path) -> list[str]:
+    """Of any line ends; a last line without one is cut off and left out."""
+    return re.split("\r\n|\r|\n", log.read_bytes().decode("utf-8", "replace"))[:-1]
+
+
+_ASC_BASE = re.compile(r"base\s+(hex|dec)(?:\s+timestamps\s+(absolute|relative))?", re.IGNORECASE)
+_ASC_BLOCK = re.compile(r"begin\s+triggerblock\s+\w+\s+(.+)", re.IGNORECASE)
+_ASC_FRAME = re.compile(r"(\d+\.\d+)\s+(\d+)\s+(\w+?)(x?)\s+(?:Rx|Tx)\s+d\s+(\w+)((?:\s+\w+)*)", re.IGNORECASE)
+_ASC_DATES = ("%b %d %I:%M:%S.%f %p %Y", "%b %d %I:%M:%S %p %Y", "%b %d %H:%M:%S.%f %Y", "%b %d %H:%M:%S %Y")
+
+
+def _asc_frames(log: Path) -> Iterator[Frame]:
+    radix, relative, begin, since = 16, False, 0.0, 0.0
+    for line in map(str.strip, _whole_lines(log)):
+        if base := _ASC_BASE.match(line):
+            radix, relative = 10 if base[1].lower() == "dec" else 16, (base[2] or "").lower() == "relative"
+        elif block := _ASC_BLOCK.match(line):
+            begin, since = _asc_date(block[1]), 0.0
+        elif relative and (stamp := re.match(r"\d+\.\d+", line)):
+            since += float(stamp[0])
+        if not (frame := _ASC_FRAME.match(line)):
+            continue
+        length, written = int(frame[5], radix), frame[6].split()
+        data = bytes(int(octet, radix) for octet in written[: min(length, 8)])
+        time = begin + (since if relative else float(frame[1]))
+        yield Frame(time, int(frame[3], radix) & 0x1FFFFFFF, bool(frame[4]), data, frame[2])
+
+
+def _asc_date(text: str) -> float:
+    for form in _ASC_DATES:
+        try:
+            return datetime.strptime(text, form).replace(tzinfo=UTC).timestamp()
+        except ValueError:
+            continue
+    raise ValueError(f"no date: {text[:60]}")
+
+
+def _trc_frames(log: Path) -> Iterator[Frame]:
+    """Versions 2.0 and 2.1, which name their columns."""
+    places: dict[str, int] = {}
+    for line in map(str.strip, _whole_lines(log)):
+        if line.startswith(";$COLUMNS="):
+            names = line.partition("=")[2].split(",")
+            places = {name: place for place, name in enumerate(names)}
+        if line.startswith(";") or not line:
+            continue
+        if not places:
+            raise ValueError("a TRC file of a version that names no columns")
+        cells = line.split(maxsplit=len(places) - 1)
+        if len(cells) < len(places) - 1 or cells[places["T"]] != "DT":
+            continue
+        length = int(cells[places["L" if "L" in places else "l"]])
+        data = bytes.fromhex(cells[places["D"]]) if length else b""
+        identifier = cells[places["I"]]
+        yield Frame(
+            float(cells[places["O"]]) / 1000.0,
+            int(identifier, 16) & 0x1FFFFFFF,
+            len(identifier) > 4,
+            data[:8],
+            cells[places["B"]] if "B" in places else "",
+        )
+
+
+def _blf_frames(log: Path) -> Iterator[Frame]:
+    import can
+
+    with can.BLFReader(log) as messages:
+        for message in messages:
+            if not (message.is_error_frame or message.is_remote_frame or message.is_fd):
+                data = bytes(message.data[:8])
+                yield Frame(
+                    message.timestamp, message.arbitration_id, message.is_extended_id, data, str(message.channel)
+                )
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# MDF
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def _mdf_columns(log: Path) -> dict[str, Column]:
+    from asammdf import MDF
+
+    with MDF(log) as mdf:
+        groups = [index for index, group in enumerate(mdf.groups) if group.channel_group.cycles_nr]
+        names = {index: [channel.name for channel in mdf.groups[index].channels] for index in groups}
+        of_frames = [index for index in groups if "CAN_DataFrame" in names[index]]
+        if of_frames:
+            frames = [frame for index in of_frames for frame in _mdf_frames(mdf.get("CAN_DataFrame", group=index))]
+            return _columns_of_frames(sorted(frames, key=lambda frame: frame.time))
+        found: dict[str, list[Series]] = defaultdict(list)
+        for index in groups:
+            for place, name in enumerate(names[index]):
+                if _is_signal(name):
+                    found[name].append(_mdf_series(mdf.get(group=index, index=place, ignore_invalidation_bits=True)))
+    chosen = {name: max(given, key=lambda series: np.isfinite(series.values).sum()) for name, given in found.items()}
+    times = [series.time for series in chosen.values()]
+    if all(np.array_equal(time, times[0]) for time in times):
+        return {"time_s": times[0], **{name: series.values for name, series in chosen.items()}}
+    return _at_angle({name: _increasing(series) for name, series in chosen.items()})
+
+
+def _mdf_frames(signal: Any) -> Iterator[Frame]:
+    rows = signal.samples
+    fields = {name.rpartition(".")[2]: rows[name] for name in rows.dtype.names}
+    count = len(rows)
+    nothing = np.zeros(count, np.uint8)
+    identifiers, octets = fields["ID"].astype(np.int64), fields["DataBytes"]
+    columns = (
+        signal.timestamps.tolist(),
+        identifiers.tolist(),
+        (fields.get("IDE", nothing).astype(bool) | (identifiers >> 31 == 1)).tolist(),
+        fields.get("DataLength", np.full(count, octets.shape[1])).tolist(),
+        fields.get("BusChannel", nothing).tolist(),
+        fields.get("EDL", nothing).tolist(),
+    )
+    for place, (time, identifier, extended, length, bus, flexible) in enumerate(zip(*columns, strict=True)):
+        if not flexible:
+            data = octets[place].tobytes()[: min(length, 8)]
+            yield Frame(time, identifier & 0x1FFFFFFF, extended, data, str(bus))
+
+
+def _mdf_series(signal: Any) -> Series:
+    values = signal.samples.astype(np.float64)
+    if signal.invalidation_bits is not None:
+        values[np.asarray(signal.invalidation_bits, bool)] = NAN
+    return Series(signal.timestamps.astype(np.float64), values)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Tables
+# ---------------------------------------------------------------------------------------------------------------------
+
+_OURS = ("time", "date", "steering_wheel", "yaw_rate", "vehicle_speed", "lateral_", "longitudinal_", "wheel_speed_")
+
+
+def _is_signal(name: str) -> bool:
+    return name.startswith(_OURS) and name != "time"
+
+
+def _csv_columns(data: bytes) -> dict[str, Column]:
+    text = _csv_text(_unpacked(data))
+    header_line = text.split("\n", 1)[0]
+    separator = max(",;\t", key=header_line.count)
+    rows = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
+    header = [name.strip() for name in next(rows)]
+    body = [row for row in rows if row]
+    if body and not text.endswith("\n") and len(body[-1]) < min(len(header), len(body[-2]) if body[1:] else 1 << 30):
+        body.pop()  # the recording broke off
+    if any(len(row) > len(header) for row in body):
+        raise ValueError("a row is longer than the header")
+    places = {name: place for place, name in reversed(list(enumerate(header))) if name.startswith(_OURS)}
+    cells = {name: [row[place] if place < len(row) else "" for row in body] for name, place in places.items()}
+    if separator != ",":
+        cells = {name: _with_points(column) for name, column in cells.items()}
+    return {name: np.array([_number(cell) for cell in column]) for name, column in cells.items()}
+
+
+def _unpacked(data: bytes) -> bytes:
+    """All members of a gzip file; other bytes as they are."""
+    if not data.startswith(b"\x1f\x8b"):
+        return data
+    parts = []
+    while data.strip(b"\0"):
+        member = zlib.decompressobj(wbits=31)
+        parts.append(member.decompress(data))
+        if not member.eof:
+            raise ValueError("cut off within a gzip member")
+        data = member.unused_data
+    return b"".join(parts)
+
+
+def _csv_text(data: bytes) -> str:
+    """From the header on."""
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        data = data.decode("utf-16", "replace").encode()
+    text = data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "replace")
+    if "\n" not in text:
+        text = text.replace("\r", "\n")
+    lines = iter(text.split("\n"))
+    kept = next((line for line in lines if line.strip() and not line.startswith(("#", "sep="))), "")
+    return "\n".join([kept, *lines])
+
+
+def _with_points(column: list[str]) -> list[str]:
+    return column if any("." in cell for cell in column) else [cell.replace(",", ".", 1) for cell in column]
+
+
+def _number(cell: str) -> float:
+    try:
+        value = float(cell) if "_" not in cell else NAN
+    except ValueError:
+        return NAN
+    return value if math.isfinite(value) else NAN
+
+
+def _parquet_columns(log: Path) -> dict[str, Column]:
+    file = pq.ParquetFile(log)
+    names = [name for name in file.schema_arrow.names if name.startswith(_OURS)]
+    table = file.read(columns=names)
+    return {name: _floats(table[name]) for name in names}
+
+
+def _floats(column: pa.ChunkedArray) -> Column:
+    kind = column.type
+    if pa.types.is_timestamp(kind):
+        per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
+        return np.array([NAN if value is None else value / per_second for value in column.cast(pa.int64()).to_pylist()])
+    if pa.types.is_string(kind) or pa.types.is_large_string(kind):
+        return np.array([NAN if cell is None else _number(cell) for cell in column.to_pylist()])
+    values = np.array([NAN if value is None else float(value) for value in column.to_pylist()])
+    values[~np.isfinite(values)] = NAN
+    return values
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -1,14 +1,19 @@
 """A bus of 2,000 frames/s over udp_multicast into `oncenter live`, recorded, with one browser and one slow viewer.
 
-    python bench/live.py --seconds 600 --page   # renews the figures in docs/live.md
+    python bench/live.py --seconds 600 --page           # renews the figures in docs/live.md
+    python bench/live.py --seconds 600 --page --crowd   # renews those of the crowd
 
-Prints what was sent and recorded, how long a frame takes to the page, and what memory is needed over the time.
+Prints what was sent and recorded, how long a frame takes to the page, and what memory is needed over the time. With
+--crowd it is a bus of 4,000 frames/s, twenty viewers in all, and a client that asks for the page without end.
 """
 
 from __future__ import annotations
 
 import argparse
+import asyncio
 import base64
+import contextlib
+import http.client
 import json
 import os
 import platform
@@ -28,6 +33,8 @@ from typing import Any
 
 import can
 import numpy as np
+from tornado.httpclient import HTTPRequest
+from tornado.websocket import websocket_connect
 
 import oncenter as oc
 from oncenter.read import candump
@@ -36,10 +43,14 @@ from oncenter.simulate import simulate_to_log
 
 GROUP = "239.74.163.2"
 PORT = 5016
-FRAMES_PER_S = 2000
+FRAMES_PER_S, CROWD_FRAMES_PER_S = 2000, 4000
+CROWD = 18  # viewers beside the browser and the slow one
+FLOOD = 8  # connections of the client that asks without end
+LOST_MAX = 0.001  # of the frames, in the crowd
 BURST_S = 0.002
 SLOW_BYTES_PER_S = 20_000
 MARK = "<!-- below: written by bench/live.py -->"
+CROWD_MARK = "<!-- below: written by bench/live.py --crowd -->"
 DOCS = Path(__file__).parents[1] / "docs" / "live.md"
 
 
@@ -47,20 +58,31 @@ def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument("--seconds", type=int, default=60)
     arguments.add_argument("--page", action="store_true", help="write the figures into docs/live.md")
+    arguments.add_argument("--crowd", action="store_true", help="twice the frames, twenty viewers, a flood of requests")
     arguments.add_argument("--send", type=Path, help=argparse.SUPPRESS)  # the sender's own process
+    arguments.add_argument("--visit", action="store_true", help=argparse.SUPPRESS)  # the crowd's own process
     chosen = arguments.parse_args()
     if chosen.send:
-        send(chosen.send, chosen.seconds)
+        send(chosen.send, chosen.seconds, CROWD_FRAMES_PER_S if chosen.crowd else FRAMES_PER_S)
+        return
+    if chosen.visit:
+        asyncio.run(visit(chosen.seconds))
         return
     with tempfile.TemporaryDirectory() as folder:
-        figures = run(Path(folder), chosen.seconds)
+        figures = run(Path(folder), chosen.seconds, chosen.crowd)
     print(figures)
     if chosen.page:
-        text = DOCS.read_text(encoding="utf-8").split(MARK)[0]
-        DOCS.write_text(f"{text}{MARK}\n\n{figures}", encoding="utf-8")
+        write(CROWD_MARK if chosen.crowd else MARK, figures)
 
 
-def run(folder: Path, seconds: int) -> str:
+def write(mark: str, figures: str) -> None:
+    """Between that mark and the next one."""
+    before, _, after = DOCS.read_text(encoding="utf-8").partition(mark)
+    _, marked, rest = after.partition(CROWD_MARK if mark == MARK else "\0")
+    DOCS.write_text(f"{before}{mark}\n\n{figures}{chr(10) if marked else ''}{marked}{rest}", encoding="utf-8")
+
+
+def run(folder: Path, seconds: int, crowd: bool) -> str:
     drive = folder / "drive.log"
     simulate_to_log("thesis_drive", 1, drive)
     kept = folder / "kept.log"
@@ -69,31 +91,122 @@ def run(folder: Path, seconds: int) -> str:
     command += ["--vehicle", "scania_r730_4x2", "--json"]
     live = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     wait_for_page()
-    sender = subprocess.Popen(
-        [sys.executable, __file__, "--send", str(drive), "--seconds", str(seconds)], stdout=subprocess.PIPE, text=True
-    )
-    memory: list[tuple[float, float]] = []
+    page = page_process_of(live.pid)
     watching = threading.Event()
-    threads = [
-        threading.Thread(target=watch_memory, args=(live.pid, memory, watching)),
-        threading.Thread(target=slow_viewer, args=(watching,)),
-    ]
-    for thread in threads:
-        thread.start()
-    shown = browser(sender)
-    cpu_s = sum(os.sysconf("SC_CLK_TCK") ** -1 * int(x) for x in stat(live.pid)[11:13])
+    slow = threading.Thread(target=slow_viewer, args=(watching,))
+    slow.start()
+    own = [sys.executable, __file__, "--seconds", str(seconds)] + (["--crowd"] if crowd else [])
+    visitors = subprocess.Popen([*own, "--visit"], stdout=subprocess.PIPE, text=True) if crowd else None
+    memory: list[tuple[float, float]] = []
+    watcher = threading.Thread(target=watch_memory, args=(live.pid, memory, watching))
+    watcher.start()
+    with subprocess.Popen([*own, "--send", str(drive)], stdout=subprocess.PIPE, text=True) as sender:
+        shown, losses_shown = browser(sender)
+        sent = int(sender.stdout.read()) if sender.stdout else 0
+    visited = json.loads(visitors.communicate()[0]) if visitors is not None else None
+    cpu_s = {"all but the page": cpu_s_of(live.pid), "the page's process": cpu_s_of(page)}
     watching.set()
     live.send_signal(signal.SIGINT)
     given, said = live.communicate(timeout=60)
-    for thread in threads:
-        thread.join()
-    sent = int(sender.stdout.read()) if sender.stdout else 0
+    slow.join()
+    watcher.join()
     frames = joined(list(candump.chunks(kept, [], lambda fraction: None)))
     signals = oc.read(kept)
     offline = oc.offset(signals, oc.vehicle("scania_r730_4x2")).to_dict()["offset"]
     online = json.loads(given)["offset"]
     answers = f"{in_words(online)}; {in_words(offline)} at {signals.rate_hz:.4g} Hz"
-    return table(seconds, sent, frames, latencies(frames, shown), memory, cpu_s, answers, online == offline, said)
+    rows = [
+        *(rows_of_crowd(sent, len(frames), said, losses_shown, visited) if visited is not None else []),
+        *rows_of(seconds, sent, frames, latencies(frames, shown), memory, cpu_s, answers, online == offline, said),
+    ]
+    return table(rows)
+
+
+def rows_of_crowd(sent: int, kept: int, said: str, shown: str, visited: dict[str, Any]) -> list[tuple[str, str, str]]:
+    """What became of the frames, and of the viewers and the client."""
+    lost = sent - kept
+    last = next((line for line in reversed(said.splitlines()) if "frames in all" in line), "")
+    counted = sum(int(count) for count in re.findall(r"(\d+) (?:before oncenter|in oncenter|not recorded)", last))
+    share = lost / sent
+    per_s = ", ".join(f"{rate:.0f}" for rate in sorted(visited["pictures_per_s"]))
+    return [
+        ("frames lost", f"{lost} ({100 * share:.3f} %)", "at most 0.1 %: " + verdict(share <= LOST_MAX)),
+        ("of them counted", str(counted), "all: " + verdict(counted == lost)),
+        ("shown on the page at the end", shown or "nothing", "what was lost: " + verdict(bool(shown) == bool(lost))),
+        ("viewers", f"{CROWD} that read at once, a browser, a slow one", ""),
+        ("states that each of them got a second", per_s, ""),
+        ("requests for the page, without end", f"{visited['asked']:,}, of which {visited['refused']:,} refused", ""),
+    ]
+
+
+def verdict(is_so: bool) -> str:
+    return "met" if is_so else "missed"
+
+
+async def visit(seconds: int) -> None:
+    """Viewers as a browser is one, without painting, and then a client that asks for the page without end."""
+    viewers = [asyncio.create_task(view(seconds)) for _ in range(CROWD)]
+    await asyncio.sleep(2.0)
+    clients = [asyncio.create_task(asyncio.to_thread(ask, seconds)) for _ in range(FLOOD)]
+    states = await asyncio.gather(*viewers)
+    asked, refused = map(sum, zip(*await asyncio.gather(*clients), strict=True))
+    per_s = [count / seconds for count in states]
+    print(json.dumps({"pictures_per_s": per_s, "asked": asked, "refused": refused}))
+
+
+async def view(seconds: int) -> int:
+    """How many messages came."""
+    token = token_of(await asyncio.to_thread(first_page))
+    request = HTTPRequest(f"ws://127.0.0.1:{PORT}/ws", headers={"Origin": f"http://127.0.0.1:{PORT}"})
+    connection = await websocket_connect(request, subprotocols=["bokeh", token])
+    for _ in range(3):  # of its ACK
+        await connection.read_message()
+    for part in ('{"msgid":"1","msgtype":"PULL-DOC-REQ"}', "{}", "{}"):
+        await connection.write_message(part)
+    count, until_s = 0, time.monotonic() + seconds
+    while time.monotonic() < until_s:
+        with contextlib.suppress(TimeoutError):
+            message = await asyncio.wait_for(asyncio.shield(connection.read_message()), 10.0)
+            if message is None:
+                raise SystemExit("a viewer was cut off")
+            count += isinstance(message, str) and "PATCH-DOC" in message
+    connection.close()
+    return count
+
+
+def ask(seconds: int) -> tuple[int, int]:
+    """How often, and how often that was refused."""
+    asked = refused = 0
+    until_s = time.monotonic() + seconds
+    connection = http.client.HTTPConnection("127.0.0.1", PORT, timeout=60)
+    while time.monotonic() < until_s:
+        connection.request("GET", "/")
+        answer = connection.getresponse()
+        answer.read()
+        asked += 1
+        refused += answer.status != 200
+    connection.close()
+    return asked, refused
+
+
+def first_page() -> str:
+    with urllib.request.urlopen(f"http://127.0.0.1:{PORT}/", timeout=30) as answer:
+        return str(answer.read().decode())
+
+
+def token_of(page: str) -> str:
+    found = re.search(r'"token":"([^"]+)"', page)
+    assert found
+    return found[1]
+
+
+def page_process_of(pid: int) -> int:
+    (child,) = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    return int(child)
+
+
+def cpu_s_of(pid: int) -> float:
+    return sum(int(ticks) for ticks in stat(pid)[11:13]) / os.sysconf("SC_CLK_TCK")
 
 
 def in_words(offset: dict[str, Any]) -> str:
@@ -103,7 +216,7 @@ def in_words(offset: dict[str, Any]) -> str:
     return f"{offset['value']:.3f} deg, {low:.3f} to {high:.3f}"
 
 
-def send(drive: Path, seconds: int) -> None:
+def send(drive: Path, seconds: int, frames_per_s: int) -> None:
     """Frames of a drive at their time, and others' between them; prints how many in all."""
     bus = can.Bus(interface="udp_multicast", channel=GROUP)
     ours = joined(list(candump.chunks(drive, [], lambda fraction: None)))
@@ -116,7 +229,7 @@ def send(drive: Path, seconds: int) -> None:
             bus.send(message(ours, k))
         count += due - sent_ours
         sent_ours = due
-        while count < now * FRAMES_PER_S:
+        while count < now * frames_per_s:
             bus.send(next(others))
             count += 1
         time.sleep(BURST_S)
@@ -168,9 +281,7 @@ def watch_memory(pid: int, memory: list[tuple[float, float]], enough: threading.
 
 def slow_viewer(enough: threading.Event) -> None:
     """Takes the socket as the page does, and reads it slower than it is written."""
-    page = urllib.request.urlopen(f"http://127.0.0.1:{PORT}/", timeout=30).read().decode()
-    token = re.search(r'"token":"([^"]+)"', page)
-    assert token
+    token = token_of(first_page())
     with socket.socket() as connection:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 8192)
         connection.connect(("127.0.0.1", PORT))
@@ -178,7 +289,7 @@ def slow_viewer(enough: threading.Event) -> None:
         key = base64.b64encode(b"0123456789abcdef").decode()
         connection.sendall(
             f"GET /ws HTTP/1.1\r\nHost: {own}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: {key}"
-            f"\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: bokeh, {token[1]}\r\nOrigin: http://{own}\r\n\r\n"
+            f"\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: bokeh, {token}\r\nOrigin: http://{own}\r\n\r\n"
             "".encode()
         )
         while not enough.wait(0.1):
@@ -186,8 +297,9 @@ def slow_viewer(enough: threading.Event) -> None:
                 raise SystemExit("the slow viewer was cut off")
 
 
-def browser(sender: subprocess.Popen[str]) -> np.ndarray:
-    """What was shown until the sender ends: wall time, s, and the stamp of the frame; shape (n, 2)."""
+def browser(sender: subprocess.Popen[str]) -> tuple[np.ndarray, str]:
+    """What was shown until the sender ends: wall time, s, and the stamp of the frame; shape (n, 2). And what the page
+    says of lost frames then."""
     from playwright.sync_api import sync_playwright
 
     keep = "window.kept = []; addEventListener('shown', (e) => window.kept.push([Date.now() / 1000, e.detail.frame_s]))"
@@ -200,8 +312,9 @@ def browser(sender: subprocess.Popen[str]) -> np.ndarray:
         while sender.poll() is None:
             time.sleep(1.0)
             rows += view.evaluate("window.kept.splice(0)")
+        losses = view.text_content("#losses") or ""
         opened.close()
-    return np.array([row for row in rows if row[1] is not None])
+    return np.array([row for row in rows if row[1] is not None]), losses
 
 
 def latencies(frames: Frames, shown: np.ndarray) -> np.ndarray:
@@ -213,17 +326,17 @@ def latencies(frames: Frames, shown: np.ndarray) -> np.ndarray:
     return shown[np.searchsorted(newest, angle - 1e-6), 0] - angle
 
 
-def table(
+def rows_of(
     seconds: int,
     sent: int,
     frames: Frames,
     late: np.ndarray,
     memory: list[tuple[float, float]],
-    cpu_s: float,
+    cpu_s: dict[str, float],
     answers: str,
     alike: bool,
     said: str,
-) -> str:
+) -> list[tuple[str, str, str]]:
     time_s, used = np.array(memory).T
     at = [used[np.searchsorted(time_s, share * time_s[-1])] for share in (0.1, 0.25, 0.5, 0.75, 1.0)]
     later = time_s > 0.5 * time_s[-1]
@@ -231,7 +344,8 @@ def table(
     dropped = sent - len(frames)
     p50, p99 = 1000 * np.percentile(late, [50, 99])
     lines = [line for line in said.splitlines() if "offset" not in line and "page is at" not in line]
-    rows = [
+    shares = ", ".join(f"{where} {100 * used_s / time_s[-1]:.0f} %" for where, used_s in cpu_s.items())
+    return [
         ("frames sent", f"{sent:,} in {seconds} s", ""),
         ("frames not recorded", f"{dropped}", "0: " + ("met" if dropped == 0 else "missed")),
         ("frame to page, median", f"{p50:.0f} ms", ""),
@@ -239,10 +353,13 @@ def table(
         ("frame to page, longest", f"{1000 * late.max():.0f} ms", ""),
         ("memory after a tenth, a quarter … all of it", ", ".join(f"{x:.1f}" for x in at) + " MB", "flat"),
         ("its slope in the second half", f"{slope:+.2f} MB/min", ""),
-        ("processor time of all of it", f"{100 * cpu_s / time_s[-1]:.0f} % of one core", ""),
+        ("processor time, of one core", shares, ""),
         ("offset live; of its record offline", answers, "the same: " + ("met" if alike else "missed")),
         ("lines said", "; ".join(lines) or "none", ""),
     ]
+
+
+def table(rows: list[tuple[str, str, str]]) -> str:
     shared = f"{os.cpu_count()} CPUs shared with other work (load {os.getloadavg()[1]:.1f}), at nice {os.nice(0)}"
     head = f"{processor()}, {shared}; Python {platform.python_version()}."
     body = "\n".join(f"| {name} | {value} | {asked} |" for name, value, asked in rows)

@@ -43,14 +43,16 @@ def truth(time: np.ndarray) -> dict[str, np.ndarray]:
     }
 
 
-def vdc2(time: float, angle: float, yaw_rate: float, acceleration: float, address: int = 0x3E) -> Frame:
+def vdc2(
+    time: float, angle: float, yaw_rate: float, acceleration: float, address: int = 0x3E, forward: float = 0.0
+) -> Frame:
     values = {
         "SteeringWheelAngle": angle,
         "SteeringWheelTurnCounter": 0,
         "SteeringWheelAngleSensorType": 1,
         "YawRate": yaw_rate,
         "LateralAcceleration": acceleration,
-        "LongitudinalAcceleration": 0,
+        "LongitudinalAcceleration": forward,
     }
     return Frame(time, identifier(61449, address), bytes(database().encode_message("VDC2", values)))
 

@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
-from drive_frames import DBC, START_S, Frame, candump, drive, identifier, vdc2
+from drive_frames import DBC, START_S, Frame, candump, drive, identifier, truth, vdc2
 from live_drive import TRUCK, cut, drive_log, fed, frames_of_log, in_batches, new_learner, one_frame, until
 from rich.console import Console
 
 import oncenter as oc
 from oncenter.cli import run
-from oncenter.errors import OncenterError
 from oncenter.inputs import params_of
 from oncenter.live.history import CLOUD_POINTS, COURSE_POINTS, STRIP_S, History
 from oncenter.live.learner import Learner, Stepped, needed
@@ -168,14 +167,64 @@ def test_before_the_needed_signals_are_there_it_says_which_are_not() -> None:
     assert "61449 VDC2" in stream.missing() and "61444 EEC1" in stream.missing()
 
 
-def test_senders_that_disagree_end_it_with_the_option_that_would_do() -> None:
+def with_other_sender(frames: list[Frame], turned: dict[str, float], until_s: float = 1e9) -> list[Frame]:
+    """A second VDC2 that differs from the first one in what is given, for a while."""
+    added = []
+    for frame in frames:
+        if frame.identifier == identifier(61449, 0x3E) and frame.time - START_S < until_s:
+            exact = {name: float(value) for name, value in truth(np.array(frame.time - START_S)).items()}
+            values = [
+                exact[name] + turned.get(name, 0.0)
+                for name in ("steering_wheel_angle_rad", "yaw_rate_rad_s", "lateral_acceleration_m_s2")
+            ]
+            forward = turned.get("longitudinal_acceleration_m_s2", 0.0)
+            added.append(vdc2(frame.time + 1e-4, *values, address=0x40, forward=forward))
+    return sorted([*frames, *added], key=lambda frame: frame.time)
+
+
+def heard(frames: list[Frame], stream: Stream) -> list[Ticks]:
+    return [stream.add(one_frame(frame.time, frame.identifier, True, frame.data)) for frame in frames if frame.extended]
+
+
+def test_senders_that_disagree_pause_the_estimate_with_the_option_that_would_do() -> None:
     stream = Stream("bus", ("steering_wheel_angle", "yaw_rate", "vehicle_speed"))
-    with pytest.raises(OncenterError, match="--source steering_wheel_angle=0x3E"):
-        for frame in drive(8.0):
-            stream.add(one_frame(frame.time, frame.identifier, frame.extended, frame.data))
-            if frame.identifier == identifier(61449, 0x3E):
-                other = vdc2(frame.time + 1e-4, 1.0, 0.0, 0.0, address=0x40)
-                stream.add(one_frame(other.time, other.identifier, True, other.data))
+    frames = with_other_sender(drive(30.0), {"yaw_rate_rad_s": 0.05}, until_s=12.0)
+    before = [frame for frame in frames if frame.time - START_S < 11.0]
+    heard(before, stream)
+    assert stream.listening and stream.paused is not None
+    assert "VDC2 from 0x3E and VDC2 from 0x40 disagree about yaw_rate" in stream.missing()
+    assert stream.missing().startswith("paused: ") and "--source yaw_rate=0x3E" in stream.missing()
+    heard(frames[len(before) :], stream)
+    assert not stream.listening and stream.paused is None and stream.missing() == ""
+
+
+def test_a_disagreement_about_a_signal_that_the_answer_does_not_need_leaves_it_out(tmp_path: Path) -> None:
+    frames = with_other_sender(drive(20.0), {"longitudinal_acceleration_m_s2": 2.0})
+    stream = Stream("bus", ("steering_wheel_angle", "yaw_rate", "vehicle_speed"))
+    ticks = in_one([*heard(frames, stream), stream.finish()])
+    left_out = "longitudinal_acceleration: left out, VDC2 from 0x3E and VDC2 from 0x40 disagree about longitudinal_acc"
+    assert [note for note in stream.notes if note.startswith(left_out)] == stream.notes != []
+    path = tmp_path / "drive.log"
+    path.write_text(candump(frames))
+    table = oc.read(path).table
+    assert list(ticks) == table.columns and "longitudinal_acceleration_m_s2" not in ticks
+    assert [note for note in oc.read(path).notes if note.startswith(left_out)] != []
+
+
+def test_an_angle_that_comes_too_rarely_pauses_the_estimate() -> None:
+    stream = Stream("bus", ("steering_wheel_angle", "yaw_rate", "vehicle_speed"))
+    angle = identifier(61449, 0x3E)
+    heard([f for f in drive(12.0) if f.identifier != angle or round((f.time - START_S) * 100) % 10 == 0], stream)
+    assert stream.paused is not None and stream.paused.code == "rate_too_low"
+
+
+def test_a_clock_that_is_set_back_while_a_bus_is_listened_to_begins_it_anew() -> None:
+    stream = Stream("bus", ("steering_wheel_angle", "yaw_rate", "vehicle_speed"))
+    early, late = drive(8.0), [replace(frame, time=frame.time + 1e6) for frame in drive(1.0)]
+    heard(late, stream)
+    assert stream.listening
+    heard(early, stream)
+    assert not stream.listening
 
 
 def test_a_clock_that_is_set_back_costs_the_filters_and_not_what_was_learned(log: Path) -> None:
@@ -259,13 +308,13 @@ def test_ctrl_c_saves_and_answers(log: Path, tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         text=True,
     )
-    until((tmp_path / "state" / "VIN_7.offset.state").exists)
+    until((tmp_path / "state" / "VIN%207.offset.state").exists)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=20)
     assert process.returncode == 0, err
     assert err == "oncenter: ending, saving what was learned\n"
     assert out.startswith("offset")
-    assert sorted(p.name for p in (tmp_path / "state").iterdir()) == ["VIN_7.angle.state", "VIN_7.offset.state"]
+    assert sorted(p.name for p in (tmp_path / "state").iterdir()) == ["VIN%207.angle.state", "VIN%207.offset.state"]
     assert pl.read_parquet(trace).height > 100
 
 

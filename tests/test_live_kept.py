@@ -15,7 +15,7 @@ import oncenter as oc
 from oncenter.errors import OncenterError
 from oncenter.live import record as live_record
 from oncenter.live.learner import Learner, needed
-from oncenter.live.memory import Memory
+from oncenter.live.memory import STEM_BYTES_MAX, Memory, file_stem
 from oncenter.live.record import Recorder
 from oncenter.live.replay import Replay
 from oncenter.live.session import Sayings, Session
@@ -59,6 +59,26 @@ def test_a_full_disk_is_said_once_and_every_frame_is_there_after(
     assert frames_of_log(tmp_path / "kept.log").time.tolist() == [round(frame.time, 6) for frame in frames]
 
 
+def test_frames_that_the_disk_never_took_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def write(file: int, data: bytes) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    frames = drive(1.0)
+    monkeypatch.setattr(live_record, "_AGAIN_S", 0.02)
+    monkeypatch.setattr(live_record, "_EVERY_S", 0.01)
+    monkeypatch.setattr(live_record, "WAITING_MAX_BYTES", 2000)
+    monkeypatch.setattr(os, "write", write)
+    said = Sayings()
+    recorder = Recorder(tmp_path / "kept.log", said.say)
+    recorder.take([message(frame) for frame in frames[:100]])
+    until(lambda: len(said.all()) == 1)
+    recorder.take([message(frame) for frame in frames[100:]])
+    until(lambda: recorder.lost == len(frames) - 100)
+    recorder.close()
+    assert recorder.lost == len(frames)
+    assert said.all()[-1].text.endswith("the last 100 frames were not recorded")
+
+
 def test_what_is_recorded_is_on_disk_before_it_is_closed(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "kept.log", print)
     frames = drive(2.0)
@@ -92,7 +112,7 @@ def test_what_was_learned_is_resumed_from_the_newer_of_two_slots(log: Path, tmp_
     assert lines == ["resumed what was learned of truck 7"]
     assert {name: core.answer()["offset"] for name, core in resumed.cores.items()} == kept
 
-    path = tmp_path / "truck_7.offset.state"
+    path = tmp_path / "truck%207.offset.state"
     image = bytearray(path.read_bytes())
     newer = len(image) // 2 * (2 % 2)  # the second image has sequence 2
     image[newer + 200] ^= 1
@@ -102,9 +122,12 @@ def test_what_was_learned_is_resumed_from_the_newer_of_two_slots(log: Path, tmp_
     assert 0.0 < older.cores["offset"].answer()["used"] < resumed.cores["offset"].answer()["used"]
 
     path.write_bytes(bytes(len(image)))
-    path.with_name("truck_7.angle.state").write_bytes(b"no image at all, but long enough to be read as one" * 9)
+    path.with_name("truck%207.angle.state").write_bytes(b"no image at all, but long enough to be read as one" * 9)
     fresh, lines = _resumed(frames, tmp_path, "truck 7")
-    assert lines == []
+    destroyed = path.with_name("truck%207.angle.state")
+    assert lines == [  # the other one holds nothing but zeros, as one does that was never written to
+        f"the saved angle of truck 7 is not resumed ({destroyed}: no saved state is in it); learning starts afresh"
+    ]
     assert fresh.cores["offset"].answer()["used"] == 0.0
 
 
@@ -130,6 +153,16 @@ def test_a_truck_whose_memory_is_in_use_is_watched_all_the_same(log: Path, tmp_p
     first.save(fed_cores)
     first.close()
     assert _resumed(frames, tmp_path, "one")[1] == ["resumed what was learned of one"]
+
+
+def test_each_truck_has_files_of_its_own() -> None:
+    keys = ["A B", "A_B", "A  B", "A%20B", "A/B", "a.b-c_1", "\N{LATIN SMALL LETTER U WITH DIAERESIS}", "..", "x" * 300]
+    keys += ["x" * 301, "\udcff", "~", "A~B"]
+    stems = [file_stem(key) for key in keys]
+    assert len(set(stems)) == len(keys)
+    assert all("/" not in stem and len(os.fsencode(stem)) <= STEM_BYTES_MAX for stem in stems)
+    for plain in ("A_B", "a.b-c_1", "scania_r730_4x2"):
+        assert file_stem(plain) == plain
 
 
 def _first_cores(frames: Frames) -> Any:

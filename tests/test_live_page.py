@@ -3,27 +3,36 @@
 import asyncio
 import base64
 import http.client
+import multiprocessing
 import re
 import shutil
 import socket
+import subprocess
+import sys
+import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from bokeh.util.token import generate_jwt_token
 from live_drive import TRUCK, cut, drive_log, frames_of_log, until
+from tornado.netutil import bind_sockets
 
 import oncenter as oc
 from oncenter.errors import OncenterError
 from oncenter.inputs import params_of
 from oncenter.live import page as live_page
+from oncenter.live import serve as live_serve
 from oncenter.live.learner import Learner, needed
 from oncenter.live.replay import Replay
 from oncenter.live.session import Sayings, Session
-from oncenter.live.web import Page, names_of
+from oncenter.live.snapshot import Dropped, Snapshot
+from oncenter.live.web import NEXT, READY, Hello, Page, names_of
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream
 
@@ -45,11 +54,11 @@ def log() -> Path:
 @pytest.fixture(scope="module")
 def served(log: Path) -> Iterator[Page]:
     """A page of a session that has not begun."""
-    with Page(session_of(log, 1.0), PARAMS, "127.0.0.1", 0) as page:
+    with Page(session_of(log, 1.0), PARAMS, "127.0.0.1", 0, print) as page:
         yield page
 
 
-def status(page: Page, headers: dict[str, str], path: str = "/") -> int:
+def status(page: Any, headers: dict[str, str], path: str = "/") -> int:
     connection = http.client.HTTPConnection("127.0.0.1", page.port, timeout=10)
     try:
         connection.putrequest("GET", path, skip_host=True)
@@ -61,7 +70,7 @@ def status(page: Page, headers: dict[str, str], path: str = "/") -> int:
         connection.close()
 
 
-def token_of(page: Page) -> str:
+def token_of(page: Any) -> str:
     connection = http.client.HTTPConnection("127.0.0.1", page.port, timeout=10)
     connection.request("GET", "/")
     found = re.search(r'"token":"([^"]+)"', connection.getresponse().read().decode())
@@ -70,7 +79,7 @@ def token_of(page: Page) -> str:
     return found[1]
 
 
-def handshake(page: Page, origin: str, host: str) -> tuple[str, socket.socket]:
+def handshake(page: Any, origin: str, host: str) -> tuple[str, socket.socket]:
     """The status line that a page from `origin` gets who asks for the socket, and the connection."""
     connection = socket.socket()
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
@@ -134,21 +143,181 @@ def test_told_otherwise_it_answers_to_the_address_that_was_named() -> None:
     assert names_of("192.0.2.2") == {"192.0.2.2"}
     assert names_of("truck.example") == {"truck.example"}
     assert names_of("0.0.0.0") is None
-    with Page(session_of(drive_log(), 1.0), PARAMS, "0.0.0.0", 0) as page:
+    with Page(session_of(drive_log(), 1.0), PARAMS, "0.0.0.0", 0, print) as page:
         assert status(page, {"Host": f"127.0.0.1:{page.port}"}) == 200
         assert status(page, {"Host": f"evil.example:{page.port}"}) == 403
 
 
 def test_a_port_that_is_taken_is_one_line(served: Page) -> None:
     with pytest.raises(OncenterError, match=rf"127\.0\.0\.1:{served.port}: .*in use; name another --port"):
-        Page(SimpleNamespace(), PARAMS, "127.0.0.1", served.port)
+        Page(SimpleNamespace(), PARAMS, "127.0.0.1", served.port, print)
 
 
 @pytest.mark.parametrize("address", ["300.1.1.1", "192.0.2.77", "a..b"])
 def test_an_address_that_is_none_of_this_machine_is_named_as_such(address: str) -> None:
     with pytest.raises(OncenterError, match=r"name another --address, of this machine") as refusal:
-        Page(SimpleNamespace(), PARAMS, address, 0)
+        Page(SimpleNamespace(), PARAMS, address, 0, print)
     assert refusal.value.exit_code == 2
+
+
+def test_a_port_is_free_again_once_the_page_has_ended(log: Path) -> None:
+    with Page(session_of(log, 1.0), PARAMS, "127.0.0.1", 0, print) as page:
+        assert status(page, {"Host": f"127.0.0.1:{page.port}"}) == 200
+    with Page(session_of(log, 1.0), PARAMS, "127.0.0.1", page.port, print) as again:
+        assert status(again, {"Host": f"127.0.0.1:{again.port}"}) == 200
+
+
+def test_a_page_whose_process_dies_is_said_and_the_session_goes_on(log: Path) -> None:
+    said: list[str] = []
+    session = session_of(log, 20.0)
+    with Page(session, PARAMS, "127.0.0.1", 0, said.append) as page:
+        session.start()
+        page._process.kill()
+        until(lambda: said != [])
+        begun = session.snapshot.number
+        until(lambda: session.snapshot.number > begun + 10)
+        session.stop()
+        session.join()
+    assert session.failure is None
+    assert said == ["the page is gone: its process ended with code -9; all else goes on"]
+
+
+def test_the_page_s_process_ends_with_the_session_s() -> None:
+    """Whatever ended it: the pipe is closed then."""
+    begin = (
+        "import os, signal; from oncenter.live.web import Page; from test_live_page import *\n"
+        "with Page(session_of(drive_log(60.0), 1.0), PARAMS, '127.0.0.1', 0, print) as page:\n"
+        "    print(page._process.pid, flush=True)\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    told = subprocess.run([sys.executable, "-c", begin], capture_output=True, text=True, cwd=Path(__file__).parent)
+    until(lambda: _has_ended(int(told.stdout)))
+
+
+def _has_ended(pid: int) -> bool:
+    stat = Path(f"/proc/{pid}/stat")
+    try:
+        return stat.read_text().rpartition(")")[2].split()[0] == "Z"  # nobody here waits for it
+    except OSError:
+        return True
+
+
+def test_without_a_viewer_the_session_does_nothing_for_the_page(log: Path) -> None:
+    session = session_of(log, 20.0)
+    with Page(session, PARAMS, "127.0.0.1", 0, print) as page:
+        sent: list[int] = []
+        send = page._pipe.send
+        page._pipe.send = lambda snapshot: (sent.append(snapshot.number), send(snapshot))
+        session.start()
+        for _ in range(20):
+            token_of(page)  # a page that is asked for is no viewer
+        until(lambda: session.snapshot.number > 20)
+        assert sent == []
+        own = f"127.0.0.1:{page.port}"
+        _, connection = handshake(page, f"http://{own}", own)
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
+        until(lambda: connection.recv(1 << 16) != b"" and len(sent) > 10)
+        connection.close()
+        time.sleep(1.0)
+        asked = len(sent)
+        time.sleep(1.0)
+        assert len(sent) <= asked + 1
+        session.stop()
+        session.join()
+
+
+class Served:
+    """The page's server in this process, on a loop that a test runs."""
+
+    def __init__(self, snapshot: Snapshot, made: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+        own_page = live_serve.page
+        monkeypatch.setattr(live_serve, "page", lambda doc, news: (made.append(doc), own_page(doc, news)))
+        ours, theirs = multiprocessing.Pipe()
+        self.pipe = ours
+        (listening,) = bind_sockets(0, "127.0.0.1")
+        self.port = listening.getsockname()[1]
+        self.url = f"http://127.0.0.1:{self.port}/"
+        ours.send(Hello(snapshot, PARAMS, names_of("127.0.0.1")))
+        self.thread = threading.Thread(target=live_serve.serve, args=(theirs, [listening]), daemon=True)
+        self.thread.start()
+        assert ours.recv_bytes() == READY
+
+    def end(self) -> None:
+        self.pipe.close()
+        self.thread.join()
+
+
+@pytest.fixture
+def here(log: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Served, list[Any]]]:
+    made: list[Any] = []
+    served = Served(session_of(log, 1.0).snapshot, made, monkeypatch)
+    yield served, made
+    served.end()
+
+
+def test_a_page_that_is_asked_for_makes_no_document_before_its_socket_is_open(here: tuple[Served, list[Any]]) -> None:
+    served, made = here
+    tokens = {token_of(served) for _ in range(50)}
+    for path in ("/metadata", "/autoload.js?bokeh-autoload-element=1", "/favicon.ico", "/nothing"):
+        assert status(served, {"Host": f"127.0.0.1:{served.port}"}, path) == 404
+    assert len(tokens) == 50 and made == []
+    own = f"127.0.0.1:{served.port}"
+    line, connection = handshake(served, f"http://{own}", own)
+    assert line == "HTTP/1.1 101"
+    until(lambda: len(made) == 1)
+    connection.close()
+    until(lambda: made[0].session_context is None)  # it is gone with its viewer
+
+
+def test_a_token_that_this_page_did_not_give_opens_nothing(
+    here: tuple[Served, list[Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    served, made = here
+    monkeypatch.setattr(sys.modules[__name__], "token_of", lambda page: generate_jwt_token("mine"))
+    own = f"127.0.0.1:{served.port}"
+    _, connection = handshake(served, f"http://{own}", own)
+    until(lambda: connection.recv(1 << 16) == b"")
+    assert made == []
+
+
+def test_viewers_beyond_the_limit_are_told_so(
+    here: tuple[Served, list[Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    served, made = here
+    monkeypatch.setattr(live_serve, "VIEWERS_MAX", 2)
+    own = f"127.0.0.1:{served.port}"
+    first, _ = (handshake(served, f"http://{own}", own)[1] for _ in range(2))
+    until(lambda: len(made) == 2)
+    connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=10)
+    connection.request("GET", "/")
+    answer = connection.getresponse()
+    assert answer.status == 503
+    assert answer.read() == b"oncenter: 2 viewers look already, more are not served: come later\n"
+    first.close()
+    until(lambda: status(served, {"Host": own}) == 200)
+
+
+def test_requests_beyond_the_limit_wait_and_are_refused(
+    here: tuple[Served, list[Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    served, _ = here
+    own = f"127.0.0.1:{served.port}"
+    monkeypatch.setattr(live_serve.Allowance, "take", lambda self, address: address != "127.0.0.1")
+    begin_s = time.monotonic()
+    assert status(served, {"Host": own}) == 429
+    assert time.monotonic() - begin_s >= live_serve.REFUSAL_S
+
+
+def test_each_address_has_an_allowance_of_its_own_that_comes_back_with_time() -> None:
+    now = 0.0
+    allowance = live_serve.Allowance(2.0, 4.0, lambda: now)
+    assert [allowance.take("a") for _ in range(5)] == [True] * 4 + [False]
+    assert allowance.take("b")
+    now = 1.0
+    assert [allowance.take("a") for _ in range(3)] == [True, True, False]
+    for k in range(3 * live_serve.ADDRESSES_MAX):
+        allowance.take(str(k))
+    assert len(allowance._left) == live_serve.ADDRESSES_MAX
 
 
 def test_nothing_is_made_for_a_viewer_who_does_not_read(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,24 +327,24 @@ def test_nothing_is_made_for_a_viewer_who_does_not_read(log: Path, monkeypatch: 
         made.append(now.number)
         return "x" * (4 << 20)
 
+    session = session_of(log, 1.0)
     monkeypatch.setattr(live_page, "as_json", much)
-    session = session_of(log, 20.0)
-    with Page(session, PARAMS, "127.0.0.1", 0) as page:
-        own = f"127.0.0.1:{page.port}"
-        line, connection = handshake(page, f"http://{own}", own)
-        assert line == "HTTP/1.1 101"
-        session.start()
-        until(lambda: session.snapshot.number > 20)
-        stuck = len(made)
-        begun = session.snapshot.number
-        until(lambda: session.snapshot.number > begun + 15)
-        assert len(made) <= stuck + 1 < 20
-        while len(made) <= stuck + 1:  # he is still there: once he reads, there is more for him
-            assert connection.recv(1 << 20)
-        connection.close()
-        session.stop()
-        session.join()
-        assert session.failure is None
+    served = Served(session.snapshot, [], monkeypatch)
+    own = f"127.0.0.1:{served.port}"
+    line, connection = handshake(served, f"http://{own}", own)
+    assert line == "HTTP/1.1 101"
+    asked = 0
+    while served.pipe.poll(2.0):  # until he is stuck, nothing is asked for
+        assert served.pipe.recv_bytes() == NEXT
+        asked += 1
+        served.pipe.send(replace(session.snapshot, number=1000 + asked))
+        assert asked < 10
+    stuck = len(made)
+    while not served.pipe.poll(0.0):  # he is still there: once he reads, there is more for him
+        assert connection.recv(1 << 20)
+    assert len(made) == stuck
+    connection.close()
+    served.end()
 
 
 def test_a_viewer_who_left_while_there_was_nothing_to_tell_is_no_failure(log: Path) -> None:
@@ -186,16 +355,16 @@ def test_a_viewer_who_left_while_there_was_nothing_to_tell_is_no_failure(log: Pa
 
         session_context = None
 
-    session, begun = session_of(log, 1.0), []
+    snapshot, begun = session_of(log, 1.0).snapshot, []
 
     async def told() -> None:
-        news, doc = live_page.News(), Left()
+        news, doc = live_page.News(snapshot, PARAMS, lambda: None), Left()
         doc.add_next_tick_callback = begun.append
-        live_page.page(doc, session, PARAMS, news)
+        live_page.page(doc, news)
         begun[0]()
         (following,) = news.followers
         await asyncio.sleep(0)
-        news.tell()
+        news.tell(snapshot)
         await asyncio.wait_for(following, 5.0)
 
     asyncio.run(told())
@@ -223,7 +392,7 @@ class Driven:
     """A log that is played as far as it is told."""
 
     def __init__(self, log: Path) -> None:
-        self.name, self.dropped, self.ended, self.to_s = log.name, 0, False, 0.0
+        self.name, self.dropped, self.ended, self.to_s = log.name, Dropped(), False, 0.0
         self._frames, self._given = frames_of_log(log), 0
 
     def take(self, timeout_s: float) -> Frames:
@@ -239,7 +408,7 @@ class Driven:
 def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(log: Path, browser: Any) -> None:
     truck, driven = oc.vehicle(TRUCK), Driven(log)
     session = Session(driven, Learner(Stream("bus", needed(truck)), truck), "truck", Sayings())
-    with Page(session, PARAMS, "127.0.0.1", 0) as page:
+    with Page(session, PARAMS, "127.0.0.1", 0, print) as page:
         view = browser.new_page(viewport={"width": 1280, "height": 900})
         asked, wrong = [], []
         view.on("request", lambda request: asked.append(request.url))

@@ -97,7 +97,7 @@ def live(
         if web:
             from oncenter.live.web import Page
 
-            page = opened.enter_context(Page(session, params_of(vehicle, None), address, port))
+            page = opened.enter_context(Page(session, params_of(vehicle, None), address, port, said.say))
             said.say(f"the page is at {page.url}")
         with _ended_by_signals(session):
             gc.collect()
@@ -107,6 +107,8 @@ def live(
     if session.failure is not None:
         raise session.failure
     answer = session.snapshot.known.answer
+    if answer is None and stream.paused is not None:
+        raise stream.paused
     if answer is None:
         raise OncenterError(
             f"no usable second on {given.name}: {stream.missing() or 'it was watched for too short a time'}",

@@ -1,24 +1,35 @@
-"""A CAN bus through python-can: a thread that only receives, so that nobody else's work costs a frame."""
+"""A CAN bus through python-can: a thread that only receives, so that no other work costs a frame."""
 
 from __future__ import annotations
 
 import contextlib
-import os
+import logging
+import re
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from oncenter.errors import LOG_CANNOT_BE_ANSWERED, WRONG_USAGE, OncenterError
+from oncenter.live.snapshot import Dropped
+from oncenter.live.socket_losses import SocketLosses
+from oncenter.read.clock import LATEST_S
 
 if TYPE_CHECKING:
     import can
 
 WAITING_MAX = 500_000  # frames, minutes of a full bus; beyond, frames are dropped and counted
-TRY_AGAIN_S = 1.0
+TRY_AGAIN_S = 1.0  # after a bus was lost; twice as long after each failure
+TRY_AGAIN_MAX_S = 30.0  # a gateway that boots is found soon, one that is off for a night costs nothing
+COUNT_EVERY_S = 1.0  # how often the kernel is asked what it dropped
+_ANSWER_S = 5.0  # a gateway that accepts a connection and then says nothing counts as lost
 _RECEIVE_S = 0.25  # between two looks whether to stop
-_SOCKET_BYTES = 4 << 20  # what the kernel keeps meanwhile: a second of a full bus
+_LAST_S = 0.5  # at the end, for the frames that the kernel still holds
+_STUCK_S = 10.0  # a driver that does not return is not waited for at the end
+_NAME = re.compile(r"[!-~]{1,64}")  # a channel's, as a line of a candump log can have it
+_EXTENDED_MAX, _STANDARD_MAX = (1 << 29) - 1, (1 << 11) - 1
+_BYTES_MAX, _FD_BYTES_MAX = 8, 64
 
 
 class Bus:
@@ -27,7 +38,7 @@ class Bus:
     Args:
         channel, interface: as python-can names them.
         bitrate: bit/s, for interfaces that must be told.
-        say: is told in one line when the bus is lost and when it is back.
+        say: is told in one line when the bus is lost and when frames come again.
 
     Raises:
         OncenterError: "bus": the interface is unknown or cannot be opened.
@@ -35,15 +46,23 @@ class Bus:
 
     def __init__(self, channel: str, interface: str, bitrate: int | None, say: Callable[[str], None]) -> None:
         self.name = f"{channel} ({interface})"
-        self.dropped = 0
         self._channel, self._interface, self._bitrate, self._say = channel, interface, bitrate, say
         self._lock = threading.Lock()
         self._waiting: list[can.Message] = []
+        self._queue_lost = self._impossible = self._interface_lost = 0
         self._arrived = threading.Event()
         self._stopping = threading.Event()
+        self._lost_s: float | None = None  # since when no frame has come because the bus was lost
+        self._again_s = TRY_AGAIN_S
+        self._count_s = 0.0
+        logging.getLogger("can").addHandler(logging.NullHandler())  # what python-can logs, this class says once
         self._bus: can.BusABC | None = self._opened()
         self._thread = threading.Thread(target=self._receive, name="oncenter bus", daemon=True)
         self._thread.start()
+
+    @property
+    def dropped(self) -> Dropped:
+        return Dropped(interface=self._interface_lost, queue=self._queue_lost, impossible=self._impossible)
 
     def take(self, timeout_s: float) -> list[can.Message]:
         """All that has come since; waits for the first one."""
@@ -55,20 +74,40 @@ class Bus:
 
     def close(self) -> None:
         self._stopping.set()
-        self._thread.join()
+        self._thread.join(_STUCK_S)
 
     def _opened(self) -> can.BusABC:
         import can
 
         options: dict[str, Any] = {} if self._bitrate is None else {"bitrate": self._bitrate}
         try:
-            bus = can.Bus(channel=self._channel, interface=self._interface, **options)
+            with self._answering_in_time():
+                bus = can.Bus(channel=self._channel, interface=self._interface, **options)
         except can.CanInterfaceNotImplementedError as error:
             raise self._cannot_open(error, WRONG_USAGE) from error
         except Exception as error:  # each interface has its own
             raise self._cannot_open(error, LOG_CANNOT_BE_ANSWERED) from error
-        _keep_more_in_the_kernel(bus)
+        self._losses = SocketLosses(bus, self._channel)
         return bus
+
+    @contextlib.contextmanager
+    def _answering_in_time(self) -> Iterator[None]:
+        """python-can's socketcand asks a peer that refuses without a pause for 10 s, and waits for ever for one that
+        says nothing."""
+        if self._interface != "socketcand":
+            yield
+            return
+        from can.util import load_config
+
+        config = load_config(config={"interface": self._interface, "channel": self._channel})
+        if "host" in config and "port" in config:
+            socket.create_connection((config["host"], int(config["port"])), _ANSWER_S).close()
+        before = socket.getdefaulttimeout()
+        socket.setdefaulttimeout(_ANSWER_S)
+        try:
+            yield
+        finally:
+            socket.setdefaulttimeout(before)
 
     def _cannot_open(self, error: Exception, exit_code: int) -> OncenterError:
         import can
@@ -79,54 +118,94 @@ class Bus:
     def _receive(self) -> None:
         while not self._stopping.is_set():
             try:
-                assert self._bus is not None
-                message = self._bus.recv(_RECEIVE_S)
-            except Exception as error:  # of a driver: whatever it is, the bus is gone
-                self._come_back(error)
-                continue
-            if message is not None:
-                self._keep(message)
-        if self._bus is not None:
-            _shut(self._bus)
+                self._receive_one(_RECEIVE_S)
+            except Exception as error:  # of a driver, whatever it is
+                if self._losses.is_of_one_datagram(error):
+                    self._leave_out("that cannot be read")
+                else:
+                    self._come_back(error)
+        with contextlib.suppress(Exception):
+            until_s = time.monotonic() + _LAST_S
+            while self._bus is not None and self._receive_one(0.0) and time.monotonic() < until_s:
+                pass
+        self._shut()
+
+    def _receive_one(self, timeout_s: float) -> bool:
+        """Whether there was a message."""
+        assert self._bus is not None
+        message = self._bus.recv(timeout_s)
+        if message is None:
+            self._losses.raise_if_the_peer_closed()
+        else:
+            self._keep(message)
+        now = time.monotonic()
+        if now >= self._count_s:
+            self._count_s = now + COUNT_EVERY_S
+            self._interface_lost += self._losses.new()
+        return message is not None
 
     def _keep(self, message: can.Message) -> None:
+        if not _is_possible(message):
+            self._leave_out("whose identifier, length or time no CAN frame can have")
+            return
+        if not _is_name(message.channel):
+            message.channel = None  # a gateway may send anything, and the name becomes part of the recording
         message.timestamp = round(message.timestamp, 6)  # as a log has it
         with self._lock:
             if len(self._waiting) < WAITING_MAX:
                 self._waiting.append(message)
             else:
-                self.dropped += 1
+                self._queue_lost += 1
             self._arrived.set()
+        if self._lost_s is not None:
+            self._say(f"{self.name} is back after {time.monotonic() - self._lost_s:.0f} s")
+            self._lost_s, self._again_s = None, TRY_AGAIN_S
+
+    def _leave_out(self, what: str) -> None:
+        self._impossible += 1
+        if self._impossible == 1:
+            self._say(f"{self.name} gave a frame {what}: such frames are left out and counted")
 
     def _come_back(self, error: Exception) -> None:
-        """Until the bus can be opened again, or nobody wants it any more."""
-        lost_s = time.monotonic()
-        self._say(f"{self.name} is lost: {_reason(error)}; trying every second to open it again")
-        if self._bus is not None:
-            _shut(self._bus)
-            self._bus = None
-        while not self._stopping.wait(TRY_AGAIN_S):
-            try:
+        """Until the bus can be opened again, or it is not wanted any more. A bus that opens but gives no frame before
+        it is lost again is still lost: it is said once."""
+        if self._lost_s is None:
+            self._lost_s = time.monotonic()
+            self._say(
+                f"{self.name} is lost: {_reason(error)}; oncenter tries to open it again, "
+                f"after {TRY_AGAIN_S:.0f} s first, at least every {TRY_AGAIN_MAX_S:.0f} s"
+            )
+        self._shut()
+        while not self._stopping.wait(self._again_s):
+            self._again_s = min(2.0 * self._again_s, TRY_AGAIN_MAX_S)
+            with contextlib.suppress(OncenterError):
                 self._bus = self._opened()
-            except OncenterError:
-                continue
-            self._say(f"{self.name} is back after {time.monotonic() - lost_s:.0f} s")
+                return
+
+    def _shut(self) -> None:
+        if self._bus is None:
             return
+        self._interface_lost += self._losses.new()
+        self._losses.close()
+        with contextlib.suppress(Exception):  # a lost one may fail to close
+            self._bus.shutdown()
+        self._bus = None
 
 
-def _shut(bus: can.BusABC) -> None:
-    with contextlib.suppress(Exception):  # a lost one may fail to close
-        bus.shutdown()
+def _is_possible(message: can.Message) -> bool:
+    """Gateways hand over whatever a peer sent: numbers that no CAN frame has must reach neither columns nor files."""
+    identifier = message.arbitration_id
+    if type(identifier) is not int or type(message.data) is not bytearray:
+        return False
+    most = _EXTENDED_MAX if message.is_extended_id else _STANDARD_MAX
+    bytes_max = _FD_BYTES_MAX if message.is_fd else _BYTES_MAX
+    return 0 <= identifier <= most and len(message.data) <= bytes_max and abs(message.timestamp) < LATEST_S
 
 
-def _keep_more_in_the_kernel(bus: can.BusABC) -> None:
-    """Where the bus is a socket: what comes while this process does not run is not lost."""
-    try:
-        own = socket.socket(fileno=os.dup(bus.fileno()))
-    except (OSError, NotImplementedError, ValueError):
-        return
-    with contextlib.closing(own), contextlib.suppress(OSError):
-        own.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _SOCKET_BYTES)
+def _is_name(channel: Any) -> bool:
+    if channel is None or type(channel) is int:
+        return True
+    return type(channel) is str and _NAME.fullmatch(channel) is not None
 
 
 def _reason(error: Exception) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import fcntl
+import hashlib
 import os
 import re
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.live.learner import Cores
 
 SLOTS = 2
+STEM_BYTES_MAX = 200  # of the 255 that file systems allow a name, with room for what is appended
 
 
 def default_folder() -> Path:
@@ -25,7 +27,7 @@ class Memory:
 
     Args:
         folder: is made where it is not there.
-        truck: the key; what is no letter, digit, point or dash becomes an underscore.
+        truck: the key; each has files of its own, see `file_stem`.
         say: is told in one line what was resumed, and what could not be saved.
 
     Raises:
@@ -37,7 +39,7 @@ class Memory:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise OncenterError(f"--state {folder}: {error.strerror}", code="state", exit_code=WRONG_USAGE) from None
-        self._stem = folder / re.sub(r"[^\w.-]+", "_", truck)
+        self._stem = folder / file_stem(truck)
         self._truck, self._say = truck, say
         self._files: dict[str, int] = {}
         self._sequences: dict[str, int] = {}
@@ -51,19 +53,20 @@ class Memory:
             try:
                 self._files[name] = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
                 fcntl.flock(self._files[name], fcntl.LOCK_EX | fcntl.LOCK_NB)
-                slots = _slots(os.pread(self._files[name], 1 << 22, 0))
+                content = os.pread(self._files[name], 1 << 22, 0)
             except OSError as error:
                 self._release()
                 why = "another oncenter live has it" if isinstance(error, BlockingIOError) else error.strerror
                 self._say(f"the state of {self._truck} is neither resumed nor saved: {path}: {why}")
                 return
             self._reserve(self._files[name], len(core.save(0)))
-            fault, self._sequences[name] = restored(core, slots)
+            fault, self._sequences[name] = restored(core, _slots(content))
             if fault == "ok":
                 core.restart()
                 resumed.append(name)
-            elif fault != "missing":
-                self._say(f"the saved {name} of {self._truck} is not resumed ({path}: {fault}); learning starts afresh")
+            elif fault != "missing" or any(content):  # one that is only reserved holds zeros
+                why = "no saved state is in it" if fault == "missing" else fault
+                self._say(f"the saved {name} of {self._truck} is not resumed ({path}: {why}); learning starts afresh")
         if resumed:
             self._say(f"resumed what was learned of {self._truck}")
 
@@ -100,6 +103,18 @@ class Memory:
         for file in self._files.values():
             os.close(file)
         self._files = {}
+
+
+def file_stem(truck: str) -> str:
+    """A name for the files of one truck and of no other: letters, digits, dash, point and underscore stay, every other
+    byte becomes a percent sign and two hex digits. A long one is cut; its digest, after a sign that no other name has,
+    tells it from its like."""
+    encoded = re.sub(r"[^\w.-]", lambda found: "".join(f"%{byte:02X}" for byte in os.fsencode(found[0])), truck)
+    whole = os.fsencode(encoded)
+    if len(whole) <= STEM_BYTES_MAX:
+        return encoded
+    mark = f"~{hashlib.sha256(whole).hexdigest()}"
+    return whole[: STEM_BYTES_MAX - len(mark)].decode(errors="ignore") + mark
 
 
 def _slots(content: bytes) -> list[bytes]:

@@ -64,6 +64,8 @@ const show = (now) => {
   at("gate").classList.toggle("counts", now.gate.counts);
   put("fault", now.fault ? `The angle sensor: ${now.fault}` : "");
   at("fault").hidden = !now.fault;
+  put("losses", now.losses ? `Frames ${now.losses}` : "");
+  at("losses").hidden = !now.losses;
   ruler(now.angles);
   for (const [name, value] of Object.entries(now.angles)) {
     put(name, degrees(value));

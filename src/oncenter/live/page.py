@@ -1,4 +1,4 @@
-"""One viewer's page as a Bokeh document: it is told of each new snapshot, and takes the newest once it has time to.
+"""One viewer's page as a Bokeh document: it takes the newest snapshot once it has time to.
 
 A change is waited for until the viewer has taken it, before the next is made: one who is slow sees fewer, and costs
 nobody.
@@ -10,7 +10,7 @@ import asyncio
 import json
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
@@ -23,10 +23,11 @@ from oncenter.signals import DEGREE
 if TYPE_CHECKING:
     from bokeh.application.application import SessionContext
     from bokeh.document import Document
-
-    from oncenter.live.session import Session
+    from bokeh.models import ColumnDataSource
+    from bokeh.resources import Resources
 
 _SAID_SHOWN = 6
+_TOKEN = "TOKEN-OF-THE-VIEWER"  # stands where the page's HTML has it
 _LAST_S = 0.5  # for what is on its way when it ends
 
 # The browser is told to fetch nothing but from here, whatever the page or a library in it should try.
@@ -37,55 +38,76 @@ _POLICY = (
 
 
 class News:
-    """Wakes whoever waits for the next snapshot; all on one event loop.
+    """The newest snapshot of the session, in the page's process. A viewer who has shown it waits here for the next,
+    and only then the next is asked for. All on one event loop.
+
+    Args:
+        first: what is shown until another one comes.
+        params: of the session's core.
+        ask: asks the session for its next snapshot; returns at once.
 
     Attributes:
+        snapshot: the newest.
         over: nothing comes any more.
         followers: one task a viewer, who waits for it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, first: Snapshot, params: Mapping[str, float], ask: Callable[[], None]) -> None:
+        self.snapshot = first
         self.over = False
         self.followers: set[asyncio.Task[None]] = set()
+        self._params, self._ask = params, ask
+        self._asked = False
+        self._json: tuple[int, str] = (-1, "")
         self._next = asyncio.Event()
 
-    def tell(self) -> None:
-        self._next.set()
-        self._next = asyncio.Event()
+    def tell(self, newest: Snapshot) -> None:
+        self.snapshot, self._asked = newest, False
+        self._wake()
+
+    def json(self) -> str:
+        """What the page's script shows, made once for all viewers."""
+        if self._json[0] != self.snapshot.number:
+            self._json = self.snapshot.number, as_json(self.snapshot, self._params)
+        return self._json[1]
 
     async def wait(self) -> None:
+        if not self._asked:
+            self._asked = True
+            self._ask()
         await self._next.wait()
 
     async def end(self) -> None:
         """Viewers get what is on its way to them; one who does not take it, does not."""
         self.over = True
-        self.tell()
+        self._wake()
         if self.followers:
             _, late = await asyncio.wait(self.followers, timeout=_LAST_S)
             for follower in late:
                 follower.cancel()
 
+    def _wake(self) -> None:
+        self._next.set()
+        self._next = asyncio.Event()
 
-def page(doc: Document, session: Session, params: Mapping[str, float], news: News) -> None:
+
+def page(doc: Document, news: News) -> None:
     """Makes the document of one viewer and keeps it up to date as long as he stays."""
-    from bokeh.models import ColumnDataSource
-
-    first = session.snapshot
-    now = ColumnDataSource(data={"json": [as_json(first, params)]}, name="now")
-    pictures = Pictures(now)
+    first = news.snapshot
+    now, pictures = _empty_page(doc, news)
     shown, here = first.number, True
 
     async def look(document: Document) -> None:
         nonlocal shown
-        newest = session.snapshot
+        newest = news.snapshot
         shown = newest.number
-        now.data = {"json": [as_json(newest, params)]}
+        now.data = {"json": [news.json()]}
         for _ in range(len(pictures.figures) if newest.phase == "ended" else 1):  # nothing comes after the end
             pictures.show_next(newest)
 
     async def follow() -> None:
         while here and not news.over:
-            if session.snapshot.number == shown:
+            if news.snapshot.number == shown:
                 await news.wait()
             context = doc.session_context
             if context is None:  # the viewer left while there was nothing to tell
@@ -103,12 +125,39 @@ def page(doc: Document, session: Session, params: Mapping[str, float], news: New
 
     for _ in pictures.figures:
         pictures.show_next(first)
-    for figure in pictures.figures:
-        doc.add_root(figure)
-    doc.title = f"{first.truck}: steering wheel angle offset, live"
-    doc.template = _template()
     doc.on_session_destroyed(leave)
     doc.add_next_tick_callback(begin)
+
+
+def rendered(news: News, resources: Resources) -> tuple[bytes, bytes]:
+    """The page's HTML before and after a viewer's token: rendered once for all, since nothing in it is a viewer's but
+    that. What a viewer sees comes through his socket, when it is open."""
+    from bokeh.document import Document
+    from bokeh.embed.bundle import bundle_for_objs_and_resources
+    from bokeh.embed.elements import html_page_for_render_items
+    from bokeh.embed.util import RenderItem
+
+    doc = Document()
+    _empty_page(doc, news)
+    item = RenderItem(token=_TOKEN, roots=doc.roots, use_for_title=True)
+    bundle = bundle_for_objs_and_resources(None, resources)
+    html = html_page_for_render_items(bundle, {}, [item], doc.title, template=_template())
+    before, after = html.encode().split(_TOKEN.encode())
+    return before, after
+
+
+def _empty_page(doc: Document, news: News) -> tuple[ColumnDataSource, Pictures]:
+    """The figures, by the same identifiers in every document, so that one rendered page finds each viewer's."""
+    from bokeh.core.types import ID
+    from bokeh.models import ColumnDataSource
+
+    now = ColumnDataSource(data={"json": [news.json()]}, name="now")
+    pictures = Pictures(now)
+    for figure in pictures.figures:
+        figure._id = ID(f"oncenter-{figure.name}")
+        doc.add_root(figure)
+    doc.title = f"{news.snapshot.truck}: steering wheel angle offset, live"
+    return now, pictures
 
 
 def _template() -> str:
@@ -149,6 +198,7 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
         "flanks": {side: words.seen_share(now, side) for side in ("left", "right")},
         "missing": words.still_missing(now, params),
         "quantities": words.quantities(now),
+        "losses": words.losses(now.dropped),
         "fault": "" if now.fault == "none" else now.fault.replace("_", " "),
         "findings": [
             {"severity": finding.severity, "text": words.sentence(finding.text)}

@@ -31,6 +31,9 @@ class Recorder:
         path: of a log that does not exist yet.
         say: is told in one line when the disk takes no more, and when it does again.
 
+    Attributes:
+        lost: frames that are missing in the file for good, so far.
+
     Raises:
         OncenterError: "output", exit code 2: the file is there already, or cannot be made.
     """
@@ -54,7 +57,8 @@ class Recorder:
         self._lock = threading.Lock()
         self._given: list[can.Message] = []
         self._pending = bytearray()  # whole lines, but for what is written of the first
-        self._left_out = 0
+        self.lost = 0
+        self._told_lost = 0
         self._full = False
         self._next_sync_s = 0.0
         self._stopping = threading.Event()
@@ -70,7 +74,9 @@ class Recorder:
         self._thread.join()
         os.close(self._file)
         if self._pending:
-            self._say(f"{self._path}: the last {self._pending.count(10)} frames were not recorded")
+            last = self._pending.count(10)
+            self.lost += last
+            self._say(f"{self._path}: the last {last} frames were not recorded")
 
     def _run(self) -> None:
         while not self._stopping.wait(_AGAIN_S if self._full else _EVERY_S):
@@ -92,13 +98,14 @@ class Recorder:
             return
         if self._full:
             self._full = False
-            lost = f", {self._left_out} frames are missing" if self._left_out else ", nothing is missing"
-            self._left_out = 0
+            missing = self.lost - self._told_lost
+            self._told_lost = self.lost
+            lost = f", {missing} frames are missing" if missing else ", nothing is missing"
             self._say(f"{self._path} is recorded again{lost}")
 
     def _format(self, messages: Sequence[can.Message]) -> None:
         if len(self._pending) > WAITING_MAX_BYTES:
-            self._left_out += len(messages)
+            self.lost += len(messages)
             return
         for message in messages:
             self._writer.on_message_received(message)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.live.snapshot import Dropped
 from oncenter.log_formats import OF_FRAMES
 from oncenter.read import refuse_unreadable
 from oncenter.read.apart import frames
@@ -43,7 +44,7 @@ class Replay:
         refuse_unreadable(log)
         self.name = str(log)
         self.notes: list[str] = []
-        self.dropped = 0
+        self.dropped = Dropped()
         self.ended = False
         self._speed = speed
         self._chunks = frames(log, self.notes)

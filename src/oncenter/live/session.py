@@ -10,12 +10,14 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from oncenter import _core
+from oncenter.live import words
 from oncenter.live.history import History
 from oncenter.live.learner import Known, Learner, Stepped
-from oncenter.live.snapshot import Angles, Pictures, Said, Snapshot
+from oncenter.live.snapshot import Angles, Dropped, Pictures, Said, Snapshot
 from oncenter.read.frames import Frames, joined
 from oncenter.read.python_can import frames_of, is_data
 from oncenter.signals import DEGREE
@@ -32,6 +34,7 @@ KNOW_EVERY_S = 0.2
 PICTURE_EVERY_S = 1.0
 SAVE_EVERY_S = 60.0
 SILENT_S = 3.0
+LOSSES_OVER_S = 60.0  # without a lost frame, before the next one is said again
 SAID_MAX = 100
 ESTIMATE_SD_MAX_RAD = 10.0 * DEGREE  # wider is no estimate: standing, motion says nothing of the wheels
 _TAKE_S = 0.01
@@ -78,6 +81,9 @@ class Session(threading.Thread):
         self._missing = ""
         self._last_frame_s = time.monotonic()
         self._silent = False
+        self._told_paused = ""
+        self._told_dropped = Dropped()
+        self._loss_s = -math.inf  # when the last frame was lost
         self._due = {"show": 0.0, "know": 0.0, "picture": 0.0, "save": time.monotonic() + SAVE_EVERY_S}
         self._pictures = Pictures(0, self._history.course(), self._history.strip(), self._history.cloud())
         self._number = 0
@@ -102,6 +108,7 @@ class Session(threading.Thread):
         self._rate.count(len(frames), now)
         for stepped in self._learner.take(frames) if len(frames) else []:
             self._keep(stepped)
+        self._watch_pause()
         self._refresh(now)
 
     def _take(self) -> Frames:
@@ -131,6 +138,21 @@ class Session(threading.Thread):
             self._silent = True
             self._said.say(f"no frame on {self._source.name} for {SILENT_S:.0f} s: cable, ignition or bitrate?")
 
+    def _watch_pause(self) -> None:
+        paused = self._learner.stream.paused
+        told, self._told_paused = self._told_paused, "" if paused is None else str(paused)
+        if self._told_paused and not told:
+            self._said.say(f"the estimate is paused, recording goes on: {paused}")
+        if told and not self._told_paused:
+            self._said.say("the estimate goes on: what paused it is over")
+
+    def _watch_losses(self, dropped: Dropped, now: float) -> None:
+        if dropped.lost == self._told_dropped.lost:
+            return
+        if now - self._loss_s > LOSSES_OVER_S:
+            self._said.say(f"frames are being lost: {words.losses(dropped)}")
+        self._loss_s, self._told_dropped = now, dropped
+
     def _refresh(self, now: float) -> None:
         if self._is_due("know", KNOW_EVERY_S, now):
             self._known = self._learner.known()
@@ -139,9 +161,14 @@ class Session(threading.Thread):
         if self._is_due("save", SAVE_EVERY_S, now):
             self._save()
         if self._is_due("show", SHOW_EVERY_S, now):
-            phase = "listening" if self._learner.stream.listening else "silent" if self._silent else "running"
-            self.snapshot = self._show(phase)
+            self.snapshot = self._show(self._phase())
             self.when_shown()
+
+    def _phase(self) -> str:
+        stream = self._learner.stream
+        if stream.listening:
+            return "listening" if stream.paused is None else "paused"
+        return "silent" if self._silent else "running"
 
     def _is_due(self, what: str, every_s: float, now: float) -> bool:
         if now < self._due[what]:
@@ -160,6 +187,8 @@ class Session(threading.Thread):
 
     def _show(self, phase: str) -> Snapshot:
         self._number += 1
+        dropped = self._dropped()
+        self._watch_losses(dropped, time.monotonic())
         return Snapshot(
             number=self._number,
             bus=self._source.name,
@@ -168,7 +197,7 @@ class Session(threading.Thread):
             missing=self._missing,
             frames=self._frames,
             frames_per_s=self._rate.per_s,
-            dropped=self._source.dropped,
+            dropped=dropped,
             driven_s=self._driven_s,
             angles=self._angles(),
             reasons=self._reasons(),
@@ -177,6 +206,10 @@ class Session(threading.Thread):
             pictures=self._pictures,
             said=self._said.all(),
         )
+
+    def _dropped(self) -> Dropped:
+        lost = 0 if self._recorder is None else self._recorder.lost
+        return replace(self._source.dropped, recording=lost)
 
     def _angles(self) -> Angles:
         last, stream = self._learner.last, self._learner.stream
@@ -209,8 +242,14 @@ class Session(threading.Thread):
                 step()
             except BaseException as failure:
                 self.failure = self.failure or failure
+        self._tell_losses()
         self.snapshot = self._show("ended")
         self.when_shown()
+
+    def _tell_losses(self) -> None:
+        dropped = words.losses(self._dropped())
+        if dropped:
+            self._said.say(f"of {self._frames} frames in all, {dropped}")
 
     def _drain(self) -> None:
         frames = self._take()

@@ -34,6 +34,20 @@ class Angles:
 
 
 @dataclass(frozen=True)
+class Dropped:
+    """Frames that were lost since the beginning, by the place where they were lost."""
+
+    interface: int = 0  # in the adapter or in the kernel's buffer: oncenter never got them
+    queue: int = 0  # in our queue of received frames: the estimate was too slow for too long
+    recording: int = 0  # used by the estimate, but not in the recorded file
+    impossible: int = 0  # no CAN frame: an identifier above 29 bits, a time that is no number
+
+    @property
+    def lost(self) -> int:
+        return self.interface + self.queue + self.recording
+
+
+@dataclass(frozen=True)
 class Pictures:
     """What changes slowly; `number` grows with each."""
 
@@ -45,7 +59,8 @@ class Pictures:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """`phase` is "listening", "running", "silent" (no frames for a while) or "ended"."""
+    """`phase` is "listening", "paused" (of the estimate: `missing` says why), "running", "silent" (no frame for long)
+    or "ended"."""
 
     number: int
     bus: str
@@ -54,7 +69,7 @@ class Snapshot:
     missing: str
     frames: int
     frames_per_s: float
-    dropped: int
+    dropped: Dropped
     driven_s: float
     angles: Angles
     reasons: tuple[str, ...]

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 
 from oncenter.answer import Estimate
 from oncenter.findings import capitalised
-from oncenter.live.snapshot import Snapshot
+from oncenter.live.snapshot import Dropped, Snapshot
 from oncenter.signals import DEGREE
 
 REASONS = {
@@ -30,7 +30,12 @@ _QUANTITIES = {
     "understeer gradient": "understeer_gradient",
     "steering unloads at": "unloading_acceleration",
 }
-_PHASES = {"listening": "listening to the bus", "silent": "no frames", "ended": "ended"}
+_PHASES = {
+    "listening": "listening to the bus",
+    "paused": "the estimate is paused",
+    "silent": "no frames",
+    "ended": "ended",
+}
 
 
 def number(value_rad: float | None, digits: int = 1) -> str:
@@ -74,7 +79,7 @@ def _quantity(estimate: Estimate) -> str:
 
 def still_missing(now: Snapshot, params: Mapping[str, float]) -> list[str]:
     """What driving would still help, one line each; empty when the workshop may stop."""
-    if now.phase == "listening":
+    if now.phase in ("listening", "paused"):
         return [now.missing or "listening: which senders there are, and how often they send"]
     return list(_lacking(now, params))
 
@@ -105,8 +110,21 @@ def seen_share(now: Snapshot, side: str) -> float:
 
 
 def bus(now: Snapshot) -> str:
-    lost = f", {now.dropped} dropped" if now.dropped else ""
-    return f"{now.frames_per_s:.0f} frames/s, {now.frames} in all{lost}"
+    lost = losses(now.dropped)
+    return f"{now.frames_per_s:.0f} frames/s, {now.frames} in all{', ' if lost else ''}{lost}"
+
+
+def losses(dropped: Dropped) -> str:
+    """How many frames were lost or left out, and where; empty when none was."""
+    lost = {
+        "before oncenter got them": dropped.interface,
+        "in oncenter's queue": dropped.queue,
+        "not recorded": dropped.recording,
+    }
+    told = [f"lost: {', '.join(f'{count} {where}' for where, count in lost.items() if count)}"] if dropped.lost else []
+    if dropped.impossible:
+        told.append(f"left out: {dropped.impossible} that are no CAN frames")
+    return "; ".join(told)
 
 
 def duration(seconds: float) -> str:

@@ -10,6 +10,8 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.read.samples import Samples
 from oncenter.signals import ACCELERATION, ANGLE, ANGULAR_RATE, DEGREE, SIGNALS, Source
 
+DISAGREE = "sources_disagree"  # code of the error
+
 # Typical differences (median, SI) beyond which two sources of the same kind do not speak of the same thing.
 _MATERIAL = {
     ANGLE.unit: 1.0 * DEGREE,
@@ -20,6 +22,15 @@ _MATERIAL = {
 }
 
 
+# Signals that the answer rests on: who speaks the truth must be named. Without the others there is an answer as well.
+_NEEDED = (
+    "steering_wheel_angle",
+    "steering_wheel_angle_sensor_type",  # says whether whole turns are to be taken out
+    "yaw_rate",
+    "vehicle_speed",
+    "lateral_acceleration",
+)
+
 _AS_MANY = 0.9  # of the most numbers: so many are as good, else one frame more would decide
 
 
@@ -27,10 +38,11 @@ def choose(
     candidates: Sequence[Samples], take: Mapping[str, str], log: str, notes: list[str]
 ) -> tuple[list[Samples], dict[str, Source]]:
     """One source per signal: the one named, else by stated order, then the lowest address among those with about as
-    many numbers as the best.
+    many numbers as the best. A signal that the answer does not need is left out where its sources disagree.
 
     Raises:
-        OncenterError: two sources of the same kind disagree and none is named; a source is named that is not there.
+        OncenterError: "sources_disagree": two sources of the same kind disagree about a needed signal and none is
+            named; "unknown_source": a source is named that is not there.
     """
     _refuse_unknown(candidates, take, log)
     chosen, sources = [], {}
@@ -43,7 +55,13 @@ def choose(
             silent = ", ".join(samples.description for samples in having)
             notes.append(f"{signal}: {silent} never had a number")
             continue
-        best = _named(numbered, signal, take, log) or _first(numbered, signal, log)
+        try:
+            best = _named(numbered, signal, take, log) or _first(numbered, signal, log)
+        except OncenterError as disagreement:
+            if disagreement.code != DISAGREE or signal in _NEEDED:
+                raise
+            notes.append(f"{signal}: left out, {disagreement}")
+            continue
         chosen.append(best)
         sources[signal] = _source(best, having)
     return chosen, sources
@@ -93,7 +111,12 @@ def _as_address(word: str) -> str:
         return word
 
 
-def _refuse_unknown(candidates: Sequence[Samples], take: Mapping[str, str], log: str) -> None:
+def refuse_unknown_signals(take: Mapping[str, str]) -> None:
+    """A source that is named for a signal which does not exist.
+
+    Raises:
+        OncenterError: "unknown_source".
+    """
     for signal, named in take.items():
         if signal != "all" and signal not in SIGNALS:
             raise OncenterError(
@@ -101,6 +124,11 @@ def _refuse_unknown(candidates: Sequence[Samples], take: Mapping[str, str], log:
                 code="unknown_source",
                 exit_code=WRONG_USAGE,
             )
+
+
+def _refuse_unknown(candidates: Sequence[Samples], take: Mapping[str, str], log: str) -> None:
+    refuse_unknown_signals(take)
+    for signal, named in take.items():
         having = [samples for samples in candidates if signal in ("all", samples.signal)]
         if not any(_matches(samples, named) for samples in having):
             there = ", ".join(dict.fromkeys(samples.description for samples in having)) or "none"
@@ -133,7 +161,7 @@ def _first(having: Sequence[Samples], signal: str, log: str) -> Samples:
             raise OncenterError(
                 f"{best.description} and {other.description} disagree about {signal} in {log}: "
                 f"name one with --source {_quoted(f'{signal}={_short(best)}')}",
-                code="sources_disagree",
+                code=DISAGREE,
                 needs=(signal,),
             )
     return best

@@ -105,10 +105,12 @@ class Stream:
         rate_hz: of the ticks, once listened.
         notes: one line each about choices made.
         last_s: time of the newest frame with a signal, as stamped; -inf before.
+        paused: while listening, why it cannot begin although all needed signals are there: senders disagree, a sender
+            that was named is not there, or the angle comes too rarely. None otherwise. It is tried again all the time.
 
     Raises:
-        OncenterError: from the constructor, a DBC that cannot be read; from `add`, sources that disagree, or a
-            steering wheel angle too rare to be followed.
+        OncenterError: from the constructor, a DBC that cannot be read, or a source named for a signal that does not
+            exist.
     """
 
     def __init__(
@@ -126,7 +128,9 @@ class Stream:
         self.rate_hz = 0.0
         self.notes: list[str] = []
         self.last_s = -math.inf
+        self.paused: OncenterError | None = None
         self._take = take or {}
+        choose.refuse_unknown_signals(self._take)
         self._described = databases.definitions(dbc, names or {}, self.notes)
         wanted = wanted_by(self._described)
         self._pgns = np.array(sorted(wanted.pgns), np.uint32)
@@ -149,7 +153,10 @@ class Stream:
         return not self._senders
 
     def missing(self) -> str:
-        """While listening: what is not there yet and what is, for people; empty when it is only a matter of time."""
+        """While listening: what is not there yet and what is, or why it is paused, for people; empty when it is only a
+        matter of time."""
+        if self.paused is not None:
+            return f"paused: {self.paused}"
         if not self.listening or not self._pgns_heard:
             return ""
         found = {samples.signal for samples in self._candidates(joined(self._listened))}
@@ -163,6 +170,8 @@ class Stream:
         frames = self._with_signals(frames)
         if not len(frames):
             return self._none()
+        if self.listening and self.clock_was_set_back(frames):
+            self._listened, self._settle_s, self._settle_at_last_s = [], -math.inf, -math.inf
         self.last_s = float(frames.time[-1])
         if not self.listening:
             self._sort_in(frames)
@@ -225,18 +234,42 @@ class Stream:
         if not numbered.issuperset(self._needed):
             self._listened = [frames.where(np.arange(len(frames)) >= len(frames) - LISTENED_FRAMES_MAX)]
             return False
-        notes: list[str] = []
-        chosen, sources = choose.choose(candidates, self._take, self.name, notes)
+        try:
+            return self._settle_with(candidates)
+        except OncenterError as reason:  # of these senders: others may come, or these may come to agree
+            self.paused = reason
+            self._listened = [frames.where(frames.time > self.last_s - LISTEN_S)]
+            return False
+
+    def _settle_with(self, candidates: Sequence[Samples]) -> bool:
+        chosen, sources, left_out = self._chosen(candidates, self._take)
         if math.isinf(self._settle_at_last_s):
             self._settle_at_last_s = self.last_s + LISTEN_LONGER_S
         untold = [s for s in chosen if s.signal not in _LEFT_OUT and not s.rate_is_told]
         if untold and self.last_s < self._settle_at_last_s:
+            self.paused = None
             return False
         self.rate_hz, self.sources = clock.resampling_rate(chosen, self.name), sources
+        self.paused = None
+        self._leave_out(left_out)
         silent = choose.without_number(candidates)
         self._silent = {samples.signal: source for samples, source in silent}
         self._follow([*chosen, *(samples for samples, _ in silent)])
         return True
+
+    def _chosen(
+        self, candidates: Sequence[Samples], take: Mapping[str, str]
+    ) -> tuple[list[Samples], dict[str, Source], dict[str, str]]:
+        """As `choose`, and the signals that it left out although they have numbers, each with its note."""
+        notes: list[str] = []
+        chosen, sources = choose.choose(candidates, take, self.name, notes)
+        numbered = {samples.signal for samples in candidates if samples.not_available < len(samples.values)}
+        by_signal = {note.split(":")[0]: note for note in notes}
+        return chosen, sources, {signal: by_signal[signal] for signal in numbered - set(sources)}
+
+    def _leave_out(self, signals: Mapping[str, str]) -> None:
+        self.notes += signals.values()
+        self._never |= set(signals)
 
     def _follow(self, chosen: Sequence[Samples]) -> list[_Sender]:
         added = [_Sender(s, clock.bridge_s(s), s.signal not in _LEFT_OUT) for s in chosen]
@@ -257,11 +290,11 @@ class Stream:
         signals = {samples.signal for samples in candidates}
         take = {signal: source for signal, source in self._take.items() if signal in signals}
         try:
-            chosen, sources = choose.choose(candidates, take, self.name, [])
+            chosen, sources, left_out = self._chosen(candidates, take)
         except OncenterError as disagreement:  # no reason to end what goes on without them
-            self.notes.append(str(disagreement))
-            self._never |= signals
+            self._leave_out(dict.fromkeys(signals, str(disagreement)))
             return
+        self._leave_out(left_out)
         silent = choose.without_number(candidates)
         self._silent |= {samples.signal: source for samples, source in silent}
         self.sources = _in_order({**self.sources, **sources})

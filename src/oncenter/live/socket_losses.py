@@ -1,0 +1,96 @@
+"""The kernel's side of a bus that is a socket: what it dropped, how much it may hold, whether the peer closed it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import struct
+from pathlib import Path
+from typing import Any
+
+HOLD_BYTES = 16 << 20  # what the kernel holds while this process does not run: some seconds of a full bus
+_NETWORK = Path("/sys/class/net")
+_OF_INTERFACE = ("rx_dropped", "rx_over_errors")  # in the driver, before any socket gets the frame
+_SO_RCVBUFFORCE = 33  # Linux, asm-generic/socket.h: beyond the system's limit, where the rights are there
+_SO_MEMINFO = 55  # Linux: nine counters of a socket, linux/sock_diag.h
+_MEMINFO = struct.Struct("=9I")
+_MEMINFO_DROPS = 8
+
+
+class SocketLosses:
+    """Of one opened bus; of an interface that is no socket it says nothing.
+
+    Args:
+        bus: of python-can.
+        channel: its name, the network interface's for SocketCAN.
+    """
+
+    def __init__(self, bus: Any, channel: str) -> None:
+        self._socket = _socket_of(bus)
+        is_can = self._socket is not None and self._socket.family == getattr(socket, "AF_CAN", None)
+        self._files = [_NETWORK / channel / "statistics" / name for name in _OF_INTERFACE] if is_can else []
+        if self._socket is not None:
+            _hold_more(self._socket)
+        self._counted = self._count()
+
+    def new(self) -> int:
+        """Frames that were dropped since the last call."""
+        before, self._counted = self._counted, self._count()
+        return max(self._counted - before, 0)
+
+    def raise_if_the_peer_closed(self) -> None:
+        """A stream that the peer closed: python-can's socketcand gives no frame for ever, and never says so.
+
+        Raises:
+            ConnectionError: it is closed.
+        """
+        if self._socket is None or self._socket.type != socket.SOCK_STREAM:
+            return
+        try:
+            rest = self._socket.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return
+        if not rest:
+            raise ConnectionError("the peer closed the connection")
+
+    def is_of_one_datagram(self, error: Exception) -> bool:
+        """Whether an error of `recv` is about one datagram, which anybody may have sent; the bus itself is well."""
+        if self._socket is None or self._socket.type == socket.SOCK_STREAM:
+            return False
+        return error.__cause__ is not None and not isinstance(error.__cause__, OSError)
+
+    def close(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+
+    def _count(self) -> int:
+        count = 0
+        for file in self._files:
+            with contextlib.suppress(OSError, ValueError):
+                count += int(file.read_text())
+        if self._socket is not None and self._socket.type != socket.SOCK_STREAM:  # a stream's drops are sent again
+            with contextlib.suppress(OSError, struct.error):
+                counters = self._socket.getsockopt(socket.SOL_SOCKET, _SO_MEMINFO, _MEMINFO.size)
+                count += _MEMINFO.unpack(counters)[_MEMINFO_DROPS]
+        return count
+
+
+def _socket_of(bus: Any) -> socket.socket | None:
+    """A second handle of the bus's socket. Interfaces that do not tell its number have it among their members."""
+    try:
+        number = bus.fileno()
+    except Exception:  # each interface has its own
+        members = getattr(bus, "__dict__", {}).values()
+        number = next((member.fileno() for member in members if isinstance(member, socket.socket)), -1)
+    try:
+        return socket.socket(fileno=os.dup(number))
+    except OSError:
+        return None
+
+
+def _hold_more(own: socket.socket) -> None:
+    for option in (_SO_RCVBUFFORCE, socket.SO_RCVBUF):
+        with contextlib.suppress(OSError):
+            own.setsockopt(socket.SOL_SOCKET, option, HOLD_BYTES)
+            return

@@ -86,7 +86,8 @@ def remove_unfinished(folder: Path) -> None:
 
 
 def _refusal(path: str | os.PathLike[str], error: Exception | str) -> OncenterError:
-    why = " ".join((getattr(error, "strerror", None) or str(error)).split())
+    number = error.errno if isinstance(error, OSError) else None  # whose words are shorter than some libraries'
+    why = os.strerror(number) if number else " ".join(str(error).split())
     return OncenterError(f"cannot write {os.fspath(path)}: {why}", code="output", exit_code=WRONG_USAGE)
 
 

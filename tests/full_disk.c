@@ -17,7 +17,8 @@
 #define NEXT(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
 
 static char folder[4096];
-static char calls[65536]; /* their names, one a line: what a failing test shows */
+static char calls[1 << 20]; /* their names, one a line: what a failing test shows */
+static size_t used; /* of them */
 static int count, failing;
 
 /* From here on calls below `path` are counted, and the `number`-th fails; 0: none. */
@@ -26,6 +27,7 @@ EXPORTED void full_disk_watch(const char *path, int number)
     snprintf(folder, sizeof folder, "%s", path);
     count = 0;
     calls[0] = '\0';
+    used = 0;
     failing = number;
 }
 
@@ -55,12 +57,11 @@ static int is_below(const char *path)
 
 static int is_full(const char *call, const char *path)
 {
-    size_t used;
     if (!is_below(path))
         return 0;
     count++;
-    used = strlen(calls);
-    snprintf(calls + used, sizeof calls - used, "%s %s\n", call, strrchr(path, '/'));
+    if (used + 512 < sizeof calls)
+        used += (size_t)snprintf(calls + used, 512, "%s %s\n", call, strrchr(path, '/'));
     if (count != failing)
         return 0;
     errno = ENOSPC;
@@ -130,7 +131,7 @@ EXPORTED int renameat(int in, const char *from, int into, const char *to)
 
 EXPORTED int mkdir(const char *path, mode_t mode)
 {
-    return is_full("mkdir", path) ? -1 : NEXT(mkdir)(path, mode);
+    return access(path, F_OK) != 0 && is_full("mkdir", path) ? -1 : NEXT(mkdir)(path, mode);
 }
 
 /* A file that is opened takes room only where it may be made. */

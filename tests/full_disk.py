@@ -1,7 +1,8 @@
 """Runs command lines while each call that takes room on the disk fails once; test_full_disk.py looks at what is left.
 
-`python full_disk.py FOLDER` prints an object: by case, what came of its runs. It is a program of its own, because
-full_disk.c is preloaded when a process begins. It is one process for all, because there are hundreds of runs.
+`python full_disk.py FOLDER [--every-call]` prints an object: by case, what came of its runs. It is a program of its
+own, because full_disk.c is preloaded when a process begins. It is one process for all, because there are hundreds of
+runs.
 """
 
 from __future__ import annotations
@@ -17,13 +18,14 @@ import shutil
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from test_estimate import steady_drive
 from two_trucks import write_fleet
 
-from oncenter.cli import run
+from oncenter import cli
 
 TRUCK = "scania_r730_4x2"
 SUFFIXES = ("log", "asc", "blf", "trc", "mf4", "csv", "csv.gz", "parquet")
@@ -34,6 +36,7 @@ duration_s = 6.0
 standing_at_start_s = 2.0
 standing_at_end_s = 2.0
 """
+EVERY_CALL = "--every-call"  # hours instead of seconds
 OLD = b"what stood there before\n"
 WATCHED = "out"  # the folder below which calls fail
 OF_A_RUN = ("seconds", "logs_per_second", "peak_memory_mb")  # metrics that differ from run to run
@@ -50,7 +53,7 @@ def main(root: Path) -> dict[str, list[Run]]:
     out = root / WATCHED
     drive = f"{root}/drive.parquet --vehicle {TRUCK}"
     seen = {
-        f"simulate .{suffix}": every_call_fails(
+        f"simulate .{suffix}": calls_fail(
             f"simulate {root}/short.toml --output {out}/x.{suffix}",
             lambda names=(f"x.{suffix}", "x.truth.parquet", "x.truth.toml"): put_old(out, names),
             out,
@@ -65,34 +68,41 @@ def main(root: Path) -> dict[str, list[Run]]:
         ("offset --json --report", f"offset {drive} --json --report {out}/z.html", "z.html"),
         ("export fmu", f"export fmu --vehicle {TRUCK} --output {out}/t.fmu", "t.fmu"),
     ):
-        seen[name] = every_call_fails(words, lambda file=file: put_old(out, [file]), out)
-    seen["export c"] = every_call_fails(f"export c --output {out}/c", lambda: put_old(out, []), out)
-    seen["fleet run"] = most_calls_fail(*of_fleet(root, out), out)
+        seen[name] = calls_fail(words, lambda file=file: put_old(out, [file]), out)
+    seen["export c"] = calls_fail(f"export c --output {out}/c", lambda: put_old(out, []), out)
+    seen["fleet run"] = calls_fail(*of_fleet(root, out), out, and_then=True)
     return seen
 
 
 def without_what_is_slow(root: Path) -> None:
     """Computed once; all of it is written in every run. The core as C is some of its files."""
     from oncenter.export import c_folder, fmu
-    from oncenter.fleet import engines
+    from oncenter.fleet import engines, watched
     from oncenter.fleet import page as fleet_page
+    from oncenter.read import apart
     from oncenter.report import angle_page, page
 
     def once(function: Callable[..., Any]) -> Callable[..., Any]:
-        given: list[Any] = []
+        given: dict[str, Any] = {}
 
-        def first(*arguments: Any) -> Any:
-            if not given:
-                given.append(function(*arguments))
-            return given[0]
+        def first(what: Any, *others: Any, **named: Any) -> Any:
+            if str(what) not in given:
+                given[str(what)] = function(what, *others, **named)
+            return given[str(what)]
 
         return first
 
+    contents = c_folder._contents()  # simulates a drive of its own
+    writing = import_module("oncenter.simulate.write")
     simulate = import_module("oncenter.simulate")  # oncenter.simulate is the function
-    simulate._simulate = once(simulate._simulate)
-    fmu._compile = once(fmu._compile)
+    simulate._simulate, writing.frames = once(simulate._simulate), once(writing.frames)
+    fmu._compile = lambda *_: b"compiled"
+    cli._begin_reader = lambda _: None
+    apart.read_apart = once(apart.read_apart)
+    answer_anew = watched.Watched.__call__
+    answers = once(lambda log, watched: answer_anew(watched, log))
+    watched.Watched.__call__ = lambda self, log: answers(log, self)
     page.page, angle_page.angle_page = once(page.page), once(angle_page.angle_page)
-    contents = c_folder._contents()
     few = {name: contents[name] for name in ("README.md", "core/mean.c", "ecu/oncenter.a2l", "test/vectors.h")}
     c_folder._contents = lambda: few
     fleet_page._page = lambda ranked, changes, drives, *_: f"{ranked}\n{changes}\n{drives}\n" * 100
@@ -123,32 +133,33 @@ def put_old(out: Path, names: Sequence[str]) -> None:
         (out / name).write_bytes(OLD)
 
 
-def every_call_fails(words: str, begin: Callable[[], None], out: Path) -> list[Run]:
+def calls_fail(words: str, begin: Callable[[], None], out: Path, *, and_then: bool = False) -> list[Run]:
+    """A run that nothing disturbs, then one for each call that fails; `and_then`: what one more run leaves after it."""
     begin()
     before = digests(out)
     undisturbed = one_run(words, 0, out)
-    seen = [undisturbed]
-    for failing in range(1, undisturbed["count"] + 1):
+    seen = [undisturbed | {"again": undisturbed["files"]}]
+    for failing in (every if EVERY_CALL in sys.argv else chosen)(undisturbed["calls"]):
         begin()
         seen.append(one_run(words, failing, out))
+        if and_then:
+            one_run(words, 0, out)
+            seen[-1]["again"] = digests(out)
     return [{"before": before} | run for run in seen]
 
 
-def most_calls_fail(words: str, begin: Callable[[], None], out: Path) -> list[Run]:
-    """Of a table's many small writes every twentieth; and what is there after one more run, which nothing disturbs."""
-    begin()
-    before = digests(out)
-    undisturbed = one_run(words, 0, out)
-    seen, writes = [undisturbed | {"again": undisturbed["files"]}], 0
-    for failing, call in enumerate(undisturbed["calls"], 1):
-        writes += call.startswith("write") and call.endswith(".parquet")
-        if call.startswith("write") and call.endswith(".parquet") and writes % 20 != 1:
-            continue
-        begin()
-        seen.append(one_run(words, failing, out))
-        one_run(words, 0, out)
-        seen[-1]["again"] = digests(out)
-    return [{"before": before} | run for run in seen]
+def every(calls: Sequence[str]) -> Sequence[int]:
+    return range(1, len(calls) + 1)
+
+
+def chosen(calls: Sequence[str]) -> list[int]:
+    """Every call, but of many that are the same, one after another, the first, the middle and the last: a log in
+    text is thousands of writes of a line each."""
+    numbers = []
+    for _, same in groupby(every(calls), key=lambda number: calls[number - 1]):
+        run = list(same)
+        numbers += sorted({run[0], run[len(run) // 2], run[-1]})
+    return numbers
 
 
 def one_run(words: str, failing: int, out: Path) -> Run:
@@ -157,7 +168,7 @@ def one_run(words: str, failing: int, out: Path) -> Run:
     said, complained = io.StringIO(), io.StringIO()
     disk.full_disk_watch(os.fsencode(out), failing)
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(complained):
-        exit_code = run(words.split())
+        exit_code = cli.run(words.split())
         count, calls = disk.full_disk_count(), disk.full_disk_calls().decode().splitlines()
         disk.full_disk_watch(b"", 0)
         if failing:

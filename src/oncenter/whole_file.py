@@ -87,7 +87,8 @@ def remove_unfinished(folder: Path) -> None:
 
 def _refusal(path: str | os.PathLike[str], error: Exception | str) -> OncenterError:
     number = error.errno if isinstance(error, OSError) else None  # whose words are shorter than some libraries'
-    why = os.strerror(number) if number else " ".join(str(error).split())
+    text, *_ = " ".join(str(error).split()).split(" (os error ")  # after which polars names the hidden file
+    why = os.strerror(number) if number else text
     return OncenterError(f"cannot write {os.fspath(path)}: {why}", code="output", exit_code=WRONG_USAGE)
 
 

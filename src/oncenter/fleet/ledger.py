@@ -178,6 +178,7 @@ class Ledger:
             yield truck, [json.loads(row) for (row,) in rows]
 
     def close(self) -> None:
-        """What was added is kept."""
-        self._file.execute("COMMIT")
+        """What was added is kept; where a full disk undid it, the error that said so is not hidden by another."""
+        if self._file.in_transaction:
+            self._file.execute("COMMIT")
         self._file.close()

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import polars as pl
 import pytest
@@ -334,14 +335,14 @@ def test_a_path_that_may_not_be_looked_at_is_one_line(
     drive_csv: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Root, who often runs tests, may look anywhere: the operating system is asked to say no."""
-    seen = Path.stat
+    seen = os.stat
 
-    def forbidden(self: Path, **options: bool) -> os.stat_result:
-        if "secret" in self.parts:
-            raise PermissionError(13, "Permission denied", str(self))
-        return seen(self, **options)
+    def forbidden(path: Any, **options: Any) -> os.stat_result:
+        if not isinstance(path, int) and "secret" in Path(os.fsdecode(path)).parts:
+            raise PermissionError(13, "Permission denied", os.fsdecode(path))
+        return seen(path, **options)
 
-    monkeypatch.setattr(Path, "stat", forbidden)
+    monkeypatch.setattr(os, "stat", forbidden)
     secret = tmp_path / "secret"
     for exit_code, arguments in (
         (1, ["offset", f"{secret}/drive.csv", "--vehicle", TRUCK]),

@@ -31,6 +31,18 @@ from oncenter.read.formula import MAX_DEPTH, MAX_LENGTH, FormulaError, parse
 ATTACK = '"\'" and (lambda: __import__("pathlib").Path("CODE_RAN").touch())() and "\'" or X'
 TIME = np.arange(400) / 100
 VERSIONS = {"old.mdf": "3.30", "new.mf4": "4.10"}
+EVALUATORS = [
+    (module, name, getattr(module, name))
+    for module in (v2_v3_blocks, v4_blocks)
+    for name in ("evaluate", "lambdify", "symbols")
+]
+
+
+@pytest.fixture(autouse=True)
+def asammdf_as_it_comes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Our reader walls off its evaluators in the process that it reads in, and another test may read in this one."""
+    for evaluator in EVALUATORS:
+        monkeypatch.setattr(*evaluator)
 
 
 def written(

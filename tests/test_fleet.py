@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import re
 import shutil
 import sqlite3
@@ -107,15 +106,6 @@ def test_a_bad_log_is_a_row_with_its_error_and_the_others_are_answered(fleet: Pa
     assert summary.refused == {"empty_log": 1, "unknown_truck": 1, "unreadable_log": 1}
     rows = pl.read_parquet(tmp_path / "out" / "drives.parquet").filter(pl.col("error").is_not_null())
     assert all(Path(row["log"]).name in row["error"] and row["offset_deg"] is None for row in rows.to_dicts())
-
-
-def test_a_log_whose_name_is_no_text_is_named_before_any_is_answered(fleet: Path, tmp_path: Path) -> None:
-    name = os.fsdecode(b"bad\xff.csv")
-    (tmp_path / name).write_text("nothing\n")
-    for place in (tmp_path, tmp_path / name):
-        with pytest.raises(OncenterError, match=r"bad\\udcff.csv holds bytes") as refusal:
-            run([str(place)], fleet / "vehicles", tmp_path / "out")
-        assert refusal.value.exit_code == 2
 
 
 def test_a_log_that_lacks_a_signal_still_says_when_it_was_driven(fleet: Path, tmp_path: Path) -> None:

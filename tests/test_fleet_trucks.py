@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import polars as pl
@@ -16,8 +17,13 @@ from oncenter.fleet.trucks import Truck, Trucks
 from oncenter.read.identity import start_of, vin_of
 
 
-def test_a_truck_is_named_by_the_nearest_part_of_the_path_that_a_vehicle_file_describes(fleet: Path) -> None:
-    trucks = Trucks(fleet / "vehicles")
+def test_a_truck_is_named_by_the_nearest_part_of_the_path_that_a_vehicle_file_describes(
+    fleet: Path, tmp_path: Path
+) -> None:
+    vehicles = shutil.copytree(fleet / "vehicles", tmp_path / "vehicles")
+    for stem in ("TGX", "TGX.18.510", f"by {VIN}"):
+        shutil.copy(vehicles / "depot-7.toml", vehicles / f"{stem}.toml")
+    trucks = Trucks(vehicles)
     model = "YS2R4X2"
     for path, truck in {
         f"/logs/depot-7/{VIN}/day.mf4": Truck(VIN, model),
@@ -25,6 +31,12 @@ def test_a_truck_is_named_by_the_nearest_part_of_the_path_that_a_vehicle_file_de
         "/logs/depot-7_monday.blf": Truck("depot-7", "depot-7"),
         "/logs/depot-7.mf4.parquet": Truck("depot-7", "depot-7"),
         "/logs/depot-70/day.mf4": None,
+        "/logs/TGX.18.510/day.mf4": Truck("TGX.18.510", "TGX.18.510"),
+        "/logs/TGX.18.510.mf4": Truck("TGX.18.510", "TGX.18.510"),
+        "/logs/TGX.18.510_monday.2.csv.gz": Truck("TGX.18.510", "TGX.18.510"),
+        "/logs/TGX.18.5100/day.mf4": Truck("TGX", "TGX"),
+        f"/logs/by {VIN}.mf4": Truck(f"by {VIN}", f"by {VIN}"),
+        f"/logs/depot-7.{VIN}/day.mf4": Truck(VIN, model),
         "/logs/YS2R4X2000123456/day.mf4": None,  # a digit too few
     }.items():
         assert trucks.by_path(path) == truck, path
@@ -71,3 +83,6 @@ def test_a_drive_begins_when_its_stamps_its_metadata_its_name_or_its_file_say(tm
     assert when(unnamed, path, since_start)["start"] == pytest.approx(5.0e8 - 60.0, abs=0.1)
     since_start.table.write_parquet(path, metadata={"start_time": "2026-03-01T07:00:00Z"})
     assert when(named, path, since_start) == {"start": MONDAY_S - DAY_S, "start_source": "metadata"}
+    since_start.table.write_parquet(path, metadata={"start_time": "1e300"})
+    assert when(named, path, since_start) == {"start": MONDAY_S, "start_source": "name"}
+    assert when(LogFile("/logs/drive.parquet", "", 1, -1e5), path, since_start) == {}

@@ -15,7 +15,7 @@ import oncenter as oc
 from oncenter.errors import OncenterError
 from oncenter.live import record as live_record
 from oncenter.live.learner import Learner, needed
-from oncenter.live.memory import STEM_BYTES_MAX, Memory, file_stem
+from oncenter.live.memory import Memory
 from oncenter.live.record import Recorder
 from oncenter.live.replay import Replay
 from oncenter.live.session import Sayings, Session
@@ -153,16 +153,6 @@ def test_a_truck_whose_memory_is_in_use_is_watched_all_the_same(log: Path, tmp_p
     first.save(fed_cores)
     first.close()
     assert _resumed(frames, tmp_path, "one")[1] == ["resumed what was learned of one"]
-
-
-def test_each_truck_has_files_of_its_own() -> None:
-    keys = ["A B", "A_B", "A  B", "A%20B", "A/B", "a.b-c_1", "\N{LATIN SMALL LETTER U WITH DIAERESIS}", "..", "x" * 300]
-    keys += ["x" * 301, "\udcff", "~", "A~B"]
-    stems = [file_stem(key) for key in keys]
-    assert len(set(stems)) == len(keys)
-    assert all("/" not in stem and len(os.fsencode(stem)) <= STEM_BYTES_MAX for stem in stems)
-    for plain in ("A_B", "a.b-c_1", "scania_r730_4x2"):
-        assert file_stem(plain) == plain
 
 
 def _first_cores(frames: Frames) -> Any:

@@ -10,7 +10,7 @@ from typing import Any
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.regular_file import read_regular_file
 
-_BYTES_MAX = 1 << 20
+BYTES_MAX = 1 << 20
 _DEPTH_MAX = 16  # of tables and arrays in each other; ours have four
 _INTEGER_BITS_MAX = 63  # what TOML guarantees
 _MESSAGE_MAX = 1000  # characters
@@ -33,7 +33,7 @@ def read_toml(file: str | os.PathLike[str], what: str, *, code: str) -> dict[str
         OncenterError: exit code 2: unreadable, no TOML, or beyond a bound; the message names it.
     """
     try:
-        text = read_regular_file(file, _BYTES_MAX).decode("utf-8-sig")
+        text = read_regular_file(file, BYTES_MAX).decode("utf-8-sig")
     except OSError as error:
         raise refusal(f"{what} cannot be read: {error.strerror}", code) from None
     except UnicodeDecodeError as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
@@ -14,7 +14,9 @@ from oncenter import _core
 from oncenter.answer import Answer, Estimate
 from oncenter.errors import OncenterError
 from oncenter.estimate import offset
+from oncenter.file_name import printable, printable_name
 from oncenter.fleet.files import LogFile, at_hand
+from oncenter.fleet.start import known_start
 from oncenter.fleet.trucks import Truck, Trucks
 from oncenter.read import read
 from oncenter.read.identity import start_of, vin_of
@@ -41,7 +43,7 @@ class Work:
 
     def __call__(self, log: LogFile) -> dict[str, Any]:
         """The row of `tables.DRIVES`; times in s since 1970. A log that cannot be answered is a row as well."""
-        row: dict[str, Any] = {"log": log.uri, "truck": "", "version": _core.version(), "key": ""}
+        row: dict[str, Any] = {"log": printable_name(log.uri), "truck": "", "version": _core.version(), "key": ""}
         truck = self.trucks.by_path(log.uri)
         try:
             with at_hand(log) as (path, key):
@@ -56,9 +58,9 @@ class Work:
                 if self.reports is not None:
                     _report(answer, self.reports, key)
         except OncenterError as error:
-            row |= {"error_code": error.code, "error": " ".join(str(error).split())}
+            row |= {"error_code": error.code, "error": printable(" ".join(str(error).split()))}
         except Exception as error:  # a night is not lost for one log
-            row |= {"error_code": "bug", "error": f"a bug of ours: {type(error).__name__}: {error}"}
+            row |= {"error_code": "bug", "error": printable(f"a bug of ours: {type(error).__name__}: {error}")}
         row["settings"] = self.trucks.settings(truck.vehicle_file if truck else None)
         return row
 
@@ -128,18 +130,20 @@ def _columns(name: str, unit: str, estimate: Estimate) -> dict[str, Any]:
 def when(log: LogFile, path: Path, signals: Signals) -> dict[str, Any]:
     """When the drive began, in s since 1970, by the first that tells: the log's own time stamps, a table's metadata or
     column `start_time`, a date with its time of day in the name of the file or of a folder near it (UTC), the time at
-    which the file was last written less the drive's length."""
+    which the file was last written less the drive's length. Empty where none tells a time of the years 1970 to 9999."""
+    for source, start_s in _starts(log, path, signals):
+        if known_start(start_s) is not None:
+            return {"start": start_s, "start_source": source}
+    return {}
+
+
+def _starts(log: LogFile, path: Path, signals: Signals) -> Iterator[tuple[str, float | None]]:
     first, last = float(signals.table["time_s"][0]), float(signals.table["time_s"][-1])
-    if first > _EPOCH_S:
-        return {"start": first, "start_source": "log"}
-    told = start_of(path)
-    if told is not None:
-        return {"start": told, "start_source": "metadata"}
+    yield "log", first if first > _EPOCH_S else None
+    yield "metadata", start_of(path)
     for part in reversed(PurePosixPath(log.uri).parts):
-        named = _dated(part)
-        if named is not None:
-            return {"start": named, "start_source": "name"}
-    return {"start": log.modified_s - (last - first), "start_source": "modified"}
+        yield "name", _dated(part)
+    yield "modified", log.modified_s - (last - first)
 
 
 def _dated(name: str) -> float | None:

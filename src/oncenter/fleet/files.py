@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import re
+import stat
 import tempfile
+from collections import deque
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from io import FileIO
 from pathlib import Path
@@ -14,20 +18,27 @@ from typing import TYPE_CHECKING, Any
 from blake3 import blake3
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.read import SUFFIXES
+from oncenter.file_name import printable_name
+from oncenter.log_formats import SUFFIXES
+from oncenter.regular_file import open_regular_file
 from oncenter.whole_file import UNFINISHED
 
 if TYPE_CHECKING:
     from pyarrow.fs import FileInfo
 
 _NO_LOGS = (".truth.parquet",)  # what the simulator knows, beside its logs
+NOT_A_FILE, UNREADABLE_FOLDER = "not_a_file", "unreadable_folder"  # codes of what is no log
+_NOWHERE = (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)  # where a link's target is not
+# Before the path: a bucket's name has neither sign, a secret may hold a slash.
+_CREDENTIALS = re.compile(r"[a-z][a-z0-9+.-]*://[^/?#]*[@:]", re.IGNORECASE)
 _BLOCK_BYTES = 1 << 18
 _KEY_BYTES = 16
 
 
 @dataclass(frozen=True)
 class LogFile:
-    """One log. `uri` is a path, or `s3://bucket/key` whose `options` (`scheme=http&endpoint_override=…`) open it."""
+    """One log. `uri` is a path (bytes that are no text as `os.fsdecode` gives them), or `s3://bucket/key`, which is
+    opened with its `options` (`scheme=http&endpoint_override=…`)."""
 
     uri: str
     options: str
@@ -35,21 +46,43 @@ class LogFile:
     modified_s: float
 
 
+def refuse_credentials(places: Sequence[str]) -> None:
+    """Refuses a URI that holds a secret, which would be seen by all who see the command line, and does not repeat it.
+
+    Raises:
+        OncenterError: "credentials", exit code 2.
+    """
+    for number, place in enumerate(places, 1):
+        if _CREDENTIALS.match(place):
+            raise OncenterError(
+                f"log {number} is a URI with credentials in it: give them as AWS_ACCESS_KEY_ID and "
+                "AWS_SECRET_ACCESS_KEY in the environment, and the place as s3://bucket/folder",
+                code="credentials",
+                exit_code=WRONG_USAGE,
+            )
+
+
 def find_logs(places: Sequence[str]) -> Iterator[LogFile]:
     """All logs below folders, by their suffix, and all files that are named themselves; one folder in memory at a time.
 
+    Also what is named like a log and is no file, and folders that cannot be listed: see `refuse_no_file`.
+
     Raises:
-        OncenterError: "no_such_log", exit code 2: a place does not exist or cannot be listed, or a log's name cannot
-            stand in a table.
+        OncenterError: "no_such_log", exit code 2: a place does not exist.
     """
+    folders = []
     for place in places:
         if place.startswith("s3://"):
             yield from _in_store(place)
         elif os.path.isdir(place):
-            yield from _in_folder(place)
+            folders.append(place)
         else:
-            _refuse_bytes(place)
-            yield _local(place, place)
+            try:
+                os.lstat(place)
+            except (OSError, ValueError) as error:
+                raise _missing(place, getattr(error, "strerror", None) or str(error)) from None
+            yield _local(place)
+    yield from _in_folders(folders)
 
 
 def _is_log(name: str) -> bool:
@@ -57,47 +90,83 @@ def _is_log(name: str) -> bool:
     return lower.endswith(SUFFIXES) and not lower.endswith(_NO_LOGS) and not name.startswith(UNFINISHED)
 
 
-def _local(path: str, place: str) -> LogFile:
-    try:
-        status = os.stat(path)
-    except (OSError, ValueError) as error:
-        raise _missing(place, getattr(error, "strerror", None) or str(error)) from None
-    return LogFile(path, "", status.st_size, status.st_mtime)
-
-
-def _refuse_bytes(path: str) -> None:
-    """Ledger and tables hold text."""
-    try:
-        path.encode()
-    except UnicodeEncodeError:
-        name = path.encode(errors="backslashreplace").decode()
-        raise OncenterError(
-            f"the name of log {name} holds bytes that are no text: rename it", code="no_such_log", exit_code=WRONG_USAGE
-        ) from None
+def _local(path: str) -> LogFile:
+    """Size and time tell when it changes: of a link that leads nowhere its own, of what cannot be looked at none."""
+    for look in (os.stat, os.lstat):
+        with suppress(OSError):
+            status = look(path)
+            return LogFile(path, "", status.st_size, status.st_mtime)
+    return LogFile(path, "", 0, 0.0)
 
 
 def _missing(place: str, why: str | None) -> OncenterError:
     return OncenterError(
-        f"no logs at {place}: {why}; a file, a folder or s3://bucket/folder would do",
+        f"no logs at {printable_name(place)}: {why}; a file, a folder or s3://bucket/folder would do",
         code="no_such_log",
         exit_code=WRONG_USAGE,
     )
 
 
-def _in_folder(folder: str) -> Iterator[LogFile]:
-    try:
-        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
-    except OSError as error:
-        raise _missing(folder, error.strerror) from None
-    for entry in entries:
-        if entry.is_dir():
-            yield from _in_folder(entry.path)
-        elif _is_log(entry.name):
-            _refuse_bytes(entry.path)
-            try:
-                yield _local(entry.path, folder)
-            except OncenterError:  # gone since, or a link to nothing
+def _in_folders(folders: Sequence[str]) -> Iterator[LogFile]:
+    """Each real folder once, so that links in a circle end. Links come last: a log has the name of its real folder
+    where that is found as well."""
+    waiting, links = list(folders), deque[str]()
+    walked = set()
+    while waiting or links:
+        folder = waiting.pop() if waiting else links.popleft()
+        try:
+            status = os.stat(folder)
+            if (status.st_dev, status.st_ino) in walked:
                 continue
+            walked.add((status.st_dev, status.st_ino))
+            with os.scandir(folder) as listed:
+                entries = sorted(listed, key=lambda entry: entry.name)
+        except OSError:  # refused by name when its turn comes
+            yield _local(folder)
+            continue
+        for entry in entries:
+            if _is_folder(entry):
+                (links if entry.is_symlink() else waiting).append(entry.path)
+            elif _is_log(entry.name):
+                yield _local(entry.path)
+
+
+def _is_folder(entry: os.DirEntry[str]) -> bool:
+    try:
+        return entry.is_dir()
+    except OSError:  # a link to itself
+        return False
+
+
+def refuse_no_file(log: LogFile) -> None:
+    """Refuses what lies among the logs of this machine and is no file, without opening it.
+
+    Raises:
+        OncenterError: "not_a_file": a pipe, a device, a socket, a link that leads nowhere, or a path that is too long;
+            "unreadable_folder": one that cannot be listed; "unreadable_log": it is gone, or cannot be looked at.
+    """
+    if log.uri.startswith("s3://"):
+        return
+    name = printable_name(log.uri)
+    try:
+        mode = os.stat(log.uri).st_mode
+    except OSError as error:
+        if error.errno in _NOWHERE and os.path.islink(log.uri):
+            raise OncenterError(f"{name} is a link that leads nowhere", code=NOT_A_FILE) from None
+        code = NOT_A_FILE if error.errno == errno.ENAMETOOLONG else "unreadable_log"
+        raise OncenterError(f"cannot read {name}: {error.strerror}", code=code) from None
+    if stat.S_ISDIR(mode):
+        raise OncenterError(f"cannot list the folder {name}{_why_not(log.uri)}", code=UNREADABLE_FOLDER)
+    if not stat.S_ISREG(mode):
+        raise OncenterError(f"{name} is a pipe, a socket or a device, not a file", code=NOT_A_FILE)
+
+
+def _why_not(folder: str) -> str:
+    try:
+        os.scandir(folder).close()
+    except OSError as error:
+        return f": {error.strerror}"
+    return " when the logs were sought"
 
 
 def _in_store(place: str) -> Iterator[LogFile]:
@@ -152,12 +221,12 @@ def at_hand(log: LogFile) -> Iterator[tuple[Path, str]]:
             with _fetched(log) as fetched:
                 yield fetched
         else:
-            with open(log.uri, "rb", buffering=0) as file:
+            with open_regular_file(log.uri) as file:
                 key = _key(_blocks(file))
             yield Path(log.uri), key
     except OSError as error:
         why = error.strerror or " ".join(str(error).split())
-        raise OncenterError(f"cannot read {log.uri}: {why}", code="unreadable_log") from None
+        raise OncenterError(f"cannot read {printable_name(log.uri)}: {why}", code="unreadable_log") from None
 
 
 @contextmanager

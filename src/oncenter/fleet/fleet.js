@@ -79,15 +79,16 @@ const drivesTable = (drives) => {
 const openTruck = () => {
   const name = decodeURIComponent(location.hash.slice(1));
   if (!name) return;
+  const unknown = () => { document.getElementById("told").textContent = `no truck ${name}`; };
+  const truck = [...document.getElementById("names").options].find((option) => option.value === name);
+  if (!truck) return unknown();
   const script = document.createElement("script");
-  // as quote() of Python names the file, and once more as a URL
-  const file = encodeURIComponent(name).replace(/[!'()*]/g, (c) => "%" + c.charCodeAt(0).toString(16).toUpperCase());
-  script.src = `trucks/${encodeURIComponent(file)}.js`;
+  script.src = `trucks/${encodeURIComponent(truck.dataset.file ?? name)}.js`;
   script.onload = () => {
     document.getElementById("name").value = name;
     document.getElementById("truck").scrollIntoView();
   };
-  script.onerror = () => { document.getElementById("told").textContent = `no truck ${name}`; };
+  script.onerror = unknown;
   document.body.append(script);
 };
 document.getElementById("name").addEventListener("change", (event) => {

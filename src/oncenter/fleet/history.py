@@ -244,8 +244,13 @@ def drift(told: Told, since: int, noise: Noise) -> tuple[float, float] | None:
 
 
 def told_of(rows: Sequence[dict[str, object]], value: str, sd: str, status: str) -> tuple[Told, list[int]]:
-    """A quantity of a truck's rows (order of time), and which rows told it: what their prior decided does not count."""
-    kept = [k for k, row in enumerate(rows) if row.get(status) in ("valid", "converging") and row.get(sd)]
+    """A quantity of a truck's rows (order of time), and which rows told it. Neither what their prior decided counts nor
+    a drive without a begin."""
+    kept = [
+        k
+        for k, row in enumerate(rows)
+        if row.get(status) in ("valid", "converging") and row.get(sd) and row.get("start") is not None
+    ]
 
     def column(name: str) -> Numbers:
         return np.array([rows[k][name] for k in kept], np.float64)

@@ -15,12 +15,19 @@ from typing import Any
 
 from oncenter.child import READER_DEATHS
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.fleet.files import LogFile
+from oncenter.file_name import printable_name
+from oncenter.fleet.files import NOT_A_FILE, UNREADABLE_FOLDER, LogFile
+from oncenter.fleet.start import known_start
 from oncenter.fleet.trucks import Trucks
 
 LEDGER = "ledger.sqlite"  # in an output folder
 
+_UNREAD = "unread "  # begins the key of a log whose content is not known
+_NAME = ("utf-8", "surrogatepass")  # keeps every name as Python has it
+# A row of a version that put down NaN is no JSON to SQLite.
+_ERROR_CODE = "CASE WHEN json_valid(row) THEN json_extract(row, '$.error_code') END"
 _AGAIN = ("output", "stopped")  # next time it may go well
+# `uri` is a log's as `printable_name` shows it; `name` is its bytes, which need not be text.
 _TABLES = """
 CREATE TABLE IF NOT EXISTS drive (key TEXT PRIMARY KEY, log TEXT, truck TEXT, start REAL, settings TEXT,
                                   vehicle_file TEXT, again INTEGER, row TEXT);
@@ -28,8 +35,8 @@ CREATE INDEX IF NOT EXISTS in_time ON drive (truck, start, key);
 CREATE TABLE IF NOT EXISTS seen (uri TEXT PRIMARY KEY, size INTEGER, modified REAL, key TEXT);
 CREATE INDEX IF NOT EXISTS of_key ON seen (key);
 CREATE TABLE IF NOT EXISTS begun (uri TEXT PRIMARY KEY);
-CREATE TEMP TABLE planned (uri TEXT PRIMARY KEY, options TEXT, size INTEGER, modified REAL);
-CREATE TEMP TABLE to_do (uri TEXT PRIMARY KEY, options TEXT, size INTEGER, modified REAL);
+CREATE TEMP TABLE planned (uri TEXT PRIMARY KEY, name BLOB, options TEXT, size INTEGER, modified REAL);
+CREATE TEMP TABLE to_do (uri TEXT PRIMARY KEY, name BLOB, options TEXT, size INTEGER, modified REAL);
 """
 
 
@@ -60,6 +67,11 @@ def _may_go_well(row: dict[str, Any]) -> bool:
     """Next time, though the file, this version and the vehicle file are the same: where it could not be opened."""
     code = row.get("error_code")
     return code in _AGAIN or (code == "unreadable_log" and not row["key"])
+
+
+def _with_known_start(row: dict[str, Any]) -> dict[str, Any]:
+    """Earlier versions put down whatever a log said."""
+    return row if known_start(row.get("start")) is not None else row | {"start": None, "start_source": None}
 
 
 class Ledger:
@@ -93,11 +105,12 @@ class Ledger:
         """
         if retry:
             deaths = ", ".join(f"'{code}'" for code in READER_DEATHS)
-            self._file.execute(f"UPDATE drive SET again = 1 WHERE json_extract(row, '$.error_code') IN ({deaths})")
+            self._file.execute(f"UPDATE drive SET again = 1 WHERE {_ERROR_CODE} IN ({deaths})")
         self._file.executemany(
-            "INSERT OR IGNORE INTO planned VALUES (?, ?, ?, ?)",
-            ((log.uri, log.options, log.size, log.modified_s) for log in logs),
+            "INSERT OR IGNORE INTO planned VALUES (?, ?, ?, ?, ?)",
+            ((printable_name(log.uri), log.uri.encode(*_NAME), log.options, log.size, log.modified_s) for log in logs),
         )
+        self._forget_what_is_no_log()
         self._forget_outdated(trucks)
         self._file.execute(
             "INSERT INTO to_do SELECT p.* FROM planned p WHERE NOT EXISTS (SELECT 1 FROM seen s JOIN drive d"
@@ -116,6 +129,14 @@ class Ledger:
                     "UPDATE drive SET again = 1 WHERE vehicle_file IS ? AND settings = ?", (vehicle_file, settings)
                 )
 
+    def _forget_what_is_no_log(self) -> None:
+        """What was no file when logs were sought before, and is gone, or is a folder that can be listed now."""
+        self._file.execute(
+            f"DELETE FROM drive WHERE key BETWEEN ? AND ? AND {_ERROR_CODE} IN (?, ?)"
+            " AND substr(key, ?) NOT IN (SELECT uri FROM planned)",
+            (_UNREAD, f"{_UNREAD}\U0010ffff", NOT_A_FILE, UNREADABLE_FOLDER, len(_UNREAD) + 1),
+        )
+
     def to_do(self) -> Iterator[LogFile]:
         """What is planned and not done, by name; last those that were being read when a run before was ended.
 
@@ -126,18 +147,19 @@ class Ledger:
         for last in (False, True):
             after = ""
             while rows := self._file.execute(
-                "SELECT uri, options, size, modified FROM to_do WHERE uri > ? ORDER BY uri LIMIT 500", (after,)
+                "SELECT uri, name, options, size, modified FROM to_do WHERE uri > ? ORDER BY uri LIMIT 500", (after,)
             ).fetchall():
                 after = rows[-1][0]
-                for row in rows:
-                    if (row[0] in before) is last:
-                        self._file.execute("INSERT OR IGNORE INTO begun VALUES (?)", row[:1])
+                for uri, name, *rest in rows:
+                    if (uri in before) is last:
+                        self._file.execute("INSERT OR IGNORE INTO begun VALUES (?)", (uri,))
                         self.commit()
-                        yield LogFile(*row)
+                        yield LogFile(name.decode(*_NAME), *rest)
 
     def add(self, log: LogFile, row: dict[str, Any]) -> None:
         """One answered log. Of copies of one drive the first by name is kept, whichever came first."""
-        key = row["key"] or f"unread {log.uri}"
+        uri = printable_name(log.uri)
+        key = row["key"] or f"{_UNREAD}{uri}"
         kept = self._file.execute("SELECT log, settings, again FROM drive WHERE key = ?", (key,)).fetchone()
         if kept is None or kept[2] or kept[1] != row["settings"] or row["log"] < kept[0]:
             self._file.execute(
@@ -153,14 +175,14 @@ class Ledger:
                     json.dumps(row),
                 ),
             )
-        self._see(log, key)
-        self._file.execute("DELETE FROM begun WHERE uri = ?", (log.uri,))
+        self._see(uri, log, key)
+        self._file.execute("DELETE FROM begun WHERE uri = ?", (uri,))
         self.commit()
 
-    def _see(self, log: LogFile, key: str) -> None:
+    def _see(self, uri: str, log: LogFile, key: str) -> None:
         """A file that had another content before takes that one's row with it, unless a copy has it as well."""
-        before = self._file.execute("SELECT key FROM seen WHERE uri = ?", (log.uri,)).fetchone()
-        self._file.execute("INSERT OR REPLACE INTO seen VALUES (?, ?, ?, ?)", (log.uri, log.size, log.modified_s, key))
+        before = self._file.execute("SELECT key FROM seen WHERE uri = ?", (uri,)).fetchone()
+        self._file.execute("INSERT OR REPLACE INTO seen VALUES (?, ?, ?, ?)", (uri, log.size, log.modified_s, key))
         if before is not None and before[0] != key:
             self._file.execute(
                 "DELETE FROM drive WHERE key = ? AND NOT EXISTS (SELECT 1 FROM seen WHERE seen.key = drive.key)", before
@@ -175,7 +197,7 @@ class Ledger:
         trucks = [name for (name,) in self._file.execute("SELECT DISTINCT truck FROM drive ORDER BY truck")]
         for truck in trucks:
             rows = self._file.execute("SELECT row FROM drive WHERE truck = ? ORDER BY start, key", (truck,))
-            yield truck, [json.loads(row) for (row,) in rows]
+            yield truck, [_with_known_start(json.loads(row)) for (row,) in rows]
 
     def close(self) -> None:
         """What was added is kept; where a full disk undid it, the error that said so is not hidden by another."""

@@ -19,7 +19,7 @@ from oncenter import _core
 from oncenter.child import READER_DEATHS, end_idle
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.fleet.engines import Engine, processes
-from oncenter.fleet.files import find_logs
+from oncenter.fleet.files import find_logs, refuse_credentials
 from oncenter.fleet.ledger import LEDGER, Ledger, is_ledger
 from oncenter.fleet.progress import Progress
 from oncenter.fleet.trucks import Trucks
@@ -84,10 +84,11 @@ def run(
         retry: whether logs at which a reader crashed or was stopped are read again though nothing changed.
 
     Raises:
-        OncenterError: exit code 2: "no_such_log", "vehicle_file", "output", "limit", "ray".
+        OncenterError: exit code 2: "no_such_log", "credentials", "vehicle_file", "output", "limit", "ray".
     """
     if not limit_deg > 0.0:
         raise OncenterError(f"'limit_deg' must be positive, got {limit_deg:g}", code="limit", exit_code=WRONG_USAGE)
+    refuse_credentials(logs)
     begin = time.monotonic()
     trucks = Trucks(Path(vehicles))
     _check_nobody_elses(Path(output))

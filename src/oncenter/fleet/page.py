@@ -14,6 +14,7 @@ from urllib.parse import quote
 from bokeh.embed import components
 
 from oncenter import _core
+from oncenter.file_name import file_stem
 from oncenter.fleet import pictures
 from oncenter.fleet.ranking import SHARE_OF_FALSE_ALARMS
 from oncenter.fleet.tables import OFFSET
@@ -115,7 +116,7 @@ def _head(
 
 
 def _truck(picture: str, ranked: Sequence[dict[str, Any]]) -> str:
-    names = "".join(f'<option value="{escape(str(row["truck"]), quote=True)}">' for row in ranked)
+    names = "".join(_option(str(row["truck"])) for row in ranked)
     keys = (
         '<span><i class="swatch estimate"></i>one drive, 95 % interval</span>'
         '<span><i class="swatch measured"></i>mean between changes</span>'
@@ -133,6 +134,13 @@ def _truck(picture: str, ranked: Sequence[dict[str, Any]]) -> str:
 <details><summary>Drives</summary><table id="drives"></table></details>
 </div>
 </section>"""
+
+
+def _option(truck: str) -> str:
+    """Its name, and that of its file where it is another."""
+    stem = file_stem(truck)
+    of_file = "" if stem == truck else f' data-file="{escape(stem, quote=True)}"'
+    return f'<option value="{escape(truck, quote=True)}"{of_file}>'
 
 
 def _ranking(ranked: Sequence[dict[str, Any]], changes: Sequence[dict[str, Any]], divs: Mapping[str, str]) -> str:

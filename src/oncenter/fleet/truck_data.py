@@ -6,9 +6,9 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.file_name import file_stem
 from oncenter.fleet.ranking import History
 from oncenter.fleet.tables import OFFSET
 from oncenter.whole_file import write_whole
@@ -18,8 +18,7 @@ _DIGITS = 3
 
 
 def script_name(truck: str) -> str:
-    """A file name that any file system and any URL bears."""
-    return quote(truck, safe="") + ".js"
+    return f"{file_stem(truck)}.js"
 
 
 def write_truck(folder: Path, of_truck: History, rows: Sequence[dict[str, Any]]) -> None:

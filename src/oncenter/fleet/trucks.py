@@ -10,14 +10,20 @@ from pathlib import Path, PurePosixPath
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.file_name import printable_name
+from oncenter.log_formats import SUFFIXES
+from oncenter.regular_file import read_regular_file
+from oncenter.toml_file import BYTES_MAX
 from oncenter.vehicle import Vehicle, vehicle
 
 _VIN = re.compile(r"(?<![0-9A-Za-z])[A-HJ-NPR-Z0-9]{17}(?![0-9A-Za-z])")  # I, O and Q are in none
+_SUFFIX = re.compile(rf"({'|'.join(map(re.escape, SUFFIXES))})$", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class Truck:
-    """`name` is the VIN, or the part of the path that named it; `vehicle_file` the stem of its vehicle file."""
+    """`name` is the VIN, or the part of the path that named it; `vehicle_file` the stem of its vehicle file. Both are
+    as `printable_name` shows them."""
 
     name: str
     vehicle_file: str
@@ -35,9 +41,9 @@ class Trucks:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._stems = frozenset(path.stem for path in folder.glob("*.toml"))
+        self._files = {printable_name(path.stem): path for path in folder.glob("*.toml")}
         self._read: dict[str, Vehicle] = {}
-        if not self._stems:
+        if not self._files:
             raise OncenterError(
                 f"no vehicle files in {folder}: --vehicles takes a folder of NAME.toml, one a truck or a model",
                 code="vehicle_file",
@@ -48,28 +54,29 @@ class Trucks:
         """By the file's name or the folder nearest to it that is a vehicle file's stem, begins with one and goes on
         with no letter or digit, or has a VIN in it that some file describes."""
         for part in reversed(PurePosixPath(uri.replace("\\", "/")).parts):
-            truck = self._by_part(part.split(".")[0] if "." in part else part)
+            truck = self._by_part(printable_name(part))
             if truck is not None:
                 return truck
         return None
 
     def _by_part(self, part: str) -> Truck | None:
-        if part in self._stems:
-            return Truck(part, part)
+        for name in (part, _SUFFIX.sub("", part)):
+            if name in self._files:
+                return Truck(name, name)
         for vin in _VIN.findall(part):
             truck = self.by_vin(vin)
             if truck is not None:
                 return truck
         ends = [match.start() for match in re.finditer(r"[^0-9A-Za-z]", part)]
         for end in reversed(ends):
-            if part[:end] in self._stems:
+            if part[:end] in self._files:
                 return Truck(part[:end], part[:end])
         return None
 
     def by_vin(self, vin: str) -> Truck | None:
         """By the longest stem with which the VIN begins."""
         for end in range(len(vin), 0, -1):
-            if vin[:end] in self._stems:
+            if vin[:end] in self._files:
                 return Truck(vin, vin[:end])
         return None
 
@@ -79,22 +86,22 @@ class Trucks:
             OncenterError: "vehicle_file", exit code 2, as `oncenter.vehicle`.
         """
         if stem not in self._read:
-            self._read[stem] = vehicle(self.folder / f"{stem}.toml")
+            self._read[stem] = vehicle(self._files[stem])
         return self._read[stem]
 
     def settings(self, stem: str | None) -> str:
         """What an answer depends on beside its log, as a key: this version and the vehicle file, or which there are."""
-        if stem is None or stem not in self._stems:
+        if stem is None or stem not in self._files:
             return self._without_vehicle
         try:
-            return _hashed(_core.version(), (self.folder / f"{stem}.toml").read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError):
-            return _hashed(_core.version(), "unreadable")
+            return _hashed(_core.version().encode(), read_regular_file(self._files[stem], BYTES_MAX))
+        except OSError:
+            return _hashed(_core.version().encode(), b"unreadable")
 
     @cached_property
     def _without_vehicle(self) -> str:
-        return _hashed(_core.version(), *sorted(self._stems))
+        return _hashed(_core.version().encode(), *sorted(name.encode() for name in self._files))
 
 
-def _hashed(*parts: str) -> str:
-    return hashlib.blake2b("\0".join(parts).encode(), digest_size=8).hexdigest()
+def _hashed(*parts: bytes) -> str:
+    return hashlib.blake2b(b"\0".join(parts), digest_size=8).hexdigest()

@@ -10,7 +10,9 @@ from typing import Any
 
 from oncenter import _core
 from oncenter.child import ChildDied, borrowed, limits_for
-from oncenter.fleet.files import LogFile
+from oncenter.errors import OncenterError
+from oncenter.file_name import printable_name
+from oncenter.fleet.files import LogFile, refuse_no_file
 from oncenter.fleet.trucks import Trucks
 
 ANSWERER = "oncenter.fleet.child"
@@ -33,14 +35,18 @@ class Watched:
     def __call__(self, log: LogFile) -> dict[str, Any]:
         """The row of `tables.DRIVES`; times in s since 1970. A log that cannot be answered is a row as well."""
         try:
+            refuse_no_file(log)
+        except OncenterError as error:
+            return self._refused(log, error)
+        try:
             return self._answered(log)
         except ChildDied as died:
             if not died.by_kill:
-                return self._dead(log, died)
+                return self._refused(log, died.of(printable_name(log.uri)))
         try:  # the system kills whoever is largest when another process takes all memory: that may not be this log's
             return self._answered(log)
         except ChildDied as died:
-            return self._dead(log, died)
+            return self._refused(log, died.of(printable_name(log.uri)))
 
     def _answered(self, log: LogFile) -> dict[str, Any]:
         request = {
@@ -54,15 +60,15 @@ class Watched:
         row: dict[str, Any] = said["row"]
         return row
 
-    def _dead(self, log: LogFile, died: ChildDied) -> dict[str, Any]:
+    def _refused(self, log: LogFile, error: OncenterError) -> dict[str, Any]:
         truck = self.trucks.by_path(log.uri)
         return {
-            "log": log.uri,
+            "log": printable_name(log.uri),
             "truck": truck.name if truck else "",
             "vehicle_file": truck.vehicle_file if truck else None,
             "version": _core.version(),
             "key": "",
-            "error_code": died.code,
-            "error": str(died.of(log.uri)),
+            "error_code": error.code,
+            "error": str(error),
             "settings": self.trucks.settings(truck.vehicle_file if truck else None),
         }

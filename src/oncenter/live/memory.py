@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import errno
 import fcntl
-import hashlib
 import os
-import re
 from collections.abc import Callable
 from pathlib import Path
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.file_name import file_stem
 from oncenter.live.learner import Cores
 
 SLOTS = 2
-STEM_BYTES_MAX = 200  # of the 255 that file systems allow a name, with room for what is appended
 
 
 def default_folder() -> Path:
@@ -27,7 +25,7 @@ class Memory:
 
     Args:
         folder: is made where it is not there.
-        truck: the key; each has files of its own, see `file_stem`.
+        truck: the key; each has files of its own, see `oncenter.file_name`.
         say: is told in one line what was resumed, and what could not be saved.
 
     Raises:
@@ -103,18 +101,6 @@ class Memory:
         for file in self._files.values():
             os.close(file)
         self._files = {}
-
-
-def file_stem(truck: str) -> str:
-    """A name for the files of one truck and of no other: letters, digits, dash, point and underscore stay, every other
-    byte becomes a percent sign and two hex digits. A long one is cut; its digest, after a sign that no other name has,
-    tells it from its like."""
-    encoded = re.sub(r"[^\w.-]", lambda found: "".join(f"%{byte:02X}" for byte in os.fsencode(found[0])), truck)
-    whole = os.fsencode(encoded)
-    if len(whole) <= STEM_BYTES_MAX:
-        return encoded
-    mark = f"~{hashlib.sha256(whole).hexdigest()}"
-    return whole[: STEM_BYTES_MAX - len(mark)].decode(errors="ignore") + mark
 
 
 def _slots(content: bytes) -> list[bytes]:

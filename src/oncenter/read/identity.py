@@ -12,6 +12,7 @@ import polars as pl
 from oncenter.errors import OncenterError
 from oncenter.read.frames import Frames, Wanted, pgn_of
 from oncenter.read.frames_of_log import frames_of_log
+from oncenter.read.tabular import for_polars
 
 _VEHICLE_IDENTIFICATION = 65260  # J1939 VI: the VIN, closed by '*'
 _CONNECTION, _TRANSFER = 0xEC00, 0xEB00  # J1939-21's transport protocol
@@ -58,14 +59,15 @@ def start_of(path: Path) -> float | None:
 
 def _told(path: Path, names: tuple[str, ...]) -> str | None:
     """What a table's metadata say, or the first cell of a column."""
+    source = for_polars(path)
     if path.suffix.lower() != ".parquet":
-        return _first_cell(pl.read_csv(path, n_rows=1, infer_schema=False), names)
-    metadata: Mapping[str, str] = pl.read_parquet_metadata(path)
+        return _first_cell(pl.read_csv(source, n_rows=1, infer_schema=False), names)
+    metadata: Mapping[str, str] = pl.read_parquet_metadata(source)
     for name in names:
         if metadata.get(name):
             return metadata[name]
-    columns = [name for name in names if name in pl.read_parquet_schema(path)]
-    return _first_cell(pl.read_parquet(path, columns=columns, n_rows=1), names) if columns else None
+    columns = [name for name in names if name in pl.read_parquet_schema(source)]
+    return _first_cell(pl.read_parquet(source, columns=columns, n_rows=1), names) if columns else None
 
 
 def _first_cell(table: pl.DataFrame, names: tuple[str, ...]) -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -48,7 +49,7 @@ def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> l
 def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
     """Signals of a `.parquet`."""
     try:
-        table = pl.scan_parquet(path, glob=False)  # opened once for both its schema and its columns
+        table = pl.scan_parquet(for_polars(path), glob=False)  # opened once for both its schema and its columns
         columns = list(table.collect_schema())
         wanted = _columns(path, columns, names, {}, notes)
         when = time_column(path, columns, names)
@@ -57,6 +58,15 @@ def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) 
     except _POLARS_ERRORS as error:
         raise _unreadable(path, error) from error
     return _samples(path, frame, when, wanted, names, {}, notes)
+
+
+def for_polars(path: Path) -> Path | bytes:
+    """A file as polars can read it: by its name, or its content where the name holds bytes that are no text."""
+    try:
+        os.fspath(path).encode()
+    except UnicodeEncodeError:
+        return path.read_bytes()
+    return path
 
 
 def _distinct(columns: Sequence[str]) -> bool:

@@ -121,6 +121,11 @@ def test_what_waits_without_end_is_stopped() -> None:
     assert end_of(Limits(cpu_s=0.3, resident_bytes=2 << 30), do="wait").code == "reader_time"
 
 
+def test_what_is_said_of_a_time_limit_does_not_depend_on_how_busy_the_machine_is() -> None:
+    limits = Limits(cpu_s=0.6, resident_bytes=2 << 30)
+    assert str(end_of(limits, do="compute")) == str(end_of(limits, do="wait"))
+
+
 def test_what_grows_without_end_is_stopped_before_it_is_much_larger() -> None:
     died = end_of(Limits(cpu_s=60.0, resident_bytes=500 << 20), do="grow")
     assert died.code == "reader_memory"

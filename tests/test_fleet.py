@@ -15,18 +15,23 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from bokeh.plotting import figure
 from two_trucks import DAY_S, MONDAY_S, VIN, tables
 
 import oncenter as oc
+from oncenter import child
 from oncenter.answer import Estimate
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
 from oncenter.fleet import query, run
-from oncenter.fleet.drive import _columns
+from oncenter.fleet.drive import Work, _columns
+from oncenter.fleet.files import find_logs
 from oncenter.fleet.ledger import LEDGER, Ledger
 from oncenter.fleet.pictures import ranking
 from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS
 from oncenter.fleet.truck_data import script_name
+from oncenter.fleet.trucks import Trucks
+from oncenter.report.document import embedded
 from oncenter.signals import DEGREE
 
 ROOT = Path(__file__).parents[1]
@@ -68,10 +73,22 @@ def test_a_drive_is_a_row_with_what_offset_says_of_it(fleet: Path, undisturbed: 
 
 
 def test_a_second_night_answers_nothing_again_and_changes_no_byte(fleet: Path, undisturbed: Path) -> None:
-    before = tables(undisturbed)
+    page = undisturbed / "index.html"
+    before, page_before = tables(undisturbed), page.read_bytes()
     summary = run([str(fleet / "logs")], fleet / "vehicles", undisturbed)
     assert (summary.logs_found, summary.logs_answered, summary.drives) == (12, 0, 12)
     assert tables(undisturbed) == before
+    assert page.read_bytes() == page_before
+
+
+def test_a_truck_that_is_called_as_bokeh_calls_its_models_keeps_its_name() -> None:
+    """As the page's script holds it: names of models are renumbered there, data are not."""
+    picture = figure()
+    picture.scatter("x", "y", source={"x": [1], "y": [2], "truck": ["p1001"], "log": ['"id":"p1002"']})
+    (script, places), (again, _) = embedded({"one": picture}), embedded({"one": picture})
+    assert script == again and '["truck",["p1001"]]' in script and "p1002" in script
+    [root] = re.findall(r'data-root-id="(p\d+)"', places["one"])
+    assert f'"root_ids":["{root}"]' in script and f'"name":"Figure","id":"{root}"' in script
 
 
 def test_logs_that_come_late_and_in_any_order_end_as_all_at_once(
@@ -92,6 +109,14 @@ def test_a_copy_of_a_log_counts_once_whichever_is_seen_first(fleet: Path, tmp_pa
     shutil.copy(copy, first)
     run([str(folder)], fleet / "vehicles", tmp_path / "out")
     assert pl.read_parquet(tmp_path / "out" / "drives.parquet")["log"].to_list() == [str(first)]
+
+
+def test_the_child_that_answers_a_log_reads_it_itself(fleet: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Or the limits of two children within each other are a race, and what a row says is left to chance."""
+    monkeypatch.setattr(child, "Child", None)
+    [log] = find_logs([str(fleet / "logs" / "depot-7" / "day0.parquet")])
+    row = Work(Trucks(fleet / "vehicles"))(log)
+    assert row.get("error") is None and row["offset_deg"] is not None
 
 
 def test_a_bad_log_is_a_row_with_its_error_and_the_others_are_answered(fleet: Path, tmp_path: Path) -> None:
@@ -264,6 +289,38 @@ def test_a_query_that_cannot_be_answered_is_one_line(
 ) -> None:
     assert command(["fleet", "query", sql, "--output", str(undisturbed)]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+FILE_READERS = sorted({name for name in dir(pl) if name.startswith(("read_", "scan_"))} | {"read_json", "glob"})
+
+
+@pytest.mark.parametrize(
+    "sql",
+    [
+        *(f"SELECT * FROM {name}('FILE')" for name in FILE_READERS),
+        *("SELECT * FROM 'FILE'", 'SELECT * FROM "FILE"', "SELECT * FROM FILE", "FROM read_csv('FILE')"),
+        *("SELECT * FROM \"read_csv\"('FILE')", "SELECT * FROM `read_csv` ('FILE')"),
+        *("SELECT * FROM (Read_CSV('FILE'))", "SELECT * FROM read_csv -- '\n('FILE')"),
+        "SELECT * FROM read_csv/*/**/*/('FILE')",
+        *("SELECT '\\', * FROM read_csv('FILE') --'", "EXPLAIN SELECT * FROM read_csv('FILE')"),
+        *("WITH t AS (SELECT * FROM read_csv('FILE')) SELECT * FROM t", "SELECT * FROM drives, read_csv('FILE')"),
+        *("SELECT truck FROM trucks WHERE truck IN (SELECT a FROM read_csv('FILE'))", "COPY drives FROM 'FILE'"),
+        "SELECT 1 UNION SELECT a FROM read_csv('FILE')",
+    ],
+)
+def test_a_query_reads_no_file_but_the_fleet_s_tables(
+    undisturbed: Path, tmp_path: Path, sql: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mine = tmp_path / "mine.csv"
+    mine.write_text("a\nsecret\n")
+    assert command(["fleet", "query", sql.replace("FILE", str(mine)), "--output", str(undisturbed)]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1 and "secret" not in err
+
+
+def test_a_query_may_have_the_name_of_a_file_reader_in_its_texts(undisturbed: Path) -> None:
+    sql = "SELECT truck AS read_csv FROM trucks WHERE truck != 'read_parquet' AND truck != 'bread_van(2)'"
+    assert query(sql, undisturbed).height == 2
 
 
 def test_what_cannot_be_run_is_refused_by_name(fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

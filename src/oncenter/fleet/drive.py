@@ -18,7 +18,8 @@ from oncenter.file_name import printable, printable_name
 from oncenter.fleet.files import LogFile, at_hand
 from oncenter.fleet.start import known_start
 from oncenter.fleet.trucks import Truck, Trucks
-from oncenter.read import read
+from oncenter.read import refuse_unreadable
+from oncenter.read.here import read_here
 from oncenter.read.identity import start_of, vin_of
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
@@ -51,7 +52,9 @@ class Work:
                 truck = truck or self._by_vin(path)
                 row |= {"truck": truck.name, "vehicle_file": truck.vehicle_file} if truck else {}
                 vehicle = self._vehicle(log, truck)
-                signals = read(path, names=vehicle.signal_names)
+                refuse_unreadable(path)
+                # here, since this is a watched child already: of two limits that are equal either may be the first
+                signals = read_here(path, vehicle.signal_names, (), {}, lambda fraction: None)
                 row |= when(log, path, signals)
                 answer = offset(signals, vehicle)
                 row |= of_answer(answer)

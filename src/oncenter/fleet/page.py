@@ -11,15 +11,13 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from bokeh.embed import components
-
 from oncenter import _core
 from oncenter.file_name import file_stem
 from oncenter.fleet import pictures
 from oncenter.fleet.ranking import SHARE_OF_FALSE_ALARMS
 from oncenter.fleet.tables import OFFSET
 from oncenter.report.canvas import COLOURS
-from oncenter.report.document import document, joined, key, nothing
+from oncenter.report.document import document, embedded, joined, key, nothing
 from oncenter.whole_file import write_whole
 
 _SHOWN, _LISTED = 20, 200  # trucks in the table at first, and when it is opened; all of them open by their name
@@ -57,7 +55,7 @@ def _page(
         "calendar": pictures.calendar(changes),
         "history": pictures.truck_history(limit_deg),
     }
-    script, divs = components({name: picture for name, picture in drawn.items() if picture is not None})
+    script, divs = embedded({name: picture for name, picture in drawn.items() if picture is not None})
     body = f"""{_head(ranked, changes, drives, refused, limit_deg)}
 {_truck(divs["history"], ranked)}
 {_ranking(ranked, changes, divs)}

@@ -15,15 +15,20 @@ TABLES = ("drives", "trucks", "changes")
 _READ = ("SELECT", "WITH", "FROM", "VALUES", "SHOW", "EXPLAIN")  # how a query may begin
 _FIRST_WORD = re.compile(r"(?:\s|;|\(|--[^\n]*(?:\n|$)|/\*.*?\*/)*(\w*)", re.DOTALL)
 
+# Polars' table functions read any file: read_csv(, "read_parquet" (, READ_IPC/* */(. A call in a text or a comment is
+# refused as well, so that nothing depends on where polars believes that these end.
+_CALL_THAT_READS = re.compile(r"\bread_\w*(?=[\"`]?\s*[(/#-])", re.IGNORECASE)
+
 
 def query(sql: str, output: str | os.PathLike[str]) -> pl.DataFrame:
-    """The result of one SELECT on the tables drives, trucks and changes of an output folder.
+    """The result of one SELECT on the tables drives, trucks and changes of an output folder, and on no other file.
 
     Raises:
-        OncenterError: "output", exit code 2: no fleet was run there. "sql", exit code 2: it is no query, or polars
-            refuses it.
+        OncenterError: "output", exit code 2: no fleet was run there. "sql", exit code 2: it is no query, it
+            reads another file, or polars refuses it.
     """
     _refuse_what_is_no_query(sql)
+    _refuse_other_files(sql)
     folder = Path(output)
     missing = [name for name in TABLES if not (folder / f"{name}.parquet").is_file()]
     if missing:
@@ -45,6 +50,12 @@ def _refuse_what_is_no_query(sql: str) -> None:
     word = first[1] if first is not None else ""
     if word.upper() not in _READ:
         raise _refusal(f"'{word}' begins no query, SELECT does")
+
+
+def _refuse_other_files(sql: str) -> None:
+    call = _CALL_THAT_READS.search(sql)
+    if call is not None:
+        raise _refusal(f"'{call[0]}' reads other files, and a query reads the fleet's own tables only")
 
 
 def _refusal(why: str) -> OncenterError:

@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from html import escape
 
 import numpy as np
-from bokeh.embed import components
 
 from oncenter import _core
 from oncenter.report.angle_course import MOVING_M_S, AngleCourse, Fault
 from oncenter.report.angle_plots import angle_figures
-from oncenter.report.document import document, duration, joined, key, nothing, number, table
+from oncenter.report.document import document, duration, embedded, joined, key, nothing, number, table
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
 
@@ -39,7 +38,7 @@ def angle_page(
 ) -> str:
     """The whole HTML document."""
     pictures = angle_figures(course)
-    script, divs = components(pictures) if pictures else ("", {})
+    script, divs = embedded(pictures)
     body = joined(
         [
             _header(course, signals, vehicle),

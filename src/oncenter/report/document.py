@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from html import escape
 from importlib.resources import files
 
+from bokeh.embed import components
+from bokeh.plotting import figure
 from bokeh.resources import Resources
 
 from oncenter.findings import capitalised
@@ -20,6 +22,8 @@ _STATUSES = {
 
 # The browser itself is told to fetch nothing, whatever the page or a library in it should try.
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'{beside}; style-src 'unsafe-inline'; img-src data: blob:"
+
+_RANDOM_NAME = re.compile(r"(?:bk-)?[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 
 
 def document(title: str, body: str, script: str, *, style: str = "", program: str = "", beside: bool = False) -> str:
@@ -48,6 +52,29 @@ def document(title: str, body: str, script: str, *, style: str = "", program: st
 </body>
 </html>
 """
+
+
+def embedded(pictures: Mapping[str, figure]) -> tuple[str, dict[str, str]]:
+    """bokeh's script for all pictures, and the place of each on the page; the same bytes for the same pictures.
+
+    bokeh names document and places at random, and numbers its models through the life of a process.
+    """
+    if not pictures:
+        return "", {}
+    script, divs = components(pictures)
+    models, mark, places = script.rpartition("const render_items")  # after it there are names only, before it also data
+    numbers: dict[str, str] = {}
+
+    def numbered(name: re.Match[str]) -> str:
+        return numbers.setdefault(name[0], f"p{len(numbers) + 1}")
+
+    # within data quotes are escaped, so that a truck called p1001 keeps its name
+    script = re.sub(r'(?<="id":")p\d+(?=")', numbered, models) + mark + re.sub(r'(?<=")p\d+(?=")', numbered, places)
+    divs = {title: re.sub(r'(?<=data-root-id=")p\d+(?=")', numbered, div) for title, div in divs.items()}
+    for k, name in enumerate(dict.fromkeys(_RANDOM_NAME.findall(places))):
+        script = script.replace(name, f"bokeh-{k}")
+        divs = {title: div.replace(name, f"bokeh-{k}") for title, div in divs.items()}
+    return script, divs
 
 
 def _asset(name: str) -> str:

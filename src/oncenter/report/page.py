@@ -7,10 +7,21 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
-from bokeh.embed import components
 
 from oncenter.report.course import Course, course
-from oncenter.report.document import document, duration, joined, key, nothing, number, sentence, status, table, typeset
+from oncenter.report.document import (
+    document,
+    duration,
+    embedded,
+    joined,
+    key,
+    nothing,
+    number,
+    sentence,
+    status,
+    table,
+    typeset,
+)
 from oncenter.report.plots import STRIP_NAMES, figures
 from oncenter.signals import DEGREE, SIGNALS
 
@@ -32,7 +43,7 @@ def page(answer: Answer, rows: npt.NDArray[Any]) -> str:
     """The whole HTML document for an answer and its trace (`oncenter.estimate.trace`)."""
     drive = course(answer, rows)
     pictures = figures(answer, drive)
-    script, divs = components(pictures) if pictures else ("", {})
+    script, divs = embedded(pictures)
     body = f"""{_answer_in_words(answer)}
 {_quantities(answer)}
 {_findings(answer)}

@@ -206,6 +206,19 @@ def _is_running(pid: int) -> bool:
         return False
 
 
+def test_a_path_is_as_of_the_folder_in_which_the_caller_is_now(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A notebook that changes its folder keeps its child."""
+    from oncenter.read import read
+
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        rows = "".join(f"{k / 100},1\n" for k in range(300 if name == "one" else 400))
+        (tmp_path / name / "drive.csv").write_text(f"time_s,yaw_rate_deg_s\n{rows}")
+    for name, ticks in (("one", 300), ("two", 400)):
+        monkeypatch.chdir(tmp_path / name)
+        assert read("drive.csv").table.height == ticks
+
+
 def test_a_module_of_the_current_folder_is_not_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whoever sends logs may put a polars.py beside them."""
     folder = tmp_path / "logs"

@@ -101,6 +101,7 @@ class Child:
     def ask(self, request: Mapping[str, Any], limits: Limits) -> Iterator[Message]:
         """Sends a request at once, and gives the messages of its answer, the last one too, as they come.
 
+        Paths in the request are as of the folder in which the caller is now, which need not be where the child began.
         Whoever does not take them all must `kill`. The messages raise:
 
         Raises:
@@ -108,7 +109,7 @@ class Child:
             OncenterError: as the child raised it.
         """
         watch = _Watch(self._process.pid, limits)
-        self._send({"cpu_s": limits.cpu_s, **request})
+        self._send({"cpu_s": limits.cpu_s, "folder": _current_folder(), **request})
         return self._answer(watch)
 
     def _answer(self, watch: _Watch) -> Iterator[Message]:
@@ -225,6 +226,13 @@ class _Watch:
         return None
 
 
+def _current_folder() -> str | None:
+    try:
+        return os.getcwd()
+    except OSError:  # it is deleted
+        return None
+
+
 _idle: dict[str, list[Child]] = {}
 _idle_lock = threading.Lock()
 _idle_of = os.getpid()
@@ -310,6 +318,8 @@ def serve(answer: Callable[[Mapping[str, Any], Send], None]) -> None:
         request = json.loads(line)
         _limit_cpu(request["cpu_s"])
         try:
+            if request["folder"] is not None:
+                os.chdir(request["folder"])
             answer(request, send)
         except Exception as error:
             send({"error": _told(error)})

@@ -211,7 +211,7 @@ def _contents(log: _Log, place: int, size: int) -> bytes:
     if not head_size <= size <= MAX_CONTAINER_BYTES:
         raise log.damaged(f"the container at byte {place} has {size} bytes")
     log.file.seek(place + _OBJECT.size)
-    packed = log.file.read(size - _OBJECT.size)
+    packed = log.file.read(min(size, log.size - place) - _OBJECT.size)  # a wrong size takes no room
     cut = len(packed) < size - _OBJECT.size
     if cut and log.closed:
         raise log.damaged(f"the container at byte {place} is cut off")

@@ -87,9 +87,13 @@ float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {
     return design->tandem * oc_within(down, 0.0f, 1.0f);
 }
 
-/* Turns the heading by so many rad, a small angle. */
+/* Turns the heading by so many rad, a small angle; a large one is no truck's, and the heading would grow for ever. */
 static void turn_heading(oc_joint *joint, float angle) {
-    const float cosine = 1.0f - 0.5f * angle * angle, sine = angle - angle * angle * angle / 6.0f;
+    const float squared = angle * angle;
+    if (squared > 2.0f) {
+        return;
+    }
+    const float cosine = 1.0f - 0.5f * squared, sine = angle - squared * angle / 6.0f;
     const float along = cosine * joint->along - sine * joint->across;
     const float across = sine * joint->along + cosine * joint->across;
     const float shortening = 1.5f - 0.5f * (along * along + across * across); /* or it would grow by rounding */

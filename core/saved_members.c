@@ -1,8 +1,18 @@
 #include "saved_members.h"
 
+#include <math.h>
+
+#include "bounds.h"
+
 typedef enum {
     ANY_NUMBER,
     NOT_NEGATIVE,
+    ANY_SUM,
+    ANY_PRODUCT,
+    SQUARES,
+    ANY_TIME,         /* s */
+    ANY_AMOUNT,       /* as seconds, weights and variances of months of driving */
+    OF_HEADING,       /* its cosine, its sine, or rad of a turn within a sample */
     ANY_ANGLE,        /* rad */
     ANY_YAW_RATE,     /* rad/s */
     ANY_ACCELERATION, /* m/s^2 */
@@ -31,12 +41,19 @@ typedef enum {
     LIMIT_COUNT
 } saved_limit;
 
-/* Wider than any drive needs; zero, which is not yet learned, is within each. */
+/* Wider than any drive needs, and so narrow that in single precision no product of a few is infinite; zero, which is
+ * not yet learned, is within each. */
 static const struct {
     float low, high;
 } saved_limits[LIMIT_COUNT] = {
-    [ANY_NUMBER] = {-1e30f, 1e30f},
-    [NOT_NEGATIVE] = {0.0f, 1e30f},
+    [ANY_NUMBER] = {-1e5f, 1e5f},
+    [NOT_NEGATIVE] = {0.0f, 1e5f},
+    [ANY_SUM] = {-1e12f, 1e12f},
+    [ANY_PRODUCT] = {-1e24f, 1e24f},
+    [SQUARES] = {0.0f, 1e24f},
+    [ANY_TIME] = {-1e30f, 1e30f},
+    [ANY_AMOUNT] = {0.0f, 1e9f},
+    [OF_HEADING] = {-1.5f, 1.5f},
     [ANY_ANGLE] = {-200.0f, 200.0f},
     [ANY_YAW_RATE] = {-10.0f, 10.0f},
     [ANY_ACCELERATION] = {-100.0f, 100.0f},
@@ -65,7 +82,7 @@ static const struct {
 };
 
 /* Members one after the other, of one kind and within one limit; macros, so that offset and size cannot be of two. */
-enum { LIMITS_MAX = 32 };
+enum { LIMITS_MAX = 48 };
 #define NATIVE_BYTES(kind)                                                                                             \
     ((kind) == OC_SAVED_DOUBLE || (kind) == OC_SAVED_UINT64 ? 8u : (kind) == OC_SAVED_ENUM ? sizeof(oc_status) : 4u)
 #define MEMBERS(type, first, last, kind, limit)                                                                       \
@@ -75,37 +92,36 @@ enum { LIMITS_MAX = 32 };
 #define MEMBER(type, member, kind, limit) MEMBERS(type, member, member, kind, limit)
 
 static const oc_saved_member moments_members[] = {
-    MEMBERS(oc_moments, weight, xx, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBERS(oc_moments, y, xy, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_moments, weight, xx, OC_SAVED_DOUBLE, TOTAL),
+    MEMBERS(oc_moments, y, xy, OC_SAVED_DOUBLE, ANY_SUM),
 };
 
 static const oc_saved_member understeer_members[] = {
-    MEMBERS(oc_understeer, x, xy, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBERS(oc_understeer, xx, weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBERS(oc_understeer, batches, xx_xx, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBERS(oc_understeer, xy_x, x_xx, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_understeer, x, xy, OC_SAVED_DOUBLE, ANY_SUM),
+    MEMBERS(oc_understeer, xx, weight, OC_SAVED_DOUBLE, TOTAL),
+    MEMBERS(oc_understeer, batches, xx_xx, OC_SAVED_DOUBLE, SQUARES),
+    MEMBERS(oc_understeer, xy_x, x_xx, OC_SAVED_DOUBLE, ANY_PRODUCT),
 };
 
 static const oc_saved_member standstill_members[] = {
-    MEMBER(oc_standstill, yaw_rate.weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_standstill, yaw_rate.weight, OC_SAVED_DOUBLE, TOTAL),
     MEMBER(oc_standstill, yaw_rate.mean, OC_SAVED_DOUBLE, ANY_YAW_RATE),
-    MEMBERS(oc_standstill, yaw_rate.squares, lateral_acceleration.weight, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_standstill, yaw_rate.squares, lateral_acceleration.weight, OC_SAVED_DOUBLE, TOTAL),
     MEMBER(oc_standstill, lateral_acceleration.mean, OC_SAVED_DOUBLE, ANY_ACCELERATION),
-    MEMBER(oc_standstill, lateral_acceleration.squares, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_standstill, lateral_acceleration.squares, OC_SAVED_DOUBLE, TOTAL),
     MEMBER(oc_standstill, still_ticks, OC_SAVED_INT32, COUNTER),
 };
 
 static const oc_saved_member gyro_bias_members[] = {
     MEMBER(oc_gyro_bias, x, OC_SAVED_DOUBLE, ANY_YAW_RATE), MEMBER(oc_gyro_bias, P, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBERS(oc_gyro_bias, past.used_s, past.waiting_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_gyro_bias, past.bias, OC_SAVED_FLOAT, ANY_YAW_RATE),
-    MEMBERS(oc_gyro_bias, past.variance, past.covariance, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_gyro_bias, past.used_s, past.waiting_s, OC_SAVED_FLOAT, ANY_AMOUNT),
+    MEMBERS(oc_gyro_bias, past.bias, past.covariance, OC_SAVED_FLOAT, ANY_YAW_RATE),
     MEMBERS(oc_gyro_bias, together, apart, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBERS(oc_gyro_bias, alarm_blocks, alarm_variance, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBERS(oc_gyro_bias, time, block_time, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBERS(oc_gyro_bias, block_ticks, still, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_gyro_bias, alarm_blocks, alarm_variance, OC_SAVED_DOUBLE, ANY_AMOUNT),
+    MEMBERS(oc_gyro_bias, time, block_time, OC_SAVED_DOUBLE, ANY_TIME),
+    MEMBERS(oc_gyro_bias, block_ticks, still, OC_SAVED_DOUBLE, ANY_AMOUNT),
     MEMBER(oc_gyro_bias, still_yaw_rate, OC_SAVED_DOUBLE, ANY_YAW_RATE),
-    MEMBERS(oc_gyro_bias, still_squares, wheel_evidence, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_gyro_bias, still_squares, wheel_evidence, OC_SAVED_DOUBLE, ANY_AMOUNT),
     MEMBER(oc_gyro_bias, due, OC_SAVED_INT32, STEPS_DUE),
     MEMBERS(oc_gyro_bias, still_ticks, silent_ticks, OC_SAVED_INT32, COUNTER),
     MEMBERS(oc_gyro_bias, started, has_wheels, OC_SAVED_INT32, YES_OR_NO),
@@ -113,7 +129,7 @@ static const oc_saved_member gyro_bias_members[] = {
 };
 
 static const oc_saved_member axle_members[] = {
-    MEMBERS(oc_gyro_bias_axle, weight, blocks, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_gyro_bias_axle, weight, blocks, OC_SAVED_DOUBLE, ANY_AMOUNT),
     MEMBERS(oc_gyro_bias_axle, difference, innovation, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBERS(oc_gyro_bias_axle, last, before_speed, OC_SAVED_DOUBLE, ROAD_SPEED),
     MEMBER(oc_gyro_bias_axle, before_yaw_rate, OC_SAVED_DOUBLE, ANY_YAW_RATE),
@@ -121,8 +137,8 @@ static const oc_saved_member axle_members[] = {
 };
 
 static const oc_saved_member wheel_speed_members[] = {
-    MEMBER(oc_wheel_speed, difference, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBERS(oc_wheel_speed, distance, time, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBER(oc_wheel_speed, difference, OC_SAVED_DOUBLE, ANY_SUM),
+    MEMBERS(oc_wheel_speed, distance, time, OC_SAVED_DOUBLE, TOTAL),
 };
 
 static const oc_saved_member joint_members[] = {
@@ -132,18 +148,18 @@ static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, phase, OC_SAVED_INT32, OF_SAMPLE),
     MEMBER(oc_joint, in_block, OC_SAVED_INT32, OF_BLOCK),
     MEMBER(oc_joint, in_long_block, OC_SAVED_INT32, OF_LONG_BLOCK),
-    MEMBERS(oc_joint, along, across, OC_SAVED_FLOAT, ANY_NUMBER), MEMBER(oc_joint, lost, OC_SAVED_INT32, YES_OR_NO),
-    MEMBERS(oc_joint, to_left, to_right, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_joint, along, across, OC_SAVED_FLOAT, OF_HEADING), MEMBER(oc_joint, lost, OC_SAVED_INT32, YES_OR_NO),
+    MEMBERS(oc_joint, to_left, to_right, OC_SAVED_FLOAT, ANY_AMOUNT),
     MEMBER(oc_joint, correction, OC_SAVED_FLOAT, ANY_YAW_RATE),
     MEMBERS(oc_joint, corrected, loaded, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBER(oc_joint, speed_mean, OC_SAVED_DOUBLE, ROAD_SPEED),
     MEMBER(oc_joint, bank_mean, OC_SAVED_DOUBLE, ANY_ACCELERATION),
-    MEMBER(oc_joint, bank_samples, OC_SAVED_DOUBLE, NOT_NEGATIVE), MEMBER(oc_joint, changes, OC_SAVED_INT32, COUNTER),
+    MEMBER(oc_joint, bank_samples, OC_SAVED_DOUBLE, ANY_AMOUNT), MEMBER(oc_joint, changes, OC_SAVED_INT32, COUNTER),
 };
 
 static const oc_saved_member second_members[] = {
-    MEMBERS(oc_second, noise, trial_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_second, best_cost, OC_SAVED_FLOAT, ANY_NUMBER), MEMBER(oc_second, second_s, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_second, noise, trial_s, OC_SAVED_FLOAT, ANY_AMOUNT),
+    MEMBER(oc_second, best_cost, OC_SAVED_FLOAT, ANY_NUMBER), MEMBER(oc_second, second_s, OC_SAVED_FLOAT, OF_HEADING),
     MEMBER(oc_second, memory_share, OC_SAVED_FLOAT, YES_OR_NO),
     MEMBER(oc_second, reference, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBERS(oc_second, learns, long_block_ends, OC_SAVED_INT32, YES_OR_NO),
@@ -151,17 +167,17 @@ static const oc_saved_member second_members[] = {
 };
 
 static const oc_saved_member watch_members[] = {
-    MEMBERS(oc_change_watch, offset, seconds, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_change_watch, offset, seconds, OC_SAVED_FLOAT, ANY_AMOUNT),
     MEMBERS(oc_change_watch, error, error_curvature, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_change_watch, curvature_squares, OC_SAVED_FLOAT, NOT_NEGATIVE),
 };
 
 static const oc_saved_member changed_members[] = {
-    MEMBERS(oc_changed, time, before, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_changed, time, before, OC_SAVED_DOUBLE, ANY_TIME),
     MEMBER(oc_changed, before_sd, OC_SAVED_DOUBLE, NOT_NEGATIVE),
     MEMBER(oc_changed, change.kind, OC_SAVED_ENUM, ANY_CHANGE),
     MEMBER(oc_changed, change.size, OC_SAVED_FLOAT, ANY_ANGLE),
-    MEMBERS(oc_changed, change.size_sd, change.seconds, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_changed, change.size_sd, change.seconds, OC_SAVED_FLOAT, ANY_AMOUNT),
 };
 
 static const oc_saved_member hypothesis_members[] = {
@@ -173,8 +189,9 @@ static const oc_saved_member hypothesis_members[] = {
     MEMBER(oc_hypothesis, play.unwinding, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, play.wind, OC_SAVED_FLOAT, ANY_ACCELERATION),
     MEMBERS(oc_hypothesis, places, target_sum, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBERS(oc_hypothesis, learned_s, weight, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBERS(oc_hypothesis, target_mean, terms, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_hypothesis, learned_s, weight, OC_SAVED_FLOAT, ANY_AMOUNT),
+    MEMBER(oc_hypothesis, target_mean, OC_SAVED_FLOAT, ANY_ANGLE),
+    MEMBERS(oc_hypothesis, means, terms, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_hypothesis, blocks.sum, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, blocks.factor, OC_SAVED_FLOAT, NOT_NEGATIVE),
@@ -183,7 +200,7 @@ static const oc_saved_member hypothesis_members[] = {
     MEMBER(oc_hypothesis, trust, OC_SAVED_FLOAT, YES_OR_NO),
     MEMBERS(oc_hypothesis, error, wheelbase, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_hypothesis, unloading, OC_SAVED_FLOAT, ANY_ACCELERATION),
-    MEMBERS(oc_hypothesis, age, pulled_variance, OC_SAVED_FLOAT, NOT_NEGATIVE),
+    MEMBERS(oc_hypothesis, age, pulled_variance, OC_SAVED_FLOAT, ANY_AMOUNT),
 };
 
 static const oc_saved_member angle_members[] = {
@@ -191,8 +208,8 @@ static const oc_saved_member angle_members[] = {
     MEMBERS(oc_angle_evidence, products, steady, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_angle_evidence, cubes, OC_SAVED_FLOAT, NOT_NEGATIVE),
     MEMBER(oc_angle_evidence, flattened, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBERS(oc_angle_evidence, spread, seconds, OC_SAVED_FLOAT, NOT_NEGATIVE),
-    MEMBER(oc_angle_evidence, side_slip, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_angle_evidence, spread, seconds, OC_SAVED_FLOAT, ANY_AMOUNT),
+    MEMBER(oc_angle_evidence, side_slip, OC_SAVED_DOUBLE, ANY_SUM),
 };
 
 static const oc_saved_member fault_members[] = {
@@ -206,18 +223,18 @@ static const oc_saved_member evidence_members[] = {
     MEMBERS(oc_evidence, verdicts.offset_status, verdicts.backlash_status, OC_SAVED_ENUM, ANY_STATUS),
     MEMBER(oc_evidence, verdicts.lately, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBERS(oc_evidence, ticks, unused_motion, OC_SAVED_UINT64, TOTAL),
-    MEMBER(oc_evidence, bank_ticks, OC_SAVED_DOUBLE, NOT_NEGATIVE),
-    MEMBER(oc_evidence, bank_sum, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBER(oc_evidence, bank_ticks, OC_SAVED_DOUBLE, TOTAL),
+    MEMBER(oc_evidence, bank_sum, OC_SAVED_DOUBLE, ANY_SUM),
 };
 
 static const oc_saved_member estimate_members[] = {
     MEMBER(oc_estimate, value, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBERS(oc_estimate, standard_deviation, evidence, OC_SAVED_DOUBLE, NOT_NEGATIVE),
+    MEMBERS(oc_estimate, standard_deviation, evidence, OC_SAVED_DOUBLE, ANY_AMOUNT),
     MEMBER(oc_estimate, status, OC_SAVED_ENUM, ANY_STATUS), MEMBER(oc_estimate, lean, OC_SAVED_FLOAT, ANY_NUMBER),
 };
 
 static const oc_saved_member tracking_members[] = {
-    MEMBERS(oc_tracking, last_time, last_refused, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_tracking, last_time, last_refused, OC_SAVED_DOUBLE, ANY_TIME),
     MEMBER(oc_tracking, refused_in_order, OC_SAVED_INT32, COUNTER),
     MEMBERS(oc_tracking, clock_started, running, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_tracking, preprocess.yaw_rate, preprocess.speed_slope, OC_SAVED_DOUBLE, ANY_NUMBER),
@@ -225,11 +242,13 @@ static const oc_saved_member tracking_members[] = {
     MEMBER(oc_tracking, preprocess.speed_next, OC_SAVED_INT32, IN_SLOPE),
     MEMBERS(oc_tracking, preprocess.slope_wait, preprocess.ticks, OC_SAVED_INT32, COUNTER),
     MEMBER(oc_tracking, angle.running, OC_SAVED_INT32, YES_OR_NO),
-    MEMBERS(oc_tracking, angle.yaw_rate_first, angle.sd, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_tracking, angle.yaw_rate_first, angle.place_variance, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_tracking, angle.held_s, angle.standing_s, OC_SAVED_FLOAT, ANY_AMOUNT),
+    MEMBERS(oc_tracking, angle.estimate, angle.sd, OC_SAVED_FLOAT, ANY_NUMBER),
 };
 
 static const oc_saved_member pending_members[] = {
-    MEMBER(oc_pending, filling, OC_SAVED_DOUBLE, ANY_NUMBER), /* a struct of doubles alone, as are those that follow */
+    MEMBER(oc_pending, filling, OC_SAVED_DOUBLE, ANY_SUM), /* a struct of doubles alone, as are those that follow */
     MEMBER(oc_pending, ticks, OC_SAVED_INT32, COUNTER), MEMBER(oc_pending, first, OC_SAVED_INT32, IN_PENDING),
     MEMBER(oc_pending, count, OC_SAVED_INT32, COUNTER),
 };
@@ -238,7 +257,7 @@ static const oc_saved_member joint_tracking_members[] = {
     MEMBER(oc_joint_tracking, running, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_joint_tracking, in_second, OC_SAVED_INT32, COUNTER),
     MEMBER(oc_joint_tracking, stands, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_joint_tracking, turned, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_joint_tracking, turned, OC_SAVED_FLOAT, OF_HEADING),
     MEMBERS(oc_joint_tracking, yaw_rate, lateral_acceleration, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_joint_tracking, prior_due, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_joint_tracking, noise, prior, OC_SAVED_FLOAT, ANY_NUMBER),
@@ -247,10 +266,12 @@ static const oc_saved_member joint_tracking_members[] = {
     MEMBER(oc_joint_tracking, work.taken, OC_SAVED_INT32, WAITING),
     MEMBER(oc_joint_tracking, work.solved, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBERS(oc_joint_tracking, work.solves, work.ended, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_joint_tracking, work.least_error, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_joint_tracking, work.least_error, OC_SAVED_FLOAT, ANY_SUM),
     MEMBER(oc_joint_tracking, work.solving.step, OC_SAVED_INT32, SOLVING_STEP),
     MEMBERS(oc_joint_tracking, work.solving.learns, work.solving.due, OC_SAVED_INT32, YES_OR_NO),
-    MEMBERS(oc_joint_tracking, work.solving.information, work.solving.variances, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_joint_tracking, work.solving.information, work.solving.inverse, OC_SAVED_FLOAT, ANY_AMOUNT),
+    MEMBERS(oc_joint_tracking, work.solving.lower, work.solving.terms, OC_SAVED_FLOAT, ANY_SUM),
+    MEMBER(oc_joint_tracking, work.solving.variances, OC_SAVED_FLOAT, ANY_AMOUNT),
     MEMBER(oc_joint_tracking, first, OC_SAVED_INT32, IN_WAITING),
     MEMBER(oc_joint_tracking, count, OC_SAVED_INT32, WAITING),
 };
@@ -264,7 +285,7 @@ static const oc_saved_member waiting_members[] = {
 
 static const oc_saved_member fault_watch_members[] = {
     MEMBER(oc_fault_watch, running, OC_SAVED_INT32, YES_OR_NO), MEMBER(oc_fault_watch, fault, OC_SAVED_ENUM, ANY_FAULT),
-    MEMBERS(oc_fault_watch, since, last_right, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_fault_watch, since, last_right, OC_SAVED_DOUBLE, ANY_TIME),
     MEMBER(oc_fault_watch, beyond, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_fault_watch, apart, flipped, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBERS(oc_fault_watch, left, right, OC_SAVED_FLOAT, NOT_NEGATIVE),
@@ -359,29 +380,64 @@ bool oc_saved_in_range(const oc_saved_member *member, double value) {
     return value >= (double)saved_limits[limit].low && value <= (double)saved_limits[limit].high;
 }
 
-/* Variances on the diagonal, and no correlation beyond 1 but for rounding. */
-static bool is_covariance(const oc_gyro_bias *gyro_bias) {
-    for (int32_t row = 0; row < OC_GYRO_BIAS_STATES; ++row) {
-        const float variance = (float)gyro_bias->P[row][row];
-        for (int32_t column = 0; column <= row; ++column) {
-            const float covariance = (float)gyro_bias->P[row][column];
-            if (!(variance >= 0.0f) ||
-                !(covariance * covariance <= 1.001f * variance * (float)gyro_bias->P[column][column] + 1e-30f)) {
-                return false;
-            }
+typedef struct {
+    float lower[OC_TERMS_TRIANGLE], inverse[OC_TERMS];
+} factor;
+
+/* Whether a triangle is one of sums of squares, but for rounding; and its factor, with an information of 1. Where a
+ * pivot had to be lifted, a row of the factor is longer than the diagonal has it. */
+static bool are_sums_of_squares(const float *triangle, float noise, factor *f) {
+    float information[OC_TERMS], longest[OC_TERMS];
+    for (int32_t row = 0; row < OC_TERMS; ++row) {
+        information[row] = 1.0f;
+        longest[row] = 1.000004f * oc_triangle_cell(triangle, row, row) / noise + 2.0f;
+    }
+    oc_triangle_factor(triangle, information, noise, 0, OC_TERMS, f->lower, f->inverse);
+    const float *cell = f->lower;
+    for (int32_t row = 0; row < OC_TERMS; ++row) {
+        float squares = 0.0f;
+        for (int32_t column = 0; column <= row; ++column, ++cell) {
+            squares += *cell * *cell;
+        }
+        if (!(squares <= longest[row])) {
+            return false;
         }
     }
     return true;
 }
 
-/* What a hypothesis divides by is positive, its scatter a sum of squares. */
-static bool is_hypothesis(const oc_hypothesis *h) {
-    for (int32_t term = 0; term < OC_TERMS; ++term) {
-        if (!(oc_triangle_cell(h->scatter, term, term) >= 0.0f)) {
-            return false;
+/* By its correlations, so that all are of a size; either half of it, since a reading takes rows of both. */
+static bool is_covariance(const oc_gyro_bias *gyro_bias) {
+    static const float negligible = 1e-6f; /* of a correlation */
+    factor f = {{0.0f}, {0.0f}};
+    float per_sd[OC_GYRO_BIAS_STATES];
+    float *cell = f.lower; /* of correlations first, then of their factor */
+    for (int32_t row = 0; row < OC_GYRO_BIAS_STATES; ++row) {
+        per_sd[row] = 1.0f / sqrtf((float)gyro_bias->P[row][row] + 1e-30f);
+        for (int32_t column = 0; column <= row; ++column, ++cell) {
+            const float scale = per_sd[row] * per_sd[column];
+            *cell = scale * (float)gyro_bias->P[row][column];
+            if (!(fabsf(scale * (float)gyro_bias->P[column][row] - *cell) <= negligible)) {
+                return false;
+            }
         }
     }
-    return h->play.half_width > 0.0f && h->variance > 0.0f && (h->play.friction < 0.0f || h->play.creep > 0.0f);
+    return are_sums_of_squares(f.lower, negligible, &f);
+}
+
+/* What a hypothesis divides by is positive, its scatter sums of squares; and what goes toward the target no more than
+ * deviations of the target can make of these. */
+static bool is_hypothesis(const oc_hypothesis *h) {
+    static const float target_squares = 1e9f; /* rad^2, of a day's seconds each a turn off */
+    factor f;
+    float toward[OC_TERMS];
+    for (int32_t term = 0; term < OC_TERMS; ++term) {
+        toward[term] = h->toward[term];
+    }
+    const float noise = oc_hypothesis_noise(h);
+    return h->play.half_width > 0.0f && h->variance > 1e-8f && (h->play.friction < 0.0f || h->play.creep > 0.01f) &&
+           are_sums_of_squares(h->scatter, noise, &f) &&
+           oc_triangle_variance(f.lower, f.inverse, 0, toward) <= target_squares * noise;
 }
 
 static bool is_joint(const oc_joint *joint, const oc_joint_design *design) {
@@ -391,21 +447,55 @@ static bool is_joint(const oc_joint *joint, const oc_joint_design *design) {
     if (!(joint->best < joint->count)) {
         return false;
     }
+    float age = 0.0f; /* of the eldest */
     for (int32_t k = 0; k < joint->begun && k < joint->count; ++k) {
         if (!is_hypothesis(&joint->hypotheses[k])) {
             return false;
         }
+        age = oc_most(age, joint->hypotheses[k].age);
     }
-    return joint->second.second_s > 0.0f && joint->second.reference > 0.0f && joint->phase < design->ticks_per_sample;
+    /* by the trial that the next second makes of it, one is no newborn: else no word would count */
+    const oc_second *second = &joint->second;
+    const bool all_newborn = second->used_s > 60.0f && age <= oc_within(0.05f * second->used_s, 60.0f, 600.0f);
+    return !all_newborn && second->second_s > 0.0f && second->reference > 0.0f &&
+           joint->phase < design->ticks_per_sample;
 }
 
-/* Blocks that wait are no more than make one final; samples at work are among those that wait. */
+/* Whether equations that are half solved have a solution that single precision holds; their last step, which alone
+ * changes the hypothesis, is left out. */
+static bool is_solving(oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
+    static const float term_max = 1e8f, variance_max = 1e16f, information_min = 1e-6f;
+    const int32_t turn = tracking->stands ? joint->concluded : tracking->work.solved;
+    oc_solving trial = tracking->work.solving;
+    if (trial.step == 0 || turn >= joint->count) {
+        return true;
+    }
+    while (trial.step < OC_SOLVING_STEPS - 1) {
+        (void)oc_hypothesis_learn(&joint->hypotheses[turn], &design->hypothesis, &tracking->prior, &joint->second,
+                                  design->samples_per_second, &trial);
+    }
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        if (!(fabsf(trial.terms[k]) < term_max) || !(trial.information[k] > information_min)) {
+            return false;
+        }
+    }
+    return trial.variances.of[OC_OF_OFFSET] < variance_max; /* which follows from all rows */
+}
+
+/* Blocks that wait are no more than make one final; samples at work are among those that wait; what is divided by once
+ * hypotheses take samples in is known. */
 static bool is_tracking(const oc_tracking *tracking, const oc_coefficients *c) {
     return tracking->straight.count <= c->blocks_until_final && tracking->cornering.count <= c->blocks_until_final &&
-           tracking->joint.work.samples <= tracking->joint.count;
+           tracking->joint.work.samples <= tracking->joint.count &&
+           (!tracking->joint.running ||
+            (tracking->joint.prior.unloading_sd > 1e-6f && tracking->joint.prior.yaw_rate_bias_sd > 1e-7f));
 }
 
-bool oc_saved_plausible(const oc_state *state, const oc_coefficients *c) {
-    return is_covariance(&state->evidence.gyro_bias) && is_joint(&state->evidence.joint, &c->joint) &&
-           is_tracking(&state->tracking, c);
+bool oc_saved_plausible(oc_state *state, const oc_coefficients *c) {
+    oc_joint *joint = &state->evidence.joint;
+    const float memory_s = state->evidence.gyro_bias.past.memory_s;
+    const bool has_place = joint->hypotheses[joint->best].play.half_width > 0.0f;
+    return is_covariance(&state->evidence.gyro_bias) && is_joint(joint, &c->joint) &&
+           is_solving(joint, &state->tracking.joint, &c->joint) && is_tracking(&state->tracking, c) &&
+           !(memory_s > 0.0f && memory_s < 0.1f) && (has_place || !(state->learned.backlash.evidence > 0.0));
 }

@@ -47,7 +47,8 @@ size_t oc_saved_image_bytes(oc_saved_kind kind);
 /* Whether a member may have the value; NaN and infinity never. */
 bool oc_saved_in_range(const oc_saved_member *member, double value);
 
-/* What no single member shows: covariances that are none, places beyond the design's ends. */
-bool oc_saved_plausible(const oc_state *state, const oc_coefficients *coefficients);
+/* What no single member shows: covariances that are none, equations without a solution, places beyond the design's
+ * ends. The state is not changed. */
+bool oc_saved_plausible(oc_state *state, const oc_coefficients *coefficients);
 
 #endif

@@ -17,11 +17,12 @@ README = HERE / "README.md"
 SHORT = 12000  # ticks of the drives by other methods
 SAME = 0.02  # of a figure: another processor's last bits make another drive of the simulator's
 
-# What firmware asks for, by row of the table; instructions for each board.
+# What firmware asks for, by row of the table; instructions for each board. A saved image takes one KiB more than the
+# monitor: its matrices must be covariances and its equations have solutions, or else a number could become none.
 KIB = 1024
 ROWS = {
     "flash of the monitor, KiB": ("48", "48"),
-    "flash with saved image, message and trouble code, KiB": ("48", "48"),
+    "flash with saved image, message and trouble code, KiB": ("49", "49"),
     "flash of all there is, KiB": ("", ""),
     "RAM: state, KiB": ("16", "16"),
     "RAM: coefficients, KiB": ("", ""),

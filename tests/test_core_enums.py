@@ -91,10 +91,11 @@ def changes() -> set[int]:
 
 def image_faults() -> set[int]:
     image = Ecu().run(legs(1, 60.0)).save()
-    older, wild = bytearray(image), bytearray(image)
+    older, wild, damaged = bytearray(image), bytearray(image), bytearray(image)
     older[4] ^= 1
+    damaged[-1] ^= 1
     wild[-8:-4] = b"\xff" * 4
-    images = (image, b"", image[:99], image[:-1] + b"!", sealed(bytes(older)), sealed(bytes(wild)))
+    images = (image, b"", image[:99], bytes(damaged), sealed(bytes(older)), sealed(bytes(wild)))
     names = [Ecu().restore(found) for found in images] + [Ecu("thesis").restore(image)]
     return {_core.IMAGE_FAULTS.index(name) for name in names}
 

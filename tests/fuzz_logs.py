@@ -1,7 +1,7 @@
 """Mutated logs against `oncenter offset`: no crash, no hang, no appetite, and no valid answer that is wrong.
 
 Each mutant is answered as a user would have it answered, by a process of its own. Where the answer is valid, an
-independent reader decodes the same mutant and `oncenter offset` answers that table: the two offsets must agree.
+independent reader decodes the same mutant and that table is answered here: the two offsets must agree.
 
 `make fuzz` runs this as a script. One mutant alone: `python tests/fuzz_logs.py --format mf4 --seed 17`.
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import shlex
 import statistics
 import sys
@@ -23,10 +24,17 @@ from typing import Any
 
 from base_logs import VEHICLE, write_base_logs
 from mutate_logs import FORMATS, mutate
-from watched import KILL_MIB, LARGE_MIB, SLOW_S, Ended, oncenter, watch
+from watched import KILL_MIB, KILL_S, LARGE_MIB, SLOW_S, Ended, oncenter, watch
+
+from oncenter import offset, read, vehicle
+from oncenter.child import ChildDied, ChildFailed, Limits, borrowed
+from oncenter.errors import OncenterError
 
 AGREE_DEG = 0.5
-_READERS = Path(__file__).with_name("independent_readers.py")
+_INDEPENDENT = Limits(cpu_s=KILL_S, resident_bytes=2 * KILL_MIB << 20)
+_TRUCK = vehicle(VEHICLE)
+# For children, who find the independent readers there.
+os.environ["PYTHONPATH"] = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
 
 BaseLogs = Mapping[str, Sequence[Path]]
 
@@ -116,17 +124,19 @@ def _no_number(constant: str) -> float:
 def difference_of(offset_deg: float, log: Path) -> tuple[float | None, str]:
     """To the offset from the independent reader's table, and why it is a failure."""
     table = log.with_name("independent.parquet")
-    reader = watch([sys.executable, str(_READERS), str(log), str(table)], kill_mib=2 * KILL_MIB)
-    if reader.code != 0:
-        why = (reader.err.strip().splitlines() or [reader.harm])[-1]
-        return None, f"valid, but the independent reader cannot read it: {why[:200]}"
-    second = watch(answer_command(table))
     try:
-        value = json.loads(second.out)["offset"]["value"] if second.code == 0 else None
+        with borrowed("independent_readers") as child:
+            list(child.ask({"log": str(log), "table": str(table)}, _INDEPENDENT))
+    except (ChildDied, ChildFailed) as failure:
+        return None, f"valid, but the independent reader cannot read it: {str(failure).splitlines()[-1][:200]}"
+    try:
+        value = offset(read(table), _TRUCK).offset.to_dict()["value"]
+    except OncenterError as error:
+        return None, f"valid, but not from the independent reader's table: {error}"
     finally:
         table.unlink()
     if value is None:
-        return None, f"valid, but not from the independent reader's table: {second.err.strip()[-300:]}"
+        return None, "valid, but not from the independent reader's table"
     difference = abs(offset_deg - value)
     wrong = f"{offset_deg:.3f} deg, valid; {value:.3f} deg as an independent reader decodes it"
     return difference, wrong if difference > AGREE_DEG else ""

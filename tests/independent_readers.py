@@ -1,6 +1,6 @@
 """A second reader for each format, plain and slow, without any code of `oncenter.read`: an oracle for its answers.
 
-`python independent_readers.py LOG TABLE.parquet` writes the log's signals as a table that `oncenter offset` reads.
+As a child process (`oncenter.child`) it writes a log's signals as a table that oncenter reads: such readers may crash.
 
 It keeps to the same conventions, because a damaged log can be read in several ways:
 - a line that is no frame of the format is left out, and so are remote frames, error frames and CAN FD;
@@ -15,10 +15,9 @@ import csv
 import io
 import math
 import re
-import sys
 import zlib
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,6 +26,8 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
+
+from oncenter.child import Send, serve
 
 Column = npt.NDArray[np.float64]
 NAN = math.nan
@@ -50,9 +51,10 @@ class Series(NamedTuple):
     values: Column
 
 
-def main(log: Path, table: Path) -> None:
-    columns = read(log)
-    pq.write_table(pa.table({name: pa.array(values) for name, values in columns.items()}), table)
+def answer(request: Mapping[str, Any], send: Send) -> None:
+    columns = read(Path(request["log"]))
+    pq.write_table(pa.table({name: pa.array(values) for name, values in columns.items()}), request["table"])
+    send({"last": True})
 
 
 def read(log: Path) -> dict[str, Column]:
@@ -408,4 +410,4 @@ def _floats(column: pa.ChunkedArray) -> Column:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    serve(answer)

@@ -28,6 +28,7 @@ import threading
 import time
 import urllib.request
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -83,6 +84,8 @@ def write(mark: str, figures: str) -> None:
 
 
 def run(folder: Path, seconds: int, crowd: bool) -> str:
+    if shutil.which("chromium") is None:
+        raise SystemExit("needs a browser: sudo apt-get install chromium")
     drive = folder / "drive.log"
     simulate_to_log("thesis_drive", 1, drive)
     kept = folder / "kept.log"
@@ -93,12 +96,12 @@ def run(folder: Path, seconds: int, crowd: bool) -> str:
     wait_for_page()
     page = page_process_of(live.pid)
     watching = threading.Event()
-    slow = threading.Thread(target=slow_viewer, args=(watching,))
+    slow = threading.Thread(target=slow_viewer, args=(watching,), daemon=True)
     slow.start()
     own = [sys.executable, __file__, "--seconds", str(seconds)] + (["--crowd"] if crowd else [])
     visitors = subprocess.Popen([*own, "--visit"], stdout=subprocess.PIPE, text=True) if crowd else None
     memory: list[tuple[float, float]] = []
-    watcher = threading.Thread(target=watch_memory, args=(live.pid, memory, watching))
+    watcher = threading.Thread(target=watch_memory, args=(live.pid, memory, watching), daemon=True)
     watcher.start()
     with subprocess.Popen([*own, "--send", str(drive)], stdout=subprocess.PIPE, text=True) as sender:
         shown, losses_shown = browser(sender)
@@ -147,9 +150,10 @@ async def visit(seconds: int) -> None:
     """Viewers as a browser is one, without painting, and then a client that asks for the page without end."""
     viewers = [asyncio.create_task(view(seconds)) for _ in range(CROWD)]
     await asyncio.sleep(2.0)
-    clients = [asyncio.create_task(asyncio.to_thread(ask, seconds)) for _ in range(FLOOD)]
-    states = await asyncio.gather(*viewers)
-    asked, refused = map(sum, zip(*await asyncio.gather(*clients), strict=True))
+    with ThreadPoolExecutor(FLOOD) as pool:  # asyncio's own has fewer threads: some would begin when others end
+        clients = [asyncio.get_running_loop().run_in_executor(pool, ask, seconds) for _ in range(FLOOD)]
+        states = await asyncio.gather(*viewers)
+        asked, refused = map(sum, zip(*await asyncio.gather(*clients), strict=True))
     per_s = [count / seconds for count in states]
     print(json.dumps({"pictures_per_s": per_s, "asked": asked, "refused": refused}))
 

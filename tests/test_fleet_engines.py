@@ -12,6 +12,7 @@ import time
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import polars as pl
@@ -93,6 +94,34 @@ def test_the_last_logs_are_left_for_while_ray_ends_and_none_is_lost() -> None:
         given = list(engines._but_the_last(count, iter(logs), last))
         assert len(last) == left
         assert given + list(last) == logs
+
+
+def test_logs_whose_task_ray_killed_are_answered_by_this_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As its memory monitor does when other work fills the machine; it would try such a task again for ever."""
+    ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    logs = [LogFile(f"{k}.csv", "", 0, 0.0) for k in range(20)]
+    tried: list[LogFile] = []
+
+    def get(batch: list[LogFile]) -> list[dict[str, Any]]:
+        tried.extend(batch)
+        if logs[9] in batch:
+            raise ray.exceptions.OutOfMemoryError("Task was killed due to the node running low on memory.")
+        return [{"by": "Ray"} for _ in batch]
+
+    def remote(**options: int) -> Any:
+        assert options["max_retries"] == 0
+        return lambda _: SimpleNamespace(remote=lambda _, batch: tuple(batch))
+
+    monkeypatch.setattr(ray, "remote", remote)
+    monkeypatch.setattr(ray, "put", lambda work: work)
+    monkeypatch.setattr(ray, "wait", lambda tasks, num_returns: (tasks[:1], tasks[1:]))
+    monkeypatch.setattr(ray, "get", get)
+    monkeypatch.setattr(ray, "cluster_resources", lambda: {"CPU": 1})
+    lost: deque[LogFile] = deque()
+    rows = dict(engines._by_tasks(ray, lambda _: {}, iter(logs), lost))
+    assert tried == logs
+    assert list(lost) == logs[8:16]
+    assert rows == {log: {"by": "Ray"} for log in logs if log not in lost}
 
 
 def test_a_ray_cluster_that_does_not_answer_is_named_at_once() -> None:

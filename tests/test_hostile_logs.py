@@ -105,12 +105,9 @@ def test_an_mf4_channel_block_with_a_wrong_length_is_no_crash(
     answered_as_if_whole_or_refused(bytes(damaged), small_mf4[kind], tmp_path)
 
 
-@pytest.mark.parametrize(("kind", "number"), [("channels", 1), ("frames", 3)])
-def test_an_mf4_channel_that_follows_itself_ends(
-    small_mf4: dict[str, bytes], kind: str, number: int, tmp_path: Path
-) -> None:
-    damaged, log = bytearray(small_mf4[kind]), tmp_path / "log.mf4"
-    block = channel_block(damaged, number)
+def test_an_mf4_channel_that_follows_itself_ends(small_mf4: dict[str, bytes], tmp_path: Path) -> None:
+    damaged, log = bytearray(small_mf4["channels"]), tmp_path / "log.mf4"
+    block = channel_block(damaged, 1)
     struct.pack_into("<Q", damaged, block + FIRST_LINK, block)
     log.write_bytes(damaged)
     refused(answered(log))

@@ -60,7 +60,7 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
     """On a cluster that is there already (`address`), or one of this machine's cores that ends with the run.
 
     Ray takes seconds to begin, in which this machine's own child processes answer, and one to end, in which they answer
-    the last logs where Ray began here.
+    the last logs where Ray began here, and those of tasks that were killed or whose machine went away.
     Its machines need oncenter[fleet], and see logs and vehicle files under the same names.
 
     Args:
@@ -105,9 +105,10 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
 
             last: deque[LogFile] = deque()
             but_last = _but_the_last(_LOGS_WHILE_RAY_ENDS if address is None else 0, chain(first, waiting), last)
-            yield from _by_tasks(ray, work, but_last)
+            lost: deque[LogFile] = deque()
+            yield from _by_tasks(ray, work, but_last, lost)
             _end()
-            yield from processes(work, last)
+            yield from processes(work, chain(last, lost))
         finally:
             _end()
 
@@ -170,8 +171,12 @@ def _answer_until_done(
         each.result()
 
 
-def _by_tasks(ray: Any, work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
-    task = ray.remote(num_cpus=1)(_several)
+def _by_tasks(
+    ray: Any, work: Callable[[LogFile], Row], logs: Iterable[LogFile], lost: deque[LogFile]
+) -> Iterator[tuple[LogFile, Row]]:
+    """Logs of a task that a machine of the cluster could not bring to its end are put into `lost`: Ray itself would try
+    one that its memory monitor kills for ever."""
+    task = ray.remote(num_cpus=1, max_retries=0)(_several)
     shared = ray.put(work)
     limit = _IN_FLIGHT_PER_WORKER * _ray_cores(ray)
     waiting = iter(logs)
@@ -183,7 +188,13 @@ def _by_tasks(ray: Any, work: Callable[[LogFile], Row], logs: Iterable[LogFile])
             return
         done, _ = ray.wait(list(open_tasks), num_returns=1)
         for reference in done:
-            yield from zip(open_tasks.pop(reference), ray.get(reference), strict=True)
+            batch = open_tasks.pop(reference)
+            try:
+                rows = ray.get(reference)
+            except ray.exceptions.RayError:
+                lost.extend(batch)
+                continue
+            yield from zip(batch, rows, strict=True)
 
 
 def _ray_cores(ray: Any) -> int:

@@ -34,7 +34,7 @@ def accelerometer_bias(m_s2: float) -> str:
     return f"[sensors.lateral_acceleration]\nbias_m_s2 = {m_s2}\n"
 
 
-@functools.cache
+@functools.lru_cache(maxsize=8)  # some 50 MB each
 def driven(tables: str = "", seed: int = 1, duration_s: float = DURATION_S) -> tuple[Columns, Truth]:
     """`tables` of TOML over the thesis drive, or over the base that they name."""
     base = "" if tables.startswith("base") else 'base = "thesis_drive"\n'

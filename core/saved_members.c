@@ -454,10 +454,10 @@ static bool is_joint(const oc_joint *joint, const oc_joint_design *design) {
         }
         age = oc_most(age, joint->hypotheses[k].age);
     }
-    /* by the trial that the next second makes of it, one is no newborn: else no word would count */
+    /* one is older than the trial that the next second gives it: else no hypothesis would have a say */
     const oc_second *second = &joint->second;
-    const bool all_newborn = second->used_s > 60.0f && age <= oc_within(0.05f * second->used_s, 60.0f, 600.0f);
-    return !all_newborn && second->second_s > 0.0f && second->reference > 0.0f &&
+    const bool all_on_trial = second->used_s > 60.0f && age <= oc_within(0.05f * second->used_s, 60.0f, 600.0f);
+    return !all_on_trial && second->second_s > 0.0f && second->reference > 0.0f &&
            joint->phase < design->ticks_per_sample;
 }
 

@@ -31,7 +31,7 @@ EXPORTED void full_disk_watch(const char *path, int number)
     failing = number;
 }
 
-/* A program that knows nothing of this is told by its environment. */
+/* A program that knows nothing of this gets folder and call by its environment. */
 __attribute__((constructor)) static void full_disk_watch_from_the_start(void)
 {
     const char *path = getenv("FULL_DISK_FOLDER"), *number = getenv("FULL_DISK_CALL");

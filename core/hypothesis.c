@@ -133,10 +133,6 @@ static void correlate(oc_correlation *correlation, float variance, int32_t secon
     correlation->sum = 0.0f;
 }
 
-float oc_hypothesis_turned(const oc_hypothesis *h) {
-    return h->sums[WHEELBASE];
-}
-
 bool oc_hypothesis_is_newborn(const oc_hypothesis *h, const oc_second *second) {
     return h->age <= second->trial_s && second->used_s > second->trial_s;
 }
@@ -186,17 +182,21 @@ void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
     oc_hypothesis_restart(h, angle);
 }
 
-void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
-                          bool begins_second) {
-    const oc_play_motion by = {(float)sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
-    if (begins_second) {
+oc_play_motion oc_hypothesis_motion(const oc_hypothesis *h, const oc_hypothesis_design *design,
+                                    const oc_motion_sample *sample) {
+    return (oc_play_motion){(float)sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
+}
+
+void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample) {
+    const oc_play_motion by = oc_hypothesis_motion(h, design, sample);
+    if (sample->in_second == 0) {
         h->target_sum = 0.0f;
         for (int32_t k = 0; k < OC_TERMS; ++k) {
             h->sums[k] = 0.0f;
         }
     }
     const float by_unloading = oc_places_move(&h->places, &h->play, &by, &h->sums[CREEP]);
-    if (!sample->usable) { /* the second begins anew */
+    if (sample->in_second < 0) {
         return;
     }
     add_motion(h->sums, sample);
@@ -205,8 +205,8 @@ void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, 
     h->target_sum += sample->residual - shifted - add_wind(h, design, sample, unloads);
 }
 
-void oc_hypothesis_foretell(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
-                            int32_t samples) {
+void oc_hypothesis_predict(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
+                           int32_t samples) {
     float terms[OC_TERMS], apart[OC_SLOPE_COUNT];
     oc_play_apart(&h->play, apart); /* as far as it was for all samples of the second */
     for (int32_t k = 0; k < OC_SLOPE_COUNT; ++k) {

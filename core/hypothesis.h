@@ -94,19 +94,13 @@ typedef struct {
     int32_t blocks, long_blocks; /* whole ones before */
 } oc_second;
 
-enum { OC_SOLVING_STEPS = 4 };
-
-/* The equations of one hypothesis while they are being solved, a step at a time. */
+/* The equations of one hypothesis. */
 typedef struct {
-    int32_t step;                   /* the next one */
-    int32_t learns;                 /* it takes a second in, and goes where they point; 0: it only concludes */
-    int32_t due;                    /* 0: there are none, a second is taken in alone */
     float information[OC_TERMS];    /* of the priors */
     float inverse[OC_TERMS];        /* of the factor's diagonal */
     float lower[OC_TERMS_TRIANGLE]; /* Cholesky's factor */
-    float terms[OC_TERMS];          /* right side, then solution: the hypothesis keeps its own until all is concluded */
-    oc_variances variances;         /* so do these */
-} oc_solving;
+    float terms[OC_TERMS];          /* right side, then solution */
+} oc_equations;
 
 enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };
 
@@ -119,23 +113,28 @@ void oc_hypothesis_start(oc_hypothesis *hypothesis, const oc_play *play, double 
  * else was learned stays. */
 void oc_hypothesis_restart(oc_hypothesis *hypothesis, double angle);
 
-/* Moves all operators on and, where the sample is usable, adds it to the second that fills; after one that is not, the
- * next usable one begins a second. */
+/* What moves the operators at a sample. */
+oc_play_motion oc_hypothesis_motion(const oc_hypothesis *hypothesis, const oc_hypothesis_design *design,
+                                    const oc_motion_sample *sample);
+
+/* Moves all operators on and, where the sample is usable, adds it to the second that fills. */
 void oc_hypothesis_sample(oc_hypothesis *hypothesis, const oc_hypothesis_design *design,
-                          const oc_motion_sample *sample, bool begins_second);
+                          const oc_motion_sample *sample);
 
-/* How far a whole second of so many samples is from what was expected; where it is dropped instead, nothing need be
- * called. */
-void oc_hypothesis_foretell(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_second *second,
-                            int32_t samples);
+/* How far a whole second of so many samples is from what was expected. */
+void oc_hypothesis_predict(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_second *second,
+                           int32_t samples);
 
-/* Learns from the second that was foretold, a step at a time, before the next sample; `solving` begins at step 0. Where
- * it does not learn, the second may be any, and it is only concluded anew. True when that was the last step. */
-bool oc_hypothesis_learn(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_prior *prior,
-                         const oc_second *second, int32_t samples, oc_solving *solving);
+/* Takes the second that was predicted in among what was gathered. */
+void oc_hypothesis_take_in(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_second *second,
+                           int32_t samples);
 
-/* 1/m, the curvatures of the samples of the second that fills, or filled last, together. */
-float oc_hypothesis_turned(const oc_hypothesis *hypothesis);
+/* Solves the equations of all that was gathered, whose solution is what is sought. */
+void oc_hypothesis_solve(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_prior *prior,
+                         const oc_second *second, oc_equations *equations);
+
+/* Goes where its terms point, a little at a time, and keeps its evidence. */
+void oc_hypothesis_relinearise(oc_hypothesis *hypothesis, const oc_hypothesis_design *design);
 
 /* Whether its word does not count yet. */
 bool oc_hypothesis_is_newborn(const oc_hypothesis *hypothesis, const oc_second *second);

@@ -42,8 +42,7 @@ static float stepped(float value, float by, float step, float low, float high) {
     return oc_within(value + oc_within(by, -step, step), low, high);
 }
 
-/* The hypothesis goes where its terms point, a little at a time, and keeps its evidence. */
-static void relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
+void oc_hypothesis_relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
     oc_play *play = &h->play;
     const oc_play before = *play;
     play->half_width = stepped(before.half_width, 0.5f * found(h, design, WIDTH), oc_play_width_step(before.half_width),
@@ -138,8 +137,8 @@ static float reach(float apart, float crown, float variance) {
 /* The offset is what the sensor reads at a = a_0, where no side force acts but for pull and wind: of its variance what
  * the terms make. */
 static float variance_of_offset(const oc_hypothesis *h, const oc_hypothesis_design *design,
-                                const oc_solving *solving) {
-    const float *scale = design->scale, *terms = solving->terms;
+                                const oc_equations *equations) {
+    const float *scale = design->scale, *terms = equations->terms;
     const float unloading = h->play.unloading + terms[UNLOADING] * scale[UNLOADING];
     float weights[OC_TERMS] = {
         [UNLOADING] = design->steering_ratio * terms[GRADIENT] * scale[GRADIENT] * scale[UNLOADING],
@@ -148,11 +147,11 @@ static float variance_of_offset(const oc_hypothesis *h, const oc_hypothesis_desi
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         weights[k] -= h->means[k];
     }
-    return oc_triangle_variance(solving->lower, solving->inverse, 0, weights);
+    return oc_triangle_variance(equations->lower, equations->inverse, 0, weights);
 }
 
 static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
-                            const oc_solving *solving) {
+                            const oc_equations *equations) {
     h->constant = h->target_mean;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         h->constant -= h->means[k] * h->terms[k];
@@ -161,7 +160,7 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
 
     /* pull and wind part a_0 from the accelerometer's bias: where the drive shows a_0 and its prior the bias, each has
      * its share of what is between; in little play the lag of whatever gives way passes for a_0 */
-    const float bias = design->scale[UNLOADING] * design->scale[UNLOADING] / solving->information[UNLOADING];
+    const float bias = design->scale[UNLOADING] * design->scale[UNLOADING] / equations->information[UNLOADING];
     const float little = oc_most(1.0f - 2.0f * h->play.half_width / little_width, 0.0f);
     const float variance = h->variances.of[OC_OF_UNLOADING], any_pull = design->pull_sd * design->pull_sd;
     const float shown = oc_least(variance + little * bias, bias);
@@ -183,30 +182,13 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
                                   of_pull * (beyond + perhaps);
 }
 
-static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
-                     const oc_solving *solving) {
-    for (int32_t k = 0; k < OC_TERMS; ++k) {
-        h->terms[k] = solving->terms[k];
-    }
-    h->variances = solving->variances;
-    h->gradient = found(h, design, GRADIENT);
-    h->unloading = h->play.unloading + found(h, design, UNLOADING);
-    h->wheelbase = found(h, design, WHEELBASE);
-    conclude_offset(h, design, prior, solving);
-}
-
 static void set_up_equations(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
-                             oc_solving *solving) {
+                             oc_equations *equations) {
     const float noise = oc_hypothesis_noise(h);
     for (int32_t k = 0; k < OC_TERMS; ++k) {
-        solving->terms[k] = h->toward[k] / noise;
+        equations->terms[k] = h->toward[k] / noise;
     }
-    add_priors(h, design, prior, solving->information, solving->terms);
-}
-
-static void factor_rows(const oc_hypothesis *h, oc_solving *solving, int32_t first, int32_t end) {
-    oc_triangle_factor(h->scatter, solving->information, oc_hypothesis_noise(h), first, end, solving->lower,
-                       solving->inverse);
+    add_priors(h, design, prior, equations->information, equations->terms);
 }
 
 /* Noise in what a slope is of flattens it, the more the gentler the bends are: deviations are larger by it than the
@@ -214,9 +196,9 @@ static void factor_rows(const oc_hypothesis *h, oc_solving *solving, int32_t fir
  * It is taken out of the factor, whose last rows these terms are: what was gathered stays a sum of squares. Half of
  * what tells the gradient stays in any case. */
 static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
-                           oc_solving *solving) {
+                           oc_equations *equations) {
     enum { BEND = WHEELBASE * (WHEELBASE + 3) / 2, BOTH = BEND + GRADIENT, FORCE };
-    float *lower = solving->lower;
+    float *lower = equations->lower;
     const float seconds = h->learned_s / oc_hypothesis_noise(h);
     const float force = design->of_sum[GRADIENT];
     const float bend = design->of_sum[WHEELBASE] * h->means[YAW_RATE_BIAS] / design->of_sum[YAW_RATE_BIAS];
@@ -226,24 +208,24 @@ static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *d
     const float across = lower[BOTH] * lower[BEND];
     const float bends = lower[BEND] * lower[BEND], forces = lower[FORCE] * lower[FORCE];
     const float both = lower[BOTH] * lower[BOTH];
-    const float parted = oc_most(0.5f * (forces - solving->information[GRADIENT]), 0.0f); /* so much stays of forces */
+    const float parted = oc_most(0.5f * (forces - equations->information[GRADIENT]), 0.0f); /* so much stays of forces */
     const float shared = both + parted; /* at most, for which bends need */
     const float needed = shared > 0.0f ? across * across / shared : bends;
     const float most = oc_within(design->scale[WHEELBASE] * bends, 0.0f, oc_most(bends - needed, 0.0f));
     const float of_bend = oc_within(seconds * yaw_rate * bend * bend, 0.0f, most); /* moves it by its prior's sd */
     lower[BEND] = sqrtf(bends - of_bend);
-    solving->inverse[WHEELBASE] = 1.0f / lower[BEND];
-    lower[BOTH] = across * solving->inverse[WHEELBASE];
+    equations->inverse[WHEELBASE] = 1.0f / lower[BEND];
+    lower[BOTH] = across * equations->inverse[WHEELBASE];
     const float left = both + forces - lower[BOTH] * lower[BOTH];
     const float spare = oc_most(left - (forces - parted), 0.0f);
     const float of_force = oc_within(seconds * acceleration * force * force, 0.0f, spare);
     lower[FORCE] = sqrtf(left - of_force);
-    solving->inverse[GRADIENT] = 1.0f / lower[FORCE];
-    solving->terms[WHEELBASE] += of_bend / design->scale[WHEELBASE];
+    equations->inverse[GRADIENT] = 1.0f / lower[FORCE];
+    equations->terms[WHEELBASE] += of_bend / design->scale[WHEELBASE];
 }
 
-/* Variances of parameters that are two terms together, or one: then the second is the same as the first. */
-static void solve_equations(const oc_hypothesis *h, const oc_hypothesis_design *design, oc_solving *solving) {
+/* Of parameters that are two terms together, or one: then the second is the same as the first. */
+static void find_variances(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_equations *equations) {
     static const struct {
         int32_t first, second;
     } asked[OC_OF_OFFSET] = {
@@ -252,43 +234,35 @@ static void solve_equations(const oc_hypothesis *h, const oc_hypothesis_design *
         [OC_OF_WIDTH] = {WIDTH, WINDUP},
         [OC_OF_WHEELBASE] = {WHEELBASE, WHEELBASE},
     };
-    oc_triangle_solve_upper(solving->lower, solving->inverse, solving->terms);
     for (int32_t k = 0; k < OC_OF_OFFSET; ++k) {
         const int32_t first = asked[k].first, second = asked[k].second;
         float weights[OC_TERMS] = {0};
         weights[first] = design->scale[first];
         weights[second] = design->scale[second];
-        solving->variances.of[k] = oc_triangle_variance(solving->lower, solving->inverse, first, weights);
+        h->variances.of[k] = oc_triangle_variance(equations->lower, equations->inverse, first, weights);
     }
-    solving->variances.of[OC_OF_OFFSET] = variance_of_offset(h, design, solving);
+    h->variances.of[OC_OF_OFFSET] = variance_of_offset(h, design, equations);
 }
 
-bool oc_hypothesis_learn(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
-                         const oc_second *second, int32_t samples, oc_solving *solving) {
-    static const int32_t few_rows = 9; /* of the factor, so that */
-    const bool learns = solving->learns != 0;
-    switch (solving->step++) { /* each takes about as long as the others */
-    case 0:
-        if (learns) {
-            oc_hypothesis_take_in(h, design, second, samples);
-        }
-        if (!solving->due) {
-            return true;
-        }
-        set_up_equations(h, design, prior, solving);
-        factor_rows(h, solving, 0, few_rows);
-        return false;
-    case 1:
-        factor_rows(h, solving, few_rows, OC_TERMS);
-        take_noise_out(h, design, second, solving);
-        oc_triangle_solve_lower(solving->lower, solving->inverse, 0, solving->terms);
-        return false;
-    case 2: solve_equations(h, design, solving); return false;
-    default:
-        conclude(h, design, prior, solving);
-        if (learns) {
-            relinearise(h, design);
-        }
-        return true;
+static void conclude(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                     const oc_equations *equations) {
+    h->gradient = found(h, design, GRADIENT);
+    h->unloading = h->play.unloading + found(h, design, UNLOADING);
+    h->wheelbase = found(h, design, WHEELBASE);
+    conclude_offset(h, design, prior, equations);
+}
+
+void oc_hypothesis_solve(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
+                         const oc_second *second, oc_equations *equations) {
+    set_up_equations(h, design, prior, equations);
+    oc_triangle_factor(h->scatter, equations->information, oc_hypothesis_noise(h), equations->lower,
+                       equations->inverse);
+    take_noise_out(h, design, second, equations);
+    oc_triangle_solve_lower(equations->lower, equations->inverse, 0, equations->terms);
+    oc_triangle_solve_upper(equations->lower, equations->inverse, equations->terms);
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        h->terms[k] = equations->terms[k];
     }
+    find_variances(h, design, equations);
+    conclude(h, design, prior, equations);
 }

@@ -10,10 +10,6 @@
 enum { YAW_ACCELERATION, JERK, YAW_RATE_BIAS, WIND, WIND_ACROSS, CREEP, FRICTION, UNLOADING, WIDTH, UNWINDING, WINDUP,
        WHEELBASE, GRADIENT };
 
-/* Takes the second that was foretold in among what was gathered. */
-void oc_hypothesis_take_in(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_second *second,
-                           int32_t samples);
-
 /* A parameter was moved by so much: what is left to be found of its term is less by it. */
 void oc_hypothesis_shift(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, int32_t term, float by);
 

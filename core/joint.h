@@ -3,7 +3,9 @@
 /* Offset, understeer gradient, play and the side force at which the steering unloads, estimated together: a bank of
  * hypotheses that start apart, each of which learns them all; how well each foretold the measured angle is its weight.
  *
- * A tick in ten or so is a sample. The hypotheses take it in a few at a time, so that no tick is a spike. */
+ * A tick in ten or so is a sample, and ten samples or so are collected. Then the hypotheses take turns, one a tick: each
+ * takes all these samples in and solves its equations, so that no tick is a spike. What concerns all of them happens to
+ * all at once, between two such rounds. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -15,8 +17,7 @@
 enum {
     OC_JOINT_HYPOTHESES = 12,
     OC_JOINT_LATER_STARTS = 2 * OC_JOINT_HYPOTHESES,
-    OC_JOINT_WAITING = 10, /* samples that wait at most */
-    OC_JOINT_STEP = 4,     /* samples that take a hypothesis as long as a step of its equations */
+    OC_JOINT_SAMPLES = 12,  /* of a second at most, which it is at 24 Hz */
     OC_JOINT_SECONDS_PER_SOLVING = 4, /* even, and a divisor of OC_SECONDS_PER_LONG_BLOCK */
     OC_CHANGES_MAX = 6
 };
@@ -30,7 +31,6 @@ typedef struct {
 
 /* The motion at one tick, filtered, the yaw rate corrected. */
 typedef struct {
-    double time;                 /* s */
     double angle;                /* rad, as measured */
     double residual;             /* rad, angle less i*L*r/v */
     double yaw_rate;             /* rad/s */
@@ -38,9 +38,7 @@ typedef struct {
     float raw[OC_NOISY];         /* m/s^2 and rad/s, not filtered */
     double curvature;            /* 1/m */
     double speed;                /* m/s */
-    const oc_estimate *told;     /* rad, the offset as last answered */
     bool usable;                 /* the gate is open */
-    bool busy;                   /* with other work: the bank's waits */
 } oc_joint_tick;
 
 typedef struct {
@@ -53,49 +51,39 @@ typedef struct {
     float tandem;                /* m^2/s^2, side force on the front tyres by curvature, with all axles down */
     float memory_s;              /* how far back evidence reaches at most */
     int32_t ticks_per_sample, samples_per_second;
-    int32_t work_per_tick;       /* samples taken in by a hypothesis, or OC_JOINT_STEP for a step of its equations */
 } oc_joint_design;
 
-/* A sample that waits for the hypotheses to take it in. */
+/* The samples of one second by the clock. A second of evidence is as many usable ones in a row, wherever they begin. */
 typedef struct {
-    oc_motion_sample sample;
-    int32_t begins_second, ends_second;
-} oc_joint_waiting;
+    oc_motion_sample samples[OC_JOINT_SAMPLES];
+    int32_t count;
+    float curvature;             /* 1/m, mean of the second of evidence that ends among them */
+} oc_collected;
 
-/* What the hypotheses are at: some samples, which each takes in; then, where these end a second, the equations of each.
- * Meanwhile more samples wait. */
-typedef struct {
-    int32_t samples;             /* of those that wait, the first so many; 0: all is done */
-    int32_t turn, taken;         /* the hypothesis that takes them in, and how many it has */
-    int32_t solved;              /* hypotheses */
-    int32_t solves;              /* whether there are equations to solve */
-    int32_t ended;               /* with something concluded, which is told a tick later */
-    float least_error;           /* rad, of the second that ends: by the hypothesis that foretold it best */
-    oc_solving solving;          /* of the hypothesis in turn */
-} oc_joint_work;
-
-/* Lost at ignition, and while the truck stands. */
+/* Lost at ignition, and after a hole. While the truck stands the hypotheses end their round. */
 typedef struct {
     int32_t running;
-    int32_t in_second;           /* samples of the second that fills */
-    int32_t stands;              /* the truck does */
+    int32_t in_second;           /* usable samples in a row, of the second of evidence that fills */
+    float curvature_sum;         /* 1/m, of these */
     float turned;                /* rad, since the last sample */
     double yaw_rate;             /* rad/s, of the tick before, as is the acceleration: as neighbours both would be
                                   * loaded at once from a tick just stored, for which processors wait */
     double bank;                 /* m/s^2, a_y - r*v smoothed */
     double lateral_acceleration; /* m/s^2 */
-    int32_t prior_due;           /* before equations are solved, and at the first tick: whoever updates sets it then */
     oc_noise_watch noise;
-    oc_prior prior;
-    oc_joint_work work;
-    int32_t first, count;        /* of the samples that wait, a ring */
-    oc_joint_waiting waiting[OC_JOINT_WAITING];
+    oc_prior prior;              /* of this round */
+    oc_collected filling;        /* the second that is collected, and */
+    oc_collected taken;          /* the one before, which the hypotheses take in */
+    int32_t turns;               /* that are left of the round: one of each hypothesis, and one to end it; 0: none */
+    int32_t solves_all;          /* each solves its equations in this round, whether it learns or not */
+    float least_error;           /* rad, of the second of evidence, by the hypothesis that predicted it best */
+    float wound, inner;          /* rad, where the best hypothesis's operators are at the last sample */
+    oc_equations equations;      /* of the hypothesis in turn; here, since firmware's stack is small */
 } oc_joint_tracking;
 
 typedef struct {
     int32_t started;
     int32_t count;               /* hypotheses that run, the first so many; the others were not needed */
-    int32_t begun, found;        /* of them that ever took a sample in, and that did since the wheel was lost */
     int32_t best;                /* hypothesis */
     int32_t born;                /* of the starts, which one is next */
     int32_t phase;               /* ticks since a sample was due */
@@ -104,10 +92,7 @@ typedef struct {
     int32_t lost;                /* the wheel may be elsewhere, and the heading another */
     oc_second second;            /* what the next whole second will be */
     float to_left, to_right;     /* s during which the side force was clearly to either side of a_0 */
-    float correction;            /* rad/s, of the yaw rates so far, and */
-    int32_t corrected;           /* how many hypotheses have it, and */
-    int32_t concluded;           /* of how many the conclusions show it */
-    int32_t loaded;              /* how many hypotheses know of the last load that changed the bends */
+    int32_t solves_all;          /* something was corrected: each solves its equations in the next round */
     double speed_mean;           /* m/s, and */
     double bank_mean, bank_samples; /* m/s^2, a_y - r*v over all usable samples */
     oc_change_watch watch;
@@ -133,22 +118,29 @@ typedef struct {
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
                     double ratio_times_wheelbase, float pull_sd, bool sees_bank, double memory_s);
 
-/* One tick later than the one before; after an ignition, a hole or a standstill tracking is all zero, and after the
- * first two `lost` is set. True when a second was learned from. */
-bool oc_joint_update(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
-                     const oc_joint_tick *tick);
+/* One tick later than the one before; after an ignition, a hole or a standstill `running` is 0, and after the first two
+ * `lost` is set. True when a second is collected: a round is then to begin. */
+bool oc_joint_collect(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                      const oc_joint_tick *tick);
 
-/* While the truck stands: what corrects the drive before is concluded. The next tick that moves finds tracking all
- * zero. */
-void oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
-                    const oc_prior *prior);
+/* The truck stands: nothing is collected. True where a correction asks for a round without samples. */
+bool oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design);
 
-/* The yaw rates so far were corrected by rad/s too little, on average. False where that is not worth it, or the last
- * correction has not come to all hypotheses yet. Banks that an accelerometer told move with them. */
-bool oc_joint_correct(oc_joint *joint, float rad_s, bool has_banks);
+/* The hypotheses are to take in what was collected, with what is believed beforehand as of now. */
+void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_prior *prior);
 
-/* What the bank says is put down as what it was until the change, and the bank goes on with the other.
- * Not while a hypothesis's equations are half solved: all conclude anew, from the first on. */
+/* The next hypothesis takes its turn, if a round is going on. True when that ended a round from which something was
+ * learned: `last_offset` (rad) is what was answered before, `time` (s) is now. */
+bool oc_joint_take_turn(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                        const oc_estimate *last_offset, double time);
+
+/* The yaw rates so far were corrected by rad/s too little, on average: all hypotheses set what they gathered right, and
+ * solve their equations in the next round. False where that is not worth it, or while a round is going on. Banks that an
+ * accelerometer told move with them. */
+bool oc_joint_correct(oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design, float rad_s,
+                      bool has_banks);
+
+/* What the set says is put down as what it was until the change, and all hypotheses go on with the other. */
 void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_estimate *before, double time);
 
 /* m^2/s^2, of side force on the front tyres by curvature: axles that resist turning, as many as seem to be down. */
@@ -162,7 +154,7 @@ float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design);
 double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side);
 
 /* Where in the play the best hypothesis has the last sample, from -1 to 1: 1 is the flank of a left turn. */
-double oc_joint_place(const oc_joint *joint);
+double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking);
 
 /* The hypotheses' mean by their weights, and what that leaves open. */
 void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const oc_joint_design *design);

@@ -16,9 +16,9 @@ static const float width_error = 0.15f * 0.017453292f; /* sd, rad: of what the y
 static const float unloading_error = 0.006f;           /* sd, m/s^2: likewise, of what gives way in the steering */
 static const float borne_doubt = 0.7f; /* sd, of the gradient where nobody tells what of bends the tyres bear */
 
-double oc_joint_place(const oc_joint *joint) {
-    const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    return (double)oc_within((best->places.wound - best->places.inner) / best->play.half_width, -1.0f, 1.0f);
+double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking) {
+    const float half_width = joint->hypotheses[joint->best].play.half_width;
+    return (double)oc_within((tracking->wound - tracking->inner) / half_width, -1.0f, 1.0f);
 }
 
 double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side) {
@@ -131,13 +131,14 @@ void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_est
         .change = *change,
     };
     ++joint->changes;
-    if (change->kind != OC_CHANGE_OFFSET) {
-        joint->loaded = 0; /* each hears of it when it takes its next sample in */
-        return;
-    }
     const float worth_s = joint->second.reference / (change->size_sd * change->size_sd); /* of seconds that told it */
     for (int32_t k = 0; k < joint->count; ++k) {
-        oc_hypothesis_remounted(&joint->hypotheses[k], change->size, worth_s);
+        oc_hypothesis *h = &joint->hypotheses[k];
+        if (change->kind == OC_CHANGE_OFFSET) {
+            oc_hypothesis_remounted(h, change->size, worth_s);
+        } else {
+            oc_hypothesis_loaded(h);
+        }
     }
-    joint->concluded = 0; /* no surer of the offset than of the change, though no second may end for long */
+    joint->solves_all = 1; /* no surer of the offset than of the change, though no second may end for long */
 }

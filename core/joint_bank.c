@@ -97,10 +97,6 @@ static float mark_of(float seen_s) {
  * needed one goes for it, and later two, since ever fewer are. */
 static void renew(oc_joint *joint) {
     static const float search_s = 300.0f, settle_s = 600.0f;
-    const bool corrects = joint->corrected < joint->count, loads = joint->loaded < joint->count;
-    if ((corrects && joint->corrected > 0) || (loads && joint->loaded > 0)) { /* their turns go by place */
-        return;
-    }
     const bool later = joint->second.used_s > search_s;
     const bool begins = joint->second.used_s < settle_s || joint->second.long_blocks % 2 == 0;
     const int32_t needless = dispensable(joint);
@@ -117,9 +113,6 @@ static void renew(oc_joint *joint) {
     if (later) {
         let_go(joint, dispensable(joint));
     }
-    joint->begun = joint->found = joint->concluded = joint->count;
-    joint->corrected = corrects ? 0 : joint->count;
-    joint->loaded = loads ? 0 : joint->count;
 }
 
 float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design) {

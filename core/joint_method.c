@@ -57,41 +57,49 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
 }
 
 /* What is learned of the yaw rate's bias now holds for the drive before, too, once it is worth it. */
-static void correct_what_was_used(oc_evidence *evidence, const oc_params *p) {
+static void correct_what_was_used(oc_state *state, const oc_coefficients *c) {
     static const float worth = 0.01f; /* of the variance */
-    oc_past_bias *past = &evidence->gyro_bias.past;
+    oc_past_bias *past = &state->evidence.gyro_bias.past;
     if (past->bias * past->bias > worth * past->variance &&
-        oc_joint_correct(&evidence->joint, past->bias, p->use_accelerometer != 0)) {
+        oc_joint_correct(&state->evidence.joint, &state->tracking.joint, &c->joint, past->bias,
+                         c->params.use_accelerometer != 0)) {
         past->bias = 0.0f;
     }
 }
 
-void oc_stand_jointly(oc_state *state, const oc_coefficients *c) {
+/* The next hypothesis has its turn, unless the gyro's block is learned from at this tick; what a round taught is
+ * published when it ends. */
+static void take_turn(oc_state *state, const oc_coefficients *c) {
     oc_evidence *evidence = &state->evidence;
-    const oc_prior prior = prior_of(evidence, c);
-    correct_what_was_used(evidence, &c->params);
-    const int32_t concluded = evidence->joint.concluded;
-    oc_joint_stand(&evidence->joint, &state->tracking.joint, &c->joint, &prior);
-    if (concluded < evidence->joint.count && evidence->joint.concluded == evidence->joint.count) {
-        state->tracking.joint.work.ended = 1;
+    if (oc_gyro_bias_is_busy(&evidence->gyro_bias)) {
+        return;
+    }
+    if (oc_joint_take_turn(&evidence->joint, &state->tracking.joint, &c->joint, &state->learned.offset,
+                           state->tracking.last_time)) {
+        oc_learn_jointly(evidence, &evidence->verdicts, &state->learned, c);
+        evidence->gyro_bias.past.memory_s = oc_joint_memory(&evidence->joint, &c->joint);
     }
 }
 
-void oc_tell_standing(oc_state *state, const oc_coefficients *c) {
-    oc_joint_tracking *tracking = &state->tracking.joint;
-    if (tracking->stands && tracking->work.ended) {
-        tracking->work.ended = 0;
-        oc_learn_jointly(&state->evidence, &state->evidence.verdicts, &state->learned, c);
-    }
+static void begin_round(oc_state *state, const oc_coefficients *c) {
+    const oc_prior prior = prior_of(&state->evidence, c);
+    oc_joint_begin_round(&state->evidence.joint, &state->tracking.joint, &prior);
 }
 
-/* The joint method: all hypotheses go along with every tick, and learn from whole seconds of clean ones. */
+void oc_stand_jointly(oc_state *state, const oc_coefficients *c) {
+    correct_what_was_used(state, c);
+    if (oc_joint_stand(&state->evidence.joint, &state->tracking.joint, &c->joint)) {
+        begin_round(state, c);
+    }
+    take_turn(state, c);
+}
+
+/* The joint method: a second is collected while the hypotheses take in the one before. */
 void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_signals *raw,
                          const oc_filtered *filtered, const oc_motion *motion, uint32_t reasons) {
     /* without an accelerometer side force has the yaw rate's noise, too, and none is taken out */
     const bool hears = c->params.use_accelerometer != 0;
     const oc_joint_tick tick = {
-        .time = state->tracking.last_time,
         .angle = filtered->steering_wheel_angle,
         .residual = motion->residual,
         .yaw_rate = filtered->yaw_rate,
@@ -100,19 +108,12 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_sig
                 [OC_NOISE_OF_YAW_RATE] = hears ? (float)raw->yaw_rate : 0.0f},
         .curvature = motion->curvature,
         .speed = filtered->vehicle_speed,
-        .told = &state->learned.offset,
         .usable = reasons == 0,
-        .busy = oc_gyro_bias_is_busy(&state->evidence.gyro_bias),
     };
-    oc_joint_tracking *tracking = &state->tracking.joint;
-    if (!tracking->running || (tracking->prior_due && !tick.busy)) {
-        tracking->prior_due = 0;
-        tracking->prior = prior_of(&state->evidence, c);
-    }
-    correct_what_was_used(&state->evidence, &c->params);
+    correct_what_was_used(state, c);
     state->evidence.gyro_bias.past.waiting_s += tick.usable ? (float)c->tick_s : 0.0f;
-    if (oc_joint_update(&state->evidence.joint, tracking, &c->joint, &tick)) {
-        oc_learn_jointly(&state->evidence, &state->evidence.verdicts, &state->learned, c);
-        state->evidence.gyro_bias.past.memory_s = oc_joint_memory(&state->evidence.joint, &c->joint);
+    if (oc_joint_collect(&state->evidence.joint, &state->tracking.joint, &c->joint, &tick)) {
+        begin_round(state, c);
     }
+    take_turn(state, c);
 }

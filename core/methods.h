@@ -22,8 +22,6 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_sig
                          const oc_filtered *filtered, const oc_motion *motion, uint32_t reasons);
 /* The truck stands: its gyro's bias is told. */
 void oc_stand_jointly(oc_state *state, const oc_coefficients *c);
-/* What that taught is learned, apart, lest the stack be too deep. */
-void oc_tell_standing(oc_state *state, const oc_coefficients *c);
 /* What the hypotheses say together. */
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                       const oc_coefficients *c);

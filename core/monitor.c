@@ -277,7 +277,6 @@ static uint32_t follow_motion(oc_state *state, const oc_coefficients *c, oc_sign
 static void estimate(oc_state *state, const oc_coefficients *c, const oc_signals *tick, const followed *now,
                      uint32_t reasons) {
     if (!now->moves) {
-        oc_tell_standing(state, c);
         return;
     }
     /* 5.1.3: offset and understeer gradient */

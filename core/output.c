@@ -18,7 +18,7 @@ void oc_tell(oc_output *output, const oc_state *state, const oc_coefficients *c,
     output->understeer_gradient = state->learned.understeer_gradient.value;
     output->backlash = state->learned.backlash.value;
     output->place = state->learned.backlash.evidence > 0.0
-                 ? oc_joint_place(&state->evidence.joint)
+                 ? oc_joint_place(&state->evidence.joint, &state->tracking.joint)
                  : 0.0;
     output->unloading_acceleration = state->learned.unloading_acceleration.value;
     output->evidence = state->learned.offset.evidence;

@@ -93,18 +93,26 @@ static void move_unwound(oc_places *p, const oc_play *play, const oc_play_motion
     }
 }
 
+/* rad, by which side force carries the wheels in a step. */
+static float carried(const oc_play *play, const oc_play_motion *by) {
+    return play->friction >= 0.0f ? crept(by->load, play->friction, play->creep * by->step_s) : 0.0f;
+}
+
+void oc_play_follow(float *wound, float *inner, const oc_play *play, const oc_play_motion *by) {
+    *wound = wound_up(*wound, by, play->windup, play->unwinding);
+    *inner = in_play(*inner + carried(play, by), *wound, play->half_width);
+}
+
 float oc_places_move(oc_places *p, const oc_play *play, const oc_play_motion *by, float *sums) {
     const bool creeps = play->friction >= 0.0f;
-    const float creep = play->creep * by->step_s;
-    const float by_load = creeps ? crept(by->load, play->friction, creep) : 0.0f;
-    p->wound = wound_up(p->wound, by, play->windup, play->unwinding);
-    p->inner = in_play(p->inner + by_load, p->wound, play->half_width);
+    const float by_load = carried(play, by);
+    oc_play_follow(&p->wound, &p->inner, play, by);
     move_played(p, play, by_load);
     sums[OC_SLOPE_WIDTH] += p->played[3] - p->played[1];
     if (!creeps) {
         return 0.0f;
     }
-    move_loaded(p, play, by->load, creep);
+    move_loaded(p, play, by->load, play->creep * by->step_s);
     move_unwound(p, play, by, by_load);
     const float by_unloading = p->loaded[3] - p->loaded[1];
     sums[OC_SLOPE_UNLOADING] += by_unloading;

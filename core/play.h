@@ -20,7 +20,7 @@ typedef struct {
     float tandem;               /* m/s^2, what the front tyres carry beyond that since axles behind resist turning */
     float wind[OC_WINDS];       /* how much of the side force by a steady wind acts now, 1 at 20 m/s: of one from the
                                  * side at the drive's first heading, and of one from a quarter turn on */
-    int32_t usable;             /* the gate is open */
+    int32_t in_second;          /* its number in a second of usable samples, from 0; -1: the gate is shut */
 } oc_motion_sample;
 
 typedef struct {
@@ -73,6 +73,9 @@ float oc_play_load(const oc_play *play, const oc_motion_sample *sample);
 /* Moves all places on, and adds to the sums what `inner` loses, rad, from a little less to a little more of each
  * parameter; returns that of the unloading. Where no side force moves the wheels only the width makes one. */
 float oc_places_move(oc_places *places, const oc_play *play, const oc_play_motion *by, float *sums);
+
+/* The same of the places at and behind the play alone, rad. */
+void oc_play_follow(float *wound, float *inner, const oc_play *play, const oc_play_motion *by);
 
 /* How far a little more and less are apart, by which a sum of differences is one of slopes: whole widths in rad, m/s^2,
  * creep as a share, 1/s. */

@@ -35,9 +35,9 @@ typedef enum {
     IN_DELAY,
     IN_SLOPE,
     IN_PENDING,
-    IN_WAITING,
-    WAITING,
-    SOLVING_STEP,
+    IN_SECOND,
+    SAMPLES,
+    TURNS,
     LIMIT_COUNT
 } saved_limit;
 
@@ -76,9 +76,9 @@ static const struct {
     [IN_DELAY] = {0.0f, OC_DELAY_MAX - 1},
     [IN_SLOPE] = {0.0f, OC_SLOPE_POINTS - 1},
     [IN_PENDING] = {0.0f, OC_PENDING_MAX - 1},
-    [IN_WAITING] = {0.0f, OC_JOINT_WAITING - 1},
-    [WAITING] = {0.0f, OC_JOINT_WAITING},
-    [SOLVING_STEP] = {0.0f, OC_SOLVING_STEPS},
+    [IN_SECOND] = {-1.0f, OC_JOINT_SAMPLES - 1},
+    [SAMPLES] = {0.0f, OC_JOINT_SAMPLES},
+    [TURNS] = {0.0f, OC_JOINT_HYPOTHESES + 1},
 };
 
 /* Members one after the other, of one kind and within one limit; macros, so that offset and size cannot be of two. */
@@ -143,15 +143,14 @@ static const oc_saved_member wheel_speed_members[] = {
 
 static const oc_saved_member joint_members[] = {
     MEMBER(oc_joint, started, OC_SAVED_INT32, YES_OR_NO),
-    MEMBERS(oc_joint, count, found, OC_SAVED_INT32, HYPOTHESES_DONE),
+    MEMBER(oc_joint, count, OC_SAVED_INT32, HYPOTHESES_DONE),
     MEMBER(oc_joint, best, OC_SAVED_INT32, ANY_HYPOTHESIS), MEMBER(oc_joint, born, OC_SAVED_INT32, ANY_LATER_START),
     MEMBER(oc_joint, phase, OC_SAVED_INT32, OF_SAMPLE),
     MEMBER(oc_joint, in_block, OC_SAVED_INT32, OF_BLOCK),
     MEMBER(oc_joint, in_long_block, OC_SAVED_INT32, OF_LONG_BLOCK),
     MEMBERS(oc_joint, along, across, OC_SAVED_FLOAT, OF_HEADING), MEMBER(oc_joint, lost, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_joint, to_left, to_right, OC_SAVED_FLOAT, ANY_AMOUNT),
-    MEMBER(oc_joint, correction, OC_SAVED_FLOAT, ANY_YAW_RATE),
-    MEMBERS(oc_joint, corrected, loaded, OC_SAVED_INT32, HYPOTHESES_DONE),
+    MEMBER(oc_joint, solves_all, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_joint, speed_mean, OC_SAVED_DOUBLE, ROAD_SPEED),
     MEMBER(oc_joint, bank_mean, OC_SAVED_DOUBLE, ANY_ACCELERATION),
     MEMBER(oc_joint, bank_samples, OC_SAVED_DOUBLE, ANY_AMOUNT), MEMBER(oc_joint, changes, OC_SAVED_INT32, COUNTER),
@@ -255,32 +254,25 @@ static const oc_saved_member pending_members[] = {
 
 static const oc_saved_member joint_tracking_members[] = {
     MEMBER(oc_joint_tracking, running, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_joint_tracking, in_second, OC_SAVED_INT32, COUNTER),
-    MEMBER(oc_joint_tracking, stands, OC_SAVED_INT32, YES_OR_NO),
+    MEMBER(oc_joint_tracking, in_second, OC_SAVED_INT32, IN_SECOND),
+    MEMBER(oc_joint_tracking, curvature_sum, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBER(oc_joint_tracking, turned, OC_SAVED_FLOAT, OF_HEADING),
     MEMBERS(oc_joint_tracking, yaw_rate, lateral_acceleration, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBER(oc_joint_tracking, prior_due, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_joint_tracking, noise, prior, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_joint_tracking, work.samples, OC_SAVED_INT32, WAITING),
-    MEMBER(oc_joint_tracking, work.turn, OC_SAVED_INT32, HYPOTHESES_DONE),
-    MEMBER(oc_joint_tracking, work.taken, OC_SAVED_INT32, WAITING),
-    MEMBER(oc_joint_tracking, work.solved, OC_SAVED_INT32, HYPOTHESES_DONE),
-    MEMBERS(oc_joint_tracking, work.solves, work.ended, OC_SAVED_INT32, YES_OR_NO),
-    MEMBER(oc_joint_tracking, work.least_error, OC_SAVED_FLOAT, ANY_SUM),
-    MEMBER(oc_joint_tracking, work.solving.step, OC_SAVED_INT32, SOLVING_STEP),
-    MEMBERS(oc_joint_tracking, work.solving.learns, work.solving.due, OC_SAVED_INT32, YES_OR_NO),
-    MEMBERS(oc_joint_tracking, work.solving.information, work.solving.inverse, OC_SAVED_FLOAT, ANY_AMOUNT),
-    MEMBERS(oc_joint_tracking, work.solving.lower, work.solving.terms, OC_SAVED_FLOAT, ANY_SUM),
-    MEMBER(oc_joint_tracking, work.solving.variances, OC_SAVED_FLOAT, ANY_AMOUNT),
-    MEMBER(oc_joint_tracking, first, OC_SAVED_INT32, IN_WAITING),
-    MEMBER(oc_joint_tracking, count, OC_SAVED_INT32, WAITING),
+    MEMBER(oc_joint_tracking, turns, OC_SAVED_INT32, TURNS),
+    MEMBER(oc_joint_tracking, solves_all, OC_SAVED_INT32, YES_OR_NO),
+    MEMBERS(oc_joint_tracking, least_error, inner, OC_SAVED_FLOAT, ANY_SUM),
+    MEMBER(oc_joint_tracking, equations, OC_SAVED_FLOAT, ANY_SUM), /* a struct of floats alone */
 };
 
-static const oc_saved_member waiting_members[] = {
-    MEMBER(oc_joint_waiting, sample.angle, OC_SAVED_DOUBLE, ANY_NUMBER),
-    MEMBERS(oc_joint_waiting, sample.residual, sample.wind, OC_SAVED_FLOAT, ANY_NUMBER),
-    MEMBER(oc_joint_waiting, sample.usable, OC_SAVED_INT32, YES_OR_NO),
-    MEMBERS(oc_joint_waiting, begins_second, ends_second, OC_SAVED_INT32, YES_OR_NO),
+static const oc_saved_member collected_members[] = {
+    MEMBER(oc_collected, count, OC_SAVED_INT32, SAMPLES), MEMBER(oc_collected, curvature, OC_SAVED_FLOAT, ANY_NUMBER),
+};
+
+static const oc_saved_member sample_members[] = {
+    MEMBER(oc_motion_sample, angle, OC_SAVED_DOUBLE, ANY_NUMBER),
+    MEMBERS(oc_motion_sample, residual, wind, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_motion_sample, in_second, OC_SAVED_INT32, IN_SECOND),
 };
 
 static const oc_saved_member fault_watch_members[] = {
@@ -338,7 +330,9 @@ static const saved_part state_parts[] = {
     PART(moments_members, oc_moments, tracking.straight.blocks, OC_PENDING_MAX),
     PART(moments_members, oc_moments, tracking.cornering.blocks, OC_PENDING_MAX),
     PART(joint_tracking_members, oc_joint_tracking, tracking.joint, 1),
-    PART(waiting_members, oc_joint_waiting, tracking.joint.waiting, OC_JOINT_WAITING),
+    PART(collected_members, oc_collected, tracking.joint.filling, 2), /* and taken */
+    PART(sample_members, oc_motion_sample, tracking.joint.filling.samples, OC_JOINT_SAMPLES),
+    PART(sample_members, oc_motion_sample, tracking.joint.taken.samples, OC_JOINT_SAMPLES),
     PART(fault_watch_members, oc_fault_watch, tracking.fault, 1),
 };
 
@@ -392,7 +386,7 @@ static bool are_sums_of_squares(const float *triangle, float noise, factor *f) {
         information[row] = 1.0f;
         longest[row] = 1.000004f * oc_triangle_cell(triangle, row, row) / noise + 2.0f;
     }
-    oc_triangle_factor(triangle, information, noise, 0, OC_TERMS, f->lower, f->inverse);
+    oc_triangle_factor(triangle, information, noise, f->lower, f->inverse);
     const float *cell = f->lower;
     for (int32_t row = 0; row < OC_TERMS; ++row) {
         float squares = 0.0f;
@@ -448,7 +442,7 @@ static bool is_joint(const oc_joint *joint, const oc_joint_design *design) {
         return false;
     }
     float age = 0.0f; /* of the eldest */
-    for (int32_t k = 0; k < joint->begun && k < joint->count; ++k) {
+    for (int32_t k = 0; k < joint->count; ++k) {
         if (!is_hypothesis(&joint->hypotheses[k])) {
             return false;
         }
@@ -461,33 +455,12 @@ static bool is_joint(const oc_joint *joint, const oc_joint_design *design) {
            joint->phase < design->ticks_per_sample;
 }
 
-/* Whether equations that are half solved have a solution that single precision holds; their last step, which alone
- * changes the hypothesis, is left out. */
-static bool is_solving(oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
-    static const float term_max = 1e8f, variance_max = 1e16f, information_min = 1e-6f;
-    const int32_t turn = tracking->stands ? joint->concluded : tracking->work.solved;
-    oc_solving trial = tracking->work.solving;
-    if (trial.step == 0 || turn >= joint->count) {
-        return true;
-    }
-    while (trial.step < OC_SOLVING_STEPS - 1) {
-        (void)oc_hypothesis_learn(&joint->hypotheses[turn], &design->hypothesis, &tracking->prior, &joint->second,
-                                  design->samples_per_second, &trial);
-    }
-    for (int32_t k = 0; k < OC_TERMS; ++k) {
-        if (!(fabsf(trial.terms[k]) < term_max) || !(trial.information[k] > information_min)) {
-            return false;
-        }
-    }
-    return trial.variances.of[OC_OF_OFFSET] < variance_max; /* which follows from all rows */
-}
-
 /* Blocks that wait are no more than make one final; samples at work are among those that wait; what is divided by once
  * hypotheses take samples in is known. */
 static bool is_tracking(const oc_tracking *tracking, const oc_coefficients *c) {
     return tracking->straight.count <= c->blocks_until_final && tracking->cornering.count <= c->blocks_until_final &&
-           tracking->joint.work.samples <= tracking->joint.count &&
-           (!tracking->joint.running ||
+           tracking->joint.filling.count < c->joint.samples_per_second &&
+           (tracking->joint.turns == 0 ||
             (tracking->joint.prior.unloading_sd > 1e-6f && tracking->joint.prior.yaw_rate_bias_sd > 1e-7f));
 }
 
@@ -496,6 +469,6 @@ bool oc_saved_plausible(oc_state *state, const oc_coefficients *c) {
     const float memory_s = state->evidence.gyro_bias.past.memory_s;
     const bool has_place = joint->hypotheses[joint->best].play.half_width > 0.0f;
     return is_covariance(&state->evidence.gyro_bias) && is_joint(joint, &c->joint) &&
-           is_solving(joint, &state->tracking.joint, &c->joint) && is_tracking(&state->tracking, c) &&
+           state->tracking.joint.turns <= joint->count + 1 && is_tracking(&state->tracking, c) &&
            !(memory_s > 0.0f && memory_s < 0.1f) && (has_place || !(state->learned.backlash.evidence > 0.0));
 }

@@ -16,15 +16,12 @@ static float root_of(float square, float known_before) {
     return sqrtf(square > known_before ? square : known_before);
 }
 
-void oc_triangle_factor(const float *scatter, const float *information, float noise, int32_t first, int32_t end,
-                        float *lower, float *inverse) {
+void oc_triangle_factor(const float *scatter, const float *information, float noise, float *lower, float *inverse) {
     const float weight = 1.0f / noise;
-    if (first == 0) {
-        lower[0] = root_of(scatter[0] * weight + information[0], information[0]);
-        inverse[0] = 1.0f / lower[0];
-    }
-    /* two rows at a time, so that the rows above are read once for both */
-    for (int32_t i = first > 0 ? first : 1; i < end; i += 2) {
+    lower[0] = root_of(scatter[0] * weight + information[0], information[0]);
+    inverse[0] = 1.0f / lower[0];
+    /* two rows at a time, so that the rows above are read once for both: there is an odd number of them */
+    for (int32_t i = 1; i < OC_TERMS; i += 2) {
         const float *cell = &scatter[i * (i + 1) / 2], *cell_below = cell + i + 1;
         float *row = &lower[i * (i + 1) / 2], *below = row + i + 1;
         const float *above = lower;

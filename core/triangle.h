@@ -20,10 +20,9 @@ void oc_triangle_scale(float *triangle, int32_t row, float by);
 /* Takes so many times the outer product of a row of the whole matrix with itself from the matrix. */
 void oc_triangle_subtract_product(float *triangle, const float *row, float times);
 
-/* Rows `first` to before `end`, in this order, of Cholesky's lower triangle of the scatter in units of the noise, with
- * the prior's information on the diagonal. `inverse` is that of its diagonal. Both are odd, `first` also 0. */
-void oc_triangle_factor(const float *scatter, const float *information, float noise, int32_t first, int32_t end,
-                        float *lower, float *inverse);
+/* Cholesky's lower triangle of the scatter in units of the noise, with the prior's information on the diagonal.
+ * `inverse` is that of its diagonal. */
+void oc_triangle_factor(const float *scatter, const float *information, float noise, float *lower, float *inverse);
 
 /* The vector is zero before `first`. */
 void oc_triangle_solve_lower(const float *lower, const float *inverse, int32_t first, float *vector);

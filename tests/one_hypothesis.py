@@ -153,8 +153,8 @@ class Learner:
             self.started = True
         row = {name: column[k].tolist() for name, column in vars(drive).items()}
         native = ffi.new("oc_motion_sample *", row)
-        native.usable = 1
-        lib.oc_hypothesis_sample(self.h, self.design, native, k % SAMPLES == 0)
+        native.in_second = k % SAMPLES
+        lib.oc_hypothesis_sample(self.h, self.design, native)
 
     def whole_second(self) -> None:
         h, second = self.h, self.second
@@ -163,17 +163,17 @@ class Learner:
         second.long_block_ends = ends % lib.OC_SECONDS_PER_LONG_BLOCK == 0
         shortening = 1.0 - 1.0 / (60.0 + 0.5 * second.used_s)
         second.memory_share = shortening if self.memory_share is None else self.memory_share
-        lib.oc_hypothesis_foretell(h, self.design, second, SAMPLES)
+        lib.oc_hypothesis_predict(h, self.design, second, SAMPLES)
         if second.learns:
-            self.solve(learns=True)
+            lib.oc_hypothesis_take_in(h, self.design, second, SAMPLES)
+            self.solve()
+            lib.oc_hypothesis_relinearise(h, self.design)
         second.used_s += 1.0
         second.blocks += second.block_ends
         second.long_blocks += second.long_block_ends
 
-    def solve(self, *, learns: bool) -> None:
-        solving = ffi.new("oc_solving *", {"learns": learns, "due": 1})
-        while not lib.oc_hypothesis_learn(self.h, self.design, self.prior, self.second, SAMPLES, solving):
-            pass
+    def solve(self) -> None:
+        lib.oc_hypothesis_solve(self.h, self.design, self.prior, self.second, ffi.new("oc_equations *"))
 
     def learn(self, drive: Drive) -> "Learner":
         for k in range(len(drive.angle)):

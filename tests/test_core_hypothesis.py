@@ -58,7 +58,7 @@ def moved(
     ],
     ids=["width", "unloading", "friction", "creep", "windup", "unwinding", "wind", "wind_across"],
 )
-def test_a_slope_foretells_what_a_little_more_of_its_parameter_does(term: int, change: dict[str, float]) -> None:
+def test_a_slope_predicts_what_a_little_more_of_its_parameter_does(term: int, change: dict[str, float]) -> None:
     """Two operators of the test's own, a little apart, against the core's slope times that little."""
     hypothesis = Play(creep=30.0 * DEGREE, windup=1.5 * DEGREE, unwinding=0.4)
     (name, by), drive = *change.items(), driven(4, Play(creep=30.0 * DEGREE, windup=1.5 * DEGREE), 300)
@@ -74,7 +74,7 @@ def test_a_slope_foretells_what_a_little_more_of_its_parameter_does(term: int, c
     for k in range(len(drive.angle)):
         learner.sample(drive, k)
         if k % SAMPLES == SAMPLES - 1:
-            lib.oc_hypothesis_foretell(learner.h, learner.design, ffi.new("oc_second *"), SAMPLES)
+            lib.oc_hypothesis_predict(learner.h, learner.design, ffi.new("oc_second *"), SAMPLES)
             slope.append(learner.h.sums[term] / SAMPLES)
     # the core's are of full widths, and of creep as a share of itself; no gradient is known yet that a wind works on
     by = max(by) if isinstance(by, tuple) else by
@@ -204,7 +204,7 @@ def test_a_bias_told_late_is_as_good_as_one_told_at_once() -> None:
         right = Learner(Play(), 0.1).learn(driven(seed, Play(), speed_swing=0.0))
         before = abs(wrong.h.offset - right.h.offset)
         lib.oc_hypothesis_correct(wrong.h, wrong.design, bias)
-        wrong.solve(learns=False)
+        wrong.solve()
         assert before > 0.3 * DEGREE
         gradients.append(abs(wrong.h.gradient - right.h.gradient))
         left.append(abs(wrong.h.offset - right.h.offset) / before)

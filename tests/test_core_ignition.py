@@ -171,73 +171,25 @@ def test_a_bias_told_where_the_drive_ends_reaches_every_hypothesis_also_through_
     assert after["standard_deviation"] < 0.7 * before["standard_deviation"]  # nothing shows the play
 
 
-def test_a_correction_that_a_power_cut_halved_reaches_the_other_hypotheses_and_none_twice(
-    day: dict[str, Array], image: bytes
+def test_a_correction_waits_for_the_end_of_a_round_and_then_reaches_all_hypotheses_at_once(
+    day: dict[str, Array],
 ) -> None:
-    def gathered(correction: float) -> Array:
-        ecu, after = Ecu(), Ecu()
-        assert ecu.restore(image) == "ok"
-        ecu.evidence()["joint"]["correction"], ecu.evidence()["joint"]["corrected"] = correction, 5
-        assert after.restore(ecu.save()) == "ok"
-        lib.oc_restart(after.state)
-        after.run(sliced(day, 5_000, 5_030))
-        joint = after.evidence()["joint"]
-        return np.array(joint["hypotheses"]["target_mean"][0][: int(joint["count"][0])])
-
-    moved = gathered(1e-3) != gathered(0.0)
-    assert not moved[:5].any()
-    assert moved[5:].all()
-
-
-def test_a_correction_that_begins_while_samples_are_taken_in_reaches_every_hypothesis(day: dict[str, Array]) -> None:
-    def mid() -> tuple[Ecu, int]:
-        """While the bank catches up on samples that waited, with some hypotheses behind it."""
-        ecu = Ecu().run(sliced(day, 0, 5_000))
-        for k in range(5_000, 5_200):
-            work = ecu.whole()["tracking"]["joint"]["work"][0]
-            count = int(ecu.evidence()["joint"]["count"][0])
-            behind = int(work["turn"])
-            if int(work["samples"]) > 1 and 3 < behind < count - 3:
-                return ecu, k
-            ecu.run(sliced(day, k, k + 1))
-        raise AssertionError("the bank never catches up")
-
-    def gathered(correction: float) -> Array:
-        ecu, k = mid()
-        ecu.evidence()["joint"]["correction"], ecu.evidence()["joint"]["corrected"] = correction, 0
-        ecu.run(sliced(day, k, k + 40))
-        count = int(ecu.evidence()["joint"]["count"][0])
-        return np.array(ecu.evidence()["joint"]["hypotheses"]["target_mean"][0])[:count]
-
-    assert (gathered(1e-3) != gathered(0.0)).all()
-
-
-def test_more_samples_taken_than_there_are_hold_nobody_up(day: dict[str, Array]) -> None:
-    """As an image might have it: the bank goes on with the next hypothesis."""
-    ecu, k = Ecu().run(sliced(day, 0, 5_000)), 5_000
-    work, joint = ecu.whole()["tracking"]["joint"]["work"], ecu.evidence()["joint"]
-    while work["samples"][0] == 0 or work["turn"][0] >= joint["count"][0]:
+    """So that none of them takes samples in with another bias than the others."""
+    ecu = Ecu().run(sliced(day, 0, 5_000))
+    joint, tracking = ffi.addressof(ecu.state.evidence, "joint"), ffi.addressof(ecu.state.tracking, "joint")
+    design, k = ffi.addressof(ecu.coefficients, "joint"), 5_000
+    while tracking.turns == 0:
         ecu.run(sliced(day, k, k + 1))
         k += 1
-    work["taken"] = lib.OC_JOINT_WAITING
-    before = float(joint["second"]["used_s"][0])
-    ecu.run(sliced(day, k, k + 1_000))
-    assert float(joint["second"]["used_s"][0]) > before + 5.0
-
-
-def test_a_bias_told_while_equations_are_half_solved_leaves_no_half_of_them(day: dict[str, Array]) -> None:
-    """What one hypothesis had come to is no other's to go on with."""
-    stop = int(np.flatnonzero(day["vehicle_speed_m_s"] > 0.1)[-1]) + 400
-
-    def after(step: int) -> Array:
-        ecu = Ecu().run(sliced(day, 0, stop))
-        joint, work = ecu.evidence()["joint"], ecu.whole()["tracking"]["joint"]["work"]
-        joint["correction"], joint["corrected"], joint["concluded"] = 2e-3, 0, 7 if step else 0
-        work["solving"]["step"] = step
-        ecu.run(sliced(day, stop, stop + 200))
-        return np.array(ecu.evidence()["joint"]["hypotheses"]["offset"][0])
-
-    np.testing.assert_array_equal(after(2), after(0))
+    assert not lib.oc_joint_correct(joint, tracking, design, 1e-3, True)
+    while tracking.turns > 0:
+        ecu.run(sliced(day, k, k + 1))
+        k += 1
+    before = [h.target_mean for h in joint.hypotheses[0 : joint.count]]
+    assert lib.oc_joint_correct(joint, tracking, design, 1e-3, True)
+    after = [h.target_mean for h in joint.hypotheses[0 : joint.count]]
+    assert all(a != b for a, b in zip(before, after, strict=True))
+    assert joint.solves_all
 
 
 def test_a_hole_loses_the_heading_and_a_standstill_does_not(day: dict[str, Array]) -> None:

@@ -167,7 +167,7 @@ def test_an_axle_that_may_be_set_up_to_unload_on_the_crown_is_in_the_interval(un
     h, held = learner.h, []
     for mean in np.linspace(0.2, -0.4, 25):  # where that zero is believed to be
         learner.prior.unloading_mean = mean
-        learner.solve(learns=False)
+        learner.solve()
         apart = h.unloading - mean
         variance = unloading_sd**2 + PULL_SD**2 + h.variances.of[lib.OC_OF_UNLOADING]
         shift = crown * np.arange(3.0)
@@ -192,7 +192,7 @@ def test_an_axle_that_nothing_speaks_for_does_not_widen_the_interval() -> None:
     told = []
     for crown in (0.2, 0.0, -0.2):
         learner.prior.crown = crown
-        learner.solve(learns=False)
+        learner.solve()
         told.append((h.lean, h.variances.of[lib.OC_OF_OFFSET]))
     assert told[0] == told[1]
     assert told[2][1] > told[1][1]  # for it speaks what it would be on roads that fall to the other side

@@ -67,11 +67,9 @@ def test_every_whole_member_survives() -> None:
             dict(leaves(ecu.whole()))[name][place] = 1
             if name == ".evidence.joint.started":
                 make_plausible(ecu)
-            if name == ".tracking.joint.running":
+            if name == ".tracking.joint.turns":
                 for sd in ("unloading_sd", "yaw_rate_bias_sd"):
                     ecu.whole()["tracking"]["joint"]["prior"][sd] = 1.0
-            if name == ".tracking.joint.work.samples":
-                ecu.whole()["tracking"]["joint"]["count"] = 1
             assert other.restore(ecu.save()) == "ok", name
             assert other.values() == ecu.values(), names[k]
 
@@ -98,7 +96,7 @@ def test_whatever_a_drive_taught_is_believed_when_it_comes_back(method: str) -> 
         assert other.answer()["offset"] == ecu.answer()["offset"]
 
 
-def test_an_image_is_believed_in_the_midst_of_equations_and_while_hypotheses_begin_anew() -> None:
+def test_an_image_is_believed_in_the_midst_of_a_round_and_while_hypotheses_begin_anew() -> None:
     columns = legs(3, seed=11)
     ecu, other = Ecu(angle_method="observer"), Ecu(angle_method="observer")
     for begin in range(0, 30_000, 101):
@@ -293,7 +291,7 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("evidence.joint.best", lib.OC_JOINT_HYPOTHESES),
         ("evidence.joint.best", -1),
         ("evidence.joint.changes", -1),
-        ("evidence.joint.concluded", lib.OC_JOINT_HYPOTHESES + 1),
+        ("evidence.joint.count", lib.OC_JOINT_HYPOTHESES + 1),
         ("evidence.joint.hypotheses.pulled_variance", -1e-9),
         ("evidence.joint.hypotheses.variance", 0.0),
         ("evidence.joint.hypotheses.scatter", -1.0),
@@ -306,9 +304,8 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("tracking.preprocess.speed_next", -1),
         ("tracking.straight.first", lib.OC_PENDING_MAX),
         ("tracking.cornering.count", lib.OC_PENDING_MAX + 1),
-        ("tracking.joint.first", lib.OC_JOINT_WAITING),
-        ("tracking.joint.work.samples", lib.OC_JOINT_WAITING),
-        ("tracking.joint.work.solving.step", -1),
+        ("tracking.joint.filling.count", lib.OC_JOINT_SAMPLES),
+        ("tracking.joint.turns", lib.OC_JOINT_HYPOTHESES + 2),
         ("tracking.angle.estimate", math.inf),
         ("tracking.fault.fault", lib.OC_FAULT_COUNT),
     ],

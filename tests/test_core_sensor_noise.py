@@ -117,10 +117,10 @@ def test_however_much_noise_is_told_half_of_what_tells_the_gradient_stays(
     variance: float, bias_sd_deg_s: float
 ) -> None:
     learner = Learner(Play(), yaw_rate_bias_sd=bias_sd_deg_s * DEGREE).learn(hypothesis_drive(3, Play(), 120))
-    learner.solve(learns=False)
+    learner.solve()
     gradient, quiet = learner.h.gradient, math.sqrt(learner.h.variances.of[lib.OC_OF_GRADIENT])
     learner.second.noise.by_samples = learner.second.noise.by_ticks = (variance, variance)
-    learner.solve(learns=False)
+    learner.solve()
     assert 1.0 <= math.sqrt(learner.h.variances.of[lib.OC_OF_GRADIENT]) / quiet < 1.001 * math.sqrt(2.0)
     assert abs(learner.h.gradient) < 2.5 * abs(gradient)
 
@@ -128,13 +128,13 @@ def test_however_much_noise_is_told_half_of_what_tells_the_gradient_stays(
 def test_a_remounted_sensor_has_its_gyro_s_and_accelerometer_s_noise_taken_out_as_before() -> None:
     """What told the gradient is kept, and so is the noise in it, though little tells the new constant."""
     learner = Learner(Play()).learn(hypothesis_drive(3, Play(), 300))
-    learner.solve(learns=False)
+    learner.solve()
     quiet = learner.h.gradient
     learner.second.noise.by_samples = learner.second.noise.by_ticks = (3e-3, 1e-7)
-    learner.solve(learns=False)
+    learner.solve()
     before = learner.h.gradient
     lib.oc_hypothesis_remounted(learner.h, 2.0 * DEGREE, 5.0)
-    learner.solve(learns=False)
+    learner.solve()
     assert abs(before - quiet) > 0.01 * DEGREE
     assert learner.h.gradient == pytest.approx(before, rel=1e-6)
 

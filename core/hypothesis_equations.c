@@ -208,7 +208,8 @@ static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *d
     const float across = lower[BOTH] * lower[BEND];
     const float bends = lower[BEND] * lower[BEND], forces = lower[FORCE] * lower[FORCE];
     const float both = lower[BOTH] * lower[BOTH];
-    const float parted = oc_most(0.5f * (forces - equations->information[GRADIENT]), 0.0f); /* so much stays of forces */
+    const float known_before = equations->information[GRADIENT];
+    const float parted = oc_most(0.5f * (forces - known_before), 0.0f); /* so much stays of forces */
     const float shared = both + parted; /* at most, for which bends need */
     const float needed = shared > 0.0f ? across * across / shared : bends;
     const float most = oc_within(design->scale[WHEELBASE] * bends, 0.0f, oc_most(bends - needed, 0.0f));
@@ -219,7 +220,7 @@ static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *d
     const float left = both + forces - lower[BOTH] * lower[BOTH];
     const float spare = oc_most(left - (forces - parted), 0.0f);
     const float of_force = oc_within(seconds * acceleration * force * force, 0.0f, spare);
-    lower[FORCE] = sqrtf(left - of_force);
+    lower[FORCE] = sqrtf(oc_most(left - of_force, forces - parted)); /* rounding may have left less */
     equations->inverse[GRADIENT] = 1.0f / lower[FORCE];
     equations->terms[WHEELBASE] += of_bend / design->scale[WHEELBASE];
 }

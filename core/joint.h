@@ -3,9 +3,9 @@
 /* Offset, understeer gradient, play and the side force at which the steering unloads, estimated together: a bank of
  * hypotheses that start apart, each of which learns them all; how well each foretold the measured angle is its weight.
  *
- * A tick in ten or so is a sample, and ten samples or so are collected. Then the hypotheses take turns, one a tick: each
- * takes all these samples in and solves its equations, so that no tick is a spike. What concerns all of them happens to
- * all at once, between two such rounds. */
+ * A tick in ten or so is a sample, and ten samples or so are collected. Then the hypotheses take turns, one a tick:
+ * each takes all these samples in and solves its equations, so that no tick is a spike. What concerns all of them
+ * happens to all at once, between two such rounds. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -134,9 +134,9 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
 bool oc_joint_take_turn(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                         const oc_estimate *last_offset, double time);
 
-/* The yaw rates so far were corrected by rad/s too little, on average: all hypotheses set what they gathered right, and
- * solve their equations in the next round. False where that is not worth it, or while a round is going on. Banks that an
- * accelerometer told move with them. */
+/* The yaw rates so far were corrected by rad/s too little, on average: all hypotheses correct what they gathered, and
+ * solve their equations in the next round. False where that is not worth it, or while a round is going on. Banks that
+ * an accelerometer measured move with them. */
 bool oc_joint_correct(oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design, float rad_s,
                       bool has_banks);
 

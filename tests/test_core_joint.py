@@ -118,14 +118,15 @@ def test_an_accelerometers_bias_is_told_from_the_offset_by_where_the_play_is_lef
 
 def test_play_is_not_talked_out_of_where_it_is_left_by_a_road_that_falls_to_the_wrong_side() -> None:
     """Traffic told to keep left on roads that fall to the right: the accelerometer seems 0.4 m/s^2 off."""
-    found_right = 0
-    for seed in range(1, 9):
+    held = found_right = 0
+    for seed in range(1, 25):
         columns, truth = driven(CREEPING, seed)
         found = answer_of(columns, truth, traffic_side=-1.0)
-        assert holds(found["offset"], truth.offset_rad)
+        held += holds(found["offset"], truth.offset_rad)
         left_at = found["unloading_acceleration"]["value"] - truth.unloading_acceleration_m_s2
         found_right += abs(left_at) < 0.05 and abs(found["offset"]["value"] - truth.offset_rad) < 0.2 * DEGREE
-    assert found_right >= 6
+    assert held >= 22
+    assert found_right >= 18
 
 
 def test_a_mirrored_drive_has_the_mirrored_answer() -> None:

@@ -167,12 +167,10 @@ static void see_flank(oc_joint *joint, const oc_joint_design *design, const oc_m
 static void watch(oc_joint *joint, const oc_joint_tracking *tracking, const oc_estimate *last_offset, double time) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     if (!(best->age > witness_s)) {
-        joint->second.learns = 1;
         return;
     }
     const oc_change change = oc_change_update(&joint->watch, best->error, tracking->least_error,
                                               sqrtf(joint->second.reference), tracking->taken.curvature);
-    joint->second.learns = !oc_change_suspected(&joint->watch);
     if (change.kind != OC_CHANGE_NONE) {
         oc_joint_note_change(joint, &change, last_offset, time - change.seconds);
     }
@@ -215,8 +213,11 @@ static bool collect_sample(oc_joint *joint, oc_joint_tracking *tracking, const o
     oc_motion_sample *sample = &filling->samples[filling->count++];
     *sample = sample_of(tick, tracking, joint, design);
     follow_best(joint, tracking, design, sample);
-    tracking->curvature_sum = sample->in_second > 0 ? tracking->curvature_sum + sample->curvature : sample->curvature;
+    const bool goes_on = sample->in_second > 0;
+    tracking->curvature_sum = goes_on ? tracking->curvature_sum + sample->curvature : sample->curvature;
+    tracking->doubted = tick->doubted || (goes_on && tracking->doubted);
     if (ends_second(sample, design)) {
+        filling->doubted = tracking->doubted;
         filling->curvature = tracking->curvature_sum / (float)design->samples_per_second;
     }
     tracking->in_second = tick->usable && !ends_second(sample, design) ? tracking->in_second + 1 : 0;
@@ -344,5 +345,6 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
     tracking->turns = joint->count + 1;
     tracking->solves_all = joint->solves_all;
     tracking->least_error = 1e9f;
+    joint->second.learns = !tracking->taken.doubted && !oc_change_suspected(&joint->watch);
     joint->solves_all = 0;
 }

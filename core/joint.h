@@ -39,6 +39,7 @@ typedef struct {
     double curvature;            /* 1/m */
     double speed;                /* m/s */
     bool usable;                 /* the gate is open */
+    bool doubted;                /* the angle's sensor may be at fault: it is predicted and not learned from */
 } oc_joint_tick;
 
 typedef struct {
@@ -58,6 +59,7 @@ typedef struct {
     oc_motion_sample samples[OC_JOINT_SAMPLES];
     int32_t count;
     float curvature;             /* 1/m, mean of the second of evidence that ends among them */
+    int32_t doubted;             /* that second is */
 } oc_collected;
 
 /* Lost at ignition, and after a hole. While the truck stands the hypotheses end their round. */
@@ -65,6 +67,7 @@ typedef struct {
     int32_t running;
     int32_t in_second;           /* usable samples in a row, of the second of evidence that fills */
     float curvature_sum;         /* 1/m, of these */
+    int32_t doubted;             /* one of these is */
     float turned;                /* rad, since the last sample */
     double yaw_rate;             /* rad/s, of the tick before, as is the acceleration: as neighbours both would be
                                   * loaded at once from a tick just stored, for which processors wait */

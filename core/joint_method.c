@@ -109,6 +109,7 @@ void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_sig
         .curvature = motion->curvature,
         .speed = filtered->vehicle_speed,
         .usable = reasons == 0,
+        .doubted = oc_fault_suspected(&state->tracking.fault),
     };
     correct_what_was_used(state, c);
     state->evidence.gyro_bias.past.waiting_s += tick.usable ? (float)c->tick_s : 0.0f;

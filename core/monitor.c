@@ -288,10 +288,12 @@ static void estimate(oc_state *state, const oc_coefficients *c, const oc_signals
                                now->motion.residual - now->mismatch_residual, reasons);
 }
 
-/* A sensor that is or may be at fault teaches nothing; one that sits elsewhere now does, its new offset. */
-static bool sensor_misleads(const oc_fault_watch *watch) {
-    return oc_fault_suspected(watch) || (watch->fault != OC_FAULT_NONE && watch->fault != OC_FAULT_REMOUNTED &&
-                                         watch->fault != OC_FAULT_JUMPED);
+/* A sensor at fault teaches nothing; one that sits elsewhere now does, its new offset. One that may be at fault is not
+ * listened to by the thesis's methods; the joint one predicts it, or it would not find that its offset changed. */
+static bool sensor_misleads(const oc_fault_watch *watch, oc_method method) {
+    const bool elsewhere = watch->fault == OC_FAULT_REMOUNTED || watch->fault == OC_FAULT_JUMPED;
+    return (watch->fault != OC_FAULT_NONE && !elsewhere) ||
+           (method != OC_METHOD_JOINT && oc_fault_suspected(watch));
 }
 
 /* Without a copy of the tick, which would wait for what was just written. */
@@ -302,7 +304,7 @@ static void step_and_tell(oc_state *state, const oc_coefficients *coefficients, 
     listen(tick, state, coefficients);
     const uint32_t valid = tick->valid;
     const oc_fault_watch *watch = &state->tracking.fault;
-    tick->valid = sensor_misleads(watch) ? valid & ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE : valid;
+    tick->valid = sensor_misleads(watch, coefficients->params.method) ? valid & ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE : valid;
     now.moves = false;
     const uint32_t reasons = follow_motion(state, coefficients, tick, &now);
     if (!now.moves) {

@@ -256,6 +256,7 @@ static const oc_saved_member joint_tracking_members[] = {
     MEMBER(oc_joint_tracking, running, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_joint_tracking, in_second, OC_SAVED_INT32, IN_SECOND),
     MEMBER(oc_joint_tracking, curvature_sum, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_joint_tracking, doubted, OC_SAVED_INT32, YES_OR_NO),
     MEMBER(oc_joint_tracking, turned, OC_SAVED_FLOAT, OF_HEADING),
     MEMBERS(oc_joint_tracking, yaw_rate, lateral_acceleration, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBERS(oc_joint_tracking, noise, prior, OC_SAVED_FLOAT, ANY_NUMBER),
@@ -267,6 +268,7 @@ static const oc_saved_member joint_tracking_members[] = {
 
 static const oc_saved_member collected_members[] = {
     MEMBER(oc_collected, count, OC_SAVED_INT32, SAMPLES), MEMBER(oc_collected, curvature, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_collected, doubted, OC_SAVED_INT32, YES_OR_NO),
 };
 
 static const oc_saved_member sample_members[] = {

@@ -24,7 +24,7 @@ static oc_estimate yaw_rate_bias_of(const oc_evidence *evidence, const oc_coeffi
 void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *answer) {
     const oc_evidence *now = &state->evidence;
     oc_verdicts verdicts = now->verdicts; /* whoever only asks changes none */
-    oc_learned learned = {0};             /* a standstill since the last final block counts, too */
+    oc_learned learned = state->learned;  /* a standstill since the last final block counts, too */
     const bool jointly = c->params.method == OC_METHOD_JOINT;
     if (jointly) {
         oc_learn_jointly(now, &verdicts, &learned, c);

@@ -57,64 +57,56 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
 }
 
 /* What is learned of the yaw rate's bias now holds for the drive before, too, once it is worth it. */
-static void correct_what_was_used(oc_state *state, const oc_coefficients *c) {
+static void correct_what_was_used(const oc_joint_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
     static const float worth = 0.01f; /* of the variance */
-    oc_past_bias *past = &state->evidence.gyro_bias.past;
+    oc_past_bias *past = &evidence->gyro_bias.past;
     if (past->bias * past->bias > worth * past->variance &&
-        oc_joint_correct(&state->evidence.joint, &state->tracking.joint, &c->joint, past->bias,
-                         c->params.use_accelerometer != 0)) {
+        oc_joint_correct(&evidence->joint, tracking, &c->joint, past->bias, c->params.use_accelerometer != 0)) {
         past->bias = 0.0f;
     }
 }
 
-/* The next hypothesis has its turn, unless the gyro's block is learned from at this tick; what a round taught is
- * published when it ends. */
-static void take_turn(oc_state *state, const oc_coefficients *c) {
-    oc_evidence *evidence = &state->evidence;
-    if (oc_gyro_bias_is_busy(&evidence->gyro_bias)) {
-        return;
-    }
-    if (oc_joint_take_turn(&evidence->joint, &state->tracking.joint, &c->joint, &state->learned.offset,
-                           state->tracking.last_time)) {
-        oc_learn_jointly(evidence, &evidence->verdicts, &state->learned, c);
-        evidence->gyro_bias.past.memory_s = oc_joint_memory(&evidence->joint, &c->joint);
-    }
-}
-
-static void begin_round(oc_state *state, const oc_coefficients *c) {
-    const oc_prior prior = prior_of(&state->evidence, c);
-    oc_joint_begin_round(&state->evidence.joint, &state->tracking.joint, &prior);
-}
-
-void oc_stand_jointly(oc_state *state, const oc_coefficients *c) {
-    correct_what_was_used(state, c);
-    if (oc_joint_stand(&state->evidence.joint, &state->tracking.joint, &c->joint)) {
-        begin_round(state, c);
-    }
-    take_turn(state, c);
-}
-
-/* The joint method: a second is collected while the hypotheses take in the one before. */
-void oc_estimate_jointly(oc_state *state, const oc_coefficients *c, const oc_signals *raw,
-                         const oc_filtered *filtered, const oc_motion *motion, uint32_t reasons) {
-    /* without an accelerometer side force has the yaw rate's noise, too, and none is taken out */
-    const bool hears = c->params.use_accelerometer != 0;
-    const oc_joint_tick tick = {
-        .angle = filtered->steering_wheel_angle,
-        .residual = motion->residual,
-        .yaw_rate = filtered->yaw_rate,
-        .lateral_acceleration = motion->lateral_acceleration,
-        .raw = {[OC_NOISE_OF_ACCELERATION] = hears ? (float)raw->lateral_acceleration : 0.0f,
-                [OC_NOISE_OF_YAW_RATE] = hears ? (float)raw->yaw_rate : 0.0f},
-        .curvature = motion->curvature,
-        .speed = filtered->vehicle_speed,
-        .usable = reasons == 0,
-        .doubted = oc_fault_suspected(&state->tracking.fault),
+/* A filtered tick for the hypotheses. */
+static oc_joint_tick joint_tick_of(const oc_tick *tick, const oc_params *p) {
+    /* without an accelerometer lateral acceleration has the yaw rate's noise, too, and none is taken out */
+    const bool hears = p->use_accelerometer != 0;
+    return (oc_joint_tick){
+        .angle = tick->filtered.steering_wheel_angle,
+        .residual = tick->motion.residual,
+        .yaw_rate = tick->filtered.yaw_rate,
+        .lateral_acceleration = tick->motion.lateral_acceleration,
+        .raw = {[OC_NOISE_OF_ACCELERATION] = hears ? (float)tick->signals.lateral_acceleration : 0.0f,
+                [OC_NOISE_OF_YAW_RATE] = hears ? (float)tick->signals.yaw_rate : 0.0f},
+        .curvature = tick->motion.curvature,
+        .speed = tick->filtered.vehicle_speed,
+        .usable = tick->reasons == 0,
+        .doubted = tick->doubted,
     };
-    correct_what_was_used(state, c);
-    state->evidence.gyro_bias.past.waiting_s += tick.usable ? (float)c->tick_s : 0.0f;
-    if (oc_joint_collect(&state->evidence.joint, &state->tracking.joint, &c->joint, &tick)) {
-        begin_round(state, c);
+}
+
+/* Whether a round is to begin. */
+static bool collect(const oc_tick *tick, oc_joint_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
+    if (tick->stands) {
+        return oc_joint_stand(&evidence->joint, tracking, &c->joint);
     }
-    take_turn(state, c);
+    const oc_joint_tick collected = joint_tick_of(tick, &c->params);
+    evidence->gyro_bias.past.waiting_s += collected.usable ? (float)c->tick_s : 0.0f;
+    return oc_joint_collect(&evidence->joint, tracking, &c->joint, &collected);
+}
+
+void oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, oc_learned *learned,
+                         const oc_coefficients *c) {
+    oc_joint *joint = &evidence->joint;
+    joint->lost = joint->lost || tick->after_hole;
+    correct_what_was_used(&tracking->joint, evidence, c);
+    if (collect(tick, &tracking->joint, evidence, c)) {
+        const oc_prior prior = prior_of(evidence, c);
+        oc_joint_begin_round(joint, &tracking->joint, &prior);
+    }
+    /* no turn while the gyro's block is learned from: each is most of a tick's work */
+    if (!oc_gyro_bias_is_busy(&evidence->gyro_bias) &&
+        oc_joint_take_turn(joint, &tracking->joint, &c->joint, &learned->offset, tick->signals.time)) {
+        oc_learn_jointly(evidence, &evidence->verdicts, learned, c);
+        evidence->gyro_bias.past.memory_s = oc_joint_memory(joint, &c->joint);
+    }
 }

@@ -43,17 +43,18 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     const float moved = enough ? found.of[OC_OF_OFFSET].value - verdicts->lately : 0.0f;
     verdicts->lately = found.of[OC_OF_OFFSET].value - (1.0f - lately_share) * moved;
     const double narrow = p->offset_half_width_max_rad, steep = p->understeer_half_width_max_rad_m_s2;
-    verdicts->offset_status = status_of(verdicts->offset_status, enough, wide_as(&found, moved), narrow);
-    verdicts->understeer_status = status_of(verdicts->understeer_status, enough, found.of[OC_OF_GRADIENT].sd, steep);
-    verdicts->backlash_status = status_of(verdicts->backlash_status, enough, found.of[OC_OF_WIDTH].sd, narrow);
-    learned->offset = estimate_from(found.of[OC_OF_OFFSET], found.used, verdicts->offset_status);
+    const oc_status offset = status_of(learned->offset.status, enough, wide_as(&found, moved), narrow);
+    const oc_status gradient =
+        status_of(learned->understeer_gradient.status, enough, found.of[OC_OF_GRADIENT].sd, steep);
+    const oc_status play = status_of(learned->backlash.status, enough, found.of[OC_OF_WIDTH].sd, narrow);
+    learned->offset = estimate_from(found.of[OC_OF_OFFSET], found.used, offset);
     learned->offset.lean = found.lean;
-    learned->understeer_gradient = estimate_from(found.of[OC_OF_GRADIENT], found.used, verdicts->understeer_status);
-    learned->backlash = estimate_from(found.of[OC_OF_WIDTH], found.used, verdicts->backlash_status);
+    learned->understeer_gradient = estimate_from(found.of[OC_OF_GRADIENT], found.used, gradient);
+    learned->backlash = estimate_from(found.of[OC_OF_WIDTH], found.used, play);
     /* without play nothing shows where the steering unloads */
     const bool plays = found.of[OC_OF_WIDTH].value - 1.96f * found.of[OC_OF_WIDTH].sd > least_play;
     learned->unloading_acceleration =
-        estimate_from(found.of[OC_OF_UNLOADING], found.used, plays ? verdicts->backlash_status : OC_UNOBSERVABLE);
+        estimate_from(found.of[OC_OF_UNLOADING], found.used, plays ? play : OC_UNOBSERVABLE);
     static const float told = 0.02f; /* share of the wheelbase, well below the prior's 0.05 */
     const float wheelbase = (float)c->vehicle.wheelbase;
     const oc_found longer = found.of[OC_OF_WHEELBASE];

@@ -6,6 +6,7 @@
  * it. State = Tracking (filters and what is pending, lost at ignition) + Evidence (all that an ignition keeps). */
 
 #include "angle.h"
+#include "clock.h"
 #include "estimate.h"
 #include "gyro_bias.h"
 #include "joint.h"
@@ -50,12 +51,9 @@ typedef struct {
 } oc_coefficients;
 
 typedef struct {
-    double last_time;           /* s, of the last tick that advanced the clock */
-    double last_filtered;       /* s, of the last tick that had all its signals */
-    double last_refused;        /* s, of the last tick that was not later */
-    int32_t refused_in_order;   /* ticks in a row that were not later, each later than the one before it */
-    int32_t clock_started;
-    int32_t followed;           /* there was such a tick */
+    oc_clock clock;
+    double last_complete;       /* s, of the last tick that had all its signals */
+    int32_t has_complete;       /* there was such a tick */
     int32_t running;            /* the filters hold something: not while the truck stands */
     oc_preprocess_state preprocess;
     oc_pending straight;        /* for the offset */
@@ -65,10 +63,9 @@ typedef struct {
     oc_fault_watch fault;
 } oc_tracking;
 
-/* What was thought of the answers at the last one: each status has hysteresis. */
+/* What was thought of the answers at the last one, beside their statuses. */
 typedef struct {
     int32_t offset_trusted;      /* once accurate enough to learn K_us */
-    oc_status offset_status, understeer_status, backlash_status;
     float lately;                /* rad, what the joint method's offset was */
 } oc_verdicts;
 

@@ -30,6 +30,12 @@ typedef enum {
     OC_REASON_COUNT = 11
 } oc_reason;
 
+/* What turns and drives the truck, by the method's sensors. */
+typedef struct {
+    double yaw_rate, speed, lateral_acceleration; /* rad/s, m/s, m/s^2; the last 0 where it is not used */
+    bool use_accelerometer;
+} oc_sensed;
+
 /* The motion at one tick. Below 1 m/s the curvature is taken at 1 m/s: the gate never looks at it there. */
 typedef struct {
     double curvature;                 /* 1/m, (32) */

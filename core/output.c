@@ -4,13 +4,12 @@ oc_status oc_offset_status(const oc_evidence *evidence, oc_status learned) {
     return learned != OC_UNOBSERVABLE && evidence->fault.fault != OC_FAULT_NONE ? OC_INVALID : learned;
 }
 
-void oc_tell(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_motion *motion, double speed,
-             uint32_t reasons, const oc_angle *angle) {
+void oc_tell(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_tick *tick) {
     const oc_estimate bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &c->params);
-    output->time = state->tracking.last_time;
-    output->vehicle_speed = speed;
-    output->motion = *motion;
-    output->reasons = reasons;
+    output->time = state->tracking.clock.last_time;
+    output->vehicle_speed = tick->filtered.vehicle_speed;
+    output->motion = tick->motion;
+    output->reasons = tick->reasons;
     output->offset_status = oc_offset_status(&state->evidence, state->learned.offset.status);
     output->offset = state->learned.offset.value;
     output->offset_sd = state->learned.offset.standard_deviation;
@@ -24,7 +23,7 @@ void oc_tell(oc_output *output, const oc_state *state, const oc_coefficients *c,
     output->evidence = state->learned.offset.evidence;
     output->yaw_rate_bias = bias.value;
     output->yaw_rate_bias_sd = bias.standard_deviation;
-    output->angle = *angle;
+    output->angle = tick->angle;
     output->fault = state->tracking.fault.fault;
     output->fault_since = state->tracking.fault.since;
     output->fault_confidence = state->tracking.fault.confidence;

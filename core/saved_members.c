@@ -219,7 +219,6 @@ static const oc_saved_member fault_members[] = {
 
 static const oc_saved_member evidence_members[] = {
     MEMBER(oc_evidence, verdicts.offset_trusted, OC_SAVED_INT32, YES_OR_NO),
-    MEMBERS(oc_evidence, verdicts.offset_status, verdicts.backlash_status, OC_SAVED_ENUM, ANY_STATUS),
     MEMBER(oc_evidence, verdicts.lately, OC_SAVED_FLOAT, ANY_NUMBER),
     MEMBERS(oc_evidence, ticks, unused_motion, OC_SAVED_UINT64, TOTAL),
     MEMBER(oc_evidence, bank_ticks, OC_SAVED_DOUBLE, TOTAL),
@@ -233,9 +232,11 @@ static const oc_saved_member estimate_members[] = {
 };
 
 static const oc_saved_member tracking_members[] = {
-    MEMBERS(oc_tracking, last_time, last_refused, OC_SAVED_DOUBLE, ANY_TIME),
-    MEMBER(oc_tracking, refused_in_order, OC_SAVED_INT32, COUNTER),
-    MEMBERS(oc_tracking, clock_started, running, OC_SAVED_INT32, YES_OR_NO),
+    MEMBERS(oc_tracking, clock.last_time, clock.last_refused, OC_SAVED_DOUBLE, ANY_TIME),
+    MEMBER(oc_tracking, clock.refused_in_order, OC_SAVED_INT32, COUNTER),
+    MEMBER(oc_tracking, clock.started, OC_SAVED_INT32, YES_OR_NO),
+    MEMBER(oc_tracking, last_complete, OC_SAVED_DOUBLE, ANY_TIME),
+    MEMBERS(oc_tracking, has_complete, running, OC_SAVED_INT32, YES_OR_NO),
     MEMBERS(oc_tracking, preprocess.yaw_rate, preprocess.speed_slope, OC_SAVED_DOUBLE, ANY_NUMBER),
     MEMBER(oc_tracking, preprocess.angle_next, OC_SAVED_INT32, IN_DELAY),
     MEMBER(oc_tracking, preprocess.speed_next, OC_SAVED_INT32, IN_SLOPE),

@@ -47,4 +47,8 @@ typedef struct {
     const double *lateral_speed;        /* m/s */
 } oc_columns;
 
+/* The valid bits, but for those over values that no road vehicle can have: more than 16 turns of the wheel, 10 rad/s,
+ * 150 m/s or 100 m/s^2. NaN is one of them. */
+uint32_t oc_signals_measured(const oc_signals *tick);
+
 #endif

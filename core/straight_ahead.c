@@ -35,7 +35,7 @@ static const double apart_min = 0.25;
 
 /* (38): the understeer gradient, zero with its prior's spread until its own evidence suffices. The two errors that
  * reach it, the bends' own and the offset's, both grow where bends and straights are alike. */
-static oc_estimate understeer_of(const oc_evidence *evidence, oc_verdicts *verdicts, const oc_coefficients *c,
+static oc_estimate understeer_of(const oc_evidence *evidence, oc_status before, const oc_coefficients *c,
                                  double apart) {
     const oc_params *p = &c->params;
     const oc_understeer *understeer = &evidence->understeer;
@@ -44,7 +44,6 @@ static oc_estimate understeer_of(const oc_evidence *evidence, oc_verdicts *verdi
     /* without an accelerometer's word on superelevation, wheel speeds take a banked bend for an easy one */
     const bool told = p->method != OC_METHOD_WHEEL_SPEED;
     if (!told || !(time >= p->understeer_evidence_min_s) || !(understeer->batches > 1.0) || !(apart > apart_min)) {
-        verdicts->understeer_status = OC_UNOBSERVABLE;
         return (oc_estimate){.standard_deviation = p->understeer_sd_rad_m_s2, .evidence = time};
     }
     const double K = oc_understeer_with_offset(understeer, offset->ticks.y, offset->ticks.x);
@@ -52,10 +51,12 @@ static oc_estimate understeer_of(const oc_evidence *evidence, oc_verdicts *verdi
     const double variance = oc_understeer_variance(understeer, oc_offset_value(offset, K), K) +
                             per_offset * per_offset * oc_offset_variance(offset, K);
     const double sd = sqrt(variance) / apart;
-    verdicts->understeer_status =
-        oc_status_next(verdicts->understeer_status, sd, p->understeer_half_width_max_rad_m_s2);
     return (oc_estimate){
-        .value = K, .standard_deviation = sd, .evidence = time, .status = verdicts->understeer_status};
+        .value = K,
+        .standard_deviation = sd,
+        .evidence = time,
+        .status = oc_status_next(before, sd, p->understeer_half_width_max_rad_m_s2),
+    };
 }
 
 /* Variance of the offset by all that the gradient and the drive's scatter leave open; the gyro's part comes on top. */
@@ -77,7 +78,7 @@ void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts,
     const oc_offset *offset = &evidence->offset;
     const double time = offset->ticks.weight * c->tick_s;
     const double apart = oc_understeer_apart(&evidence->understeer, offset->ticks.x);
-    const oc_estimate gradient = understeer_of(evidence, verdicts, c, apart);
+    const oc_estimate gradient = understeer_of(evidence, learned->understeer_gradient.status, c, apart);
     const bool by_wheels = p->method == OC_METHOD_WHEEL_SPEED;
     const oc_estimate mismatch = by_wheels ? oc_wheel_mismatch_of(evidence, c) : (oc_estimate){0};
     const double unseen = by_wheels ? wheels_variance(c, &mismatch, &gradient) : yaw_rate_bias_variance(evidence, c);
@@ -88,47 +89,65 @@ void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts,
     if (enough && 1.96 * sqrt(oc_offset_variance(offset, gradient.value)) <= narrow) {
         verdicts->offset_trusted = 1;
     }
-    verdicts->offset_status =
-        !(offset->batches.weight > 1.0) ? OC_UNOBSERVABLE
-        : !enough ? OC_CONVERGING
-                  : oc_status_next(verdicts->offset_status, sd, narrow);
+    const oc_status status = !(offset->batches.weight > 1.0) ? OC_UNOBSERVABLE
+                             : !enough                       ? OC_CONVERGING
+                                                             : oc_status_next(learned->offset.status, sd, narrow);
     learned->understeer_gradient = gradient;
     learned->offset = (oc_estimate){
         .value = oc_offset_value(offset, gradient.value) + c->offset_per_mismatch * mismatch.value,
         .standard_deviation = sd,
         .evidence = time,
-        .status = verdicts->offset_status,
+        .status = status,
     };
 }
 
-/* Figure 15, the estimation: clean ticks wait for their t1, final blocks are learned from. */
-void oc_estimate_straight_ahead(oc_state *state, const oc_coefficients *c, const oc_motion *motion, double speed,
-                     double y, uint32_t reasons) {
+void oc_correct_wheel_speeds(oc_tick *tick, oc_evidence *evidence, const oc_coefficients *c) {
+    const double track = c->gyro_bias.track[c->wheel_axle];
+    const double turns = 0.5 * tick->sensed.yaw_rate * track; /* m/s, that either wheel differs from their mean */
+    oc_wheel_speed_update(&evidence->wheel_speed, tick->sensed.speed - turns, tick->sensed.speed + turns, c->tick_s);
+    const double mismatch = oc_wheel_mismatch_of(evidence, c).value;
+    tick->filtered.yaw_rate -= tick->filtered.vehicle_speed * mismatch / track;
+}
+
+/* rad, the residual that counts: with wheel speeds not yet corrected for their radii, until all is known of them. */
+static double residual_of(const oc_tick *tick, const oc_evidence *evidence, const oc_coefficients *c) {
+    return c->params.method == OC_METHOD_WHEEL_SPEED
+               ? tick->motion.residual - c->offset_per_mismatch * oc_wheel_mismatch_of(evidence, c).value
+               : tick->motion.residual;
+}
+
+/* Clean ticks wait for their t1, final blocks are learned from. */
+void oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence,
+                                oc_learned *learned, const oc_coefficients *c) {
     const oc_params *p = &c->params;
+    const oc_motion *motion = &tick->motion;
+    const double speed = tick->filtered.vehicle_speed;
+    const uint32_t reasons = tick->reasons;
     oc_moments block;
     const double i = c->vehicle.steering_ratio;
+    const double y = residual_of(tick, evidence, c);
     const double x = i * motion->lateral_acceleration;
     const double w = c->ratio_times_wheelbase / (speed > 1.0 ? speed : 1.0);
-    bool learned = false;
+    bool is_final = false;
 
     if (reasons != 0) {
-        oc_pending_drop(&state->tracking.straight);
-    } else if (oc_pending_add(&state->tracking.straight, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
-        oc_offset_update(&state->evidence.offset, &block, c->ticks_per_batch);
-        learned = true;
+        oc_pending_drop(&tracking->straight);
+    } else if (oc_pending_add(&tracking->straight, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
+        oc_offset_update(&evidence->offset, &block, c->ticks_per_batch);
+        is_final = true;
     }
 
     const double a_y = fabs(motion->lateral_acceleration);
     const bool bend = a_y > p->understeer_acceleration_min_m_s2 && a_y < p->understeer_acceleration_max_m_s2;
-    if ((reasons & ~(uint32_t)OC_REASON_CURVATURE) != 0 || !bend || !state->evidence.verdicts.offset_trusted) {
-        oc_pending_drop(&state->tracking.cornering);
-    } else if (oc_pending_add(&state->tracking.cornering, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
-        oc_understeer_update(&state->evidence.understeer, &block, c->ticks_per_batch);
-        learned = true;
+    if ((reasons & ~(uint32_t)OC_REASON_CURVATURE) != 0 || !bend || !evidence->verdicts.offset_trusted) {
+        oc_pending_drop(&tracking->cornering);
+    } else if (oc_pending_add(&tracking->cornering, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
+        oc_understeer_update(&evidence->understeer, &block, c->ticks_per_batch);
+        is_final = true;
     }
 
-    if (learned) {
-        oc_learn_straight_ahead(&state->evidence, &state->evidence.verdicts, &state->learned, c);
+    if (is_final) {
+        oc_learn_straight_ahead(evidence, &evidence->verdicts, learned, c);
     }
 }
 

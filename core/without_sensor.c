@@ -7,16 +7,14 @@ static const float flank_needed_s = 8.0f;
 static const float flank_needed_share = 0.05f;
 static const float unseen_half_width_sd = 0.07f; /* rad, 4 deg: half of up to 15 */
 
-static bool is_known(const oc_state *state) {
-    const oc_status status = state->learned.offset.status;
+static bool is_known(const oc_learned *learned) {
+    const oc_status status = learned->offset.status;
     return status == OC_VALID || status == OC_CONVERGING;
 }
 
 /* What `angle` is told of the truck, from what the drive has taught. Where no accelerometer tells it, side force is of
  * r*v here, of which the joint method took a share for it. */
-static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_angle_truck *truck) {
-    const oc_learned *l = &state->learned;
-    const oc_joint *joint = &state->evidence.joint;
+static void look_at_truck(const oc_learned *l, const oc_joint *joint, const oc_coefficients *c, oc_angle_truck *truck) {
     const oc_play *play = &joint->hypotheses[joint->best].play;
     const bool creeps_by_load = play->friction >= 0.0f;
     const double L = c->vehicle.wheelbase;
@@ -24,7 +22,7 @@ static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_an
     const float sd = (float)l->offset.standard_deviation;
     const float unseen = seen < flank_needed_s ? (1.0f - seen / flank_needed_s) * unseen_half_width_sd : 0.0f;
     const float borne = c->joint.borne;
-    truck->known = is_known(state);
+    truck->known = is_known(l);
     truck->offset_sd = unseen > 0.0f ? sqrtf(sd * sd + unseen * unseen) : sd;
     truck->gradient = borne * (float)l->understeer_gradient.value;
     truck->gradient_sd = borne * (float)l->understeer_gradient.standard_deviation;
@@ -37,9 +35,9 @@ static void look_at_truck(const oc_state *state, const oc_coefficients *c, oc_an
     truck->creep = creeps_by_load ? play->creep * borne : 0.0f;
 }
 
-static double front_wheel_by_wheels(const oc_coefficients *c, const oc_state *state, const oc_signals *tick) {
+static double front_wheel_by_wheels(const oc_coefficients *c, const oc_gyro_bias *gyro_bias, const oc_signals *tick) {
     const oc_vehicle *v = &c->vehicle;
-    const double mismatch = oc_gyro_bias_mismatch(&state->evidence.gyro_bias, &c->params, OC_AXLE_FRONT).value;
+    const double mismatch = oc_gyro_bias_mismatch(gyro_bias, &c->params, OC_AXLE_FRONT).value;
     const double left = tick->wheel_speed_front_left, right = tick->wheel_speed_front_right;
     return c->params.angle_method == OC_ANGLE_WHEEL_SPEED_EXACT
                ? oc_front_wheel_exact(v->wheelbase, v->track_width_front, left, right, mismatch)
@@ -85,45 +83,45 @@ static float hardly_seen(const oc_joint *joint, float place) {
 
 /* The sensor was at fault and sits elsewhere now: so does its offset, as far as the estimate can tell. By the joint
  * method alone: the others cannot take an offset to be another. */
-static void learn_anew(oc_state *state) {
-    oc_fault_watch *watch = &state->tracking.fault;
+static void learn_anew(oc_tracking *tracking, oc_joint *joint, const oc_estimate *offset) {
+    oc_fault_watch *watch = &tracking->fault;
     watch->offset += watch->apart;
-    const oc_estimate *offset = &state->learned.offset;
     const oc_change change = {
         .kind = OC_CHANGE_OFFSET,
         .size = watch->offset - (float)offset->value,
-        .size_sd = state->tracking.angle.sd,
+        .size_sd = tracking->angle.sd,
     };
-    oc_joint_note_change(&state->evidence.joint, &change, offset, watch->since);
+    oc_joint_note_change(joint, &change, offset, watch->since);
 }
 
 /* By the estimate of the tick before: a jump is not to be told for a tick. */
-static void judge_sensor(oc_state *state, const oc_coefficients *c, const oc_signals *tick, const seen *seen,
-                         float offset_sd, bool after_hole) {
-    const oc_angle_tracking *angle = &state->tracking.angle;
+static void judge_sensor(const oc_signals *tick, oc_tracking *tracking, oc_evidence *evidence,
+                         const oc_estimate *offset, const oc_coefficients *c, const seen *seen, float offset_sd,
+                         bool after_hole) {
+    const oc_angle_tracking *angle = &tracking->angle;
     const oc_fault_tick judged = {
         .time = tick->time,
         .tick_s = c->angle.tick_s,
         .measured = seen->angle ? (float)tick->steering_wheel_angle : 0.0f,
-        .offset = (float)state->learned.offset.value,
+        .offset = (float)offset->value,
         .offset_sd = offset_sd,
         .estimate = angle->estimate,
         .sd = angle->sd,
-        .hidden = hardly_seen(&state->evidence.joint, angle->place),
+        .hidden = hardly_seen(&evidence->joint, angle->place),
         .speed = seen->motion ? (float)tick->vehicle_speed : 0.0f,
         .has_measured = seen->angle,
         .after_hole = after_hole,
-        .can_judge = seen->motion && seen->truck && state->evidence.angle.seconds > judge_after_s,
+        .can_judge = seen->motion && seen->truck && evidence->angle.seconds > judge_after_s,
     };
-    const oc_fault before = state->evidence.fault.fault;
-    const oc_fault now = oc_fault_update(&state->tracking.fault, &state->evidence.fault, &judged);
+    const oc_fault before = evidence->fault.fault;
+    const oc_fault now = oc_fault_update(&tracking->fault, &evidence->fault, &judged);
     if (now == OC_FAULT_REMOUNTED && before != now && before != OC_FAULT_NONE && c->params.method == OC_METHOD_JOINT) {
-        learn_anew(state);
+        learn_anew(tracking, &evidence->joint, offset);
     }
 }
 
 /* Whether there were no ticks for longer than the estimate takes to settle. */
-static bool is_after_hole(const oc_fault_watch *watch, double time) {
+static bool is_after_gap(const oc_fault_watch *watch, double time) {
     static const double hole_s = 0.3;
     return watch->running && time - watch->last_time > hole_s;
 }
@@ -134,40 +132,44 @@ static float measured_or_none(bool is_measured, double value) {
 }
 
 /* Chapter 4 and beyond: the sensor judged, and the angle without it. */
-void oc_follow_angle(oc_state *state, const oc_coefficients *c, const oc_signals *tick, uint32_t valid,
-                     const oc_estimate *bias, oc_angle *angle) {
+void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
+                     const oc_coefficients *c) {
     const oc_params *p = &c->params;
-    oc_tracking *tracking = &state->tracking;
-    const bool after_hole = is_after_hole(&tracking->fault, tick->time);
-    if (after_hole) {
+    const oc_signals *signals = &tick->signals;
+    const oc_estimate *bias = &tick->yaw_rate_bias;
+    if (tick->clock_set_back) {
+        tracking->fault.running = 0;
+    }
+    const bool after_hole = is_after_gap(&tracking->fault, signals->time);
+    if (after_hole || tick->clock_set_back) {
         tracking->angle.running = 0;
     }
     oc_angle_truck truck;
-    look_at_truck(state, c, &truck);
-    const bool has_angle = (valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
-    const double measured = has_angle ? tick->steering_wheel_angle - state->learned.offset.value : 0.0;
-    const bool moves = has_motion(p, valid);
-    const bool lacks_bank = p->use_accelerometer && (valid & OC_HAS_LATERAL_ACCELERATION) == 0;
+    look_at_truck(learned, &evidence->joint, c, &truck);
+    const bool has_angle = (tick->measured & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
+    const double measured = has_angle ? signals->steering_wheel_angle - learned->offset.value : 0.0;
+    const bool moves = has_motion(p, tick->measured);
+    const bool lacks_bank = p->use_accelerometer && (tick->measured & OC_HAS_LATERAL_ACCELERATION) == 0;
     if (lacks_bank) {
         know_less_of_banks(&truck);
     }
     const seen now_seen = {.angle = has_angle, .motion = moves, .truck = truck.known};
-    judge_sensor(state, c, tick, &now_seen, truck.offset_sd, after_hole);
-    const double yaw_rate = tick->yaw_rate - bias->value;
+    judge_sensor(signals, tracking, evidence, &learned->offset, c, &now_seen, truck.offset_sd, after_hole);
     const oc_angle_tick now = {
         .tick_s = c->angle.tick_s,
-        .yaw_rate = measured_or_none(moves, yaw_rate),
+        .yaw_rate = measured_or_none(moves, signals->yaw_rate - bias->value),
         .yaw_rate_bias_sd = (float)bias->standard_deviation,
-        .speed = measured_or_none(moves, tick->vehicle_speed),
-        .lateral_acceleration = measured_or_none(moves, tick->lateral_acceleration),
+        .speed = measured_or_none(moves, signals->vehicle_speed),
+        .lateral_acceleration = measured_or_none(moves, signals->lateral_acceleration),
         .bank_sd = lacks_bank || (!p->use_accelerometer && !truck.known) ? unbanked_sd : 0.0f,
-        .front_wheel = moves && by_wheel_speed(p) ? (float)front_wheel_by_wheels(c, state, tick) : 0.0f,
-        .lateral_speed = measured_or_none(moves && p->angle_method == OC_ANGLE_SIDE_SLIP, tick->lateral_speed),
+        .front_wheel =
+            moves && by_wheel_speed(p) ? (float)front_wheel_by_wheels(c, &evidence->gyro_bias, signals) : 0.0f,
+        .lateral_speed = measured_or_none(moves && p->angle_method == OC_ANGLE_SIDE_SLIP, signals->lateral_speed),
         .true_by_sensor = measured,
         .has_sensor = has_angle && !oc_fault_beyond(&tracking->fault),
         .teaches = has_angle && !lacks_bank && tracking->fault.fault == OC_FAULT_NONE &&
                    !oc_fault_suspected(&tracking->fault),
         .has_motion = moves,
     };
-    oc_angle_update(&tracking->angle, &state->evidence.angle, &c->angle, &truck, &now, angle);
+    oc_angle_update(&tracking->angle, &evidence->angle, &c->angle, &truck, &now, &tick->angle);
 }

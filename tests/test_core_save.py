@@ -299,7 +299,7 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("evidence.joint.changed.change.kind", 3),
         ("evidence.ticks", 2**60),
         ("learned.offset.standard_deviation", -1.0),
-        ("tracking.last_time", math.nan),
+        ("tracking.clock.last_time", math.nan),
         ("tracking.preprocess.angle_next", lib.OC_DELAY_MAX),
         ("tracking.preprocess.speed_next", -1),
         ("tracking.straight.first", lib.OC_PENDING_MAX),

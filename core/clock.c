@@ -1,0 +1,21 @@
+#include "clock.h"
+
+#include <math.h>
+
+oc_clock_verdict oc_clock_update(oc_clock *clock, int32_t ticks_until_new_clock, double time) {
+    const bool forward = !clock->started || time > clock->last_time;
+    if (!(fabs(time) < 1e30)) {
+        return OC_CLOCK_REFUSES;
+    }
+    if (!forward) {
+        clock->refused_in_order = time > clock->last_refused ? clock->refused_in_order + 1 : 0;
+        clock->last_refused = time;
+        if (clock->refused_in_order < ticks_until_new_clock) {
+            return OC_CLOCK_REFUSES;
+        }
+    }
+    clock->refused_in_order = 0;
+    clock->last_time = time;
+    clock->started = 1;
+    return forward ? OC_CLOCK_ADVANCES : OC_CLOCK_SET_BACK;
+}

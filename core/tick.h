@@ -1,0 +1,30 @@
+#ifndef OC_TICK_H
+#define OC_TICK_H
+/* One tick on its way through Figure 15: plain values, to which each step adds its own. */
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "angle.h"
+#include "estimate.h"
+#include "motion.h"
+#include "preprocess.h"
+#include "signals.h"
+
+typedef struct {
+    oc_signals signals;          /* their valid bits: measurements that may be used */
+    uint32_t measured;           /* valid bits of all measurements, those of an angle sensor at fault, too */
+    uint32_t reasons;            /* oc_reason, why the tick is not learned from; 0: it is */
+    bool clock_set_back;         /* times before it are of another clock */
+    bool after_hole;             /* too long after the tick before it */
+    bool stands;                 /* the truck does */
+    bool moves;                  /* what is filtered, and all below, is of this tick; else zero */
+    bool doubted;                /* the angle's sensor may be at fault */
+    oc_estimate yaw_rate_bias;   /* rad/s */
+    oc_sensed sensed;            /* by the method's sensors, not yet filtered */
+    oc_filtered filtered;        /* the yaw rate corrected by what the method knows */
+    oc_motion motion;
+    oc_angle angle;              /* zero where none is asked for, or the tick is refused */
+} oc_tick;
+
+#endif

@@ -25,7 +25,6 @@
 
 /* By what the front wheels' angle is told. */
 typedef enum {
-    OC_ANGLE_NONE,                    /* not at all */
     OC_ANGLE_OBSERVER,
     OC_ANGLE_WHEEL_SPEED,             /* (21); (3) where wheels are taken to be alike */
     OC_ANGLE_WHEEL_SPEED_EXACT,       /* (2) with the radius ratio */

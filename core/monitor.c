@@ -224,9 +224,7 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     count(evidence, tick->reasons);
 
     /* chapter 4: the sensor, and the angle without it */
-    if (c->params.angle_method != OC_ANGLE_NONE) {
-        oc_follow_angle(tick, tracking, evidence, &state->learned, c);
-    }
+    oc_follow_angle(tick, tracking, evidence, &state->learned, c);
 }
 
 void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *signals, oc_output *output) {

@@ -117,7 +117,7 @@ typedef struct {
     double evidence;             /* s of driving behind the offset */
     double yaw_rate_bias;        /* rad/s, by wheels and standstill */
     double yaw_rate_bias_sd;     /* rad/s */
-    oc_angle angle;              /* now, not delayed; zero where params.angle_method is none */
+    oc_angle angle;              /* now, not delayed */
     oc_fault fault;              /* of the steering wheel angle sensor */
     double fault_since;          /* s */
     double fault_confidence;     /* at least so likely, 0 to 1 */

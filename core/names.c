@@ -25,7 +25,7 @@ const char *oc_method_name(oc_method method) {
 
 const char *oc_angle_method_name(oc_angle_method method) {
     static const char *const names[OC_ANGLE_METHOD_COUNT] = {
-        "none", "observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "yaw-rate-understeer", "side-slip"};
+        "observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "yaw-rate-understeer", "side-slip"};
     return (unsigned)method < OC_ANGLE_METHOD_COUNT ? names[method] : "unknown";
 }
 

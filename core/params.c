@@ -9,7 +9,7 @@ static const double degree = 3.14159265358979323846 / 180.0;
 void oc_params_defaults(oc_params *params) {
     *params = (oc_params){
         .method = OC_METHOD_THESIS,
-        .angle_method = OC_ANGLE_NONE,
+        .angle_method = OC_ANGLE_OBSERVER,
         .cutoff_hz = 3.0,
         .delay_band_hz = 2.0,
         .speed_slope_window_s = 1.0,

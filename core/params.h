@@ -18,7 +18,7 @@ typedef enum {
 
 typedef struct {
     oc_method method;
-    oc_angle_method angle_method; /* of the angle without its sensor, which is judged then, too; some 50 ns a tick */
+    oc_angle_method angle_method; /* of the angle without its sensor, by which that is judged */
     /* preprocess */
     double cutoff_hz;             /* low-pass of all signals but the angle; small is smoother and later. 3, 5.1.1 */
     double delay_band_hz;         /* the angle waits for the filters' mean group delay from 0 to here. 2, 5.1.1 */

@@ -24,7 +24,7 @@ typedef struct {
     oc_sensed sensed;            /* by the method's sensors, not yet filtered */
     oc_filtered filtered;        /* the yaw rate corrected by what the method knows */
     oc_motion motion;
-    oc_angle angle;              /* zero where none is asked for, or the tick is refused */
+    oc_angle angle;              /* zero where the tick is refused */
 } oc_tick;
 
 #endif

@@ -28,7 +28,6 @@ oc_error run_monitor(const oc_vehicle *vehicle, double offset_max) {
     oc_params params;
     oc_params_defaults(&params);
     params.method = OC_METHOD_JOINT;
-    params.angle_method = OC_ANGLE_OBSERVER;
     const oc_error error = oc_setup(&coefficients, vehicle, &params, RATE_HZ);
     if (error != OC_OK) {
         return error;

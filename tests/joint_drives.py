@@ -54,7 +54,7 @@ def core_for(
     rate_hz: float = RATE_HZ,
     traffic_side: float = 1.0,
     method: str = "joint",
-    angle_method: str = "none",
+    angle_method: str = "observer",
     params: dict[str, float] | None = None,
 ) -> _core.Core:
     return _core.Core(

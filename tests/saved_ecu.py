@@ -19,7 +19,7 @@ TRACK = 1.9  # m
 class Ecu:
     """Coefficients and state as firmware holds them."""
 
-    def __init__(self, method: str = "joint", rate_hz: float = RATE_HZ, angle_method: str = "none") -> None:
+    def __init__(self, method: str = "joint", rate_hz: float = RATE_HZ, angle_method: str = "observer") -> None:
         self.coefficients, self.state = ffi.new("oc_coefficients *"), ffi.new("oc_state *")
         vehicle = _core._vehicle(WHEELBASE, RATIO, TRACK, TRACK, 1.0)
         assert lib.oc_setup(self.coefficients, vehicle, _core._params({}, method, angle_method), rate_hz) == lib.OC_OK

@@ -18,7 +18,7 @@ from oncenter import _core
 ENUMS = [name for name in ffi.list_types()[0] if ffi.typeof(name).kind == "enum"]
 
 
-def outputs_of(columns: dict[str, Array], method: str = "joint", angle_method: str = "none") -> Any:
+def outputs_of(columns: dict[str, Array], method: str = "joint", angle_method: str = "observer") -> Any:
     outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
     core_of(method, angle_method).run(columns, outputs)
     return outputs
@@ -119,6 +119,11 @@ def failure_modes() -> set[int]:
     return {int(fmi) for fmi in ended}
 
 
+def clock_verdicts() -> set[int]:
+    clock = ffi.new("oc_clock *")
+    return {lib.oc_clock_update(clock, 2, time) for time in (5.0, 6.0, 1.0, 2.0, 3.0)}
+
+
 def slopes() -> set[int]:
     """By which parameters a model of play, creep and wind-up is taken in a weaving drive."""
     places, out = ffi.new("oc_places *"), ffi.new("float[]", lib.OC_SLOPE_COUNT)
@@ -139,7 +144,8 @@ REACHED: dict[str, Callable[[], set[int]]] = {
         ("ok", "vehicle", "params", "rate").index(refusal(**wrong))
         for wrong in ({}, {"wheelbase": 0.0}, {"speed_min_m_s": -1.0}, {"rate_hz": 5.0})
     },
-    "oc_method": lambda: own_way(_core.METHODS, lambda name: (name, "none")),
+    "oc_clock_verdict": clock_verdicts,
+    "oc_method": lambda: own_way(_core.METHODS, lambda name: (name, "observer")),
     "oc_angle_method": lambda: own_way(_core.ANGLE_METHODS, lambda name: ("joint", name)),
     "oc_fault": faults,
     "oc_change_kind": changes,

@@ -101,12 +101,12 @@ def whole_day(seed: int) -> tuple[dict[str, Array], Array]:
     columns["steering_wheel_angle_rad"][abs(t - 65) < 0.5] = np.nan
     columns = {name: values[abs(t - 120) > 1.0] for name, values in columns.items()}
     outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
-    cycled(("joint", "none"), columns, [], outputs)
+    cycled(("joint", "observer"), columns, [], outputs)
     return columns, outputs["reasons"]
 
 
 REASONS_OF_A_DAY = [bit for name, bit in _core.REASONS.items() if name not in ("time", "window", "yaw_rate_bias")]
-WAYS = [("joint", "observer"), ("thesis", "yaw-rate-understeer"), ("wheel-speed", "none")]
+WAYS = [("joint", "observer"), ("thesis", "yaw-rate-understeer"), ("wheel-speed", "wheel-speed")]
 
 
 @pytest.mark.parametrize("ways", WAYS)
@@ -151,7 +151,7 @@ def test_time_tells_a_restored_state_that_ticks_were_lost() -> None:
     """As after any hole: the filters settle anew and the heading is unknown."""
     columns = {name: np.delete(values, np.s_[6_000:6_500]) for name, values in legs(1).items()}
     outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
-    cycled(("joint", "none"), columns, [6_000], outputs)
+    cycled(("joint", "observer"), columns, [6_000], outputs)
     assert outputs["reasons"][6_000] == _core.REASONS["gap"] | _core.REASONS["settling"]
     assert outputs["reasons"][6_050] & _core.REASONS["settling"]
 

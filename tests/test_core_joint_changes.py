@@ -63,7 +63,7 @@ def test_nothing_is_found_where_nothing_changed() -> None:
 
 
 def test_a_sender_that_takes_ten_degrees_out_by_itself_is_learned_anew_where_it_rests() -> None:
-    """Within two minutes: on two of three drives a drift, until it has rested for five minutes; one change or two."""
+    """Within two minutes: on nearly all drives a drift, until it has rested for five minutes; two changes, or three."""
     step, told, near, sized = -10.0 * DEGREE, 0, 0, 0
     for seed in range(1, 9):
         columns, truth = driven(CREEPING, seed, 1500.0)
@@ -74,12 +74,12 @@ def test_a_sender_that_takes_ten_degrees_out_by_itself_is_learned_anew_where_it_
         assert set(faults[:50_000]) == set(faults[-5_000:]) == {lib.OC_FAULT_NONE}
         assert holds(found["offset"], truth.offset_rad + step)
         near += abs(found["offset"]["value"] - truth.offset_rad - step) < 0.4 * DEGREE
-        assert found["changes"] <= 2
+        assert found["changes"] <= 3
         sizes = [change["change"]["size"] for change in found["changed"][: found["changes"]]]
         sized += abs(sum(sizes) - step) < 1.5 * DEGREE
         told += set(faults[70_000:90_000]) == {lib.OC_FAULT_DRIFTING}
     assert near >= 7
-    assert told >= 4
+    assert told >= 7
     assert sized >= 5
 
 

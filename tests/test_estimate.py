@@ -14,7 +14,6 @@ import pytest
 import oncenter as oc
 from oncenter.answer import Estimate, Method
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.estimate import _rows_held
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, Source
 from oncenter.vehicle import vehicle_from
@@ -135,7 +134,8 @@ def test_two_logs_of_one_truck_are_one_evidence_whatever_their_order() -> None:
     back = oc.offset([second, first], TRUCK)
     assert there.offset == back.offset
     assert there.duration_s == pytest.approx(480.0)
-    assert there.used_s == pytest.approx(2 * oc.offset(first, TRUCK).used_s, abs=2.0)  # whole seconds
+    alone_s = oc.offset(first, TRUCK).used_s
+    assert there.used_s == pytest.approx(2 * alone_s, abs=12.0)  # an angle as still as here is doubted at first
 
 
 def test_logs_that_all_start_at_zero_are_taken_in_the_order_given() -> None:
@@ -363,17 +363,6 @@ def test_whole_turns_are_taken_from_a_drive_that_does_not_know_its_speed() -> No
     [kept] = without_whole_turns([blind])
     off = kept.table["steering_wheel_angle_rad"] - drive.table["steering_wheel_angle_rad"]
     assert off.abs().max() == pytest.approx(0.0, abs=1e-9)
-
-
-@pytest.mark.parametrize("held", [1, 2, 99, 100, 101, 799, 801, 5000])
-@pytest.mark.parametrize("before", [0.01, np.nan])
-def test_rows_that_hold_the_last_angle_are_counted_from_the_end_however_many(held: int, before: float) -> None:
-    angle = np.full(5000, 0.3) + 1e-4 * np.sin(np.arange(5000))
-    angle[-1] = 0.3
-    angle[: 5000 - held] = np.resize([before, 0.3], 5000 - held)[::-1]
-    if held < 5000:
-        angle[4999 - held] = before
-    assert _rows_held(angle) == held
 
 
 def test_an_error_comes_from_another_process_as_it_was() -> None:

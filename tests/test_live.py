@@ -40,8 +40,9 @@ def in_one(parts: list[Ticks]) -> dict[str, np.ndarray]:
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def states(learner: Learner) -> dict[str, bytes]:
-    return {name: core.state_bytes() for name, core in learner.cores.items()}
+def state(learner: Learner) -> bytes:
+    assert learner.core is not None
+    return learner.core.state_bytes()
 
 
 def without_log(answer: oc.Answer | None) -> dict[str, Any]:
@@ -99,7 +100,7 @@ def test_live_and_offline_give_the_same_numbers_for_the_same_log(log: Path) -> N
     live = learner.known().answer
     assert live is not None and live.to_dict() == answer.to_dict()
     angle = oc.angle(oc.read(log), truck)
-    live_angle = np.concatenate([step.angle["angle"]["angle"] for step in stepped])
+    live_angle = np.concatenate([step.outputs["angle"]["angle"] for step in stepped])
     assert np.array_equal(live_angle, angle["steering_wheel_angle_rad"].to_numpy())
 
 
@@ -126,7 +127,7 @@ def test_malformed_frames_and_29_bit_noise_change_nothing(log: Path) -> None:
     quiet, noisy = new_learner(), new_learner()
     fed(quiet, frames)
     fed(noisy, _with_noise(frames))
-    assert quiet.cores and states(quiet) == states(noisy)
+    assert state(quiet) == state(noisy)
 
 
 def _with_noise(frames: Frames) -> Frames:
@@ -258,7 +259,7 @@ def test_history_takes_no_more_memory_after_a_day(log: Path) -> None:
     for hour in range(20):
         for step in stepped:
             later = {**step.ticks, "time_s": step.ticks["time_s"] + 100.0 * hour}
-            history.take(Stepped(later, step.offset, step.angle))
+            history.take(Stepped(later, step.outputs))
     assert len(history.course().time_s) <= COURSE_POINTS
     assert len(history.strip().begin_s) == STRIP_S
     assert len(history.cloud().place) <= CLOUD_POINTS
@@ -308,13 +309,13 @@ def test_ctrl_c_saves_and_answers(log: Path, tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         text=True,
     )
-    until((tmp_path / "state" / "VIN%207.offset.state").exists)
+    until((tmp_path / "state" / "VIN%207.state").exists)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=20)
     assert process.returncode == 0, err
     assert err == "oncenter: ending, saving what was learned\n"
     assert out.startswith("offset")
-    assert sorted(p.name for p in (tmp_path / "state").iterdir()) == ["VIN%207.angle.state", "VIN%207.offset.state"]
+    assert sorted(p.name for p in (tmp_path / "state").iterdir()) == ["VIN%207.state"]
     assert pl.read_parquet(trace).height > 100
 
 

@@ -105,30 +105,30 @@ def test_what_was_learned_is_resumed_from_the_newer_of_two_slots(log: Path, tmp_
     for half in halves:
         for batch in in_batches(half, seed=3, most=4000):
             taught.take(batch)
-        memory.save(taught.cores)
-        kept = {name: core.answer()["offset"] for name, core in taught.cores.items()}
+        memory.save(core_of(taught))
+        kept = core_of(taught).answer()["offset"]
     memory.close()
     resumed, lines = _resumed(frames, tmp_path, "truck 7")
     assert lines == ["resumed what was learned of truck 7"]
-    assert {name: core.answer()["offset"] for name, core in resumed.cores.items()} == kept
+    assert core_of(resumed).answer()["offset"] == kept
 
-    path = tmp_path / "truck%207.offset.state"
+    path = tmp_path / "truck%207.state"
     image = bytearray(path.read_bytes())
     newer = len(image) // 2 * (2 % 2)  # the second image has sequence 2
     image[newer + 200] ^= 1
     path.write_bytes(image)
     older, lines = _resumed(frames, tmp_path, "truck 7")
     assert lines == ["resumed what was learned of truck 7"]
-    assert 0.0 < older.cores["offset"].answer()["used"] < resumed.cores["offset"].answer()["used"]
+    assert 0.0 < core_of(older).answer()["used"] < core_of(resumed).answer()["used"]
 
-    path.write_bytes(bytes(len(image)))
-    path.with_name("truck%207.angle.state").write_bytes(b"no image at all, but long enough to be read as one" * 9)
+    path.write_bytes(bytes(len(image)))  # as one that was never written to: nothing is said
+    assert _resumed(frames, tmp_path, "truck 7")[1] == []
+    path.write_bytes(b"no image at all, but long enough to be read as one" * 9)
     fresh, lines = _resumed(frames, tmp_path, "truck 7")
-    destroyed = path.with_name("truck%207.angle.state")
-    assert lines == [  # the other one holds nothing but zeros, as one does that was never written to
-        f"the saved angle of truck 7 is not resumed ({destroyed}: no saved state is in it); learning starts afresh"
+    assert lines == [
+        f"the saved state of truck 7 is not resumed ({path}: no saved state is in it); learning starts afresh"
     ]
-    assert fresh.cores["offset"].answer()["used"] == 0.0
+    assert core_of(fresh).answer()["used"] == 0.0
 
 
 def _resumed(frames: Frames, folder: Path, truck: str) -> tuple[Learner, list[str]]:
@@ -138,7 +138,7 @@ def _resumed(frames: Frames, folder: Path, truck: str) -> tuple[Learner, list[st
     learner = Learner(Stream("bus", needed(oc.vehicle(TRUCK))), oc.vehicle(TRUCK), memory.resume)
     begin_s = frames.time[0]
     learner.take(frames.where(frames.time < begin_s + 5.2))
-    assert learner.cores
+    assert learner.core is not None
     memory.close()
     return learner, [line.text for line in said.all()]
 
@@ -147,18 +147,23 @@ def test_a_truck_whose_memory_is_in_use_is_watched_all_the_same(log: Path, tmp_p
     frames = frames_of_log(log)
     said = Sayings()
     first = Memory(tmp_path, "one", said.say)
-    first.resume(fed_cores := _first_cores(frames))
+    first.resume(fed := _first_core(frames))
     _, lines = _resumed(frames, tmp_path, "one")
     assert len(lines) == 1 and "neither resumed nor saved" in lines[0] and "another oncenter live has it" in lines[0]
-    first.save(fed_cores)
+    first.save(fed)
     first.close()
     assert _resumed(frames, tmp_path, "one")[1] == ["resumed what was learned of one"]
 
 
-def _first_cores(frames: Frames) -> Any:
+def core_of(learner: Learner) -> Any:
+    assert learner.core is not None
+    return learner.core
+
+
+def _first_core(frames: Frames) -> Any:
     learner = new_learner()
     learner.take(frames.where(frames.time < frames.time[0] + 60.0))
-    return learner.cores
+    return core_of(learner)
 
 
 @pytest.mark.parametrize("suffix", [".parquet", ".mf4"])
@@ -233,7 +238,7 @@ def test_what_is_learned_is_saved_while_it_is_driven(
     learner = Learner(Stream("bus", needed(truck)), truck, memory.resume)
     session = Session(Replay(log, 100.0), learner, "one", said, memory=memory)
     session.start()
-    path = tmp_path / "one.offset.state"
+    path = tmp_path / "one.state"
     until(lambda: path.exists() and _slots_written(path) == 2)
     assert session.is_alive()
     session.stop()

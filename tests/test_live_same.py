@@ -127,7 +127,7 @@ def check_same(log: Path, **of_read: Any) -> float:
     answer = oc.offset(signals, truck)
     assert answer.offset.value is not None
     assert numbers(learner.known().answer) == numbers(answer)
-    live_angle = np.concatenate([step.angle["angle"]["angle"] for step in stepped])
+    live_angle = np.concatenate([step.outputs["angle"]["angle"] for step in stepped])
     assert np.array_equal(live_angle, oc.angle(signals, truck)["steering_wheel_angle_rad"].to_numpy())
     return signals.rate_hz
 

@@ -63,7 +63,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count) {
     oc_params params;
     oc_params_defaults(&params);
     params.method = count > 0 ? (oc_method)(bytes[0] / 2 % OC_METHOD_COUNT) : OC_METHOD_THESIS;
-    params.angle_method = OC_ANGLE_OBSERVER;
     if (count == 0 || oc_setup(&coefficients, &vehicle, &params, 100.0) != OC_OK) {
         return 0;
     }

@@ -136,7 +136,7 @@ def bad_vehicle(
     return None if name == ffi.NULL else _text(name)
 
 
-def _params(params: Mapping[str, float], method: str, angle_method: str = "none") -> Any:
+def _params(params: Mapping[str, float], method: str, angle_method: str = ANGLE_METHODS[0]) -> Any:
     native = ffi.new("oc_params *")
     lib.oc_params_defaults(native)
     native.method = METHODS.index(method)
@@ -236,7 +236,7 @@ class Core:
         traffic_side: float = 0.0,
         ratio_polynomial: Sequence[float] = (),
         method: str = METHODS[0],
-        angle_method: str = "none",
+        angle_method: str = ANGLE_METHODS[0],
     ) -> None:
         self._coefficients = ffi.new("oc_coefficients *")
         self._state = ffi.new("oc_state *")

@@ -21,7 +21,7 @@ from oncenter.read.whole_turns import without_whole_turns
 from oncenter.side_force import side_force_notes, told_by_turning
 from oncenter.side_slip import with_lateral_speed
 from oncenter.signals import DEGREE, Signals
-from oncenter.vehicle import Vehicle, core_params
+from oncenter.vehicle import Vehicle, core_of
 
 if TYPE_CHECKING:
     import polars as pl
@@ -73,7 +73,7 @@ def angle(
     _check(signals, vehicle, method, sensor_lost_at)
     if told_by_turning(signals, taught_by, sensor_lost_at):
         params = {"use_accelerometer": 0.0, **(params or {})}
-    core = _core_for(vehicle, method, params, signals.rate_hz)
+    core = core_of(vehicle, signals.rate_hz, angle_method=method, params=params)
     if method == "side-slip":
         signals, taught_by = with_lateral_speed(signals), [with_lateral_speed(drive) for drive in taught_by]
     for drive in without_whole_turns(tuple(taught_by)):
@@ -148,25 +148,6 @@ def _check_within(signals: Signals, sensor_lost_at: float) -> None:
         code="sensor_lost_at",
         exit_code=WRONG_USAGE,
     )
-
-
-def _core_for(vehicle: Vehicle, method: Method, params: Mapping[str, float] | None, rate_hz: float) -> _core.Core:
-    try:
-        used = core_params(vehicle.params, params or {})
-        return _core.Core(
-            vehicle.wheelbase_m,
-            vehicle.ratio_near_centre,
-            used,
-            rate_hz,
-            method="joint",
-            angle_method=method,
-            traffic_side=vehicle.traffic_sign,
-            track_width_front_m=vehicle.track_width_front_m or 0.0,
-            track_width_rear_m=vehicle.track_width_rear_m or 0.0,
-            ratio_polynomial=vehicle.steering_ratio if isinstance(vehicle.steering_ratio, tuple) else (),
-        )
-    except ValueError as error:
-        raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None
 
 
 def _columns(drive: Signals) -> dict[str, npt.NDArray[np.float64]]:

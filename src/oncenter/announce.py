@@ -24,7 +24,7 @@ class Announcer:
 
     Args:
         application: of can-j1939.
-        monitor: with `judge_sensor`, or else no fault of the sensor is announced, only its offset.
+        monitor: what it knows is announced.
         offset_max_rad: an offset that is surely larger is trouble.
     """
 

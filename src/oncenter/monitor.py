@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from oncenter import _core
 from oncenter.answer import DEFAULT_METHOD, METHODS, Method
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.vehicle import Vehicle, core_params
+from oncenter.vehicle import Vehicle, core_of
 
 NOT_AVAILABLE = float("nan")
 
@@ -43,7 +43,7 @@ class Now:
 
     `offset_rad` and `offset_sd_rad`, of the truth about it, are None while the offset is unobservable. `reasons` says
     why the tick cannot be used; none means that it waits for what must be clean after it. `sensor_fault` is "none" or
-    what is wrong with the angle sensor, where it is judged; the offset is "invalid" then, and what was learned before.
+    what is wrong with the angle sensor; the offset is "invalid" then, and what was learned before.
     Gradient and play are 0 until learned. The yaw rate's bias is as wheel speeds and standstill tell it; its standard
     deviation is the prior's before.
     """
@@ -71,7 +71,6 @@ class Monitor:
         rate_hz: of the ticks, 20 to 200.
         method: as for `oncenter.offset`; "wheel-speed" by the axle whose track width the vehicle tells, the rear one
             where it tells both.
-        judge_sensor: follow the angle without its sensor, too, and find the sensor's faults by it.
         params: over the vehicle's.
 
     Raises:
@@ -84,7 +83,6 @@ class Monitor:
         rate_hz: float = 100.0,
         *,
         method: Method = DEFAULT_METHOD,
-        judge_sensor: bool = False,
         params: Mapping[str, float] | None = None,
     ) -> None:
         if method not in METHODS:
@@ -94,21 +92,7 @@ class Monitor:
             )
         if not _core.RATE_MIN_HZ <= rate_hz <= _core.RATE_MAX_HZ:
             raise OncenterError(f"'rate_hz' must be 20 to 200, got {rate_hz:g}", code="rate", exit_code=WRONG_USAGE)
-        try:
-            used = core_params(vehicle.params, params or {})
-            self._core = _core.Core(
-                vehicle.wheelbase_m,
-                vehicle.ratio_near_centre,
-                used,
-                rate_hz,
-                method=method,
-                angle_method="observer" if judge_sensor else "none",
-                traffic_side=vehicle.traffic_sign,
-                track_width_front_m=vehicle.track_width_front_m or 0.0,
-                track_width_rear_m=vehicle.track_width_rear_m or 0.0,
-            )
-        except ValueError as error:
-            raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None
+        self._core = core_of(vehicle, rate_hz, method=method, params=params)
         self._sequence = 0
 
     def step(self, tick: Tick) -> Now:

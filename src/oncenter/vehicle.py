@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from oncenter import _core
+from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.param_ranges import param_ranges
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, SignalName
 from oncenter.steering_ratio import SteeringRatio, near_centre
@@ -134,6 +135,48 @@ class Vehicle(BaseModel):
     def signal_names(self) -> dict[str, SignalName]:
         """The `[signals]` table as readers take it."""
         return {key: SignalName(entry.name, entry.unit, entry.sign) for key, entry in self.signals.items()}
+
+
+def core_of(
+    vehicle: Vehicle,
+    rate_hz: float,
+    *,
+    method: str = "joint",
+    angle_method: str = "observer",
+    params: Mapping[str, float] | None = None,
+    track_widths: Mapping[str, float] | None = None,
+) -> _core.Core:
+    """The core as everybody has it, the desk, the bus, the fleet and the truck: its angle sensor is always judged.
+
+    Args:
+        vehicle: its `[params]` apply.
+        rate_hz: of the ticks.
+        method: one of `_core.METHODS`.
+        angle_method: one of `_core.ANGLE_METHODS`.
+        params: over the vehicle's.
+        track_widths: `track_width_front_m` and `track_width_rear_m`, 0 where unknown; the vehicle's where left out.
+
+    Raises:
+        OncenterError: "params", exit code 2.
+    """
+    widths = track_widths or {
+        "track_width_front_m": vehicle.track_width_front_m or 0.0,
+        "track_width_rear_m": vehicle.track_width_rear_m or 0.0,
+    }
+    try:
+        return _core.Core(
+            vehicle.wheelbase_m,
+            vehicle.ratio_near_centre,
+            core_params(vehicle.params, params or {}),
+            rate_hz,
+            method=method,
+            angle_method=angle_method,
+            traffic_side=vehicle.traffic_sign,
+            ratio_polynomial=vehicle.steering_ratio if isinstance(vehicle.steering_ratio, tuple) else (),
+            **widths,
+        )
+    except ValueError as error:
+        raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None
 
 
 def core_params(*layers: Mapping[str, float]) -> dict[str, float]:

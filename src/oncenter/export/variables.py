@@ -147,10 +147,10 @@ def _params(vehicle: Vehicle) -> Iterator[Variable]:
         "angle_method",
         "angle_method",
         "parameter",
-        "How the steering wheel angle is estimated without its sensor, which is judged then, too",
+        "How the steering wheel angle is estimated without its sensor, which is judged by it",
         "enumeration",
         enumeration="AngleMethod",
-        start=_core.ANGLE_METHODS.index("none"),
+        start=_core.ANGLE_METHODS.index("observer"),
     )
     yield Variable(
         "params.use_accelerometer",
@@ -219,7 +219,7 @@ def _outputs() -> Iterator[Variable]:
             about = f"The last tick is not used: {reason.replace('_', ' ')}"
             yield Variable(f"reason.{reason}", f"reasons[{k}]", "output", about, "boolean")
     yield real("play_place", "place", "1", "Place in the play, 1 on the left turn's flank, -1 on the right's")
-    yield real("angle", "angle.angle", "rad", "True steering wheel angle; 0 where angle_method is none")
+    yield real("angle", "angle.angle", "rad", "True steering wheel angle")
     yield real("angle_rate", "angle.rate", "rad/s", "Rate of the true steering wheel angle")
     yield real("angle_sd", "angle.standard_deviation", "rad", "Standard deviation of angle")
     yield real("angle_estimate", "angle.estimate", "rad", "What motion alone says of the steering wheel angle")

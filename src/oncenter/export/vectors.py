@@ -27,7 +27,7 @@ _RESOLUTIONS = {  # in the order of oc_signals.valid's bits, as test_vectors.c h
     "wheel_speed_rear_left_m_s": 1 / 512,
     "wheel_speed_rear_right_m_s": 1 / 512,
 }
-_CASES = (("joint", "observer"), ("thesis", "none"), ("wheel-speed", "none"))
+_CASES = (("joint", "observer"), ("thesis", "yaw-rate"), ("wheel-speed", "wheel-speed"))
 _OUTPUTS = (  # as tell_output of test_vectors.c
     "time vehicle_speed motion.curvature motion.longitudinal_acceleration motion.bank motion.residual reasons "
     "offset_status offset offset_sd understeer_gradient backlash place unloading_acceleration evidence yaw_rate_bias "

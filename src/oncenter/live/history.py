@@ -71,7 +71,7 @@ class History:
     def _take_course(self, since: np.ndarray[tuple[int], np.dtype[np.float64]], stepped: Stepped) -> None:
         while len(later := np.flatnonzero(since >= self._course_next_s)):
             k = int(later[0])
-            row = stepped.offset[k]
+            row = stepped.outputs[k]
             self._course_next_s = float(since[k]) + self._course_step_s
             if row["offset_status"] == _UNOBSERVABLE or not np.isfinite(row["offset_sd"]):
                 continue
@@ -86,7 +86,7 @@ class History:
     def _take_cells(self, since: np.ndarray[tuple[int], np.dtype[np.float64]], stepped: Stepped) -> None:
         seconds = np.floor(since).astype(np.int64)
         for second in np.unique(seconds).tolist()[-STRIP_S:]:
-            reasons = stepped.offset["reasons"][seconds == second]
+            reasons = stepped.outputs["reasons"][seconds == second]
             if not self._cells or self._cells[-1][0] != second:
                 self._cells.append((second, 0, {}))
             _, ticks, by_reason = self._cells.pop()
@@ -97,9 +97,9 @@ class History:
             self._cells.append((second, ticks + len(reasons), by_reason))
 
     def _take_cloud(self, since: np.ndarray[tuple[int], np.dtype[np.float64]], stepped: Stepped) -> None:
-        for k in np.flatnonzero(stepped.offset["reasons"] == 0).tolist():
+        for k in np.flatnonzero(stepped.outputs["reasons"] == 0).tolist():
             if since[k] >= self._cloud_next_s:
-                row = stepped.offset[k]
+                row = stepped.outputs[k]
                 motion = row["motion"]
                 self._cloud_next_s = float(since[k]) + CLOUD_EVERY_S
                 self._cloud.append(

@@ -1,15 +1,10 @@
-"""The core on a bus: frames in, ticks through the code that judges logs, what is known now out. No thread, no clock.
-
-Two cores run side by side, the one of `oncenter offset` and the one of `oncenter angle`, so that what is said live is
-what both say of the log: a sensor at fault teaches the second nothing, and the first as it would there.
-"""
+"""The core on a bus: frames in, ticks through the code that judges logs, what is known now out. No thread, no clock."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,31 +13,26 @@ import polars as pl
 from oncenter import _core, inputs
 from oncenter.answer import Answer
 from oncenter.core_answer import answer_so_far
-from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.estimate import is_odd, offset_is_invalid
+from oncenter.errors import OncenterError
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream, Ticks
 from oncenter.read.whole_turns import TURN_RAD, WholeTurns
 from oncenter.signals import Signals
-from oncenter.vehicle import Vehicle
+from oncenter.vehicle import Vehicle, core_of
 
 _MEASURED = "steering_wheel_angle_rad"
 _SENSOR_TYPE = "steering_wheel_angle_sensor_type"
-_HELD = ("stuck", "lost")  # faults after which what was learned before looks as good as ever
-
-Cores = dict[str, _core.Core]
 
 
 @dataclass(frozen=True)
 class Stepped:
-    """Ticks and what the cores gave of each: the offset's and the angle's oc_output rows."""
+    """Ticks and what the core gave of each, an oc_output row."""
 
     ticks: Ticks
-    offset: npt.NDArray[np.void]
-    angle: npt.NDArray[np.void]
+    outputs: npt.NDArray[np.void]
 
     def __len__(self) -> int:
-        return len(self.offset)
+        return len(self.outputs)
 
 
 @dataclass(frozen=True)
@@ -61,16 +51,16 @@ class Learner:
     Args:
         stream: its frames.
         vehicle: its `[params]` apply.
-        resume: is given the cores, once the bus has told its rates and before the first tick.
+        resume: is given the core, once the bus has told its rates and before the first tick.
     """
 
-    def __init__(self, stream: Stream, vehicle: Vehicle, resume: Callable[[Cores], None] | None = None) -> None:
+    def __init__(self, stream: Stream, vehicle: Vehicle, resume: Callable[[_core.Core], None] | None = None) -> None:
         self.stream = stream
         self.vehicle = vehicle
-        self.cores: Cores = {}
+        self.core: _core.Core | None = None
         self.params = inputs.params_of(vehicle, None)
         self.last: Stepped | None = None
-        self._resume = resume or (lambda cores: None)
+        self._resume = resume or (lambda core: None)
         self._first_s = 0.0
         self._flank_s = 1.0
         self._turns: WholeTurns | None = None
@@ -78,7 +68,7 @@ class Learner:
     def take(self, frames: Frames) -> list[Stepped]:
         """Frames in the order in which they came."""
         set_back = not self.stream.listening and self.stream.clock_was_set_back(frames)
-        stepped = self.finish() if set_back else []  # the cores see for themselves that it is another clock
+        stepped = self.finish() if set_back else []  # the core sees for itself that it is another clock
         return [*stepped, *self._step(self.stream.add(frames))]
 
     def finish(self) -> list[Stepped]:
@@ -93,12 +83,9 @@ class Learner:
         return math.nan if self._turns.turns is None else self._turns.turns * TURN_RAD
 
     def known(self) -> Known:
-        if self.last is None:
+        if self.last is None or self.core is None:
             return Known(None, {}, self.params["joint_evidence_min_s"])
-        native = self.cores["offset"].answer()
-        judged = self.cores["angle"].answer()
-        if offset_is_invalid(judged) and (is_odd(native) or _core.FAULTS[judged["fault"]] in _HELD):
-            native = judged  # as `offset` has it
+        native = self.core.answer()
         lacking_s = {"left": native["lacking_to_left"], "right": native["lacking_to_right"]}
         evidence_lacking_s = max(self.params["joint_evidence_min_s"] - native["used"], 0.0)
         answer: Answer | None
@@ -112,20 +99,19 @@ class Learner:
         count = len(ticks["time_s"])
         if not count:
             return []
-        if not self.cores:
+        if self.core is None:
             self._turns = WholeTurns(self.stream.rate_hz)
-            self.cores = cores_of(self.vehicle, self.stream.rate_hz)
-            self._flank_s = self.cores["offset"].answer()["lacking_to_left"]  # nothing has shown yet
-            self._resume(self.cores)
+            self.core = core_of(self.vehicle, self.stream.rate_hz)
+            self._flank_s = self.core.answer()["lacking_to_left"]  # nothing has shown yet
+            self._resume(self.core)
         if self.last is None:
             self._first_s = float(ticks["time_s"][0])
         if _SENSOR_TYPE in ticks:
             ticks = {**ticks, _MEASURED: self._turned_back(ticks)}
         columns = {name: column for name, column in ticks.items() if name in _core.COLUMNS}
-        outputs = {name: np.zeros(count, _core.OUTPUT_DTYPE) for name in self.cores}
-        for name, core in self.cores.items():
-            core.run(columns, outputs[name])
-        self.last = Stepped(ticks, outputs["offset"], outputs["angle"])
+        outputs = np.zeros(count, _core.OUTPUT_DTYPE)
+        self.core.run(columns, outputs)
+        self.last = Stepped(ticks, outputs)
         return [self.last]
 
     def _turned_back(self, ticks: Ticks) -> npt.NDArray[np.float64]:
@@ -151,30 +137,3 @@ class Learner:
 def needed(vehicle: Vehicle) -> tuple[str, ...]:
     """The signals without which there is no answer."""
     return inputs.needed("joint", (), inputs.params_of(vehicle, None))
-
-
-def cores_of(vehicle: Vehicle, rate_hz: float) -> Cores:
-    """As `oncenter.offset` and as `oncenter.angle` set theirs up.
-
-    Raises:
-        OncenterError: "params", exit code 2.
-    """
-    polynomial = vehicle.steering_ratio if isinstance(vehicle.steering_ratio, tuple) else ()
-
-    def core(**of_angle: Any) -> _core.Core:
-        return _core.Core(
-            vehicle.wheelbase_m,
-            vehicle.ratio_near_centre,
-            inputs.params_of(vehicle, None),
-            rate_hz,
-            method="joint",
-            traffic_side=vehicle.traffic_sign,
-            track_width_front_m=vehicle.track_width_front_m or 0.0,
-            track_width_rear_m=vehicle.track_width_rear_m or 0.0,
-            **of_angle,
-        )
-
-    try:
-        return {"offset": core(), "angle": core(angle_method="observer", ratio_polynomial=polynomial)}
-    except ValueError as error:
-        raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None

@@ -1,4 +1,4 @@
-"""What was learned of a truck, kept on disk between two drives: a file a core, two slots a file, as in the truck."""
+"""What was learned of a truck, kept on disk between two drives: a file with two slots, as in the truck."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from pathlib import Path
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.file_name import file_stem
-from oncenter.live.learner import Cores
 
 SLOTS = 2
 
@@ -39,34 +38,30 @@ class Memory:
             raise OncenterError(f"--state {folder}: {error.strerror}", code="state", exit_code=WRONG_USAGE) from None
         self._stem = folder / file_stem(truck)
         self._truck, self._say = truck, say
-        self._files: dict[str, int] = {}
-        self._sequences: dict[str, int] = {}
+        self._file: int | None = None
+        self._sequence = 0
         self._failing = False
 
-    def resume(self, cores: Cores) -> None:
-        """Gives the cores what was learned before, and takes hold of the files."""
-        resumed = []
-        for name, core in cores.items():
-            path = self._stem.with_name(f"{self._stem.name}.{name}.state")
-            try:
-                self._files[name] = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-                fcntl.flock(self._files[name], fcntl.LOCK_EX | fcntl.LOCK_NB)
-                content = os.pread(self._files[name], 1 << 22, 0)
-            except OSError as error:
-                self._release()
-                why = "another oncenter live has it" if isinstance(error, BlockingIOError) else error.strerror
-                self._say(f"the state of {self._truck} is neither resumed nor saved: {path}: {why}")
-                return
-            self._reserve(self._files[name], len(core.save(0)))
-            fault, self._sequences[name] = restored(core, _slots(content))
-            if fault == "ok":
-                core.restart()
-                resumed.append(name)
-            elif fault != "missing" or any(content):  # one that is only reserved holds zeros
-                why = "no saved state is in it" if fault == "missing" else fault
-                self._say(f"the saved {name} of {self._truck} is not resumed ({path}: {why}); learning starts afresh")
-        if resumed:
+    def resume(self, core: _core.Core) -> None:
+        """Gives the core what was learned before, and takes hold of the file."""
+        path = self._stem.with_name(f"{self._stem.name}.state")
+        try:
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            content = os.pread(self._file, 1 << 22, 0)
+        except OSError as error:
+            self.close()
+            why = "another oncenter live has it" if isinstance(error, BlockingIOError) else error.strerror
+            self._say(f"the state of {self._truck} is neither resumed nor saved: {path}: {why}")
+            return
+        self._reserve(self._file, len(core.save(0)))
+        fault, self._sequence = restored(core, _slots(content))
+        if fault == "ok":
+            core.restart()
             self._say(f"resumed what was learned of {self._truck}")
+        elif fault != "missing" or any(content):  # one that is only reserved holds zeros
+            why = "no saved state is in it" if fault == "missing" else fault
+            self._say(f"the saved state of {self._truck} is not resumed ({path}: {why}); learning starts afresh")
 
     def _reserve(self, file: int, size: int) -> None:
         """Room for both slots, so that a disk that is full later does not matter."""
@@ -75,32 +70,30 @@ class Memory:
         except OSError as error:
             self._say(f"no room for the state of {self._truck}: {error.strerror}; tried again each minute")
 
-    def save(self, cores: Cores) -> None:
+    def save(self, core: _core.Core) -> None:
         """To the older slot, so that a power cut leaves the newer one; says so once when it fails."""
-        for name, file in self._files.items():
-            sequence = (self._sequences[name] + 1) % 2**32
-            image = cores[name].save(sequence)
-            try:
-                if os.pwrite(file, image, sequence % SLOTS * len(image)) < len(image):
-                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-                os.fsync(file)
-            except OSError as error:
-                if not self._failing:
-                    self._say(f"the state of {self._truck} cannot be saved: {error.strerror}; trying again")
-                self._failing = True
-                return
-            self._sequences[name] = sequence
+        if self._file is None:
+            return
+        sequence = (self._sequence + 1) % 2**32
+        image = core.save(sequence)
+        try:
+            if os.pwrite(self._file, image, sequence % SLOTS * len(image)) < len(image):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            os.fsync(self._file)
+        except OSError as error:
+            if not self._failing:
+                self._say(f"the state of {self._truck} cannot be saved: {error.strerror}; trying again")
+            self._failing = True
+            return
+        self._sequence = sequence
         if self._failing:
             self._say(f"the state of {self._truck} is saved again")
         self._failing = False
 
     def close(self) -> None:
-        self._release()
-
-    def _release(self) -> None:
-        for file in self._files.values():
-            os.close(file)
-        self._files = {}
+        if self._file is not None:
+            os.close(self._file)
+        self._file = None
 
 
 def _slots(content: bytes) -> list[bytes]:

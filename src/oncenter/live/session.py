@@ -182,8 +182,8 @@ class Session(threading.Thread):
         self._missing = self._learner.stream.missing()
 
     def _save(self) -> None:
-        if self._memory is not None and self._learner.cores:
-            self._memory.save(self._learner.cores)
+        if self._memory is not None and self._learner.core:
+            self._memory.save(self._learner.core)
 
     def _show(self, phase: str) -> Snapshot:
         self._number += 1
@@ -201,7 +201,7 @@ class Session(threading.Thread):
             driven_s=self._driven_s,
             angles=self._angles(),
             reasons=self._reasons(),
-            fault="none" if self._learner.last is None else _core.FAULTS[self._learner.last.angle["fault"][-1]],
+            fault="none" if self._learner.last is None else _core.FAULTS[self._learner.last.outputs["fault"][-1]],
             known=self._known,
             pictures=self._pictures,
             said=self._said.all(),
@@ -216,7 +216,7 @@ class Session(threading.Thread):
         frame_s, measured = stream.newest("steering_wheel_angle")
         if last is None:
             return Angles(frame_s=frame_s, measured_rad=measured)
-        offset, angle = last.offset[-1], last.angle[-1]["angle"]
+        offset, angle = last.outputs[-1], last.outputs[-1]["angle"]
         told = _core.STATUSES[offset["offset_status"]] != "unobservable"
         sd = float(angle["estimate_sd"])
         judged = _core.STATUSES[angle["status"]] != "unobservable" and sd < ESTIMATE_SD_MAX_RAD
@@ -232,7 +232,7 @@ class Session(threading.Thread):
     def _reasons(self) -> tuple[str, ...]:
         if self._learner.last is None:
             return ()
-        bits = int(self._learner.last.offset[-1]["reasons"])
+        bits = int(self._learner.last.outputs[-1]["reasons"])
         return tuple(name for name, bit in _core.REASONS.items() if bits & bit)
 
     def _end(self) -> None:

@@ -136,13 +136,13 @@ def _rows(stepped: Stepped) -> npt.NDArray[np.float64]:
         if name in _SIGNALS:
             rows[:, at[_SIGNALS[name]]] = column / DEGREE if "rad" in name else column
     for name, (member, factor) in _OFFSET.items():
-        rows[:, at[name]] = stepped.offset[member] / factor
+        rows[:, at[name]] = stepped.outputs[member] / factor
     for name, (member, factor) in _ANGLE.items():
-        rows[:, at[name]] = stepped.angle["angle"][member] / factor
-    rows[:, at["offset_status"]] = stepped.offset["offset_status"]
-    rows[:, at["rejected_by"]] = stepped.offset["reasons"]
-    rows[:, at["sensor_fault"]] = stepped.angle["fault"]
-    told = stepped.offset["offset_status"] != _core.STATUSES.index("unobservable")
+        rows[:, at[name]] = stepped.outputs["angle"][member] / factor
+    rows[:, at["offset_status"]] = stepped.outputs["offset_status"]
+    rows[:, at["rejected_by"]] = stepped.outputs["reasons"]
+    rows[:, at["sensor_fault"]] = stepped.outputs["fault"]
+    told = stepped.outputs["offset_status"] != _core.STATUSES.index("unobservable")
     rows[~told, at["offset_deg"]] = rows[~told, at["offset_standard_deviation_deg"]] = np.nan
     return rows
 

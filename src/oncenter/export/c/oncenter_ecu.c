@@ -16,7 +16,6 @@ static bool started;
 void oncenter_ecu_defaults(void) {
     oc_params_defaults(&oncenter_params);
     oncenter_params.method = OC_METHOD_JOINT;
-    oncenter_params.angle_method = OC_ANGLE_OBSERVER;
     oc_init(&state);
 }
 

@@ -72,7 +72,12 @@ static void place_anew(oc_joint *joint, double angle) {
     joint->watch = (oc_change_watch){.rest = oc_most(joint->watch.rest, unplaced_s)};
     joint->along = 1.0f;
     joint->across = 0.0f;
-    joint->solves_all = 1; /* a round may have been cut short */
+}
+
+void oc_joint_lose(oc_joint *joint, oc_joint_tracking *tracking) {
+    joint->lost = 1;
+    joint->solves_all = joint->solves_all || (tracking->turns > 0 && tracking->solves_all);
+    *tracking = (oc_joint_tracking){0};
 }
 
 /* After a standstill wheel and heading are as they were left, or nearly so, and the round then goes on. */
@@ -83,9 +88,9 @@ static void begin_to_collect(oc_joint *joint, oc_joint_tracking *tracking, const
         start(joint, design, tick->angle);
     }
     if (lost) {
+        oc_joint_lose(joint, tracking); /* a hole has only said so */
         place_anew(joint, tick->angle);
         joint->lost = 0;
-        *tracking = (oc_joint_tracking){0};
         tracking->wound = tracking->inner = (float)tick->angle;
     }
     tracking->running = 1;

@@ -121,6 +121,9 @@ typedef struct {
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
                     double ratio_times_wheelbase, float pull_sd, bool sees_bank, double memory_s);
 
+/* Ignition: wheel and heading may be elsewhere. What a round that is cut short had to correct is left to the next. */
+void oc_joint_lose(oc_joint *joint, oc_joint_tracking *tracking);
+
 /* One tick later than the one before; after an ignition, a hole or a standstill `running` is 0, and after the first two
  * `lost` is set. True when a second is collected: a round is then to begin. */
 bool oc_joint_collect(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,

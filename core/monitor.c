@@ -9,8 +9,8 @@ void oc_init(oc_state *state) {
 }
 
 void oc_restart(oc_state *state) {
+    oc_joint_lose(&state->evidence.joint, &state->tracking.joint);
     state->tracking = (oc_tracking){0};
-    state->evidence.joint.lost = 1;
     state->evidence.standstill.still_ticks = 0;
     oc_gyro_bias_restart(&state->evidence.gyro_bias);
 }

@@ -101,15 +101,14 @@ def image_faults() -> set[int]:
 
 
 def sources() -> set[int]:
-    """By a sensor of a truck that is not learned, then is; and none where its angle is told without, and is not."""
+    """By a sensor of a truck that is not learned, then is; and without it, where none is known before."""
     outputs = outputs_of(lost_for(19_000, 19_500), "thesis", "observer")
-    untold = outputs_of(lost_for(19_000, 19_500), "thesis")
     measured, nothing = ffi.new("oc_signals *", {"valid": lib.OC_HAS_STEERING_WHEEL_ANGLE}), ffi.new("oc_signals *")
     ticks = (
         (outputs, 10, measured),
         (outputs, 18_900, measured),
+        (outputs, 10, nothing),
         (outputs, 19_400, nothing),
-        (untold, 19_400, nothing),
     )
     return {lib.oc_message_of(ffi.from_buffer("oc_output[]", rows) + k, tick, 0).source for rows, k, tick in ticks}
 

@@ -107,8 +107,8 @@ def sources() -> set[int]:
     ticks = (
         (outputs, 10, measured),
         (outputs, 18_900, measured),
-        (outputs, 10, nothing),
         (outputs, 19_400, nothing),
+        (outputs_of(lost_for(0, 500)), 300, nothing),
     )
     return {lib.oc_message_of(ffi.from_buffer("oc_output[]", rows) + k, tick, 0).source for rows, k, tick in ticks}
 

@@ -12,9 +12,9 @@ import polars as pl
 import pytest
 
 import oncenter as oc
-from oncenter.answer import Estimate, Method
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.estimate import _rows_held
+from oncenter.offset.answer import Estimate, Method
+from oncenter.offset.run import _rows_held
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, Source
 from oncenter.vehicle import vehicle_from

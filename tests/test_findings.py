@@ -10,9 +10,9 @@ from test_estimate import steady_drive
 
 import oncenter as oc
 from oncenter import _core
-from oncenter.changes import Change
-from oncenter.findings import Finding, findings_of
-from oncenter.joint_findings import joint_findings
+from oncenter.offset.changes import Change
+from oncenter.offset.findings import Finding, findings_of
+from oncenter.offset.joint_findings import joint_findings
 from oncenter.signals import DEGREE, Signals
 
 TRUCK = oc.vehicle("scania_r730_4x2")

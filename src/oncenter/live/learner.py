@@ -15,11 +15,12 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from oncenter import _core, inputs
-from oncenter.answer import Answer
-from oncenter.core_answer import answer_so_far
+from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.estimate import is_odd, offset_is_invalid
+from oncenter.offset import inputs
+from oncenter.offset.answer import Answer
+from oncenter.offset.assemble import answer_so_far
+from oncenter.offset.run import is_odd, offset_is_invalid
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream, Ticks
 from oncenter.read.whole_turns import TURN_RAD, WholeTurns

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from oncenter import findings
-from oncenter.findings import Finding
+from oncenter.offset import findings
+from oncenter.offset.findings import Finding
 from oncenter.plausibility.drive import DRIVING_M_S, MIN_TIME_S, NEEDED, Drive
 from oncenter.plausibility.verdict import CannotTell, Verdict, lacks, words
 from oncenter.signals import DEGREE

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from oncenter import _core
-from oncenter.changes import Change
-from oncenter.findings import PLAY_STANDARD_DEG, Finding
+from oncenter.offset.changes import Change
+from oncenter.offset.findings import PLAY_STANDARD_DEG, Finding
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 # Thresholds for speaking up, ours.

@@ -10,7 +10,8 @@ from oncenter import _core
 from oncenter.errors import OncenterError
 from oncenter.offset.answer import Answer, Estimate, Method
 from oncenter.offset.changes import Change, changes_of
-from oncenter.offset.findings import Finding, findings_of
+from oncenter.offset.core_findings import findings_of
+from oncenter.offset.findings import Finding
 from oncenter.offset.inputs import needed
 from oncenter.offset.joint_findings import joint_findings
 from oncenter.read.whole_turns import is_relative

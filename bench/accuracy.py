@@ -30,9 +30,9 @@ from rivals import MINUTE_TICKS, Array, Course, rivals
 
 import oncenter as oc
 from oncenter import _core
-from oncenter.answer import METHODS
 from oncenter.errors import OncenterError
-from oncenter.estimate import trace
+from oncenter.offset.answer import METHODS
+from oncenter.offset.run import trace
 from oncenter.signals import DEGREE
 
 BUILD = Path(__file__).parents[1] / "build" / "accuracy"

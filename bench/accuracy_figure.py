@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 from accuracy_study import LIMITS, STUDIED, TABLE_4, Point, shown
 
-from oncenter.answer import METHODS
+from oncenter.offset.answer import METHODS
 
 if TYPE_CHECKING:
     from accuracy import Summary

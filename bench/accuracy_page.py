@@ -28,7 +28,7 @@ from population import (
     set_up_left_open_m_s2,
 )
 
-from oncenter.answer import METHODS
+from oncenter.offset.answer import METHODS
 
 if TYPE_CHECKING:
     from accuracy import Summary

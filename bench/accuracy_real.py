@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import oncenter as oc
-from oncenter.answer import METHODS
 from oncenter.errors import OncenterError
+from oncenter.offset.answer import METHODS
 
 ROOT = Path(__file__).parents[1]
 REAL_DATA = Path(os.environ.get("ONCENTER_REAL_DATA", ROOT / ".." / "shared" / "data"))

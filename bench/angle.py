@@ -36,7 +36,7 @@ from angle_lines import Line, write_tables
 from population import Uniform
 
 import oncenter as oc
-from oncenter.angle import METHODS
+from oncenter.angle.run import METHODS
 from oncenter.signals import DEGREE, SignalName, Signals
 
 TUNING_FROM, REPORTED_FROM = 1, 101

@@ -24,7 +24,7 @@ ROOT = Path(__file__).parent.parent
 
 
 def ours(log: Path) -> Callable[[], float]:
-    import oncenter.estimate
+    import oncenter.offset.run
     import oncenter.read
     import oncenter.vehicle  # noqa: F401
 

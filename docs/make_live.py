@@ -10,11 +10,11 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 import oncenter as oc
-from oncenter.inputs import params_of
 from oncenter.live.learner import Learner, needed
 from oncenter.live.replay import Replay
 from oncenter.live.session import Sayings, Session
 from oncenter.live.web import Page
+from oncenter.offset.inputs import params_of
 from oncenter.read.stream import Stream
 
 ROOT = Path(__file__).parent.parent

@@ -1,6 +1,7 @@
 """A second reader for each format, plain and slow, without any code of `oncenter.read`: an oracle for its answers.
 
-As a child process (`oncenter.child`) it writes a log's signals as a table that oncenter reads: such readers may crash.
+As a child process (`oncenter.files.child`) it writes a log's signals as a table that oncenter reads: such readers may
+crash.
 
 It keeps to the same conventions, because a damaged log can be read in several ways:
 - a line that is no frame of the format is left out, and so are remote frames, error frames and CAN FD;
@@ -27,7 +28,7 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from oncenter.child import Send, serve
+from oncenter.files.child import Send, serve
 
 Column = npt.NDArray[np.float64]
 NAN = math.nan

@@ -13,7 +13,7 @@ from real_data import real_drive
 
 import oncenter as oc
 from oncenter import _core
-from oncenter.angle import notes_on
+from oncenter.angle.run import notes_on
 from oncenter.cli import run
 from oncenter.cli.angle import _in_words
 from oncenter.errors import OncenterError

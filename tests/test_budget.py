@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from test_estimate import steady_drive
 
 import oncenter as oc
-from oncenter.budget import Truck, as_corrected_rad, as_printed_rad, speed_scale_rad
 from oncenter.cli import run
+from oncenter.offset.budget import Truck, as_corrected_rad, as_printed_rad, speed_scale_rad
 from oncenter.signals import DEGREE
 from oncenter.vehicle import vehicle_from
 

@@ -13,15 +13,15 @@ from typing import Any
 
 import pytest
 
-from oncenter import child as room
-from oncenter.child import Child, ChildDied, ChildFailed, Limits, borrowed, limits_for
 from oncenter.errors import OncenterError
+from oncenter.files import child as room
+from oncenter.files.child import Child, ChildDied, ChildFailed, Limits, borrowed, limits_for
 
 PATIENT = Limits(cpu_s=60.0, resident_bytes=2 << 30)
 MODULE = "a_reader_of_tests"
 CODE = """
 import os, sys, time
-from oncenter.child import serve
+from oncenter.files.child import serve
 from oncenter.errors import OncenterError
 
 def answer(request, send):
@@ -180,7 +180,7 @@ def test_two_at_once_get_a_child_each() -> None:
 def test_a_child_ends_with_its_parent_even_in_the_middle_of_its_work(do: str) -> None:
     script = f"""
 import sys
-from oncenter.child import Child, Limits
+from oncenter.files.child import Child, Limits
 child = Child({MODULE!r})
 print(child._process.pid, flush=True)
 for _ in child.ask({{"do": {do!r}}}, Limits(2.0, 2 << 30)):

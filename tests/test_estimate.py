@@ -12,8 +12,8 @@ import polars as pl
 import pytest
 
 import oncenter as oc
-from oncenter.answer import Estimate, Method
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.offset.answer import Estimate, Method
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, Source
 from oncenter.vehicle import vehicle_from

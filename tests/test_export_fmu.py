@@ -19,9 +19,9 @@ from test_estimate import steady_drive
 
 import oncenter as oc
 from oncenter import _core, export
-from oncenter.answer import Estimate
 from oncenter.cli import run
 from oncenter.export.core_source import params
+from oncenter.offset.answer import Estimate
 from oncenter.signals import Signals
 
 ROOT = Path(__file__).parents[1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from itertools import product
 
-from oncenter.file_name import STEM_BYTES_MAX, file_stem, printable, printable_name
+from oncenter.files.file_name import STEM_BYTES_MAX, file_stem, printable, printable_name
 
 
 def test_each_text_has_files_of_its_own() -> None:

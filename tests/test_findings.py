@@ -1,6 +1,8 @@
 """What is said of a drive beyond its numbers: each finding where the world has it, and none where it has not."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,9 +12,12 @@ from test_estimate import steady_drive
 
 import oncenter as oc
 from oncenter import _core
-from oncenter.changes import Change
-from oncenter.findings import Finding, findings_of
-from oncenter.joint_findings import joint_findings
+from oncenter.offset import core_findings
+from oncenter.offset import joint_findings as joint_findings_room
+from oncenter.offset.changes import Change
+from oncenter.offset.core_findings import findings_of
+from oncenter.offset.findings import TABLE, Finding
+from oncenter.offset.joint_findings import joint_findings
 from oncenter.signals import DEGREE, Signals
 
 TRUCK = oc.vehicle("scania_r730_4x2")
@@ -327,3 +332,10 @@ def test_a_wrong_wheelbase_in_the_vehicle_file_is_named_and_costs_no_offset(wron
             assert f"% {says} angle than" in by_code(answer)["wheelbase_or_ratio"].text
             named += 1
     assert named >= 2
+
+
+def test_each_row_of_the_table_has_a_rule_and_each_rule_a_row() -> None:
+    rules = [Path(room.__file__).read_text(encoding="utf-8") for room in (core_findings, joint_findings_room)]
+    codes = [code for text in rules for code in re.findall(r'from_table\(\s*"(\w+)"', text)]
+    assert set(codes) == set(TABLE)
+    assert not [text for text in rules if re.search(r"\bFinding\(", text)]

@@ -19,10 +19,9 @@ from bokeh.plotting import figure
 from two_trucks import DAY_S, MONDAY_S, VIN, tables
 
 import oncenter as oc
-from oncenter import child
-from oncenter.answer import Estimate
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
+from oncenter.files import child
 from oncenter.fleet import query, run
 from oncenter.fleet.drive import Work, _columns
 from oncenter.fleet.files import find_logs
@@ -31,6 +30,7 @@ from oncenter.fleet.pictures import ranking
 from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS
 from oncenter.fleet.truck_data import script_name
 from oncenter.fleet.trucks import Trucks
+from oncenter.offset.answer import Estimate
 from oncenter.report.document import embedded
 from oncenter.signals import DEGREE
 

@@ -23,7 +23,7 @@ from poison_fleet import ANSWERED, NAMED, POISON, kind_of, write_poison_fleet
 from two_trucks import tables
 from watched import Ended, oncenter, watch
 
-from oncenter.child import READER_DEATHS
+from oncenter.files.child import READER_DEATHS
 from oncenter.fleet import engines, run
 from oncenter.fleet.files import LogFile
 

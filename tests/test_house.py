@@ -192,3 +192,10 @@ def test_nothing_heavy_is_loaded_before_it_is_needed(program: str) -> None:
     loaded = {line.split("|")[-1].strip().split(".")[0] for line in run.stderr.splitlines() if "|" in line}
     assert "oncenter" in loaded
     assert not loaded & {"can", "cantools", "asammdf", "pandas", "bokeh", "matplotlib", "pyarrow", "ray"}
+
+
+@pytest.mark.parametrize("first", ["import oncenter.{0}.run", "from oncenter.{0} import run"])
+@pytest.mark.parametrize("verb", ["angle", "offset", "reference"])
+def test_a_verb_stays_a_function_when_the_folder_of_its_name_was_imported_before(verb: str, first: str) -> None:
+    program = f"{first.format(verb)}; import oncenter; assert callable(oncenter.{verb}), oncenter.{verb}"
+    subprocess.run([sys.executable, "-c", program], check=True)

@@ -19,12 +19,12 @@ from rich.console import Console
 
 import oncenter as oc
 from oncenter.cli import run
-from oncenter.inputs import params_of
 from oncenter.live.history import CLOUD_POINTS, COURSE_POINTS, STRIP_S, History
 from oncenter.live.learner import Learner, Stepped, needed
 from oncenter.live.replay import Replay
 from oncenter.live.session import Sayings, Session
 from oncenter.live.terminal import one_line, panel
+from oncenter.offset.inputs import params_of
 from oncenter.read.frames import Frames, joined
 from oncenter.read.stream import Stream, Ticks
 from oncenter.simulate import simulate_to_log

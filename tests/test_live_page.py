@@ -25,7 +25,6 @@ from tornado.netutil import bind_sockets
 
 import oncenter as oc
 from oncenter.errors import OncenterError
-from oncenter.inputs import params_of
 from oncenter.live import page as live_page
 from oncenter.live import serve as live_serve
 from oncenter.live.learner import Learner, needed
@@ -33,6 +32,7 @@ from oncenter.live.replay import Replay
 from oncenter.live.session import Sayings, Session
 from oncenter.live.snapshot import Dropped, Snapshot
 from oncenter.live.web import NEXT, READY, Hello, Page, names_of
+from oncenter.offset.inputs import params_of
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream
 

@@ -20,9 +20,9 @@ from random_drives import RATIO, WHEELBASE, Array, drive
 
 import oncenter as oc
 from oncenter import _core
-from oncenter.announce import Announcer
+from oncenter.bus.announce import Announcer
+from oncenter.bus.message import PGN, Message, decode
 from oncenter.errors import OncenterError
-from oncenter.message import PGN, Message, decode
 from oncenter.vehicle import Vehicle
 
 ROOT = Path(__file__).parents[1]

@@ -13,7 +13,7 @@ from drive_frames import DBC, candump, drive
 
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
-from oncenter.log_formats import OF_FRAMES
+from oncenter.files.log_formats import OF_FRAMES
 from oncenter.read import candump as candump_reader
 from oncenter.read import read
 from oncenter.read.apart import frames, read_apart
@@ -116,7 +116,7 @@ def test_a_reader_that_crashes_is_one_line_with_exit_code_1(
     drives: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     (tmp_path / "a_reader_that_crashes.py").write_text(
-        "import os\nfrom oncenter.child import serve\nserve(lambda request, send: os.abort())\n"
+        "import os\nfrom oncenter.files.child import serve\nserve(lambda request, send: os.abort())\n"
     )
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
     monkeypatch.setattr(sys.modules[read_apart.__module__], "READER", "a_reader_that_crashes")

@@ -14,7 +14,7 @@ from asammdf import MDF, Signal
 from can.io.mf4 import MF4Writer
 from drive_frames import drive, truth
 
-from oncenter.log_formats import SUFFIXES
+from oncenter.files.log_formats import SUFFIXES
 from oncenter.read import read
 
 # What is loaded in the first round runs code of modules; in the second one only the logs are new.

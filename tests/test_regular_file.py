@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from oncenter.errors import OncenterError
-from oncenter.regular_file import open_regular_file, read_regular_file, refuse_what_is_no_regular_file
+from oncenter.files.regular_file import open_regular_file, read_regular_file, refuse_what_is_no_regular_file
 
 
 @pytest.fixture

@@ -20,11 +20,11 @@ from hypothesis import strategies as st
 
 import oncenter
 from oncenter import _core
-from oncenter.answer import DEFAULT_METHOD, Answer, Estimate, Method
 from oncenter.errors import OncenterError
-from oncenter.estimate import trace
-from oncenter.findings import Finding
 from oncenter.live import words
+from oncenter.offset.answer import DEFAULT_METHOD, Answer, Estimate, Method
+from oncenter.offset.findings import Finding
+from oncenter.offset.run import trace
 from oncenter.report import document
 from oncenter.report.course import Course, course
 from oncenter.report.page import page

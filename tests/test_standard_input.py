@@ -13,7 +13,7 @@ from drive_frames import candump, drive
 
 from oncenter.cli import run as command
 from oncenter.cli.standard_input import STANDARD_INPUT, as_file
-from oncenter.log_formats import SUFFIXES
+from oncenter.files.log_formats import SUFFIXES
 from oncenter.simulate import simulate_to_log
 
 CSV = "time_s,steering_wheel_angle_deg,yaw_rate_deg_s,vehicle_speed_km_h\n" + "".join(

@@ -17,7 +17,7 @@ import polars as pl
 import pytest
 
 from oncenter.errors import OncenterError
-from oncenter.whole_file import check_place, remove_unfinished, whole_file, write_whole
+from oncenter.files.whole_file import check_place, remove_unfinished, whole_file, write_whole
 
 FULL = Path("/dev/full")
 
@@ -241,7 +241,7 @@ def test_devices_are_written_straight(tmp_path: Path) -> None:
 @pytest.mark.parametrize("redirection", ["| cat", "> out.txt; cat out.txt"])
 def test_our_standard_output_is_a_place_as_well_and_keeps_what_was_said(redirection: str, tmp_path: Path) -> None:
     program = (
-        "from oncenter.whole_file import write_whole; print('before', flush=True); "
+        "from oncenter.files.whole_file import write_whole; print('before', flush=True); "
         "write_whole('/dev/stdout', 'page\\n'); print('after')"
     )
     words = f'"{sys.executable}" -c "{program}" {redirection}'

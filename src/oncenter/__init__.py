@@ -11,18 +11,18 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from oncenter.angle import angle as angle
-    from oncenter.answer import Answer as Answer
-    from oncenter.budget import Budget as Budget
-    from oncenter.budget import budget as budget
+    from oncenter.angle.run import angle as angle
+    from oncenter.bus.monitor import Monitor as Monitor
+    from oncenter.bus.monitor import Tick as Tick
     from oncenter.errors import OncenterError as OncenterError
-    from oncenter.estimate import offset as offset
-    from oncenter.estimate import trace as trace
-    from oncenter.monitor import Monitor as Monitor
-    from oncenter.monitor import Tick as Tick
+    from oncenter.offset.answer import Answer as Answer
+    from oncenter.offset.budget import Budget as Budget
+    from oncenter.offset.budget import budget as budget
+    from oncenter.offset.run import offset as offset
+    from oncenter.offset.run import trace as trace
     from oncenter.read import read as read
-    from oncenter.reference import Reference as Reference
-    from oncenter.reference import reference as reference
+    from oncenter.reference.run import Reference as Reference
+    from oncenter.reference.run import reference as reference
     from oncenter.report import report as report
     from oncenter.signals import Signals as Signals
     from oncenter.simulate import simulate as simulate
@@ -31,18 +31,18 @@ if TYPE_CHECKING:
 
 # Where each public name lives. A verb may share its name with its room: the verb wins.
 _HOMES = {
-    "angle": "angle",
-    "Budget": "budget",
-    "budget": "budget",
+    "angle": "angle.run",
+    "Budget": "offset.budget",
+    "budget": "offset.budget",
     "OncenterError": "errors",
-    "Answer": "answer",
-    "offset": "estimate",
-    "trace": "estimate",
-    "Monitor": "monitor",
-    "Tick": "monitor",
+    "Answer": "offset.answer",
+    "offset": "offset.run",
+    "trace": "offset.run",
+    "Monitor": "bus.monitor",
+    "Tick": "bus.monitor",
     "read": "read",
-    "Reference": "reference",
-    "reference": "reference",
+    "Reference": "reference.run",
+    "reference": "reference.run",
     "report": "report",
     "Signals": "signals",
     "simulate": "simulate",

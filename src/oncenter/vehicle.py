@@ -14,10 +14,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.toml_file import read_toml, refusal
 from oncenter.param_ranges import param_ranges
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, SignalName
 from oncenter.steering_ratio import SteeringRatio, near_centre
-from oncenter.toml_file import read_toml, refusal
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]  # "3.7" and true are none
 _Positive = Annotated[Number, Field(gt=0)]

@@ -15,9 +15,9 @@ import sys
 from collections.abc import Sequence
 from typing import TextIO
 
-from oncenter.child import begin
 from oncenter.errors import INTERRUPTED, WRONG_USAGE, OncenterError
-from oncenter.log_formats import READ_HERE, READER, SUFFIXES
+from oncenter.files.child import begin
+from oncenter.files.log_formats import READ_HERE, READER, SUFFIXES
 
 _READING = ("offset", "angle", "reference", "signals")  # the verbs that read logs one by one
 _FILE_CANNOT_BE_WRITTEN = 1  # after the answer was

@@ -11,7 +11,7 @@ import typer
 from oncenter.cli.options import Dbc, Source, VehicleFile, progress_bar, sources_of
 
 if TYPE_CHECKING:
-    from oncenter.findings import Finding
+    from oncenter.offset.findings import Finding
 
 _LEAST_SHARE = 0.01  # of a drive, that is told as a number
 _WITHIN_MAX_DEG = 90.0  # a wheel that may be anywhere
@@ -44,12 +44,12 @@ def angle(
 ) -> None:
     """The true steering wheel angle, with its sensor while that can be believed and without it after."""
     import oncenter as oc
-    from oncenter.angle import in_degrees, notes_on
+    from oncenter.angle.run import in_degrees, notes_on
     from oncenter.cli.logs import read_logs
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.errors import WRONG_USAGE, OncenterError
+    from oncenter.files.whole_file import check_place, whole_file
     from oncenter.report import report_angle
-    from oncenter.whole_file import check_place, whole_file
 
     if output is not None and output.suffix not in (".parquet", ".csv"):
         raise OncenterError(

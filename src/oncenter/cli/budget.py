@@ -21,7 +21,7 @@ def budget(
 ) -> None:
     """What each error of a truck's sensors costs the offset, (47) and (48), and which sensor to better first."""
     import oncenter as oc
-    from oncenter.budget import BACKLASH_RAD, MEAN_SPEED_M_S
+    from oncenter.offset.budget import BACKLASH_RAD, MEAN_SPEED_M_S
     from oncenter.signals import DEGREE
 
     given = oc.budget(

@@ -61,13 +61,13 @@ def live(
     from oncenter.cli.offset import as_table
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.errors import WRONG_USAGE, OncenterError
-    from oncenter.inputs import params_of
     from oncenter.live.learner import Learner, needed
     from oncenter.live.memory import Memory, default_folder
     from oncenter.live.record import Recorder
     from oncenter.live.session import Sayings, Session
     from oncenter.live.terminal import watch
     from oncenter.live.trace import Trace
+    from oncenter.offset.inputs import params_of
     from oncenter.read.stream import Stream
 
     if (channel is None) == (replay is None):

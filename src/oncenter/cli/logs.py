@@ -13,7 +13,7 @@ from oncenter.cli.standard_input import STANDARD_INPUT, as_file
 from oncenter.errors import LOG_CANNOT_BE_ANSWERED, OncenterError
 
 if TYPE_CHECKING:
-    from oncenter.findings import Finding
+    from oncenter.offset.findings import Finding
     from oncenter.signals import SignalName, Signals
     from oncenter.vehicle import Vehicle
 
@@ -67,13 +67,13 @@ def read_logs(
 
 
 def _left_out(refusals: Sequence[OncenterError]) -> list[Finding]:
-    from oncenter.findings import Finding
+    from oncenter.offset.findings import Finding
 
     return [Finding("log_left_out", "warning", f"a log was left out: {error}") for error in refusals]
 
 
 def _given_twice(logs: Sequence[Path]) -> list[Finding]:
-    from oncenter.findings import Finding
+    from oncenter.offset.findings import Finding
 
     again = [log for k, log in enumerate(logs) if log in logs[:k]]
     return [Finding("log_given_twice", "warning", f"{log} is given twice and counts once") for log in again]
@@ -81,7 +81,7 @@ def _given_twice(logs: Sequence[Path]) -> list[Finding]:
 
 def _overlaps(drives: Sequence[Signals]) -> list[Finding]:
     """Of drives that know the time of day: one truck cannot be on two of them at once."""
-    from oncenter.findings import Finding
+    from oncenter.offset.findings import Finding
 
     def span(drive: Signals) -> tuple[float, float]:
         return float(drive.table["time_s"][0]), float(drive.table["time_s"][-1])

@@ -38,8 +38,8 @@ def offset(
     import oncenter as oc
     from oncenter.cli.logs import read_logs
     from oncenter.cli.overwriting import spare_inputs
-    from oncenter.findings import gravest_first
-    from oncenter.whole_file import check_place
+    from oncenter.files.whole_file import check_place
+    from oncenter.offset.findings import gravest_first
 
     spare_inputs({"--report": report}, [*logs, vehicle_file, *(dbc or ())])
     truck = oc.vehicle(vehicle_file)

@@ -13,7 +13,7 @@ from oncenter.export.a2l import a2l
 from oncenter.export.core_source import LICENCE, core_files
 from oncenter.export.variables import variables_of
 from oncenter.export.vectors import vectors_header, vectors_truck
-from oncenter.whole_file import write_whole
+from oncenter.files.whole_file import write_whole
 
 _C = Path(__file__).with_name("c")
 _PARTS = ("core", "ecu", "test")

@@ -28,8 +28,8 @@ from oncenter.export.model_description import (
 )
 from oncenter.export.page import page
 from oncenter.export.variables import Variable, c_table, variables_of
+from oncenter.files.whole_file import check_place, write_whole
 from oncenter.vehicle import Vehicle
-from oncenter.whole_file import check_place, write_whole
 
 _FMI = Path(__file__).with_name("fmi")
 _CORE = "core.c"  # includes the core's files, so that the compiler sees from room to room

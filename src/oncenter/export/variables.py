@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from oncenter import _core
-from oncenter.answer import DEFAULT_METHOD
 from oncenter.export.core_source import params
+from oncenter.offset.answer import DEFAULT_METHOD
 from oncenter.signals import DEGREE
 from oncenter.vehicle import Vehicle
 

@@ -1,4 +1,4 @@
-"""`python -m oncenter.fleet.child`: answers logs for a parent that watches it, see `oncenter.child`."""
+"""`python -m oncenter.fleet.child`: answers logs for a parent that watches it, see `oncenter.files.child`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from oncenter.child import Send, serve
+from oncenter.files.child import Send, serve
 from oncenter.fleet.drive import Work
 from oncenter.fleet.files import LogFile
 from oncenter.fleet.trucks import Trucks

@@ -11,13 +11,13 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from oncenter import _core
-from oncenter.answer import Answer, Estimate
 from oncenter.errors import OncenterError
-from oncenter.estimate import offset
-from oncenter.file_name import printable, printable_name
+from oncenter.files.file_name import printable, printable_name
 from oncenter.fleet.files import LogFile, at_hand
 from oncenter.fleet.start import known_start
 from oncenter.fleet.trucks import Truck, Trucks
+from oncenter.offset.answer import Answer, Estimate
+from oncenter.offset.run import offset
 from oncenter.read import refuse_unreadable
 from oncenter.read.here import read_here
 from oncenter.read.identity import start_of, vin_of

@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any
 from blake3 import blake3
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.file_name import printable_name
-from oncenter.log_formats import SUFFIXES
-from oncenter.regular_file import open_regular_file
-from oncenter.whole_file import UNFINISHED
+from oncenter.files.file_name import printable_name
+from oncenter.files.log_formats import SUFFIXES
+from oncenter.files.regular_file import open_regular_file
+from oncenter.files.whole_file import UNFINISHED
 
 if TYPE_CHECKING:
     from pyarrow.fs import FileInfo

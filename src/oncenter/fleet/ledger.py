@@ -13,9 +13,9 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from oncenter.child import READER_DEATHS
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.file_name import printable_name
+from oncenter.files.child import READER_DEATHS
+from oncenter.files.file_name import printable_name
 from oncenter.fleet.files import NOT_A_FILE, UNREADABLE_FOLDER, LogFile
 from oncenter.fleet.start import known_start
 from oncenter.fleet.trucks import Trucks

@@ -16,15 +16,15 @@ from pathlib import Path
 from typing import Any
 
 from oncenter import _core
-from oncenter.child import READER_DEATHS, end_idle
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.child import READER_DEATHS, end_idle
+from oncenter.files.whole_file import remove_unfinished, write_whole
 from oncenter.fleet.engines import Engine, processes
 from oncenter.fleet.files import find_logs, refuse_credentials
 from oncenter.fleet.ledger import LEDGER, Ledger, is_ledger
 from oncenter.fleet.progress import Progress
 from oncenter.fleet.trucks import Trucks
 from oncenter.fleet.watched import ANSWERER, Watched
-from oncenter.whole_file import remove_unfinished, write_whole
 
 LIMIT_DEG = 2.0  # some lane keeping systems call for calibration from there on
 _PAGE, _METRICS = "index.html", "metrics.json"

@@ -12,13 +12,13 @@ from typing import Any
 from urllib.parse import quote
 
 from oncenter import _core
-from oncenter.file_name import file_stem
+from oncenter.files.file_name import file_stem
+from oncenter.files.whole_file import write_whole
 from oncenter.fleet import pictures
 from oncenter.fleet.ranking import SHARE_OF_FALSE_ALARMS
 from oncenter.fleet.tables import OFFSET
 from oncenter.report.canvas import COLOURS
 from oncenter.report.document import document, embedded, joined, key, nothing
-from oncenter.whole_file import write_whole
 
 _SHOWN, _LISTED = 20, 200  # trucks in the table at first, and when it is opened; all of them open by their name
 _VERDICTS = {

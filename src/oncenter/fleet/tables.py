@@ -13,7 +13,7 @@ import polars as pl
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from oncenter.whole_file import whole_file
+from oncenter.files.whole_file import whole_file
 
 Row = Mapping[str, Any]
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.file_name import file_stem
+from oncenter.files.file_name import file_stem
+from oncenter.files.whole_file import write_whole
 from oncenter.fleet.ranking import History
 from oncenter.fleet.tables import OFFSET
-from oncenter.whole_file import write_whole
 
 FOLDER = "trucks"
 _DIGITS = 3

@@ -10,10 +10,10 @@ from pathlib import Path, PurePosixPath
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.file_name import printable_name
-from oncenter.log_formats import SUFFIXES
-from oncenter.regular_file import read_regular_file
-from oncenter.toml_file import BYTES_MAX
+from oncenter.files.file_name import printable_name
+from oncenter.files.log_formats import SUFFIXES
+from oncenter.files.regular_file import read_regular_file
+from oncenter.files.toml_file import BYTES_MAX
 from oncenter.vehicle import Vehicle, vehicle
 
 _VIN = re.compile(r"(?<![0-9A-Za-z])[A-HJ-NPR-Z0-9]{17}(?![0-9A-Za-z])")  # I, O and Q are in none

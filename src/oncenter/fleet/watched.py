@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from oncenter import _core
-from oncenter.child import ChildDied, borrowed, limits_for
 from oncenter.errors import OncenterError
-from oncenter.file_name import printable_name
+from oncenter.files.child import ChildDied, borrowed, limits_for
+from oncenter.files.file_name import printable_name
 from oncenter.fleet.files import LogFile, refuse_no_file
 from oncenter.fleet.trucks import Trucks
 

@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from oncenter import _core, inputs
-from oncenter.answer import Answer
-from oncenter.core_answer import answer_so_far
+from oncenter import _core
 from oncenter.errors import OncenterError
+from oncenter.offset import inputs
+from oncenter.offset.answer import Answer
+from oncenter.offset.assemble import answer_so_far
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream, Ticks
 from oncenter.read.whole_turns import TURN_RAD, WholeTurns

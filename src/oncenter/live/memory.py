@@ -10,7 +10,7 @@ from pathlib import Path
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.file_name import file_stem
+from oncenter.files.file_name import file_stem
 
 SLOTS = 2
 

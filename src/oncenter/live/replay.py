@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.log_formats import OF_FRAMES
 from oncenter.live.snapshot import Dropped
-from oncenter.log_formats import OF_FRAMES
 from oncenter.read import refuse_unreadable
 from oncenter.read.apart import frames
 from oncenter.read.clock import HOLE_S

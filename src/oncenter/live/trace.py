@@ -19,9 +19,9 @@ import polars as pl
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.whole_file import check_place, whole_file
 from oncenter.live.learner import Stepped
 from oncenter.signals import DEGREE
-from oncenter.whole_file import check_place, whole_file
 
 _EPOCH_S = 1e8  # times beyond are of day and year
 _UNITS = {"s": "s", "deg": "deg", "deg_s": "deg/s", "m_s": "m/s", "m_s2": "m/s^2", "deg_m_s2": "deg/(m/s^2)"}

@@ -6,9 +6,9 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 
-from oncenter.answer import Estimate
-from oncenter.findings import capitalised
 from oncenter.live.snapshot import Dropped, Snapshot
+from oncenter.offset.answer import Estimate
+from oncenter.offset.findings import capitalised
 from oncenter.signals import DEGREE
 
 REASONS = {

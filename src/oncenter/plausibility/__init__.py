@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from oncenter.findings import Finding, gravest_first
+from oncenter.offset.findings import Finding, gravest_first
 from oncenter.plausibility import lag, presence, ratio, signs_and_units, zeros
 from oncenter.plausibility.drive import Drive
 from oncenter.plausibility.verdict import CannotTell, Verdict

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.findings import Finding
+from oncenter.offset.findings import Finding
 from oncenter.plausibility.correlation import agreement, lag_s
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
 from oncenter.plausibility.jackknife import first_with_interval, normal_equations

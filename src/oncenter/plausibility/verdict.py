@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oncenter.findings import Finding
+from oncenter.offset.findings import Finding
 from oncenter.plausibility.drive import MIN_TIME_S, ROLLING_M_S, Drive
 
 BENDS = f"needs {MIN_TIME_S:.0f} s with bends to both sides"

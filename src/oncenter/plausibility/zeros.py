@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from oncenter import findings
-from oncenter.findings import Finding
+from oncenter.offset import core_findings
+from oncenter.offset.findings import Finding
 from oncenter.plausibility.drive import DRIVING_M_S, MIN_TIME_S, NEEDED, Drive
 from oncenter.plausibility.verdict import CannotTell, Verdict, lacks, words
 from oncenter.signals import DEGREE
@@ -18,14 +18,15 @@ def yaw_rate(drive: Drive) -> Verdict:
     seen = _at_standstill(drive, "yaw_rate")
     if seen is None:
         return CannotTell("zero of the yaw rate", _lacks_standing(drive, "yaw_rate"))
-    return findings.yaw_rate_at_standstill(*seen, from_vdc2="VDC2" in drive.signals.sources["yaw_rate"].description)
+    source = drive.signals.sources["yaw_rate"]
+    return core_findings.yaw_rate_at_standstill(*seen, from_vdc2="VDC2" in source.description)
 
 
 def lateral_acceleration(drive: Drive) -> Verdict:
     seen = _at_standstill(drive, "lateral_acceleration")
     if seen is None:
         return CannotTell("zero of the lateral acceleration", _lacks_standing(drive, "lateral_acceleration"))
-    return findings.lateral_acceleration_at_standstill(*seen)
+    return core_findings.lateral_acceleration_at_standstill(*seen)
 
 
 def _at_standstill(drive: Drive, name: str) -> tuple[float, float] | None:
@@ -71,7 +72,7 @@ def bank(drive: Drive, comparable: bool) -> Verdict:
 
 def relative_sensor(drive: Drive) -> Verdict:
     relative = bool(np.any(drive.ticks("steering_wheel_angle_sensor_type") == 0))
-    return findings.relative_angle_sensor() if relative else None
+    return core_findings.relative_angle_sensor() if relative else None
 
 
 def whole_turns(drive: Drive, comparable: bool) -> Verdict:

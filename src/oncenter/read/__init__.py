@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from oncenter.errors import OncenterError
-from oncenter.log_formats import READ_HERE, SUFFIXES
+from oncenter.files.log_formats import READ_HERE, SUFFIXES
+from oncenter.files.regular_file import open_regular_file, refuse_what_is_no_regular_file
 from oncenter.read.units import columns_that_would_do
-from oncenter.regular_file import open_regular_file, refuse_what_is_no_regular_file
 from oncenter.signals import SIGNALS, SignalName, Signals
 
 __all__ = ["SUFFIXES", "read", "refuse_unreadable", "require"]

@@ -12,8 +12,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from oncenter.child import ChildDied, Send, borrowed, limits_for
-from oncenter.log_formats import READER
+from oncenter.files.child import ChildDied, Send, borrowed, limits_for
+from oncenter.files.log_formats import READER
 from oncenter.signals import SignalName, Signals, Source
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""`python -m oncenter.read.child`: reads one log after another for a parent that watches it, see `oncenter.child`."""
+"""`python -m oncenter.read.child`: reads logs for a parent that watches it, see `oncenter.files.child`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from oncenter.child import Send, serve
+from oncenter.files.child import Send, serve
 from oncenter.read.apart import sent, sent_frames
 from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.here import read_here

@@ -16,11 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.regular_file import read_regular_file, refuse_what_is_no_regular_file
 from oncenter.read import j1939
 from oncenter.read.frames import PGN_COUNT, Column, Frames, Kept, bus_name, pgn_of
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
-from oncenter.regular_file import read_regular_file, refuse_what_is_no_regular_file
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
 
 if TYPE_CHECKING:

@@ -6,14 +6,14 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from oncenter.whole_file import write_whole
+from oncenter.files.whole_file import write_whole
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
     import polars as pl
 
-    from oncenter.answer import Answer
+    from oncenter.offset.answer import Answer
     from oncenter.signals import Signals
     from oncenter.vehicle import Vehicle
 
@@ -29,7 +29,7 @@ def report(answer: Answer, path: str | os.PathLike[str]) -> None:
         OncenterError: "output", exit code 2: the file cannot be written.
     """
     # late: bokeh takes longer to load than most answers take to find
-    from oncenter.estimate import trace
+    from oncenter.offset.run import trace
     from oncenter.report.page import page
 
     write_whole(path, page(answer, trace(answer)))
@@ -57,7 +57,7 @@ def report_angle(
     Raises:
         OncenterError: "output", exit code 2: the file cannot be written.
     """
-    from oncenter.angle import notes_on
+    from oncenter.angle.run import notes_on
     from oncenter.report.angle_course import angle_course
     from oncenter.report.angle_page import angle_page
 

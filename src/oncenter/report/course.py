@@ -13,7 +13,7 @@ from oncenter.report.thin import Floats, Indices
 from oncenter.signals import DEGREE, Signals
 
 if TYPE_CHECKING:
-    from oncenter.answer import Answer
+    from oncenter.offset.answer import Answer
 
 Mask = npt.NDArray[np.bool_]
 

@@ -26,7 +26,7 @@ from oncenter.report.plots import STRIP_NAMES, figures
 from oncenter.signals import DEGREE, SIGNALS
 
 if TYPE_CHECKING:
-    from oncenter.answer import Answer, Estimate
+    from oncenter.offset.answer import Answer, Estimate
 
 _QUANTITIES = {
     "offset": "Offset of the steering wheel angle sensor",
@@ -40,7 +40,7 @@ _UNSIGNED = ("backlash", "understeer_gradient")
 
 
 def page(answer: Answer, rows: npt.NDArray[Any]) -> str:
-    """The whole HTML document for an answer and its trace (`oncenter.estimate.trace`)."""
+    """The whole HTML document for an answer and its trace (`oncenter.offset.run.trace`)."""
     drive = course(answer, rows)
     pictures = figures(answer, drive)
     script, divs = embedded(pictures)

@@ -17,7 +17,7 @@ from oncenter.report.thin import Floats, Indices, broken_at_holes, extremes, sam
 from oncenter.signals import DEGREE
 
 if TYPE_CHECKING:
-    from oncenter.answer import Answer
+    from oncenter.offset.answer import Answer
 
 # A row of the strip: what it is called there, which has no room for more.
 STRIP_NAMES = {

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.whole_file import check_place
 from oncenter.signals import Signals
 from oncenter.simulate.drive import run, tick_count
 from oncenter.simulate.road import lay_road
@@ -16,7 +17,6 @@ from oncenter.simulate.sensors import Fault, Sensed, sense
 from oncenter.simulate.truck import check_holdable
 from oncenter.simulate.truth import Truth, truth_of, write_truth
 from oncenter.simulate.write import suffix_of, write_log
-from oncenter.whole_file import check_place
 
 __all__ = ["Fault", "Truth", "simulate", "simulate_to_log", "truth_files"]
 

@@ -19,11 +19,11 @@ from pydantic import (
 )
 
 from oncenter.errors import OncenterError
+from oncenter.files.toml_file import read_toml, refusal
 from oncenter.simulate.road_sections import Driver, Manoeuvre, Road, Stops, Wind
 from oncenter.simulate.section import NotNegative, Number, Section
 from oncenter.simulate.sensor_sections import Can, Sensors, begins_s
 from oncenter.simulate.truck_sections import Steering, Truck
-from oncenter.toml_file import read_toml, refusal
 
 _CODE = "scenario_file"  # of errors
 

@@ -11,12 +11,12 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
+from oncenter.files.whole_file import whole_file, write_whole
 from oncenter.signals import DEGREE
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.sensors import Fault, Sensed
 from oncenter.simulate.steering import straight_ahead_rad, unloading_acceleration_m_s2
 from oncenter.simulate.truck import equivalent_wheelbase_m, understeer_gradient
-from oncenter.whole_file import whole_file, write_whole
 
 _COLUMNS = {
     "time_s": "time",

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.whole_file import write_whole
+from oncenter.files.whole_file import write_whole
 
 if TYPE_CHECKING:
     from oncenter.thesis.figure import Exhibit

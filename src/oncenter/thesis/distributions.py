@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 import oncenter as oc
-from oncenter.estimate import trace
-from oncenter.findings import PLAY_STANDARD_DEG
+from oncenter.offset.findings import PLAY_STANDARD_DEG
+from oncenter.offset.run import trace
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate.truth import Truth
 from oncenter.thesis.drives import simulated

@@ -11,8 +11,8 @@ import numpy.typing as npt
 import polars as pl
 
 import oncenter as oc
-from oncenter.budget import Truck, as_corrected_rad, as_printed_rad
-from oncenter.estimate import trace
+from oncenter.offset.budget import Truck, as_corrected_rad, as_printed_rad
+from oncenter.offset.run import trace
 from oncenter.signals import DEGREE, Signals
 from oncenter.thesis.drives import simulated
 from oncenter.thesis.figure import MUTED, OURS, THESIS, TRUTH, Claim, Exhibit, Figure, Misprint, Progress, Table

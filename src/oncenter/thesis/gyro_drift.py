@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 import oncenter as oc
-from oncenter.estimate import trace
+from oncenter.offset.run import trace
 from oncenter.signals import DEGREE, Signals
 from oncenter.thesis.drives import simulated
 from oncenter.thesis.figure import MUTED, OURS, THESIS, TRUTH, Claim, Exhibit, Figure, Progress

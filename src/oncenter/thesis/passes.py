@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 import oncenter as oc
-from oncenter.budget import Truck, as_corrected_rad
-from oncenter.estimate import trace
+from oncenter.offset.budget import Truck, as_corrected_rad
+from oncenter.offset.run import trace
 from oncenter.signals import DEGREE, Signals
 from oncenter.thesis.drives import simulated
 from oncenter.thesis.figure import MUTED, OURS, THESIS, TRUTH, Claim, Exhibit, Figure, Progress

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 import oncenter as oc
-from oncenter.angle import Method
+from oncenter.angle.run import Method
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate.truth import Truth
 from oncenter.thesis.drives import SEED, simulated

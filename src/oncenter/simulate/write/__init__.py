@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.whole_file import whole_file
 from oncenter.simulate.can import frames
 from oncenter.simulate.sensors import Sensed
 from oncenter.simulate.write.candump import write_candump
 from oncenter.simulate.write.mf4 import write_mf4
 from oncenter.simulate.write.python_can import write_asc, write_blf, write_trc
 from oncenter.simulate.write.tabular import write_csv, write_csv_gz, write_parquet
-from oncenter.whole_file import whole_file
 
 _FRAME_LOGS = {
     ".log": write_candump,

@@ -7,12 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 from oncenter import _core
-from oncenter.answer import Answer, Estimate, Method
-from oncenter.changes import Change, changes_of
 from oncenter.errors import OncenterError
-from oncenter.findings import Finding, findings_of
-from oncenter.inputs import needed
-from oncenter.joint_findings import joint_findings
+from oncenter.offset.answer import Answer, Estimate, Method
+from oncenter.offset.changes import Change, changes_of
+from oncenter.offset.core_findings import findings_of
+from oncenter.offset.findings import Finding
+from oncenter.offset.inputs import needed
+from oncenter.offset.joint_findings import joint_findings
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import SIGNALS, Signals
 from oncenter.vehicle import Vehicle

@@ -391,7 +391,7 @@ def _raised(told: Mapping[str, Any]) -> Exception:
 
 def _environment() -> dict[str, str]:
     """This package comes first, for the parent may have found it in another way than by its installation."""
-    own = str(Path(__file__).resolve().parents[1])
+    own = str(Path(__file__).resolve().parents[2])
     given = [place for place in os.environ.get("PYTHONPATH", "").split(os.pathsep) if place]  # none is this folder
     return os.environ | {"PYTHONPATH": os.pathsep.join([own, *given])}
 

@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
-from oncenter.answer import DEFAULT_METHOD, METHODS, Answer, Method
-from oncenter.changes import changes_of
-from oncenter.core_answer import answer_of
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.inputs import check, in_order, needed, params_of, track_widths
+from oncenter.offset.answer import DEFAULT_METHOD, METHODS, Answer, Method
+from oncenter.offset.assemble import answer_of
+from oncenter.offset.changes import changes_of
+from oncenter.offset.inputs import check, in_order, needed, params_of, track_widths
+from oncenter.offset.signals_at_fault import without_what_faults_taught
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals
-from oncenter.signals_at_fault import without_what_faults_taught
 from oncenter.vehicle import Vehicle, core_of
 
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress

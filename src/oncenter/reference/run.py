@@ -16,12 +16,11 @@ from typing import Any
 import numpy as np
 
 from oncenter import _core
-from oncenter.answer import Estimate
 from oncenter.errors import OncenterError
-from oncenter.passes import PLACE_M, Pass, by_place, passes_both_ways, places_of
+from oncenter.offset.answer import Estimate
 from oncenter.read.whole_turns import without_whole_turns
-from oncenter.signals import DEGREE, Signals
-from oncenter.straights import (
+from oncenter.reference.passes import PLACE_M, Pass, by_place, passes_both_ways, places_of
+from oncenter.reference.straights import (
     LENGTH_MIN_M,
     WITHIN_M,
     Column,
@@ -31,6 +30,7 @@ from oncenter.straights import (
     plane_m,
     straights,
 )
+from oncenter.signals import DEGREE, Signals
 
 _NEEDED = ("steering_wheel_angle", "latitude", "longitude")
 _ENDS_M = 30.0  # left out at both: where the truck comes round and aligns itself

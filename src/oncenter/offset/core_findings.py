@@ -1,4 +1,4 @@
-"""What is worth telling about a drive beyond its numbers: each finding in words, with a code, a severity, a value.
+"""What an answer of the core says of the drive, by any method: when, and in which words.
 
 Degrees here: findings are for people and files.
 """
@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from oncenter import _core
+from oncenter.offset.findings import PLAY_STANDARD_DEG, Finding, from_table, gravest_first
 from oncenter.signals import DEGREE
 
 # Thresholds for speaking up, ours; a finding below them would be noise on healthy trucks.
@@ -28,41 +29,8 @@ _FAULTS = {
     "wrong_sign": "takes left for right",
     "remounted": "sits elsewhere since a stop, a hole in the log or a drift",
 }
-PLAY_STANDARD_DEG = 15.0  # maintenance standard, thesis 2.1
 _YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # beyond it a corrected one is worth a look at the sensor
 _ALARM_PASSING_S = 30.0  # left out: a CUSUM's chance, 15 s on one healthy motorway drive of 14
-
-
-@dataclass(frozen=True)
-class Finding:
-    """`severity` is info, warning or error; `value` is in `unit`, as files give it."""
-
-    code: str
-    severity: str
-    text: str
-    value: float | None = None
-    unit: str | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        return {
-            "code": self.code,
-            "severity": self.severity,
-            "text": self.text,
-            "value": self.value,
-            "unit": self.unit,
-        }
-
-
-def gravest_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Errors, warnings, then infos; within each as given."""
-    rank = {"error": 0, "warning": 1, "info": 2}
-    return tuple(sorted(findings, key=lambda finding: rank[finding.severity]))
-
-
-def capitalised(text: str) -> str:
-    """As a sentence begins; the name of a file or a signal, where it comes first, stays as it is."""
-    first = text.partition(" ")[0].rstrip(",:;")
-    return text[:1].upper() + text[1:] if first.replace("-", "").isalpha() else text
 
 
 def yaw_rate_at_standstill(bias: float, seen_s: float, *, from_vdc2: bool) -> Finding | None:
@@ -81,7 +49,7 @@ def _yaw_rate(bias: float, when: str, *, from_vdc2: bool) -> Finding | None:
     text = f"the yaw rate reads {bias / DEGREE:+.2f} deg/s {when}"
     if from_vdc2 and abs(bias - _VDC2_ZERO_RAD_S) < _VDC2_ZERO_WITHIN_RAD_S:
         text += "; a sender that takes raw 32127 for zero in VDC2, where 32112.64 is, reads +0.10 deg/s"
-    return Finding("yaw_rate_bias", "warning", text, bias / DEGREE, "deg/s")
+    return from_table("yaw_rate_bias", text, bias / DEGREE)
 
 
 def lateral_acceleration_at_standstill(reading: float, seen_s: float) -> Finding | None:
@@ -92,14 +60,13 @@ def lateral_acceleration_at_standstill(reading: float, seen_s: float) -> Finding
         f"the accelerometer reads {reading:+.2f} m/s^2 at standstill (seen for {seen_s:.1f} s): "
         "its bias, or the slope of the ground"
     )
-    return Finding("lateral_acceleration_at_standstill", "warning", text, reading, "m/s^2")
+    return from_table("lateral_acceleration_at_standstill", text, reading)
 
 
 def relative_angle_sensor() -> Finding:
     """For an angle sensor that says of itself that its zero is arbitrary."""
-    return Finding(
+    return from_table(
         "relative_angle_sensor",
-        "info",
         "the angle sensor is a relative one (SPN 1812 = 0): its zero may be off by whole turns after each ignition, "
         "so the offset is told modulo 360 deg",
     )
@@ -146,16 +113,16 @@ def findings_of(
     return gravest_first(finding for finding in found if finding is not None)
 
 
-def _status(estimate: Mapping[str, Any]) -> str:
+def status_of(estimate: Mapping[str, Any]) -> str:
     return _core.STATUSES[int(estimate["status"])]
 
 
 def _sensor_fault(native: Mapping[str, Any]) -> Finding | None:
-    if _status(native["offset"]) != "invalid":
+    if status_of(native["offset"]) != "invalid":
         return None
     what = _FAULTS[_core.FAULTS[int(native["fault"])]]
     text = f"the steering wheel angle sensor {what}: the offset is what was learned before, and does not hold"
-    return Finding("steering_wheel_angle_sensor_at_fault", "error", text)
+    return from_table("steering_wheel_angle_sensor_at_fault", text)
 
 
 def _missing(native: Mapping[str, Any]) -> Finding | None:
@@ -163,12 +130,10 @@ def _missing(native: Mapping[str, Any]) -> Finding | None:
     share = missing_s / native["duration"] if native["duration"] > 0 else 0.0
     if share < _MISSING_WORTH_TELLING:
         return None
-    return Finding(
+    return from_table(
         "signals_not_available",
-        "warning",
         f"for {missing_s:.0f} s of {native['duration']:.0f} s a signal is not available",
         missing_s,
-        "s",
     )
 
 
@@ -206,29 +171,27 @@ def _gate_shut(native: Mapping[str, Any], params: Mapping[str, float], method: s
             f": a_y - r*v averages {mean:+.2f} m/s^2, as with an accelerometer bias of {mean:+.2f} m/s^2; "
             f"raise {param} in [params] of the vehicle file, or leave the accelerometer out (--no-accelerometer)"
         )
-        return Finding("gate_shut", "warning", text, mean, "m/s^2")
-    return Finding("gate_shut", "warning", text, params[param], unit)
+        return from_table("gate_shut", text, mean)
+    return from_table("gate_shut", text, params[param], unit=unit)
 
 
 def _offset(native: Mapping[str, Any]) -> Finding | None:
     value = native["offset"]["value"] / DEGREE
     half_width = 1.96 * native["offset"]["standard_deviation"] / DEGREE
-    if _status(native["offset"]) != "valid" or abs(value) - half_width < _OFFSET_WORTH_TELLING_DEG:
+    if status_of(native["offset"]) != "valid" or abs(value) - half_width < _OFFSET_WORTH_TELLING_DEG:
         return None
-    return Finding(
+    return from_table(
         "steering_wheel_angle_offset",
-        "warning",
         f"the steering wheel angle sensor reads {value:+.1f} deg when driving straight: calibrate it, "
         "or look at the wheel alignment if the steering wheel itself stands crooked",
         value,
-        "deg",
     )
 
 
 def _yaw_rate_bias(native: Mapping[str, Any], method: str, from_vdc2: bool) -> Finding | None:
     """With what the bias does to the offset."""
     bias, rolled_s = native["yaw_rate_bias"], native["yaw_rate_bias_wheel_time"]
-    if _status(bias) not in ("valid", "converging"):
+    if status_of(bias) not in ("valid", "converging"):
         return None
     finding = (
         yaw_rate_beside_wheels(bias["value"], rolled_s, from_vdc2=from_vdc2)
@@ -252,23 +215,22 @@ def _yaw_rate_bias_moves(native: Mapping[str, Any], method: str, sees_banks: boo
     moving_s = native["yaw_rate_bias_alarm_time"]
     if moving_s == 0:
         return None
-    known_again = _status(native["yaw_rate_bias"]) != "invalid"
+    known_again = status_of(native["yaw_rate_bias"]) != "invalid"
     passing = method == "joint" and known_again and (not sees_banks or moving_s <= _ALARM_PASSING_S)
     moved = "or a wheel's radius," if sees_banks else "a wheel's radius or the road's bank, which is not measured,"
-    return Finding(
+    return from_table(
         "yaw_rate_bias_moves",
-        "info" if passing else "warning",
         f"for {moving_s:.0f} s the yaw rate's bias, {moved} moved faster than the wheel speeds can follow"
         + ("; the offset was not learned from them" if method == "joint" else "")
         + ("" if known_again else "; it is not known again yet"),
         moving_s,
-        "s",
+        severity="info" if passing else "warning",
     )
 
 
 def _standing_acceleration(native: Mapping[str, Any]) -> Finding | None:
     reading = native["standstill_lateral_acceleration"]
-    if _status(reading) != "valid":
+    if status_of(reading) != "valid":
         return None
     return lateral_acceleration_at_standstill(reading["value"], reading["evidence"])
 
@@ -277,19 +239,17 @@ def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding
     lacking = params["offset_evidence_min_s"] - native["used"]
     if lacking <= 0 or (native["used"] == 0 and native["bank_time"] > params["clean_time_s"]):
         return None
-    return Finding(
+    return from_table(
         "not_enough_evidence",
-        "info",
         f"not enough evidence yet: needs {math.ceil(lacking)} s more nearly straight ahead above "
         f"{params['speed_min_m_s']:g} m/s",
         lacking,
-        "s",
     )
 
 
 def _understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
     gradient = native["understeer_gradient"]
-    if native["used"] == 0 or _status(gradient) != "unobservable":
+    if native["used"] == 0 or status_of(gradient) != "unobservable":
         return None
     lacking = max(params["understeer_evidence_min_s"] - gradient["evidence"], 0.0)
     bends = (
@@ -301,21 +261,16 @@ def _understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Findi
         if lacking > 0
         else f"{bends} to both sides in like measure (an accelerometer bias makes them look one-sided)"
     )
-    return Finding(
-        "understeer_gradient_unknown",
-        "info",
-        f"the understeer gradient is taken as zero: it needs {needs}",
-        lacking,
-        "s",
+    return from_table(
+        "understeer_gradient_unknown", f"the understeer gradient is taken as zero: it needs {needs}", lacking
     )
 
 
 def _understeer_by_wheels(native: Mapping[str, Any]) -> Finding | None:
     if native["used"] == 0:
         return None
-    return Finding(
+    return from_table(
         "understeer_gradient_unknown",
-        "info",
         "the understeer gradient is taken as zero: without an accelerometer a banked bend looks like an easy one",
     )
 
@@ -330,11 +285,9 @@ def _play(native: Mapping[str, Any], method: str) -> Finding | None:
         counted = "the yaw rate's bias and the understeer gradient"
         unseen = "play in the steering and an accelerometer bias are"
         besides = ", and play makes the understeer gradient read high"
-    return Finding(
+    return from_table(
         "play_not_seen",
-        "info",
         f"the interval counts the scatter of the drive, {counted}; {unseen} not seen by this method: "
         f"{PLAY_STANDARD_DEG:g} deg of play can shift the offset by up to {PLAY_STANDARD_DEG / 2:g} deg{besides}",
         PLAY_STANDARD_DEG / 2,
-        "deg",
     )

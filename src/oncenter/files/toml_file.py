@@ -8,7 +8,7 @@ import tomllib
 from typing import Any
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.regular_file import read_regular_file
+from oncenter.files.regular_file import read_regular_file
 
 BYTES_MAX = 1 << 20
 _DEPTH_MAX = 16  # of tables and arrays in each other; ours have four

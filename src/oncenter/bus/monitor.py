@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
 from oncenter import _core
-from oncenter.answer import DEFAULT_METHOD, METHODS, Method
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.offset.answer import DEFAULT_METHOD, METHODS, Method
 from oncenter.vehicle import Vehicle, core_of
 
 NOT_AVAILABLE = float("nan")

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from oncenter.changes import Change
-from oncenter.findings import Finding
+from oncenter.offset.changes import Change
+from oncenter.offset.findings import Finding
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import Vehicle
 

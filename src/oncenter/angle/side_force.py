@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.inputs import params_of
+from oncenter.offset.inputs import params_of
 from oncenter.signals import SIGNALS, Signals
 from oncenter.vehicle import Vehicle
 

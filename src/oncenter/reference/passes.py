@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
+from oncenter.reference.straights import BESIDE_M, WITHIN_M, Column, Straight
 from oncenter.signals import DEGREE, Signals
-from oncenter.straights import BESIDE_M, WITHIN_M, Column, Straight
 
 PLACE_M = 10.0  # over which an angle is a mean, so that no place counts more for being driven slowly
 _WHOLE = 0.95  # of the straight, to count as a pass

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from oncenter.answer import Answer
-from oncenter.findings import Finding, gravest_first
+from oncenter.offset.answer import Answer
+from oncenter.offset.findings import Finding, gravest_first
 
 _LEARNED = ("offset", "understeer_gradient", "backlash", "unloading_acceleration", "equivalent_wheelbase")
 _ABOUT_SIGNALS = (

@@ -15,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
-from oncenter.core_answer import notes_of
+from oncenter.angle.side_force import side_force_notes, told_by_turning
+from oncenter.angle.side_slip import with_lateral_speed
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.offset.assemble import notes_of
 from oncenter.read.whole_turns import without_whole_turns
-from oncenter.side_force import side_force_notes, told_by_turning
-from oncenter.side_slip import with_lateral_speed
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import Vehicle, core_of
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from oncenter import _core
-from oncenter.answer import Method
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.offset.answer import Method
 from oncenter.signals import SIGNALS, Signals
 from oncenter.vehicle import Vehicle, core_params
 

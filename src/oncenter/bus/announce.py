@@ -6,7 +6,7 @@ import math
 from typing import Any, Protocol
 
 from oncenter import _core
-from oncenter.monitor import Monitor
+from oncenter.bus.monitor import Monitor
 
 RESULT_EVERY_S = 0.1
 DM1_EVERY_S = 1.0

@@ -10,8 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from oncenter import _core
-from oncenter.changes import Change
-from oncenter.findings import PLAY_STANDARD_DEG, Finding
+from oncenter.offset.changes import Change
+from oncenter.offset.core_findings import status_of
+from oncenter.offset.findings import PLAY_STANDARD_DEG, Finding, from_table
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 # Thresholds for speaking up, ours.
@@ -53,21 +54,15 @@ def joint_findings(
     yield _interval(native, params, steering_ratio)
 
 
-def _status(estimate: Mapping[str, Any]) -> str:
-    return _core.STATUSES[int(estimate["status"])]
-
-
 def _change(change: Change) -> Finding | None:
     """None for one of the offset that did not last: what it is now may be what it was."""
     when = f"{change.into_log_s / 60:.1f} min into {change.log}"
     if change.size_rad is None or change.sd_rad is None:
-        return Finding(
+        return from_table(
             "bends_changed",
-            "info",
             f"{when} bends began to take another angle, as after loading or lifting an axle: the offset is not "
             "affected, the understeer gradient was learned anew",
             change.into_log_s,
-            "s",
         )
     before, after = change.offset_before_rad / DEGREE, change.offset_after_rad / DEGREE
     size, half_width = change.size_rad / DEGREE, 1.96 * change.sd_rad / DEGREE
@@ -75,37 +70,31 @@ def _change(change: Change) -> Finding | None:
         return None
     course = f"by {size:+.1f} +-{half_width:.1f} deg, from {before:+.1f} to {after:+.1f} deg"
     if abs(after) < _OFFSET_TAKEN_OUT_DEG and abs(before) > _OFFSET_LARGE_DEG:
-        return Finding(
+        return from_table(
             "offset_corrected_by_sender",
-            "warning",
             f"{when} the offset began to change {course}: the sender corrects its angle itself, or was calibrated; "
             "do not correct it a second time",
             size,
-            "deg",
         )
-    return Finding(
+    return from_table(
         "offset_changed",
-        "warning",
         f"{when} the offset changed {course}: the sensor or the steering wheel was remounted, or the wheels aligned",
         size,
-        "deg",
     )
 
 
 def _play(native: Mapping[str, Any]) -> Finding | None:
     play = native["backlash"]
     value = play["value"] / DEGREE
-    if _status(play) != "valid" or value < PLAY_STANDARD_DEG:
+    if status_of(play) != "valid" or value < PLAY_STANDARD_DEG:
         return None
     sure = value - 1.96 * play["standard_deviation"] / DEGREE > PLAY_STANDARD_DEG
-    return Finding(
+    return from_table(
         "steering_play",
-        "warning",
         f"{value:.1f} deg of on-centre hysteresis (play and friction wind-up) at the steering wheel "
         f"{'is beyond' if sure else 'is about'} the {PLAY_STANDARD_DEG:g} deg of the maintenance standard: "
         "look for worn joints",
         value,
-        "deg",
     )
 
 
@@ -117,7 +106,7 @@ def _unloading(
     a_0, half_width = found["value"], 1.96 * found["standard_deviation"]
     if (
         not params["use_accelerometer"]
-        or _status(found) != "valid"
+        or status_of(found) != "valid"
         or abs(a_0) - half_width < _UNLOADING_WORTH_TELLING_M_S2
     ):
         return None
@@ -133,7 +122,7 @@ def _unloading(
             f"; it may also be an axle set up to unload on the crown of the road, about {crown:+.1f} m/s^2 here: "
             f"then the offset is {abs(moved):.1f} deg {'less' if moved > 0 else 'more'}"
         )
-    return Finding("unloading_off_zero", "warning", text, a_0, "m/s^2")
+    return from_table("unloading_off_zero", text, a_0)
 
 
 def _crown(native: Mapping[str, Any], params: Mapping[str, float], traffic_sign: float) -> Finding | None:
@@ -141,8 +130,8 @@ def _crown(native: Mapping[str, Any], params: Mapping[str, float], traffic_sign:
     where the steering unloads."""
     unloads = native["unloading_acceleration"]
     believes = params["use_accelerometer"] and traffic_sign * params["crown_m_s2"] != 0.0
-    knows_bank = _status(native["yaw_rate_bias"]) == "valid"  # by which a_y - r*v is off
-    if not believes or not knows_bank or _status(unloads) != "valid":
+    knows_bank = status_of(native["yaw_rate_bias"]) == "valid"  # by which a_y - r*v is off
+    if not believes or not knows_bank or status_of(unloads) != "valid":
         return None
     fell = native["bank_mean"] - unloads["value"]
     doubt = 1.96 * math.hypot(unloads["standard_deviation"], params["pull_sd_m_s2"], params["wind_sd_m_s2"])
@@ -150,14 +139,12 @@ def _crown(native: Mapping[str, Any], params: Mapping[str, float], traffic_sign:
         return None
     percent = 100.0 / STANDARD_GRAVITY
     seen, believed = ("left", "right") if traffic_sign > 0.0 else ("right", "left")
-    return Finding(
+    return from_table(
         "roads_fall_to_other_side",
-        "warning",
         f"this drive's roads fell to the {seen}, by {abs(fell) * percent:.1f} +-{doubt * percent:.1f} %, and where "
         f"traffic keeps {believed} they mostly fall to the {believed}: if other drives say so, too, 'traffic_side' is "
         "wrong in the vehicle file",
         fell * percent,
-        "%",
     )
 
 
@@ -166,16 +153,14 @@ def _wheelbase(native: Mapping[str, Any], steering_ratio: float, wheelbase_m: fl
     found = native["equivalent_wheelbase"]
     share = found["value"] / wheelbase_m - 1.0
     doubt = 1.96 * found["standard_deviation"] / wheelbase_m
-    if _status(found) != "valid" or abs(share) - doubt < _WHEELBASE_WORTH_TELLING:
+    if status_of(found) != "valid" or abs(share) - doubt < _WHEELBASE_WORTH_TELLING:
         return None
-    return Finding(
+    return from_table(
         "wheelbase_or_ratio",
-        "info",
         f"bends take {abs(share):.0%} {'more' if share > 0 else 'less'} angle than the vehicle file foretells: an "
         f"equivalent wheelbase of {found['value']:.2f} m, not {wheelbase_m:.2f}, or a steering ratio of "
         f"{steering_ratio * (1.0 + share):.1f}, not {steering_ratio:.1f}; the offset was found with it",
         found["value"],
-        "m",
     )
 
 
@@ -183,13 +168,11 @@ def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding
     lacking = params["joint_evidence_min_s"] - native["used"]
     if lacking <= 0 or (native["used"] == 0 and native["bank_time"] > params["joint_evidence_min_s"]):
         return None
-    return Finding(
+    return from_table(
         "not_enough_evidence",
-        "info",
         f"not enough evidence yet: needs {_long(lacking)} more above {params['joint_speed_min_m_s']:g} m/s, "
         "with some bends to either side",
         lacking,
-        "s",
     )
 
 
@@ -209,12 +192,10 @@ def _unseen_flank(native: Mapping[str, Any], params: Mapping[str, float]) -> Fin
         return None
     needs = " and ".join(f"{math.ceil(s)} s of bends, or of side force, to the {side}" for side, s in lacking.items())
     seen = "neither flank" if len(lacking) == 2 else "only one flank"
-    return Finding(
+    return from_table(
         "one_flank_seen",
-        "warning",
         f"{seen} of any play in the steering was seen, so play may hide in the offset: needs {needs}",
         sum(lacking.values()),
-        "s",
     )
 
 
@@ -223,26 +204,24 @@ def _no_understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Fi
     gradient_deg = native["understeer_gradient"]["value"] / DEGREE
     if native["used"] < params["joint_evidence_min_s"] or gradient_deg > 0:
         return None
-    return Finding(
+    return from_table(
         "no_understeer",
-        "warning",
         f"the truck seems to oversteer by {-gradient_deg:.2g} deg/(m/s^2), which few do and play on gentle bends "
         "imitates: needs tighter bends to either side",
         gradient_deg,
-        "deg/(m/s^2)",
     )
 
 
 def _interval(native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float) -> Finding | None:
     """Of what the offset's interval consists, the largest part first."""
-    if _status(native["offset"]) == "unobservable":
+    if status_of(native["offset"]) == "unobservable":
         return None
     low, high = _core.ci95(native["offset"])
     half_width = 0.5 * (high - low) / DEGREE
     parts = sorted(_parts(native, params, steering_ratio), reverse=True)
     told = [f"{words} (+-{part:.1f})" for part, words in parts if part > _PART_WORTH_TELLING * half_width]
     text = f"the offset's interval of +-{half_width:.2g} deg comes from {', '.join(told)}"
-    return Finding("interval", "info", text, half_width, "deg")
+    return from_table("interval", text, half_width)
 
 
 def _of_both(one_sd: float, other_sd: float) -> float:

@@ -1,0 +1,1 @@
+"""The steering wheel angle without its sensor."""

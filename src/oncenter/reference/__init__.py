@@ -1,0 +1,1 @@
+"""Chapter 3: the offset measured by driving a straight both ways."""

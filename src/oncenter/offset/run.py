@@ -20,8 +20,8 @@ from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import Vehicle, core_of
 
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
-_GRADIENT_ODD = 0.1 * DEGREE  # rad/(m/s^2): a sensor of the wrong sign has less
-_UNEXPLAINED_ODD = 1.5 * DEGREE  # rad, of a second: several times what a healthy one leaves
+_GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): signs and scales that are wrong are beyond
+_UNEXPLAINED_MAX = 1.5 * DEGREE  # rad, of a second: several times what a healthy one leaves
 
 
 def offset(
@@ -62,10 +62,12 @@ def offset(
 
 
 def is_implausible(native: Mapping[str, Any]) -> bool:
-    """Whether hardly any truck drives as an oc_answer has it: it steers out of bends, or its angle is not explained."""
+    """Whether hardly any truck drives as an oc_answer has it: its gradient is not that of a truck, or its angle is not
+    explained."""
     gradient = native["understeer_gradient"]
     at_most = gradient["value"] + 2.0 * gradient["standard_deviation"]
-    return bool(at_most < _GRADIENT_ODD or native["unexplained"] > _UNEXPLAINED_ODD)
+    beyond = at_most < _GRADIENT_MIN or gradient["value"] > _GRADIENT_MAX
+    return bool(beyond or native["unexplained"] > _UNEXPLAINED_MAX)
 
 
 def trace(answer: Answer) -> npt.NDArray[np.void]:

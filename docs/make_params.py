@@ -1,4 +1,4 @@
-"""Writes the rows of core/params.toml into core/params.h, core/params.c and docs/params.md: run it after any change there.
+"""Writes the rows of core/params.toml into core/params.h, core/params.c and docs/params.md: run it after any change.
 
 Needs nothing but Python, so that it also runs where the core does not compile.
 """
@@ -95,7 +95,9 @@ def page() -> str:
 def made() -> dict[Path, str]:
     """What each file is to hold."""
     sources = (ROOT / "core" / "params.h", ROOT / "core" / "params.c")
-    return {path: with_rows(path.read_text(encoding="utf-8")) for path in sources} | {ROOT / "docs" / "params.md": page()}
+    return {path: with_rows(path.read_text(encoding="utf-8")) for path in sources} | {
+        ROOT / "docs" / "params.md": page()
+    }
 
 
 if __name__ == "__main__":

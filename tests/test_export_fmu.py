@@ -21,8 +21,8 @@ import oncenter as oc
 from oncenter import _core, export
 from oncenter.answer import Estimate
 from oncenter.cli import run
-from oncenter.signals import Signals
 from oncenter.param_table import params
+from oncenter.signals import Signals
 
 ROOT = Path(__file__).parents[1]
 TRUCK = oc.vehicle("scania_r730_4x2")

@@ -10,6 +10,7 @@ void oc_params_defaults(oc_params *params) {
     *params = (oc_params){
         .method = OC_METHOD_THESIS,
         .angle_method = OC_ANGLE_OBSERVER,
+        /* params.toml: defaults */
         .cutoff_hz = 3.0,
         .delay_band_hz = 2.0,
         .speed_slope_window_s = 1.0,
@@ -40,7 +41,7 @@ void oc_params_defaults(oc_params *params) {
         .gyro_bias_drift_time_s = 1800.0,
         .gyro_bias_half_width_max_rad_s = 0.1 * degree,
         .wheel_radius_mismatch_sd_1 = 0.005,
-        .wheel_radius_wander_sd_1 = 5e-5,
+        .wheel_radius_wander_sd_1 = 5e-05,
         .wheel_radius_load_sd_s2_m = 0.003,
         .net_turn_sd_rad = 360.0 * degree,
         .bank_sd_m_s2 = 0.2,
@@ -60,6 +61,7 @@ void oc_params_defaults(oc_params *params) {
         .standing_crown_share_1 = 0.5,
         .standing_slope_sd_m_s2 = 0.2,
         .tandem_side_force_m2_s2 = 0.0,
+        /* end */
         .use_accelerometer = 1,
     };
 }
@@ -68,48 +70,49 @@ void oc_params_defaults(oc_params *params) {
 static const struct {
     float low, high;
 } ranges[] = {
+    /* params.toml: ranges */
     {1.0f, 50.0f}, /* cutoff_hz */
     {0.1f, 49.5f}, /* delay_band_hz */
     {0.2f, 5.0f}, /* speed_slope_window_s */
     {0.01f, 1.0f}, /* gap_max_s */
     {1.0f, 40.0f}, /* speed_min_m_s */
-    {1e-5f, 0.1f}, /* curvature_max_1_m */
+    {1e-05f, 0.1f}, /* curvature_max_1_m */
     {0.01f, 10.0f}, /* longitudinal_acceleration_max_m_s2 */
     {0.01f, 10.0f}, /* bank_max_m_s2 */
     {0.1f, 20.0f}, /* clean_time_s */
     {0.1f, 600.0f}, /* batch_s */
-    {0.0f, 1e5f}, /* offset_evidence_min_s */
-    {1e-4f, 1.0f}, /* offset_half_width_max_rad */
+    {0.0f, 100000.0f}, /* offset_evidence_min_s */
+    {0.0001f, 1.0f}, /* offset_half_width_max_rad */
     {0.0f, 0.1f}, /* yaw_rate_bias_sd_rad_s */
     {0.01f, 5.0f}, /* understeer_acceleration_min_m_s2 */
     {0.01f, 10.0f}, /* understeer_acceleration_max_m_s2 */
-    {0.0f, 1e5f}, /* understeer_evidence_min_s */
-    {1e-6f, 1.0f}, /* understeer_half_width_max_rad_m_s2 */
+    {0.0f, 100000.0f}, /* understeer_evidence_min_s */
+    {1e-06f, 1.0f}, /* understeer_half_width_max_rad_m_s2 */
     {0.0f, 1.0f}, /* understeer_sd_rad_m_s2 */
     {0.0f, 1.0f}, /* standstill_speed_max_m_s */
     {0.0f, 60.0f}, /* standstill_settling_s */
     {0.1f, 600.0f}, /* standstill_time_min_s */
-    {1e-4f, 1.0f}, /* gyro_bias_sd_rad_s */
+    {0.0001f, 1.0f}, /* gyro_bias_sd_rad_s */
     {0.0f, 1.0f}, /* gyro_bias_ignition_sd_rad_s */
     {0.0f, 0.1f}, /* gyro_bias_wander_sd_rad_s */
     {0.0f, 0.01f}, /* gyro_bias_drift_first_sd_rad_s2 */
     {0.0f, 0.01f}, /* gyro_bias_drift_sd_rad_s2 */
     {0.0f, 0.01f}, /* gyro_bias_drift_standing_sd_rad_s2 */
-    {1.0f, 1e5f}, /* gyro_bias_drift_time_s */
-    {1e-5f, 1.0f}, /* gyro_bias_half_width_max_rad_s */
+    {1.0f, 100000.0f}, /* gyro_bias_drift_time_s */
+    {1e-05f, 1.0f}, /* gyro_bias_half_width_max_rad_s */
     {0.0f, 0.1f}, /* wheel_radius_mismatch_sd_1 */
     {0.0f, 0.01f}, /* wheel_radius_wander_sd_1 */
     {0.0f, 0.1f}, /* wheel_radius_load_sd_s2_m */
-    {0.1f, 1e4f}, /* net_turn_sd_rad */
+    {0.1f, 10000.0f}, /* net_turn_sd_rad */
     {0.0f, 10.0f}, /* bank_sd_m_s2 */
     {0.0f, 0.2f}, /* track_width_sd_1 */
     {1.0f, 40.0f}, /* joint_speed_min_m_s */
-    {1e-4f, 0.1f}, /* joint_curvature_max_1_m */
+    {0.0001f, 0.1f}, /* joint_curvature_max_1_m */
     {0.1f, 5.0f}, /* joint_lateral_acceleration_max_m_s2 */
     {0.01f, 10.0f}, /* joint_longitudinal_acceleration_max_m_s2 */
     {0.05f, 10.0f}, /* joint_bank_change_max_m_s2 */
-    {100.0f, 1e5f}, /* joint_memory_s */
-    {5.0f, 1e5f}, /* joint_evidence_min_s */
+    {100.0f, 100000.0f}, /* joint_memory_s */
+    {5.0f, 100000.0f}, /* joint_evidence_min_s */
     {0.001f, 10.0f}, /* accelerometer_bias_sd_m_s2 */
     {0.0f, 10.0f}, /* pull_sd_m_s2 */
     {0.0f, 10.0f}, /* wind_sd_m_s2 */
@@ -118,6 +121,7 @@ static const struct {
     {0.0f, 1.0f}, /* standing_crown_share_1 */
     {0.001f, 10.0f}, /* standing_slope_sd_m_s2 */
     {0.0f, 100.0f}, /* tandem_side_force_m2_s2 */
+    /* end */
 };
 
 /* How many, and what follows them among the names. */
@@ -161,6 +165,7 @@ bool oc_params_are_sound(const oc_params *params) {
 
 const char *oc_params_check(const oc_params *params) {
     static const char *const names[] = {
+        /* params.toml: names */
         "cutoff_hz",
         "delay_band_hz",
         "speed_slope_window_s",
@@ -211,6 +216,7 @@ const char *oc_params_check(const oc_params *params) {
         "standing_crown_share_1",
         "standing_slope_sd_m_s2",
         "tandem_side_force_m2_s2",
+        /* end */
         "method",
         "angle_method",
         "use_accelerometer",

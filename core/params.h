@@ -1,7 +1,8 @@
 #ifndef OC_PARAMS_H
 #define OC_PARAMS_H
-/* What an engineer tunes, free of the sample rate. Defaults: oc_params_defaults, the only place that holds them.
- * Every name ends in its unit; the text behind says what it means, what small and large do, and whence the default. */
+/* What an engineer tunes, free of the sample rate. Every name ends in its unit; the text behind says
+ * what it means, what small and large do, its default and the default's source. docs/make_params.py writes the doubles
+ * here and their rows in params.c from params.toml. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -19,68 +20,78 @@ typedef enum {
 typedef struct {
     oc_method method;
     oc_angle_method angle_method; /* of the angle without its sensor, by which that is judged */
-    /* preprocess */
-    double cutoff_hz;             /* low-pass of all signals but the angle; small is smoother and later. 3, 5.1.1 */
-    double delay_band_hz;         /* the angle waits for the filters' mean group delay from 0 to here. 2, 5.1.1 */
-    double speed_slope_window_s;  /* smoothing of dv/dt; large is calmer and later. 1, ours */
-    double gap_max_s;             /* a longer hole restarts the filters. 0.1, ours */
-    /* the gate */
-    double speed_min_m_s;                     /* below it (10) and the column's torsion are poor. 10, 5.1 */
-    double curvature_max_1_m;                 /* R_max^-1 of (34); large lets bends in. 1/800, Table 4 */
+    /* params.toml: members */
+    /* Preprocess */
+    double cutoff_hz; /* low-pass of all signals but the angle; small is smoother and later. 3, 5.1.1 */
+    double delay_band_hz; /* the angle waits for the filters' mean group delay from 0 to here. 2, 5.1.1 */
+    double speed_slope_window_s; /* smoothing of dv/dt; large is calmer and later. 1, ours */
+    double gap_max_s; /* a longer hole restarts the filters. 0.1, ours */
+    /* The gate (34), (35) */
+    double speed_min_m_s; /* below it (10) and the column's torsion are poor. 10, 5.1 */
+    double curvature_max_1_m; /* R_max^-1 of (34); large lets bends in. 1/800, Table 4 */
     double longitudinal_acceleration_max_m_s2; /* of (34); large lets brake pull and torque steer in. 0.3, Table 4 */
-    double bank_max_m_s2;                     /* a_y,max of (35); large lets banked roads in. 0.3, Table 4 */
-    double clean_time_s;                      /* t1: how long after a tick all must be clean. 2, Table 4 */
-    /* offset (36), (37) */
-    double batch_s;                    /* evidence a batch mean spans; must outlast the residual's memory. 5, ours */
-    double offset_evidence_min_s;      /* 20, 5.5.1's 300 m at 15 m/s */
-    double offset_half_width_max_rad;  /* 1.96 sd beyond it are not valid. 1.5 deg, contract */
-    double yaw_rate_bias_sd_rad_s;     /* prior where no standstill tells. 0.1 deg/s, half of 5.3.1's 0.2 */
-    /* understeer (38) */
-    double understeer_acceleration_min_m_s2;  /* below it (38) divides by next to nothing. 0.3, ours */
-    double understeer_acceleration_max_m_s2;  /* above it tyres and axles bend the line. 1.5, 5.1.3 */
-    double understeer_evidence_min_s;         /* K_us stays zero below it. 10, ours */
+    double bank_max_m_s2; /* a_y,max of (35); large lets banked roads in. 0.3, Table 4 */
+    double clean_time_s; /* t1: how long all must be clean after a tick. 2, Table 4 */
+    /* Offset (36), (37) */
+    double batch_s; /* evidence a batch mean spans; must outlast the residual's memory. 5, ours */
+    double offset_evidence_min_s; /* less evidence leaves the offset not valid. 20, 5.5.1's 300 m at 15 m/s */
+    double offset_half_width_max_rad; /* 1.96 sd beyond it are not valid. 1.5 deg, contract */
+    double yaw_rate_bias_sd_rad_s; /* prior where no standstill tells. 0.1 deg/s, half of 5.3.1's 0.2 */
+    /* Understeer (38) */
+    double understeer_acceleration_min_m_s2; /* below it (38) divides by next to nothing. 0.3, ours */
+    double understeer_acceleration_max_m_s2; /* above it tyres and axles bend the line. 1.5, 5.1.3 */
+    double understeer_evidence_min_s; /* K_us stays zero below it. 10, ours */
     double understeer_half_width_max_rad_m_s2; /* a wider 95 % interval is not valid. 0.2 deg/(m/s^2), ours */
-    double understeer_sd_rad_m_s2;            /* prior while K_us is taken as zero. 0.4 deg/(m/s^2), 4.2's truck */
-    /* standstill */
+    double understeer_sd_rad_m_s2; /* prior while K_us is taken as zero. 0.4 deg/(m/s^2), 4.2's truck */
+    /* Standstill */
     double standstill_speed_max_m_s; /* slower is standing. 0.1, ours */
-    double standstill_settling_s;    /* what is left out after stopping, until the cab is still. 0.2, ours */
-    double standstill_time_min_s;    /* shorter tells nothing. 0.5, ours */
-    /* gyro bias and wheel radii, 5.3.1 */
-    double gyro_bias_sd_rad_s;          /* prior; large trusts the wheels' radii instead. 1.5 deg/s, ours: 3 occurs */
-    double gyro_bias_ignition_sd_rad_s; /* how far it may be elsewhere after each ignition. 0.1 deg/s, ours */
-    double gyro_bias_wander_sd_rad_s;   /* of its random change in a minute. 0.01 deg/s, ours */
-    double gyro_bias_drift_first_sd_rad_s2;    /* of its steady change at ignition. 0.3 deg/s/min, 2.5: 1 occurs */
-    double gyro_bias_drift_sd_rad_s2;          /* later, where wheels follow it; large follows sooner, and the wheels'
-                                                * noise with it. 0.025 deg/s/min, ours: 0.8 deg/s in drift_time */
-    double gyro_bias_drift_standing_sd_rad_s2; /* where only standing shows it. 0.01 deg/s/min, ours */
-    double gyro_bias_drift_time_s;             /* how long a drift lasts. 1800, ours: twice 2.5's warm-up */
-    double gyro_bias_half_width_max_rad_s;     /* a wider 95 % interval is not valid. 0.1 deg/s, half of 5.3.1's 0.2 */
-    double wheel_radius_mismatch_sd_1;  /* prior of left over right less one. 0.005, ours: wear and pressure */
-    double wheel_radius_wander_sd_1;    /* of its random change in an hour. 5e-5, ours: tyres warm up alike */
-    double wheel_radius_load_sd_s2_m;   /* prior of the mismatch per m/s^2 of side force. 0.003, ours */
-    double net_turn_sd_rad;             /* prior of a whole drive's turning, where no gyro tells it; more where a
-                                         * track is lapped one way. 2 pi, ours: a loop more to one side */
-    double bank_sd_m_s2;                /* prior of a whole drive's mean bank, where no accelerometer tells it; the
-                                         * wheel speeds' method alone counts it. 0.2, 5.3.2: 2 % of crown */
-    double track_width_sd_1;            /* prior, of the width, where the vehicle file has it. 0.02, ours */
-    /* the joint method's gate: it models what the thesis's must avoid */
-    double joint_speed_min_m_s;                      /* 8, ours */
-    double joint_curvature_max_1_m;                  /* large lets in what the ratio near centre misses. 1/100, ours */
-    double joint_lateral_acceleration_max_m_s2;      /* above it tyres and axles bend the line. 1.8, ours */
+    double standstill_settling_s; /* left out after stopping, until the cab is still. 0.2, ours */
+    double standstill_time_min_s; /* shorter tells nothing. 0.5, ours */
+    /* Gyro bias and wheel radii, 5.3.1 */
+    double gyro_bias_sd_rad_s; /* prior; large trusts the wheels' radii instead. 1.5 deg/s, ours: 3 occurs */
+    double gyro_bias_ignition_sd_rad_s; /* prior of the bias's change at each ignition. 0.1 deg/s, ours */
+    double gyro_bias_wander_sd_rad_s; /* prior of the bias's random change in a minute. 0.01 deg/s, ours */
+    /* prior of the bias's steady change at ignition. 0.3 deg/s/min, 2.5: 1 occurs */
+    double gyro_bias_drift_first_sd_rad_s2;
+    /* the same later, where wheel speeds observe it; large follows sooner, and follows the wheels' noise. 0.025
+     * deg/s/min, ours: 0.8 deg/s in drift_time */
+    double gyro_bias_drift_sd_rad_s2;
+    double gyro_bias_drift_standing_sd_rad_s2; /* the same where only standstills observe it. 0.01 deg/s/min, ours */
+    double gyro_bias_drift_time_s; /* how long a drift lasts. 1800, ours: twice 2.5's warm-up */
+    double gyro_bias_half_width_max_rad_s; /* a wider 95 % interval is not valid. 0.1 deg/s, half of 5.3.1's 0.2 */
+    double wheel_radius_mismatch_sd_1; /* prior of left over right radius, less one. 0.005, ours: wear and pressure */
+    /* prior of the mismatch's random change in an hour. 5e-5, ours: tyres warm up alike */
+    double wheel_radius_wander_sd_1;
+    double wheel_radius_load_sd_s2_m; /* prior of the mismatch per m/s^2 of lateral force. 0.003, ours */
+    /* prior of a whole drive's turning, where no gyro measures it; set more where a track is lapped one way. 360 deg,
+     * ours: a loop more to one side */
+    double net_turn_sd_rad;
+    /* prior of a whole drive's mean bank, where no accelerometer measures it; used by the wheel speeds' method alone.
+     * 0.2, 5.3.2: 2 % of crown */
+    double bank_sd_m_s2;
+    double track_width_sd_1; /* prior, of the width, where the vehicle file has it. 0.02, ours */
+    /* The joint method's gate: it models what the thesis's must avoid */
+    double joint_speed_min_m_s; /* slower ticks are not used. 8, ours */
+    double joint_curvature_max_1_m; /* large lets in what the ratio near centre misses. 1/100, ours */
+    double joint_lateral_acceleration_max_m_s2; /* above it tyres and axles bend the line. 1.8, ours */
     double joint_longitudinal_acceleration_max_m_s2; /* large lets brake pull and torque steer in. 0.6, ours */
-    double joint_bank_change_max_m_s2;               /* of (33) about its mean: kerbs and faults. 1.0, ours */
-    /* the joint method: how far back its evidence reaches, and what is believed before a drive */
-    double joint_memory_s;              /* small follows change sooner, large is surer. 2000, ours */
-    double joint_evidence_min_s;        /* 60, ours */
-    double accelerometer_bias_sd_m_s2;  /* 0.5, ours: 0.6 was seen */
-    double pull_sd_m_s2;                /* side force by which alignment shifts where steering unloads. 0.05, ours */
-    double wind_sd_m_s2;                /* the same by a drive's mean cross-wind. 0.02, ours: some 1.5 m/s of it */
-    double crown_m_s2;                  /* a road's mean fall to the side of traffic. 0.2, 2.5: 2 % */
-    double crown_sd_m_s2;               /* of that. 0.1, ours */
-    double standing_crown_share_1;      /* of the crown that ground has where trucks stand, road or yard. 0.5, ours */
-    double standing_slope_sd_m_s2;      /* of that ground beside. 0.2, ours: 2 % */
-    double tandem_side_force_m2_s2;     /* what the front tyres carry by a bend's curvature alone, since axles behind
-                                         * resist turning. 0; 6x2 some 12, 8x4 10, 6x4 19, ours */
+    double joint_bank_change_max_m_s2; /* of (33) about its mean: kerbs and faults. 1.0, ours */
+    /* The joint method: how far back its evidence reaches, and its priors */
+    double joint_memory_s; /* small follows change sooner, large is surer. 2000, ours */
+    double joint_evidence_min_s; /* less evidence leaves the answer not valid. 60, ours */
+    double accelerometer_bias_sd_m_s2; /* prior of the accelerometer's bias. 0.5, ours: 0.6 was seen */
+    /* prior of the lateral force by which alignment shifts the neutral lateral acceleration. 0.05, ours */
+    double pull_sd_m_s2;
+    double wind_sd_m_s2; /* prior of the same shift by a drive's mean crosswind. 0.02, ours: some 1.5 m/s of it */
+    double crown_m_s2; /* a road's mean fall to the side of traffic. 0.2, 2.5: 2 % */
+    double crown_sd_m_s2; /* prior sd of that crown. 0.1, ours */
+    /* share of the crown that the ground has where trucks stand, road or yard. 0.5, ours */
+    double standing_crown_share_1;
+    double standing_slope_sd_m_s2; /* prior of the rest of that ground's slope. 0.2, ours: 2 % */
+    /* lateral force of the front tyres by a bend's curvature alone, since rear axles resist turning. 0, ours; 6x2 some
+     * 12, 8x4 10, 6x4 19 */
+    double tandem_side_force_m2_s2;
+    /* end */
     /* whether the accelerometer is used at all (5.3.2, 5.5.3): 1, or 0 for r*v alone and no bank limit */
     int32_t use_accelerometer;
 } oc_params;

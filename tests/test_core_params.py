@@ -1,12 +1,19 @@
 """Params: defaults are Table 4's, and each one out of its range is refused by its name."""
 
 import math
+import re
+import runpy
+from pathlib import Path
 from typing import Any
 
 import pytest
 from oncenter._native import ffi, lib
 
 from oncenter import _core
+from oncenter.export.variables import UNITS
+from oncenter.param_table import params
+
+ROOT = Path(__file__).parents[1]
 
 DEFAULTS = _core.default_params()
 
@@ -21,8 +28,17 @@ def test_the_defaults_are_the_thesiss() -> None:
 
 
 def test_every_name_says_its_unit() -> None:
-    units = ("_s", "_hz", "_m_s", "_1_m", "_m_s2", "_rad", "_rad_s", "_rad_s2", "_rad_m_s2", "_1", "_s2_m", "_m2_s2")
-    assert [name for name in DEFAULTS if not name.endswith(units)] == ["use_accelerometer"]
+    endings = {re.sub(r"\W+", "_", f"/{unit}/").rstrip("_").lower(): unit for unit in UNITS}
+    for name, param in params().items():
+        said = max((ending for ending in endings if name.endswith(ending)), key=len)
+        assert endings[said] == param.unit, name
+    assert set(DEFAULTS) - set(params()) == {"use_accelerometer"}
+
+
+@pytest.mark.parametrize("name", ["core/params.h", "core/params.c", "docs/params.md"])
+def test_the_core_and_its_page_hold_the_rows_of_the_one_table_of_params(name: str) -> None:
+    made = runpy.run_path(str(ROOT / "docs" / "make_params.py"))["made"]()
+    assert (ROOT / name).read_text(encoding="utf-8") == made[ROOT / name], "run docs/make_params.py"
 
 
 @pytest.mark.parametrize("name", sorted(set(DEFAULTS) - {"use_accelerometer"}))

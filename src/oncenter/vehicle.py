@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.toml_file import read_toml, refusal
-from oncenter.param_ranges import param_ranges
+from oncenter.param_table import params
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, SignalName
 from oncenter.steering_ratio import SteeringRatio, near_centre
 
@@ -234,7 +234,8 @@ def _number(name: str, value: Any) -> float:
 
 def _would_do(name: str, value: float, per_given: float) -> str:
     """The range of a param in the unit in which it was given; or what bounds it where the core's table does not."""
-    low, high = param_ranges()[name]
+    param = params()[name]
+    low, high = param.low, param.high
     if low <= value <= high:
         return _BOUNDED_BY[name]
     return f"{low / per_given:.4g} to {high / per_given:.4g}"

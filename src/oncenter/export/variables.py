@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from oncenter import _core
-from oncenter.export.core_source import params
 from oncenter.offset.answer import DEFAULT_METHOD
+from oncenter.param_table import params
 from oncenter.signals import DEGREE
 from oncenter.vehicle import Vehicle
 
@@ -160,7 +160,7 @@ def _params(vehicle: Vehicle) -> Iterator[Variable]:
         "boolean",
         start=used["use_accelerometer"],
     )
-    for param in params():
+    for param in params().values():
         yield Variable(
             f"params.{param.name}",
             f"params.{param.name}",

@@ -1,0 +1,35 @@
+"""The params of the core as core/params.toml lists them: the one table of which its C is written, too."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Param:
+    """One double of oc_params.
+
+    Attributes:
+        about: meaning, default and source.
+        low, high: in `unit`, what the core accepts; where a range depends on another param, its widest.
+    """
+
+    name: str
+    unit: str
+    about: str
+    low: float
+    high: float
+
+
+@cache
+def params() -> dict[str, Param]:
+    """By name, in the order of the struct."""
+    table = (Path(__file__).parent / "core" / "params.toml").read_text(encoding="utf-8")
+    rows = [row for group in tomllib.loads(table).values() for row in group.items() if row[0] != "title"]
+    return {
+        name: Param(name, row["unit"], f"{row['meaning']}. {row['default']}, {row['source']}", *row["range"])
+        for name, row in rows
+    }

@@ -21,16 +21,16 @@ SAME = 0.02  # of a figure: another processor's last bits make another drive of 
 # monitor: its matrices must be covariances and its equations have solutions, or else a number could become none.
 KIB = 1024
 ROWS = {
-    "flash of the monitor, KiB": ("48", "48"),
-    "flash with saved image, message and trouble code, KiB": ("49", "49"),
+    "flash of the monitor, KiB": ("50", "50"),
+    "flash with saved image, message and trouble code, KiB": ("50", "50"),
     "flash of all there is, KiB": ("", ""),
-    "RAM: state, KiB": ("16", "16"),
+    "RAM: state, KiB": ("17", "17"),
     "RAM: coefficients, KiB": ("", ""),
     "worst stack of a tick, bytes": ("1,024", "1,024"),
     "worst stack of setup, answer, saving and restoring, bytes": ("1,024", "1,024"),
     "instructions a tick, mean": ("", ""),
     "instructions a tick, 99 of 100 at most": ("", ""),
-    "instructions in the worst tick": ("50,000", "5,000"),
+    "instructions in the worst tick": ("60,000", "20,000"),
     "instructions of an answer": ("", ""),
     "instructions to save": ("", ""),
     "instructions to restore": ("", ""),

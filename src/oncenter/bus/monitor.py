@@ -137,7 +137,7 @@ class Monitor:
             raise OncenterError(f"the saved image {_REFUSALS[fault]}; learning starts afresh", code=f"image_{fault}")
 
     def message(self, counter: int = 0) -> bytes:
-        """The result message after the last `step`, 8 bytes (`oncenter.message.decode`); `counter` 0 to 15.
+        """The result message after the last `step`, 8 bytes (see `oncenter.bus.message.decode`); `counter` 0 to 15.
 
         It is made of that tick's angle as the sensor said it: asking again gives the same.
         """

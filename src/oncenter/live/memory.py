@@ -24,7 +24,7 @@ class Memory:
 
     Args:
         folder: is made where it is not there.
-        truck: the key; each has files of its own, see `oncenter.file_name`.
+        truck: the key; each has files of its own, see `oncenter.files.file_name`.
         say: is told in one line what was resumed, and what could not be saved.
 
     Raises:

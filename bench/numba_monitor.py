@@ -48,7 +48,10 @@ def flat(members: Mapping[str, Any]) -> Any:
 
 def coefficients(core: Core) -> Any:
     """Those of the thesis's method."""
-    return flat({name: value for name, value in core.coefficients().items() if name not in ("gyro_bias", "joint")})
+    all_of_them = core.coefficients()
+    settling = all_of_them["gyro_bias"]["settling_ticks"]
+    mine = {name: value for name, value in all_of_them.items() if name not in ("gyro_bias", "joint", "angle")}
+    return flat(mine | {"standstill_settling_ticks": settling})
 
 
 @njit

@@ -38,6 +38,8 @@ static const float load_share_stopped_sd = 0.25f;         /* and after a stop th
 static const float loading_s = 60.0f;
 static const float learning_memory_s = 600.0f;
 static const float learned_s = 30.0f;
+static const float unbanked_share = 0.3f;                 /* of r*v: bends on motorways take up to two thirds */
+static const float unbanked_sd = 0.2f;                    /* m/s^2, wherever */
 static const float unflattened = 1.15f;                   /* the gyro's noise flattens the slope T */
 
 /* Beyond (7): turning on a circle takes the arctangent of L/R, linkages and racks turn the wheels faster at their ends.
@@ -99,9 +101,18 @@ static void filter_motion(oc_angle_tracking *t, const oc_angle_design *d, const 
     t->bank += (tick->lateral_acceleration - t->yaw_rate * t->speed - t->bank) * d->bank_share;
 }
 
+/* An accelerometer that is silent leaves the bank of a bend unknown, and some of the lateral force. */
+static float unloading_sd_of(const oc_angle_truck *truck, const oc_angle_tick *tick) {
+    return tick->lacks_bank ? truck->unloading_sd + unbanked_sd : truck->unloading_sd;
+}
+
+static float gradient_sd_of(const oc_angle_truck *truck, const oc_angle_tick *tick) {
+    return tick->lacks_bank ? truck->gradient_sd + unbanked_share * fabsf(truck->gradient) : truck->gradient_sd;
+}
+
 /* Which flank of the play the steering wheel is at, from where the wheels go. */
 static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck, float wheels,
-                  float load) {
+                          float load, float unloading_sd) {
     const float half = 0.5f * truck->backlash;
     const float beyond = fabsf(load) - truck->friction;
     const float moved = wheels - t->reference;
@@ -121,7 +132,7 @@ static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const 
     if (beyond < near_friction) {
         t->place -= t->place * share;
     }
-    if (beyond < near_friction + unloading_sds * truck->unloading_sd) {
+    if (beyond < near_friction + unloading_sds * unloading_sd) {
         t->place_variance += (place_variance_max - t->place_variance) * share;
     }
     t->place = oc_limited(t->place, 1.0f);
@@ -220,9 +231,10 @@ static float other_variance(const oc_angle_tracking *t, const oc_angle_evidence 
     const float a = t->yaw_rate * t->speed + t->bank - truck->unloading;
     const float loaded = (t->standing_s > loading_s ? load_share_stopped_sd : load_share_sd) * truck->gradient;
     const float gyro = i * d->wheelbase / t->speed * tick->yaw_rate_bias_sd;
-    const float gradient = i * a * truck->gradient_sd, load = i * a * loaded;
+    const float gradient_sd = gradient_sd_of(truck, tick);
+    const float gradient = i * a * gradient_sd, load = i * a * loaded;
     const float flat = i * t->cube * flattening_sd;
-    const float banked = i * tick->bank_sd * (fabsf(truck->gradient) + truck->gradient_sd);
+    const float banked = i * tick->bank_sd * (fabsf(truck->gradient) + gradient_sd);
     return truck->offset_sd * truck->offset_sd + gyro * gyro + gradient * gradient + load * load + banked * banked +
            flat * flat * flattening_prior / (flattening_prior + e->cubes);
 }
@@ -275,7 +287,7 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
         }
         t->held_s = 0.0f;
         const float load = t->yaw_rate * (t->speed + truck->tandem / fabsf(t->speed)) + t->bank - truck->unloading;
-        place_in_play(t, d, truck, wheels, load);
+        place_in_play(t, d, truck, wheels, load, unloading_sd_of(truck, tick));
         t->estimate = observes ? wheels + 0.5f * truck->backlash * t->place : wheels;
         const float own = own_variance(t, truck);
         const float error = by_sensor - t->estimate;

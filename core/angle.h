@@ -36,7 +36,6 @@ typedef enum {
 
 /* What a drive with a sensor said of the truck; standard deviations where they matter. */
 typedef struct {
-    bool known;                       /* there was a sensor for long enough */
     float offset_sd;                  /* rad */
     float gradient, gradient_sd;      /* rad/(m/s^2) */
     float wheelbase;                  /* share by which bends take more than L*r/v */
@@ -45,6 +44,8 @@ typedef struct {
     float tandem;                     /* m^2/s^2, side force by curvature, since axles behind resist turning */
     float friction;                   /* m/s^2 */
     float creep;                      /* rad/s per m/s^2 */
+    float left_s, right_s;            /* s of side force clearly to either side, which show the play's flanks */
+    int32_t known;                    /* there was a sensor for long enough */
 } oc_angle_truck;
 
 /* One tick. */
@@ -60,6 +61,7 @@ typedef struct {
     bool has_sensor;                  /* and it is believed */
     bool teaches;                     /* and it may be learned from */
     bool has_motion;                  /* yaw rate, speed and what else the method needs */
+    bool lacks_bank;                  /* the accelerometer is silent that there usually is */
 } oc_angle_tick;
 
 typedef struct {

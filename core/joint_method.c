@@ -107,6 +107,7 @@ void oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence
     if (!oc_gyro_bias_is_busy(&evidence->gyro_bias) &&
         oc_joint_take_turn(joint, &tracking->joint, &c->joint, &learned->offset, tick->signals.time)) {
         oc_learn_jointly(evidence, &evidence->verdicts, learned, c);
+        oc_learn_truck(learned, joint, c);
         evidence->gyro_bias.past.memory_s = oc_joint_memory(joint, &c->joint);
     }
 }

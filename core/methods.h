@@ -28,6 +28,9 @@ void oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                       const oc_coefficients *c);
 
+/* What the angle is told of the truck follows from the rest that was learned. */
+void oc_learn_truck(oc_learned *learned, const oc_joint *joint, const oc_coefficients *c);
+
 /* Chapter 4: whether the sensor can be believed at this tick, and the angle without it. After a hole the estimate
  * begins anew. */
 void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,

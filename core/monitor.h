@@ -92,7 +92,10 @@ typedef struct {
     oc_estimate backlash;            /* rad, full width, friction wind-up included; the joint method's */
     oc_estimate unloading_acceleration; /* m/s^2, as measured, at which the steering unloads; the joint method's */
     oc_estimate equivalent_wheelbase;   /* m, of (10); an error of the ratio counts as one of the wheelbase */
+    oc_angle_truck truck;               /* the same and the best play, for the angle without its sensor */
 } oc_learned;
+
+enum { OC_LEARNED_ESTIMATES = 5 };
 
 typedef struct {
     oc_tracking tracking;

@@ -231,6 +231,11 @@ static const oc_saved_member estimate_members[] = {
     MEMBER(oc_estimate, status, OC_SAVED_ENUM, ANY_STATUS), MEMBER(oc_estimate, lean, OC_SAVED_FLOAT, ANY_NUMBER),
 };
 
+static const oc_saved_member truck_members[] = {
+    MEMBERS(oc_angle_truck, offset_sd, right_s, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_angle_truck, known, OC_SAVED_INT32, YES_OR_NO),
+};
+
 static const oc_saved_member tracking_members[] = {
     MEMBERS(oc_tracking, clock.last_time, clock.last_refused, OC_SAVED_DOUBLE, ANY_TIME),
     MEMBER(oc_tracking, clock.refused_in_order, OC_SAVED_INT32, COUNTER),
@@ -327,7 +332,8 @@ static const saved_part state_parts[] = {
     PART(angle_members, oc_angle_evidence, evidence.angle, 1),
     PART(fault_members, oc_fault_evidence, evidence.fault, 1),
     PART(evidence_members, oc_evidence, evidence, 1),
-    PART(estimate_members, oc_estimate, learned, sizeof(oc_learned) / sizeof(oc_estimate)),
+    PART(estimate_members, oc_estimate, learned, OC_LEARNED_ESTIMATES),
+    PART(truck_members, oc_angle_truck, learned.truck, 1),
     PART(tracking_members, oc_tracking, tracking, 1),
     PART(pending_members, oc_pending, tracking.straight, 2), /* and cornering */
     PART(moments_members, oc_moments, tracking.straight.blocks, OC_PENDING_MAX),

@@ -148,6 +148,7 @@ void oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_e
 
     if (is_final) {
         oc_learn_straight_ahead(evidence, &evidence->verdicts, learned, c);
+        oc_learn_truck(learned, &evidence->joint, c);
     }
 }
 

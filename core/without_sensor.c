@@ -12,9 +12,8 @@ static bool is_known(const oc_learned *learned) {
     return status == OC_VALID || status == OC_CONVERGING;
 }
 
-/* What `angle` is told of the truck, from what the drive has taught. Where no accelerometer tells it, side force is of
- * r*v here, of which the joint method took a share for it. */
-static void look_at_truck(const oc_learned *l, const oc_joint *joint, const oc_coefficients *c, oc_angle_truck *truck) {
+/* Where no accelerometer measures it, lateral force is of r*v here, of which the joint method took a share for it. */
+void oc_learn_truck(oc_learned *l, const oc_joint *joint, const oc_coefficients *c) {
     const oc_play *play = &joint->hypotheses[joint->best].play;
     const bool creeps_by_load = play->friction >= 0.0f;
     const double L = c->vehicle.wheelbase;
@@ -22,17 +21,21 @@ static void look_at_truck(const oc_learned *l, const oc_joint *joint, const oc_c
     const float sd = (float)l->offset.standard_deviation;
     const float unseen = seen < flank_needed_s ? (1.0f - seen / flank_needed_s) * unseen_half_width_sd : 0.0f;
     const float borne = c->joint.borne;
-    truck->known = is_known(l);
-    truck->offset_sd = unseen > 0.0f ? sqrtf(sd * sd + unseen * unseen) : sd;
-    truck->gradient = borne * (float)l->understeer_gradient.value;
-    truck->gradient_sd = borne * (float)l->understeer_gradient.standard_deviation;
-    truck->wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? (float)(l->equivalent_wheelbase.value / L - 1.0) : 0.0f;
-    truck->backlash = (float)l->backlash.value;
-    truck->unloading = (float)l->unloading_acceleration.value / borne;
-    truck->unloading_sd = (float)l->unloading_acceleration.standard_deviation / borne;
-    truck->tandem = oc_joint_tandem(joint, &c->joint) / borne;
-    truck->friction = creeps_by_load ? play->friction / borne : 0.0f;
-    truck->creep = creeps_by_load ? play->creep * borne : 0.0f;
+    l->truck = (oc_angle_truck){
+        .offset_sd = sqrtf(sd * sd + unseen * unseen),
+        .gradient = borne * (float)l->understeer_gradient.value,
+        .gradient_sd = borne * (float)l->understeer_gradient.standard_deviation,
+        .wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? (float)(l->equivalent_wheelbase.value / L - 1.0) : 0.0f,
+        .backlash = (float)l->backlash.value,
+        .unloading = (float)l->unloading_acceleration.value / borne,
+        .unloading_sd = (float)l->unloading_acceleration.standard_deviation / borne,
+        .tandem = oc_joint_tandem(joint, &c->joint) / borne,
+        .friction = creeps_by_load ? play->friction / borne : 0.0f,
+        .creep = creeps_by_load ? play->creep * borne : 0.0f,
+        .left_s = joint->to_left,
+        .right_s = joint->to_right,
+        .known = is_known(l),
+    };
 }
 
 static double front_wheel_by_wheels(const oc_coefficients *c, const oc_gyro_bias *gyro_bias, const oc_signals *tick) {
@@ -48,9 +51,9 @@ static bool by_wheel_speed(const oc_params *p) {
     return p->angle_method == OC_ANGLE_WHEEL_SPEED || p->angle_method == OC_ANGLE_WHEEL_SPEED_EXACT;
 }
 
-/* What a tick has, and whether the truck was learned. */
+/* What a tick has. */
 typedef struct {
-    bool angle, motion, truck;
+    bool angle, motion;
 } seen;
 
 /* So much comparing, before the sensor that taught is judged by what it taught. */
@@ -64,20 +67,13 @@ static bool has_motion(const oc_params *p, uint32_t valid) {
     return (valid & needed) == needed;
 }
 
-/* An accelerometer that is silent leaves the bank of a bend untold, and some of side force. */
-static const float unbanked = 0.3f;          /* of r*v: bends on motorways take up to two thirds */
-static const float unbanked_sd = 0.2f;       /* m/s^2, wherever */
-
-static void know_less_of_banks(oc_angle_truck *truck) {
-    truck->gradient_sd += unbanked * fabsf(truck->gradient);
-    truck->unloading_sd += unbanked_sd;
-}
+static const float unseen_bank_sd = 0.2f; /* m/s^2, where no accelerometer measures it */
 
 /* How much of the time that would tell lacks of the flank that the wheels are at, 0 to 1: the play was learned from the
  * other one, and on this one there may be more of it. */
-static float hardly_seen(const oc_joint *joint, float place) {
-    const float here = place > 0.0f ? joint->to_left : joint->to_right;
-    const float needed = flank_needed_s + flank_needed_share * (joint->to_left + joint->to_right);
+static float hardly_seen(const oc_angle_truck *truck, float place) {
+    const float here = place > 0.0f ? truck->left_s : truck->right_s;
+    const float needed = flank_needed_s + flank_needed_share * (truck->left_s + truck->right_s);
     return here < needed ? fabsf(place) * (1.0f - here / needed) : 0.0f;
 }
 
@@ -96,27 +92,27 @@ static void learn_anew(oc_tracking *tracking, oc_joint *joint, const oc_estimate
 
 /* By the estimate of the tick before: a jump is not to be told for a tick. */
 static void judge_sensor(const oc_signals *tick, oc_tracking *tracking, oc_evidence *evidence,
-                         const oc_estimate *offset, const oc_coefficients *c, const seen *seen, float offset_sd,
-                         bool after_hole) {
+                         const oc_learned *learned, const oc_coefficients *c, const seen *seen, bool after_hole) {
+    const oc_angle_truck *truck = &learned->truck;
     const oc_angle_tracking *angle = &tracking->angle;
     const oc_fault_tick judged = {
         .time = tick->time,
         .tick_s = c->angle.tick_s,
         .measured = seen->angle ? (float)tick->steering_wheel_angle : 0.0f,
-        .offset = (float)offset->value,
-        .offset_sd = offset_sd,
+        .offset = (float)learned->offset.value,
+        .offset_sd = truck->known ? truck->offset_sd : unseen_half_width_sd,
         .estimate = angle->estimate,
         .sd = angle->sd,
-        .hidden = hardly_seen(&evidence->joint, angle->place),
+        .hidden = hardly_seen(&learned->truck, angle->place),
         .speed = seen->motion ? (float)tick->vehicle_speed : 0.0f,
         .has_measured = seen->angle,
         .after_hole = after_hole,
-        .can_judge = seen->motion && seen->truck && evidence->angle.seconds > judge_after_s,
+        .can_judge = seen->motion && truck->known && evidence->angle.seconds > judge_after_s,
     };
     const oc_fault before = evidence->fault.fault;
     const oc_fault now = oc_fault_update(&tracking->fault, &evidence->fault, &judged);
     if (now == OC_FAULT_REMOUNTED && before != now && before != OC_FAULT_NONE && c->params.method == OC_METHOD_JOINT) {
-        learn_anew(tracking, &evidence->joint, offset);
+        learn_anew(tracking, &evidence->joint, &learned->offset);
     }
 }
 
@@ -144,24 +140,19 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
     if (after_hole || tick->clock_set_back) {
         tracking->angle.running = 0;
     }
-    oc_angle_truck truck;
-    look_at_truck(learned, &evidence->joint, c, &truck);
     const bool has_angle = (tick->measured & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
     const double measured = has_angle ? signals->steering_wheel_angle - learned->offset.value : 0.0;
     const bool moves = has_motion(p, tick->measured);
     const bool lacks_bank = p->use_accelerometer && (tick->measured & OC_HAS_LATERAL_ACCELERATION) == 0;
-    if (lacks_bank) {
-        know_less_of_banks(&truck);
-    }
-    const seen now_seen = {.angle = has_angle, .motion = moves, .truck = truck.known};
-    judge_sensor(signals, tracking, evidence, &learned->offset, c, &now_seen, truck.offset_sd, after_hole);
+    const seen now_seen = {.angle = has_angle, .motion = moves};
+    judge_sensor(signals, tracking, evidence, learned, c, &now_seen, after_hole);
     const oc_angle_tick now = {
         .tick_s = c->angle.tick_s,
         .yaw_rate = measured_or_none(moves, signals->yaw_rate - bias->value),
         .yaw_rate_bias_sd = (float)bias->standard_deviation,
         .speed = measured_or_none(moves, signals->vehicle_speed),
         .lateral_acceleration = measured_or_none(moves, signals->lateral_acceleration),
-        .bank_sd = lacks_bank || (!p->use_accelerometer && !truck.known) ? unbanked_sd : 0.0f,
+        .bank_sd = lacks_bank || (!p->use_accelerometer && !learned->truck.known) ? unseen_bank_sd : 0.0f,
         .front_wheel =
             moves && by_wheel_speed(p) ? (float)front_wheel_by_wheels(c, &evidence->gyro_bias, signals) : 0.0f,
         .lateral_speed = measured_or_none(moves && p->angle_method == OC_ANGLE_SIDE_SLIP, signals->lateral_speed),
@@ -170,6 +161,7 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
         .teaches = has_angle && !lacks_bank && tracking->fault.fault == OC_FAULT_NONE &&
                    !oc_fault_suspected(&tracking->fault),
         .has_motion = moves,
+        .lacks_bank = lacks_bank,
     };
-    oc_angle_update(&tracking->angle, &evidence->angle, &c->angle, &truck, &now, &tick->angle);
+    oc_angle_update(&tracking->angle, &evidence->angle, &c->angle, &learned->truck, &now, &tick->angle);
 }

@@ -15,6 +15,7 @@ static const float speed_s = 0.1f;
 static const float bank_s = 0.15f;    /* roads change slower, the accelerometer's noise faster */
 static const float rate_s = 0.1f;
 static const float takeover_s = 1.0f;
+static const float check_s = 0.1f;    /* the estimate is right to 2 Hz */
 
 /* The play backward. */
 static const float moved_min = 0.7f * 3.14159265358979323846f / 180.0f;   /* rad: less is noise */
@@ -63,19 +64,26 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
     const float tick_s = 1.0f / (float)rate_hz;
     const float w = 2.0f * half_turn * pair_hz;
     const float first = 2.0f * half_turn * first_pole_hz * tick_s;
+    const float damping = 2.0f * pair_damping * w;
+    const int32_t ticks_per_check = (int32_t)(check_s / tick_s + 0.5f);
     *design = (oc_angle_design){
         .method = method,
         .ratio = *ratio,
         .wheelbase = (float)wheelbase,
         .yaw_rate_share = first / (1.0f + first),
         .stiffness = w * w,
-        .damping = 2.0f * pair_damping * w,
+        .damping = damping,
         .speed_share = tick_s / (speed_s + tick_s),
         .bank_share = tick_s / (bank_s + tick_s),
         .rate_share = tick_s / (rate_s + tick_s),
         .takeover_share = tick_s / (takeover_s + tick_s),
         .late_s = method == OC_ANGLE_OBSERVER ? 2.0f * pair_damping / w + (1.0f + first) * tick_s / first : 0.0f,
         .tick_s = tick_s,
+        .per_damping = 1.0f / (1.0f + damping * tick_s),
+        .per_tick = (float)rate_hz,
+        .per_ratio = 1.0f / (float)ratio->ratio,
+        .check_s = tick_s * (float)ticks_per_check,
+        .ticks_per_check = ticks_per_check,
     };
 }
 
@@ -87,6 +95,7 @@ static void begin_observer(oc_angle_tracking *t, const oc_angle_tick *tick) {
         .speed = tick->speed,
         .bank = tick->lateral_acceleration - tick->yaw_rate * tick->speed,
         .place_variance = place_variance_max,
+        .lead = T_prior_s,
         .without_sensor_s = never_s,
     };
 }
@@ -95,8 +104,8 @@ static void filter_motion(oc_angle_tracking *t, const oc_angle_design *d, const 
     t->speed += (tick->speed - t->speed) * d->speed_share;
     t->yaw_rate_first += (tick->yaw_rate - t->yaw_rate_first) * d->yaw_rate_share;
     /* implicit in the damping, so that it is stable at 20 Hz */
-    t->yaw_acceleration = (t->yaw_acceleration + d->stiffness * (t->yaw_rate_first - t->yaw_rate) * d->tick_s) /
-                          (1.0f + d->damping * d->tick_s);
+    t->yaw_acceleration = (t->yaw_acceleration + d->stiffness * (t->yaw_rate_first - t->yaw_rate) * d->tick_s) *
+                          d->per_damping;
     t->yaw_rate += t->yaw_acceleration * d->tick_s;
     t->bank += (tick->lateral_acceleration - t->yaw_rate * t->speed - t->bank) * d->bank_share;
 }
@@ -123,19 +132,19 @@ static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const 
         push -= clear / moved_clear;
     }
     if (beyond > 0.0f) {
-        const float crept = backward_creep_factor * truck->creep * beyond * d->tick_s / (half > 1e-3f ? half : 1e-3f);
+        const float crept = backward_creep_factor * truck->creep * beyond * d->check_s / (half > 1e-3f ? half : 1e-3f);
         push += load > 0.0f ? crept : -crept;
     }
-    t->place += push;
+    float place = t->place + push;
     t->place_variance -= t->place_variance * oc_least(fabsf(push), 1.0f);
-    const float share = d->tick_s / forgotten_s;
+    const float share = d->check_s / forgotten_s;
     if (beyond < near_friction) {
-        t->place -= t->place * share;
+        place -= place * share;
     }
     if (beyond < near_friction + unloading_sds * unloading_sd) {
         t->place_variance += (place_variance_max - t->place_variance) * share;
     }
-    t->place = oc_limited(t->place, 1.0f);
+    t->place_step = (oc_limited(place, 1.0f) - t->place) / (float)d->ticks_per_check;
 }
 
 double oc_angle_late_s(const oc_angle_design *d) {
@@ -167,8 +176,8 @@ static void learn_flattening(oc_angle_evidence *e, const oc_angle_tracking *t, c
     const bool large = fabsf(t->cube) > cube_min && fabsf(t->speed) > cube_speed;
     if (large && fabsf(error) < flattened_max * fabsf(t->estimate)) {
         const float left = flattening(e) * t->cube - error / (float)d->ratio.ratio;
-        e->flattened += left * t->cube * d->tick_s;
-        e->cubes += t->cube * t->cube * d->tick_s;
+        e->flattened += left * t->cube * d->check_s;
+        e->cubes += t->cube * t->cube * d->check_s;
     }
 }
 
@@ -194,10 +203,12 @@ static float wheels_by_side_slip(const oc_angle_tracking *t, const oc_angle_evid
 
 /* What the learned truck needs, by (13), for the motion that is. */
 static float wheels_of(oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
-                        const oc_angle_truck *truck, float T, const oc_angle_tick *tick) {
+                       const oc_angle_truck *truck, const oc_angle_tick *tick) {
     const float a = t->yaw_rate * t->speed + t->bank;
     const float v = t->speed;
     switch (d->method) {
+    case OC_ANGLE_SIDE_SLIP:
+        return wheels_by_side_slip(t, e, d, tick);
     case OC_ANGLE_WHEEL_SPEED:
     case OC_ANGLE_WHEEL_SPEED_EXACT:
         return to_steering_wheel(d, tick->front_wheel);
@@ -212,7 +223,7 @@ static float wheels_of(oc_angle_tracking *t, const oc_angle_evidence *e, const o
     const float steady = oc_front_wheel_by_yaw_rate(d->wheelbase * (1.0f + truck->wheelbase), t->yaw_rate, v,
                                                     truck->gradient, a - truck->unloading);
     t->cube = steady * steady * steady;
-    return to_steering_wheel(d, steady - flattening(e) * t->cube + T / (float)d->ratio.ratio * t->yaw_acceleration);
+    return to_steering_wheel(d, steady - t->flattening * t->cube + t->lead * d->per_ratio * t->yaw_acceleration);
 }
 
 /* Of the estimate, by its own make: what a sensor can judge. */
@@ -242,15 +253,15 @@ static float other_variance(const oc_angle_tracking *t, const oc_angle_evidence 
 /* What the sensor says of T and of how far off the estimate is. */
 static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, const oc_angle_design *d,
                               float per_rate, float error, float without_T, float variance) {
-    const float keep = 1.0f - d->tick_s / learning_memory_s;
+    const float keep = 1.0f - d->check_s / learning_memory_s;
     if (t->place_variance < 0.1f) {
-        const float squared = t->yaw_acceleration * t->yaw_acceleration * d->tick_s;
+        const float squared = t->yaw_acceleration * t->yaw_acceleration * d->check_s;
         e->slopes = keep * e->slopes + squared;
         e->steady = keep * e->steady + squared * per_rate;
-        e->products = keep * e->products + t->yaw_acceleration * without_T * d->tick_s;
+        e->products = keep * e->products + t->yaw_acceleration * without_T * d->check_s;
     }
-    e->seconds += d->tick_s;
-    const float share = d->tick_s / oc_least(learning_memory_s, 10.0f + e->seconds);
+    e->seconds += d->check_s;
+    const float share = d->check_s / oc_least(learning_memory_s, 10.0f + e->seconds);
     e->spread += (oc_least(error * error / variance, 25.0f) - e->spread) * share;
 }
 
@@ -265,11 +276,97 @@ static const oc_angle_truck unknown_truck = {
     .friction = 1e9f,
 };
 
+bool oc_angle_is_due(const oc_angle_tracking *t) {
+    return t->ticks_to_check <= 0;
+}
+
+/* What the sensor teaches of the truck. */
+static void learn_truck(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d,
+                        const oc_angle_tick *tick, float per_rate, float own) {
+    const float error = (float)tick->true_by_sensor - t->estimate;
+    if (d->method == OC_ANGLE_OBSERVER) {
+        learn_flattening(e, t, d, error);
+    }
+    if (fabsf(t->speed) > learning_speed) {
+        learn_from_sensor(e, t, d, per_rate, error, error + t->lead * t->yaw_acceleration, own);
+        if (d->method == OC_ANGLE_SIDE_SLIP) {
+            const oc_side_slip slip = side_slip_of(t, tick);
+            oc_side_slip_learn(&e->side_slip, &slip, oc_ratio_to_front_wheel(&d->ratio, tick->true_by_sensor),
+                               (double)d->check_s, (double)learning_memory_s);
+        }
+    }
+}
+
+/* Where in the play the wheels are, what the sensor teaches, and how sure the estimate is. */
+static void check(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d, const oc_angle_truck *truck,
+                  const oc_angle_tick *tick, bool known, float wheels) {
+    const float per_rate = per_yaw_rate(t, d, truck);
+    t->lead = known ? lead_at(e, d, per_rate) : T_prior_s;
+    t->flattening = flattening(e);
+    if (t->held_s > 0.0f || t->without_sensor_s >= never_s) {
+        t->reference = wheels;
+    }
+    const float load = t->yaw_rate * (t->speed + truck->tandem / fabsf(t->speed)) + t->bank - truck->unloading;
+    place_in_play(t, d, truck, wheels, load, unloading_sd_of(truck, tick));
+    const float own = own_variance(t, truck);
+    if (tick->teaches && known) {
+        learn_truck(t, e, d, tick, per_rate, own);
+    }
+    const float spread = e->seconds > learned_s ? e->spread : 2.0f;
+    t->sd = sqrtf(spread * own + other_variance(t, e, d, truck, tick));
+}
+
+/* The motion says where the wheels are. */
+static void follow_wheels(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d,
+                          const oc_angle_truck *truck, const oc_angle_tick *tick, bool known) {
+    const float wheels = wheels_of(t, e, d, truck, tick);
+    const bool observes = d->method == OC_ANGLE_OBSERVER;
+    t->place += t->place_step;
+    t->estimate = observes ? wheels + 0.5f * truck->backlash * t->place : wheels;
+    if (--t->ticks_to_check < 0) {
+        t->ticks_to_check = d->ticks_per_check - 1;
+        check(t, e, d, truck, tick, known, wheels);
+    }
+    t->held_s = 0.0f;
+}
+
+/* It says nothing: the angle is held, and its interval opens. */
+static void hold(oc_angle_tracking *t, const oc_angle_design *d) {
+    t->held_s += d->tick_s;
+    t->place_variance = place_variance_max;
+    t->place_step = 0.0f;
+    t->ticks_to_check = 0;
+    t->sd = oc_least(t->sd + hand_rate_sd * d->tick_s, angle_sd_max);
+}
+
+/* No jump when the sensor comes back: our last word fades. */
+static void tell_by_sensor(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *given,
+                           double by_sensor, oc_angle *out) {
+    static const float faded = 1e-6f; /* rad */
+    const bool came_back = t->without_sensor_s > 0.0f && t->without_sensor_s < never_s;
+    const float left = t->step * (1.0f - d->takeover_share);
+    t->step = came_back ? t->before - (float)by_sensor : fabsf(left) > faded ? left : 0.0f;
+    t->difference = (float)by_sensor + t->step - t->estimate;
+    t->without_sensor_s = t->standing_s = 0.0f;
+    const float offset_sd = given->known ? given->offset_sd : unlearned_offset_sd;
+    out->angle = by_sensor + (double)t->step;
+    out->standard_deviation = (double)(t->step == 0.0f ? offset_sd : sqrtf(offset_sd * offset_sd + t->step * t->step));
+    out->status = given->known ? OC_VALID : OC_CONVERGING;
+}
+
+/* Nor when it goes: its last word fades. */
+static void tell_without(oc_angle_tracking *t, const oc_angle_design *d, bool known, bool moves, oc_angle *out) {
+    t->difference -= t->difference * d->takeover_share;
+    t->without_sensor_s += d->tick_s;
+    t->standing_s += moves ? 0.0f : d->tick_s;
+    out->angle = (double)(t->estimate + t->difference);
+    out->standard_deviation = (double)t->sd;
+    out->status = !known || !moves ? OC_UNOBSERVABLE : t->sd < valid_sd ? OC_VALID : OC_CONVERGING;
+}
+
 void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d, const oc_angle_truck *given,
                      const oc_angle_tick *tick, oc_angle *out) {
-    const oc_angle_truck *truck = given->known ? given : &unknown_truck;
-    const float by_sensor = (float)tick->true_by_sensor;
-    const bool observes = d->method == OC_ANGLE_OBSERVER;
+    const bool known = given->known != 0;
     if (!t->running && tick->has_motion) {
         begin_observer(t, tick);
     }
@@ -278,60 +375,19 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
     }
     const bool moves = tick->has_motion && fabsf(t->speed) > walking_speed && fabsf(tick->speed) > 0.5f * walking_speed;
     if (moves) {
-        const float per_rate = per_yaw_rate(t, d, truck);
-        const float T = given->known ? lead_at(e, d, per_rate) : T_prior_s;
-        const float wheels = d->method == OC_ANGLE_SIDE_SLIP ? wheels_by_side_slip(t, e, d, tick)
-                                                              : wheels_of(t, e, d, truck, T, tick);
-        if (t->held_s > 0.0f || t->without_sensor_s >= never_s) {
-            t->reference = wheels;
-        }
-        t->held_s = 0.0f;
-        const float load = t->yaw_rate * (t->speed + truck->tandem / fabsf(t->speed)) + t->bank - truck->unloading;
-        place_in_play(t, d, truck, wheels, load, unloading_sd_of(truck, tick));
-        t->estimate = observes ? wheels + 0.5f * truck->backlash * t->place : wheels;
-        const float own = own_variance(t, truck);
-        const float error = by_sensor - t->estimate;
-        if (tick->teaches && given->known && observes) {
-            learn_flattening(e, t, d, error);
-        }
-        if (tick->teaches && given->known && fabsf(t->speed) > learning_speed) {
-            learn_from_sensor(e, t, d, per_rate, error, error + T * t->yaw_acceleration, own);
-            if (d->method == OC_ANGLE_SIDE_SLIP) {
-                const oc_side_slip slip = side_slip_of(t, tick);
-                oc_side_slip_learn(&e->side_slip, &slip, oc_ratio_to_front_wheel(&d->ratio, tick->true_by_sensor),
-                                   (double)d->tick_s, (double)learning_memory_s);
-            }
-        }
-        const float spread = e->seconds > learned_s ? e->spread : 2.0f;
-        t->sd = sqrtf(spread * own + other_variance(t, e, d, truck, tick));
+        follow_wheels(t, e, d, known ? given : &unknown_truck, tick, known);
     } else {
-        t->held_s += d->tick_s;
-        t->place_variance = place_variance_max;
-        t->sd = oc_least(t->sd + hand_rate_sd * d->tick_s, angle_sd_max);
+        hold(t, d);
     }
-
-    /* no jump when the sensor goes, or comes back: its last word fades, and so does ours */
     out->estimate = (double)t->estimate;
     out->estimate_sd = (double)t->sd;
     out->by_sensor = tick->has_sensor;
     if (tick->has_sensor) {
-        const bool came_back = t->without_sensor_s > 0.0f && t->without_sensor_s < never_s;
-        t->step = came_back ? t->before - by_sensor : t->step * (1.0f - d->takeover_share);
-        t->difference = by_sensor + t->step - t->estimate;
-        out->angle = tick->true_by_sensor + (double)t->step;
-        t->without_sensor_s = t->standing_s = 0.0f;
-        const float offset_sd = given->known ? given->offset_sd : unlearned_offset_sd;
-        out->standard_deviation = (double)sqrtf(offset_sd * offset_sd + t->step * t->step);
-        out->status = given->known ? OC_VALID : OC_CONVERGING;
+        tell_by_sensor(t, d, given, tick->true_by_sensor, out);
     } else {
-        t->difference -= t->difference * d->takeover_share;
-        out->angle = (double)(t->estimate + t->difference);
-        t->without_sensor_s += d->tick_s;
-        t->standing_s += moves ? 0.0f : d->tick_s;
-        out->standard_deviation = (double)t->sd;
-        out->status = !given->known || !moves ? OC_UNOBSERVABLE : t->sd < valid_sd ? OC_VALID : OC_CONVERGING;
+        tell_without(t, d, known, moves, out);
     }
-    t->rate += (((float)out->angle - t->before) / d->tick_s - t->rate) * d->rate_share;
+    t->rate += (((float)out->angle - t->before) * d->per_tick - t->rate) * d->rate_share;
     t->before = (float)out->angle;
     out->rate = (double)t->rate;
 }

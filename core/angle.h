@@ -73,6 +73,10 @@ typedef struct {
     float speed_share, bank_share, rate_share, takeover_share;
     float late_s;                     /* s, of the filter */
     float tick_s;
+    float per_damping;                /* 1 over what the damping divides by in a tick */
+    float per_tick, per_ratio;        /* Hz; 1 over the ratio near the centre */
+    float check_s;                    /* between two checks against the sensor */
+    int32_t ticks_per_check;
 } oc_angle_design;
 
 /* Lost at ignition. */
@@ -81,9 +85,13 @@ typedef struct {
     float yaw_rate_first, yaw_rate, yaw_acceleration;  /* rad/s, rad/s, rad/s^2: filtered */
     float speed;                      /* m/s */
     float bank;                       /* m/s^2, a_y - r*v */
-    float cube;                       /* rad^3, of the front wheels' steady angle */
+    float lead;                       /* s, T as of the last check */
+    float cube;                       /* rad^3, of the front wheels' steady angle, and */
+    float flattening;                 /* 1/rad^2, by which it lessens it, as of the last check */
     float reference;                  /* rad, where the wheels were when they last moved clearly */
-    float place, place_variance;      /* in the play, -1 to 1 */
+    float place, place_variance;      /* in the play, -1 to 1, and */
+    float place_step;                 /* by which it goes on in each tick until the next check */
+    int32_t ticks_to_check;
     float held_s;                     /* since the motion said something */
     float without_sensor_s;           /* since it was believed */
     float standing_s;                 /* without a sensor: the load may have changed */
@@ -117,6 +125,11 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
 /* s by which the observer's filter is late. */
 double oc_angle_late_s(const oc_angle_design *design);
 
+/* Whether the next tick checks the estimate against the sensor. */
+bool oc_angle_is_due(const oc_angle_tracking *tracking);
+
+/* Filters and tells the angle at each tick. What is slower, where in the play the wheels are, the interval and what the
+ * sensor teaches, follows ten times a second. */
 void oc_angle_update(oc_angle_tracking *tracking, oc_angle_evidence *evidence, const oc_angle_design *design,
                      const oc_angle_truck *truck, const oc_angle_tick *tick, oc_angle *angle);
 

@@ -247,7 +247,8 @@ static const oc_saved_member tracking_members[] = {
     MEMBER(oc_tracking, preprocess.speed_next, OC_SAVED_INT32, IN_SLOPE),
     MEMBERS(oc_tracking, preprocess.slope_wait, preprocess.ticks, OC_SAVED_INT32, COUNTER),
     MEMBER(oc_tracking, angle.running, OC_SAVED_INT32, YES_OR_NO),
-    MEMBERS(oc_tracking, angle.yaw_rate_first, angle.place_variance, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBERS(oc_tracking, angle.yaw_rate_first, angle.place_step, OC_SAVED_FLOAT, ANY_NUMBER),
+    MEMBER(oc_tracking, angle.ticks_to_check, OC_SAVED_INT32, COUNTER),
     MEMBERS(oc_tracking, angle.held_s, angle.standing_s, OC_SAVED_FLOAT, ANY_AMOUNT),
     MEMBERS(oc_tracking, angle.estimate, angle.sd, OC_SAVED_FLOAT, ANY_NUMBER),
 };

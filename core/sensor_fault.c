@@ -96,11 +96,12 @@ static bool is_missing(oc_fault_watch *w, const oc_fault_tick *tick) {
     return false;
 }
 
-/* How the measured value goes: steps that no hand makes, and values that stay. */
-static void follow(oc_fault_watch *w, const oc_fault_tick *tick) {
+/* How the measured value goes: steps that no hand makes, for which it is true, and values that stay. */
+static bool follow(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float moved = fabsf(tick->measured - w->last);
     const bool returned = w->present_s < 2.0f * tick->tick_s;
-    if (moved > step_deg * rad_in_deg && moved > hand_rate_deg_s * rad_in_deg * tick->tick_s && !returned) {
+    const bool steps = moved > step_deg * rad_in_deg && moved > hand_rate_deg_s * rad_in_deg * tick->tick_s;
+    if (steps && !returned) {
         w->step_time = tick->time;
         w->alike_s = 0.0f;
     }
@@ -111,12 +112,13 @@ static void follow(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->held_s = w->held_fast_s = 0.0f;
     }
     w->held_s += tick->tick_s;
+    return steps && !returned;
 }
 
 /* Odds of left being right, by what both do about their means of the last seconds: with one noise the log of the odds
  * grows by 2 m e / sd^2 for each independent pair of them. */
 static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
-    const float share = tick->tick_s / mean_s;
+    const float share = tick->judged_s / mean_s;
     const float noise = noise_deg * rad_in_deg;
     if (w->alike_s < settled_s) {
         w->mean_measured = tick->measured;
@@ -126,7 +128,7 @@ static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
     w->mean_measured += share * no_further_than(m, kick_max_deg * rad_in_deg);
     w->mean_estimate += share * no_further_than(e, kick_max_deg * rad_in_deg);
     const float right = 2.0f * m * e / (tick->sd * tick->sd + noise * noise) / fades_s;
-    w->flipped -= no_further_than(right, flipped_rate) * tick->tick_s;
+    w->flipped -= no_further_than(right, flipped_rate) * tick->judged_s;
     w->flipped = oc_least(oc_most(w->flipped, 0.0f), 2.0f * flipped_min);
     if (w->flipped <= 0.0f) {
         w->last_right = tick->time;
@@ -168,22 +170,22 @@ static void count_beyond(oc_fault_watch *w, const oc_fault_tick *tick, float sha
         w->suspicious_since = tick->time;
     }
     const float sure = (1.0f + w->wider) * limit_deg * rad_in_deg / limit;
-    w->left = counted(w->left, share, sure, tick->tick_s);
-    w->right = counted(w->right, -share, sure, tick->tick_s);
+    w->left = counted(w->left, share, sure, tick->judged_s);
+    w->right = counted(w->right, -share, sure, tick->judged_s);
 }
 
 static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
     const float share = no_further_than(difference / limit, counted_max);
     count_beyond(w, tick, share, limit);
-    w->mean += (share - w->mean) * tick->tick_s / mean_of_s;
+    w->mean += (share - w->mean) * tick->judged_s / mean_of_s;
     w->beyond = fabsf(share) > 1.0f;
     if (fabsf(share) < well) {
         w->last_well = tick->time;
-        w->well_s += tick->tick_s;
-        w->suspended_s = oc_most(w->suspended_s - regained * tick->tick_s, 0.0f);
+        w->well_s += tick->judged_s;
+        w->suspended_s = oc_most(w->suspended_s - regained * tick->judged_s, 0.0f);
     } else {
         w->well_s = 0.0f;
-        w->suspended_s = oc_least(w->suspended_s + tick->tick_s, suspended_max_s);
+        w->suspended_s = oc_least(w->suspended_s + tick->judged_s, suspended_max_s);
     }
 }
 
@@ -191,8 +193,8 @@ static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, float limit) 
     const float turned = fabsf(tick->estimate - w->held_estimate);
     const bool bent = w->beyond && turned > limit && w->held_s > stuck_min_s;
     const bool still = w->held_s > still_s && turned > oc_most(still_deg * rad_in_deg, still_sds * tick->sd);
-    w->held_fast_s += tick->tick_s;
-    w->stuck_s = bent || still ? w->stuck_s + tick->tick_s : 0.0f;
+    w->held_fast_s += tick->judged_s;
+    w->stuck_s = bent || still ? w->stuck_s + tick->judged_s : 0.0f;
     return w->stuck_s > stuck_min_s || w->held_fast_s > frozen_s;
 }
 
@@ -219,8 +221,8 @@ static bool was_replaced(oc_fault_watch *w, const oc_fault_tick *tick, float dif
         w->apart = difference;
     }
     const bool steady = along && fabsf(difference - w->apart) < well * limit;
-    w->apart += steady ? (difference - w->apart) * tick->tick_s / apart_mean_s : 0.0f;
-    w->steady_s = oc_most(w->steady_s + (steady ? tick->tick_s : -undone * tick->tick_s), 0.0f);
+    w->apart += steady ? (difference - w->apart) * tick->judged_s / apart_mean_s : 0.0f;
+    w->steady_s = oc_most(w->steady_s + (steady ? tick->judged_s : -undone * tick->judged_s), 0.0f);
     return w->steady_s > replaced_s;
 }
 
@@ -268,9 +270,9 @@ static void follow_offset(oc_fault_watch *w, const oc_fault_tick *tick) {
     if (teaches_nothing(w->fault)) {
         return;
     }
-    w->offset_s += tick->tick_s;
+    w->offset_s += tick->judged_s;
     const float later = fabsf(w->mean) > leaning ? leaning_factor : 1.0f;
-    const float share = tick->tick_s / oc_least(w->offset_s, later * offset_memory_s);
+    const float share = tick->judged_s / oc_least(w->offset_s, later * offset_memory_s);
     const float grown = tick->offset_sd - w->offset_sd;
     w->offset += (tick->offset - w->offset) * share;
     w->offset_sd += grown > 0.0f ? grown * share / sd_memory_factor : grown;
@@ -295,16 +297,22 @@ static void begin_watch(oc_fault_watch *w, const oc_fault_evidence *kept, const 
 
 static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
     const bool judges = tick->has_measured && tick->can_judge && tick->speed > judging_speed;
-    const float alike_s = w->alike_s + (judges ? tick->tick_s : -unlike_factor * tick->tick_s);
-    w->alike_s = oc_least(oc_most(alike_s, 0.0f), alike_max_s);
+    if (tick->judged_s > 0.0f) {
+        const float alike_s = w->alike_s + (judges ? tick->judged_s : -unlike_factor * tick->judged_s);
+        w->alike_s = oc_least(oc_most(alike_s, 0.0f), alike_max_s);
+    }
     if (tick->speed < 1.0f) {
         w->interruption_time = tick->time;
     }
     if (is_missing(w, tick)) {
         return;
     }
-    follow(w, tick);
-    if (tick->can_judge) {
+    const bool steps = follow(w, tick);
+    const bool is_due = tick->judged_s > 0.0f;
+    if (!is_due && !steps) { /* a step is looked at at once: it is not to be believed for a moment */
+        return;
+    }
+    if (tick->can_judge && is_due) {
         follow_offset(w, tick);
     }
     w->beyond = 0;

@@ -25,6 +25,7 @@ typedef enum {
 typedef struct {
     double time;         /* s */
     float tick_s;        /* s */
+    float judged_s;      /* s for which the difference is judged at this tick; 0: it is judged at a later one */
     float measured;     /* rad, as the sensor says it */
     float offset, offset_sd; /* rad, as learned so far */
     float estimate, sd; /* rad */

@@ -98,6 +98,7 @@ static void judge_sensor(const oc_signals *tick, oc_tracking *tracking, oc_evide
     const oc_fault_tick judged = {
         .time = tick->time,
         .tick_s = c->angle.tick_s,
+        .judged_s = oc_angle_is_due(angle) ? c->angle.check_s : 0.0f,
         .measured = seen->angle ? (float)tick->steering_wheel_angle : 0.0f,
         .offset = (float)learned->offset.value,
         .offset_sd = truck->known ? truck->offset_sd : unseen_half_width_sd,

@@ -40,6 +40,7 @@ def judged(
             {
                 "time": k / RATE_HZ,
                 "tick_s": 1.0 / RATE_HZ,
+                "judged_s": 1.0 / RATE_HZ,
                 "measured": 0.0 if np.isnan(measured[k]) else measured[k],
                 "offset": offset,
                 "offset_sd": unsure[k],
@@ -253,6 +254,7 @@ def test_a_sensor_far_off_is_not_believed_before_it_has_a_fault() -> None:
         tick = {
             "time": k / RATE_HZ,
             "tick_s": 1.0 / RATE_HZ,
+            "judged_s": 1.0 / RATE_HZ,
             "measured": off + 0.01 * (k % 7),
             "sd": DEG,
             "speed": 15.0,

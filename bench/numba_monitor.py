@@ -75,8 +75,9 @@ def few_batches_factor(batches: float) -> float:
     freedom = batches - 1.0
     if not freedom > 1.5:
         return 12.706 / 1.96
-    f = 1.0 / freedom
-    return 1.0 + f * (2.3723 + f * (2.8225 + f * (2.5559 + f * 1.5896))) / 1.96
+    one, f = np.float32(1.0), np.float32(1.0) / np.float32(freedom)  # single precision, as the core's
+    b, c, d, e = np.float32(2.3723), np.float32(2.8225), np.float32(2.5559), np.float32(1.5896)
+    return np.float64(one + f * (b + f * (c + f * (d + f * e))) / np.float32(1.96))
 
 
 @njit
@@ -186,7 +187,7 @@ def run(c, time, angle, yaw_rate, speed, acceleration, outputs):
     r1 = r2 = v1 = v2 = a_1 = a_2 = 0.0  # of the filters
     ring_angle, ring_speed = np.zeros(DELAY), np.zeros(POINTS)
     angle_next, speed_next, slope_wait, seen, slope = 0, 0, 0, 0, 0.0
-    clock_started, running, last_time, last_filtered = False, False, 0.0, 0.0
+    clock_started, running, followed, last_time, last_filtered = False, False, False, 0.0, 0.0
     last_refused, in_order = 0.0, 0
     still_ticks, still_weight, still_mean, still_squares = 0, 0.0, 0.0, 0.0
     still_a_weight, still_a_mean, still_a_squares = 0.0, 0.0, 0.0
@@ -234,20 +235,11 @@ def run(c, time, angle, yaw_rate, speed, acceleration, outputs):
                 place1[1] = place2[1] = 0
                 still_ticks = 0
             else:
-                # filters
-                a_in = a_m if use_accelerometer else 0.0
                 hole = t - last_filtered - 0.5 * c.tick_s
-                if not running or hole < -c.tick_s or (hole > c.gap_max_s and hole > c.tick_s):
-                    reasons = GAP if running else 0
-                    r2, v2, a_2 = (b0 - a2) * r_m, (b0 - a2) * v_m, (b0 - a2) * a_in
-                    r1 = (2.0 * b0 - a1) * r_m + r2
-                    v1 = (2.0 * b0 - a1) * v_m + v2
-                    a_1 = (2.0 * b0 - a1) * a_in + a_2
-                    ring_angle[:] = d_m
-                    ring_speed[:] = v_m
-                    angle_next, speed_next, slope_wait, seen, slope, running = 0, 0, 0, 0, 0.0, True
+                after_hole = followed and (hole < -c.tick_s or (hole > c.gap_max_s and hole > c.tick_s))
+                last_filtered, followed = t, True
+                if after_hole:
                     still_ticks = 0
-                last_filtered = t
 
                 # standstill
                 if not abs(v_m) <= c.standstill_speed_max_m_s:
@@ -265,110 +257,127 @@ def run(c, time, angle, yaw_rate, speed, acceleration, outputs):
                         still_a_mean += innovation / still_a_weight
                         still_a_squares += innovation * (a_m - still_a_mean)
 
-                b0x = b0 * v_m
-                v = b0x + v1
-                v1 = 2.0 * b0x - a1 * v + v2
-                v2 = b0x - a2 * v
-                b0x = b0 * r_m
-                r = b0x + r1
-                r1 = 2.0 * b0x - a1 * r + r2
-                r2 = b0x - a2 * r
-                b0x = b0 * a_in
-                a = b0x + a_1
-                a_1 = 2.0 * b0x - a1 * a + a_2
-                a_2 = b0x - a2 * a
-                if slope_wait > 0:
-                    slope_wait -= 1
-                else:
-                    slope_wait = c.slope_every - 1
-                    ring_speed[speed_next] = v
-                    speed_next = speed_next + 1 if speed_next + 1 < POINTS else 0
-                    slope, place = 0.0, speed_next
-                    for k in range(POINTS):
-                        slope += (k - POINTS // 2) * ring_speed[place]
-                        place = place + 1 if place + 1 < POINTS else 0
-                    slope *= c.slope_scale
-                ring_angle[angle_next] = d_m
-                later = ring_angle[(angle_next - c.delay_ticks) & (DELAY - 1)]
-                earlier = ring_angle[(angle_next - c.delay_ticks - 1) & (DELAY - 1)]
-                delta_m = later + c.delay_fraction * (earlier - later)
-                angle_next = (angle_next + 1) & (DELAY - 1)
-                if seen < c.settling_ticks:
-                    seen += 1
-                if seen < c.settling_ticks:
-                    reasons |= SETTLING
-
-                # motion and gate
-                shown_slope = slope
-                curvature = r / (v if v > 1.0 else 1.0)
-                bank = a - r * v if use_accelerometer else 0.0
-                a_y = a if use_accelerometer else r * v
-                residual = delta_m - iL * curvature
-                if not v > c.speed_min_m_s:
-                    reasons |= SPEED
-                if not abs(curvature) < c.curvature_max_1_m:
-                    reasons |= CURVATURE
-                if not abs(slope) < c.longitudinal_acceleration_max_m_s2:
-                    reasons |= LONGITUDINAL
-                if not abs(bank) < c.bank_max_m_s2:
-                    reasons |= BANK
-                if not reasons & (SETTLING | SPEED):
-                    bank_ticks += 1.0
-                    bank_sum += bank
-                if reasons:
+                if still_ticks >= c.standstill_settling_ticks:
+                    reasons, running = SPEED, False
+                    rejected[4] += 1
                     unused += 1
-                    for k in range(9):
-                        rejected[k] += (reasons >> k) & 1
-
-                # offset and understeer gradient
-                x = i * a_y
-                w = iL / (v if v > 1.0 else 1.0)
-                new = False
-                if reasons:
-                    n1 = y1 = x1 = w1 = yy1 = xy1 = xx1 = 0.0
-                    in1 = 0
-                    place1[1] = 0
                 else:
-                    n1 += 1.0
-                    y1 += residual
-                    x1 += x
-                    w1 += w
-                    yy1 += residual * residual
-                    xy1 += x * residual
-                    xx1 += x * x
-                    in1 += 1
-                    if in1 >= c.ticks_per_block:
-                        if pend(c, ring1, place1, (n1, y1, x1, w1, yy1, xy1, xx1), block):
-                            merge(offset, block)
-                            add_to_batch(c, filling1, block, batches1)
-                            new = True
+                    # filters
+                    a_in = a_m if use_accelerometer else 0.0
+                    reasons = GAP if after_hole else 0
+                    if not running or after_hole:
+                        r2, v2, a_2 = (b0 - a2) * r_m, (b0 - a2) * v_m, (b0 - a2) * a_in
+                        r1 = (2.0 * b0 - a1) * r_m + r2
+                        v1 = (2.0 * b0 - a1) * v_m + v2
+                        a_1 = (2.0 * b0 - a1) * a_in + a_2
+                        ring_angle[:] = d_m
+                        ring_speed[:] = v_m
+                        angle_next, speed_next, slope_wait, seen, slope, running = 0, 0, 0, 0, 0.0, True
+
+                    b0x = b0 * v_m
+                    v = b0x + v1
+                    v1 = 2.0 * b0x - a1 * v + v2
+                    v2 = b0x - a2 * v
+                    b0x = b0 * r_m
+                    r = b0x + r1
+                    r1 = 2.0 * b0x - a1 * r + r2
+                    r2 = b0x - a2 * r
+                    b0x = b0 * a_in
+                    a = b0x + a_1
+                    a_1 = 2.0 * b0x - a1 * a + a_2
+                    a_2 = b0x - a2 * a
+                    if slope_wait > 0:
+                        slope_wait -= 1
+                    else:
+                        slope_wait = c.slope_every - 1
+                        ring_speed[speed_next] = v
+                        speed_next = speed_next + 1 if speed_next + 1 < POINTS else 0
+                        slope, place = 0.0, speed_next
+                        for k in range(POINTS):
+                            slope += (k - POINTS // 2) * ring_speed[place]
+                            place = place + 1 if place + 1 < POINTS else 0
+                        slope *= c.slope_scale
+                    ring_angle[angle_next] = d_m
+                    later = ring_angle[(angle_next - c.delay_ticks) & (DELAY - 1)]
+                    earlier = ring_angle[(angle_next - c.delay_ticks - 1) & (DELAY - 1)]
+                    delta_m = later + c.delay_fraction * (earlier - later)
+                    angle_next = (angle_next + 1) & (DELAY - 1)
+                    if seen < c.settling_ticks:
+                        seen += 1
+                    if seen < c.settling_ticks:
+                        reasons |= SETTLING
+
+                    # motion and gate
+                    shown_slope = slope
+                    curvature = r / (v if v > 1.0 else 1.0)
+                    bank = a - r * v if use_accelerometer else 0.0
+                    a_y = a if use_accelerometer else r * v
+                    residual = delta_m - iL * curvature
+                    if not v > c.speed_min_m_s:
+                        reasons |= SPEED
+                    if not abs(curvature) < c.curvature_max_1_m:
+                        reasons |= CURVATURE
+                    if not abs(slope) < c.longitudinal_acceleration_max_m_s2:
+                        reasons |= LONGITUDINAL
+                    if not abs(bank) < c.bank_max_m_s2:
+                        reasons |= BANK
+                    if not reasons & (SETTLING | SPEED):
+                        bank_ticks += 1.0
+                        bank_sum += bank
+                    if reasons:
+                        unused += 1
+                        for k in range(9):
+                            rejected[k] += (reasons >> k) & 1
+
+                    # offset and understeer gradient
+                    x = i * a_y
+                    w = iL / (v if v > 1.0 else 1.0)
+                    new = False
+                    if reasons:
                         n1 = y1 = x1 = w1 = yy1 = xy1 = xx1 = 0.0
                         in1 = 0
-                in_range = c.understeer_acceleration_min_m_s2 < abs(a_y) < c.understeer_acceleration_max_m_s2
-                if reasons & ~CURVATURE or not in_range or not trusted:
-                    n2 = y2 = x2 = w2 = yy2 = xy2 = xx2 = 0.0
-                    in2 = 0
-                    place2[1] = 0
-                else:
-                    n2 += 1.0
-                    y2 += residual
-                    x2 += x
-                    w2 += w
-                    yy2 += residual * residual
-                    xy2 += x * residual
-                    xx2 += x * x
-                    in2 += 1
-                    if in2 >= c.ticks_per_block:
-                        if pend(c, ring2, place2, (n2, y2, x2, w2, yy2, xy2, xx2), block):
-                            add_to_bends(c, bends, filling2, block, batches2)
-                            new = True
+                        place1[1] = 0
+                    else:
+                        n1 += 1.0
+                        y1 += residual
+                        x1 += x
+                        w1 += w
+                        yy1 += residual * residual
+                        xy1 += x * residual
+                        xx1 += x * x
+                        in1 += 1
+                        if in1 >= c.ticks_per_block:
+                            if pend(c, ring1, place1, (n1, y1, x1, w1, yy1, xy1, xx1), block):
+                                merge(offset, block)
+                                add_to_batch(c, filling1, block, batches1)
+                                new = True
+                            n1 = y1 = x1 = w1 = yy1 = xy1 = xx1 = 0.0
+                            in1 = 0
+                    in_range = c.understeer_acceleration_min_m_s2 < abs(a_y) < c.understeer_acceleration_max_m_s2
+                    if reasons & ~CURVATURE or not in_range or not trusted:
                         n2 = y2 = x2 = w2 = yy2 = xy2 = xx2 = 0.0
                         in2 = 0
-                if new:
-                    value, sd, K, trusted = learn(
-                        c, offset, batches1, bends, batches2, still_weight, still_mean, still_squares, trusted, statuses
-                    )
-
+                        place2[1] = 0
+                    else:
+                        n2 += 1.0
+                        y2 += residual
+                        x2 += x
+                        w2 += w
+                        yy2 += residual * residual
+                        xy2 += x * residual
+                        xx2 += x * x
+                        in2 += 1
+                        if in2 >= c.ticks_per_block:
+                            if pend(c, ring2, place2, (n2, y2, x2, w2, yy2, xy2, xx2), block):
+                                add_to_bends(c, bends, filling2, block, batches2)
+                                new = True
+                            n2 = y2 = x2 = w2 = yy2 = xy2 = xx2 = 0.0
+                            in2 = 0
+                    if new:
+                        standing = (still_weight, still_mean, still_squares)
+                        value, sd, K, trusted = learn(
+                            c, offset, batches1, bends, batches2, *standing, trusted, statuses
+                        )
         if len(outputs) > 0:
             out = outputs[row]
             out.time, out.vehicle_speed, out.reasons = t, v, reasons

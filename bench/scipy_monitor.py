@@ -113,11 +113,18 @@ def run(c: Any, time: Column, angle: Column, yaw_rate: Column, speed: Column, ac
     at_rest = r_m[still][in_run >= c.standstill_settling_ticks]
     still_mean = float(at_rest.mean()) if len(at_rest) else 0.0
 
-    # filters, from hole to hole
-    pieces = [slice(a, b) for a, b in zip([0, *restarts], [*restarts, len(t)], strict=True)]
-    r, v, a = (np.concatenate([lowpass(c, x[piece]) for piece in pieces]) for x in (r_m, v_m, a_m))
-    delta_m = np.concatenate([delayed(c, d_m[piece]) for piece in pieces])
-    a_x = np.concatenate([slope(c, v[piece]) for piece in pieces])
+    stands = np.zeros(len(t), bool)
+    stands[np.flatnonzero(still)[in_run >= c.standstill_settling_ticks - 1]] = True
+
+    # filters, from hole to hole and from one standstill to the next
+    edges = np.flatnonzero(np.diff(stands.astype(np.int8))) + 1
+    begins = np.unique(np.concatenate([[0], restarts, edges]))
+    ends = np.append(begins[1:], len(t))
+    pieces = [slice(a, b) for a, b in zip(begins, ends, strict=True) if not stands[a]]
+    r, v, a, delta_m, a_x = np.zeros((5, len(t)))
+    for piece in pieces:
+        r[piece], v[piece], a[piece] = (lowpass(c, x[piece]) for x in (r_m, v_m, a_m))
+        delta_m[piece], a_x[piece] = delayed(c, d_m[piece]), slope(c, v[piece])
 
     # motion and gate
     slow = np.maximum(v, 1.0)
@@ -133,6 +140,7 @@ def run(c: Any, time: Column, angle: Column, yaw_rate: Column, speed: Column, ac
     reasons[restarts] |= nm.GAP
     for piece in pieces:
         reasons[piece][: c.settling_ticks - 1] |= nm.SETTLING
+    reasons[stands] = nm.SPEED
 
     # offset
     rows, became_final = final_blocks(c, reasons == 0, breaks)

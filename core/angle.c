@@ -316,18 +316,14 @@ static void check(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_des
     t->sd = sqrtf(spread * own + other_variance(t, e, d, truck, tick));
 }
 
-/* The motion says where the wheels are. */
-static void follow_wheels(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d,
-                          const oc_angle_truck *truck, const oc_angle_tick *tick, bool known) {
+/* The motion says where the wheels are: rad, at the steering wheel but for the play. */
+static float follow_wheels(oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
+                           const oc_angle_truck *truck, const oc_angle_tick *tick) {
     const float wheels = wheels_of(t, e, d, truck, tick);
     const bool observes = d->method == OC_ANGLE_OBSERVER;
     t->place += t->place_step;
     t->estimate = observes ? wheels + 0.5f * truck->backlash * t->place : wheels;
-    if (--t->ticks_to_check < 0) {
-        t->ticks_to_check = d->ticks_per_check - 1;
-        check(t, e, d, truck, tick, known, wheels);
-    }
-    t->held_s = 0.0f;
+    return wheels;
 }
 
 /* It says nothing: the angle is held, and its interval opens. */
@@ -367,6 +363,7 @@ static void tell_without(oc_angle_tracking *t, const oc_angle_design *d, bool kn
 void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d, const oc_angle_truck *given,
                      const oc_angle_tick *tick, oc_angle *out) {
     const bool known = given->known != 0;
+    const oc_angle_truck *truck = known ? given : &unknown_truck;
     if (!t->running && tick->has_motion) {
         begin_observer(t, tick);
     }
@@ -375,7 +372,12 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
     }
     const bool moves = tick->has_motion && fabsf(t->speed) > walking_speed && fabsf(tick->speed) > 0.5f * walking_speed;
     if (moves) {
-        follow_wheels(t, e, d, known ? given : &unknown_truck, tick, known);
+        const float wheels = follow_wheels(t, e, d, truck, tick);
+        if (--t->ticks_to_check < 0) {
+            t->ticks_to_check = d->ticks_per_check - 1;
+            check(t, e, d, truck, tick, known, wheels);
+        }
+        t->held_s = 0.0f;
     } else {
         hold(t, d);
     }

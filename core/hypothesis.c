@@ -17,24 +17,9 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
         .ratio_times_wheelbase = (float)ratio_times_wheelbase,
         .per_unloading = 1.0f / apart[OC_SLOPE_UNLOADING],
         .pull_sd = pull_sd,
-        .scale = {
-            [GRADIENT] = 0.4f * rad_per_deg,
-            [YAW_ACCELERATION] = 100.0f * rad_per_deg,
-            [JERK] = 10.0f * rad_per_deg,
-            [WHEELBASE] = 0.05f,
-            [YAW_RATE_BIAS] = 1.0f * rad_per_deg,
-            [WIDTH] = 6.0f * rad_per_deg,
-            [UNLOADING] = 0.15f,
-            [FRICTION] = 0.15f,
-            [CREEP] = 0.7f,
-            [WINDUP] = 2.0f * rad_per_deg,
-            [UNWINDING] = 0.6f,
-            [WIND] = 0.05f,
-            [WIND_ACROSS] = 0.05f,
-        },
     };
     for (int32_t k = 0; k < OC_TERMS; ++k) {
-        design->of_sum[k] = design->scale[k];
+        design->scale[k] = design->of_sum[k] = oc_joint_model_get()->terms[k].sd;
     }
     design->of_sum[GRADIENT] *= design->steering_ratio;
     design->of_sum[WHEELBASE] *= design->ratio_times_wheelbase;

@@ -3,14 +3,7 @@
 #include "bounds.h"
 #include "hypothesis_terms.h"
 
-/* Priors. Trucks have 0 to 15 deg of play, most of them little; king-pin friction holds some 0.1 m/s^2 of side force;
- * K_us/g is 4.2's, give or take as much. */
-static const float width_mean = 4.0f * 0.017453292f;    /* rad */
-static const float windup_mean = 1.0f * 0.017453292f;   /* rad */
-static const float gradient_mean = 0.4f * 0.017453292f; /* rad/(m/s^2) */
 static const float least_gradient = 0.2f * 0.017453292f; /* rad/(m/s^2), that an interval may rest on */
-static const float friction_mean = 0.1f;                /* m/s^2 */
-static const float creep_mean = 100.0f * 0.017453292f;  /* rad/s per m/s^2 */
 
 /* The most by which a second may move the hypothesis: as far as the model is linear. */
 static const float unloading_step = 0.03f;              /* m/s^2 */
@@ -23,7 +16,6 @@ static const float least_half_play = 0.05f * 0.017453292f;
 static const float least_half_windup = 0.02f * 0.017453292f;
 static const float most_half = 12.5f * 0.017453292f;
 
-static const float little_width = 2.0f * 0.017453292f;  /* rad */
 static const float both_ends = 0.15f; /* of a way's square: the variance of whoever is at either end, of which each tail
                                        * is one's */
 static const float least_weight = 1e-6f;                /* s: less tells no more of an offset that was moved */
@@ -31,6 +23,10 @@ static const float smoothed = 0.71f; /* of white noise in a second, by joint.c's
 
 static bool creeps(const oc_play *play) {
     return play->friction >= 0.0f;
+}
+
+static float mean_of(int32_t term) {
+    return oc_joint_model_get()->terms[term].mean;
 }
 
 static float found(const oc_hypothesis *h, const oc_hypothesis_design *design, int32_t term) {
@@ -63,7 +59,7 @@ void oc_hypothesis_relinearise(oc_hypothesis *h, const oc_hypothesis_design *des
     play->friction = stepped(before.friction, found(h, design, FRICTION), friction_step, 0.0f, 2.0f);
     oc_hypothesis_shift(h, design, FRICTION, play->friction - before.friction);
     play->creep = stepped(before.creep, before.creep * found(h, design, CREEP), before.creep * creep_step,
-                          0.05f * creep_mean, 10.0f * creep_mean);
+                          0.05f * mean_of(CREEP), 10.0f * mean_of(CREEP));
     oc_hypothesis_shift(h, design, CREEP, play->creep / before.creep - 1.0f);
     play->windup = stepped(before.windup, 0.5f * found(h, design, WINDUP), oc_play_width_step(before.windup),
                            least_half_windup, most_half);
@@ -99,16 +95,16 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
     information[UNLOADING] = believed * unloading;
     information[YAW_RATE_BIAS] = bias * bias;
     terms[UNLOADING] += believed * apart;
-    terms[GRADIENT] += gradient_mean / scale[GRADIENT];
-    terms[WIDTH] += (width_mean - 2.0f * play->half_width) / scale[WIDTH];
+    terms[GRADIENT] += mean_of(GRADIENT) / scale[GRADIENT];
+    terms[WIDTH] += (mean_of(WIDTH) - 2.0f * play->half_width) / scale[WIDTH];
     for (int32_t k = 0; k < OC_WINDS; ++k) {
         terms[WIND + k] -= play->wind[k] / scale[WIND + k];
     }
     if (creeps(play)) {
-        const float share = creep_mean / play->creep;
-        terms[FRICTION] += (friction_mean - play->friction) / scale[FRICTION];
+        const float share = mean_of(CREEP) / play->creep;
+        terms[FRICTION] += (mean_of(FRICTION) - play->friction) / scale[FRICTION];
         terms[UNWINDING] -= play->unwinding / scale[UNWINDING];
-        terms[WINDUP] += (windup_mean - 2.0f * play->windup) / scale[WINDUP];
+        terms[WINDUP] += (mean_of(WINDUP) - 2.0f * play->windup) / scale[WINDUP];
         terms[CREEP] += (share > 1.0f ? share - 1.0f : 1.0f - 1.0f / share) / scale[CREEP];
     }
 }
@@ -161,7 +157,7 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
     /* pull and wind part a_0 from the accelerometer's bias: where the drive shows a_0 and its prior the bias, each has
      * its share of what is between; in little play the lag of whatever gives way passes for a_0 */
     const float bias = design->scale[UNLOADING] * design->scale[UNLOADING] / equations->information[UNLOADING];
-    const float little = oc_most(1.0f - 2.0f * h->play.half_width / little_width, 0.0f);
+    const float little = oc_most(1.0f - 2.0f * h->play.half_width / oc_joint_model_get()->little_play, 0.0f);
     const float variance = h->variances.of[OC_OF_UNLOADING], any_pull = design->pull_sd * design->pull_sd;
     const float shown = oc_least(variance + little * bias, bias);
     const float told = 1.0f - shown / bias;

@@ -4,11 +4,7 @@
  * it is solved for what is sought. */
 
 #include "hypothesis.h"
-
-/* The terms, in this order: the play's as oc_slope has them, and late whose variance is asked for, since the later a
- * term, the fewer equations tell it. */
-enum { YAW_ACCELERATION, JERK, YAW_RATE_BIAS, WIND, WIND_ACROSS, CREEP, FRICTION, UNLOADING, WIDTH, UNWINDING, WINDUP,
-       WHEELBASE, GRADIENT };
+#include "joint_model.h"
 
 /* A parameter was moved by so much: what is left to be found of its term is less by it. */
 void oc_hypothesis_shift(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, int32_t term, float by);

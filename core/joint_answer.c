@@ -3,15 +3,13 @@
 #include <math.h>
 
 #include "bounds.h"
+#include "joint_model.h"
 
 /* A flank of the play counts as seen after so long. */
 static const float flank_s = 2.0f;
 static const float little_play = 0.1f;                 /* of its time on a flank counts for whoever finds hardly any */
-static const float width_sd = 6.0f * 0.017453292f;     /* rad, prior */
 static const float always_doubtful = 0.3f;             /* of that variance where only one flank was seen */
 static const float late_comer = 16.0f;                /* of cost: who did not see a flank that the others have seen */
-static const float found_width = 2.0f * 0.017453292f;  /* rad: so much play is no chance find */
-static const float usual_gradient = 0.4f * 0.017453292f; /* rad/(m/s^2) */
 static const float width_error = 0.15f * 0.017453292f; /* sd, rad: of what the yaw rate's lag adds to the play */
 static const float unloading_error = 0.006f;           /* sd, m/s^2: likewise, of what gives way in the steering */
 static const float borne_doubt = 0.7f; /* sd, of the gradient where nobody tells what of bends the tyres bear */
@@ -24,7 +22,7 @@ double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking) 
 double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side) {
     static const float hardly_s = 1.0f;
     const float seen = side > 0 ? joint->to_left : joint->to_right;
-    const bool wide = 2.0f * joint->hypotheses[joint->best].play.half_width > found_width;
+    const bool wide = 2.0f * joint->hypotheses[joint->best].play.half_width > oc_joint_model_get()->little_play;
     const bool found = wide && design->unseen <= 0.0f && seen > hardly_s;
     const float needed = wide ? flank_s : flank_s / little_play;
     return found ? 0.0 : (double)oc_most(needed - seen, 0.0f);
@@ -46,9 +44,10 @@ static float per_flank(const oc_hypothesis *h) {
  * roundabouts pass for outliers; else the midpoint stays as uncertain as half the play is beforehand. `seen`: for how
  * long the flank that was seen for less, 1 where that just suffices. */
 static float unseen_width_variance(const oc_hypothesis *h, float unseen, float seen) {
-    const float little = lacking(2.0f * h->play.half_width / found_width);
+    const float little = lacking(2.0f * h->play.half_width / oc_joint_model_get()->little_play);
     const float lacks = lacking(seen);
     const float doubtful = lacks * oc_most(unseen, always_doubtful * lacks * lacks);
+    const float width_sd = oc_joint_model_get()->terms[WIDTH].sd;
     return oc_most(doubtful, little * lacking(little_play * seen)) * width_sd * width_sd;
 }
 
@@ -86,6 +85,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
     float about[OC_ASKED], values[OC_ASKED];
     values_of(best, about);
     const float seen = oc_least(joint->to_left, joint->to_right);
+    const float usual_gradient = oc_joint_model_get()->terms[GRADIENT].mean;
     float all = 0.0f, pulled = 0.0f, leaning = 0.0f;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];

@@ -1,13 +1,11 @@
 #include <math.h>
 
 #include "bounds.h"
+#include "joint_model.h"
 #include "methods.h"
 
 /* 0.5 deg: the least that shows two flanks. */
 static const float least_play = 0.5f * 0.017453292f;
-
-/* 2 deg: from there on its middle is sought. */
-static const float some_play = 2.0f * 0.017453292f;
 
 static const float lately_share = 1.0f / 80.0f; /* of a second, in the mean of what the offset was lately */
 
@@ -16,7 +14,8 @@ static const float lately_share = 1.0f / 80.0f; /* of a second, in the mean of w
  * moved by lately (rad) was not told either, however much play there seems to be now. */
 static float wide_as(const oc_joint_answer *found, float moved) {
     static const float times = 5.0f;
-    const float told = found->of[OC_OF_WIDTH].value > some_play ? found->told_sd : 0.0f, untold = 0.5f * fabsf(moved);
+    const bool plays = found->of[OC_OF_WIDTH].value > oc_joint_model_get()->little_play;
+    const float told = plays ? found->told_sd : 0.0f, untold = 0.5f * fabsf(moved);
     return oc_most(times * oc_most(told, untold), found->of[OC_OF_OFFSET].sd);
 }
 

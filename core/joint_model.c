@@ -1,0 +1,25 @@
+#include "joint_model.h"
+
+/* deg; constants, so that they are the same bits everywhere */
+static const oc_joint_model model = {
+    .terms = {
+        [YAW_ACCELERATION] = {0.0f, 100.0f * 0.017453292f},
+        [JERK] = {0.0f, 10.0f * 0.017453292f},
+        [YAW_RATE_BIAS] = {0.0f, 1.0f * 0.017453292f}, /* a unit: its sd is the drive's own */
+        [WIND] = {0.0f, 0.05f},
+        [WIND_ACROSS] = {0.0f, 0.05f},
+        [CREEP] = {100.0f * 0.017453292f, 0.7f}, /* sd: a share */
+        [FRICTION] = {0.1f, 0.15f},
+        [UNLOADING] = {0.0f, 0.15f}, /* a unit: mean and sd are the drive's own */
+        [WIDTH] = {4.0f * 0.017453292f, 6.0f * 0.017453292f},
+        [UNWINDING] = {0.0f, 0.6f},
+        [WINDUP] = {1.0f * 0.017453292f, 2.0f * 0.017453292f},
+        [WHEELBASE] = {0.0f, 0.05f},
+        [GRADIENT] = {0.4f * 0.017453292f, 0.4f * 0.017453292f},
+    },
+    .little_play = 2.0f * 0.017453292f,
+};
+
+const oc_joint_model *oc_joint_model_get(void) {
+    return &model;
+}

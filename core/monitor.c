@@ -208,14 +208,16 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals);
     tick->yaw_rate_bias = oc_gyro_bias_get(gyro_bias, &c->params);
 
+    /* a tick without its signals leaves the filters as they are, and what was pending unproven */
     if (is_complete(tick, tracking, &evidence->standstill, c)) {
         /* standing still shows what the sensors read for nothing */
         stand_still(tick, &evidence->standstill, c);
         if (tick->stands) {
             tracking->running = 0;
         } else {
-            /* 5.1.1: filter, delay, differentiate; 5.1.2: motion and gate */
+            /* 5.1.1: filter, delay, differentiate */
             preprocess(tick, tracking, &c->preprocess);
+            /* 5.1.2: motion and gate */
             follow_motion(tick, evidence, c);
         }
         /* 5.1.3: offset and understeer gradient */

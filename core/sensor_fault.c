@@ -240,7 +240,8 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
         } else if (w->flipped > flipped_min) {
             name_it(w, OC_FAULT_WRONG_SIGN, w->last_right, 2.0f * flipped_min, 1.0f);
         } else if (oc_most(w->left, w->right) > (has_stepped(w) ? wrong_after_step_s : wrong_s)) {
-            name_it(w, kind_of(w), w->suspicious_since, difference, tick->sd);
+            const oc_fault kind = kind_of(w);
+            name_it(w, kind, kind == OC_FAULT_JUMPED ? w->step_time : w->suspicious_since, difference, tick->sd);
         } else if (fabsf(w->mean) > wrong_mean) {
             name_it(w, kind_of(w), tick->time - (double)mean_of_s, difference, tick->sd);
         }

@@ -1,5 +1,4 @@
-"""Figure 15, drawn from the monitor's own source: its steps are the comments of core/monitor.c's `follow_motion` and
-`estimate`, in order."""
+"""Figure 15, drawn from the monitor's own source: its steps are the comments of core/monitor.c's `step`, in order."""
 
 from __future__ import annotations
 
@@ -81,14 +80,22 @@ def run(progress: Progress) -> list[Exhibit]:
 
 
 def steps(monitor: str, motion: str) -> list[Step]:
-    """What `follow_motion` and `estimate` of core/monitor.c do, in their order, parted at the comments that stand
-    alone, one level in; the gate's reasons are those of `oc_gate` in core/motion.c."""
-    body = _body(monitor, "static uint32_t follow_motion(") + "\n" + _body(monitor, "static void estimate(")
-    parts = re.split(r"^    /\* (.+?) \*/$", body, flags=re.MULTILINE | re.DOTALL)[1:]
+    """What `step` of core/monitor.c does, in its order, parted at the comments that stand alone, with what its own
+    functions do; the gate's reasons are those of `oc_gate` in core/motion.c."""
+    body = _body(monitor, "static void step(")
+    parts = re.split(r"^ +/\* (.+?) \*/$", body, flags=re.MULTILINE | re.DOTALL)[1:]
+    codes = [_with_own_functions(code, monitor) for code in parts[1::2]]
     return [
         Step(" ".join(text.split()), _calls(code), _ends_with(code, motion))
-        for text, code in zip(parts[::2], parts[1::2], strict=True)
+        for text, code in zip(parts[::2], codes, strict=True)
     ]
+
+
+def _with_own_functions(code: str, source: str) -> str:
+    """Followed by the bodies of the functions of that source which it calls."""
+    own = [name for name in re.findall(r"\b([a-z]\w+)\(", code) if re.search(rf"^static .*\b{name}\(", source, re.M)]
+    bodies = (re.split(rf"^static .*\b{name}\(", source, maxsplit=1, flags=re.M)[1] for name in own)
+    return "".join([code, *(body[: body.index("\n}\n")] for body in bodies)])
 
 
 def _body(source: str, beginning: str) -> str:
@@ -99,7 +106,7 @@ def _body(source: str, beginning: str) -> str:
 def _ends_with(code: str, motion: str) -> tuple[str, ...]:
     if "oc_gate(" in code:
         return _reasons(_body(motion, "uint32_t oc_gate("))
-    return _reasons("".join(re.findall(r"return OC_REASON_\w+;", code)))
+    return _reasons("".join(re.findall(r"tick->reasons = (?:tick->stands \? )?OC_REASON_\w+", code)))
 
 
 def _calls(code: str) -> tuple[str, ...]:

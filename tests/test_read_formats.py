@@ -472,7 +472,7 @@ def test_a_channel_whose_data_are_not_to_be_found_never_had_a_number(tmp_path: P
     assert set(signals.sources) == {"yaw_rate", "vehicle_speed"}
     assert signals.notes == ("steering_wheel_angle: channel steering_wheel_angle never had a number",)
     path.write_bytes(whole.replace(b"##DT", b"##DX"))
-    with pytest.raises(OncenterError, match="no signal in drive.mf4 ever has a number"):
+    with pytest.raises(OncenterError, match=r"no signal in drive\.mf4 ever has a number"):
         read(path)
 
 

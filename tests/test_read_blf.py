@@ -437,6 +437,7 @@ def test_an_object_of_no_size_is_refused_at_once(tmp_path: Path, version: int) -
         (blf_file(header=71), "a header of 71 bytes"),
         (blf_file(header=145), "a header of 145 bytes"),
         (blf_file(b"x" * 40), "no object begins at byte 144"),
+        (blf_file(b"x" * 3, container(FRAME)), "no object begins at byte 144"),
         (blf_file(container(FRAME), b"x" * 40), "no object begins at byte"),
         (blf_file(OBJECT.pack(b"LOBJ", 16, 1, 0, CONTAINER)), "the object at byte 144 has 0 bytes"),
         (blf_file(OBJECT.pack(b"LOBJ", 16, 1, 15, 7)), "the object at byte 144 has 15 bytes"),

@@ -456,6 +456,26 @@ def test_a_channel_that_two_groups_have_can_be_named_as_the_refusal_says(tmp_pat
     assert (read(path, take={"yaw_rate": "channel yaw_rate (group 1)"}).table["yaw_rate_rad_s"] == 1.0).any()
 
 
+def test_a_channel_whose_data_are_not_to_be_found_never_had_a_number(tmp_path: Path) -> None:
+    """As where the kind of its data block is damaged."""
+    from asammdf import MDF, Signal
+
+    path, time = tmp_path / "drive.mf4", np.arange(0.0, 30.0, 0.01)
+    with MDF(version="4.10") as mdf:
+        mdf.append([Signal(0.1 * np.sin(time), time, unit="rad", name="steering_wheel_angle")])
+        mdf.append([Signal(np.sin(time), time, unit="rad/s", name="yaw_rate")])
+        mdf.append([Signal(20.0 + np.sin(time), time, unit="m/s", name="vehicle_speed")])
+        mdf.save(path)
+    whole = path.read_bytes()
+    path.write_bytes(whole.replace(b"##DT", b"##DX", 1))
+    signals = read(path)
+    assert set(signals.sources) == {"yaw_rate", "vehicle_speed"}
+    assert signals.notes == ("steering_wheel_angle: channel steering_wheel_angle never had a number",)
+    path.write_bytes(whole.replace(b"##DT", b"##DX"))
+    with pytest.raises(OncenterError, match=r"no signal in drive\.mf4 ever has a number"):
+        read(path)
+
+
 def test_a_measurement_file_of_foreign_channels_lists_them(tmp_path: Path) -> None:
     from asammdf import MDF, Signal
 

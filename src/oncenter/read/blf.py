@@ -185,7 +185,8 @@ def _containers(log: _Log) -> Iterator[tuple[int, bytes]]:
     while True:
         log.file.seek(place)
         head = log.file.read(_PADDING + _OBJECT.size)
-        skipped = head.find(_SIGNATURE, 0, 2 * _PADDING)
+        padding = 0 if place == log.header_size else _PADDING
+        skipped = head.find(_SIGNATURE, 0, len(_SIGNATURE) + padding)
         if skipped < 0 and log.size - place < 2 * _PADDING:
             return
         if skipped < 0:

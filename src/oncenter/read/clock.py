@@ -109,11 +109,12 @@ def _increases(samples: Samples) -> bool:
 
 
 def _first_of_each_time(given: Sequence[Samples]) -> list[Samples]:
-    """One of all that share an array of times, as the columns of a table do, so that it is looked at once."""
+    """One of all that share an array of times, as the columns of a table do, so that it is looked at once; none of those
+    without a sample, as a channel group has them that was never written to."""
     firsts: dict[int, Samples] = {}
     for samples in given:
         firsts.setdefault(id(samples.time), samples)
-    return list(firsts.values())
+    return [samples for samples in firsts.values() if len(samples.time)]
 
 
 def _refuse_backward(samples: Samples, log: str) -> None:

@@ -371,7 +371,7 @@ def _csv_text(data: bytes) -> str:
     """From the header on."""
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         data = data.decode("utf-16", "replace").encode()
-    text = data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "replace")
+    text = data.decode("utf-8", "replace").lstrip("\ufeff")  # a mark may have been put before another
     if "\n" not in text:
         text = text.replace("\r", "\n")
     lines = iter(text.split("\n"))

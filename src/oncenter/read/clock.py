@@ -109,8 +109,8 @@ def _increases(samples: Samples) -> bool:
 
 
 def _first_of_each_time(given: Sequence[Samples]) -> list[Samples]:
-    """One of all that share an array of times, as the columns of a table do, so that it is looked at once; none of those
-    without a sample, as a channel group has them that was never written to."""
+    """One of all that share an array of times, as the columns of a table do, so that it is looked at once; none of
+    those without a sample, as a channel whose data are not to be found."""
     firsts: dict[int, Samples] = {}
     for samples in given:
         firsts.setdefault(id(samples.time), samples)

@@ -215,7 +215,8 @@ static bool collect_sample(oc_joint *joint, oc_joint_tracking *tracking, const o
     tracking->turned = 0.0f;
 
     oc_collected *filling = &tracking->filling;
-    oc_motion_sample *sample = &filling->samples[filling->count++];
+    oc_motion_sample *sample = &filling->samples[filling->count];
+    ++filling->count;
     *sample = sample_of(tick, tracking, joint, design);
     follow_best(joint, tracking, design, sample);
     const bool goes_on = sample->in_second > 0;

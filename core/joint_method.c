@@ -94,7 +94,7 @@ static bool collect(const oc_tick *tick, oc_joint_tracking *tracking, oc_evidenc
     return oc_joint_collect(&evidence->joint, tracking, &c->joint, &collected);
 }
 
-void oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, oc_learned *learned,
+bool oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
                          const oc_coefficients *c) {
     oc_joint *joint = &evidence->joint;
     joint->lost = joint->lost || tick->after_hole;
@@ -104,10 +104,10 @@ void oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence
         oc_joint_begin_round(joint, &tracking->joint, &prior);
     }
     /* no turn while the gyro's block is learned from: each is most of a tick's work */
-    if (!oc_gyro_bias_is_busy(&evidence->gyro_bias) &&
-        oc_joint_take_turn(joint, &tracking->joint, &c->joint, &learned->offset, tick->signals.time)) {
-        oc_learn_jointly(evidence, &evidence->verdicts, learned, c);
-        oc_learn_truck(learned, joint, c);
+    const bool has_ended = !oc_gyro_bias_is_busy(&evidence->gyro_bias) &&
+                           oc_joint_take_turn(joint, &tracking->joint, &c->joint, &learned->offset, tick->signals.time);
+    if (has_ended) {
         evidence->gyro_bias.past.memory_s = oc_joint_memory(joint, &c->joint);
     }
+    return has_ended;
 }

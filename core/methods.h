@@ -5,9 +5,10 @@
 #include "monitor.h"
 #include "tick.h"
 
-/* (36) to (38), the thesis's: from yaw rate and speed as they are, or from wheel speeds. */
-void oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence,
-                                oc_learned *learned, const oc_coefficients *c);
+/* (36) to (38), the thesis's: from yaw rate and speed as they are, or from wheel speeds. True where there is something
+ * to learn. */
+bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence,
+                                const oc_coefficients *c);
 void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                              const oc_coefficients *c);
 
@@ -21,8 +22,8 @@ oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficie
 void oc_correct_wheel_speeds(oc_tick *tick, oc_evidence *evidence, const oc_coefficients *c);
 
 /* A second is collected while the hypotheses take in the one before; while the truck stands they set right what its
- * gyro's bias shows. */
-void oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, oc_learned *learned,
+ * gyro's bias shows. True where there is something to learn; `learned` is as before. */
+bool oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
                          const oc_coefficients *c);
 /* What the hypotheses say together. */
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,

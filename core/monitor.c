@@ -15,13 +15,20 @@ void oc_restart(oc_state *state) {
     oc_gyro_bias_restart(&state->evidence.gyro_bias);
 }
 
+/* The yaw rate's bias as it is believed now. */
+static void take_off(oc_tick *tick, const oc_gyro_bias *gyro_bias, const oc_params *p) {
+    const oc_estimate bias = oc_gyro_bias_get(gyro_bias, p);
+    tick->yaw_rate_bias = bias.value;
+    tick->yaw_rate_bias_sd = bias.standard_deviation;
+}
+
 /* m/s^2, as on a road of the mean bank; 0 where nothing tells the turning. */
-static double usual_lateral_acceleration(const oc_signals *tick, const oc_estimate *yaw_rate_bias, double bank_mean) {
+static double usual_lateral_acceleration(const oc_signals *tick, double yaw_rate_bias, double bank_mean) {
     const uint32_t turning = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
     if ((tick->valid & turning) != turning) {
         return 0.0;
     }
-    return (tick->yaw_rate - yaw_rate_bias->value) * tick->vehicle_speed + bank_mean;
+    return (tick->yaw_rate - yaw_rate_bias) * tick->vehicle_speed + bank_mean;
 }
 
 /* A sensor at fault teaches nothing; one that sits elsewhere now does, its new offset. One that may be at fault is
@@ -41,7 +48,7 @@ static void select_signals(oc_tick *tick, const oc_params *p, const oc_fault_wat
         signals->valid &= ~(uint32_t)OC_HAS_LATERAL_ACCELERATION;
     }
     if ((signals->valid & OC_HAS_LATERAL_ACCELERATION) == 0) {
-        signals->lateral_acceleration = usual_lateral_acceleration(signals, &tick->yaw_rate_bias, bank_mean);
+        signals->lateral_acceleration = usual_lateral_acceleration(signals, tick->yaw_rate_bias, bank_mean);
     }
     tick->measured = signals->valid;
     tick->doubted = oc_fault_suspected(watch);
@@ -61,29 +68,30 @@ static uint32_t signals_needed(const oc_coefficients *c) {
 }
 
 /* 5.5.4: speed and yaw rate of the axle, as if its wheels were of one radius. */
-static oc_sensed sensed_by_wheels(const oc_coefficients *c, const oc_signals *tick) {
+static void sense_by_wheels(oc_tick *tick, const oc_coefficients *c) {
+    const oc_signals *signals = &tick->signals;
     const bool rear = c->wheel_axle == OC_AXLE_REAR;
-    const double left = rear ? tick->wheel_speed_rear_left : tick->wheel_speed_front_left;
-    const double right = rear ? tick->wheel_speed_rear_right : tick->wheel_speed_front_right;
+    const double left = rear ? signals->wheel_speed_rear_left : signals->wheel_speed_front_left;
+    const double right = rear ? signals->wheel_speed_rear_right : signals->wheel_speed_front_right;
     const oc_vehicle *vehicle = &c->vehicle;
     const double curvature =
         rear ? oc_wheel_speed_rear_curvature(vehicle->track_width_rear, left, right, 0.0)
              : oc_wheel_speed_front_curvature(vehicle->wheelbase, vehicle->track_width_front, left, right, 0.0);
-    const double speed = 0.5 * (left + right);
-    return (oc_sensed){.yaw_rate = curvature * speed, .speed = speed};
+    tick->sensed.speed = 0.5 * (left + right);
+    tick->sensed.yaw_rate = curvature * tick->sensed.speed;
+    tick->sensed.lateral_acceleration = 0.0;
+    tick->sensed.use_accelerometer = false;
 }
 
-static oc_sensed sensed_by(const oc_coefficients *c, const oc_signals *tick) {
+static void sense(oc_tick *tick, const oc_coefficients *c) {
     if (c->params.method == OC_METHOD_WHEEL_SPEED) {
-        return sensed_by_wheels(c, tick);
+        sense_by_wheels(tick, c);
+        return;
     }
-    const bool use_accelerometer = c->params.use_accelerometer != 0;
-    return (oc_sensed){
-        .yaw_rate = tick->yaw_rate,
-        .speed = tick->vehicle_speed,
-        .lateral_acceleration = use_accelerometer ? tick->lateral_acceleration : 0.0,
-        .use_accelerometer = use_accelerometer,
-    };
+    tick->sensed.use_accelerometer = c->params.use_accelerometer != 0;
+    tick->sensed.yaw_rate = tick->signals.yaw_rate;
+    tick->sensed.speed = tick->signals.vehicle_speed;
+    tick->sensed.lateral_acceleration = tick->sensed.use_accelerometer ? tick->signals.lateral_acceleration : 0.0;
 }
 
 /* Whether there is a hole before this tick, or a clock set back. Half a tick more than the longest hole, so that the
@@ -104,7 +112,7 @@ static bool is_complete(oc_tick *tick, oc_tracking *tracking, oc_standstill *sta
         tick->reasons = OC_REASON_MISSING_SIGNAL;
         return false;
     }
-    tick->sensed = sensed_by(c, &tick->signals);
+    sense(tick, c);
     tick->after_hole = is_after_hole(tracking, c, tick->signals.time);
     tracking->last_complete = tick->signals.time;
     tracking->has_complete = 1;
@@ -153,7 +161,7 @@ static void follow_motion(oc_tick *tick, oc_evidence *evidence, const oc_coeffic
         oc_correct_wheel_speeds(tick, evidence, c);
     }
     if (p->method == OC_METHOD_JOINT) {
-        filtered->yaw_rate -= tick->yaw_rate_bias.value;
+        filtered->yaw_rate -= tick->yaw_rate_bias;
     }
     tick->motion = oc_motion_of(filtered, c->ratio_times_wheelbase, tick->sensed.use_accelerometer);
     if (p->method == OC_METHOD_JOINT) {
@@ -179,11 +187,18 @@ static void count(oc_evidence *evidence, uint32_t reasons) {
 /* By the method in use, from clean motion to what is learned. */
 static void estimate(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, oc_learned *learned,
                      const oc_coefficients *c) {
-    if (c->params.method == OC_METHOD_JOINT) {
-        oc_estimate_jointly(tick, tracking, evidence, learned, c);
-    } else if (tick->moves) {
-        oc_estimate_straight_ahead(tick, tracking, evidence, learned, c);
+    const bool jointly = c->params.method == OC_METHOD_JOINT;
+    const bool tells_more = jointly ? oc_estimate_jointly(tick, tracking, evidence, learned, c)
+                                    : tick->moves && oc_estimate_straight_ahead(tick, tracking, evidence, c);
+    if (!tells_more) {
+        return;
     }
+    if (jointly) {
+        oc_learn_jointly(evidence, &evidence->verdicts, learned, c);
+    } else {
+        oc_learn_straight_ahead(evidence, &evidence->verdicts, learned, c);
+    }
+    oc_learn_truck(learned, &evidence->joint, c);
 }
 
 /* Figure 15. A tick that is refused, incomplete or of a truck that stands does not come as far as the gate. */
@@ -201,12 +216,12 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     }
     tick->clock_set_back = verdict == OC_CLOCK_SET_BACK;
     ++evidence->ticks;
-    tick->yaw_rate_bias = oc_gyro_bias_get(gyro_bias, &c->params);
+    take_off(tick, gyro_bias, &c->params);
     select_signals(tick, &c->params, &tracking->fault, evidence->joint.bank_mean);
 
     /* 5.3.1: the gyro is judged whether there is an angle or not */
     oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals);
-    tick->yaw_rate_bias = oc_gyro_bias_get(gyro_bias, &c->params);
+    take_off(tick, gyro_bias, &c->params);
 
     /* a tick without its signals leaves the filters as they are, and what was pending unproven */
     if (is_complete(tick, tracking, &evidence->standstill, c)) {

@@ -117,8 +117,8 @@ static double residual_of(const oc_tick *tick, const oc_evidence *evidence, cons
 }
 
 /* Clean ticks wait for their t1, final blocks are learned from. */
-void oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence,
-                                oc_learned *learned, const oc_coefficients *c) {
+bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence,
+                                const oc_coefficients *c) {
     const oc_params *p = &c->params;
     const oc_motion *motion = &tick->motion;
     const double speed = tick->filtered.vehicle_speed;
@@ -145,11 +145,7 @@ void oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_e
         oc_understeer_update(&evidence->understeer, &block, c->ticks_per_batch);
         is_final = true;
     }
-
-    if (is_final) {
-        oc_learn_straight_ahead(evidence, &evidence->verdicts, learned, c);
-        oc_learn_truck(learned, &evidence->joint, c);
-    }
+    return is_final;
 }
 
 /* The offset as it would be if what is pending were final. */

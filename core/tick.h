@@ -20,7 +20,7 @@ typedef struct {
     bool stands;                 /* the truck does */
     bool moves;                  /* what is filtered, and all below, is of this tick; else zero */
     bool doubted;                /* the angle's sensor may be at fault */
-    oc_estimate yaw_rate_bias;   /* rad/s */
+    double yaw_rate_bias, yaw_rate_bias_sd; /* rad/s */
     oc_sensed sensed;            /* by the method's sensors, not yet filtered */
     oc_filtered filtered;        /* the yaw rate corrected by what the method knows */
     oc_motion motion;

@@ -133,7 +133,6 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
                      const oc_coefficients *c) {
     const oc_params *p = &c->params;
     const oc_signals *signals = &tick->signals;
-    const oc_estimate *bias = &tick->yaw_rate_bias;
     if (tick->clock_set_back) {
         tracking->fault.running = 0;
     }
@@ -149,8 +148,8 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
     judge_sensor(signals, tracking, evidence, learned, c, &now_seen, after_hole);
     const oc_angle_tick now = {
         .tick_s = c->angle.tick_s,
-        .yaw_rate = measured_or_none(moves, signals->yaw_rate - bias->value),
-        .yaw_rate_bias_sd = (float)bias->standard_deviation,
+        .yaw_rate = measured_or_none(moves, signals->yaw_rate - tick->yaw_rate_bias),
+        .yaw_rate_bias_sd = (float)tick->yaw_rate_bias_sd,
         .speed = measured_or_none(moves, signals->vehicle_speed),
         .lateral_acceleration = measured_or_none(moves, signals->lateral_acceleration),
         .bank_sd = lacks_bank || (!p->use_accelerometer && !learned->truck.known) ? unseen_bank_sd : 0.0f,

@@ -142,6 +142,10 @@ class Stack:
             self._worst[function] = self._frames[function] + max(below, default=0)
         return self._worst[function]
 
+    def frame(self, function: str) -> int:
+        """Bytes of its own, or of the copy that the compiler made of it; 0 where it is in its caller."""
+        return next((size for name, size in self._frames.items() if name.split(".")[0] == function), 0)
+
     def path(self, function: str) -> list[str]:
         """The calls of which the worst stack is made, each with its frame in bytes."""
         found = [f"{function.rsplit(':', 1)[-1]} {self._frames[function]}"]

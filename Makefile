@@ -7,9 +7,11 @@ C_HEADERS = $(wildcard core/*.h src/oncenter/simulate/native/*.h)
 BUILDERS = src/oncenter/_build.py src/oncenter/simulate/_build.py
 INCLUDES = -Icore
 CORE_TESTS = $(wildcard tests/test_core_*.py) $(addprefix tests/test_,wheel_speed_method.py angle.py message.py)
-# Readers, outputs and child processes run no C code of ours that other tests do not run.
-WITHOUT_C = $(wildcard tests/test_read_*.py tests/test_fleet*.py tests/test_*_logs.py tests/test_*_file*.py) \
-	$(addprefix tests/test_,child.py full_disk.py standard_input.py)
+# Readers, outputs, pages and child processes run no C code of ours that other tests do not run.
+WITHOUT_C = $(wildcard $(addprefix tests/test_,read_*.py fleet*.py *_logs.py *_file*.py live*.py thesis*.py \
+	plausibility*.py *report.py)) \
+	$(addprefix tests/test_,accuracy.py budget.py child.py cli.py findings.py full_disk.py house.py \
+	one_configuration.py overwriting.py rivals.py signals_at_fault.py standard_input.py)
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 
 # What Debian parts from python3 and gcc. Without ensurepip, venv fails and leaves a half-made .venv behind.

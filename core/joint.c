@@ -168,6 +168,11 @@ static void see_flank(oc_joint *joint, const oc_joint_design *design, const oc_m
     joint->to_right += load < -beyond ? step_s : 0.0f;
 }
 
+/* A change is suspected of what a hypothesis has learned for long: a young one must learn, or it would stay young. */
+static bool is_suspected(const oc_joint *joint) {
+    return joint->hypotheses[joint->best].age > witness_s && oc_change_suspected(&joint->watch);
+}
+
 /* Errors of what was predicted are watched once there is something to doubt. */
 static void watch(oc_joint *joint, const oc_joint_tracking *tracking, const oc_estimate *last_offset, double time) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
@@ -351,6 +356,6 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
     tracking->turns = joint->count + 1;
     tracking->solves_all = joint->solves_all;
     tracking->least_error = 1e9f;
-    joint->second.learns = !tracking->taken.doubted && !oc_change_suspected(&joint->watch);
+    joint->second.learns = !tracking->taken.doubted && !is_suspected(joint);
     joint->solves_all = 0;
 }

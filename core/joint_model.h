@@ -53,7 +53,7 @@ typedef struct {
 
 typedef struct {
     oc_prior_belief terms[OC_TERMS];
-    float little_play; /* rad: below so much width the lag of whatever gives way passes for a_0, and chance for play */
+    float little_play; /* rad: in less play a_0 cannot be told from the lag of the steering, nor play from chance */
 } oc_joint_model;
 
 const oc_joint_model *oc_joint_model_get(void);

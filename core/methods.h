@@ -29,7 +29,7 @@ bool oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                       const oc_coefficients *c);
 
-/* What the angle is told of the truck follows from the rest that was learned. */
+/* Derives the truck that the angle observer needs from the rest that was learned. */
 void oc_learn_truck(oc_learned *learned, const oc_joint *joint, const oc_coefficients *c);
 
 /* Chapter 4: whether the sensor can be believed at this tick, and the angle without it. After a hole the estimate

@@ -38,7 +38,7 @@ static bool is_misleading(const oc_fault_watch *watch, bool doubted, oc_method m
     return (watch->fault != OC_FAULT_NONE && !elsewhere) || (method != OC_METHOD_JOINT && doubted);
 }
 
-/* Leaves the bits of measurements that are to be used; what an accelerometer reads standing is told anyway. The usual
+/* Leaves the bits of measurements that are to be used; an accelerometer is always used at standstill. The usual
  * lateral acceleration stands for one that is not available. */
 static void select_signals(oc_tick *tick, const oc_params *p, const oc_fault_watch *watch, double bank_mean) {
     oc_signals *signals = &tick->signals;

@@ -46,7 +46,7 @@ typedef struct {
     /* Standstill */
     double standstill_speed_max_m_s; /* slower is standing. 0.1, ours */
     double standstill_settling_s; /* left out after stopping, until the cab is still. 0.2, ours */
-    double standstill_time_min_s; /* shorter tells nothing. 0.5, ours */
+    double standstill_time_min_s; /* minimum duration of a standstill that is used. 0.5, ours */
     /* Gyro bias and wheel radii, 5.3.1 */
     double gyro_bias_sd_rad_s; /* prior; large trusts the wheels' radii instead. 1.5 deg/s, ours: 3 occurs */
     double gyro_bias_ignition_sd_rad_s; /* prior of the bias's change at each ignition. 0.1 deg/s, ours */

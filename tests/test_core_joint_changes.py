@@ -145,3 +145,17 @@ def test_a_lifted_axle_is_told_as_another_load_as_often_as_not_and_rarely_as_ano
     assert len(as_load) >= 5
     assert sum(abs(time - 450.0) < 40.0 for time in as_load) >= len(as_load) - 1
     assert len(told) - len(as_load) <= 1
+
+
+def test_a_suspicion_does_not_keep_a_young_hypothesis_from_learning() -> None:
+    """Else it would stay young, the watch would rest, and nothing would be learned ever after."""
+    columns, truth = driven(CREEPING)
+    core = core_for(truth)
+    core.run({name: column[:60_000] for name, column in columns.items()})
+    joint = core._state.evidence.joint
+    joint.watch.offset.up = 15.0
+    for hypothesis in joint.hypotheses[0 : joint.count]:
+        hypothesis.age = 100.0
+    before = joint.second.used_s
+    core.run({name: column[60_000:62_000] for name, column in columns.items()})
+    assert joint.second.used_s > before + 5.0

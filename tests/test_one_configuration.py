@@ -57,10 +57,11 @@ def by_monitor(drive: Signals) -> dict[str, Any]:
 
 def by_live(drive: Signals) -> dict[str, Any]:
     columns = columns_of(drive)
-    stream = SimpleNamespace(listening=True, rate_hz=drive.rate_hz, add=lambda ticks: ticks, notes=[], sources={})
-    learner = Learner(stream, TRUCK)  # type: ignore[arg-type]
+    stream: Any = SimpleNamespace(listening=True, rate_hz=drive.rate_hz, add=lambda ticks: ticks, notes=[], sources={})
+    learner = Learner(stream, TRUCK)
     for begin in range(0, drive.table.height, 997):
-        learner.take({name: column[begin : begin + 997] for name, column in columns.items()})  # type: ignore[arg-type]
+        ticks: Any = {name: column[begin : begin + 997] for name, column in columns.items()}  # decoded already
+        learner.take(ticks)
     assert learner.core is not None
     return told(learner.core.answer())
 

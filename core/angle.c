@@ -331,7 +331,6 @@ static void hold(oc_angle_tracking *t, const oc_angle_design *d) {
     t->held_s += d->tick_s;
     t->place_variance = place_variance_max;
     t->place_step = 0.0f;
-    t->ticks_to_check = 0;
     t->sd = oc_least(t->sd + hand_rate_sd * d->tick_s, angle_sd_max);
 }
 
@@ -371,10 +370,11 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
         filter_motion(t, d, tick);
     }
     const bool moves = tick->has_motion && fabsf(t->speed) > walking_speed && fabsf(tick->speed) > 0.5f * walking_speed;
+    const bool is_due = oc_angle_is_due(t);
+    t->ticks_to_check = (is_due ? d->ticks_per_check : t->ticks_to_check) - 1;
     if (moves) {
         const float wheels = follow_wheels(t, e, d, truck, tick);
-        if (--t->ticks_to_check < 0) {
-            t->ticks_to_check = d->ticks_per_check - 1;
+        if (is_due || t->held_s > 0.0f) {
             check(t, e, d, truck, tick, known, wheels);
         }
         t->held_s = 0.0f;

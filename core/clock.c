@@ -4,7 +4,7 @@
 
 oc_clock_verdict oc_clock_update(oc_clock *clock, int32_t ticks_until_new_clock, double time) {
     const bool forward = !clock->started || time > clock->last_time;
-    if (!(fabs(time) < 1e30)) {
+    if (!(fabs(time) < 1e18)) {
         return OC_CLOCK_REFUSES;
     }
     if (!forward) {

@@ -2,11 +2,8 @@
 
 #include <string.h>
 
-#include "saved_members.h"
-
-/* To be raised when a member means something else than before, or an image is laid out otherwise; members more, fewer
- * or of another type are noticed without. */
-static const uint32_t layout_number = 4;
+#include "saved_layout.h"
+#include "saved_plausible.h"
 
 static const uint32_t magic = 0x5653434Fu; /* "OCSV" */
 
@@ -52,6 +49,28 @@ static uint32_t crc_over(uint32_t crc, const uint8_t *bytes, size_t count) {
 /* All enums are of one size here, or this does not compile. */
 enum { ENUMS_ARE_ALIKE = 1 / (sizeof(oc_status) == sizeof(oc_fault) && sizeof(oc_status) == sizeof(oc_change_kind)) };
 
+/* From these on, powers of two as IEEE 754 has them in its exponent, no sum of a lifetime is, and products of a few of
+ * them would be infinite; infinity and NaN are beyond them, too. */
+enum { DOUBLE_EXPONENT_MAX = 1023 + 60, FLOAT_EXPONENT_MAX = 127 + 30 };
+static const uint64_t count_max = 9007199254740992u; /* 2^53 */
+
+static oc_saved_kind kind_in(const oc_saved_run *run) {
+    return (oc_saved_kind)(run->what / (OC_SAVED_COUNT_MAX + 1));
+}
+
+static size_t count_in(const oc_saved_run *run) {
+    return run->what % (OC_SAVED_COUNT_MAX + 1);
+}
+
+/* Bytes of one number in the image, and in memory. */
+static size_t bytes_saved(oc_saved_kind kind) {
+    return kind == OC_SAVED_DOUBLE || kind == OC_SAVED_UINT64 ? 8u : 4u;
+}
+
+static size_t bytes_here(oc_saved_kind kind) {
+    return kind == OC_SAVED_ENUM ? sizeof(oc_status) : bytes_saved(kind);
+}
+
 /* A number as its bits, wherever it lies; memcpy is what C99 lets look at them. */
 static uint64_t bits_at(const uint8_t *from, size_t bytes) {
     uint64_t wide = 0;
@@ -72,80 +91,63 @@ static void set_bits(uint8_t *to, size_t bytes, uint64_t bits) {
     }
 }
 
-/* What the bits stand for, to be compared with limits. */
-static double number_of(oc_saved_kind kind, uint64_t bits) {
+/* Whether the bits are a number that may be; a flag or a place below all others is -1. */
+static bool is_number(oc_saved_kind kind, uint64_t bits) {
     const uint32_t low = (uint32_t)bits, high = (uint32_t)(bits >> 32);
-    double wide;
-    float narrow;
-    int32_t whole;
     switch (kind) {
-    case OC_SAVED_DOUBLE: memcpy(&wide, &bits, sizeof wide); return wide;
-    case OC_SAVED_FLOAT: memcpy(&narrow, &low, sizeof narrow); return (double)narrow;
-    case OC_SAVED_INT32: memcpy(&whole, &low, sizeof whole); return whole;
-    default: return (double)high * 4294967296.0 + (double)low;
+    case OC_SAVED_DOUBLE: return (high >> 20 & 0x7FFu) < DOUBLE_EXPONENT_MAX;
+    case OC_SAVED_FLOAT: return (low >> 23 & 0xFFu) < FLOAT_EXPONENT_MAX;
+    case OC_SAVED_UINT64: return bits <= count_max;
+    case OC_SAVED_ENUM: return low <= 0x7Fu;
+    default: return low + 1u <= 1000000001u;
     }
 }
 
-/* All members to the image. */
-static void save_members(const oc_state *state, uint8_t *to) {
-    oc_saved_cursor at = {0};
-    while (oc_saved_next(&at)) {
-        const oc_saved_kind kind = oc_saved_kind_of(at.member);
-        const size_t step = oc_saved_native_bytes(kind), bytes = oc_saved_image_bytes(kind);
-        const uint8_t *from = (const uint8_t *)state + at.place;
-        for (size_t k = 0; k < at.member->count; ++k, to += bytes) {
-            put(to, bits_at(from + k * step, step), bytes);
+/* All numbers of a run to the image; the bytes behind them. */
+static uint8_t *save_run(const uint8_t *from, const oc_saved_run *run, uint8_t *to) {
+    const size_t step = bytes_here(kind_in(run)), bytes = bytes_saved(kind_in(run));
+    for (size_t each = 0; each < run->times; ++each) {
+        const uint8_t *next = from + run->place + each * run->step * 4u;
+        for (size_t k = 0; k < count_in(run); ++k, next += step, to += bytes) {
+            put(to, bits_at(next, step), bytes);
         }
     }
+    return to;
 }
 
-/* All members from the image; false where a number is out of its range. */
-static bool restore_members(oc_state *state, const uint8_t *from) {
-    oc_saved_cursor at = {0};
-    while (oc_saved_next(&at)) {
-        const oc_saved_kind kind = oc_saved_kind_of(at.member);
-        const size_t step = oc_saved_native_bytes(kind), bytes = oc_saved_image_bytes(kind);
-        uint8_t *to = (uint8_t *)state + at.place;
-        for (size_t k = 0; k < at.member->count; ++k, from += bytes) {
+/* And from it; NULL where one is none that may be. */
+static const uint8_t *restore_run(uint8_t *to, const oc_saved_run *run, const uint8_t *from) {
+    const size_t step = bytes_here(kind_in(run)), bytes = bytes_saved(kind_in(run));
+    for (size_t each = 0; each < run->times; ++each) {
+        uint8_t *next = to + run->place + each * run->step * 4u;
+        for (size_t k = 0; k < count_in(run); ++k, next += step, from += bytes) {
             const uint64_t bits = got(from, bytes);
-            if (!oc_saved_in_range(at.member, number_of(kind, bits))) {
-                return false;
+            if (!is_number(kind_in(run), bits)) {
+                return NULL;
             }
-            set_bits(to + k * step, step, bits);
+            set_bits(next, step, bits);
         }
     }
-    return true;
+    return from;
 }
 
-/* How long the state is in the image, and what it is made of. */
-typedef struct {
-    size_t bytes;
-    uint32_t crc;
-} measuring;
-
-static measuring measure_state(void) {
-    measuring m = {.crc = layout_number};
-    oc_saved_cursor at = {0};
-    while (oc_saved_next(&at)) {
-        const oc_saved_kind kind = oc_saved_kind_of(at.member);
-        const size_t bytes = at.member->count * oc_saved_image_bytes(kind);
-        uint8_t told[5];
-        put(told, bytes, 4);
-        told[4] = (uint8_t)kind;
-        m.bytes += bytes;
-        m.crc = crc_over(m.crc, told, sizeof told);
+static bool restore_state(oc_state *state, const uint8_t *from) {
+    size_t count;
+    const oc_saved_run *runs = oc_saved_state(&count);
+    for (size_t k = 0; k < count && from != NULL; ++k) {
+        from = restore_run((uint8_t *)state, &runs[k], from);
     }
-    return m;
+    return from != NULL;
 }
 
 uint32_t oc_save_key(const oc_coefficients *c) {
-    const uint8_t methods[2] = {(uint8_t)c->params.method, (uint8_t)c->params.angle_method};
-    uint32_t crc = crc_over(0, methods, sizeof methods);
-    const oc_saved_member *member = oc_keyed_member(0);
-    for (size_t number = 1; member != NULL; member = oc_keyed_member(number), ++number) {
-        const size_t step = oc_saved_native_bytes(oc_saved_kind_of(member));
-        const uint8_t *from = (const uint8_t *)c + member->offset;
-        for (size_t k = 0; k < member->count; ++k) {
+    uint32_t crc = 0;
+    size_t count;
+    const oc_saved_run *runs = oc_saved_keyed(&count);
+    for (const oc_saved_run *run = runs; run < runs + count; ++run) {
+        const size_t step = bytes_here(kind_in(run));
+        const uint8_t *from = (const uint8_t *)c + run->place;
+        for (size_t k = 0; k < count_in(run); ++k) {
             uint8_t told[8];
             put(told, bits_at(from + k * step, step), sizeof told);
             crc = crc_over(crc, told, sizeof told);
@@ -155,23 +157,32 @@ uint32_t oc_save_key(const oc_coefficients *c) {
 }
 
 size_t oc_save_size(void) {
-    return AT_STATE + measure_state().bytes + CRC_BYTES;
+    size_t bytes = AT_STATE + CRC_BYTES, count;
+    const oc_saved_run *runs = oc_saved_state(&count);
+    for (size_t k = 0; k < count; ++k) {
+        bytes += runs[k].times * count_in(&runs[k]) * bytes_saved(kind_in(&runs[k]));
+    }
+    return bytes;
 }
 
 size_t oc_save(const oc_state *state, const oc_coefficients *c, uint32_t sequence, uint8_t *image, size_t size) {
-    const measuring measured = measure_state();
-    const size_t covered = AT_STATE + measured.bytes;
-    if (size < covered + CRC_BYTES) {
+    const size_t length = oc_save_size();
+    if (size < length) {
         return 0;
     }
     put(image + AT_MAGIC, magic, 4);
-    put(image + AT_LAYOUT, measured.crc, 4);
+    put(image + AT_LAYOUT, oc_saved_layout(), 4);
     put(image + AT_KEY, oc_save_key(c), 4);
     put(image + AT_SEQUENCE, sequence, 4);
-    put(image + AT_LENGTH, covered + CRC_BYTES, 4);
-    save_members(state, image + AT_STATE);
-    put(image + covered, crc_over(0, image, covered), CRC_BYTES);
-    return covered + CRC_BYTES;
+    put(image + AT_LENGTH, length, 4);
+    uint8_t *to = image + AT_STATE;
+    size_t count;
+    const oc_saved_run *runs = oc_saved_state(&count);
+    for (size_t k = 0; k < count; ++k) {
+        to = save_run((const uint8_t *)state, &runs[k], to);
+    }
+    put(to, crc_over(0, image, length - CRC_BYTES), CRC_BYTES);
+    return length;
 }
 
 /* All that can be said against an image before its numbers are looked at. */
@@ -187,8 +198,7 @@ static oc_image_fault fault_of(const oc_coefficients *c, const uint8_t *image, s
         crc_over(0, image, length - CRC_BYTES) != got_word(image + length - CRC_BYTES)) {
         return OC_IMAGE_DAMAGED;
     }
-    const measuring measured = measure_state();
-    if (got_word(image + AT_LAYOUT) != measured.crc || length != AT_STATE + measured.bytes + CRC_BYTES) {
+    if (got_word(image + AT_LAYOUT) != oc_saved_layout() || length != oc_save_size()) {
         return OC_IMAGE_LAYOUT;
     }
     return got_word(image + AT_KEY) == oc_save_key(c) ? OC_IMAGE_OK : OC_IMAGE_FOREIGN;
@@ -202,7 +212,7 @@ oc_image_fault oc_restore(oc_state *state, const oc_coefficients *c, const uint8
     if (fault != OC_IMAGE_OK) {
         return fault;
     }
-    if (!restore_members(state, image + AT_STATE) || !oc_saved_plausible(state, c)) {
+    if (!restore_state(state, image + AT_STATE) || !oc_saved_plausible(state, c)) {
         oc_init(state);
         return OC_IMAGE_IMPLAUSIBLE;
     }

@@ -2,15 +2,15 @@
 #define OC_SAVE_H
 /* What outlives an ignition cycle: the state as an image of bytes, the same on every machine.
  *
- * An image is, all little-endian: magic, layout, vehicle key, sequence and length (4 bytes each), the state member by
- * member, CRC-32 (IEEE 802.3) over all before. The layout follows from the members, the key from all that the learned
- * numbers depend on: vehicle, params, methods and rate.
+ * An image is, all little-endian: magic, layout, vehicle key, sequence and length (4 bytes each), the state's numbers
+ * as saved_layout.c has them, of 4 or 8 bytes each, CRC-32 (IEEE 802.3) over all before. The layout is a hash of the
+ * numbers' names and kinds, the key one of all that the learned depends on: vehicle, params, methods and rate.
  *
  * The whole state is in it, what moves with the truck as well: whoever is restored goes on to the last bit as if there
  * had been no cut, wherever the truck was, if the tick that comes is the next one. If it is not, its time tells so:
  * after a hole the filters begin anew, as after any. Where the ignition was off, oc_restart says what time may not.
  *
- * To save takes half a million instructions on a Cortex-M4F, to restore a million: not for the task of a tick, and
+ * To save or to restore takes half a million instructions on a Cortex-M4F: not for the task of a tick, and
  * without a step meanwhile.
  *
  * Who keeps what was learned for years wants OC_METHOD_JOINT, which forgets: the thesis's means and the wheel speeds'

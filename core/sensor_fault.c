@@ -288,7 +288,7 @@ static void begin_watch(oc_fault_watch *w, const oc_fault_evidence *kept, const 
         .wider = kept->wider,
         .offset = tick->offset,
         .offset_sd = tick->offset_sd,
-        .step_time = -1e30,
+        .step_time = -1e18,
         .interruption_time = tick->time,
         .last_well = tick->time,
         .last_right = tick->time,

@@ -30,7 +30,7 @@ ALL = (*MONITOR, *ECU, "oc_version", "oc_method_name", "oc_angle_method_name", "
 # Files of which no tick calls anything, or only one that has little else to do: their speed matters nowhere.
 COLD = (
     "answer", "change", "joint_verdict", "message", "names", "params", "past_bias", "save",
-    "saved_members", "setup", "straight_ahead", "trouble", "understeer", "wheel_speed",
+    "saved_layout", "saved_plausible", "setup", "straight_ahead", "trouble", "understeer", "wheel_speed",
 )  # fmt: skip
 
 

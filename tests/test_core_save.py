@@ -1,9 +1,11 @@
 """What outlives an ignition cycle: every member there and back, and images that are refused."""
 
 import math
+import runpy
 import struct
 import zlib
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ from oncenter import _core
 
 HEADER = struct.Struct("<4sIIIi")  # magic, layout, key, sequence, length
 METHODS = _core.METHODS
+ROOT = Path(__file__).parents[1]
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +53,8 @@ def test_every_real_member_survives(day: dict[str, Array]) -> None:
                 numbers[place] = count if numbers.dtype.kind == "u" else 0.125 + count * 2.0**-20
     covariance = ecu.evidence()["gyro_bias"]["P"]
     covariance[:] = np.eye(lib.OC_GYRO_BIAS_STATES) + 1e-3 * covariance  # still symmetric but for rounding
+    understeer = ecu.evidence()["understeer"]
+    understeer["xx_xx"] = understeer["batches_xx"] ** 2  # as the squares of one batch
     assert count > 3000
     other = Ecu()
     assert other.restore(ecu.save()) == "ok"
@@ -123,9 +128,17 @@ def test_an_image_has_the_same_bytes_on_every_machine(image: bytes) -> None:
     ecu = Ecu()
     assert ecu.restore(image) == "ok"
     evidence = ecu.evidence()[0]
-    assert image[HEADER.size :].startswith(struct.pack("<7d", *evidence["offset"]["ticks"]))
+    clock = ecu.whole()["tracking"]["clock"][0]
+    first = struct.pack("<ddiid", *clock, float(ecu.whole()["tracking"]["last_complete"][0]))
+    assert image[HEADER.size :].startswith(first)
+    assert struct.pack("<7d", *evidence["offset"]["ticks"]) in image
     assert struct.pack("<Q", int(evidence["ticks"])) in image
     assert struct.pack(f"<{lib.OC_TERMS_TRIANGLE}f", *evidence["joint"]["hypotheses"][5]["scatter"]) in image
+
+
+def test_the_layout_is_written_from_the_headers_as_they_are() -> None:
+    made = runpy.run_path(str(ROOT / "docs" / "make_layout.py"))
+    assert made["LAYOUT"].read_text(encoding="utf-8") == made["made"](), "run docs/make_layout.py"
 
 
 def test_a_buffer_of_the_stated_size_holds_an_image_and_a_smaller_one_gets_none() -> None:

@@ -1,0 +1,96 @@
+#include "saved_layout.h"
+
+#include "monitor.h"
+
+#define RUN(type, first, count, kind) {offsetof(type, first), (count) + (kind) * (OC_SAVED_COUNT_MAX + 1), 0, 1}
+#define RUN_OF_EACH(type, first, count, structs, kind)                                                                 \
+    {offsetof(type, first), (count) + (kind) * (OC_SAVED_COUNT_MAX + 1), sizeof(((type *)0)->structs[0]) / 4,          \
+     sizeof(((type *)0)->structs) / sizeof(((type *)0)->structs[0])}
+
+#define DOUBLES(type, first, count) RUN(type, first, count, OC_SAVED_DOUBLE)
+#define FLOATS(type, first, count) RUN(type, first, count, OC_SAVED_FLOAT)
+#define INTEGERS(type, first, count) RUN(type, first, count, OC_SAVED_INT32)
+#define COUNTS(type, first, count) RUN(type, first, count, OC_SAVED_UINT64)
+#define ENUMS(type, first, count) RUN(type, first, count, OC_SAVED_ENUM)
+#define DOUBLES_OF_EACH(type, first, count, structs) RUN_OF_EACH(type, first, count, structs, OC_SAVED_DOUBLE)
+#define FLOATS_OF_EACH(type, first, count, structs) RUN_OF_EACH(type, first, count, structs, OC_SAVED_FLOAT)
+#define INTEGERS_OF_EACH(type, first, count, structs) RUN_OF_EACH(type, first, count, structs, OC_SAVED_INT32)
+#define ENUMS_OF_EACH(type, first, count, structs) RUN_OF_EACH(type, first, count, structs, OC_SAVED_ENUM)
+
+/* docs/make_layout.py writes what follows from the headers. */
+static const uint32_t layout_hash = 0xD286DDCCu;
+
+static const oc_saved_run state_runs[] = {
+    DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
+    DOUBLES(oc_state, tracking.last_complete, 1), INTEGERS(oc_state, tracking.has_complete, 2),
+    DOUBLES(oc_state, tracking.preprocess.yaw_rate.s1, 82), INTEGERS(oc_state, tracking.preprocess.angle_next, 4),
+    DOUBLES(oc_state, tracking.straight.filling.weight, 147), INTEGERS(oc_state, tracking.straight.ticks, 3),
+    DOUBLES(oc_state, tracking.cornering.filling.weight, 147), INTEGERS(oc_state, tracking.cornering.ticks, 3),
+    INTEGERS(oc_state, tracking.joint.running, 2), FLOATS(oc_state, tracking.joint.curvature_sum, 1),
+    INTEGERS(oc_state, tracking.joint.doubted, 1), FLOATS(oc_state, tracking.joint.turned, 1),
+    DOUBLES(oc_state, tracking.joint.yaw_rate, 3), FLOATS(oc_state, tracking.joint.noise.samples.last[0], 12),
+    DOUBLES_OF_EACH(oc_state, tracking.joint.filling.samples[0].angle, 1, tracking.joint.filling.samples),
+    FLOATS_OF_EACH(oc_state, tracking.joint.filling.samples[0].residual, 9, tracking.joint.filling.samples),
+    INTEGERS_OF_EACH(oc_state, tracking.joint.filling.samples[0].in_second, 1, tracking.joint.filling.samples),
+    INTEGERS(oc_state, tracking.joint.filling.count, 1), FLOATS(oc_state, tracking.joint.filling.curvature, 1),
+    INTEGERS(oc_state, tracking.joint.filling.doubted, 1),
+    DOUBLES_OF_EACH(oc_state, tracking.joint.taken.samples[0].angle, 1, tracking.joint.taken.samples),
+    FLOATS_OF_EACH(oc_state, tracking.joint.taken.samples[0].residual, 9, tracking.joint.taken.samples),
+    INTEGERS_OF_EACH(oc_state, tracking.joint.taken.samples[0].in_second, 1, tracking.joint.taken.samples),
+    INTEGERS(oc_state, tracking.joint.taken.count, 1), FLOATS(oc_state, tracking.joint.taken.curvature, 1),
+    INTEGERS(oc_state, tracking.joint.taken.doubted, 1), INTEGERS(oc_state, tracking.joint.turns, 2),
+    FLOATS(oc_state, tracking.joint.least_error, 133), INTEGERS(oc_state, tracking.angle.running, 1),
+    FLOATS(oc_state, tracking.angle.yaw_rate_first, 12), INTEGERS(oc_state, tracking.angle.ticks_to_check, 1),
+    FLOATS(oc_state, tracking.angle.held_s, 9), INTEGERS(oc_state, tracking.fault.running, 1),
+    ENUMS(oc_state, tracking.fault.fault, 1), DOUBLES(oc_state, tracking.fault.since, 7),
+    INTEGERS(oc_state, tracking.fault.beyond, 1), FLOATS(oc_state, tracking.fault.apart, 24),
+    DOUBLES(oc_state, evidence.offset.ticks.weight, 46), INTEGERS(oc_state, evidence.standstill.still_ticks, 1),
+    DOUBLES(oc_state, evidence.gyro_bias.x[0], 72), FLOATS(oc_state, evidence.gyro_bias.past.used_s, 13),
+    DOUBLES_OF_EACH(oc_state, evidence.gyro_bias.axles[0].weight, 18, evidence.gyro_bias.axles),
+    INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].is_heard, 1, evidence.gyro_bias.axles),
+    FLOATS(oc_state, evidence.gyro_bias.together.up, 4), DOUBLES(oc_state, evidence.gyro_bias.alarm_blocks, 12),
+    INTEGERS(oc_state, evidence.gyro_bias.due, 6), ENUMS(oc_state, evidence.gyro_bias.status, 1),
+    DOUBLES(oc_state, evidence.gyro_bias.sd, 4), INTEGERS(oc_state, evidence.joint.started, 7),
+    FLOATS(oc_state, evidence.joint.along, 2), INTEGERS(oc_state, evidence.joint.lost, 1),
+    FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 10),
+    INTEGERS(oc_state, evidence.joint.second.learns, 5), FLOATS(oc_state, evidence.joint.to_left, 2),
+    INTEGERS(oc_state, evidence.joint.solves_all, 1), DOUBLES(oc_state, evidence.joint.speed_mean, 3),
+    FLOATS(oc_state, evidence.joint.watch.offset.up, 13), INTEGERS(oc_state, evidence.joint.changes, 1),
+    DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
+    ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),
+    FLOATS_OF_EACH(oc_state, evidence.joint.changed[0].change.size, 3, evidence.joint.changed),
+    FLOATS(oc_state, evidence.joint.hypotheses[0].play.half_width, 2359),
+    DOUBLES(oc_state, evidence.angle.side_slip.information[0][0], 12), ENUMS(oc_state, evidence.fault.fault, 1),
+    FLOATS(oc_state, evidence.fault.confidence, 2), INTEGERS(oc_state, evidence.verdicts.offset_trusted, 1),
+    FLOATS(oc_state, evidence.verdicts.lately, 1), COUNTS(oc_state, evidence.ticks, 13),
+    DOUBLES(oc_state, evidence.bank_ticks, 5), ENUMS(oc_state, learned.offset.status, 1),
+    FLOATS(oc_state, learned.offset.lean, 1), DOUBLES(oc_state, learned.understeer_gradient.value, 3),
+    ENUMS(oc_state, learned.understeer_gradient.status, 1), FLOATS(oc_state, learned.understeer_gradient.lean, 1),
+    DOUBLES(oc_state, learned.backlash.value, 3), ENUMS(oc_state, learned.backlash.status, 1),
+    FLOATS(oc_state, learned.backlash.lean, 1), DOUBLES(oc_state, learned.unloading_acceleration.value, 3),
+    ENUMS(oc_state, learned.unloading_acceleration.status, 1), FLOATS(oc_state, learned.unloading_acceleration.lean, 1),
+    DOUBLES(oc_state, learned.equivalent_wheelbase.value, 3), ENUMS(oc_state, learned.equivalent_wheelbase.status, 1),
+    FLOATS(oc_state, learned.equivalent_wheelbase.lean, 13), INTEGERS(oc_state, learned.truck.known, 1),
+};
+
+static const oc_saved_run keyed_runs[] = {
+    DOUBLES(oc_coefficients, vehicle.wheelbase, 3), INTEGERS(oc_coefficients, vehicle.ratio.terms, 1),
+    DOUBLES(oc_coefficients, vehicle.ratio.coefficients[0], 11), ENUMS(oc_coefficients, params.method, 2),
+    DOUBLES(oc_coefficients, params.cutoff_hz, 50), INTEGERS(oc_coefficients, params.use_accelerometer, 1),
+    DOUBLES(oc_coefficients, rate_hz, 1),
+};
+/* end */
+
+uint32_t oc_saved_layout(void) {
+    return layout_hash;
+}
+
+const oc_saved_run *oc_saved_state(size_t *count) {
+    *count = sizeof state_runs / sizeof *state_runs;
+    return state_runs;
+}
+
+const oc_saved_run *oc_saved_keyed(size_t *count) {
+    *count = sizeof keyed_runs / sizeof *keyed_runs;
+    return keyed_runs;
+}

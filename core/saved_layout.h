@@ -1,0 +1,32 @@
+#ifndef OC_SAVED_LAYOUT_H
+#define OC_SAVED_LAYOUT_H
+/* Of which numbers an image is, in order: all of the state, as runs of one kind. */
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef enum {
+    OC_SAVED_DOUBLE,
+    OC_SAVED_FLOAT,
+    OC_SAVED_INT32,
+    OC_SAVED_UINT64,
+    OC_SAVED_ENUM   /* of whatever size the compiler has them: four bytes in the image */
+} oc_saved_kind;
+
+enum { OC_SAVED_COUNT_MAX = 8191 };
+
+typedef struct {
+    uint16_t place; /* bytes, of the first in the state or the coefficients */
+    uint16_t what;  /* how many, and above them the kind */
+    uint8_t step;   /* words of four bytes to the same in the next struct of an array; 0: there is one */
+    uint8_t times;  /* how many structs */
+} oc_saved_run;
+
+/* A hash of every number's name and kind. */
+uint32_t oc_saved_layout(void);
+
+/* The runs of oc_state, and those of oc_coefficients on which depends what is learned: the key is made of them. */
+const oc_saved_run *oc_saved_state(size_t *count);
+const oc_saved_run *oc_saved_keyed(size_t *count);
+
+#endif

@@ -1,0 +1,91 @@
+"""Writes the rows of core/saved_layout.c, what a saved image is made of, from the headers: run it after any change of the state."""
+
+import os
+import runpy
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+LAYOUT = ROOT / "core" / "saved_layout.c"
+MEANING = 5  # to be raised when a member of the same name and type means something else
+KINDS = {"double": "DOUBLES", "float": "FLOATS", "int32_t": "INTEGERS", "uint64_t": "COUNTS"}
+WIDE = ("DOUBLES", "COUNTS")
+ENUM = "ENUMS"
+COUNT_MAX = 8191  # as core/saved_layout.h has it
+WIDTH = 120
+
+BEGIN, END = "/* docs/make_layout.py writes what follows from the headers. */\n", "/* end */\n"
+
+Number = tuple[str, str, int, int, int]  # its name, kind and place; of structs in an array the step and how many
+
+
+def numbers(ffi: Any, ctype: Any, name: str) -> Iterator[Number]:
+    """Every number in a type, with its place on this machine, bytes; of structs in an array those of the first."""
+    if ctype.kind == "struct":
+        for field, about in ctype.fields:
+            for member, kind, place, step, times in numbers(ffi, about.type, f"{name}.{field}" if name else field):
+                yield member, kind, place + about.offset, step, times
+    elif ctype.kind == "array":
+        step = ffi.sizeof(ctype.item)
+        of_first = list(numbers(ffi, ctype.item, f"{name}[0]"))
+        if len({kind for _, kind, *_ in of_first}) > 1:
+            yield from ((member, kind, place, step, ctype.length) for member, kind, place, _, _ in of_first)
+            return
+        for k in range(ctype.length):
+            for member, kind, place, _, _ in numbers(ffi, ctype.item, f"{name}[{k}]"):
+                yield member, kind, place + k * step, 0, 1
+    else:
+        yield name, ENUM if ctype.kind == "enum" else KINDS[ctype.cname], 0, 0, 1
+
+
+def rows(struct: str, found: list[Number]) -> Iterator[str]:
+    """Numbers of one kind that follow one another without a gap."""
+
+    def row(first: str, kind: str, count: int, step: int, times: int) -> str:
+        if times == 1:
+            return f"{kind}({struct}, {first}, {count}),"
+        return f"{kind}_OF_EACH({struct}, {first}, {count}, {first.rpartition('[0]')[0]}),"
+
+    first, kind, count, end, each = "", "", 0, -1, (0, 1)
+    for name, of, place, step, times in found:
+        if (of, place, (step, times)) != (kind, end, each) or count == COUNT_MAX:
+            if count:
+                yield row(first, kind, count, *each)
+            first, kind, count, each = name, of, 0, (step, times)
+        count += 1
+        end = place + (8 if of in WIDE else 4)
+    yield row(first, kind, count, *each)
+
+
+def table(name: str, struct: str, found: list[Number]) -> str:
+    lines = [f"static const oc_saved_run {name}[] = {{"]
+    for row in rows(struct, found):
+        joined = f"{lines[-1]} {row}"
+        if len(lines) > 1 and len(joined) <= WIDTH:
+            lines[-1] = joined
+        else:
+            lines.append(f"    {row}")
+    return "\n".join([*lines, "};"])
+
+
+def made() -> str:
+    """What the file is to hold."""
+    os.chdir(ROOT)  # from which it reads the headers
+    ffi = runpy.run_path("src/oncenter/_build.py")["ffi"]
+    state = list(numbers(ffi, ffi.typeof("oc_state"), ""))
+    coefficients = numbers(ffi, ffi.typeof("oc_coefficients"), "")
+    keyed = [row for row in coefficients if row[0].startswith(("vehicle.", "params.")) or row[0] == "rate_hz"]
+    told = "\n".join([str(MEANING), *(f"{name} {kind} {times}" for name, kind, _, _, times in state)])
+    parts = [
+        f"static const uint32_t layout_hash = 0x{zlib.crc32(told.encode()):08X}u;",
+        table("state_runs", "oc_state", state),
+        table("keyed_runs", "oc_coefficients", keyed),
+    ]
+    before, _, rest = LAYOUT.read_text(encoding="utf-8").partition(BEGIN)
+    return before + BEGIN + "\n\n".join(parts) + "\n" + END + rest.partition(END)[2]
+
+
+if __name__ == "__main__":
+    LAYOUT.write_text(made(), encoding="utf-8", newline="\n")

@@ -125,7 +125,7 @@ static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const 
     const float half = 0.5f * truck->backlash;
     const float beyond = fabsf(load) - truck->friction;
     const float moved = wheels - t->reference;
-    const float clear = oc_limited(moved, moved_min) - moved; /* minus what is beyond */
+    const float clear = oc_clamp_size(moved, moved_min) - moved; /* minus what is beyond */
     t->reference -= clear;
     float push = 0.0f;
     if (beyond <= 0.0f || -clear * load > 0.0f) {
@@ -136,7 +136,7 @@ static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const 
         push += load > 0.0f ? crept : -crept;
     }
     float place = t->place + push;
-    t->place_variance -= t->place_variance * oc_least(fabsf(push), 1.0f);
+    t->place_variance -= t->place_variance * oc_min(fabsf(push), 1.0f);
     const float share = d->check_s / forgotten_s;
     if (beyond < near_friction) {
         place -= place * share;
@@ -144,7 +144,7 @@ static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const 
     if (beyond < near_friction + unloading_sds * unloading_sd) {
         t->place_variance += (place_variance_max - t->place_variance) * share;
     }
-    t->place_step = (oc_limited(place, 1.0f) - t->place) / (float)d->ticks_per_check;
+    t->place_step = (oc_clamp_size(place, 1.0f) - t->place) / (float)d->ticks_per_check;
 }
 
 double oc_angle_late_s(const oc_angle_design *d) {
@@ -261,8 +261,8 @@ static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, 
         e->products = keep * e->products + t->yaw_acceleration * without_T * d->check_s;
     }
     e->seconds += d->check_s;
-    const float share = d->check_s / oc_least(learning_memory_s, 10.0f + e->seconds);
-    e->spread += (oc_least(error * error / variance, 25.0f) - e->spread) * share;
+    const float share = d->check_s / oc_min(learning_memory_s, 10.0f + e->seconds);
+    e->spread += (oc_min(error * error / variance, 25.0f) - e->spread) * share;
 }
 
 /* What a sensor reads for nothing, before it is learned. */
@@ -331,7 +331,7 @@ static void hold(oc_angle_tracking *t, const oc_angle_design *d) {
     t->held_s += d->tick_s;
     t->place_variance = place_variance_max;
     t->place_step = 0.0f;
-    t->sd = oc_least(t->sd + hand_rate_sd * d->tick_s, angle_sd_max);
+    t->sd = oc_min(t->sd + hand_rate_sd * d->tick_s, angle_sd_max);
 }
 
 /* No jump when the sensor comes back: our last word fades. */

@@ -16,8 +16,8 @@ static const float proof_s = 40.0f;           /* what passes sooner is no change
 static const float size_min = 0.8f * 0.017453292f; /* rad: less is left to forgetting */
 
 static void accumulate(oc_cusum *sums, float error) {
-    sums->up = oc_limited(sums->up + error - tolerated, highest);
-    sums->down = oc_limited(sums->down - error - tolerated, highest);
+    sums->up = oc_clamp_size(sums->up + error - tolerated, highest);
+    sums->down = oc_clamp_size(sums->down - error - tolerated, highest);
     sums->seconds_up += 1.0f;
     sums->seconds_down += 1.0f;
     if (!(sums->up > 0.0f)) {
@@ -29,7 +29,7 @@ static void accumulate(oc_cusum *sums, float error) {
 }
 
 static float height(const oc_cusum *sums) {
-    return oc_most(sums->up, sums->down);
+    return oc_max(sums->up, sums->down);
 }
 
 static float age(const oc_cusum *sums) {
@@ -66,9 +66,9 @@ oc_change oc_change_update(oc_change_watch *watch, float error, float least, flo
         watch->rest -= 1.0f;
         return (oc_change){0};
     }
-    const float relative = oc_limited(least / usual, error_max);
+    const float relative = oc_clamp_size(least / usual, error_max);
     accumulate(&watch->offset, relative);
-    accumulate(&watch->bends, relative * oc_limited(curvature / curvature_scale, 1.0f));
+    accumulate(&watch->bends, relative * oc_clamp_size(curvature / curvature_scale, 1.0f));
     if (!oc_change_suspected(watch)) {
         watch->seconds = watch->error = watch->error_curvature = watch->curvature_squares = 0.0f;
         return (oc_change){0};

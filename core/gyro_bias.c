@@ -360,8 +360,8 @@ static void watch_alarm(oc_gyro_bias *state, const oc_params *p) {
 static void read_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, int32_t axle) {
     oc_gyro_bias_axle *a = &state->axles[axle];
     a->innovation = 0.0;
-    a->is_heard = a->weight >= 0.5 * design->ticks_per_block;
-    if (!a->is_heard) {
+    a->has_update = a->weight >= 0.5 * design->ticks_per_block;
+    if (!a->has_update) {
         return;
     }
     const double per_track = design->per_track[axle], per_tick = 1.0 / a->weight;
@@ -388,7 +388,7 @@ static void read_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, in
 
 static void learn_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, int32_t axle) {
     oc_gyro_bias_axle *a = &state->axles[axle];
-    if (!a->is_heard) {
+    if (!a->has_update) {
         return;
     }
     const double per_track = design->per_track[axle];
@@ -401,7 +401,7 @@ static void learn_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, i
 /* What both axles said together. */
 static void conclude_block(oc_gyro_bias *state, const oc_params *p) {
     const oc_gyro_bias_axle *rear = &state->axles[OC_AXLE_REAR], *front = &state->axles[OC_AXLE_FRONT];
-    const int32_t heard = rear->is_heard + front->is_heard;
+    const int32_t heard = rear->has_update + front->has_update;
     if (heard > 0) {
         state->evidence += block_s;
         state->wheel_evidence += block_s;

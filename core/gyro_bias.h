@@ -52,7 +52,7 @@ typedef struct {
     double last;                /* m/s, difference at the tick before */
     double plateau;             /* m/s, difference where it last stood still */
     double before_speed, before_yaw_rate; /* speed and yaw rate */
-    int32_t is_heard;           /* the last block told something */
+    int32_t has_update;           /* the last block told something */
 } oc_gyro_bias_axle;
 
 /* How far innovations have leaned to either side. */

@@ -63,16 +63,16 @@ static void judge_second(oc_hypothesis *h, const oc_second *second) {
     h->trust = squared > limit ? sqrtf(limit / squared) : 1.0f;
 
     const float keep = second->memory_share;
-    const float quick = oc_most(1.0f / (2.0f + h->age / second->second_s), 0.02f);
-    const float varied = h->variance + (oc_within(squared, 0.0f, 9.0f * h->variance) - h->variance) * quick;
-    h->variance = oc_most(varied, least_variance);
+    const float quick = oc_max(1.0f / (2.0f + h->age / second->second_s), 0.02f);
+    const float varied = h->variance + (oc_clamp(squared, 0.0f, 9.0f * h->variance) - h->variance) * quick;
+    h->variance = oc_max(varied, least_variance);
     h->blocks.sum += h->trust * h->error;
     h->long_blocks.sum += h->trust * h->error;
     h->age += second->second_s;
-    if (oc_hypothesis_is_newborn(h, second)) {
+    if (oc_hypothesis_is_on_probation(h, second)) {
         h->cost = keep * second->best_cost + newborn_handicap;
     } else {
-        h->cost = keep * h->cost + 0.5f * oc_within(squared / second->reference, 0.0f, 16.0f);
+        h->cost = keep * h->cost + 0.5f * oc_clamp(squared / second->reference, 0.0f, 16.0f);
     }
 }
 
@@ -113,17 +113,17 @@ static void regress(oc_hypothesis *h, const oc_hypothesis_design *design, const 
 }
 
 static void correlate(oc_correlation *correlation, float variance, int32_t seconds, int32_t blocks) {
-    const float ratio = oc_within(correlation->sum * correlation->sum / ((float)seconds * variance), 0.0f, 60.0f);
-    correlation->factor += (ratio - correlation->factor) * oc_most(1.0f / (5.0f + (float)blocks), 0.01f);
+    const float ratio = oc_clamp(correlation->sum * correlation->sum / ((float)seconds * variance), 0.0f, 60.0f);
+    correlation->factor += (ratio - correlation->factor) * oc_max(1.0f / (5.0f + (float)blocks), 0.01f);
     correlation->sum = 0.0f;
 }
 
-bool oc_hypothesis_is_newborn(const oc_hypothesis *h, const oc_second *second) {
+bool oc_hypothesis_is_on_probation(const oc_hypothesis *h, const oc_second *second) {
     return h->age <= second->trial_s && second->used_s > second->trial_s;
 }
 
 float oc_hypothesis_noise(const oc_hypothesis *h) {
-    return h->variance * oc_most(oc_most(h->blocks.factor, h->long_blocks.factor), 1.0f);
+    return h->variance * oc_max(oc_max(h->blocks.factor, h->long_blocks.factor), 1.0f);
 }
 
 void oc_hypothesis_shift(oc_hypothesis *h, const oc_hypothesis_design *design, int32_t term, float by) {

@@ -137,7 +137,7 @@ void oc_hypothesis_solve(oc_hypothesis *hypothesis, const oc_hypothesis_design *
 void oc_hypothesis_relinearise(oc_hypothesis *hypothesis, const oc_hypothesis_design *design);
 
 /* Whether its word does not count yet. */
-bool oc_hypothesis_is_newborn(const oc_hypothesis *hypothesis, const oc_second *second);
+bool oc_hypothesis_is_on_probation(const oc_hypothesis *hypothesis, const oc_second *second);
 
 /* exp(-x), near enough for a weight, for x > -32. */
 float oc_likelihood(float x);

@@ -35,7 +35,7 @@ static float found(const oc_hypothesis *h, const oc_hypothesis_design *design, i
 
 /* Where a parameter goes that is to be moved by so much, a step at most. */
 static float stepped(float value, float by, float step, float low, float high) {
-    return oc_within(value + oc_within(by, -step, step), low, high);
+    return oc_clamp(value + oc_clamp(by, -step, step), low, high);
 }
 
 void oc_hypothesis_relinearise(oc_hypothesis *h, const oc_hypothesis_design *design) {
@@ -77,7 +77,7 @@ void oc_hypothesis_relinearise(oc_hypothesis *h, const oc_hypothesis_design *des
 static float doubted(float apart, float most) {
     const float squared = apart * apart;
     const float fourth = squared * squared;
-    return oc_within(fourth * fourth / 110.0f, 1.0f, most);
+    return oc_clamp(fourth * fourth / 110.0f, 1.0f, most);
 }
 
 /* The priors' information, and their pull on what is left to be found. */
@@ -125,9 +125,9 @@ static float reach(float apart, float crown, float variance) {
     static const float neither = 18.0f; /* for one that is */
     static const float left_out = 0.025f, taken_in = 0.075f;
     const float per = crown / variance;
-    const float other_side = oc_likelihood(oc_most(per * (crown - apart), -8.0f)); /* by that likelier */
+    const float other_side = oc_likelihood(oc_max(per * (crown - apart), -8.0f)); /* by that likelier */
     const float likely = 1.0f / (1.0f + oc_likelihood(0.5f * per * crown) * (neither / other_side + other_side));
-    return oc_within((likely - left_out) / (taken_in - left_out), 0.0f, 1.0f);
+    return oc_clamp((likely - left_out) / (taken_in - left_out), 0.0f, 1.0f);
 }
 
 /* The offset is what the sensor reads at a = a_0, where no side force acts but for pull and wind: of its variance what
@@ -157,24 +157,24 @@ static void conclude_offset(oc_hypothesis *h, const oc_hypothesis_design *design
     /* pull and wind part a_0 from the accelerometer's bias: where the drive shows a_0 and its prior the bias, each has
      * its share of what is between; in little play the lag of whatever gives way passes for a_0 */
     const float bias = design->scale[UNLOADING] * design->scale[UNLOADING] / equations->information[UNLOADING];
-    const float little = oc_most(1.0f - 2.0f * h->play.half_width / oc_joint_model_get()->little_play, 0.0f);
+    const float little = oc_max(1.0f - 2.0f * h->play.half_width / oc_joint_model_get()->little_play, 0.0f);
     const float variance = h->variances.of[OC_OF_UNLOADING], any_pull = design->pull_sd * design->pull_sd;
-    const float shown = oc_least(variance + little * bias, bias);
+    const float shown = oc_min(variance + little * bias, bias);
     const float told = 1.0f - shown / bias;
     const float pull = any_pull * told;
     const float of_bias = bias / (bias + pull);
-    const float beyond = oc_most(of_bias * (shown + pull) - variance, 0.0f);
+    const float beyond = oc_max(of_bias * (shown + pull) - variance, 0.0f);
     const float apart = h->unloading - prior->unloading_mean;
     const float believed = prior->unloading_sd * prior->unloading_sd + any_pull + variance;
     const float set_up = of_bias * told * prior->crown; /* what is then taken for bias */
     const float reached = reach(apart, prior->crown, believed) * set_up;
     const float perhaps = both_ends * reached * set_up;
     /* what pull does to a truck that understeers a little at least, whatever bends and play are taken for */
-    const float pulled = design->steering_ratio * oc_most(h->gradient, least_gradient);
+    const float pulled = design->steering_ratio * oc_max(h->gradient, least_gradient);
     const float of_pull = pulled * pulled;
     h->lean = pulled * (of_bias * apart - apart - 0.5f * reached);
-    h->pulled_variance = of_pull * (oc_least(beyond, pull) + perhaps);
-    h->variances.of[OC_OF_OFFSET] += oc_hypothesis_noise(h) / oc_most(h->weight, least_weight) +
+    h->pulled_variance = of_pull * (oc_min(beyond, pull) + perhaps);
+    h->variances.of[OC_OF_OFFSET] += oc_hypothesis_noise(h) / oc_max(h->weight, least_weight) +
                                   of_pull * (beyond + perhaps);
 }
 
@@ -205,18 +205,18 @@ static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *d
     const float bends = lower[BEND] * lower[BEND], forces = lower[FORCE] * lower[FORCE];
     const float both = lower[BOTH] * lower[BOTH];
     const float known_before = equations->information[GRADIENT];
-    const float parted = oc_most(0.5f * (forces - known_before), 0.0f); /* so much stays of forces */
+    const float parted = oc_max(0.5f * (forces - known_before), 0.0f); /* so much stays of forces */
     const float shared = both + parted; /* at most, for which bends need */
     const float needed = shared > 0.0f ? across * across / shared : bends;
-    const float most = oc_within(design->scale[WHEELBASE] * bends, 0.0f, oc_most(bends - needed, 0.0f));
-    const float of_bend = oc_within(seconds * yaw_rate * bend * bend, 0.0f, most); /* moves it by its prior's sd */
+    const float most = oc_clamp(design->scale[WHEELBASE] * bends, 0.0f, oc_max(bends - needed, 0.0f));
+    const float of_bend = oc_clamp(seconds * yaw_rate * bend * bend, 0.0f, most); /* moves it by its prior's sd */
     lower[BEND] = sqrtf(bends - of_bend);
     equations->inverse[WHEELBASE] = 1.0f / lower[BEND];
     lower[BOTH] = across * equations->inverse[WHEELBASE];
     const float left = both + forces - lower[BOTH] * lower[BOTH];
-    const float spare = oc_most(left - (forces - parted), 0.0f);
-    const float of_force = oc_within(seconds * acceleration * force * force, 0.0f, spare);
-    lower[FORCE] = sqrtf(oc_most(left - of_force, forces - parted)); /* rounding may have left less */
+    const float spare = oc_max(left - (forces - parted), 0.0f);
+    const float of_force = oc_clamp(seconds * acceleration * force * force, 0.0f, spare);
+    lower[FORCE] = sqrtf(oc_max(left - of_force, forces - parted)); /* rounding may have left less */
     equations->inverse[GRADIENT] = 1.0f / lower[FORCE];
     equations->terms[WHEELBASE] += of_bend / design->scale[WHEELBASE];
 }

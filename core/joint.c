@@ -4,7 +4,7 @@
 #include <stddef.h>
 
 #include "bounds.h"
-#include "joint_bank.h"
+#include "hypothesis_set.h"
 
 static const double sample_s = 0.1;
 static const double side_force_s = 0.3; /* the accelerometer's noise is shorter; much longer, and what is late is K */
@@ -69,7 +69,7 @@ static void place_anew(oc_joint *joint, double angle) {
     for (int32_t k = 0; k < joint->count; ++k) {
         oc_hypothesis_restart(&joint->hypotheses[k], angle);
     }
-    joint->watch = (oc_change_watch){.rest = oc_most(joint->watch.rest, unplaced_s)};
+    joint->watch = (oc_change_watch){.rest = oc_max(joint->watch.rest, unplaced_s)};
     joint->along = 1.0f;
     joint->across = 0.0f;
 }
@@ -104,7 +104,7 @@ static void begin_to_collect(oc_joint *joint, oc_joint_tracking *tracking, const
 
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {
     const float down = (joint->hypotheses[joint->best].wheelbase + tag_axle_share) / tag_axle_doubt;
-    return design->tandem * oc_within(down, 0.0f, 1.0f);
+    return design->tandem * oc_clamp(down, 0.0f, 1.0f);
 }
 
 /* Turns the heading by so many rad, a small angle; a large one is no truck's, and the heading would grow for ever. */
@@ -161,7 +161,7 @@ static void turn_phase(oc_joint *joint, const oc_joint_design *design) {
 static void see_flank(oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const float load = oc_play_load(&best->play, sample);
-    const float friction = oc_most(best->play.friction, 0.0f);
+    const float friction = oc_max(best->play.friction, 0.0f);
     const float beyond = clearly + unseen_bank * design->unseen + friction + sqrtf(best->variances.of[OC_OF_UNLOADING]);
     const float step_s = design->hypothesis.step_s;
     joint->to_left += load > beyond ? step_s : 0.0f;
@@ -179,7 +179,7 @@ static void watch(oc_joint *joint, const oc_joint_tracking *tracking, const oc_e
     if (!(best->age > witness_s)) {
         return;
     }
-    const oc_change change = oc_change_update(&joint->watch, best->error, tracking->least_error,
+    const oc_change change = oc_change_update(&joint->watch, best->error, tracking->min_error,
                                               sqrtf(joint->second.reference), tracking->taken.curvature);
     if (change.kind != OC_CHANGE_NONE) {
         oc_joint_note_change(joint, &change, last_offset, time - change.seconds);
@@ -270,8 +270,8 @@ bool oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
  * change, and is no witness. */
 static void note_error(const oc_joint *joint, oc_joint_tracking *tracking, const oc_hypothesis *h) {
     if (h->age > witness_s && h->cost < joint->second.best_cost + (float)OC_JOINT_HOPELESS &&
-        fabsf(h->error) < fabsf(tracking->least_error)) {
-        tracking->least_error = h->error;
+        fabsf(h->error) < fabsf(tracking->min_error)) {
+        tracking->min_error = h->error;
     }
 }
 
@@ -279,7 +279,7 @@ static void note_error(const oc_joint *joint, oc_joint_tracking *tracking, const
  * other seconds; more often of one on probation. */
 static bool is_due(const oc_joint *joint, int32_t k) {
     static const float begins_s = 120.0f;
-    const bool newborn = oc_hypothesis_is_newborn(&joint->hypotheses[k], &joint->second);
+    const bool newborn = oc_hypothesis_is_on_probation(&joint->hypotheses[k], &joint->second);
     const int32_t every = newborn ? OC_JOINT_SECONDS_PER_SOLVING / 2 : OC_JOINT_SECONDS_PER_SOLVING;
     return joint->second.used_s < begins_s || (joint->in_long_block + k) % every == 0;
 }
@@ -355,7 +355,7 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
     tracking->filling.count = 0;
     tracking->turns = joint->count + 1;
     tracking->solves_all = joint->solves_all;
-    tracking->least_error = 1e9f;
+    tracking->min_error = 1e9f;
     joint->second.learns = !tracking->taken.doubted && !is_suspected(joint);
     joint->solves_all = 0;
 }

@@ -79,7 +79,7 @@ typedef struct {
     oc_collected taken;          /* the one before, which the hypotheses take in */
     int32_t turns;               /* that are left of the round: one of each hypothesis, and one to end it; 0: none */
     int32_t solves_all;          /* each solves its equations in this round, whether it learns or not */
-    float least_error;           /* rad, of the second of evidence, by the hypothesis that predicted it best */
+    float min_error;           /* rad, of the second of evidence, by the hypothesis that predicted it best */
     float wound, inner;          /* rad, where the best hypothesis's operators are at the last sample */
     oc_equations equations;      /* of the hypothesis in turn; here, since firmware's stack is small */
 } oc_joint_tracking;
@@ -88,7 +88,7 @@ typedef struct {
     int32_t started;
     int32_t count;               /* hypotheses that run, the first so many; the others were not needed */
     int32_t best;                /* hypothesis */
-    int32_t born;                /* of the starts, which one is next */
+    int32_t next_start;                /* of the starts, which one is next */
     int32_t phase;               /* ticks since a sample was due */
     int32_t in_block, in_long_block;
     float along, across;         /* cosine and sine of the heading since it was lost */
@@ -111,7 +111,7 @@ typedef struct {
 typedef struct {
     oc_found of[OC_ASKED]; /* offset and play's width: rad, gradient: rad/(m/s^2), unloading: m/s^2; wheelbase: share by
                             * which the truck turns as if it were longer */
-    float told_sd;         /* rad, of the offset but for pull and wind, which no drive tells */
+    float identified_sd;         /* rad, of the offset but for pull and wind, which no drive tells */
     float lean;            /* rad, from the offset to where it is expected with their share in a_0 */
     float used;            /* s */
 } oc_joint_answer;

@@ -16,7 +16,7 @@ static const float borne_doubt = 0.7f; /* sd, of the gradient where nobody tells
 
 double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking) {
     const float half_width = joint->hypotheses[joint->best].play.half_width;
-    return (double)oc_within((tracking->wound - tracking->inner) / half_width, -1.0f, 1.0f);
+    return (double)oc_clamp((tracking->wound - tracking->inner) / half_width, -1.0f, 1.0f);
 }
 
 double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side) {
@@ -25,12 +25,12 @@ double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *desi
     const bool wide = 2.0f * joint->hypotheses[joint->best].play.half_width > oc_joint_model_get()->little_play;
     const bool found = wide && design->unseen <= 0.0f && seen > hardly_s;
     const float needed = wide ? flank_s : flank_s / little_play;
-    return found ? 0.0 : (double)oc_most(needed - seen, 0.0f);
+    return found ? 0.0 : (double)oc_max(needed - seen, 0.0f);
 }
 
 /* What lacks to 1. */
 static float lacking(float share) {
-    return oc_most(1.0f - share, 0.0f);
+    return oc_max(1.0f - share, 0.0f);
 }
 
 /* 1/s, of the time after which a flank counts as seen: longer where seconds tell no new things each. */
@@ -46,9 +46,9 @@ static float per_flank(const oc_hypothesis *h) {
 static float unseen_width_variance(const oc_hypothesis *h, float unseen, float seen) {
     const float little = lacking(2.0f * h->play.half_width / oc_joint_model_get()->little_play);
     const float lacks = lacking(seen);
-    const float doubtful = lacks * oc_most(unseen, always_doubtful * lacks * lacks);
+    const float doubtful = lacks * oc_max(unseen, always_doubtful * lacks * lacks);
     const float width_sd = oc_joint_model_get()->terms[WIDTH].sd;
-    return oc_most(doubtful, little * lacking(little_play * seen)) * width_sd * width_sd;
+    return oc_max(doubtful, little * lacking(little_play * seen)) * width_sd * width_sd;
 }
 
 /* Of values that each have a variance: mean, and variance within and between; from where the best one has it, lest
@@ -68,7 +68,7 @@ static void mix(mixture *mixture, float weight, float apart, float variance) {
 static float variance_of(const mixture *mixture, float all) {
     const float mean = mixture->sum / all;
     const float between = mixture->squares / all - mean * mean;
-    return mixture->variances / all + oc_most(between, 0.0f);
+    return mixture->variances / all + oc_max(between, 0.0f);
 }
 
 static void values_of(const oc_hypothesis *h, float *values) {
@@ -84,20 +84,20 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
     mixture of[OC_ASKED] = {0};
     float about[OC_ASKED], values[OC_ASKED];
     values_of(best, about);
-    const float seen = oc_least(joint->to_left, joint->to_right);
+    const float seen = oc_min(joint->to_left, joint->to_right);
     const float usual_gradient = oc_joint_model_get()->terms[GRADIENT].mean;
     float all = 0.0f, pulled = 0.0f, leaning = 0.0f;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (oc_hypothesis_is_newborn(h, &joint->second)) {
+        if (oc_hypothesis_is_on_probation(h, &joint->second)) {
             continue;
         }
         const float per = per_flank(h);
-        const float seen_by = per * oc_least(joint->to_left - h->left_before, joint->to_right - h->right_before);
-        const float worse = oc_most(h->cost - best->cost, 0.0f);
+        const float seen_by = per * oc_min(joint->to_left - h->left_before, joint->to_right - h->right_before);
+        const float worse = oc_max(h->cost - best->cost, 0.0f);
         const float weight = oc_likelihood(worse + late_comer * (lacking(seen_by) - lacking(per * seen)));
         const float unseen = weight * unseen_width_variance(h, design->unseen, seen_by);
-        const float borne = borne_doubt * design->unseen * oc_most(h->gradient, usual_gradient);
+        const float borne = borne_doubt * design->unseen * oc_max(h->gradient, usual_gradient);
         values_of(h, values);
         for (int32_t of_what = 0; of_what < OC_ASKED; ++of_what) {
             mix(&of[of_what], weight, values[of_what] - about[of_what], h->variances.of[of_what]);
@@ -118,7 +118,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
         answer->of[k] = (oc_found){about[k] + of[k].sum / all, sqrtf(variance_of(&of[k], all))};
     }
     const float offset_sd = answer->of[OC_OF_OFFSET].sd;
-    answer->told_sd = sqrtf(oc_most(offset_sd * offset_sd - (pulled + leaned) / all, 0.0f));
+    answer->identified_sd = sqrtf(oc_max(offset_sd * offset_sd - (pulled + leaned) / all, 0.0f));
     answer->lean = lean;
     answer->used = joint->second.used_s;
 }

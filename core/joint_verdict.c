@@ -15,8 +15,8 @@ static const float lately_share = 1.0f / 80.0f; /* of a second, in the mean of w
 static float wide_as(const oc_joint_answer *found, float moved) {
     static const float times = 5.0f;
     const bool plays = found->of[OC_OF_WIDTH].value > oc_joint_model_get()->little_play;
-    const float told = plays ? found->told_sd : 0.0f, untold = 0.5f * fabsf(moved);
-    return oc_most(times * oc_most(told, untold), found->of[OC_OF_OFFSET].sd);
+    const float told = plays ? found->identified_sd : 0.0f, untold = 0.5f * fabsf(moved);
+    return oc_max(times * oc_max(told, untold), found->of[OC_OF_OFFSET].sd);
 }
 
 static oc_status status_of(oc_status before, bool enough, float sd, double narrow) {

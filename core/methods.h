@@ -41,6 +41,6 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
 oc_status oc_offset_status(const oc_evidence *evidence, oc_status learned);
 
 /* What a tick gave. */
-void oc_tell(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_tick *tick);
+void oc_publish(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_tick *tick);
 
 #endif

@@ -248,7 +248,7 @@ void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_sign
     oc_tick tick = {.signals = *signals};
     step(state, coefficients, &tick);
     if (output != NULL) {
-        oc_tell(output, state, coefficients, &tick);
+        oc_publish(output, state, coefficients, &tick);
     }
 }
 

@@ -4,7 +4,7 @@ oc_status oc_offset_status(const oc_evidence *evidence, oc_status learned) {
     return learned != OC_UNOBSERVABLE && evidence->fault.fault != OC_FAULT_NONE ? OC_INVALID : learned;
 }
 
-void oc_tell(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_tick *tick) {
+void oc_publish(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_tick *tick) {
     const oc_estimate bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &c->params);
     output->time = state->tracking.clock.last_time;
     output->vehicle_speed = tick->filtered.vehicle_speed;

@@ -18,7 +18,7 @@
 #define ENUMS_OF_EACH(type, first, count, structs) RUN_OF_EACH(type, first, count, structs, OC_SAVED_ENUM)
 
 /* docs/make_layout.py writes what follows from the headers. */
-static const uint32_t layout_hash = 0xD286DDCCu;
+static const uint32_t layout_hash = 0xFFDCB962u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
@@ -39,7 +39,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS_OF_EACH(oc_state, tracking.joint.taken.samples[0].in_second, 1, tracking.joint.taken.samples),
     INTEGERS(oc_state, tracking.joint.taken.count, 1), FLOATS(oc_state, tracking.joint.taken.curvature, 1),
     INTEGERS(oc_state, tracking.joint.taken.doubted, 1), INTEGERS(oc_state, tracking.joint.turns, 2),
-    FLOATS(oc_state, tracking.joint.least_error, 133), INTEGERS(oc_state, tracking.angle.running, 1),
+    FLOATS(oc_state, tracking.joint.min_error, 133), INTEGERS(oc_state, tracking.angle.running, 1),
     FLOATS(oc_state, tracking.angle.yaw_rate_first, 12), INTEGERS(oc_state, tracking.angle.ticks_to_check, 1),
     FLOATS(oc_state, tracking.angle.held_s, 9), INTEGERS(oc_state, tracking.fault.running, 1),
     ENUMS(oc_state, tracking.fault.fault, 1), DOUBLES(oc_state, tracking.fault.since, 7),
@@ -47,7 +47,7 @@ static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, evidence.offset.ticks.weight, 46), INTEGERS(oc_state, evidence.standstill.still_ticks, 1),
     DOUBLES(oc_state, evidence.gyro_bias.x[0], 72), FLOATS(oc_state, evidence.gyro_bias.past.used_s, 13),
     DOUBLES_OF_EACH(oc_state, evidence.gyro_bias.axles[0].weight, 18, evidence.gyro_bias.axles),
-    INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].is_heard, 1, evidence.gyro_bias.axles),
+    INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].has_update, 1, evidence.gyro_bias.axles),
     FLOATS(oc_state, evidence.gyro_bias.together.up, 4), DOUBLES(oc_state, evidence.gyro_bias.alarm_blocks, 12),
     INTEGERS(oc_state, evidence.gyro_bias.due, 6), ENUMS(oc_state, evidence.gyro_bias.status, 1),
     DOUBLES(oc_state, evidence.gyro_bias.sd, 4), INTEGERS(oc_state, evidence.joint.started, 7),

@@ -131,17 +131,17 @@ static bool are_hypotheses(const oc_joint *joint) {
         if (!is_hypothesis(&joint->hypotheses[k])) {
             return false;
         }
-        age = oc_most(age, joint->hypotheses[k].age);
+        age = oc_max(age, joint->hypotheses[k].age);
     }
     /* one is older than the trial that the next second gives it: else no hypothesis would have a say */
     const float used_s = joint->second.used_s;
-    return !(used_s > 60.0f && age <= oc_within(0.05f * used_s, 60.0f, 600.0f));
+    return !(used_s > 60.0f && age <= oc_clamp(0.05f * used_s, 60.0f, 600.0f));
 }
 
 static bool is_joint(const oc_joint *joint, const oc_joint_design *design) {
     const bool has_places = is_below(joint->count, OC_JOINT_HYPOTHESES + 1) &&
                             is_below(joint->best, joint->started ? joint->count : OC_JOINT_HYPOTHESES) &&
-                            is_below(joint->born, OC_JOINT_LATER_STARTS) &&
+                            is_below(joint->next_start, OC_JOINT_LATER_STARTS) &&
                             is_below(joint->phase, design->ticks_per_sample) &&
                             is_below(joint->in_block, OC_SECONDS_PER_BLOCK) &&
                             is_below(joint->in_long_block, OC_SECONDS_PER_LONG_BLOCK) && joint->changes >= 0;

@@ -52,7 +52,7 @@ const char *oc_fault_name(oc_fault fault) {
 }
 
 static float no_further_than(float value, float most) {
-    const float size = oc_least(fabsf(value), most);
+    const float size = oc_min(fabsf(value), most);
     return value < 0.0f ? -size : size;
 }
 
@@ -61,10 +61,10 @@ static bool teaches_nothing(oc_fault fault) {
 }
 
 static void name_it(oc_fault_watch *w, oc_fault fault, double since, float difference, float sd) {
-    const float sds = fabsf(difference) / oc_most(sd, 1e-6f);
+    const float sds = fabsf(difference) / oc_max(sd, 1e-6f);
     w->fault = fault;
     w->since = since;
-    w->confidence = 1.0f - 1.0f / oc_most(sds * sds, 1.0f);
+    w->confidence = 1.0f - 1.0f / oc_max(sds * sds, 1.0f);
     w->well_s = 0.0f;
 }
 
@@ -129,7 +129,7 @@ static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
     w->mean_estimate += share * no_further_than(e, kick_max_deg * rad_in_deg);
     const float right = 2.0f * m * e / (tick->sd * tick->sd + noise * noise) / fades_s;
     w->flipped -= no_further_than(right, flipped_rate) * tick->judged_s;
-    w->flipped = oc_least(oc_most(w->flipped, 0.0f), 2.0f * flipped_min);
+    w->flipped = oc_min(oc_max(w->flipped, 0.0f), 2.0f * flipped_min);
     if (w->flipped <= 0.0f) {
         w->last_right = tick->time;
     }
@@ -157,7 +157,7 @@ static oc_fault kind_of(const oc_fault_watch *w) {
 
 static float counted(float sum, float share, float sure, float tick_s) {
     const float beyond = share - borderline;
-    return oc_most(sum + (beyond < 0.0f ? sure * beyond : beyond) * tick_s, 0.0f);
+    return oc_max(sum + (beyond < 0.0f ? sure * beyond : beyond) * tick_s, 0.0f);
 }
 
 /* A difference that is within a wide limit says less for the sensor than one within a narrow one. */
@@ -182,17 +182,17 @@ static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, float diff
     if (fabsf(share) < well) {
         w->last_well = tick->time;
         w->well_s += tick->judged_s;
-        w->suspended_s = oc_most(w->suspended_s - regained * tick->judged_s, 0.0f);
+        w->suspended_s = oc_max(w->suspended_s - regained * tick->judged_s, 0.0f);
     } else {
         w->well_s = 0.0f;
-        w->suspended_s = oc_least(w->suspended_s + tick->judged_s, suspended_max_s);
+        w->suspended_s = oc_min(w->suspended_s + tick->judged_s, suspended_max_s);
     }
 }
 
 static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, float limit) {
     const float turned = fabsf(tick->estimate - w->held_estimate);
     const bool bent = w->beyond && turned > limit && w->held_s > stuck_min_s;
-    const bool still = w->held_s > still_s && turned > oc_most(still_deg * rad_in_deg, still_sds * tick->sd);
+    const bool still = w->held_s > still_s && turned > oc_max(still_deg * rad_in_deg, still_sds * tick->sd);
     w->held_fast_s += tick->judged_s;
     w->stuck_s = bent || still ? w->stuck_s + tick->judged_s : 0.0f;
     return w->stuck_s > stuck_min_s || w->held_fast_s > frozen_s;
@@ -206,7 +206,7 @@ static bool goes_along(const oc_fault_watch *w) {
 /* rad; with the offset as late as it is judged by, for the sd grows while learning follows a sensor that drifts. */
 static float judged_sd(const oc_fault_watch *w, const oc_fault_tick *tick) {
     const float grown = tick->offset_sd * tick->offset_sd - w->offset_sd * w->offset_sd;
-    return grown > 0.0f ? sqrtf(oc_most(tick->sd * tick->sd - grown, 0.0f)) : tick->sd;
+    return grown > 0.0f ? sqrtf(oc_max(tick->sd * tick->sd - grown, 0.0f)) : tick->sd;
 }
 
 /* A sensor at fault that goes with the truck again, however far apart: it is another one since this ignition, or rests
@@ -222,12 +222,12 @@ static bool was_replaced(oc_fault_watch *w, const oc_fault_tick *tick, float dif
     }
     const bool steady = along && fabsf(difference - w->apart) < well * limit;
     w->apart += steady ? (difference - w->apart) * tick->judged_s / apart_mean_s : 0.0f;
-    w->steady_s = oc_most(w->steady_s + (steady ? tick->judged_s : -undone * tick->judged_s), 0.0f);
+    w->steady_s = oc_max(w->steady_s + (steady ? tick->judged_s : -undone * tick->judged_s), 0.0f);
     return w->steady_s > replaced_s;
 }
 
 static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
-    const float limit = (1.0f + w->wider) * oc_most(limit_deg * rad_in_deg, limit_sds * judged_sd(w, tick)) +
+    const float limit = (1.0f + w->wider) * oc_max(limit_deg * rad_in_deg, limit_sds * judged_sd(w, tick)) +
                         hidden_deg * rad_in_deg * tick->hidden;
     const float difference = tick->measured - w->offset - tick->estimate;
     count_wrong(w, tick, difference, limit);
@@ -239,7 +239,7 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
             name_it(w, OC_FAULT_STUCK, tick->time - (double)w->held_s, difference, tick->sd);
         } else if (w->flipped > flipped_min) {
             name_it(w, OC_FAULT_WRONG_SIGN, w->last_right, 2.0f * flipped_min, 1.0f);
-        } else if (oc_most(w->left, w->right) > (has_stepped(w) ? wrong_after_step_s : wrong_s)) {
+        } else if (oc_max(w->left, w->right) > (has_stepped(w) ? wrong_after_step_s : wrong_s)) {
             const oc_fault kind = kind_of(w);
             name_it(w, kind, kind == OC_FAULT_JUMPED ? w->step_time : w->suspicious_since, difference, tick->sd);
         } else if (fabsf(w->mean) > wrong_mean) {
@@ -251,7 +251,7 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->fault = OC_FAULT_REMOUNTED;
     } else if (w->well_s > healed_s && along) {
         if (w->fault == OC_FAULT_DRIFTING) {
-            w->wider = oc_least(w->wider + wider, wider_max);
+            w->wider = oc_min(w->wider + wider, wider_max);
         }
         acquit(w);
     }
@@ -273,7 +273,7 @@ static void follow_offset(oc_fault_watch *w, const oc_fault_tick *tick) {
     }
     w->offset_s += tick->judged_s;
     const float later = fabsf(w->mean) > leaning ? leaning_factor : 1.0f;
-    const float share = tick->judged_s / oc_least(w->offset_s, later * offset_memory_s);
+    const float share = tick->judged_s / oc_min(w->offset_s, later * offset_memory_s);
     const float grown = tick->offset_sd - w->offset_sd;
     w->offset += (tick->offset - w->offset) * share;
     w->offset_sd += grown > 0.0f ? grown * share / sd_memory_factor : grown;
@@ -300,7 +300,7 @@ static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
     const bool judges = tick->has_measured && tick->can_judge && tick->speed > judging_speed;
     if (tick->judged_s > 0.0f) {
         const float alike_s = w->alike_s + (judges ? tick->judged_s : -unlike_factor * tick->judged_s);
-        w->alike_s = oc_least(oc_most(alike_s, 0.0f), alike_max_s);
+        w->alike_s = oc_min(oc_max(alike_s, 0.0f), alike_max_s);
     }
     if (tick->speed < 1.0f) {
         w->interruption_time = tick->time;

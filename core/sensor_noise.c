@@ -26,7 +26,7 @@ static void learn(float *variances, const oc_noise_past *past, const float *now,
         const float bent = now[k] - 2.0f * past->last[k] + past->before[k];
         const float seen = of_mean * bent * bent;
         const float most = of_mean * least_kick[k] + kick_share * variances[k];
-        variances[k] += share * (oc_least(seen, most) - variances[k]);
+        variances[k] += share * (oc_min(seen, most) - variances[k]);
     }
 }
 
@@ -42,5 +42,5 @@ void oc_noise_update(oc_noise *noise, oc_noise_watch *watch, const oc_noise_desi
 }
 
 float oc_noise_in_mean(const oc_noise *noise, int32_t signal) {
-    return oc_least(noise->by_samples[signal], noise->by_ticks[signal]);
+    return oc_min(noise->by_samples[signal], noise->by_ticks[signal]);
 }

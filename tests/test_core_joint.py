@@ -432,9 +432,9 @@ def test_a_bank_that_has_settled_is_joined_by_others_half_as_often() -> None:
     for start in range(0, len(columns["time_s"]), 200):
         core.run({name: column[start : start + 200] for name, column in columns.items()})
         joint = state_of(core)["evidence"]["joint"]
-        if joint["born"] != born:
+        if joint["next_start"] != born:
             births.append(float(joint["second"]["used_s"]))
-            born = int(joint["born"])
+            born = int(joint["next_start"])
     times = np.array(births)
     assert np.diff(times[times < 600.0]).min() == pytest.approx(40.0, abs=4.0)
     assert np.diff(times[times > 640.0]) == pytest.approx(80.0, abs=4.0)

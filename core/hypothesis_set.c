@@ -1,4 +1,4 @@
-#include "joint_bank.h"
+#include "hypothesis_set.h"
 
 #include <math.h>
 
@@ -40,7 +40,7 @@ static int32_t best_of(const oc_joint *joint) {
     int32_t best = joint->best;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (!oc_hypothesis_is_newborn(h, &joint->second) && h->cost < joint->hypotheses[best].cost) {
+        if (!oc_hypothesis_is_on_probation(h, &joint->second) && h->cost < joint->hypotheses[best].cost) {
             best = k;
         }
     }
@@ -59,7 +59,7 @@ static int32_t dispensable(const oc_joint *joint) {
     int32_t worst = joint->best;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (!oc_hypothesis_is_newborn(h, &joint->second) && h->cost > joint->hypotheses[worst].cost) {
+        if (!oc_hypothesis_is_on_probation(h, &joint->second) && h->cost > joint->hypotheses[worst].cost) {
             worst = k;
         }
     }
@@ -68,7 +68,7 @@ static int32_t dispensable(const oc_joint *joint) {
     }
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (k != joint->best && !oc_hypothesis_is_newborn(h, &joint->second) &&
+        if (k != joint->best && !oc_hypothesis_is_on_probation(h, &joint->second) &&
             are_twins(h, &joint->hypotheses[joint->best])) {
             return k;
         }
@@ -101,9 +101,9 @@ static void renew(oc_joint *joint) {
     const bool begins = joint->second.used_s < settle_s || joint->second.long_blocks % 2 == 0;
     const int32_t needless = dispensable(joint);
     if (begins && (needless >= 0 || joint->count < OC_JOINT_HYPOTHESES)) { /* in its place: to move one is more work */
-        const oc_play play = later_start_of(joint->born);
+        const oc_play play = later_start_of(joint->next_start);
         oc_hypothesis *h = &joint->hypotheses[needless >= 0 ? needless : joint->count++];
-        joint->born = (joint->born + 1) % OC_JOINT_LATER_STARTS;
+        joint->next_start = (joint->next_start + 1) % OC_JOINT_LATER_STARTS;
         oc_hypothesis_start(h, &play, (double)joint->hypotheses[joint->best].places.inner);
         h->left_before = mark_of(joint->to_left);
         h->right_before = mark_of(joint->to_right);
@@ -117,7 +117,7 @@ static void renew(oc_joint *joint) {
 
 float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design) {
     const float first = 60.0f + 0.5f * joint->second.used_s;
-    return oc_least(first, design->memory_s);
+    return oc_min(first, design->memory_s);
 }
 
 void oc_joint_turn_second(oc_joint *joint, const oc_joint_design *design) {
@@ -128,7 +128,7 @@ void oc_joint_turn_second(oc_joint *joint, const oc_joint_design *design) {
     const float noise = oc_hypothesis_noise(&joint->hypotheses[joint->best]);
     second->reference = noise > least * least ? noise : least * least;
     second->used_s += second->second_s;
-    second->trial_s = oc_within(0.05f * second->used_s, 60.0f, 600.0f);
+    second->trial_s = oc_clamp(0.05f * second->used_s, 60.0f, 600.0f);
     if (second->long_block_ends) {
         renew(joint);
     }

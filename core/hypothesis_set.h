@@ -1,5 +1,5 @@
-#ifndef OC_JOINT_BANK_H
-#define OC_JOINT_BANK_H
+#ifndef OC_HYPOTHESIS_SET_H
+#define OC_HYPOTHESIS_SET_H
 /* Which hypotheses run: where each begins, which fits best, and which is not needed and makes way for another. */
 
 #include <stdint.h>

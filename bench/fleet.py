@@ -1,11 +1,11 @@
 """What a fleet's night must show, measured on drives whose truth is known.
 
-    python bench/fleet.py FOLDER [--part changes|speed|ray|memory|kill …] [--page]
+    python bench/fleet.py FOLDER [--part changes|speed|ray|memory|kill …] [--page | --smoke]
 
 FOLDER gets a fleet where it has none yet (fleet_drives.py, 4.5 GB, six minutes of two cores): 2,000 drives of 100
 trucks, half of which nobody touches, with seed 11, which was not used to tune anything: those were 101, 1, 2, 21 and
 22. What the nights wrote stays in FOLDER/out. `--page` writes what was measured into docs/fleet.md; parts that were not
-measured keep what stood there.
+measured keep what stood there. `--smoke` is for whoever asks only whether the bench runs: a few drives, one round.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -29,20 +30,29 @@ from typing import Any
 import polars as pl
 from fleet_drives import fleet, write_fleet
 
-TRUCKS, DRIVES_A_MONTH, SEED = 100, 20, 11
+SEED, DRIVES_A_MONTH = 11, 20
 FOUND_WITHIN = 3  # drives
 LEAST_DEG = 2.0
-ROUNDS = 3
-RAY_TURNS = 7
-KILLS, KILLED_LOGS = 10, 700
 PAGE = Path(__file__).parents[1] / "docs" / "fleet.md"
 MARK = "<!-- below: written by bench/fleet.py --page -->\n"
 
 
-def make(folder: Path) -> None:
+@dataclass(frozen=True)
+class Sizes:
+    trucks: int
+    drives: int  # of each
+    rounds: int
+    ray_turns: int
+    kills: int
+
+
+FULL, SMOKE = Sizes(100, DRIVES_A_MONTH, 3, 7, 10), Sizes(2, 3, 1, 1, 1)
+
+
+def make(folder: Path, sizes: Sizes) -> None:
     if not (folder / "planted").is_dir():
         print(f"making {folder / 'planted'}", file=sys.stderr, flush=True)
-        write_fleet(folder / "planted", *fleet(TRUCKS, DRIVES_A_MONTH, SEED), os.cpu_count() or 1)
+        write_fleet(folder / "planted", *fleet(sizes.trucks, sizes.drives, SEED), os.cpu_count() or 1)
 
 
 def night(given: Path, output: Path, *, logs: list[str] | None = None, more: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -66,7 +76,7 @@ def some(given: Path, count: int) -> list[str]:
     return logs[:: max(1, len(logs) // count)][:count]
 
 
-def changes(folder: Path, work: Path) -> list[str]:
+def changes(folder: Path, work: Path, sizes: Sizes) -> list[str]:
     """Planted changes found and false ones."""
     given = folder / "planted"
     night(given, work)
@@ -153,10 +163,10 @@ def _judged(given: Path, output: Path) -> dict[str, Any]:
     }
 
 
-def speed(folder: Path, work: Path) -> list[str]:
+def speed(folder: Path, work: Path, sizes: Sizes) -> list[str]:
     """The same logs on one core and on all in turn, from the command to its end: the slowest and the fastest round.
     Then every log there is, on all cores, as a night has them."""
-    every = some(folder / "planted", TRUCKS * DRIVES_A_MONTH)
+    every = some(folder / "planted", sizes.trucks * sizes.drives)
     logs = some(folder / "planted", 500)
     _touch(logs)
     cores = sorted(os.sched_getaffinity(0))
@@ -165,11 +175,11 @@ def speed(folder: Path, work: Path) -> list[str]:
         "|---|--:|--:|--:|--:|",
     ]
     measured: dict[tuple[int, int], list[tuple[float, float, float]]] = {}
-    for round_ in range(ROUNDS):
+    for round_ in range(sizes.rounds):
         for used in (cores[:1], cores):
             measured.setdefault((len(used), len(logs)), []).append(_rates(folder, work, logs, used, round_))
     _touch(every)
-    for round_ in range(ROUNDS):
+    for round_ in range(sizes.rounds):
         measured.setdefault((len(cores), len(every)), []).append(_rates(folder, work, every, cores, round_))
     for (count, drives), rounds in measured.items():
         columns = [f"{min(column):.0f} to {max(column):.0f}" for column in zip(*rounds, strict=True)]
@@ -196,7 +206,7 @@ def _touch(logs: list[str]) -> None:
         Path(log).read_bytes()
 
 
-def on_ray(folder: Path, work: Path) -> list[str]:
+def on_ray(folder: Path, work: Path, sizes: Sizes) -> list[str]:
     """Ray on this machine's cores beside processes, by turns, 500 drives: time and bytes."""
     logs = some(folder / "planted", 500)
     _touch(logs)
@@ -204,14 +214,15 @@ def on_ray(folder: Path, work: Path) -> list[str]:
     for engine, more in engines.items():  # once for nothing, lest the first be slow for being the first
         night(folder / "planted", work / engine, logs=logs[:100], more=more)
     turns: list[dict[str, dict[str, Any]]] = []
-    for _ in range(RAY_TURNS):
+    for _ in range(sizes.ray_turns):
         for engine in engines:
             shutil.rmtree(work / engine)
         turns.append({each: night(folder / "planted", work / each, logs=logs, more=engines[each]) for each in engines})
     ratios = sorted(turn["ray"]["wall_s"] / turn["processes"]["wall_s"] for turn in turns)
     same = _same(work / "processes", work / "ray")
     return [
-        f"| 500 drives, median of {RAY_TURNS} runs by turns | s, from start to page | drives/s while answering |",
+        f"| {len(logs)} drives, median of {sizes.ray_turns} runs by turns | s, from start to page | "
+        "drives/s while answering |",
         "|---|--:|--:|",
         f"| processes | {_median(turns, 'processes', 'wall_s'):.1f} | "
         f"{_median(turns, 'processes', 'logs_per_second'):.1f} |",
@@ -241,18 +252,18 @@ def _same(one: Path, other: Path) -> bool:
     return all((one / name).read_bytes() == (other / name).read_bytes() for name in names)
 
 
-def memory(folder: Path, work: Path) -> list[str]:
+def memory(folder: Path, work: Path, sizes: Sizes) -> list[str]:
     lines = ["| logs | peak memory of a process, MB |", "|--:|--:|"]
-    for count in (25, 100, 400, TRUCKS * DRIVES_A_MONTH):
+    for count in (25, 100, 400, sizes.trucks * sizes.drives):
         logs = some(folder / "planted", count)
         metrics = night(folder / "planted", work / f"memory{count}", logs=logs)
         lines.append(f"| {len(logs):,} | {metrics['peak_memory_mb']:.0f} |")
     return lines
 
 
-def kill(folder: Path, work: Path) -> list[str]:
+def kill(folder: Path, work: Path, sizes: Sizes) -> list[str]:
     """Killed ten times in the middle, then left alone: the bytes of a run that nobody disturbed."""
-    logs = some(folder / "planted", KILLED_LOGS)
+    logs = some(folder / "planted", 700)
     undisturbed_s = night(folder / "planted", work / "undisturbed", logs=logs)["wall_s"]
     start_s = night(folder / "planted", work / "one", logs=logs[:1])["wall_s"]
     waits = random.Random(1)
@@ -266,7 +277,7 @@ def kill(folder: Path, work: Path) -> list[str]:
         str(work / "killed"),
     ]
     killed = 0
-    for _ in range(KILLS):
+    for _ in range(sizes.kills):
         process = subprocess.Popen([sys.executable, "-m", "oncenter", *command], stdout=subprocess.DEVNULL)
         time.sleep(start_s + waits.uniform(0.0, 0.1) * undisturbed_s)
         process.send_signal(signal.SIGKILL)
@@ -280,7 +291,7 @@ def kill(folder: Path, work: Path) -> list[str]:
     ]
 
 
-PARTS: dict[str, tuple[str, Callable[[Path, Path], list[str]]]] = {
+PARTS: dict[str, tuple[str, Callable[[Path, Path, Sizes], list[str]]]] = {
     "changes": ("Changes found, and false ones", changes),
     "speed": ("Speed", speed),
     "ray": ("Ray", on_ray),
@@ -304,15 +315,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--part", nargs="+", choices=PARTS, default=list(PARTS))
-    parser.add_argument("--page", action="store_true")
+    shape = parser.add_mutually_exclusive_group()
+    shape.add_argument("--page", action="store_true")
+    shape.add_argument("--smoke", action="store_true")
     given = parser.parse_args()
-    make(given.folder)
+    sizes = SMOKE if given.smoke else FULL
+    make(given.folder, sizes)
     measured = {}
     for name in given.part:
         work = given.folder / "out" / name
         shutil.rmtree(work, ignore_errors=True)  # or what an older core of the same version answered would stay
         work.mkdir(parents=True, exist_ok=True)
-        measured[name] = PARTS[name][1](given.folder, work)
+        measured[name] = PARTS[name][1](given.folder, work, sizes)
         print(f"\n### {PARTS[name][0]}\n\n" + "\n".join(measured[name]), flush=True)
     if given.page:
         write_page(measured)

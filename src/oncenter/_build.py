@@ -10,7 +10,8 @@ DOORS = ("monitor.h", "save.h", "message.h", "trouble.h")  # what firmware inclu
 
 # Here code may be long: some tenth more ticks a second by functions that gcc puts where they are called (clang passes
 # over it). That changes no bit of what comes out.
-FASTER = ("-finline-limit=2000",)
+FASTER = "-finline-limit=2000"
+COMPILE_ARGS = ["-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", FASTER]
 
 
 def declarations(header: Path, seen: set[Path]) -> str:
@@ -34,7 +35,7 @@ ffi.set_source(
     "".join(f'#include "{file.name}"\n' for file in sorted(CORE.glob("*.c"))),
     depends=sorted(map(str, CORE.glob("*.[ch]"))),
     include_dirs=[str(CORE)],
-    extra_compile_args=["-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", *FASTER],
+    extra_compile_args=COMPILE_ARGS,
 )
 
 if __name__ == "__main__":

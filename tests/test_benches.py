@@ -1,0 +1,38 @@
+"""Every bench runs: with sizes so small that its figures mean nothing, and without writing a page."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+BENCH = Path(__file__).parents[1] / "bench"
+SMALL = {
+    "accuracy": "--tuning --drives 1 --rows ordinary,no_play --methods joint,thesis,rls",
+    "angle": "--tuning --drives 1 --only ordinary,payload,faults",
+    "fleet": "FOLDER --smoke --part changes memory kill",
+    "gyro_bias": "--seeds 1",
+    "live": "--seconds 12",
+    "simulate": "--minutes 0.5 --rounds 1",
+    "speed": "--ticks 20000 --frames 100000 --rounds 1",
+}
+CALLED_BY_OTHERS = {"fleet_drives", "log_to_answer"}
+
+
+def test_no_bench_is_left_out() -> None:
+    commands = {file.stem for file in BENCH.glob("*.py") if "__main__" in file.read_text(encoding="utf-8")}
+    assert commands == SMALL.keys() | CALLED_BY_OTHERS
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_a_bench_runs(name: str, tmp_path: Path) -> None:
+    if name == "live" and shutil.which("chromium") is None:
+        pytest.skip("there is no chromium, in which this bench looks at the page")
+    arguments = SMALL[name].replace("FOLDER", str(tmp_path / "fleet")).split()
+    done = subprocess.run(
+        [sys.executable, BENCH / f"{name}.py", *arguments], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert re.search(r"\d", done.stdout), "no figure"

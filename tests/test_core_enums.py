@@ -94,7 +94,7 @@ def image_faults() -> set[int]:
     older, wild, damaged = bytearray(image), bytearray(image), bytearray(image)
     older[4] ^= 1
     damaged[-1] ^= 1
-    wild[-8:-4] = b"\xff" * 4
+    wild[20:28] = b"\xff" * 8  # the clock
     images = (image, b"", image[:99], bytes(damaged), sealed(bytes(older)), sealed(bytes(wild)))
     names = [Ecu().restore(found) for found in images] + [Ecu("thesis").restore(image)]
     return {_core.IMAGE_FAULTS.index(name) for name in names}

@@ -80,11 +80,7 @@ def angle(
         core.run(_columns(drive))
         core.restart()
     (drive,) = without_whole_turns((signals,))
-    columns = _columns(drive)
-    measured = columns.get(_MEASURED)
-    if sensor_lost_at is not None and measured is not None:
-        lost = columns["time_s"] >= columns["time_s"][0] + sensor_lost_at
-        columns[_MEASURED] = np.where(lost, np.nan, measured)
+    columns = _without_sensor(_columns(drive), sensor_lost_at)
     outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
     core.run(columns, outputs)
     if progress is not None:
@@ -94,6 +90,16 @@ def angle(
         values, rates = core.smoothed(outputs)
     original = signals.table[_MEASURED].to_numpy() if _MEASURED in signals.table.columns else None
     return _table(columns["time_s"], outputs, values, rates, original)
+
+
+def _without_sensor(
+    columns: dict[str, npt.NDArray[np.float64]], from_s: float | None
+) -> dict[str, npt.NDArray[np.float64]]:
+    """As if it were lost so many s after the first row."""
+    if from_s is None or _MEASURED not in columns:
+        return columns
+    lost = columns["time_s"] >= columns["time_s"][0] + from_s
+    return columns | {_MEASURED: np.where(lost, np.nan, columns[_MEASURED])}
 
 
 def in_degrees(table: pl.DataFrame) -> pl.DataFrame:

@@ -18,27 +18,34 @@ _WITHIN_MAX_DEG = 90.0  # a wheel that may be anywhere
 _NOTHING_TELLS = "in which nothing tells the angle: standing, or without what tells the motion"
 
 
+Log = Annotated[
+    Path, typer.Argument(metavar="LOG", readable=False, help="A drive: .log .asc .blf .trc .mf4 .csv .parquet")
+]
+LostAt = Annotated[
+    float | None,
+    typer.Option(metavar="SECONDS", help="From then on, counted from the log's begin, do without the sensor."),
+]
+Output = Annotated[Path | None, typer.Option(metavar="OUT.parquet", help="Where the table goes, .parquet or .csv.")]
+Report = Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a page that shows it.")]
+Method = Annotated[
+    Literal["observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "yaw-rate-understeer", "side-slip"],
+    typer.Option(help="The observer, or one of the thesis's estimators."),
+]
+TaughtBy = Annotated[
+    list[Path] | None, typer.Option(metavar="LOG", help="A drive of the same truck before this one; repeatable.")
+]
+Smooth = Annotated[bool, typer.Option("--smooth", help="Look ahead as well: for logs, not for a truck.")]
+
+
 def angle(
-    log: Annotated[
-        Path, typer.Argument(metavar="LOG", readable=False, help="A drive: .log .asc .blf .trc .mf4 .csv .parquet")
-    ],
+    log: Log,
     vehicle_file: VehicleFile,
-    sensor_lost_at: Annotated[
-        float | None,
-        typer.Option(metavar="SECONDS", help="From then on, counted from the log's begin, do without the sensor."),
-    ] = None,
-    output: Annotated[
-        Path | None, typer.Option(metavar="OUT.parquet", help="Where the table goes, .parquet or .csv.")
-    ] = None,
-    report: Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a page that shows it.")] = None,
-    method: Annotated[
-        Literal["observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "yaw-rate-understeer", "side-slip"],
-        typer.Option(help="The observer, or one of the thesis's estimators."),
-    ] = "observer",
-    taught_by: Annotated[
-        list[Path] | None, typer.Option(metavar="LOG", help="A drive of the same truck before this one; repeatable.")
-    ] = None,
-    smooth: Annotated[bool, typer.Option("--smooth", help="Look ahead as well: for logs, not for a truck.")] = False,
+    sensor_lost_at: LostAt = None,
+    output: Output = None,
+    report: Report = None,
+    method: Method = "observer",
+    taught_by: TaughtBy = None,
+    smooth: Smooth = False,
     dbc: Dbc = None,
     source: Source = None,
 ) -> None:
@@ -75,12 +82,9 @@ def angle(
     notes = notes_on(drives[0], truck, taught, sensor_lost_at)
     typer.echo("\n".join([_in_words(table), *_asides(told, notes)]))  # before files that a full disk may refuse
     if output is not None:
-        given = in_degrees(table)
         with whole_file(output) as unfinished:
-            if output.suffix == ".csv":
-                given.write_csv(unfinished)
-            else:
-                given.write_parquet(unfinished)
+            given = in_degrees(table)
+            (given.write_csv if output.suffix == ".csv" else given.write_parquet)(unfinished)
     if report is not None:
         report_angle(
             table,

@@ -19,39 +19,51 @@ if TYPE_CHECKING:
     from oncenter.live.bus import Bus
     from oncenter.live.replay import Replay
     from oncenter.live.session import Sayings, Session
+    from oncenter.offset.answer import Answer
+    from oncenter.read.stream import Stream
+    from oncenter.vehicle import Vehicle
+
+
+Channel = Annotated[str | None, typer.Argument(metavar="CHANNEL", help="can0, PCAN_USBBUS1, 239.74.163.2 …")]
+Interface = Annotated[
+    str, typer.Option(metavar="NAME", help="Of python-can: socketcan, pcan, vector, kvaser, udp_multicast …")
+]
+Bitrate = Annotated[int | None, typer.Option(metavar="BIT/S", help="For interfaces that must be told.")]
+Replayed = Annotated[
+    Path | None, typer.Option(metavar="LOG", help="Play a log of frames instead: .log .asc .blf .trc .mf4")
+]
+Speed = Annotated[
+    float | None, typer.Option(metavar="TIMES", help="Of the replay, 1 to 100; as it was driven by default.")
+]
+Web = Annotated[bool, typer.Option("--web", help="Serve a page as well.")]
+Address = Annotated[str, typer.Option(metavar="HOST", help="Where the page is served.")]
+Port = Annotated[int, typer.Option(metavar="PORT", min=0, max=65535, help="Of the page; 0 takes a free one.")]
+Record = Annotated[Path | None, typer.Option(metavar="OUT.log", help="Keep the raw frames, as candump does.")]
+Traced = Annotated[
+    Path | None, typer.Option(metavar="OUT", help="At the end, write all ticks with units: .parquet or .mf4")
+]
+Truck = Annotated[
+    str | None, typer.Option(metavar="KEY", help="Whose memory it is; the vehicle file's name by default.")
+]
+State = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Where what was learned is kept; for a replay only when given.")
+]
 
 
 def live(
     vehicle_file: VehicleFile,
-    channel: Annotated[str | None, typer.Argument(metavar="CHANNEL", help="can0, PCAN_USBBUS1, 239.74.163.2 …")] = None,
-    interface: Annotated[
-        str, typer.Option(metavar="NAME", help="Of python-can: socketcan, pcan, vector, kvaser, udp_multicast …")
-    ] = "socketcan",
-    bitrate: Annotated[int | None, typer.Option(metavar="BIT/S", help="For interfaces that must be told.")] = None,
-    replay: Annotated[
-        Path | None, typer.Option(metavar="LOG", help="Play a log of frames instead: .log .asc .blf .trc .mf4")
-    ] = None,
-    speed: Annotated[
-        float | None, typer.Option(metavar="TIMES", help="Of the replay, 1 to 100; as it was driven by default.")
-    ] = None,
-    web: Annotated[bool, typer.Option("--web", help="Serve a page as well.")] = False,
-    address: Annotated[str, typer.Option(metavar="HOST", help="Where the page is served.")] = "127.0.0.1",
-    port: Annotated[
-        int, typer.Option(metavar="PORT", min=0, max=65535, help="Of the page; 0 takes a free one.")
-    ] = 5006,
-    record: Annotated[
-        Path | None, typer.Option(metavar="OUT.log", help="Keep the raw frames, as candump does.")
-    ] = None,
-    trace: Annotated[
-        Path | None, typer.Option(metavar="OUT", help="At the end, write all ticks with units: .parquet or .mf4")
-    ] = None,
-    truck: Annotated[
-        str | None, typer.Option(metavar="KEY", help="Whose memory it is; the vehicle file's name by default.")
-    ] = None,
-    state: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Where what was learned is kept; for a replay only when given."),
-    ] = None,
+    channel: Channel = None,
+    interface: Interface = "socketcan",
+    bitrate: Bitrate = None,
+    replay: Replayed = None,
+    speed: Speed = None,
+    web: Web = False,
+    address: Address = "127.0.0.1",
+    port: Port = 5006,
+    record: Record = None,
+    trace: Traced = None,
+    truck: Truck = None,
+    state: State = None,
     json: Json = False,
     dbc: Dbc = None,
     source: Source = None,
@@ -60,62 +72,98 @@ def live(
     import oncenter as oc
     from oncenter.cli.offset import as_table
     from oncenter.cli.overwriting import spare_inputs
-    from oncenter.errors import WRONG_USAGE, OncenterError
-    from oncenter.live.learner import Learner, needed
-    from oncenter.live.memory import Memory, default_folder
-    from oncenter.live.record import Recorder
-    from oncenter.live.session import Sayings, Session
-    from oncenter.live.terminal import watch
-    from oncenter.live.trace import Trace
-    from oncenter.offset.inputs import params_of
+    from oncenter.live.learner import needed
+    from oncenter.live.memory import default_folder
+    from oncenter.live.session import Sayings
     from oncenter.read.stream import Stream
 
-    if (channel is None) == (replay is None):
-        raise OncenterError("name a CHANNEL or --replay LOG", code="usage", exit_code=WRONG_USAGE)
-    if replay is not None and record is not None:
-        raise OncenterError("--record is for a bus: the log is there already", code="usage", exit_code=WRONG_USAGE)
-    if replay is not None and bitrate is not None:
-        raise OncenterError("--bitrate is for a bus: a log has its own", code="usage", exit_code=WRONG_USAGE)
-    if channel is not None and speed is not None:
-        raise OncenterError(
-            "--speed is for --replay: a bus is as fast as it is driven", code="usage", exit_code=WRONG_USAGE
-        )
+    _check(channel, bitrate, replay, speed, record)
     spare_inputs({"--record": record, "--trace": trace}, [replay, vehicle_file, *(dbc or ())])
     vehicle = oc.vehicle(vehicle_file)
-    key = truck or vehicle.name
-    folder = state or (default_folder() if replay is None else None)
     said = Sayings()
     with ExitStack() as opened:
         given = _opened(channel, interface, bitrate, replay, speed, said)
         opened.callback(given.close)
         stream = Stream(given.name, needed(vehicle), names=vehicle.signal_names, dbc=dbc or (), take=sources_of(source))
-        memory = Memory(folder, key, said.say) if folder is not None else None
-        tracer = Trace(trace, said.say) if trace is not None else None
-        recorder = Recorder(record, said.say) if record is not None else None
-        learner = Learner(stream, vehicle, memory.resume if memory is not None else None)
-        session = Session(given, learner, key, said, memory=memory, recorder=recorder, trace=tracer)
+        folder = state or (default_folder() if replay is None else None)
+        session = _session(given, stream, vehicle, truck or vehicle.name, folder, said, record=record, trace=trace)
         if web:
             from oncenter.live.web import Page
+            from oncenter.offset.inputs import params_of
 
             page = opened.enter_context(Page(session, params_of(vehicle, None), address, port, said.say))
             said.say(f"the page is at {page.url}")
-        with _ended_by_signals(session):
-            gc.collect()
-            gc.freeze()  # what is loaded stays: a collector that walks through it holds up all threads for 0.2 s
-            session.start()
-            watch(session, params_of(vehicle, None))
+        _watch(session, vehicle)
+    answer = _answer(session, stream, needed(vehicle))
+    typer.echo(answer.to_json() if json else as_table(answer))
+
+
+def _check(
+    channel: str | None, bitrate: int | None, replay: Path | None, speed: float | None, record: Path | None
+) -> None:
+    from oncenter.errors import WRONG_USAGE, OncenterError
+
+    said = ""
+    if (channel is None) == (replay is None):
+        said = "name a CHANNEL or --replay LOG"
+    elif replay is not None and record is not None:
+        said = "--record is for a bus: the log is there already"
+    elif replay is not None and bitrate is not None:
+        said = "--bitrate is for a bus: a log has its own"
+    elif channel is not None and speed is not None:
+        said = "--speed is for --replay: a bus is as fast as it is driven"
+    if said:
+        raise OncenterError(said, code="usage", exit_code=WRONG_USAGE)
+
+
+def _session(
+    given: Bus | Replay,
+    stream: Stream,
+    vehicle: Vehicle,
+    truck: str,
+    folder: Path | None,
+    said: Sayings,
+    *,
+    record: Path | None,
+    trace: Path | None,
+) -> Session:
+    from oncenter.live.learner import Learner
+    from oncenter.live.memory import Memory
+    from oncenter.live.record import Recorder
+    from oncenter.live.session import Session
+    from oncenter.live.trace import Trace
+
+    memory = Memory(folder, truck, said.say) if folder is not None else None
+    tracer = Trace(trace, said.say) if trace is not None else None
+    recorder = Recorder(record, said.say) if record is not None else None
+    learner = Learner(stream, vehicle, memory.resume if memory is not None else None)
+    return Session(given, learner, truck, said, memory=memory, recorder=recorder, trace=tracer)
+
+
+def _watch(session: Session, vehicle: Vehicle) -> None:
+    from oncenter.live.terminal import watch
+    from oncenter.offset.inputs import params_of
+
+    with _ended_by_signals(session):
+        gc.collect()
+        gc.freeze()  # what is loaded stays: a collector that walks through it holds up all threads for 0.2 s
+        session.start()
+        watch(session, params_of(vehicle, None))
+
+
+def _answer(session: Session, stream: Stream, signals: tuple[str, ...]) -> Answer:
+    """What it came to, or why to nothing; `signals` are those it needs."""
+    from oncenter.errors import OncenterError
+
     if session.failure is not None:
         raise session.failure
     answer = session.snapshot.known.answer
-    if answer is None and stream.paused is not None:
+    if answer is not None:
+        return answer
+    if stream.paused is not None:
         raise stream.paused
-    if answer is None:
-        raise OncenterError(
-            f"no usable second on {given.name}: {stream.missing() or 'it was watched for too short a time'}",
-            code="no_usable_second",
-            needs=needed(vehicle),
-        )
-    typer.echo(answer.to_json() if json else as_table(answer))
+    why = stream.missing() or "it was watched for too short a time"
+    raise OncenterError(f"no usable second on {stream.name}: {why}", code="no_usable_second", needs=signals)
 
 
 def _opened(

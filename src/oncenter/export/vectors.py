@@ -46,6 +46,17 @@ def vectors_truck() -> Vehicle:
     return vehicle("scania_r730_4x2")
 
 
+_CASE_TYPE = (
+    "typedef struct {",
+    "    oc_method method;",
+    "    oc_angle_method angle_method;",
+    "    double outputs[VECTORS_ROWS / VECTORS_EVERY][VECTORS_OUTPUTS];",
+    "    double answer[VECTORS_ANSWERS];",
+    "} vectors_case;",
+    "",
+)
+
+
 def vectors_header() -> str:
     """vectors.h for c/test_vectors.c: the drive, and by case what each hundredth tick and the whole drive give."""
     drive = _drive()
@@ -64,44 +75,29 @@ def vectors_header() -> str:
         "TRACK_WIDTH_FRONT": truck.track_width_front_m or 0.0,
         "TRACK_WIDTH_REAR": truck.track_width_rear_m or 0.0,
     }
+    head = [
+        "#ifndef ONCENTER_VECTORS_H",
+        "#define ONCENTER_VECTORS_H",
+        f"/* Written by oncenter {_core.version()}: a simulated drive, {_SCENARIO} with seed {_SEED}, and what the",
+        " * core gives on it, as doubles to the last bit. */",
+        "",
+        '#include "monitor.h"',
+        "",
+        "enum {",
+        *(f"    VECTORS_{name} = {value}," for name, value in constants.items()),
+        "};",
+        "",
+        *(f"#define VECTORS_{name} {value!r}" for name, value in numbers.items()),
+        "",
+        f"static const double vectors_rate_hz = {_RATE_HZ!r};",
+        "",
+        *_CASE_TYPE,
+    ]
     rows = ["    {" + ", ".join(map(str, row)) + "}," for row in drive.tolist()]
     cases = [_case(truck, method, angle_method, drive) for method, angle_method in _CASES]
-    return "\n".join(
-        [
-            "#ifndef ONCENTER_VECTORS_H",
-            "#define ONCENTER_VECTORS_H",
-            f"/* Written by oncenter {_core.version()}: a simulated drive, {_SCENARIO} with seed {_SEED}, and what the",
-            " * core gives on it, as doubles to the last bit. */",
-            "",
-            '#include "monitor.h"',
-            "",
-            "enum {",
-            *(f"    VECTORS_{name} = {value}," for name, value in constants.items()),
-            "};",
-            "",
-            *(f"#define VECTORS_{name} {value!r}" for name, value in numbers.items()),
-            "",
-            f"static const double vectors_rate_hz = {_RATE_HZ!r};",
-            "",
-            "typedef struct {",
-            "    oc_method method;",
-            "    oc_angle_method angle_method;",
-            "    double outputs[VECTORS_ROWS / VECTORS_EVERY][VECTORS_OUTPUTS];",
-            "    double answer[VECTORS_ANSWERS];",
-            "} vectors_case;",
-            "",
-            "static const int16_t vectors_drive[VECTORS_ROWS][8] = {",
-            *rows,
-            "};",
-            "",
-            "static const vectors_case vectors_cases[VECTORS_CASES] = {",
-            *cases,
-            "};",
-            "",
-            "#endif",
-            "",
-        ]
-    )
+    drive_rows = ["static const int16_t vectors_drive[VECTORS_ROWS][8] = {", *rows, "};", ""]
+    case_rows = ["static const vectors_case vectors_cases[VECTORS_CASES] = {", *cases, "};", ""]
+    return "\n".join([*head, *drive_rows, *case_rows, "#endif", ""])
 
 
 def _drive() -> npt.NDArray[np.int64]:

@@ -78,17 +78,7 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
             _ray_ends.pop().join()
         import ray
 
-        place = "Ray did not begin on this machine" if address is None else f"no Ray cluster at {address}"
-        try:
-            if address is None:
-                ray.init(num_cpus=workers, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
-            else:
-                _call(address)
-                ray.init(address, log_to_driver=False, logging_level=logging.ERROR)
-            there = [ray.remote(num_cpus=1)(_is_there).remote() for _ in range(_ray_cores(ray))]
-            ray.wait(there, num_returns=1)  # a worker loads for a second
-        except Exception as error:  # a node that does not come up is one without a class of its own
-            raise OncenterError(f"{place}: {' '.join(str(error).split())}", code="ray", exit_code=WRONG_USAGE) from None
+        _begin_ray(ray, address, workers)
 
     def engine(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
         waiting = iter(logs)
@@ -113,6 +103,20 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
             _end()
 
     return engine
+
+
+def _begin_ray(ray: Any, address: str | None, workers: int | None) -> None:
+    place = "Ray did not begin on this machine" if address is None else f"no Ray cluster at {address}"
+    try:
+        if address is None:
+            ray.init(num_cpus=workers, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
+        else:
+            _call(address)
+            ray.init(address, log_to_driver=False, logging_level=logging.ERROR)
+        there = [ray.remote(num_cpus=1)(_is_there).remote() for _ in range(_ray_cores(ray))]
+        ray.wait(there, num_returns=1)  # a worker loads for a second
+    except Exception as error:  # a node that does not come up is one without a class of its own
+        raise OncenterError(f"{place}: {' '.join(str(error).split())}", code="ray", exit_code=WRONG_USAGE) from None
 
 
 def _but_the_last(count: int, logs: Iterable[LogFile], last: deque[LogFile]) -> Iterator[LogFile]:

@@ -100,15 +100,7 @@ def run(
                 remove_unfinished(part)
             found, to_do = ledger.plan(find_logs(logs), trucks, retry)
             progress = Progress(to_do)
-            try:
-                for log, row in engine(work, ledger.to_do()):
-                    ledger.add(log, row)
-                    progress.one_more(row.get("error_code") is not None)
-                rate = progress.rate  # of answering; tables and page take the same time however few logs were new
-            finally:  # also of a run that is interrupted: what follows begins a line
-                progress.end()
-            end_idle(ANSWERER)
-            ledger.commit()
+            rate = _answer_all(ledger, work, engine, progress)
             try:
                 facts = _write_tables(folder, ledger, limit_deg)
             except OncenterError as error:
@@ -129,6 +121,20 @@ def run(
     )
     write_whole(folder / _METRICS, json.dumps(asdict(summary), indent=1, ensure_ascii=False) + "\n")
     return summary
+
+
+def _answer_all(ledger: Ledger, work: Watched, engine: Engine, progress: Progress) -> float:
+    """Logs a second; of answering, since tables and page take the same time however few logs were new."""
+    try:
+        for log, row in engine(work, ledger.to_do()):
+            ledger.add(log, row)
+            progress.one_more(row.get("error_code") is not None)
+        rate = progress.rate
+    finally:  # also of a run that is interrupted: what follows begins a line
+        progress.end()
+    end_idle(ANSWERER)
+    ledger.commit()
+    return rate
 
 
 def _stopped(why: str) -> OncenterError:

@@ -50,11 +50,6 @@ def answer_of(
             code="no_usable_second",
             needs=needed(method, drives, params),
         )
-    relative = any(is_relative(drive) for drive in drives)
-    yaw_rate_from_vdc2 = all(
-        "yaw_rate" in drive.sources and "VDC2" in drive.sources["yaw_rate"].description for drive in drives
-    )
-    heard = any(SIGNALS["lateral_acceleration"].column in drive.table.columns for drive in drives)
     return Answer(
         version=_core.version(),
         log=", ".join(drive.log for drive in drives),
@@ -80,16 +75,30 @@ def answer_of(
         used_s=native["used"],
         unused_s=native["unused"],
         rejected_s=rejected_s,
-        findings=findings_of(
-            native,
-            params,
-            relative,
-            method=method,
-            yaw_rate_from_vdc2=yaw_rate_from_vdc2,
-            sees_banks=bool(params["use_accelerometer"]) and (method != "wheel-speed" or heard),
-            of_method=_joint_findings(native, params, changes, vehicle) if method == "joint" else (),
-        ),
+        findings=_findings(native, changes, drives, vehicle, method, params),
         drives=drives,
+    )
+
+
+def _findings(
+    native: Mapping[str, Any],
+    changes: tuple[Change, ...],
+    drives: tuple[Signals, ...],
+    vehicle: Vehicle,
+    method: Method,
+    params: Mapping[str, float],
+) -> tuple[Finding, ...]:
+    has_acceleration = any(SIGNALS["lateral_acceleration"].column in drive.table.columns for drive in drives)
+    return findings_of(
+        native,
+        params,
+        any(is_relative(drive) for drive in drives),
+        method=method,
+        yaw_rate_from_vdc2=all(
+            "yaw_rate" in drive.sources and "VDC2" in drive.sources["yaw_rate"].description for drive in drives
+        ),
+        sees_banks=bool(params["use_accelerometer"]) and (method != "wheel-speed" or has_acceleration),
+        of_method=_joint_findings(native, params, changes, vehicle) if method == "joint" else (),
     )
 
 

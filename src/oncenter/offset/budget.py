@@ -187,23 +187,12 @@ def budget(
     Raises:
         OncenterError: "mean_speed", "backlash" (exit 2).
     """
-    if not _SPEEDS_M_S[0] <= mean_speed_m_s <= _SPEEDS_M_S[1]:
-        low, high = (f"{speed * 3.6:g}" for speed in _SPEEDS_M_S)
-        message = f"the mean speed must be {low} to {high} km/h, got {mean_speed_m_s * 3.6:g}"
-        raise OncenterError(message, code="mean_speed", exit_code=WRONG_USAGE)
-    if not 0.0 <= backlash_rad <= _BACKLASH_MAX_RAD:
-        message = f"the play must be 0 to {_BACKLASH_MAX_RAD / DEGREE:g} deg, got {backlash_rad / DEGREE:g}"
-        raise OncenterError(message, code="backlash", exit_code=WRONG_USAGE)
+    _check(mean_speed_m_s, backlash_rad)
     params = _core.default_params() | dict(vehicle.params)
     given = vehicle.understeer_gradient_deg_m_s2
     gradient = params["understeer_sd_rad_m_s2"] if given is None else given * DEGREE
-    truck = Truck(
-        vehicle.ratio_near_centre,
-        vehicle.wheelbase_m,
-        gradient,
-        mean_speed_m_s,
-        vehicle.sensors.speed_scale_percent / 100.0,
-    )
+    speed_scale = vehicle.sensors.speed_scale_percent / 100.0
+    truck = Truck(vehicle.ratio_near_centre, vehicle.wheelbase_m, gradient, mean_speed_m_s, speed_scale)
     contributions = _with_enough(_contributions(truck, vehicle, backlash_rad, params["curvature_max_1_m"]))
     corrected = {c.name: c.corrected_rad for c in contributions}
     bias_rad_s = vehicle.sensors.yaw_rate_bias_deg_s * DEGREE
@@ -229,6 +218,16 @@ def budget(
         next_sensor=_next_sensor(contributions),
         notes=tuple(notes),
     )
+
+
+def _check(mean_speed_m_s: float, backlash_rad: float) -> None:
+    if not _SPEEDS_M_S[0] <= mean_speed_m_s <= _SPEEDS_M_S[1]:
+        low, high = (f"{speed * 3.6:g}" for speed in _SPEEDS_M_S)
+        message = f"the mean speed must be {low} to {high} km/h, got {mean_speed_m_s * 3.6:g}"
+        raise OncenterError(message, code="mean_speed", exit_code=WRONG_USAGE)
+    if not 0.0 <= backlash_rad <= _BACKLASH_MAX_RAD:
+        message = f"the play must be 0 to {_BACKLASH_MAX_RAD / DEGREE:g} deg, got {backlash_rad / DEGREE:g}"
+        raise OncenterError(message, code="backlash", exit_code=WRONG_USAGE)
 
 
 def _contributions(

@@ -84,14 +84,9 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
     unit, per_unit = ("min", 60.0) if len(seconds) and seconds[-1] > 300.0 else ("s", 1.0)
     motion = rows["motion"]
     speed = rows["vehicle_speed"]
-    ratio = answer.vehicle.ratio_near_centre
     jointly = answer.method == "joint"
-    K_us = answer.understeer_gradient.value or 0.0
     unloading = float(rows["unloading_acceleration"][-1]) if len(rows) else 0.0
     changes = tuple((starts[change.drive] + change.into_log_s) / per_unit for change in answer.changes)
-    side_force = motion["lateral_acceleration"] - unloading
-    played = 0.5 * (answer.backlash.value or 0.0) * rows["place"]
-    expected = ratio * (answer.vehicle.wheelbase_m * motion["curvature"] + K_us * side_force) + played
     known = (rows["reasons"] & (_core.REASONS["missing_signal"] | _core.REASONS["time"])) == 0
     moving = known & (speed > answer.params["joint_speed_min_m_s" if jointly else "speed_min_m_s"])
     bias_sd = rows["yaw_rate_bias_sd"]
@@ -109,7 +104,7 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
         speed=_column(answer.drives, "vehicle_speed_m_s", 1.0),
         yaw_rate=_column(answer.drives, "yaw_rate_rad_s", 1.0 / DEGREE),
         lateral_acceleration=_column(answer.drives, "lateral_acceleration_m_s2", 1.0),
-        expected=np.where(moving, expected / DEGREE, np.nan),
+        expected=np.where(moving, _expected_rad(answer, rows, unloading) / DEGREE, np.nan),
         # the core takes the curvature at 1 m/s below that
         yaw_rate_times_speed=np.where(known, motion["curvature"] * np.maximum(speed, 1.0) * speed, np.nan),
         residual=motion["residual"] / DEGREE,
@@ -131,6 +126,17 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
         ),
         unloading_acceleration=unloading,
     )
+
+
+def _expected_rad(answer: Answer, rows: npt.NDArray[Any], unloading: float) -> npt.NDArray[np.float64]:
+    """The angle that (10) and the play ask for in the motion that was."""
+    motion = rows["motion"]
+    lateral_force = motion["lateral_acceleration"] - unloading
+    front_wheel = (
+        answer.vehicle.wheelbase_m * motion["curvature"] + (answer.understeer_gradient.value or 0.0) * lateral_force
+    )
+    expected: npt.NDArray[np.float64] = answer.vehicle.ratio_near_centre * front_wheel
+    return expected + 0.5 * (answer.backlash.value or 0.0) * rows["place"]
 
 
 def _driving_time(times: list[Floats]) -> tuple[Floats, list[float]]:

@@ -12,7 +12,7 @@ import polars as pl
 from oncenter.signals import SIGNALS, Signals, Source
 from oncenter.simulate.drive import RATE_HZ
 from oncenter.simulate.scenario import Scenario
-from oncenter.simulate.sensor_sections import Sensor
+from oncenter.simulate.sensor_sections import Gnss, Sensor
 from oncenter.simulate.sensors.angle import sense_angle
 from oncenter.simulate.sensors.faults import Fault, silenced, silences
 from oncenter.simulate.sensors.gnss import sense_gnss
@@ -82,14 +82,8 @@ def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Gene
 
     absolute = float(sensors.steering_wheel_angle.relative is None)
     columns["steering_wheel_angle_sensor_type"] = np.full(len(rows), absolute)
-    speed_over_ground = None
-    if sensors.gnss is not None:
-        received, over_ground = sense_gnss(rows, sensors.gnss, random)
-        silent = silences("gnss", sensors.gnss, len(rows), random)
-        columns |= {signal: silenced(read, silent) for signal, read in received.items()}
-        speed_over_ground = silenced(over_ground, silent)
-        faults += silent
-
+    speed_over_ground, of_gnss = _take_gnss(columns, rows, sensors.gnss, random)
+    faults += of_gnss
     return Sensed(
         _signals(scenario.name, rows["time"], columns),
         speed_over_ground,
@@ -101,6 +95,18 @@ def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Gene
             **{f"{signal}_bias_m_s2": bias for signal, bias in biases.items()},
         },
     )
+
+
+def _take_gnss(
+    columns: dict[str, Array], rows: npt.NDArray[np.void], gnss: Gnss | None, random: np.random.Generator
+) -> tuple[Array | None, list[Fault]]:
+    """A receiver's signals into the columns; the true speed over ground while it receives, and when it does not."""
+    if gnss is None:
+        return None, []
+    received, over_ground = sense_gnss(rows, gnss, random)
+    silent = silences("gnss", gnss, len(rows), random)
+    columns |= {signal: silenced(read, silent) for signal, read in received.items()}
+    return silenced(over_ground, silent), silent
 
 
 def _signals(name: str, time: Array, columns: Mapping[str, Array]) -> Signals:

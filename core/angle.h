@@ -60,7 +60,7 @@ typedef struct {
     double true_by_sensor;            /* rad, measured less offset */
     bool has_sensor;                  /* and it is valid */
     bool teaches;                     /* and the observer may learn from it */
-    bool has_motion;                  /* yaw rate, speed and what else the method needs */
+    bool has_motion;                  /* the method's signals: yaw rate, speed, ... */
     bool accelerometer_lost;          /* no signal, although in use */
 } oc_angle_tick;
 
@@ -73,7 +73,7 @@ typedef struct {
     float speed_share, bank_share, rate_share, takeover_share;
     float late_s;                     /* s, of the filter */
     float tick_s;
-    float per_damping;                /* 1 over what the damping divides by in a tick */
+    float per_damping;                /* 1 over the damping's divisor in a tick */
     float per_tick, per_ratio;        /* Hz; 1 over the ratio near the centre */
     float check_s;                    /* between two checks against the sensor */
     int32_t ticks_per_check;

@@ -45,7 +45,7 @@ static const float sd_memory_factor = 2.0f; /* bench/angle.py: 400 drifting, 200
 static const float leaning = 0.2f;          /* of the limit, in the mean: a possible drift; the same rows */
 static const float leaning_factor = 4.0f;   /* by which the offset then follows later; the same rows */
 static const float replaced_s = 300.0f;     /* over which a faulty sensor follows the truck at a constant difference */
-static const float undone = 5.0f;           /* s of it, lost by a second elsewhere: kicks are short, drifts persist */
+static const float undone = 5.0f;           /* s of it that a second at another difference costs */
 static const float apart_mean_s = 600.0f;   /* slow, so that it lags a drift */
 
 const char *oc_fault_name(oc_fault fault) {
@@ -54,8 +54,8 @@ const char *oc_fault_name(oc_fault fault) {
     return (unsigned)fault < OC_FAULT_COUNT ? names[fault] : "unknown";
 }
 
-static float clamp_magnitude(float value, float most) {
-    const float size = oc_min(fabsf(value), most);
+static float clamp_magnitude(float value, float limit) {
+    const float size = oc_min(fabsf(value), limit);
     return value < 0.0f ? -size : size;
 }
 
@@ -142,7 +142,7 @@ static bool has_recent_step(const oc_fault_watch *w) {
     return w->step_time > w->last_within - sudden_s;
 }
 
-static oc_fault classify(const oc_fault_watch *w) {
+static oc_fault fault_kind(const oc_fault_watch *w) {
     if (w->flipped > 0.5f * flipped_min) {
         return OC_FAULT_WRONG_SIGN;
     }
@@ -212,8 +212,8 @@ static float judged_sd(const oc_fault_watch *w, const oc_fault_tick *tick) {
 }
 
 /* A faulty sensor that follows the truck again at a constant difference has been replaced or repaired, or its drift has
- * ended. It counts as remounted, and its offset is learned; a fault that persists is found again. A second elsewhere
- * reduces the time at rest, so that a drift clears it. */
+ * ended. It counts as remounted, and its offset is learned; a fault that persists is found again. A second at
+ * another difference reduces the time at rest, so that a drift clears it. */
 static bool is_replaced(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit, bool follows) {
     if (!excludes_learning(w->fault)) {
         w->rest_s = 0.0f;
@@ -242,10 +242,10 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
         } else if (w->flipped > flipped_min) {
             set_fault(w, OC_FAULT_WRONG_SIGN, w->last_agreement, 2.0f * flipped_min, 1.0f);
         } else if (oc_max(w->left, w->right) > (has_recent_step(w) ? wrong_after_step_s : wrong_s)) {
-            const oc_fault kind = classify(w);
+            const oc_fault kind = fault_kind(w);
             set_fault(w, kind, kind == OC_FAULT_JUMPED ? w->step_time : w->suspicious_since, difference, tick->sd);
         } else if (fabsf(w->mean) > wrong_mean) {
-            set_fault(w, classify(w), tick->time - (double)mean_of_s, difference, tick->sd);
+            set_fault(w, fault_kind(w), tick->time - (double)mean_of_s, difference, tick->sd);
         }
     } else if (w->fault != OC_FAULT_LOST && w->fault != OC_FAULT_STUCK && w->flipped > flipped_min) {
         w->fault = OC_FAULT_WRONG_SIGN;

@@ -2,11 +2,11 @@
 #define OC_SENSOR_FAULT_H
 /* Monitor of the steering wheel angle sensor: measured against estimated angle.
  *
- * Three criteria: a lasting difference (a sum of its excess over a borderline, for each sign, and a mean), bends of
- * reversed sign (a sum of the log of the odds), a constant value while the truck turns. The fault's name follows from
- * its onset. The fault ends when the difference has long been small again. A sensor at a long constant difference is
- * remounted. The monitor judges above 8 m/s, where the estimate is accurate; it finds a lost signal at any speed. A
- * suspected sensor is not learned from, or the estimate would follow it. */
+ * The first criterion is a lasting difference: a sum of its excess over a borderline, for each sign, and a mean. The
+ * second is bends of reversed sign: a sum of the log of the odds. The third is a constant value while the truck turns.
+ * The fault's name follows from its onset. It ends when the difference has long been small again. A sensor at a long
+ * constant difference is remounted. The monitor judges above 8 m/s, where the estimate is accurate; it finds a lost
+ * signal at any speed. A suspected sensor is not learned from, or the estimate would follow it. */
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -8,7 +8,7 @@ static const float flank_share_min = 0.05f;     /* of both flanks' time; bench/a
 static const float hidden_half_play_sd = 0.07f; /* rad, 4 deg: of half a play of up to 15 deg */
 static const float judge_after_s = 400.0f;      /* of comparison, after which the learned truck can judge the sensor */
 static const float unmeasured_bank_sd = 0.2f;   /* m/s^2, without an accelerometer */
-static const double gap_s_min = 0.3;            /* a gap after which the estimate settles anew */
+static const double gap_s_min = 0.3;            /* a gap after which the observer restarts */
 
 static bool is_identified(const oc_learned *learned) {
     const oc_status status = learned->offset.status;

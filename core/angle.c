@@ -4,60 +4,60 @@
 
 #include "bounds.h"
 
-static const float half_turn = 3.14159265358979323846f;
+/* Derived. */
+static const float half_turn = 3.14159265358979323846f; /* pi */
 
-/* The filter: what a driver does is below some 2 Hz; more lets the gyro's noise in, less is late. The pair rings, which
- * is earlier at the same noise. */
-static const float first_pole_hz = 5.0f;
-static const float pair_hz = 3.8f;
-static const float pair_damping = 0.65f;
+/* Numerical. */
+static const float never_s = 1e9f;          /* above every time without a sensor */
+static const float angle_sd_max = 10.0f;    /* rad, against an sd that grows without bound at standstill */
+
+/* Tuned; rows without a bench have none on record. */
+static const float first_pole_hz = 5.0f;    /* drivers steer below 2 Hz; as the next two, bench/angle.py: Fig. 12 */
+static const float pair_hz = 3.8f;          /* higher passes the gyro's noise, lower is late */
+static const float pair_damping = 0.65f;    /* less delay at the same noise than a pair that does not ring */
 static const float speed_s = 0.1f;
-static const float bank_s = 0.15f;    /* roads change slower, the accelerometer's noise faster */
+static const float bank_s = 0.15f;          /* roads change slower, the accelerometer's noise faster */
 static const float rate_s = 0.1f;
 static const float takeover_s = 1.0f;
-static const float check_s = 0.1f;    /* the estimate is right to 2 Hz */
-
-/* The play backward. */
-static const float moved_min = 0.7f * 3.14159265358979323846f / 180.0f;   /* rad: less is noise */
-static const float moved_clear = 2.0f * 3.14159265358979323846f / 180.0f; /* rad: who pushed the wheels is clear */
+static const float check_s = 0.1f;          /* the estimate is accurate up to 2 Hz */
+static const float moved_min = 0.7f * 3.14159265358979323846f / 180.0f;   /* rad: bench/angle.py, play 15 deg */
+static const float moved_clear = 2.0f * 3.14159265358979323846f / 180.0f; /* rad: a clear push by the driver */
 static const float backward_creep_factor = 2.0f;
-static const float near_friction = 0.10f;                 /* m/s^2: wind and bank push as much, unseen */
-static const float unloading_sds = 1.0f;                  /* of a_0, within which no side force tells the flank */
-static const float forgotten_s = 0.5f;                    /* how long a place holds with no side force to keep it */
-static const float place_variance_max = 0.7f;             /* flanks are likelier than the middle */
-
-/* How far off the estimate is, before a sensor has said. */
-static const float error_sd = 0.6f * 3.14159265358979323846f / 180.0f;         /* rad, and */
-static const float error_speed = 5.0f;                                        /* m/s, below which it grows */
-static const float lead_sd_s = 0.06f;                     /* s, of how late it is */
-static const float yaw_acceleration_sd_s = 0.15f;         /* s, of T */
-static const float T_prior_s = 0.5f;                      /* s */
-static const float T_prior_steady_s = 6.0f;               /* s, of steering wheel angle per yaw rate, where T is that */
-static const float T_prior_s2 = 0.05f;                    /* rad^2/s^2 x s: yaw acceleration that outweighs the prior */
-static const float load_share_sd = 0.10f;                 /* of K after the sensor is lost, by fuel and tyres */
-static const float load_share_stopped_sd = 0.25f;         /* and after a stop that was long enough to load */
+static const float near_friction = 0.10f;   /* m/s^2: wind and bank push as much, unmeasured */
+static const float neutral_sds = 1.0f;      /* of a_0: the flank is uncertain within; bench/angle.py: 180 h healthy */
+static const float flank_memory_s = 0.5f;   /* how long a flank holds without lateral force */
+static const float place_variance_max = 0.7f; /* flanks are likelier than the middle */
+static const float error_sd = 0.6f * 3.14159265358979323846f / 180.0f; /* rad */
+static const float error_speed = 5.0f;      /* m/s, below which the error grows */
+static const float lead_sd_s = 0.06f;       /* of the estimate's delay */
+static const float yaw_acceleration_sd_s = 0.15f; /* of T */
+static const float T_prior_s = 0.5f;
+static const float T_prior_steady_s = 6.0f; /* steering wheel angle per yaw rate at which T_prior_s holds */
+static const float T_prior_s2 = 0.05f;      /* rad^2/s^2 x s: yaw acceleration that outweighs the prior */
+static const float load_share_sd = 0.10f;   /* of K after the loss of the sensor, by fuel and tyres */
+static const float load_share_stopped_sd = 0.25f; /* and after a stop that was long enough to load */
 static const float loading_s = 60.0f;
 static const float learning_memory_s = 600.0f;
 static const float learned_s = 30.0f;
-static const float unbanked_share = 0.3f;                 /* of r*v: bends on motorways take up to two thirds */
-static const float unbanked_sd = 0.2f;                    /* m/s^2, wherever */
-static const float unflattened = 1.15f;                   /* the gyro's noise flattens the slope T */
-
-/* Beyond (7): turning on a circle takes the arctangent of L/R, linkages and racks turn the wheels faster at their ends.
- * Both together take a share of the front wheels' angle cubed. */
-static const float cube_min = 0.15f * 0.15f * 0.15f;        /* rad^3: smaller ones tell of other errors */
-static const float cube_speed = 3.0f;                     /* m/s: slower, the gyro's noise counts too much */
-static const float flattened_max = 0.3f;                  /* of an angle: more is driving back, or a faulty sensor */
-static const float flattening_sd = 0.5f;                  /* 1/rad^2, prior about none; the arctangent alone is 1/3 */
-static const float flattening_prior = 1e-4f;              /* rad^6 x s: cubes that outweigh the prior */
-
-/* Where motion says nothing. */
-static const float walking_speed = 1.0f;                      /* m/s */
-static const float never_s = 1e9f;
-static const float hand_rate_sd = 1.5f;                   /* rad/s */
-static const float angle_sd_max = 10.0f;                  /* rad */
-static const float learning_speed = 8.0f;                 /* m/s */
+static const float unbanked_share = 0.3f;   /* of r*v: motorways bank up to two thirds of it; 64 drives, CHANGELOG.md */
+static const float unbanked_sd = 0.2f;      /* m/s^2, everywhere; the same drives */
+static const float unflattened = 1.15f;     /* the gyro's noise flattens the slope T; bench/angle.py: Fig. 12 */
+static const float cube_min = 0.15f * 0.15f * 0.15f; /* rad^3: smaller ones show other errors; bench/angle.py: rfs_* */
+static const float cube_speed = 3.0f;       /* m/s: the gyro's noise is too large below; as the next three: rfs_* */
+static const float flattened_max = 0.3f;    /* of an angle: more is driving backward, or a faulty sensor */
+static const float flattening_sd = 0.5f;    /* 1/rad^2, prior about 0; the arctangent alone is 1/3 */
+static const float flattening_prior = 1e-4f; /* rad^6 x s: cubes that outweigh the prior */
+static const float walking_speed = 1.0f;    /* m/s, below which the angle is held */
+static const float hand_rate_sd = 1.5f;     /* rad/s */
+static const float learning_speed = 8.0f;   /* m/s */
 static const float valid_sd = 5.0f * 3.14159265358979323846f / 180.0f;
+static const float unlearned_offset_sd = 5.0f * 3.14159265358979323846f / 180.0f; /* rad, unidentified; as the next */
+static const oc_angle_truck truck_prior = { /* before any sensor was available: 64 drives, CHANGELOG.md */
+    .offset_sd = 2.5f * 3.14159265358979323846f / 180.0f,   /* rad, of alignment, and play beyond the width below */
+    .gradient_sd = 0.8f * 3.14159265358979323846f / 180.0f, /* rad/(m/s^2), about 0 */
+    .backlash = 4.0f * 3.14159265358979323846f / 180.0f,    /* rad */
+    .friction = 1e9f,
+};
 
 void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ratio *ratio, double wheelbase,
                     double rate_hz) {
@@ -103,29 +103,29 @@ static void begin_observer(oc_angle_tracking *t, const oc_angle_tick *tick) {
 static void filter_motion(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_tick *tick) {
     t->speed += (tick->speed - t->speed) * d->speed_share;
     t->yaw_rate_first += (tick->yaw_rate - t->yaw_rate_first) * d->yaw_rate_share;
-    /* implicit in the damping, so that it is stable at 20 Hz */
+    /* implicit in the damping: stable at 20 Hz */
     t->yaw_acceleration = (t->yaw_acceleration + d->stiffness * (t->yaw_rate_first - t->yaw_rate) * d->tick_s) *
                           d->per_damping;
     t->yaw_rate += t->yaw_acceleration * d->tick_s;
     t->bank += (tick->lateral_acceleration - t->yaw_rate * t->speed - t->bank) * d->bank_share;
 }
 
-/* An accelerometer that is silent leaves the bank of a bend unknown, and some of the lateral force. */
-static float unloading_sd_of(const oc_angle_truck *truck, const oc_angle_tick *tick) {
-    return tick->lacks_bank ? truck->unloading_sd + unbanked_sd : truck->unloading_sd;
+/* Without an accelerometer neither the bank of a bend nor all of the lateral force is identifiable. */
+static float neutral_sd_of(const oc_angle_truck *truck, const oc_angle_tick *tick) {
+    return tick->accelerometer_lost ? truck->unloading_sd + unbanked_sd : truck->unloading_sd;
 }
 
 static float gradient_sd_of(const oc_angle_truck *truck, const oc_angle_tick *tick) {
-    return tick->lacks_bank ? truck->gradient_sd + unbanked_share * fabsf(truck->gradient) : truck->gradient_sd;
+    return tick->accelerometer_lost ? truck->gradient_sd + unbanked_share * fabsf(truck->gradient) : truck->gradient_sd;
 }
 
-/* Which flank of the play the steering wheel is at, from where the wheels go. */
-static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck, float wheels,
+/* The flank of the play at which the steering wheel is, from the front wheels' motion and the lateral force. */
+static void follow_play(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck, float wheels,
                           float load, float unloading_sd) {
     const float half = 0.5f * truck->backlash;
     const float beyond = fabsf(load) - truck->friction;
     const float moved = wheels - t->reference;
-    const float clear = oc_clamp_size(moved, moved_min) - moved; /* minus what is beyond */
+    const float clear = oc_clamp_size(moved, moved_min) - moved; /* minus the excess */
     t->reference -= clear;
     float push = 0.0f;
     if (beyond <= 0.0f || -clear * load > 0.0f) {
@@ -137,11 +137,11 @@ static void place_in_play(oc_angle_tracking *t, const oc_angle_design *d, const 
     }
     float place = t->place + push;
     t->place_variance -= t->place_variance * oc_min(fabsf(push), 1.0f);
-    const float share = d->check_s / forgotten_s;
+    const float share = d->check_s / flank_memory_s;
     if (beyond < near_friction) {
         place -= place * share;
     }
-    if (beyond < near_friction + unloading_sds * unloading_sd) {
+    if (beyond < near_friction + neutral_sds * unloading_sd) {
         t->place_variance += (place_variance_max - t->place_variance) * share;
     }
     t->place_step = (oc_clamp_size(place, 1.0f) - t->place) / (float)d->ticks_per_check;
@@ -157,7 +157,7 @@ static float per_yaw_rate(const oc_angle_tracking *t, const oc_angle_design *d, 
     return (float)d->ratio.ratio * (d->wheelbase / v + truck->gradient * v);
 }
 
-/* T as it is at this speed: oc_angle_late_s of what (10) needs is in it. */
+/* T at this speed: it contains oc_angle_late_s times the angle per yaw rate of (10). */
 static float lead_at(const oc_angle_evidence *e, const oc_angle_design *d, float per_rate) {
     const float per_slope = 1.0f / (e->slopes + T_prior_s2);
     const float lead = unflattened * (e->products + T_prior_s2 * T_prior_s) * per_slope;
@@ -201,7 +201,7 @@ static float wheels_by_side_slip(const oc_angle_tracking *t, const oc_angle_evid
     return to_steering_wheel(d, (float)oc_side_slip_front_wheel(&e->side_slip, &slip, (double)d->wheelbase));
 }
 
-/* What the learned truck needs, by (13), for the motion that is. */
+/* The angle that the truck needs for this motion, by (13). */
 static float wheels_of(oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
                        const oc_angle_truck *truck, const oc_angle_tick *tick) {
     const float a = t->yaw_rate * t->speed + t->bank;
@@ -226,17 +226,17 @@ static float wheels_of(oc_angle_tracking *t, const oc_angle_evidence *e, const o
     return to_steering_wheel(d, steady - t->flattening * t->cube + t->lead * d->per_ratio * t->yaw_acceleration);
 }
 
-/* Of the estimate, by its own make: what a sensor can judge. */
-static float own_variance(const oc_angle_tracking *t, const oc_angle_truck *truck) {
+/* Of the observer's own errors, which a comparison with the sensor shows. */
+static float observer_variance(const oc_angle_tracking *t, const oc_angle_truck *truck) {
     const float slow = error_sd * (1.0f + error_speed / fabsf(t->speed));
     const float late = lead_sd_s * t->rate;
     const float turning = yaw_acceleration_sd_s * t->yaw_acceleration;
-    const float played = 0.5f * truck->backlash;
-    return slow * slow + late * late + turning * turning + played * played * t->place_variance;
+    const float half_play = 0.5f * truck->backlash;
+    return slow * slow + late * late + turning * turning + half_play * half_play * t->place_variance;
 }
 
-/* By what a sensor cannot say, or said before. */
-static float other_variance(const oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
+/* Of the truck's parameters, from the drive with the sensor, and of errors that the sensor does not show. */
+static float truck_variance(const oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
                              const oc_angle_truck *truck, const oc_angle_tick *tick) {
     const float i = (float)d->ratio.ratio;
     const float a = t->yaw_rate * t->speed + t->bank - truck->unloading;
@@ -250,7 +250,7 @@ static float other_variance(const oc_angle_tracking *t, const oc_angle_evidence 
            flat * flat * flattening_prior / (flattening_prior + e->cubes);
 }
 
-/* What the sensor says of T and of how far off the estimate is. */
+/* T and the scale of the estimate's errors, against the sensor. */
 static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, const oc_angle_design *d,
                               float per_rate, float error, float without_T, float variance) {
     const float keep = 1.0f - d->check_s / learning_memory_s;
@@ -265,30 +265,18 @@ static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, 
     e->spread += (oc_min(error * error / variance, 25.0f) - e->spread) * share;
 }
 
-/* What a sensor reads for nothing, before it is learned. */
-static const float unlearned_offset_sd = 5.0f * 3.14159265358979323846f / 180.0f; /* rad */
-
-/* Without ever having had a sensor. */
-static const oc_angle_truck unknown_truck = {
-    .offset_sd = 2.5f * 3.14159265358979323846f / 180.0f,   /* rad, of alignment, and more play than there is below */
-    .gradient_sd = 0.8f * 3.14159265358979323846f / 180.0f, /* rad/(m/s^2), about none */
-    .backlash = 4.0f * 3.14159265358979323846f / 180.0f,    /* rad */
-    .friction = 1e9f,
-};
-
 bool oc_angle_is_due(const oc_angle_tracking *t) {
     return t->ticks_to_check <= 0;
 }
 
-/* What the sensor teaches of the truck. */
 static void learn_truck(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d,
-                        const oc_angle_tick *tick, float per_rate, float own) {
+                        const oc_angle_tick *tick, float per_rate, float observer) {
     const float error = (float)tick->true_by_sensor - t->estimate;
     if (d->method == OC_ANGLE_OBSERVER) {
         learn_flattening(e, t, d, error);
     }
     if (fabsf(t->speed) > learning_speed) {
-        learn_from_sensor(e, t, d, per_rate, error, error + t->lead * t->yaw_acceleration, own);
+        learn_from_sensor(e, t, d, per_rate, error, error + t->lead * t->yaw_acceleration, observer);
         if (d->method == OC_ANGLE_SIDE_SLIP) {
             const oc_side_slip slip = side_slip_of(t, tick);
             oc_side_slip_learn(&e->side_slip, &slip, oc_ratio_to_front_wheel(&d->ratio, tick->true_by_sensor),
@@ -297,26 +285,26 @@ static void learn_truck(oc_angle_tracking *t, oc_angle_evidence *e, const oc_ang
     }
 }
 
-/* Where in the play the wheels are, what the sensor teaches, and how sure the estimate is. */
+/* The slower part: place in the play, learning from the sensor, and the estimate's sd. */
 static void check(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d, const oc_angle_truck *truck,
-                  const oc_angle_tick *tick, bool known, float wheels) {
+                  const oc_angle_tick *tick, bool identified, float wheels) {
     const float per_rate = per_yaw_rate(t, d, truck);
-    t->lead = known ? lead_at(e, d, per_rate) : T_prior_s;
+    t->lead = identified ? lead_at(e, d, per_rate) : T_prior_s;
     t->flattening = flattening(e);
     if (t->held_s > 0.0f || t->without_sensor_s >= never_s) {
         t->reference = wheels;
     }
     const float load = t->yaw_rate * (t->speed + truck->tandem / fabsf(t->speed)) + t->bank - truck->unloading;
-    place_in_play(t, d, truck, wheels, load, unloading_sd_of(truck, tick));
-    const float own = own_variance(t, truck);
-    if (tick->teaches && known) {
-        learn_truck(t, e, d, tick, per_rate, own);
+    follow_play(t, d, truck, wheels, load, neutral_sd_of(truck, tick));
+    const float observer = observer_variance(t, truck);
+    if (tick->teaches && identified) {
+        learn_truck(t, e, d, tick, per_rate, observer);
     }
     const float spread = e->seconds > learned_s ? e->spread : 2.0f;
-    t->sd = sqrtf(spread * own + other_variance(t, e, d, truck, tick));
+    t->sd = sqrtf(spread * observer + truck_variance(t, e, d, truck, tick));
 }
 
-/* The motion says where the wheels are: rad, at the steering wheel but for the play. */
+/* rad, the front wheels' angle at the steering wheel, without the play. */
 static float follow_wheels(oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
                            const oc_angle_truck *truck, const oc_angle_tick *tick) {
     const float wheels = wheels_of(t, e, d, truck, tick);
@@ -326,7 +314,7 @@ static float follow_wheels(oc_angle_tracking *t, const oc_angle_evidence *e, con
     return wheels;
 }
 
-/* It says nothing: the angle is held, and its interval opens. */
+/* Below walking speed the angle is not observable: it is held, and its interval widens. */
 static void hold(oc_angle_tracking *t, const oc_angle_design *d) {
     t->held_s += d->tick_s;
     t->place_variance = place_variance_max;
@@ -334,35 +322,36 @@ static void hold(oc_angle_tracking *t, const oc_angle_design *d) {
     t->sd = oc_min(t->sd + hand_rate_sd * d->tick_s, angle_sd_max);
 }
 
-/* No jump when the sensor comes back: our last word fades. */
-static void tell_by_sensor(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *given,
-                           double by_sensor, oc_angle *out) {
+/* No jump when the sensor returns: the difference to the estimate fades. */
+static void publish_measured(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *learned,
+                             double measured, oc_angle *out) {
     static const float faded = 1e-6f; /* rad */
     const bool came_back = t->without_sensor_s > 0.0f && t->without_sensor_s < never_s;
     const float left = t->step * (1.0f - d->takeover_share);
-    t->step = came_back ? t->before - (float)by_sensor : fabsf(left) > faded ? left : 0.0f;
-    t->difference = (float)by_sensor + t->step - t->estimate;
+    t->step = came_back ? t->before - (float)measured : fabsf(left) > faded ? left : 0.0f;
+    t->difference = (float)measured + t->step - t->estimate;
     t->without_sensor_s = t->standing_s = 0.0f;
-    const float offset_sd = given->known ? given->offset_sd : unlearned_offset_sd;
-    out->angle = by_sensor + (double)t->step;
+    const float offset_sd = learned->known ? learned->offset_sd : unlearned_offset_sd;
+    out->angle = measured + (double)t->step;
     out->standard_deviation = (double)(t->step == 0.0f ? offset_sd : sqrtf(offset_sd * offset_sd + t->step * t->step));
-    out->status = given->known ? OC_VALID : OC_CONVERGING;
+    out->status = learned->known ? OC_VALID : OC_CONVERGING;
 }
 
-/* Nor when it goes: its last word fades. */
-static void tell_without(oc_angle_tracking *t, const oc_angle_design *d, bool known, bool moves, oc_angle *out) {
+/* Nor when it is lost: the difference to its last angle fades. */
+static void publish_estimated(oc_angle_tracking *t, const oc_angle_design *d, bool identified, bool moves,
+                              oc_angle *out) {
     t->difference -= t->difference * d->takeover_share;
     t->without_sensor_s += d->tick_s;
     t->standing_s += moves ? 0.0f : d->tick_s;
     out->angle = (double)(t->estimate + t->difference);
     out->standard_deviation = (double)t->sd;
-    out->status = !known || !moves ? OC_UNOBSERVABLE : t->sd < valid_sd ? OC_VALID : OC_CONVERGING;
+    out->status = !identified || !moves ? OC_UNOBSERVABLE : t->sd < valid_sd ? OC_VALID : OC_CONVERGING;
 }
 
-void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d, const oc_angle_truck *given,
-                     const oc_angle_tick *tick, oc_angle *out) {
-    const bool known = given->known != 0;
-    const oc_angle_truck *truck = known ? given : &unknown_truck;
+void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d,
+                     const oc_angle_truck *learned, const oc_angle_tick *tick, oc_angle *out) {
+    const bool identified = learned->known != 0;
+    const oc_angle_truck *truck = identified ? learned : &truck_prior;
     if (!t->running && tick->has_motion) {
         begin_observer(t, tick);
     }
@@ -375,7 +364,7 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
     if (moves) {
         const float wheels = follow_wheels(t, e, d, truck, tick);
         if (is_due || t->held_s > 0.0f) {
-            check(t, e, d, truck, tick, known, wheels);
+            check(t, e, d, truck, tick, identified, wheels);
         }
         t->held_s = 0.0f;
     } else {
@@ -385,9 +374,9 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
     out->estimate_sd = (double)t->sd;
     out->by_sensor = tick->has_sensor;
     if (tick->has_sensor) {
-        tell_by_sensor(t, d, given, tick->true_by_sensor, out);
+        publish_measured(t, d, learned, tick->true_by_sensor, out);
     } else {
-        tell_without(t, d, known, moves, out);
+        publish_estimated(t, d, identified, moves, out);
     }
     t->rate += (((float)out->angle - t->before) * d->per_tick - t->rate) * d->rate_share;
     t->before = (float)out->angle;

@@ -1,18 +1,18 @@
 #ifndef OC_ANGLE_H
 #define OC_ANGLE_H
-/* The steering wheel angle now, without its sensor: an observer over (13) with the steering as unknown input.
+/* The steering wheel angle without its sensor: an observer over (13) with the steering as unknown input.
  *
- * Of (13) the front wheel angle is L*r/v + K a + T dr/dt, whatever it does: r by the gyro, its slope by a filter of
- * three poles, a by r*v and the accelerometer. T is the yaw inertia over the tyres' stiffness, with what the steering
- * lags; it is learned, together with how far off all this is, while the sensor was healthy. What is between front
- * wheels and steering wheel is the play, whose operator (backlash.h) is run backward: side force beyond friction brings
- * the wheels to one flank, wheels that move without it were pushed there.
+ * By (13) the front wheel angle is L*r/v + K a + T dr/dt: r from the gyro, its slope from a filter of three poles, a
+ * from r*v and the accelerometer. T is the yaw inertia over the tyres' stiffness, plus the lag of the steering. T and
+ * the scale of the errors are learned while the sensor is healthy. Between front wheels and steering wheel is the play,
+ * whose operator (backlash.h) runs backward: lateral force beyond friction carries the wheels to one flank; wheels that
+ * move without it were pushed there.
  *
- * Large angles are learned, too: beyond (7)'s proportion, arctangent and linkage take a share of the angle cubed.
+ * Beyond (7)'s proportion, arctangent and linkage take a share of the angle cubed, which is learned.
  *
- * 4.2: without ever having had a sensor, only the Ackermann angle is told, and the interval says so.
- * Below a walking speed the motion says nothing: the angle is held and its interval opens. Driving backward needs a
- * speed with a sign. Tyres are linear, below some 4 m/s^2.
+ * 4.2: without ever having had a sensor, the angle is Ackermann's alone, with a wide interval. Below walking speed the
+ * angle is not observable: it is held, and its interval widens. Driving backward needs a signed speed. Tyres are
+ * linear below some 4 m/s^2.
  *
  * Single precision: a double here cost a Cortex-M4F half of a tick. */
 
@@ -23,10 +23,10 @@
 #include "front_wheel.h"
 #include "side_slip.h"
 
-/* By what the front wheels' angle is told. */
+/* Source of the front wheels' angle. */
 typedef enum {
     OC_ANGLE_OBSERVER,
-    OC_ANGLE_WHEEL_SPEED,             /* (21); (3) where wheels are taken to be alike */
+    OC_ANGLE_WHEEL_SPEED,             /* (21); (3) for equal wheel radii */
     OC_ANGLE_WHEEL_SPEED_EXACT,       /* (2) with the radius ratio */
     OC_ANGLE_YAW_RATE,                /* L*r/v */
     OC_ANGLE_YAW_RATE_UNDERSTEER,     /* (22), (31) */
@@ -34,18 +34,18 @@ typedef enum {
     OC_ANGLE_METHOD_COUNT
 } oc_angle_method;
 
-/* What a drive with a sensor said of the truck; standard deviations where they matter. */
+/* The truck, identified in a drive with a sensor; standard deviations where they matter. */
 typedef struct {
     float offset_sd;                  /* rad */
     float gradient, gradient_sd;      /* rad/(m/s^2) */
-    float wheelbase;                  /* share by which bends take more than L*r/v */
+    float wheelbase;                  /* share of L*r/v that bends take in addition */
     float backlash;                   /* rad, full width */
-    float unloading, unloading_sd;    /* m/s^2, a_0 */
-    float tandem;                     /* m^2/s^2, side force by curvature, since axles behind resist turning */
+    float unloading, unloading_sd;    /* m/s^2, neutral lateral acceleration a_0 */
+    float tandem;                     /* m^2/s^2, lateral force per curvature, by rear axles that resist turning */
     float friction;                   /* m/s^2 */
     float creep;                      /* rad/s per m/s^2 */
-    float left_s, right_s;            /* s of side force clearly to either side, which show the play's flanks */
-    int32_t known;                    /* there was a sensor for long enough */
+    float left_s, right_s;            /* s of lateral force clearly on either flank of the play */
+    int32_t known;                    /* a sensor was available for long enough */
 } oc_angle_truck;
 
 /* One tick. */
@@ -54,14 +54,14 @@ typedef struct {
     float yaw_rate, yaw_rate_bias_sd; /* rad/s, corrected */
     float speed;                      /* m/s */
     float lateral_acceleration;       /* m/s^2, as measured */
-    float bank_sd;                    /* m/s^2, of what of it no accelerometer told */
-    float front_wheel;                /* rad, by wheel speeds, for the methods that use them */
-    float lateral_speed;              /* m/s, over ground, for the method that uses it */
+    float bank_sd;                    /* m/s^2, of the bank without an accelerometer */
+    float front_wheel;                /* rad, by wheel speeds, if the method uses them */
+    float lateral_speed;              /* m/s, over ground, if the method uses it */
     double true_by_sensor;            /* rad, measured less offset */
-    bool has_sensor;                  /* and it is believed */
-    bool teaches;                     /* and it may be learned from */
-    bool has_motion;                  /* yaw rate, speed and what else the method needs */
-    bool lacks_bank;                  /* the accelerometer is silent that there usually is */
+    bool has_sensor;                  /* and it is valid */
+    bool teaches;                     /* and the observer may learn from it */
+    bool has_motion;                  /* the method's signals: yaw rate, speed, ... */
+    bool accelerometer_lost;          /* no signal, although in use */
 } oc_angle_tick;
 
 typedef struct {
@@ -73,7 +73,7 @@ typedef struct {
     float speed_share, bank_share, rate_share, takeover_share;
     float late_s;                     /* s, of the filter */
     float tick_s;
-    float per_damping;                /* 1 over what the damping divides by in a tick */
+    float per_damping;                /* 1 over the damping's divisor in a tick */
     float per_tick, per_ratio;        /* Hz; 1 over the ratio near the centre */
     float check_s;                    /* between two checks against the sensor */
     int32_t ticks_per_check;
@@ -86,35 +86,35 @@ typedef struct {
     float speed;                      /* m/s */
     float bank;                       /* m/s^2, a_y - r*v */
     float lead;                       /* s, T as of the last check */
-    float cube;                       /* rad^3, of the front wheels' steady angle, and */
-    float flattening;                 /* 1/rad^2, by which it lessens it, as of the last check */
-    float reference;                  /* rad, where the wheels were when they last moved clearly */
-    float place, place_variance;      /* in the play, -1 to 1, and */
-    float place_step;                 /* by which it goes on in each tick until the next check */
+    float cube;                       /* rad^3, of the front wheels' steady angle */
+    float flattening;                 /* 1/rad^2, reduction of the angle per cube, as of the last check */
+    float reference;                  /* rad, of the wheels at their last clear motion */
+    float place, place_variance;      /* in the play, -1 to 1 at its flanks */
+    float place_step;                 /* per tick until the next check */
     int32_t ticks_to_check;
-    float held_s;                     /* since the motion said something */
-    float without_sensor_s;           /* since it was believed */
-    float standing_s;                 /* without a sensor: the load may have changed */
+    float held_s;                     /* since the angle was last observable */
+    float without_sensor_s;           /* since the sensor was last valid */
+    float standing_s;                 /* standstill without a sensor: the load may have changed */
     float estimate;                   /* rad */
-    float difference;                 /* rad, of the sensor to it when it was last believed, fading */
-    float step;                       /* rad, from the sensor to what was told when it came back, fading */
+    float difference;                 /* rad, of the last valid measured angle to it, fading */
+    float step;                       /* rad, of the last estimate to the returning sensor, fading */
     float before, rate;               /* rad, rad/s: of the tick before */
     float sd;                         /* rad, of the estimate */
 } oc_angle_tracking;
 
-/* What was learned by comparing with the sensor. */
+/* Learned by comparison with the sensor. */
 typedef struct {
-    float slopes, products;           /* of yaw acceleration with what is left: T is their ratio */
-    float steady;                     /* the slopes times what angle a yaw rate took when they were gathered */
-    float cubes, flattened;           /* of the front wheels' angle cubed with what it is less than (7) */
-    float spread;                     /* mean of squared error over foretold variance */
+    float slopes, products;           /* of yaw acceleration, and with the residual: T is their ratio */
+    float steady;                     /* the slopes times the angle per yaw rate at that time */
+    float cubes, flattened;           /* of the front wheels' angle cubed, and with its reduction against (7) */
+    float spread;                     /* mean of squared error over predicted variance */
     float seconds;                    /* behind it */
     oc_side_slip_evidence side_slip;
 } oc_angle_evidence;
 
 typedef struct {
     double angle, rate, standard_deviation; /* rad, rad/s, rad: the true angle */
-    double estimate, estimate_sd;     /* rad: what motion alone says */
+    double estimate, estimate_sd;     /* rad: from motion alone */
     bool by_sensor;                         /* the angle is measured less offset */
     oc_status status;
 } oc_angle;
@@ -122,14 +122,13 @@ typedef struct {
 void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ratio *ratio, double wheelbase,
                     double rate_hz);
 
-/* s by which the observer's filter is late. */
+/* s, delay of the observer's filter. */
 double oc_angle_late_s(const oc_angle_design *design);
 
 /* Whether the next tick checks the estimate against the sensor. */
 bool oc_angle_is_due(const oc_angle_tracking *tracking);
 
-/* Filters and tells the angle at each tick. What is slower, where in the play the wheels are, the interval and what the
- * sensor teaches, follows ten times a second. */
+/* Filters and publishes the angle at each tick. Place in the play, interval and learning follow ten times a second. */
 void oc_angle_update(oc_angle_tracking *tracking, oc_angle_evidence *evidence, const oc_angle_design *design,
                      const oc_angle_truck *truck, const oc_angle_tick *tick, oc_angle *angle);
 

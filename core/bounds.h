@@ -1,7 +1,7 @@
 #ifndef OC_BOUNDS_H
 #define OC_BOUNDS_H
-/* The lesser and the larger of two, and what stays between two or as small as a limit, in single precision. Where one
- * is no number the second comes out, and what is to stay stays none. */
+/* Minimum, maximum and clamps in single precision. Where one argument is NaN, minimum and maximum return the second; a
+ * clamped NaN stays NaN. */
 
 float oc_min(float a, float b);
 float oc_max(float a, float b);

@@ -13,8 +13,8 @@ double oc_front_wheel_exact(double wheelbase, double track, double left, double 
     if (!(l > 0.0 && right > 0.0)) {
         return 0.0;
     }
-    /* squared speeds are squared radii by one factor: R_r^2 - R_l^2 is 2 T X, X to the middle of the rear axle, and
-     * R_l^2 = (X - T/2)^2 + L^2. That is a quadratic equation for X, of which (2) is the solution for small T/R. */
+    /* squared speeds and squared radii are proportional: R_r^2 - R_l^2 is 2 T X, with X to the middle of the rear axle,
+     * and R_l^2 = (X - T/2)^2 + L^2. (2) solves this quadratic equation for X at small T/R. */
     const double q = (right / l) * (right / l);
     const double d = q - 1.0;
     if (fabs(d) < 1e-9) {
@@ -58,15 +58,15 @@ static double slope(const oc_ratio *ratio, double angle) {
 }
 
 double oc_ratio_to_steering_wheel(const oc_ratio *ratio, double front_wheel_angle) {
-    static const double beyond = 0.2; /* of the slope near the centre: a polynomial that turns back is left there */
+    static const double slope_share_min = 0.2; /* of the slope at the centre, against one that turns back */
     double angle = front_wheel_angle * ratio->ratio;
     if (ratio->terms == 0) {
         return angle;
     }
     for (int32_t k = 0; k < 8; ++k) { /* Newton */
         const double s = slope(ratio, angle);
-        const double least = beyond / ratio->ratio;
-        const double step = (front_wheel_angle - oc_ratio_to_front_wheel(ratio, angle)) / (s > least ? s : least);
+        const double s_min = slope_share_min / ratio->ratio;
+        const double step = (front_wheel_angle - oc_ratio_to_front_wheel(ratio, angle)) / (s > s_min ? s : s_min);
         angle += step;
         if (fabs(step) < 1e-9) {
             break;

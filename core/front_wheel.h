@@ -2,8 +2,8 @@
 #define OC_FRONT_WHEEL_H
 /* Chapter 4: the front wheels' mean angle from the truck's motion, and from it the steering wheel angle.
  *
- * All angles in rad, left positive: (2) and (3) are the thesis's with the sides exchanged. Speeds in m/s are those of
- * wheels of a nominal radius; mismatch is r_l/r_r - 1. (21), which is (3) with that, is oc_wheel_speed_front_angle. */
+ * All angles in rad, left positive: (2) and (3) are the thesis's with left and right exchanged. Speeds in m/s hold
+ * for a nominal wheel radius; mismatch is r_l/r_r - 1. oc_wheel_speed_front_angle is (21), which is (3) with it. */
 
 #include <stdint.h>
 
@@ -16,7 +16,7 @@ typedef struct {
     double ratio;                      /* near the centre, steering wheel angle per front wheel angle */
 } oc_ratio;
 
-/* (2) solved for R_l, which it holds, too: Ackermann's geometry itself, up to some 43 deg, where (3) is 10 % off. */
+/* (2) solved for R_l, which is on both its sides: exact Ackermann geometry up to some 43 deg, where (3) is 10 % off. */
 double oc_front_wheel_exact(double wheelbase, double track, double left, double right, double mismatch);
 
 /* (7), (22), (31): L*r/v + K_us/g * a_y. Speed not 0. */

@@ -1,8 +1,8 @@
 #ifndef OC_MEAN_H
 #define OC_MEAN_H
-/* Means updated by their innovation, (36), which merge: no sample is kept, and two logs join into one. */
+/* Means updated by their innovation, (36). They merge, so no sample is stored, and two logs can be joined. */
 
-/* Of one tick's regression quantities: y, the residual; x, what K_us multiplies; w, what a yaw-rate bias multiplies. */
+/* Of one tick's regression quantities: y, the residual; x, the regressor of K_us; w, that of a yaw rate bias. */
 typedef struct {
     double weight;     /* ticks (or batches) */
     double yy, xx;     /* sums of squared deviations from the means, */

@@ -2,12 +2,12 @@
 
 #include <math.h>
 
-static const double angle_step = 1.0 / 1024.0, angle_least = -31.374; /* rad, SPN 1807's */
-static const double offset_step = 1.0 / 4096.0, offset_least = -7.84375; /* rad */
-static const double sd_step = 1.0 / 2048.0;                             /* rad */
-
-static const uint32_t word_last = 0xFAFFu, byte_last = 0xFAu; /* J1939: beyond them are no numbers */
-static const uint32_t no_word = 0xFFFFu, no_byte = 0xFFu;
+/* Derived. */
+static const double angle_step = 1.0 / 1024.0, angle_min = -31.374; /* rad, SPN 1807's */
+static const double offset_step = 1.0 / 4096.0, offset_min = -7.84375; /* rad, dbc/oncenter_result.dbc */
+static const double sd_step = 1.0 / 2048.0;                             /* rad, the same */
+static const uint32_t word_last = 0xFAFFu, byte_last = 0xFAu; /* J1939: larger ones are no numbers */
+static const uint32_t no_word = 0xFFFFu, no_byte = 0xFFu; /* J1939: not available */
 
 const char *oc_angle_source_name(oc_angle_source source) {
     static const char *const names[OC_SOURCE_COUNT] = {"none", "measured", "compensated", "estimated"};
@@ -15,26 +15,26 @@ const char *oc_angle_source_name(oc_angle_source source) {
 }
 
 oc_message oc_message_of(const oc_output *output, const oc_signals *tick, uint32_t counter) {
-    const bool sensed = (tick->valid & OC_HAS_STEERING_WHEEL_ANGLE) && output->fault == OC_FAULT_NONE;
-    const bool known = output->offset_status != OC_UNOBSERVABLE;
-    const bool follows = output->angle.status == OC_VALID || output->angle.status == OC_CONVERGING;
+    const bool has_sensor = (tick->valid & OC_HAS_STEERING_WHEEL_ANGLE) && output->fault == OC_FAULT_NONE;
+    const bool has_offset = output->offset_status != OC_UNOBSERVABLE;
+    const bool has_estimate = output->angle.status == OC_VALID || output->angle.status == OC_CONVERGING;
     oc_message message = {
         .angle = (double)NAN,
         .angle_sd = (double)NAN,
-        .offset = known ? output->offset : (double)NAN,
-        .offset_sd = known ? output->offset_sd : (double)NAN,
+        .offset = has_offset ? output->offset : (double)NAN,
+        .offset_sd = has_offset ? output->offset_sd : (double)NAN,
         .offset_status = output->offset_status,
         .fault = output->fault,
         .counter = counter & 15u,
     };
-    if (sensed && output->offset_status == OC_VALID) {
+    if (has_sensor && output->offset_status == OC_VALID) {
         message.source = OC_SOURCE_COMPENSATED;
         message.angle = tick->steering_wheel_angle - output->offset;
         message.angle_sd = output->offset_sd;
-    } else if (sensed) {
+    } else if (has_sensor) {
         message.source = OC_SOURCE_MEASURED;
         message.angle = tick->steering_wheel_angle;
-    } else if (follows) {
+    } else if (has_estimate) {
         message.source = OC_SOURCE_ESTIMATED;
         message.angle = output->angle.angle;
         message.angle_sd = output->angle.standard_deviation;
@@ -42,12 +42,12 @@ oc_message oc_message_of(const oc_output *output, const oc_signals *tick, uint32
     return message;
 }
 
-static uint32_t word_of(double value, double step, double least) {
-    const double steps = (value - least) / step + 0.5;
+static uint32_t word_of(double value, double step, double minimum) {
+    const double steps = (value - minimum) / step + 0.5;
     return steps >= 0.0 && steps < (double)(word_last + 1u) ? (uint32_t)steps : no_word;
 }
 
-/* Rounded up: less sure than it is, never surer. */
+/* Rounded up, so that a receiver never sees a smaller sd. */
 static uint32_t byte_of(double sd) {
     const double steps = sd / sd_step;
     if (!(steps >= 0.0)) {
@@ -61,8 +61,8 @@ static uint32_t byte_of(double sd) {
 }
 
 void oc_message_encode(const oc_message *message, uint8_t *data) {
-    const uint32_t offset = word_of(message->offset, offset_step, offset_least);
-    uint32_t angle = word_of(message->angle, angle_step, angle_least);
+    const uint32_t offset = word_of(message->offset, offset_step, offset_min);
+    uint32_t angle = word_of(message->angle, angle_step, angle_min);
     if (message->source == OC_SOURCE_NONE || (message->source == OC_SOURCE_COMPENSATED && offset == no_word)) {
         angle = no_word;
     }
@@ -77,8 +77,8 @@ void oc_message_encode(const oc_message *message, uint8_t *data) {
     data[7] = (uint8_t)(angle == no_word ? no_byte : byte_of(message->angle_sd));
 }
 
-static double number_of_word(uint32_t word, double step, double least) {
-    return word <= word_last ? (double)word * step + least : (double)NAN;
+static double number_of_word(uint32_t word, double step, double minimum) {
+    return word <= word_last ? (double)word * step + minimum : (double)NAN;
 }
 
 static double number_of_byte(uint32_t byte) {
@@ -92,9 +92,9 @@ bool oc_message_decode(oc_message *message, const uint8_t *data) {
     }
     *message = (oc_message){
         .source = (oc_angle_source)source,
-        .angle = number_of_word((uint32_t)data[0] | (uint32_t)data[1] << 8, angle_step, angle_least),
+        .angle = number_of_word((uint32_t)data[0] | (uint32_t)data[1] << 8, angle_step, angle_min),
         .angle_sd = number_of_byte(data[7]),
-        .offset = number_of_word((uint32_t)data[2] | (uint32_t)data[3] << 8, offset_step, offset_least),
+        .offset = number_of_word((uint32_t)data[2] | (uint32_t)data[3] << 8, offset_step, offset_min),
         .offset_sd = number_of_byte(data[4]),
         .offset_status = (oc_status)status,
         .fault = (oc_fault)fault,

@@ -2,14 +2,14 @@
 #define OC_MESSAGE_H
 /* The result on the bus: one frame of a proprietary PGN, dbc/oncenter_result.dbc.
  *
- * Bytes, least first:  1-2 angle, 1/1024 rad a bit less 31.374 as in SPN 1807;  3-4 offset, 1/4096 rad a bit less
+ * Bytes, lowest first:  1-2 angle, 1/1024 rad a bit less 31.374 as in SPN 1807;  3-4 offset, 1/4096 rad a bit less
  * 7.84375;  5 standard deviation of the offset and  8 of the angle, 1/2048 rad a bit, rounded up, 250: as much or more;
  * 6 status of the offset (bits 1-4) and source of the angle (5-8);  7 fault of the sensor (1-4) and counter (5-8).
  * All ones is not available.
  *
- * A correction is applied once: the angle is made anew from each tick as the sensor said it, whoever reads it applies
- * nothing, and the source tells whether the offset beside it has been taken off. Who receives such an angle in place of
- * the sensor's gives oc_message_measured to oc_step. */
+ * The offset is subtracted once: the angle follows from each tick's measured angle, the receiver corrects nothing, and
+ * the source says whether the offset in the message is subtracted. A core that receives this angle in place of the
+ * sensor's gives oc_message_measured to oc_step. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -21,12 +21,12 @@ enum {
     OC_MESSAGE_PGN = 65292 /* 0xFF0C; a truck maker will choose its own among 0xFF00 to 0xFFFF */
 };
 
-/* Where the angle is from. */
+/* Source of the angle. */
 typedef enum {
     OC_SOURCE_NONE,
-    OC_SOURCE_MEASURED,    /* as the sensor says it: its offset is not known well enough to be taken off */
-    OC_SOURCE_COMPENSATED, /* the offset beside it has been taken off */
-    OC_SOURCE_ESTIMATED,   /* without the sensor, which is lost or at fault */
+    OC_SOURCE_MEASURED,    /* as measured: the offset is not valid */
+    OC_SOURCE_COMPENSATED, /* less the offset in the message */
+    OC_SOURCE_ESTIMATED,   /* without the sensor, which is lost or faulty */
     OC_SOURCE_COUNT
 } oc_angle_source;
 
@@ -41,16 +41,16 @@ typedef struct {
 
 const char *oc_angle_source_name(oc_angle_source source);
 
-/* What a tick and what was made of it say to the bus. */
+/* The message of a tick and its output. */
 oc_message oc_message_of(const oc_output *output, const oc_signals *tick, uint32_t counter);
 
-/* `data` has OC_MESSAGE_BYTES. A value beyond its range is not available, and an angle without its offset neither. */
+/* `data` has OC_MESSAGE_BYTES. Not available: a value beyond its range, and an angle less such an offset. */
 void oc_message_encode(const oc_message *message, uint8_t *data);
 
-/* False where a number has no meaning: no such message. */
+/* False if a field has an undefined value. */
 bool oc_message_decode(oc_message *message, const uint8_t *data);
 
-/* The angle as the sensor said it, rad; false where the message does not tell. */
+/* The measured angle, rad; false if the message does not contain it. */
 bool oc_message_measured(const oc_message *message, double *measured);
 
 #endif

@@ -20,15 +20,15 @@ bool oc_pending_add(oc_pending *pending, int32_t ticks_per_block, int32_t blocks
     const oc_moments whole = oc_moments_of(&pending->filling);
     pending->filling = (oc_sums){0};
     pending->ticks = 0;
-    const bool ripe = pending->count == blocks_until_final; /* so many clean blocks after the oldest, with this one */
-    if (ripe) {
+    const bool is_final = pending->count == blocks_until_final; /* clean blocks after the oldest, with this one */
+    if (is_final) {
         *final = pending->blocks[pending->first];
         pending->first = (pending->first + 1) % OC_PENDING_MAX;
         --pending->count;
     }
     pending->blocks[(pending->first + pending->count) % OC_PENDING_MAX] = whole;
     ++pending->count;
-    return ripe;
+    return is_final;
 }
 
 double oc_pending_ticks(const oc_pending *pending) {

@@ -1,6 +1,6 @@
 #ifndef OC_MOTION_H
 #define OC_MOTION_H
-/* 5.1.2: how the truck moves, the gate with its named reasons, and what waits for the gate's verdict. */
+/* 5.1.2: the truck's motion, the gate with its named reasons, and the queue of ticks that wait for the gate. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -14,29 +14,29 @@ enum {
     OC_PENDING_MAX = OC_BLOCKS_PER_CLEAN_TIME /* blocks that a ring holds */
 };
 
-/* Why a tick is not used. OC_REASON_WINDOW is never a tick's own: it is what t1 dropped, or still holds. */
+/* Why a tick is not used. OC_REASON_WINDOW is of no single tick: it counts the ticks that t1 dropped or still holds. */
 typedef enum {
     OC_REASON_MISSING_SIGNAL = 1,
-    OC_REASON_TIME = 2,      /* time stood still or ran backward, or is not a number */
-    OC_REASON_GAP = 4,       /* first tick after a hole: the filters restart */
-    OC_REASON_SETTLING = 8,  /* the filters have not seen enough yet */
+    OC_REASON_TIME = 2,      /* time did not increase, or is NaN */
+    OC_REASON_GAP = 4,       /* first tick after a gap: the filters restart */
+    OC_REASON_SETTLING = 8,  /* the filters have not settled */
     OC_REASON_SPEED = 16,
     OC_REASON_CURVATURE = 32,
     OC_REASON_LONGITUDINAL_ACCELERATION = 64,
     OC_REASON_BANK = 128,
     OC_REASON_WINDOW = 256,
-    OC_REASON_YAW_RATE_BIAS = 512, /* it moves faster than it can be followed; not for the thesis's method */
-    OC_REASON_LATERAL_ACCELERATION = 1024, /* tyres and axles bend the line; not for the thesis's method */
+    OC_REASON_YAW_RATE_BIAS = 512, /* it moves faster than the filter; not for the thesis's method */
+    OC_REASON_LATERAL_ACCELERATION = 1024, /* tyres and axles are not linear; not for the thesis's method */
     OC_REASON_COUNT = 11
 } oc_reason;
 
-/* What turns and drives the truck, by the method's sensors. */
+/* The truck's motion by the method's sensors. */
 typedef struct {
     double yaw_rate, speed, lateral_acceleration; /* rad/s, m/s, m/s^2; the last 0 where it is not used */
     bool use_accelerometer;
 } oc_sensed;
 
-/* The motion at one tick. Below 1 m/s the curvature is taken at 1 m/s: the gate never looks at it there. */
+/* The motion at one tick. Below 1 m/s the curvature is r over 1 m/s: the gate is closed there. */
 typedef struct {
     double curvature;                 /* 1/m, (32) */
     double longitudinal_acceleration; /* m/s^2 */
@@ -45,9 +45,9 @@ typedef struct {
     double residual;                  /* rad: measured angle less i*L*r/v */
 } oc_motion;
 
-/* What is clean so far and waits until the t1 after it is clean too. */
+/* Clean ticks that wait until the t1 after them is clean too. */
 typedef struct {
-    oc_sums filling;                   /* the block that grows */
+    oc_sums filling;                   /* the growing block */
     oc_moments blocks[OC_PENDING_MAX]; /* whole blocks, ring */
     int32_t ticks;                     /* in the growing block */
     int32_t first, count;              /* of the ring */
@@ -55,7 +55,7 @@ typedef struct {
 
 void oc_pending_drop(oc_pending *pending);
 
-/* Adds a clean tick; true when this made a block final, which is then in *final. */
+/* Adds a clean tick; true if a block became final, which is then in *final. */
 bool oc_pending_add(oc_pending *pending, int32_t ticks_per_block, int32_t blocks_until_final, double y, double x,
                     double w, oc_moments *final);
 
@@ -66,7 +66,7 @@ double oc_pending_ticks(const oc_pending *pending);
 oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase,
                        bool use_accelerometer);
 
-/* (34), (35) and v > 10 m/s: the reason bits, 0 when all is well. */
+/* (34), (35) and v > 10 m/s: the reason bits, 0 if the tick is clean. */
 uint32_t oc_gate(const oc_params *params, const oc_motion *motion, double speed);
 
 /* The gate of the joint method, which models bends and banks: bank_mean is (33)'s, m/s^2, and speed in m/s. */

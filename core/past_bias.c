@@ -2,7 +2,8 @@
 
 #include <math.h>
 
-static const float least_variance_left = 1e-12f; /* (rad/s)^2, that rounding leaves of a mean's variance */
+/* Numerical. */
+static const float mean_variance_min = 1e-12f; /* (rad/s)^2, against a mean's variance that rounding makes negative */
 
 void oc_past_bias_grow(oc_past_bias *past, const double *of_bias) {
     if (!(past->waiting_s > 0.0f)) {
@@ -11,7 +12,7 @@ void oc_past_bias_grow(oc_past_bias *past, const double *of_bias) {
     const float all_s = past->used_s + past->waiting_s;
     past->used_s = past->memory_s > 0.0f && past->memory_s < all_s ? past->memory_s : all_s;
     const float share = past->waiting_s / past->used_s, rest = 1.0f - share;
-    past->bias *= rest; /* what was just used had all that is known taken off */
+    past->bias *= rest; /* the latest yaw rates have the whole correction */
     past->variance = rest * (rest * past->variance + 2.0f * share * past->covariance[0]) +
                      share * share * (float)of_bias[0];
     for (int k = 0; k < OC_GYRO_BIAS_STATES; ++k) {
@@ -31,6 +32,6 @@ void oc_past_bias_correct(oc_past_bias *past, float with, const double *with_sta
 }
 
 float oc_past_bias_sd(const oc_past_bias *past, float otherwise) {
-    const float variance = past->variance > least_variance_left ? past->variance : least_variance_left;
+    const float variance = past->variance > mean_variance_min ? past->variance : mean_variance_min;
     return past->used_s > 0.0f ? sqrtf(variance) : otherwise;
 }

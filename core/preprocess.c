@@ -4,6 +4,7 @@
 
 #include "trig.h"
 
+/* Derived. */
 static const double pi = 3.14159265358979323846;
 
 oc_lowpass oc_lowpass_design(double cutoff_hz, double rate_hz) {
@@ -13,8 +14,8 @@ oc_lowpass oc_lowpass_design(double cutoff_hz, double rate_hz) {
 }
 
 double oc_lowpass_delay(double cutoff_hz, double band_hz, double rate_hz) {
-    /* The bilinear transform bends the frequency axis, so that u is the analogue prototype's frequency; its phase is
-     * -atan(sqrt(2) u / (1 - u^2)), written by the arcsine. */
+    /* The bilinear transform warps the frequency axis: u is the analogue prototype's frequency. Its phase is
+     * -atan(sqrt(2) u / (1 - u^2)), here as an arcsine. */
     const double u = oc_tan(pi * band_hz / rate_hz) / oc_tan(pi * cutoff_hz / rate_hz);
     const double phase = oc_asin(sqrt(2.0) * u / sqrt(1.0 + u * u * u * u));
     return phase / (2.0 * pi * band_hz);
@@ -43,10 +44,10 @@ static double lowpass(oc_lowpass_state *state, const oc_lowpass *design, double 
     return y;
 }
 
-double oc_lowpass_bent(const oc_lowpass *design, int32_t apart) {
+double oc_lowpass_second_difference(const oc_lowpass *design, int32_t apart) {
     oc_lowpass_state state = {0};
     double sum = 0.0;
-    for (int32_t k = 0; k < 12 * apart; ++k) { /* by then the last impulse has gone */
+    for (int32_t k = 0; k < 12 * apart; ++k) { /* the last impulse response has decayed by then */
         const double impulse = k == 0 || k == 2 * apart ? 1.0 : 0.0;
         const double response = lowpass(&state, design, k == apart ? -2.0 : impulse);
         sum += response * response;
@@ -54,7 +55,7 @@ double oc_lowpass_bent(const oc_lowpass *design, int32_t apart) {
     return sum;
 }
 
-/* The state in which a constant input x has always been. */
+/* The steady state for a constant input x. */
 static oc_lowpass_state lowpass_at(const oc_lowpass *design, double x) {
     const double s2 = (design->b0 - design->a2) * x;
     return (oc_lowpass_state){.s1 = (2.0 * design->b0 - design->a1) * x + s2, .s2 = s2};
@@ -75,7 +76,7 @@ void oc_preprocess_restart(oc_preprocess_state *state, const oc_preprocess *desi
     }
 }
 
-/* Keeps every slope_every-th speed, and the slope of the line through the kept ones. */
+/* Keeps every slope_every-th speed, and the slope of the line through them. */
 static void differentiate(oc_preprocess_state *state, const oc_preprocess *design, double speed) {
     if (state->slope_wait > 0) {
         --state->slope_wait;
@@ -85,17 +86,17 @@ static void differentiate(oc_preprocess_state *state, const oc_preprocess *desig
     state->speed[state->speed_next] = speed;
     state->speed_next = state->speed_next + 1 < OC_SLOPE_POINTS ? state->speed_next + 1 : 0;
     double sum = 0.0;
-    int32_t place = state->speed_next; /* the oldest */
+    int32_t index = state->speed_next; /* the oldest */
     for (int32_t k = 0; k < OC_SLOPE_POINTS; ++k) {
-        sum += (k - (OC_SLOPE_POINTS - 1) / 2) * state->speed[place];
-        place = place + 1 < OC_SLOPE_POINTS ? place + 1 : 0;
+        sum += (k - (OC_SLOPE_POINTS - 1) / 2) * state->speed[index];
+        index = index + 1 < OC_SLOPE_POINTS ? index + 1 : 0;
     }
     state->speed_slope = sum * design->slope_scale;
 }
 
 /* The angle as it was delay_ticks + delay_fraction ago. */
 static double delayed(oc_preprocess_state *state, const oc_preprocess *design, double angle) {
-    const int32_t ring = OC_DELAY_MAX - 1; /* mask of a place in it: OC_DELAY_MAX is a power of two */
+    const int32_t ring = OC_DELAY_MAX - 1; /* bit mask of its index: OC_DELAY_MAX is a power of two */
     const int32_t now = state->angle_next;
     state->angle[now] = angle;
     state->angle_next = (now + 1) & ring;

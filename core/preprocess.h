@@ -1,14 +1,14 @@
 #ifndef OC_PREPROCESS_H
 #define OC_PREPROCESS_H
-/* 5.1.1: identical 2nd-order Butterworth low-passes on all signals but the angle, which is delayed by their mean group
- * delay instead, with the joint method for the truck's lag, too, and a smoothing differentiator on the down-sampled
- * speed. */
+/* 5.1.1: identical 2nd-order Butterworth low-passes on all signals but the angle, and a smoothing differentiator on the
+ * down-sampled speed. The angle is delayed by the low-passes' mean group delay, for the joint method by the truck's lag
+ * in addition. */
 
 #include <stdbool.h>
 #include <stdint.h>
 
 enum {
-    OC_DELAY_MAX = 64, /* ticks the angle can be held back */
+    OC_DELAY_MAX = 64, /* maximum delay of the angle, ticks */
     OC_SLOPE_POINTS = 11 /* down-sampled speeds under the differentiator */
 };
 
@@ -36,11 +36,11 @@ typedef struct {
     double speed[OC_SLOPE_POINTS]; /* m/s, ring, down-sampled */
     double speed_slope;         /* m/s^2, as of the last down-sampled speed */
     int32_t angle_next, speed_next, slope_wait;
-    int32_t ticks;              /* since the restart, no further than settling_ticks */
+    int32_t ticks;              /* since the restart, clamped at settling_ticks */
 } oc_preprocess_state;
 
-/* One tick after filtering: all members speak of the same moment, one group delay ago (dv/dt half its window more, the
- * angle the lag). */
+/* One tick after filtering: all members belong to one moment, a group delay ago (dv/dt to half its window before, the
+ * angle to the lag before). */
 typedef struct {
     double steering_wheel_angle;      /* rad, delayed */
     double yaw_rate;                  /* rad/s, filtered */
@@ -56,18 +56,17 @@ oc_lowpass oc_lowpass_design(double cutoff_hz, double rate_hz);
 double oc_lowpass_delay(double cutoff_hz, double band_hz, double rate_hz);
 
 /* Variance of the second difference, over so many ticks twice, of filtered white noise of variance 1. */
-double oc_lowpass_bent(const oc_lowpass *design, int32_t apart);
+double oc_lowpass_second_difference(const oc_lowpass *design, int32_t apart);
 
-/* The angle waits for lag_s more than the filters' delay; the caller sees to it that this is less than OC_DELAY_MAX - 1
- * ticks in all. */
+/* Delays the angle by the filters' delay plus lag_s, which the caller keeps below OC_DELAY_MAX - 1 ticks. */
 void oc_preprocess_design(oc_preprocess *design, double cutoff_hz, double delay_band_hz, double slope_window_s,
                           double lag_s, double rate_hz);
 
-/* Filters as if the tick's values had stood for ever. */
+/* The filters' steady state for the tick's values. */
 void oc_preprocess_restart(oc_preprocess_state *state, const oc_preprocess *design, double angle, double yaw_rate,
                            double speed, double lateral_acceleration);
 
-/* Whether enough has been seen since the restart for every member of oc_filtered to be right. */
+/* Whether every member of oc_filtered has settled since the restart. */
 bool oc_preprocess_settled(const oc_preprocess_state *state, const oc_preprocess *design);
 
 oc_filtered oc_preprocess_update(oc_preprocess_state *state, const oc_preprocess *design, double angle,

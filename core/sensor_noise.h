@@ -1,11 +1,11 @@
 #ifndef OC_SENSOR_NOISE_H
 #define OC_SENSOR_NOISE_H
-/* How much of accelerometer's and gyro's noise is left in a second's means, where it flattens what is fitted to them.
+/* The noise of accelerometer and gyro in a second's means, where it flattens the slopes fitted to them.
  *
- * A truck bends no signal within three samples of a tenth of a second, nor within three ticks: second differences are
- * noise, of filtered signals what is at 2 to 4 Hz, of raw ones what is near half the tick's rate. Where both say the
- * same it is white, and as strong below 1 Hz; what shakes a truck is mostly in one of them, so that the lesser counts.
- * Slower ticks than 80 Hz tell none. */
+ * A truck's motion is straight over three samples of a tenth of a second, and over three ticks, so second differences
+ * are noise: of filtered signals at 2 to 4 Hz, of raw ones near half the tick rate. White noise gives both the same
+ * variance, which holds below 1 Hz too. A truck's vibration is mostly in one of them, so the minimum counts. Below
+ * 80 Hz no noise is identified. */
 
 #include <stdint.h>
 
@@ -14,10 +14,10 @@
 enum { OC_NOISE_OF_ACCELERATION, OC_NOISE_OF_YAW_RATE, OC_NOISY };
 
 typedef struct {
-    float by_samples, by_ticks; /* variance of a second's mean, by that of a second difference */
+    float by_samples, by_ticks; /* variance of a second's mean over that of a second difference */
 } oc_noise_design;
 
-/* The two signals at the two times before: lateral acceleration, m/s^2, as a sample less r*v, and yaw rate, rad/s. */
+/* Both signals at the last two times: lateral acceleration, m/s^2, as a sample less r*v, and yaw rate, rad/s. */
 typedef struct {
     float last[OC_NOISY], before[OC_NOISY];
 } oc_noise_past;
@@ -34,10 +34,10 @@ typedef struct {
 
 void oc_noise_setup(oc_noise_design *design, const oc_lowpass *lowpass, double rate_hz, int32_t ticks_per_sample);
 
-/* The raw signals at one of the two ticks before a sample's. */
+/* The raw signals at either of the two ticks before a sample's. */
 void oc_noise_tick(oc_noise_watch *watch, const float *raw);
 
-/* At a sample's tick, which counts by that share; 0: not at all. */
+/* At a sample's tick, which has this share in the variance; 0: none. */
 void oc_noise_update(oc_noise *noise, oc_noise_watch *watch, const oc_noise_design *design, const float *filtered,
                      const float *raw, float share);
 

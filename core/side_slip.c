@@ -2,13 +2,13 @@
 
 #include <math.h>
 
-static const double slip_noise = 0.005;       /* rad, of side slip and steering, for */
+/* Tuned; rows without a bench have none on record. */
+static const double slip_noise = 0.005;       /* rad, of side slip and steering, as a mean over */
 static const double slip_noise_s = 1.0;
-
-/* What is believed before, with standard deviations: a receiver is levelled and turned by eye, rad; it is near the
- * centre of gravity, as a share of the wheelbase; tyres slip as 2.3 has it, rad/(m/s^2). */
-static const double believed[OC_SIDE_SLIP_TERMS] = {0.0, 0.5, 0.008};
-static const double believed_sd[OC_SIDE_SLIP_TERMS] = {0.02, 0.3, 0.005};
+/* Priors: a receiver is levelled and turned by eye, rad; it is near the centre of gravity, as a share of the wheelbase;
+ * tyre slip by 2.3, rad/(m/s^2). */
+static const double prior_mean[OC_SIDE_SLIP_TERMS] = {0.0, 0.5, 0.008};
+static const double prior_sd[OC_SIDE_SLIP_TERMS] = {0.02, 0.3, 0.005};
 
 static void terms_of(const oc_side_slip *tick, double *x) {
     x[0] = 1.0;
@@ -20,14 +20,14 @@ void oc_side_slip_learn(oc_side_slip_evidence *e, const oc_side_slip *tick, doub
                         double memory_s) {
     const double keep = 1.0 - tick_s / memory_s;
     const double weight = tick_s / slip_noise_s / (slip_noise * slip_noise);
-    const double left = front_wheel - tick->lateral_speed / tick->speed;
+    const double slip = front_wheel - tick->lateral_speed / tick->speed;
     double x[OC_SIDE_SLIP_TERMS];
     terms_of(tick, x);
     for (int32_t row = 0; row < OC_SIDE_SLIP_TERMS; ++row) {
         for (int32_t column = 0; column < OC_SIDE_SLIP_TERMS; ++column) {
             e->information[row][column] = keep * e->information[row][column] + weight * x[row] * x[column];
         }
-        e->sums[row] = keep * e->sums[row] + weight * x[row] * left;
+        e->sums[row] = keep * e->sums[row] + weight * x[row] * slip;
     }
 }
 
@@ -36,12 +36,12 @@ static void slip_terms(const oc_side_slip_evidence *e, double wheelbase, double 
     double a[OC_SIDE_SLIP_TERMS][OC_SIDE_SLIP_TERMS];
     for (int32_t row = 0; row < OC_SIDE_SLIP_TERMS; ++row) {
         const double unit = row == 1 ? wheelbase : 1.0;
-        const double sd = believed_sd[row] * unit;
+        const double sd = prior_sd[row] * unit;
         const double prior = 1.0 / (sd * sd);
         for (int32_t column = 0; column < OC_SIDE_SLIP_TERMS; ++column) {
             a[row][column] = e->information[row][column] + (row == column ? prior : 0.0);
         }
-        terms[row] = e->sums[row] + prior * believed[row] * unit;
+        terms[row] = e->sums[row] + prior * prior_mean[row] * unit;
     }
     for (int32_t pivot = 0; pivot < OC_SIDE_SLIP_TERMS; ++pivot) {
         for (int32_t row = pivot + 1; row < OC_SIDE_SLIP_TERMS; ++row) {

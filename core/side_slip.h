@@ -2,9 +2,9 @@
 #define OC_SIDE_SLIP_H
 /* (23) and (24) with the front tyres' slip learned from a sensor: the front wheel angle by side slip over ground.
  *
- * The thesis ends at alpha_f, which nothing tells without a sensor. With one, delta - v_y/v is a + b r/v + c a_y: how
- * far the receiver is turned, how far it sits behind the front axle, and what the front tyres slip; by
- * least squares. */
+ * The thesis leaves alpha_f open, which is not identifiable without a sensor. With one, least squares give
+ * delta - v_y/v = a + b r/v + c a_y: a is the yaw misalignment of the receiver, b its distance behind the front axle,
+ * and c the slip of the front tyres per lateral acceleration. */
 
 #include "front_wheel.h"
 
@@ -22,11 +22,11 @@ typedef struct {
     double lateral_acceleration; /* m/s^2 */
 } oc_side_slip;
 
-/* front_wheel: rad, by the sensor; memory_s: after which a tick counts 1/e. */
+/* front_wheel: rad, by the sensor; memory_s: after which a tick's weight is 1/e. */
 void oc_side_slip_learn(oc_side_slip_evidence *evidence, const oc_side_slip *tick, double front_wheel, double tick_s,
                         double memory_s);
 
-/* rad. Speed not 0; wheelbase (m) for what is believed before anything was learned. */
+/* rad. Speed not 0; wheelbase (m) for the prior. */
 double oc_side_slip_front_wheel(const oc_side_slip_evidence *evidence, const oc_side_slip *tick, double wheelbase);
 
 #endif

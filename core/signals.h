@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Bits of oc_signals.valid: which members carry a number. A set bit over a NaN is taken as not set. */
+/* Bits of oc_signals.valid: which members are available. A set bit with a NaN counts as not set. */
 typedef enum {
     OC_HAS_STEERING_WHEEL_ANGLE = 1,
     OC_HAS_YAW_RATE = 2,
@@ -34,7 +34,7 @@ typedef struct {
     uint32_t valid;              /* oc_signal_bit */
 } oc_signals;
 
-/* The same as columns of a table: NaN is not available, NULL a column that is missing altogether (not time). */
+/* The same as columns of a table: NaN is not available, NULL a missing column (not time). */
 typedef struct {
     size_t count;
     const double *time;                 /* s */
@@ -47,8 +47,8 @@ typedef struct {
     const double *lateral_speed;        /* m/s */
 } oc_columns;
 
-/* The valid bits, but for those over values that no road vehicle can have: more than 16 turns of the wheel, 10 rad/s,
- * 150 m/s or 100 m/s^2. NaN is one of them. */
+/* The valid bits without those of implausible values for a road vehicle: 16 turns of the wheel, 10 rad/s, 150 m/s or
+ * 100 m/s^2 and more, or NaN. */
 uint32_t oc_signals_measured(const oc_signals *tick);
 
 #endif

@@ -2,13 +2,16 @@
 
 #include <math.h>
 
-static const double hand_acceleration = 0.35; /* rad/s^2 over sqrt(Hz): what drivers do */
-static const double noise_s = 0.02;           /* as white noise, the sd over sqrt of these: the rest of it is slow */
-static const double hand_rate_s = 0.1;            /* over which a measured angle's rate is taken */
-static const double eased_in_s = 1.0;         /* as the sensor's last word fades */
+/* Derived. */
+static const double sensor_fade_s = 1.0;      /* takeover_s of angle.c, by which the sensor's last angle fades */
 
-/* For an angle whose acceleration is white, in white noise, the Kalman smoother's steady answer is Butterworth's
- * low-pass of second order run along the column both ways. */
+/* Tuned; rows without a bench have none on record. */
+static const double hand_acceleration = 0.35; /* rad/s^2 over sqrt(Hz), of drivers */
+static const double noise_s = 0.02;           /* sd^2 times this is the white part of the estimate's error */
+static const double hand_rate_s = 0.1;        /* time constant of a measured angle's rate */
+
+/* For white acceleration and white noise the steady-state Kalman smoother is Butterworth's low-pass of second order,
+ * run along the column both ways. */
 static void pass(double *angle, double *rate, const double *sd, const uint8_t *measured, size_t count, double tick_s,
                  int backward) {
     double x = 0.0, v = 0.0;
@@ -36,7 +39,7 @@ void oc_smooth_angle(double *angle, double *rate, const double *sd, const uint8_
     pass(angle, rate, sd, measured, count, tick_s, 1);
     double ahead_s = late_s, gap = 0.0;
     for (size_t k = 0; k < count; ++k) {
-        const double fading = measured[k] ? 1.0 : tick_s / (eased_in_s + tick_s);
+        const double fading = measured[k] ? 1.0 : tick_s / (sensor_fade_s + tick_s);
         if (k > 0 && measured[k - 1] && !measured[k]) {
             ahead_s = 0.0;
             gap = angle[k - 1] - angle[k];

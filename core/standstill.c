@@ -2,12 +2,12 @@
 
 #include <math.h>
 
-/* What no standing still averages away: quantisation, and the way to the bias on the road. Ours, from real drives. */
-static const double yaw_rate_floor = 3.5e-4;             /* rad/s, 0.02 deg/s */
-static const double lateral_acceleration_floor = 0.01;   /* m/s^2 */
-static const double ticks_alike = 10.0;                  /* neighbours that say the same thing again */
+/* Tuned; rows without a bench have none on record. */
+static const double yaw_rate_floor = 3.5e-4;             /* rad/s, 0.02 deg/s: Genesis drives in docs/method.md */
+static const double lateral_acceleration_floor = 0.01;   /* m/s^2: quantisation, and the change until the road */
+static const double correlated_readings = 10.0;          /* neighbouring ticks that count as one */
 
-static void take(oc_still_mean *still, double reading) {
+static void add_reading(oc_still_mean *still, double reading) {
     still->weight += 1.0;
     const double innovation = reading - still->mean;
     still->mean += innovation / still->weight;
@@ -24,9 +24,9 @@ void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double s
         ++state->still_ticks;
         return;
     }
-    take(&state->yaw_rate, yaw_rate);
+    add_reading(&state->yaw_rate, yaw_rate);
     if (has_acceleration != 0) {
-        take(&state->lateral_acceleration, lateral_acceleration);
+        add_reading(&state->lateral_acceleration, lateral_acceleration);
     }
 }
 
@@ -35,7 +35,7 @@ static oc_estimate estimate_of(const oc_still_mean *still, double floor_sd, doub
     if (!(evidence >= time_min) || !(still->weight > 1.0)) {
         return (oc_estimate){.evidence = evidence, .status = OC_UNOBSERVABLE};
     }
-    const double variance = still->squares / (still->weight - 1.0) * ticks_alike / still->weight;
+    const double variance = still->squares / (still->weight - 1.0) * correlated_readings / still->weight;
     return (oc_estimate){
         .value = still->mean,
         .standard_deviation = sqrt(variance + floor_sd * floor_sd),

@@ -1,6 +1,6 @@
 #ifndef OC_STANDSTILL_H
 #define OC_STANDSTILL_H
-/* What yaw rate sensor and accelerometer read while the truck stands: the one moment when the truth is known. */
+/* Readings of yaw rate sensor and accelerometer at standstill, when the true motion is zero. */
 
 #include <stdint.h>
 
@@ -13,8 +13,8 @@ typedef struct {
 } oc_still_mean;
 
 typedef struct {
-    oc_still_mean yaw_rate, lateral_acceleration; /* the latter over the ticks that had an accelerometer */
-    int32_t still_ticks;                          /* of this standstill so far */
+    oc_still_mean yaw_rate, lateral_acceleration; /* the latter over ticks with an accelerometer */
+    int32_t still_ticks;                          /* of this standstill */
 } oc_standstill;
 
 void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double speed, double speed_max,

@@ -3,8 +3,9 @@
 #include <math.h>
 #include <stdint.h>
 
-static const double half_pi_high = 1.57079632679489655800e+00;
-static const double half_pi_low = 6.12323399573676603587e-17;
+/* Derived. */
+static const double half_pi_high = 1.57079632679489655800e+00; /* pi/2 as a double */
+static const double half_pi_low = 6.12323399573676603587e-17;  /* pi/2 less that */
 
 /* Taylor, |angle| <= pi/4: the first term left out is below 1e-19. */
 static double sine_near_zero(double angle) {
@@ -33,9 +34,9 @@ static double cosine_near_zero(double angle) {
     return 1.0 + z * sum;
 }
 
-/* Which of the four quarters the angle is nearest to, and what is left of it. */
+/* The nearest quarter turn, modulo 4, and the rest of the angle. */
 static int32_t quarter_turns(double angle, double *rest) {
-    if (!(fabs(angle) <= 1e6)) { /* too many turns to count them, or no number */
+    if (!(fabs(angle) <= 1e6)) { /* beyond the range, or NaN */
         *rest = 0.0;
         return 0;
     }

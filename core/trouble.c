@@ -3,7 +3,8 @@
 #include <math.h>
 #include <stdbool.h>
 
-static const uint32_t occurrences_max = 126; /* 127 is not available */
+/* Derived. */
+static const uint32_t occurrences_max = 126; /* J1939-73: 127 is not available */
 
 static oc_fmi fmi_of(const oc_output *output, const oc_signals *tick) {
     switch (output->fault) {
@@ -17,7 +18,7 @@ static oc_fmi fmi_of(const oc_output *output, const oc_signals *tick) {
     }
 }
 
-/* With hysteresis: beyond by 1.96 standard deviations, until the value is within. */
+/* With hysteresis: from 1.96 standard deviations beyond the limit until the value is within. */
 static bool is_out_of_calibration(const oc_trouble *trouble, const oc_output *output, double offset_max) {
     const double size = fabs(output->offset);
     const bool was = trouble->active && trouble->fmi == OC_FMI_OUT_OF_CALIBRATION;
@@ -32,7 +33,7 @@ void oc_trouble_update(oc_trouble *trouble, const oc_output *output, const oc_si
     }
     const bool drifts = trouble->active && (trouble->fmi == OC_FMI_DRIFTED_HIGH || trouble->fmi == OC_FMI_DRIFTED_LOW);
     if (drifts && output->fault == OC_FAULT_DRIFTING) {
-        return; /* to whichever side it was when it began */
+        return; /* the direction at its onset holds */
     }
     const oc_fmi fmi = faulty ? fmi_of(output, tick) : OC_FMI_OUT_OF_CALIBRATION;
     if (!trouble->active || fmi != trouble->fmi) {

@@ -1,6 +1,6 @@
 #ifndef OC_TROUBLE_H
 #define OC_TROUBLE_H
-/* The sensor's diagnostic trouble code: J1939-73's DM1 for SPN 1807, with the failure mode that fits. */
+/* The sensor's diagnostic trouble code: J1939-73's DM1 for SPN 1807, with its failure mode. */
 
 #include <stdint.h>
 
@@ -14,7 +14,7 @@ enum {
 
 /* J1939-73's failure mode identifiers that apply. */
 typedef enum {
-    OC_FMI_ERRATIC = 2,               /* stuck, or left is right */
+    OC_FMI_ERRATIC = 2,               /* stuck, or its sign is reversed */
     OC_FMI_ABNORMAL_UPDATE_RATE = 9,  /* lost */
     OC_FMI_ABNORMAL_CHANGE_RATE = 10, /* jumped */
     OC_FMI_OUT_OF_CALIBRATION = 13,   /* the offset is too large, or new since a stop */
@@ -22,18 +22,18 @@ typedef enum {
     OC_FMI_DRIFTED_LOW = 21           /* to the right */
 } oc_fmi;
 
-/* Begins as all zero: nothing is wrong, nor was. */
+/* Begins as zeros: no trouble, now or before. */
 typedef struct {
     int32_t active;
     oc_fmi fmi;           /* while active, or the last */
-    uint32_t occurrences; /* how often it became active, 126 at most */
+    uint32_t occurrences; /* activations, 126 at most */
 } oc_trouble;
 
-/* A fault of the sensor is trouble as long as it lasts; else a valid offset whose whole 95 % interval is beyond
- * offset_max (rad), until it is within. Once a tick. */
+/* Active during a fault of the sensor; else from when a valid offset's 95 % interval is wholly beyond offset_max (rad)
+ * until the offset is within. Once a tick. */
 void oc_trouble_update(oc_trouble *trouble, const oc_output *output, const oc_signals *tick, double offset_max);
 
-/* DM1's payload, OC_DM1_BYTES: the amber lamp while active, no code else. */
+/* DM1's payload, OC_DM1_BYTES: amber lamp and code while active, else no code. */
 void oc_trouble_encode(const oc_trouble *trouble, uint8_t *data);
 
 #endif

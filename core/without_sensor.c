@@ -2,27 +2,30 @@
 
 #include <math.h>
 
-/* Where one flank of the play was hardly seen, half the play may be in the offset. */
-static const float flank_needed_s = 8.0f;
-static const float flank_needed_share = 0.05f;
-static const float unseen_half_width_sd = 0.07f; /* rad, 4 deg: half of up to 15 */
+/* Tuned; rows without a bench have none on record. */
+static const float flank_s_min = 8.0f;          /* below, half the play may be in the offset */
+static const float flank_share_min = 0.05f;     /* of both flanks' time; bench/angle.py: 400 drifting, 200 h healthy */
+static const float hidden_half_play_sd = 0.07f; /* rad, 4 deg: of half a play of up to 15 deg */
+static const float judge_after_s = 400.0f;      /* of comparison, after which the learned truck can judge the sensor */
+static const float unmeasured_bank_sd = 0.2f;   /* m/s^2, without an accelerometer */
+static const double gap_s_min = 0.3;            /* a gap after which the observer restarts */
 
-static bool is_known(const oc_learned *learned) {
+static bool is_identified(const oc_learned *learned) {
     const oc_status status = learned->offset.status;
     return status == OC_VALID || status == OC_CONVERGING;
 }
 
-/* Where no accelerometer measures it, lateral force is of r*v here, of which the joint method took a share for it. */
+/* Without an accelerometer the joint method uses a share of r*v as lateral force; here it is all of r*v. */
 void oc_learn_truck(oc_learned *l, const oc_joint *joint, const oc_coefficients *c) {
     const oc_play *play = &joint->hypotheses[joint->best].play;
     const bool creeps_by_load = play->friction >= 0.0f;
     const double L = c->vehicle.wheelbase;
-    const float seen = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
+    const float flank_s = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
     const float sd = (float)l->offset.standard_deviation;
-    const float unseen = seen < flank_needed_s ? (1.0f - seen / flank_needed_s) * unseen_half_width_sd : 0.0f;
+    const float hidden = flank_s < flank_s_min ? (1.0f - flank_s / flank_s_min) * hidden_half_play_sd : 0.0f;
     const float borne = c->joint.borne;
     l->truck = (oc_angle_truck){
-        .offset_sd = sqrtf(sd * sd + unseen * unseen),
+        .offset_sd = sqrtf(sd * sd + hidden * hidden),
         .gradient = borne * (float)l->understeer_gradient.value,
         .gradient_sd = borne * (float)l->understeer_gradient.standard_deviation,
         .wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? (float)(l->equivalent_wheelbase.value / L - 1.0) : 0.0f,
@@ -34,7 +37,7 @@ void oc_learn_truck(oc_learned *l, const oc_joint *joint, const oc_coefficients 
         .creep = creeps_by_load ? play->creep * borne : 0.0f,
         .left_s = joint->to_left,
         .right_s = joint->to_right,
-        .known = is_known(l),
+        .known = is_identified(l),
     };
 }
 
@@ -51,35 +54,29 @@ static bool by_wheel_speed(const oc_params *p) {
     return p->angle_method == OC_ANGLE_WHEEL_SPEED || p->angle_method == OC_ANGLE_WHEEL_SPEED_EXACT;
 }
 
-/* What a tick has. */
 typedef struct {
     bool angle, motion;
-} seen;
+} available;
 
-/* So much comparing, before the sensor that taught is judged by what it taught. */
-static const float judge_after_s = 400.0f;
-
-/* Whether all is measured from which the angle is told; without an accelerometer by the bank that there was. */
+/* Whether the angle method's signals are measured; without an accelerometer the mean bank replaces it. */
 static bool has_motion(const oc_params *p, uint32_t valid) {
-    const uint32_t needed = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED |
+    const uint32_t required = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED |
                             (by_wheel_speed(p) ? OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u) |
                             (p->angle_method == OC_ANGLE_SIDE_SLIP ? (uint32_t)OC_HAS_LATERAL_SPEED : 0u);
-    return (valid & needed) == needed;
+    return (valid & required) == required;
 }
 
-static const float unseen_bank_sd = 0.2f; /* m/s^2, where no accelerometer measures it */
-
-/* How much of the time that would tell lacks of the flank that the wheels are at, 0 to 1: the play was learned from the
- * other one, and on this one there may be more of it. */
-static float hardly_seen(const oc_angle_truck *truck, float place) {
-    const float here = place > 0.0f ? truck->left_s : truck->right_s;
-    const float needed = flank_needed_s + flank_needed_share * (truck->left_s + truck->right_s);
-    return here < needed ? fabsf(place) * (1.0f - here / needed) : 0.0f;
+/* The share that the present flank lacks of its required time, 0 to 1: the play was identified on the other flank and
+ * may be wider on this one. */
+static float hidden_share(const oc_angle_truck *truck, float place) {
+    const float flank_s = place > 0.0f ? truck->left_s : truck->right_s;
+    const float required = flank_s_min + flank_share_min * (truck->left_s + truck->right_s);
+    return flank_s < required ? fabsf(place) * (1.0f - flank_s / required) : 0.0f;
 }
 
-/* The sensor was at fault and sits elsewhere now: so does its offset, as far as the estimate can tell. By the joint
- * method alone: the others cannot take an offset to be another. */
-static void learn_anew(oc_tracking *tracking, oc_joint *joint, const oc_estimate *offset) {
+/* The faulty sensor was remounted: its offset changed by the difference to the estimate. Only the joint method can
+ * change an offset. */
+static void learn_remount(oc_tracking *tracking, oc_joint *joint, const oc_estimate *offset) {
     oc_fault_watch *watch = &tracking->fault;
     watch->offset += watch->apart;
     const oc_change change = {
@@ -90,45 +87,43 @@ static void learn_anew(oc_tracking *tracking, oc_joint *joint, const oc_estimate
     oc_joint_note_change(joint, &change, offset, watch->since);
 }
 
-/* By the estimate of the tick before: a jump is not to be told for a tick. */
+/* By the estimate of the tick before, so that a jump is never published. */
 static void judge_sensor(const oc_signals *tick, oc_tracking *tracking, oc_evidence *evidence,
-                         const oc_learned *learned, const oc_coefficients *c, const seen *seen, bool after_hole) {
+                         const oc_learned *learned, const oc_coefficients *c, const available *has, bool after_hole) {
     const oc_angle_truck *truck = &learned->truck;
     const oc_angle_tracking *angle = &tracking->angle;
     const oc_fault_tick judged = {
         .time = tick->time,
         .tick_s = c->angle.tick_s,
         .judged_s = oc_angle_is_due(angle) ? c->angle.check_s : 0.0f,
-        .measured = seen->angle ? (float)tick->steering_wheel_angle : 0.0f,
+        .measured = has->angle ? (float)tick->steering_wheel_angle : 0.0f,
         .offset = (float)learned->offset.value,
-        .offset_sd = truck->known ? truck->offset_sd : unseen_half_width_sd,
+        .offset_sd = truck->known ? truck->offset_sd : hidden_half_play_sd,
         .estimate = angle->estimate,
         .sd = angle->sd,
-        .hidden = hardly_seen(&learned->truck, angle->place),
-        .speed = seen->motion ? (float)tick->vehicle_speed : 0.0f,
-        .has_measured = seen->angle,
+        .hidden = hidden_share(&learned->truck, angle->place),
+        .speed = has->motion ? (float)tick->vehicle_speed : 0.0f,
+        .has_measured = has->angle,
         .after_hole = after_hole,
-        .can_judge = seen->motion && truck->known && evidence->angle.seconds > judge_after_s,
+        .can_judge = has->motion && truck->known && evidence->angle.seconds > judge_after_s,
     };
     const oc_fault before = evidence->fault.fault;
     const oc_fault now = oc_fault_update(&tracking->fault, &evidence->fault, &judged);
     if (now == OC_FAULT_REMOUNTED && before != now && before != OC_FAULT_NONE && c->params.method == OC_METHOD_JOINT) {
-        learn_anew(tracking, &evidence->joint, &learned->offset);
+        learn_remount(tracking, &evidence->joint, &learned->offset);
     }
 }
 
-/* Whether there were no ticks for longer than the estimate takes to settle. */
 static bool is_after_gap(const oc_fault_watch *watch, double time) {
-    static const double hole_s = 0.3;
-    return watch->running && time - watch->last_time > hole_s;
+    return watch->running && time - watch->last_time > gap_s_min;
 }
 
-/* What is not measured may be any number, and too great for single precision. */
+/* An unmeasured signal may hold any number, even one beyond single precision. */
 static float measured_or_none(bool is_measured, double value) {
     return is_measured ? (float)value : 0.0f;
 }
 
-/* Chapter 4 and beyond: the sensor judged, and the angle without it. */
+/* Chapter 4: judges the sensor, and estimates the angle without it. */
 void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
                      const oc_coefficients *c) {
     const oc_params *p = &c->params;
@@ -143,25 +138,25 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
     const bool has_angle = (tick->measured & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
     const double measured = has_angle ? signals->steering_wheel_angle - learned->offset.value : 0.0;
     const bool moves = has_motion(p, tick->measured);
-    const bool lacks_bank = p->use_accelerometer && (tick->measured & OC_HAS_LATERAL_ACCELERATION) == 0;
-    const seen now_seen = {.angle = has_angle, .motion = moves};
-    judge_sensor(signals, tracking, evidence, learned, c, &now_seen, after_hole);
+    const bool accelerometer_lost = p->use_accelerometer && (tick->measured & OC_HAS_LATERAL_ACCELERATION) == 0;
+    const available has = {.angle = has_angle, .motion = moves};
+    judge_sensor(signals, tracking, evidence, learned, c, &has, after_hole);
     const oc_angle_tick now = {
         .tick_s = c->angle.tick_s,
         .yaw_rate = measured_or_none(moves, signals->yaw_rate - tick->yaw_rate_bias),
         .yaw_rate_bias_sd = (float)tick->yaw_rate_bias_sd,
         .speed = measured_or_none(moves, signals->vehicle_speed),
         .lateral_acceleration = measured_or_none(moves, signals->lateral_acceleration),
-        .bank_sd = lacks_bank || (!p->use_accelerometer && !learned->truck.known) ? unseen_bank_sd : 0.0f,
+        .bank_sd = accelerometer_lost || (!p->use_accelerometer && !learned->truck.known) ? unmeasured_bank_sd : 0.0f,
         .front_wheel =
             moves && by_wheel_speed(p) ? (float)front_wheel_by_wheels(c, &evidence->gyro_bias, signals) : 0.0f,
         .lateral_speed = measured_or_none(moves && p->angle_method == OC_ANGLE_SIDE_SLIP, signals->lateral_speed),
         .true_by_sensor = measured,
         .has_sensor = has_angle && !oc_fault_beyond(&tracking->fault),
-        .teaches = has_angle && !lacks_bank && tracking->fault.fault == OC_FAULT_NONE &&
+        .teaches = has_angle && !accelerometer_lost && tracking->fault.fault == OC_FAULT_NONE &&
                    !oc_fault_suspected(&tracking->fault),
         .has_motion = moves,
-        .lacks_bank = lacks_bank,
+        .accelerometer_lost = accelerometer_lost,
     };
     oc_angle_update(&tracking->angle, &evidence->angle, &c->angle, &learned->truck, &now, &tick->angle);
 }

@@ -7,11 +7,10 @@ C_HEADERS = $(wildcard core/*.h src/oncenter/simulate/native/*.h)
 BUILDERS = src/oncenter/_build.py src/oncenter/simulate/_build.py
 INCLUDES = -Icore
 CORE_TESTS = $(wildcard tests/test_core_*.py) $(addprefix tests/test_,wheel_speed_method.py angle.py message.py)
-# Readers, outputs, pages and child processes run no C code of ours that other tests do not run.
-WITHOUT_C = $(wildcard $(addprefix tests/test_,read_*.py fleet*.py *_logs.py *_file*.py live*.py thesis*.py \
-	plausibility*.py *report.py)) \
-	$(addprefix tests/test_,accuracy.py budget.py child.py cli.py findings.py full_disk.py house.py \
-	one_configuration.py overwriting.py rivals.py signals_at_fault.py standard_input.py)
+OFFSET_TESTS = $(addprefix tests/test_,estimate.py findings.py budget.py signals_at_fault.py)
+# What enters C code of ours runs with sanitizers, all else without: each test once.
+SANITIZED = $(CORE_TESTS) $(wildcard tests/test_simulate*.py) $(addprefix tests/test_,estimate.py oracle.py tandem.py)
+PYTEST = -m pytest -q -n auto
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 
 # What Debian parts from python3 and gcc. Without ensurepip, venv fails and leaves a half-made .venv behind.
@@ -29,7 +28,7 @@ need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && ec
 	apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2) \
 	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
 
-.PHONY: help demo test lint types warnings cppcheck sanitize pytest coverage fuzz embedded bench accuracy lock clean
+.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow coverage fuzz embedded bench accuracy lock clean
 .DEFAULT_GOAL := help
 
 help: ## show this
@@ -39,7 +38,10 @@ help: ## show this
 demo: .venv/ready ## simulate a drive, find the offset, write demo/report.html
 	@$(BIN)/oncenter demo
 
-test: lint types warnings cppcheck sanitize pytest ## all checks and all tests
+quick: lint types ## after each change: ruff, mypy, the tests of the core and of the answer
+	$(BIN)/python $(PYTEST) -m "not slow" $(CORE_TESTS) $(OFFSET_TESTS)
+
+test: lint types warnings cppcheck sanitize pytest ## all checks, all tests but the slow ones, each bench for a moment
 
 lint: .venv/ready
 	$(BIN)/ruff check .
@@ -58,16 +60,19 @@ cppcheck:
 
 # A second copy of the package, compiled with the sanitizers, comes first on the path. -fno-wrapv: Python's own
 # -fwrapv would hide overflows.
-sanitize: .venv/ready ## the tests with address and undefined-behaviour sanitizers in the C code
+sanitize: .venv/ready ## the tests that enter C, with address and undefined-behaviour sanitizers in it
 	rm -rf build/sanitize
 	CFLAGS="-g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-wrapv" \
 	  $(BIN)/python setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
 	LD_PRELOAD="$$($(CC) -print-file-name=libasan.so) $$($(CC) -print-file-name=libstdc++.so.6)" \
 	  ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitize/lib \
-	  $(BIN)/python -m pytest -p no:cacheprovider --capture=sys $(addprefix --ignore=,$(WITHOUT_C))
+	  $(BIN)/python $(PYTEST) -p no:cacheprovider -m "not slow" $(SANITIZED)
 
 pytest: .venv/ready
-	$(BIN)/python -m pytest
+	$(BIN)/python $(PYTEST) -m "not slow" $(addprefix --ignore=,$(SANITIZED))
+
+slow: .venv/ready ## the tests that take a night in small: poisoned fleets, full disks, nights that are killed
+	$(BIN)/python $(PYTEST) -m slow
 
 # Without inlining, lest a function's branches count for each of its callers.
 coverage: .venv/ready ## which branches of the core its tests take

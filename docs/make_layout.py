@@ -1,4 +1,4 @@
-"""Writes the rows of core/saved_layout.c, what a saved image is made of, from the headers: run it after any change of the state."""
+"""Writes the rows of core/saved_layout.c, what a saved image is made of, from the headers: run it after each change."""
 
 import os
 import runpy

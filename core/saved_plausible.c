@@ -79,7 +79,7 @@ static bool is_hypothesis(const oc_hypothesis *h) {
     static const float target_squares = 1e9f; /* rad^2, of a day's seconds each a turn off */
     factor f;
     float toward[OC_TERMS];
-    for (int32_t asked = 0; asked < OC_ASKED; ++asked) {
+    for (int32_t asked = 0; asked < OC_OF_COUNT; ++asked) {
         if (h->variances.of[asked] < 0.0f) {
             return false;
         }

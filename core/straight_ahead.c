@@ -80,8 +80,8 @@ void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts,
     const oc_estimate gradient = understeer_of(evidence, learned->understeer_gradient.status, c, apart);
     const bool by_wheels = p->method == OC_METHOD_WHEEL_SPEED;
     const oc_estimate mismatch = by_wheels ? oc_wheel_mismatch_of(evidence, c) : (oc_estimate){0};
-    const double systematic = by_wheels ? wheels_variance(c, &mismatch, &gradient) : yaw_rate_bias_variance(evidence, c);
-    const double sd = sqrt(offset_variance(evidence, &gradient, apart) + systematic);
+    const double by_bias = by_wheels ? wheels_variance(c, &mismatch, &gradient) : yaw_rate_bias_variance(evidence, c);
+    const double sd = sqrt(offset_variance(evidence, &gradient, apart) + by_bias);
 
     const bool enough = time >= p->offset_evidence_min_s;
     const double narrow = p->offset_half_width_max_rad;

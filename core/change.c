@@ -6,7 +6,7 @@
 
 /* Tuned; rows without a bench have none on record. */
 /* Sums are in units of the usual sd times seconds. */
-static const float slack = 0.75f;              /* subtracted from each error */
+static const float slack = 0.75f;                  /* subtracted from each error */
 static const float suspicion_limit = 5.0f;
 static const float proof_limit = 10.0f;
 static const float sum_max = 20.0f;                /* so that a past change does not stay proven */

@@ -62,7 +62,7 @@ typedef struct {
     float terms[OC_TERMS];               /* the solution, in units of `scale` */
     float variance;                      /* rad^2, of the prediction errors */
     oc_correlation blocks, long_blocks;
-    float huber_weight;                         /* of the last second, 1 or less */
+    float huber_weight;                  /* of the last second, 1 or less */
     float error;                         /* rad, prediction error of the last second */
     float cost;                          /* negative log likelihood, forgetting; after probation */
     float offset;                        /* rad */

@@ -8,14 +8,14 @@ static const float smoothed_noise = 0.71f; /* of white noise, by joint.c's 0.3 s
 
 /* Numerical. */
 /* Steps of one solution: the model is linear as far as play.c's differences reach. */
-static const float unloading_step = 0.03f;              /* m/s^2 */
-static const float friction_step = 0.03f;               /* m/s^2 */
-static const float creep_step = 0.3f;                   /* share */
-static const float unwinding_step = 0.2f;               /* 1/s */
+static const float unloading_step = 0.03f;                 /* m/s^2 */
+static const float friction_step = 0.03f;                  /* m/s^2 */
+static const float creep_step = 0.3f;                      /* share */
+static const float unwinding_step = 0.2f;                  /* 1/s */
 static const float half_play_min = 0.05f * 0.017453292f;   /* rad, against a division by zero */
 static const float half_windup_min = 0.02f * 0.017453292f; /* rad, likewise */
 static const float half_width_max = 12.5f * 0.017453292f;  /* rad, against divergence: play is at most 15 deg */
-static const float weight_min = 1e-6f;                  /* s, against a division by zero */
+static const float weight_min = 1e-6f;                     /* s, against a division by zero */
 
 /* Tuned. */
 static const float gradient_min = 0.2f * 0.017453292f; /* rad/(m/s^2): bench/accuracy.py, row `population` */

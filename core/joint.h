@@ -46,7 +46,7 @@ typedef struct {
     oc_hypothesis_design hypothesis;
     oc_noise_design noise;
     double rate_hz, tick_s;
-    double bank_share;     /* of a new tick in the smoothed bank */
+    double bank_share;           /* of a new tick in the smoothed bank */
     float borne;                 /* the tyres' share of r*v, beside the measured bank */
     float unseen;                /* 1: no accelerometer measures the bank; else 0 */
     float tandem;                /* m^2/s^2, c of docs/method.md's axles that resist turning, all axles down */

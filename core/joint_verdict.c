@@ -6,7 +6,7 @@
 
 /* Tuned; rows without a bench have none on record. */
 static const float play_min = 0.5f * 0.017453292f; /* rad, that shows two flanks */
-static const float lately_rate = 1.0f / 80.0f;      /* of a second in the mean of the last offsets: row `motorway` */
+static const float lately_rate = 1.0f / 80.0f;     /* of a second in the mean of the last offsets: row `motorway` */
 
 /* The sd that decides the offset's status. Where the steering has free play, everything except pull and wind must be
  * five times tighter, otherwise the prior dominates. So must half of the offset's last movement (rad), in any play. */

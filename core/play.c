@@ -3,17 +3,17 @@
 #include <stdbool.h>
 
 /* Derived. */
-static const float creep_factors_apart = 0.6729f;     /* 2 ln creep_factor */
+static const float creep_factors_apart = 0.6729f;        /* 2 ln creep_factor */
 
 /* Numerical. */
 /* Steps of the difference quotients, against the operators' kinks (docs/method.md, "Slopes"). */
-static const float width_share = 0.1f;                /* of half the width */
+static const float width_share = 0.1f;                   /* of half the width */
 static const float width_step_min = 0.1f * 0.017453292f; /* rad, of half the width */
-static const float half_width_min = 1e-4f;                    /* rad, against half a width of 0 */
-static const float unloading_apart = 0.03f;           /* m/s^2 */
-static const float friction_apart = 0.03f;            /* m/s^2 */
-static const float creep_factor = 1.4f;               /* 1 */
-static const float unwinding_apart = 0.2f;            /* 1/s */
+static const float half_width_min = 1e-4f;               /* rad, against half a width of 0 */
+static const float unloading_apart = 0.03f;              /* m/s^2 */
+static const float friction_apart = 0.03f;               /* m/s^2 */
+static const float creep_factor = 1.4f;                  /* 1 */
+static const float unwinding_apart = 0.2f;               /* 1/s */
 
 static float not_below(float value, float low) {
     return value > low ? value : low;

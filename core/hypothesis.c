@@ -6,9 +6,7 @@
 /* Derived. */
 static const float rad_per_deg = 0.017453292f; /* pi/180 */
 static const float variance_min = 1e-7f;       /* rad^2, rounded up: SPN 1807's steps of 2^-10 rad have 2^-20/12 */
-
-/* Tuned; rows without a bench have none on record. */
-static const float probation_cost = 16.0f;     /* maximum cost of two seconds, so that two outliers do not decide */
+static const float probation_cost = 16.0f;     /* judge_second's maximum of 8, twice: two outliers do not decide */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
                          double ratio_times_wheelbase, float pull_sd) {

@@ -1,30 +1,31 @@
-/* What is told when somebody asks, which no tick does. */
+/* The answer on request; no tick calls it. */
 #include "methods.h"
 #include "monitor.h"
 
-enum { window_bit = 8 }; /* place of OC_REASON_WINDOW among the bits */
+/* Derived. */
+enum { window_bit = 8 }; /* of OC_REASON_WINDOW, 1 << 8 */
 
-/* Of a count below 2^63; a Cortex-M has no instruction for it, and its library's is long. */
-static double double_of(uint64_t count) {
+/* Of a count below 2^63: the library's conversion is long on a Cortex-M. */
+static double to_double(uint64_t count) {
     return (double)(uint32_t)(count >> 32) * 4294967296.0 + (double)(uint32_t)count;
 }
 
-/* Whether wheel speeds have told where the bias went since the last standstill. */
-static bool wheels_tell(const oc_evidence *evidence, const oc_coefficients *c) {
+/* Whether the bias is observable by wheel speeds since the last standstill. */
+static bool has_wheel_bias(const oc_evidence *evidence, const oc_coefficients *c) {
     return evidence->gyro_bias.wheel_evidence > 0.0 &&
            oc_gyro_bias_get(&evidence->gyro_bias, &c->params).status != OC_UNOBSERVABLE;
 }
 
 static oc_estimate yaw_rate_bias_of(const oc_evidence *evidence, const oc_coefficients *c) {
-    return wheels_tell(evidence, c)
+    return has_wheel_bias(evidence, c)
                ? oc_gyro_bias_get(&evidence->gyro_bias, &c->params)
                : oc_standstill_yaw_rate(&evidence->standstill, c->tick_s, c->params.standstill_time_min_s);
 }
 
 void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *answer) {
     const oc_evidence *now = &state->evidence;
-    oc_verdicts verdicts = now->verdicts; /* whoever only asks changes none */
-    oc_learned learned = state->learned;  /* a standstill since the last final block counts, too */
+    oc_verdicts verdicts = now->verdicts; /* a copy: asking changes no status */
+    oc_learned learned = state->learned;  /* includes a standstill since the last final block */
     const bool jointly = c->params.method == OC_METHOD_JOINT;
     if (jointly) {
         oc_learn_jointly(now, &verdicts, &learned, c);
@@ -35,7 +36,7 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     const double used = jointly ? (double)now->joint.second.used_s / c->tick_s : now->offset.ticks.weight;
     const double K = learned.understeer_gradient.value;
     const double time_min = c->params.standstill_time_min_s;
-    const double ticks = double_of(now->ticks);
+    const double ticks = to_double(now->ticks);
     answer->offset = learned.offset;
     answer->offset_temporary =
         jointly ? learned.offset.value
@@ -48,7 +49,7 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     answer->changes = jointly ? now->joint.changes : 0;
     answer->fault = now->fault.fault;
     answer->yaw_rate_bias = yaw_rate_bias_of(now, c);
-    answer->yaw_rate_bias_wheel_time = wheels_tell(now, c) ? now->gyro_bias.wheel_evidence : 0.0;
+    answer->yaw_rate_bias_wheel_time = has_wheel_bias(now, c) ? now->gyro_bias.wheel_evidence : 0.0;
     answer->yaw_rate_bias_alarm_time = now->gyro_bias.alarm_time;
     answer->wheel_radius_mismatch_rear = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_REAR);
     answer->wheel_radius_mismatch_front = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_FRONT);
@@ -64,10 +65,10 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     answer->used = used * c->tick_s;
     answer->unused = (ticks - used) * c->tick_s;
     for (int32_t k = 0; k < OC_REASON_COUNT; ++k) {
-        answer->rejected[k] = double_of(now->rejected[k]) * c->tick_s;
+        answer->rejected[k] = to_double(now->rejected[k]) * c->tick_s;
     }
     for (int32_t k = 0; k < OC_CHANGES_MAX; ++k) {
         answer->changed[k] = now->joint.changed[k];
     }
-    answer->rejected[window_bit] = (ticks - double_of(now->unused_motion) - used) * c->tick_s;
+    answer->rejected[window_bit] = (ticks - to_double(now->unused_motion) - used) * c->tick_s;
 }

@@ -1,14 +1,13 @@
 #ifndef OC_BACKLASH_H
 #define OC_BACKLASH_H
-/* The play operator: play between an outer element, which somebody moves, and an inner one, which is carried along at
- * either end.
+/* The play operator: free play between an outer element, the input, and an inner one, which either flank carries along.
  *
- * Inside the play the inner element stays where the last motion left it (hysteresis) until a load beats its friction:
- * then it creeps against the load to its end of the play (5.3.3). */
+ * Inside the play the inner element stays where the last motion left it (hysteresis). A load beyond its friction makes
+ * it creep against the load to the flank of the play (5.3.3). */
 
 typedef struct {
     double half_width; /* rad of the outer element, from the midpoint to either end; 0: none */
-    double friction;   /* unit of the load: what the load must beat to move the inner element */
+    double friction;   /* in the load's unit: smaller loads do not move the inner element */
     double creep;      /* rad/s per unit of load beyond friction */
 } oc_backlash;
 
@@ -21,7 +20,7 @@ typedef struct {
 double oc_backlash_step(oc_backlash_state *state, const oc_backlash *backlash, double outer, double load,
                         double step_s);
 
-/* The same without the place: where the inner element is after the step, rad. */
+/* The same without the place: the inner element after the step, rad. */
 double oc_backlash_carry(double inner, const oc_backlash *backlash, double outer, double load, double step_s);
 
 #endif

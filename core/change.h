@@ -1,8 +1,8 @@
 #ifndef OC_CHANGE_H
 #define OC_CHANGE_H
-/* Whether what was learned still holds: CUSUMs on the errors of what it foretells, one for an offset that changed, one
- * for bends that take another angle, as after loading or lifting an axle. While one is suspicious nothing is learned;
- * what was learned stays the answer until a change is proven. */
+/* Detects changes by CUSUMs on prediction errors (docs/method.md, "Change"): one for the offset, one for bends that
+ * need another angle, as after loading or lifting an axle. While a change is suspected nothing is learned, and the
+ * answer stays until a change is proven. */
 
 #include <stdbool.h>
 
@@ -12,15 +12,15 @@ typedef enum {
     OC_CHANGE_BENDS   /* bends need another angle, straights the same */
 } oc_change_kind;
 
-/* Two sums, one for errors that grow and one for those that fall, and how many seconds since either left zero. */
+/* Two sums, for positive and negative errors, and the seconds since either left zero. */
 typedef struct {
     float up, down, seconds_up, seconds_down;
 } oc_cusum;
 
 typedef struct {
     oc_cusum offset, bends;
-    float rest;           /* s, until anything is suspected again */
-    float seconds, error, error_curvature, curvature_squares; /* sums since something became suspicious */
+    float rest;           /* s, without suspicion */
+    float seconds, error, error_curvature, curvature_squares; /* sums since the suspicion began */
 } oc_change_watch;
 
 typedef struct {
@@ -29,10 +29,10 @@ typedef struct {
     float seconds;       /* of driving since it came */
 } oc_change;
 
-/* A second's error, and the least that anything believed possible makes of it, both rad; what errors are usual (their
- * sd, rad) and the curvature in 1/m. The least tells whether there was a change, the error how large. What is proven is
- * returned once, and the watch begins anew. */
-oc_change oc_change_update(oc_change_watch *watch, float error, float least, float usual, float curvature);
+/* One second: the best hypothesis's prediction error and the smallest one of all hypotheses, rad; the errors' usual sd,
+ * rad; the curvature, 1/m. The smallest error decides whether there is a change, the best one's gives its size. Returns
+ * a proven change once; then the watch begins anew. */
+oc_change oc_change_update(oc_change_watch *watch, float error, float min_error, float usual, float curvature);
 
 bool oc_change_suspected(const oc_change_watch *watch);
 

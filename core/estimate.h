@@ -1,11 +1,11 @@
 #ifndef OC_ESTIMATE_H
 #define OC_ESTIMATE_H
-/* How every answer travels: its value never without its spread, its evidence and its standing. */
+/* An estimate: value, standard deviation, evidence and status. */
 
 #include <stdint.h>
 
 typedef enum {
-    OC_UNOBSERVABLE, /* the drive does not tell: the prior decides */
+    OC_UNOBSERVABLE, /* the prior decides */
     OC_CONVERGING,   /* there is evidence, the interval is still too wide */
     OC_VALID,        /* evidence conditions met and the interval narrow enough */
     OC_INVALID,      /* a signal is at fault: the value is what it was before */
@@ -14,17 +14,17 @@ typedef enum {
 
 typedef struct {
     double value;              /* in SI; means nothing while unobservable */
-    double standard_deviation; /* of the truth about the value: 1.96 of it on both sides is a 95 % interval, few batches
-                                * accounted for; the narrowest has 1.96 of the root of its square less lean's */
+    double standard_deviation; /* of the truth about the value, s: +-1.96 s is a 95 % interval, Student's factor
+                                * included; the narrowest is +-1.96 sqrt(s^2 - lean^2) about value + lean */
     double evidence;           /* s of driving behind the value */
     oc_status status;
-    float lean;                /* the middle of that interval, less the value */
+    float lean;                /* middle of the narrowest interval less the value */
 } oc_estimate;
 
-/* The status that a 95 % half-width earns, with hysteresis: valid is won below `narrow` and lost above 4/3 of it. */
+/* Status by the 95 % half-width, with hysteresis: valid from `narrow` on, lost above 4/3 of it. */
 oc_status oc_status_next(oc_status now, double standard_deviation, double narrow);
 
-/* What 1.96 must be multiplied by when the spread comes from so few batches: Student's t at 97.5 % over 1.96. */
+/* Factor of 1.96 where the spread comes from so few batches: Student's t at 97.5 % over 1.96. */
 double oc_few_batches_factor(double batches);
 
 #endif

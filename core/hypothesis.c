@@ -3,9 +3,10 @@
 #include "bounds.h"
 #include "hypothesis_terms.h"
 
-static const float rad_per_deg = 0.017453292f;
-static const float least_variance = 1e-7f;   /* rad^2, of a second: what J1939's steps of the angle leave */
-static const float newborn_handicap = 16.0f; /* of cost: two wild seconds do not make it the best */
+/* Derived. */
+static const float rad_per_deg = 0.017453292f; /* pi/180 */
+static const float variance_min = 1e-7f;       /* rad^2, rounded up: SPN 1807's steps of 2^-10 rad have 2^-20/12 */
+static const float probation_cost = 16.0f;     /* judge_second's maximum of 8, twice: two outliers do not decide */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
                          double ratio_times_wheelbase, float pull_sd) {
@@ -26,17 +27,17 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
     design->of_sum[YAW_RATE_BIAS] *= -design->ratio_times_wheelbase;
 }
 
-/* What a wind of 1 m/s^2 would add: it takes side force from the tyres, and unloads the play as a_0 does. Returns what
- * the one believed in adds, rad. */
+/* Adds the wind's regressors: a wind reduces the tyres' lateral force, and shifts the load of the play as a_0 does.
+ * Returns the contribution of the estimated wind, rad. */
 static float add_wind(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
                       float unloads) {
     const float slope = design->steering_ratio * h->gradient;
-    float blown = 0.0f;
+    float by_wind = 0.0f;
     for (int32_t k = 0; k < OC_WINDS; ++k) {
         h->sums[WIND + k] += (unloads - slope) * sample->wind[k];
-        blown -= slope * h->play.wind[k] * sample->wind[k];
+        by_wind -= slope * h->play.wind[k] * sample->wind[k];
     }
-    return blown;
+    return by_wind;
 }
 
 static void add_motion(float *sums, const oc_motion_sample *sample) {
@@ -47,8 +48,8 @@ static void add_motion(float *sums, const oc_motion_sample *sample) {
     sums[YAW_RATE_BIAS] += sample->per_speed;
 }
 
-/* What a second showed that was not foretold, rad. */
-static float surprise(const oc_hypothesis *h, const float *terms, float target) {
+/* rad */
+static float prediction_error(const oc_hypothesis *h, const float *terms, float target) {
     float error = target - h->constant;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         error -= terms[k] * h->terms[k];
@@ -56,27 +57,27 @@ static float surprise(const oc_hypothesis *h, const float *terms, float target) 
     return error;
 }
 
-/* What a second says of the hypothesis itself. What is far off counts by its sign only (Huber). */
+/* Updates noise, cost and age by the prediction error; beyond 2 sd an error has a reduced weight (Huber). */
 static void judge_second(oc_hypothesis *h, const oc_second *second) {
     const float squared = h->error * h->error;
     const float limit = 4.0f * h->variance;
-    h->trust = squared > limit ? sqrtf(limit / squared) : 1.0f;
+    h->huber_weight = squared > limit ? sqrtf(limit / squared) : 1.0f;
 
     const float keep = second->memory_share;
     const float quick = oc_max(1.0f / (2.0f + h->age / second->second_s), 0.02f);
     const float varied = h->variance + (oc_clamp(squared, 0.0f, 9.0f * h->variance) - h->variance) * quick;
-    h->variance = oc_max(varied, least_variance);
-    h->blocks.sum += h->trust * h->error;
-    h->long_blocks.sum += h->trust * h->error;
+    h->variance = oc_max(varied, variance_min);
+    h->blocks.sum += h->huber_weight * h->error;
+    h->long_blocks.sum += h->huber_weight * h->error;
     h->age += second->second_s;
     if (oc_hypothesis_is_on_probation(h, second)) {
-        h->cost = keep * second->best_cost + newborn_handicap;
+        h->cost = keep * second->best_cost + probation_cost;
     } else {
         h->cost = keep * h->cost + 0.5f * oc_clamp(squared / second->reference, 0.0f, 16.0f);
     }
 }
 
-/* A second's means have less of the sensors' noise, which flattens slopes, than its samples. */
+/* Means of a second: noise in the regressors flattens slopes, and a mean has less of it than a sample. */
 static float means_of_second(const oc_hypothesis *h, const oc_hypothesis_design *design, int32_t samples,
                              float *terms) {
     const float share = 1.0f / (float)samples;
@@ -86,22 +87,22 @@ static float means_of_second(const oc_hypothesis *h, const oc_hypothesis_design 
     return h->target_sum * share;
 }
 
-/* Recursive least squares about the means. Deviations and not plain products: a term that hardly varies could not be
- * told from the constant in single precision. */
+/* Recursive least squares about the means. Plain products would lose a term that hardly varies against the constant,
+ * in single precision. */
 static void regress(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second, int32_t samples) {
     float apart[OC_TERMS];
     const float keep = second->memory_share;
     const float target = means_of_second(h, design, samples, apart);
-    h->weight = keep * h->weight + h->trust;
-    h->learned_s = keep * h->learned_s + h->trust;
-    const float share = h->trust / h->weight;
+    h->weight = keep * h->weight + h->huber_weight;
+    h->learned_s = keep * h->learned_s + h->huber_weight;
+    const float share = h->huber_weight / h->weight;
     const float target_apart = target - h->target_mean;
     h->target_mean += share * target_apart;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         apart[k] -= h->means[k];
         h->means[k] += share * apart[k];
     }
-    const float added = h->trust * (1.0f - share);
+    const float added = h->huber_weight * (1.0f - share);
     float *cell = h->scatter;
     for (int32_t row = 0; row < OC_TERMS; ++row) {
         const float weighted = added * apart[row];
@@ -133,7 +134,7 @@ void oc_hypothesis_shift(oc_hypothesis *h, const oc_hypothesis_design *design, i
     h->terms[term] -= scaled;
 }
 
-/* All that was gathered of a term as if it had shown only by that share. */
+/* Scales a term's regressor in all evidence. */
 static void fade(oc_hypothesis *h, int32_t term, float share) {
     oc_triangle_scale(h->scatter, term, share);
     h->toward[term] *= share;
@@ -193,12 +194,12 @@ void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, 
 void oc_hypothesis_predict(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
                            int32_t samples) {
     float terms[OC_TERMS], apart[OC_SLOPE_COUNT];
-    oc_play_apart(&h->play, apart); /* as far as it was for all samples of the second */
+    oc_play_apart(&h->play, apart); /* constant within a second */
     for (int32_t k = 0; k < OC_SLOPE_COUNT; ++k) {
         h->sums[CREEP + k] /= apart[k];
     }
     const float target = means_of_second(h, design, samples, terms);
-    h->error = surprise(h, terms, target);
+    h->error = prediction_error(h, terms, target);
     if (second->learns) {
         judge_second(h, second);
     }
@@ -226,9 +227,9 @@ void oc_hypothesis_remounted(oc_hypothesis *h, float by, float seconds) {
     h->weight = seconds;
 }
 
-/* A term is another from now on, by so much (variance, in units of its prior's): what was seen of it counts less, and
- * so does what was seen of the constant where its mean was not zero. */
-static void wander(oc_hypothesis *h, int32_t term, float variance) {
+/* A Kalman filter's step of time: the term's variance grows by `variance`, in units of its prior's. The constant's
+ * evidence weakens, too, where the term's mean is not zero. */
+static void reopen(oc_hypothesis *h, int32_t term, float variance) {
     float row[OC_TERMS];
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         row[k] = oc_triangle_cell(h->scatter, term, k);
@@ -247,7 +248,7 @@ static void wander(oc_hypothesis *h, int32_t term, float variance) {
 }
 
 void oc_hypothesis_loaded(oc_hypothesis *h) {
-    /* a fifth of the gradient, a twentieth of the wheelbase, in units of the terms */
-    wander(h, GRADIENT, 0.04f);
-    wander(h, WHEELBASE, 1.0f);
+    /* in units of the terms: 0.08 deg/(m/s^2) and 5 % (docs/method.md, "Change") */
+    reopen(h, GRADIENT, 0.04f);
+    reopen(h, WHEELBASE, 1.0f);
 }

@@ -1,17 +1,13 @@
 #ifndef OC_HYPOTHESIS_H
 #define OC_HYPOTHESIS_H
-/* One hypothesis of how the steering plays, and all that follows from it by least squares.
+/* One hypothesis: the free play of the steering, and all parameters that follow by least squares (docs/method.md, "The
+ * joint method").
  *
- * The measured angle less i*L*r/v is
+ * The model of the measured angle less i*L*r/v is in joint_model.h. Operators (play.h) give the places c in a play of
+ * width B and d in a wind-up of width W. Twelve more operators run at a little more and less of each parameter. Their
+ * differences are the model's slopes, and one recursive least squares is linearised anew each second.
  *
- *     y = offset + K (i a) + (B/2) c + (W/2) d + what changes of motion add,
- *
- * c and d in [-1, 1] being the places in a play of width B and in a wind-up of width W. Where they are, operators say
- * (play.h). Twelve more run beside the hypothesis's own, at a little more and less of each parameter: their differences
- * are the slopes of the model, so that all is found by one recursive least squares, which is linearised anew each
- * second. A steady wind adds to a what its part across the truck's heading carries.
- *
- * Single precision, so that the whole bank fits a microcontroller. */
+ * Single precision, so that the whole hypothesis set fits a microcontroller. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -20,76 +16,76 @@
 #include "sensor_noise.h"
 #include "triangle.h"
 
-/* What is known before the drive, or from other sensors; standard deviations. */
+/* Priors: from params, standstill and other filters. */
 typedef struct {
-    float unloading_mean;   /* m/s^2, where the accelerometer's bias is believed to be */
+    float unloading_mean;   /* m/s^2, of a_0: the accelerometer's bias */
     float unloading_sd;     /* m/s^2 */
-    float crown;            /* m/s^2, for which an axle may have been set up */
-    float yaw_rate_bias_sd; /* rad/s, of what correction the yaw rate had */
+    float crown;            /* m/s^2, for which an axle may be set up */
+    float yaw_rate_bias_sd; /* rad/s, of the yaw rate's correction */
 } oc_prior;
 
 typedef struct {
     float step_s;                                 /* between samples */
     float steering_ratio, ratio_times_wheelbase;  /* 1, m */
     float scale[OC_TERMS];                        /* each term's unit: its prior's standard deviation */
-    float of_sum[OC_TERMS];                       /* a term, by what a second sums up for it */
-    float per_unloading;                          /* s^2/m, makes a difference by the unloading a slope */
+    float of_sum[OC_TERMS];                       /* a term per unit of a second's sum */
+    float per_unloading;                          /* s^2/m, a_0's slope per difference */
     float pull_sd;                                /* m/s^2, of wheel alignment and mean wind */
-    float most_doubt;                             /* of the prior of a_0: by how much less it may tell */
+    float most_doubt;                             /* maximum divisor of a_0's prior information */
 } oc_hypothesis_design;
 
-/* How much more a block of what is left varies than it would if seconds told new things each. */
+/* Variance of a block's summed errors, relative to that of independent seconds. */
 typedef struct {
     float sum;    /* rad, over the block that fills */
     float factor;
 } oc_correlation;
 
-/* What is asked for, and how sure it is. */
-enum { OC_OF_GRADIENT, OC_OF_UNLOADING, OC_OF_WIDTH, OC_OF_WHEELBASE, OC_OF_OFFSET, OC_ASKED };
+/* The estimated quantities, and their variances. */
+enum { OC_OF_GRADIENT, OC_OF_UNLOADING, OC_OF_WIDTH, OC_OF_WHEELBASE, OC_OF_OFFSET, OC_OF_COUNT };
 
 typedef struct {
-    float of[OC_ASKED];
+    float of[OC_OF_COUNT];
 } oc_variances;
 
 typedef struct {
     oc_play play;
     oc_places places;
-    float sums[OC_TERMS], target_sum;    /* over the second that fills: of the play's differences, which are slopes once
-                                          * it is foretold, and of motion; rad */
-    float learned_s;                     /* s, forgetting, of which products were gathered */
-    float weight;                        /* of them those that tell the constant; what follows is over them */
+    float sums[OC_TERMS], target_sum;    /* over the second that fills: of the play's differences (slopes once the
+                                          * second is predicted) and of motion; rad */
+    float learned_s;                     /* s, forgetting, in the products */
+    float weight;                        /* s of them that identify the constant; what follows is over them */
     float target_mean;                   /* rad */
     float means[OC_TERMS];
     float scatter[OC_TERMS_TRIANGLE];    /* sums of products of deviations from the means */
     float toward[OC_TERMS];              /* the same with the target's */
     float constant;                      /* rad, of the model */
-    float terms[OC_TERMS];               /* what is sought, in units of `scale` */
-    float variance;                      /* rad^2, of what a second's mean leaves */
+    float terms[OC_TERMS];               /* the solution, in units of `scale` */
+    float variance;                      /* rad^2, of the prediction errors */
     oc_correlation blocks, long_blocks;
-    float trust;                         /* in the last second, 1 or less where it was far off */
-    float error;                         /* rad, of the last second, foretold before it was learned from */
-    float cost;                          /* minus its logarithmic likelihood, forgetting; once it is no newborn */
+    float huber_weight;                  /* of the last second, 1 or less */
+    float error;                         /* rad, prediction error of the last second */
+    float cost;                          /* negative log likelihood, forgetting; after probation */
     float offset;                        /* rad */
-    float lean;                          /* rad, to where it is if pull and wind have their share in where a_0 is */
+    float lean;                          /* rad, from the offset to the middle of its interval: pull's share in a_0 */
     float gradient;                      /* rad/(m/s^2) */
-    float wheelbase;                     /* share by which the truck turns as if it were longer */
-    float unloading;                     /* m/s^2 */
+    float wheelbase;                     /* l, share */
+    float unloading;                     /* m/s^2, a_0 */
     float age;                           /* s of driving learned from */
-    float left_before, right_before;     /* s, for which either flank was seen before it began */
+    float left_before, right_before;     /* s on either flank before it began */
     oc_variances variances;              /* squares of the units above, and of the width's, rad */
-    float pulled_variance;               /* rad^2, of the offset's what pull and wind make */
+    float pulled_variance;               /* rad^2, the offset's by pull and wind */
 } oc_hypothesis;
 
-/* Where a second stands among the others, the same for all hypotheses; the noise goes on while equations are solved. */
+/* A second's context, the same for all hypotheses; the noise goes on while equations are solved. */
 typedef struct {
     oc_noise noise;     /* of the sensors, in its means */
     float used_s;       /* of driving before it */
-    float trial_s;      /* until a hypothesis is so old it only learns: it is newborn, and its word does not count */
+    float trial_s;      /* until this age a hypothesis is on probation: it learns, and does not count */
     float best_cost;    /* of all hypotheses */
     float second_s;     /* its length */
-    float memory_share; /* 1 less what it makes be forgotten */
-    float reference;    /* rad^2, the best hypothesis's noise, by which errors are judged */
-    int32_t learns;     /* 0: what was learned is in doubt, the second is only foretold */
+    float memory_share; /* by which evidence is multiplied */
+    float reference;    /* rad^2, the best hypothesis's noise, the unit of costs */
+    int32_t learns;     /* 0: a change is suspected, the second is only predicted */
     int32_t block_ends, long_block_ends;
     int32_t blocks, long_blocks; /* whole ones before */
 } oc_second;
@@ -109,11 +105,10 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
 
 void oc_hypothesis_start(oc_hypothesis *hypothesis, const oc_play *play, double angle);
 
-/* The wheel was elsewhere when last seen, and the heading another: the operators start anew, the wind is unknown, what
- * else was learned stays. */
+/* Wheel and heading are unknown: the operators start anew, the wind is unknown, all other evidence stays. */
 void oc_hypothesis_restart(oc_hypothesis *hypothesis, double angle);
 
-/* What moves the operators at a sample. */
+/* The operators' input at a sample. */
 oc_play_motion oc_hypothesis_motion(const oc_hypothesis *hypothesis, const oc_hypothesis_design *design,
                                     const oc_motion_sample *sample);
 
@@ -121,35 +116,33 @@ oc_play_motion oc_hypothesis_motion(const oc_hypothesis *hypothesis, const oc_hy
 void oc_hypothesis_sample(oc_hypothesis *hypothesis, const oc_hypothesis_design *design,
                           const oc_motion_sample *sample);
 
-/* How far a whole second of so many samples is from what was expected. */
+/* The prediction error of a whole second of so many samples. */
 void oc_hypothesis_predict(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_second *second,
                            int32_t samples);
 
-/* Takes the second that was predicted in among what was gathered. */
+/* Adds the predicted second to the evidence. */
 void oc_hypothesis_take_in(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_second *second,
                            int32_t samples);
 
-/* Solves the equations of all that was gathered, whose solution is what is sought. */
+/* Solves the normal equations. */
 void oc_hypothesis_solve(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_prior *prior,
                          const oc_second *second, oc_equations *equations);
 
-/* Goes where its terms point, a little at a time, and keeps its evidence. */
+/* Moves the linearisation point toward the solution by limited steps; the evidence moves along. */
 void oc_hypothesis_relinearise(oc_hypothesis *hypothesis, const oc_hypothesis_design *design);
 
-/* Whether its word does not count yet. */
 bool oc_hypothesis_is_on_probation(const oc_hypothesis *hypothesis, const oc_second *second);
 
 /* exp(-x), near enough for a weight, for x > -32. */
 float oc_likelihood(float x);
 
-/* rad^2, of a second's mean as if seconds told new things each. */
+/* rad^2, of a second's mean, correlation between seconds included. */
 float oc_hypothesis_noise(const oc_hypothesis *hypothesis);
 
-/* The yaw rates so far were corrected by rad/s too little: what was gathered from them is set right. What follows from
- * it is concluded when equations are solved again. */
+/* The yaw rates so far were corrected by rad/s too little: corrects the evidence. The next solution has it. */
 void oc_hypothesis_correct(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, float rad_s);
 
-/* The sensor reads `by` rad more from now on; so many seconds tell how much. */
+/* The sensor reads `by` rad more from now on, as sure as so many seconds make it. */
 void oc_hypothesis_remounted(oc_hypothesis *hypothesis, float by, float seconds);
 
 /* Bends take another angle from now on: gradient and wheelbase may be others. */

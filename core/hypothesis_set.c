@@ -4,14 +4,14 @@
 
 #include "bounds.h"
 
-static const float one_degree = 0.017453292f; /* rad */
+/* Derived. */
+static const float one_degree = 0.017453292f; /* rad, pi/180 */
 
-/* Little, some and much play; wheels that side force carries through it, sooner or later, or that stay where they rub;
- * and an accelerometer that may be off to either side. */
+/* docs/method.md, "Bank": three widths, each rubbing (friction < 0), or creeping about three a_0. */
 oc_play oc_joint_start_of(int32_t k) {
-    static const float widths[3] = {2.0f, 6.0f, 12.0f}; /* deg */
-    static const float unloadings[3] = {-0.2f, 0.0f, 0.2f};
-    static const float creep = 100.0f * 0.017453292f;
+    static const float widths[3] = {2.0f, 6.0f, 12.0f};     /* deg */
+    static const float unloadings[3] = {-0.2f, 0.0f, 0.2f}; /* m/s^2 */
+    static const float creep = 100.0f * 0.017453292f;       /* rad/s per m/s^2, the prior's mean */
     const int32_t kind = k % 4;
     oc_play play = {.half_width = 0.5f * widths[k / 4] * one_degree, .friction = -1.0f};
     if (kind > 0) {
@@ -23,9 +23,9 @@ oc_play oc_joint_start_of(int32_t k) {
     return play;
 }
 
-/* Of those that begin anew every other three are wound up, and a motor unwinds it: who starts without does not find its
- * way there, since much wind-up that soon goes away passes for play. The next one has another width; wheels that stay
- * where they rub come last, for they pass for whatever drifts. */
+/* Every other three of the later starts have a wind-up that a motor unwinds: from a start without it, a hypothesis
+ * converges to play instead (row `active_return` of bench/accuracy.py). Successive starts differ in width. Rubbing ones
+ * come last, since they fit any drift. */
 static oc_play later_start_of(int32_t k) {
     static const uint8_t kinds[4] = {2, 1, 3, 0};
     oc_play play = oc_joint_start_of(4 * (k % 3) + kinds[k / 6]);
@@ -47,15 +47,15 @@ static int32_t best_of(const oc_joint *joint) {
     return best;
 }
 
-/* Two hypotheses that went the same way say the same twice. */
+/* Both have converged to the same parameters. */
 static bool are_twins(const oc_hypothesis *a, const oc_hypothesis *b) {
-    static const float near = 0.1f * 0.017453292f; /* rad */
+    static const float near = 0.1f * 0.017453292f; /* rad, tuned: no bench on record */
     return fabsf(a->play.half_width - b->play.half_width) < near && fabsf(a->play.windup - b->play.windup) < near &&
            fabsf(a->offset - b->offset) < near && (a->play.friction < 0.0f) == (b->play.friction < 0.0f);
 }
 
-/* The worst hypothesis if it is hopeless, or else one that another of the elder ones says as well. */
-static int32_t dispensable(const oc_joint *joint) {
+/* The worst hypothesis if it is rejected, else a twin of the best; -1: none. */
+static int32_t redundant(const oc_joint *joint) {
     int32_t worst = joint->best;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
@@ -63,7 +63,7 @@ static int32_t dispensable(const oc_joint *joint) {
             worst = k;
         }
     }
-    if (joint->hypotheses[worst].cost > joint->hypotheses[joint->best].cost + (float)OC_JOINT_HOPELESS) {
+    if (joint->hypotheses[worst].cost > joint->hypotheses[joint->best].cost + (float)OC_JOINT_REJECT_COST) {
         return worst;
     }
     for (int32_t k = 0; k < joint->count; ++k) {
@@ -76,8 +76,8 @@ static int32_t dispensable(const oc_joint *joint) {
     return -1;
 }
 
-/* The last one takes its place. None where k is negative. */
-static void let_go(oc_joint *joint, int32_t k) {
+/* The last one takes its place. Nothing where k is negative. */
+static void remove_hypothesis(oc_joint *joint, int32_t k) {
     const int32_t last = joint->count - 1;
     if (k < 0) {
         return;
@@ -87,31 +87,31 @@ static void let_go(oc_joint *joint, int32_t k) {
     joint->count = last;
 }
 
-/* What is later than the first day of side force: whoever learns so long has seen enough, and in single precision a
- * count that goes on would come to rest. */
-static float mark_of(float seen_s) {
+/* After a day of lateral force a later hypothesis counts from zero: a sum in single precision would stall. */
+static float flank_mark(float seen_s) {
     return seen_s < 1e5f ? seen_s : 0.0f;
 }
 
-/* Now and then another hypothesis begins anew, lest all of them went astray at first; later half as often. Of those not
- * needed one goes for it, and later two, since ever fewer are. */
+/* Starts another hypothesis at intervals, since all early ones may have converged to a wrong play; later half as often.
+ * One redundant hypothesis is removed each time, later two. */
 static void renew(oc_joint *joint) {
-    static const float search_s = 300.0f, settle_s = 600.0f;
-    const bool later = joint->second.used_s > search_s;
-    const bool begins = joint->second.used_s < settle_s || joint->second.long_blocks % 2 == 0;
-    const int32_t needless = dispensable(joint);
-    if (begins && (needless >= 0 || joint->count < OC_JOINT_HYPOTHESES)) { /* in its place: to move one is more work */
+    static const float single_until_s = 300.0f;   /* tuned: no bench on record */
+    static const float frequent_until_s = 600.0f; /* CHANGELOG.md: same errors on 2,280 tuning drives */
+    const bool later = joint->second.used_s > single_until_s;
+    const bool begins = joint->second.used_s < frequent_until_s || joint->second.long_blocks % 2 == 0;
+    const int32_t replaced = redundant(joint);
+    if (begins && (replaced >= 0 || joint->count < OC_JOINT_HYPOTHESES)) { /* in its place, which saves a copy */
         const oc_play play = later_start_of(joint->next_start);
-        oc_hypothesis *h = &joint->hypotheses[needless >= 0 ? needless : joint->count++];
+        oc_hypothesis *h = &joint->hypotheses[replaced >= 0 ? replaced : joint->count++];
         joint->next_start = (joint->next_start + 1) % OC_JOINT_LATER_STARTS;
         oc_hypothesis_start(h, &play, (double)joint->hypotheses[joint->best].places.inner);
-        h->left_before = mark_of(joint->to_left);
-        h->right_before = mark_of(joint->to_right);
+        h->left_before = flank_mark(joint->to_left);
+        h->right_before = flank_mark(joint->to_right);
     } else {
-        let_go(joint, needless);
+        remove_hypothesis(joint, replaced);
     }
     if (later) {
-        let_go(joint, dispensable(joint));
+        remove_hypothesis(joint, redundant(joint));
     }
 }
 
@@ -120,13 +120,13 @@ float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design) {
     return oc_min(first, design->memory_s);
 }
 
-void oc_joint_turn_second(oc_joint *joint, const oc_joint_design *design) {
+void oc_joint_end_second(oc_joint *joint, const oc_joint_design *design) {
     oc_second *second = &joint->second;
-    const float least = 0.05f * one_degree;
+    const float noise_min = 0.05f * one_degree;
     joint->best = best_of(joint);
     second->best_cost = joint->hypotheses[joint->best].cost;
     const float noise = oc_hypothesis_noise(&joint->hypotheses[joint->best]);
-    second->reference = noise > least * least ? noise : least * least;
+    second->reference = noise > noise_min * noise_min ? noise : noise_min * noise_min;
     second->used_s += second->second_s;
     second->trial_s = oc_clamp(0.05f * second->used_s, 60.0f, 600.0f);
     if (second->long_block_ends) {

@@ -1,16 +1,14 @@
 #ifndef OC_HYPOTHESIS_TERMS_H
 #define OC_HYPOTHESIS_TERMS_H
-/* What the two rooms of a hypothesis share: hypothesis.c, where evidence is gathered, and hypothesis_equations.c, where
- * it is solved for what is sought. */
+/* Shared by hypothesis.c, which gathers evidence, and hypothesis_equations.c, which solves it. */
 
 #include "hypothesis.h"
 #include "joint_model.h"
 
-/* A parameter was moved by so much: what is left to be found of its term is less by it. */
+/* The linearisation point of a term moved by so much: its remaining solution is less by it. */
 void oc_hypothesis_shift(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, int32_t term, float by);
 
-/* All that was gathered of some terms, from first to last, shows by that share of what it did: so it would have within
- * so much less play, or wind-up. */
+/* Scales the slopes of the terms from first to last in all evidence: a narrower play has smaller slopes. */
 void oc_hypothesis_narrow(oc_hypothesis *hypothesis, int32_t first, int32_t last, float share);
 
 #endif

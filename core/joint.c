@@ -6,30 +6,26 @@
 #include "bounds.h"
 #include "hypothesis_set.h"
 
-static const double sample_s = 0.1;
-static const double side_force_s = 0.3; /* the accelerometer's noise is shorter; much longer, and what is late is K */
-static const float first_error = 0.017453292f; /* rad, by which errors are judged before a second was learned from */
+/* Derived. */
+static const float wind_speed = 20.0f; /* m/s, at which joint_model.h defines a_w */
 
-static const float wind_speed = 20.0f; /* m/s, at which a wind acts as it is written */
-static const float witness_s = 300.0f; /* hypotheses that still go their ways err, too */
-static const float unplaced_s = 20.0f; /* after the wheel may be elsewhere in its play, errors tell of that */
-static const float least_correction = 3.5e-5f; /* rad/s, 0.002 deg/s: a hundredth of a degree */
+/* Numerical. */
+static const float initial_error = 0.017453292f; /* rad, unit of costs before the first solution */
+static const float correction_min = 3.5e-5f; /* rad/s, against a round of work for 0.01 deg of offset */
 
-/* A flank of the play is seen where the side force is so clearly beyond friction. */
-static const float clearly = 0.02f;                    /* m/s^2 */
-
-/* The prior of a_0 holds in any case as if five times as wide: so far an accelerometer is off by itself, and who sees
- * nothing comes back. Where none tells the bank, bends show flanks that are none, and it holds as it is. */
-static const float crown_doubt = 25.0f;
-
-/* A truck whose tag axle is up turns as if it were so much shorter, and the axle resists no more; by so much less a
- * vehicle file may be off. */
-static const float tag_axle_share = 0.15f;
-static const float tag_axle_doubt = 0.10f;
-
-/* Roads lean into their bends, by nothing in a town to two thirds of r*v on a motorway. */
-static const float borne_in_bends = 0.7f;
-static const float unseen_bank = 0.2f;                 /* m/s^2, that a side force may be less than it is taken for */
+/* Tuned; rows without a bench have none on record. */
+/* Rows are those of bench/accuracy.py --tuning. */
+static const double sample_s = 0.1;           /* s */
+static const double bank_filter_s = 0.3;      /* s, `motorway`, `cross_wind`, `population`: 1 s is late in bends */
+static const float settled_age_s = 300.0f;    /* `self_correction`: errors of a younger hypothesis may be its own */
+static const float place_settling_s = 20.0f;  /* after a reset of the place in the play, which causes errors itself */
+static const float flank_margin = 0.02f;      /* m/s^2 beyond friction, from which a flank is loaded */
+static const float crown_discount_max = 25.0f; /* `wrong_side`: inflates the prior's sd at most fivefold, so that
+                                                * a wrong prior is left again; 1 without accelerometer */
+static const float tag_axle_shortening = 0.15f; /* share, `lift_axle`: so much shorter, the tag axle is up */
+static const float tag_axle_fade = 0.10f;     /* share over which c fades: from 5 % on, a vehicle file's error */
+static const float tyre_share_in_bends = 0.7f; /* `no_accelerometer_motorway`: roads are banked in bends */
+static const float unmeasured_bank = 0.2f;    /* m/s^2, likewise: it may reduce the lateral force by so much */
 
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
                     double ratio_times_wheelbase, float pull_sd, bool sees_bank, double memory_s) {
@@ -39,10 +35,10 @@ void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double r
     oc_noise_setup(&design->noise, lowpass, rate_hz, ticks);
     design->rate_hz = rate_hz;
     design->tick_s = 1.0 / rate_hz;
-    design->side_force_share = design->tick_s / side_force_s;
-    design->borne = sees_bank ? 1.0f : borne_in_bends;
+    design->bank_share = design->tick_s / bank_filter_s;
+    design->borne = sees_bank ? 1.0f : tyre_share_in_bends;
     design->unseen = sees_bank ? 0.0f : 1.0f;
-    design->hypothesis.most_doubt = sees_bank ? crown_doubt : 1.0f;
+    design->hypothesis.most_doubt = sees_bank ? crown_discount_max : 1.0f;
     design->memory_s = (float)memory_s;
     design->ticks_per_sample = ticks;
     design->samples_per_second = (int32_t)(1.0 / step_s + 0.5);
@@ -55,7 +51,7 @@ static void start(oc_joint *joint, const oc_joint_design *design, double angle) 
         .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
         .memory_share = 1.0f,
         .trial_s = 60.0f,
-        .reference = first_error * first_error,
+        .reference = initial_error * initial_error,
         .learns = 1,
     };
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
@@ -64,12 +60,12 @@ static void start(oc_joint *joint, const oc_joint_design *design, double angle) 
     }
 }
 
-/* Wheel and heading may be elsewhere. */
-static void place_anew(oc_joint *joint, double angle) {
+/* Wheel and heading are unknown. */
+static void reset_places(oc_joint *joint, double angle) {
     for (int32_t k = 0; k < joint->count; ++k) {
         oc_hypothesis_restart(&joint->hypotheses[k], angle);
     }
-    joint->watch = (oc_change_watch){.rest = oc_max(joint->watch.rest, unplaced_s)};
+    joint->watch = (oc_change_watch){.rest = oc_max(joint->watch.rest, place_settling_s)};
     joint->along = 1.0f;
     joint->across = 0.0f;
 }
@@ -80,16 +76,16 @@ void oc_joint_lose(oc_joint *joint, oc_joint_tracking *tracking) {
     *tracking = (oc_joint_tracking){0};
 }
 
-/* After a standstill wheel and heading are as they were left, or nearly so, and the round then goes on. */
-static void begin_to_collect(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+/* After a standstill wheel and heading are nearly as before, and the round continues. */
+static void begin_collecting(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                              const oc_joint_tick *tick, double bank) {
     const bool lost = joint->lost || !joint->started;
     if (!joint->started) {
         start(joint, design, tick->angle);
     }
     if (lost) {
-        oc_joint_lose(joint, tracking); /* a hole has only said so */
-        place_anew(joint, tick->angle);
+        oc_joint_lose(joint, tracking); /* a hole only sets `lost` */
+        reset_places(joint, tick->angle);
         joint->lost = 0;
         tracking->wound = tracking->inner = (float)tick->angle;
     }
@@ -103,11 +99,11 @@ static void begin_to_collect(oc_joint *joint, oc_joint_tracking *tracking, const
 }
 
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {
-    const float down = (joint->hypotheses[joint->best].wheelbase + tag_axle_share) / tag_axle_doubt;
+    const float down = (joint->hypotheses[joint->best].wheelbase + tag_axle_shortening) / tag_axle_fade;
     return design->tandem * oc_clamp(down, 0.0f, 1.0f);
 }
 
-/* Turns the heading by so many rad, a small angle; a large one is no truck's, and the heading would grow for ever. */
+/* Turns the heading by a small angle, rad. Ignores a large one: no truck turns so fast, and the series diverges. */
 static void turn_heading(oc_joint *joint, float angle) {
     const float squared = angle * angle;
     if (squared > 2.0f) {
@@ -116,12 +112,12 @@ static void turn_heading(oc_joint *joint, float angle) {
     const float cosine = 1.0f - 0.5f * squared, sine = angle - squared * angle / 6.0f;
     const float along = cosine * joint->along - sine * joint->across;
     const float across = sine * joint->along + cosine * joint->across;
-    const float shortening = 1.5f - 0.5f * (along * along + across * across); /* or it would grow by rounding */
+    const float shortening = 1.5f - 0.5f * (along * along + across * across); /* against growth by rounding */
     joint->along = along * shortening;
     joint->across = across * shortening;
 }
 
-/* What the tyres carry. Turning says it with less noise than the accelerometer, which is needed for the bank alone. */
+/* a = r v + smoothed bank: r v has less noise than the accelerometer (docs/method.md, "Model"). */
 static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_tracking *before, const oc_joint *joint,
                                   const oc_joint_design *design) {
     const double rate_hz = design->rate_hz;
@@ -141,7 +137,7 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
 
 bool oc_joint_correct(oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design, float rad_s,
                       bool has_banks) {
-    if (!joint->started || tracking->turns > 0 || !(fabsf(rad_s) > least_correction)) {
+    if (!joint->started || tracking->turns > 0 || !(fabsf(rad_s) > correction_min)) {
         return false;
     }
     joint->bank_mean += has_banks ? (double)rad_s * joint->speed_mean : 0.0;
@@ -154,29 +150,30 @@ bool oc_joint_correct(oc_joint *joint, const oc_joint_tracking *tracking, const 
     return true;
 }
 
-static void turn_phase(oc_joint *joint, const oc_joint_design *design) {
+static void advance_phase(oc_joint *joint, const oc_joint_design *design) {
     joint->phase = joint->phase + 1 < design->ticks_per_sample ? joint->phase + 1 : 0;
 }
 
-static void see_flank(oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample) {
+static void count_flank_time(oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const float load = oc_play_load(&best->play, sample);
     const float friction = oc_max(best->play.friction, 0.0f);
-    const float beyond = clearly + unseen_bank * design->unseen + friction + sqrtf(best->variances.of[OC_OF_UNLOADING]);
+    const float beyond = flank_margin + unmeasured_bank * design->unseen + friction +
+                         sqrtf(best->variances.of[OC_OF_UNLOADING]);
     const float step_s = design->hypothesis.step_s;
     joint->to_left += load > beyond ? step_s : 0.0f;
     joint->to_right += load < -beyond ? step_s : 0.0f;
 }
 
-/* A change is suspected of what a hypothesis has learned for long: a young one must learn, or it would stay young. */
+/* Only where the best hypothesis is old: a young one would never learn, and stay young. */
 static bool is_suspected(const oc_joint *joint) {
-    return joint->hypotheses[joint->best].age > witness_s && oc_change_suspected(&joint->watch);
+    return joint->hypotheses[joint->best].age > settled_age_s && oc_change_suspected(&joint->watch);
 }
 
-/* Errors of what was predicted are watched once there is something to doubt. */
-static void watch(oc_joint *joint, const oc_joint_tracking *tracking, const oc_estimate *last_offset, double time) {
+static void watch_for_change(oc_joint *joint, const oc_joint_tracking *tracking, const oc_estimate *last_offset,
+                             double time) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    if (!(best->age > witness_s)) {
+    if (!(best->age > settled_age_s)) {
         return;
     }
     const oc_change change = oc_change_update(&joint->watch, best->error, tracking->min_error,
@@ -186,7 +183,6 @@ static void watch(oc_joint *joint, const oc_joint_tracking *tracking, const oc_e
     }
 }
 
-/* What a usable sample says whatever the hypotheses make of it. */
 static void average(oc_joint *joint, const oc_joint_design *design, double speed, double bank) {
     const double memory = 10.0 * (double)design->memory_s;
     joint->bank_samples += joint->bank_samples < memory ? 1.0 : 0.0;
@@ -198,7 +194,7 @@ static bool ends_second(const oc_motion_sample *sample, const oc_joint_design *d
     return sample->in_second == design->samples_per_second - 1;
 }
 
-/* The best hypothesis's operators, which are a round behind, go along with each sample. */
+/* Copies of the best hypothesis's operators follow each sample, since its own are a round behind. */
 static void follow_best(const oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                         const oc_motion_sample *sample) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
@@ -206,7 +202,7 @@ static void follow_best(const oc_joint *joint, oc_joint_tracking *tracking, cons
     oc_play_follow(&tracking->wound, &tracking->inner, &best->play, &by);
 }
 
-/* The sample at this tick joins the others. True when a second of them is collected. */
+/* True when a second of samples is collected. */
 static bool collect_sample(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                            const oc_joint_tick *tick, double bank) {
     float share = 0.0f;
@@ -224,9 +220,9 @@ static bool collect_sample(oc_joint *joint, oc_joint_tracking *tracking, const o
     ++filling->count;
     *sample = sample_of(tick, tracking, joint, design);
     follow_best(joint, tracking, design, sample);
-    const bool goes_on = sample->in_second > 0;
-    tracking->curvature_sum = goes_on ? tracking->curvature_sum + sample->curvature : sample->curvature;
-    tracking->doubted = tick->doubted || (goes_on && tracking->doubted);
+    const bool continues = sample->in_second > 0;
+    tracking->curvature_sum = continues ? tracking->curvature_sum + sample->curvature : sample->curvature;
+    tracking->doubted = tick->doubted || (continues && tracking->doubted);
     if (ends_second(sample, design)) {
         filling->doubted = tracking->doubted;
         filling->curvature = tracking->curvature_sum / (float)design->samples_per_second;
@@ -240,17 +236,17 @@ bool oc_joint_collect(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
     const double bank = tick->lateral_acceleration - tick->yaw_rate * tick->speed;
     bool is_whole = false;
     if (!tracking->running) {
-        begin_to_collect(joint, tracking, design, tick, bank);
+        begin_collecting(joint, tracking, design, tick, bank);
     }
     tracking->turned += (float)(tick->yaw_rate * design->tick_s);
-    tracking->bank += (bank - tracking->bank) * design->side_force_share;
+    tracking->bank += (bank - tracking->bank) * design->bank_share;
     if (joint->phase == 0) {
         is_whole = collect_sample(joint, tracking, design, tick, bank);
     }
     if (joint->phase + 2 >= design->ticks_per_sample) { /* one of the two before a sample's */
         oc_noise_tick(&tracking->noise, tick->raw);
     }
-    turn_phase(joint, design);
+    advance_phase(joint, design);
     tracking->yaw_rate = tick->yaw_rate;
     tracking->lateral_acceleration = tick->lateral_acceleration;
     return is_whole;
@@ -260,31 +256,30 @@ bool oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
     if (!joint->started) {
         return false;
     }
-    turn_phase(joint, design);
+    advance_phase(joint, design);
     tracking->running = 0;
     tracking->filling.count = 0;
     return tracking->turns == 0 && joint->solves_all;
 }
 
-/* What surprises one hypothesis only is its own mistake, and no change of the truck. A later start goes along with a
- * change, and is no witness. */
-static void note_error(const oc_joint *joint, oc_joint_tracking *tracking, const oc_hypothesis *h) {
-    if (h->age > witness_s && h->cost < joint->second.best_cost + (float)OC_JOINT_HOPELESS &&
+/* The minimum over hypotheses: an error of only one of them is its own, not a change of the truck. A young one
+ * has adapted to the change. */
+static void note_min_error(const oc_joint *joint, oc_joint_tracking *tracking, const oc_hypothesis *h) {
+    if (h->age > settled_age_s && h->cost < joint->second.best_cost + (float)OC_JOINT_REJECT_COST &&
         fabsf(h->error) < fabsf(tracking->min_error)) {
         tracking->min_error = h->error;
     }
 }
 
-/* After the first minutes a second is little: then only every few of them have equations solved, each hypothesis in
- * other seconds; more often of one on probation. */
+/* After the first minutes one second changes little. Then each hypothesis solves in every few seconds, in turn; one on
+ * probation twice as often. */
 static bool is_due(const oc_joint *joint, int32_t k) {
-    static const float begins_s = 120.0f;
-    const bool newborn = oc_hypothesis_is_on_probation(&joint->hypotheses[k], &joint->second);
-    const int32_t every = newborn ? OC_JOINT_SECONDS_PER_SOLVING / 2 : OC_JOINT_SECONDS_PER_SOLVING;
-    return joint->second.used_s < begins_s || (joint->in_long_block + k) % every == 0;
+    static const float solve_all_until_s = 120.0f; /* CHANGELOG.md: same errors on 2,280 tuning drives */
+    const bool on_probation = oc_hypothesis_is_on_probation(&joint->hypotheses[k], &joint->second);
+    const int32_t every = on_probation ? OC_JOINT_SECONDS_PER_SOLVING / 2 : OC_JOINT_SECONDS_PER_SOLVING;
+    return joint->second.used_s < solve_all_until_s || (joint->in_long_block + k) % every == 0;
 }
 
-/* One hypothesis takes all samples in; where a second of evidence ends among them it learns from it. */
 static void take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design, int32_t k) {
     oc_hypothesis *h = &joint->hypotheses[k];
     bool solves = tracking->solves_all != 0;
@@ -295,7 +290,7 @@ static void take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
             continue;
         }
         oc_hypothesis_predict(h, &design->hypothesis, &joint->second, design->samples_per_second);
-        note_error(joint, tracking, h);
+        note_min_error(joint, tracking, h);
         if (joint->second.learns) {
             oc_hypothesis_take_in(h, &design->hypothesis, &joint->second, design->samples_per_second);
             if (solves || is_due(joint, k)) {
@@ -310,22 +305,22 @@ static void take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
     }
 }
 
-/* All hypotheses have taken the samples in. True when something was learned from them, or corrected. */
+/* True when the round had evidence or a correction. */
 static bool end_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                       const oc_estimate *last_offset, double time) {
     bool has_evidence = false;
     for (int32_t n = 0; n < tracking->taken.count; ++n) {
         const oc_motion_sample *sample = &tracking->taken.samples[n];
         if (sample->in_second >= 0) {
-            see_flank(joint, design, sample);
+            count_flank_time(joint, design, sample);
         }
         has_evidence = has_evidence || ends_second(sample, design);
     }
     if (has_evidence) {
         const bool learned = joint->second.learns;
-        watch(joint, tracking, last_offset, time);
+        watch_for_change(joint, tracking, last_offset, time);
         if (learned) {
-            oc_joint_turn_second(joint, design);
+            oc_joint_end_second(joint, design);
         }
     }
     const oc_places *places = &joint->hypotheses[joint->best].places;

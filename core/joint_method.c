@@ -2,27 +2,27 @@
 
 #include <math.h>
 
-/* What is believed of the accelerometer's bias and of the mean crown of the roads, both m/s^2. */
+/* The accelerometer's bias and the mean crown of the roads, m/s^2. */
 typedef struct {
     float bias, crown;
     float bias_variance, crown_variance, covariance;
-} side_force_belief;
+} bank_estimate;
 
-/* A reading of bias + share * crown, to that variance. */
-static void take_reading(side_force_belief *b, float reading, float share, float variance) {
+/* Kalman update by a reading of bias + share * crown. */
+static void take_reading(bank_estimate *b, float reading, float share, float variance) {
     const float of_bias = b->bias_variance + share * b->covariance;
     const float of_crown = b->covariance + share * b->crown_variance;
     const float total = of_bias + share * of_crown + variance;
-    const float surprise = reading - b->bias - share * b->crown;
-    b->bias += of_bias / total * surprise;
-    b->crown += of_crown / total * surprise;
+    const float innovation = reading - b->bias - share * b->crown;
+    b->bias += of_bias / total * innovation;
+    b->crown += of_crown / total * innovation;
     b->bias_variance -= of_bias / total * of_bias;
     b->covariance -= of_bias / total * of_crown;
     b->crown_variance -= of_crown / total * of_crown;
 }
 
-/* Where the accelerometer's bias is, before the steering is asked: by its own prior, the roads' crown and the ground
- * stood on; without an accelerometer the crown alone, which then is not seen. */
+/* The prior of a_0 (docs/method.md, "Regression"): the accelerometer's bias by its own prior, the roads' mean bank and
+ * the ground at standstill. Without an accelerometer it is the unmeasured crown. */
 static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) {
     const oc_params *p = &c->params;
     const float yaw_rate_bias_sd = oc_past_bias_sd(&evidence->gyro_bias.past, (float)evidence->gyro_bias.sd);
@@ -37,9 +37,9 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
         return prior;
     }
     const float bias_sd = (float)p->accelerometer_bias_sd_m_s2;
-    side_force_belief belief = {.crown = crown, .bias_variance = bias_sd * bias_sd, .crown_variance = road};
+    bank_estimate belief = {.crown = crown, .bias_variance = bias_sd * bias_sd, .crown_variance = road};
     if (evidence->joint.bank_samples > 0.0) {
-        /* a few seconds' bank is no mean crown yet */
+        /* the bank of a few seconds may be far from the mean crown */
         take_reading(&belief, (float)evidence->joint.bank_mean, 1.0f,
                      road * 300.0f / (float)evidence->joint.bank_samples);
     }
@@ -49,34 +49,33 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
         const float slope_sd = (float)p->standing_slope_sd_m_s2;
         take_reading(&belief, (float)standing.value, (float)p->standing_crown_share_1, slope_sd * slope_sd);
     }
-    const float least = 1e-6f * bias_sd * bias_sd; /* of which rounding may have left nothing */
+    const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
     prior.crown = crown;
     prior.unloading_mean = belief.bias;
-    prior.unloading_sd = sqrtf(belief.bias_variance > least ? belief.bias_variance : least);
+    prior.unloading_sd = sqrtf(belief.bias_variance > variance_min ? belief.bias_variance : variance_min);
     return prior;
 }
 
-/* What is learned of the yaw rate's bias now holds for the drive before, too, once it is worth it. */
-static void correct_what_was_used(const oc_joint_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
-    static const float worth = 0.01f; /* of the variance */
+/* Applies the later estimate of the yaw rate's bias to all evidence (docs/method.md, "A bias told late"). */
+static void correct_past_yaw_rates(const oc_joint_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
+    static const float correction_share = 0.01f; /* of the variance, numerical: a round of work for a tenth of the sd */
     oc_past_bias *past = &evidence->gyro_bias.past;
-    if (past->bias * past->bias > worth * past->variance &&
+    if (past->bias * past->bias > correction_share * past->variance &&
         oc_joint_correct(&evidence->joint, tracking, &c->joint, past->bias, c->params.use_accelerometer != 0)) {
         past->bias = 0.0f;
     }
 }
 
-/* A filtered tick for the hypotheses. */
 static oc_joint_tick joint_tick_of(const oc_tick *tick, const oc_params *p) {
-    /* without an accelerometer lateral acceleration has the yaw rate's noise, too, and none is taken out */
-    const bool hears = p->use_accelerometer != 0;
+    /* without an accelerometer a has the yaw rate's noise, too, and no noise is removed */
+    const bool has_accelerometer = p->use_accelerometer != 0;
     return (oc_joint_tick){
         .angle = tick->filtered.steering_wheel_angle,
         .residual = tick->motion.residual,
         .yaw_rate = tick->filtered.yaw_rate,
         .lateral_acceleration = tick->motion.lateral_acceleration,
-        .raw = {[OC_NOISE_OF_ACCELERATION] = hears ? (float)tick->signals.lateral_acceleration : 0.0f,
-                [OC_NOISE_OF_YAW_RATE] = hears ? (float)tick->signals.yaw_rate : 0.0f},
+        .raw = {[OC_NOISE_OF_ACCELERATION] = has_accelerometer ? (float)tick->signals.lateral_acceleration : 0.0f,
+                [OC_NOISE_OF_YAW_RATE] = has_accelerometer ? (float)tick->signals.yaw_rate : 0.0f},
         .curvature = tick->motion.curvature,
         .speed = tick->filtered.vehicle_speed,
         .usable = tick->reasons == 0,
@@ -84,7 +83,7 @@ static oc_joint_tick joint_tick_of(const oc_tick *tick, const oc_params *p) {
     };
 }
 
-/* Whether a round is to begin. */
+/* True when a round begins. */
 static bool collect(const oc_tick *tick, oc_joint_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
     if (tick->stands) {
         return oc_joint_stand(&evidence->joint, tracking, &c->joint);
@@ -98,12 +97,12 @@ bool oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence
                          const oc_coefficients *c) {
     oc_joint *joint = &evidence->joint;
     joint->lost = joint->lost || tick->after_hole;
-    correct_what_was_used(&tracking->joint, evidence, c);
+    correct_past_yaw_rates(&tracking->joint, evidence, c);
     if (collect(tick, &tracking->joint, evidence, c)) {
         const oc_prior prior = prior_of(evidence, c);
         oc_joint_begin_round(joint, &tracking->joint, &prior);
     }
-    /* no turn while the gyro's block is learned from: each is most of a tick's work */
+    /* no turn while the gyro's filter works: each takes most of a tick's time */
     const bool has_ended = !oc_gyro_bias_is_busy(&evidence->gyro_bias) &&
                            oc_joint_take_turn(joint, &tracking->joint, &c->joint, &learned->offset, tick->signals.time);
     if (has_ended) {

@@ -1,16 +1,17 @@
 #include "joint_model.h"
 
-/* deg; constants, so that they are the same bits everywhere */
+/* Tuned. */
+/* By the sources in joint_model.h. 1 deg is 0.017453292 rad, constant, so that all machines have the same bits. */
 static const oc_joint_model model = {
     .terms = {
         [YAW_ACCELERATION] = {0.0f, 100.0f * 0.017453292f},
         [JERK] = {0.0f, 10.0f * 0.017453292f},
-        [YAW_RATE_BIAS] = {0.0f, 1.0f * 0.017453292f}, /* a unit: its sd is the drive's own */
+        [YAW_RATE_BIAS] = {0.0f, 1.0f * 0.017453292f}, /* the unit; the sd is the drive's own */
         [WIND] = {0.0f, 0.05f},
         [WIND_ACROSS] = {0.0f, 0.05f},
         [CREEP] = {100.0f * 0.017453292f, 0.7f}, /* sd: a share */
         [FRICTION] = {0.1f, 0.15f},
-        [UNLOADING] = {0.0f, 0.15f}, /* a unit: mean and sd are the drive's own */
+        [UNLOADING] = {0.0f, 0.15f}, /* the unit; mean and sd are the drive's own */
         [WIDTH] = {4.0f * 0.017453292f, 6.0f * 0.017453292f},
         [UNWINDING] = {0.0f, 0.6f},
         [WINDUP] = {1.0f * 0.017453292f, 2.0f * 0.017453292f},

@@ -1,46 +1,44 @@
 #ifndef OC_METHODS_H
 #define OC_METHODS_H
-/* The two ways from clean motion to what is learned, between which the monitor chooses. */
+/* The two methods from clean motion to estimates; the monitor selects one. */
 
 #include "monitor.h"
 #include "tick.h"
 
-/* (36) to (38), the thesis's: from yaw rate and speed as they are, or from wheel speeds. True where there is something
- * to learn. */
+/* (36) to (38), the thesis's: from yaw rate and speed as measured, or from wheel speeds. True where evidence grew. */
 bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence,
                                 const oc_coefficients *c);
 void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                              const oc_coefficients *c);
 
-/* The offset as it would be if what is pending were final, rad. */
+/* The offset including the pending blocks, rad. */
 double oc_temporary_offset(const oc_state *state, double understeer_gradient);
 
-/* The mismatch of the radii by which the wheel speeds' method corrects. */
+/* The mismatch of the radii, for the correction of the wheel speeds' method. */
 oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficients *c);
 
-/* By the wheel speeds' method, of a filtered tick: the yaw rate as if the wheels were of one radius. */
+/* Corrects a filtered tick's yaw rate for the wheels' radii. */
 void oc_correct_wheel_speeds(oc_tick *tick, oc_evidence *evidence, const oc_coefficients *c);
 
-/* A second is collected while the hypotheses take in the one before; while the truck stands they set right what its
- * gyro's bias shows. True where there is something to learn; `learned` is as before. */
+/* Collects a second while the hypotheses take in the one before; at standstill they only make corrections. True where
+ * evidence grew or was corrected; `learned` is the last answer. */
 bool oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
                          const oc_coefficients *c);
-/* What the hypotheses say together. */
+/* The weighted mean over the hypotheses, and its statuses. */
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                       const oc_coefficients *c);
 
-/* Derives the truck that the angle observer needs from the rest that was learned. */
+/* Derives the angle observer's truck from the estimates. */
 void oc_learn_truck(oc_learned *learned, const oc_joint *joint, const oc_coefficients *c);
 
-/* Chapter 4: whether the sensor can be believed at this tick, and the angle without it. After a hole the estimate
- * begins anew. */
+/* Chapter 4: monitors the sensor, and estimates the angle without it. After a hole the estimate begins anew. */
 void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
                      const oc_coefficients *c);
 
-/* Of the offset as it was learned: it holds for the sensor as it was, not for one that is at fault. */
+/* The offset's status: invalid while its sensor is at fault. */
 oc_status oc_offset_status(const oc_evidence *evidence, oc_status learned);
 
-/* What a tick gave. */
+/* Writes a tick's output. */
 void oc_publish(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_tick *tick);
 
 #endif

@@ -15,14 +15,13 @@ void oc_restart(oc_state *state) {
     oc_gyro_bias_restart(&state->evidence.gyro_bias);
 }
 
-/* The yaw rate's bias as it is believed now. */
-static void take_off(oc_tick *tick, const oc_gyro_bias *gyro_bias, const oc_params *p) {
+static void take_bias(oc_tick *tick, const oc_gyro_bias *gyro_bias, const oc_params *p) {
     const oc_estimate bias = oc_gyro_bias_get(gyro_bias, p);
     tick->yaw_rate_bias = bias.value;
     tick->yaw_rate_bias_sd = bias.standard_deviation;
 }
 
-/* m/s^2, as on a road of the mean bank; 0 where nothing tells the turning. */
+/* m/s^2, as on a road of the mean bank; 0 without yaw rate or speed. */
 static double usual_lateral_acceleration(const oc_signals *tick, double yaw_rate_bias, double bank_mean) {
     const uint32_t turning = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
     if ((tick->valid & turning) != turning) {
@@ -31,15 +30,15 @@ static double usual_lateral_acceleration(const oc_signals *tick, double yaw_rate
     return (tick->yaw_rate - yaw_rate_bias) * tick->vehicle_speed + bank_mean;
 }
 
-/* A sensor at fault teaches nothing; one that sits elsewhere now does, its new offset. One that may be at fault is
- * discarded by the thesis's methods; the joint one predicts it, or it would not find that its offset changed. */
+/* Whether to discard the angle. A sensor that was remounted or jumped has a new offset, and is used. The thesis's
+ * methods discard a suspected sensor; the joint one predicts it, to find a changed offset. */
 static bool is_misleading(const oc_fault_watch *watch, bool doubted, oc_method method) {
     const bool elsewhere = watch->fault == OC_FAULT_REMOUNTED || watch->fault == OC_FAULT_JUMPED;
     return (watch->fault != OC_FAULT_NONE && !elsewhere) || (method != OC_METHOD_JOINT && doubted);
 }
 
-/* Leaves the bits of measurements that are to be used; an accelerometer is always used at standstill. The usual
- * lateral acceleration stands for one that is not available. */
+/* Clears the valid bits of unused measurements. The accelerometer is always used at standstill; where it is not
+ * available, the usual lateral acceleration replaces it. */
 static void select_signals(oc_tick *tick, const oc_params *p, const oc_fault_watch *watch, double bank_mean) {
     oc_signals *signals = &tick->signals;
     const bool stands = fabs(signals->vehicle_speed) <= p->standstill_speed_max_m_s;
@@ -94,15 +93,14 @@ static void sense(oc_tick *tick, const oc_coefficients *c) {
     tick->sensed.lateral_acceleration = tick->sensed.use_accelerometer ? tick->signals.lateral_acceleration : 0.0;
 }
 
-/* Whether there is a hole before this tick, or a clock set back. Half a tick more than the longest hole, so that the
- * last bit of a time stamp does not decide. */
+/* Whether a hole precedes this tick, or the clock was set back. The half tick is a margin for rounded time stamps. */
 static bool is_after_hole(const oc_tracking *tracking, const oc_coefficients *c, double time) {
     const double hole = time - tracking->last_complete - 0.5 * c->tick_s;
     return tracking->has_complete && (hole < -c->tick_s || (hole > c->params.gap_max_s && hole > c->tick_s));
 }
 
-/* Whether the tick has all signals that the method needs. Without them the filters stay as they are, and what was
- * pending unproven. */
+/* Whether the tick has all signals that the method needs. Without them the filters keep their state, and pending
+ * blocks are dropped. */
 static bool is_complete(oc_tick *tick, oc_tracking *tracking, oc_standstill *standstill, const oc_coefficients *c) {
     const uint32_t needed = signals_needed(c);
     if ((tick->signals.valid & needed) != needed) {
@@ -119,8 +117,8 @@ static bool is_complete(oc_tick *tick, oc_tracking *tracking, oc_standstill *sta
     return true;
 }
 
-/* What the sensors read for nothing. A truck that stands still begins anew: the filters hold nothing then that an
- * ignition cycle could lose. */
+/* Averages the sensors' zero errors at standstill. Afterwards the filters begin anew, so that an ignition cycle there
+ * loses nothing. */
 static void stand_still(oc_tick *tick, oc_standstill *standstill, const oc_coefficients *c) {
     const oc_signals *signals = &tick->signals;
     if (tick->after_hole) {
@@ -184,13 +182,13 @@ static void count(oc_evidence *evidence, uint32_t reasons) {
     evidence->unused_motion += reasons != 0;
 }
 
-/* By the method in use, from clean motion to what is learned. */
+/* From clean motion to estimates, by the method in use. */
 static void estimate(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, oc_learned *learned,
                      const oc_coefficients *c) {
     const bool jointly = c->params.method == OC_METHOD_JOINT;
-    const bool tells_more = jointly ? oc_estimate_jointly(tick, tracking, evidence, learned, c)
+    const bool has_news = jointly ? oc_estimate_jointly(tick, tracking, evidence, learned, c)
                                     : tick->moves && oc_estimate_straight_ahead(tick, tracking, evidence, c);
-    if (!tells_more) {
+    if (!has_news) {
         return;
     }
     if (jointly) {
@@ -201,13 +199,13 @@ static void estimate(const oc_tick *tick, oc_tracking *tracking, oc_evidence *ev
     oc_learn_truck(learned, &evidence->joint, c);
 }
 
-/* Figure 15. A tick that is refused, incomplete or of a truck that stands does not come as far as the gate. */
+/* Figure 15. A tick that is refused, incomplete or at standstill does not reach the gate. */
 static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     oc_tracking *tracking = &state->tracking;
     oc_evidence *evidence = &state->evidence;
     oc_gyro_bias *gyro_bias = &evidence->gyro_bias;
 
-    /* time goes forward, or nothing happened */
+    /* a tick whose time does not increase is refused */
     const oc_clock_verdict verdict = oc_clock_update(&tracking->clock, c->ticks_until_new_clock, tick->signals.time);
     if (verdict == OC_CLOCK_REFUSES) {
         tick->reasons = OC_REASON_TIME;
@@ -216,16 +214,16 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     }
     tick->clock_set_back = verdict == OC_CLOCK_SET_BACK;
     ++evidence->ticks;
-    take_off(tick, gyro_bias, &c->params);
+    take_bias(tick, gyro_bias, &c->params);
     select_signals(tick, &c->params, &tracking->fault, evidence->joint.bank_mean);
 
-    /* 5.3.1: the gyro is judged whether there is an angle or not */
+    /* 5.3.1: the gyro's bias, with or without an angle */
     oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals);
-    take_off(tick, gyro_bias, &c->params);
+    take_bias(tick, gyro_bias, &c->params);
 
-    /* a tick without its signals leaves the filters as they are, and what was pending unproven */
+    /* a tick without its signals keeps the filters' state and drops pending blocks */
     if (is_complete(tick, tracking, &evidence->standstill, c)) {
-        /* standing still shows what the sensors read for nothing */
+        /* standstill: zero errors of the sensors */
         stand_still(tick, &evidence->standstill, c);
         if (tick->stands) {
             tracking->running = 0;

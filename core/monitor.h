@@ -1,9 +1,9 @@
 #ifndef OC_MONITOR_H
 #define OC_MONITOR_H
-/* Figure 15 as one function, and the whole of what firmware and Python call.
+/* Figure 15 as one function, and the interface for firmware and Python.
  *
- * Coefficients follow from vehicle, params and rate and never change; State is plain data: copy it, compare it, keep
- * it. State = Tracking (filters and what is pending, lost at ignition) + Evidence (all that an ignition keeps). */
+ * Coefficients follow from vehicle, params and rate, and are constant. State is plain data that may be copied, compared
+ * and saved: Tracking (filters and pending blocks, lost at ignition), Evidence (kept) and Learned (the estimates). */
 
 #include "angle.h"
 #include "clock.h"
@@ -23,7 +23,7 @@
 #include "vehicle.h"
 #include "wheel_speed.h"
 
-/* The version of all, of which every other place takes it. */
+/* The one place of the version. */
 enum { OC_VERSION_MAJOR = 0, OC_VERSION_MINOR = 1, OC_VERSION_PATCH = 0 };
 
 typedef enum {
@@ -47,14 +47,14 @@ typedef struct {
     int32_t wheel_axle;           /* the one whose speeds stand for the motion: the rear one where its track is known */
     double offset_per_mismatch;   /* rad of residual per r_l/r_r - 1 of that axle, i*L/track */
     int32_t ticks_per_block, blocks_until_final;
-    int32_t ticks_until_new_clock; /* refused in order, until it is the clock that was set back */
+    int32_t ticks_until_new_clock; /* refused ticks in order until the clock counts as set back */
 } oc_coefficients;
 
 typedef struct {
     oc_clock clock;
     double last_complete;       /* s, of the last tick that had all its signals */
     int32_t has_complete;       /* there was such a tick */
-    int32_t running;            /* the filters hold something: not while the truck stands */
+    int32_t running;            /* the filters have a state; not at standstill */
     oc_preprocess_state preprocess;
     oc_pending straight;        /* for the offset */
     oc_pending cornering;       /* for the understeer gradient */
@@ -63,10 +63,10 @@ typedef struct {
     oc_fault_watch fault;
 } oc_tracking;
 
-/* What was thought of the answers at the last one, beside their statuses. */
+/* Memory of the last answers, beside their statuses. */
 typedef struct {
     int32_t offset_trusted;      /* once accurate enough to learn K_us */
-    float lately;                /* rad, what the joint method's offset was */
+    float lately;                /* rad, recent mean of the joint method's offset */
 } oc_verdicts;
 
 typedef struct {
@@ -82,17 +82,17 @@ typedef struct {
     uint64_t ticks;              /* all that advanced the clock */
     uint64_t rejected[OC_REASON_COUNT]; /* ticks by reason bit; a tick may have several */
     uint64_t unused_motion;      /* ticks with any reason but a window */
-    double bank_ticks, bank_sum; /* (33) above the speed limit, m/s^2, whatever else the gate said: what shuts it */
+    double bank_ticks, bank_sum; /* (33) above the speed limit, m/s^2, for any other reason, too */
 } oc_evidence;
 
-/* The answers that a drive gives, as they stand. */
+/* The current estimates. */
 typedef struct {
     oc_estimate offset;              /* rad */
     oc_estimate understeer_gradient; /* rad/(m/s^2), K_us/g at the road wheel */
     oc_estimate backlash;            /* rad, full width, friction wind-up included; the joint method's */
-    oc_estimate unloading_acceleration; /* m/s^2, as measured, at which the steering unloads; the joint method's */
+    oc_estimate unloading_acceleration; /* m/s^2, neutral lateral acceleration, as measured; the joint method's */
     oc_estimate equivalent_wheelbase;   /* m, of (10); an error of the ratio counts as one of the wheelbase */
-    oc_angle_truck truck;               /* the same and the best play, for the angle without its sensor */
+    oc_angle_truck truck;               /* these and the best play, for the angle without its sensor */
 } oc_learned;
 
 enum { OC_LEARNED_ESTIMATES = 5 };
@@ -103,7 +103,7 @@ typedef struct {
     oc_learned learned; /* follows from evidence at each final block */
 } oc_state;
 
-/* What one tick gave. The motion is one filter delay old. */
+/* One tick's output. The motion is one filter delay old. */
 typedef struct {
     double time;                 /* s, of the last tick that was not refused */
     double vehicle_speed;        /* m/s */
@@ -116,33 +116,33 @@ typedef struct {
     double understeer_gradient;  /* rad/(m/s^2), 0 until learned */
     double backlash;             /* rad, 0 until learned */
     double place;                /* in the play, 1 on the left turn's flank, -1 on the right's; 0 until learned */
-    double unloading_acceleration; /* m/s^2, as measured; where no play shows it, what was believed beforehand */
+    double unloading_acceleration; /* m/s^2, neutral, as measured; without play its prior */
     double evidence;             /* s of driving behind the offset */
     double yaw_rate_bias;        /* rad/s, by wheels and standstill */
     double yaw_rate_bias_sd;     /* rad/s */
     oc_angle angle;              /* now, not delayed */
     oc_fault fault;              /* of the steering wheel angle sensor */
     double fault_since;          /* s */
-    double fault_confidence;     /* at least so likely, 0 to 1 */
+    double fault_confidence;     /* lower bound of its probability, 0 to 1 */
 } oc_output;
 
 typedef struct {
     oc_estimate offset;                    /* rad */
-    double offset_temporary;               /* rad, with what is pending taken in as if it were final */
+    double offset_temporary;               /* rad, pending blocks included */
     double offset_variance_if_independent; /* rad^2, (43) */
     oc_estimate understeer_gradient;       /* rad/(m/s^2) */
     oc_estimate backlash;                  /* rad, full width */
-    oc_estimate unloading_acceleration;    /* m/s^2, as measured */
-    oc_estimate equivalent_wheelbase;      /* m; unobservable where the vehicle file's alone tells */
-    oc_fault fault;                        /* of the steering wheel angle sensor; the offset's status is invalid then */
-    int32_t changes;                       /* seen in the drive; the last of them are in */
-    oc_changed changed[OC_CHANGES_MAX];    /* the one that came k-th at k modulo their number */
-    oc_estimate yaw_rate_bias;             /* rad/s, now; where no wheel speeds tell, at standstill */
+    oc_estimate unloading_acceleration;    /* m/s^2, neutral lateral acceleration, as measured */
+    oc_estimate equivalent_wheelbase;      /* m; unobservable: the vehicle file's */
+    oc_fault fault;                        /* of the angle sensor; then the offset is invalid */
+    int32_t changes;                       /* found in the drive; the last of them are in */
+    oc_changed changed[OC_CHANGES_MAX];    /* the k-th at k modulo their number */
+    oc_estimate yaw_rate_bias;             /* rad/s, now; without wheel speeds, at standstill */
     double yaw_rate_bias_wheel_time;       /* s of wheel speeds behind it; 0: standstill alone */
-    double yaw_rate_bias_alarm_time;       /* s for which it moved faster than it was followed */
+    double yaw_rate_bias_alarm_time;       /* s during which it drifted faster than the filter */
     oc_estimate wheel_radius_mismatch_rear, wheel_radius_mismatch_front; /* r_l/r_r - 1 */
     oc_estimate standstill_lateral_acceleration; /* m/s^2: bias and slope of the ground together */
-    double lacking_to_left, lacking_to_right; /* s of side force to show the play's flanks; the joint method's */
+    double lacking_to_left, lacking_to_right; /* s of lateral force still needed on the play's flanks; joint */
     double offset_per_yaw_rate_bias;       /* s: rad of offset per rad/s, mean of i*L/v, (48); jointly i*L/mean(v) */
     double bank_mean;                      /* m/s^2, above the speed limit */
     double bank_time;                      /* s behind it */
@@ -160,8 +160,7 @@ const char *oc_angle_method_name(oc_angle_method method);
 /* The name of the first member out of its range, or NULL. */
 const char *oc_vehicle_check(const oc_vehicle *vehicle);
 
-/* rate_hz: 20 to 200. The wheel speeds' method needs a track width of the vehicle, an angle by the front wheels' speeds
- * the front one's. */
+/* rate_hz: 20 to 200. The wheel speeds' method needs a track width, the angle by front wheel speeds the front's. */
 oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, const oc_params *params, double rate_hz);
 
 void oc_init(oc_state *state);

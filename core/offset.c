@@ -1,7 +1,7 @@
 #include "offset.h"
 
-/* Knowing nothing: more than a turn to either side. */
-static const double offset_variance_of_ignorance = 10.0; /* rad^2 */
+/* Numerical. */
+static const double offset_variance_unknown = 10.0; /* rad^2, unknown: 95 % within a turn to either side */
 
 void oc_offset_update(oc_offset *offset, const oc_moments *block, double ticks_per_batch) {
     oc_moments_merge(&offset->ticks, block);
@@ -20,7 +20,7 @@ double oc_offset_value(const oc_offset *offset, double understeer_gradient) {
 
 double oc_offset_variance_if_independent(const oc_offset *offset, double understeer_gradient) {
     if (!(offset->ticks.weight > 1.0)) {
-        return offset_variance_of_ignorance;
+        return offset_variance_unknown;
     }
     return oc_moments_variance(&offset->ticks, understeer_gradient) / offset->ticks.weight;
 }
@@ -28,7 +28,7 @@ double oc_offset_variance_if_independent(const oc_offset *offset, double underst
 double oc_offset_variance(const oc_offset *offset, double understeer_gradient) {
     const double batches = offset->batches.weight;
     if (!(batches > 1.0)) {
-        return offset_variance_of_ignorance;
+        return offset_variance_unknown;
     }
     const double factor = oc_few_batches_factor(batches);
     return factor * factor * oc_moments_variance(&offset->batches, understeer_gradient) / batches;

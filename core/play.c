@@ -2,27 +2,31 @@
 
 #include <stdbool.h>
 
-static const float width_share = 0.1f;
-static const float width_least = 0.1f * 0.017453292f; /* rad, of half the width */
-static const float hardly = 1e-4f;                    /* rad, half of the least width */
-static const float unloading_apart = 0.03f;           /* m/s^2 */
-static const float friction_apart = 0.03f;            /* m/s^2 */
-static const float creep_factor = 1.4f;
-static const float creep_factors_apart = 0.6729f;     /* 2 ln 1.4 */
-static const float unwinding_apart = 0.2f;            /* 1/s */
+/* Derived. */
+static const float creep_factors_apart = 0.6729f;        /* 2 ln creep_factor */
+
+/* Numerical. */
+/* Steps of the difference quotients, against the operators' kinks (docs/method.md, "Slopes"). */
+static const float width_share = 0.1f;                   /* of half the width */
+static const float width_step_min = 0.1f * 0.017453292f; /* rad, of half the width */
+static const float half_width_min = 1e-4f;               /* rad, against half a width of 0 */
+static const float unloading_apart = 0.03f;              /* m/s^2 */
+static const float friction_apart = 0.03f;               /* m/s^2 */
+static const float creep_factor = 1.4f;                  /* 1 */
+static const float unwinding_apart = 0.2f;               /* 1/s */
 
 static float not_below(float value, float low) {
     return value > low ? value : low;
 }
 
-/* Least and most without a jump, which none could foresee: which flank a wheel hangs on is what is asked. */
-static float held_within(float value, float low, float high) {
-    const float not_less = value < low ? low : value;
-    return not_less > high ? high : not_less;
+/* Branch-free: the branch would mispredict, since the flank is unpredictable. */
+static float clamped(float value, float low, float high) {
+    const float raised = value < low ? low : value;
+    return raised > high ? high : raised;
 }
 
 float oc_play_width_step(float half_width) {
-    return not_below(width_share * half_width, width_least);
+    return not_below(width_share * half_width, width_step_min);
 }
 
 float oc_play_load(const oc_play *play, const oc_motion_sample *sample) {
@@ -33,34 +37,34 @@ float oc_play_load(const oc_play *play, const oc_motion_sample *sample) {
     return load;
 }
 
-/* A parameter's values as far to both sides as the model's slope is taken. */
+/* A parameter's two values for a difference quotient. */
 typedef struct {
     float more, less;
 } around;
 
-static around around_of(float value, float step, float least) {
-    return (around){value + step, not_below(value - step, least)};
+static around around_of(float value, float step, float low) {
+    return (around){value + step, not_below(value - step, low)};
 }
 
 static around around_width(float half_width) {
-    return around_of(half_width, oc_play_width_step(half_width), hardly);
+    return around_of(half_width, oc_play_width_step(half_width), half_width_min);
 }
 
 static float wound_up(float wound, const oc_play_motion *by, float windup, float unwinding) {
     const float unwound = wound - unwinding * (wound - by->centre) * by->step_s;
-    return held_within(unwound, by->angle - windup, by->angle + windup);
+    return clamped(unwound, by->angle - windup, by->angle + windup);
 }
 
-/* rad, by which side force beyond friction carries the wheels, at so much creep in a step. */
+/* rad, by which lateral force beyond friction carries the wheels in a step; `creep`: rad per m/s^2 in it. */
 static float crept(float load, float friction, float creep) {
-    return creep * (held_within(load, -friction, friction) - load);
+    return creep * (clamped(load, -friction, friction) - load);
 }
 
 static float in_play(float inner, float wound, float half_width) {
-    return held_within(inner, wound - half_width, wound + half_width);
+    return clamped(inner, wound - half_width, wound + half_width);
 }
 
-/* Behind a play of another width, or where side force carries the wheels faster. */
+/* Places at another creep, or another width of the play. */
 static void move_played(oc_places *p, const oc_play *play, float by_load) {
     const around half = around_width(play->half_width);
     const float by[OC_BESIDE] = {by_load * creep_factor, by_load, by_load * (1.0f / creep_factor), by_load};
@@ -70,7 +74,7 @@ static void move_played(oc_places *p, const oc_play *play, float by_load) {
     }
 }
 
-/* Where side force carries the wheels beyond another friction, or from elsewhere on. */
+/* Places at another friction, or another a_0. */
 static void move_loaded(oc_places *p, const oc_play *play, float load, float creep) {
     const around rubs = around_of(play->friction, friction_apart, 0.0f);
     const float friction[OC_BESIDE] = {rubs.more, play->friction, rubs.less, play->friction};
@@ -80,7 +84,7 @@ static void move_loaded(oc_places *p, const oc_play *play, float load, float cre
     }
 }
 
-/* Behind a wind-up that is unwound otherwise, or one of another width. */
+/* Places at another rate of unwinding, or another width of the wind-up. */
 static void move_unwound(oc_places *p, const oc_play *play, const oc_play_motion *by, float by_load) {
     const around unwinds = around_of(play->unwinding, unwinding_apart, 0.0f);
     const around winds = around_width(play->windup);
@@ -93,7 +97,7 @@ static void move_unwound(oc_places *p, const oc_play *play, const oc_play_motion
     }
 }
 
-/* rad, by which side force carries the wheels in a step. */
+/* rad, by which lateral force carries the wheels in a step. */
 static float carried(const oc_play *play, const oc_play_motion *by) {
     return play->friction >= 0.0f ? crept(by->load, play->friction, play->creep * by->step_s) : 0.0f;
 }
@@ -123,8 +127,8 @@ float oc_places_move(oc_places *p, const oc_play *play, const oc_play_motion *by
     return by_unloading;
 }
 
-static float apart_of(float value, float step, float least) {
-    const float below = value - least;
+static float apart_of(float value, float step, float low) {
+    const float below = value - low;
     return step + (below < step ? below : step);
 }
 
@@ -132,7 +136,7 @@ void oc_play_apart(const oc_play *play, float *apart) {
     apart[OC_SLOPE_CREEP] = creep_factors_apart;
     apart[OC_SLOPE_FRICTION] = apart_of(play->friction, friction_apart, 0.0f);
     apart[OC_SLOPE_UNLOADING] = 2.0f * unloading_apart;
-    apart[OC_SLOPE_WIDTH] = 2.0f * apart_of(play->half_width, oc_play_width_step(play->half_width), hardly);
+    apart[OC_SLOPE_WIDTH] = 2.0f * apart_of(play->half_width, oc_play_width_step(play->half_width), half_width_min);
     apart[OC_SLOPE_UNWINDING] = apart_of(play->unwinding, unwinding_apart, 0.0f);
-    apart[OC_SLOPE_WINDUP] = 2.0f * apart_of(play->windup, oc_play_width_step(play->windup), hardly);
+    apart[OC_SLOPE_WINDUP] = 2.0f * apart_of(play->windup, oc_play_width_step(play->windup), half_width_min);
 }

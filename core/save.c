@@ -5,9 +5,15 @@
 #include "saved_layout.h"
 #include "saved_plausible.h"
 
-static const uint32_t magic = 0x5653434Fu; /* "OCSV" */
-
+/* Derived. */
+static const uint32_t magic = 0x5653434Fu; /* "OCSV" in ASCII, little-endian */
+/* Places of the image's format, save.h. */
 enum { AT_MAGIC = 0, AT_LAYOUT = 4, AT_KEY = 8, AT_SEQUENCE = 12, AT_LENGTH = 16, AT_STATE = 20, CRC_BYTES = 4 };
+
+/* Numerical. */
+/* Exponents of IEEE 754, against overflow in products of a few numbers; infinity and NaN are beyond them, too. */
+enum { DOUBLE_EXPONENT_MAX = 1023 + 60, FLOAT_EXPONENT_MAX = 127 + 30 };
+static const uint64_t count_max = 9007199254740992u; /* 2^53, against rounding as double */
 
 const char *oc_image_fault_name(oc_image_fault fault) {
     static const char *const names[OC_IMAGE_FAULT_COUNT] = {"ok",     "missing", "truncated",  "damaged",
@@ -46,20 +52,15 @@ static uint32_t crc_over(uint32_t crc, const uint8_t *bytes, size_t count) {
     return ~crc;
 }
 
-/* All enums are of one size here, or this does not compile. */
+/* Does not compile unless all enums have one size. */
 enum { ENUMS_ARE_ALIKE = 1 / (sizeof(oc_status) == sizeof(oc_fault) && sizeof(oc_status) == sizeof(oc_change_kind)) };
 
-/* From these on, powers of two as IEEE 754 has them in its exponent, no sum of a lifetime is, and products of a few of
- * them would be infinite; infinity and NaN are beyond them, too. */
-enum { DOUBLE_EXPONENT_MAX = 1023 + 60, FLOAT_EXPONENT_MAX = 127 + 30 };
-static const uint64_t count_max = 9007199254740992u; /* 2^53 */
-
 static oc_saved_kind kind_in(const oc_saved_run *run) {
-    return (oc_saved_kind)(run->what / (OC_SAVED_COUNT_MAX + 1));
+    return (oc_saved_kind)(run->count_and_kind / (OC_SAVED_COUNT_MAX + 1));
 }
 
 static size_t count_in(const oc_saved_run *run) {
-    return run->what % (OC_SAVED_COUNT_MAX + 1);
+    return run->count_and_kind % (OC_SAVED_COUNT_MAX + 1);
 }
 
 /* Bytes of one number in the image, and in memory. */
@@ -67,11 +68,11 @@ static size_t bytes_saved(oc_saved_kind kind) {
     return kind == OC_SAVED_DOUBLE || kind == OC_SAVED_UINT64 ? 8u : 4u;
 }
 
-static size_t bytes_here(oc_saved_kind kind) {
+static size_t bytes_in_memory(oc_saved_kind kind) {
     return kind == OC_SAVED_ENUM ? sizeof(oc_status) : bytes_saved(kind);
 }
 
-/* A number as its bits, wherever it lies; memcpy is what C99 lets look at them. */
+/* A number's bits; memcpy, since C99 forbids other access. */
 static uint64_t bits_at(const uint8_t *from, size_t bytes) {
     uint64_t wide = 0;
     uint32_t narrow = 0;
@@ -91,7 +92,7 @@ static void set_bits(uint8_t *to, size_t bytes, uint64_t bits) {
     }
 }
 
-/* Whether the bits are a number that may be; a flag or a place below all others is -1. */
+/* Whether the bits are an acceptable number; integers begin at -1, as flags and places do. */
 static bool is_number(oc_saved_kind kind, uint64_t bits) {
     const uint32_t low = (uint32_t)bits, high = (uint32_t)(bits >> 32);
     switch (kind) {
@@ -103,9 +104,9 @@ static bool is_number(oc_saved_kind kind, uint64_t bits) {
     }
 }
 
-/* All numbers of a run to the image; the bytes behind them. */
+/* Writes a run's numbers to the image; returns the place after them. */
 static uint8_t *save_run(const uint8_t *from, const oc_saved_run *run, uint8_t *to) {
-    const size_t step = bytes_here(kind_in(run)), bytes = bytes_saved(kind_in(run));
+    const size_t step = bytes_in_memory(kind_in(run)), bytes = bytes_saved(kind_in(run));
     for (size_t each = 0; each < run->times; ++each) {
         const uint8_t *next = from + run->place + each * run->step * 4u;
         for (size_t k = 0; k < count_in(run); ++k, next += step, to += bytes) {
@@ -115,9 +116,9 @@ static uint8_t *save_run(const uint8_t *from, const oc_saved_run *run, uint8_t *
     return to;
 }
 
-/* And from it; NULL where one is none that may be. */
+/* Reads them; NULL where one is not acceptable. */
 static const uint8_t *restore_run(uint8_t *to, const oc_saved_run *run, const uint8_t *from) {
-    const size_t step = bytes_here(kind_in(run)), bytes = bytes_saved(kind_in(run));
+    const size_t step = bytes_in_memory(kind_in(run)), bytes = bytes_saved(kind_in(run));
     for (size_t each = 0; each < run->times; ++each) {
         uint8_t *next = to + run->place + each * run->step * 4u;
         for (size_t k = 0; k < count_in(run); ++k, next += step, from += bytes) {
@@ -145,12 +146,12 @@ uint32_t oc_save_key(const oc_coefficients *c) {
     size_t count;
     const oc_saved_run *runs = oc_saved_keyed(&count);
     for (const oc_saved_run *run = runs; run < runs + count; ++run) {
-        const size_t step = bytes_here(kind_in(run));
+        const size_t step = bytes_in_memory(kind_in(run));
         const uint8_t *from = (const uint8_t *)c + run->place;
         for (size_t k = 0; k < count_in(run); ++k) {
-            uint8_t told[8];
-            put(told, bits_at(from + k * step, step), sizeof told);
-            crc = crc_over(crc, told, sizeof told);
+            uint8_t word[8];
+            put(word, bits_at(from + k * step, step), sizeof word);
+            crc = crc_over(crc, word, sizeof word);
         }
     }
     return crc;
@@ -185,7 +186,7 @@ size_t oc_save(const oc_state *state, const oc_coefficients *c, uint32_t sequenc
     return length;
 }
 
-/* All that can be said against an image before its numbers are looked at. */
+/* All checks but those of the numbers. */
 static oc_image_fault fault_of(const oc_coefficients *c, const uint8_t *image, size_t size) {
     if (size < AT_MAGIC + 4 || got_word(image + AT_MAGIC) != magic) {
         return OC_IMAGE_MISSING;
@@ -222,7 +223,7 @@ oc_image_fault oc_restore(oc_state *state, const oc_coefficients *c, const uint8
 
 oc_image_fault oc_restore_newest(oc_state *state, const oc_coefficients *c, const uint8_t *slot_0,
                                  const uint8_t *slot_1, size_t size, uint32_t *sequence) {
-    /* by the difference, so that a sequence may run over */
+    /* by the difference, so that the sequence may overflow */
     const bool second = size >= AT_STATE &&
                         got_word(slot_1 + AT_SEQUENCE) - got_word(slot_0 + AT_SEQUENCE) - 1u < 0x7FFFFFFFu;
     const oc_image_fault fault = oc_restore(state, c, second ? slot_1 : slot_0, size, sequence);

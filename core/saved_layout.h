@@ -1,6 +1,6 @@
 #ifndef OC_SAVED_LAYOUT_H
 #define OC_SAVED_LAYOUT_H
-/* Of which numbers an image is, in order: all of the state, as runs of one kind. */
+/* The numbers of an image, in order: all of the state, as runs of one kind. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -10,22 +10,22 @@ typedef enum {
     OC_SAVED_FLOAT,
     OC_SAVED_INT32,
     OC_SAVED_UINT64,
-    OC_SAVED_ENUM   /* of whatever size the compiler has them: four bytes in the image */
+    OC_SAVED_ENUM   /* of the compiler's size; four bytes in the image */
 } oc_saved_kind;
 
 enum { OC_SAVED_COUNT_MAX = 8191 };
 
 typedef struct {
     uint16_t place; /* bytes, of the first in the state or the coefficients */
-    uint16_t what;  /* how many, and above them the kind */
+    uint16_t count_and_kind;  /* the count plus the kind times (OC_SAVED_COUNT_MAX + 1) */
     uint8_t step;   /* words of four bytes to the same in the next struct of an array; 0: there is one */
-    uint8_t times;  /* how many structs */
+    uint8_t times;  /* number of structs */
 } oc_saved_run;
 
 /* A hash of every number's name and kind. */
 uint32_t oc_saved_layout(void);
 
-/* The runs of oc_state, and those of oc_coefficients on which depends what is learned: the key is made of them. */
+/* The runs of oc_state, and those of oc_coefficients for the key. */
 const oc_saved_run *oc_saved_state(size_t *count);
 const oc_saved_run *oc_saved_keyed(size_t *count);
 

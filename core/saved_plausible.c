@@ -4,14 +4,15 @@
 
 #include "bounds.h"
 
-/* Wider than any drive needs. */
+/* Numerical. */
+/* Against overflow; wider than any drive needs. */
 static const float angle_max = 200.0f;        /* rad */
 static const float yaw_rate_max = 10.0f;      /* rad/s */
 static const float acceleration_max = 100.0f; /* m/s^2 */
 static const float speed_max = 150.0f;        /* m/s */
-static const float second_max = 1.5f;         /* s, and of a cosine */
+static const float second_max = 1.5f;         /* s, and 1 of a cosine */
 
-/* Sums of squares, weights, times and spreads, one after the other. */
+/* Of numbers that follow one another. */
 static bool none_negative(const double *of, size_t count) {
     for (size_t k = 0; k < count; ++k) {
         if (of[k] < 0.0) {
@@ -29,8 +30,8 @@ typedef struct {
     float lower[OC_TERMS_TRIANGLE], inverse[OC_TERMS];
 } factor;
 
-/* Whether a triangle is one of sums of squares, but for rounding; and its factor, with an information of 1. Where a
- * pivot had to be lifted, a row of the factor is longer than the diagonal has it. */
+/* Whether a triangle is positive semidefinite but for rounding; and its factor, with an information of 1. Where a pivot
+ * was raised, a row of the factor has more squares than the diagonal. */
 static bool are_sums_of_squares(const float *triangle, float noise, factor *f) {
     float information[OC_TERMS], longest[OC_TERMS];
     for (int32_t row = 0; row < OC_TERMS; ++row) {
@@ -51,9 +52,9 @@ static bool are_sums_of_squares(const float *triangle, float noise, factor *f) {
     return true;
 }
 
-/* By its correlations, so that all are of a size; either half of it, since a reading takes rows of both. */
+/* Checks correlations, which have one scale; both triangles, since updates read rows of both. */
 static bool is_covariance(const oc_gyro_bias *gyro_bias) {
-    static const float negligible = 1e-6f; /* of a correlation */
+    static const float negligible = 1e-6f; /* of a correlation, against rounding */
     factor f = {{0.0f}, {0.0f}};
     float per_sd[OC_GYRO_BIAS_STATES];
     float *cell = f.lower; /* of correlations first, then of their factor */
@@ -73,13 +74,12 @@ static bool is_covariance(const oc_gyro_bias *gyro_bias) {
     return are_sums_of_squares(f.lower, negligible, &f);
 }
 
-/* What a hypothesis divides by is positive, its scatter sums of squares; and what goes toward the target no more than
- * deviations of the target can make of these. */
+/* Positive divisors, a positive semidefinite scatter, and products with the target within Cauchy-Schwarz. */
 static bool is_hypothesis(const oc_hypothesis *h) {
-    static const float target_squares = 1e9f; /* rad^2, of a day's seconds each a turn off */
+    static const float target_squares = 1e9f; /* rad^2, numerical: a day's seconds, each a turn off */
     factor f;
     float toward[OC_TERMS];
-    for (int32_t asked = 0; asked < OC_ASKED; ++asked) {
+    for (int32_t asked = 0; asked < OC_OF_COUNT; ++asked) {
         if (h->variances.of[asked] < 0.0f) {
             return false;
         }
@@ -126,14 +126,14 @@ static bool is_status(oc_status status) {
 }
 
 static bool are_hypotheses(const oc_joint *joint) {
-    float age = 0.0f; /* of the eldest */
+    float age = 0.0f; /* of the oldest */
     for (int32_t k = 0; k < joint->count; ++k) {
         if (!is_hypothesis(&joint->hypotheses[k])) {
             return false;
         }
         age = oc_max(age, joint->hypotheses[k].age);
     }
-    /* one is older than the trial that the next second gives it: else no hypothesis would have a say */
+    /* at least one is not on probation at the next second, else no hypothesis counts */
     const float used_s = joint->second.used_s;
     return !(used_s > 60.0f && age <= oc_clamp(0.05f * used_s, 60.0f, 600.0f));
 }
@@ -168,7 +168,7 @@ static bool is_collected(const oc_collected *collected) {
     return is_below(collected->count, OC_JOINT_SAMPLES + 1);
 }
 
-/* What is divided by once hypotheses take samples in is known. */
+/* Divisors of a round in progress are positive. */
 static bool is_joint_tracking(const oc_joint_tracking *tracking, const oc_joint *joint, const oc_joint_design *design) {
     return is_within((float)tracking->bank, acceleration_max) &&
            is_within(tracking->prior.unloading_mean, acceleration_max) &&
@@ -179,7 +179,7 @@ static bool is_joint_tracking(const oc_joint_tracking *tracking, const oc_joint 
             (tracking->prior.unloading_sd > 1e-6f && tracking->prior.yaw_rate_bias_sd > 1e-7f));
 }
 
-/* Blocks that wait are no more than make one final. */
+/* Pending blocks are at most as many as make one final. */
 static bool is_pending(const oc_pending *pending, int32_t blocks_until_final) {
     for (int32_t k = 0; k < OC_PENDING_MAX; ++k) {
         if (!is_moments(&pending->blocks[k])) {

@@ -2,10 +2,10 @@
 
 #include <math.h>
 
-/* A second in order on a clock set back, or after one wild stamp, is the new time; less is disorder. */
-static const double new_clock_s = 1.0;
-/* By which the yaw rate comes after the wheel: yaw inertia and tyres ask for 0.1 s; but the side force that moves the
- * wheels through the play comes before a_y by as much, and less than half of it is best for both. */
+/* Tuned; rows without a bench have none on record. */
+static const double new_clock_s = 1.0; /* s of ticks in order until a clock set back is the time */
+/* s, yaw rate after wheel: 0.1 s by yaw inertia and tyres, but lateral force is as much before a_y. Fixed by all rows
+ * of bench/accuracy.py --tuning (CHANGELOG.md). */
 static const double yaw_lag_s = 0.04;
 
 static bool is_between(double value, float low, float high) {
@@ -13,11 +13,11 @@ static bool is_between(double value, float low, float high) {
     return rounded >= low && rounded <= high; /* NaN is not */
 }
 
-static bool track_is_sane(double track) {
+static bool is_track(double track) {
     return track == 0.0 || is_between(track, 1.0f, 3.0f);
 }
 
-static bool ratio_is_sane(const oc_ratio *ratio) {
+static bool is_ratio(const oc_ratio *ratio) {
     if (ratio->terms < 0 || ratio->terms > OC_RATIO_TERMS_MAX) {
         return false;
     }
@@ -39,19 +39,19 @@ const char *oc_vehicle_check(const oc_vehicle *vehicle) {
     if (!is_between(vehicle->traffic_side, -1.0f, 1.0f)) {
         return "traffic_side";
     }
-    if (!ratio_is_sane(&vehicle->ratio)) {
+    if (!is_ratio(&vehicle->ratio)) {
         return "ratio";
     }
-    if (!track_is_sane(vehicle->track_width_front)) {
+    if (!is_track(vehicle->track_width_front)) {
         return "track_width_front";
     }
-    if (!track_is_sane(vehicle->track_width_rear)) {
+    if (!is_track(vehicle->track_width_rear)) {
         return "track_width_rear";
     }
     return NULL;
 }
 
-/* Whether the vehicle tells the track widths by which these methods turn wheel speeds into angles. */
+/* Whether the vehicle has the track widths that these methods need. */
 static bool has_tracks_for(const oc_params *params, double track, double track_front) {
     const bool turns_by_wheels = params->method == OC_METHOD_WHEEL_SPEED;
     const bool steers_by_wheels =
@@ -80,7 +80,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
         return OC_ERROR_VEHICLE;
     }
     const double clean_ticks = params->clean_time_s * rate_hz;
-    oc_coefficients *c = coefficients; /* in place: firmware's stack is small */
+    oc_coefficients *c = coefficients; /* in place, to save stack */
     c->vehicle = *vehicle;
     c->params = *params;
     c->rate_hz = rate_hz;
@@ -90,7 +90,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->wheel_axle = axle;
     c->offset_per_mismatch = track > 0.0 ? vehicle->steering_ratio * vehicle->wheelbase / track : 0.0;
     c->ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz);
-    /* upward, so that there are no more blocks than that */
+    /* upward, which bounds the number of blocks */
     c->ticks_per_block = rounded_up(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
     c->blocks_until_final = rounded_up(clean_ticks / c->ticks_per_block);
     oc_preprocess_design(&c->preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,

@@ -2,7 +2,10 @@
 
 #include <math.h>
 
-/* The mismatch of the radii by which the wheel speeds' method corrects: a gyro's where there is one. */
+/* Numerical. */
+static const double apart_min = 0.25; /* 1, against an ill-conditioned pair of offset and gradient */
+
+/* From the gyro's filter where there is a gyro. */
 oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficients *c) {
     const int32_t axle = c->wheel_axle;
     if (evidence->gyro_bias.axles[axle].blocks > 0.0) {
@@ -11,8 +14,7 @@ oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficie
     return oc_wheel_speed_mismatch(&evidence->wheel_speed, &c->params, c->gyro_bias.track[axle]);
 }
 
-/* Of the offset by the yaw rate's bias: what standing showed and the thesis's method leaves uncorrected, else the
- * prior. */
+/* The offset's variance by the yaw rate's bias, uncorrected in the thesis's method: from standstill, else the prior. */
 static double yaw_rate_bias_variance(const oc_evidence *evidence, const oc_coefficients *c) {
     const oc_estimate bias =
         oc_standstill_yaw_rate(&evidence->standstill, c->tick_s, c->params.standstill_time_min_s);
@@ -23,27 +25,24 @@ static double yaw_rate_bias_variance(const oc_evidence *evidence, const oc_coeff
     return moved * moved;
 }
 
-/* Of the offset by the wheels' radii, and by the bank of the road that no accelerometer has seen. */
+/* The offset's variance by the wheels' radii, and by the road's bank without an accelerometer. */
 static double wheels_variance(const oc_coefficients *c, const oc_estimate *mismatch, const oc_estimate *gradient) {
     const double radii = c->offset_per_mismatch * mismatch->standard_deviation;
     const double bank = c->vehicle.steering_ratio * c->params.bank_sd_m_s2 * gradient->standard_deviation;
     return radii * radii + bank * bank;
 }
 
-/* Below it straights and bends have so much the same mix of signs that offset and gradient trade places. */
-static const double apart_min = 0.25;
-
-/* (38): the understeer gradient, zero with its prior's spread until its own evidence suffices. The two errors that
- * reach it, the bends' own and the offset's, both grow where bends and straights are alike. */
+/* (38): the understeer gradient; zero with its prior's sd until its evidence suffices. Errors of bends and offset both
+ * grow where bends and straights are alike. */
 static oc_estimate understeer_of(const oc_evidence *evidence, oc_status before, const oc_coefficients *c,
                                  double apart) {
     const oc_params *p = &c->params;
     const oc_understeer *understeer = &evidence->understeer;
     const oc_offset *offset = &evidence->offset;
     const double time = understeer->weight * c->tick_s;
-    /* without an accelerometer's word on superelevation, wheel speeds take a banked bend for an easy one */
-    const bool told = p->method != OC_METHOD_WHEEL_SPEED;
-    if (!told || !(time >= p->understeer_evidence_min_s) || !(understeer->batches > 1.0) || !(apart > apart_min)) {
+    /* without an accelerometer a superelevated bend is indistinguishable from a gentle one */
+    const bool uses_bank = p->method != OC_METHOD_WHEEL_SPEED;
+    if (!uses_bank || !(time >= p->understeer_evidence_min_s) || !(understeer->batches > 1.0) || !(apart > apart_min)) {
         return (oc_estimate){.standard_deviation = p->understeer_sd_rad_m_s2, .evidence = time};
     }
     const double K = oc_understeer_with_offset(understeer, offset->ticks.y, offset->ticks.x);
@@ -59,7 +58,7 @@ static oc_estimate understeer_of(const oc_evidence *evidence, oc_status before, 
     };
 }
 
-/* Variance of the offset by all that the gradient and the drive's scatter leave open; the gyro's part comes on top. */
+/* The offset's variance by the gradient and by measurement scatter, without the gyro's part. */
 static double offset_variance(const oc_evidence *evidence, const oc_estimate *gradient, double apart) {
     const double K = gradient->value;
     const double x = evidence->offset.ticks.x;
@@ -71,7 +70,7 @@ static double offset_variance(const oc_evidence *evidence, const oc_estimate *gr
     return (scatter + x * x * bends) / (apart * apart);
 }
 
-/* (36), (37), (38) from the evidence as it stands. */
+/* (36), (37), (38) */
 void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                              const oc_coefficients *c) {
     const oc_params *p = &c->params;
@@ -81,8 +80,8 @@ void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts,
     const oc_estimate gradient = understeer_of(evidence, learned->understeer_gradient.status, c, apart);
     const bool by_wheels = p->method == OC_METHOD_WHEEL_SPEED;
     const oc_estimate mismatch = by_wheels ? oc_wheel_mismatch_of(evidence, c) : (oc_estimate){0};
-    const double unseen = by_wheels ? wheels_variance(c, &mismatch, &gradient) : yaw_rate_bias_variance(evidence, c);
-    const double sd = sqrt(offset_variance(evidence, &gradient, apart) + unseen);
+    const double by_bias = by_wheels ? wheels_variance(c, &mismatch, &gradient) : yaw_rate_bias_variance(evidence, c);
+    const double sd = sqrt(offset_variance(evidence, &gradient, apart) + by_bias);
 
     const bool enough = time >= p->offset_evidence_min_s;
     const double narrow = p->offset_half_width_max_rad;
@@ -103,20 +102,20 @@ void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts,
 
 void oc_correct_wheel_speeds(oc_tick *tick, oc_evidence *evidence, const oc_coefficients *c) {
     const double track = c->gyro_bias.track[c->wheel_axle];
-    const double turns = 0.5 * tick->sensed.yaw_rate * track; /* m/s, that either wheel differs from their mean */
+    const double turns = 0.5 * tick->sensed.yaw_rate * track; /* m/s, of either wheel from their mean */
     oc_wheel_speed_update(&evidence->wheel_speed, tick->sensed.speed - turns, tick->sensed.speed + turns, c->tick_s);
     const double mismatch = oc_wheel_mismatch_of(evidence, c).value;
     tick->filtered.yaw_rate -= tick->filtered.vehicle_speed * mismatch / track;
 }
 
-/* rad, the residual that counts: with wheel speeds not yet corrected for their radii, until all is known of them. */
+/* rad; with wheel speeds without the correction of their radii, which is applied later to all evidence. */
 static double residual_of(const oc_tick *tick, const oc_evidence *evidence, const oc_coefficients *c) {
     return c->params.method == OC_METHOD_WHEEL_SPEED
                ? tick->motion.residual - c->offset_per_mismatch * oc_wheel_mismatch_of(evidence, c).value
                : tick->motion.residual;
 }
 
-/* Clean ticks wait for their t1, final blocks are learned from. */
+/* (34), (35): a block of clean ticks is final after t1, and then updates the estimates. */
 bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence,
                                 const oc_coefficients *c) {
     const oc_params *p = &c->params;
@@ -138,8 +137,8 @@ bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_e
     }
 
     const double a_y = fabs(motion->lateral_acceleration);
-    const bool bend = a_y > p->understeer_acceleration_min_m_s2 && a_y < p->understeer_acceleration_max_m_s2;
-    if ((reasons & ~(uint32_t)OC_REASON_CURVATURE) != 0 || !bend || !evidence->verdicts.offset_trusted) {
+    const bool is_bend = a_y > p->understeer_acceleration_min_m_s2 && a_y < p->understeer_acceleration_max_m_s2;
+    if ((reasons & ~(uint32_t)OC_REASON_CURVATURE) != 0 || !is_bend || !evidence->verdicts.offset_trusted) {
         oc_pending_drop(&tracking->cornering);
     } else if (oc_pending_add(&tracking->cornering, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
         oc_understeer_update(&evidence->understeer, &block, c->ticks_per_batch);
@@ -148,7 +147,7 @@ bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_e
     return is_final;
 }
 
-/* The offset as it would be if what is pending were final. */
+/* The offset including the pending blocks. */
 double oc_temporary_offset(const oc_state *state, double understeer_gradient) {
     oc_offset all = state->evidence.offset;
     const oc_pending *pending = &state->tracking.straight;

@@ -2,25 +2,23 @@
 
 #include <math.h>
 
-/* What is left of `sum` after so many products. */
-static float less_products(float sum, const float *a, const float *b, int32_t count) {
+static float minus_products(float sum, const float *a, const float *b, int32_t count) {
     for (int32_t k = 0; k < count; ++k) {
         sum -= a[k] * b[k];
     }
     return sum;
 }
 
-/* The root of what is left of a diagonal cell: never less than what was known before, but for rounding, which may have
- * left nothing. */
-static float root_of(float square, float known_before) {
-    return sqrtf(square > known_before ? square : known_before);
+/* A pivot is at least the prior's information; rounding may have left less. */
+static float root_of(float square, float prior_information) {
+    return sqrtf(square > prior_information ? square : prior_information);
 }
 
 void oc_triangle_factor(const float *scatter, const float *information, float noise, float *lower, float *inverse) {
     const float weight = 1.0f / noise;
     lower[0] = root_of(scatter[0] * weight + information[0], information[0]);
     inverse[0] = 1.0f / lower[0];
-    /* two rows at a time, so that the rows above are read once for both: there is an odd number of them */
+    /* two rows at a time read the rows above once; OC_TERMS is odd */
     for (int32_t i = 1; i < OC_TERMS; i += 2) {
         const float *cell = &scatter[i * (i + 1) / 2], *cell_below = cell + i + 1;
         float *row = &lower[i * (i + 1) / 2], *below = row + i + 1;
@@ -35,11 +33,11 @@ void oc_triangle_factor(const float *scatter, const float *information, float no
             below[j] = sum_below * inverse[j];
             above += j + 1;
         }
-        row[i] = root_of(less_products(cell[i] * weight + information[i], row, row, i), information[i]);
+        row[i] = root_of(minus_products(cell[i] * weight + information[i], row, row, i), information[i]);
         inverse[i] = 1.0f / row[i];
-        below[i] = less_products(cell_below[i] * weight, below, row, i) * inverse[i];
-        const float left = less_products(cell_below[i + 1] * weight + information[i + 1], below, below, i + 1);
-        below[i + 1] = root_of(left, information[i + 1]);
+        below[i] = minus_products(cell_below[i] * weight, below, row, i) * inverse[i];
+        const float remaining = minus_products(cell_below[i + 1] * weight + information[i + 1], below, below, i + 1);
+        below[i + 1] = root_of(remaining, information[i + 1]);
         inverse[i + 1] = 1.0f / below[i + 1];
     }
 }
@@ -47,7 +45,7 @@ void oc_triangle_factor(const float *scatter, const float *information, float no
 void oc_triangle_solve_lower(const float *lower, const float *inverse, int32_t first, float *vector) {
     const float *row = &lower[first * (first + 1) / 2 + first]; /* where the vector begins */
     for (int32_t i = first; i < OC_TERMS; ++i) {
-        vector[i] = less_products(vector[i], row, &vector[first], i - first) * inverse[i];
+        vector[i] = minus_products(vector[i], row, &vector[first], i - first) * inverse[i];
         row += i + 1;
     }
 }
@@ -55,10 +53,10 @@ void oc_triangle_solve_lower(const float *lower, const float *inverse, int32_t f
 void oc_triangle_solve_upper(const float *lower, const float *inverse, float *vector) {
     for (int32_t i = OC_TERMS - 1; i >= 0; --i) {
         const float *row = &lower[i * (i + 1) / 2];
-        const float found = vector[i] * inverse[i];
-        vector[i] = found;
+        const float solution = vector[i] * inverse[i];
+        vector[i] = solution;
         for (int32_t k = 0; k < i; ++k) {
-            vector[k] -= row[k] * found;
+            vector[k] -= row[k] * solution;
         }
     }
 }

@@ -2,7 +2,8 @@
 
 #include "estimate.h"
 
-static const double gradient_variance_of_ignorance = 1.0; /* (rad/(m/s^2))^2, a hundred times the heaviest truck's */
+/* Numerical. */
+static const double gradient_variance_unknown = 1.0; /* (rad/(m/s^2))^2, unknown: sd 57 deg/(m/s^2) */
 
 void oc_understeer_update(oc_understeer *understeer, const oc_moments *block, double ticks_per_batch) {
     const double sum = block->weight * block->x;
@@ -51,9 +52,9 @@ double oc_understeer_variance(const oc_understeer *understeer, double offset, do
     const double o = offset;
     const double K = understeer_gradient;
     if (!(u->batches > 1.0) || !(u->batches_xx > 0.0)) {
-        return gradient_variance_of_ignorance;
+        return gradient_variance_unknown;
     }
-    /* Each batch's sum of x (y - o - K x) is its own verdict; their squares are the spread of the slope's numerator. */
+    /* the squares of the batches' sums of x (y - o - K x) give the variance of the slope's numerator */
     const double of_both = K * u->x_xx - u->xy_x, of_gradient = K * u->xx_xx - u->xy_xx;
     const double squares = u->xy_xy + o * (o * u->x_x + of_both + of_both) + K * (of_gradient - u->xy_xx);
     const double factor = oc_few_batches_factor(u->batches) / u->batches_xx;

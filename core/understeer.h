@@ -20,20 +20,18 @@ void oc_understeer_update(oc_understeer *understeer, const oc_moments *block, do
 /* rad/(m/s^2) for an offset in rad. */
 double oc_understeer_value(const oc_understeer *understeer, double offset);
 
-/* Squared unit of the value; from the scatter of batches at that offset. 1, which is knowing nothing, below two
- * batches. */
+/* Squared unit of the value; from the scatter of batches at that offset; 1 below two batches. */
 double oc_understeer_variance(const oc_understeer *understeer, double offset, double understeer_gradient);
 
-/* How far the gradient moves per rad of offset, 1/(m/s^2): its sign tells which bends prevail. */
+/* Derivative of the gradient by the offset, 1/(m/s^2). Its sign shows which bends prevail. */
 double oc_understeer_per_offset(const oc_understeer *understeer);
 
-/* How well bends part the gradient from the offset that straights with this mean of x leave open: 1 at best, 0 not at
- * all, as when straights and bends have the same mix of signs because the accelerometer's bias is large. Both errors
- * grow by its inverse. */
+/* Separability of gradient and offset, where straights have this mean of x: 1 at best. 0 where straights and bends have
+ * the same mix of signs, as with a large accelerometer bias. Both errors grow by its inverse. */
 double oc_understeer_apart(const oc_understeer *understeer, double straight_x);
 
-/* The pair that satisfies (37) and (38) at once: the gradient for the offset that this gradient gives, when the
- * straights' means of y and x are as given. Only where oc_understeer_apart is well above 0. */
+/* The gradient that satisfies (37) and (38) at once, for the straights' means of y and x. Only where
+ * oc_understeer_apart is well above 0. */
 double oc_understeer_with_offset(const oc_understeer *understeer, double straight_y, double straight_x);
 
 #endif

@@ -1,6 +1,6 @@
 #ifndef OC_VEHICLE_H
 #define OC_VEHICLE_H
-/* What the truck is, and how it corners at a steady state. */
+/* The truck's data, and steady-state cornering. */
 
 #include "front_wheel.h"
 

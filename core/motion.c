@@ -31,14 +31,6 @@ bool oc_pending_add(oc_pending *pending, int32_t ticks_per_block, int32_t blocks
     return is_final;
 }
 
-double oc_pending_ticks(const oc_pending *pending) {
-    double ticks = pending->ticks;
-    for (int32_t k = 0; k < pending->count; ++k) {
-        ticks += pending->blocks[(pending->first + k) % OC_PENDING_MAX].weight;
-    }
-    return ticks;
-}
-
 oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase,
                        bool use_accelerometer) {
     const double r = tick->yaw_rate;

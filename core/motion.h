@@ -59,9 +59,6 @@ void oc_pending_drop(oc_pending *pending);
 bool oc_pending_add(oc_pending *pending, int32_t ticks_per_block, int32_t blocks_until_final, double y, double x,
                     double w, oc_moments *final);
 
-/* Ticks that wait. */
-double oc_pending_ticks(const oc_pending *pending);
-
 /* (32), (33) and the residual from one filtered tick. */
 oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase,
                        bool use_accelerometer);

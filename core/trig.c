@@ -7,33 +7,6 @@
 static const double half_pi_high = 1.57079632679489655800e+00; /* pi/2 as a double */
 static const double half_pi_low = 6.12323399573676603587e-17;  /* pi/2 less that */
 
-/* Taylor, |angle| <= pi/4: the first term left out is below 1e-19. */
-static double sine_near_zero(double angle) {
-    const double z = angle * angle;
-    double sum = 1.0 / 355687428096000.0;
-    sum = sum * z - 1.0 / 1307674368000.0;
-    sum = sum * z + 1.0 / 6227020800.0;
-    sum = sum * z - 1.0 / 39916800.0;
-    sum = sum * z + 1.0 / 362880.0;
-    sum = sum * z - 1.0 / 5040.0;
-    sum = sum * z + 1.0 / 120.0;
-    sum = sum * z - 1.0 / 6.0;
-    return angle + angle * z * sum;
-}
-
-static double cosine_near_zero(double angle) {
-    const double z = angle * angle;
-    double sum = 1.0 / 20922789888000.0;
-    sum = sum * z - 1.0 / 87178291200.0;
-    sum = sum * z + 1.0 / 479001600.0;
-    sum = sum * z - 1.0 / 3628800.0;
-    sum = sum * z + 1.0 / 40320.0;
-    sum = sum * z - 1.0 / 720.0;
-    sum = sum * z + 1.0 / 24.0;
-    sum = sum * z - 0.5;
-    return 1.0 + z * sum;
-}
-
 /* The nearest quarter turn, modulo 4, and the rest of the angle. */
 static int32_t quarter_turns(double angle, double *rest) {
     if (!(fabs(angle) <= 1e6)) { /* beyond the range, or NaN */
@@ -43,13 +16,6 @@ static int32_t quarter_turns(double angle, double *rest) {
     const int32_t turns = (int32_t)(angle / half_pi_high + (angle < 0.0 ? -0.5 : 0.5));
     *rest = (angle - turns * half_pi_high) - turns * half_pi_low;
     return (int32_t)((uint32_t)turns & 3u);
-}
-
-double oc_sin(double angle) {
-    double rest;
-    const int32_t quadrant = quarter_turns(angle, &rest);
-    const double size = (quadrant % 2 == 0) ? sine_near_zero(rest) : cosine_near_zero(rest);
-    return quadrant < 2 ? size : -size;
 }
 
 /* Lambert's continued fraction, |angle| <= pi/4: the first part left out is below 1e-19. */

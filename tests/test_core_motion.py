@@ -77,13 +77,13 @@ def final_ticks(clean: list[bool], per_block: int, until_final: int) -> list[int
     for k, is_clean in enumerate(clean):
         if not is_clean:
             lib.oc_pending_drop(pending)
-            assert lib.oc_pending_ticks(pending) == 0
+            assert pending.ticks == pending.count == 0
         elif lib.oc_pending_add(pending, per_block, until_final, float(k), -2.0 * k, 1.0, final):
             assert final.weight == per_block
             assert final.x == pytest.approx(-2.0 * final.y)
             first = round(final.y - (per_block - 1) / 2)
             given_back += range(first, first + per_block)
-            assert lib.oc_pending_ticks(pending) == until_final * per_block
+            assert (pending.ticks, pending.count) == (0, until_final)
     return given_back
 
 

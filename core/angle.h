@@ -128,7 +128,7 @@ double oc_angle_late_s(const oc_angle_design *design);
 /* Whether the next tick checks the estimate against the sensor. */
 bool oc_angle_is_due(const oc_angle_tracking *tracking);
 
-/* Filters and publishes the angle at each tick. Place in the play, interval and learning follow ten times a second. */
+/* Filters and publishes the angle at each tick. Place in the play, interval and learning follow every check_s. */
 void oc_angle_update(oc_angle_tracking *tracking, oc_angle_evidence *evidence, const oc_angle_design *design,
                      const oc_angle_truck *truck, const oc_angle_tick *tick, oc_angle *angle);
 

@@ -4,6 +4,7 @@
 #include <stddef.h>
 #include <string.h>
 
+/* Derived. */
 static const double degree = 3.14159265358979323846 / 180.0;
 
 void oc_params_defaults(oc_params *params) {

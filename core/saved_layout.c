@@ -18,6 +18,7 @@
 #define ENUMS_OF_EACH(type, first, count, structs) RUN_OF_EACH(type, first, count, structs, OC_SAVED_ENUM)
 
 /* docs/make_layout.py writes what follows from the headers. */
+/* Derived. */
 static const uint32_t layout_hash = 0x8F64C9A3u;
 
 static const oc_saved_run state_runs[] = {

@@ -79,7 +79,7 @@ def made() -> str:
     keyed = [row for row in coefficients if row[0].startswith(("vehicle.", "params.")) or row[0] == "rate_hz"]
     told = "\n".join([str(MEANING), *(f"{name} {kind} {times}" for name, kind, _, _, times in state)])
     parts = [
-        f"static const uint32_t layout_hash = 0x{zlib.crc32(told.encode()):08X}u;",
+        f"/* Derived. */\nstatic const uint32_t layout_hash = 0x{zlib.crc32(told.encode()):08X}u;",
         table("state_runs", "oc_state", state),
         table("keyed_runs", "oc_coefficients", keyed),
     ]

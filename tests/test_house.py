@@ -135,6 +135,22 @@ def test_no_kept_file_names_a_machine_or_a_package_registry() -> None:
     assert not found
 
 
+GROUP = re.compile(r"/\* (Derived|Numerical|Tuned)(\.|; rows without a bench have none on record\.) \*/")
+
+
+@pytest.mark.parametrize("name", sorted(file.name for file in (ROOT / "core").glob("*.c")))
+def test_the_constants_of_a_file_say_whether_they_are_derived_numerical_or_tuned(name: str) -> None:
+    lines = text(f"core/{name}").splitlines()
+    groups = [line for line in lines if line.startswith(("/* Derived", "/* Numerical", "/* Tuned"))]
+    assert all(GROUP.fullmatch(line) for line in groups)
+    assert len({line.split()[1].rstrip(".;") for line in groups}) == len(groups), "each group once"
+    constants = [k for k, line in enumerate(lines) if re.match(r"static const (float|double|u?int\d+_t) \w+ ?=", line)]
+    begin = min((k for k, line in enumerate(lines) if GROUP.fullmatch(line)), default=len(lines))
+    assert [lines[k] for k in constants if k < begin] == []
+    functions = [k for k, line in enumerate(lines) if re.match(r"(static )?\w[\w *]*\(.*\{$", line) and k > begin]
+    assert [lines[k] for k in constants if functions and k > functions[0]] == []
+
+
 def test_a_line_of_c_has_at_most_120_characters_as_one_of_python() -> None:
     published = "src/oncenter/export/fmi/fmi[23]*.h"  # by those who make the standard
     long = [

@@ -21,7 +21,7 @@ static oc_fmi fmi_of(const oc_output *output, const oc_signals *tick) {
 /* With hysteresis: from 1.96 standard deviations beyond the limit until the value is within. */
 static bool is_out_of_calibration(const oc_trouble *trouble, const oc_output *output, double offset_max) {
     const double size = fabs(output->offset);
-    const bool was = trouble->active && trouble->fmi == OC_FMI_OUT_OF_CALIBRATION;
+    const bool was = trouble->active && trouble->by_offset;
     return output->offset_status == OC_VALID && (was ? size : size - 1.96 * output->offset_sd) > offset_max;
 }
 
@@ -40,6 +40,7 @@ void oc_trouble_update(oc_trouble *trouble, const oc_output *output, const oc_si
         trouble->occurrences += trouble->occurrences < occurrences_max ? 1u : 0u;
     }
     trouble->active = 1;
+    trouble->by_offset = !faulty;
     trouble->fmi = fmi;
 }
 

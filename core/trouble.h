@@ -25,6 +25,7 @@ typedef enum {
 /* Begins as zeros: no trouble, now or before. */
 typedef struct {
     int32_t active;
+    int32_t by_offset;    /* while active: by the offset, and not by a fault */
     oc_fmi fmi;           /* while active, or the last */
     uint32_t occurrences; /* activations, 126 at most */
 } oc_trouble;

@@ -261,6 +261,12 @@ def test_an_offset_is_trouble_from_its_whole_interval_on_until_its_value_is_with
     assert (trouble.occurrences, DM1.decode(data)["FailureModeIdentifier"]) == (2, 13)
 
 
+def test_a_remounted_sensor_leaves_no_trouble_of_an_offset_whose_interval_is_not_beyond() -> None:
+    remounted = valid(0.06) | {"fault": _core.FAULTS.index("remounted")}
+    assert trouble_after([remounted])[0].active
+    assert not trouble_after([remounted, valid(0.06)])[0].active
+
+
 def test_occurrences_stop_at_what_the_field_holds() -> None:
     stuck = {"fault": _core.FAULTS.index("stuck")}
     assert trouble_after([stuck, valid(0.0)] * 200)[0].occurrences == 126

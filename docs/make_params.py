@@ -27,10 +27,10 @@ def all_params() -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def c_default(default: str) -> str:
-    """`1.5 deg` as `1.5 * degree`, in the order of operations that fixes the bits."""
+    """`1.5 deg` as `1.5 * DEGREE`, in the order of operations that fixes the bits."""
     number, _, unit = default.partition(" ")
     value = " / ".join(repr(float(part)) for part in number.split("/"))
-    value += " * degree" if unit.startswith("deg") else ""
+    value += " * DEGREE" if unit.startswith("deg") else ""
     return value + (" / 60.0" if unit.endswith("/min") else "")
 
 
@@ -48,7 +48,7 @@ def members() -> Iterator[str]:
 
 
 def defaults() -> Iterator[str]:
-    return (f"        .{name} = {c_default(row['default'])}," for name, row in all_params())
+    return (f"    .{name} = {c_default(row['default'])}," for name, row in all_params())
 
 
 def ranges() -> Iterator[str]:
@@ -56,7 +56,7 @@ def ranges() -> Iterator[str]:
 
 
 def names() -> Iterator[str]:
-    return (f'        "{name}",' for name, _ in all_params())
+    return (f'    "{name}",' for name, _ in all_params())
 
 
 BLOCKS: dict[str, Callable[[], Iterator[str]]] = {

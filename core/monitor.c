@@ -22,12 +22,13 @@ static void take_bias(oc_tick *tick, const oc_gyro_bias *gyro_bias, const oc_par
 }
 
 /* m/s^2, as on a road of the mean bank; 0 without yaw rate or speed. */
-static double usual_lateral_acceleration(const oc_signals *tick, double yaw_rate_bias, double bank_mean) {
+static double usual_lateral_acceleration(const oc_signals *tick, const oc_evidence *evidence, const oc_params *p) {
     const uint32_t turning = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
     if ((tick->valid & turning) != turning) {
         return 0.0;
     }
-    return (tick->yaw_rate - yaw_rate_bias) * tick->vehicle_speed + bank_mean;
+    const double yaw_rate = tick->yaw_rate - oc_gyro_bias_get(&evidence->gyro_bias, p).value;
+    return yaw_rate * tick->vehicle_speed + evidence->joint.bank_mean;
 }
 
 /* Whether to discard the angle. A sensor that was remounted or jumped has a new offset, and is used. The thesis's
@@ -39,7 +40,8 @@ static bool is_misleading(const oc_fault_watch *watch, bool doubted, oc_method m
 
 /* Clears the valid bits of unused measurements. The accelerometer is always used at standstill; where it is not
  * available, the usual lateral acceleration replaces it. */
-static void select_signals(oc_tick *tick, const oc_params *p, const oc_fault_watch *watch, double bank_mean) {
+static void select_signals(oc_tick *tick, const oc_fault_watch *watch, const oc_evidence *evidence,
+                           const oc_params *p) {
     oc_signals *signals = &tick->signals;
     const bool stands = fabs(signals->vehicle_speed) <= p->standstill_speed_max_m_s;
     signals->valid = oc_signals_measured(signals);
@@ -47,7 +49,7 @@ static void select_signals(oc_tick *tick, const oc_params *p, const oc_fault_wat
         signals->valid &= ~(uint32_t)OC_HAS_LATERAL_ACCELERATION;
     }
     if ((signals->valid & OC_HAS_LATERAL_ACCELERATION) == 0) {
-        signals->lateral_acceleration = usual_lateral_acceleration(signals, tick->yaw_rate_bias, bank_mean);
+        signals->lateral_acceleration = usual_lateral_acceleration(signals, evidence, p);
     }
     tick->measured = signals->valid;
     tick->doubted = oc_fault_suspected(watch);
@@ -214,8 +216,7 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     }
     tick->clock_set_back = verdict == OC_CLOCK_SET_BACK;
     ++evidence->ticks;
-    take_bias(tick, gyro_bias, &c->params);
-    select_signals(tick, &c->params, &tracking->fault, evidence->joint.bank_mean);
+    select_signals(tick, &tracking->fault, evidence, &c->params);
 
     /* 5.3.1: the gyro's bias, with or without an angle */
     oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals);

@@ -71,8 +71,8 @@ sanitize: .venv/ready ## the tests that enter C, with address and undefined-beha
 pytest: .venv/ready
 	$(BIN)/python $(PYTEST) -m "not slow" $(addprefix --ignore=,$(SANITIZED))
 
-slow: .venv/ready ## the tests that take a night in small: poisoned fleets, full disks, nights that are killed
-	$(BIN)/python $(PYTEST) -m slow
+slow: .venv/ready ## the slow tests: poisoned fleets, killed nights, full disks, hostile and damaged logs
+	$(BIN)/python -m pytest -q -m slow
 
 # Without inlining, lest a function's branches count for each of its callers.
 coverage: .venv/ready ## which branches of the core its tests take

@@ -27,6 +27,8 @@ from oncenter.files.child import READER_DEATHS
 from oncenter.fleet import engines, run
 from oncenter.fleet.files import LogFile
 
+pytestmark = pytest.mark.slow
+
 # Rows that are put down in each night before it is killed.
 ROWS_BEFORE_KILLS = (0, 1, 2, 3, 4, 4, 4, 4, 4, 4)
 SOME_KILLS = (0, 2, 4, 4)

@@ -14,6 +14,8 @@ import pytest
 from full_disk import SUFFIXES, TRUCK
 from test_estimate import steady_drive
 
+pytestmark = pytest.mark.slow
+
 HERE = Path(__file__).parent
 OF_POLARS = "parquet: File out of specification"  # which loses the system's reason in a file's last bytes
 CASES = (

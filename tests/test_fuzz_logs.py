@@ -16,6 +16,8 @@ from watched import watch
 
 from oncenter.read import read
 
+pytestmark = pytest.mark.slow
+
 SEEDS = range(2)
 
 

@@ -18,6 +18,8 @@ from watched import Ended, oncenter, watch
 
 from oncenter.simulate import simulate_to_log
 
+pytestmark = pytest.mark.slow
+
 CSV_HEADER = "time_s,steering_wheel_angle_deg,yaw_rate_deg_s,vehicle_speed_km_h"
 
 

@@ -10,7 +10,7 @@ CORE_TESTS = $(wildcard tests/test_core_*.py) $(addprefix tests/test_,wheel_spee
 OFFSET_TESTS = $(addprefix tests/test_,estimate.py findings.py budget.py signals_at_fault.py)
 # What enters C code of ours runs with sanitizers, all else without: each test once.
 SANITIZED = $(CORE_TESTS) $(wildcard tests/test_simulate*.py) $(addprefix tests/test_,estimate.py oracle.py tandem.py)
-PYTEST = -m pytest -q -n auto
+PYTEST = -m pytest -q -n auto --dist worksteal
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 
 # What Debian parts from python3 and gcc. Without ensurepip, venv fails and leaves a half-made .venv behind.
@@ -41,7 +41,9 @@ demo: .venv/ready ## simulate a drive, find the offset, write demo/report.html
 quick: lint types ## after each change: ruff, mypy, the tests of the core and of the answer
 	$(BIN)/python $(PYTEST) -m "not slow" $(CORE_TESTS) $(OFFSET_TESTS)
 
-test: lint types warnings cppcheck sanitize pytest ## all checks, all tests but the slow ones, each bench for a moment
+test: .venv/ready ## all checks, all tests but the slow ones, each bench for a moment
+	@$(MAKE) --no-print-directory -j2 -Otarget lint types warnings cppcheck build/sanitize/lib
+	@$(MAKE) --no-print-directory sanitize pytest
 
 lint: .venv/ready
 	$(BIN)/ruff check .
@@ -60,10 +62,13 @@ cppcheck:
 
 # A second copy of the package, compiled with the sanitizers, comes first on the path. -fno-wrapv: Python's own
 # -fwrapv would hide overflows.
-sanitize: .venv/ready ## the tests that enter C, with address and undefined-behaviour sanitizers in it
+build/sanitize/lib: .venv/ready $(wildcard src/oncenter/*.py src/oncenter/*/*.py src/oncenter/*/*/*.py)
 	rm -rf build/sanitize
 	CFLAGS="-g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-wrapv" \
 	  $(BIN)/python setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
+	@touch $@
+
+sanitize: build/sanitize/lib ## the tests that enter C, with address and undefined-behaviour sanitizers in it
 	LD_PRELOAD="$$($(CC) -print-file-name=libasan.so) $$($(CC) -print-file-name=libstdc++.so.6)" \
 	  ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitize/lib \
 	  $(BIN)/python $(PYTEST) -p no:cacheprovider -m "not slow" $(SANITIZED)

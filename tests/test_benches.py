@@ -12,7 +12,7 @@ BENCH = Path(__file__).parents[1] / "bench"
 SMALL = {
     "accuracy": "--tuning --drives 1 --rows ordinary,no_play --methods joint,thesis,rls",
     "angle": "--tuning --drives 1 --only ordinary,payload,faults",
-    "fleet": "FOLDER --smoke --part changes memory kill",
+    "fleet": "FOLDER --smoke --part changes kill",
     "gyro_bias": "--seeds 1",
     "live": "--seconds 12",
     "simulate": "--minutes 0.5 --rounds 1",

@@ -7,7 +7,7 @@
 /* Derived. */
 static const float one_degree = 0.017453292f; /* rad, pi/180 */
 
-/* docs/method.md, "Bank": three widths, each rubbing (friction < 0), or creeping about three a_0. */
+/* docs/method.md, "Hypothesis set": three widths, each rubbing (friction < 0), or creeping about three a_0. */
 oc_play oc_joint_start_of(int32_t k) {
     static const float widths[3] = {2.0f, 6.0f, 12.0f};     /* deg */
     static const float unloadings[3] = {-0.2f, 0.0f, 0.2f}; /* m/s^2 */

@@ -21,6 +21,8 @@ from oncenter import _core
 from oncenter.offset.answer import Estimate
 from oncenter.signals import DEGREE
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_drawn_truck_has_the_understeer_gradient_that_was_drawn() -> None:
     from oncenter.simulate.truck import understeer_gradient

@@ -25,6 +25,8 @@ from oncenter.fleet.engines import on_ray
 from oncenter.fleet.files import LogFile
 from oncenter.fleet.watched import Watched
 
+pytestmark = pytest.mark.slow
+
 
 def test_ray_gives_the_bytes_that_this_machines_processes_give(
     fleet: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

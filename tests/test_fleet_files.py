@@ -26,6 +26,8 @@ from oncenter.fleet.truck_data import script_name
 from oncenter.fleet.trucks import Trucks
 from oncenter.simulate import simulate_to_log
 
+pytestmark = pytest.mark.slow
+
 Night = Callable[[], Summary]
 
 

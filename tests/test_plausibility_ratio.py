@@ -20,6 +20,8 @@ import oncenter
 from oncenter.plausibility import check
 from oncenter.signals import DEGREE
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("scenario", ["thesis_drive", "town", "country", "motorway", "heavy_play"])
 @pytest.mark.parametrize("seed", [1, 2])

@@ -76,7 +76,7 @@ sanitize: build/sanitize/lib ## the tests that enter C, with address and undefin
 pytest: .venv/ready
 	$(BIN)/python $(PYTEST) -m "not slow" $(addprefix --ignore=,$(SANITIZED))
 
-slow: .venv/ready ## the slow tests: poisoned fleets, killed nights, full disks, hostile and damaged logs
+slow: .venv/ready ## the slow tests: poisoned fleets, full disks, hostile and damaged logs, the accuracy bench
 	$(BIN)/python -m pytest -q -m slow
 
 # Without inlining, lest a function's branches count for each of its callers.

@@ -55,8 +55,8 @@ WHY = {
     "play_15_friction": (
         "the wheels never move in their play by themselves, so that nothing shows where the steering unloads: two "
         "trucks whose accelerometers' zeros differ, with offset and crown to match, send the same log "
-        "(`tests/test_accuracy.py` drives them). A prior decides, so that hardly any is called valid. One who is told "
-        "all else of truck, play and gyro, and knows of that zero what bank and ground say at best, is off by "
+        "(`tests/test_accuracy.py` drives them). A prior decides, so that hardly any is called valid. An estimator "
+        "that is given all else of truck, play and gyro, and of that zero what bank and ground say at best, is off by "
         "{told_all_median:.2f} deg (median) and {told_all_p95:.2f} (95 %), the joint method by {median:.2f} and "
         "{p95:.2f}"
     ),

@@ -62,6 +62,7 @@ def compiled(name: str, begin: str, left_out: str, folder: str) -> Any:
 
 
 def runner(module: Any, method: str, columns: dict[str, drives.Column]) -> Callable[[], object]:
+    """A whole drive by that method. It reads the columns' own memory: they must outlive it, contiguous."""
     ffi, lib = module.ffi, module.lib
     params, coefficients = ffi.new("oc_params *"), ffi.new("oc_coefficients *")
     lib.oc_params_defaults(params)
@@ -77,7 +78,6 @@ def runner(module: Any, method: str, columns: dict[str, drives.Column]) -> Calla
         lib.oc_init(state)
         lib.oc_run(state, coefficients, native, ffi.NULL)
 
-    run.kept = columns  # type: ignore[attr-defined]  # whose memory `native` points to
     return run
 
 

@@ -29,8 +29,8 @@ typedef struct {
     float seconds;       /* of driving since it came */
 } oc_change;
 
-/* One second: the best hypothesis's prediction error and the smallest one of all hypotheses, rad; the errors' usual sd,
- * rad; the curvature, 1/m. The smallest error decides whether there is a change, the best one's gives its size. Returns
+/* One second: the best hypothesis's prediction error and the minimum of all hypotheses, rad; the errors' usual sd,
+ * rad; the curvature, 1/m. The minimum decides whether there is a change, the best one's gives its size. Returns
  * a proven change once; then the watch begins anew. */
 oc_change oc_change_update(oc_change_watch *watch, float error, float min_error, float usual, float curvature);
 

@@ -41,7 +41,7 @@ typedef struct {
 typedef struct {
     double weight;              /* ticks of the growing block, and */
     double flat;                /* those of them at which the difference did not change */
-    double quantum;             /* m/s, the smallest step between plateaus; 0: none yet */
+    double quantum;             /* m/s, minimum step between plateaus; 0: none yet */
     double held;                /* blocks since the difference last changed */
     double noise;               /* (rad/s)^2, of one block, from the differences of neighbours */
     double variance;            /* (rad/s)^2, of the last block, without the turn's share */

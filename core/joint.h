@@ -79,7 +79,7 @@ typedef struct {
     oc_collected taken;          /* the one before, for the hypotheses */
     int32_t turns;               /* left in the round: one of each hypothesis, and one to end it; 0: none */
     int32_t solves_all;          /* each solves its equations in this round, learning or not */
-    float min_error;             /* rad, the smallest prediction error of the second of evidence */
+    float min_error;             /* rad, minimum prediction error of the second of evidence */
     float wound, inner;          /* rad, where the best hypothesis's operators are at the last sample */
     oc_equations equations;      /* of the hypothesis in turn; here to save stack */
 } oc_joint_tracking;

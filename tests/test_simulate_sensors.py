@@ -97,7 +97,12 @@ FAULTS = {
     "lateral_acceleration_m_s2": [
         "[sensors.lateral_acceleration]\ndrift_m_s2_min = 0.3\nrandom_walk_sd_m_s2_min = 0.2"
     ],
-    "wheel_speed_": ["[sensors.wheel_speed]\nscale_error_percent = 1.0\npulses_per_turn = 100"],
+    "wheel_speed_": [
+        "[sensors.wheel_speed]\nscale_error_percent = 1.0\npulses_per_turn = 100",
+        "[sensors.wheel_speed]\nrepeat_share = 0.3",
+        "[sensors.wheel_speed.radius_warm_up_percent]\nfront_left = 0.2\nfront_right = 0.2\nrear_left = 0.2\n"
+        "rear_right = 0.2",
+    ],
     "vehicle_speed_m_s": ["[[sensors.speed.failures]]\nbegin_s = 80.0"],
     "none": ["[sensors.gnss]\nlatitude_deg = 59.2\nlongitude_deg = 17.6"],
 }
@@ -292,6 +297,46 @@ def test_a_pole_wheel_counts_every_pulse_and_says_nothing_below_one_in_its_windo
     assert read.sum() == pytest.approx(speed.sum(), rel=0.01)
 
 
+def test_a_wheel_that_warms_up_grows_and_reads_less_and_nearly_all_of_it_comes_in_its_time() -> None:
+    sensor = WheelSpeedSensors.model_validate(
+        {"radius_warm_up_percent": {"rear_left": 0.4}, "radius_warm_up_time_min": 2.0, "radius_warm_up_begin_s": 60.0}
+    )
+    moving, scenario = rows(30_000, vehicle_speed=20.0), read_scenario("thesis_drive")
+    read = wheels_of(sensor, moving)
+    np.testing.assert_allclose(read["rear_right"], 20.0, rtol=1e-12)
+    grown_percent = 100.0 * (20.0 / read["rear_left"] - 1.0)
+    assert (np.abs(grown_percent[:6001]) < 1e-9).all()
+    assert grown_percent[18_000] == pytest.approx(0.4 * 0.95, abs=0.001)  # two minutes later
+    assert (np.diff(grown_percent[6000:]) > 0.0).all()
+    _, faults = sense_wheel_speeds(scenario.truck, moving, sensor, scenario.sensors.speed, chances())
+    assert [(f.signal, f.kind, f.begin_s) for f in faults] == [("wheel_speed_rear_left", "radius_warm_up", 60.0)]
+    assert faults[0].size == pytest.approx(0.004, rel=0.01)
+
+
+def test_a_share_of_frames_repeats_all_four_wheels_at_once_and_the_others_are_new() -> None:
+    moving, noisy = rows(20_000, vehicle_speed=20.0), {"noise_sd_m_s": 0.04, "resolution_m_s": 0.0}
+    fresh = wheels_of(WheelSpeedSensors.model_validate(noisy), moving)
+    read = wheels_of(WheelSpeedSensors.model_validate(noisy | {"repeat_share": 0.3}), moving)
+    repeats = {name: speed[2::2] == speed[:-2:2] for name, speed in read.items()}  # by frame
+    for name, speed in read.items():
+        np.testing.assert_array_equal(speed[::2], speed[1::2])  # nothing changes between two frames
+        np.testing.assert_array_equal(repeats[name], repeats["front_left"])
+        np.testing.assert_array_equal(speed[2::2][~repeats[name]], fresh[name][2::2][~repeats[name]])
+    assert repeats["front_left"].mean() == pytest.approx(0.3, abs=0.02)
+
+
+def test_wheels_are_as_noisy_and_as_coarse_as_their_own_section_says_or_else_as_the_speed() -> None:
+    moving = rows(20_000, vehicle_speed=20.0)
+    speed = read_scenario("thesis_drive").sensors.speed.model_copy(update={"noise_sd_m_s": 0.1, "resolution_m_s": 0.5})
+    truck = read_scenario("thesis_drive").truck
+    own = WheelSpeedSensors(noise_sd_m_s=0.04, resolution_m_s=0.01)
+    wheel = sense_wheel_speeds(truck, moving, own, speed, chances())[0]["wheel_speed_front_left"]
+    assert wheel.std() == pytest.approx(0.04, rel=0.05)
+    np.testing.assert_allclose(wheel / 0.01, np.round(wheel / 0.01), atol=1e-6)
+    read, _ = sense_wheel_speeds(truck, moving, WheelSpeedSensors(), speed, chances())
+    assert set(np.unique(read["wheel_speed_front_left"])) <= {19.5, 20.0, 20.5}
+
+
 # The satellite receiver
 
 HERE = {"latitude_deg": 59.2, "longitude_deg": 17.6}
@@ -384,6 +429,10 @@ def test_the_scenarios_page_names_every_key_of_every_sensor() -> None:
         ("[sensors.yaw_rate.dropouts]\nrate_1_h = 10.0\nlength_s = [3.0, 1.0]", "dropouts.length_s"),
         ("[[sensors.yaw_rate.failures]]\nbegin_s = 9.0\nsays = 'nothing'", "failures.0.says"),
         ("[sensors.wheel_speed.radius_error_percent]\nmiddle_left = 1.0", "radius_error_percent.middle_left"),
+        ("[sensors.wheel_speed]\nrepeat_share = 1.0", "wheel_speed.repeat_share"),
+        ("[sensors.wheel_speed]\nresolution_m_s = 9.0", "wheel_speed.resolution_m_s"),
+        ("[sensors.wheel_speed]\nradius_warm_up_time_min = 0.0", "wheel_speed.radius_warm_up_time_min"),
+        ("[sensors.wheel_speed.radius_warm_up_percent]\nrear_left = 30.0", "radius_warm_up_percent.rear_left"),
         ("[sensors.wheel_speed]\npulses_per_turn = -3", "wheel_speed.pulses_per_turn"),
         ("[sensors.gnss]\nlatitude_deg = 59.2", "gnss.longitude_deg"),
         ("[sensors.gnss]\nlatitude_deg = 95.0\nlongitude_deg = 0.0", "gnss.latitude_deg"),

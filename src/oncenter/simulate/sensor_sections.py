@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 from oncenter.simulate.section import NotNegative, Number, Positive, PositiveRange, Section, Whole
 
 _Percent = Annotated[Number, Field(ge=-20, le=20)]
+_SpeedStep = Annotated[Number, Field(ge=0, le=5)]
 _Turns = Annotated[Whole, Field(ge=-4, le=4)]
 _TURN_DEG = 360.0
 
@@ -160,12 +161,12 @@ class Accelerometer(Sensor):
 
 class SpeedSensor(Sensor):
     noise_sd_m_s: NotNegative
-    resolution_m_s: Annotated[Number, Field(ge=0, le=5)]
+    resolution_m_s: _SpeedStep
     scale_error_percent: _Percent = 0.0
 
 
 class RadiusErrors(Section):
-    """How much larger a wheel rolls than its control unit believes; a larger wheel reads less."""
+    """By how much each wheel's rolling radius exceeds the control unit's value; a larger wheel reads less."""
 
     front_left: _Percent = 0.0
     front_right: _Percent = 0.0
@@ -174,10 +175,16 @@ class RadiusErrors(Section):
 
 
 class WheelSpeedSensors(Sensor):
-    """The four wheels', beyond the noise and resolution of `[sensors.speed]`."""
+    """The four wheels'."""
 
+    noise_sd_m_s: NotNegative | None = None  # None: as `[sensors.speed]`
+    resolution_m_s: _SpeedStep | None = None  # None: as `[sensors.speed]`
+    repeat_share: Annotated[Number, Field(ge=0, lt=1)] = 0.0  # of HRW frames, that repeat all four last values
     scale_error_percent: _Percent = 0.0
     radius_error_percent: RadiusErrors = RadiusErrors()
+    radius_warm_up_percent: RadiusErrors = RadiusErrors()  # growth of the radius, by sun or by running
+    radius_warm_up_time_min: Positive = 10.0  # until only 5 % of the growth is left to come
+    radius_warm_up_begin_s: NotNegative = 0.0
     load_transfer_percent_m_s2: Annotated[Number, Field(ge=0, le=2)] = 0.0  # of the radius, per lateral acceleration
     pulses_per_turn: Annotated[Whole, Field(ge=0, le=1000)] = 0  # 0: speed comes without pulses
     rolling_radius_m: Annotated[Number, Field(ge=0.1, le=2)] = 0.5

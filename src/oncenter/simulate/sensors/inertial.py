@@ -12,9 +12,7 @@ from oncenter.simulate.chances import named_chances
 from oncenter.simulate.drive import RATE_HZ
 from oncenter.simulate.sensor_sections import Accelerometer, YawRateSensor
 from oncenter.simulate.sensors.faults import Fault, lasting
-from oncenter.simulate.sensors.reading import Array, reading, ticks
-
-_SETTLED = 3.0  # time constants until 5 % is left
+from oncenter.simulate.sensors.reading import Array, reading, ticks, warming
 
 
 @dataclass(frozen=True)
@@ -98,7 +96,7 @@ def _course(bias: _Bias, count: int, random: np.random.Generator) -> tuple[Array
         steps = named_chances(random, f"{bias.signal} random walk").standard_normal(count)
         parts["random_walk"] = np.cumsum(steps) * bias.random_walk_sd_min * np.sqrt(minutes[1])
     if bias.warm_up != 0.0:
-        parts["warm_up"] = bias.warm_up * np.exp(-_SETTLED * minutes / bias.warm_up_time_min)
+        parts["warm_up"] = bias.warm_up * warming(minutes, bias.warm_up_time_min)
     faults = [f for kind, part in parts.items() for f in lasting(bias.signal, kind, bias.si * part, bias.unit, count)]
     total = sum(parts.values(), np.zeros(count))
     for begin_s, step in bias.steps:

@@ -9,11 +9,18 @@ from oncenter.simulate.drive import RATE_HZ
 
 Array = npt.NDArray[np.float64]
 
+_SETTLED = 3.0  # time constants until 5 % is left
+
 
 def reading(value: Array, random: np.random.Generator, noise_sd: float, resolution: float, range_: float) -> Array:
     """Noisy, within the range, in whole steps of the resolution (0: no steps); all in one unit."""
     noisy = np.clip(value + noise_sd * random.standard_normal(len(value)), -range_, range_)
     return np.round(noisy / resolution) * resolution if resolution > 0.0 else noisy
+
+
+def warming(minutes: Array, time_min: float) -> Array:
+    """The share of a warm-up that is still to come: 5 % after its time."""
+    return np.exp(-_SETTLED * minutes / time_min)
 
 
 def fading(count: int, random: np.random.Generator, sd: float, time_s: float) -> Array:

@@ -5,22 +5,24 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from oncenter.simulate.chances import named_chances
 from oncenter.simulate.drive import RATE_HZ
 from oncenter.simulate.sensor_sections import SpeedSensor, WheelSpeedSensors
 from oncenter.simulate.sensors.faults import Fault, lasting
-from oncenter.simulate.sensors.reading import Array, reading
+from oncenter.simulate.sensors.reading import Array, reading, warming
 from oncenter.simulate.truck import first_axle_distance_m
 from oncenter.simulate.truck_sections import Truck
 
 CORNERS = ("front_left", "front_right", "rear_left", "rear_right")
 _PERCENT = 0.01
+_TICKS_A_FRAME = round(0.02 * RATE_HZ)  # HRW comes every 20 ms
 
 
 def sense_vehicle_speed(true_m_s: Array, sensor: SpeedSensor, random: np.random.Generator) -> tuple[Array, list[Fault]]:
     """The vehicle's speed as read, m/s, and what was wrong."""
     scale = sensor.scale_error_percent * _PERCENT
     faults = lasting("vehicle_speed", "scale_error", scale, "1", len(true_m_s))
-    return _rolling(true_m_s * (1.0 + scale), sensor, random), faults
+    return _rolling(true_m_s * (1.0 + scale), random, sensor.noise_sd_m_s, sensor.resolution_m_s), faults
 
 
 def sense_wheel_speeds(
@@ -30,7 +32,12 @@ def sense_wheel_speeds(
     as_fine_as: SpeedSensor,
     random: np.random.Generator,
 ) -> tuple[dict[str, Array], list[Fault]]:
-    """The wheels' speeds as read, m/s by signal name, and what was wrong with them."""
+    """The wheels' speeds as read, m/s by signal name, and what was wrong with them.
+
+    Their noise and resolution are those of `as_fine_as` where their own section gives none.
+    """
+    noise_sd = as_fine_as.noise_sd_m_s if sensor.noise_sd_m_s is None else sensor.noise_sd_m_s
+    resolution = as_fine_as.resolution_m_s if sensor.resolution_m_s is None else sensor.resolution_m_s
     scale = sensor.scale_error_percent * _PERCENT
     faults = lasting("wheel_speed", "scale_error", scale, "1", len(rows))
     if sensor.load_transfer_percent_m_s2 > 0.0:
@@ -39,14 +46,18 @@ def sense_wheel_speeds(
     columns = {}
     for name, speed in wheel_speeds(truck, rows).items():
         corner = name.removeprefix("wheel_speed_")
-        larger = getattr(sensor.radius_error_percent, corner) * _PERCENT
-        faults += lasting(name, "radius_error", larger, "1", len(rows))
-        said = speed * (1.0 + scale) / (1.0 + larger)
+        larger, of_radius = _radius_factor(name, corner, sensor, len(rows))
+        faults += of_radius
+        said = speed * (1.0 + scale) / larger
         if sensor.load_transfer_percent_m_s2 > 0.0:  # the load goes to the right in a left turn and flattens its tyres
             said = said / (1.0 + shares if corner.endswith("left") else 1.0 - shares)
         if sensor.pulses_per_turn > 0:
             said = _by_pulses(said, sensor)
-        columns[name] = _rolling(said, as_fine_as, random)
+        columns[name] = _rolling(said, random, noise_sd, resolution)
+    if sensor.repeat_share > 0.0:
+        faults.append(Fault("wheel_speed", "repeats", 0.0, len(rows) / RATE_HZ))
+        sent = _sent_at(len(rows), sensor.repeat_share, named_chances(random, "wheel_speed repeats"))
+        columns = {name: read[sent] for name, read in columns.items()}
     return columns, faults
 
 
@@ -78,7 +89,28 @@ def _by_pulses(speed: Array, sensor: WheelSpeedSensors) -> Array:
     return np.divide(pulses * per_pulse_m, spent, out=np.zeros_like(speed), where=(pulses > 0.0) & (spent > 0.0))
 
 
-def _rolling(true: Array, sensor: SpeedSensor, random: np.random.Generator) -> Array:
+def _radius_factor(name: str, corner: str, sensor: WheelSpeedSensors, count: int) -> tuple[Array, list[Fault]]:
+    """How many times the believed radius a wheel has at every tick, and the faults that this is."""
+    error = getattr(sensor.radius_error_percent, corner) * _PERCENT
+    growth = getattr(sensor.radius_warm_up_percent, corner) * _PERCENT
+    begin_s = sensor.radius_warm_up_begin_s
+    minutes = np.maximum(np.arange(count) / RATE_HZ - begin_s, 0.0) / 60.0
+    grown = growth * (1.0 - warming(minutes, sensor.radius_warm_up_time_min))
+    faults = lasting(name, "radius_error", error, "1", count)
+    faults += lasting(name, "radius_warm_up", grown, "1", count, begin_s)
+    return (1.0 + error) * (1.0 + grown), faults
+
+
+def _sent_at(count: int, repeat_share: float, random: np.random.Generator) -> npt.NDArray[np.intp]:
+    """At every tick, the tick at which its frame's values were new: a repeating frame sends the frame before's."""
+    frame = np.arange(count) // _TICKS_A_FRAME
+    is_new = random.random(frame[-1] + 1) >= repeat_share
+    is_new[0] = True
+    newest = np.maximum.accumulate(np.where(is_new, np.arange(len(is_new)), 0))
+    return newest[frame] * _TICKS_A_FRAME
+
+
+def _rolling(true: Array, random: np.random.Generator, noise_sd: float, resolution: float) -> Array:
     """A speed sensor counts teeth: it says nothing of a wheel that stands, and never less than nothing."""
-    read = reading(true, random, sensor.noise_sd_m_s, sensor.resolution_m_s, np.inf)
+    read = reading(true, random, noise_sd, resolution, np.inf)
     return np.where(true > 0.0, np.maximum(read, 0.0), 0.0)

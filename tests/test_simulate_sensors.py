@@ -18,16 +18,19 @@ from oncenter.simulate.drive import ROW_DTYPE
 from oncenter.simulate.scenario import read_scenario
 from oncenter.simulate.section import Section
 from oncenter.simulate.sensor_sections import (
+    Accelerometer,
     Gnss,
     Sensors,
+    SpeedSensor,
     SteeringWheelAngleSensor,
     WheelSpeedSensors,
     YawRateSensor,
 )
 from oncenter.simulate.sensors.angle import sense_angle
+from oncenter.simulate.sensors.faults import delays
 from oncenter.simulate.sensors.gnss import sense_gnss
-from oncenter.simulate.sensors.inertial import sense_yaw_rate
-from oncenter.simulate.sensors.wheels import sense_wheel_speeds, wheel_speeds
+from oncenter.simulate.sensors.inertial import sense_acceleration, sense_yaw_rate
+from oncenter.simulate.sensors.wheels import sense_vehicle_speed, sense_wheel_speeds, wheel_speeds
 
 DRIVE = """base = "thesis_drive"
 about = "a minute and a half"
@@ -92,6 +95,9 @@ FAULTS = {
     "yaw_rate_rad_s": [
         "[sensors.yaw_rate]\nrandom_walk_sd_deg_s_min = 1.0",
         "[sensors.yaw_rate]\ndrift_deg_s_min = 0.5\nwarm_up_deg_s = 2.0\nbank_shift_mrad_s_percent = 0.05",
+        "[sensors.yaw_rate]\nlatency_s = 0.1",
+        "[sensors.yaw_rate]\nfilter_time_s = 0.1",
+        "[sensors.yaw_rate]\nhold_s = 0.05",
         "[[sensors.yaw_rate.stuck]]\nbegin_s = 30.0\nlength_s = 20.0",
     ],
     "lateral_acceleration_m_s2": [
@@ -103,7 +109,7 @@ FAULTS = {
         "[sensors.wheel_speed.radius_warm_up_percent]\nfront_left = 0.2\nfront_right = 0.2\nrear_left = 0.2\n"
         "rear_right = 0.2",
     ],
-    "vehicle_speed_m_s": ["[[sensors.speed.failures]]\nbegin_s = 80.0"],
+    "vehicle_speed_m_s": ["[[sensors.speed.failures]]\nbegin_s = 80.0", "[sensors.speed]\nlatency_s = 0.2"],
     "none": ["[sensors.gnss]\nlatitude_deg = 59.2\nlongitude_deg = 17.6"],
 }
 
@@ -159,6 +165,86 @@ def test_a_stuck_sensor_says_its_last_number_and_then_goes_on(drive: Drive, faul
     assert len(np.unique(lively[3000:4000])) > 100
     np.testing.assert_array_equal(np.delete(stuck, slice(3000, 4000)), np.delete(lively, slice(3000, 4000)))
     assert ("wheel_speed", "stuck", 30.0, 40.0) in [(f.signal, f.kind, f.begin_s, f.end_s) for f in truth.faults]
+
+
+def read_by_each(moving: np.ndarray, late: dict[str, float]) -> dict[str, np.ndarray]:
+    """What sensors without noise make of the same true value, in that value's unit."""
+    fine = read_scenario("thesis_drive").sensors
+    still = {"bias_deg_s": 0.0, "noise_sd_deg_s": 0.0, "resolution_deg_s": 0.0, "range_deg_s": 2000.0}
+    yaw_rate, *_ = sense_yaw_rate(moving, YawRateSensor(**still, **late), chances())
+    angle, *_ = sense_angle(
+        moving["steering_wheel_angle"], SteeringWheelAngleSensor(offset_deg=0.0, **WITHOUT_NOISE, **late), chances()
+    )
+    still = {"bias_m_s2": 0.0, "noise_sd_m_s2": 0.0, "resolution_m_s2": 0.0, "range_m_s2": 1000.0}
+    acceleration, *_ = sense_acceleration(
+        "longitudinal_acceleration", moving["longitudinal_acceleration"], Accelerometer(**still, **late), chances()
+    )
+    speed, _ = sense_vehicle_speed(
+        moving["vehicle_speed"], SpeedSensor(noise_sd_m_s=0.0, resolution_m_s=0.0, **late), chances()
+    )
+    straight = moving.copy()
+    straight["yaw_rate"] = straight["steering_wheel_angle"] = 0.0
+    exact = WheelSpeedSensors(noise_sd_m_s=0.0, resolution_m_s=0.0, **late)
+    wheels, _ = sense_wheel_speeds(read_scenario("thesis_drive").truck, straight, exact, fine.speed, chances())
+    _, over_ground = sense_gnss(moving, Gnss(**HERE, **late), chances())
+    return {
+        "yaw_rate": yaw_rate,
+        "angle": angle,
+        "acceleration": acceleration,
+        "speed": speed,
+        "wheel": wheels["wheel_speed_rear_left"],
+        "over_ground": over_ground,
+    }
+
+
+def ramp(count: int = 3000) -> np.ndarray:
+    """1 m/s^2, 1 rad/s^2 and so on, from the third second on."""
+    rising = np.maximum(np.arange(count) / 100.0 - 3.0, 0.0)
+    names = ("yaw_rate", "steering_wheel_angle", "longitudinal_acceleration", "vehicle_speed")
+    return rows(count, **dict.fromkeys(names, rising))
+
+
+@pytest.mark.parametrize("late", [{"latency_s": 0.123}, {"filter_time_s": 0.123}])
+def test_latency_and_low_pass_both_say_of_a_ramp_what_was_true_their_time_ago(late: dict[str, float]) -> None:
+    true = np.arange(3000) / 100.0 - 3.0
+    for name, read in read_by_each(ramp(), late).items():
+        np.testing.assert_allclose(read[600:2000], true[600:2000] - 0.123, atol=1e-9, err_msg=name)
+        assert read[0] == 0.0, name
+
+
+def test_a_low_pass_has_come_all_but_1_e_of_a_step_s_way_after_its_time() -> None:
+    step = rows(1000, yaw_rate=np.r_[np.zeros(300), np.ones(700)])
+    read = read_by_each(step, {"filter_time_s": 0.5})["yaw_rate"]
+    assert read[300 + 50] == pytest.approx(1.0 - np.exp(-1.0), abs=0.005)
+    assert read[-1] == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("hold_s", "new_at"), [(0.05, [5, 10, 15]), (0.025, [3, 5, 8]), (0.1, [10, 20, 30])])
+def test_a_holding_sensor_says_a_new_value_only_as_often_as_it_says(hold_s: float, new_at: list[int]) -> None:
+    moving = ramp()
+    for name, read in read_by_each(moving, {"hold_s": hold_s}).items():
+        changes = np.flatnonzero(np.diff(read)) + 1
+        after_s3 = changes[changes >= 300 + new_at[0]] - 300
+        assert after_s3[:3].tolist() == new_at, name
+        np.testing.assert_allclose(read[changes], moving["vehicle_speed"][changes], atol=1e-12, err_msg=name)
+
+
+def test_a_late_speed_sensor_still_reads_nought_where_no_teeth_pass() -> None:
+    speed = np.r_[np.zeros(100), np.full(500, 5.0), np.zeros(400)]
+    sensor = SpeedSensor(noise_sd_m_s=0.05, resolution_m_s=0.0, latency_s=0.1, filter_time_s=0.3)
+    read, _ = sense_vehicle_speed(speed, sensor, chances())
+    assert (read[:110] == 0.0).all()
+    assert (read[610:] == 0.0).all()
+    assert (read[140:610] > 0.0).all()
+
+
+def test_the_truth_lists_how_a_sensor_is_late() -> None:
+    late = SpeedSensor(noise_sd_m_s=0.0, resolution_m_s=0.0, latency_s=0.1, filter_time_s=0.3, hold_s=0.1)
+    assert [(f.kind, f.end_s) for f in delays("vehicle_speed", late, 500)] == [
+        ("latency", 5.0),
+        ("filter", 5.0),
+        ("hold", 5.0),
+    ]
 
 
 # The angle
@@ -429,6 +515,9 @@ def test_the_scenarios_page_names_every_key_of_every_sensor() -> None:
         ("[sensors.yaw_rate.dropouts]\nrate_1_h = 10.0\nlength_s = [3.0, 1.0]", "dropouts.length_s"),
         ("[[sensors.yaw_rate.failures]]\nbegin_s = 9.0\nsays = 'nothing'", "failures.0.says"),
         ("[sensors.wheel_speed.radius_error_percent]\nmiddle_left = 1.0", "radius_error_percent.middle_left"),
+        ("[sensors.speed]\nlatency_s = 0.6", "speed.latency_s"),
+        ("[sensors.yaw_rate]\nfilter_time_s = -0.1", "yaw_rate.filter_time_s"),
+        ("[sensors.yaw_rate]\nhold_s = 6.0", "yaw_rate.hold_s"),
         ("[sensors.wheel_speed]\nrepeat_share = 1.0", "wheel_speed.repeat_share"),
         ("[sensors.wheel_speed]\nresolution_m_s = 9.0", "wheel_speed.resolution_m_s"),
         ("[sensors.wheel_speed]\nradius_warm_up_time_min = 0.0", "wheel_speed.radius_warm_up_time_min"),

@@ -44,6 +44,9 @@ class Stuck(Section):
 class Sensor(Section):
     """What every sensor may do wrong."""
 
+    latency_s: Annotated[Number, Field(ge=0, le=0.5)] = 0.0  # age of the true value in the reading
+    filter_time_s: Annotated[Number, Field(ge=0, le=5)] = 0.0  # time constant of a first-order low pass
+    hold_s: Annotated[Number, Field(ge=0, le=5)] = 0.0  # between new readings; the last one is held
     dropouts: Dropouts | None = None
     failures: tuple[Failure, ...] = ()
     stuck: tuple[Stuck, ...] = ()

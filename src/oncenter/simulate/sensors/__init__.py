@@ -14,7 +14,7 @@ from oncenter.simulate.drive import RATE_HZ
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.sensor_sections import Gnss, Sensor
 from oncenter.simulate.sensors.angle import sense_angle
-from oncenter.simulate.sensors.faults import Fault, silenced, silences
+from oncenter.simulate.sensors.faults import Fault, delays, silenced, silences
 from oncenter.simulate.sensors.gnss import sense_gnss
 from oncenter.simulate.sensors.inertial import sense_acceleration, sense_yaw_rate
 from oncenter.simulate.sensors.reading import Array
@@ -54,9 +54,8 @@ def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Gene
 
     def take(signal: str, read: Array, sensor: Sensor, own: list[Fault]) -> None:
         """A signal as it comes through what its sensor's section says, and what was wrong with it."""
-        faults.extend(own)
         silent = silences(signal, sensor, len(rows), random)
-        faults.extend(silent)
+        faults.extend([*own, *delays(signal, sensor, len(rows)), *silent])
         columns[signal] = silenced(read, [*own, *silent])
 
     angle, offset, offset_and_turns, of_angle = sense_angle(
@@ -78,7 +77,7 @@ def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Gene
     wheels, of_wheels = sense_wheel_speeds(scenario.truck, rows, sensors.wheel_speed, sensors.speed, random)
     silent = silences("wheel_speed", sensors.wheel_speed, len(rows), random)
     columns |= {wheel: silenced(read, silent) for wheel, read in wheels.items()}
-    faults += of_wheels + silent
+    faults += of_wheels + delays("wheel_speed", sensors.wheel_speed, len(rows)) + silent
 
     absolute = float(sensors.steering_wheel_angle.relative is None)
     columns["steering_wheel_angle_sensor_type"] = np.full(len(rows), absolute)
@@ -106,7 +105,7 @@ def _take_gnss(
     received, over_ground = sense_gnss(rows, gnss, random)
     silent = silences("gnss", gnss, len(rows), random)
     columns |= {signal: silenced(read, silent) for signal, read in received.items()}
-    return silenced(over_ground, silent), silent
+    return silenced(over_ground, silent), delays("gnss", gnss, len(rows)) + silent
 
 
 def _signals(name: str, time: Array, columns: Mapping[str, Array]) -> Signals:

@@ -10,7 +10,7 @@ from oncenter.signals import DEGREE
 from oncenter.simulate.drive import RATE_HZ
 from oncenter.simulate.sensor_sections import RelativeAngle, SteeringWheelAngleSensor
 from oncenter.simulate.sensors.faults import Fault, lasting
-from oncenter.simulate.sensors.reading import Array, reading, ticks
+from oncenter.simulate.sensors.reading import Array, delayed, held, reading, ticks
 
 SIGNAL = "steering_wheel_angle"
 _TURN_DEG = 360.0
@@ -22,12 +22,13 @@ def sense_angle(
     """The angle as read, its offset without and its offset with whole turns, all rad, and what was wrong."""
     offset_deg, faults = _offset(sensor, len(true_rad))
     turns_deg, of_turns = _whole_turns(sensor.relative, len(true_rad))
-    played_deg = _with_hysteresis(true_rad / DEGREE, sensor.hysteresis_deg)
+    played_deg = delayed(_with_hysteresis(true_rad / DEGREE, sensor.hysteresis_deg), sensor)
     faults += lasting(SIGNAL, "hysteresis", sensor.hysteresis_deg / 2.0 * DEGREE, "rad", len(true_rad))
     read_deg = reading(
         played_deg + (offset_deg + turns_deg), random, sensor.noise_sd_deg, sensor.resolution_deg, sensor.range_deg
     )
-    return DEGREE * read_deg, DEGREE * offset_deg, DEGREE * (offset_deg + turns_deg), faults + of_turns
+    read = held(DEGREE * read_deg, sensor.hold_s)
+    return read, DEGREE * offset_deg, DEGREE * (offset_deg + turns_deg), faults + of_turns
 
 
 def _offset(sensor: SteeringWheelAngleSensor, count: int) -> tuple[Array, list[Fault]]:

@@ -21,7 +21,7 @@ class Fault:
         signal: by its name without unit; "wheel_speed" and "gnss" for all that these say.
         kind: "offset", "remount", "self_correction", "whole_turns", "hysteresis", "bias", "drift", "random_walk",
             "warm_up", "bank_shift", "scale_error", "radius_error", "radius_warm_up", "load_transfer", "repeats",
-            "stuck", "not_available", "error".
+            "latency", "filter", "hold", "stuck", "not_available", "error".
         begin_s, end_s: since the drive began; to the drive's end for what lasts.
         size: what it adds to the reading, at its largest, in `unit`; a share of the reading where the unit is "1"; None
             for what has no size.
@@ -41,6 +41,12 @@ def lasting(signal: str, kind: str, added: Array | float, unit: str, count: int,
     course = np.atleast_1d(added)
     size = float(course[np.argmax(np.abs(course))])
     return [Fault(signal, kind, begin_s, count / RATE_HZ, size, unit)] if size != 0.0 else []
+
+
+def delays(signal: str, sensor: Sensor, count: int) -> list[Fault]:
+    """How the sensor is late, as its section says."""
+    late = {"latency": sensor.latency_s, "filter": sensor.filter_time_s, "hold": sensor.hold_s}
+    return [Fault(signal, kind, 0.0, count / RATE_HZ) for kind, time_s in late.items() if time_s > 0.0]
 
 
 def silences(signal: str, sensor: Sensor, count: int, random: np.random.Generator) -> list[Fault]:

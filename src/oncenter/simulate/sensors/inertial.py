@@ -12,7 +12,7 @@ from oncenter.simulate.chances import named_chances
 from oncenter.simulate.drive import RATE_HZ
 from oncenter.simulate.sensor_sections import Accelerometer, YawRateSensor
 from oncenter.simulate.sensors.faults import Fault, lasting
-from oncenter.simulate.sensors.reading import Array, reading, ticks, warming
+from oncenter.simulate.sensors.reading import Array, delayed, held, reading, ticks, warming
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,13 @@ def sense_yaw_rate(
         bias_deg_s = bias_deg_s + shift_rad_s / DEGREE
         faults += lasting("yaw_rate", "bank_shift", shift_rad_s, "rad_s", len(rows))
     read_deg_s = reading(
-        rows["yaw_rate"] / DEGREE + bias_deg_s,
+        delayed(rows["yaw_rate"] / DEGREE, sensor) + bias_deg_s,
         random,
         sensor.noise_sd_deg_s,
         sensor.resolution_deg_s,
         sensor.range_deg_s,
     )
-    return DEGREE * read_deg_s, DEGREE * bias_deg_s, faults
+    return held(DEGREE * read_deg_s, sensor.hold_s), DEGREE * bias_deg_s, faults
 
 
 def sense_acceleration(
@@ -82,8 +82,9 @@ def sense_acceleration(
         len(true_m_s2),
         random,
     )
-    read = reading(true_m_s2 + bias, random, sensor.noise_sd_m_s2, sensor.resolution_m_s2, sensor.range_m_s2)
-    return read, bias, faults
+    felt = delayed(true_m_s2, sensor)
+    read = reading(felt + bias, random, sensor.noise_sd_m_s2, sensor.resolution_m_s2, sensor.range_m_s2)
+    return held(read, sensor.hold_s), bias, faults
 
 
 def _course(bias: _Bias, count: int, random: np.random.Generator) -> tuple[Array, list[Fault]]:

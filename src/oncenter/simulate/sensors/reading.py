@@ -1,15 +1,56 @@
-"""What every sensor does with what it measures: noise, range, whole steps, and errors that fade."""
+"""What every sensor does with a true value: age, low pass, noise, range, steps, hold, and errors that fade."""
 
 from __future__ import annotations
+
+from itertools import accumulate
 
 import numpy as np
 import numpy.typing as npt
 
 from oncenter.simulate.drive import RATE_HZ
+from oncenter.simulate.sensor_sections import Sensor
 
 Array = npt.NDArray[np.float64]
 
 _SETTLED = 3.0  # time constants until 5 % is left
+_ROUNDING = 1e-9  # of a quotient or product that is a whole number
+
+
+def delayed(true: Array, sensor: Sensor) -> Array:
+    """The true value as old as the sensor's latency, and smoothed by its low pass.
+
+    Before the drive the value was what it is at the first tick.
+    """
+    return low_passed(aged(true, sensor.latency_s), sensor.filter_time_s)
+
+
+def aged(values: Array, latency_s: float) -> Array:
+    """The values of `latency_s` ago, on straight lines between ticks."""
+    if latency_s == 0.0:
+        return values
+    time = np.arange(len(values)) / RATE_HZ
+    return np.interp(time - latency_s, time, values)
+
+
+def low_passed(values: Array, time_s: float) -> Array:
+    """First order, exact for values that go on straight lines between ticks: a ramp lags by `time_s`."""
+    if time_s == 0.0:
+        return values
+    tick = 1.0 / (RATE_HZ * time_s)
+    keep = np.exp(-tick)
+    share = (1.0 - keep) / tick
+    pushes = (1.0 - share) * values[1:] + (share - keep) * values[:-1]
+    followed = accumulate(pushes.tolist(), lambda last, push: keep * last + push, initial=float(values[0]))
+    return np.fromiter(followed, np.float64, len(values))
+
+
+def held(read: Array, hold_s: float) -> Array:
+    """A new reading only every `hold_s`, from the first tick on."""
+    if hold_s * RATE_HZ <= 1.0:
+        return read
+    tick = np.arange(len(read))
+    number = np.floor(tick / RATE_HZ / hold_s + _ROUNDING)
+    return read[np.minimum(np.ceil(number * hold_s * RATE_HZ - _ROUNDING).astype(np.intp), tick)]
 
 
 def reading(value: Array, random: np.random.Generator, noise_sd: float, resolution: float, range_: float) -> Array:

@@ -7,9 +7,9 @@ import numpy.typing as npt
 
 from oncenter.simulate.chances import named_chances
 from oncenter.simulate.drive import RATE_HZ
-from oncenter.simulate.sensor_sections import SpeedSensor, WheelSpeedSensors
+from oncenter.simulate.sensor_sections import Sensor, SpeedSensor, WheelSpeedSensors
 from oncenter.simulate.sensors.faults import Fault, lasting
-from oncenter.simulate.sensors.reading import Array, reading, warming
+from oncenter.simulate.sensors.reading import Array, aged, held, low_passed, reading, warming
 from oncenter.simulate.truck import first_axle_distance_m
 from oncenter.simulate.truck_sections import Truck
 
@@ -22,7 +22,7 @@ def sense_vehicle_speed(true_m_s: Array, sensor: SpeedSensor, random: np.random.
     """The vehicle's speed as read, m/s, and what was wrong."""
     scale = sensor.scale_error_percent * _PERCENT
     faults = lasting("vehicle_speed", "scale_error", scale, "1", len(true_m_s))
-    return _rolling(true_m_s * (1.0 + scale), random, sensor.noise_sd_m_s, sensor.resolution_m_s), faults
+    return _rolling(true_m_s * (1.0 + scale), sensor, random, sensor.noise_sd_m_s, sensor.resolution_m_s), faults
 
 
 def sense_wheel_speeds(
@@ -53,7 +53,7 @@ def sense_wheel_speeds(
             said = said / (1.0 + shares if corner.endswith("left") else 1.0 - shares)
         if sensor.pulses_per_turn > 0:
             said = _by_pulses(said, sensor)
-        columns[name] = _rolling(said, random, noise_sd, resolution)
+        columns[name] = _rolling(said, sensor, random, noise_sd, resolution)
     if sensor.repeat_share > 0.0:
         faults.append(Fault("wheel_speed", "repeats", 0.0, len(rows) / RATE_HZ))
         sent = _sent_at(len(rows), sensor.repeat_share, named_chances(random, "wheel_speed repeats"))
@@ -110,7 +110,11 @@ def _sent_at(count: int, repeat_share: float, random: np.random.Generator) -> np
     return newest[frame] * _TICKS_A_FRAME
 
 
-def _rolling(true: Array, random: np.random.Generator, noise_sd: float, resolution: float) -> Array:
-    """A speed sensor counts teeth: it says nothing of a wheel that stands, and never less than nothing."""
-    read = reading(true, random, noise_sd, resolution, np.inf)
-    return np.where(true > 0.0, np.maximum(read, 0.0), 0.0)
+def _rolling(true: Array, sensor: Sensor, random: np.random.Generator, noise_sd: float, resolution: float) -> Array:
+    """A speed sensor counts teeth: it reads nought at a wheel that stands, and never less.
+
+    A low pass does not outlast the teeth: without them the reading is nought at once.
+    """
+    counted = aged(true, sensor.latency_s)
+    read = reading(low_passed(counted, sensor.filter_time_s), random, noise_sd, resolution, np.inf)
+    return held(np.where(counted > 0.0, np.maximum(read, 0.0), 0.0), sensor.hold_s)

@@ -95,6 +95,8 @@ FAULTS = {
     "yaw_rate_rad_s": [
         "[sensors.yaw_rate]\nrandom_walk_sd_deg_s_min = 1.0",
         "[sensors.yaw_rate]\ndrift_deg_s_min = 0.5\nwarm_up_deg_s = 2.0\nbank_shift_mrad_s_percent = 0.05",
+        "[sensors.yaw_rate]\nscale_error_percent = 2.0",
+        "[sensors.yaw_rate]\nscale_warm_up_percent = 2.0",
         "[sensors.yaw_rate]\nlatency_s = 0.1",
         "[sensors.yaw_rate]\nfilter_time_s = 0.1",
         "[sensors.yaw_rate]\nhold_s = 0.05",
@@ -335,6 +337,19 @@ def test_a_banked_road_shifts_the_yaw_rate(slope_percent: float, shift_mrad_s: f
     assert faults[-1].size == pytest.approx(shift_mrad_s / 1000)
 
 
+def test_a_cold_gyro_s_scale_is_further_off_and_settles_while_a_truck_that_does_not_turn_reads_its_bias() -> None:
+    sensor = gyro(scale_error_percent=-1.0, scale_warm_up_percent=3.0, warm_up_time_min=5.0)
+    turning, _, faults = sense_yaw_rate(rows(60_000, yaw_rate=10.0 * DEGREE), sensor, chances())
+    ratio = (turning / DEGREE - 0.2) / 10.0
+    assert ratio[0] == pytest.approx(1.02)
+    assert ratio[30_000] == pytest.approx(0.99 + 0.03 * 0.05, abs=1e-4)
+    assert (np.diff(ratio) < 0.0).all()
+    straight, bias, _ = sense_yaw_rate(rows(60_000), sensor, chances())
+    np.testing.assert_array_equal(straight, bias)
+    sizes = {f.kind: f.size for f in faults if f.unit == "1"}
+    assert sizes == pytest.approx({"scale_error": -0.01, "scale_warm_up": 0.03})
+
+
 # The wheels
 
 
@@ -517,6 +532,8 @@ def test_the_scenarios_page_names_every_key_of_every_sensor() -> None:
         ("[sensors.wheel_speed.radius_error_percent]\nmiddle_left = 1.0", "radius_error_percent.middle_left"),
         ("[sensors.speed]\nlatency_s = 0.6", "speed.latency_s"),
         ("[sensors.yaw_rate]\nfilter_time_s = -0.1", "yaw_rate.filter_time_s"),
+        ("[sensors.yaw_rate]\nscale_error_percent = 21.0", "yaw_rate.scale_error_percent"),
+        ("[sensors.yaw_rate]\nscale_warm_up_percent = -21.0", "yaw_rate.scale_warm_up_percent"),
         ("[sensors.yaw_rate]\nhold_s = 6.0", "yaw_rate.hold_s"),
         ("[sensors.wheel_speed]\nrepeat_share = 1.0", "wheel_speed.repeat_share"),
         ("[sensors.wheel_speed]\nresolution_m_s = 9.0", "wheel_speed.resolution_m_s"),

@@ -129,6 +129,8 @@ class YawRateSensor(Sensor):
     random_walk_sd_deg_s_min: NotNegative = 0.0  # of the bias's change in one minute
     warm_up_deg_s: Number = 0.0  # what there is besides the bias when switched on
     warm_up_time_min: Positive = 15.0  # until only 5 % of that is left, 2.5
+    scale_error_percent: _Percent = 0.0
+    scale_warm_up_percent: _Percent = 0.0  # besides the scale error when switched on; fades as warm_up_deg_s
     bank_shift_mrad_s_percent: Annotated[Number, Field(ge=-1, le=1)] = 0.0  # of cross slope, 2.5: 0.05
     remounts: tuple[YawRateRemount, ...] = ()
 

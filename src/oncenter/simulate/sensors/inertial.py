@@ -14,6 +14,8 @@ from oncenter.simulate.sensor_sections import Accelerometer, YawRateSensor
 from oncenter.simulate.sensors.faults import Fault, lasting
 from oncenter.simulate.sensors.reading import Array, delayed, held, reading, ticks, warming
 
+_PERCENT = 0.01
+
 
 @dataclass(frozen=True)
 class _Bias:
@@ -53,14 +55,24 @@ def sense_yaw_rate(
         shift_rad_s = sensor.bank_shift_mrad_s_percent / 1000.0 * 100.0 * rows["cross_slope"]
         bias_deg_s = bias_deg_s + shift_rad_s / DEGREE
         faults += lasting("yaw_rate", "bank_shift", shift_rad_s, "rad_s", len(rows))
+    scale, of_scale = _scale(sensor, len(rows))
     read_deg_s = reading(
-        delayed(rows["yaw_rate"] / DEGREE, sensor) + bias_deg_s,
+        delayed(rows["yaw_rate"] / DEGREE, sensor) * scale + bias_deg_s,
         random,
         sensor.noise_sd_deg_s,
         sensor.resolution_deg_s,
         sensor.range_deg_s,
     )
-    return held(DEGREE * read_deg_s, sensor.hold_s), DEGREE * bias_deg_s, faults
+    return held(DEGREE * read_deg_s, sensor.hold_s), DEGREE * bias_deg_s, faults + of_scale
+
+
+def _scale(sensor: YawRateSensor, count: int) -> tuple[Array, list[Fault]]:
+    """How many times the true yaw rate the gyro measures at every tick: its temperature changes that."""
+    minutes = np.arange(count) / RATE_HZ / 60.0
+    error = sensor.scale_error_percent * _PERCENT
+    cold = sensor.scale_warm_up_percent * _PERCENT * warming(minutes, sensor.warm_up_time_min)
+    faults = lasting("yaw_rate", "scale_error", error, "1", count)
+    return 1.0 + error + cold, faults + lasting("yaw_rate", "scale_warm_up", cold, "1", count)
 
 
 def sense_acceleration(

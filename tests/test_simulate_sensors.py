@@ -20,6 +20,7 @@ from oncenter.simulate.section import Section
 from oncenter.simulate.sensor_sections import (
     Accelerometer,
     Gnss,
+    LateralAccelerometer,
     Sensors,
     SpeedSensor,
     SteeringWheelAngleSensor,
@@ -29,7 +30,7 @@ from oncenter.simulate.sensor_sections import (
 from oncenter.simulate.sensors.angle import sense_angle
 from oncenter.simulate.sensors.faults import delays
 from oncenter.simulate.sensors.gnss import sense_gnss
-from oncenter.simulate.sensors.inertial import sense_acceleration, sense_yaw_rate
+from oncenter.simulate.sensors.inertial import sense_acceleration, sense_lateral_acceleration, sense_yaw_rate
 from oncenter.simulate.sensors.wheels import sense_vehicle_speed, sense_wheel_speeds, wheel_speeds
 
 DRIVE = """base = "thesis_drive"
@@ -103,7 +104,10 @@ FAULTS = {
         "[[sensors.yaw_rate.stuck]]\nbegin_s = 30.0\nlength_s = 20.0",
     ],
     "lateral_acceleration_m_s2": [
-        "[sensors.lateral_acceleration]\ndrift_m_s2_min = 0.3\nrandom_walk_sd_m_s2_min = 0.2"
+        "[sensors.lateral_acceleration]\ndrift_m_s2_min = 0.3\nrandom_walk_sd_m_s2_min = 0.2",
+        "[sensors.lateral_acceleration]\nahead_of_gravity_centre_m = 3.0",
+        "[sensors.lateral_acceleration]\ntilt_deg = -1.0",
+        "[sensors.lateral_acceleration]\nturned_deg = 5.0",
     ],
     "wheel_speed_": [
         "[sensors.wheel_speed]\nscale_error_percent = 1.0\npulses_per_turn = 100",
@@ -350,6 +354,50 @@ def test_a_cold_gyro_s_scale_is_further_off_and_settles_while_a_truck_that_does_
     assert sizes == pytest.approx({"scale_error": -0.01, "scale_warm_up": 0.03})
 
 
+# The accelerometer
+
+
+def felt_by(moving: np.ndarray, **mounted: float) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
+    """What a lateral accelerometer without noise reads, its bias, and the sizes of its faults by kind."""
+    exact = {"bias_m_s2": 0.1, "noise_sd_m_s2": 0.0, "resolution_m_s2": 0.0, "range_m_s2": 15.0}
+    read, bias, faults = sense_lateral_acceleration(moving, LateralAccelerometer(**exact, **mounted), chances())
+    return read, bias, {f.kind: f.size for f in faults}
+
+
+def test_an_accelerometer_ahead_of_the_gravity_centre_feels_the_truck_begin_to_turn() -> None:
+    swinging = rows(2000, yaw_rate=0.2 * np.sin(2.0 * np.arange(2000) / 100.0), felt_lateral_acceleration=0.5)
+    read, bias, sizes = felt_by(swinging, ahead_of_gravity_centre_m=1.5)
+    yaw_acceleration = 0.4 * np.cos(2.0 * np.arange(2000) / 100.0)
+    np.testing.assert_allclose(read[1:-1], (0.6 + 1.5 * yaw_acceleration)[1:-1], atol=1e-3)
+    assert (bias == 0.1).all()
+    assert sizes == pytest.approx({"bias": 0.1, "ahead_of_gravity_centre": 0.6}, abs=2e-3)
+    behind, *_ = felt_by(swinging, ahead_of_gravity_centre_m=-1.5)
+    np.testing.assert_allclose(behind + read, 1.2, atol=1e-9)
+
+
+def test_a_tilted_accelerometer_feels_gravity_and_the_truth_calls_that_its_bias() -> None:
+    read, bias, sizes = felt_by(rows(100, felt_lateral_acceleration=0.5), tilt_deg=1.0)
+    np.testing.assert_allclose(read, 0.6 + 9.80665 * np.sin(np.deg2rad(1.0)))
+    np.testing.assert_allclose(read - bias, 0.5)
+    assert sizes == pytest.approx({"bias": 0.1, "tilt": 0.171150}, rel=1e-4)
+
+
+def test_a_turned_accelerometer_feels_the_truck_speed_up_and_brake() -> None:
+    speeding_up = rows(200, longitudinal_acceleration=np.r_[np.full(100, 1.0), np.full(100, -2.0)])
+    read, bias, sizes = felt_by(speeding_up, turned_deg=3.0)
+    np.testing.assert_allclose(read[[0, 150]], 0.1 + np.sin(np.deg2rad(3.0)) * np.array([1.0, -2.0]))
+    assert (bias == 0.1).all()
+    assert sizes == pytest.approx({"bias": 0.1, "turned": -2.0 * np.sin(np.deg2rad(3.0))})
+
+
+@pytest.mark.parametrize(("roll_share", "felt"), [(1.0, 2.4), (0.0, 2.0), (0.25, 2.1)])
+def test_an_accelerometer_on_the_frame_does_not_feel_the_body_lean(roll_share: float, felt: float) -> None:
+    leaning = rows(100, lateral_acceleration=2.0, felt_lateral_acceleration=2.4)
+    read, bias, sizes = felt_by(leaning, roll_share=roll_share)
+    np.testing.assert_allclose(read - bias, felt)
+    assert sizes.get("roll_share", 0.0) == pytest.approx(felt - 2.4)
+
+
 # The wheels
 
 
@@ -534,6 +582,12 @@ def test_the_scenarios_page_names_every_key_of_every_sensor() -> None:
         ("[sensors.yaw_rate]\nfilter_time_s = -0.1", "yaw_rate.filter_time_s"),
         ("[sensors.yaw_rate]\nscale_error_percent = 21.0", "yaw_rate.scale_error_percent"),
         ("[sensors.yaw_rate]\nscale_warm_up_percent = -21.0", "yaw_rate.scale_warm_up_percent"),
+        ("[sensors.lateral_acceleration]\nroll_share = 1.1", "lateral_acceleration.roll_share"),
+        ("[sensors.lateral_acceleration]\ntilt_deg = 11.0", "lateral_acceleration.tilt_deg"),
+        ("[sensors.lateral_acceleration]\nturned_deg = -11.0", "lateral_acceleration.turned_deg"),
+        ("[sensors.lateral_acceleration]\nahead_of_gravity_centre_m = 16.0", "ahead_of_gravity_centre_m"),
+        ("[sensors.lateral_acceleration]\ntilt_deg = 5.0\nbias_m_s2 = 9.0", "range_m_s2"),
+        ("[sensors.longitudinal_acceleration]\ntilt_deg = 1.0", "longitudinal_acceleration.tilt_deg"),
         ("[sensors.yaw_rate]\nhold_s = 6.0", "yaw_rate.hold_s"),
         ("[sensors.wheel_speed]\nrepeat_share = 1.0", "wheel_speed.repeat_share"),
         ("[sensors.wheel_speed]\nresolution_m_s = 9.0", "wheel_speed.resolution_m_s"),

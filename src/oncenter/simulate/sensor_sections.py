@@ -5,16 +5,19 @@ What a file does not say does not happen: every key that makes a sensor worse th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from oncenter.signals import STANDARD_GRAVITY
 from oncenter.simulate.section import NotNegative, Number, Positive, PositiveRange, Section, Whole
 
 _Percent = Annotated[Number, Field(ge=-20, le=20)]
 _SpeedStep = Annotated[Number, Field(ge=0, le=5)]
+_MountingAngle = Annotated[Number, Field(ge=-10, le=10)]  # deg
 _Turns = Annotated[Whole, Field(ge=-4, le=4)]
 _TURN_DEG = 360.0
 
@@ -147,6 +150,8 @@ class AccelerometerRemount(Section):
 
 
 class Accelerometer(Sensor):
+    """Of either axis."""
+
     bias_m_s2: Number
     noise_sd_m_s2: NotNegative
     resolution_m_s2: NotNegative
@@ -157,11 +162,30 @@ class Accelerometer(Sensor):
     warm_up_time_min: Positive = 15.0
     remounts: tuple[AccelerometerRemount, ...] = ()
 
+    @property
+    def constants_m_s2(self) -> dict[str, float]:
+        """What is added to the reading all the time, by its kind."""
+        return {"bias": self.bias_m_s2}
+
     @model_validator(mode="after")
-    def _reads_standing(self) -> Accelerometer:
-        farthest = abs(self.bias_m_s2) + abs(self.warm_up_m_s2) + sum(abs(r.step_m_s2) for r in self.remounts)
+    def _reads_standing(self) -> Self:
+        farthest = sum(map(abs, (*self.constants_m_s2.values(), self.warm_up_m_s2)))
+        farthest += sum(abs(r.step_m_s2) for r in self.remounts)
         _check_reads_zero(self.range_m_s2, self.resolution_m_s2, farthest, "m_s2")
         return self
+
+
+class LateralAccelerometer(Accelerometer):
+    """Where and how it is mounted. Angles are small: the lateral acceleration itself is read in full."""
+
+    ahead_of_gravity_centre_m: Annotated[Number, Field(ge=-15, le=15)] = 0.0
+    tilt_deg: _MountingAngle = 0.0  # about the longitudinal axis; positive: gravity raises the reading
+    turned_deg: _MountingAngle = 0.0  # about the vertical axis; positive: speeding up raises the reading
+    roll_share: Annotated[Number, Field(ge=0, le=1)] = 1.0  # of the body's roll; 0: on the unsprung frame
+
+    @property
+    def constants_m_s2(self) -> dict[str, float]:
+        return {"bias": self.bias_m_s2, "tilt": STANDARD_GRAVITY * math.sin(math.radians(self.tilt_deg))}
 
 
 class SpeedSensor(Sensor):
@@ -210,7 +234,7 @@ class Gnss(Sensor):
 class Sensors(Section):
     steering_wheel_angle: SteeringWheelAngleSensor
     yaw_rate: YawRateSensor
-    lateral_acceleration: Accelerometer
+    lateral_acceleration: LateralAccelerometer
     longitudinal_acceleration: Accelerometer
     speed: SpeedSensor
     wheel_speed: WheelSpeedSensors = WheelSpeedSensors()

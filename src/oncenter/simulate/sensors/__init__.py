@@ -16,7 +16,7 @@ from oncenter.simulate.sensor_sections import Gnss, Sensor
 from oncenter.simulate.sensors.angle import sense_angle
 from oncenter.simulate.sensors.faults import Fault, delays, silenced, silences
 from oncenter.simulate.sensors.gnss import sense_gnss
-from oncenter.simulate.sensors.inertial import sense_acceleration, sense_yaw_rate
+from oncenter.simulate.sensors.inertial import sense_acceleration, sense_lateral_acceleration, sense_yaw_rate
 from oncenter.simulate.sensors.reading import Array
 from oncenter.simulate.sensors.wheels import sense_vehicle_speed, sense_wheel_speeds
 
@@ -67,12 +67,12 @@ def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Gene
     speed, of_speed = sense_vehicle_speed(rows["vehicle_speed"], sensors.speed, random)
     take("vehicle_speed", speed, sensors.speed, of_speed)
     biases = {}
-    for signal, felt, sensor in (
-        ("lateral_acceleration", "felt_lateral_acceleration", sensors.lateral_acceleration),
-        ("longitudinal_acceleration", "longitudinal_acceleration", sensors.longitudinal_acceleration),
-    ):
-        acceleration, biases[signal], own = sense_acceleration(signal, rows[felt], sensor, random)
-        take(signal, acceleration, sensor, own)
+    signal = "lateral_acceleration"
+    acceleration, biases[signal], own = sense_lateral_acceleration(rows, sensors.lateral_acceleration, random)
+    take(signal, acceleration, sensors.lateral_acceleration, own)
+    signal, along = "longitudinal_acceleration", sensors.longitudinal_acceleration
+    acceleration, biases[signal], own = sense_acceleration(signal, rows[signal], along, random)
+    take(signal, acceleration, along, own)
 
     wheels, of_wheels = sense_wheel_speeds(scenario.truck, rows, sensors.wheel_speed, sensors.speed, random)
     silent = silences("wheel_speed", sensors.wheel_speed, len(rows), random)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from oncenter.signals import DEGREE
 from oncenter.simulate.chances import named_chances
 from oncenter.simulate.drive import RATE_HZ
-from oncenter.simulate.sensor_sections import Accelerometer, YawRateSensor
+from oncenter.simulate.sensor_sections import Accelerometer, LateralAccelerometer, YawRateSensor
 from oncenter.simulate.sensors.faults import Fault, lasting
 from oncenter.simulate.sensors.reading import Array, delayed, held, reading, ticks, warming
 
@@ -22,7 +23,7 @@ class _Bias:
     """In the sensor's own unit, which is `si` of `unit`."""
 
     signal: str
-    constant: float
+    constants: Mapping[str, float]  # by kind
     drift_1_min: float
     random_walk_sd_min: float
     warm_up: float
@@ -39,7 +40,7 @@ def sense_yaw_rate(
     bias_deg_s, faults = _course(
         _Bias(
             "yaw_rate",
-            sensor.bias_deg_s,
+            {"bias": sensor.bias_deg_s},
             sensor.drift_deg_s_min,
             sensor.random_walk_sd_deg_s_min,
             sensor.warm_up_deg_s,
@@ -75,6 +76,25 @@ def _scale(sensor: YawRateSensor, count: int) -> tuple[Array, list[Fault]]:
     return 1.0 + error + cold, faults + lasting("yaw_rate", "scale_warm_up", cold, "1", count)
 
 
+def sense_lateral_acceleration(
+    rows: npt.NDArray[np.void], sensor: LateralAccelerometer, random: np.random.Generator
+) -> tuple[Array, Array, list[Fault]]:
+    """The lateral acceleration as read and its bias, m/s^2, and what was wrong: where the sensor is mounted, too."""
+    felt = rows["felt_lateral_acceleration"]
+    added = {}
+    if sensor.roll_share < 1.0:
+        added["roll_share"] = (1.0 - sensor.roll_share) * (rows["lateral_acceleration"] - felt)
+    if sensor.ahead_of_gravity_centre_m != 0.0:
+        added["ahead_of_gravity_centre"] = sensor.ahead_of_gravity_centre_m * np.gradient(rows["yaw_rate"]) * RATE_HZ
+    if sensor.turned_deg != 0.0:
+        added["turned"] = np.sin(sensor.turned_deg * DEGREE) * rows["longitudinal_acceleration"]
+    there = sum(added.values(), felt)
+    read, bias, faults = sense_acceleration("lateral_acceleration", there, sensor, random)
+    for kind, part in added.items():
+        faults += lasting("lateral_acceleration", kind, part, "m_s2", len(rows))
+    return read, bias, faults
+
+
 def sense_acceleration(
     signal: str, true_m_s2: Array, sensor: Accelerometer, random: np.random.Generator
 ) -> tuple[Array, Array, list[Fault]]:
@@ -82,7 +102,7 @@ def sense_acceleration(
     bias, faults = _course(
         _Bias(
             signal,
-            sensor.bias_m_s2,
+            sensor.constants_m_s2,
             sensor.drift_m_s2_min,
             sensor.random_walk_sd_m_s2_min,
             sensor.warm_up_m_s2,
@@ -102,7 +122,7 @@ def sense_acceleration(
 def _course(bias: _Bias, count: int, random: np.random.Generator) -> tuple[Array, list[Fault]]:
     """The bias at every tick, and what it is made of."""
     minutes = np.arange(count) / RATE_HZ / 60.0
-    parts = {"bias": np.full(count, bias.constant)}
+    parts = {kind: np.full(count, constant) for kind, constant in bias.constants.items()}
     if bias.drift_1_min != 0.0:
         parts["drift"] = bias.drift_1_min * minutes
     if bias.random_walk_sd_min > 0.0:

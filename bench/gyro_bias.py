@@ -41,11 +41,13 @@ straight_length_m = [20000.0, 30000.0]
 speed_km_h = [84.0, 86.0]
 [sensors.speed]
 resolution_m_s = 0.001085 # 1/256 km/h
+[sensors.wheel_speed]
+resolution_m_s = 0.001085
 [sensors.wheel_speed.radius_error_percent]
 rear_left = 0.4
 front_right = 0.3
 """
-NOISELESS = LONG_STRAIGHT.replace("[sensors.speed]\n", "[sensors.speed]\nnoise_sd_m_s = 0.0\n")
+NOISELESS = LONG_STRAIGHT.replace("speed]\n", "speed]\nnoise_sd_m_s = 0.0\n")  # the vehicle's and the wheels'
 
 
 def drifting(begin_s: float, end_s: float, drive: Drive) -> Drive:

@@ -177,6 +177,7 @@ def sensors(drawn: Draw) -> dict[str, Any]:
         "lateral_acceleration": {"bias_m_s2": drawn["lateral_acceleration_bias_m_s2"]},
         "speed": {"resolution_m_s": 1.0 / 256.0 / 3.6},
         "wheel_speed": {
+            "resolution_m_s": 1.0 / 256.0 / 3.6,
             "radius_error_percent": dict(zip(corners, drawn.radius_errors_percent, strict=True)),
             "load_transfer_percent_m_s2": drawn["load_transfer_percent_m_s2"],
         },

@@ -226,6 +226,8 @@ speed_km_h = [84.0, 86.0]
 drift_deg_s_min = 0.5
 [sensors.speed]
 resolution_m_s = 0.001085 # 1/256 km/h
+[sensors.wheel_speed]
+resolution_m_s = 0.001085
 [sensors.wheel_speed.radius_error_percent]
 rear_left = 0.4
 front_right = 0.3

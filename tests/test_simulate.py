@@ -283,7 +283,7 @@ def test_the_same_scenario_and_seed_give_the_same_bytes(variant: Variant, tmp_pa
         ({"straight_length_m": "[900.0, 100.0]"}, "road.straight_length_m"),
         ({"speed_km_h": "[0.0, 90.0]"}, "driver.speed_km_h"),
         ({"standing_at_start_s": "1795.0"}, "duration_s"),
-        ({"offset_deg": None}, "sensors.steering_wheel_angle.offset_deg"),
+        ({"trail_m": None}, "steering.trail_m"),
         ({"rear_cornering_stiffness_n_rad": "80000.0"}, "rear_cornering_stiffness_n_rad"),
         ({"preview_gain": "2.0", "preview_time_s": "0.5"}, "driver.preview_gain"),
         ({"crown_percent": "2.0\ncrown_degrees = 1.0"}, "road.crown_degrees"),

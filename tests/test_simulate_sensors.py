@@ -14,8 +14,9 @@ import pytest
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate import Truth, sensor_sections, simulate, simulate_to_log
+from oncenter.simulate.can import one_byte, two_bytes
 from oncenter.simulate.drive import ROW_DTYPE
-from oncenter.simulate.scenario import read_scenario
+from oncenter.simulate.scenario import Scenario, read_scenario, scenario_from
 from oncenter.simulate.section import Section
 from oncenter.simulate.sensor_sections import (
     Accelerometer,
@@ -27,6 +28,7 @@ from oncenter.simulate.sensor_sections import (
     WheelSpeedSensors,
     YawRateSensor,
 )
+from oncenter.simulate.sensors import sense
 from oncenter.simulate.sensors.angle import sense_angle
 from oncenter.simulate.sensors.faults import delays
 from oncenter.simulate.sensors.gnss import sense_gnss
@@ -190,7 +192,7 @@ def read_by_each(moving: np.ndarray, late: dict[str, float]) -> dict[str, np.nda
     )
     straight = moving.copy()
     straight["yaw_rate"] = straight["steering_wheel_angle"] = 0.0
-    exact = WheelSpeedSensors(noise_sd_m_s=0.0, resolution_m_s=0.0, **late)
+    exact = WheelSpeedSensors(noise_sd_m_s=0.0, resolution_m_s=0.0, repeat_share=0.0, **late)
     wheels, _ = sense_wheel_speeds(read_scenario("thesis_drive").truck, straight, exact, fine.speed, chances())
     _, over_ground = sense_gnss(moving, Gnss(**HERE, **late), chances())
     return {
@@ -402,9 +404,11 @@ def test_an_accelerometer_on_the_frame_does_not_feel_the_body_lean(roll_share: f
 
 
 def wheels_of(sensor: WheelSpeedSensors, moving: np.ndarray) -> dict[str, np.ndarray]:
+    """Without noise, steps and repeats where the sensor's section gives none."""
     scenario = read_scenario("thesis_drive")
-    fine = scenario.sensors.speed.model_copy(update={"noise_sd_m_s": 0.0})
-    read, _ = sense_wheel_speeds(scenario.truck, moving, sensor, fine, chances())
+    ideal = {"noise_sd_m_s": 0.0, "resolution_m_s": 0.0, "repeat_share": 0.0}
+    exact = WheelSpeedSensors.model_validate(ideal | sensor.model_dump(exclude_unset=True))
+    read, _ = sense_wheel_speeds(scenario.truck, moving, exact, scenario.sensors.speed, chances())
     return {name.removeprefix("wheel_speed_"): speed for name, speed in read.items()}
 
 
@@ -449,6 +453,7 @@ def test_a_pole_wheel_counts_every_pulse_and_says_nothing_below_one_in_its_windo
 def test_a_wheel_that_warms_up_grows_and_reads_less_and_nearly_all_of_it_comes_in_its_time() -> None:
     sensor = WheelSpeedSensors.model_validate(
         {"radius_warm_up_percent": {"rear_left": 0.4}, "radius_warm_up_time_min": 2.0, "radius_warm_up_begin_s": 60.0}
+        | {"repeat_share": 0.0}
     )
     moving, scenario = rows(30_000, vehicle_speed=20.0), read_scenario("thesis_drive")
     read = wheels_of(sensor, moving)
@@ -478,11 +483,13 @@ def test_wheels_are_as_noisy_and_as_coarse_as_their_own_section_says_or_else_as_
     moving = rows(20_000, vehicle_speed=20.0)
     speed = read_scenario("thesis_drive").sensors.speed.model_copy(update={"noise_sd_m_s": 0.1, "resolution_m_s": 0.5})
     truck = read_scenario("thesis_drive").truck
-    own = WheelSpeedSensors(noise_sd_m_s=0.04, resolution_m_s=0.01)
+    own = WheelSpeedSensors(noise_sd_m_s=0.04, resolution_m_s=0.01, repeat_share=0.0)
     wheel = sense_wheel_speeds(truck, moving, own, speed, chances())[0]["wheel_speed_front_left"]
     assert wheel.std() == pytest.approx(0.04, rel=0.05)
     np.testing.assert_allclose(wheel / 0.01, np.round(wheel / 0.01), atol=1e-6)
-    read, _ = sense_wheel_speeds(truck, moving, WheelSpeedSensors(), speed, chances())
+    read, _ = sense_wheel_speeds(
+        truck, moving, WheelSpeedSensors(noise_sd_m_s=None, resolution_m_s=None), speed, chances()
+    )
     assert set(np.unique(read["wheel_speed_front_left"])) <= {19.5, 20.0, 20.5}
 
 
@@ -529,6 +536,55 @@ def test_the_receiver_is_as_good_as_the_thesis_s() -> None:
     assert heading_deg.std() == pytest.approx(0.1, rel=0.1)
     for errors, lag in ((north_m, 6000), (heading_deg, 1000)):  # their correlation times
         assert np.mean(errors[:, lag:] * errors[:, :-lag]) / errors.var() == pytest.approx(np.exp(-1), abs=0.12)
+
+
+# Real sensors
+
+
+def without_sensors() -> Scenario:
+    """The thesis's drive in a file that has no [sensors]."""
+    values = tomllib.loads((Path(__file__).parents[1] / "scenarios" / "thesis_drive.toml").read_text(encoding="utf-8"))
+    del values["sensors"]
+    return scenario_from({"name": "real", **values}, "here")
+
+
+def test_a_truck_whose_file_says_nothing_of_sensors_has_a_real_truck_s() -> None:
+    turning = np.linspace(-1.0, 1.0, 40_000)  # the wheel: its noise alone would hardly reach the next step
+    sensed = sense(without_sensors(), rows(40_000, vehicle_speed=20.0, steering_wheel_angle=turning), chances())
+    assert [(f.signal, f.kind) for f in sensed.faults] == [("wheel_speed", "repeats")]
+    steps = {
+        "steering_wheel_angle_rad": 0.11 * DEGREE,
+        "yaw_rate_rad_s": 0.028 * DEGREE,
+        "lateral_acceleration_m_s2": 1 / 2048,
+        "longitudinal_acceleration_m_s2": 0.1,
+        "vehicle_speed_m_s": 1 / 256 / 3.6,
+        "wheel_speed_rear_left_m_s": 0.125 / 3.6,
+    }
+    sds = dict(zip(steps, (0.02 * DEGREE, 0.025 * DEGREE, 0.1, 0.1, 0.01, 0.04), strict=True))
+    for name, step in steps.items():
+        read = column(sensed.signals, name)
+        np.testing.assert_allclose(read / step, np.round(read / step), atol=1e-6, err_msg=name)
+        true = turning if name.startswith("steering") else 20.0 if "speed" in name else 0.0
+        assert (read - true).mean() == pytest.approx(0.0, abs=0.003), name
+        rounded = np.hypot(sds[name], step / np.sqrt(12))
+        assert (read - true).std() == pytest.approx(rounded, rel=0.05), name
+    wheels = [column(sensed.signals, f"wheel_speed_rear_{side}_m_s")[::2] for side in ("left", "right")]
+    assert 0.05 < (wheels[0] - wheels[1]).std() < 0.065  # as measured
+    repeats = (np.diff(wheels[0]) == 0.0) & (np.diff(wheels[1]) == 0.0)
+    assert 0.3 < repeats.mean() < 0.45  # some new values are the last ones again
+
+
+def test_j1939_has_a_code_for_all_that_a_real_sensor_reads() -> None:
+    sensors = without_sensors().sensors
+    for farthest, scale, offset in (
+        (sensors.steering_wheel_angle.range_deg * DEGREE, 1 / 1024, -31.374),
+        (sensors.yaw_rate.range_deg_s * DEGREE, 1 / 8192, -3.92),
+        (sensors.lateral_acceleration.range_m_s2, 1 / 2048, -15.687),
+    ):
+        sent = two_bytes(np.array([-farthest, farthest]), scale, offset).view("<u2")[:, 0] * scale + offset
+        np.testing.assert_allclose(sent, [-farthest, farthest], atol=scale)
+    ends = one_byte(np.array([-1.0, 1.0]) * sensors.longitudinal_acceleration.range_m_s2, 0.1, -12.5)
+    np.testing.assert_allclose(ends * 0.1 - 12.5, [-12.5, 12.5])
 
 
 # What is written and what is refused

@@ -62,7 +62,7 @@ class Scenario(Section):
     wind: Wind | None = None
     driver: Driver
     manoeuvre: Manoeuvre | None = None
-    sensors: Sensors
+    sensors: Sensors = Sensors()
     can: Can
 
     @model_validator(mode="after")

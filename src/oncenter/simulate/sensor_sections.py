@@ -1,6 +1,7 @@
 """The `[sensors]` of a scenario file: what each sensor can do, and what goes wrong with it.
 
-What a file does not say does not happen: every key that makes a sensor worse than Table 1 has a neutral default.
+Noise, resolution, range and repeated frames have the defaults of real sensors, measured on two real trucks' loggers and
+a car; the ranges are J1939's. All else has a neutral default: what a file does not say does not happen.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ _SpeedStep = Annotated[Number, Field(ge=0, le=5)]
 _MountingAngle = Annotated[Number, Field(ge=-10, le=10)]  # deg
 _Turns = Annotated[Whole, Field(ge=-4, le=4)]
 _TURN_DEG = 360.0
+_KM_H = 3.6  # per m/s
 
 
 class Dropouts(Section):
@@ -98,10 +100,10 @@ class RelativeAngle(Section):
 
 
 class SteeringWheelAngleSensor(Sensor):
-    offset_deg: Number
-    noise_sd_deg: NotNegative
-    resolution_deg: NotNegative
-    range_deg: Positive
+    offset_deg: Number = 0.0
+    noise_sd_deg: NotNegative = 0.02  # measured on two real trucks' loggers and a car
+    resolution_deg: NotNegative = 0.11  # the same
+    range_deg: Positive = 1797.6  # SPN 1807: -31.374 to 31.374 rad
     hysteresis_deg: Annotated[Number, Field(ge=0, le=20)] = 0.0
     remounts: tuple[AngleRemount, ...] = ()
     self_correction: SelfCorrection | None = None
@@ -124,10 +126,10 @@ class YawRateRemount(Section):
 
 
 class YawRateSensor(Sensor):
-    bias_deg_s: Number
-    noise_sd_deg_s: NotNegative
-    resolution_deg_s: NotNegative
-    range_deg_s: Positive
+    bias_deg_s: Number = 0.0
+    noise_sd_deg_s: NotNegative = 0.025  # measured on two real trucks' loggers and a car
+    resolution_deg_s: NotNegative = 0.028  # the same: 1/2048 rad/s
+    range_deg_s: Positive = 224.0  # SPN 1808: -3.92 to 3.92 rad/s
     drift_deg_s_min: Number = 0.0
     random_walk_sd_deg_s_min: NotNegative = 0.0  # of the bias's change in one minute
     warm_up_deg_s: Number = 0.0  # what there is besides the bias when switched on
@@ -150,12 +152,12 @@ class AccelerometerRemount(Section):
 
 
 class Accelerometer(Sensor):
-    """Of either axis."""
+    """The longitudinal one, and what the lateral one has in common with it."""
 
-    bias_m_s2: Number
-    noise_sd_m_s2: NotNegative
-    resolution_m_s2: NotNegative
-    range_m_s2: Positive
+    bias_m_s2: Number = 0.0
+    noise_sd_m_s2: NotNegative = 0.1  # measured on two real trucks' loggers and a car
+    resolution_m_s2: NotNegative = 0.1  # SPN 1810
+    range_m_s2: Positive = 12.5  # SPN 1810
     drift_m_s2_min: Number = 0.0
     random_walk_sd_m_s2_min: NotNegative = 0.0
     warm_up_m_s2: Number = 0.0
@@ -178,6 +180,8 @@ class Accelerometer(Sensor):
 class LateralAccelerometer(Accelerometer):
     """Where and how it is mounted. Angles are small: the lateral acceleration itself is read in full."""
 
+    resolution_m_s2: NotNegative = 1.0 / 2048.0  # SPN 1809
+    range_m_s2: Positive = 15.687  # SPN 1809
     ahead_of_gravity_centre_m: Annotated[Number, Field(ge=-15, le=15)] = 0.0
     tilt_deg: _MountingAngle = 0.0  # about the longitudinal axis; positive: gravity raises the reading
     turned_deg: _MountingAngle = 0.0  # about the vertical axis; positive: speeding up raises the reading
@@ -189,8 +193,8 @@ class LateralAccelerometer(Accelerometer):
 
 
 class SpeedSensor(Sensor):
-    noise_sd_m_s: NotNegative
-    resolution_m_s: _SpeedStep
+    noise_sd_m_s: NotNegative = 0.01  # measured on two real trucks' loggers and a car
+    resolution_m_s: _SpeedStep = 1.0 / 256.0 / _KM_H  # SPN 84
     scale_error_percent: _Percent = 0.0
 
 
@@ -204,11 +208,14 @@ class RadiusErrors(Section):
 
 
 class WheelSpeedSensors(Sensor):
-    """The four wheels'."""
+    """The four wheels' as HRW sends them, measured on two real trucks' loggers and a car.
 
-    noise_sd_m_s: NotNegative | None = None  # None: as `[sensors.speed]`
-    resolution_m_s: _SpeedStep | None = None  # None: as `[sensors.speed]`
-    repeat_share: Annotated[Number, Field(ge=0, lt=1)] = 0.0  # of HRW frames, that repeat all four last values
+    Noise or resolution None is `[sensors.speed]`'s.
+    """
+
+    noise_sd_m_s: NotNegative | None = 0.04  # of each wheel: left less right has 0.05 to 0.065
+    resolution_m_s: _SpeedStep | None = 0.125 / _KM_H
+    repeat_share: Annotated[Number, Field(ge=0, lt=1)] = 0.3  # of frames, that repeat all four last values
     scale_error_percent: _Percent = 0.0
     radius_error_percent: RadiusErrors = RadiusErrors()
     radius_warm_up_percent: RadiusErrors = RadiusErrors()  # growth of the radius, by sun or by running
@@ -232,11 +239,11 @@ class Gnss(Sensor):
 
 
 class Sensors(Section):
-    steering_wheel_angle: SteeringWheelAngleSensor
-    yaw_rate: YawRateSensor
-    lateral_acceleration: LateralAccelerometer
-    longitudinal_acceleration: Accelerometer
-    speed: SpeedSensor
+    steering_wheel_angle: SteeringWheelAngleSensor = SteeringWheelAngleSensor()
+    yaw_rate: YawRateSensor = YawRateSensor()
+    lateral_acceleration: LateralAccelerometer = LateralAccelerometer()
+    longitudinal_acceleration: Accelerometer = Accelerometer()
+    speed: SpeedSensor = SpeedSensor()
     wheel_speed: WheelSpeedSensors = WheelSpeedSensors()
     gnss: Gnss | None = None
 

@@ -75,7 +75,10 @@ def _changes() -> dict[str, dict[str, Any]]:
         "sensors": {
             "yaw_rate": {"bias_deg_s": 0.0, "drift_deg_s_min": _DRIFT_DEG_S_MIN},
             "speed": {"resolution_m_s": _COARSE_M_S},
-            "wheel_speed": {"radius_error_percent": {"rear_left": 0.4, "front_right": 0.3}},
+            "wheel_speed": {
+                "resolution_m_s": _COARSE_M_S,
+                "radius_error_percent": {"rear_left": 0.4, "front_right": 0.3},
+            },
         },
     }
 

@@ -30,7 +30,6 @@ from oncenter.simulate.sensor_sections import (
 )
 from oncenter.simulate.sensors import sense
 from oncenter.simulate.sensors.angle import sense_angle
-from oncenter.simulate.sensors.faults import delays
 from oncenter.simulate.sensors.gnss import sense_gnss
 from oncenter.simulate.sensors.inertial import sense_acceleration, sense_lateral_acceleration, sense_yaw_rate
 from oncenter.simulate.sensors.wheels import sense_vehicle_speed, sense_wheel_speeds, wheel_speeds
@@ -246,13 +245,32 @@ def test_a_late_speed_sensor_still_reads_nought_where_no_teeth_pass() -> None:
     assert (read[140:610] > 0.0).all()
 
 
-def test_the_truth_lists_how_a_sensor_is_late() -> None:
-    late = SpeedSensor(noise_sd_m_s=0.0, resolution_m_s=0.0, latency_s=0.1, filter_time_s=0.3, hold_s=0.1)
-    assert [(f.kind, f.end_s) for f in delays("vehicle_speed", late, 500)] == [
-        ("latency", 5.0),
-        ("filter", 5.0),
-        ("hold", 5.0),
-    ]
+def test_a_late_receiver_is_where_the_truck_was_and_points_where_it_pointed() -> None:
+    seconds = np.arange(3000) / 100.0
+    moving = rows(3000, north=20.0 * seconds, heading=0.01 * seconds)
+    exact = {"position_sd_m": 0.0, "heading_sd_deg": 0.0}
+    on_time, _ = sense_gnss(moving, Gnss(**HERE, **exact), chances())
+    late, _ = sense_gnss(moving, Gnss(**HERE, **exact, latency_s=0.2), chances())
+    holding, _ = sense_gnss(moving, Gnss(**HERE, **exact, hold_s=0.2), chances())
+    for name in ("latitude", "longitude", "heading"):
+        np.testing.assert_allclose(late[name][20:], on_time[name][:-20], rtol=1e-12, err_msg=name)
+        np.testing.assert_array_equal(holding[name], np.repeat(on_time[name][::20], 20), err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("section", "signal"),
+    [
+        ("steering_wheel_angle", "steering_wheel_angle"),
+        ("speed", "vehicle_speed"),
+        ("wheel_speed", "wheel_speed"),
+        ("gnss", "gnss"),
+    ],
+)
+def test_the_truth_lists_how_a_sensor_is_late(drive: Drive, section: str, signal: str) -> None:
+    place = "latitude_deg = 59.2\nlongitude_deg = 17.6\n" if section == "gnss" else ""
+    _, truth = drive(f"[sensors.{section}]\n{place}latency_s = 0.1\nfilter_time_s = 0.3\nhold_s = 0.1\n")
+    late = [(f.kind, f.begin_s, f.end_s, f.size) for f in truth.faults if f.signal == signal and f.kind != "offset"]
+    assert late == [(kind, 0.0, 90.0, None) for kind in ("latency", "filter", "hold")]
 
 
 # The angle
@@ -648,6 +666,7 @@ def test_the_scenarios_page_names_every_key_of_every_sensor() -> None:
         ("[sensors.wheel_speed]\nrepeat_share = 1.0", "wheel_speed.repeat_share"),
         ("[sensors.wheel_speed]\nresolution_m_s = 9.0", "wheel_speed.resolution_m_s"),
         ("[sensors.wheel_speed]\nradius_warm_up_time_min = 0.0", "wheel_speed.radius_warm_up_time_min"),
+        ("[sensors.wheel_speed]\nradius_warm_up_begin_s = 90.0", "sensors.wheel_speed.radius_warm_up_begin_s"),
         ("[sensors.wheel_speed.radius_warm_up_percent]\nrear_left = 30.0", "radius_warm_up_percent.rear_left"),
         ("[sensors.wheel_speed]\npulses_per_turn = -3", "wheel_speed.pulses_per_turn"),
         ("[sensors.gnss]\nlatitude_deg = 59.2", "gnss.longitude_deg"),

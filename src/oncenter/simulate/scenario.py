@@ -69,7 +69,7 @@ class Scenario(Section):
     def _nothing_happens_to_sensors_after_the_drive(self) -> Scenario:
         for key, begin_s in begins_s(self.sensors, "sensors"):
             if begin_s >= self.drive.duration_s:
-                raise ValueError(f"'{key}.begin_s' must be below 'drive.duration_s', got {begin_s:g}")
+                raise ValueError(f"'{key}' must be below 'drive.duration_s', got {begin_s:g}")
         return self
 
     @model_validator(mode="after")

@@ -253,11 +253,11 @@ class Can(Section):
 
 
 def begins_s(section: Section, name: str) -> Iterator[tuple[str, float]]:
-    """When something happens to a sensor, by its key in the file: "sensors.yaw_rate.stuck", 600.0."""
+    """When something happens to a sensor, by its key in the file: "sensors.yaw_rate.stuck.begin_s", 600.0."""
     for key in type(section).model_fields:
         value = getattr(section, key)
-        if key == "begin_s":
-            yield name, value
+        if key.endswith("begin_s"):
+            yield f"{name}.{key}", value
         for part in value if isinstance(value, tuple) else (value,):
             if isinstance(part, Section):
                 yield from begins_s(part, f"{name}.{key}")

@@ -74,11 +74,7 @@ def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Gene
     acceleration, biases[signal], own = sense_acceleration(signal, rows[signal], along, random)
     take(signal, acceleration, along, own)
 
-    wheels, of_wheels = sense_wheel_speeds(scenario.truck, rows, sensors.wheel_speed, sensors.speed, random)
-    silent = silences("wheel_speed", sensors.wheel_speed, len(rows), random)
-    columns |= {wheel: silenced(read, silent) for wheel, read in wheels.items()}
-    faults += of_wheels + delays("wheel_speed", sensors.wheel_speed, len(rows)) + silent
-
+    faults += _take_wheels(columns, rows, scenario, random)
     absolute = float(sensors.steering_wheel_angle.relative is None)
     columns["steering_wheel_angle_sensor_type"] = np.full(len(rows), absolute)
     speed_over_ground, of_gnss = _take_gnss(columns, rows, sensors.gnss, random)
@@ -94,6 +90,17 @@ def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Gene
             **{f"{signal}_bias_m_s2": bias for signal, bias in biases.items()},
         },
     )
+
+
+def _take_wheels(
+    columns: dict[str, Array], rows: npt.NDArray[np.void], scenario: Scenario, random: np.random.Generator
+) -> list[Fault]:
+    """The four wheels' speeds into the columns; what was wrong with them."""
+    sensor = scenario.sensors.wheel_speed
+    wheels, faults = sense_wheel_speeds(scenario.truck, rows, sensor, scenario.sensors.speed, random)
+    silent = silences("wheel_speed", sensor, len(rows), random)
+    columns |= {wheel: silenced(read, silent) for wheel, read in wheels.items()}
+    return faults + delays("wheel_speed", sensor, len(rows)) + silent
 
 
 def _take_gnss(

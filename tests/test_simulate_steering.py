@@ -11,7 +11,9 @@ from layouts import scenario, steered_by_machine
 
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
-from oncenter.simulate.drive import ffi, lib
+from oncenter.simulate.drive import ROW_DTYPE, ffi, lib, run, tick_count
+from oncenter.simulate.road import lay_road
+from oncenter.simulate.sensors import sense
 from oncenter.simulate.steering import (
     native_steering,
     set_moment_n_m,
@@ -19,6 +21,7 @@ from oncenter.simulate.steering import (
     unloading_acceleration_m_s2,
 )
 from oncenter.simulate.truck import equivalent_wheelbase_m, native_truck, steered_force_n, understeer_gradient
+from oncenter.simulate.truth import truth_of
 
 TICK_S, STEP_S = 0.01, 0.0025
 RATIO = 19.3
@@ -35,7 +38,7 @@ def steering(**changes: Any) -> Any:
 def turn_to(state: Any, system: Any, angle: float, force: float = 0.0, a_x: float = 0.0, seconds: float = 0.01) -> Any:
     """Holds a steering wheel angle, a side force and a longitudinal acceleration."""
     for _ in range(round(seconds / TICK_S)):
-        lib.sim_steering_step(state, system, angle, force, a_x, TICK_S)
+        lib.sim_steering_step(state, system, ffi.new("sim_steering_input *", [angle, force, a_x]), TICK_S)
     return state
 
 
@@ -161,7 +164,7 @@ def test_the_truth_knows_which_angle_drives_straight_on_a_level_road(changes: di
     car, wheels = ffi.new("sim_truck_state *"), ffi.new("sim_steering_state *")
     for _ in range(4000):
         force = lib.sim_truck_steered_force(car, truck)
-        lib.sim_steering_step(wheels, system, angle, force, 0.0, STEP_S)
+        lib.sim_steering_step(wheels, system, ffi.new("sim_steering_input *", [angle, force]), STEP_S)
         given = ffi.new("sim_truck_input *", [wheels.front_wheel_angle, 20.0, 0.0, 0.0, 0.0])
         lib.sim_truck_step(car, truck, given, STEP_S)
     assert car.yaw_rate == pytest.approx(0.0, abs=1e-9)
@@ -270,6 +273,90 @@ def test_column_wind_up_looks_like_friction_play_of_twice_its_size(lag_deg: floa
     assert by_force == pytest.approx(0.0, abs=0.5)
 
 
+# The overlay motor
+
+
+MOTOR_PLAY = {"backlash_deg": 4.0, "king_pin_friction_n_m": 0.0, "creep_deg_s_n_m": 100.0}
+
+
+def carried_by_motor(state: Any, system: Any, gear_angle: float, force: float, seconds: float = 1.0) -> Any:
+    for _ in range(round(seconds / STEP_S)):
+        given = ffi.new("sim_steering_input *", [gear_angle, force, 0.0, 1])
+        lib.sim_steering_step(state, system, given, STEP_S)
+    return state
+
+
+def test_while_the_driver_steers_the_side_force_moves_the_gear_through_lash_and_play_together() -> None:
+    system, state = steering(**MOTOR_PLAY, overlay_motor={"lash_deg": 6.0}), ffi.new("sim_steering_state *")
+    angles = [turn_to(state, system, 0.0, force, seconds=5.0).front_wheel_angle for force in (2000.0, -2000.0)]
+    assert (angles[1] - angles[0]) * RATIO / DEGREE == pytest.approx(10.0, rel=1e-9)
+    assert (state.place_in_lash, state.place_in_play) == (-1.0, -1.0)
+    assert state.steering_wheel_angle == 0.0
+
+
+def test_while_the_motor_carries_the_steering_wheel_follows_the_gear_s_motion_and_not_the_side_force() -> None:
+    system, state = steering(**MOTOR_PLAY, overlay_motor={"lash_deg": 6.0}), ffi.new("sim_steering_state *")
+    carried_by_motor(state, system, 10 * DEGREE, 2000.0)
+    assert state.steering_wheel_angle == pytest.approx(7 * DEGREE)  # dragged along by the flank, half a lash behind
+    assert state.front_wheel_angle * RATIO == pytest.approx(8 * DEGREE)  # the play follows the aligning moment
+    carried_by_motor(state, system, 10 * DEGREE, -2000.0, seconds=20.0)
+    assert state.steering_wheel_angle == pytest.approx(7 * DEGREE)
+    assert state.front_wheel_angle * RATIO == pytest.approx(12 * DEGREE)
+    carried_by_motor(state, system, 5 * DEGREE, -2000.0)
+    assert state.steering_wheel_angle == pytest.approx(7 * DEGREE)  # inside the lash it rests
+    assert carried_by_motor(state, system, 2 * DEGREE, -2000.0).steering_wheel_angle == pytest.approx(5 * DEGREE)
+    assert state.place_in_lash == pytest.approx(1.0)
+
+
+def test_the_motor_drags_a_wound_up_column_along_as_it_is() -> None:
+    system = steering(windup_deg=2.0, **MOTOR_PLAY, overlay_motor={"lash_deg": 6.0})
+    state = turn_to(ffi.new("sim_steering_state *"), system, 10 * DEGREE, 2000.0, seconds=5.0)
+    assert state.lash.inner == pytest.approx(5 * DEGREE)
+    carried_by_motor(state, system, 5 * DEGREE, -2000.0)
+    assert state.steering_wheel_angle == pytest.approx(10 * DEGREE)
+    assert carried_by_motor(state, system, 0.0, -2000.0).steering_wheel_angle == pytest.approx(5 * DEGREE)
+
+
+@pytest.fixture(scope="module")
+def carried_drive() -> Any:
+    changes = {
+        "drive": {"duration_s": 600.0},
+        "steering": {"overlay_motor": {"lash_deg": 8.0, "carries_s": [[100.0, 200.0], [300.0, 450.0]]}},
+    }
+    settings = scenario(changes)
+    normals = np.random.default_rng(5).standard_normal((2, tick_count(settings)))
+    return run(settings, lay_road(settings, np.random.default_rng(5)), *normals)
+
+
+def test_neither_steering_wheel_nor_front_wheels_jump_when_motor_and_driver_take_over(carried_drive: Any) -> None:
+    carries = carried_drive["motor_carries"]
+    taken_over = np.flatnonzero(np.diff(carries))
+    assert list(taken_over + 1) == [10000, 20000, 30000, 45000]
+    for column, largest_deg in (("steering_wheel_angle", 0.5), ("front_wheel_angle", 0.5 / RATIO)):
+        steps_deg = np.abs(np.diff(carried_drive[column])) / DEGREE
+        assert steps_deg[taken_over].max() < largest_deg
+    assert np.abs(carried_drive["lateral_error"]).max() < 1.0
+
+
+def test_the_steering_wheel_stays_in_its_lash_whoever_steers(carried_drive: Any) -> None:
+    place, force, carries = (carried_drive[c] for c in ("place_in_lash", "front_force", "motor_carries"))
+    assert np.abs(place).max() <= 1.0 + 1e-9
+    loaded = np.abs(force) > 1500.0
+    follows = [
+        np.mean(np.sign(force)[loaded & (carries == by)] == np.sign(place)[loaded & (carries == by)])
+        for by in (0.0, 1.0)
+    ]
+    assert follows[0] > 0.9 > follows[1]
+
+
+def test_play_to_be_found_includes_the_lash() -> None:
+    settings = scenario({"steering": {"overlay_motor": {"lash_deg": 8.0}}})
+    truth = truth_of(
+        settings, 1, np.zeros(1, ROW_DTYPE), sense(settings, np.zeros(1, ROW_DTYPE), np.random.default_rng(1))
+    )
+    assert truth.backlash_rad / DEGREE == pytest.approx(11.0)
+
+
 # What is refused
 
 
@@ -285,6 +372,10 @@ def test_column_wind_up_looks_like_friction_play_of_twice_its_size(lag_deg: floa
         ({"windup_deg": -1.0}, "steering.windup_deg"),
         ({"pull_n_m": math.inf}, "steering.pull_n_m"),
         ({"active_return_1_s": 100.0}, "steering.active_return_1_s"),
+        ({"backlash_deg": 19.0, "overlay_motor": {"lash_deg": 20.0}}, "overlay_motor.lash_deg"),
+        ({"overlay_motor": {"lash_deg": -1.0}}, "steering.overlay_motor.lash_deg"),
+        ({"overlay_motor": {"lash_deg": 1.0, "carries_s": [[20.0, 10.0]]}}, "carries_s"),
+        ({"overlay_motor": {"lash_deg": 1.0, "carries_s": [[1e5, 2e5]]}}, "carries_s"),
     ],
 )
 def test_an_impossible_steering_is_refused_by_name(changes: dict[str, Any], names: str) -> None:

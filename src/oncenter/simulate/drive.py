@@ -14,7 +14,7 @@ from oncenter.simulate.driver import native_driver
 from oncenter.simulate.manoeuvre import check_fits, machine_angles_rad
 from oncenter.simulate.road import LaidRoad
 from oncenter.simulate.scenario import Scenario
-from oncenter.simulate.steering import native_steering
+from oncenter.simulate.steering import motor_carries, native_steering
 from oncenter.simulate.truck import axle_lift, native_truck
 from oncenter.simulate.wind import native_wind
 
@@ -65,6 +65,8 @@ def run(
         inputs.gust_normals = lent(gust_normals)
     if scenario.truck.lift_axle_up_s:
         inputs.axle_lift = lent(axle_lift(scenario.truck, time_s))
+    if scenario.steering.carries_s:
+        inputs.motor_carries = lent(motor_carries(scenario.steering, time_s))
     if scenario.manoeuvre is not None:
         check_fits(scenario, scenario.manoeuvre)
         inputs.machine_angles = lent(machine_angles_rad(scenario.manoeuvre, time_s))

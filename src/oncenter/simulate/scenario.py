@@ -80,6 +80,17 @@ class Scenario(Section):
         return self
 
     @model_validator(mode="after")
+    def _has_a_motor_that_carries_during_the_drive(self) -> Scenario:
+        carries_s = self.steering.carries_s
+        if carries_s and carries_s[-1][0] >= self.drive.duration_s:
+            raise ValueError(
+                f"'steering.overlay_motor.carries_s' must begin before 'drive.duration_s', got {carries_s[-1][0]:g}"
+            )
+        if carries_s and self.manoeuvre is not None:
+            raise ValueError("'steering.overlay_motor.carries_s' needs a driver, not a 'manoeuvre'")
+        return self
+
+    @model_validator(mode="after")
     def _has_a_lane_or_a_machine(self) -> Scenario:
         if (self.manoeuvre is None) == (self.road.kind == "open"):
             raise ValueError("'manoeuvre' goes with 'road.kind' = \"open\", and only with that")

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from oncenter._simulate import ffi
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 from oncenter.simulate.truck import steered_force_n, steered_stiffness_n_rad
 from oncenter.simulate.truck_sections import Steering, Truck
+
+_LASH_FRICTION_N_M = 5.0  # about the king pins: bearings of the column, small against the king pins' own
 
 
 def set_moment_n_m(truck: Truck, steering: Steering) -> float:
@@ -39,6 +44,14 @@ def straight_ahead_rad(truck: Truck, steering: Steering) -> float:
     return (0.0 - at_wheels_rad - steering.ratio_polynomial[0]) * steering.ratio_near_centre
 
 
+def motor_carries(steering: Steering, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """1 at each time at which the overlay motor steers, else 0."""
+    carries = np.zeros(len(time_s))
+    for from_s, until_s in steering.carries_s:
+        carries[(time_s >= from_s) & (time_s < until_s)] = 1.0
+    return carries
+
+
 def native_steering(steering: Steering, truck: Truck) -> Any:
     """The steering as a `sim_steering`."""
     return ffi.new(
@@ -54,6 +67,11 @@ def native_steering(steering: Steering, truck: Truck) -> Any:
             "torque_steer": steering.torque_steer_n_m_per_m_s2,
             "windup": {"half_width": steering.windup_deg * DEGREE, "friction": 0.0, "creep": 1.0},
             "active_return": steering.active_return_1_s,
+            "lash": {
+                "half_width": steering.lash_deg * DEGREE / 2.0,
+                "friction": _LASH_FRICTION_N_M,
+                "creep": steering.creep_deg_s_n_m * DEGREE,
+            },
             "backlash": {
                 "half_width": steering.backlash_deg * DEGREE / 2.0,
                 "friction": steering.king_pin_friction_n_m,

@@ -163,6 +163,19 @@ _PullForce = Annotated[Number, Field(ge=-20_000, le=20_000)]
 _MomentPerAcceleration = Annotated[Number, Field(ge=-1000, le=1000)]
 
 
+class OverlayMotor(Section):
+    """A motor at the gear that keeps the lane or steers dynamically, behind some lash in the column."""
+
+    lash_deg: Annotated[Number, Field(ge=0, le=20)]  # full width, between steering wheel and gear
+    carries_s: tuple[tuple[NotNegative, NotNegative], ...] = ()  # times from and until which the motor steers
+
+    @model_validator(mode="after")
+    def _carries_in_order(self) -> OverlayMotor:
+        if any(after <= before for before, after in pairwise(sum(self.carries_s, ()))):
+            raise ValueError("'carries_s' must be times from and until, ascending")
+        return self
+
+
 class Steering(Section):
     """Moments are about the king pins, of both wheels together; whatever pulls does so to the left where positive."""
 
@@ -181,6 +194,7 @@ class Steering(Section):
     unloads_on_crown_percent: _Percent = 0.0  # crown on which the axle is set up to have no moment
     brake_pull_n_m_per_m_s2: _MomentPerAcceleration = 0.0  # moment per deceleration
     torque_steer_n_m_per_m_s2: _MomentPerAcceleration = 0.0  # moment per acceleration
+    overlay_motor: OverlayMotor | None = None
 
     @property
     def ratio_polynomial(self) -> tuple[float, ...]:
@@ -190,12 +204,21 @@ class Steering(Section):
     def ratio_near_centre(self) -> float:
         return near_centre(self.steering_ratio)
 
+    @property
+    def lash_deg(self) -> float:
+        return self.overlay_motor.lash_deg if self.overlay_motor is not None else 0.0
+
+    @property
+    def carries_s(self) -> tuple[tuple[float, float], ...]:
+        return self.overlay_motor.carries_s if self.overlay_motor is not None else ()
+
     @model_validator(mode="after")
     def _leaves_the_wheels_to_the_driver(self) -> Steering:
         largest_deg = _PLAY_AT_THE_WHEELS_MAX_DEG * self.ratio_near_centre
-        if self.backlash_deg > largest_deg:
+        if self.backlash_deg + self.lash_deg > largest_deg:
+            with_lash = " together with 'overlay_motor.lash_deg'" if self.lash_deg > 0.0 else ""
             raise ValueError(
-                f"'backlash_deg' must be at most {largest_deg:.3g} with this 'steering_ratio', "
-                f"got {self.backlash_deg:g}"
+                f"'backlash_deg'{with_lash} must be at most {largest_deg:.3g} with this 'steering_ratio', "
+                f"got {self.backlash_deg + self.lash_deg:g}"
             )
         return self

@@ -44,6 +44,7 @@ _COLUMNS = {
     "articulation_rad": "articulation",
     "axle_lift": "axle_lift",
 }
+_MOTOR_COLUMNS = {"place_in_lash": "place_in_lash", "motor_carries": "motor_carries"}
 
 _UNITS_IN_FILES = {"rad": ("deg", DEGREE), "rad_s": ("deg_s", DEGREE), "m_s2": ("m_s2", 1.0), "1": ("percent", 0.01)}
 
@@ -62,7 +63,8 @@ class Truth:
         lifted_understeer_gradient: K_us/g while the lift axle is up, rad/(m/s^2); None where it never is.
         lifted_equivalent_wheelbase_m: L of (10) while the lift axle is up; None where it never is.
         steering_ratio: near the centre.
-        backlash_rad: full width of the play, at the steering wheel.
+        backlash_rad: full width of the play at the steering wheel while the driver steers: of the gear and, with an
+            overlay motor, of the column's lash.
         windup_rad: full width of the column's wind-up against friction, which looks like play.
         unloading_acceleration_m_s2: lateral acceleration at which no moment is left at the king pins; NaN where there
             is none.
@@ -82,7 +84,8 @@ class Truth:
             `lateral_acceleration_bias_m_s2` and `longitudinal_acceleration_bias_m_s2`. An ideal accelerometer on the
             leaning body feels `felt_lateral_acceleration_m_s2`; `roll_rad` is positive with the right side down.
             `place_in_windup` is -1 to 1, `articulation_rad` the truck's heading less the trailer's, `axle_lift` 0 while
-            the last axle is down and 1 while it is up.
+            the last axle is down and 1 while it is up. With an overlay motor, `place_in_lash` is -1 to 1 and
+            `motor_carries` 1 while the motor steers.
     """
 
     scenario: str
@@ -104,8 +107,9 @@ class Truth:
 
 
 def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: Sensed) -> Truth:
-    true = {column: np.ascontiguousarray(rows[field]) for column, field in _COLUMNS.items()}
     truck, steering = scenario.truck, scenario.steering
+    fields = _COLUMNS | (_MOTOR_COLUMNS if steering.overlay_motor is not None else {})
+    true = {column: np.ascontiguousarray(rows[field]) for column, field in fields.items()}
     lifts = bool(truck.lift_axle_up_s)
     return Truth(
         scenario=scenario.name,
@@ -116,7 +120,7 @@ def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: 
         lifted_understeer_gradient=understeer_gradient(truck, steering, lifted=True) if lifts else None,
         lifted_equivalent_wheelbase_m=equivalent_wheelbase_m(truck, steering, lifted=True) if lifts else None,
         steering_ratio=steering.ratio_near_centre,
-        backlash_rad=steering.backlash_deg * DEGREE,
+        backlash_rad=(steering.backlash_deg + steering.lash_deg) * DEGREE,
         windup_rad=2.0 * steering.windup_deg * DEGREE,
         unloading_acceleration_m_s2=unloading_acceleration_m_s2(truck, steering),
         straight_ahead_rad=straight_ahead_rad(truck, steering),

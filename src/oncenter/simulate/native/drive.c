@@ -58,7 +58,8 @@ static void write_row(const sim_state *state, const sim_drive *drive, const sim_
 {
     const sim_truck_input input = acting(state, drive);
     row->time = state->time;
-    row->steering_wheel_angle = state->driver.steering_wheel_angle;
+    row->steering_wheel_angle =
+        state->motor_carries ? state->steering.steering_wheel_angle : state->driver.steering_wheel_angle;
     row->place_in_play = state->steering.place_in_play;
     row->front_wheel_angle = input.front_wheel_angle;
     row->yaw_rate = state->truck.yaw_rate;
@@ -81,6 +82,8 @@ static void write_row(const sim_state *state, const sim_drive *drive, const sim_
     row->wind_force = state->wind.side_force;
     row->place_in_windup = state->steering.place_in_windup;
     row->articulation = state->truck.trailer.articulation;
+    row->place_in_lash = state->steering.place_in_lash;
+    row->motor_carries = state->motor_carries;
 }
 
 void sim_init(sim_state *state, const sim_drive *drive)
@@ -94,9 +97,37 @@ static void decide(sim_state *state, const sim_drive *drive, const sim_inputs *i
 {
     if (inputs->machine_angles != NULL)
         return;
-    const sim_view view = {state->station, state->lateral_error, lateral_error_rate(state), state->truck.yaw_rate};
+    const sim_view view = {
+        .station = state->station,
+        .lateral_error = state->lateral_error,
+        .lateral_error_rate = lateral_error_rate(state),
+        .yaw_rate = state->truck.yaw_rate,
+        .motor_carries = state->motor_carries,
+    };
     sim_driver_decide(&state->driver, &drive->driver, &drive->road, &view, inputs->lane_normals[tick],
                       inputs->hand_normals[tick]);
+}
+
+/* Who takes over goes on from where gear or steering wheel are, so that neither jumps. */
+static void hand_over(sim_state *state, const sim_inputs *inputs, size_t tick)
+{
+    const int32_t carries = inputs->motor_carries != NULL && inputs->motor_carries[tick] > 0.0;
+    if (carries == state->motor_carries)
+        return;
+    state->motor_carries = carries;
+    state->driver.steering_wheel_angle =
+        carries ? state->steering.lash.inner : state->steering.steering_wheel_angle;
+}
+
+static void steer(sim_state *state, const sim_drive *drive, const sim_truck *truck, double step_s)
+{
+    const sim_steering_input input = {
+        .angle = state->driver.steering_wheel_angle,
+        .front_force = sim_truck_steered_force(&state->truck, truck),
+        .longitudinal_acceleration = state->driver.longitudinal_acceleration,
+        .motor_carries = state->motor_carries,
+    };
+    sim_steering_step(&state->steering, &drive->steering, &input, step_s);
 }
 
 void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs, size_t tick, sim_row *row)
@@ -106,6 +137,7 @@ void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs
         state->driver.steering_wheel_angle = machine[tick];
     if (inputs->gust_normals != NULL)
         sim_wind_blow(&state->wind, &drive->wind, state->heading, state->driver.speed, inputs->gust_normals[tick]);
+    hand_over(state, inputs, tick);
     const sim_truck truck = truck_now(drive, inputs, tick);
     write_row(state, drive, &truck, machine == NULL, row);
     row->axle_lift = inputs->axle_lift == NULL ? 0.0 : inputs->axle_lift[tick];
@@ -120,9 +152,7 @@ void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs
             sim_driver_steer(&state->driver, &drive->driver, step_s);
         else
             state->driver.steering_wheel_angle += machine_rate * step_s;
-        sim_steering_step(&state->steering, &drive->steering, state->driver.steering_wheel_angle,
-                          sim_truck_steered_force(&state->truck, &truck), state->driver.longitudinal_acceleration,
-                          step_s);
+        steer(state, drive, &truck, step_s);
         const sim_truck_input input = acting(state, drive);
         sim_truck_step(&state->truck, &truck, &input, step_s);
         move_along(state, drive, step_s);

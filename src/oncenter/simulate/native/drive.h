@@ -36,6 +36,7 @@ typedef struct {
     double heading;       /* rad, counter-clockwise from east, turns added up */
     double east, north;   /* m, of the centre of gravity from where it began */
     sim_wind_state wind;
+    int32_t motor_carries; /* 1: the overlay motor steers */
 } sim_state;
 
 /* What is true at a tick. Doubles only: Python makes a table of it. */
@@ -63,6 +64,8 @@ typedef struct {
     double place_in_windup;           /* -1 to 1, of the column */
     double articulation;              /* rad, truck's heading less trailer's; 0 without trailer */
     double axle_lift;                 /* 1, 0: last axle down, 1: up */
+    double place_in_lash;             /* -1 to 1, of the column */
+    double motor_carries;             /* 1, 0: the driver steers, 1: the overlay motor */
 } sim_row;
 
 /* What comes from outside, one number a tick. */
@@ -73,6 +76,7 @@ typedef struct {
     const double *machine_angles; /* rad, steering wheel angles of a machine that steers, one more than there are ticks;
                                      NULL: the driver steers */
     const double *axle_lift;      /* 1, 0: last axle down, 1: up; NULL: it stays down */
+    const double *motor_carries;  /* 1, 0: the driver steers, 1: the overlay motor; NULL: the driver always */
 } sim_inputs;
 
 void sim_init(sim_state *state, const sim_drive *drive);

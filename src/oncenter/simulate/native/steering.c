@@ -15,15 +15,39 @@ static double through_gear(const sim_steering *steering, double gear_angle)
     return front_wheel_angle;
 }
 
-void sim_steering_step(sim_steering_state *state, const sim_steering *steering, double steering_wheel_angle,
-                       double front_force, double longitudinal_acceleration, double step_s)
+/* The driver turns the gear through wind-up and lash. load: N m about the king pins. */
+static void turn_by_hand(sim_steering_state *state, const sim_steering *steering, double angle, double load,
+                         double step_s)
 {
-    const double to_left = other_moments(steering, longitudinal_acceleration);
-    state->aligning_moment = front_force * steering->trail;
-    state->place_in_windup = oc_backlash_step(&state->windup, &steering->windup, steering_wheel_angle,
+    state->steering_wheel_angle = angle;
+    state->place_in_windup = oc_backlash_step(&state->windup, &steering->windup, angle,
                                               steering->active_return * state->windup.inner, step_s);
-    state->place_in_play = oc_backlash_step(&state->backlash, &steering->backlash, state->windup.inner,
-                                            state->aligning_moment - to_left, step_s);
+    state->place_in_lash = oc_backlash_step(&state->lash, &steering->lash, state->windup.inner, load, step_s);
+}
+
+/* The motor turns the gear, whose flanks drag the column along: without hands it bears no moment, so that it creeps
+ * nowhere and keeps its wind-up. */
+static void turn_by_motor(sim_steering_state *state, const sim_steering *steering, double gear_angle, double step_s)
+{
+    const double half = steering->lash.half_width;
+    state->lash.inner = gear_angle;
+    state->windup.inner = oc_backlash_carry(state->windup.inner, &steering->lash, gear_angle, 0.0, step_s);
+    state->place_in_lash = half > 0.0 ? (state->windup.inner - gear_angle) / half : 0.0;
+    state->steering_wheel_angle = state->windup.inner + state->place_in_windup * steering->windup.half_width;
+}
+
+void sim_steering_step(sim_steering_state *state, const sim_steering *steering, const sim_steering_input *input,
+                       double step_s)
+{
+    const double to_left = other_moments(steering, input->longitudinal_acceleration);
+    state->aligning_moment = input->front_force * steering->trail;
+    const double load = state->aligning_moment - to_left;
+    if (input->motor_carries)
+        turn_by_motor(state, steering, input->angle, step_s);
+    else
+        turn_by_hand(state, steering, input->angle, load, step_s);
+    state->place_in_play =
+        oc_backlash_step(&state->backlash, &steering->backlash, state->lash.inner, load, step_s);
     state->front_wheel_angle = through_gear(steering, state->backlash.inner) + steering->set_angle
                                + steering->compliance * to_left;
 }

@@ -1,8 +1,10 @@
 #ifndef SIM_STEERING_H
 #define SIM_STEERING_H
-/* From the steering wheel to the front wheels: the column winds up against friction, then comes the gear with its
- * ratio behind some play, whose flank the moment about the king pins chooses. What gives way under the tyres' own
- * moment is the axle's compliance; under every other moment it is here. */
+/* From the steering wheel to the front wheels: the column winds up against friction and has some lash, then comes the
+ * gear with its ratio behind some play. The moment about the king pins chooses the flank of lash and play. What gives
+ * way under the tyres' own moment is the axle's compliance; under every other moment it is here.
+ *
+ * An overlay motor may turn the gear instead of the driver. It then drags the steering wheel along through the lash. */
 
 #include <stdint.h>
 
@@ -21,20 +23,30 @@ typedef struct {
     double torque_steer;         /* N m per m/s^2 of acceleration, towards the left */
     oc_backlash windup;          /* of the column; load: active return's, 1/s times its rate */
     double active_return;        /* 1/s, how fast it unwinds the gear's side of the column to straight ahead */
+    oc_backlash lash;            /* of the column; load as the backlash's */
     oc_backlash backlash;        /* load: N m about the king pins, friction: theirs */
 } sim_steering;
 
 typedef struct {
-    oc_backlash_state windup, backlash;
+    oc_backlash_state windup, lash, backlash;
+    double steering_wheel_angle; /* rad */
     double place_in_windup;   /* -1 to 1 */
+    double place_in_lash;     /* -1 to 1 */
     double place_in_play;     /* -1 to 1 */
     double aligning_moment;   /* N m, of the tyres about the king pins, positive against a turn to the left */
     double front_wheel_angle; /* rad, without what side force turns back */
 } sim_steering_state;
 
-/* steering_wheel_angle: rad, zero at the middle of play and wind-up when the wheels stand straight; front_force: N, of
- * the steered wheels; longitudinal_acceleration: m/s^2. */
-void sim_steering_step(sim_steering_state *state, const sim_steering *steering, double steering_wheel_angle,
-                       double front_force, double longitudinal_acceleration, double step_s);
+/* What acts on the steering from outside, constant over a step. */
+typedef struct {
+    double angle;         /* rad, of the steering wheel, or of the gear while the motor carries; zero at the middle of
+                             play, lash and wind-up when the wheels stand straight */
+    double front_force;   /* N, of the steered wheels */
+    double longitudinal_acceleration; /* m/s^2 */
+    int32_t motor_carries; /* 1: the motor turns the gear, 0: the driver turns the steering wheel */
+} sim_steering_input;
+
+void sim_steering_step(sim_steering_state *state, const sim_steering *steering, const sim_steering_input *input,
+                       double step_s);
 
 #endif

@@ -463,6 +463,71 @@ def test_a_heavier_semitrailer_lets_the_tractor_understeer_otherwise_than_alone(
     assert gradients[1] != pytest.approx(gradients[0], rel=0.02)
 
 
+# The fifth wheel's friction
+
+
+def test_the_fifth_wheel_takes_from_each_swing_its_friction_times_the_way() -> None:
+    """Dahl: to and fro by 2 A, each way of it costs M (2 A - 2 z) with z the way in which the friction builds up anew,
+    for A well above that, and less than nothing never."""
+    trailer, amplitude, M = semitrailer(fifth_wheel_friction_n_m=8000.0).trailer, 5 * DEGREE, 8000.0
+    state, slope = ffi.new("sim_trailer_state *"), ffi.new("sim_trailer_state *")
+    steps, spent = 40_000, []
+    for k in range(2 * steps):
+        rate = amplitude * 2 * np.pi / steps * np.cos(2 * np.pi * k / steps)
+        hitch = ffi.new("sim_hitch *", {"speed": 10.0, "yaw_rate": rate, "mobility": 1e-4})
+        lib.sim_trailer_slope(state, ffi.addressof(trailer), hitch, slope)
+        spent.append(lib.sim_trailer_friction(state, ffi.addressof(trailer)) * rate)
+        state.friction_share += slope.friction_share
+        assert abs(state.friction_share) <= 1.0
+    builds_up = math.log(2.0) * 0.0035  # integral of (1 - share) from -1 on is 2 z; of the sliding one nothing
+    assert builds_up < 0.1 * amplitude
+    assert sum(spent[steps:]) == pytest.approx(2 * M * (2 * amplitude - 2 * 0.0035), rel=1e-3)
+
+
+def straight_on_after(truck: Any, bend: float) -> tuple[float, float]:
+    """Front wheel angle that drives straight on after a bend by another, and the friction that is left, N m."""
+    state, angle, speed = ffi.new("sim_truck_state *"), bend, 20.0
+    for k in range(round(60.0 / STEP_S)):
+        time_s = k * STEP_S
+        angle = bend * min(1.0, max(0.0, (15.0 - time_s) / 5.0)) if time_s < 15.0 else angle
+        angle -= 0.2 * state.yaw_rate * STEP_S if time_s >= 15.0 else 0.0
+        lib.sim_truck_step(state, truck, acting(angle, speed), STEP_S)
+    assert state.yaw_rate == pytest.approx(0.0, abs=1e-6)
+    return angle, lib.sim_trailer_friction(ffi.addressof(state, "trailer"), ffi.addressof(truck, "trailer"))
+
+
+def test_after_a_bend_the_fifth_wheel_s_friction_holds_the_truck_as_the_static_equations_say() -> None:
+    """The trailer's axles take M/d, the hitch hands that to the truck, whose axles balance it together with M."""
+    truck = semitrailer(fifth_wheel_friction_n_m=8000.0)
+    after = [straight_on_after(truck, bend) for bend in (0.03, -0.03)]
+    assert after[0] == pytest.approx([-value for value in after[1]], rel=1e-6)
+    angle, M = after[0]
+    assert -8000.0 <= M < -6000.0  # the trailer that straightens turns the truck to the left after a bend to the left
+    C = [lib.sim_axle_stiffness(ffi.addressof(truck.axles[k])) for k in range(2)]
+    x = [truck.axles[k].distance for k in range(2)]
+    of_hitch = -M * lib.sim_trailer_load_of(ffi.addressof(truck, "trailer")).per_moment
+    forces = np.linalg.solve([[1.0, 1.0], x], [of_hitch, truck.hitch_distance * of_hitch + M])
+    assert angle < -0.05 * DEGREE
+    assert angle == pytest.approx(forces[0] / C[0] - forces[1] / C[1], rel=1e-3)
+    assert straight_on_after(semitrailer(), 0.03) == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+def test_from_a_bend_to_a_stop_the_fifth_wheel_keeps_its_friction_without_a_jolt() -> None:
+    truck, state = semitrailer(fifth_wheel_friction_n_m=8000.0), ffi.new("sim_truck_state *")
+    forces, shares = [], []
+    for speed in np.r_[np.linspace(0, 5, 8000), np.linspace(5, 0, 8000), np.zeros(800)]:
+        lib.sim_truck_step(state, truck, acting(0.03, speed), STEP_S)
+        forces.append(state.axle_forces[0])
+        shares.append(state.trailer.friction_share)
+    assert shares[-1] == pytest.approx(shares[-400], abs=1e-6)
+    assert shares[-1] > 0.5
+    assert np.abs(np.diff(forces)).max() < 60.0
+    without = settled(semitrailer(), acting(0.03, 0.0))
+    carried = [sum(s.axle_forces[k] for k in range(2)) + sum(s.trailer.axle_forces[0:3]) for s in (state, without)]
+    assert carried[0] == pytest.approx(carried[1], abs=1.0)  # what it takes from one axle it gives to others
+    assert abs(state.axle_forces[0] - without.axle_forces[0]) > 500.0
+
+
 # What is refused, and what is shipped
 
 
@@ -486,6 +551,7 @@ def test_a_heavier_semitrailer_lets_the_tractor_understeer_otherwise_than_alone(
         ("semitrailer", {"trailer": SEMITRAILER | {"gravity_centre_m": 8.0}}, "truck.trailer"),
         ("semitrailer", {"trailer": SEMITRAILER | {"hitch_m": 12.0, "payload": FULL_LOAD}}, "stand on all its axles"),
         ("semitrailer", {"trailer": SEMITRAILER | {"axle_count": 4}}, "truck.trailer.axle_count"),
+        ("semitrailer", {"trailer": SEMITRAILER | {"fifth_wheel_friction_n_m": -1.0}}, "fifth_wheel_friction_n_m"),
     ],
 )
 def test_an_impossible_truck_is_refused_by_name(layout: str, changes: dict[str, Any], names: str) -> None:

@@ -163,6 +163,7 @@ def _native_trailer(trailer: Trailer, truck: Truck) -> Any:
             "yaw_inertia": body.yaw_inertia_kg_m2,
             "gravity_centre_distance": body.behind_m,
             "axle_count": trailer.axle_count,
+            "friction": trailer.fifth_wheel_friction_n_m,
         },
     )
     for k, axle in enumerate(_trailer_axles(trailer, truck.stiffness_load_exponent)):

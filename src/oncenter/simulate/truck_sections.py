@@ -68,6 +68,7 @@ class Trailer(Section):
     axles_m: Annotated[Number, Field(ge=1, le=20)]  # to the middle of its axles
     axle_spacing_m: Annotated[Number, Field(gt=0, le=3)] = 1.31
     cornering_stiffness_n_rad: _Stiffness  # all tyres, empty
+    fifth_wheel_friction_n_m: Annotated[Number, Field(ge=0, le=30_000)] = 0.0  # dry, against articulation
     payload: Payload | None = None
 
     @model_validator(mode="after")

@@ -13,14 +13,18 @@ from scipy.linalg import expm
 
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
-from oncenter.simulate.drive import ffi, lib
+from oncenter.simulate.drive import ffi, lib, run, tick_count
+from oncenter.simulate.road import lay_road
+from oncenter.simulate.sensors import sense
 from oncenter.simulate.truck import (
     check_holdable,
     equivalent_wheelbase_m,
+    load_changed,
     native_truck,
     steered_stiffness_n_rad,
     understeer_gradient,
 )
+from oncenter.simulate.truth import truth_of
 from oncenter.vehicle import vehicle
 
 STEP_S = 0.0025
@@ -263,7 +267,7 @@ def test_with_its_last_axle_up_a_6x2_is_a_4x2_and_turns_more_sharply_for_the_sam
     change = {"truck": {"lift_axle_up_s": [[55.0, 200.0]]}, "steering": {"backlash_deg": 0.0}}
     turn = {"kind": "profile", "time_s": [0.0, 20.0, 22.0, 90.0], "angle_deg": [0.0, 0.0, 40.0, 40.0]}
     rows, settings = steered_by_machine(turn, 90.0, 36.0, change, "6x2"), scenario(change, "6x2")
-    v, r, wheels, lift = (rows[c] for c in ("vehicle_speed", "yaw_rate", "front_wheel_angle", "axle_lift"))
+    v, r, wheels, lift = (rows[c] for c in ("vehicle_speed", "yaw_rate", "front_wheel_angle", "second_truck"))
     for at, lifted in ((5400, False), (8990, True)):
         L_e = equivalent_wheelbase_m(settings.truck, settings.steering, lifted=lifted)
         K = understeer_gradient(settings.truck, settings.steering, lifted=lifted)
@@ -272,6 +276,84 @@ def test_with_its_last_axle_up_a_6x2_is_a_4x2_and_turns_more_sharply_for_the_sam
         assert L_e == pytest.approx(4.6, rel=1e-12) if lifted else L_e > 5.3
     assert r[8990] > 1.1 * r[5400]
     assert np.abs(np.diff(r))[5000:].max() < 1e-3  # without a jolt
+
+
+def changing_load(percent: float, **truck: Any) -> dict[str, Any]:
+    change = {"begin_s": 200.0, "load_percent": percent, "ride_height_steer_deg": 3.0}
+    return {
+        "drive": {"duration_s": 500.0, "standing_s": [[150.0, 250.0]]},
+        "truck": {"load_change": change, "relaxation_length_m": 0.5, **truck},
+    }
+
+
+def group_loads_kg(truck: Any) -> tuple[float, float]:
+    """By moments about the axles of a 4x2; D is friction times load."""
+    return tuple(truck.axles[k].tyre.D / STANDARD_GRAVITY for k in range(2))  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("layout", ["4x2", "semitrailer"])
+@pytest.mark.parametrize("exponent", [0.85, 1.0])
+def test_a_load_change_is_one_of_the_rear_axles_and_their_stiffness_follows(layout: str, exponent: float) -> None:
+    changes = changing_load(-35.0, tyres={"model": "brush", "friction": 1.0}, stiffness_load_exponent=exponent)
+    settings = scenario(changes, layout)
+    before, after = settings.truck, load_changed(settings.truck)
+    native = [native_truck(truck, settings.steering) for truck in (before, after)]
+    loads = [group_loads_kg(truck) for truck in native]
+    assert loads[1][1] == pytest.approx(0.65 * loads[0][1], rel=1e-9)
+    if layout == "4x2":
+        assert loads[1][0] == pytest.approx(loads[0][0], rel=1e-9)
+        assert native[1].mass == pytest.approx(8100.0 - 0.35 * loads[0][1])
+    else:
+        assert native[1].trailer.mass < native[0].trailer.mass
+    rear = [truck.axles[1].tyre.cornering_stiffness for truck in native]
+    assert rear[1] == pytest.approx(0.65**exponent * rear[0], rel=1e-9)
+
+
+def test_goods_that_come_with_the_load_change_are_as_a_payload_over_the_rear_axle() -> None:
+    """Both ways to say it give the same truck."""
+    settings = scenario(changing_load(50.0, stiffness_load_exponent=0.8))
+    rear_kg = 8100.0 * 1.005 / 3.7
+    payload = {"mass_kg": 0.5 * rear_kg, "distance_m": 3.7, "length_m": 1e-6}
+    laden = scenario({"truck": {"payload": payload, "stiffness_load_exponent": 0.8}})
+    a, b = native_truck(load_changed(settings.truck), settings.steering), native_truck(laden.truck, laden.steering)
+    assert (a.mass, a.yaw_inertia) == pytest.approx((b.mass, b.yaw_inertia), rel=1e-9)
+    for k in range(2):
+        assert a.axles[k].distance == pytest.approx(b.axles[k].distance, rel=1e-9)
+        assert a.axles[k].tyre.cornering_stiffness == pytest.approx(b.axles[k].tyre.cornering_stiffness, rel=1e-9)
+
+
+def test_after_a_load_change_the_truck_understeers_by_the_formula_s_new_gradient() -> None:
+    """K_us/g = (m_f/C_f - m_r/C_r) with the compliance of the steering: only the rear axle's part changes."""
+    exponent = 0.6
+    settings = scenario(changing_load(-35.0, stiffness_load_exponent=exponent))
+    rear = 8100.0 * 1.005 / 3.7 / 235000.0
+    before = understeer_gradient(settings.truck, settings.steering)
+    after = understeer_gradient(load_changed(settings.truck), settings.steering)
+    assert after - before == pytest.approx(rear * (1.0 - 0.65 ** (1.0 - exponent)), rel=1e-9)
+    turn = {"kind": "profile", "time_s": [0.0, 260.0, 262.0, 300.0], "angle_deg": [0.0, 0.0, 30.0, 30.0]}
+    changes = changing_load(-35.0, stiffness_load_exponent=exponent)
+    changes["drive"].pop("duration_s")
+    rows = steered_by_machine(turn, 300.0, 60.0, changes | {"steering": {"backlash_deg": 0.0}})
+    v, r, wheels, share = (rows[-1][c] for c in ("vehicle_speed", "yaw_rate", "front_wheel_angle", "second_truck"))
+    assert share == 1.0
+    assert wheels == pytest.approx(3.7 * r / v + after * v * r, rel=1e-5)
+    assert wheels == pytest.approx((30.0 - 3.0) * DEGREE / 19.3, rel=1e-9)
+
+
+def test_the_truth_says_what_the_load_change_changes_and_when() -> None:
+    settings = scenario(changing_load(-35.0, stiffness_load_exponent=0.6))
+    normals = np.random.default_rng(1).standard_normal((2, tick_count(settings)))
+    rows = run(settings, lay_road(settings, np.random.default_rng(1)), *normals)
+    truth = truth_of(settings, 1, rows, sense(settings, rows, np.random.default_rng(2)))
+    assert truth.load_changed_understeer_gradient == understeer_gradient(
+        load_changed(settings.truck), settings.steering
+    )
+    straight_deg = truth.table["straight_ahead_rad"].to_numpy() / DEGREE
+    assert list(np.flatnonzero(np.diff(straight_deg))) == [19999]
+    assert (straight_deg[0], straight_deg[-1]) == pytest.approx((0.0, 3.0))
+    assert truth.straight_ahead_rad / DEGREE == pytest.approx(3.0)
+    assert truth.table["axle_lift"].max() == 0.0
+    assert np.abs(rows["lateral_error"]).max() < 1.2
 
 
 def test_a_leaning_body_adds_gravity_to_what_its_accelerometer_feels() -> None:
@@ -551,6 +633,18 @@ def test_from_a_bend_to_a_stop_the_fifth_wheel_keeps_its_friction_without_a_jolt
         ("semitrailer", {"trailer": SEMITRAILER | {"gravity_centre_m": 8.0}}, "truck.trailer"),
         ("semitrailer", {"trailer": SEMITRAILER | {"hitch_m": 12.0, "payload": FULL_LOAD}}, "stand on all its axles"),
         ("semitrailer", {"trailer": SEMITRAILER | {"axle_count": 4}}, "truck.trailer.axle_count"),
+        ("4x2", {"load_change": {"begin_s": 5.0, "load_percent": -90.0}}, "truck.load_change.load_percent"),
+        ("4x2", {"load_change": {"begin_s": 900.0, "load_percent": -30.0}}, "must lie in a standstill"),
+        (
+            "6x2",
+            {"load_change": {"begin_s": 5.0, "load_percent": -30.0}, "lift_axle_up_s": [[10.0, 20.0]]},
+            "cannot be given together",
+        ),
+        (
+            "semitrailer",
+            {"trailer": SEMITRAILER, "load_change": {"begin_s": 5.0, "load_percent": -30.0}},
+            "takes .* kg from 'truck.trailer.payload'",
+        ),
         ("semitrailer", {"trailer": SEMITRAILER | {"fifth_wheel_friction_n_m": -1.0}}, "fifth_wheel_friction_n_m"),
     ],
 )

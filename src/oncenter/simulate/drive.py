@@ -15,7 +15,7 @@ from oncenter.simulate.manoeuvre import check_fits, machine_angles_rad
 from oncenter.simulate.road import LaidRoad
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.steering import motor_carries, native_steering
-from oncenter.simulate.truck import axle_lift, native_truck
+from oncenter.simulate.truck import axle_lift, load_changed, load_changes, native_truck
 from oncenter.simulate.wind import native_wind
 
 Array = npt.NDArray[np.float64]
@@ -64,7 +64,9 @@ def run(
         assert gust_normals is not None
         inputs.gust_normals = lent(gust_normals)
     if scenario.truck.lift_axle_up_s:
-        inputs.axle_lift = lent(axle_lift(scenario.truck, time_s))
+        inputs.second_truck = lent(axle_lift(scenario.truck, time_s))
+    elif scenario.truck.load_change is not None:
+        inputs.second_truck = lent(load_changes(scenario.truck, time_s))
     if scenario.steering.carries_s:
         inputs.motor_carries = lent(motor_carries(scenario.steering, time_s))
     if scenario.manoeuvre is not None:
@@ -115,7 +117,9 @@ def _native_drive(scenario: Scenario, road: LaidRoad, lent: _Lent) -> Any:
     if scenario.wind is not None:
         drive.wind = native_wind(scenario.wind, 1.0 / RATE_HZ)[0]
     if scenario.truck.lift_axle_up_s:
-        drive.lifted = native_truck(scenario.truck, scenario.steering, lifted=True)[0]
+        drive.second = native_truck(scenario.truck, scenario.steering, lifted=True)[0]
+    elif scenario.truck.load_change is not None:
+        drive.second = native_truck(load_changed(scenario.truck), scenario.steering)[0]
     return drive
 
 

@@ -34,14 +34,15 @@ def unloading_acceleration_m_s2(truck: Truck, steering: Steering) -> float:
     return moment_n_m / per_m_s2 if per_m_s2 > 0.0 else float("nan")
 
 
-def straight_ahead_rad(truck: Truck, steering: Steering) -> float:
+def straight_ahead_rad(truck: Truck, steering: Steering, *, load_changed: bool = False) -> float:
     """Steering wheel angle, at the middle of play and wind-up, that drives straight on a level road at even speed.
 
     Zero but for what the alignment pulls, which looks like a sensor's offset and is none, and for a ratio's polynomial
-    that does not go through zero.
+    that does not go through zero. After a load change, another ride height adds to it.
     """
     at_wheels_rad = _set_angle_rad(truck, steering) + _compliance_rad_n_m(steering) * set_moment_n_m(truck, steering)
-    return (0.0 - at_wheels_rad - steering.ratio_polynomial[0]) * steering.ratio_near_centre
+    before = (0.0 - at_wheels_rad - steering.ratio_polynomial[0]) * steering.ratio_near_centre
+    return before + _ride_height_steer_rad(truck) if load_changed else before
 
 
 def motor_carries(steering: Steering, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -65,6 +66,7 @@ def native_steering(steering: Steering, truck: Truck) -> Any:
             "set_moment": set_moment_n_m(truck, steering),
             "brake_pull": steering.brake_pull_n_m_per_m_s2,
             "torque_steer": steering.torque_steer_n_m_per_m_s2,
+            "ride_height_steer": 0.0 - _ride_height_steer_rad(truck) / steering.ratio_near_centre,
             "windup": {"half_width": steering.windup_deg * DEGREE, "friction": 0.0, "creep": 1.0},
             "active_return": steering.active_return_1_s,
             "lash": {
@@ -79,6 +81,11 @@ def native_steering(steering: Steering, truck: Truck) -> Any:
             },
         },
     )
+
+
+def _ride_height_steer_rad(truck: Truck) -> float:
+    """At the steering wheel."""
+    return truck.load_change.ride_height_steer_deg * DEGREE if truck.load_change is not None else 0.0
 
 
 def _compliance_rad_n_m(steering: Steering) -> float:

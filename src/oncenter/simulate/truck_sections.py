@@ -80,6 +80,14 @@ class Trailer(Section):
         return self
 
 
+class LoadChange(Section):
+    """Goods leave or come in a standstill: over the middle of the rear axles, or where the trailer's goods lie."""
+
+    begin_s: NotNegative
+    load_percent: Annotated[Number, Field(ge=-60, le=60)]  # what the load on all rear axles changes by
+    ride_height_steer_deg: Annotated[Number, Field(ge=-20, le=20)] = 0.0  # of the straight-ahead steering wheel angle
+
+
 _FrontAndRearAxles = {"4x2": (1, 1), "6x2": (1, 2), "6x4": (1, 2), "8x4": (2, 2)}
 
 
@@ -110,6 +118,7 @@ class Truck(Section):
     tyres: Tyres | None = None  # None: linear (4)
     payload: Payload | None = None
     trailer: Trailer | None = None
+    load_change: LoadChange | None = None
 
     @property
     def front_axle_count(self) -> int:
@@ -143,6 +152,8 @@ class Truck(Section):
             raise ValueError(f"'lift_axle_up_s' needs axle_layout 6x2, got {self.axle_layout}")
         if any(after - before < LIFTING_S for before, after in pairwise(sum(self.lift_axle_up_s, ()))):
             raise ValueError(f"'lift_axle_up_s' must ascend by at least {LIFTING_S:g} s, which a way up or down takes")
+        if self.lift_axle_up_s and self.load_change is not None:
+            raise ValueError("'load_change' and 'lift_axle_up_s' cannot be given together")
         return self
 
     @model_validator(mode="after")

@@ -10,10 +10,15 @@ static double gravity_to_left(const sim_state *state, const sim_drive *drive)
     return -STANDARD_GRAVITY * sim_road_at(&drive->road, drive->road.cross_slope, state->station);
 }
 
+static double second_truck(const sim_inputs *inputs, size_t tick)
+{
+    return inputs->second_truck == NULL ? 0.0 : inputs->second_truck[tick];
+}
+
 static sim_truck truck_now(const sim_drive *drive, const sim_inputs *inputs, size_t tick)
 {
-    const double lift = inputs->axle_lift == NULL ? 0.0 : inputs->axle_lift[tick];
-    return lift > 0.0 ? sim_truck_between(&drive->truck, &drive->lifted, lift) : drive->truck;
+    const double share = second_truck(inputs, tick);
+    return share > 0.0 ? sim_truck_between(&drive->truck, &drive->second, share) : drive->truck;
 }
 
 static sim_truck_input acting(const sim_state *state, const sim_drive *drive)
@@ -119,13 +124,14 @@ static void hand_over(sim_state *state, const sim_inputs *inputs, size_t tick)
         carries ? state->steering.lash.inner : state->steering.steering_wheel_angle;
 }
 
-static void steer(sim_state *state, const sim_drive *drive, const sim_truck *truck, double step_s)
+static void steer(sim_state *state, const sim_drive *drive, const sim_truck *truck, double second, double step_s)
 {
     const sim_steering_input input = {
         .angle = state->driver.steering_wheel_angle,
         .front_force = sim_truck_steered_force(&state->truck, truck),
         .longitudinal_acceleration = state->driver.longitudinal_acceleration,
         .motor_carries = state->motor_carries,
+        .second_truck = second,
     };
     sim_steering_step(&state->steering, &drive->steering, &input, step_s);
 }
@@ -140,7 +146,7 @@ void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs
     hand_over(state, inputs, tick);
     const sim_truck truck = truck_now(drive, inputs, tick);
     write_row(state, drive, &truck, machine == NULL, row);
-    row->axle_lift = inputs->axle_lift == NULL ? 0.0 : inputs->axle_lift[tick];
+    row->second_truck = second_truck(inputs, tick);
     decide(state, drive, inputs, tick);
 
     const double tick_began = state->time;
@@ -152,7 +158,7 @@ void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs
             sim_driver_steer(&state->driver, &drive->driver, step_s);
         else
             state->driver.steering_wheel_angle += machine_rate * step_s;
-        steer(state, drive, &truck, step_s);
+        steer(state, drive, &truck, row->second_truck, step_s);
         const sim_truck_input input = acting(state, drive);
         sim_truck_step(&state->truck, &truck, &input, step_s);
         move_along(state, drive, step_s);

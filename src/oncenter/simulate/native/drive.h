@@ -15,7 +15,7 @@
 
 typedef struct {
     sim_truck truck;
-    sim_truck lifted; /* the same truck while its last axle hangs; only where inputs lift it */
+    sim_truck second; /* the same truck with its last axle up or with another load; only where inputs change to it */
     sim_steering steering;
     sim_road road;
     sim_driver driver;
@@ -63,7 +63,7 @@ typedef struct {
     double roll;                      /* rad, of the body, right side down positive */
     double place_in_windup;           /* -1 to 1, of the column */
     double articulation;              /* rad, truck's heading less trailer's; 0 without trailer */
-    double axle_lift;                 /* 1, 0: last axle down, 1: up */
+    double second_truck;              /* 1, 0: the truck as it began, 1: the second one */
     double place_in_lash;             /* -1 to 1, of the column */
     double motor_carries;             /* 1, 0: the driver steers, 1: the overlay motor */
 } sim_row;
@@ -75,7 +75,7 @@ typedef struct {
     const double *gust_normals;   /* the wind's; NULL: no wind at all */
     const double *machine_angles; /* rad, steering wheel angles of a machine that steers, one more than there are ticks;
                                      NULL: the driver steers */
-    const double *axle_lift;      /* 1, 0: last axle down, 1: up; NULL: it stays down */
+    const double *second_truck;   /* 1, 0: the truck as it began, 1: the second one; NULL: it stays as it began */
     const double *motor_carries;  /* 1, 0: the driver steers, 1: the overlay motor; NULL: the driver always */
 } sim_inputs;
 

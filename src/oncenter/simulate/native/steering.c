@@ -15,6 +15,12 @@ static double through_gear(const sim_steering *steering, double gear_angle)
     return front_wheel_angle;
 }
 
+/* rad; drag link and axle move with the springs and turn the front wheels. */
+static double turned_by_springs(const sim_steering *steering, const sim_steering_input *input)
+{
+    return steering->ride_height_steer * input->second_truck;
+}
+
 /* The driver turns the gear through wind-up and lash. load: N m about the king pins. */
 static void turn_by_hand(sim_steering_state *state, const sim_steering *steering, double angle, double load,
                          double step_s)
@@ -49,5 +55,5 @@ void sim_steering_step(sim_steering_state *state, const sim_steering *steering, 
     state->place_in_play =
         oc_backlash_step(&state->backlash, &steering->backlash, state->lash.inner, load, step_s);
     state->front_wheel_angle = through_gear(steering, state->backlash.inner) + steering->set_angle
-                               + steering->compliance * to_left;
+                               + steering->compliance * to_left + turned_by_springs(steering, input);
 }

@@ -21,6 +21,7 @@ typedef struct {
     double set_moment;           /* N m about the king pins, always there, towards the left: alignment, unloading */
     double brake_pull;           /* N m per m/s^2 of deceleration, towards the left */
     double torque_steer;         /* N m per m/s^2 of acceleration, towards the left */
+    double ride_height_steer;    /* rad at the front wheels, by which the second truck's ride height turns them */
     oc_backlash windup;          /* of the column; load: active return's, 1/s times its rate */
     double active_return;        /* 1/s, how fast it unwinds the gear's side of the column to straight ahead */
     oc_backlash lash;            /* of the column; load as the backlash's */
@@ -44,6 +45,7 @@ typedef struct {
     double front_force;   /* N, of the steered wheels */
     double longitudinal_acceleration; /* m/s^2 */
     int32_t motor_carries; /* 1: the motor turns the gear, 0: the driver turns the steering wheel */
+    double second_truck;   /* 1, 0: ride height as the drive began, 1: as the second truck's */
 } sim_steering_input;
 
 void sim_steering_step(sim_steering_state *state, const sim_steering *steering, const sim_steering_input *input,

@@ -241,16 +241,37 @@ double sim_truck_steered_force(const sim_truck_state *state, const sim_truck *tr
     return force;
 }
 
-sim_truck sim_truck_between(const sim_truck *down, const sim_truck *up, double share)
+static double between(double first, double second, double share)
 {
-    sim_truck between = *down;
-    for (int32_t k = 0; k < down->axle_count; ++k) {
-        const sim_axle *a = &down->axles[k], *b = &up->axles[k];
-        sim_axle *axle = &between.axles[k];
-        axle->scrub_stiffness = a->scrub_stiffness + share * (b->scrub_stiffness - a->scrub_stiffness);
-        axle->tyre.cornering_stiffness =
-            a->tyre.cornering_stiffness + share * (b->tyre.cornering_stiffness - a->tyre.cornering_stiffness);
-        axle->tyre.D = a->tyre.D + share * (b->tyre.D - a->tyre.D);
-    }
-    return between;
+    return first + share * (second - first);
+}
+
+static void axle_between(sim_axle *axle, const sim_axle *second, double share)
+{
+    axle->distance = between(axle->distance, second->distance, share);
+    axle->scrub_stiffness = between(axle->scrub_stiffness, second->scrub_stiffness, share);
+    axle->tyre.cornering_stiffness = between(axle->tyre.cornering_stiffness, second->tyre.cornering_stiffness, share);
+    axle->tyre.D = between(axle->tyre.D, second->tyre.D, share);
+}
+
+static void trailer_between(sim_trailer *trailer, const sim_trailer *second, double share)
+{
+    trailer->mass = between(trailer->mass, second->mass, share);
+    trailer->yaw_inertia = between(trailer->yaw_inertia, second->yaw_inertia, share);
+    trailer->gravity_centre_distance =
+        between(trailer->gravity_centre_distance, second->gravity_centre_distance, share);
+    for (int32_t k = 0; k < trailer->axle_count; ++k)
+        axle_between(&trailer->axles[k], &second->axles[k], share);
+}
+
+sim_truck sim_truck_between(const sim_truck *first, const sim_truck *second, double share)
+{
+    sim_truck truck = *first;
+    truck.mass = between(first->mass, second->mass, share);
+    truck.yaw_inertia = between(first->yaw_inertia, second->yaw_inertia, share);
+    truck.hitch_distance = between(first->hitch_distance, second->hitch_distance, share);
+    for (int32_t k = 0; k < truck.axle_count; ++k)
+        axle_between(&truck.axles[k], &second->axles[k], share);
+    trailer_between(&truck.trailer, &second->trailer, share);
+    return truck;
 }

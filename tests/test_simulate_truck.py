@@ -549,20 +549,18 @@ def test_a_heavier_semitrailer_lets_the_tractor_understeer_otherwise_than_alone(
 
 
 def test_the_fifth_wheel_takes_from_each_swing_its_friction_times_the_way() -> None:
-    """Dahl: to and fro by 2 A, each way of it costs M (2 A - 2 z) with z the way in which the friction builds up anew,
-    for A well above that, and less than nothing never."""
-    trailer, amplitude, M = semitrailer(fifth_wheel_friction_n_m=8000.0).trailer, 5 * DEGREE, 8000.0
+    """Dahl: over each way of 2 A the share goes from -1 to 1 as 1 - 2 exp(-x / z), so that it costs M (2 A - 2 z)."""
+    truck, amplitude, M = semitrailer(fifth_wheel_friction_n_m=8000.0), 5 * DEGREE, 8000.0
+    trailer = ffi.addressof(truck, "trailer")
     state, slope = ffi.new("sim_trailer_state *"), ffi.new("sim_trailer_state *")
     steps, spent = 40_000, []
     for k in range(2 * steps):
         rate = amplitude * 2 * np.pi / steps * np.cos(2 * np.pi * k / steps)
         hitch = ffi.new("sim_hitch *", {"speed": 10.0, "yaw_rate": rate, "mobility": 1e-4})
-        lib.sim_trailer_slope(state, ffi.addressof(trailer), hitch, slope)
-        spent.append(lib.sim_trailer_friction(state, ffi.addressof(trailer)) * rate)
+        lib.sim_trailer_slope(state, trailer, hitch, slope)
+        spent.append(lib.sim_trailer_friction(state, trailer) * rate)
         state.friction_share += slope.friction_share
         assert abs(state.friction_share) <= 1.0
-    builds_up = math.log(2.0) * 0.0035  # integral of (1 - share) from -1 on is 2 z; of the sliding one nothing
-    assert builds_up < 0.1 * amplitude
     assert sum(spent[steps:]) == pytest.approx(2 * M * (2 * amplitude - 2 * 0.0035), rel=1e-3)
 
 

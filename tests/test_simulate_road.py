@@ -19,6 +19,7 @@ from oncenter.simulate import simulate
 from oncenter.simulate.drive import ffi, lib, run, tick_count
 from oncenter.simulate.road import LaidRoad, lay_road
 from oncenter.simulate.scenario import Scenario, read_scenario, scenario_from
+from oncenter.simulate.truck import on_patch, understeer_gradient
 from oncenter.simulate.wind import native_wind
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
@@ -443,6 +444,59 @@ def test_a_base_that_is_unknown_or_leads_back_is_refused(tmp_path: Path) -> None
         assert base.strip('"') in str(refusal.value)
 
 
+# Patches
+
+
+PATCHES = {
+    "spacing_m": [200.0, 400.0],
+    "length_m": [100.0, 300.0],
+    "front_stiffness_percent": -35.0,
+    "rear_stiffness_percent": -25.0,
+}
+
+
+def lengths_m(road: LaidRoad, column: npt.NDArray[np.float64], value: float) -> npt.NDArray[np.float64]:
+    """Of whole stretches with that value."""
+    turns = np.flatnonzero(np.diff(column)) + 1
+    inside = column[turns[:-1]] == value
+    return np.diff(turns)[inside] * road.spacing_m
+
+
+def test_patches_are_as_long_and_as_far_apart_as_they_are_said_to_be_and_leave_the_road_alone() -> None:
+    with_patches, without = laid(scenario(road={"patches": PATCHES})), laid(scenario())
+    assert with_patches.patch is not None
+    for value, (low, high) in ((1.0, (100.0, 300.0)), (0.0, (200.0, 400.0))):
+        lengths = lengths_m(with_patches, with_patches.patch, value)
+        assert len(lengths) > 50
+        assert low - 5.0 <= lengths.min() < lengths.max() <= high + 5.0
+    np.testing.assert_array_equal(with_patches.curvature_1_m, without.curvature_1_m)
+    np.testing.assert_array_equal(with_patches.speed_m_s, without.speed_m_s)
+    assert without.patch is None
+
+
+def test_in_a_patch_the_truck_understeers_by_the_gradient_of_its_softer_tyres() -> None:
+    """K_us/g is m_f/C_f + the steering's compliance - m_r/C_r, at 0.65 C_f and 0.75 C_r."""
+    patches = PATCHES | {"spacing_m": [400.0, 400.0], "length_m": [400.0, 400.0]}
+    circle = LEVEL_STRAIGHT | {"sections": [{"length_m": 5000.0, "turn_deg": 300.0}], "repeat": False}
+    of = scenario(
+        drive={"duration_s": 250.0},
+        road=circle | {"patches": patches},
+        driver=EVEN_60,
+        steering={"backlash_deg": 0.0},
+    )
+    rows = run(of, laid(of), *np.zeros((2, tick_count(of))))
+    v, r, a_y, patch = (rows[c] for c in ("vehicle_speed", "yaw_rate", "lateral_acceleration", "patch"))
+    K = (rows["front_wheel_angle"][6000:] - 3.7 * (r / np.maximum(v, 1.0))[6000:]) / a_y[6000:]
+    settled = patch[6000:] == np.roll(patch, 1500)[6000:]
+    settled &= patch[6000:] == np.roll(patch, 700)[6000:]
+    m_f, m_r = 8100.0 * 2.695 / 3.7, 8100.0 * 1.005 / 3.7
+    compliance = 0.43e-3 * DEGREE * 0.06
+    for value, front, rear in ((0.0, 1.0, 1.0), (1.0, 0.65, 0.75)):
+        expected = m_f * (1.0 / (431e3 * front) + compliance) - m_r / (235e3 * rear)
+        assert np.median(K[settled & (patch[6000:] == value)]) == pytest.approx(expected, rel=0.01)
+    assert understeer_gradient(on_patch(of.truck, of.road.patches), of.steering) == pytest.approx(expected, rel=1e-9)
+
+
 # What is refused
 
 
@@ -463,6 +517,9 @@ def test_a_base_that_is_unknown_or_leads_back_is_refused(tmp_path: Path) -> None
         ({"road": OPEN, "manoeuvre": {"kind": "slalom"}}, "manoeuvre"),
         ({"stops": {"spacing_m": [0.0, 10.0], "duration_s": [1.0, 2.0]}}, "stops.spacing_m"),
         ({"wind": {**STEADY_WIND, "side_area_m2": -9.0}}, "wind.side_area_m2"),
+        ({"road": {"patches": PATCHES | {"front_stiffness_percent": -90.0}}}, "road.patches.front_stiffness_percent"),
+        ({"road": {"patches": PATCHES | {"length_m": [20.0, 10.0]}}}, "road.patches.length_m"),
+        ({"road": OPEN | {"patches": PATCHES}, "manoeuvre": {"kind": "weave"}}, "'patches' cannot be given"),
         ({"drive": {"standing_s": [[50.0, 40.0]]}}, "standing_s"),
         ({"drive": {"standing_s": [[5.0, 40.0]]}}, "standing_s"),
     ],

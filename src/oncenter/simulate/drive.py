@@ -107,10 +107,14 @@ def _native_drive(scenario: Scenario, road: LaidRoad, lent: _Lent) -> Any:
         "curvature": lent(road.curvature_1_m),
         "cross_slope": lent(road.cross_slope),
         "speed": lent(road.speed_m_s),
+        "patch": ffi.NULL if road.patch is None else lent(road.patch),
         "stop_count": len(road.stop_station_m),
         "stop_station": lent(road.stop_station_m),
         "stop_duration": lent(road.stop_duration_s),
     }
+    if scenario.road.patches is not None:
+        drive.patch_front = scenario.road.patches.front_stiffness_percent / 100.0
+        drive.patch_rear = scenario.road.patches.rear_stiffness_percent / 100.0
     drive.start_heading = (90.0 - scenario.road.heading_deg) * DEGREE
     drive.tick = 1.0 / RATE_HZ
     drive.steps_per_tick = _STEPS_PER_TICK

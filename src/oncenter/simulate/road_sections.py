@@ -25,12 +25,25 @@ from oncenter.simulate.section import (
 CrossSlope = Annotated[Number, Field(ge=-15, le=15)]
 
 
+_LessStiffness = Annotated[Number, Field(ge=-80, le=0)]
+
+
+class Patches(Section):
+    """Wet or snowy patches, in which the tyres' cornering stiffness is lower."""
+
+    spacing_m: LengthRange  # from the end of one to the begin of the next
+    length_m: LengthRange
+    front_stiffness_percent: _LessStiffness  # by which that of all steered tyres changes
+    rear_stiffness_percent: _LessStiffness  # the same of all others, a trailer's too
+
+
 class _Road(Section):
     """What every road has."""
 
     heading_deg: Annotated[Number, Field(ge=0, lt=360)] = 0.0
     rough_bank_sd_percent: Annotated[Number, Field(ge=0, le=2)] = 0.0
     rough_bank_length_m: Annotated[Number, Field(ge=5, le=1000)] = 40.0
+    patches: Patches | None = None
 
 
 class BendsRoad(_Road):
@@ -93,6 +106,12 @@ class OpenRoad(_Road):
 
     kind: Literal["open"]
     crown_percent: CrossSlope
+
+    @model_validator(mode="after")
+    def _is_alike_everywhere(self) -> OpenRoad:
+        if self.patches is not None:
+            raise ValueError("'patches' cannot be given for kind \"open\", which has no stations")
+        return self
 
 
 _ROAD_KINDS = ("bends", "sections", "csv", "open")

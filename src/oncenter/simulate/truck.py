@@ -18,6 +18,7 @@ import numpy.typing as npt
 from oncenter._simulate import ffi, lib
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
+from oncenter.simulate.road_sections import Patches
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.truck_sections import LIFTING_S, Payload, Steering, Trailer, Truck, Tyres
 
@@ -98,13 +99,17 @@ def check_holdable(scenario: Scenario) -> None:
     Raises:
         OncenterError: "scenario_file", exit code 2.
     """
-    truck = scenario.truck
-    _check_drivable(scenario, truck, lifted=False)
+    truck, patches = scenario.truck, scenario.road.patches
+    states = [(truck, False)]
     if truck.lift_axle_up_s:
-        _check_drivable(scenario, truck, lifted=True)
+        states.append((truck, True))
     if truck.load_change is not None:
         _check_goods(scenario.name, truck)
-        _check_drivable(scenario, load_changed(truck), lifted=False)
+        states.append((load_changed(truck), False))
+    if patches is not None:
+        states += [(on_patch(state, patches), lifted) for state, lifted in states]
+    for state, lifted in states:
+        _check_drivable(scenario, state, lifted)
 
 
 def _check_drivable(scenario: Scenario, truck: Truck, lifted: bool) -> None:
@@ -181,6 +186,19 @@ def load_changed(truck: Truck) -> Truck:
         "rear_cornering_stiffness_n_rad": truck.rear_cornering_stiffness_n_rad * rear,
     }
     return truck.model_copy(update=changes | {"payload": None, "load_change": None})
+
+
+def on_patch(truck: Truck, patches: Patches) -> Truck:
+    """The truck with its tyres as in one of the road's patches."""
+    front, rear = 1.0 + patches.front_stiffness_percent / 100.0, 1.0 + patches.rear_stiffness_percent / 100.0
+    changes: dict[str, Any] = {
+        "front_cornering_stiffness_n_rad": truck.front_cornering_stiffness_n_rad * front,
+        "rear_cornering_stiffness_n_rad": truck.rear_cornering_stiffness_n_rad * rear,
+    }
+    if truck.trailer is not None:
+        of_trailer = {"cornering_stiffness_n_rad": truck.trailer.cornering_stiffness_n_rad * rear}
+        changes["trailer"] = truck.trailer.model_copy(update=of_trailer)
+    return truck.model_copy(update=changes)
 
 
 def _reloaded(trailer: Trailer, truck: Truck) -> Trailer:

@@ -16,7 +16,7 @@ from oncenter.signals import DEGREE
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.sensors import Fault, Sensed
 from oncenter.simulate.steering import straight_ahead_rad, unloading_acceleration_m_s2
-from oncenter.simulate.truck import equivalent_wheelbase_m, load_changed, understeer_gradient
+from oncenter.simulate.truck import equivalent_wheelbase_m, load_changed, on_patch, understeer_gradient
 
 _COLUMNS = {
     "time_s": "time",
@@ -64,6 +64,7 @@ class Truth:
         lifted_equivalent_wheelbase_m: L of (10) while the lift axle is up; None where it never is.
         load_changed_understeer_gradient: K_us/g after the load change, rad/(m/s^2); None without one.
         load_changed_equivalent_wheelbase_m: L of (10) after the load change; None without one.
+        patch_understeer_gradient: K_us/g in the road's patches, as the truck began, rad/(m/s^2); None without them.
         steering_ratio: near the centre.
         backlash_rad: full width of the play at the steering wheel while the driver steers: of the gear and, with an
             overlay motor, of the column's lash.
@@ -89,7 +90,7 @@ class Truth:
             `place_in_windup` is -1 to 1, `articulation_rad` the truck's heading less the trailer's, `axle_lift` 0 while
             the last axle is down and 1 while it is up. With an overlay motor, `place_in_lash` is -1 to 1 and
             `motor_carries` 1 while the motor steers. With a load change, `load_change` is 1 from then on and
-            `straight_ahead_rad` the straight-ahead angle at every tick.
+            `straight_ahead_rad` the straight-ahead angle at every tick. With patches, `road_patch` is 1 in them.
     """
 
     scenario: str
@@ -101,6 +102,7 @@ class Truth:
     lifted_equivalent_wheelbase_m: float | None
     load_changed_understeer_gradient: float | None
     load_changed_equivalent_wheelbase_m: float | None
+    patch_understeer_gradient: float | None
     steering_ratio: float
     backlash_rad: float
     windup_rad: float
@@ -114,7 +116,7 @@ class Truth:
 
 def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: Sensed) -> Truth:
     truck, steering = scenario.truck, scenario.steering
-    lifts = bool(truck.lift_axle_up_s)
+    lifts, patches = bool(truck.lift_axle_up_s), scenario.road.patches
     after = load_changed(truck) if truck.load_change is not None else None
     return Truth(
         scenario=scenario.name,
@@ -126,6 +128,7 @@ def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: 
         lifted_equivalent_wheelbase_m=equivalent_wheelbase_m(truck, steering, lifted=True) if lifts else None,
         load_changed_understeer_gradient=None if after is None else understeer_gradient(after, steering),
         load_changed_equivalent_wheelbase_m=None if after is None else equivalent_wheelbase_m(after, steering),
+        patch_understeer_gradient=None if patches is None else understeer_gradient(on_patch(truck, patches), steering),
         steering_ratio=steering.ratio_near_centre,
         backlash_rad=(steering.backlash_deg + steering.lash_deg) * DEGREE,
         windup_rad=2.0 * steering.windup_deg * DEGREE,
@@ -141,6 +144,7 @@ def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: 
 def _true_columns(scenario: Scenario, rows: npt.NDArray[np.void]) -> dict[str, npt.NDArray[np.float64]]:
     truck, steering = scenario.truck, scenario.steering
     fields = _COLUMNS | (_MOTOR_COLUMNS if steering.overlay_motor is not None else {})
+    fields |= {"road_patch": "patch"} if scenario.road.patches is not None else {}
     true = {column: np.ascontiguousarray(rows[field]) for column, field in fields.items()}
     if truck.load_change is not None:
         angles = [straight_ahead_rad(truck, steering, load_changed=changed) for changed in (False, True)]
@@ -176,6 +180,8 @@ def write_truth(truth: Truth, table: Path, summary: Path) -> None:
     if truth.load_changed_understeer_gradient is not None and truth.load_changed_equivalent_wheelbase_m is not None:
         values["load_changed_understeer_gradient_deg_m_s2"] = truth.load_changed_understeer_gradient / DEGREE
         values["load_changed_equivalent_wheelbase_m"] = truth.load_changed_equivalent_wheelbase_m
+    if truth.patch_understeer_gradient is not None:
+        values["patch_understeer_gradient_deg_m_s2"] = truth.patch_understeer_gradient / DEGREE
     lines = [f"scenario = {json.dumps(truth.scenario)}", f"seed = {truth.seed}"]
     lines += [f"{name} = {_number(value)}" for name, value in values.items()]
     for fault in truth.faults:

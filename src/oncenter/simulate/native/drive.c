@@ -15,10 +15,18 @@ static double second_truck(const sim_inputs *inputs, size_t tick)
     return inputs->second_truck == NULL ? 0.0 : inputs->second_truck[tick];
 }
 
-static sim_truck truck_now(const sim_drive *drive, const sim_inputs *inputs, size_t tick)
+static double patch(const sim_state *state, const sim_drive *drive)
 {
-    const double share = second_truck(inputs, tick);
-    return share > 0.0 ? sim_truck_between(&drive->truck, &drive->second, share) : drive->truck;
+    return drive->road.patch == NULL ? 0.0 : sim_road_at(&drive->road, drive->road.patch, state->station);
+}
+
+static sim_truck truck_now(const sim_state *state, const sim_drive *drive, const sim_inputs *inputs, size_t tick)
+{
+    const double share = second_truck(inputs, tick), slippery = patch(state, drive);
+    sim_truck truck = share > 0.0 ? sim_truck_between(&drive->truck, &drive->second, share) : drive->truck;
+    if (slippery > 0.0)
+        sim_truck_scale_stiffness(&truck, 1.0 + drive->patch_front * slippery, 1.0 + drive->patch_rear * slippery);
+    return truck;
 }
 
 static sim_truck_input acting(const sim_state *state, const sim_drive *drive)
@@ -89,6 +97,7 @@ static void write_row(const sim_state *state, const sim_drive *drive, const sim_
     row->articulation = state->truck.trailer.articulation;
     row->place_in_lash = state->steering.place_in_lash;
     row->motor_carries = state->motor_carries;
+    row->patch = patch(state, drive);
 }
 
 void sim_init(sim_state *state, const sim_drive *drive)
@@ -144,7 +153,7 @@ void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs
     if (inputs->gust_normals != NULL)
         sim_wind_blow(&state->wind, &drive->wind, state->heading, state->driver.speed, inputs->gust_normals[tick]);
     hand_over(state, inputs, tick);
-    const sim_truck truck = truck_now(drive, inputs, tick);
+    const sim_truck truck = truck_now(state, drive, inputs, tick);
     write_row(state, drive, &truck, machine == NULL, row);
     row->second_truck = second_truck(inputs, tick);
     decide(state, drive, inputs, tick);

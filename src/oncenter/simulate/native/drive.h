@@ -18,6 +18,7 @@ typedef struct {
     sim_truck second; /* the same truck with its last axle up or with another load; only where inputs change to it */
     sim_steering steering;
     sim_road road;
+    double patch_front, patch_rear; /* 1, what a patch of the road adds to the tyres' stiffness, negative */
     sim_driver driver;
     sim_wind wind;
     double start_heading;   /* rad, counter-clockwise from east */
@@ -66,6 +67,7 @@ typedef struct {
     double second_truck;              /* 1, 0: the truck as it began, 1: the second one */
     double place_in_lash;             /* -1 to 1, of the column */
     double motor_carries;             /* 1, 0: the driver steers, 1: the overlay motor */
+    double patch;                     /* 1, 0: good grip, 1: in a patch of the road */
 } sim_row;
 
 /* What comes from outside, one number a tick. */

@@ -275,3 +275,11 @@ sim_truck sim_truck_between(const sim_truck *first, const sim_truck *second, dou
     trailer_between(&truck.trailer, &second->trailer, share);
     return truck;
 }
+
+void sim_truck_scale_stiffness(sim_truck *truck, double front, double rear)
+{
+    for (int32_t k = 0; k < truck->axle_count; ++k)
+        truck->axles[k].tyre.cornering_stiffness *= truck->axles[k].steer_share > 0.0 ? front : rear;
+    for (int32_t k = 0; k < truck->trailer.axle_count; ++k)
+        truck->trailer.axles[k].tyre.cornering_stiffness *= rear;
+}

@@ -237,6 +237,24 @@ def test_saturating_tyres_are_linear_on_centre_and_hold_no_more_than_friction(ty
     assert largest[0] > D >= largest[1] > 0.9 * D
 
 
+def test_rear_tyres_of_less_friction_saturate_first_and_the_truck_runs_wide_at_its_rear() -> None:
+    settings = scenario({"truck": {"tyres": {"model": "brush", "friction": 0.8, "rear_friction": 0.4}}})
+    truck = native_truck(settings.truck, settings.steering)
+    front, rear = truck.axles[0].tyre.D, truck.axles[1].tyre.D
+    assert front / rear == pytest.approx(2.0 * 2.695 / 1.005)
+    turning = settled(truck, acting(0.12, 12.0), 1.5)
+    shares = [turning.axle_forces[0] / front, turning.axle_forces[1] / rear]
+    assert shares[1] > 0.95 > 1.5 * shares[0]
+
+
+def test_a_trailer_s_tyres_keep_the_friction_of_the_steered_ones() -> None:
+    tyres = {"model": "brush", "friction": 0.8}
+    both = [scenario({"truck": {"tyres": tyres | rear}}, "semitrailer") for rear in ({}, {"rear_friction": 0.4})]
+    alike, apart = (native_truck(settings.truck, settings.steering) for settings in both)
+    assert apart.trailer.axles[0].tyre.D == alike.trailer.axles[0].tyre.D
+    assert apart.axles[1].tyre.D == 0.5 * alike.axles[1].tyre.D
+
+
 def test_stiffness_grows_with_the_load_by_its_power() -> None:
     trucks = []
     for exponent in (0.0, 0.5, 1.0):

@@ -244,10 +244,12 @@ def native_truck(truck: Truck, steering: Steering, *, lifted: bool = False) -> A
             "roll_damping": truck.roll_damping,
         },
     )
-    axles = _axles(truck, lifted)
+    axles, (front, rear) = _axles(truck, lifted), _frictions(truck.tyres)
     native.axle_count = len(axles)
     for k, axle in enumerate(axles):
-        native.axles[k] = _native_axle(axle, body.behind_m, truck, compliance_rad_n if axle.steer_share > 0.0 else 0.0)
+        steered = axle.steer_share > 0.0
+        compliance, friction = (compliance_rad_n, front) if steered else (0.0, rear)
+        native.axles[k] = _native_axle(axle, body.behind_m, truck, compliance, friction)
     if truck.trailer is not None:
         native.hitch_distance = body.behind_m - truck.trailer.hitch_m
         native.trailer = _native_trailer(truck.trailer, truck)[0]
@@ -266,29 +268,37 @@ def _native_trailer(trailer: Trailer, truck: Truck) -> Any:
             "friction": trailer.fifth_wheel_friction_n_m,
         },
     )
+    front, _ = _frictions(truck.tyres)
     for k, axle in enumerate(_trailer_axles(trailer, truck.stiffness_load_exponent)):
-        native.axles[k] = _native_axle(axle, 0.0, truck, 0.0)
+        native.axles[k] = _native_axle(axle, 0.0, truck, 0.0, front)
     return native
 
 
-def _native_axle(axle: _Axle, from_m: float, truck: Truck, compliance_rad_n: float) -> dict[str, Any]:
+def _native_axle(axle: _Axle, from_m: float, truck: Truck, compliance_rad_n: float, friction: float) -> dict[str, Any]:
     return {
         "distance": from_m - axle.behind_m,
         "steer_share": axle.steer_share,
         "compliance": compliance_rad_n,
         "relaxation_length": truck.relaxation_length_m,
         "scrub_stiffness": axle.scrub_n_m2,
-        "tyre": _native_tyre(axle, truck.tyres),
+        "tyre": _native_tyre(axle, truck.tyres, friction),
     }
 
 
-def _native_tyre(axle: _Axle, tyres: Tyres | None) -> dict[str, Any]:
+def _frictions(tyres: Tyres | None) -> tuple[float, float]:
+    """Of the truck's steered tyres and a trailer's, and of the truck's others."""
+    if tyres is None:
+        return 0.0, 0.0
+    return tyres.friction, tyres.friction if tyres.rear_friction is None else tyres.rear_friction
+
+
+def _native_tyre(axle: _Axle, tyres: Tyres | None, friction: float) -> dict[str, Any]:
     if tyres is None:
         return {"model": lib.SIM_TYRE_LINEAR, "cornering_stiffness": axle.stiffness_n_rad}
     return {
         "model": lib.SIM_TYRE_BRUSH if tyres.model == "brush" else lib.SIM_TYRE_MAGIC_FORMULA,
         "cornering_stiffness": axle.stiffness_n_rad,
-        "D": tyres.friction * axle.load_n,
+        "D": friction * axle.load_n,
         "C": tyres.C or 0.0,
         "E": tyres.E or 0.0,
     }

@@ -46,6 +46,7 @@ class Tyres(Section):
 
     model: Literal["brush", "magic_formula"]
     friction: Annotated[Number, Field(gt=0, le=2)]  # times the load is the largest side force, the Magic Formula's D
+    rear_friction: Annotated[Number, Field(gt=0, le=2)] | None = None  # of the truck's tyres not steered; as `friction`
     C: Annotated[Number, Field(ge=1, le=2)] | None = None  # shape, magic_formula only; trucks some 1.3
     E: Annotated[Number, Field(ge=-10, le=1)] | None = None  # curvature, magic_formula only; trucks some -1
 

@@ -233,7 +233,8 @@ def test_wind_pushes_to_the_side_that_its_compass_direction_and_the_truck_s_head
 ) -> None:
     of = scenario(wind={**STEADY_WIND, "from_deg": from_deg})
     state = ffi.new("sim_wind_state *")
-    lib.sim_wind_blow(state, native_wind(of.wind, 0.01), (90.0 - heading_deg) * DEGREE, 20.0, 0.0)
+    given = ffi.new("sim_wind_input *", [(90.0 - heading_deg) * DEGREE, 20.0, 1.0])
+    lib.sim_wind_blow(state, native_wind(of.wind, 0.01), given)
     force_n = 0.5 * 1.225 * 9.0 * 1.2 * math.hypot(20.0, 10.0) * 10.0  # dynamic pressure * area * coefficient * sine
     assert state.side_force == pytest.approx(push * force_n, abs=1e-9 * force_n)
 
@@ -257,7 +258,7 @@ def test_gusts_have_their_strength_and_their_length() -> None:
     state, wind = ffi.new("sim_wind_state *"), native_wind(of.wind, 0.01)
     gusts = np.empty(100_000)
     for k, normal in enumerate(np.random.default_rng(5).standard_normal(len(gusts))):
-        lib.sim_wind_blow(state, wind, 0.0, 20.0, normal)
+        lib.sim_wind_blow(state, wind, ffi.new("sim_wind_input *", [0.0, 20.0, 1.0, normal]))
         gusts[k] = state.gust
     assert gusts.std() == pytest.approx(2.0, rel=0.15)
     assert np.corrcoef(gusts[300:], gusts[:-300])[0, 1] == pytest.approx(math.exp(-1), abs=0.12)
@@ -444,6 +445,25 @@ def test_a_base_that_is_unknown_or_leads_back_is_refused(tmp_path: Path) -> None
         assert base.strip('"') in str(refusal.value)
 
 
+SHELTERED = STEADY_WIND | {"open_share": 0.3, "open_length_m": [150.0, 350.0]}
+
+
+def test_wind_blows_on_its_share_of_the_way_and_nowhere_else() -> None:
+    of = scenario(road=LEVEL_STRAIGHT, driver=EVEN_60, wind=SHELTERED)
+    road, rows = laid(of), driven(of)
+    assert road.exposure is not None
+    assert road.exposure.mean() == pytest.approx(0.3, abs=0.05)
+    open_m = lengths_m(road, road.exposure, 1.0)
+    assert 149.0 <= open_m.min() < open_m.max() <= 351.0
+    exposed = np.interp(rows["station"], np.arange(len(road.exposure)) * road.spacing_m, road.exposure)
+    steady = driven(scenario(road=LEVEL_STRAIGHT, driver=EVEN_60, wind=STEADY_WIND))
+    assert (rows["wind_force"][exposed == 0.0] == 0.0).all()
+    running = exposed[10000:-10000] == 1.0
+    assert np.median(rows["wind_force"][10000:-10000][running]) == pytest.approx(
+        np.median(steady["wind_force"][10000:-10000]), rel=0.02
+    )
+
+
 # Patches
 
 
@@ -520,6 +540,8 @@ def test_in_a_patch_the_truck_understeers_by_the_gradient_of_its_softer_tyres() 
         ({"road": {"patches": PATCHES | {"front_stiffness_percent": -90.0}}}, "road.patches.front_stiffness_percent"),
         ({"road": {"patches": PATCHES | {"length_m": [20.0, 10.0]}}}, "road.patches.length_m"),
         ({"road": OPEN | {"patches": PATCHES}, "manoeuvre": {"kind": "weave"}}, "'patches' cannot be given"),
+        ({"wind": {**STEADY_WIND, "open_share": 0.5}}, "open_length_m"),
+        ({"wind": {**SHELTERED, "open_share": 0.01}}, "wind.open_share"),
         ({"drive": {"standing_s": [[50.0, 40.0]]}}, "standing_s"),
         ({"drive": {"standing_s": [[5.0, 40.0]]}}, "standing_s"),
     ],

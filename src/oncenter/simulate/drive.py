@@ -107,6 +107,7 @@ def _native_drive(scenario: Scenario, road: LaidRoad, lent: _Lent) -> Any:
         "curvature": lent(road.curvature_1_m),
         "cross_slope": lent(road.cross_slope),
         "speed": lent(road.speed_m_s),
+        "exposure": ffi.NULL if road.exposure is None else lent(road.exposure),
         "patch": ffi.NULL if road.patch is None else lent(road.patch),
         "stop_count": len(road.stop_station_m),
         "stop_station": lent(road.stop_station_m),

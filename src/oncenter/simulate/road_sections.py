@@ -142,7 +142,7 @@ class Stops(Section):
 
 
 class Wind(Section):
-    """Blows over open land; its force acts in front of the centre of gravity."""
+    """Blows where the land is open; its force acts in front of the centre of gravity."""
 
     mean_m_s: Annotated[Number, Field(ge=0, le=30)]
     from_deg: Annotated[Number, Field(ge=0, lt=360)]
@@ -151,6 +151,14 @@ class Wind(Section):
     side_area_m2: Positive
     side_force_coefficient: Annotated[Number, Field(gt=0, le=3)]
     force_arm_m: Annotated[Number, Field(ge=-10, le=10)]
+    open_share: Annotated[Number, Field(ge=0.05, le=1)] = 1.0  # of the way; forest and cuttings shelter the rest
+    open_length_m: LengthRange | None = None  # of an open stretch
+
+    @model_validator(mode="after")
+    def _alternates_with_shelter(self) -> Wind:
+        if (self.open_share < 1.0) != (self.open_length_m is not None):
+            raise ValueError("'open_length_m' goes with an 'open_share' below 1, and only with that")
+        return self
 
 
 _MachineAngle = Annotated[Number, Field(ge=-1000, le=1000)]

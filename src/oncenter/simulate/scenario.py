@@ -80,6 +80,12 @@ class Scenario(Section):
         return self
 
     @model_validator(mode="after")
+    def _has_shelter_beside_a_road(self) -> Scenario:
+        if self.wind is not None and self.wind.open_share < 1.0 and self.road.kind == "open":
+            raise ValueError("'wind.open_share' must be 1 where 'road.kind' is \"open\"")
+        return self
+
+    @model_validator(mode="after")
     def _changes_its_load_in_a_standstill(self) -> Scenario:
         change = self.truck.load_change
         if change is None:

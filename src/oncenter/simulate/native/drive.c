@@ -122,6 +122,18 @@ static void decide(sim_state *state, const sim_drive *drive, const sim_inputs *i
                       inputs->hand_normals[tick]);
 }
 
+static void blow(sim_state *state, const sim_drive *drive, double normal)
+{
+    const double *exposure = drive->road.exposure;
+    const sim_wind_input input = {
+        .heading = state->heading,
+        .speed = state->driver.speed,
+        .exposure = exposure == NULL ? 1.0 : sim_road_at(&drive->road, exposure, state->station),
+        .normal = normal,
+    };
+    sim_wind_blow(&state->wind, &drive->wind, &input);
+}
+
 /* Who takes over goes on from where gear or steering wheel are, so that neither jumps. */
 static void hand_over(sim_state *state, const sim_inputs *inputs, size_t tick)
 {
@@ -151,7 +163,7 @@ void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs
     if (machine != NULL)
         state->driver.steering_wheel_angle = machine[tick];
     if (inputs->gust_normals != NULL)
-        sim_wind_blow(&state->wind, &drive->wind, state->heading, state->driver.speed, inputs->gust_normals[tick]);
+        blow(state, drive, inputs->gust_normals[tick]);
     hand_over(state, inputs, tick);
     const sim_truck truck = truck_now(state, drive, inputs, tick);
     write_row(state, drive, &truck, machine == NULL, row);

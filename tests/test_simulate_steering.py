@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from layouts import scenario, steered_by_machine
+from layouts import THESIS_DRIVE, scenario, steered_by_machine
 
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
@@ -155,7 +155,15 @@ def test_an_axle_set_up_for_the_crown_unloads_where_the_crown_holds_it() -> None
 
 
 @pytest.mark.parametrize(
-    "changes", [{"pull_n_m": 80.0}, {"pull_n": -500.0}, {"steering_ratio": (0.002, 0.0518)}, {"pull_n": 0.0}]
+    "changes",
+    [
+        {"pull_n_m": 80.0},
+        {"pull_n": -500.0},
+        {"steering_ratio": (0.002, 0.0518)},
+        {"pull_n": 0.0},
+        {"pull_n": 500.0, "ratio_right_error_percent": 6.0},
+        {"unloads_on_crown_percent": 2.0, "torsion_bar_twist_deg": 1.5, "torsion_bar_half_moment_n_m": 60.0},
+    ],
 )
 def test_the_truth_knows_which_angle_drives_straight_on_a_level_road(changes: dict[str, Any]) -> None:
     settings = scenario({"steering": NO_PLAY | changes})
@@ -273,6 +281,97 @@ def test_column_wind_up_looks_like_friction_play_of_twice_its_size(lag_deg: floa
     assert by_force == pytest.approx(0.0, abs=0.5)
 
 
+# Ratio in right turns, universal joints, torsion bar
+
+
+def test_right_turns_have_a_ratio_of_their_own() -> None:
+    system = steering(ratio_right_error_percent=4.0, **NO_PLAY)
+    left, right = (turn_to(ffi.new("sim_steering_state *"), system, angle).front_wheel_angle for angle in (2.0, -2.0))
+    assert left == pytest.approx(2.0 / RATIO, rel=1e-12)
+    assert right == pytest.approx(-2.0 / (1.04 * RATIO), rel=1e-12)
+
+
+@pytest.mark.parametrize("phase_deg", [0.0, 30.0, -70.0])
+def test_universal_joints_ripple_twice_a_turn_about_nothing_straight_ahead(phase_deg: float) -> None:
+    ripple = {"universal_joint_ripple_deg": 2.0, "universal_joint_phase_deg": phase_deg}
+    system, angles = steering(**ripple, **NO_PLAY), np.linspace(-2 * math.pi, 2 * math.pi, 721)
+    wheels = np.array([turn_to(ffi.new("sim_steering_state *"), system, a).front_wheel_angle for a in angles])
+    added_deg = (wheels * RATIO - angles) / DEGREE
+    phase = phase_deg * DEGREE
+    np.testing.assert_allclose(added_deg, 2.0 * (np.sin(2 * (angles - phase)) + np.sin(2 * phase)), atol=1e-9)
+    assert added_deg[360] == pytest.approx(0.0, abs=1e-12)
+    settings = scenario({"steering": ripple})
+    slope = (wheels[361] - wheels[359]) / (angles[361] - angles[359])
+    assert settings.steering.ratio_near_centre == pytest.approx(1.0 / slope, rel=1e-3)
+
+
+TORSION = {"torsion_bar_twist_deg": 2.0, "torsion_bar_half_moment_n_m": 50.0}
+
+
+@pytest.mark.parametrize("force", [-3000.0, -400.0, 0.0, 400.0, 3000.0])
+def test_the_steering_wheel_leads_the_gear_by_the_torsion_bar_s_twist(force: float) -> None:
+    system = steering(pull_n_m=20.0, **TORSION, **NO_PLAY)
+    state = turn_to(ffi.new("sim_steering_state *"), system, 0.0, force, seconds=5.0)
+    lead = 2.0 * DEGREE * math.tanh((0.06 * force - 20.0) / 50.0)
+    assert -state.lash.inner == pytest.approx(lead, rel=1e-9)
+
+
+def test_without_hands_the_torsion_bar_untwists_and_nothing_jumps() -> None:
+    system = steering(**TORSION, **NO_PLAY)
+    state = turn_to(ffi.new("sim_steering_state *"), system, 10 * DEGREE, 3000.0, seconds=5.0)
+    gear = state.lash.inner
+    assert gear == pytest.approx((10 - 2 * math.tanh(3.6)) * DEGREE)
+    carried_by_motor(state, system, gear, 3000.0, seconds=STEP_S)
+    assert state.steering_wheel_angle == pytest.approx(10 * DEGREE, abs=0.11 * DEGREE)
+    assert carried_by_motor(state, system, gear, 3000.0).steering_wheel_angle == pytest.approx(gear, rel=1e-6)
+    turn_to(state, system, state.steering_wheel_angle, 3000.0)
+    assert state.lash.inner == pytest.approx(gear, abs=0.41 * DEGREE)
+
+
+# What brakes and springs turn
+
+
+def test_braking_turns_the_front_wheels_and_driving_does_not() -> None:
+    system, state = steering(brake_steer_deg_m_s2=0.1, **NO_PLAY), ffi.new("sim_steering_state *")
+    angles = [turn_to(state, system, 0.0, 0.0, a_x).front_wheel_angle / DEGREE for a_x in (-3.0, 0.0, 2.0)]
+    assert angles == pytest.approx([0.3, 0.0, 0.0], abs=1e-12)
+
+
+@pytest.mark.parametrize("roll_steer", [-0.15, 0.1])
+def test_roll_steer_changes_the_understeer_gradient_by_itself_times_the_roll(roll_steer: float) -> None:
+    changes = {
+        "truck": {"roll_deg_m_s2": 0.6},
+        "steering": {"roll_steer_deg_deg": roll_steer, "backlash_deg": 0.0},
+    }
+    settings = scenario(changes)
+    K, plain = (understeer_gradient(s.truck, s.steering) for s in (settings, scenario()))
+    assert K - plain == pytest.approx(-roll_steer * 0.6 * DEGREE, rel=1e-9)
+    turn = {"kind": "profile", "time_s": [0.0, 30.0, 32.0, 60.0], "angle_deg": [0.0, 0.0, 20.0, 20.0]}
+    last = steered_by_machine(turn, 60.0, 60.0, changes)[-1]
+    v, r = last["vehicle_speed"], last["yaw_rate"]
+    assert pytest.approx(3.7 * r / v + K * v * r, rel=1e-5) == 20.0 * DEGREE / RATIO
+
+
+def test_the_springs_travel_wanders_at_the_front_wheels_while_the_truck_moves() -> None:
+    machine = {"kind": "profile", "time_s": [0.0, 1000.0], "angle_deg": [0.0, 0.0]}
+    changes: dict[str, Any] = {
+        "drive": {"duration_s": 1100.0, "standing_at_start_s": 100.0, "standing_at_end_s": 0.0},
+        "road": dict.fromkeys(THESIS_DRIVE["road"]) | {"kind": "open", "crown_percent": 0.0},
+        "manoeuvre": machine,
+        "steering": {"bump_steer_sd_deg": 0.2, "bump_steer_time_s": 0.5, "backlash_deg": 0.0},
+    }
+    settings = scenario(changes)
+    random = np.random.default_rng(3)
+    normals = random.standard_normal((4, tick_count(settings)))
+    rows = run(settings, lay_road(settings, random), *normals)
+    angle = rows["front_wheel_angle"] / DEGREE
+    assert not angle[:10000].any()
+    moving = angle[12000:]
+    assert moving.std() == pytest.approx(0.2, rel=0.1)
+    alike = np.mean(moving[50:] * moving[:-50]) / moving.var()
+    assert alike == pytest.approx(math.exp(-1.0), abs=0.1)
+
+
 # The overlay motor
 
 
@@ -374,6 +473,11 @@ def test_play_to_be_found_includes_the_lash() -> None:
         ({"active_return_1_s": 100.0}, "steering.active_return_1_s"),
         ({"backlash_deg": 19.0, "overlay_motor": {"lash_deg": 20.0}}, "overlay_motor.lash_deg"),
         ({"overlay_motor": {"lash_deg": -1.0}}, "steering.overlay_motor.lash_deg"),
+        ({"torsion_bar_twist_deg": 1.0}, "torsion_bar_half_moment_n_m"),
+        ({"torsion_bar_half_moment_n_m": 50.0}, "torsion_bar_twist_deg"),
+        ({"universal_joint_ripple_deg": 6.0}, "steering.universal_joint_ripple_deg"),
+        ({"ratio_right_error_percent": 20.0}, "steering.ratio_right_error_percent"),
+        ({"bump_steer_sd_deg": -0.1}, "steering.bump_steer_sd_deg"),
         ({"overlay_motor": {"lash_deg": 1.0, "carries_s": [[20.0, 10.0]]}}, "carries_s"),
         ({"overlay_motor": {"lash_deg": 1.0, "carries_s": [[1e5, 2e5]]}}, "carries_s"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,7 @@ def run(
     lane_normals: Array,
     hand_normals: Array,
     gust_normals: Array | None = None,
+    bump_normals: Array | None = None,
 ) -> npt.NDArray[np.void]:
     """Drives the whole scenario.
 
@@ -48,6 +50,7 @@ def run(
         lane_normals: standard normal numbers, one a tick: where in the lane the driver means to be.
         hand_normals: as many: the hands' small corrections.
         gust_normals: as many: the wind's gusts; needed where the scenario has wind.
+        bump_normals: as many: the springs' travel; needed where it steers.
 
     Returns:
         `ROW_DTYPE`, one a tick at `RATE_HZ` from time 0: what is true, in SI and rad, as `sim_row` in native/drive.h.
@@ -63,6 +66,9 @@ def run(
     if scenario.wind is not None:
         assert gust_normals is not None
         inputs.gust_normals = lent(gust_normals)
+    if scenario.steering.bump_steer_sd_deg > 0.0:
+        assert bump_normals is not None
+        inputs.bump_normals = lent(bump_normals)
     if scenario.truck.lift_axle_up_s:
         inputs.second_truck = lent(axle_lift(scenario.truck, time_s))
     elif scenario.truck.load_change is not None:
@@ -116,6 +122,8 @@ def _native_drive(scenario: Scenario, road: LaidRoad, lent: _Lent) -> Any:
     if scenario.road.patches is not None:
         drive.patch_front = scenario.road.patches.front_stiffness_percent / 100.0
         drive.patch_rear = scenario.road.patches.rear_stiffness_percent / 100.0
+    drive.bump_steer = scenario.steering.bump_steer_sd_deg * DEGREE
+    drive.bump_steer_keep = math.exp(-1.0 / (RATE_HZ * scenario.steering.bump_steer_time_s))
     drive.start_heading = (90.0 - scenario.road.heading_deg) * DEGREE
     drive.tick = 1.0 / RATE_HZ
     drive.steps_per_tick = _STEPS_PER_TICK

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,10 @@ def straight_ahead_rad(truck: Truck, steering: Steering, *, load_changed: bool =
     that does not go through zero. After a load change, another ride height adds to it.
     """
     at_wheels_rad = _set_angle_rad(truck, steering) + _compliance_rad_n_m(steering) * set_moment_n_m(truck, steering)
-    before = (0.0 - at_wheels_rad - steering.ratio_polynomial[0]) * steering.ratio_near_centre
+    gear_rad = (0.0 - at_wheels_rad - steering.ratio_polynomial[0]) * steering.ratio_near_centre
+    if gear_rad < 0.0:
+        gear_rad /= steering.ratio_right_share
+    before = gear_rad + _twist_rad(steering, 0.0 - set_moment_n_m(truck, steering))
     return before + _ride_height_steer_rad(truck) if load_changed else before
 
 
@@ -60,12 +64,19 @@ def native_steering(steering: Steering, truck: Truck) -> Any:
         {
             "ratio_terms": len(steering.ratio_polynomial),
             "ratio": steering.ratio_polynomial,
+            "right_share": steering.ratio_right_share,
+            "ripple": steering.universal_joint_ripple_deg * DEGREE,
+            "ripple_phase": steering.universal_joint_phase_deg * DEGREE,
             "trail": steering.trail_m,
             "compliance": _compliance_rad_n_m(steering),
             "set_angle": _set_angle_rad(truck, steering),
             "set_moment": set_moment_n_m(truck, steering),
             "brake_pull": steering.brake_pull_n_m_per_m_s2,
             "torque_steer": steering.torque_steer_n_m_per_m_s2,
+            "twist": steering.torsion_bar_twist_deg * DEGREE,
+            "twist_half_moment": steering.torsion_bar_half_moment_n_m or 0.0,
+            "brake_steer": steering.brake_steer_deg_m_s2 * DEGREE,
+            "roll_steer": steering.roll_steer_deg_deg,
             "ride_height_steer": 0.0 - _ride_height_steer_rad(truck) / steering.ratio_near_centre,
             "windup": {"half_width": steering.windup_deg * DEGREE, "friction": 0.0, "creep": 1.0},
             "active_return": steering.active_return_1_s,
@@ -81,6 +92,13 @@ def native_steering(steering: Steering, truck: Truck) -> Any:
             },
         },
     )
+
+
+def _twist_rad(steering: Steering, moment_n_m: float) -> float:
+    """By which the torsion bar lets the steering wheel lead the gear."""
+    if steering.torsion_bar_half_moment_n_m is None:
+        return 0.0
+    return steering.torsion_bar_twist_deg * DEGREE * math.tanh(moment_n_m / steering.torsion_bar_half_moment_n_m)
 
 
 def _ride_height_steer_rad(truck: Truck) -> float:

@@ -73,8 +73,9 @@ def equivalent_wheelbase_m(truck: Truck, steering: Steering, *, lifted: bool = F
 
 
 def understeer_gradient(truck: Truck, steering: Steering, *, lifted: bool = False) -> float:
-    """K_us/g of (10) at the road wheel, steering compliance included, rad/(m/s^2); tyres near zero slip."""
-    return float(_stance(truck, steering, lifted, 0.0, 1.0).front_wheel_angle)
+    """K_us/g of (10) at the road wheel, compliance and roll steer included, rad/(m/s^2); tyres near zero slip."""
+    by_roll = steering.roll_steer_deg_deg * truck.roll_deg_m_s2 * DEGREE
+    return float(_stance(truck, steering, lifted, 0.0, 1.0).front_wheel_angle) - by_roll
 
 
 def steered_force_n(

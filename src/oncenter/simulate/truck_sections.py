@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from oncenter.signals import DEGREE
 from oncenter.simulate.section import NotNegative, Number, Positive, Section, Whole
 from oncenter.steering_ratio import SteeringRatio, near_centre, polynomial_of
 
@@ -207,6 +208,15 @@ class Steering(Section):
     unloads_on_crown_percent: _Percent = 0.0  # crown on which the axle is set up to have no moment
     brake_pull_n_m_per_m_s2: _MomentPerAcceleration = 0.0  # moment per deceleration
     torque_steer_n_m_per_m_s2: _MomentPerAcceleration = 0.0  # moment per acceleration
+    ratio_right_error_percent: Annotated[Number, Field(ge=-10, le=10)] = 0.0  # of the ratio in right turns
+    universal_joint_ripple_deg: Annotated[Number, Field(ge=0, le=5)] = 0.0  # amplitude, twice a turn of the gear
+    universal_joint_phase_deg: Annotated[Number, Field(ge=-180, le=180)] = 0.0  # where it rises through its middle
+    torsion_bar_twist_deg: Annotated[Number, Field(ge=0, le=10)] = 0.0  # the steering wheel's lead at a large moment
+    torsion_bar_half_moment_n_m: Annotated[Number, Field(ge=5, le=5000)] | None = None  # about the king pins
+    brake_steer_deg_m_s2: Annotated[Number, Field(ge=-1, le=1)] = 0.0  # of the front wheels per deceleration
+    roll_steer_deg_deg: Annotated[Number, Field(ge=-0.5, le=0.5)] = 0.0  # of the front wheels per body roll
+    bump_steer_sd_deg: Annotated[Number, Field(ge=0, le=1)] = 0.0  # of the front wheels, by the springs' travel
+    bump_steer_time_s: Annotated[Number, Field(ge=0.02, le=60)] = 0.3  # how long that resembles itself
     overlay_motor: OverlayMotor | None = None
 
     @property
@@ -215,7 +225,15 @@ class Steering(Section):
 
     @property
     def ratio_near_centre(self) -> float:
-        return near_centre(self.steering_ratio)
+        """In left turns, with the universal joints' ripple."""
+        ripple_rad = self.universal_joint_ripple_deg * DEGREE
+        slope = 1.0 + 2.0 * ripple_rad * math.cos(2.0 * self.universal_joint_phase_deg * DEGREE)
+        return near_centre(self.steering_ratio) / slope
+
+    @property
+    def ratio_right_share(self) -> float:
+        """Front wheel angle in right turns over that in left turns."""
+        return 1.0 / (1.0 + self.ratio_right_error_percent / 100.0)
 
     @property
     def lash_deg(self) -> float:
@@ -224,6 +242,12 @@ class Steering(Section):
     @property
     def carries_s(self) -> tuple[tuple[float, float], ...]:
         return self.overlay_motor.carries_s if self.overlay_motor is not None else ()
+
+    @model_validator(mode="after")
+    def _has_a_torsion_bar_or_none(self) -> Steering:
+        if (self.torsion_bar_twist_deg > 0.0) != (self.torsion_bar_half_moment_n_m is not None):
+            raise ValueError("'torsion_bar_twist_deg' and 'torsion_bar_half_moment_n_m' go together")
+        return self
 
     @model_validator(mode="after")
     def _leaves_the_wheels_to_the_driver(self) -> Steering:

@@ -58,17 +58,18 @@ class Truth:
         seed: of its chances.
         offset_rad: of the steering wheel angle sensor at the drive's end: measured less offset is true, but for whole
             turns where the sensor is relative.
-        understeer_gradient: K_us/g of (10) at the road wheel, steering compliance included, rad/(m/s^2).
+        understeer_gradient: K_us/g of (10) at the road wheel, compliance and roll steer included, rad/(m/s^2).
         equivalent_wheelbase_m: L of (10), Winkler's; the wheelbase where two axles with single tyres are all.
         lifted_understeer_gradient: K_us/g while the lift axle is up, rad/(m/s^2); None where it never is.
         lifted_equivalent_wheelbase_m: L of (10) while the lift axle is up; None where it never is.
         load_changed_understeer_gradient: K_us/g after the load change, rad/(m/s^2); None without one.
         load_changed_equivalent_wheelbase_m: L of (10) after the load change; None without one.
         patch_understeer_gradient: K_us/g in the road's patches, as the truck began, rad/(m/s^2); None without them.
-        steering_ratio: near the centre.
+        steering_ratio: near the centre, in left turns where right turns have another.
         backlash_rad: full width of the play at the steering wheel while the driver steers: of the gear and, with an
             overlay motor, of the column's lash.
         windup_rad: full width of the column's wind-up against friction, which looks like play.
+        torsion_bar_rad: full width of the torsion bar's twist, which looks like play where its half moment is small.
         unloading_acceleration_m_s2: lateral acceleration at which no moment is left at the king pins; NaN where there
             is none.
         straight_ahead_rad: true steering wheel angle that drives straight without lateral acceleration, at the middle
@@ -106,6 +107,7 @@ class Truth:
     steering_ratio: float
     backlash_rad: float
     windup_rad: float
+    torsion_bar_rad: float
     unloading_acceleration_m_s2: float
     straight_ahead_rad: float
     yaw_rate_bias_rad_s: float
@@ -132,6 +134,7 @@ def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: 
         steering_ratio=steering.ratio_near_centre,
         backlash_rad=(steering.backlash_deg + steering.lash_deg) * DEGREE,
         windup_rad=2.0 * steering.windup_deg * DEGREE,
+        torsion_bar_rad=2.0 * steering.torsion_bar_twist_deg * DEGREE,
         unloading_acceleration_m_s2=unloading_acceleration_m_s2(truck, steering),
         straight_ahead_rad=straight_ahead_rad(truck, steering, load_changed=after is not None),
         yaw_rate_bias_rad_s=float(sensed.courses["yaw_rate_bias_rad_s"][-1]),
@@ -180,6 +183,8 @@ def write_truth(truth: Truth, table: Path, summary: Path) -> None:
     if truth.load_changed_understeer_gradient is not None and truth.load_changed_equivalent_wheelbase_m is not None:
         values["load_changed_understeer_gradient_deg_m_s2"] = truth.load_changed_understeer_gradient / DEGREE
         values["load_changed_equivalent_wheelbase_m"] = truth.load_changed_equivalent_wheelbase_m
+    if truth.torsion_bar_rad > 0.0:
+        values["torsion_bar_deg"] = truth.torsion_bar_rad / DEGREE
     if truth.patch_understeer_gradient is not None:
         values["patch_understeer_gradient_deg_m_s2"] = truth.patch_understeer_gradient / DEGREE
     lines = [f"scenario = {json.dumps(truth.scenario)}", f"seed = {truth.seed}"]

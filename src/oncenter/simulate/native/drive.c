@@ -4,6 +4,7 @@
 #include <string.h>
 
 static const double STANDARD_GRAVITY = 9.80665; /* m/s^2 */
+static const double SPRINGS_MOVE_ABOVE_M_S = 0.5;
 
 static double gravity_to_left(const sim_state *state, const sim_drive *drive)
 {
@@ -134,6 +135,14 @@ static void blow(sim_state *state, const sim_drive *drive, double normal)
     sim_wind_blow(&state->wind, &drive->wind, &input);
 }
 
+/* Wanders about zero while the truck moves. */
+static void bump(sim_state *state, const sim_drive *drive, double normal)
+{
+    const double keep = drive->bump_steer_keep;
+    if (state->driver.speed > SPRINGS_MOVE_ABOVE_M_S)
+        state->bump_steer = keep * state->bump_steer + sqrt(1.0 - keep * keep) * drive->bump_steer * normal;
+}
+
 /* Who takes over goes on from where gear or steering wheel are, so that neither jumps. */
 static void hand_over(sim_state *state, const sim_inputs *inputs, size_t tick)
 {
@@ -153,6 +162,8 @@ static void steer(sim_state *state, const sim_drive *drive, const sim_truck *tru
         .longitudinal_acceleration = state->driver.longitudinal_acceleration,
         .motor_carries = state->motor_carries,
         .second_truck = second,
+        .roll = state->truck.roll,
+        .bump_steer = state->bump_steer,
     };
     sim_steering_step(&state->steering, &drive->steering, &input, step_s);
 }
@@ -164,6 +175,8 @@ void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs
         state->driver.steering_wheel_angle = machine[tick];
     if (inputs->gust_normals != NULL)
         blow(state, drive, inputs->gust_normals[tick]);
+    if (inputs->bump_normals != NULL)
+        bump(state, drive, inputs->bump_normals[tick]);
     hand_over(state, inputs, tick);
     const sim_truck truck = truck_now(state, drive, inputs, tick);
     write_row(state, drive, &truck, machine == NULL, row);

@@ -21,6 +21,8 @@ typedef struct {
     double patch_front, patch_rear; /* 1, what a patch of the road adds to the tyres' stiffness, negative */
     sim_driver driver;
     sim_wind wind;
+    double bump_steer;      /* rad at the front wheels, standard deviation of what the springs' travel adds */
+    double bump_steer_keep; /* of that from one tick to the next, 0 to 1 */
     double start_heading;   /* rad, counter-clockwise from east */
     double tick;            /* s, between rows and between the driver's decisions */
     int32_t steps_per_tick; /* of the integration */
@@ -38,6 +40,7 @@ typedef struct {
     double east, north;   /* m, of the centre of gravity from where it began */
     sim_wind_state wind;
     int32_t motor_carries; /* 1: the overlay motor steers */
+    double bump_steer;     /* rad at the front wheels, now */
 } sim_state;
 
 /* What is true at a tick. Doubles only: Python makes a table of it. */
@@ -75,6 +78,7 @@ typedef struct {
     const double *lane_normals;   /* standard normal numbers: where in the lane the driver means to be */
     const double *hand_normals;   /* the hands' small corrections */
     const double *gust_normals;   /* the wind's; NULL: no wind at all */
+    const double *bump_normals;   /* the springs' travel; NULL: without bump steer */
     const double *machine_angles; /* rad, steering wheel angles of a machine that steers, one more than there are ticks;
                                      NULL: the driver steers */
     const double *second_truck;   /* 1, 0: the truck as it began, 1: the second one; NULL: it stays as it began */

@@ -15,7 +15,7 @@ typedef struct {
     double angle_per_curvature;             /* rad m, ratio * wheelbase */
     double angle_per_lateral_acceleration;  /* rad/(m/s^2), ratio * K_us/g */
     double backlash_half_width;             /* rad, of the steering wheel */
-    double lash_half_width;                 /* rad, between steering wheel and motor, which only hands have to cross */
+    double lash_half_width; /* rad, lash and twist between steering wheel and motor, which only hands have to cross */
     double turns_behind; /* m; walking, the truck turns about its rear axle, so far behind its centre of gravity */
     /* steering */
     double preview_time;    /* s, how far ahead the driver looks */

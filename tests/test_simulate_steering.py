@@ -12,6 +12,7 @@ from layouts import THESIS_DRIVE, scenario, steered_by_machine
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 from oncenter.simulate.drive import ROW_DTYPE, ffi, lib, run, tick_count
+from oncenter.simulate.driver import native_driver
 from oncenter.simulate.road import lay_road
 from oncenter.simulate.sensors import sense
 from oncenter.simulate.steering import (
@@ -435,6 +436,33 @@ def test_neither_steering_wheel_nor_front_wheels_jump_when_motor_and_driver_take
         steps_deg = np.abs(np.diff(carried_drive[column])) / DEGREE
         assert steps_deg[taken_over].max() < largest_deg
     assert np.abs(carried_drive["lateral_error"]).max() < 1.0
+
+
+def test_a_motor_carried_drive_goes_as_one_without_lash() -> None:
+    rows = []
+    for lash_deg in (0.0, 8.0):
+        motor = {"lash_deg": lash_deg, "carries_s": [[0.0, 200.0]]}
+        settings = scenario({"drive": {"duration_s": 200.0}, "steering": {"overlay_motor": motor}})
+        normals = np.random.default_rng(5).standard_normal((2, tick_count(settings)))
+        rows.append(run(settings, lay_road(settings, np.random.default_rng(5)), *normals))
+    np.testing.assert_array_equal(rows[0]["front_wheel_angle"], rows[1]["front_wheel_angle"])
+    dragged_deg = np.abs(rows[0]["steering_wheel_angle"] - rows[1]["steering_wheel_angle"]) / DEGREE
+    assert dragged_deg.max() == pytest.approx(4.0)
+
+
+def test_a_motor_that_takes_over_forgets_at_once_the_lash_that_hands_meant_to_cross() -> None:
+    settings = scenario({"steering": {"overlay_motor": {"lash_deg": 8.0}}})
+    driver, road = native_driver(settings, TICK_S), ffi.new("sim_road *", {"count": 2, "spacing": 1e5})
+    columns = {name: ffi.new("double[]", [value, value]) for name, value in (("curvature", 2e-3), ("cross_slope", 0.0))}
+    road.curvature, road.cross_slope = columns["curvature"], columns["cross_slope"]
+    wanted = []
+    for carries in (0, 1):
+        state = ffi.new("sim_driver_state *", {"speed": 20.0})
+        for tick in range(200):
+            view = ffi.new("sim_view *", {"yaw_rate": 0.04, "motor_carries": carries * (tick == 199)})
+            lib.sim_driver_decide(state, driver, road, view, 0.0, 0.0)
+        wanted.append(state.wanted_angle)
+    assert (wanted[0] - wanted[1]) / DEGREE == pytest.approx(4.0, rel=0.05)  # the flank is fairly sure at 0.8 m/s^2
 
 
 def test_the_steering_wheel_stays_in_its_lash_whoever_steers(carried_drive: Any) -> None:

@@ -41,6 +41,7 @@ typedef struct {
     double hand_motion;              /* rad */
     double trim;                     /* 1/m, lasting correction */
     double seen[SIM_REACTION_MAX];   /* rad, ring of decisions that wait for the reaction time */
+    double flanks[SIM_REACTION_MAX]; /* -1 to 1, with them: the flank that hands will have to cross the lash to */
     int32_t next;                    /* in the ring */
     double wanted_angle;             /* rad, what the arms move to */
     double steering_wheel_angle;     /* rad, of the gear while the motor carries */

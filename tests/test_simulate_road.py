@@ -542,6 +542,18 @@ def test_in_a_patch_the_truck_understeers_by_the_gradient_of_its_softer_tyres() 
         ({"road": OPEN | {"patches": PATCHES}, "manoeuvre": {"kind": "weave"}}, "'patches' cannot be given"),
         ({"wind": {**STEADY_WIND, "open_share": 0.5}}, "open_length_m"),
         ({"wind": {**SHELTERED, "open_share": 0.01}}, "wind.open_share"),
+        (
+            {"road": OPEN, "wind": SHELTERED, "manoeuvre": {"kind": "profile", "time_s": [1, 2], "angle_deg": [0, 9]}},
+            "'wind.open_share' must be 1",
+        ),
+        (
+            {
+                "road": OPEN,
+                "steering": {"overlay_motor": {"lash_deg": 2.0, "carries_s": [[10.0, 20.0]]}},
+                "manoeuvre": {"kind": "profile", "time_s": [1, 2], "angle_deg": [0, 9]},
+            },
+            "'steering.overlay_motor.carries_s' needs a driver",
+        ),
         ({"drive": {"standing_s": [[50.0, 40.0]]}}, "standing_s"),
         ({"drive": {"standing_s": [[5.0, 40.0]]}}, "standing_s"),
     ],

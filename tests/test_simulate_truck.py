@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from scipy.linalg import expm
 
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
+from oncenter.simulate import simulate_to_log
 from oncenter.simulate.drive import ffi, lib, run, tick_count
 from oncenter.simulate.road import lay_road
 from oncenter.simulate.sensors import sense
@@ -372,6 +375,48 @@ def test_the_truth_says_what_the_load_change_changes_and_when() -> None:
     assert truth.straight_ahead_rad / DEGREE == pytest.approx(3.0)
     assert truth.table["axle_lift"].max() == 0.0
     assert np.abs(rows["lateral_error"]).max() < 1.2
+
+
+def test_the_truth_s_summary_has_what_a_load_change_patches_and_a_torsion_bar_make(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text(
+        """
+        about = "unloads, on a wet road"
+        base = "thesis_drive"
+        [drive]
+        duration_s = 300.0
+        standing_s = [[100.0, 140.0]]
+        [truck]
+        stiffness_load_exponent = 0.7
+        load_change = {begin_s = 120.0, load_percent = -35.0, ride_height_steer_deg = 3.0}
+        [steering]
+        torsion_bar_twist_deg = 1.5
+        torsion_bar_half_moment_n_m = 60.0
+        overlay_motor = {lash_deg = 6.0, carries_s = [[30.0, 80.0]]}
+        bump_steer_sd_deg = 0.02
+        [road.patches]
+        spacing_m = [100.0, 300.0]
+        length_m = [50.0, 200.0]
+        front_stiffness_percent = -35.0
+        rear_stiffness_percent = -25.0
+        """,
+        encoding="utf-8",
+    )
+    truth = simulate_to_log(tmp_path / "mine.toml", 1, tmp_path / "drive.csv")
+    said = tomllib.loads((tmp_path / "drive.truth.toml").read_text(encoding="utf-8"))
+    assert said["backlash_deg"] == pytest.approx(9.0)
+    assert said["torsion_bar_deg"] == pytest.approx(3.0)
+    assert said["straight_ahead_deg"] == pytest.approx(3.0)
+    assert truth.load_changed_understeer_gradient is not None
+    assert truth.patch_understeer_gradient is not None
+    for key, value in (
+        ("load_changed_understeer_gradient_deg_m_s2", truth.load_changed_understeer_gradient),
+        ("patch_understeer_gradient_deg_m_s2", truth.patch_understeer_gradient),
+    ):
+        assert said[key] == pytest.approx(value / DEGREE, rel=1e-8)
+        assert said[key] > said["understeer_gradient_deg_m_s2"]
+    assert {"place_in_lash", "motor_carries", "load_change", "straight_ahead_rad", "road_patch"} <= set(
+        truth.table.columns
+    )
 
 
 def test_a_leaning_body_adds_gravity_to_what_its_accelerometer_feels() -> None:

@@ -12,9 +12,9 @@ import pytest
 from oncenter.simulate import simulate
 from oncenter.simulate.drive import run, tick_count
 from oncenter.simulate.road import lay_road
-from oncenter.simulate.road_sections import BendsRoad, OpenRoad, SectionsRoad
+from oncenter.simulate.road_sections import BendsRoad, OpenRoad, Patches, SectionsRoad
 from oncenter.simulate.scenario import Scenario, read_scenario
-from oncenter.simulate.truck_sections import Payload, Steering, Trailer, Truck, Tyres
+from oncenter.simulate.truck_sections import LoadChange, OverlayMotor, Payload, Steering, Trailer, Truck, Tyres
 
 FOLDER = Path(__file__).parents[1] / "scenarios"
 NAMES = sorted(file.stem for file in FOLDER.glob("*.toml"))
@@ -66,7 +66,11 @@ def test_the_library_has_what_it_was_made_for() -> None:
 
 def test_the_readme_or_the_thesis_drive_names_every_key_of_truck_and_steering() -> None:
     explained = README + (FOLDER / "thesis_drive.toml").read_text(encoding="utf-8")
-    keys = {key for table in (Truck, Tyres, Payload, Trailer, Steering) for key in table.model_fields}
+    keys = {
+        key
+        for table in (Truck, Tyres, Payload, Trailer, LoadChange, Steering, OverlayMotor, Patches)
+        for key in table.model_fields
+    }
     assert {key for key in keys if not re.search(rf"\b{key}\b", explained)} == set()
 
 

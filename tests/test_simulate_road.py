@@ -19,6 +19,7 @@ from oncenter.simulate import simulate
 from oncenter.simulate.drive import ffi, lib, run, tick_count
 from oncenter.simulate.road import LaidRoad, lay_road
 from oncenter.simulate.scenario import Scenario, read_scenario, scenario_from
+from oncenter.simulate.truck import on_patch, understeer_gradient
 from oncenter.simulate.wind import native_wind
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
@@ -232,7 +233,8 @@ def test_wind_pushes_to_the_side_that_its_compass_direction_and_the_truck_s_head
 ) -> None:
     of = scenario(wind={**STEADY_WIND, "from_deg": from_deg})
     state = ffi.new("sim_wind_state *")
-    lib.sim_wind_blow(state, native_wind(of.wind, 0.01), (90.0 - heading_deg) * DEGREE, 20.0, 0.0)
+    given = ffi.new("sim_wind_input *", [(90.0 - heading_deg) * DEGREE, 20.0, 1.0])
+    lib.sim_wind_blow(state, native_wind(of.wind, 0.01), given)
     force_n = 0.5 * 1.225 * 9.0 * 1.2 * math.hypot(20.0, 10.0) * 10.0  # dynamic pressure * area * coefficient * sine
     assert state.side_force == pytest.approx(push * force_n, abs=1e-9 * force_n)
 
@@ -256,7 +258,7 @@ def test_gusts_have_their_strength_and_their_length() -> None:
     state, wind = ffi.new("sim_wind_state *"), native_wind(of.wind, 0.01)
     gusts = np.empty(100_000)
     for k, normal in enumerate(np.random.default_rng(5).standard_normal(len(gusts))):
-        lib.sim_wind_blow(state, wind, 0.0, 20.0, normal)
+        lib.sim_wind_blow(state, wind, ffi.new("sim_wind_input *", [0.0, 20.0, 1.0, normal]))
         gusts[k] = state.gust
     assert gusts.std() == pytest.approx(2.0, rel=0.15)
     assert np.corrcoef(gusts[300:], gusts[:-300])[0, 1] == pytest.approx(math.exp(-1), abs=0.12)
@@ -443,6 +445,78 @@ def test_a_base_that_is_unknown_or_leads_back_is_refused(tmp_path: Path) -> None
         assert base.strip('"') in str(refusal.value)
 
 
+SHELTERED = STEADY_WIND | {"open_share": 0.3, "open_length_m": [150.0, 350.0]}
+
+
+def test_wind_blows_on_its_share_of_the_way_and_nowhere_else() -> None:
+    of = scenario(road=LEVEL_STRAIGHT, driver=EVEN_60, wind=SHELTERED)
+    road, rows = laid(of), driven(of)
+    assert road.exposure is not None
+    assert road.exposure.mean() == pytest.approx(0.3, abs=0.05)
+    open_m = lengths_m(road, road.exposure, 1.0)
+    assert 149.0 <= open_m.min() < open_m.max() <= 351.0
+    exposed = np.interp(rows["station"], np.arange(len(road.exposure)) * road.spacing_m, road.exposure)
+    steady = driven(scenario(road=LEVEL_STRAIGHT, driver=EVEN_60, wind=STEADY_WIND))
+    assert (rows["wind_force"][exposed == 0.0] == 0.0).all()
+    running = exposed[10000:-10000] == 1.0
+    assert np.median(rows["wind_force"][10000:-10000][running]) == pytest.approx(
+        np.median(steady["wind_force"][10000:-10000]), rel=0.02
+    )
+
+
+# Patches
+
+
+PATCHES = {
+    "spacing_m": [200.0, 400.0],
+    "length_m": [100.0, 300.0],
+    "front_stiffness_percent": -35.0,
+    "rear_stiffness_percent": -25.0,
+}
+
+
+def lengths_m(road: LaidRoad, column: npt.NDArray[np.float64], value: float) -> npt.NDArray[np.float64]:
+    """Of whole stretches with that value."""
+    turns = np.flatnonzero(np.diff(column)) + 1
+    inside = column[turns[:-1]] == value
+    return np.diff(turns)[inside] * road.spacing_m
+
+
+def test_patches_are_as_long_and_as_far_apart_as_they_are_said_to_be_and_leave_the_road_alone() -> None:
+    with_patches, without = laid(scenario(road={"patches": PATCHES})), laid(scenario())
+    assert with_patches.patch is not None
+    for value, (low, high) in ((1.0, (100.0, 300.0)), (0.0, (200.0, 400.0))):
+        lengths = lengths_m(with_patches, with_patches.patch, value)
+        assert len(lengths) > 50
+        assert low - 5.0 <= lengths.min() < lengths.max() <= high + 5.0
+    np.testing.assert_array_equal(with_patches.curvature_1_m, without.curvature_1_m)
+    np.testing.assert_array_equal(with_patches.speed_m_s, without.speed_m_s)
+    assert without.patch is None
+
+
+def test_in_a_patch_the_truck_understeers_by_the_gradient_of_its_softer_tyres() -> None:
+    """K_us/g is m_f/C_f + the steering's compliance - m_r/C_r, at 0.65 C_f and 0.75 C_r."""
+    patches = PATCHES | {"spacing_m": [400.0, 400.0], "length_m": [400.0, 400.0]}
+    circle = LEVEL_STRAIGHT | {"sections": [{"length_m": 5000.0, "turn_deg": 300.0}], "repeat": False}
+    of = scenario(
+        drive={"duration_s": 250.0},
+        road=circle | {"patches": patches},
+        driver=EVEN_60,
+        steering={"backlash_deg": 0.0},
+    )
+    rows = run(of, laid(of), *np.zeros((2, tick_count(of))))
+    v, r, a_y, patch = (rows[c] for c in ("vehicle_speed", "yaw_rate", "lateral_acceleration", "patch"))
+    K = (rows["front_wheel_angle"][6000:] - 3.7 * (r / np.maximum(v, 1.0))[6000:]) / a_y[6000:]
+    settled = patch[6000:] == np.roll(patch, 1500)[6000:]
+    settled &= patch[6000:] == np.roll(patch, 700)[6000:]
+    m_f, m_r = 8100.0 * 2.695 / 3.7, 8100.0 * 1.005 / 3.7
+    compliance = 0.43e-3 * DEGREE * 0.06
+    for value, front, rear in ((0.0, 1.0, 1.0), (1.0, 0.65, 0.75)):
+        expected = m_f * (1.0 / (431e3 * front) + compliance) - m_r / (235e3 * rear)
+        assert np.median(K[settled & (patch[6000:] == value)]) == pytest.approx(expected, rel=0.01)
+    assert understeer_gradient(on_patch(of.truck, of.road.patches), of.steering) == pytest.approx(expected, rel=1e-9)
+
+
 # What is refused
 
 
@@ -463,6 +537,23 @@ def test_a_base_that_is_unknown_or_leads_back_is_refused(tmp_path: Path) -> None
         ({"road": OPEN, "manoeuvre": {"kind": "slalom"}}, "manoeuvre"),
         ({"stops": {"spacing_m": [0.0, 10.0], "duration_s": [1.0, 2.0]}}, "stops.spacing_m"),
         ({"wind": {**STEADY_WIND, "side_area_m2": -9.0}}, "wind.side_area_m2"),
+        ({"road": {"patches": PATCHES | {"front_stiffness_percent": -90.0}}}, "road.patches.front_stiffness_percent"),
+        ({"road": {"patches": PATCHES | {"length_m": [20.0, 10.0]}}}, "road.patches.length_m"),
+        ({"road": OPEN | {"patches": PATCHES}, "manoeuvre": {"kind": "weave"}}, "'patches' cannot be given"),
+        ({"wind": {**STEADY_WIND, "open_share": 0.5}}, "open_length_m"),
+        ({"wind": {**SHELTERED, "open_share": 0.01}}, "wind.open_share"),
+        (
+            {"road": OPEN, "wind": SHELTERED, "manoeuvre": {"kind": "profile", "time_s": [1, 2], "angle_deg": [0, 9]}},
+            "'wind.open_share' must be 1",
+        ),
+        (
+            {
+                "road": OPEN,
+                "steering": {"overlay_motor": {"lash_deg": 2.0, "carries_s": [[10.0, 20.0]]}},
+                "manoeuvre": {"kind": "profile", "time_s": [1, 2], "angle_deg": [0, 9]},
+            },
+            "'steering.overlay_motor.carries_s' needs a driver",
+        ),
         ({"drive": {"standing_s": [[50.0, 40.0]]}}, "standing_s"),
         ({"drive": {"standing_s": [[5.0, 40.0]]}}, "standing_s"),
     ],

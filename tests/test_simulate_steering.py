@@ -7,11 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from layouts import scenario, steered_by_machine
+from layouts import THESIS_DRIVE, scenario, steered_by_machine
 
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
-from oncenter.simulate.drive import ffi, lib
+from oncenter.simulate.drive import ROW_DTYPE, ffi, lib, run, tick_count
+from oncenter.simulate.driver import native_driver
+from oncenter.simulate.road import lay_road
+from oncenter.simulate.sensors import sense
 from oncenter.simulate.steering import (
     native_steering,
     set_moment_n_m,
@@ -19,6 +22,7 @@ from oncenter.simulate.steering import (
     unloading_acceleration_m_s2,
 )
 from oncenter.simulate.truck import equivalent_wheelbase_m, native_truck, steered_force_n, understeer_gradient
+from oncenter.simulate.truth import truth_of
 
 TICK_S, STEP_S = 0.01, 0.0025
 RATIO = 19.3
@@ -35,7 +39,7 @@ def steering(**changes: Any) -> Any:
 def turn_to(state: Any, system: Any, angle: float, force: float = 0.0, a_x: float = 0.0, seconds: float = 0.01) -> Any:
     """Holds a steering wheel angle, a side force and a longitudinal acceleration."""
     for _ in range(round(seconds / TICK_S)):
-        lib.sim_steering_step(state, system, angle, force, a_x, TICK_S)
+        lib.sim_steering_step(state, system, ffi.new("sim_steering_input *", [angle, force, a_x]), TICK_S)
     return state
 
 
@@ -152,7 +156,15 @@ def test_an_axle_set_up_for_the_crown_unloads_where_the_crown_holds_it() -> None
 
 
 @pytest.mark.parametrize(
-    "changes", [{"pull_n_m": 80.0}, {"pull_n": -500.0}, {"steering_ratio": (0.002, 0.0518)}, {"pull_n": 0.0}]
+    "changes",
+    [
+        {"pull_n_m": 80.0},
+        {"pull_n": -500.0},
+        {"steering_ratio": (0.002, 0.0518)},
+        {"pull_n": 0.0},
+        {"pull_n": 500.0, "ratio_right_error_percent": 6.0},
+        {"unloads_on_crown_percent": 2.0, "torsion_bar_twist_deg": 1.5, "torsion_bar_half_moment_n_m": 60.0},
+    ],
 )
 def test_the_truth_knows_which_angle_drives_straight_on_a_level_road(changes: dict[str, Any]) -> None:
     settings = scenario({"steering": NO_PLAY | changes})
@@ -161,7 +173,7 @@ def test_the_truth_knows_which_angle_drives_straight_on_a_level_road(changes: di
     car, wheels = ffi.new("sim_truck_state *"), ffi.new("sim_steering_state *")
     for _ in range(4000):
         force = lib.sim_truck_steered_force(car, truck)
-        lib.sim_steering_step(wheels, system, angle, force, 0.0, STEP_S)
+        lib.sim_steering_step(wheels, system, ffi.new("sim_steering_input *", [angle, force]), STEP_S)
         given = ffi.new("sim_truck_input *", [wheels.front_wheel_angle, 20.0, 0.0, 0.0, 0.0])
         lib.sim_truck_step(car, truck, given, STEP_S)
     assert car.yaw_rate == pytest.approx(0.0, abs=1e-9)
@@ -270,6 +282,208 @@ def test_column_wind_up_looks_like_friction_play_of_twice_its_size(lag_deg: floa
     assert by_force == pytest.approx(0.0, abs=0.5)
 
 
+# Ratio in right turns, universal joints, torsion bar
+
+
+def test_right_turns_have_a_ratio_of_their_own() -> None:
+    system = steering(ratio_right_error_percent=4.0, **NO_PLAY)
+    left, right = (turn_to(ffi.new("sim_steering_state *"), system, angle).front_wheel_angle for angle in (2.0, -2.0))
+    assert left == pytest.approx(2.0 / RATIO, rel=1e-12)
+    assert right == pytest.approx(-2.0 / (1.04 * RATIO), rel=1e-12)
+
+
+@pytest.mark.parametrize("phase_deg", [0.0, 30.0, -70.0])
+def test_universal_joints_ripple_twice_a_turn_about_nothing_straight_ahead(phase_deg: float) -> None:
+    ripple = {"universal_joint_ripple_deg": 2.0, "universal_joint_phase_deg": phase_deg}
+    system, angles = steering(**ripple, **NO_PLAY), np.linspace(-2 * math.pi, 2 * math.pi, 721)
+    wheels = np.array([turn_to(ffi.new("sim_steering_state *"), system, a).front_wheel_angle for a in angles])
+    added_deg = (wheels * RATIO - angles) / DEGREE
+    phase = phase_deg * DEGREE
+    np.testing.assert_allclose(added_deg, 2.0 * (np.sin(2 * (angles - phase)) + np.sin(2 * phase)), atol=1e-9)
+    assert added_deg[360] == pytest.approx(0.0, abs=1e-12)
+    settings = scenario({"steering": ripple})
+    slope = (wheels[361] - wheels[359]) / (angles[361] - angles[359])
+    assert settings.steering.ratio_near_centre == pytest.approx(1.0 / slope, rel=1e-3)
+
+
+TORSION = {"torsion_bar_twist_deg": 2.0, "torsion_bar_half_moment_n_m": 50.0}
+
+
+@pytest.mark.parametrize("force", [-3000.0, -400.0, 0.0, 400.0, 3000.0])
+def test_the_steering_wheel_leads_the_gear_by_the_torsion_bar_s_twist(force: float) -> None:
+    system = steering(pull_n_m=20.0, **TORSION, **NO_PLAY)
+    state = turn_to(ffi.new("sim_steering_state *"), system, 0.0, force, seconds=5.0)
+    lead = 2.0 * DEGREE * math.tanh((0.06 * force - 20.0) / 50.0)
+    assert -state.lash.inner == pytest.approx(lead, rel=1e-9)
+
+
+def test_without_hands_the_torsion_bar_untwists_and_nothing_jumps() -> None:
+    system = steering(**TORSION, **NO_PLAY)
+    state = turn_to(ffi.new("sim_steering_state *"), system, 10 * DEGREE, 3000.0, seconds=5.0)
+    gear = state.lash.inner
+    assert gear == pytest.approx((10 - 2 * math.tanh(3.6)) * DEGREE)
+    carried_by_motor(state, system, gear, 3000.0, seconds=STEP_S)
+    assert state.steering_wheel_angle == pytest.approx(10 * DEGREE, abs=0.11 * DEGREE)
+    assert carried_by_motor(state, system, gear, 3000.0).steering_wheel_angle == pytest.approx(gear, rel=1e-6)
+    turn_to(state, system, state.steering_wheel_angle, 3000.0)
+    assert state.lash.inner == pytest.approx(gear, abs=0.41 * DEGREE)
+
+
+# What brakes and springs turn
+
+
+def test_braking_turns_the_front_wheels_and_driving_does_not() -> None:
+    system, state = steering(brake_steer_deg_m_s2=0.1, **NO_PLAY), ffi.new("sim_steering_state *")
+    angles = [turn_to(state, system, 0.0, 0.0, a_x).front_wheel_angle / DEGREE for a_x in (-3.0, 0.0, 2.0)]
+    assert angles == pytest.approx([0.3, 0.0, 0.0], abs=1e-12)
+
+
+@pytest.mark.parametrize("roll_steer", [-0.15, 0.1])
+def test_roll_steer_changes_the_understeer_gradient_by_itself_times_the_roll(roll_steer: float) -> None:
+    changes = {
+        "truck": {"roll_deg_m_s2": 0.6},
+        "steering": {"roll_steer_deg_deg": roll_steer, "backlash_deg": 0.0},
+    }
+    settings = scenario(changes)
+    K, plain = (understeer_gradient(s.truck, s.steering) for s in (settings, scenario()))
+    assert K - plain == pytest.approx(-roll_steer * 0.6 * DEGREE, rel=1e-9)
+    turn = {"kind": "profile", "time_s": [0.0, 30.0, 32.0, 60.0], "angle_deg": [0.0, 0.0, 20.0, 20.0]}
+    last = steered_by_machine(turn, 60.0, 60.0, changes)[-1]
+    v, r = last["vehicle_speed"], last["yaw_rate"]
+    assert pytest.approx(3.7 * r / v + K * v * r, rel=1e-5) == 20.0 * DEGREE / RATIO
+
+
+def test_the_springs_travel_wanders_at_the_front_wheels_while_the_truck_moves() -> None:
+    machine = {"kind": "profile", "time_s": [0.0, 1000.0], "angle_deg": [0.0, 0.0]}
+    changes: dict[str, Any] = {
+        "drive": {"duration_s": 1100.0, "standing_at_start_s": 100.0, "standing_at_end_s": 0.0},
+        "road": dict.fromkeys(THESIS_DRIVE["road"]) | {"kind": "open", "crown_percent": 0.0},
+        "manoeuvre": machine,
+        "steering": {"bump_steer_sd_deg": 0.2, "bump_steer_time_s": 0.5, "backlash_deg": 0.0},
+    }
+    settings = scenario(changes)
+    random = np.random.default_rng(3)
+    normals = random.standard_normal((4, tick_count(settings)))
+    rows = run(settings, lay_road(settings, random), *normals)
+    angle = rows["front_wheel_angle"] / DEGREE
+    assert not angle[:10000].any()
+    moving = angle[12000:]
+    assert moving.std() == pytest.approx(0.2, rel=0.1)
+    alike = np.mean(moving[50:] * moving[:-50]) / moving.var()
+    assert alike == pytest.approx(math.exp(-1.0), abs=0.1)
+
+
+# The overlay motor
+
+
+MOTOR_PLAY = {"backlash_deg": 4.0, "king_pin_friction_n_m": 0.0, "creep_deg_s_n_m": 100.0}
+
+
+def carried_by_motor(state: Any, system: Any, gear_angle: float, force: float, seconds: float = 1.0) -> Any:
+    for _ in range(round(seconds / STEP_S)):
+        given = ffi.new("sim_steering_input *", [gear_angle, force, 0.0, 1])
+        lib.sim_steering_step(state, system, given, STEP_S)
+    return state
+
+
+def test_while_the_driver_steers_the_side_force_moves_the_gear_through_lash_and_play_together() -> None:
+    system, state = steering(**MOTOR_PLAY, overlay_motor={"lash_deg": 6.0}), ffi.new("sim_steering_state *")
+    angles = [turn_to(state, system, 0.0, force, seconds=5.0).front_wheel_angle for force in (2000.0, -2000.0)]
+    assert (angles[1] - angles[0]) * RATIO / DEGREE == pytest.approx(10.0, rel=1e-9)
+    assert (state.place_in_lash, state.place_in_play) == (-1.0, -1.0)
+    assert state.steering_wheel_angle == 0.0
+
+
+def test_while_the_motor_carries_the_steering_wheel_follows_the_gear_s_motion_and_not_the_side_force() -> None:
+    system, state = steering(**MOTOR_PLAY, overlay_motor={"lash_deg": 6.0}), ffi.new("sim_steering_state *")
+    carried_by_motor(state, system, 10 * DEGREE, 2000.0)
+    assert state.steering_wheel_angle == pytest.approx(7 * DEGREE)  # dragged along by the flank, half a lash behind
+    assert state.front_wheel_angle * RATIO == pytest.approx(8 * DEGREE)  # the play follows the aligning moment
+    carried_by_motor(state, system, 10 * DEGREE, -2000.0, seconds=20.0)
+    assert state.steering_wheel_angle == pytest.approx(7 * DEGREE)
+    assert state.front_wheel_angle * RATIO == pytest.approx(12 * DEGREE)
+    carried_by_motor(state, system, 5 * DEGREE, -2000.0)
+    assert state.steering_wheel_angle == pytest.approx(7 * DEGREE)  # inside the lash it rests
+    assert carried_by_motor(state, system, 2 * DEGREE, -2000.0).steering_wheel_angle == pytest.approx(5 * DEGREE)
+    assert state.place_in_lash == pytest.approx(1.0)
+
+
+def test_the_motor_drags_a_wound_up_column_along_as_it_is() -> None:
+    system = steering(windup_deg=2.0, **MOTOR_PLAY, overlay_motor={"lash_deg": 6.0})
+    state = turn_to(ffi.new("sim_steering_state *"), system, 10 * DEGREE, 2000.0, seconds=5.0)
+    assert state.lash.inner == pytest.approx(5 * DEGREE)
+    carried_by_motor(state, system, 5 * DEGREE, -2000.0)
+    assert state.steering_wheel_angle == pytest.approx(10 * DEGREE)
+    assert carried_by_motor(state, system, 0.0, -2000.0).steering_wheel_angle == pytest.approx(5 * DEGREE)
+
+
+@pytest.fixture(scope="module")
+def carried_drive() -> Any:
+    changes = {
+        "drive": {"duration_s": 600.0},
+        "steering": {"overlay_motor": {"lash_deg": 8.0, "carries_s": [[100.0, 200.0], [300.0, 450.0]]}},
+    }
+    settings = scenario(changes)
+    normals = np.random.default_rng(5).standard_normal((2, tick_count(settings)))
+    return run(settings, lay_road(settings, np.random.default_rng(5)), *normals)
+
+
+def test_neither_steering_wheel_nor_front_wheels_jump_when_motor_and_driver_take_over(carried_drive: Any) -> None:
+    carries = carried_drive["motor_carries"]
+    taken_over = np.flatnonzero(np.diff(carries))
+    assert list(taken_over + 1) == [10000, 20000, 30000, 45000]
+    for column, largest_deg in (("steering_wheel_angle", 0.5), ("front_wheel_angle", 0.5 / RATIO)):
+        steps_deg = np.abs(np.diff(carried_drive[column])) / DEGREE
+        assert steps_deg[taken_over].max() < largest_deg
+    assert np.abs(carried_drive["lateral_error"]).max() < 1.0
+
+
+def test_a_motor_carried_drive_goes_as_one_without_lash() -> None:
+    rows = []
+    for lash_deg in (0.0, 8.0):
+        motor = {"lash_deg": lash_deg, "carries_s": [[0.0, 200.0]]}
+        settings = scenario({"drive": {"duration_s": 200.0}, "steering": {"overlay_motor": motor}})
+        normals = np.random.default_rng(5).standard_normal((2, tick_count(settings)))
+        rows.append(run(settings, lay_road(settings, np.random.default_rng(5)), *normals))
+    np.testing.assert_array_equal(rows[0]["front_wheel_angle"], rows[1]["front_wheel_angle"])
+    dragged_deg = np.abs(rows[0]["steering_wheel_angle"] - rows[1]["steering_wheel_angle"]) / DEGREE
+    assert dragged_deg.max() == pytest.approx(4.0)
+
+
+def test_a_motor_that_takes_over_forgets_at_once_the_lash_that_hands_meant_to_cross() -> None:
+    settings = scenario({"steering": {"overlay_motor": {"lash_deg": 8.0}}})
+    driver, road = native_driver(settings, TICK_S), ffi.new("sim_road *", {"count": 2, "spacing": 1e5})
+    columns = {name: ffi.new("double[]", [value, value]) for name, value in (("curvature", 2e-3), ("cross_slope", 0.0))}
+    road.curvature, road.cross_slope = columns["curvature"], columns["cross_slope"]
+    wanted = []
+    for carries in (0, 1):
+        state = ffi.new("sim_driver_state *", {"speed": 20.0})
+        for tick in range(200):
+            view = ffi.new("sim_view *", {"yaw_rate": 0.04, "motor_carries": carries * (tick == 199)})
+            lib.sim_driver_decide(state, driver, road, view, 0.0, 0.0)
+        wanted.append(state.wanted_angle)
+    assert (wanted[0] - wanted[1]) / DEGREE == pytest.approx(4.0, rel=0.05)  # the flank is fairly sure at 0.8 m/s^2
+
+
+def test_the_steering_wheel_stays_in_its_lash_whoever_steers(carried_drive: Any) -> None:
+    place, force, carries = (carried_drive[c] for c in ("place_in_lash", "front_force", "motor_carries"))
+    assert np.abs(place).max() <= 1.0 + 1e-9
+    loaded = np.abs(force) > 1500.0
+    follows = [
+        np.mean(np.sign(force)[loaded & (carries == by)] == np.sign(place)[loaded & (carries == by)])
+        for by in (0.0, 1.0)
+    ]
+    assert follows[0] > 0.9 > follows[1]
+
+
+def test_play_to_be_found_includes_the_lash() -> None:
+    settings = scenario({"steering": {"overlay_motor": {"lash_deg": 8.0}}})
+    truth = truth_of(
+        settings, 1, np.zeros(1, ROW_DTYPE), sense(settings, np.zeros(1, ROW_DTYPE), np.random.default_rng(1))
+    )
+    assert truth.backlash_rad / DEGREE == pytest.approx(11.0)
+
+
 # What is refused
 
 
@@ -285,6 +499,15 @@ def test_column_wind_up_looks_like_friction_play_of_twice_its_size(lag_deg: floa
         ({"windup_deg": -1.0}, "steering.windup_deg"),
         ({"pull_n_m": math.inf}, "steering.pull_n_m"),
         ({"active_return_1_s": 100.0}, "steering.active_return_1_s"),
+        ({"backlash_deg": 19.0, "overlay_motor": {"lash_deg": 20.0}}, "overlay_motor.lash_deg"),
+        ({"overlay_motor": {"lash_deg": -1.0}}, "steering.overlay_motor.lash_deg"),
+        ({"torsion_bar_twist_deg": 1.0}, "torsion_bar_half_moment_n_m"),
+        ({"torsion_bar_half_moment_n_m": 50.0}, "torsion_bar_twist_deg"),
+        ({"universal_joint_ripple_deg": 6.0}, "steering.universal_joint_ripple_deg"),
+        ({"ratio_right_error_percent": 20.0}, "steering.ratio_right_error_percent"),
+        ({"bump_steer_sd_deg": -0.1}, "steering.bump_steer_sd_deg"),
+        ({"overlay_motor": {"lash_deg": 1.0, "carries_s": [[20.0, 10.0]]}}, "carries_s"),
+        ({"overlay_motor": {"lash_deg": 1.0, "carries_s": [[1e5, 2e5]]}}, "carries_s"),
     ],
 )
 def test_an_impossible_steering_is_refused_by_name(changes: dict[str, Any], names: str) -> None:

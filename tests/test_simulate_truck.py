@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,14 +15,19 @@ from scipy.linalg import expm
 
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
-from oncenter.simulate.drive import ffi, lib
+from oncenter.simulate import simulate_to_log
+from oncenter.simulate.drive import ffi, lib, run, tick_count
+from oncenter.simulate.road import lay_road
+from oncenter.simulate.sensors import sense
 from oncenter.simulate.truck import (
     check_holdable,
     equivalent_wheelbase_m,
+    load_changed,
     native_truck,
     steered_stiffness_n_rad,
     understeer_gradient,
 )
+from oncenter.simulate.truth import truth_of
 from oncenter.vehicle import vehicle
 
 STEP_S = 0.0025
@@ -233,6 +240,24 @@ def test_saturating_tyres_are_linear_on_centre_and_hold_no_more_than_friction(ty
     assert largest[0] > D >= largest[1] > 0.9 * D
 
 
+def test_rear_tyres_of_less_friction_saturate_first_and_the_truck_runs_wide_at_its_rear() -> None:
+    settings = scenario({"truck": {"tyres": {"model": "brush", "friction": 0.8, "rear_friction": 0.4}}})
+    truck = native_truck(settings.truck, settings.steering)
+    front, rear = truck.axles[0].tyre.D, truck.axles[1].tyre.D
+    assert front / rear == pytest.approx(2.0 * 2.695 / 1.005)
+    turning = settled(truck, acting(0.12, 12.0), 1.5)
+    shares = [turning.axle_forces[0] / front, turning.axle_forces[1] / rear]
+    assert shares[1] > 0.95 > 1.5 * shares[0]
+
+
+def test_a_trailer_s_tyres_keep_the_friction_of_the_steered_ones() -> None:
+    tyres = {"model": "brush", "friction": 0.8}
+    both = [scenario({"truck": {"tyres": tyres | rear}}, "semitrailer") for rear in ({}, {"rear_friction": 0.4})]
+    alike, apart = (native_truck(settings.truck, settings.steering) for settings in both)
+    assert apart.trailer.axles[0].tyre.D == alike.trailer.axles[0].tyre.D
+    assert apart.axles[1].tyre.D == 0.5 * alike.axles[1].tyre.D
+
+
 def test_stiffness_grows_with_the_load_by_its_power() -> None:
     trucks = []
     for exponent in (0.0, 0.5, 1.0):
@@ -263,7 +288,7 @@ def test_with_its_last_axle_up_a_6x2_is_a_4x2_and_turns_more_sharply_for_the_sam
     change = {"truck": {"lift_axle_up_s": [[55.0, 200.0]]}, "steering": {"backlash_deg": 0.0}}
     turn = {"kind": "profile", "time_s": [0.0, 20.0, 22.0, 90.0], "angle_deg": [0.0, 0.0, 40.0, 40.0]}
     rows, settings = steered_by_machine(turn, 90.0, 36.0, change, "6x2"), scenario(change, "6x2")
-    v, r, wheels, lift = (rows[c] for c in ("vehicle_speed", "yaw_rate", "front_wheel_angle", "axle_lift"))
+    v, r, wheels, lift = (rows[c] for c in ("vehicle_speed", "yaw_rate", "front_wheel_angle", "second_truck"))
     for at, lifted in ((5400, False), (8990, True)):
         L_e = equivalent_wheelbase_m(settings.truck, settings.steering, lifted=lifted)
         K = understeer_gradient(settings.truck, settings.steering, lifted=lifted)
@@ -272,6 +297,126 @@ def test_with_its_last_axle_up_a_6x2_is_a_4x2_and_turns_more_sharply_for_the_sam
         assert L_e == pytest.approx(4.6, rel=1e-12) if lifted else L_e > 5.3
     assert r[8990] > 1.1 * r[5400]
     assert np.abs(np.diff(r))[5000:].max() < 1e-3  # without a jolt
+
+
+def changing_load(percent: float, **truck: Any) -> dict[str, Any]:
+    change = {"begin_s": 200.0, "load_percent": percent, "ride_height_steer_deg": 3.0}
+    return {
+        "drive": {"duration_s": 500.0, "standing_s": [[150.0, 250.0]]},
+        "truck": {"load_change": change, "relaxation_length_m": 0.5, **truck},
+    }
+
+
+def group_loads_kg(truck: Any) -> tuple[float, float]:
+    """By moments about the axles of a 4x2; D is friction times load."""
+    return tuple(truck.axles[k].tyre.D / STANDARD_GRAVITY for k in range(2))  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("layout", ["4x2", "semitrailer"])
+@pytest.mark.parametrize("exponent", [0.85, 1.0])
+def test_a_load_change_is_one_of_the_rear_axles_and_their_stiffness_follows(layout: str, exponent: float) -> None:
+    changes = changing_load(-35.0, tyres={"model": "brush", "friction": 1.0}, stiffness_load_exponent=exponent)
+    settings = scenario(changes, layout)
+    before, after = settings.truck, load_changed(settings.truck)
+    native = [native_truck(truck, settings.steering) for truck in (before, after)]
+    loads = [group_loads_kg(truck) for truck in native]
+    assert loads[1][1] == pytest.approx(0.65 * loads[0][1], rel=1e-9)
+    if layout == "4x2":
+        assert loads[1][0] == pytest.approx(loads[0][0], rel=1e-9)
+        assert native[1].mass == pytest.approx(8100.0 - 0.35 * loads[0][1])
+    else:
+        assert native[1].trailer.mass < native[0].trailer.mass
+    rear = [truck.axles[1].tyre.cornering_stiffness for truck in native]
+    assert rear[1] == pytest.approx(0.65**exponent * rear[0], rel=1e-9)
+
+
+def test_goods_that_come_with_the_load_change_are_as_a_payload_over_the_rear_axle() -> None:
+    """Both ways to say it give the same truck."""
+    settings = scenario(changing_load(50.0, stiffness_load_exponent=0.8))
+    rear_kg = 8100.0 * 1.005 / 3.7
+    payload = {"mass_kg": 0.5 * rear_kg, "distance_m": 3.7, "length_m": 1e-6}
+    laden = scenario({"truck": {"payload": payload, "stiffness_load_exponent": 0.8}})
+    a, b = native_truck(load_changed(settings.truck), settings.steering), native_truck(laden.truck, laden.steering)
+    assert (a.mass, a.yaw_inertia) == pytest.approx((b.mass, b.yaw_inertia), rel=1e-9)
+    for k in range(2):
+        assert a.axles[k].distance == pytest.approx(b.axles[k].distance, rel=1e-9)
+        assert a.axles[k].tyre.cornering_stiffness == pytest.approx(b.axles[k].tyre.cornering_stiffness, rel=1e-9)
+
+
+def test_after_a_load_change_the_truck_understeers_by_the_formula_s_new_gradient() -> None:
+    """K_us/g = (m_f/C_f - m_r/C_r) with the compliance of the steering: only the rear axle's part changes."""
+    exponent = 0.6
+    settings = scenario(changing_load(-35.0, stiffness_load_exponent=exponent))
+    rear = 8100.0 * 1.005 / 3.7 / 235000.0
+    before = understeer_gradient(settings.truck, settings.steering)
+    after = understeer_gradient(load_changed(settings.truck), settings.steering)
+    assert after - before == pytest.approx(rear * (1.0 - 0.65 ** (1.0 - exponent)), rel=1e-9)
+    turn = {"kind": "profile", "time_s": [0.0, 260.0, 262.0, 300.0], "angle_deg": [0.0, 0.0, 30.0, 30.0]}
+    changes = changing_load(-35.0, stiffness_load_exponent=exponent)
+    changes["drive"].pop("duration_s")
+    rows = steered_by_machine(turn, 300.0, 60.0, changes | {"steering": {"backlash_deg": 0.0}})
+    v, r, wheels, share = (rows[-1][c] for c in ("vehicle_speed", "yaw_rate", "front_wheel_angle", "second_truck"))
+    assert share == 1.0
+    assert wheels == pytest.approx(3.7 * r / v + after * v * r, rel=1e-5)
+    assert wheels == pytest.approx((30.0 - 3.0) * DEGREE / 19.3, rel=1e-9)
+
+
+def test_the_truth_says_what_the_load_change_changes_and_when() -> None:
+    settings = scenario(changing_load(-35.0, stiffness_load_exponent=0.6))
+    normals = np.random.default_rng(1).standard_normal((2, tick_count(settings)))
+    rows = run(settings, lay_road(settings, np.random.default_rng(1)), *normals)
+    truth = truth_of(settings, 1, rows, sense(settings, rows, np.random.default_rng(2)))
+    assert truth.load_changed_understeer_gradient == understeer_gradient(
+        load_changed(settings.truck), settings.steering
+    )
+    straight_deg = truth.table["straight_ahead_rad"].to_numpy() / DEGREE
+    assert list(np.flatnonzero(np.diff(straight_deg))) == [19999]
+    assert (straight_deg[0], straight_deg[-1]) == pytest.approx((0.0, 3.0))
+    assert truth.straight_ahead_rad / DEGREE == pytest.approx(3.0)
+    assert truth.table["axle_lift"].max() == 0.0
+    assert np.abs(rows["lateral_error"]).max() < 1.2
+
+
+def test_the_truth_s_summary_has_what_a_load_change_patches_and_a_torsion_bar_make(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text(
+        """
+        about = "unloads, on a wet road"
+        base = "thesis_drive"
+        [drive]
+        duration_s = 300.0
+        standing_s = [[100.0, 140.0]]
+        [truck]
+        stiffness_load_exponent = 0.7
+        load_change = {begin_s = 120.0, load_percent = -35.0, ride_height_steer_deg = 3.0}
+        [steering]
+        torsion_bar_twist_deg = 1.5
+        torsion_bar_half_moment_n_m = 60.0
+        overlay_motor = {lash_deg = 6.0, carries_s = [[30.0, 80.0]]}
+        bump_steer_sd_deg = 0.02
+        [road.patches]
+        spacing_m = [100.0, 300.0]
+        length_m = [50.0, 200.0]
+        front_stiffness_percent = -35.0
+        rear_stiffness_percent = -25.0
+        """,
+        encoding="utf-8",
+    )
+    truth = simulate_to_log(tmp_path / "mine.toml", 1, tmp_path / "drive.csv")
+    said = tomllib.loads((tmp_path / "drive.truth.toml").read_text(encoding="utf-8"))
+    assert said["backlash_deg"] == pytest.approx(9.0)
+    assert said["torsion_bar_deg"] == pytest.approx(3.0)
+    assert said["straight_ahead_deg"] == pytest.approx(3.0)
+    assert truth.load_changed_understeer_gradient is not None
+    assert truth.patch_understeer_gradient is not None
+    for key, value in (
+        ("load_changed_understeer_gradient_deg_m_s2", truth.load_changed_understeer_gradient),
+        ("patch_understeer_gradient_deg_m_s2", truth.patch_understeer_gradient),
+    ):
+        assert said[key] == pytest.approx(value / DEGREE, rel=1e-8)
+        assert said[key] > said["understeer_gradient_deg_m_s2"]
+    assert {"place_in_lash", "motor_carries", "load_change", "straight_ahead_rad", "road_patch"} <= set(
+        truth.table.columns
+    )
 
 
 def test_a_leaning_body_adds_gravity_to_what_its_accelerometer_feels() -> None:
@@ -463,6 +608,69 @@ def test_a_heavier_semitrailer_lets_the_tractor_understeer_otherwise_than_alone(
     assert gradients[1] != pytest.approx(gradients[0], rel=0.02)
 
 
+# The fifth wheel's friction
+
+
+def test_the_fifth_wheel_takes_from_each_swing_its_friction_times_the_way() -> None:
+    """Dahl: over each way of 2 A the share goes from -1 to 1 as 1 - 2 exp(-x / z), so that it costs M (2 A - 2 z)."""
+    truck, amplitude, M = semitrailer(fifth_wheel_friction_n_m=8000.0), 5 * DEGREE, 8000.0
+    trailer = ffi.addressof(truck, "trailer")
+    state, slope = ffi.new("sim_trailer_state *"), ffi.new("sim_trailer_state *")
+    steps, spent = 40_000, []
+    for k in range(2 * steps):
+        rate = amplitude * 2 * np.pi / steps * np.cos(2 * np.pi * k / steps)
+        hitch = ffi.new("sim_hitch *", {"speed": 10.0, "yaw_rate": rate, "mobility": 1e-4})
+        lib.sim_trailer_slope(state, trailer, hitch, slope)
+        spent.append(lib.sim_trailer_friction(state, trailer) * rate)
+        state.friction_share += slope.friction_share
+        assert abs(state.friction_share) <= 1.0
+    assert sum(spent[steps:]) == pytest.approx(2 * M * (2 * amplitude - 2 * 0.0035), rel=1e-3)
+
+
+def straight_on_after(truck: Any, bend: float) -> tuple[float, float]:
+    """Front wheel angle that drives straight on after a bend by another, and the friction that is left, N m."""
+    state, angle, speed = ffi.new("sim_truck_state *"), bend, 20.0
+    for k in range(round(60.0 / STEP_S)):
+        time_s = k * STEP_S
+        angle = bend * min(1.0, max(0.0, (15.0 - time_s) / 5.0)) if time_s < 15.0 else angle
+        angle -= 0.2 * state.yaw_rate * STEP_S if time_s >= 15.0 else 0.0
+        lib.sim_truck_step(state, truck, acting(angle, speed), STEP_S)
+    assert state.yaw_rate == pytest.approx(0.0, abs=1e-6)
+    return angle, lib.sim_trailer_friction(ffi.addressof(state, "trailer"), ffi.addressof(truck, "trailer"))
+
+
+def test_after_a_bend_the_fifth_wheel_s_friction_holds_the_truck_as_the_static_equations_say() -> None:
+    """The trailer's axles take M/d, the hitch hands that to the truck, whose axles balance it together with M."""
+    truck = semitrailer(fifth_wheel_friction_n_m=8000.0)
+    after = [straight_on_after(truck, bend) for bend in (0.03, -0.03)]
+    assert after[0] == pytest.approx([-value for value in after[1]], rel=1e-6)
+    angle, M = after[0]
+    assert -8000.0 <= M < -6000.0  # the trailer that straightens turns the truck to the left after a bend to the left
+    C = [lib.sim_axle_stiffness(ffi.addressof(truck.axles[k])) for k in range(2)]
+    x = [truck.axles[k].distance for k in range(2)]
+    of_hitch = -M * lib.sim_trailer_load_of(ffi.addressof(truck, "trailer")).per_moment
+    forces = np.linalg.solve([[1.0, 1.0], x], [of_hitch, truck.hitch_distance * of_hitch + M])
+    assert angle < -0.05 * DEGREE
+    assert angle == pytest.approx(forces[0] / C[0] - forces[1] / C[1], rel=1e-3)
+    assert straight_on_after(semitrailer(), 0.03) == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+def test_from_a_bend_to_a_stop_the_fifth_wheel_keeps_its_friction_without_a_jolt() -> None:
+    truck, state = semitrailer(fifth_wheel_friction_n_m=8000.0), ffi.new("sim_truck_state *")
+    forces, shares = [], []
+    for speed in np.r_[np.linspace(0, 5, 8000), np.linspace(5, 0, 8000), np.zeros(800)]:
+        lib.sim_truck_step(state, truck, acting(0.03, speed), STEP_S)
+        forces.append(state.axle_forces[0])
+        shares.append(state.trailer.friction_share)
+    assert shares[-1] == pytest.approx(shares[-400], abs=1e-6)
+    assert shares[-1] > 0.5
+    assert np.abs(np.diff(forces)).max() < 60.0
+    without = settled(semitrailer(), acting(0.03, 0.0))
+    carried = [sum(s.axle_forces[k] for k in range(2)) + sum(s.trailer.axle_forces[0:3]) for s in (state, without)]
+    assert carried[0] == pytest.approx(carried[1], abs=1.0)  # what it takes from one axle it gives to others
+    assert abs(state.axle_forces[0] - without.axle_forces[0]) > 500.0
+
+
 # What is refused, and what is shipped
 
 
@@ -486,6 +694,19 @@ def test_a_heavier_semitrailer_lets_the_tractor_understeer_otherwise_than_alone(
         ("semitrailer", {"trailer": SEMITRAILER | {"gravity_centre_m": 8.0}}, "truck.trailer"),
         ("semitrailer", {"trailer": SEMITRAILER | {"hitch_m": 12.0, "payload": FULL_LOAD}}, "stand on all its axles"),
         ("semitrailer", {"trailer": SEMITRAILER | {"axle_count": 4}}, "truck.trailer.axle_count"),
+        ("4x2", {"load_change": {"begin_s": 5.0, "load_percent": -90.0}}, "truck.load_change.load_percent"),
+        ("4x2", {"load_change": {"begin_s": 900.0, "load_percent": -30.0}}, "must lie in a standstill"),
+        (
+            "6x2",
+            {"load_change": {"begin_s": 5.0, "load_percent": -30.0}, "lift_axle_up_s": [[10.0, 20.0]]},
+            "cannot be given together",
+        ),
+        (
+            "semitrailer",
+            {"trailer": SEMITRAILER, "load_change": {"begin_s": 5.0, "load_percent": -30.0}},
+            "takes .* kg from 'truck.trailer.payload'",
+        ),
+        ("semitrailer", {"trailer": SEMITRAILER | {"fifth_wheel_friction_n_m": -1.0}}, "fifth_wheel_friction_n_m"),
     ],
 )
 def test_an_impossible_truck_is_refused_by_name(layout: str, changes: dict[str, Any], names: str) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.whole_file import check_place
 from oncenter.signals import Signals
+from oncenter.simulate.chances import named_chances
 from oncenter.simulate.drive import run, tick_count
 from oncenter.simulate.road import lay_road
 from oncenter.simulate.scenario import Scenario, read_scenario
@@ -80,6 +81,9 @@ def _simulate(scenario: Scenario, seed: int) -> tuple[Sensed, Truth]:
     road = lay_road(scenario, of_road)
     lane_normals, hand_normals = of_driver.standard_normal((2, tick_count(scenario)))
     gust_normals = None if scenario.wind is None else of_wind.standard_normal(tick_count(scenario))
-    rows = run(scenario, road, lane_normals, hand_normals, gust_normals)
+    bump_normals = None
+    if scenario.steering.bump_steer_sd_deg > 0.0:
+        bump_normals = named_chances(of_driver, "bump_steer").standard_normal(tick_count(scenario))
+    rows = run(scenario, road, lane_normals, hand_normals, gust_normals, bump_normals)
     sensed = sense(scenario, rows, of_sensors)
     return sensed, truth_of(scenario, seed, rows, sensed)

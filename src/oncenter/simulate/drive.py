@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,8 @@ from oncenter.simulate.driver import native_driver
 from oncenter.simulate.manoeuvre import check_fits, machine_angles_rad
 from oncenter.simulate.road import LaidRoad
 from oncenter.simulate.scenario import Scenario
-from oncenter.simulate.steering import native_steering
-from oncenter.simulate.truck import axle_lift, native_truck
+from oncenter.simulate.steering import motor_carries, native_steering
+from oncenter.simulate.truck import axle_lift, load_changed, load_changes, native_truck
 from oncenter.simulate.wind import native_wind
 
 Array = npt.NDArray[np.float64]
@@ -39,6 +40,7 @@ def run(
     lane_normals: Array,
     hand_normals: Array,
     gust_normals: Array | None = None,
+    bump_normals: Array | None = None,
 ) -> npt.NDArray[np.void]:
     """Drives the whole scenario.
 
@@ -48,6 +50,7 @@ def run(
         lane_normals: standard normal numbers, one a tick: where in the lane the driver means to be.
         hand_normals: as many: the hands' small corrections.
         gust_normals: as many: the wind's gusts; needed where the scenario has wind.
+        bump_normals: as many: the springs' travel; needed where it steers.
 
     Returns:
         `ROW_DTYPE`, one a tick at `RATE_HZ` from time 0: what is true, in SI and rad, as `sim_row` in native/drive.h.
@@ -63,8 +66,15 @@ def run(
     if scenario.wind is not None:
         assert gust_normals is not None
         inputs.gust_normals = lent(gust_normals)
+    if scenario.steering.bump_steer_sd_deg > 0.0:
+        assert bump_normals is not None
+        inputs.bump_normals = lent(bump_normals)
     if scenario.truck.lift_axle_up_s:
-        inputs.axle_lift = lent(axle_lift(scenario.truck, time_s))
+        inputs.second_truck = lent(axle_lift(scenario.truck, time_s))
+    elif scenario.truck.load_change is not None:
+        inputs.second_truck = lent(load_changes(scenario.truck, time_s))
+    if scenario.steering.carries_s:
+        inputs.motor_carries = lent(motor_carries(scenario.steering, time_s))
     if scenario.manoeuvre is not None:
         check_fits(scenario, scenario.manoeuvre)
         inputs.machine_angles = lent(machine_angles_rad(scenario.manoeuvre, time_s))
@@ -103,17 +113,26 @@ def _native_drive(scenario: Scenario, road: LaidRoad, lent: _Lent) -> Any:
         "curvature": lent(road.curvature_1_m),
         "cross_slope": lent(road.cross_slope),
         "speed": lent(road.speed_m_s),
+        "exposure": ffi.NULL if road.exposure is None else lent(road.exposure),
+        "patch": ffi.NULL if road.patch is None else lent(road.patch),
         "stop_count": len(road.stop_station_m),
         "stop_station": lent(road.stop_station_m),
         "stop_duration": lent(road.stop_duration_s),
     }
+    if scenario.road.patches is not None:
+        drive.patch_front = scenario.road.patches.front_stiffness_percent / 100.0
+        drive.patch_rear = scenario.road.patches.rear_stiffness_percent / 100.0
+    drive.bump_steer = scenario.steering.bump_steer_sd_deg * DEGREE
+    drive.bump_steer_keep = math.exp(-1.0 / (RATE_HZ * scenario.steering.bump_steer_time_s))
     drive.start_heading = (90.0 - scenario.road.heading_deg) * DEGREE
     drive.tick = 1.0 / RATE_HZ
     drive.steps_per_tick = _STEPS_PER_TICK
     if scenario.wind is not None:
         drive.wind = native_wind(scenario.wind, 1.0 / RATE_HZ)[0]
     if scenario.truck.lift_axle_up_s:
-        drive.lifted = native_truck(scenario.truck, scenario.steering, lifted=True)[0]
+        drive.second = native_truck(scenario.truck, scenario.steering, lifted=True)[0]
+    elif scenario.truck.load_change is not None:
+        drive.second = native_truck(load_changed(scenario.truck), scenario.steering)[0]
     return drive
 
 

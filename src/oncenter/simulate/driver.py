@@ -21,6 +21,8 @@ def native_driver(scenario: Scenario, tick_s: float) -> Any:
             "angle_per_curvature": ratio * wheelbase_m,
             "angle_per_lateral_acceleration": ratio * understeer_gradient(scenario.truck, scenario.steering),
             "backlash_half_width": scenario.steering.backlash_deg * DEGREE / 2.0,
+            "lash_half_width": scenario.steering.lash_deg * DEGREE / 2.0
+            + scenario.steering.torsion_bar_twist_deg * DEGREE,
             "turns_behind": wheelbase_m - first_axle_distance_m(scenario.truck),
             "preview_time": driver.preview_time_s,
             "gain": driver.preview_gain,

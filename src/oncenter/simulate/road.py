@@ -14,7 +14,7 @@ import polars as pl
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import DEGREE
 from oncenter.simulate.chances import named_chances
-from oncenter.simulate.road_sections import BendsRoad, CsvRoad, OpenRoad, SectionsRoad, Stops
+from oncenter.simulate.road_sections import BendsRoad, CsvRoad, OpenRoad, SectionsRoad, Stops, Wind
 from oncenter.simulate.scenario import Scenario
 
 Array = npt.NDArray[np.float64]
@@ -37,6 +37,8 @@ class LaidRoad:
     stop_station_m: Array
     stop_duration_s: Array
     length_m: float  # infinite where a longer drive would have had a longer road
+    patch: Array | None = None  # 0 where the grip is good, 1 in a patch; None: good everywhere
+    exposure: Array | None = None  # 0 where the road is sheltered from the wind, 1 where it is open; None: open
 
     @property
     def mirrored(self) -> LaidRoad:
@@ -59,6 +61,11 @@ def lay_road(scenario: Scenario, random: np.random.Generator) -> LaidRoad:
         laid = _measured(scenario, road)
     else:
         laid = _open(scenario, road)
+    if road.patches is not None:
+        lengths_m = road.patches.spacing_m, road.patches.length_m
+        laid = replace(laid, patch=_stretches(laid, *lengths_m, named_chances(random, "patches")))
+    if scenario.wind is not None and scenario.wind.open_length_m is not None:
+        laid = replace(laid, exposure=_exposure(laid, scenario.wind, named_chances(random, "shelter")))
     laid = replace(laid, cross_slope=laid.cross_slope + _rough_bank(scenario, laid, named_chances(random, "bank")))
     return laid if scenario.stops is None else _with_stops(laid, scenario.stops, named_chances(random, "stops"))
 
@@ -212,6 +219,26 @@ def _rough_bank(scenario: Scenario, laid: LaidRoad, random: np.random.Generator)
     normals = random.standard_normal(count + len(memory) - 1)
     wander = sd * math.sqrt(1.0 - keep**2) * np.convolve(normals, memory, mode="valid")
     return np.clip(wander, -3.0 * sd, 3.0 * sd)
+
+
+def _exposure(laid: LaidRoad, wind: Wind, random: np.random.Generator) -> Array:
+    assert wind.open_length_m is not None
+    shortest_m, longest_m = wind.open_length_m
+    sheltered = (1.0 - wind.open_share) / wind.open_share  # m for each open one
+    return _stretches(laid, (sheltered * shortest_m, sheltered * longest_m), wind.open_length_m, random)
+
+
+def _stretches(
+    laid: LaidRoad, between_m: tuple[float, float], length_m: tuple[float, float], random: np.random.Generator
+) -> Array:
+    """1 on stretches of a length by chance, 0 between them."""
+    station_m = np.arange(len(laid.curvature_1_m)) * laid.spacing_m
+    count = math.ceil(station_m[-1] / (between_m[0] + length_m[0])) + 1
+    lengths_m = random.uniform(*length_m, size=count)
+    ends_m = np.cumsum(random.uniform(*between_m, size=count) + lengths_m)
+    at = np.searchsorted(ends_m, station_m, side="right")
+    inside: Array = (station_m >= (ends_m - lengths_m)[at]).astype(np.float64)
+    return inside
 
 
 def _with_stops(laid: LaidRoad, stops: Stops, random: np.random.Generator) -> LaidRoad:

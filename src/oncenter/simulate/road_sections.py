@@ -25,12 +25,25 @@ from oncenter.simulate.section import (
 CrossSlope = Annotated[Number, Field(ge=-15, le=15)]
 
 
+_LessStiffness = Annotated[Number, Field(ge=-80, le=0)]
+
+
+class Patches(Section):
+    """Wet or snowy patches, in which the tyres' cornering stiffness is lower."""
+
+    spacing_m: LengthRange  # from the end of one to the begin of the next
+    length_m: LengthRange
+    front_stiffness_percent: _LessStiffness  # by which that of all steered tyres changes
+    rear_stiffness_percent: _LessStiffness  # the same of all others, a trailer's too
+
+
 class _Road(Section):
     """What every road has."""
 
     heading_deg: Annotated[Number, Field(ge=0, lt=360)] = 0.0
     rough_bank_sd_percent: Annotated[Number, Field(ge=0, le=2)] = 0.0
     rough_bank_length_m: Annotated[Number, Field(ge=5, le=1000)] = 40.0
+    patches: Patches | None = None
 
 
 class BendsRoad(_Road):
@@ -94,6 +107,12 @@ class OpenRoad(_Road):
     kind: Literal["open"]
     crown_percent: CrossSlope
 
+    @model_validator(mode="after")
+    def _is_alike_everywhere(self) -> OpenRoad:
+        if self.patches is not None:
+            raise ValueError("'patches' cannot be given for kind \"open\", which has no stations")
+        return self
+
 
 _ROAD_KINDS = ("bends", "sections", "csv", "open")
 
@@ -123,7 +142,7 @@ class Stops(Section):
 
 
 class Wind(Section):
-    """Blows over open land; its force acts in front of the centre of gravity."""
+    """Blows where the land is open; its force acts in front of the centre of gravity."""
 
     mean_m_s: Annotated[Number, Field(ge=0, le=30)]
     from_deg: Annotated[Number, Field(ge=0, lt=360)]
@@ -132,6 +151,14 @@ class Wind(Section):
     side_area_m2: Positive
     side_force_coefficient: Annotated[Number, Field(gt=0, le=3)]
     force_arm_m: Annotated[Number, Field(ge=-10, le=10)]
+    open_share: Annotated[Number, Field(ge=0.05, le=1)] = 1.0  # of the way; forest and cuttings shelter the rest
+    open_length_m: LengthRange | None = None  # of an open stretch
+
+    @model_validator(mode="after")
+    def _alternates_with_shelter(self) -> Wind:
+        if (self.open_share < 1.0) != (self.open_length_m is not None):
+            raise ValueError("'open_length_m' goes with an 'open_share' below 1, and only with that")
+        return self
 
 
 _MachineAngle = Annotated[Number, Field(ge=-1000, le=1000)]

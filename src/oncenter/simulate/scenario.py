@@ -80,6 +80,36 @@ class Scenario(Section):
         return self
 
     @model_validator(mode="after")
+    def _has_shelter_beside_a_road(self) -> Scenario:
+        if self.wind is not None and self.wind.open_share < 1.0 and self.road.kind == "open":
+            raise ValueError("'wind.open_share' must be 1 where 'road.kind' is \"open\"")
+        return self
+
+    @model_validator(mode="after")
+    def _changes_its_load_in_a_standstill(self) -> Scenario:
+        change = self.truck.load_change
+        if change is None:
+            return self
+        stands = any(from_s <= change.begin_s <= until_s for from_s, until_s in self.drive.all_standing_s)
+        if not stands or change.begin_s >= self.drive.duration_s:
+            raise ValueError(
+                "'truck.load_change.begin_s' must lie in a standstill of 'drive', as 'drive.standing_s' has them, "
+                f"got {change.begin_s:g}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _has_a_motor_that_carries_during_the_drive(self) -> Scenario:
+        carries_s = self.steering.carries_s
+        if carries_s and carries_s[-1][0] >= self.drive.duration_s:
+            raise ValueError(
+                f"'steering.overlay_motor.carries_s' must begin before 'drive.duration_s', got {carries_s[-1][0]:g}"
+            )
+        if carries_s and self.manoeuvre is not None:
+            raise ValueError("'steering.overlay_motor.carries_s' needs a driver, not a 'manoeuvre'")
+        return self
+
+    @model_validator(mode="after")
     def _has_a_lane_or_a_machine(self) -> Scenario:
         if (self.manoeuvre is None) == (self.road.kind == "open"):
             raise ValueError("'manoeuvre' goes with 'road.kind' = \"open\", and only with that")

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from oncenter._simulate import ffi
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 from oncenter.simulate.truck import steered_force_n, steered_stiffness_n_rad
 from oncenter.simulate.truck_sections import Steering, Truck
+
+_LASH_FRICTION_N_M = 5.0  # about the king pins: bearings of the column, small against the king pins' own
 
 
 def set_moment_n_m(truck: Truck, steering: Steering) -> float:
@@ -29,14 +35,26 @@ def unloading_acceleration_m_s2(truck: Truck, steering: Steering) -> float:
     return moment_n_m / per_m_s2 if per_m_s2 > 0.0 else float("nan")
 
 
-def straight_ahead_rad(truck: Truck, steering: Steering) -> float:
+def straight_ahead_rad(truck: Truck, steering: Steering, *, load_changed: bool = False) -> float:
     """Steering wheel angle, at the middle of play and wind-up, that drives straight on a level road at even speed.
 
     Zero but for what the alignment pulls, which looks like a sensor's offset and is none, and for a ratio's polynomial
-    that does not go through zero.
+    that does not go through zero. After a load change, another ride height adds to it.
     """
     at_wheels_rad = _set_angle_rad(truck, steering) + _compliance_rad_n_m(steering) * set_moment_n_m(truck, steering)
-    return (0.0 - at_wheels_rad - steering.ratio_polynomial[0]) * steering.ratio_near_centre
+    gear_rad = (0.0 - at_wheels_rad - steering.ratio_polynomial[0]) * steering.ratio_near_centre
+    if gear_rad < 0.0:
+        gear_rad /= steering.ratio_right_share
+    before = gear_rad + _twist_rad(steering, 0.0 - set_moment_n_m(truck, steering))
+    return before + _ride_height_steer_rad(truck) if load_changed else before
+
+
+def motor_carries(steering: Steering, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """1 at each time at which the overlay motor steers, else 0."""
+    carries = np.zeros(len(time_s))
+    for from_s, until_s in steering.carries_s:
+        carries[(time_s >= from_s) & (time_s < until_s)] = 1.0
+    return carries
 
 
 def native_steering(steering: Steering, truck: Truck) -> Any:
@@ -46,14 +64,27 @@ def native_steering(steering: Steering, truck: Truck) -> Any:
         {
             "ratio_terms": len(steering.ratio_polynomial),
             "ratio": steering.ratio_polynomial,
+            "right_share": steering.ratio_right_share,
+            "ripple": steering.universal_joint_ripple_deg * DEGREE,
+            "ripple_phase": steering.universal_joint_phase_deg * DEGREE,
             "trail": steering.trail_m,
             "compliance": _compliance_rad_n_m(steering),
             "set_angle": _set_angle_rad(truck, steering),
             "set_moment": set_moment_n_m(truck, steering),
             "brake_pull": steering.brake_pull_n_m_per_m_s2,
             "torque_steer": steering.torque_steer_n_m_per_m_s2,
+            "twist": steering.torsion_bar_twist_deg * DEGREE,
+            "twist_half_moment": steering.torsion_bar_half_moment_n_m or 0.0,
+            "brake_steer": steering.brake_steer_deg_m_s2 * DEGREE,
+            "roll_steer": steering.roll_steer_deg_deg,
+            "ride_height_steer": 0.0 - _ride_height_steer_rad(truck) / steering.ratio_near_centre,
             "windup": {"half_width": steering.windup_deg * DEGREE, "friction": 0.0, "creep": 1.0},
             "active_return": steering.active_return_1_s,
+            "lash": {
+                "half_width": steering.lash_deg * DEGREE / 2.0,
+                "friction": _LASH_FRICTION_N_M,
+                "creep": steering.creep_deg_s_n_m * DEGREE,
+            },
             "backlash": {
                 "half_width": steering.backlash_deg * DEGREE / 2.0,
                 "friction": steering.king_pin_friction_n_m,
@@ -61,6 +92,18 @@ def native_steering(steering: Steering, truck: Truck) -> Any:
             },
         },
     )
+
+
+def _twist_rad(steering: Steering, moment_n_m: float) -> float:
+    """By which the torsion bar lets the steering wheel lead the gear."""
+    if steering.torsion_bar_half_moment_n_m is None:
+        return 0.0
+    return steering.torsion_bar_twist_deg * DEGREE * math.tanh(moment_n_m / steering.torsion_bar_half_moment_n_m)
+
+
+def _ride_height_steer_rad(truck: Truck) -> float:
+    """At the steering wheel."""
+    return truck.load_change.ride_height_steer_deg * DEGREE if truck.load_change is not None else 0.0
 
 
 def _compliance_rad_n_m(steering: Steering) -> float:

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from oncenter._simulate import ffi, lib
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
+from oncenter.simulate.road_sections import Patches
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.truck_sections import LIFTING_S, Payload, Steering, Trailer, Truck, Tyres
 
@@ -44,10 +45,14 @@ class _Body:
     def laden(self, payload: Payload | None) -> _Body:
         if payload is None:
             return self
-        mass = self.mass_kg + payload.mass_kg
-        behind = (self.mass_kg * self.behind_m + payload.mass_kg * payload.distance_m) / mass
-        inertia = self.yaw_inertia_kg_m2 + payload.mass_kg * payload.length_m**2 / 12.0
-        for m, x in ((self.mass_kg, self.behind_m), (payload.mass_kg, payload.distance_m)):
+        return self.with_goods(payload.mass_kg, payload.distance_m, payload.length_m)
+
+    def with_goods(self, mass_kg: float, distance_m: float, length_m: float) -> _Body:
+        """mass_kg: negative where goods leave."""
+        mass = self.mass_kg + mass_kg
+        behind = (self.mass_kg * self.behind_m + mass_kg * distance_m) / mass
+        inertia = self.yaw_inertia_kg_m2 + mass_kg * length_m**2 / 12.0
+        for m, x in ((self.mass_kg, self.behind_m), (mass_kg, distance_m)):
             inertia += m * (x - behind) ** 2
         return _Body(mass, inertia, behind)
 
@@ -68,8 +73,9 @@ def equivalent_wheelbase_m(truck: Truck, steering: Steering, *, lifted: bool = F
 
 
 def understeer_gradient(truck: Truck, steering: Steering, *, lifted: bool = False) -> float:
-    """K_us/g of (10) at the road wheel, steering compliance included, rad/(m/s^2); tyres near zero slip."""
-    return float(_stance(truck, steering, lifted, 0.0, 1.0).front_wheel_angle)
+    """K_us/g of (10) at the road wheel, compliance and roll steer included, rad/(m/s^2); tyres near zero slip."""
+    by_roll = steering.roll_steer_deg_deg * truck.roll_deg_m_s2 * DEGREE
+    return float(_stance(truck, steering, lifted, 0.0, 1.0).front_wheel_angle) - by_roll
 
 
 def steered_force_n(
@@ -94,19 +100,46 @@ def check_holdable(scenario: Scenario) -> None:
     Raises:
         OncenterError: "scenario_file", exit code 2.
     """
-    truck, steering = scenario.truck, scenario.steering
-    for lifted in {False, bool(truck.lift_axle_up_s)}:
-        _check_stands(scenario.name, truck, lifted)
-        gradient = understeer_gradient(truck, steering, lifted=lifted)
-        if gradient >= 0.0:
-            continue
-        critical_km_h = (equivalent_wheelbase_m(truck, steering, lifted=lifted) / -gradient) ** 0.5 * 3.6
-        if scenario.driver.speed_km_h[1] > _SPEED_MARGIN * critical_km_h:
-            raise _refusal(
-                scenario.name,
-                f"'truck' oversteers and cannot be held above {critical_km_h:.0f} km/h; lower "
-                "'driver.speed_km_h' or raise 'truck.rear_cornering_stiffness_n_rad'",
-            )
+    truck, patches = scenario.truck, scenario.road.patches
+    states = [(truck, False)]
+    if truck.lift_axle_up_s:
+        states.append((truck, True))
+    if truck.load_change is not None:
+        _check_goods(scenario.name, truck)
+        states.append((load_changed(truck), False))
+    if patches is not None:
+        states += [(on_patch(state, patches), lifted) for state, lifted in states]
+    for state, lifted in states:
+        _check_drivable(scenario, state, lifted)
+
+
+def _check_drivable(scenario: Scenario, truck: Truck, lifted: bool) -> None:
+    _check_stands(scenario.name, truck, lifted)
+    gradient = understeer_gradient(truck, scenario.steering, lifted=lifted)
+    if gradient >= 0.0:
+        return
+    critical_km_h = (equivalent_wheelbase_m(truck, scenario.steering, lifted=lifted) / -gradient) ** 0.5 * 3.6
+    if scenario.driver.speed_km_h[1] > _SPEED_MARGIN * critical_km_h:
+        raise _refusal(
+            scenario.name,
+            f"'truck' oversteers and cannot be held above {critical_km_h:.0f} km/h; lower "
+            "'driver.speed_km_h' or raise 'truck.rear_cornering_stiffness_n_rad'",
+        )
+
+
+def _check_goods(name: str, truck: Truck) -> None:
+    trailer = truck.trailer
+    if trailer is None:
+        return
+    if _goods_place_m(trailer) >= trailer.axles_m:
+        raise _refusal(name, "'truck.load_change' needs goods in front of the trailer's axles")
+    payload_kg = trailer.payload.mass_kg if trailer.payload is not None else 0.0
+    if -_goods_kg(truck) > payload_kg:
+        raise _refusal(
+            name,
+            f"'truck.load_change.load_percent' takes {-_goods_kg(truck):.0f} kg from 'truck.trailer.payload', "
+            f"which has {payload_kg:.0f} kg",
+        )
 
 
 def _check_stands(name: str, truck: Truck, lifted: bool) -> None:
@@ -130,6 +163,74 @@ def axle_lift(truck: Truck, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.f
     return np.interp(time_s, knots_s, shares)
 
 
+def load_changes(truck: Truck, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """1 at each time from the load change on, else 0."""
+    assert truck.load_change is not None
+    return (time_s >= truck.load_change.begin_s).astype(np.float64)
+
+
+def load_changed(truck: Truck) -> Truck:
+    """The truck from its load change on, whose goods count as mass of its own."""
+    assert truck.load_change is not None
+    if truck.trailer is not None:
+        return truck.model_copy(update={"load_change": None, "trailer": _reloaded(truck.trailer, truck)})
+    length_m = truck.payload.length_m if truck.payload is not None else 0.0
+    body = _body(truck).with_goods(_goods_kg(truck), _rear_middle_m(truck), length_m)
+    before_n = _group_loads_of(truck, truck.mass_kg, truck.mass_kg * truck.front_axle_distance_m, False)
+    after_n = _group_loads_of(truck, body.mass_kg, body.mass_kg * body.behind_m, False)
+    front, rear = ((b / a) ** truck.stiffness_load_exponent for a, b in zip(before_n, after_n, strict=True))
+    changes = {
+        "mass_kg": body.mass_kg,
+        "yaw_inertia_kg_m2": body.yaw_inertia_kg_m2,
+        "front_axle_distance_m": body.behind_m,
+        "front_cornering_stiffness_n_rad": truck.front_cornering_stiffness_n_rad * front,
+        "rear_cornering_stiffness_n_rad": truck.rear_cornering_stiffness_n_rad * rear,
+    }
+    return truck.model_copy(update=changes | {"payload": None, "load_change": None})
+
+
+def on_patch(truck: Truck, patches: Patches) -> Truck:
+    """The truck with its tyres as in one of the road's patches."""
+    front, rear = 1.0 + patches.front_stiffness_percent / 100.0, 1.0 + patches.rear_stiffness_percent / 100.0
+    changes: dict[str, Any] = {
+        "front_cornering_stiffness_n_rad": truck.front_cornering_stiffness_n_rad * front,
+        "rear_cornering_stiffness_n_rad": truck.rear_cornering_stiffness_n_rad * rear,
+    }
+    if truck.trailer is not None:
+        of_trailer = {"cornering_stiffness_n_rad": truck.trailer.cornering_stiffness_n_rad * rear}
+        changes["trailer"] = truck.trailer.model_copy(update=of_trailer)
+    return truck.model_copy(update=changes)
+
+
+def _reloaded(trailer: Trailer, truck: Truck) -> Trailer:
+    """The trailer with other goods, which count as mass of its own."""
+    length_m = trailer.payload.length_m if trailer.payload is not None else 0.0
+    body = _trailer_body(trailer).with_goods(_goods_kg(truck), _goods_place_m(trailer), length_m)
+    by_load = body.mass_kg * body.behind_m / (trailer.mass_kg * trailer.gravity_centre_m)
+    changes = {
+        "mass_kg": body.mass_kg,
+        "yaw_inertia_kg_m2": body.yaw_inertia_kg_m2,
+        "gravity_centre_m": body.behind_m,
+        "cornering_stiffness_n_rad": trailer.cornering_stiffness_n_rad * by_load**truck.stiffness_load_exponent,
+    }
+    return trailer.model_copy(update=changes | {"payload": None})
+
+
+def _goods_kg(truck: Truck) -> float:
+    """Goods that come so that the load on the rear axles changes as it says; negative where they leave."""
+    assert truck.load_change is not None
+    rear_kg = _group_loads_n(truck, False)[1] / STANDARD_GRAVITY * truck.load_change.load_percent / 100.0
+    if truck.trailer is None:
+        return rear_kg
+    front_m = _centre(_places_m(truck), _load_shares(truck, False), slice(None, truck.front_axle_count))
+    of_hitch = (truck.trailer.hitch_m - front_m) / (_rear_middle_m(truck) - front_m)
+    return rear_kg / of_hitch / (1.0 - _goods_place_m(truck.trailer) / truck.trailer.axles_m)
+
+
+def _goods_place_m(trailer: Trailer) -> float:
+    return trailer.payload.distance_m if trailer.payload is not None else trailer.gravity_centre_m
+
+
 def native_truck(truck: Truck, steering: Steering, *, lifted: bool = False) -> Any:
     """The truck as a `sim_truck`, with its payload and its trailer."""
     body = _body(truck)
@@ -144,10 +245,12 @@ def native_truck(truck: Truck, steering: Steering, *, lifted: bool = False) -> A
             "roll_damping": truck.roll_damping,
         },
     )
-    axles = _axles(truck, lifted)
+    axles, (front, rear) = _axles(truck, lifted), _frictions(truck.tyres)
     native.axle_count = len(axles)
     for k, axle in enumerate(axles):
-        native.axles[k] = _native_axle(axle, body.behind_m, truck, compliance_rad_n if axle.steer_share > 0.0 else 0.0)
+        steered = axle.steer_share > 0.0
+        compliance, friction = (compliance_rad_n, front) if steered else (0.0, rear)
+        native.axles[k] = _native_axle(axle, body.behind_m, truck, compliance, friction)
     if truck.trailer is not None:
         native.hitch_distance = body.behind_m - truck.trailer.hitch_m
         native.trailer = _native_trailer(truck.trailer, truck)[0]
@@ -163,31 +266,40 @@ def _native_trailer(trailer: Trailer, truck: Truck) -> Any:
             "yaw_inertia": body.yaw_inertia_kg_m2,
             "gravity_centre_distance": body.behind_m,
             "axle_count": trailer.axle_count,
+            "friction": trailer.fifth_wheel_friction_n_m,
         },
     )
+    front, _ = _frictions(truck.tyres)
     for k, axle in enumerate(_trailer_axles(trailer, truck.stiffness_load_exponent)):
-        native.axles[k] = _native_axle(axle, 0.0, truck, 0.0)
+        native.axles[k] = _native_axle(axle, 0.0, truck, 0.0, front)
     return native
 
 
-def _native_axle(axle: _Axle, from_m: float, truck: Truck, compliance_rad_n: float) -> dict[str, Any]:
+def _native_axle(axle: _Axle, from_m: float, truck: Truck, compliance_rad_n: float, friction: float) -> dict[str, Any]:
     return {
         "distance": from_m - axle.behind_m,
         "steer_share": axle.steer_share,
         "compliance": compliance_rad_n,
         "relaxation_length": truck.relaxation_length_m,
         "scrub_stiffness": axle.scrub_n_m2,
-        "tyre": _native_tyre(axle, truck.tyres),
+        "tyre": _native_tyre(axle, truck.tyres, friction),
     }
 
 
-def _native_tyre(axle: _Axle, tyres: Tyres | None) -> dict[str, Any]:
+def _frictions(tyres: Tyres | None) -> tuple[float, float]:
+    """Of the truck's steered tyres and a trailer's, and of the truck's others."""
+    if tyres is None:
+        return 0.0, 0.0
+    return tyres.friction, tyres.friction if tyres.rear_friction is None else tyres.rear_friction
+
+
+def _native_tyre(axle: _Axle, tyres: Tyres | None, friction: float) -> dict[str, Any]:
     if tyres is None:
         return {"model": lib.SIM_TYRE_LINEAR, "cornering_stiffness": axle.stiffness_n_rad}
     return {
         "model": lib.SIM_TYRE_BRUSH if tyres.model == "brush" else lib.SIM_TYRE_MAGIC_FORMULA,
         "cornering_stiffness": axle.stiffness_n_rad,
-        "D": tyres.friction * axle.load_n,
+        "D": friction * axle.load_n,
         "C": tyres.C or 0.0,
         "E": tyres.E or 0.0,
     }
@@ -242,8 +354,12 @@ def _steer_share(truck: Truck, k: int) -> float:
         return 0.0
     if truck.second_axle_steer_share is not None:
         return truck.second_axle_steer_share
-    to_middle_m = _centre(_places_m(truck), _load_shares(truck, False), slice(truck.front_axle_count, None))
+    to_middle_m = _rear_middle_m(truck)
     return (to_middle_m - _places_m(truck)[k]) / to_middle_m
+
+
+def _rear_middle_m(truck: Truck) -> float:
+    return _centre(_places_m(truck), _load_shares(truck, False), slice(truck.front_axle_count, None))
 
 
 def _load_shares(truck: Truck, lifted: bool) -> list[float]:

@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from oncenter.signals import DEGREE
 from oncenter.simulate.section import NotNegative, Number, Positive, Section, Whole
 from oncenter.steering_ratio import SteeringRatio, near_centre, polynomial_of
 
@@ -46,6 +47,7 @@ class Tyres(Section):
 
     model: Literal["brush", "magic_formula"]
     friction: Annotated[Number, Field(gt=0, le=2)]  # times the load is the largest side force, the Magic Formula's D
+    rear_friction: Annotated[Number, Field(gt=0, le=2)] | None = None  # of the truck's tyres not steered; as `friction`
     C: Annotated[Number, Field(ge=1, le=2)] | None = None  # shape, magic_formula only; trucks some 1.3
     E: Annotated[Number, Field(ge=-10, le=1)] | None = None  # curvature, magic_formula only; trucks some -1
 
@@ -68,6 +70,7 @@ class Trailer(Section):
     axles_m: Annotated[Number, Field(ge=1, le=20)]  # to the middle of its axles
     axle_spacing_m: Annotated[Number, Field(gt=0, le=3)] = 1.31
     cornering_stiffness_n_rad: _Stiffness  # all tyres, empty
+    fifth_wheel_friction_n_m: Annotated[Number, Field(ge=0, le=30_000)] = 0.0  # dry, against articulation
     payload: Payload | None = None
 
     @model_validator(mode="after")
@@ -77,6 +80,14 @@ class Trailer(Section):
         if foremost_m < 1.0:
             raise ValueError(f"'axles_m' must put every axle at least 1 m behind the hitch, got {foremost_m:.3g}")
         return self
+
+
+class LoadChange(Section):
+    """Goods leave or come in a standstill: over the middle of the rear axles, or where the trailer's goods lie."""
+
+    begin_s: NotNegative
+    load_percent: Annotated[Number, Field(ge=-60, le=60)]  # what the load on all rear axles changes by
+    ride_height_steer_deg: Annotated[Number, Field(ge=-20, le=20)] = 0.0  # of the straight-ahead steering wheel angle
 
 
 _FrontAndRearAxles = {"4x2": (1, 1), "6x2": (1, 2), "6x4": (1, 2), "8x4": (2, 2)}
@@ -109,6 +120,7 @@ class Truck(Section):
     tyres: Tyres | None = None  # None: linear (4)
     payload: Payload | None = None
     trailer: Trailer | None = None
+    load_change: LoadChange | None = None
 
     @property
     def front_axle_count(self) -> int:
@@ -142,6 +154,8 @@ class Truck(Section):
             raise ValueError(f"'lift_axle_up_s' needs axle_layout 6x2, got {self.axle_layout}")
         if any(after - before < LIFTING_S for before, after in pairwise(sum(self.lift_axle_up_s, ()))):
             raise ValueError(f"'lift_axle_up_s' must ascend by at least {LIFTING_S:g} s, which a way up or down takes")
+        if self.lift_axle_up_s and self.load_change is not None:
+            raise ValueError("'load_change' and 'lift_axle_up_s' cannot be given together")
         return self
 
     @model_validator(mode="after")
@@ -163,6 +177,19 @@ _PullForce = Annotated[Number, Field(ge=-20_000, le=20_000)]
 _MomentPerAcceleration = Annotated[Number, Field(ge=-1000, le=1000)]
 
 
+class OverlayMotor(Section):
+    """A motor at the gear that keeps the lane or steers dynamically, behind some lash in the column."""
+
+    lash_deg: Annotated[Number, Field(ge=0, le=20)]  # full width, between steering wheel and gear
+    carries_s: tuple[tuple[NotNegative, NotNegative], ...] = ()  # times from and until which the motor steers
+
+    @model_validator(mode="after")
+    def _carries_in_order(self) -> OverlayMotor:
+        if any(after <= before for before, after in pairwise(sum(self.carries_s, ()))):
+            raise ValueError("'carries_s' must be times from and until, ascending")
+        return self
+
+
 class Steering(Section):
     """Moments are about the king pins, of both wheels together; whatever pulls does so to the left where positive."""
 
@@ -181,6 +208,16 @@ class Steering(Section):
     unloads_on_crown_percent: _Percent = 0.0  # crown on which the axle is set up to have no moment
     brake_pull_n_m_per_m_s2: _MomentPerAcceleration = 0.0  # moment per deceleration
     torque_steer_n_m_per_m_s2: _MomentPerAcceleration = 0.0  # moment per acceleration
+    ratio_right_error_percent: Annotated[Number, Field(ge=-10, le=10)] = 0.0  # of the ratio in right turns
+    universal_joint_ripple_deg: Annotated[Number, Field(ge=0, le=5)] = 0.0  # amplitude, twice a turn of the gear
+    universal_joint_phase_deg: Annotated[Number, Field(ge=-180, le=180)] = 0.0  # where it rises through its middle
+    torsion_bar_twist_deg: Annotated[Number, Field(ge=0, le=10)] = 0.0  # the steering wheel's lead at a large moment
+    torsion_bar_half_moment_n_m: Annotated[Number, Field(ge=5, le=5000)] | None = None  # about the king pins
+    brake_steer_deg_m_s2: Annotated[Number, Field(ge=-1, le=1)] = 0.0  # of the front wheels per deceleration
+    roll_steer_deg_deg: Annotated[Number, Field(ge=-0.5, le=0.5)] = 0.0  # of the front wheels per body roll
+    bump_steer_sd_deg: Annotated[Number, Field(ge=0, le=1)] = 0.0  # of the front wheels, by the springs' travel
+    bump_steer_time_s: Annotated[Number, Field(ge=0.02, le=60)] = 0.3  # how long that resembles itself
+    overlay_motor: OverlayMotor | None = None
 
     @property
     def ratio_polynomial(self) -> tuple[float, ...]:
@@ -188,14 +225,37 @@ class Steering(Section):
 
     @property
     def ratio_near_centre(self) -> float:
-        return near_centre(self.steering_ratio)
+        """In left turns, with the universal joints' ripple."""
+        ripple_rad = self.universal_joint_ripple_deg * DEGREE
+        slope = 1.0 + 2.0 * ripple_rad * math.cos(2.0 * self.universal_joint_phase_deg * DEGREE)
+        return near_centre(self.steering_ratio) / slope
+
+    @property
+    def ratio_right_share(self) -> float:
+        """Front wheel angle in right turns over that in left turns."""
+        return 1.0 / (1.0 + self.ratio_right_error_percent / 100.0)
+
+    @property
+    def lash_deg(self) -> float:
+        return self.overlay_motor.lash_deg if self.overlay_motor is not None else 0.0
+
+    @property
+    def carries_s(self) -> tuple[tuple[float, float], ...]:
+        return self.overlay_motor.carries_s if self.overlay_motor is not None else ()
+
+    @model_validator(mode="after")
+    def _has_a_torsion_bar_or_none(self) -> Steering:
+        if (self.torsion_bar_twist_deg > 0.0) != (self.torsion_bar_half_moment_n_m is not None):
+            raise ValueError("'torsion_bar_twist_deg' and 'torsion_bar_half_moment_n_m' go together")
+        return self
 
     @model_validator(mode="after")
     def _leaves_the_wheels_to_the_driver(self) -> Steering:
         largest_deg = _PLAY_AT_THE_WHEELS_MAX_DEG * self.ratio_near_centre
-        if self.backlash_deg > largest_deg:
+        if self.backlash_deg + self.lash_deg > largest_deg:
+            with_lash = " together with 'overlay_motor.lash_deg'" if self.lash_deg > 0.0 else ""
             raise ValueError(
-                f"'backlash_deg' must be at most {largest_deg:.3g} with this 'steering_ratio', "
-                f"got {self.backlash_deg:g}"
+                f"'backlash_deg'{with_lash} must be at most {largest_deg:.3g} with this 'steering_ratio', "
+                f"got {self.backlash_deg + self.lash_deg:g}"
             )
         return self

@@ -16,7 +16,7 @@ from oncenter.signals import DEGREE
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.sensors import Fault, Sensed
 from oncenter.simulate.steering import straight_ahead_rad, unloading_acceleration_m_s2
-from oncenter.simulate.truck import equivalent_wheelbase_m, understeer_gradient
+from oncenter.simulate.truck import equivalent_wheelbase_m, load_changed, on_patch, understeer_gradient
 
 _COLUMNS = {
     "time_s": "time",
@@ -42,8 +42,9 @@ _COLUMNS = {
     "roll_rad": "roll",
     "place_in_windup": "place_in_windup",
     "articulation_rad": "articulation",
-    "axle_lift": "axle_lift",
+    "axle_lift": "second_truck",
 }
+_MOTOR_COLUMNS = {"place_in_lash": "place_in_lash", "motor_carries": "motor_carries"}
 
 _UNITS_IN_FILES = {"rad": ("deg", DEGREE), "rad_s": ("deg_s", DEGREE), "m_s2": ("m_s2", 1.0), "1": ("percent", 0.01)}
 
@@ -57,17 +58,23 @@ class Truth:
         seed: of its chances.
         offset_rad: of the steering wheel angle sensor at the drive's end: measured less offset is true, but for whole
             turns where the sensor is relative.
-        understeer_gradient: K_us/g of (10) at the road wheel, steering compliance included, rad/(m/s^2).
+        understeer_gradient: K_us/g of (10) at the road wheel, compliance and roll steer included, rad/(m/s^2).
         equivalent_wheelbase_m: L of (10), Winkler's; the wheelbase where two axles with single tyres are all.
         lifted_understeer_gradient: K_us/g while the lift axle is up, rad/(m/s^2); None where it never is.
         lifted_equivalent_wheelbase_m: L of (10) while the lift axle is up; None where it never is.
-        steering_ratio: near the centre.
-        backlash_rad: full width of the play, at the steering wheel.
+        load_changed_understeer_gradient: K_us/g after the load change, rad/(m/s^2); None without one.
+        load_changed_equivalent_wheelbase_m: L of (10) after the load change; None without one.
+        patch_understeer_gradient: K_us/g in the road's patches, as the truck began, rad/(m/s^2); None without them.
+        steering_ratio: near the centre, in left turns where right turns have another.
+        backlash_rad: full width of the play at the steering wheel while the driver steers: of the gear and, with an
+            overlay motor, of the column's lash.
         windup_rad: full width of the column's wind-up against friction, which looks like play.
+        torsion_bar_rad: full width of the torsion bar's twist, which looks like play where its half moment is small.
         unloading_acceleration_m_s2: lateral acceleration at which no moment is left at the king pins; NaN where there
             is none.
         straight_ahead_rad: true steering wheel angle that drives straight without lateral acceleration, at the middle
-            of play and wind-up: 0 but for wheel alignment. The sensor then reads this and `offset_rad`.
+            of play and wind-up, at the drive's end: 0 but for wheel alignment and a load change's ride height. The
+            sensor then reads this and `offset_rad`.
         yaw_rate_bias_rad_s: of the yaw rate sensor at the drive's end.
         lateral_acceleration_bias_m_s2: of the accelerometer at the drive's end.
         faults: all that was wrong with the sensors, in order of time.
@@ -82,7 +89,9 @@ class Truth:
             `lateral_acceleration_bias_m_s2` and `longitudinal_acceleration_bias_m_s2`. An ideal accelerometer on the
             leaning body feels `felt_lateral_acceleration_m_s2`; `roll_rad` is positive with the right side down.
             `place_in_windup` is -1 to 1, `articulation_rad` the truck's heading less the trailer's, `axle_lift` 0 while
-            the last axle is down and 1 while it is up.
+            the last axle is down and 1 while it is up. With an overlay motor, `place_in_lash` is -1 to 1 and
+            `motor_carries` 1 while the motor steers. With a load change, `load_change` is 1 from then on and
+            `straight_ahead_rad` the straight-ahead angle at every tick. With patches, `road_patch` is 1 in them.
     """
 
     scenario: str
@@ -92,9 +101,13 @@ class Truth:
     equivalent_wheelbase_m: float
     lifted_understeer_gradient: float | None
     lifted_equivalent_wheelbase_m: float | None
+    load_changed_understeer_gradient: float | None
+    load_changed_equivalent_wheelbase_m: float | None
+    patch_understeer_gradient: float | None
     steering_ratio: float
     backlash_rad: float
     windup_rad: float
+    torsion_bar_rad: float
     unloading_acceleration_m_s2: float
     straight_ahead_rad: float
     yaw_rate_bias_rad_s: float
@@ -104,9 +117,9 @@ class Truth:
 
 
 def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: Sensed) -> Truth:
-    true = {column: np.ascontiguousarray(rows[field]) for column, field in _COLUMNS.items()}
     truck, steering = scenario.truck, scenario.steering
-    lifts = bool(truck.lift_axle_up_s)
+    lifts, patches = bool(truck.lift_axle_up_s), scenario.road.patches
+    after = load_changed(truck) if truck.load_change is not None else None
     return Truth(
         scenario=scenario.name,
         seed=seed,
@@ -115,16 +128,33 @@ def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: 
         equivalent_wheelbase_m=equivalent_wheelbase_m(truck, steering),
         lifted_understeer_gradient=understeer_gradient(truck, steering, lifted=True) if lifts else None,
         lifted_equivalent_wheelbase_m=equivalent_wheelbase_m(truck, steering, lifted=True) if lifts else None,
+        load_changed_understeer_gradient=None if after is None else understeer_gradient(after, steering),
+        load_changed_equivalent_wheelbase_m=None if after is None else equivalent_wheelbase_m(after, steering),
+        patch_understeer_gradient=None if patches is None else understeer_gradient(on_patch(truck, patches), steering),
         steering_ratio=steering.ratio_near_centre,
-        backlash_rad=steering.backlash_deg * DEGREE,
+        backlash_rad=(steering.backlash_deg + steering.lash_deg) * DEGREE,
         windup_rad=2.0 * steering.windup_deg * DEGREE,
+        torsion_bar_rad=2.0 * steering.torsion_bar_twist_deg * DEGREE,
         unloading_acceleration_m_s2=unloading_acceleration_m_s2(truck, steering),
-        straight_ahead_rad=straight_ahead_rad(truck, steering),
+        straight_ahead_rad=straight_ahead_rad(truck, steering, load_changed=after is not None),
         yaw_rate_bias_rad_s=float(sensed.courses["yaw_rate_bias_rad_s"][-1]),
         lateral_acceleration_bias_m_s2=float(sensed.courses["lateral_acceleration_bias_m_s2"][-1]),
         faults=sensed.faults,
-        table=pl.DataFrame(true | dict(sensed.courses)),
+        table=pl.DataFrame(_true_columns(scenario, rows) | dict(sensed.courses)),
     )
+
+
+def _true_columns(scenario: Scenario, rows: npt.NDArray[np.void]) -> dict[str, npt.NDArray[np.float64]]:
+    truck, steering = scenario.truck, scenario.steering
+    fields = _COLUMNS | (_MOTOR_COLUMNS if steering.overlay_motor is not None else {})
+    fields |= {"road_patch": "patch"} if scenario.road.patches is not None else {}
+    true = {column: np.ascontiguousarray(rows[field]) for column, field in fields.items()}
+    if truck.load_change is not None:
+        angles = [straight_ahead_rad(truck, steering, load_changed=changed) for changed in (False, True)]
+        true["axle_lift"] = np.zeros(len(rows))
+        true["load_change"] = np.ascontiguousarray(rows["second_truck"])
+        true["straight_ahead_rad"] = np.where(true["load_change"] > 0.0, angles[1], angles[0])
+    return true
 
 
 def write_truth(truth: Truth, table: Path, summary: Path) -> None:
@@ -150,6 +180,13 @@ def write_truth(truth: Truth, table: Path, summary: Path) -> None:
     if truth.lifted_understeer_gradient is not None and truth.lifted_equivalent_wheelbase_m is not None:
         values["lifted_understeer_gradient_deg_m_s2"] = truth.lifted_understeer_gradient / DEGREE
         values["lifted_equivalent_wheelbase_m"] = truth.lifted_equivalent_wheelbase_m
+    if truth.load_changed_understeer_gradient is not None and truth.load_changed_equivalent_wheelbase_m is not None:
+        values["load_changed_understeer_gradient_deg_m_s2"] = truth.load_changed_understeer_gradient / DEGREE
+        values["load_changed_equivalent_wheelbase_m"] = truth.load_changed_equivalent_wheelbase_m
+    if truth.torsion_bar_rad > 0.0:
+        values["torsion_bar_deg"] = truth.torsion_bar_rad / DEGREE
+    if truth.patch_understeer_gradient is not None:
+        values["patch_understeer_gradient_deg_m_s2"] = truth.patch_understeer_gradient / DEGREE
     lines = [f"scenario = {json.dumps(truth.scenario)}", f"seed = {truth.seed}"]
     lines += [f"{name} = {_number(value)}" for name, value in values.items()]
     for fault in truth.faults:

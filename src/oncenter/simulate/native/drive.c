@@ -4,16 +4,30 @@
 #include <string.h>
 
 static const double STANDARD_GRAVITY = 9.80665; /* m/s^2 */
+static const double SPRINGS_MOVE_ABOVE_M_S = 0.5;
 
 static double gravity_to_left(const sim_state *state, const sim_drive *drive)
 {
     return -STANDARD_GRAVITY * sim_road_at(&drive->road, drive->road.cross_slope, state->station);
 }
 
-static sim_truck truck_now(const sim_drive *drive, const sim_inputs *inputs, size_t tick)
+static double second_truck(const sim_inputs *inputs, size_t tick)
 {
-    const double lift = inputs->axle_lift == NULL ? 0.0 : inputs->axle_lift[tick];
-    return lift > 0.0 ? sim_truck_between(&drive->truck, &drive->lifted, lift) : drive->truck;
+    return inputs->second_truck == NULL ? 0.0 : inputs->second_truck[tick];
+}
+
+static double patch(const sim_state *state, const sim_drive *drive)
+{
+    return drive->road.patch == NULL ? 0.0 : sim_road_at(&drive->road, drive->road.patch, state->station);
+}
+
+static sim_truck truck_now(const sim_state *state, const sim_drive *drive, const sim_inputs *inputs, size_t tick)
+{
+    const double share = second_truck(inputs, tick), slippery = patch(state, drive);
+    sim_truck truck = share > 0.0 ? sim_truck_between(&drive->truck, &drive->second, share) : drive->truck;
+    if (slippery > 0.0)
+        sim_truck_scale_stiffness(&truck, 1.0 + drive->patch_front * slippery, 1.0 + drive->patch_rear * slippery);
+    return truck;
 }
 
 static sim_truck_input acting(const sim_state *state, const sim_drive *drive)
@@ -58,7 +72,8 @@ static void write_row(const sim_state *state, const sim_drive *drive, const sim_
 {
     const sim_truck_input input = acting(state, drive);
     row->time = state->time;
-    row->steering_wheel_angle = state->driver.steering_wheel_angle;
+    row->steering_wheel_angle =
+        state->motor_carries ? state->steering.steering_wheel_angle : state->driver.steering_wheel_angle;
     row->place_in_play = state->steering.place_in_play;
     row->front_wheel_angle = input.front_wheel_angle;
     row->yaw_rate = state->truck.yaw_rate;
@@ -81,6 +96,9 @@ static void write_row(const sim_state *state, const sim_drive *drive, const sim_
     row->wind_force = state->wind.side_force;
     row->place_in_windup = state->steering.place_in_windup;
     row->articulation = state->truck.trailer.articulation;
+    row->place_in_lash = state->steering.place_in_lash;
+    row->motor_carries = state->motor_carries;
+    row->patch = patch(state, drive);
 }
 
 void sim_init(sim_state *state, const sim_drive *drive)
@@ -94,9 +112,60 @@ static void decide(sim_state *state, const sim_drive *drive, const sim_inputs *i
 {
     if (inputs->machine_angles != NULL)
         return;
-    const sim_view view = {state->station, state->lateral_error, lateral_error_rate(state), state->truck.yaw_rate};
+    const sim_view view = {
+        .station = state->station,
+        .lateral_error = state->lateral_error,
+        .lateral_error_rate = lateral_error_rate(state),
+        .yaw_rate = state->truck.yaw_rate,
+        .motor_carries = state->motor_carries,
+    };
     sim_driver_decide(&state->driver, &drive->driver, &drive->road, &view, inputs->lane_normals[tick],
                       inputs->hand_normals[tick]);
+}
+
+static void blow(sim_state *state, const sim_drive *drive, double normal)
+{
+    const double *exposure = drive->road.exposure;
+    const sim_wind_input input = {
+        .heading = state->heading,
+        .speed = state->driver.speed,
+        .exposure = exposure == NULL ? 1.0 : sim_road_at(&drive->road, exposure, state->station),
+        .normal = normal,
+    };
+    sim_wind_blow(&state->wind, &drive->wind, &input);
+}
+
+/* Wanders about zero while the truck moves. */
+static void bump(sim_state *state, const sim_drive *drive, double normal)
+{
+    const double keep = drive->bump_steer_keep;
+    if (state->driver.speed > SPRINGS_MOVE_ABOVE_M_S)
+        state->bump_steer = keep * state->bump_steer + sqrt(1.0 - keep * keep) * drive->bump_steer * normal;
+}
+
+/* Who takes over goes on from where gear or steering wheel are, so that neither jumps. */
+static void hand_over(sim_state *state, const sim_inputs *inputs, size_t tick)
+{
+    const int32_t carries = inputs->motor_carries != NULL && inputs->motor_carries[tick] > 0.0;
+    if (carries == state->motor_carries)
+        return;
+    state->motor_carries = carries;
+    state->driver.steering_wheel_angle =
+        carries ? state->steering.lash.inner : state->steering.steering_wheel_angle;
+}
+
+static void steer(sim_state *state, const sim_drive *drive, const sim_truck *truck, double second, double step_s)
+{
+    const sim_steering_input input = {
+        .angle = state->driver.steering_wheel_angle,
+        .front_force = sim_truck_steered_force(&state->truck, truck),
+        .longitudinal_acceleration = state->driver.longitudinal_acceleration,
+        .motor_carries = state->motor_carries,
+        .second_truck = second,
+        .roll = state->truck.roll,
+        .bump_steer = state->bump_steer,
+    };
+    sim_steering_step(&state->steering, &drive->steering, &input, step_s);
 }
 
 void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs, size_t tick, sim_row *row)
@@ -105,10 +174,13 @@ void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs
     if (machine != NULL)
         state->driver.steering_wheel_angle = machine[tick];
     if (inputs->gust_normals != NULL)
-        sim_wind_blow(&state->wind, &drive->wind, state->heading, state->driver.speed, inputs->gust_normals[tick]);
-    const sim_truck truck = truck_now(drive, inputs, tick);
+        blow(state, drive, inputs->gust_normals[tick]);
+    if (inputs->bump_normals != NULL)
+        bump(state, drive, inputs->bump_normals[tick]);
+    hand_over(state, inputs, tick);
+    const sim_truck truck = truck_now(state, drive, inputs, tick);
     write_row(state, drive, &truck, machine == NULL, row);
-    row->axle_lift = inputs->axle_lift == NULL ? 0.0 : inputs->axle_lift[tick];
+    row->second_truck = second_truck(inputs, tick);
     decide(state, drive, inputs, tick);
 
     const double tick_began = state->time;
@@ -120,9 +192,7 @@ void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs
             sim_driver_steer(&state->driver, &drive->driver, step_s);
         else
             state->driver.steering_wheel_angle += machine_rate * step_s;
-        sim_steering_step(&state->steering, &drive->steering, state->driver.steering_wheel_angle,
-                          sim_truck_steered_force(&state->truck, &truck), state->driver.longitudinal_acceleration,
-                          step_s);
+        steer(state, drive, &truck, row->second_truck, step_s);
         const sim_truck_input input = acting(state, drive);
         sim_truck_step(&state->truck, &truck, &input, step_s);
         move_along(state, drive, step_s);

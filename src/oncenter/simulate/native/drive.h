@@ -15,11 +15,14 @@
 
 typedef struct {
     sim_truck truck;
-    sim_truck lifted; /* the same truck while its last axle hangs; only where inputs lift it */
+    sim_truck second; /* the same truck with its last axle up or with another load; only where inputs change to it */
     sim_steering steering;
     sim_road road;
+    double patch_front, patch_rear; /* 1, what a patch of the road adds to the tyres' stiffness, negative */
     sim_driver driver;
     sim_wind wind;
+    double bump_steer;      /* rad at the front wheels, standard deviation of what the springs' travel adds */
+    double bump_steer_keep; /* of that from one tick to the next, 0 to 1 */
     double start_heading;   /* rad, counter-clockwise from east */
     double tick;            /* s, between rows and between the driver's decisions */
     int32_t steps_per_tick; /* of the integration */
@@ -36,6 +39,8 @@ typedef struct {
     double heading;       /* rad, counter-clockwise from east, turns added up */
     double east, north;   /* m, of the centre of gravity from where it began */
     sim_wind_state wind;
+    int32_t motor_carries; /* 1: the overlay motor steers */
+    double bump_steer;     /* rad at the front wheels, now */
 } sim_state;
 
 /* What is true at a tick. Doubles only: Python makes a table of it. */
@@ -62,7 +67,10 @@ typedef struct {
     double roll;                      /* rad, of the body, right side down positive */
     double place_in_windup;           /* -1 to 1, of the column */
     double articulation;              /* rad, truck's heading less trailer's; 0 without trailer */
-    double axle_lift;                 /* 1, 0: last axle down, 1: up */
+    double second_truck;              /* 1, 0: the truck as it began, 1: the second one */
+    double place_in_lash;             /* -1 to 1, of the column */
+    double motor_carries;             /* 1, 0: the driver steers, 1: the overlay motor */
+    double patch;                     /* 1, 0: good grip, 1: in a patch of the road */
 } sim_row;
 
 /* What comes from outside, one number a tick. */
@@ -70,9 +78,11 @@ typedef struct {
     const double *lane_normals;   /* standard normal numbers: where in the lane the driver means to be */
     const double *hand_normals;   /* the hands' small corrections */
     const double *gust_normals;   /* the wind's; NULL: no wind at all */
+    const double *bump_normals;   /* the springs' travel; NULL: without bump steer */
     const double *machine_angles; /* rad, steering wheel angles of a machine that steers, one more than there are ticks;
                                      NULL: the driver steers */
-    const double *axle_lift;      /* 1, 0: last axle down, 1: up; NULL: it stays down */
+    const double *second_truck;   /* 1, 0: the truck as it began, 1: the second one; NULL: it stays as it began */
+    const double *motor_carries;  /* 1, 0: the driver steers, 1: the overlay motor; NULL: the driver always */
 } sim_inputs;
 
 void sim_init(sim_state *state, const sim_drive *drive);

@@ -61,11 +61,14 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
     const double wanted = ahead + correction;
     const double side_force = v * v * wanted + STANDARD_GRAVITY * sim_road_at(road, road->cross_slope, there);
 
+    const double on_flank = flank(side_force);
+    state->flanks[state->next] = on_flank;
     state->seen[state->next] = (driver->angle_per_curvature
                                 + driver->angle_per_lateral_acceleration * v * v) * (wanted + state->trim)
-                               + driver->backlash_half_width * flank(side_force) + state->hand_motion;
+                               + driver->backlash_half_width * on_flank + state->hand_motion;
     state->next = (state->next + 1) % (driver->reaction_ticks + 1);
-    state->wanted_angle = state->seen[state->next];
+    const double lash = view->motor_carries ? 0.0 : driver->lash_half_width; /* a motor has none to cross */
+    state->wanted_angle = state->seen[state->next] + lash * state->flanks[state->next];
 }
 
 void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double step_s)

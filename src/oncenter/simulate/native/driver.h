@@ -15,6 +15,7 @@ typedef struct {
     double angle_per_curvature;             /* rad m, ratio * wheelbase */
     double angle_per_lateral_acceleration;  /* rad/(m/s^2), ratio * K_us/g */
     double backlash_half_width;             /* rad, of the steering wheel */
+    double lash_half_width; /* rad, lash and twist between steering wheel and motor, which only hands have to cross */
     double turns_behind; /* m; walking, the truck turns about its rear axle, so far behind its centre of gravity */
     /* steering */
     double preview_time;    /* s, how far ahead the driver looks */
@@ -40,10 +41,11 @@ typedef struct {
     double hand_motion;              /* rad */
     double trim;                     /* 1/m, lasting correction */
     double seen[SIM_REACTION_MAX];   /* rad, ring of decisions that wait for the reaction time */
+    double flanks[SIM_REACTION_MAX]; /* -1 to 1, with them: the flank that hands will have to cross the lash to */
     int32_t next;                    /* in the ring */
     double wanted_angle;             /* rad, what the arms move to */
-    double steering_wheel_angle;     /* rad */
-    double steering_wheel_rate;      /* rad/s */
+    double steering_wheel_angle;     /* rad, of the gear while the motor carries */
+    double steering_wheel_rate;      /* rad/s, likewise */
     double speed;                    /* m/s */
     double longitudinal_acceleration; /* m/s^2 */
     size_t next_standing;            /* of the driver's */
@@ -57,6 +59,7 @@ typedef struct {
     double lateral_error; /* m, left of the lane's middle */
     double lateral_error_rate; /* m/s */
     double yaw_rate;      /* rad/s */
+    int32_t motor_carries; /* 1: the motor does what the driver decides */
 } sim_view;
 
 /* One decision; the two normals are standard normal numbers of this tick. */

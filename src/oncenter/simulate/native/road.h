@@ -10,6 +10,8 @@ typedef struct {
     const double *curvature;   /* 1/m, left positive */
     const double *cross_slope; /* 1, sine of the bank; positive where the road falls to the right */
     const double *speed;       /* m/s, what the driver means to drive there */
+    const double *patch;       /* 1, 0: good grip, 1: in a wet or snowy patch; NULL: good everywhere */
+    const double *exposure;    /* 1, 0: sheltered from the wind, 1: open; NULL: open everywhere */
     size_t stop_count;
     const double *stop_station;  /* m, ascending: where the truck stops */
     const double *stop_duration; /* s, how long it then stands */

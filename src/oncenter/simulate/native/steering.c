@@ -1,5 +1,9 @@
 #include "steering.h"
 
+#include <math.h>
+
+static const double TWIST_SETTLES_S = 0.05; /* so that neither steering wheel nor gear jump when hands let go */
+
 /* N m towards the left: all but the tyres' aligning moment. */
 static double other_moments(const sim_steering *steering, double longitudinal_acceleration)
 {
@@ -7,23 +11,78 @@ static double other_moments(const sim_steering *steering, double longitudinal_ac
     return steering->set_moment + per_m_s2 * longitudinal_acceleration;
 }
 
-static double through_gear(const sim_steering *steering, double gear_angle)
+/* rad, zero where the gear stands straight. */
+static double ripple(const sim_steering *steering, double gear_angle)
 {
-    double front_wheel_angle = 0.0;
-    for (int32_t k = steering->ratio_terms - 1; k >= 0; --k)
-        front_wheel_angle = front_wheel_angle * gear_angle + steering->ratio[k];
-    return front_wheel_angle;
+    if (steering->ripple <= 0.0)
+        return 0.0;
+    return steering->ripple * (sin(2.0 * (gear_angle - steering->ripple_phase)) + sin(2.0 * steering->ripple_phase));
 }
 
-void sim_steering_step(sim_steering_state *state, const sim_steering *steering, double steering_wheel_angle,
-                       double front_force, double longitudinal_acceleration, double step_s)
+static double through_gear(const sim_steering *steering, double gear_angle)
 {
-    const double to_left = other_moments(steering, longitudinal_acceleration);
-    state->aligning_moment = front_force * steering->trail;
-    state->place_in_windup = oc_backlash_step(&state->windup, &steering->windup, steering_wheel_angle,
+    const double angle = gear_angle + ripple(steering, gear_angle);
+    double turned = 0.0;
+    for (int32_t k = steering->ratio_terms - 1; k > 0; --k)
+        turned = (turned + steering->ratio[k]) * angle;
+    if (gear_angle < 0.0)
+        turned *= steering->right_share;
+    return turned + steering->ratio[0];
+}
+
+/* rad; drag link and axle move with springs and brakes and turn the front wheels. */
+static double turned_by_axle(const sim_steering *steering, const sim_steering_input *input)
+{
+    const double deceleration = fmax(0.0, -input->longitudinal_acceleration);
+    return steering->ride_height_steer * input->second_truck + steering->roll_steer * input->roll
+           + steering->brake_steer * deceleration + input->bump_steer;
+}
+
+/* load: N m about the king pins, that hands bear. */
+static void twist(sim_steering_state *state, const sim_steering *steering, double load, double step_s)
+{
+    if (steering->twist <= 0.0)
+        return;
+    const double rest = steering->twist * tanh(load / steering->twist_half_moment);
+    state->twist += (rest - state->twist) * fmin(1.0, step_s / TWIST_SETTLES_S);
+}
+
+/* The driver turns the gear through torsion bar, wind-up and lash. load: N m about the king pins. */
+static void turn_by_hand(sim_steering_state *state, const sim_steering *steering, double angle, double load,
+                         double step_s)
+{
+    twist(state, steering, load, step_s);
+    state->steering_wheel_angle = angle;
+    state->place_in_windup = oc_backlash_step(&state->windup, &steering->windup, angle - state->twist,
                                               steering->active_return * state->windup.inner, step_s);
-    state->place_in_play = oc_backlash_step(&state->backlash, &steering->backlash, state->windup.inner,
-                                            state->aligning_moment - to_left, step_s);
+    state->place_in_lash = oc_backlash_step(&state->lash, &steering->lash, state->windup.inner, load, step_s);
+}
+
+/* The motor turns the gear, whose flanks drag the column along: without hands it bears no moment, so that it creeps
+ * nowhere and keeps its wind-up. */
+static void turn_by_motor(sim_steering_state *state, const sim_steering *steering, double gear_angle, double step_s)
+{
+    const double half = steering->lash.half_width;
+    twist(state, steering, 0.0, step_s);
+    state->lash.inner = gear_angle;
+    state->windup.inner = oc_backlash_carry(state->windup.inner, &steering->lash, gear_angle, 0.0, step_s);
+    state->place_in_lash = half > 0.0 ? (state->windup.inner - gear_angle) / half : 0.0;
+    state->steering_wheel_angle =
+        state->windup.inner + state->place_in_windup * steering->windup.half_width + state->twist;
+}
+
+void sim_steering_step(sim_steering_state *state, const sim_steering *steering, const sim_steering_input *input,
+                       double step_s)
+{
+    const double to_left = other_moments(steering, input->longitudinal_acceleration);
+    state->aligning_moment = input->front_force * steering->trail;
+    const double load = state->aligning_moment - to_left;
+    if (input->motor_carries)
+        turn_by_motor(state, steering, input->angle, step_s);
+    else
+        turn_by_hand(state, steering, input->angle, load, step_s);
+    state->place_in_play =
+        oc_backlash_step(&state->backlash, &steering->backlash, state->lash.inner, load, step_s);
     state->front_wheel_angle = through_gear(steering, state->backlash.inner) + steering->set_angle
-                               + steering->compliance * to_left;
+                               + steering->compliance * to_left + turned_by_axle(steering, input);
 }

@@ -3,6 +3,7 @@
 #include <math.h>
 
 static const double COSINE_MIN = 0.1; /* the model ends before a right angle */
+static const double SLIDES_BY_RAD = 0.0035; /* 0.2 deg of articulation, over which friction builds up */
 
 /* The axles by their stiffness: sum, mean distance behind the hitch, and the moment that a curvature asks for. */
 typedef struct {
@@ -27,12 +28,26 @@ static axle_group group_of(const sim_trailer *trailer)
     return group;
 }
 
+double sim_trailer_friction(const sim_trailer_state *state, const sim_trailer *trailer)
+{
+    return trailer->friction * state->friction_share;
+}
+
+/* 1/s; Dahl: the grease gives way like a spring until it slides, and holds what it holds at rest. */
+static double friction_slope(const sim_trailer_state *state, const sim_trailer *trailer, double articulation_rate)
+{
+    if (trailer->friction <= 0.0)
+        return 0.0;
+    return (articulation_rate - fabs(articulation_rate) * state->friction_share) / SLIDES_BY_RAD;
+}
+
 sim_trailer_load sim_trailer_load_of(const sim_trailer *trailer)
 {
     const axle_group group = group_of(trailer);
     const sim_trailer_load load = {
         trailer->mass * (1.0 - trailer->gravity_centre_distance / group.distance),
         group.scrub / group.distance,
+        1.0 / group.distance,
     };
     return load;
 }
@@ -45,7 +60,7 @@ double sim_trailer_slope(const sim_trailer_state *state, const sim_trailer *trai
     const double sideways = hitch->speed * sine + hitch->lateral_speed * cosine;
     const double c = trailer->gravity_centre_distance;
 
-    double force = 0.0, moment = 0.0; /* about the centre of gravity */
+    double force = 0.0, moment = sim_trailer_friction(state, trailer); /* about the centre of gravity */
     for (int32_t k = 0; k < trailer->axle_count; ++k) {
         const sim_axle *axle = &trailer->axles[k];
         const double direction = (sideways + axle->distance * state->yaw_rate) / forward;
@@ -65,6 +80,7 @@ double sim_trailer_slope(const sim_trailer_state *state, const sim_trailer *trai
                                   + c * c / trailer->yaw_inertia);
     slope->yaw_rate = (moment + c * hitch_force) / trailer->yaw_inertia;
     slope->articulation = hitch->yaw_rate - state->yaw_rate;
+    slope->friction_share = friction_slope(state, trailer, slope->articulation);
     return cosine * hitch_force;
 }
 
@@ -76,9 +92,11 @@ void sim_trailer_rolling_slope(const sim_trailer_state *state, const sim_trailer
     const double length = group.distance + group.scrub / (group.stiffness * group.distance);
     slope->yaw_rate = (sideways / length - state->yaw_rate) / settling_s;
     slope->articulation = hitch->yaw_rate - state->yaw_rate;
+    slope->friction_share = friction_slope(state, trailer, slope->articulation);
 
     const double a_y = hitch->speed * state->yaw_rate - hitch->gravity_to_left;
-    const double carried = trailer->mass * a_y * trailer->gravity_centre_distance / group.distance;
+    const double carried = trailer->mass * a_y * trailer->gravity_centre_distance / group.distance
+                           + sim_trailer_friction(state, trailer) / group.distance;
     for (int32_t k = 0; k < trailer->axle_count; ++k) {
         const double share = sim_axle_stiffness(&trailer->axles[k]) / group.stiffness;
         slope->axle_forces[k] = (share * carried - state->axle_forces[k]) / settling_s;

@@ -44,6 +44,7 @@ static void dynamic_slope(const sim_truck_state *state, const sim_truck *truck, 
     }
     if (truck->trailer.axle_count > 0) {
         sim_hitch hitch = hitch_of(state, truck, input);
+        moment -= sim_trailer_friction(&state->trailer, &truck->trailer);
         hitch.lateral_acceleration = force / truck->mass + input->gravity_to_left
                                      + truck->hitch_distance * moment / truck->yaw_inertia;
         const double pull = sim_trailer_slope(&state->trailer, &truck->trailer, &hitch, &slope->trailer);
@@ -97,7 +98,7 @@ static double force_in(const sim_stance *stance, const sim_axle *axle, double cu
 
 static sim_trailer_load trailer_load(const sim_truck *truck)
 {
-    const sim_trailer_load none = {0.0, 0.0};
+    const sim_trailer_load none = {0.0, 0.0, 0.0};
     return truck->trailer.axle_count > 0 ? sim_trailer_load_of(&truck->trailer) : none;
 }
 
@@ -128,9 +129,10 @@ static void rolling_slope(const sim_truck_state *state, const sim_truck *truck, 
     slope->lateral_speed = (input->speed * curvature * in_bend.direction - state->lateral_speed) / ROLLING_SETTLES_S;
 
     const double a_y = input->speed * state->yaw_rate - input->gravity_to_left;
-    const double hitch_force = load.mass * a_y + load.scrub * curvature;
+    const double friction = sim_trailer_friction(&state->trailer, &truck->trailer);
+    const double hitch_force = load.mass * a_y + load.scrub * curvature - friction * load.per_moment;
     const sim_stance now = stance_of(&sums, curvature, truck->mass * a_y + hitch_force - input->wind_force,
-                                 x * hitch_force - input->wind_force * input->wind_arm);
+                                 x * hitch_force + friction - input->wind_force * input->wind_arm);
     for (int32_t k = 0; k < truck->axle_count; ++k) {
         const double force = force_in(&now, &truck->axles[k], curvature);
         slope->axle_forces[k] = (force - state->axle_forces[k]) / ROLLING_SETTLES_S;
@@ -153,6 +155,7 @@ static void add(const sim_truck *truck, const sim_truck_state *a, double weight,
         return;
     sum->trailer.yaw_rate = a->trailer.yaw_rate + weight * b->trailer.yaw_rate;
     sum->trailer.articulation = a->trailer.articulation + weight * b->trailer.articulation;
+    sum->trailer.friction_share = a->trailer.friction_share + weight * b->trailer.friction_share;
     for (int32_t k = 0; k < truck->trailer.axle_count; ++k)
         sum->trailer.axle_forces[k] = a->trailer.axle_forces[k] + weight * b->trailer.axle_forces[k];
 }
@@ -238,16 +241,45 @@ double sim_truck_steered_force(const sim_truck_state *state, const sim_truck *tr
     return force;
 }
 
-sim_truck sim_truck_between(const sim_truck *down, const sim_truck *up, double share)
+static double between(double first, double second, double share)
 {
-    sim_truck between = *down;
-    for (int32_t k = 0; k < down->axle_count; ++k) {
-        const sim_axle *a = &down->axles[k], *b = &up->axles[k];
-        sim_axle *axle = &between.axles[k];
-        axle->scrub_stiffness = a->scrub_stiffness + share * (b->scrub_stiffness - a->scrub_stiffness);
-        axle->tyre.cornering_stiffness =
-            a->tyre.cornering_stiffness + share * (b->tyre.cornering_stiffness - a->tyre.cornering_stiffness);
-        axle->tyre.D = a->tyre.D + share * (b->tyre.D - a->tyre.D);
-    }
-    return between;
+    return first + share * (second - first);
+}
+
+static void axle_between(sim_axle *axle, const sim_axle *second, double share)
+{
+    axle->distance = between(axle->distance, second->distance, share);
+    axle->scrub_stiffness = between(axle->scrub_stiffness, second->scrub_stiffness, share);
+    axle->tyre.cornering_stiffness = between(axle->tyre.cornering_stiffness, second->tyre.cornering_stiffness, share);
+    axle->tyre.D = between(axle->tyre.D, second->tyre.D, share);
+}
+
+static void trailer_between(sim_trailer *trailer, const sim_trailer *second, double share)
+{
+    trailer->mass = between(trailer->mass, second->mass, share);
+    trailer->yaw_inertia = between(trailer->yaw_inertia, second->yaw_inertia, share);
+    trailer->gravity_centre_distance =
+        between(trailer->gravity_centre_distance, second->gravity_centre_distance, share);
+    for (int32_t k = 0; k < trailer->axle_count; ++k)
+        axle_between(&trailer->axles[k], &second->axles[k], share);
+}
+
+sim_truck sim_truck_between(const sim_truck *first, const sim_truck *second, double share)
+{
+    sim_truck truck = *first;
+    truck.mass = between(first->mass, second->mass, share);
+    truck.yaw_inertia = between(first->yaw_inertia, second->yaw_inertia, share);
+    truck.hitch_distance = between(first->hitch_distance, second->hitch_distance, share);
+    for (int32_t k = 0; k < truck.axle_count; ++k)
+        axle_between(&truck.axles[k], &second->axles[k], share);
+    trailer_between(&truck.trailer, &second->trailer, share);
+    return truck;
+}
+
+void sim_truck_scale_stiffness(sim_truck *truck, double front, double rear)
+{
+    for (int32_t k = 0; k < truck->axle_count; ++k)
+        truck->axles[k].tyre.cornering_stiffness *= truck->axles[k].steer_share > 0.0 ? front : rear;
+    for (int32_t k = 0; k < truck->trailer.axle_count; ++k)
+        truck->trailer.axles[k].tyre.cornering_stiffness *= rear;
 }

@@ -63,7 +63,12 @@ sim_stance sim_truck_stance(const sim_truck *truck, double curvature, double lat
 /* N, side force of all steered wheels. */
 double sim_truck_steered_force(const sim_truck_state *state, const sim_truck *truck);
 
-/* A truck between two whose axles carry differently, as while an axle is lifted: share 0 is `down`, 1 is `up`. */
-sim_truck sim_truck_between(const sim_truck *down, const sim_truck *up, double share);
+/* Tyres on another ground: `front` times the cornering stiffness of all steered axles, `rear` times that of all others,
+ * a trailer's too. */
+void sim_truck_scale_stiffness(sim_truck *truck, double front, double rear);
+
+/* A truck between two of the same axles and tyre models that carry another load or carry it otherwise, as while an axle
+ * is lifted: share 0 is `first`, 1 is `second`. */
+sim_truck sim_truck_between(const sim_truck *first, const sim_truck *second, double share);
 
 #endif

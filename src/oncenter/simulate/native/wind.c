@@ -2,14 +2,14 @@
 
 #include <math.h>
 
-void sim_wind_blow(sim_wind_state *state, const sim_wind *wind, double heading, double speed, double normal)
+void sim_wind_blow(sim_wind_state *state, const sim_wind *wind, const sim_wind_input *input)
 {
     const double keep = wind->gust_keep;
-    state->gust = keep * state->gust + sqrt(1.0 - keep * keep) * wind->gust * normal;
+    state->gust = keep * state->gust + sqrt(1.0 - keep * keep) * wind->gust * input->normal;
 
-    const double strength = wind->mean + state->gust;
-    const double to_left = -strength * sin(wind->from - heading);
-    const double against = speed + strength * cos(wind->from - heading);
+    const double strength = input->exposure * (wind->mean + state->gust);
+    const double to_left = -strength * sin(wind->from - input->heading);
+    const double against = input->speed + strength * cos(wind->from - input->heading);
     const double flow = sqrt(against * against + to_left * to_left);
     state->side_force = wind->force_constant * flow * to_left; /* the coefficient goes with the flow's angle's sine */
 }

@@ -1,7 +1,7 @@
 #ifndef SIM_WIND_H
 #define SIM_WIND_H
-/* Wind over open land: a mean with a compass direction, and gusts. The truck's heading decides how much of it blows
- * from the side. What it does is a side force; the tyres balance it, so that an accelerometer never feels it. */
+/* Wind where the land is open: a mean with a compass direction, and gusts. The truck's heading decides how much of it
+ * blows from the side. What it does is a side force; the tyres balance it, so that an accelerometer never feels it. */
 
 typedef struct {
     double mean;           /* m/s */
@@ -17,7 +17,14 @@ typedef struct {
     double side_force; /* N, left positive */
 } sim_wind_state;
 
-/* One tick. heading: rad, counter-clockwise from east; speed: m/s; normal: a standard normal number. */
-void sim_wind_blow(sim_wind_state *state, const sim_wind *wind, double heading, double speed, double normal);
+/* What a tick brings. */
+typedef struct {
+    double heading;  /* rad, counter-clockwise from east */
+    double speed;    /* m/s, of the truck */
+    double exposure; /* 1, 0: sheltered, 1: open */
+    double normal;   /* a standard normal number */
+} sim_wind_input;
+
+void sim_wind_blow(sim_wind_state *state, const sim_wind *wind, const sim_wind_input *input);
 
 #endif

@@ -76,7 +76,7 @@ class Row:
     one_flank: bool = False  # of the play is all that the drive shows
     set_up: bool = False  # the axle is, to unload on the crown
     traffic_side: str = "right"
-    told_side: str = ""  # by the vehicle file, where that is another
+    told_side: str | None = ""  # by the vehicle file, where that is another; None: it names none
     spoil: Callable[[Signals, Random], Signals] = lambda signals, random: signals
     times: int = 1
     hears: bool = True  # the lateral acceleration is used; rivals use it anyway
@@ -96,6 +96,7 @@ class Drive:
         angle_per_m_s2: i K_us, by which an unloading point that is taken wrongly moves the offset, rad/(m/s^2).
         wind_m_s2: by how much the wind moved that point on average while the truck drove as fast as estimators ask.
         redrawn: draws before this one that no driver could hold.
+        truth: all that was true.
     """
 
     row: str
@@ -110,6 +111,7 @@ class Drive:
     angle_per_m_s2: float
     wind_m_s2: float
     redrawn: int
+    truth: Truth
 
     @property
     def columns(self) -> dict[str, Array]:
@@ -142,6 +144,7 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
         angle_per_m_s2=angle_per_m_s2,
         wind_m_s2=_unloading_point_moved_by_wind_m_s2(scenario, truth),
         redrawn=redrawn,
+        truth=truth,
     )
 
 
@@ -172,7 +175,7 @@ def _driven(row: Row, seed: int, random: Random, folder: Path) -> tuple[Scenario
     file = folder / f"{row.name}_{seed}.toml"
     for redrawn in range(ATTEMPTS):
         drawn = draw(random, {**EVERY_ROW, **row.fixed})
-        file.write_text(_toml(_laid_over(_scenario(row, drawn, random), row.extra(random))), encoding="utf-8")
+        file.write_text(_toml(laid_over(_scenario(row, drawn, random), row.extra(random))), encoding="utf-8")
         try:
             signals, truth = oc.simulate(file, seed)
         except OncenterError as error:
@@ -191,6 +194,7 @@ def _vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehic
     if row.vehicle_error is not None:
         wheelbase_m *= 1.0 + row.vehicle_error.draw(random)
         ratio *= 1.0 + row.vehicle_error.draw(random)
+    told_side = None if row.told_side is None else row.told_side or row.traffic_side
     return vehicle_from(
         {
             "wheelbase_m": round(wheelbase_m, 3),
@@ -198,7 +202,7 @@ def _vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehic
             "track_width_front_m": truck.track_width_front_m,
             "track_width_rear_m": truck.track_width_rear_m,
             "axle_layout": truck.axle_layout,
-            "traffic_side": row.told_side or row.traffic_side,
+            **({} if told_side is None else {"traffic_side": told_side}),
             "params": {"use_accelerometer": row.hears},
         },
         row.name,
@@ -245,11 +249,11 @@ def _scenario(row: Row, drawn: Draw, random: Random) -> Table:
     return values
 
 
-def _laid_over(below: Table, above: Table) -> Table:
+def laid_over(below: Table, above: Table) -> Table:
     result = dict(below)
     for key, value in above.items():
         both = isinstance(value, dict) and isinstance(result.get(key), dict)
-        result[key] = _laid_over(result[key], value) if both else value
+        result[key] = laid_over(result[key], value) if both else value
     return result
 
 
@@ -339,7 +343,7 @@ def _wound_up(random: Random) -> Table:
 
 
 def _wound_up_and_returned(random: Random) -> Table:
-    return _laid_over(_wound_up(random), {"steering": {"active_return_1_s": float(random.uniform(0.5, 5.0))}})
+    return laid_over(_wound_up(random), {"steering": {"active_return_1_s": float(random.uniform(0.5, 5.0))}})
 
 
 def _unloads_on_crown(random: Random) -> Table:

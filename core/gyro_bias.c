@@ -33,6 +33,8 @@ static const double model_noise = 2e-4;        /* rad/s of a block: tyres on an 
 static const double model_share = 0.02;        /* of the turn, in addition */
 static const double lag = 0.05;                /* s between gyro and wheels */
 static const double correlated_blocks = 6.0;   /* over which a rounding error of the wheel speeds persists */
+static const double level_curvature = 0.001;   /* 1/m: straights alone tell no slope: bench/accuracy.py, `motorway` */
+static const double level_blocks = 200.0;      /* memory of the mean bank: bench/effects.py, `accelerometer_drift` */
 static const double outlier = 3.0;             /* standard deviations, beyond which a block's weight decreases */
 static const float cusum_slack = 0.5f, cusum_limit = 8.0f; /* standard deviations */
 static const double cusum_clip = 4.0;          /* standard deviations */
@@ -361,6 +363,22 @@ static void watch_alarm(oc_gyro_bias *state, const oc_params *p) {
     }
 }
 
+/* m/s^2, less the bank of the last minutes' straights, so that an accelerometer whose zero drifts moves no radius. What
+ * is constant of the bank is part of the mismatch. Bends lean by their curvature: the straights' bank is the intercept
+ * of a line, whose slope has a prior of nought. */
+static double beyond_level(oc_gyro_bias_level *level, double acceleration, double speed, double yaw_rate) {
+    const double curvature = yaw_rate / speed, bank = acceleration - yaw_rate * speed;
+    const double keep = 1.0 - 1.0 / level_blocks;
+    level->blocks = keep * level->blocks + 1.0;
+    level->curvature = keep * level->curvature + curvature;
+    level->squares = keep * level->squares + curvature * curvature;
+    level->bank = keep * level->bank + bank;
+    level->product = keep * level->product + bank * curvature;
+    const double squares = level->squares + squared(level_curvature);
+    const double apart = level->blocks * squares - squared(level->curvature);
+    return acceleration - (level->bank * squares - level->product * level->curvature) / apart;
+}
+
 static void read_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, int32_t axle) {
     oc_gyro_bias_axle *a = &state->axles[axle];
     a->innovation = 0.0;
@@ -372,7 +390,7 @@ static void read_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, in
     const double v = a->speed * per_tick;
     const double r = a->yaw_rate * per_tick;
     const double reading = r - a->difference * per_tick * per_track;
-    const double load = v * a->acceleration * per_tick;
+    const double load = v * beyond_level(&state->level, a->acceleration * per_tick, v, r - state->x[BIAS]);
     double late = 0.0;
     if (a->blocks > 0.0) {
         late = lag / block_s * (r - a->last_yaw_rate);

@@ -60,12 +60,18 @@ typedef struct {
     float up, down; /* standard deviations */
 } oc_gyro_bias_cusum;
 
+/* Sums over the last blocks of both axles: their number, the curvature (1/m), the bank (m/s^2) and products. */
+typedef struct {
+    double blocks, curvature, squares, bank, product;
+} oc_gyro_bias_level;
+
 typedef struct {
     double x[OC_GYRO_BIAS_STATES];
     double P[OC_GYRO_BIAS_STATES][OC_GYRO_BIAS_STATES];
     oc_past_bias past;                       /* of the yaw rates that were used */
     oc_gyro_bias_axle axles[OC_AXLE_COUNT];
     oc_gyro_bias_cusum together, apart;      /* on the sum and on the difference of both axles' innovations */
+    oc_gyro_bias_level level;
     double alarm_blocks;                     /* since the alarm; 0: none */
     double alarm_time;                       /* s, of all alarms */
     double alarm_variance;                   /* (rad/s)^2, of the bias before it */
@@ -105,7 +111,7 @@ bool oc_gyro_bias_alarmed(const oc_gyro_bias *state);
 /* Whether the filter took a step in this tick, so that others can defer their work to the next. */
 bool oc_gyro_bias_is_busy(const oc_gyro_bias *state);
 
-/* r_l/r_r - 1 of an axle, at zero lateral force. */
+/* r_l/r_r - 1 of an axle, on the road's mean bank. */
 oc_estimate oc_gyro_bias_mismatch(const oc_gyro_bias *state, const oc_params *params, int32_t axle);
 
 #endif

@@ -205,8 +205,38 @@ void oc_hypothesis_predict(oc_hypothesis *h, const oc_hypothesis_design *design,
     }
 }
 
+/* A Kalman filter's step of time: the variance of the term, of which `by_constant` is the constant's share per unit,
+ * grows by `variance`, in units of its prior's (docs/method.md, "Steps of time"). */
+static void reopen(oc_hypothesis *h, int32_t term, float by_constant, float variance) {
+    float row[OC_TERMS];
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        row[k] = oc_triangle_cell(h->scatter, term, k);
+    }
+    const float noise = oc_hypothesis_noise(h);
+    const float at_mean = h->means[term] + by_constant, toward = h->toward[term];
+    const float share = variance / (noise + variance * row[term]);
+    const float of_constant = h->weight * at_mean * at_mean;
+    h->weight *= 1.0f - variance * of_constant / (noise + variance * (row[term] + of_constant));
+    h->target_mean -= share * at_mean * toward;
+    for (int32_t k = 0; k < OC_TERMS; ++k) {
+        h->means[k] -= share * at_mean * row[k];
+        h->toward[k] -= share * toward * row[k];
+    }
+    oc_triangle_subtract_product(h->scatter, row, share);
+}
+
+/* The accelerometer's zero has moved by chance: a_0, and the constant by -i K of that. */
+static void wander(oc_hypothesis *h, const oc_hypothesis_design *design) {
+    const float scale = design->scale[UNLOADING];
+    const float by_constant = -design->steering_ratio * oc_max(h->gradient, 0.0f) * scale;
+    reopen(h, UNLOADING, by_constant, h->wander / (scale * scale));
+}
+
 void oc_hypothesis_take_in(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
                            int32_t samples) {
+    if (h->wander > 0.0f) {
+        wander(h, design);
+    }
     regress(h, design, second, samples);
     if (second->block_ends) {
         correlate(&h->blocks, h->variance, OC_SECONDS_PER_BLOCK, second->blocks);
@@ -227,28 +257,8 @@ void oc_hypothesis_remounted(oc_hypothesis *h, float by, float seconds) {
     h->weight = seconds;
 }
 
-/* A Kalman filter's step of time: the term's variance grows by `variance`, in units of its prior's. The constant's
- * evidence weakens, too, where the term's mean is not zero. */
-static void reopen(oc_hypothesis *h, int32_t term, float variance) {
-    float row[OC_TERMS];
-    for (int32_t k = 0; k < OC_TERMS; ++k) {
-        row[k] = oc_triangle_cell(h->scatter, term, k);
-    }
-    const float noise = oc_hypothesis_noise(h);
-    const float mean = h->means[term], toward = h->toward[term];
-    const float share = variance / (noise + variance * row[term]);
-    const float of_constant = h->weight * mean * mean;
-    h->weight *= 1.0f - variance * of_constant / (noise + variance * (row[term] + of_constant));
-    h->target_mean -= share * mean * toward;
-    for (int32_t k = 0; k < OC_TERMS; ++k) {
-        h->means[k] -= share * mean * row[k];
-        h->toward[k] -= share * toward * row[k];
-    }
-    oc_triangle_subtract_product(h->scatter, row, share);
-}
-
 void oc_hypothesis_loaded(oc_hypothesis *h) {
     /* in units of the terms: 0.08 deg/(m/s^2) and 5 % (docs/method.md, "Change") */
-    reopen(h, GRADIENT, 0.04f);
-    reopen(h, WHEELBASE, 1.0f);
+    reopen(h, GRADIENT, 0.0f, 0.04f);
+    reopen(h, WHEELBASE, 0.0f, 1.0f);
 }

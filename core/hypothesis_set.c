@@ -51,7 +51,8 @@ static int32_t best_of(const oc_joint *joint) {
 static bool are_twins(const oc_hypothesis *a, const oc_hypothesis *b) {
     static const float near = 0.1f * 0.017453292f; /* rad, tuned: no bench on record */
     return fabsf(a->play.half_width - b->play.half_width) < near && fabsf(a->play.windup - b->play.windup) < near &&
-           fabsf(a->offset - b->offset) < near && (a->play.friction < 0.0f) == (b->play.friction < 0.0f);
+           fabsf(a->offset - b->offset) < near && (a->play.friction < 0.0f) == (b->play.friction < 0.0f) &&
+           (a->wander > 0.0f) == (b->wander > 0.0f);
 }
 
 /* The worst hypothesis if it is rejected, else a twin of the best; -1: none. */
@@ -92,9 +93,34 @@ static float flank_mark(float seen_s) {
     return seen_s < 1e5f ? seen_s : 0.0f;
 }
 
+/* Whether one that may be right has the other belief about the accelerometer's zero than the best. */
+static bool has_counterpart(const oc_joint *joint) {
+    const oc_hypothesis *best = &joint->hypotheses[joint->best];
+    for (int32_t k = 0; k < joint->count; ++k) {
+        const oc_hypothesis *h = &joint->hypotheses[k];
+        if ((h->wander > 0.0f) != (best->wander > 0.0f) &&
+            h->cost < best->cost + (float)OC_JOINT_REJECT_COST) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* A copy of the best hypothesis that believes the other of the accelerometer's zero: that it wanders, or stays. */
+static void start_counterpart(oc_joint *joint, const oc_joint_design *design) {
+    static const float unlikely = 3.0f; /* cost: odds of 1 to 20, tuned: bench/effects.py, rows `none`, `relearning` */
+    if (design->wander <= 0.0f || has_counterpart(joint) || joint->count == OC_JOINT_HYPOTHESES) {
+        return;
+    }
+    oc_hypothesis *h = &joint->hypotheses[joint->count++];
+    *h = joint->hypotheses[joint->best];
+    h->wander = h->wander > 0.0f ? 0.0f : design->wander;
+    h->cost += h->wander > 0.0f ? unlikely : 0.0f;
+}
+
 /* Starts another hypothesis at intervals, since all early ones may have converged to a wrong play; later half as often.
  * One redundant hypothesis is removed each time, later two. */
-static void renew(oc_joint *joint) {
+static void renew(oc_joint *joint, const oc_joint_design *design) {
     static const float single_until_s = 300.0f;   /* tuned: no bench on record */
     static const float frequent_until_s = 600.0f; /* CHANGELOG.md: same errors on 2,280 tuning drives */
     const bool later = joint->second.used_s > single_until_s;
@@ -104,7 +130,9 @@ static void renew(oc_joint *joint) {
         const oc_play play = later_start_of(joint->next_start);
         oc_hypothesis *h = &joint->hypotheses[replaced >= 0 ? replaced : joint->count++];
         joint->next_start = (joint->next_start + 1) % OC_JOINT_LATER_STARTS;
+        const float wander = joint->hypotheses[joint->best].wander;
         oc_hypothesis_start(h, &play, (double)joint->hypotheses[joint->best].places.inner);
+        h->wander = wander;
         h->left_before = flank_mark(joint->to_left);
         h->right_before = flank_mark(joint->to_right);
     } else {
@@ -113,6 +141,7 @@ static void renew(oc_joint *joint) {
     if (later) {
         remove_hypothesis(joint, redundant(joint));
     }
+    start_counterpart(joint, design);
 }
 
 float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design) {
@@ -130,7 +159,7 @@ void oc_joint_end_second(oc_joint *joint, const oc_joint_design *design) {
     second->used_s += second->second_s;
     second->trial_s = oc_clamp(0.05f * second->used_s, 60.0f, 600.0f);
     if (second->long_block_ends) {
-        renew(joint);
+        renew(joint, design);
     }
     second->blocks += second->block_ends;
     second->long_blocks += second->long_block_ends;

@@ -40,7 +40,7 @@ static const oc_params defaults = {
     .gyro_bias_drift_time_s = 1800.0,
     .gyro_bias_half_width_max_rad_s = 0.1 * DEGREE,
     .wheel_radius_mismatch_sd_1 = 0.005,
-    .wheel_radius_wander_sd_1 = 5e-05,
+    .wheel_radius_wander_sd_1 = 0.001,
     .wheel_radius_load_sd_s2_m = 0.003,
     .net_turn_sd_rad = 360.0 * DEGREE,
     .bank_sd_m_s2 = 0.2,
@@ -53,6 +53,7 @@ static const oc_params defaults = {
     .joint_memory_s = 2000.0,
     .joint_evidence_min_s = 60.0,
     .accelerometer_bias_sd_m_s2 = 0.5,
+    .accelerometer_wander_sd_m_s2 = 0.05,
     .pull_sd_m_s2 = 0.05,
     .wind_sd_m_s2 = 0.02,
     .crown_m_s2 = 0.2,
@@ -116,6 +117,7 @@ static const struct {
     {100.0f, 100000.0f}, /* joint_memory_s */
     {5.0f, 100000.0f}, /* joint_evidence_min_s */
     {0.001f, 10.0f}, /* accelerometer_bias_sd_m_s2 */
+    {0.0f, 1.0f}, /* accelerometer_wander_sd_m_s2 */
     {0.0f, 10.0f}, /* pull_sd_m_s2 */
     {0.0f, 10.0f}, /* wind_sd_m_s2 */
     {0.0f, 2.0f}, /* crown_m_s2 */
@@ -211,6 +213,7 @@ static const char *const names[] = {
     "joint_memory_s",
     "joint_evidence_min_s",
     "accelerometer_bias_sd_m_s2",
+    "accelerometer_wander_sd_m_s2",
     "pull_sd_m_s2",
     "wind_sd_m_s2",
     "crown_m_s2",

@@ -60,7 +60,8 @@ typedef struct {
     double gyro_bias_drift_time_s; /* how long a drift lasts. 1800, ours: twice 2.5's warm-up */
     double gyro_bias_half_width_max_rad_s; /* a wider 95 % interval is not valid. 0.1 deg/s, half of 5.3.1's 0.2 */
     double wheel_radius_mismatch_sd_1; /* prior of left over right radius, less one. 0.005, ours: wear and pressure */
-    /* prior of the mismatch's random change in an hour. 5e-5, ours: tyres warm up alike */
+    /* prior of the mismatch's random change in an hour. 1e-3, bench/effects.py, row tyres_in_the_sun: 8e-4 in 10
+     * minutes */
     double wheel_radius_wander_sd_1;
     double wheel_radius_load_sd_s2_m; /* prior of the mismatch per m/s^2 of lateral force. 0.003, ours */
     /* prior of a whole drive's turning, where no gyro measures it; set more where a track is lapped one way. 360 deg,
@@ -80,6 +81,9 @@ typedef struct {
     double joint_memory_s; /* small follows change sooner, large is surer. 2000, ours */
     double joint_evidence_min_s; /* less evidence leaves the answer not valid. 60, ours */
     double accelerometer_bias_sd_m_s2; /* prior of the accelerometer's bias. 0.5, ours: 0.6 was seen */
+    /* prior of the bias's random change in a minute; large follows a drift sooner, and forgets the flanks. 0.05,
+     * bench/effects.py, row accelerometer_drift */
+    double accelerometer_wander_sd_m_s2;
     /* prior of the lateral force by which alignment shifts the neutral lateral acceleration. 0.05, ours */
     double pull_sd_m_s2;
     double wind_sd_m_s2; /* prior of the same shift by a drive's mean crosswind. 0.02, ours: some 1.5 m/s of it */

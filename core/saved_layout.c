@@ -19,7 +19,7 @@
 
 /* docs/make_layout.py writes what follows from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x8F64C9A3u;
+static const uint32_t layout_hash = 0xE04E782Eu;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
@@ -49,7 +49,7 @@ static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, evidence.gyro_bias.x[0], 72), FLOATS(oc_state, evidence.gyro_bias.past.used_s, 13),
     DOUBLES_OF_EACH(oc_state, evidence.gyro_bias.axles[0].weight, 18, evidence.gyro_bias.axles),
     INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].has_update, 1, evidence.gyro_bias.axles),
-    FLOATS(oc_state, evidence.gyro_bias.together.up, 4), DOUBLES(oc_state, evidence.gyro_bias.alarm_blocks, 12),
+    FLOATS(oc_state, evidence.gyro_bias.together.up, 4), DOUBLES(oc_state, evidence.gyro_bias.level.blocks, 17),
     INTEGERS(oc_state, evidence.gyro_bias.due, 6), ENUMS(oc_state, evidence.gyro_bias.status, 1),
     DOUBLES(oc_state, evidence.gyro_bias.sd, 4), INTEGERS(oc_state, evidence.joint.started, 7),
     FLOATS(oc_state, evidence.joint.along, 2), INTEGERS(oc_state, evidence.joint.lost, 1),
@@ -60,7 +60,7 @@ static const oc_saved_run state_runs[] = {
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),
     FLOATS_OF_EACH(oc_state, evidence.joint.changed[0].change.size, 3, evidence.joint.changed),
-    FLOATS(oc_state, evidence.joint.hypotheses[0].play.half_width, 2359),
+    FLOATS(oc_state, evidence.joint.hypotheses[0].play.half_width, 2371),
     DOUBLES(oc_state, evidence.angle.side_slip.information[0][0], 12), ENUMS(oc_state, evidence.fault.fault, 1),
     FLOATS(oc_state, evidence.fault.confidence, 2), INTEGERS(oc_state, evidence.verdicts.offset_trusted, 1),
     FLOATS(oc_state, evidence.verdicts.lately, 1), COUNTS(oc_state, evidence.ticks, 13),
@@ -77,7 +77,7 @@ static const oc_saved_run state_runs[] = {
 static const oc_saved_run keyed_runs[] = {
     DOUBLES(oc_coefficients, vehicle.wheelbase, 3), INTEGERS(oc_coefficients, vehicle.ratio.terms, 1),
     DOUBLES(oc_coefficients, vehicle.ratio.coefficients[0], 11), ENUMS(oc_coefficients, params.method, 2),
-    DOUBLES(oc_coefficients, params.cutoff_hz, 50), INTEGERS(oc_coefficients, params.use_accelerometer, 1),
+    DOUBLES(oc_coefficients, params.cutoff_hz, 51), INTEGERS(oc_coefficients, params.use_accelerometer, 1),
     DOUBLES(oc_coefficients, rate_hz, 1),
 };
 /* end */

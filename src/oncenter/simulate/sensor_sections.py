@@ -131,6 +131,7 @@ class YawRateSensor(Sensor):
     resolution_deg_s: NotNegative = 0.028  # the same: 1/2048 rad/s
     range_deg_s: Positive = 224.0  # SPN 1808: -3.92 to 3.92 rad/s
     drift_deg_s_min: Number = 0.0
+    drift_ends_min: Positive | None = None  # after which the bias stays; to the drive's end without it
     random_walk_sd_deg_s_min: NotNegative = 0.0  # of the bias's change in one minute
     warm_up_deg_s: Number = 0.0  # what there is besides the bias when switched on
     warm_up_time_min: Positive = 15.0  # until only 5 % of that is left, 2.5
@@ -159,6 +160,7 @@ class Accelerometer(Sensor):
     resolution_m_s2: NotNegative = 0.1  # SPN 1810
     range_m_s2: Positive = 12.5  # SPN 1810
     drift_m_s2_min: Number = 0.0
+    drift_ends_min: Positive | None = None  # after which the bias stays; to the drive's end without it
     random_walk_sd_m_s2_min: NotNegative = 0.0
     warm_up_m_s2: Number = 0.0
     warm_up_time_min: Positive = 15.0

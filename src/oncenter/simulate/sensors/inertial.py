@@ -25,6 +25,7 @@ class _Bias:
     signal: str
     constants: Mapping[str, float]  # by kind
     drift_1_min: float
+    drift_ends_min: float | None
     random_walk_sd_min: float
     warm_up: float
     warm_up_time_min: float
@@ -42,6 +43,7 @@ def sense_yaw_rate(
             "yaw_rate",
             {"bias": sensor.bias_deg_s},
             sensor.drift_deg_s_min,
+            sensor.drift_ends_min,
             sensor.random_walk_sd_deg_s_min,
             sensor.warm_up_deg_s,
             sensor.warm_up_time_min,
@@ -104,6 +106,7 @@ def sense_acceleration(
             signal,
             sensor.constants_m_s2,
             sensor.drift_m_s2_min,
+            sensor.drift_ends_min,
             sensor.random_walk_sd_m_s2_min,
             sensor.warm_up_m_s2,
             sensor.warm_up_time_min,
@@ -124,7 +127,7 @@ def _course(bias: _Bias, count: int, random: np.random.Generator) -> tuple[Array
     minutes = np.arange(count) / RATE_HZ / 60.0
     parts = {kind: np.full(count, constant) for kind, constant in bias.constants.items()}
     if bias.drift_1_min != 0.0:
-        parts["drift"] = bias.drift_1_min * minutes
+        parts["drift"] = bias.drift_1_min * np.minimum(minutes, bias.drift_ends_min or np.inf)
     if bias.random_walk_sd_min > 0.0:
         steps = named_chances(random, f"{bias.signal} random walk").standard_normal(count)
         parts["random_walk"] = np.cumsum(steps) * bias.random_walk_sd_min * np.sqrt(minutes[1])

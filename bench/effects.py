@@ -1,0 +1,179 @@
+"""What real trucks do beside the usual model, one effect at a time: what it does to the answer and to its intervals.
+
+    python bench/effects.py [--drives N] [--rows a,b] [--jobs N] [--tuning] [--page]
+
+A row of effects_rows.py is so many drives of 20 minutes. Seeds from 1001 on are for reporting, those from 1 on
+(--tuning) for whoever tunes. All records go to build/accuracy/; --page, which takes all rows, writes the section
+"Real-truck effects" of docs/accuracy.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+from accuracy_rows import Drive, drive
+from effects_rows import EFFECTS, PULLS
+
+import oncenter as oc
+from oncenter.offset.answer import Estimate
+from oncenter.signals import DEGREE
+
+BUILD = Path(__file__).parents[1] / "build" / "accuracy"
+REPORTED_FROM, TUNING_FROM = 1001, 1
+LOST_AT_S = 600.0  # from when on the virtual angle has no sensor
+FAST_M_S = 8.0
+WITH_ANGLE = ("none", "accelerometer_drift", "overlay_motor", "relearning", "wind_moment", "load_change")
+ACCUSING = ("offset_changed", "steering_wheel_angle_sensor_at_fault", "signals_at_fault")
+OTHERS = ("understeer_gradient", "backlash", "yaw_rate_bias")
+
+Record = dict[str, Any]
+
+
+def record(row: str, seed: int, folder: Path, with_angle: bool, params: Mapping[str, float]) -> Record:
+    """One drive; angles in deg."""
+    driven = drive(EFFECTS[row], seed, folder)
+    answer = oc.offset(driven.signals, driven.vehicle, params=params)
+    target = float(driven.target_rad[-1])
+    unloads = driven.truth.unloading_acceleration_m_s2
+    pulled = driven.angle_per_m_s2 * (0.0 if np.isnan(unloads) else unloads)
+    said: Record = {"row": row, "seed": seed, "valid": answer.offset.status == "valid"}
+    said |= _judged("offset", answer.offset, target)
+    said |= {f"less_pull_{key}": value for key, value in _judged("offset", answer.offset, target + pulled).items()}
+    for name, truth in _truths(driven).items():
+        said |= _judged(name, getattr(answer, name), truth)
+    said["findings"] = [finding.code for finding in answer.findings if finding.severity != "info"]
+    said["errors"] = [finding.code for finding in answer.findings if finding.severity == "error"]
+    said["fault"] = answer.sensor_fault
+    said["changes_deg"] = [(change.size_rad or 0.0) / DEGREE for change in answer.changes]
+    return said | (_angle(driven) if with_angle else {})
+
+
+def _truths(driven: Drive) -> dict[str, float]:
+    truth = driven.truth
+    return {
+        "understeer_gradient": truth.understeer_gradient,
+        "backlash": truth.backlash_rad + truth.windup_rad,
+        "yaw_rate_bias": truth.yaw_rate_bias_rad_s,
+    }
+
+
+def _judged(name: str, said: Estimate, truth: float) -> Record:
+    """Error, half-width (both in files' unit) and whether the interval holds the truth."""
+    if said.value is None or said.ci95 is None:
+        return {f"{name}_{key}": None for key in ("error", "half_width", "holds")} | {f"{name}_status": said.status}
+    low, high = said.ci95
+    return {
+        f"{name}_error": (said.value - truth) / DEGREE,
+        f"{name}_half_width": 0.5 * (high - low) / DEGREE,
+        f"{name}_holds": low <= truth <= high,
+        f"{name}_status": said.status,
+    }
+
+
+def _angle(driven: Drive) -> Record:
+    """The virtual angle after the sensor was lost: RMS error in deg, and the share of ticks in its interval."""
+    table = oc.angle(driven.signals, driven.vehicle, sensor_lost_at=LOST_AT_S)
+    truth = driven.truth
+    true = truth.table["steering_wheel_angle_rad"].to_numpy() - truth.straight_ahead_rad
+    error = table["steering_wheel_angle_rad"].to_numpy() - true
+    after = (np.arange(len(true)) >= LOST_AT_S * 100) & (truth.table["vehicle_speed_m_s"].to_numpy() > FAST_M_S)
+    inside = np.abs(error) < 1.96 * table["standard_deviation_rad"].to_numpy()
+    return {
+        "angle_rms": float(np.sqrt(np.mean(error[after] ** 2))) / DEGREE,
+        "angle_covered": float(np.mean(inside[after])),
+    }
+
+
+def run(rows: Sequence[str], seeds: range, jobs: int, params: Mapping[str, float]) -> pl.DataFrame:
+    """All records, in the order of rows and seeds."""
+    wanted = [(row, seed) for row in rows for seed in seeds]
+    with tempfile.TemporaryDirectory() as name, ProcessPoolExecutor(jobs, _spawn()) as pool:
+        running = {pool.submit(record, *key, Path(name), key[0] in WITH_ANGLE, params): key for key in wanted}
+        done: dict[tuple[str, int], Record] = {}
+        for future in as_completed(running):
+            done[running[future]] = future.result()
+            if len(done) * 10 // len(wanted) > (len(done) - 1) * 10 // len(wanted):
+                print(f"{len(done)} of {len(wanted)} drives", file=sys.stderr, flush=True)
+    return pl.DataFrame([done[key] for key in wanted], infer_schema_length=None)
+
+
+def _spawn() -> Any:
+    """What polars keeps running does not survive a fork."""
+    return multiprocessing.get_context("spawn")
+
+
+def judged(row: str, name: str) -> str:
+    """The column by which the row's offset is judged: less the pull where its truth has one."""
+    return f"less_pull_{name}" if row in PULLS else name
+
+
+def summary(row: str, part: pl.DataFrame) -> Record:
+    """A row's figures; errors in deg."""
+    error = part[judged(row, "offset_error")].cast(pl.Float64).abs().to_numpy()
+    holds = part[judged(row, "offset_holds")].to_numpy()
+    valid = part["valid"].to_numpy()
+    said: Record = {"row": row, "drives": len(part), "valid": int(valid.sum()), "covered": int(holds.sum())}
+    said["covered_valid"] = int(holds[valid].sum())
+    for name, values in (("all", error), ("valid", error[valid])):
+        said[name + "_error"] = [float(np.quantile(values, q)) for q in (0.5, 0.95, 1.0)] if len(values) else None
+    for name in OTHERS:
+        own = part.filter(pl.col(f"{name}_status") == "valid")
+        said[name] = (int(own[f"{name}_holds"].sum()), len(own), float(own[f"{name}_error"].cast(pl.Float64).median() or 0))
+    findings = [code for codes in part["findings"].to_list() for code in codes]
+    said["accused"] = {code: findings.count(code) for code in ACCUSING if code in findings}
+    said["changes_deg"] = [round(size, 1) for sizes in part["changes_deg"].to_list() for size in sizes]
+    said["faults"] = [fault for fault in part["fault"].to_list() if fault != "none"]
+    if "angle_rms" in part.columns and part["angle_rms"].null_count() == 0:
+        said["angle"] = (float(part["angle_rms"].median() or 0), float(part["angle_covered"].mean() or 0))
+    return said
+
+
+def print_table(summaries: Sequence[Record]) -> None:
+    print(
+        f"{'row':28}{'n':>4}{'valid':>6} | {'v.med':>5}{'v.p95':>6}{'v.max':>6} |{'cov.v':>6}{'cov':>5} |"
+        f"{'med':>6}{'p95':>6} | K_us, play, gyro: hold of valid, median error"
+    )
+    for s in summaries:
+        good = " ".join(f"{value:5.2f}" for value in s["valid_error"] or [])
+        others = "  ".join(f"{s[name][0]:3}/{s[name][1]:<3}{s[name][2]:+.2f}" for name in OTHERS)
+        angle = f" angle {s['angle'][0]:.2f} {s['angle'][1]:.0%}" if "angle" in s else ""
+        print(
+            f"{s['row']:28}{s['drives']:4}{s['valid']:6} | {good:17} |{s['covered_valid']:6}{s['covered']:5} |"
+            f"{s['all_error'][0]:6.2f}{s['all_error'][1]:6.2f} | {others} {s['accused'] or ''} {s['faults'] or ''} {s['changes_deg'] or ''}{angle}"
+        )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--drives", type=int, default=60, help="of each row (60)")
+    parser.add_argument("--rows", default="", help="by name, with commas between; all")
+    parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
+    parser.add_argument("--tuning", action="store_true", help="seeds from 1 on instead of the reported ones")
+    parser.add_argument("--params", default="", help="name=value of core/params.h, with commas between")
+    given = parser.parse_args()
+    params = {name: float(value) for name, _, value in (pair.partition("=") for pair in given.params.split(",") if pair)}
+    rows = given.rows.split(",") if given.rows else list(EFFECTS)
+    if unknown := [row for row in rows if row not in EFFECTS]:
+        sys.exit(f"no row {', '.join(unknown)}; known are {', '.join(EFFECTS)}")
+    first = TUNING_FROM if given.tuning else REPORTED_FROM
+    table = run(rows, range(first, first + given.drives), given.jobs, params)
+    BUILD.mkdir(parents=True, exist_ok=True)
+    name = "effects_tuning" if given.tuning else "effects"
+    table.write_parquet(BUILD / f"{name}.parquet")
+    summaries = [summary(str(row), part) for (row,), part in table.group_by("row", maintain_order=True)]
+    print_table(summaries)
+    (BUILD / f"{name}.json").write_text(json.dumps(summaries, indent=1), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

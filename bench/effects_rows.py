@@ -1,0 +1,221 @@
+"""Rows of bench/effects.py: what real trucks do beside the usual model, one effect at a time at three sizes, and several.
+
+A size of 1 is what was measured or is feared (the sources are in docs/accuracy.md); half and double frame it. Trucks,
+roads and sensors are the accuracy matrix's, the vehicle file names no side of traffic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from accuracy_rows import FRONT_OF_THESIS_KG, Row, Table, laid_over
+from population import Distribution, Normal, Random
+
+from oncenter.simulate.sensor_sections import (
+    LateralAccelerometer,
+    SpeedSensor,
+    SteeringWheelAngleSensor,
+    WheelSpeedSensors,
+    YawRateSensor,
+)
+
+SIZES = {"half": 0.5, "": 1.0, "double": 2.0}
+SPELL_S, BETWEEN_S = (60.0, 300.0), (30.0, 240.0)  # the motor carries the steering; the driver does
+STOP_S = (600.0, 640.0)
+PER_WIND_SPEED = 120.0  # N of side force per m/s of side wind at 20 m/s on 9 m^2
+
+Extra = Callable[[Random], Table]
+
+
+def _side(random: Random) -> float:
+    return float(random.choice([-1.0, 1.0]))
+
+
+def accelerometer_drifts(size: float) -> Extra:
+    def extra(random: Random) -> Table:
+        drift = 0.03 * size * _side(random)
+        return {"sensors": {"lateral_acceleration": {"drift_m_s2_min": drift, "drift_ends_min": 15.0}}}
+
+    return extra
+
+
+def accelerometer_relearns(size: float) -> Extra:
+    def extra(random: Random) -> Table:
+        fading = {"warm_up_m_s2": 0.3 * size * _side(random), "warm_up_time_min": 15.0}  # three time constants
+        return {"sensors": {"lateral_acceleration": fading}}
+
+    return extra
+
+
+def motor_carries(size: float) -> Extra:
+    def extra(random: Random) -> Table:
+        spells, now = [], float(random.uniform(*BETWEEN_S))
+        while now < 1190.0:
+            until = now + float(random.uniform(*SPELL_S))
+            spells.append([round(now, 1), round(min(until, 1199.0), 1)])
+            now = until + float(random.uniform(*BETWEEN_S))
+        return {"steering": {"overlay_motor": {"lash_deg": 3.0 * size, "carries_s": spells}}}
+
+    return extra
+
+
+def unloads_on_crown(size: float) -> Extra:
+    return lambda random: {"steering": {"unloads_on_crown_percent": 2.0 * size}}
+
+
+def wind_turns(size: float) -> Extra:
+    def extra(random: Random) -> Table:
+        lateral_m_s2 = size * (0.03 + abs(float(random.normal(0.0, 0.08))))
+        mean_m_s = lateral_m_s2 * 9000.0 / PER_WIND_SPEED
+        blows = {"mean_m_s": mean_m_s, "from_deg": float(random.uniform(0.0, 360.0)), "gust_sd_m_s": 0.3 * mean_m_s}
+        acts = {"gust_time_s": 3.0, "side_area_m2": 9.0, "side_force_coefficient": 1.1, "force_arm_m": 1.0}
+        return {"wind": {**blows, **acts, "open_share": 0.5, "open_length_m": [200.0, 1500.0]}}
+
+    return extra
+
+
+def fifth_wheel_rubs(size: float) -> Extra:
+    return lambda random: {"truck": {"trailer": {"fifth_wheel_friction_n_m": 3000.0 * size}}}
+
+
+def sun_on_the_left(size: float) -> Extra:
+    grown = {"front_left": 0.08 * size, "rear_left": 0.08 * size}
+    return lambda random: {"sensors": {"wheel_speed": {"radius_warm_up_percent": grown, "radius_warm_up_time_min": 10.0}}}
+
+
+def load_leaves(size: float) -> Extra:
+    def extra(random: Random) -> Table:
+        change = {"begin_s": 620.0, "load_percent": max(-35.0 * size, -60.0), "ride_height_steer_deg": size * _side(random)}
+        truck = {"load_change": change, "stiffness_load_exponent": 0.85}
+        return {"drive": {"standing_s": [list(STOP_S)]}, "truck": truck}
+
+    return extra
+
+
+def patches_of_snow(size: float) -> Extra:
+    patches = {"front_stiffness_percent": -35.0 * size, "rear_stiffness_percent": -25.0 * size}
+    where = {"spacing_m": [300.0, 2000.0], "length_m": [50.0, 400.0]}
+    return lambda random: {"road": {"patches": {**where, **patches}}}
+
+
+def minor_physics(size: float) -> Extra:
+    """What each truck has some of: a torsion bar, a joint's ripple, ratios and steer that are not even."""
+
+    def extra(random: Random) -> Table:
+        steering = {
+            "torsion_bar_twist_deg": 1.0 * size,
+            "torsion_bar_half_moment_n_m": 300.0,
+            "universal_joint_ripple_deg": 0.5 * size,
+            "universal_joint_phase_deg": float(random.uniform(0.0, 180.0)),
+            "ratio_right_error_percent": 2.0 * size * _side(random),
+            "brake_steer_deg_m_s2": 0.02 * size * _side(random),
+            "roll_steer_deg_deg": 0.02 * size,
+            "bump_steer_sd_deg": 0.01 * size,
+        }
+        sensors = {
+            "yaw_rate": {"scale_error_percent": 1.0 * size * _side(random), "latency_s": 0.02 * size},
+            "lateral_acceleration": {
+                "ahead_of_gravity_centre_m": 1.0 * size,
+                "tilt_deg": 1.0 * size * _side(random),
+                "roll_share": 0.5,
+                "filter_time_s": 0.05 * size,
+            },
+            "steering_wheel_angle": {"latency_s": 0.02 * size},
+        }
+        return {"steering": steering, "sensors": sensors, "truck": {"roll_deg_m_s2": 1.5}}
+
+    return extra
+
+
+def _all_of(*extras: Extra) -> Extra:
+    def extra(random: Random) -> Table:
+        values: Table = {}
+        for one in extras:
+            values = laid_over(values, one(random))
+        return values
+
+    return extra
+
+
+def _real_sensors() -> Table:
+    """Noise and steps of the sensors that a scenario has which names none."""
+    sensors = {
+        "steering_wheel_angle": SteeringWheelAngleSensor(),
+        "yaw_rate": YawRateSensor(),
+        "lateral_acceleration": LateralAccelerometer(),
+        "speed": SpeedSensor(),
+        "wheel_speed": WheelSpeedSensors(),
+    }
+    kinds = ("noise", "resolution", "range", "repeat")
+    return {
+        name: {key: value for key, value in sensor.model_dump().items() if key.startswith(kinds)}
+        for name, sensor in sensors.items()
+    }
+
+
+def _row(name: str, about: str, *, extra: Extra = lambda random: {}, **keys: Any) -> Row:
+    def with_sensors(random: Random) -> Table:
+        return laid_over({"sensors": _real_sensors()}, extra(random))
+
+    return Row(name, about, asked="", told_side=None, extra=with_sensors, **keys)
+
+
+def _at_sizes(name: str, about: str, made: Callable[[float], Extra], **keys: Any) -> list[Row]:
+    return [_row(_named(name, word), about, extra=made(size), **keys) for word, size in SIZES.items()]
+
+
+def _named(name: str, size: str) -> str:
+    return f"{name}_{size}" if size else name
+
+
+def _pulls(size: float) -> Mapping[str, Distribution]:
+    return {"pull_m_s2": Normal(0.0, 0.1 * size)}
+
+
+SEMITRAILER = {"base": "semitrailer_half", "front_axle_load_kg": FRONT_OF_THESIS_KG}
+
+_ROWS = [
+    _row("none", "no effect"),
+    _row("play_12", "12 deg of play", fixed={"backlash_deg": 12.0}),
+    _row("play_15", "15 deg of play", fixed={"backlash_deg": 15.0}),
+    _row("motorway", "no effect, motorway", base="motorway", extra=lambda random: {"drive": {"standing_at_start_s": 0.0}}),
+    _row("country", "no effect, country roads", base="country"),
+    _row("trailer", "no effect, semitrailer, half laden", **SEMITRAILER),
+    *_at_sizes("accelerometer_drift", "accelerometer drifts 0.03 m/s² a minute for 15 minutes", accelerometer_drifts),
+    _row("accelerometer_drift_thesis", "the same, 0.3 m/s² a minute (thesis 2.5)", extra=accelerometer_drifts(10.0)),
+    *_at_sizes("relearning", "its zero is 0.3 m/s² off, fading with 5 minutes", accelerometer_relearns),
+    *_at_sizes("overlay_motor", "a motor carries the steering for minutes, column lash of 3 deg", motor_carries),
+    *_at_sizes("axle_set_up", "axle set up to unload on 2 %", unloads_on_crown),
+    *(
+        _row(_named("pull", word), "alignment that pulls, sd 0.1 m/s²", pulls=True, fixed=_pulls(size))
+        for word, size in SIZES.items()
+    ),
+    _row("pull_and_wind", "pull and wind as believed", pulls=True, wind=True),
+    *_at_sizes("wind_moment", "wind 1 m ahead of the centre of gravity, gusts, open stretches", wind_turns),
+    *_at_sizes("fifth_wheel", "fifth wheel with 3 kNm of dry friction", fifth_wheel_rubs, **SEMITRAILER),
+    *_at_sizes("tyres_in_the_sun", "both left tyres grow by 8e-4 within 10 minutes", sun_on_the_left),
+    *_at_sizes("load_change", "35 % less on the rear axle at a stop, ride height steers by 1 deg", load_leaves),
+    *_at_sizes("slippery_patches", "cornering stiffness 35 % less in front, 25 % behind, in patches", patches_of_snow),
+    *_at_sizes("minor_physics", "torsion bar, joint ripple, uneven ratio, roll and brake steer, latency", minor_physics),
+    _row(
+        "combined_sensors",
+        "half of: drift, tyres in the sun, patches, pull, minor physics",
+        extra=_all_of(*(m(0.5) for m in (accelerometer_drifts, sun_on_the_left, patches_of_snow, minor_physics))),
+        pulls=True,
+        fixed=_pulls(0.5),
+    ),
+    _row(
+        "combined_steering",
+        "half of: motor, relearning, wind with a moment, load change",
+        extra=_all_of(*(m(0.5) for m in (motor_carries, accelerometer_relearns, wind_turns, load_leaves))),
+    ),
+    _row(
+        "combined_trailer",
+        "half of: fifth wheel, drift, wind with a moment, minor physics; 12 deg of play",
+        extra=_all_of(*(m(0.5) for m in (fifth_wheel_rubs, accelerometer_drifts, wind_turns, minor_physics))),
+        **{**SEMITRAILER, "fixed": {"backlash_deg": 12.0}},
+    ),
+]
+EFFECTS = {row.name: row for row in _ROWS}
+PULLS = {name for name in EFFECTS if name.startswith(("pull", "axle_set_up"))} | {"combined_sensors"}

@@ -19,6 +19,7 @@ static const float weight_min = 1e-6f;                     /* s, against a divis
 
 /* Tuned. */
 static const float gradient_min = 0.2f * 0.017453292f; /* rad/(m/s^2): bench/accuracy.py, row `population` */
+static const float road_max = 0.6f;  /* m/s^2: crown, its other side and a pull: bench/effects.py, row `play_15` */
 static const float two_ends_share = 0.15f; /* variance of two ends by their distance squared: row `unloads_on_crown` */
 
 static bool creeps(const oc_play *play) {
@@ -72,9 +73,13 @@ void oc_hypothesis_relinearise(oc_hypothesis *h, const oc_hypothesis_design *des
 }
 
 /* Divisor of a_0's prior information, `apart` standard deviations from its mean: (z/1.8)^8 (docs/method.md,
- * "Regression"). The road may fall to the other side, or the vehicle file may name the wrong side of traffic. */
-static float prior_discount(float apart, float max) {
+ * "Regression"). The road may fall to the other side, or the vehicle file may name the wrong side of traffic. No road
+ * falls so far that a_0 is beyond road_max of it. */
+static float prior_discount(float apart, float unloading_sd, float max) {
     const float squared = apart * apart;
+    if (fabsf(apart) * unloading_sd > road_max) {
+        return 1.0f;
+    }
     const float fourth = squared * squared;
     return oc_clamp(fourth * fourth / 110.0f, 1.0f, max);
 }
@@ -90,7 +95,7 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
     const float apart = (prior->unloading_mean - play->unloading) / prior->unloading_sd;
     const float unloading = scale[UNLOADING] / prior->unloading_sd;
     const float bias = scale[YAW_RATE_BIAS] / prior->yaw_rate_bias_sd;
-    const float discounted = unloading / prior_discount(apart, design->most_doubt);
+    const float discounted = unloading / prior_discount(apart, prior->unloading_sd, design->most_doubt);
     information[UNLOADING] = discounted * unloading;
     information[YAW_RATE_BIAS] = bias * bias;
     terms[UNLOADING] += discounted * apart;

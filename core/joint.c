@@ -17,8 +17,10 @@ static const float correction_min = 3.5e-5f; /* rad/s, against a round of work f
 /* Rows are those of bench/accuracy.py --tuning. */
 static const double sample_s = 0.1;           /* s */
 static const double bank_filter_s = 0.3;      /* s, `motorway`, `cross_wind`, `population`: 1 s is late in bends */
+static const double wandering_memory_s = 200.0; /* of the mean bank, where the accelerometer's zero wanders */
 static const float settled_age_s = 300.0f;    /* `self_correction`: errors of a younger hypothesis may be its own */
 static const float place_settling_s = 20.0f;  /* after a reset of the place in the play, which causes errors itself */
+static const float familiar_s = 60.0f;        /* s on a flank until a surprise there may be a change: `play_12` */
 static const float flank_margin = 0.02f;      /* m/s^2 beyond friction, from which a flank is loaded */
 static const float crown_discount_max = 25.0f; /* `wrong_side`: inflates the prior's sd at most fivefold, so that
                                                 * a wrong prior is left again; 1 without accelerometer */
@@ -98,6 +100,10 @@ static void begin_collecting(oc_joint *joint, oc_joint_tracking *tracking, const
     tracking->lateral_acceleration = tick->lateral_acceleration;
 }
 
+bool oc_joint_wanders(const oc_joint *joint) {
+    return joint->hypotheses[joint->best].wander > 0.0f;
+}
+
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {
     const float down = (joint->hypotheses[joint->best].wheelbase + tag_axle_shortening) / tag_axle_fade;
     return design->tandem * oc_clamp(down, 0.0f, 1.0f);
@@ -154,15 +160,32 @@ static void advance_phase(oc_joint *joint, const oc_joint_design *design) {
     joint->phase = joint->phase + 1 < design->ticks_per_sample ? joint->phase + 1 : 0;
 }
 
-static void count_flank_time(oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample) {
+/* The flank that a sample's lateral force loads, by the best hypothesis: 1 left, -1 right, 0 neither for sure. */
+static int32_t flank_of(const oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const float load = oc_play_load(&best->play, sample);
     const float friction = oc_max(best->play.friction, 0.0f);
     const float beyond = flank_margin + unmeasured_bank * design->unseen + friction +
                          sqrtf(best->variances.of[OC_OF_UNLOADING]);
+    return load > beyond ? 1 : load < -beyond ? -1 : 0;
+}
+
+static void count_flank_time(oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample) {
+    const int32_t flank = flank_of(joint, design, sample);
     const float step_s = design->hypothesis.step_s;
-    joint->to_left += load > beyond ? step_s : 0.0f;
-    joint->to_right += load < -beyond ? step_s : 0.0f;
+    joint->to_left += flank > 0 ? step_s : 0.0f;
+    joint->to_right += flank < 0 ? step_s : 0.0f;
+}
+
+/* Whether the collected samples load a flank that was seldom loaded: what surprises there may be play, and no change. */
+static bool is_unfamiliar(const oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
+    for (int32_t n = 0; n < tracking->taken.count; ++n) {
+        const int32_t flank = flank_of(joint, design, &tracking->taken.samples[n]);
+        if ((flank > 0 && joint->to_left < familiar_s) || (flank < 0 && joint->to_right < familiar_s)) {
+            return true;
+        }
+    }
+    return false;
 }
 
 /* Only where the best hypothesis is old: a young one would never learn, and stay young. */
@@ -173,7 +196,7 @@ static bool is_suspected(const oc_joint *joint) {
 static void watch_for_change(oc_joint *joint, const oc_joint_tracking *tracking, const oc_estimate *last_offset,
                              double time) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    if (!(best->age > settled_age_s)) {
+    if (!(best->age > settled_age_s) || tracking->unfamiliar) {
         return;
     }
     const oc_change change = oc_change_update(&joint->watch, best->error, tracking->min_error,
@@ -184,8 +207,8 @@ static void watch_for_change(oc_joint *joint, const oc_joint_tracking *tracking,
 }
 
 static void average(oc_joint *joint, const oc_joint_design *design, double speed, double bank) {
-    const double memory = 10.0 * (double)design->memory_s;
-    joint->bank_samples += joint->bank_samples < memory ? 1.0 : 0.0;
+    const double memory = 10.0 * (oc_joint_wanders(joint) ? wandering_memory_s : (double)design->memory_s);
+    joint->bank_samples = joint->bank_samples + 1.0 < memory ? joint->bank_samples + 1.0 : memory;
     joint->bank_mean += (bank - joint->bank_mean) / joint->bank_samples;
     joint->speed_mean += (speed - joint->speed_mean) / joint->bank_samples;
 }
@@ -344,13 +367,15 @@ bool oc_joint_take_turn(oc_joint *joint, oc_joint_tracking *tracking, const oc_j
     return end_round(joint, tracking, design, last_offset, time);
 }
 
-void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_prior *prior) {
+void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                          const oc_prior *prior) {
     tracking->prior = *prior;
     tracking->taken = tracking->filling;
     tracking->filling.count = 0;
     tracking->turns = joint->count + 1;
     tracking->solves_all = joint->solves_all;
     tracking->min_error = 1e9f;
-    joint->second.learns = !tracking->taken.doubted && !is_suspected(joint);
+    tracking->unfamiliar = is_unfamiliar(joint, tracking, design);
+    joint->second.learns = !tracking->taken.doubted && (tracking->unfamiliar || !is_suspected(joint));
     joint->solves_all = 0;
 }

@@ -79,6 +79,7 @@ typedef struct {
     oc_collected filling;        /* the second being collected */
     oc_collected taken;          /* the one before, for the hypotheses */
     int32_t turns;               /* left in the round: one of each hypothesis, and one to end it; 0: none */
+    int32_t unfamiliar;          /* the taken samples load a flank that was seldom loaded */
     int32_t solves_all;          /* each solves its equations in this round, learning or not */
     float min_error;             /* rad, minimum prediction error of the second of evidence */
     float wound, inner;          /* rad, where the best hypothesis's operators are at the last sample */
@@ -133,7 +134,8 @@ bool oc_joint_collect(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
 bool oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design);
 
 /* Begins a round on the collected samples, with the priors as of now. */
-void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_prior *prior);
+void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                          const oc_prior *prior);
 
 /* The next hypothesis takes its turn, if a round is active. True when that ended a round with evidence or a correction.
  * `last_offset` is the last answer, `time` (s) is now. */
@@ -148,6 +150,9 @@ bool oc_joint_correct(oc_joint *joint, const oc_joint_tracking *tracking, const 
 
 /* Records the change with the offset before it, and adapts all hypotheses to it. */
 void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_estimate *before, double time);
+
+/* Whether the best hypothesis believes that the accelerometer's zero wanders. */
+bool oc_joint_wanders(const oc_joint *joint);
 
 /* m^2/s^2, c of the axles that resist turning: less where the wheelbase shows that the tag axle is up. */
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design);

@@ -46,8 +46,10 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
     const oc_estimate standing =
         oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
     if (standing.status == OC_VALID) {
+        static const float wandered = 0.3f; /* m/s^2, sd since the standstill, tuned: bench/effects.py */
         const float slope_sd = (float)p->standing_slope_sd_m_s2;
-        take_reading(&belief, (float)standing.value, (float)p->standing_crown_share_1, slope_sd * slope_sd);
+        const float since = oc_joint_wanders(&evidence->joint) ? wandered * wandered : 0.0f;
+        take_reading(&belief, (float)standing.value, (float)p->standing_crown_share_1, slope_sd * slope_sd + since);
     }
     const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
     prior.crown = crown;
@@ -100,7 +102,7 @@ bool oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence
     correct_past_yaw_rates(&tracking->joint, evidence, c);
     if (collect(tick, &tracking->joint, evidence, c)) {
         const oc_prior prior = prior_of(evidence, c);
-        oc_joint_begin_round(joint, &tracking->joint, &prior);
+        oc_joint_begin_round(joint, &tracking->joint, &c->joint, &prior);
     }
     /* no turn while the gyro's filter works: each takes most of a tick's time */
     const bool has_ended = !oc_gyro_bias_is_busy(&evidence->gyro_bias) &&

@@ -9,10 +9,11 @@ static const float play_min = 0.5f * 0.017453292f; /* rad, that shows two flanks
 static const float lately_rate = 1.0f / 80.0f;     /* of a second in the mean of the last offsets: row `motorway` */
 
 /* The sd that decides the offset's status. Where the steering has free play, everything except pull and wind must be
- * five times tighter, otherwise the prior dominates. So must half of the offset's last movement (rad), in any play. */
+ * three times tighter, otherwise the prior dominates. So must half of the offset's last movement (rad), in any play. */
 static float offset_status_sd(const oc_joint_answer *found, float moved) {
-    static const float times = 5.0f; /* tuned: bench/accuracy.py, rows `lift_axle`, `kicks`, `play_15_friction` */
-    const bool plays = found->of[OC_OF_WIDTH].value > oc_joint_model_get()->little_play;
+    static const float times = 3.0f; /* tuned: bench/accuracy.py, rows `lift_axle`, `kicks`, `play_15_friction` */
+    const oc_found width = found->of[OC_OF_WIDTH];
+    const bool plays = width.value + 1.96f * width.sd > oc_joint_model_get()->little_play;
     const float identified = plays ? found->identified_sd : 0.0f, movement = 0.5f * fabsf(moved);
     return oc_max(times * oc_max(identified, movement), found->of[OC_OF_OFFSET].sd);
 }

@@ -161,6 +161,7 @@ void oc_hypothesis_restart(oc_hypothesis *h, double angle) {
 void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
     *h = (oc_hypothesis){
         .play = *play,
+        .width_mean = 2.0f * play->half_width,
         .variance = rad_per_deg * rad_per_deg,
         .blocks.factor = 3.0f,
         .long_blocks.factor = 3.0f,

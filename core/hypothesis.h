@@ -62,6 +62,7 @@ typedef struct {
     float terms[OC_TERMS];               /* the solution, in units of `scale` */
     float variance;                      /* rad^2, of the prediction errors */
     oc_correlation blocks, long_blocks;
+    float width_mean;                    /* rad, of the prior of its play's width: where it began */
     float wander;                        /* (m/s^2)^2, variance of a_0's random change in a second; 0: none */
     float huber_weight;                  /* of the last second, 1 or less */
     float error;                         /* rad, prediction error of the last second */

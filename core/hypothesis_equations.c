@@ -100,7 +100,7 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
     information[YAW_RATE_BIAS] = bias * bias;
     terms[UNLOADING] += discounted * apart;
     terms[GRADIENT] += mean_of(GRADIENT) / scale[GRADIENT];
-    terms[WIDTH] += (mean_of(WIDTH) - 2.0f * play->half_width) / scale[WIDTH];
+    terms[WIDTH] += (h->width_mean - 2.0f * play->half_width) / scale[WIDTH];
     for (int32_t k = 0; k < OC_WINDS; ++k) {
         terms[WIND + k] -= play->wind[k] / scale[WIND + k];
     }

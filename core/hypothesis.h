@@ -67,6 +67,7 @@ typedef struct {
     float huber_weight;                  /* of the last second, 1 or less */
     float error;                         /* rad, prediction error of the last second */
     float cost;                          /* negative log likelihood, forgetting; after probation */
+    float doubt;                         /* cost beside: of a_0 so far from its prior's mean */
     float offset;                        /* rad */
     float lean;                          /* rad, from the offset to the middle of its interval: pull's share in a_0 */
     float gradient;                      /* rad/(m/s^2) */

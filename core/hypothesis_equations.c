@@ -20,6 +20,7 @@ static const float weight_min = 1e-6f;                     /* s, against a divis
 /* Tuned. */
 static const float gradient_min = 0.2f * 0.017453292f; /* rad/(m/s^2): bench/accuracy.py, row `population` */
 static const float road_max = 0.6f;  /* m/s^2: crown, its other side and a pull: bench/effects.py, row `play_15` */
+static const float doubt_max = 8.0f; /* cost: roads may fall to the other side: rows `play_15`, `wrong_side` */
 static const float two_ends_share = 0.15f; /* variance of two ends by their distance squared: row `unloads_on_crown` */
 
 static bool creeps(const oc_play *play) {
@@ -173,6 +174,7 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
     /* i K, K clamped: on some motorways bends are taken for play */
     const float pulled = design->steering_ratio * oc_max(h->gradient, gradient_min);
     const float of_pull = pulled * pulled;
+    h->doubt = oc_min(0.5f * apart * apart / spread, doubt_max);
     h->lean = pulled * (of_bias * apart - apart - 0.5f * reached);
     h->pulled_variance = of_pull * (oc_min(beyond, pull) + perhaps);
     h->variances.of[OC_OF_OFFSET] += oc_hypothesis_noise(h) / oc_max(h->weight, weight_min) +

@@ -40,7 +40,8 @@ static int32_t best_of(const oc_joint *joint) {
     int32_t best = joint->best;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (!oc_hypothesis_is_on_probation(h, &joint->second) && h->cost < joint->hypotheses[best].cost) {
+        if (!oc_hypothesis_is_on_probation(h, &joint->second) &&
+            h->cost + h->doubt < joint->hypotheses[best].cost + joint->hypotheses[best].doubt) {
             best = k;
         }
     }

@@ -92,7 +92,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
         }
         const float per = flank_rate(h);
         const float own_load = per * oc_min(joint->to_left - h->left_before, joint->to_right - h->right_before);
-        const float worse = oc_max(h->cost - best->cost, 0.0f);
+        const float worse = oc_max(h->cost + h->doubt - best->cost - best->doubt, 0.0f);
         const float weight = oc_likelihood(worse + missing_flank_cost * (missing(own_load) - missing(per * loaded)));
         const float hidden = weight * unloaded_width_variance(h, design->unseen, own_load);
         const float borne = gradient_doubt * design->unseen * oc_max(h->gradient, prior_gradient);

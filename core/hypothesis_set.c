@@ -53,7 +53,7 @@ static bool are_twins(const oc_hypothesis *a, const oc_hypothesis *b) {
     static const float near = 0.1f * 0.017453292f; /* rad, tuned: no bench on record */
     return fabsf(a->play.half_width - b->play.half_width) < near && fabsf(a->play.windup - b->play.windup) < near &&
            fabsf(a->offset - b->offset) < near && (a->play.friction < 0.0f) == (b->play.friction < 0.0f) &&
-           (a->wander > 0.0f) == (b->wander > 0.0f);
+           a->wanders == b->wanders;
 }
 
 /* The worst hypothesis if it is rejected, else a twin of the best; -1: none. */
@@ -94,34 +94,39 @@ static float flank_mark(float seen_s) {
     return seen_s < 1e5f ? seen_s : 0.0f;
 }
 
-/* Whether one that may be right has the other belief about the accelerometer's zero than the best. */
-static bool has_counterpart(const oc_joint *joint) {
+/* Whether one like the best that may be right believes this of the accelerometer's zero. */
+static bool is_believed(const oc_joint *joint, int32_t wanders) {
+    static const float alike = 0.5f * 0.017453292f; /* rad of half a width, tuned: `accelerometer_drift_double` */
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if ((h->wander > 0.0f) != (best->wander > 0.0f) &&
-            h->cost < best->cost + (float)OC_JOINT_REJECT_COST) {
+        if (h->wanders == wanders && h->cost < best->cost + (float)OC_JOINT_REJECT_COST &&
+            fabsf(h->play.half_width - best->play.half_width) < alike) {
             return true;
         }
     }
     return false;
 }
 
-/* A copy of the best hypothesis that believes the other of the accelerometer's zero: that it wanders, or stays. */
-static void start_counterpart(oc_joint *joint, const oc_joint_design *design) {
+/* Copies of the best hypothesis that believe the accelerometer's zero to wander by one level more, and less. */
+static void start_counterparts(oc_joint *joint) {
     static const float unlikely = 3.0f; /* cost: odds of 1 to 20, tuned: bench/effects.py, rows `none`, `relearning` */
-    if (design->wander <= 0.0f || has_counterpart(joint) || joint->count == OC_JOINT_HYPOTHESES) {
-        return;
+    const int32_t of_best = joint->hypotheses[joint->best].wanders;
+    for (int32_t wanders = of_best - 1; wanders <= of_best + 1; wanders += 2) {
+        if (wanders < OC_STAYS || wanders >= OC_WANDER_LEVELS || joint->count == OC_JOINT_HYPOTHESES ||
+            is_believed(joint, wanders)) {
+            continue;
+        }
+        oc_hypothesis *h = &joint->hypotheses[joint->count++];
+        *h = joint->hypotheses[joint->best];
+        h->wanders = wanders;
+        h->cost += wanders > of_best ? unlikely : 0.0f;
     }
-    oc_hypothesis *h = &joint->hypotheses[joint->count++];
-    *h = joint->hypotheses[joint->best];
-    h->wander = h->wander > 0.0f ? 0.0f : design->wander;
-    h->cost += h->wander > 0.0f ? unlikely : 0.0f;
 }
 
 /* Starts another hypothesis at intervals, since all early ones may have converged to a wrong play; later half as often.
  * One redundant hypothesis is removed each time, later two. */
-static void renew(oc_joint *joint, const oc_joint_design *design) {
+static void renew(oc_joint *joint) {
     static const float single_until_s = 300.0f;   /* tuned: no bench on record */
     static const float frequent_until_s = 600.0f; /* CHANGELOG.md: same errors on 2,280 tuning drives */
     const bool later = joint->second.used_s > single_until_s;
@@ -131,9 +136,9 @@ static void renew(oc_joint *joint, const oc_joint_design *design) {
         const oc_play play = later_start_of(joint->next_start);
         oc_hypothesis *h = &joint->hypotheses[replaced >= 0 ? replaced : joint->count++];
         joint->next_start = (joint->next_start + 1) % OC_JOINT_LATER_STARTS;
-        const float wander = joint->hypotheses[joint->best].wander;
+        const int32_t wanders = joint->hypotheses[joint->best].wanders;
         oc_hypothesis_start(h, &play, (double)joint->hypotheses[joint->best].places.inner);
-        h->wander = wander;
+        h->wanders = wanders;
         h->left_before = flank_mark(joint->to_left);
         h->right_before = flank_mark(joint->to_right);
     } else {
@@ -142,7 +147,7 @@ static void renew(oc_joint *joint, const oc_joint_design *design) {
     if (later) {
         remove_hypothesis(joint, redundant(joint));
     }
-    start_counterpart(joint, design);
+    start_counterparts(joint);
 }
 
 float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design) {
@@ -160,7 +165,7 @@ void oc_joint_end_second(oc_joint *joint, const oc_joint_design *design) {
     second->used_s += second->second_s;
     second->trial_s = oc_clamp(0.05f * second->used_s, 60.0f, 600.0f);
     if (second->long_block_ends) {
-        renew(joint, design);
+        renew(joint);
     }
     second->blocks += second->block_ends;
     second->long_blocks += second->long_block_ends;

@@ -101,7 +101,7 @@ static void begin_collecting(oc_joint *joint, oc_joint_tracking *tracking, const
 }
 
 bool oc_joint_wanders(const oc_joint *joint) {
-    return joint->hypotheses[joint->best].wander > 0.0f;
+    return joint->hypotheses[joint->best].wanders != OC_STAYS;
 }
 
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {

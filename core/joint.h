@@ -51,7 +51,6 @@ typedef struct {
     float unseen;                /* 1: no accelerometer measures the bank; else 0 */
     float tandem;                /* m^2/s^2, c of docs/method.md's axles that resist turning, all axles down */
     float memory_s;              /* maximum time constant of forgetting */
-    float wander;                /* (m/s^2)^2, variance of a_0's random change in a second */
     int32_t ticks_per_sample, samples_per_second;
 } oc_joint_design;
 

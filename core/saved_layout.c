@@ -19,7 +19,7 @@
 
 /* docs/make_layout.py writes what follows from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x5FF4254Bu;
+static const uint32_t layout_hash = 0x80628E60u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
@@ -60,15 +60,18 @@ static const oc_saved_run state_runs[] = {
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),
     FLOATS_OF_EACH(oc_state, evidence.joint.changed[0].change.size, 3, evidence.joint.changed),
-    FLOATS(oc_state, evidence.joint.hypotheses[0].play.half_width, 2395),
-    DOUBLES(oc_state, evidence.angle.side_slip.information[0][0], 12), ENUMS(oc_state, evidence.fault.fault, 1),
-    FLOATS(oc_state, evidence.fault.confidence, 2), INTEGERS(oc_state, evidence.verdicts.offset_trusted, 1),
-    FLOATS(oc_state, evidence.verdicts.lately, 1), COUNTS(oc_state, evidence.ticks, 13),
-    DOUBLES(oc_state, evidence.bank_ticks, 5), ENUMS(oc_state, learned.offset.status, 1),
-    FLOATS(oc_state, learned.offset.lean, 1), DOUBLES(oc_state, learned.understeer_gradient.value, 3),
-    ENUMS(oc_state, learned.understeer_gradient.status, 1), FLOATS(oc_state, learned.understeer_gradient.lean, 1),
-    DOUBLES(oc_state, learned.backlash.value, 3), ENUMS(oc_state, learned.backlash.status, 1),
-    FLOATS(oc_state, learned.backlash.lean, 1), DOUBLES(oc_state, learned.unloading_acceleration.value, 3),
+    FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].play.half_width, 180, evidence.joint.hypotheses),
+    INTEGERS_OF_EACH(oc_state, evidence.joint.hypotheses[0].wanders, 1, evidence.joint.hypotheses),
+    FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].huber_weight, 18, evidence.joint.hypotheses),
+    FLOATS(oc_state, evidence.angle.slopes, 7), DOUBLES(oc_state, evidence.angle.side_slip.information[0][0], 12),
+    ENUMS(oc_state, evidence.fault.fault, 1), FLOATS(oc_state, evidence.fault.confidence, 2),
+    INTEGERS(oc_state, evidence.verdicts.offset_trusted, 1), FLOATS(oc_state, evidence.verdicts.lately, 1),
+    COUNTS(oc_state, evidence.ticks, 13), DOUBLES(oc_state, evidence.bank_ticks, 5),
+    ENUMS(oc_state, learned.offset.status, 1), FLOATS(oc_state, learned.offset.lean, 1),
+    DOUBLES(oc_state, learned.understeer_gradient.value, 3), ENUMS(oc_state, learned.understeer_gradient.status, 1),
+    FLOATS(oc_state, learned.understeer_gradient.lean, 1), DOUBLES(oc_state, learned.backlash.value, 3),
+    ENUMS(oc_state, learned.backlash.status, 1), FLOATS(oc_state, learned.backlash.lean, 1),
+    DOUBLES(oc_state, learned.unloading_acceleration.value, 3),
     ENUMS(oc_state, learned.unloading_acceleration.status, 1), FLOATS(oc_state, learned.unloading_acceleration.lean, 1),
     DOUBLES(oc_state, learned.equivalent_wheelbase.value, 3), ENUMS(oc_state, learned.equivalent_wheelbase.status, 1),
     FLOATS(oc_state, learned.equivalent_wheelbase.lean, 13), INTEGERS(oc_state, learned.truck.known, 1),

@@ -96,6 +96,7 @@ class Drive:
         angle_per_m_s2: i K_us, by which an unloading point that is taken wrongly moves the offset, rad/(m/s^2).
         wind_m_s2: by how much the wind moved that point on average while the truck drove as fast as estimators ask.
         redrawn: draws before this one that no driver could hold.
+        scenario: what was driven.
         truth: all that was true.
     """
 
@@ -111,6 +112,7 @@ class Drive:
     angle_per_m_s2: float
     wind_m_s2: float
     redrawn: int
+    scenario: Scenario
     truth: Truth
 
     @property
@@ -144,6 +146,7 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
         angle_per_m_s2=angle_per_m_s2,
         wind_m_s2=_unloading_point_moved_by_wind_m_s2(scenario, truth),
         redrawn=redrawn,
+        scenario=scenario,
         truth=truth,
     )
 

@@ -47,10 +47,10 @@ def record(row: str, seed: int, folder: Path, with_angle: bool, params: Mapping[
     unloads = driven.truth.unloading_acceleration_m_s2
     pulled = driven.angle_per_m_s2 * (0.0 if np.isnan(unloads) else unloads)
     said: Record = {"row": row, "seed": seed, "valid": answer.offset.status == "valid"}
-    said |= _judged("offset", answer.offset, target)
-    said |= {f"less_pull_{key}": value for key, value in _judged("offset", answer.offset, target + pulled).items()}
+    said |= _judged("offset", answer.offset, target, target)
+    said |= {f"less_pull_{key}": value for key, value in _judged("offset", answer.offset, *(2 * [target + pulled])).items()}
     for name, truth in _truths(driven).items():
-        said |= _judged(name, getattr(answer, name), truth)
+        said |= _judged(name, getattr(answer, name), *truth)
     said["findings"] = [finding.code for finding in answer.findings if finding.severity != "info"]
     said["errors"] = [finding.code for finding in answer.findings if finding.severity == "error"]
     said["fault"] = answer.sensor_fault
@@ -58,24 +58,29 @@ def record(row: str, seed: int, folder: Path, with_angle: bool, params: Mapping[
     return said | (_angle(driven) if with_angle else {})
 
 
-def _truths(driven: Drive) -> dict[str, float]:
+def _truths(driven: Drive) -> dict[str, tuple[float, float]]:
+    """From and to, at the drive's end: what twists and what lash a motor drags along is play in some motions only."""
     truth = driven.truth
+    gradient = truth.load_changed_understeer_gradient or truth.understeer_gradient
+    motor = driven.scenario.steering.overlay_motor
+    lash_rad = 0.0 if motor is None else motor.lash_deg * DEGREE
+    play = truth.backlash_rad + truth.windup_rad
     return {
-        "understeer_gradient": truth.understeer_gradient,
-        "backlash": truth.backlash_rad + truth.windup_rad,
-        "yaw_rate_bias": truth.yaw_rate_bias_rad_s,
+        "understeer_gradient": (gradient, gradient),
+        "backlash": (play - lash_rad, play + truth.torsion_bar_rad),
+        "yaw_rate_bias": (truth.yaw_rate_bias_rad_s, truth.yaw_rate_bias_rad_s),
     }
 
 
-def _judged(name: str, said: Estimate, truth: float) -> Record:
-    """Error, half-width (both in files' unit) and whether the interval holds the truth."""
+def _judged(name: str, said: Estimate, least: float, most: float) -> Record:
+    """Error, half-width (both in files' unit) and whether the interval holds the truth, or some of it."""
     if said.value is None or said.ci95 is None:
         return {f"{name}_{key}": None for key in ("error", "half_width", "holds")} | {f"{name}_status": said.status}
     low, high = said.ci95
     return {
-        f"{name}_error": (said.value - truth) / DEGREE,
+        f"{name}_error": (said.value - min(max(said.value, least), most)) / DEGREE,
         f"{name}_half_width": 0.5 * (high - low) / DEGREE,
-        f"{name}_holds": low <= truth <= high,
+        f"{name}_holds": low <= most and least <= high,
         f"{name}_status": said.status,
     }
 

@@ -163,6 +163,9 @@ float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design);
  * at least for a moment and play was found. */
 double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side);
 
+/* Whether the neutral acceleration is far from what the roads say, by few seconds on one of the flanks. */
+bool oc_joint_is_doubtful(const oc_joint *joint);
+
 /* Place in the play by the best hypothesis at the last sample: 1 on the left flank, -1 on the right. */
 double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking);
 

@@ -11,7 +11,11 @@ static const float flank_s = 2.0f;         /* s of load until a flank counts as 
 static const float no_play_share = 0.1f;   /* of that time counts without play: 131 drives of another simulator */
 static const float width_doubt_min = 0.3f; /* of the width's prior variance, with one flank loaded: `population` */
 static const float missing_flank_cost = 16.0f; /* of a flank not loaded since the hypothesis began: 3,550 drives */
-static const float width_error = 0.15f * 0.017453292f; /* rad, sd by the yaw rate's lag: `ordinary` */
+static const float width_error = 0.2f * 0.017453292f; /* rad, sd by the yaw rate's lag: `ordinary`, and by snow:
+                                                       * bench/effects.py, row `slippery_patches` */
+static const float rolling_share = 0.07f;  /* sd of K by K: a body that rolls lets the accelerometer feel more, bench/
+                                            * effects.py, row `trailer` */
+static const float doubt_min = 2.5f, flank_sure_s = 60.0f; /* bench/effects.py, rows `play_15`, `load_change` */
 static const float unloading_error = 0.006f; /* m/s^2, sd by compliance of the steering: `ordinary` */
 static const float gradient_doubt = 0.7f;  /* sd of K by K, without an accelerometer: `no_accelerometer_motorway` */
 
@@ -27,6 +31,10 @@ double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *desi
     const bool found = wide && design->unseen <= 0.0f && loaded > moment_s;
     const float needed = wide ? flank_s : flank_s / no_play_share;
     return found ? 0.0 : (double)oc_max(needed - loaded, 0.0f);
+}
+
+bool oc_joint_is_doubtful(const oc_joint *joint) {
+    return joint->hypotheses[joint->best].doubt > doubt_min && oc_min(joint->to_left, joint->to_right) < flank_sure_s;
 }
 
 static float missing(float share) {
@@ -102,7 +110,8 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
         }
         of[OC_OF_OFFSET].variances += 0.25f * hidden;
         of[OC_OF_WIDTH].variances += hidden;
-        of[OC_OF_GRADIENT].variances += weight * borne * borne;
+        const float rolling = rolling_share * h->gradient;
+        of[OC_OF_GRADIENT].variances += weight * (borne * borne + rolling * rolling);
         all += weight;
         pulled += weight * h->pulled_variance;
         leaning += weight * h->lean;

@@ -9,9 +9,9 @@ static const float play_min = 0.5f * 0.017453292f; /* rad, that shows two flanks
 static const float lately_rate = 1.0f / 80.0f;     /* of a second in the mean of the last offsets: row `motorway` */
 
 /* The sd that decides the offset's status. Where the steering has free play, everything except pull and wind must be
- * three times tighter, otherwise the prior dominates. So must half of the offset's last movement (rad), in any play. */
+ * twice as tight, otherwise the prior dominates. So must half of the offset's last movement (rad), in any play. */
 static float offset_status_sd(const oc_joint_answer *found, float moved) {
-    static const float times = 3.0f; /* tuned: bench/accuracy.py, rows `lift_axle`, `kicks`, `play_15_friction` */
+    static const float times = 2.0f; /* tuned: bench/accuracy.py, rows `lift_axle`, `kicks`, `play_15_friction` */
     const oc_found width = found->of[OC_OF_WIDTH];
     const bool plays = width.value + 1.96f * width.sd > oc_joint_model_get()->little_play;
     const float identified = plays ? found->identified_sd : 0.0f, movement = 0.5f * fabsf(moved);
@@ -37,7 +37,8 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     oc_joint_answer_get(&found, &evidence->joint, &c->joint);
     /* play imitates oversteer: 3 of 4 such valid answers were wrong (docs/method.md) */
     const bool understeers = found.of[OC_OF_GRADIENT].value > 0.0f;
-    const bool enough = understeers && found.used >= (float)p->joint_evidence_min_s;
+    const bool enough = understeers && found.used >= (float)p->joint_evidence_min_s &&
+                        !oc_joint_is_doubtful(&evidence->joint);
     const float moved = enough ? found.of[OC_OF_OFFSET].value - verdicts->lately : 0.0f;
     verdicts->lately = found.of[OC_OF_OFFSET].value - (1.0f - lately_rate) * moved;
     const double narrow = p->offset_half_width_max_rad, steep = p->understeer_half_width_max_rad_m_s2;

@@ -219,3 +219,25 @@ _ROWS = [
 ]
 EFFECTS = {row.name: row for row in _ROWS}
 PULLS = {name for name in EFFECTS if name.startswith(("pull", "axle_set_up"))} | {"combined_sensors"}
+# At the sizes that were measured or are feared, one effect or several at a time.
+AT_SIZE_1 = [name for name in EFFECTS if not name.endswith(("_half", "_double", "_thesis"))]
+# Minimum share of drives whose offset is valid, of the rows that ask for one.
+VALID_MIN = {
+    "none": 0.8,
+    "play_12": 18 / 24,
+    "accelerometer_drift": 0.5,
+    "relearning": 10 / 24,
+    "overlay_motor": 8 / 24,
+    "axle_set_up": 8 / 24,
+    "pull": 14 / 24,
+    "pull_and_wind": 10 / 24,
+    "wind_moment": 0.2,
+    "fifth_wheel": 0.2,
+    "fifth_wheel_half": 6 / 24,
+    "tyres_in_the_sun": 14 / 24,
+    "load_change": 13 / 24,
+    "slippery_patches": 0.2,
+    "combined_sensors": 0.2,
+    "combined_steering": 0.2,
+    "combined_trailer": 0.2,
+}

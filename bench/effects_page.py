@@ -114,8 +114,8 @@ at most 60 % of a load leaves.
 def _judged_less_pull() -> str:
     rows = ", ".join(f"`{row}`" for row in EFFECTS if row in PULLS)
     return (
-        "A pull cannot be identified from one drive: it moves the estimated offset by i K_us times the pull. Here i is the "
-        "steering ratio, K_us the understeer gradient, and the pull the lateral acceleration at which the steering "
+        "A pull cannot be identified from one drive: it moves the estimated offset by i K_us times the pull. Here i is "
+        "the steering ratio, K_us the understeer gradient, and the pull the lateral acceleration at which the steering "
         "unloads. So the rows whose truth has a pull are judged by the error less i K_us times the pull. These rows "
         f"are {rows}."
     )

@@ -128,7 +128,11 @@ def summary(row: str, part: pl.DataFrame) -> Record:
         said[name + "_error"] = [float(np.quantile(values, q)) for q in (0.5, 0.95, 1.0)] if len(values) else None
     for name in OTHERS:
         own = part.filter(pl.col(f"{name}_status") == "valid")
-        said[name] = (int(own[f"{name}_holds"].sum()), len(own), float(own[f"{name}_error"].cast(pl.Float64).median() or 0))
+        said[name] = (
+            int(own[f"{name}_holds"].sum()),
+            len(own),
+            float(own[f"{name}_error"].cast(pl.Float64).median() or 0),
+        )
     findings = [code for codes in part["findings"].to_list() for code in codes]
     said["accused"] = {code: findings.count(code) for code in ACCUSING if code in findings}
     said["changes_deg"] = [round(size, 1) for sizes in part["changes_deg"].to_list() for size in sizes]
@@ -149,7 +153,8 @@ def print_table(summaries: Sequence[Record]) -> None:
         angle = f" angle {s['angle'][0]:.2f} {s['angle'][1]:.0%}" if "angle" in s else ""
         print(
             f"{s['row']:28}{s['drives']:4}{s['valid']:6} | {good:17} |{s['covered_valid']:6}{s['covered']:5} |"
-            f"{s['all_error'][0]:6.2f}{s['all_error'][1]:6.2f} | {others} {s['accused'] or ''} {s['faults'] or ''} {s['changes_deg'] or ''}{angle}"
+            f"{s['all_error'][0]:6.2f}{s['all_error'][1]:6.2f} | {others} "
+            f"{s['accused'] or ''} {s['faults'] or ''} {s['changes_deg'] or ''}{angle}"
         )
 
 
@@ -164,7 +169,8 @@ def main() -> None:
     given = parser.parse_args()
     if given.page and (given.tuning or given.rows or given.params):
         parser.error("--page reports all rows with the default parameters, on the seeds for it")
-    params = {name: float(value) for name, _, value in (pair.partition("=") for pair in given.params.split(",") if pair)}
+    pairs = (pair.partition("=") for pair in given.params.split(",") if pair)
+    params = {name: float(value) for name, _, value in pairs}
     rows = given.rows.split(",") if given.rows else list(EFFECTS)
     if unknown := [row for row in rows if row not in EFFECTS]:
         sys.exit(f"no row {', '.join(unknown)}; known are {', '.join(EFFECTS)}")

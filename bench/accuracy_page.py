@@ -14,6 +14,7 @@ from accuracy_figure import ANSWERED_MIN, best_rival, draw
 from accuracy_real import OXTS_OFFSET_DEG, Said, real_drives
 from accuracy_rows import EVERY_ROW, POPULATED_BY, ROWS
 from accuracy_study import LIMITS, STUDIED, TABLE_4, Point, shown, study
+from effects_page import section_of, with_section
 from population import (
     BELIEVED,
     CROWN_M_S2,
@@ -102,7 +103,9 @@ def write_page(table: pl.DataFrame, summaries: Sequence[Summary], seeds: range) 
         *_priors(table),
         *_study(points, studied),
     ]
-    (DOCS / "accuracy.md").write_text("\n".join(page) + "\n", encoding="utf-8")
+    file = DOCS / "accuracy.md"
+    of_effects = section_of(file.read_text(encoding="utf-8")) if file.exists() else ""  # bench/effects.py writes it
+    file.write_text(with_section("\n".join(page) + "\n", of_effects), encoding="utf-8")
 
 
 def _head(table: pl.DataFrame, seeds: range) -> Iterator[str]:

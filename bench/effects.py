@@ -125,7 +125,7 @@ def judged(row: str, name: str) -> str:
 def summary(row: str, part: pl.DataFrame) -> Record:
     """A row's figures; errors in deg."""
     error = part[judged(row, "offset_error")].cast(pl.Float64).abs().to_numpy()
-    holds = part[judged(row, "offset_holds")].to_numpy()
+    holds = part[judged(row, "offset_holds")].cast(pl.Boolean).fill_null(False).to_numpy()
     valid = part["valid"].to_numpy()
     said: Record = {"row": row, "drives": len(part), "valid": int(valid.sum()), "covered": int(holds.sum())}
     said["covered_valid"] = int(holds[valid].sum())
@@ -133,7 +133,11 @@ def summary(row: str, part: pl.DataFrame) -> Record:
         said[name + "_error"] = [float(np.quantile(values, q)) for q in (0.5, 0.95, 1.0)] if len(values) else None
     for name in OTHERS:
         own = part.filter(pl.col(f"{name}_status") == "valid")
-        said[name] = (int(own[f"{name}_holds"].sum()), len(own), float(own[f"{name}_error"].cast(pl.Float64).median() or 0))
+        said[name] = (
+            int(own[f"{name}_holds"].sum()),
+            len(own),
+            float(own[f"{name}_error"].cast(pl.Float64).median() or 0),
+        )
     findings = [code for codes in part["findings"].to_list() for code in codes]
     said["accused"] = {code: findings.count(code) for code in ACCUSING if code in findings}
     said["changes_deg"] = [round(size, 1) for sizes in part["changes_deg"].to_list() for size in sizes]
@@ -154,7 +158,8 @@ def print_table(summaries: Sequence[Record]) -> None:
         angle = f" angle {s['angle'][0]:.2f} {s['angle'][1]:.0%}" if "angle" in s else ""
         print(
             f"{s['row']:28}{s['drives']:4}{s['valid']:6} | {good:17} |{s['covered_valid']:6}{s['covered']:5} |"
-            f"{s['all_error'][0]:6.2f}{s['all_error'][1]:6.2f} | {others} {s['accused'] or ''} {s['faults'] or ''} {s['changes_deg'] or ''}{angle}"
+            f"{s['all_error'][0]:6.2f}{s['all_error'][1]:6.2f} | {others} "
+            f"{s['accused'] or ''} {s['faults'] or ''} {s['changes_deg'] or ''}{angle}"
         )
 
 
@@ -165,19 +170,28 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--tuning", action="store_true", help="seeds from 1 on instead of the reported ones")
     parser.add_argument("--params", default="", help="name=value of core/params.h, with commas between")
+    parser.add_argument("--page", action="store_true", help="write the section of docs/accuracy.md")
     given = parser.parse_args()
-    params = {name: float(value) for name, _, value in (pair.partition("=") for pair in given.params.split(",") if pair)}
+    if given.page and (given.tuning or given.rows or given.params):
+        parser.error("--page reports all rows with the default parameters, on the seeds for it")
+    pairs = (pair.partition("=") for pair in given.params.split(",") if pair)
+    params = {name: float(value) for name, _, value in pairs}
     rows = given.rows.split(",") if given.rows else list(EFFECTS)
     if unknown := [row for row in rows if row not in EFFECTS]:
         sys.exit(f"no row {', '.join(unknown)}; known are {', '.join(EFFECTS)}")
     first = TUNING_FROM if given.tuning else REPORTED_FROM
-    table = run(rows, range(first, first + given.drives), given.jobs, params)
+    seeds = range(first, first + given.drives)
+    table = run(rows, seeds, given.jobs, params)
     BUILD.mkdir(parents=True, exist_ok=True)
     name = "effects_tuning" if given.tuning else "effects"
     table.write_parquet(BUILD / f"{name}.parquet")
     summaries = [summary(str(row), part) for (row,), part in table.group_by("row", maintain_order=True)]
     print_table(summaries)
     (BUILD / f"{name}.json").write_text(json.dumps(summaries, indent=1), encoding="utf-8")
+    if given.page:
+        from effects_page import write_section
+
+        write_section(table, summaries, seeds)
 
 
 if __name__ == "__main__":

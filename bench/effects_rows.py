@@ -1,4 +1,4 @@
-"""Rows of bench/effects.py: what real trucks do beside the usual model, one effect at a time at three sizes, and several.
+"""Rows of bench/effects.py: what real trucks do beside the usual model, one effect at three sizes, and several at once.
 
 A size of 1 is what was measured or is feared (the sources are in docs/accuracy.md); half and double frame it. Trucks,
 roads and sensors are the accuracy matrix's, the vehicle file names no side of traffic.
@@ -81,13 +81,14 @@ def fifth_wheel_rubs(size: float) -> Extra:
 
 def sun_on_the_left(size: float) -> Extra:
     grown = {"front_left": 0.08 * size, "rear_left": 0.08 * size}
-    return lambda random: {"sensors": {"wheel_speed": {"radius_warm_up_percent": grown, "radius_warm_up_time_min": 10.0}}}
+    wheels = {"radius_warm_up_percent": grown, "radius_warm_up_time_min": 10.0}
+    return lambda random: {"sensors": {"wheel_speed": wheels}}
 
 
 def load_leaves(size: float) -> Extra:
     def extra(random: Random) -> Table:
-        change = {"begin_s": 620.0, "load_percent": max(-35.0 * size, -60.0), "ride_height_steer_deg": size * _side(random)}
-        truck = {"load_change": change, "stiffness_load_exponent": 0.85}
+        load = {"load_percent": max(-35.0 * size, -60.0), "ride_height_steer_deg": size * _side(random)}
+        truck = {"load_change": {"begin_s": 620.0, **load}, "stiffness_load_exponent": 0.85}
         return {"drive": {"standing_s": [list(STOP_S)]}, "truck": truck}
 
     return extra
@@ -179,7 +180,9 @@ _ROWS = [
     _row("none", "no effect"),
     _row("play_12", "12 deg of play", fixed={"backlash_deg": 12.0}),
     _row("play_15", "15 deg of play", fixed={"backlash_deg": 15.0}),
-    _row("motorway", "no effect, motorway", base="motorway", extra=lambda random: {"drive": {"standing_at_start_s": 0.0}}),
+    _row(
+        "motorway", "no effect, motorway", base="motorway", extra=lambda random: {"drive": {"standing_at_start_s": 0.0}}
+    ),
     _row("country", "no effect, country roads", base="country"),
     _row("trailer", "no effect, semitrailer, half laden", **SEMITRAILER),
     *_at_sizes("accelerometer_drift", "accelerometer drifts 0.03 m/s² a minute for 15 minutes", accelerometer_drifts),
@@ -197,7 +200,9 @@ _ROWS = [
     *_at_sizes("tyres_in_the_sun", "both left tyres grow by 8e-4 within 10 minutes", sun_on_the_left),
     *_at_sizes("load_change", "35 % less on the rear axle at a stop, ride height steers by 1 deg", load_leaves),
     *_at_sizes("slippery_patches", "cornering stiffness 35 % less in front, 25 % behind, in patches", patches_of_snow),
-    *_at_sizes("minor_physics", "torsion bar, joint ripple, uneven ratio, roll and brake steer, latency", minor_physics),
+    *_at_sizes(
+        "minor_physics", "torsion bar, joint ripple, uneven ratio, roll and brake steer, latency", minor_physics
+    ),
     _row(
         "combined_sensors",
         "half of: drift, tyres in the sun, patches, pull, minor physics",
@@ -219,3 +224,25 @@ _ROWS = [
 ]
 EFFECTS = {row.name: row for row in _ROWS}
 PULLS = {name for name in EFFECTS if name.startswith(("pull", "axle_set_up"))} | {"combined_sensors"}
+# At the sizes that were measured or are feared, one effect or several at a time.
+AT_SIZE_1 = [name for name in EFFECTS if not name.endswith(("_half", "_double", "_thesis"))]
+# Minimum share of drives whose offset is valid, of the rows that ask for one.
+VALID_MIN = {
+    "none": 0.8,
+    "play_12": 18 / 24,
+    "accelerometer_drift": 0.5,
+    "relearning": 10 / 24,
+    "overlay_motor": 8 / 24,
+    "axle_set_up": 8 / 24,
+    "pull": 14 / 24,
+    "pull_and_wind": 10 / 24,
+    "wind_moment": 0.2,
+    "fifth_wheel": 0.2,
+    "fifth_wheel_half": 6 / 24,
+    "tyres_in_the_sun": 14 / 24,
+    "load_change": 13 / 24,
+    "slippery_patches": 0.2,
+    "combined_sensors": 0.2,
+    "combined_steering": 0.2,
+    "combined_trailer": 0.2,
+}

@@ -1,0 +1,265 @@
+"""The bench of real-truck effects: its rows are what they say, its figures are right, and its section stays."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "bench"))
+
+import accuracy_page
+import accuracy_rows
+import effects
+import effects_page
+from accuracy_rows import drive
+from effects_page import section_of, with_section
+from effects_rows import AT_SIZE_1, EFFECTS, PULLS, SIZES, VALID_MIN
+
+from oncenter.signals import DEGREE
+from oncenter.simulate import sensor_sections
+from oncenter.simulate.scenario import Scenario, read_scenario
+
+SENSORS = {
+    "steering_wheel_angle": sensor_sections.SteeringWheelAngleSensor(),
+    "yaw_rate": sensor_sections.YawRateSensor(),
+    "lateral_acceleration": sensor_sections.LateralAccelerometer(),
+    "speed": sensor_sections.SpeedSensor(),
+    "wheel_speed": sensor_sections.WheelSpeedSensors(),
+}
+SIZED = [name.removesuffix("_half") for name in EFFECTS if f"{name.removesuffix('_half')}_double" in EFFECTS]
+SIZED = list(dict.fromkeys(name for name in SIZED if name in EFFECTS))
+LARGEST_DECREASE_PERCENT = -60.0  # of a load that leaves
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EFFECTS)
+def test_a_row_can_be_driven_with_real_sensors_and_names_no_traffic_side(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept: list[Scenario] = []
+
+    def read(file: Path) -> Scenario:
+        kept.append(read_scenario(file))
+        return kept[-1]
+
+    monkeypatch.setattr(accuracy_rows, "read_scenario", read)
+    driven = drive(EFFECTS[name], 1, tmp_path)
+    assert driven.vehicle.traffic_side is None
+    assert np.isfinite(driven.target_rad).all()
+    for sensor, real in SENSORS.items():
+        given = getattr(kept[0].sensors, sensor).model_dump()
+        for key, value in real.model_dump().items():
+            if key.startswith(("noise", "resolution", "range", "repeat")):
+                assert given[key] == value, f"{sensor}.{key}"
+    for signal, step in (("steering_wheel_angle_rad", 0.11 * DEGREE), ("yaw_rate_rad_s", 0.028 * DEGREE)):
+        steps = np.diff(np.unique(driven.signals.table[signal].drop_nans().to_numpy()))
+        assert steps.min() == pytest.approx(step, rel=1e-6)
+
+
+def leaves(values: Any, path: str = "") -> Iterator[tuple[str, float]]:
+    """Numbers of a scenario with their paths."""
+    items = values.items() if isinstance(values, dict) else enumerate(values) if isinstance(values, list) else ()
+    for key, value in items:
+        yield from leaves(value, f"{path}.{key}")
+    if isinstance(values, float | int):
+        yield path, float(values)
+
+
+def scenario_values(name: str) -> dict[str, float]:
+    row = EFFECTS[name]
+    pull = row.fixed.get("pull_m_s2")
+    spread = {} if pull is None else {"pull_sd_m_s2": pull.sd}
+    return dict(leaves(row.extra(np.random.default_rng(3)) | spread))
+
+
+def test_rows_come_in_three_sizes() -> None:
+    assert len(SIZED) >= 11
+    assert {f"{name}_{word}" if word else name for name in SIZED for word in SIZES} <= EFFECTS.keys()
+
+
+@pytest.mark.parametrize("name", SIZED)
+def test_half_and_double_are_half_and_double_of_the_full_size(name: str) -> None:
+    half, full, double = (scenario_values(row) for row in (f"{name}_half", name, f"{name}_double"))
+    assert half.keys() == full.keys() == double.keys()
+    sized = [key for key, value in full.items() if half[key] != value]
+    assert sized
+    for key in sized:
+        assert half[key] == pytest.approx(0.5 * full[key])
+        at_double = 2.0 * full[key]
+        if key.endswith("load_percent"):
+            at_double = max(at_double, LARGEST_DECREASE_PERCENT)
+        assert double[key] == pytest.approx(at_double)
+    assert {key for key in full if double[key] != full[key]} == set(sized)
+
+
+def test_what_is_asked_of_a_row_names_a_row() -> None:
+    assert VALID_MIN.keys() <= EFFECTS.keys()
+    assert set(AT_SIZE_1) <= EFFECTS.keys()
+    assert {name for name in EFFECTS if name.startswith("combined")} <= set(AT_SIZE_1)
+    assert {row for _, row in effects_page.WHY} <= {*EFFECTS, ""}
+
+
+def record(row: str, *, error: float = 0.1, half_width: float = 0.3, pull: float = 0.0, **given: Any) -> dict[str, Any]:
+    """As of bench/effects.py, in deg; `pull` is i K_us times the pull."""
+    said: dict[str, Any] = {"row": row, "seed": 1001, "valid": True, "findings": [], "errors": [], "fault": "none"}
+    for prefix, off in (("", error), ("less_pull_", error - pull)):
+        said |= {f"{prefix}offset_error": off, f"{prefix}offset_half_width": half_width}
+        said |= {f"{prefix}offset_holds": abs(off) <= half_width, f"{prefix}offset_status": "valid"}
+    for name in effects.OTHERS:
+        said |= {f"{name}_error": 0.01, f"{name}_half_width": 0.1, f"{name}_holds": True, f"{name}_status": "valid"}
+    return said | {"changes_deg": []} | given
+
+
+def summaries_of(table: pl.DataFrame) -> list[dict[str, Any]]:
+    return [effects.summary(str(row), part) for (row,), part in table.group_by("row", maintain_order=True)]
+
+
+def test_coverage_counts_valid_drives_and_all_drives() -> None:
+    unknown = {key: None for key in record("none") if key.startswith(("offset_", "less_pull_"))}
+    table = pl.DataFrame(
+        [
+            record("none", error=0.2),
+            record("none", error=-0.4),
+            record("none", error=0.25, valid=False),
+            record("none", **{"valid": False, **unknown}),
+        ],
+        infer_schema_length=None,
+    )
+    (s,) = summaries_of(table)
+    assert (s["drives"], s["valid"], s["covered_valid"], s["covered"]) == (4, 2, 1, 2)
+    assert s["valid_error"] == pytest.approx([0.3, 0.39, 0.4])
+
+
+def test_a_row_whose_truth_has_a_pull_is_judged_less_the_pull() -> None:
+    drives = [{"error": 1.2, "pull": 1.1}, {"error": -0.1, "pull": 1.1}]
+    table = pl.DataFrame([record(row, **drive) for row in ("pull", "wind_moment") for drive in drives])
+    assert "pull" in PULLS
+    pulled, blown = summaries_of(table)
+    assert pulled["covered"] == 1
+    assert pulled["valid_error"][2] == pytest.approx(1.2)
+    assert blown["covered"] == 1
+    assert blown["valid_error"][2] == pytest.approx(1.2)
+    assert effects_page.off_by_more(table, "pull", 1.0) == 1
+    table = table.with_columns(less_pull_offset_error=pl.lit(0.1))
+    assert effects_page.off_by_more(table, "pull", 1.0) == 0
+    assert effects_page.off_by_more(table, "wind_moment", 1.0) == 1
+
+
+def test_a_drive_with_several_reports_is_accused_once() -> None:
+    table = pl.DataFrame(
+        [
+            record("none"),
+            record("none", findings=["backlash"]),
+            record("none", findings=["offset_changed"], errors=["signals_at_fault"], fault="stuck"),
+            record("pull", errors=["signals_at_fault"]),
+            record("pull", fault="stuck"),
+        ]
+    )
+    assert effects_page.accused_drives(table) == {"none": 1, "pull": 2}
+    text = "\n".join(effects_page.section(table, summaries_of(table), range(1001, 1004)))
+    assert "3 of 5 drives have a finding `offset_changed`" in text
+    assert "at most 1 drive in 200: **missed** (3 of 5)." in text
+
+
+def test_an_estimate_of_the_truck_counts_where_its_own_status_is_valid() -> None:
+    elsewhere = {"backlash_status": "uncertain", "backlash_holds": False, "backlash_error": 5.0}
+    table = pl.DataFrame([record("none"), record("none", **elsewhere), record("none", backlash_holds=False)])
+    (s,) = summaries_of(table)
+    assert s["backlash"] == (1, 2, pytest.approx(0.01))
+    assert s["understeer_gradient"] == (3, 3, pytest.approx(0.01))
+
+
+def test_the_bound_of_a_row_is_the_binomial_s_one_per_cent() -> None:
+    def below(count: int, held: int) -> float:
+        from math import comb
+
+        return sum(comb(count, k) * 0.95**k * 0.05 ** (count - k) for k in range(held))
+
+    for count in (1, 4, 24, 60, 240):
+        minimum = effects_page.bound(count)
+        assert below(count, minimum) <= 0.01 < below(count, minimum + 1)
+    assert effects_page.bound(0) == 0
+
+
+def test_the_list_says_what_is_missed_and_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(effects_page, "WHY", {("play_largest", "play_15"): "The play is wide."})
+    table = pl.DataFrame([record("none"), record("play_12"), record("play_15", error=0.7, half_width=0.8)])
+    lines = list(effects_page.section(table, summaries_of(table), range(1001, 1002)))
+    assert "- `none`: the median error of the valid drives is at most 0.10 deg: met (0.10 deg)." in lines
+    assert "  - `play_15`: **missed** (0.70 deg). The play is wide." in lines
+    row = next(line for line in lines if line.startswith("| `play_15`"))
+    assert "| 0.70 / 0.70 / **0.70** | 1 of 1 | 1 of 1 |" in row
+
+
+def test_a_row_with_too_few_intervals_that_hold_is_bold() -> None:
+    drives = [record("none", error=0.1 if seed < 50 else 0.9) for seed in range(60)]
+    table = pl.DataFrame(drives)
+    lines = list(effects_page.section(table, summaries_of(table), range(1001, 1061)))
+    assert any("| **50 of 60** | **50 of 60** |" in line for line in lines)
+    assert any(line.endswith("all intervals hold the truth: **missed** (50 of 60).") for line in lines)
+
+
+PAGE = "# Accuracy\n\nText.\n\n## Time\n\nMore.\n"
+SECTION = "## Real-truck effects\n\nFirst.\n\n### A part\n\nOf it."
+
+
+def test_the_section_is_appended_once_and_replaced_after_that() -> None:
+    first = with_section(PAGE, SECTION)
+    assert first == f"{PAGE}\n{SECTION}\n"
+    assert section_of(first) == SECTION
+    again = with_section(first, SECTION.replace("First", "Second"))
+    assert again == first.replace("First", "Second")
+
+
+def test_a_section_in_the_middle_ends_at_the_next_heading_of_its_level() -> None:
+    page = f"# Accuracy\n\n{SECTION}\n\n## Time\n\nMore.\n"
+    assert section_of(page) == SECTION
+    assert with_section(page, "## Real-truck effects\n\nShort.") == (
+        "# Accuracy\n\n## Real-truck effects\n\nShort.\n\n## Time\n\nMore.\n"
+    )
+
+
+def test_a_page_without_the_section_stays_as_it_is() -> None:
+    assert section_of(PAGE) == ""
+    assert with_section(PAGE, "") == PAGE
+
+
+def test_the_bench_writes_its_section_into_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(effects_page, "PAGE", tmp_path / "accuracy.md")
+    effects_page.PAGE.write_text(PAGE, encoding="utf-8")
+    table = pl.DataFrame([record("none"), record("pull")])
+    for _ in range(2):
+        effects_page.write_section(table, summaries_of(table), range(1001, 1002))
+    page = effects_page.PAGE.read_text(encoding="utf-8")
+    assert page.startswith(PAGE)
+    assert page.count(effects_page.HEADING) == 1
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_the_accuracy_page_keeps_the_section(there: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    parts = ["asked", "why", "errors", "how_soon", "how_sure", "real", "spent", "priors", "study"]
+    for part in parts:
+        monkeypatch.setattr(accuracy_page, f"_{part}", lambda *given: iter(()))
+    monkeypatch.setattr(accuracy_page, "_head", lambda *given: iter(["# Accuracy", "", "Anew."]))
+    for name in ("study", "draw", "real_drives"):
+        monkeypatch.setattr(accuracy_page, name, lambda *given: ())
+    monkeypatch.setattr(accuracy_page, "DOCS", tmp_path)
+    file = tmp_path / "accuracy.md"
+    if there:
+        file.write_text(with_section(PAGE, SECTION), encoding="utf-8")
+    for _ in range(2):
+        accuracy_page.write_page(pl.DataFrame(), [], range(1001, 1002))
+        assert file.read_text(encoding="utf-8") == "# Accuracy\n\nAnew.\n" + (f"\n{SECTION}\n" if there else "")
+
+
+@pytest.mark.parametrize("also", [["--tuning"], ["--rows", "none"], ["--params", "pull_sd_m_s2=0.1"]])
+def test_a_page_takes_all_rows_and_the_reported_seeds(also: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["effects.py", "--page", *also])
+    monkeypatch.setattr(effects, "run", lambda *given: pytest.fail("it drove"))
+    with pytest.raises(SystemExit) as refused:
+        effects.main()
+    assert refused.value.code == 2

@@ -52,6 +52,7 @@ def record(row: str, seed: int, folder: Path, with_angle: bool, params: Mapping[
     for name, truth in _truths(driven).items():
         said |= _judged(name, getattr(answer, name), *truth)
     said["findings"] = [finding.code for finding in answer.findings if finding.severity != "info"]
+    said["names_accelerometer"] = any(finding.code == "lateral_acceleration_moves" for finding in answer.findings)
     said["errors"] = [finding.code for finding in answer.findings if finding.severity == "error"]
     said["fault"] = answer.sensor_fault
     said["changes_deg"] = [(change.size_rad or 0.0) / DEGREE for change in answer.changes]
@@ -141,6 +142,7 @@ def summary(row: str, part: pl.DataFrame) -> Record:
     findings = [code for codes in part["findings"].to_list() for code in codes]
     said["accused"] = {code: findings.count(code) for code in ACCUSING if code in findings}
     said["changes_deg"] = [round(size, 1) for sizes in part["changes_deg"].to_list() for size in sizes]
+    said["names_accelerometer"] = int(part["names_accelerometer"].sum())
     said["faults"] = [fault for fault in part["fault"].to_list() if fault != "none"]
     if "angle_rms" in part.columns and part["angle_rms"].null_count() == 0:
         said["angle"] = (float(part["angle_rms"].median() or 0), float(part["angle_covered"].mean() or 0))
@@ -159,7 +161,7 @@ def print_table(summaries: Sequence[Record]) -> None:
         print(
             f"{s['row']:28}{s['drives']:4}{s['valid']:6} | {good:17} |{s['covered_valid']:6}{s['covered']:5} |"
             f"{s['all_error'][0]:6.2f}{s['all_error'][1]:6.2f} | {others} "
-            f"{s['accused'] or ''} {s['faults'] or ''} {s['changes_deg'] or ''}{angle}"
+            f"{s['accused'] or ''} {s['faults'] or ''} {s['changes_deg'] or ''}{angle} names accelerometer {s['names_accelerometer']}"
         )
 
 

@@ -110,9 +110,15 @@ static void filter_motion(oc_angle_tracking *t, const oc_angle_design *d, const 
     t->bank += (tick->lateral_acceleration - t->yaw_rate * t->speed - t->bank) * d->bank_share;
 }
 
+/* (m/s^2)^2, by which an accelerometer's zero that wanders has moved since the sensor was lost. */
+static float wandered(const oc_angle_tracking *t, const oc_angle_truck *truck) {
+    return t->without_sensor_s < never_s ? truck->wander * t->without_sensor_s : 0.0f;
+}
+
 /* Without an accelerometer neither the bank of a bend nor all of the lateral force is identifiable. */
-static float neutral_sd_of(const oc_angle_truck *truck, const oc_angle_tick *tick) {
-    return tick->accelerometer_lost ? truck->unloading_sd + unbanked_sd : truck->unloading_sd;
+static float neutral_sd_of(const oc_angle_tracking *t, const oc_angle_truck *truck, const oc_angle_tick *tick) {
+    const float sd = sqrtf(truck->unloading_sd * truck->unloading_sd + wandered(t, truck));
+    return tick->accelerometer_lost ? sd + unbanked_sd : sd;
 }
 
 static float gradient_sd_of(const oc_angle_truck *truck, const oc_angle_tick *tick) {
@@ -245,8 +251,9 @@ static float truck_variance(const oc_angle_tracking *t, const oc_angle_evidence 
     const float gradient_sd = gradient_sd_of(truck, tick);
     const float gradient = i * a * gradient_sd, load = i * a * loaded;
     const float flat = i * t->cube * flattening_sd;
-    const float banked = i * tick->bank_sd * (fabsf(truck->gradient) + gradient_sd);
-    return truck->offset_sd * truck->offset_sd + gyro * gyro + gradient * gradient + load * load + banked * banked +
+    const float per_force = i * (fabsf(truck->gradient) + gradient_sd);
+    const float banked = per_force * per_force * (tick->bank_sd * tick->bank_sd + wandered(t, truck));
+    return truck->offset_sd * truck->offset_sd + gyro * gyro + gradient * gradient + load * load + banked +
            flat * flat * flattening_prior / (flattening_prior + e->cubes);
 }
 
@@ -295,7 +302,7 @@ static void check(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_des
         t->reference = wheels;
     }
     const float load = t->yaw_rate * (t->speed + truck->tandem / fabsf(t->speed)) + t->bank - truck->unloading;
-    follow_play(t, d, truck, wheels, load, neutral_sd_of(truck, tick));
+    follow_play(t, d, truck, wheels, load, neutral_sd_of(t, truck, tick));
     const float observer = observer_variance(t, truck);
     if (tick->teaches && identified) {
         learn_truck(t, e, d, tick, per_rate, observer);

@@ -41,6 +41,7 @@ typedef struct {
     float wheelbase;                  /* share of L*r/v that bends take in addition */
     float backlash;                   /* rad, full width */
     float unloading, unloading_sd;    /* m/s^2, neutral lateral acceleration a_0 */
+    float wander;                     /* (m/s^2)^2, variance of a_0's random change in a second */
     float tandem;                     /* m^2/s^2, lateral force per curvature, by rear axles that resist turning */
     float friction;                   /* m/s^2 */
     float creep;                      /* rad/s per m/s^2 */

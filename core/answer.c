@@ -61,6 +61,9 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
                                                              : 0.0;
     answer->bank_mean = now->bank_ticks > 0.0 ? now->bank_sum / now->bank_ticks : 0.0;
     answer->bank_time = now->bank_ticks * c->tick_s;
+    answer->bank_low = now->bank_watch.low;
+    answer->bank_high = now->bank_watch.high;
+    answer->accelerometer_wanders = jointly && oc_joint_wanders(&now->joint);
     answer->duration = ticks * c->tick_s;
     answer->used = used * c->tick_s;
     answer->unused = (ticks - used) * c->tick_s;

@@ -173,6 +173,7 @@ static void follow_motion(oc_tick *tick, oc_evidence *evidence, const oc_coeffic
     if (!(tick->reasons & (OC_REASON_SETTLING | OC_REASON_SPEED))) {
         evidence->bank_ticks += 1.0;
         evidence->bank_sum += tick->motion.bank;
+        oc_bank_watch_update(&evidence->bank_watch, tick->motion.bank, 60.0 * c->rate_hz);
     }
     tick->moves = true;
 }

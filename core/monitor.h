@@ -83,6 +83,7 @@ typedef struct {
     uint64_t rejected[OC_REASON_COUNT]; /* ticks by reason bit; a tick may have several */
     uint64_t unused_motion;      /* ticks with any reason but a window */
     double bank_ticks, bank_sum; /* (33) above the speed limit, m/s^2, for any other reason, too */
+    oc_bank_watch bank_watch;    /* the same by minutes */
 } oc_evidence;
 
 /* The current estimates. */
@@ -146,6 +147,8 @@ typedef struct {
     double offset_per_yaw_rate_bias;       /* s: rad of offset per rad/s, mean of i*L/v, (48); jointly i*L/mean(v) */
     double bank_mean;                      /* m/s^2, above the speed limit */
     double bank_time;                      /* s behind it */
+    double bank_low, bank_high;            /* m/s^2, the minimum and the maximum of its minutes; 0: less than one */
+    int32_t accelerometer_wanders;         /* the joint method finds that its zero does */
     double duration, used, unused;         /* s; duration = used + unused */
     double rejected[OC_REASON_COUNT];      /* s by reason bit; window includes what is pending */
 } oc_answer;

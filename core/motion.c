@@ -64,3 +64,16 @@ uint32_t oc_joint_gate(const oc_params *params, const oc_motion *motion, double 
            (gentle ? 0u : OC_REASON_LATERAL_ACCELERATION) | (steady ? 0u : OC_REASON_LONGITUDINAL_ACCELERATION) |
            (usual ? 0u : OC_REASON_BANK);
 }
+
+void oc_bank_watch_update(oc_bank_watch *watch, double bank, double ticks_per_minute) {
+    watch->ticks += 1.0;
+    watch->sum += bank;
+    if (watch->ticks < ticks_per_minute) {
+        return;
+    }
+    const double mean = watch->sum / watch->ticks;
+    watch->low = watch->minutes > 0.0 && watch->low < mean ? watch->low : mean;
+    watch->high = watch->minutes > 0.0 && watch->high > mean ? watch->high : mean;
+    watch->minutes += 1.0;
+    watch->ticks = watch->sum = 0.0;
+}

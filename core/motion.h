@@ -66,6 +66,14 @@ oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase,
 /* (34), (35) and v > 10 m/s: the reason bits, 0 if the tick is clean. */
 uint32_t oc_gate(const oc_params *params, const oc_motion *motion, double speed);
 
+/* Means of (33) over a minute each: how low and how high the bank, as the accelerometer reads it, has been. */
+typedef struct {
+    double ticks, sum; /* of the minute that fills, m/s^2 */
+    double minutes, low, high;
+} oc_bank_watch;
+
+void oc_bank_watch_update(oc_bank_watch *watch, double bank, double ticks_per_minute);
+
 /* The gate of the joint method, which models bends and banks: bank_mean is (33)'s, m/s^2, and speed in m/s. */
 uint32_t oc_joint_gate(const oc_params *params, const oc_motion *motion, double speed, double bank_mean);
 

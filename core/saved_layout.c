@@ -19,7 +19,7 @@
 
 /* docs/make_layout.py writes what follows from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x80628E60u;
+static const uint32_t layout_hash = 0x457844AFu;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
@@ -66,7 +66,7 @@ static const oc_saved_run state_runs[] = {
     FLOATS(oc_state, evidence.angle.slopes, 7), DOUBLES(oc_state, evidence.angle.side_slip.information[0][0], 12),
     ENUMS(oc_state, evidence.fault.fault, 1), FLOATS(oc_state, evidence.fault.confidence, 2),
     INTEGERS(oc_state, evidence.verdicts.offset_trusted, 1), FLOATS(oc_state, evidence.verdicts.lately, 1),
-    COUNTS(oc_state, evidence.ticks, 13), DOUBLES(oc_state, evidence.bank_ticks, 5),
+    COUNTS(oc_state, evidence.ticks, 13), DOUBLES(oc_state, evidence.bank_ticks, 10),
     ENUMS(oc_state, learned.offset.status, 1), FLOATS(oc_state, learned.offset.lean, 1),
     DOUBLES(oc_state, learned.understeer_gradient.value, 3), ENUMS(oc_state, learned.understeer_gradient.status, 1),
     FLOATS(oc_state, learned.understeer_gradient.lean, 1), DOUBLES(oc_state, learned.backlash.value, 3),
@@ -74,7 +74,7 @@ static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, learned.unloading_acceleration.value, 3),
     ENUMS(oc_state, learned.unloading_acceleration.status, 1), FLOATS(oc_state, learned.unloading_acceleration.lean, 1),
     DOUBLES(oc_state, learned.equivalent_wheelbase.value, 3), ENUMS(oc_state, learned.equivalent_wheelbase.status, 1),
-    FLOATS(oc_state, learned.equivalent_wheelbase.lean, 13), INTEGERS(oc_state, learned.truck.known, 1),
+    FLOATS(oc_state, learned.equivalent_wheelbase.lean, 14), INTEGERS(oc_state, learned.truck.known, 1),
 };
 
 static const oc_saved_run keyed_runs[] = {

@@ -76,7 +76,7 @@ def by_code(answer: oc.Answer) -> dict[str, Finding]:
 
 
 def changed(before_deg: float, after_deg: float, kind: str = "offset", sd_deg: float = 0.05) -> Change:
-    size = (after_deg - before_deg) * DEGREE if kind == "offset" else None
+    size = None if kind == "bends" else (after_deg - before_deg) * DEGREE
     return Change(
         kind=kind,
         drive=0,
@@ -192,6 +192,13 @@ def test_a_change_of_the_offset_is_told_with_its_time_and_its_size() -> None:
     assert "from +2.0 to -3.0" in found.text
 
 
+def test_a_small_change_names_load_and_ride_height_and_accuses_nobody() -> None:
+    found = told(changed(2.0, 1.0, "straight_ahead"))
+    assert "offset_changed" not in found
+    assert found["straight_ahead_moved"].severity == "info"
+    assert "ride height" in found["straight_ahead_moved"].text and "wind" in found["straight_ahead_moved"].text
+
+
 def test_a_change_that_did_not_last_is_no_finding() -> None:
     assert set(told(changed(2.0, 2.3, sd_deg=0.5))) == {"interval"}
 
@@ -201,7 +208,7 @@ def test_a_change_that_did_not_last_is_no_finding() -> None:
     [
         (2.0, 0.1, "offset_corrected_by_sender"),
         (-2.0, -0.1, "offset_corrected_by_sender"),
-        (2.0, 0.7, "offset_changed"),
+        (4.0, 0.7, "offset_changed"),
         (0.9, 0.0, "offset_changed"),
     ],
 )

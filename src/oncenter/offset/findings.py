@@ -70,10 +70,14 @@ TABLE = {
     # what the joint method alone can say
     "bends_changed": Row("info", "s", "a change that was not one of the offset"),
     "offset_corrected_by_sender": Row("warning", "deg", "the offset changed from large to nearly zero"),
+    "straight_ahead_moved": Row("info", "deg", "the offset changed by less than a sensor that was remounted"),
     "offset_changed": Row("warning", "deg", "the offset changed otherwise, by more than its interval"),
     "steering_play": Row("warning", "deg", "valid, and beyond the maintenance standard"),
     "unloading_off_zero": Row("warning", "m/s^2", "valid, and its whole interval away from zero"),
     "roads_fall_to_other_side": Row("warning", "%", "the mean bank is against the vehicle file's traffic side"),
+    "lateral_acceleration_moves": Row(
+        "warning", "m/s^2", "the bank moves more than roads do; info where only the joint method finds its zero to move"
+    ),
     "wheelbase_or_ratio": Row("info", "m", "valid, and its whole interval off the vehicle file's"),
     "one_flank_seen": Row("warning", "s", "evidence enough, but too little side force to a side"),
     "no_understeer": Row("warning", "deg/(m/s^2)", "evidence enough, but the gradient is not positive"),

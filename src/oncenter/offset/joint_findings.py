@@ -17,6 +17,8 @@ from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 # Thresholds for speaking up, ours.
 _UNLOADING_WORTH_TELLING_M_S2 = 0.1  # half a usual crown
+_BANK_MOVED_M_S2 = 0.35  # between two minutes' means: bench/effects.py, rows `none` and `accelerometer_drift`
+_BANKS_AT_MOST_M_S2 = 1.2  # between two minutes' means: 7 % of superelevation to either side, and more
 _OFFSET_TAKEN_OUT_DEG = 0.5  # a sender that corrects itself ends so near to zero
 _OFFSET_LARGE_DEG = 1.0  # and had something to correct
 _PART_WORTH_TELLING = 0.25  # of the half-width
@@ -47,6 +49,7 @@ def joint_findings(
     other_side = _crown(native, params, traffic_sign)
     yield _unloading(native, params, steering_ratio, 0.0 if other_side else traffic_sign)
     yield other_side
+    yield _accelerometer_moves(native, params)
     yield _wheelbase(native, steering_ratio, wheelbase_m)
     yield _evidence(native, params)
     yield _unseen_flank(native, params)
@@ -74,6 +77,13 @@ def _change(change: Change) -> Finding | None:
             "offset_corrected_by_sender",
             f"{when} the offset began to change {course}: the sender corrects its angle itself, or was calibrated; "
             "do not correct it a second time",
+            size,
+        )
+    if change.kind == "straight_ahead":
+        return from_table(
+            "straight_ahead_moved",
+            f"{when} the steering wheel angle that drives straight changed {course}, as after loading or unloading (the "
+            "ride height steers), or in a lasting side wind; the sensor may have moved, too, if it stays so",
             size,
         )
     return from_table(
@@ -146,6 +156,29 @@ def _crown(native: Mapping[str, Any], params: Mapping[str, float], traffic_sign:
         "wrong in the vehicle file",
         fell * percent,
     )
+
+
+def _wanders(native: Mapping[str, Any]) -> bool:
+    """By both: the steering that no longer goes with the accelerometer, and minutes that read otherwise."""
+    return bool(native["accelerometer_wanders"] and native["bank_high"] - native["bank_low"] > _BANK_MOVED_M_S2)
+
+
+def _accelerometer_moves(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+    """No road banks by so much for a minute; or the steering wheel angle does not follow what the accelerometer says."""
+    moved = native["bank_high"] - native["bank_low"]
+    if not params["use_accelerometer"] or not (moved > _BANKS_AT_MOST_M_S2 or _wanders(native)):
+        return None
+    if moved > _BANKS_AT_MOST_M_S2:
+        text = (
+            f"the lateral accelerometer's zero moved by about {moved:.1f} m/s^2, more than any road banks: look at the "
+            "sensor; it does not tell the offset"
+        )
+        return from_table("lateral_acceleration_moves", text, moved)
+    text = (
+        "the lateral accelerometer's zero seems to move in this drive, as a sensor does that warms up, or a wind that "
+        "comes and goes: the offset allows for it"
+    )
+    return from_table("lateral_acceleration_moves", text, moved, severity="info")
 
 
 def _wheelbase(native: Mapping[str, Any], steering_ratio: float, wheelbase_m: float) -> Finding | None:

@@ -122,7 +122,8 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
         yaw_rate_bias_half_width=np.where(has_bias, 1.96 * bias_sd / DEGREE, np.nan),
         changes=changes,
         begin_of_offset=max(
-            (time for time, change in zip(changes, answer.changes, strict=True) if change.kind == "offset"), default=0.0
+            (time for time, change in zip(changes, answer.changes, strict=True) if change.size_rad is not None),
+            default=0.0,
         ),
         unloading_acceleration=unloading,
     )

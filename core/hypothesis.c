@@ -44,6 +44,7 @@ static void add_motion(float *sums, const oc_motion_sample *sample) {
     sums[GRADIENT] += sample->lateral_acceleration;
     sums[YAW_ACCELERATION] += sample->yaw_acceleration;
     sums[JERK] += sample->jerk;
+    sums[FIFTH_WHEEL] += sample->fifth_wheel;
     sums[WHEELBASE] += sample->curvature;
     sums[YAW_RATE_BIAS] += sample->per_speed;
 }

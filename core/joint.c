@@ -24,6 +24,8 @@ static const float familiar_s = 60.0f;        /* s on a flank until a surprise t
 static const float flank_margin = 0.02f;      /* m/s^2 beyond friction, from which a flank is loaded */
 static const float crown_discount_max = 25.0f; /* `wrong_side`: inflates the prior's sd at most fivefold, so that
                                                 * a wrong prior is left again; 1 without accelerometer */
+static const float trailer_m = 7.0f;          /* from the hitch to the axles' middle, of most semitrailers */
+static const float fifth_wheel_slip = 0.2f * 0.017453292f; /* rad: bench/effects.py, row `fifth_wheel` */
 static const float tag_axle_shortening = 0.15f; /* share, `lift_axle`: so much shorter, the tag axle is up */
 static const float tag_axle_fade = 0.10f;     /* share over which c fades: from 5 % on, a vehicle file's error */
 static const float tyre_share_in_bends = 0.7f; /* `no_accelerometer_motorway`: roads are banked in bends */
@@ -134,6 +136,7 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
         .yaw_acceleration = (float)((tick->yaw_rate - before->yaw_rate) * rate_hz),
         .jerk = (float)((tick->lateral_acceleration - before->lateral_acceleration) * rate_hz),
         .curvature = (float)tick->curvature,
+        .fifth_wheel = before->fifth_wheel,
         .per_speed = 1.0f / (float)(tick->speed > 1.0 ? tick->speed : 1.0),
         .tandem = oc_joint_tandem(joint, design) * (float)tick->curvature,
         .wind = {(float)tick->speed / wind_speed * joint->along, (float)tick->speed / wind_speed * joint->across},
@@ -217,6 +220,15 @@ static bool ends_second(const oc_motion_sample *sample, const oc_joint_design *d
     return sample->in_second == design->samples_per_second - 1;
 }
 
+/* Between two samples. Dahl's friction: an articulation of fifth_wheel_slip takes it from one side to full. A truck
+ * without a trailer has a term that finds nothing. */
+static void articulate(oc_joint_tracking *tracking, const oc_joint_design *design, const oc_joint_tick *tick) {
+    const float step_s = design->hypothesis.step_s;
+    const float turned = tracking->turned - (float)tick->speed / trailer_m * tracking->articulation * step_s;
+    tracking->articulation = oc_clamp_size(tracking->articulation + turned, 1.0f);
+    tracking->fifth_wheel = oc_clamp_size(tracking->fifth_wheel + turned / fifth_wheel_slip, 1.0f);
+}
+
 /* Copies of the best hypothesis's operators follow each sample, since its own are a round behind. */
 static void follow_best(const oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                         const oc_motion_sample *sample) {
@@ -236,6 +248,7 @@ static bool collect_sample(oc_joint *joint, oc_joint_tracking *tracking, const o
     const float filtered[OC_NOISY] = {(float)bank, (float)tick->yaw_rate};
     oc_noise_update(&joint->second.noise, &tracking->noise, &design->noise, filtered, tick->raw, share);
     turn_heading(joint, tracking->turned);
+    articulate(tracking, design, tick);
     tracking->turned = 0.0f;
 
     oc_collected *filling = &tracking->filling;

@@ -71,6 +71,8 @@ typedef struct {
     float turned;                /* rad, since the last sample */
     double yaw_rate;             /* rad/s, of the tick before, as is the acceleration; not neighbours: loading both at
                                   * once just after the store would stall */
+    float articulation;          /* rad, of a trailer of the usual length */
+    float fifth_wheel;           /* place in its friction, -1 to 1 */
     double bank;                 /* m/s^2, a_y - r*v smoothed */
     double lateral_acceleration; /* m/s^2 */
     oc_noise_watch noise;

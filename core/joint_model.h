@@ -2,7 +2,7 @@
 #define OC_JOINT_MODEL_H
 /* The joint method's model on one page: the observation equation (docs/method.md, "The joint method"),
  *
- *     delta_m - i L kappa = o + i K (a - a_w - a_0) + (W/2) d + (B/2) c + k_1 r' + k_2 a' + l i L kappa - (i L/v) b
+ *     delta_m - i L kappa = o + i K (a - a_w - a_0) + (W/2) d + (B/2) c + k_1 r' + k_2 a' + h f + l i L kappa - (i L/v) b
  *
  * and each of its terms, estimated by least squares with these priors. A term's factor is its regressor; the slopes
  * of the play's terms are differences of operators (play.h). A prior weighs as one observation at its sd. Terms change
@@ -24,7 +24,8 @@
  *
  * Sources: 1 wide, ours: bench/accuracy.py's drives decide; 2 past_bias.h; 3 pull and wind of bench/population.py and
  * more; 4 and 5 bench/population.py: king pins hold 0.02 to 0.2 m/s^2, play is 0 to 15 deg, in most trucks little;
- * 6 errors of vehicle files, row `vehicle_off`; 7 the thesis's truck, 4.2. */
+ * 6 errors of vehicle files, row `vehicle_off`; 7 the thesis's truck, 4.2;
+ * 8 bench/effects.py, row `fifth_wheel`: 3 kNm of friction. */
 
 #include "triangle.h"
 
@@ -33,6 +34,7 @@
 enum {
     YAW_ACCELERATION,
     JERK,
+    FIFTH_WHEEL,
     YAW_RATE_BIAS,
     WIND,
     WIND_ACROSS,

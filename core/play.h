@@ -16,6 +16,7 @@ typedef struct {
     float yaw_acceleration;     /* rad/s^2 */
     float jerk;                 /* m/s^3, lateral */
     float curvature;            /* 1/m */
+    float fifth_wheel;          /* place of a trailer's fifth wheel in its friction, -1 to 1 */
     float per_speed;            /* s/m, 1 over the speed */
     float tandem;               /* m/s^2, c times curvature: rear axles that resist turning */
     float wind[OC_WINDS];       /* v/20 cos psi and v/20 sin psi: share of a steady wind's lateral force, 1 at 20 m/s */

@@ -19,7 +19,7 @@
 
 /* docs/make_layout.py writes what follows from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x457844AFu;
+static const uint32_t layout_hash = 0xF0A83100u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
@@ -29,18 +29,19 @@ static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.cornering.filling.weight, 147), INTEGERS(oc_state, tracking.cornering.ticks, 3),
     INTEGERS(oc_state, tracking.joint.running, 2), FLOATS(oc_state, tracking.joint.curvature_sum, 1),
     INTEGERS(oc_state, tracking.joint.doubted, 1), FLOATS(oc_state, tracking.joint.turned, 1),
-    DOUBLES(oc_state, tracking.joint.yaw_rate, 3), FLOATS(oc_state, tracking.joint.noise.samples.last[0], 12),
+    DOUBLES(oc_state, tracking.joint.yaw_rate, 1), FLOATS(oc_state, tracking.joint.articulation, 2),
+    DOUBLES(oc_state, tracking.joint.bank, 2), FLOATS(oc_state, tracking.joint.noise.samples.last[0], 12),
     DOUBLES_OF_EACH(oc_state, tracking.joint.filling.samples[0].angle, 1, tracking.joint.filling.samples),
-    FLOATS_OF_EACH(oc_state, tracking.joint.filling.samples[0].residual, 9, tracking.joint.filling.samples),
+    FLOATS_OF_EACH(oc_state, tracking.joint.filling.samples[0].residual, 10, tracking.joint.filling.samples),
     INTEGERS_OF_EACH(oc_state, tracking.joint.filling.samples[0].in_second, 1, tracking.joint.filling.samples),
     INTEGERS(oc_state, tracking.joint.filling.count, 1), FLOATS(oc_state, tracking.joint.filling.curvature, 1),
     INTEGERS(oc_state, tracking.joint.filling.doubted, 1),
     DOUBLES_OF_EACH(oc_state, tracking.joint.taken.samples[0].angle, 1, tracking.joint.taken.samples),
-    FLOATS_OF_EACH(oc_state, tracking.joint.taken.samples[0].residual, 9, tracking.joint.taken.samples),
+    FLOATS_OF_EACH(oc_state, tracking.joint.taken.samples[0].residual, 10, tracking.joint.taken.samples),
     INTEGERS_OF_EACH(oc_state, tracking.joint.taken.samples[0].in_second, 1, tracking.joint.taken.samples),
     INTEGERS(oc_state, tracking.joint.taken.count, 1), FLOATS(oc_state, tracking.joint.taken.curvature, 1),
     INTEGERS(oc_state, tracking.joint.taken.doubted, 1), INTEGERS(oc_state, tracking.joint.turns, 3),
-    FLOATS(oc_state, tracking.joint.min_error, 133), INTEGERS(oc_state, tracking.angle.running, 1),
+    FLOATS(oc_state, tracking.joint.min_error, 150), INTEGERS(oc_state, tracking.angle.running, 1),
     FLOATS(oc_state, tracking.angle.yaw_rate_first, 12), INTEGERS(oc_state, tracking.angle.ticks_to_check, 1),
     FLOATS(oc_state, tracking.angle.held_s, 9), INTEGERS(oc_state, tracking.fault.running, 1),
     ENUMS(oc_state, tracking.fault.fault, 1), DOUBLES(oc_state, tracking.fault.since, 7),
@@ -60,7 +61,7 @@ static const oc_saved_run state_runs[] = {
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),
     FLOATS_OF_EACH(oc_state, evidence.joint.changed[0].change.size, 3, evidence.joint.changed),
-    FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].play.half_width, 180, evidence.joint.hypotheses),
+    FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].play.half_width, 198, evidence.joint.hypotheses),
     INTEGERS_OF_EACH(oc_state, evidence.joint.hypotheses[0].wanders, 1, evidence.joint.hypotheses),
     FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].huber_weight, 18, evidence.joint.hypotheses),
     FLOATS(oc_state, evidence.angle.slopes, 7), DOUBLES(oc_state, evidence.angle.side_slip.information[0][0], 12),

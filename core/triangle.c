@@ -16,10 +16,8 @@ static float root_of(float square, float prior_information) {
 
 void oc_triangle_factor(const float *scatter, const float *information, float noise, float *lower, float *inverse) {
     const float weight = 1.0f / noise;
-    lower[0] = root_of(scatter[0] * weight + information[0], information[0]);
-    inverse[0] = 1.0f / lower[0];
-    /* two rows at a time read the rows above once; OC_TERMS is odd */
-    for (int32_t i = 1; i < OC_TERMS; i += 2) {
+    /* two rows at a time read the rows above once; OC_TERMS is even */
+    for (int32_t i = 0; i < OC_TERMS; i += 2) {
         const float *cell = &scatter[i * (i + 1) / 2], *cell_below = cell + i + 1;
         float *row = &lower[i * (i + 1) / 2], *below = row + i + 1;
         const float *above = lower;

@@ -19,6 +19,8 @@ static const float weight_min = 1e-6f;                     /* s, against a divis
 
 /* Tuned. */
 static const float gradient_min = 0.2f * 0.017453292f; /* rad/(m/s^2): bench/accuracy.py, row `population` */
+static const float front_slip = 0.7f * 0.017453292f; /* rad of the wheels per m/s^2 that the front tyres bear, by
+                                                      * bench/population.py: a fifth wheel's friction loads these alone */
 static const float road_max = 0.6f;  /* m/s^2: crown, its other side and a pull: bench/effects.py, row `play_15` */
 static const float doubt_max = 8.0f; /* cost: roads may fall to the other side: rows `play_15`, `wrong_side` */
 static const float two_ends_share = 0.15f; /* variance of two ends by their distance squared: row `unloads_on_crown` */
@@ -55,6 +57,8 @@ void oc_hypothesis_relinearise(oc_hypothesis *h, const oc_hypothesis_design *des
         play->wind[k] = stepped(before.wind[k], solved(h, design, WIND + k), unloading_step, -0.5f, 0.5f);
         oc_hypothesis_shift(h, design, WIND + k, play->wind[k] - before.wind[k]);
     }
+    const float fifth_wheel = solved(h, design, FIFTH_WHEEL) / (design->steering_ratio * front_slip);
+    play->fifth_wheel = stepped(before.fifth_wheel, fifth_wheel - before.fifth_wheel, unloading_step, -0.5f, 0.5f);
     if (!creeps(play)) {
         return;
     }

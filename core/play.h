@@ -31,6 +31,7 @@ typedef struct {
     float windup;         /* rad, half of the column's wind-up */
     float unwinding;      /* 1/s, at which a motor turns the wheels back to the centre */
     float wind[OC_WINDS]; /* m/s^2 */
+    float fifth_wheel;    /* m/s^2, lateral force on the front tyres by a fifth wheel's full friction */
 } oc_play;
 
 /* The parameters with a slope, in this order. */
@@ -66,7 +67,7 @@ typedef struct {
 /* Step of half a width's difference quotient, and the maximum of its move by one solution, rad. */
 float oc_play_width_step(float half_width);
 
-/* m/s^2, lateral force on the front tyres: a + kappa c - a_w - a_0. */
+/* m/s^2, lateral force on the front tyres: a + kappa c + a_h f - a_w - a_0. */
 float oc_play_load(const oc_play *play, const oc_motion_sample *sample);
 
 /* Moves all places on. Adds to the sums the differences of `inner`, rad, at less minus at more of each parameter;

@@ -19,7 +19,7 @@
 
 /* docs/make_layout.py writes what follows from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0xF0A83100u;
+static const uint32_t layout_hash = 0x810BDDE2u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
@@ -61,7 +61,7 @@ static const oc_saved_run state_runs[] = {
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),
     FLOATS_OF_EACH(oc_state, evidence.joint.changed[0].change.size, 3, evidence.joint.changed),
-    FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].play.half_width, 198, evidence.joint.hypotheses),
+    FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].play.half_width, 199, evidence.joint.hypotheses),
     INTEGERS_OF_EACH(oc_state, evidence.joint.hypotheses[0].wanders, 1, evidence.joint.hypotheses),
     FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].huber_weight, 18, evidence.joint.hypotheses),
     FLOATS(oc_state, evidence.angle.slopes, 7), DOUBLES(oc_state, evidence.angle.side_slip.information[0][0], 12),

@@ -231,12 +231,12 @@ static void reopen(oc_hypothesis *h, int32_t term, float by_constant, float vari
 static void wander(oc_hypothesis *h, const oc_hypothesis_design *design) {
     const float scale = design->scale[UNLOADING];
     const float by_constant = -design->steering_ratio * oc_max(h->gradient, 0.0f) * scale;
-    reopen(h, UNLOADING, by_constant, design->wander[h->wanders] / (scale * scale));
+    reopen(h, UNLOADING, by_constant, design->wander / (scale * scale));
 }
 
 void oc_hypothesis_take_in(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
                            int32_t samples) {
-    if (h->wanders != OC_STAYS) {
+    if (h->wanders) {
         wander(h, design);
     }
     regress(h, design, second, samples);

@@ -24,9 +24,6 @@ typedef struct {
     float yaw_rate_bias_sd; /* rad/s, of the yaw rate's correction */
 } oc_prior;
 
-/* What a hypothesis believes of the accelerometer's zero. */
-enum { OC_STAYS, OC_WANDERS, OC_RUNS, OC_WANDER_LEVELS };
-
 typedef struct {
     float step_s;                                 /* between samples */
     float steering_ratio, ratio_times_wheelbase;  /* 1, m */
@@ -34,7 +31,7 @@ typedef struct {
     float of_sum[OC_TERMS];                       /* a term per unit of a second's sum */
     float per_unloading;                          /* s^2/m, a_0's slope per difference */
     float pull_sd;                                /* m/s^2, of wheel alignment and mean wind */
-    float wander[OC_WANDER_LEVELS];               /* (m/s^2)^2, variance of a_0's random change in a second */
+    float wander;                                 /* (m/s^2)^2, variance of a_0's random change in a second */
     float most_doubt;                             /* maximum divisor of a_0's prior information */
 } oc_hypothesis_design;
 
@@ -67,7 +64,7 @@ typedef struct {
     float variance;                      /* rad^2, of the prediction errors */
     oc_correlation blocks, long_blocks;
     float width_mean;                    /* rad, of the prior of its play's width: where it began */
-    int32_t wanders;                     /* how fast a_0 does: OC_STAYS, ... */
+    int32_t wanders;                     /* 1: the accelerometer's zero does, and a_0 with it */
     float huber_weight;                  /* of the last second, 1 or less */
     float error;                         /* rad, prediction error of the last second */
     float cost;                          /* negative log likelihood, forgetting; after probation */

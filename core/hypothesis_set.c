@@ -94,13 +94,13 @@ static float flank_mark(float seen_s) {
     return seen_s < 1e5f ? seen_s : 0.0f;
 }
 
-/* Whether one like the best that may be right believes this of the accelerometer's zero. */
-static bool is_believed(const oc_joint *joint, int32_t wanders) {
-    static const float alike = 0.5f * 0.017453292f; /* rad of half a width, tuned: `accelerometer_drift_double` */
+/* Whether one like the best that may be right has the other belief of the accelerometer's zero. */
+static bool has_counterpart(const oc_joint *joint) {
+    static const float alike = 0.5f * 0.017453292f; /* rad of half a width, tuned: bench/effects.py, row `play_12` */
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (h->wanders == wanders && h->cost < best->cost + (float)OC_JOINT_REJECT_COST &&
+        if (h->wanders != best->wanders && h->cost < best->cost + (float)OC_JOINT_REJECT_COST &&
             fabsf(h->play.half_width - best->play.half_width) < alike) {
             return true;
         }
@@ -108,20 +108,16 @@ static bool is_believed(const oc_joint *joint, int32_t wanders) {
     return false;
 }
 
-/* Copies of the best hypothesis that believe the accelerometer's zero to wander by one level more, and less. */
-static void start_counterparts(oc_joint *joint) {
+/* A copy of the best hypothesis that has the other belief: that the accelerometer's zero wanders, or stays. */
+static void start_counterpart(oc_joint *joint) {
     static const float unlikely = 3.0f; /* cost: odds of 1 to 20, tuned: bench/effects.py, rows `none`, `relearning` */
-    const int32_t of_best = joint->hypotheses[joint->best].wanders;
-    for (int32_t wanders = of_best - 1; wanders <= of_best + 1; wanders += 2) {
-        if (wanders < OC_STAYS || wanders >= OC_WANDER_LEVELS || joint->count == OC_JOINT_HYPOTHESES ||
-            is_believed(joint, wanders)) {
-            continue;
-        }
-        oc_hypothesis *h = &joint->hypotheses[joint->count++];
-        *h = joint->hypotheses[joint->best];
-        h->wanders = wanders;
-        h->cost += wanders > of_best ? unlikely : 0.0f;
+    if (joint->count == OC_JOINT_HYPOTHESES || has_counterpart(joint)) {
+        return;
     }
+    oc_hypothesis *h = &joint->hypotheses[joint->count++];
+    *h = joint->hypotheses[joint->best];
+    h->wanders = !h->wanders;
+    h->cost += h->wanders ? unlikely : 0.0f;
 }
 
 /* Starts another hypothesis at intervals, since all early ones may have converged to a wrong play; later half as often.
@@ -147,7 +143,7 @@ static void renew(oc_joint *joint) {
     if (later) {
         remove_hypothesis(joint, redundant(joint));
     }
-    start_counterparts(joint);
+    start_counterpart(joint);
 }
 
 float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design) {

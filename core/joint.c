@@ -103,7 +103,7 @@ static void begin_collecting(oc_joint *joint, oc_joint_tracking *tracking, const
 }
 
 bool oc_joint_wanders(const oc_joint *joint) {
-    return joint->hypotheses[joint->best].wanders != OC_STAYS;
+    return joint->hypotheses[joint->best].wanders != 0;
 }
 
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {
@@ -389,6 +389,6 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
     tracking->solves_all = joint->solves_all;
     tracking->min_error = 1e9f;
     tracking->unfamiliar = is_unfamiliar(joint, tracking, design);
-    joint->second.learns = !tracking->taken.doubted && (tracking->unfamiliar || !is_suspected(joint));
+    joint->second.learns = !tracking->taken.doubted && !is_suspected(joint);
     joint->solves_all = 0;
 }

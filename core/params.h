@@ -60,7 +60,7 @@ typedef struct {
     double gyro_bias_drift_time_s; /* how long a drift lasts. 1800, ours: twice 2.5's warm-up */
     double gyro_bias_half_width_max_rad_s; /* a wider 95 % interval is not valid. 0.1 deg/s, half of 5.3.1's 0.2 */
     double wheel_radius_mismatch_sd_1; /* prior of left over right radius, less one. 0.005, ours: wear and pressure */
-    /* prior of the mismatch's random change in an hour. 1e-3, bench/effects.py, row tyres_in_the_sun: 8e-4 in 10
+    /* prior of the mismatch's random change in an hour. 5e-4, bench/effects.py, row tyres_in_the_sun: 8e-4 in 10
      * minutes */
     double wheel_radius_wander_sd_1;
     double wheel_radius_load_sd_s2_m; /* prior of the mismatch per m/s^2 of lateral force. 0.003, ours */

@@ -59,9 +59,6 @@ static bool has_tracks_for(const oc_params *params, double track, double track_f
     return (!turns_by_wheels || track > 0.0) && (!steers_by_wheels || track_front > 0.0);
 }
 
-/* Tuned. */
-static const float runs_variance = 36.0f; /* of a zero that runs, over one that wanders: `accelerometer_drift_thesis` */
-
 static int32_t rounded_up(double positive) {
     const int32_t whole = (int32_t)positive;
     return whole + (whole < positive ? 1 : 0);
@@ -104,9 +101,8 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     const float bank = sees_bank ? 0.0f : (float)params->crown_sd_m_s2;
     oc_joint_setup(&c->joint, &c->preprocess.lowpass, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
                    sqrtf(pull * pull + wind * wind + bank * bank), sees_bank, params->joint_memory_s);
-    const float wander = (float)params->accelerometer_wander_sd_m_s2 * (float)params->accelerometer_wander_sd_m_s2;
-    c->joint.hypothesis.wander[OC_WANDERS] = wander / 60.0f;
-    c->joint.hypothesis.wander[OC_RUNS] = runs_variance * wander / 60.0f;
+    const float wander = (float)params->accelerometer_wander_sd_m_s2;
+    c->joint.hypothesis.wander = wander * wander / 60.0f;
     c->joint.tandem = (float)params->tandem_side_force_m2_s2;
     oc_ratio ratio = vehicle->ratio;
     ratio.ratio = vehicle->steering_ratio;

@@ -32,7 +32,7 @@ void oc_learn_truck(oc_learned *l, const oc_joint *joint, const oc_coefficients 
         .backlash = (float)l->backlash.value,
         .unloading = (float)l->unloading_acceleration.value / borne,
         .unloading_sd = (float)l->unloading_acceleration.standard_deviation / borne,
-        .wander = c->joint.hypothesis.wander[joint->hypotheses[joint->best].wanders] / (borne * borne),
+        .wander = oc_joint_wanders(joint) ? c->joint.hypothesis.wander / (borne * borne) : 0.0f,
         .tandem = oc_joint_tandem(joint, &c->joint) / borne,
         .friction = creeps_by_load ? play->friction / borne : 0.0f,
         .creep = creeps_by_load ? play->creep * borne : 0.0f,

@@ -210,15 +210,16 @@ void oc_hypothesis_predict(oc_hypothesis *h, const oc_hypothesis_design *design,
 /* A Kalman filter's step of time: the variance of the term, of which `by_constant` is the constant's share per unit,
  * grows by `variance`, in units of its prior's (docs/method.md, "Steps of time"). */
 static void reopen(oc_hypothesis *h, int32_t term, float by_constant, float variance) {
-    float row[OC_TERMS];
-    for (int32_t k = 0; k < OC_TERMS; ++k) {
+    float row[OC_TERMS] = {0}; /* stays so where rounding has left nothing */
+    for (int32_t k = 0; k < OC_TERMS && oc_triangle_cell(h->scatter, term, term) > 0.0f; ++k) {
         row[k] = oc_triangle_cell(h->scatter, term, k);
     }
     const float noise = oc_hypothesis_noise(h);
-    const float at_mean = h->means[term] + by_constant, toward = h->toward[term];
-    const float share = variance / (noise + variance * row[term]);
+    const float at_mean = h->means[term] + by_constant, toward = row[term] > 0.0f ? h->toward[term] : 0.0f;
+    const float own = row[term];
+    const float share = variance / (noise + variance * own);
     const float of_constant = h->weight * at_mean * at_mean;
-    h->weight *= 1.0f - variance * of_constant / (noise + variance * (row[term] + of_constant));
+    h->weight *= 1.0f - variance * of_constant / (noise + variance * (own + of_constant));
     h->target_mean -= share * at_mean * toward;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         h->means[k] -= share * at_mean * row[k];

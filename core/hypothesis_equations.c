@@ -216,7 +216,7 @@ static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *d
     const float needed = shared > 0.0f ? across * across / shared : bends;
     const float max = oc_clamp(design->scale[WHEELBASE] * bends, 0.0f, oc_max(bends - needed, 0.0f));
     const float bend_noise = oc_clamp(seconds * yaw_rate * bend * bend, 0.0f, max); /* moves l by its prior's sd */
-    lower[BEND] = sqrtf(bends - bend_noise);
+    lower[BEND] = sqrtf(oc_max(bends - bend_noise, equations->information[WHEELBASE]));
     equations->inverse[WHEELBASE] = 1.0f / lower[BEND];
     lower[BOTH] = across * equations->inverse[WHEELBASE];
     const float left = both + forces - lower[BOTH] * lower[BOTH];

@@ -9,13 +9,14 @@ static const float play_min = 0.5f * 0.017453292f; /* rad, that shows two flanks
 static const float lately_rate = 1.0f / 80.0f;     /* of a second in the mean of the last offsets: row `motorway` */
 
 /* The sd that decides the offset's status. Where the steering has free play, everything except pull and wind must be
- * twice as tight, otherwise the prior dominates. So must half of the offset's last movement (rad), in any play. */
+ * twice as tight, otherwise the prior dominates. The offset's last movement (rad) counts more, in any play. */
 static float offset_status_sd(const oc_joint_answer *found, float moved) {
-    static const float times = 2.0f; /* tuned: bench/accuracy.py, rows `lift_axle`, `kicks`, `play_15_friction` */
+    static const float times = 2.0f; /* tuned: bench/effects.py, rows `fifth_wheel_half`, `wind_moment` */
+    static const float of_movement = 2.5f; /* tuned: bench/accuracy.py, rows `lift_axle`, `kicks` */
     const oc_found width = found->of[OC_OF_WIDTH];
     const bool plays = width.value + 1.96f * width.sd > oc_joint_model_get()->little_play;
-    const float identified = plays ? found->identified_sd : 0.0f, movement = 0.5f * fabsf(moved);
-    return oc_max(times * oc_max(identified, movement), found->of[OC_OF_OFFSET].sd);
+    const float identified = plays ? found->identified_sd : 0.0f;
+    return oc_max(oc_max(times * identified, of_movement * fabsf(moved)), found->of[OC_OF_OFFSET].sd);
 }
 
 static oc_status status_of(oc_status before, bool enough, float sd, double narrow) {

@@ -100,6 +100,7 @@ typedef struct {
     float inverse[OC_TERMS];        /* of the factor's diagonal */
     float lower[OC_TERMS_TRIANGLE]; /* Cholesky's factor */
     float terms[OC_TERMS];          /* right side, then solution */
+    float weights[OC_TERMS];        /* of a sum of terms whose variance is sought; here to save stack */
 } oc_equations;
 
 enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };

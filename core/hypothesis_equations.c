@@ -138,18 +138,15 @@ static float crown_setup_share(float apart, float crown, float variance) {
 }
 
 /* Variance of o = constant + i K a_0 by the terms: weights are its gradient. */
-static float variance_of_offset(const oc_hypothesis *h, const oc_hypothesis_design *design,
-                                const oc_equations *equations) {
+static float variance_of_offset(const oc_hypothesis *h, const oc_hypothesis_design *design, oc_equations *equations) {
     const float *scale = design->scale, *terms = equations->terms;
     const float unloading = h->play.unloading + terms[UNLOADING] * scale[UNLOADING];
-    float weights[OC_TERMS] = {
-        [UNLOADING] = design->steering_ratio * terms[GRADIENT] * scale[GRADIENT] * scale[UNLOADING],
-        [GRADIENT] = design->steering_ratio * unloading * scale[GRADIENT],
-    };
     for (int32_t k = 0; k < OC_TERMS; ++k) {
-        weights[k] -= h->means[k];
+        equations->weights[k] = -h->means[k];
     }
-    return oc_triangle_variance(equations->lower, equations->inverse, 0, weights);
+    equations->weights[UNLOADING] += design->steering_ratio * terms[GRADIENT] * scale[GRADIENT] * scale[UNLOADING];
+    equations->weights[GRADIENT] += design->steering_ratio * unloading * scale[GRADIENT];
+    return oc_triangle_variance(equations->lower, equations->inverse, 0, equations->weights);
 }
 
 static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
@@ -228,7 +225,7 @@ static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *d
 }
 
 /* A parameter is one term, or the sum of two; of one, `first` and `second` are the same. */
-static void find_variances(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_equations *equations) {
+static void find_variances(oc_hypothesis *h, const oc_hypothesis_design *design, oc_equations *equations) {
     static const struct {
         int32_t first, second;
     } terms_of[OC_OF_OFFSET] = {
@@ -239,10 +236,12 @@ static void find_variances(oc_hypothesis *h, const oc_hypothesis_design *design,
     };
     for (int32_t k = 0; k < OC_OF_OFFSET; ++k) {
         const int32_t first = terms_of[k].first, second = terms_of[k].second;
-        float weights[OC_TERMS] = {0};
-        weights[first] = design->scale[first];
-        weights[second] = design->scale[second];
-        h->variances.of[k] = oc_triangle_variance(equations->lower, equations->inverse, first, weights);
+        for (int32_t term = 0; term < OC_TERMS; ++term) {
+            equations->weights[term] = 0.0f;
+        }
+        equations->weights[first] = design->scale[first];
+        equations->weights[second] = design->scale[second];
+        h->variances.of[k] = oc_triangle_variance(equations->lower, equations->inverse, first, equations->weights);
     }
     h->variances.of[OC_OF_OFFSET] = variance_of_offset(h, design, equations);
 }

@@ -21,10 +21,10 @@ SAME = 0.02  # of a figure: another processor's last bits make another drive of 
 # monitor: its matrices must be covariances and its equations have solutions, or else a number could become none.
 KIB = 1024
 ROWS = {
-    "flash of the monitor, KiB": ("50", "50"),
-    "flash with saved image, message and trouble code, KiB": ("50", "50"),
+    "flash of the monitor, KiB": ("56", "56"),
+    "flash with saved image, message and trouble code, KiB": ("56", "56"),
     "flash of all there is, KiB": ("", ""),
-    "RAM: state, KiB": ("17", "17"),
+    "RAM: state, KiB": ("20", "20"),
     "RAM: coefficients, KiB": ("", ""),
     "worst stack of a tick, bytes": ("1,024", "1,024"),
     "worst stack of setup, answer, saving and restoring, bytes": ("1,024", "1,024"),

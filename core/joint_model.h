@@ -18,7 +18,7 @@
  *   CREEP             lambda   speed of the wheels in their play by load, a share     slope           100 deg/s, 0.7 1
  *   FRICTION          f        load that the king pins hold, m/s^2                    slope           0.1, 0.15      4
  *   UNLOADING         a_0      neutral lateral acceleration, m/s^2                    slope           joint_method.c 3
- *   WIDTH             B        width of the play, rad                                 slope           4, 6 deg       5
+ *   WIDTH             B        width of the play, rad                                 slope           start's, 6 deg 5
  *   UNWINDING         rho      rate at which a motor unwinds the column, 1/s          slope           0, 0.6         1
  *   WINDUP            W        width of the column's wind-up, rad                     slope           1, 2 deg       1
  *   WHEELBASE         l        share by which the equivalent wheelbase is longer      i L kappa       0, 0.05        6

@@ -36,7 +36,7 @@ WINDUP_TERM, UNWINDING_TERM, WIND_TERMS = (
 WHEELBASE_TERM, FIFTH_WHEEL_TERM = TERMS.index("wheelbase"), TERMS.index("fifth_wheel")
 WITHIN_PLAY = [UNLOADING_TERM, FRICTION_TERM, CREEP_TERM]
 # What trucks are like, docs/method.md.
-GRADIENT_MEAN, WIDTH_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 4.0 * DEGREE, 0.1, 100.0 * DEGREE
+GRADIENT_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 0.1, 100.0 * DEGREE
 WINDUP_MEAN = 1.0 * DEGREE
 # A fifth wheel's friction asks for so much angle per m/s^2 that it loads the front tyres with.
 FIFTH_WHEEL_ANGLE = RATIO * 0.7 * DEGREE
@@ -95,7 +95,7 @@ def knots(rng: np.random.Generator, t: Array, every_s: float) -> Array:
 
 
 def dry_friction(yaw_rate: Array, v: Array) -> Array:
-    """Of the fifth wheel of a trailer of 7 m, -1 to 1, written from the page: 0.2 deg of articulation turn it over."""
+    """Of the fifth wheel of a trailer of 7 m, -1 to 1, written from the page: 0.2 deg take it from none to all."""
     articulation = place = 0.0
     course = np.empty_like(yaw_rate)
     for k, (r, speed) in enumerate(zip(yaw_rate, v, strict=True)):

@@ -82,8 +82,8 @@ def _change(change: Change) -> Finding | None:
     if change.kind == "straight_ahead":
         return from_table(
             "straight_ahead_moved",
-            f"{when} the steering wheel angle that drives straight changed {course}, as after loading or unloading (the "
-            "ride height steers), or in a lasting side wind; the sensor may have moved, too, if it stays so",
+            f"{when} the steering wheel angle that drives straight changed {course}, as after loading or unloading "
+            "(the ride height steers), or in a lasting side wind; the sensor may have moved, too, if it stays so",
             size,
         )
     return from_table(

@@ -363,9 +363,15 @@ static void watch_alarm(oc_gyro_bias *state, const oc_params *p) {
     }
 }
 
-/* m/s^2, less the bank of the last minutes' straights, so that an accelerometer whose zero drifts moves no radius. What
- * is constant of the bank is part of the mismatch. Bends lean by their curvature: the straights' bank is the intercept
- * of a line, whose slope has a prior of nought. */
+/* m/s^2, the bank of the last minutes' straights: the intercept of a line over curvature, whose slope has a prior of
+ * nought. */
+static double straights_bank(const oc_gyro_bias_level *level) {
+    const double squares = level->squares + squared(level_curvature);
+    const double apart = level->blocks * squares - squared(level->curvature);
+    return apart > 0.0 ? (level->bank * squares - level->product * level->curvature) / apart : 0.0;
+}
+
+/* m/s^2, less the straights' bank, so that an accelerometer whose zero drifts moves no radius. */
 static double beyond_level(oc_gyro_bias_level *level, double acceleration, double speed, double yaw_rate) {
     const double curvature = yaw_rate / speed, bank = acceleration - yaw_rate * speed;
     const double keep = 1.0 - 1.0 / level_blocks;
@@ -374,9 +380,7 @@ static double beyond_level(oc_gyro_bias_level *level, double acceleration, doubl
     level->squares = keep * level->squares + curvature * curvature;
     level->bank = keep * level->bank + bank;
     level->product = keep * level->product + bank * curvature;
-    const double squares = level->squares + squared(level_curvature);
-    const double apart = level->blocks * squares - squared(level->curvature);
-    return acceleration - (level->bank * squares - level->product * level->curvature) / apart;
+    return acceleration - straights_bank(level);
 }
 
 static void read_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, int32_t axle) {
@@ -524,7 +528,7 @@ oc_estimate oc_gyro_bias_mismatch(const oc_gyro_bias *state, const oc_params *pa
     }
     const double sd = sqrt(state->P[m][m]);
     return (oc_estimate){
-        .value = state->x[m],
+        .value = state->x[m] - state->x[state_of(axle, LOAD)] * straights_bank(&state->level),
         .standard_deviation = sd,
         .evidence = state->axles[axle].blocks * block_s,
         .status = sd > 0.5 * prior ? OC_UNOBSERVABLE : OC_VALID,

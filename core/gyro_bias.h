@@ -111,7 +111,7 @@ bool oc_gyro_bias_alarmed(const oc_gyro_bias *state);
 /* Whether the filter took a step in this tick, so that others can defer their work to the next. */
 bool oc_gyro_bias_is_busy(const oc_gyro_bias *state);
 
-/* r_l/r_r - 1 of an axle, on the road's mean bank. */
+/* r_l/r_r - 1 of an axle, at zero lateral force. */
 oc_estimate oc_gyro_bias_mismatch(const oc_gyro_bias *state, const oc_params *params, int32_t axle);
 
 #endif

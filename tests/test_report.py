@@ -215,7 +215,7 @@ def test_a_change_is_marked_where_it_came_and_the_cloud_is_of_what_came_after(dr
 
 
 def test_a_bias_that_moves_is_drawn_and_one_that_stays_is_a_number(answer: Answer) -> None:
-    moving = answer_to(parts(oncenter.simulate("drifting_gyro", seed=1)[0], slice(0, 90000))[0])
+    moving = answer_to(oncenter.simulate("drifting_gyro", seed=1)[0])
     assert "yaw_rate_bias" in figures(moving, course_of(moving))
     assert "yaw_rate_bias" not in figures(answer, course_of(answer))
 

@@ -10,7 +10,7 @@ from typing import Any
 from oncenter.signals import DEGREE, Signals
 
 _KINDS = ("none", "offset", "bends")  # oc_change_kind
-SENSOR_MOVES_BY_DEG = 3.0  # load, ride height and wind move less: bench/effects.py, load_change_double, wind_moment
+SENSOR_MOVES_BY_DEG = 2.5  # load, ride height and wind move less: bench/effects.py, load_change_double, wind_moment
 
 
 @dataclass(frozen=True)
@@ -18,8 +18,8 @@ class Change:
     """One change that the drive proved; angles in rad, None where the kind has none.
 
     `kind` is "offset" (the sensor reads more or less at all times: `size_rad` more than before, with its standard
-    deviation `sd_rad`), "straight_ahead" (the same by less than SENSOR_MOVES_BY_DEG, which load, ride height or wind do
-    as well) or "bends" (bends take another angle than before, straights the same). `time_s` is on the clock
+    deviation `sd_rad`), "straight_ahead" (the same, but not surely by SENSOR_MOVES_BY_DEG: load, ride height or wind do
+    as much) or "bends" (bends take another angle than before, straights the same). `time_s` is on the clock
     of `log`, the `drive`-th of the answer's drives, and `into_log_s` since that log's begin. A change that came between
     two logs is told at the later one's begin. `offset_after_rad` is the offset at the next change, or at the end.
     """
@@ -79,7 +79,7 @@ def _change(raw: Mapping[str, Any], after: float, drive: int, drives: Sequence[S
     # what the offset went on to do after the proof counts as doubt of its size, as where it changed bit by bit
     sd = math.hypot(raw["change"]["size_sd"], 0.5 * (size - raw["change"]["size"]))
     of_offset = kind == "offset"
-    by_truck = of_offset and abs(size) < SENSOR_MOVES_BY_DEG * DEGREE
+    by_truck = of_offset and abs(size) - 1.96 * sd < SENSOR_MOVES_BY_DEG * DEGREE
     return Change(
         kind="straight_ahead" if by_truck else kind,
         drive=drive,

@@ -33,11 +33,13 @@ WINDUP_TERM, UNWINDING_TERM, WIND_TERMS = (
     TERMS.index("unwinding"),
     [TERMS.index("wind"), TERMS.index("wind_across")],
 )
-WHEELBASE_TERM = TERMS.index("wheelbase")
+WHEELBASE_TERM, FIFTH_WHEEL_TERM = TERMS.index("wheelbase"), TERMS.index("fifth_wheel")
 WITHIN_PLAY = [UNLOADING_TERM, FRICTION_TERM, CREEP_TERM]
 # What trucks are like, docs/method.md.
-GRADIENT_MEAN, WIDTH_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 4.0 * DEGREE, 0.1, 100.0 * DEGREE
+GRADIENT_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 0.1, 100.0 * DEGREE
 WINDUP_MEAN = 1.0 * DEGREE
+# A fifth wheel's friction asks for so much angle per m/s^2 that it loads the front tyres with.
+FIFTH_WHEEL_ANGLE = RATIO * 0.7 * DEGREE
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,7 @@ class Play:
     windup: float = 0.3 * DEGREE  # rad, half
     unwinding: float = 0.0  # 1/s
     wind: tuple[float, float] = (0.0, 0.0)  # m/s^2
+    fifth_wheel: float = 0.0  # m/s^2, by a fifth wheel's full friction
 
     def inner(self, angle: Array, lateral_acceleration: Array, blows: Array, centre: float = 0.0) -> Array:
         """Wind-up and play once more, written from the page. `blows` (n, 2) is the share of each wind."""
@@ -76,6 +79,7 @@ class Drive:
     yaw_acceleration: Array
     jerk: Array
     curvature: Array
+    fifth_wheel: Array
     per_speed: Array
     wind: Array
 
@@ -88,6 +92,18 @@ class Drive:
 def knots(rng: np.random.Generator, t: Array, every_s: float) -> Array:
     at = np.arange(0.0, t[-1] + 2 * every_s, every_s)
     return np.interp(t, at, rng.standard_normal(len(at)))
+
+
+def dry_friction(yaw_rate: Array, v: Array) -> Array:
+    """Of the fifth wheel of a trailer of 7 m, -1 to 1, written from the page: 0.2 deg take it from none to all."""
+    articulation = place = 0.0
+    course = np.empty_like(yaw_rate)
+    for k, (r, speed) in enumerate(zip(yaw_rate, v, strict=True)):
+        turned = (r - speed / 7.0 * articulation) * STEP_S
+        articulation += turned
+        place = min(max(place + turned / (0.2 * DEGREE), -1.0), 1.0)
+        course[k] = place
+    return course
 
 
 def driven(
@@ -110,10 +126,13 @@ def driven(
     heading = np.cumsum(v * curvature) * STEP_S + t / 100.0
     blows = v[:, None] / 20.0 * np.column_stack([np.cos(heading), np.sin(heading)])
     borne = a - play.unloading - blows @ np.array(play.wind)
-    residual = OFFSET + RATIO * GRADIENT * borne + angle - play.inner(angle, a, blows, OFFSET)
+    fifth_wheel = dry_friction(v * curvature, v)
+    by_trailer = play.fifth_wheel * fifth_wheel
+    residual = OFFSET + RATIO * GRADIENT * borne + angle - play.inner(angle, a + by_trailer, blows, OFFSET)
+    residual += FIFTH_WHEEL_ANGLE * by_trailer
     residual += noise * rng.standard_normal(len(t)) - RATIO_TIMES_WHEELBASE * yaw_rate_bias / v
     yaw_acceleration, jerk = np.gradient(v * curvature, STEP_S), np.gradient(a, STEP_S)
-    return Drive(angle, residual, a, yaw_acceleration, jerk, curvature, 1.0 / v, blows)
+    return Drive(angle, residual, a, yaw_acceleration, jerk, curvature, fifth_wheel, 1.0 / v, blows)
 
 
 @dataclass

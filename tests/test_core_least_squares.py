@@ -22,7 +22,6 @@ from one_hypothesis import (
     UNLOADING_TERM,
     UNWINDING_TERM,
     WHEELBASE_TERM,
-    WIDTH_MEAN,
     WIDTH_TERM,
     WIND_TERMS,
     WINDUP_MEAN,
@@ -37,13 +36,15 @@ from scipy import stats
 
 
 def prior_of(play: Play, learner: Learner) -> tuple[Array, Array]:
-    """The terms that the priors ask for, and how surely: their information. In units of `scale`."""
+    """The terms that the priors ask for, and how surely: their information. In units of `scale`.
+
+    Of the width it is the play that the learner began with."""
     information = np.ones(len(TERMS))
     information[UNLOADING_TERM] = (learner.scale[UNLOADING_TERM] / learner.unloading_sd) ** 2
     information[BIAS_TERM] = (learner.scale[BIAS_TERM] / learner.yaw_rate_bias_sd) ** 2
     asked = np.zeros(len(TERMS))
     asked[GRADIENT_TERM] = GRADIENT_MEAN
-    asked[WIDTH_TERM] = WIDTH_MEAN - 2 * play.half_width
+    asked[WIDTH_TERM] = 2 * (learner.play.half_width - play.half_width)
     asked[UNLOADING_TERM] = learner.unloading_mean - play.unloading
     asked[WIND_TERMS] = [-wind for wind in play.wind]
     if play.friction >= 0.0:
@@ -212,15 +213,43 @@ def information_of(h: Any) -> tuple[Array, Array]:
     return matrix / noise, vector / noise
 
 
+def unloading_sd_of(learner: Learner) -> float:
+    return math.sqrt(learner.h.variances.of[lib.OC_OF_UNLOADING])
+
+
 def test_a_new_load_adds_to_the_covariance_of_what_was_seen_and_moves_no_mean() -> None:
     """A Kalman filter's step of time: in single precision, by another derivation."""
     learner = Learner(Play(), 0.1).learn(driven(12, Play(), 400))
     before, told = information_of(learner.h)
     lib.oc_hypothesis_loaded(learner.h)
-    after, then = information_of(learner.h)
     wandered = np.zeros(len(before))
     wandered[1 + GRADIENT_TERM], wandered[1 + WHEELBASE_TERM] = 0.04, 1.0
-    expected = np.linalg.inv(np.linalg.inv(before) + np.diag(wandered))
+    assert_step_of_time(learner, before, told, np.diag(wandered))
+
+
+def test_a_zero_that_wanders_adds_to_the_covariance_along_itself_and_the_constant() -> None:
+    """A Kalman filter's step of time: a_0 moves by chance, and the constant by -i K of that, so that no offset does."""
+    learner = Learner(Play(), 0.1).learn(driven(12, Play(), 400))
+    before, told = information_of(learner.h)
+    offset, offset_sd, unloading_sd = learner.h.offset, learner.offset_sd, unloading_sd_of(learner)
+    learner.design.wander = 0.03**2
+    learner.h.wanders = 1
+    learner.h.huber_weight = 0.0  # so that nothing is learned from the second, and nothing forgotten
+    learner.second.memory_share, learner.second.block_ends, learner.second.long_block_ends = 1.0, 0, 0
+    lib.oc_hypothesis_take_in(learner.h, learner.design, learner.second, SAMPLES)
+    along = np.zeros(len(before))
+    along[1 + UNLOADING_TERM] = 0.03 / learner.scale[UNLOADING_TERM]
+    along[0] = -RATIO * learner.h.gradient * 0.03
+    assert_step_of_time(learner, before, told, np.outer(along, along))
+    learner.solve()
+    assert learner.h.offset == pytest.approx(offset, abs=0.05 * offset_sd)
+    assert unloading_sd_of(learner) > 2.0 * unloading_sd
+
+
+def assert_step_of_time(learner: Learner, before: Array, told: Array, added: Array) -> None:
+    """The evidence that was `before`, `told`, with `added` to its covariance, and the same means."""
+    after, then = information_of(learner.h)
+    expected = np.linalg.inv(np.linalg.inv(before) + added)
     scale = np.sqrt(np.diag(before))
     np.testing.assert_allclose(after / np.outer(scale, scale), expected / np.outer(scale, scale), atol=2e-3)
     mean = expected @ np.linalg.solve(before, told)

@@ -111,7 +111,7 @@ def record(row: str, *, error: float = 0.1, half_width: float = 0.3, pull: float
         said |= {f"{prefix}offset_holds": abs(off) <= half_width, f"{prefix}offset_status": "valid"}
     for name in effects.OTHERS:
         said |= {f"{name}_error": 0.01, f"{name}_half_width": 0.1, f"{name}_holds": True, f"{name}_status": "valid"}
-    return said | {"changes_deg": []} | given
+    return said | {"names_accelerometer": False, "changes_deg": []} | given
 
 
 def summaries_of(table: pl.DataFrame) -> list[dict[str, Any]]:

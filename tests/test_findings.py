@@ -51,6 +51,9 @@ def core_says(**others: Any) -> dict[str, Any]:
         "offset_per_yaw_rate_bias": 4.0,
         "bank_mean": 0.2,
         "bank_time": 1700.0,
+        "bank_low": 0.1,
+        "bank_high": 0.3,
+        "accelerometer_wanders": 0,
         "duration": 1800.0,
         "used": 1700.0,
         "rejected": [0.0] * len(_core.REASONS),
@@ -183,6 +186,32 @@ def test_roads_that_fall_to_the_other_side_than_traffic_has_them_are_told() -> N
     assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, accelerometer=False, **falls)
     unbiased = {"yaw_rate_bias": estimate(0.0, 1.0, "unobservable")}
     assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, **unbiased, **falls)
+
+
+def test_an_accelerometer_whose_zero_moves_by_more_than_roads_bank_is_told() -> None:
+    for wanders in (0, 1):
+        found = told(bank_low=-0.8, bank_high=0.6, accelerometer_wanders=wanders)["lateral_acceleration_moves"]
+        assert (found.severity, found.unit) == ("warning", "m/s^2") and found.value == pytest.approx(1.4)
+        assert "1.4 m/s^2" in found.text and "look at the sensor" in found.text
+
+
+def test_a_zero_that_seems_to_wander_is_an_info_where_minutes_read_otherwise_as_well() -> None:
+    found = told(bank_low=0.0, bank_high=0.5, accelerometer_wanders=1)["lateral_acceleration_moves"]
+    assert (found.severity, found.unit) == ("info", "m/s^2") and found.value == pytest.approx(0.5)
+    assert "warms up" in found.text and "wind" in found.text
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"bank_low": -0.4, "bank_high": 0.7},
+        {"bank_low": 0.0, "bank_high": 0.3, "accelerometer_wanders": 1},
+        {"bank_low": -0.8, "bank_high": 0.6, "accelerometer_wanders": 1, "accelerometer": False},
+    ],
+    ids=["roads", "minutes_alike", "not_used"],
+)
+def test_an_accelerometer_that_only_feels_roads_or_is_not_used_is_no_finding(given: dict[str, Any]) -> None:
+    assert "lateral_acceleration_moves" not in told(**given)
 
 
 def test_a_change_of_the_offset_is_told_with_its_time_and_its_size() -> None:

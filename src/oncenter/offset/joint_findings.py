@@ -82,8 +82,8 @@ def _change(change: Change) -> Finding | None:
     if change.kind == "straight_ahead":
         return from_table(
             "straight_ahead_moved",
-            f"{when} the steering wheel angle that drives straight changed {course}, as after loading or unloading (the "
-            "ride height steers), or in a lasting side wind; the sensor may have moved, too, if it stays so",
+            f"{when} the steering wheel angle that drives straight changed {course}, as after loading or unloading "
+            "(the ride height steers), or in a lasting side wind; the sensor may have moved, too, if it stays so",
             size,
         )
     return from_table(
@@ -164,7 +164,7 @@ def _wanders(native: Mapping[str, Any]) -> bool:
 
 
 def _accelerometer_moves(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
-    """No road banks by so much for a minute; or the steering wheel angle does not follow what the accelerometer says."""
+    """No road banks by so much for a minute; or the steering wheel angle does not follow the accelerometer."""
     moved = native["bank_high"] - native["bank_low"]
     if not params["use_accelerometer"] or not (moved > _BANKS_AT_MOST_M_S2 or _wanders(native)):
         return None

@@ -48,7 +48,8 @@ def record(row: str, seed: int, folder: Path, with_angle: bool, params: Mapping[
     pulled = driven.angle_per_m_s2 * (0.0 if np.isnan(unloads) else unloads)
     said: Record = {"row": row, "seed": seed, "valid": answer.offset.status == "valid"}
     said |= _judged("offset", answer.offset, target, target)
-    said |= {f"less_pull_{key}": value for key, value in _judged("offset", answer.offset, *(2 * [target + pulled])).items()}
+    less_pull = _judged("offset", answer.offset, target + pulled, target + pulled)
+    said |= {f"less_pull_{key}": value for key, value in less_pull.items()}
     for name, truth in _truths(driven).items():
         said |= _judged(name, getattr(answer, name), *truth)
     said["findings"] = [finding.code for finding in answer.findings if finding.severity != "info"]
@@ -161,7 +162,8 @@ def print_table(summaries: Sequence[Record]) -> None:
         print(
             f"{s['row']:28}{s['drives']:4}{s['valid']:6} | {good:17} |{s['covered_valid']:6}{s['covered']:5} |"
             f"{s['all_error'][0]:6.2f}{s['all_error'][1]:6.2f} | {others} "
-            f"{s['accused'] or ''} {s['faults'] or ''} {s['changes_deg'] or ''}{angle} names accelerometer {s['names_accelerometer']}"
+            f"{s['accused'] or ''} {s['faults'] or ''} {s['changes_deg'] or ''}{angle}"
+            f" names accelerometer {s['names_accelerometer']}"
         )
 
 

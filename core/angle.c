@@ -111,8 +111,8 @@ static void filter_motion(oc_angle_tracking *t, const oc_angle_design *d, const 
     t->bank += (tick->lateral_acceleration - t->yaw_rate * t->speed - t->bank) * d->bank_share;
 }
 
-/* (m/s^2)^2, by which an accelerometer's zero that wanders has moved since the sensor was lost; what goes on for long is
- * a drift, which grows faster. */
+/* (m/s^2)^2, by which an accelerometer's zero that wanders has moved since the sensor was lost; what goes on for long
+ * is a drift, which grows faster. */
 static float wandered(const oc_angle_tracking *t, const oc_angle_truck *truck) {
     const float lost_s = t->without_sensor_s;
     return lost_s < never_s ? truck->wander * lost_s * (1.0f + lost_s / drift_s) : 0.0f;

@@ -180,7 +180,7 @@ static void count_flank_time(oc_joint *joint, const oc_joint_design *design, con
     joint->to_right += flank < 0 ? step_s : 0.0f;
 }
 
-/* Whether the collected samples load a flank that was seldom loaded: what surprises there may be play, and no change. */
+/* Whether the collected samples load a flank that was seldom loaded: what surprises there may be play, no change. */
 static bool is_unfamiliar(const oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
     for (int32_t n = 0; n < tracking->taken.count; ++n) {
         const int32_t flank = flank_of(joint, design, &tracking->taken.samples[n]);

@@ -51,6 +51,8 @@ def test_a_power_cut_while_an_image_is_written_loses_that_interval_and_no_more(d
         for cut in [*range(24), *range(24, len(new), 997), len(new) - 1]:
             torn = list(slots)
             torn[sequence % 2] = new[:cut] + old[cut:]
+            if torn[sequence % 2] == new:  # what was not written was there by chance
+                continue
             after = Ecu()
             fault, found = restore_newest(after, torn)
             assert after.values() == before

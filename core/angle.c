@@ -34,6 +34,7 @@ static const float yaw_acceleration_sd_s = 0.15f; /* of T */
 static const float T_prior_s = 0.5f;
 static const float T_prior_steady_s = 6.0f; /* steering wheel angle per yaw rate at which T_prior_s holds */
 static const float T_prior_s2 = 0.05f;      /* rad^2/s^2 x s: yaw acceleration that outweighs the prior */
+static const float drifted_max = 0.09f;     /* (m/s^2)^2: as far as a zero is ever found off, bench/population.py */
 static const float drift_s = 300.0f;        /* from which on a wandering zero drifts: bench/effects.py */
 static const float load_share_sd = 0.10f;   /* of K after the loss of the sensor, by fuel and tyres */
 static const float load_share_stopped_sd = 0.25f; /* and after a stop that was long enough to load */
@@ -115,7 +116,8 @@ static void filter_motion(oc_angle_tracking *t, const oc_angle_design *d, const 
  * is a drift, which grows faster. */
 static float wandered(const oc_angle_tracking *t, const oc_angle_truck *truck) {
     const float lost_s = t->without_sensor_s;
-    return lost_s < never_s ? truck->wander * lost_s * (1.0f + lost_s / drift_s) : 0.0f;
+    const float drifted = oc_min(truck->wander * lost_s * (1.0f + lost_s / drift_s), drifted_max);
+    return lost_s < never_s ? drifted : 0.0f;
 }
 
 /* Without an accelerometer neither the bank of a bend nor all of the lateral force is identifiable. */

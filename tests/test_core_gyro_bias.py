@@ -80,7 +80,8 @@ def test_the_filter_agrees_with_least_squares_over_the_whole_drive() -> None:
     sd = math.sqrt(P[0, 0])
     assert answer["yaw_rate_bias"]["value"] == pytest.approx(x[0], abs=1.5 * sd)  # the bank was not known at first
     assert answer["yaw_rate_bias"]["standard_deviation"] == pytest.approx(sd, rel=0.7)
-    assert answer["wheel_radius_mismatch_rear"]["value"] == pytest.approx(x[1] - bank * x[2], abs=3.0 * math.sqrt(P[1, 1]))
+    level = x[1] - bank * x[2]
+    assert answer["wheel_radius_mismatch_rear"]["value"] == pytest.approx(level, abs=3.0 * math.sqrt(P[1, 1]))
 
 
 def test_a_mirrored_drive_has_the_mirrored_bias() -> None:

@@ -263,3 +263,47 @@ def test_a_page_takes_all_rows_and_the_reported_seeds(also: list[str], monkeypat
     with pytest.raises(SystemExit) as refused:
         effects.main()
     assert refused.value.code == 2
+
+
+def answered(row: str, seeds: range, folder: Path, *, with_angle: bool = False) -> pl.DataFrame:
+    return pl.DataFrame([effects.record(row, seed, folder, with_angle, {}) for seed in seeds], infer_schema_length=None)
+
+
+@pytest.mark.slow
+def test_a_wide_play_whose_other_flank_comes_late_is_found_and_accuses_nobody(tmp_path: Path) -> None:
+    """Of seeds 11 and 22 half of 12 deg was taken for offset, and the other flank for a sensor that was remounted."""
+    drives = pl.concat([answered("play_12", range(seed, seed + 1), tmp_path) for seed in (8, 11, 22)])
+    assert drives["backlash_error"].abs().max() < 1.0
+    assert drives["offset_error"].abs().max() < 0.5
+    assert not any("offset_changed" in findings for findings in drives["findings"])
+
+
+@pytest.mark.slow
+def test_an_accelerometer_that_drifts_moves_no_offset(tmp_path: Path) -> None:
+    """By 0.45 m/s^2 in a quarter of an hour: a constant zero put the offset 1 to 8 deg off, and changes into it."""
+    drives = answered("accelerometer_drift", range(1, 9), tmp_path)
+    assert drives["offset_error"].abs().max() < 0.5
+    assert drives["valid"].sum() >= 4
+    assert drives["offset_holds"].all()
+
+
+@pytest.mark.slow
+def test_an_accelerometer_that_runs_away_is_named_and_nothing_is_valid(tmp_path: Path) -> None:
+    drives = answered("accelerometer_drift_thesis", range(1, 7), tmp_path)
+    assert drives["names_accelerometer"].all()
+    assert not drives["valid"].any()
+
+
+@pytest.mark.slow
+def test_goods_that_leave_are_told_as_the_truck_s_and_not_as_the_sensor_s(tmp_path: Path) -> None:
+    drives = answered("load_change", range(1, 9), tmp_path)
+    assert not any("offset_changed" in findings for findings in drives["findings"])
+    assert set(drives["fault"]) == {"none"}
+    assert drives["offset_holds"].all()
+
+
+@pytest.mark.slow
+def test_tyres_that_grow_in_the_sun_move_no_gyro_bias_out_of_its_interval(tmp_path: Path) -> None:
+    drives = answered("tyres_in_the_sun", range(1, 9), tmp_path)
+    assert drives["yaw_rate_bias_holds"].sum() >= 7
+    assert drives["offset_holds"].all()

@@ -292,6 +292,7 @@ def test_an_accelerometer_that_runs_away_is_named_and_nothing_is_valid(tmp_path:
     drives = answered("accelerometer_drift_thesis", range(1, 7), tmp_path)
     assert drives["names_accelerometer"].all()
     assert not drives["valid"].any()
+    assert "valid" not in {*drives["understeer_gradient_status"], *drives["backlash_status"]}
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ from oncenter.signals import DEGREE, STANDARD_GRAVITY
 # Thresholds for speaking up, ours.
 _UNLOADING_WORTH_TELLING_M_S2 = 0.1  # half a usual crown
 _BANK_MOVED_M_S2 = 0.35  # between two minutes' means: bench/effects.py, rows `none` and `accelerometer_drift`
-_BANKS_AT_MOST_M_S2 = 1.2  # between two minutes' means: 7 % of superelevation to either side, and more
+_BANKS_AT_MOST_M_S2 = 1.2  # between two minutes' means, as core/joint_verdict.c has it
 _OFFSET_TAKEN_OUT_DEG = 0.5  # a sender that corrects itself ends so near to zero
 _OFFSET_LARGE_DEG = 1.0  # and had something to correct
 _PART_WORTH_TELLING = 0.25  # of the half-width

@@ -11,6 +11,7 @@ _LEARNED = ("offset", "understeer_gradient", "backlash", "unloading_acceleration
 _ABOUT_SIGNALS = (
     "gate_shut",
     "lateral_acceleration_at_standstill",
+    "lateral_acceleration_moves",
     "relative_angle_sensor",
     "signals_not_available",
     "steering_wheel_angle_sensor_at_fault",

@@ -133,8 +133,7 @@ drive tells. What that leaves open, {_set_up()} m/s² (sd), is in the floor of `
 without it the interval would be {_of_side_force_floor(table, "unloads_on_crown"):.1f} of it.
 
 **Valid** asks not only that 1.96 sd about the value are at most 1.5 deg: all of the interval but pull and wind must be
-within 0.3 deg, a fifth of that, where the steering plays by 2 deg or more, or it is a prior that tells the play's
-middle.
+within half of that, where the steering may play by more than 2 deg, or it is a prior that tells the play's middle.
 
 | what the estimator believes (`core/params.h`) | sd, m/s² |
 |---|--:|

@@ -114,7 +114,8 @@ static void start_counterpart(oc_joint *joint) {
     if (joint->count == OC_JOINT_HYPOTHESES || has_counterpart(joint)) {
         return;
     }
-    oc_hypothesis *h = &joint->hypotheses[joint->count++];
+    oc_hypothesis *h = &joint->hypotheses[joint->count];
+    ++joint->count;
     *h = joint->hypotheses[joint->best];
     h->wanders = !h->wanders;
     h->cost += h->wanders ? unlikely : 0.0f;

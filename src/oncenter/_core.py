@@ -260,6 +260,7 @@ class Core:
         """
         kept = {COLUMNS[name]: np.ascontiguousarray(column, np.float64) for name, column in columns.items()}
         count = len(kept["time"])
+        assert all(len(column) == count for column in kept.values())  # the core would read beyond a shorter one
         native = ffi.new("oc_columns *", {"count": count})
         for name, column in kept.items():
             setattr(native, name, ffi.from_buffer("double[]", column))

@@ -116,18 +116,19 @@ def run(rows: Sequence[str], seeds: range, methods: Sequence[str], jobs: int) ->
         if jobs == 1:
             for key in wanted:
                 done[key] = records(*key, methods, folder)
-                _progress(len(done), len(wanted))
+                progress(len(done), len(wanted))
         else:
             # Spawned: what polars keeps running does not survive a fork.
             with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
                 running = {pool.submit(records, *key, methods, folder): key for key in wanted}
                 for future in as_completed(running):
                     done[running[future]] = future.result()
-                    _progress(len(done), len(wanted))
+                    progress(len(done), len(wanted))
     return pl.DataFrame([record for key in wanted for record in done[key]], infer_schema_length=None)
 
 
-def _progress(done: int, count: int) -> None:
+def progress(done: int, count: int) -> None:
+    """A line at each tenth."""
     if done * 10 // count > (done - 1) * 10 // count:
         print(f"{done} of {count} drives", file=sys.stderr, flush=True)
 
@@ -255,7 +256,8 @@ def keep(table: pl.DataFrame, summaries: Sequence[Summary], name: str, settings:
     (BUILD / f"{name}.json").write_text(text, encoding="utf-8")
 
 
-def _names(text: str, known: Sequence[str], what: str) -> list[str]:
+def names_of(text: str, known: Sequence[str], what: str) -> list[str]:
+    """Of a list with commas; all where it is empty. Ends the program where one is not known."""
     names = text.split(",") if text else list(known)
     unknown = [name for name in names if name not in known]
     if unknown:
@@ -273,8 +275,8 @@ def main() -> None:
     parser.add_argument("--tuning", action="store_true", help="seeds from 1 on instead of the reported ones")
     parser.add_argument("--page", action="store_true", help="write docs/accuracy.md and docs/accuracy.png")
     given = parser.parse_args()
-    rows = _names(given.rows, list(ROWS), "row")
-    methods = _names(given.methods, known_methods, "method")
+    rows = names_of(given.rows, list(ROWS), "row")
+    methods = names_of(given.methods, known_methods, "method")
     if given.page and (given.tuning or given.rows or given.methods):
         parser.error("--page reports all rows and methods, on the seeds for it")
     first = TUNING_FROM if given.tuning else REPORTED_FROM

@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
-import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -21,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import polars as pl
+from accuracy import BUILD, REPORTED_FROM, TUNING_FROM, names_of, progress
 from accuracy_rows import Drive, drive
 from effects_rows import EFFECTS, PULLS
 
@@ -28,8 +28,6 @@ import oncenter as oc
 from oncenter.offset.answer import Estimate
 from oncenter.signals import DEGREE
 
-BUILD = Path(__file__).parents[1] / "build" / "accuracy"
-REPORTED_FROM, TUNING_FROM = 1001, 1
 LOST_AT_S = 600.0  # from when on the virtual angle has no sensor
 FAST_M_S = 8.0
 WITH_ANGLE = ("none", "accelerometer_drift", "overlay_motor", "relearning", "wind_moment", "load_change")
@@ -104,19 +102,15 @@ def _angle(driven: Drive) -> Record:
 def run(rows: Sequence[str], seeds: range, jobs: int, params: Mapping[str, float]) -> pl.DataFrame:
     """All records, in the order of rows and seeds."""
     wanted = [(row, seed) for row in rows for seed in seeds]
-    with tempfile.TemporaryDirectory() as name, ProcessPoolExecutor(jobs, _spawn()) as pool:
+    # spawned: what polars keeps running does not survive a fork
+    spawn = multiprocessing.get_context("spawn")
+    with tempfile.TemporaryDirectory() as name, ProcessPoolExecutor(jobs, spawn) as pool:
         running = {pool.submit(record, *key, Path(name), key[0] in WITH_ANGLE, params): key for key in wanted}
         done: dict[tuple[str, int], Record] = {}
         for future in as_completed(running):
             done[running[future]] = future.result()
-            if len(done) * 10 // len(wanted) > (len(done) - 1) * 10 // len(wanted):
-                print(f"{len(done)} of {len(wanted)} drives", file=sys.stderr, flush=True)
+            progress(len(done), len(wanted))
     return pl.DataFrame([done[key] for key in wanted], infer_schema_length=None)
-
-
-def _spawn() -> Any:
-    """What polars keeps running does not survive a fork."""
-    return multiprocessing.get_context("spawn")
 
 
 def judged(row: str, name: str) -> str:
@@ -180,9 +174,7 @@ def main() -> None:
         parser.error("--page reports all rows with the default parameters, on the seeds for it")
     pairs = (pair.partition("=") for pair in given.params.split(",") if pair)
     params = {name: float(value) for name, _, value in pairs}
-    rows = given.rows.split(",") if given.rows else list(EFFECTS)
-    if unknown := [row for row in rows if row not in EFFECTS]:
-        sys.exit(f"no row {', '.join(unknown)}; known are {', '.join(EFFECTS)}")
+    rows = names_of(given.rows, list(EFFECTS), "row")
     first = TUNING_FROM if given.tuning else REPORTED_FROM
     seeds = range(first, first + given.drives)
     table = run(rows, seeds, given.jobs, params)

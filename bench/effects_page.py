@@ -36,22 +36,20 @@ OTHERS = {  # what it is called, unit and decimals of its error
     "yaw_rate_bias": ("gyro bias", "deg/s", 3),
 }
 # By demand and row ("" where all rows count together): why it is missed, as a sentence.
-_LAGS = "It drifts faster than a hypothesis that wanders follows; one that follows forgets the flanks of other rows."
+_LAGS = "It drifts faster than a wandering hypothesis follows; a faster one forgets the flanks on other rows."
 _RUNS = "Nothing is valid there; the intervals are from before the bank shut the gate."
 _PLAYS = "It takes more angle in bends to both sides, as a wider play does."
 WHY: dict[tuple[str, str], str] = {
     ("covered", "accelerometer_drift_double"): _LAGS,
     ("covered", "accelerometer_drift_thesis"): _RUNS,
-    ("covered", "wind_moment_double"): "A wind of many minutes passes for a zero that stays, and moves the offset.",
-    ("off", "accelerometer_drift"): "While one flank alone is loaded nothing tells a zero that drifts from wind.",
-    ("off", "accelerometer_drift_double"): _LAGS,
+    ("covered", "wind_moment_double"): "A wind of many minutes cannot be separated from a constant zero error.",
+    ("off", "accelerometer_drift"): "While one flank alone is loaded, drift and wind cannot be separated.",
     ("understeer_gradient_coverage", "accelerometer_drift_double"): _LAGS,
-    ("understeer_gradient_coverage", "accelerometer_drift_thesis"): _RUNS,
     ("understeer_gradient_coverage", "fifth_wheel_double"): "The term of the friction has a prior of 1.5 deg (sd).",
-    ("understeer_gradient_coverage", "minor_physics_double"): "A gyro's scale and a ratio that is uneven pass for it.",
+    ("understeer_gradient_coverage", "minor_physics_double"): "A scale error of the gyro and an uneven ratio are estimated as K_us.",
     ("backlash_coverage", "accelerometer_drift_double"): _LAGS,
     ("backlash_coverage", "axle_set_up_double"): "It unloads further from the bank than the prior of a_0 has it.",
-    ("backlash_coverage", "fifth_wheel_half"): "What the term of the friction leaves passes for play.",
+    ("backlash_coverage", "fifth_wheel_half"): "The friction that its term does not explain is estimated as play.",
     ("backlash_coverage", "slippery_patches"): _PLAYS,
     ("backlash_coverage", "slippery_patches_double"): _PLAYS,
     ("angle_coverage", "accelerometer_drift"): "No wander found before the loss, none allowed for after it.",

@@ -5,7 +5,7 @@
 
 /* Derived. */
 static const float rad_per_deg = 0.017453292f; /* pi/180 */
-static const float variance_min = 7.6e-7f;     /* rad^2, (0.05 deg)^2: what no model explains, and single precision */
+static const float variance_min = 7.6e-7f;     /* rad^2, (0.05 deg)^2: model error, and the limit of single precision */
 static const float probation_cost = 16.0f;     /* judge_second's maximum of 8, twice: two outliers do not decide */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,

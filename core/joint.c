@@ -20,7 +20,7 @@ static const double bank_filter_s = 0.3;      /* s, `motorway`, `cross_wind`, `p
 static const double wandering_memory_s = 200.0; /* of the mean bank, where the accelerometer's zero wanders */
 static const float settled_age_s = 300.0f;    /* `self_correction`: errors of a younger hypothesis may be its own */
 static const float place_settling_s = 20.0f;  /* after a reset of the place in the play, which causes errors itself */
-static const float familiar_s = 60.0f;        /* s on a flank until a surprise there may be a change: `play_12` */
+static const float familiar_s = 60.0f;        /* s on a flank until an error there may be a change: `play_12` */
 static const float flank_margin = 0.02f;      /* m/s^2 beyond friction, from which a flank is loaded */
 static const float crown_discount_max = 25.0f; /* `wrong_side`: inflates the prior's sd at most fivefold, so that
                                                 * a wrong prior is left again; 1 without accelerometer */
@@ -180,7 +180,7 @@ static void count_flank_time(oc_joint *joint, const oc_joint_design *design, con
     joint->to_right += flank < 0 ? step_s : 0.0f;
 }
 
-/* Whether the collected samples load a flank that was seldom loaded: what surprises there may be play, no change. */
+/* Whether the collected samples load a flank that was seldom loaded: a prediction error there may be play. */
 static bool is_unfamiliar(const oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
     for (int32_t n = 0; n < tracking->taken.count; ++n) {
         const int32_t flank = flank_of(joint, design, &tracking->taken.samples[n]);

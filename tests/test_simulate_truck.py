@@ -309,7 +309,8 @@ def changing_load(percent: float, **truck: Any) -> dict[str, Any]:
 
 def group_loads_kg(truck: Any) -> tuple[float, float]:
     """By moments about the axles of a 4x2; D is friction times load."""
-    return tuple(truck.axles[k].tyre.D / STANDARD_GRAVITY for k in range(2))  # type: ignore[return-value]
+    front, rear = (truck.axles[k].tyre.D / STANDARD_GRAVITY for k in range(2))
+    return front, rear
 
 
 @pytest.mark.parametrize("layout", ["4x2", "semitrailer"])

@@ -46,7 +46,7 @@ WHY: dict[tuple[str, str], str] = {
     ("off", "accelerometer_drift"): "While one flank alone is loaded, drift and wind cannot be separated.",
     ("understeer_gradient_coverage", "accelerometer_drift_double"): _LAGS,
     ("understeer_gradient_coverage", "fifth_wheel_double"): "The term of the friction has a prior of 1.5 deg (sd).",
-    ("understeer_gradient_coverage", "minor_physics_double"): "A scale error of the gyro and an uneven ratio are estimated as K_us.",
+    ("understeer_gradient_coverage", "minor_physics_double"): "Gyro scale and uneven ratio are estimated as K_us.",
     ("backlash_coverage", "accelerometer_drift_double"): _LAGS,
     ("backlash_coverage", "axle_set_up_double"): "It unloads further from the bank than the prior of a_0 has it.",
     ("backlash_coverage", "fifth_wheel_half"): "The friction that its term does not explain is estimated as play.",

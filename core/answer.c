@@ -64,6 +64,7 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     answer->bank_low = now->bank_watch.low;
     answer->bank_high = now->bank_watch.high;
     answer->accelerometer_wanders = jointly && oc_joint_wanders(&now->joint);
+    answer->accelerometer_runs_away = oc_bank_watch_runs_away(&now->bank_watch);
     answer->duration = ticks * c->tick_s;
     answer->used = used * c->tick_s;
     answer->unused = (ticks - used) * c->tick_s;

@@ -6,8 +6,6 @@
 
 /* Tuned; rows without a bench have none on record. */
 static const float play_min = 0.5f * 0.017453292f; /* rad, that shows two flanks */
-static const double banks_at_most = 1.2;           /* m/s^2 between two minutes' means: 7 % of superelevation to either
-                                                    * side, and more; what moves further is the accelerometer's zero */
 static const float lately_rate = 1.0f / 80.0f;     /* of a second in the mean of the last offsets: row `motorway` */
 
 /* The sd that decides the offset's status. Where the steering has free play, everything except pull and wind must be
@@ -40,9 +38,8 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     oc_joint_answer_get(&found, &evidence->joint, &c->joint);
     /* play imitates oversteer: 3 of 4 such valid answers were wrong (docs/method.md) */
     const bool understeers = found.of[OC_OF_GRADIENT].value > 0.0f;
-    const bool runs_away = evidence->bank_watch.high - evidence->bank_watch.low > banks_at_most;
-    const bool enough = understeers && found.used >= (float)p->joint_evidence_min_s && !runs_away &&
-                        !oc_joint_is_doubtful(&evidence->joint);
+    const bool enough = understeers && found.used >= (float)p->joint_evidence_min_s &&
+                        !oc_bank_watch_runs_away(&evidence->bank_watch) && !oc_joint_is_doubtful(&evidence->joint);
     const float moved = enough ? found.of[OC_OF_OFFSET].value - verdicts->lately : 0.0f;
     verdicts->lately = found.of[OC_OF_OFFSET].value - (1.0f - lately_rate) * moved;
     const double narrow = p->offset_half_width_max_rad, steep = p->understeer_half_width_max_rad_m_s2;

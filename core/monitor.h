@@ -149,6 +149,7 @@ typedef struct {
     double bank_time;                      /* s behind it */
     double bank_low, bank_high;            /* m/s^2, the minimum and the maximum of its minutes; 0: less than one */
     int32_t accelerometer_wanders;         /* the joint method finds that its zero does */
+    int32_t accelerometer_runs_away;       /* minutes differ by more than roads bank */
     double duration, used, unused;         /* s; duration = used + unused */
     double rejected[OC_REASON_COUNT];      /* s by reason bit; window includes what is pending */
 } oc_answer;

@@ -53,6 +53,7 @@ def core_says(**others: Any) -> dict[str, Any]:
         "bank_time": 1700.0,
         "bank_low": 0.1,
         "bank_high": 0.3,
+        "accelerometer_runs_away": 0,
         "accelerometer_wanders": 0,
         "duration": 1800.0,
         "used": 1700.0,
@@ -190,7 +191,8 @@ def test_roads_that_fall_to_the_other_side_than_traffic_has_them_are_told() -> N
 
 def test_an_accelerometer_whose_zero_moves_by_more_than_roads_bank_is_told() -> None:
     for wanders in (0, 1):
-        found = told(bank_low=-0.8, bank_high=0.6, accelerometer_wanders=wanders)["lateral_acceleration_moves"]
+        minutes = {"bank_low": -0.8, "bank_high": 0.6, "accelerometer_runs_away": 1}
+        found = told(**minutes, accelerometer_wanders=wanders)["lateral_acceleration_moves"]
         assert (found.severity, found.unit) == ("warning", "m/s^2") and found.value == pytest.approx(1.4)
         assert "1.4 m/s^2" in found.text and "look at the sensor" in found.text
 
@@ -206,7 +208,7 @@ def test_a_zero_that_seems_to_wander_is_an_info_where_minutes_read_otherwise_as_
     [
         {"bank_low": -0.4, "bank_high": 0.7},
         {"bank_low": 0.0, "bank_high": 0.3, "accelerometer_wanders": 1},
-        {"bank_low": -0.8, "bank_high": 0.6, "accelerometer_wanders": 1, "accelerometer": False},
+        {"bank_low": -0.8, "bank_high": 0.6, "accelerometer_runs_away": 1, "accelerometer": False},
     ],
     ids=["roads", "minutes_alike", "not_used"],
 )

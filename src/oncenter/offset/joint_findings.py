@@ -18,7 +18,6 @@ from oncenter.signals import DEGREE, STANDARD_GRAVITY
 # Thresholds for speaking up, ours.
 _UNLOADING_WORTH_TELLING_M_S2 = 0.1  # half a usual crown
 _BANK_MOVED_M_S2 = 0.35  # between two minutes' means: bench/effects.py, rows `none` and `accelerometer_drift`
-_BANKS_AT_MOST_M_S2 = 1.2  # between two minutes' means, as core/joint_verdict.c has it
 _OFFSET_TAKEN_OUT_DEG = 0.5  # a sender that corrects itself ends so near to zero
 _OFFSET_LARGE_DEG = 1.0  # and had something to correct
 _PART_WORTH_TELLING = 0.25  # of the half-width
@@ -166,9 +165,9 @@ def _wanders(native: Mapping[str, Any]) -> bool:
 def _accelerometer_moves(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
     """No road banks by so much for a minute; or the steering wheel angle does not follow the accelerometer."""
     moved = native["bank_high"] - native["bank_low"]
-    if not params["use_accelerometer"] or not (moved > _BANKS_AT_MOST_M_S2 or _wanders(native)):
+    if not params["use_accelerometer"] or not (native["accelerometer_runs_away"] or _wanders(native)):
         return None
-    if moved > _BANKS_AT_MOST_M_S2:
+    if native["accelerometer_runs_away"]:
         text = (
             f"the lateral accelerometer's zero moved by about {moved:.1f} m/s^2, more than any road banks: look at the "
             "sensor; it does not tell the offset"

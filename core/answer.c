@@ -38,6 +38,7 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     const double time_min = c->params.standstill_time_min_s;
     const double ticks = to_double(now->ticks);
     answer->offset = learned.offset;
+    answer->offset_parts = learned.parts;
     answer->offset_temporary =
         jointly ? learned.offset.value
                 : oc_temporary_offset(state, K) + learned.offset.value - oc_offset_value(&now->offset, K);

@@ -21,6 +21,14 @@ typedef struct {
     float lean;                /* middle of the narrowest interval less the value */
 } oc_estimate;
 
+/* The two parts of the offset's uncertainty (docs/method.md, "Two parts"): what the drive leaves open, and what moves
+ * the neutral lateral acceleration beside the accelerometer's bias, which no single drive identifies. */
+typedef struct {
+    float drive_sd;                    /* rad: +-1.96 of it is a 95 % interval where nothing pulls */
+    float pull_sd, wind_sd, set_up_sd; /* rad, each about the offset; set_up: an axle set up to unload on the crown */
+    float per_acceleration;            /* rad/(m/s^2): what pull and wind move the offset by */
+} oc_offset_parts;
+
 /* Status by the 95 % half-width, with hysteresis: valid from `narrow` on, lost above 4/3 of it. */
 oc_status oc_status_next(oc_status now, double standard_deviation, double narrow);
 

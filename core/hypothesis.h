@@ -71,13 +71,16 @@ typedef struct {
     float doubt;                         /* cost beside: of a_0 so far from its prior's mean */
     float offset;                        /* rad */
     float lean;                          /* rad, from the offset to the middle of its interval: pull's share in a_0 */
+    float set_up_lean;                   /* rad, of it by an axle set up for the crown */
+    float per_acceleration;              /* rad/(m/s^2), of the offset by a pull: i K, as far as a_0 is identified */
     float gradient;                      /* rad/(m/s^2) */
     float wheelbase;                     /* l, share */
     float unloading;                     /* m/s^2, a_0 */
     float age;                           /* s of driving learned from */
     float left_before, right_before;     /* s on either flank before it began */
     oc_variances variances;              /* squares of the units above, and of the width's, rad */
-    float pulled_variance;               /* rad^2, the offset's by pull and wind */
+    float pulled_variance;               /* rad^2, of the offset by pull and wind, beside its own variance */
+    float set_up_variance;               /* rad^2, likewise by an axle set up for the crown */
 } oc_hypothesis;
 
 /* A second's context, the same for all hypotheses; the noise goes on while equations are solved. */

@@ -176,10 +176,13 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
     const float pulled = design->steering_ratio * oc_max(h->gradient, gradient_min);
     const float of_pull = pulled * pulled;
     h->doubt = oc_min(0.5f * apart * apart / spread, doubt_max);
-    h->lean = pulled * (of_bias * apart - apart - 0.5f * reached);
-    h->pulled_variance = of_pull * (oc_min(beyond, pull) + perhaps);
+    h->set_up_lean = -0.5f * pulled * reached;
+    h->lean = pulled * (of_bias * apart - apart) + h->set_up_lean;
+    h->per_acceleration = pulled * identified;
+    h->pulled_variance = of_pull * oc_min(beyond, pull);
+    h->set_up_variance = of_pull * perhaps;
     h->variances.of[OC_OF_OFFSET] += oc_hypothesis_noise(h) / oc_max(h->weight, weight_min) +
-                                  of_pull * (beyond + perhaps);
+                                  of_pull * oc_max(beyond - pull, 0.0f);
 }
 
 static void set_up_equations(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,

@@ -47,6 +47,7 @@ typedef struct {
     oc_noise_design noise;
     double rate_hz, tick_s;
     double bank_share;           /* of a new tick in the smoothed bank */
+    float alignment_share, wind_share; /* of pull_sd^2; the rest is an unmeasured bank */
     float borne;                 /* the tyres' share of r*v, beside the measured bank */
     float unseen;                /* 1: no accelerometer measures the bank; else 0 */
     float tandem;                /* m^2/s^2, c of docs/method.md's axles that resist turning, all axles down */
@@ -113,7 +114,7 @@ typedef struct {
 
 typedef struct {
     oc_found of[OC_OF_COUNT]; /* offset, play's width: rad, gradient: rad/(m/s^2), unloading: m/s^2, wheelbase: l */
-    float identified_sd;      /* rad, of the offset without pull and wind, not identifiable from one drive */
+    oc_offset_parts parts;    /* of the offset's uncertainty */
     float lean;               /* rad, from the offset to the middle of its interval */
     float used;               /* s */
 } oc_joint_answer;

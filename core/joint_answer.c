@@ -16,6 +16,8 @@ static const float width_error = 0.2f * 0.017453292f; /* rad, sd by the yaw rate
 static const float rolling_share = 0.07f;  /* sd of K by K: a body that rolls lets the accelerometer feel more, bench/
                                             * effects.py, row `trailer` */
 static const float doubt_min = 2.5f, flank_sure_s = 60.0f; /* bench/effects.py, rows `play_15`, `load_change` */
+static const float offset_error = 0.04f * 0.017453292f; /* rad, sd by what the model lacks: bench/two_parts.py, row
+                                                         * `ordinary` */
 static const float unloading_error = 0.006f; /* m/s^2, sd by compliance of the steering: `ordinary` */
 static const float gradient_doubt = 0.7f;  /* sd of K by K, without an accelerometer: `no_accelerometer_motorway` */
 
@@ -92,7 +94,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
     values_of(best, about);
     const float loaded = oc_min(joint->to_left, joint->to_right);
     const float prior_gradient = oc_joint_model_get()->terms[GRADIENT].mean;
-    float all = 0.0f, pulled = 0.0f, leaning = 0.0f;
+    float all = 0.0f, pulled = 0.0f, set_up = 0.0f, leaning = 0.0f, set_up_leaning = 0.0f, per_acceleration = 0.0f;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (oc_hypothesis_is_on_probation(h, &joint->second)) {
@@ -114,18 +116,31 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
         of[OC_OF_GRADIENT].variances += weight * (borne * borne + rolling * rolling);
         all += weight;
         pulled += weight * h->pulled_variance;
+        set_up += weight * h->set_up_variance;
         leaning += weight * h->lean;
+        set_up_leaning += weight * h->set_up_lean;
+        per_acceleration += weight * h->per_acceleration;
     }
     const float lean = (1.0f - design->unseen) * leaning / all; /* most of an unmeasured bank is no pull */
-    const float lean_variance = all * (lean * lean);
-    of[OC_OF_OFFSET].variances += lean_variance;
+    of[OC_OF_OFFSET].variances += all * (offset_error * offset_error);
     of[OC_OF_WIDTH].variances += all * (width_error * width_error);
     of[OC_OF_UNLOADING].variances += all * (unloading_error * unloading_error);
     for (int32_t k = 0; k < OC_OF_COUNT; ++k) {
         answer->of[k] = (oc_found){about[k] + of[k].sum / all, sqrtf(variance_of(&of[k], all))};
     }
-    const float offset_sd = answer->of[OC_OF_OFFSET].sd;
-    answer->identified_sd = sqrtf(oc_max(offset_sd * offset_sd - (pulled + lean_variance) / all, 0.0f));
+    const float pull_lean = lean - (1.0f - design->unseen) * set_up_leaning / all;
+    const float pull_variance = pulled / all + pull_lean * pull_lean;
+    const float both = (pulled + set_up) / all + lean * lean;
+    const float bank_share = 1.0f - design->alignment_share - design->wind_share;
+    const float drive_sd = answer->of[OC_OF_OFFSET].sd;
+    answer->parts = (oc_offset_parts){
+        .drive_sd = sqrtf(drive_sd * drive_sd + pull_variance * oc_max(bank_share, 0.0f)),
+        .pull_sd = sqrtf(pull_variance * design->alignment_share),
+        .wind_sd = sqrtf(pull_variance * design->wind_share),
+        .set_up_sd = sqrtf(oc_max(both - pull_variance, 0.0f)),
+        .per_acceleration = per_acceleration / all,
+    };
+    answer->of[OC_OF_OFFSET].sd = sqrtf(drive_sd * drive_sd + both);
     answer->lean = lean;
     answer->used = joint->second.used_s;
 }

@@ -8,15 +8,10 @@
 static const float play_min = 0.5f * 0.017453292f; /* rad, that shows two flanks */
 static const float lately_rate = 1.0f / 80.0f;     /* of a second in the mean of the last offsets: row `motorway` */
 
-/* The sd that decides the offset's status. Where the steering has free play, everything except pull and wind must be
- * twice as tight, otherwise the prior dominates. The offset's last movement (rad) counts more, in any play. */
+/* The sd that decides the offset's status: the drive's, or by the offset's last movement (rad). */
 static float offset_status_sd(const oc_joint_answer *found, float moved) {
-    static const float times = 2.0f; /* tuned: bench/effects.py, rows `fifth_wheel_half`, `wind_moment` */
-    static const float of_movement = 2.5f; /* tuned: bench/accuracy.py, rows `lift_axle`, `kicks` */
-    const oc_found width = found->of[OC_OF_WIDTH];
-    const bool plays = width.value + 1.96f * width.sd > oc_joint_model_get()->little_play;
-    const float identified = plays ? found->identified_sd : 0.0f;
-    return oc_max(oc_max(times * identified, of_movement * fabsf(moved)), found->of[OC_OF_OFFSET].sd);
+    static const float of_movement = 1.25f; /* tuned: bench/accuracy.py, rows `lift_axle`, `kicks` */
+    return oc_max(of_movement * fabsf(moved), found->parts.drive_sd);
 }
 
 static oc_status status_of(oc_status before, bool enough, float sd, double narrow) {
@@ -43,12 +38,14 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     const float moved = enough ? found.of[OC_OF_OFFSET].value - verdicts->lately : 0.0f;
     verdicts->lately = found.of[OC_OF_OFFSET].value - (1.0f - lately_rate) * moved;
     const double narrow = p->offset_half_width_max_rad, steep = p->understeer_half_width_max_rad_m_s2;
-    const oc_status offset = status_of(learned->offset.status, enough, offset_status_sd(&found, moved), narrow);
+    const oc_status offset = status_of(learned->offset.status, enough, offset_status_sd(&found, moved),
+                                       p->offset_drive_half_width_max_rad);
     const oc_status gradient =
         status_of(learned->understeer_gradient.status, enough, found.of[OC_OF_GRADIENT].sd, steep);
     const oc_status play = status_of(learned->backlash.status, enough, found.of[OC_OF_WIDTH].sd, narrow);
     learned->offset = estimate_from(found.of[OC_OF_OFFSET], found.used, offset);
     learned->offset.lean = found.lean;
+    learned->parts = found.parts;
     learned->understeer_gradient = estimate_from(found.of[OC_OF_GRADIENT], found.used, gradient);
     learned->backlash = estimate_from(found.of[OC_OF_WIDTH], found.used, play);
     /* a_0 is observable through play only */

@@ -89,6 +89,7 @@ typedef struct {
 /* The current estimates. */
 typedef struct {
     oc_estimate offset;              /* rad */
+    oc_offset_parts parts;           /* of its uncertainty */
     oc_estimate understeer_gradient; /* rad/(m/s^2), K_us/g at the road wheel */
     oc_estimate backlash;            /* rad, full width, friction wind-up included; the joint method's */
     oc_estimate unloading_acceleration; /* m/s^2, neutral lateral acceleration, as measured; the joint method's */
@@ -113,7 +114,8 @@ typedef struct {
     float offset_lean;           /* rad, as oc_estimate has it */
     oc_status offset_status;     /* invalid: the sensor is at fault, below */
     double offset;               /* rad, final evidence only */
-    double offset_sd;            /* rad, about it */
+    double offset_sd;            /* rad, about it, both parts together */
+    float offset_drive_sd;       /* rad, of what the drive leaves open */
     double understeer_gradient;  /* rad/(m/s^2), 0 until learned */
     double backlash;             /* rad, 0 until learned */
     double place;                /* in the play, 1 on the left turn's flank, -1 on the right's; 0 until learned */
@@ -129,6 +131,7 @@ typedef struct {
 
 typedef struct {
     oc_estimate offset;                    /* rad */
+    oc_offset_parts offset_parts;          /* of its uncertainty */
     double offset_temporary;               /* rad, pending blocks included */
     double offset_variance_if_independent; /* rad^2, (43) */
     oc_estimate understeer_gradient;       /* rad/(m/s^2) */

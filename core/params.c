@@ -52,6 +52,7 @@ static const oc_params defaults = {
     .joint_bank_change_max_m_s2 = 1.0,
     .joint_memory_s = 2000.0,
     .joint_evidence_min_s = 60.0,
+    .offset_drive_half_width_max_rad = 0.5 * DEGREE,
     .accelerometer_bias_sd_m_s2 = 0.5,
     .accelerometer_wander_sd_m_s2 = 0.05,
     .pull_sd_m_s2 = 0.05,
@@ -116,6 +117,7 @@ static const struct {
     {0.05f, 10.0f}, /* joint_bank_change_max_m_s2 */
     {100.0f, 100000.0f}, /* joint_memory_s */
     {5.0f, 100000.0f}, /* joint_evidence_min_s */
+    {0.0001f, 1.0f}, /* offset_drive_half_width_max_rad */
     {0.001f, 10.0f}, /* accelerometer_bias_sd_m_s2 */
     {0.0f, 1.0f}, /* accelerometer_wander_sd_m_s2 */
     {0.0f, 10.0f}, /* pull_sd_m_s2 */
@@ -212,6 +214,7 @@ static const char *const names[] = {
     "joint_bank_change_max_m_s2",
     "joint_memory_s",
     "joint_evidence_min_s",
+    "offset_drive_half_width_max_rad",
     "accelerometer_bias_sd_m_s2",
     "accelerometer_wander_sd_m_s2",
     "pull_sd_m_s2",

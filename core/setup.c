@@ -101,6 +101,9 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     const float bank = sees_bank ? 0.0f : (float)params->crown_sd_m_s2;
     oc_joint_setup(&c->joint, &c->preprocess.lowpass, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
                    sqrtf(pull * pull + wind * wind + bank * bank), sees_bank, params->joint_memory_s);
+    const float shifts = pull * pull + wind * wind + bank * bank;
+    c->joint.alignment_share = shifts > 0.0f ? pull * pull / shifts : 0.0f;
+    c->joint.wind_share = shifts > 0.0f ? wind * wind / shifts : 0.0f;
     const float wander = (float)params->accelerometer_wander_sd_m_s2;
     c->joint.hypothesis.wander = wander * wander / 60.0f;
     c->joint.tandem = (float)params->tandem_side_force_m2_s2;

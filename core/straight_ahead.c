@@ -98,6 +98,7 @@ void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts,
         .evidence = time,
         .status = status,
     };
+    learned->parts = (oc_offset_parts){.drive_sd = (float)sd};
 }
 
 void oc_correct_wheel_speeds(oc_tick *tick, oc_evidence *evidence, const oc_coefficients *c) {

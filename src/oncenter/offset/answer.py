@@ -102,6 +102,7 @@ class Answer:
     rejected_s: Mapping[str, float]
     findings: tuple[Finding, ...]
     drives: tuple[Signals, ...]
+    native: Mapping[str, Any]
 
     def words(self) -> str:
         """The answer in one paragraph."""

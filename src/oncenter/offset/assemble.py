@@ -77,6 +77,7 @@ def answer_of(
         rejected_s=rejected_s,
         findings=_findings(native, changes, drives, vehicle, method, params),
         drives=drives,
+        native=native,
     )
 
 

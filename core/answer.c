@@ -22,6 +22,19 @@ static oc_estimate yaw_rate_bias_of(const oc_evidence *evidence, const oc_coeffi
                : oc_standstill_yaw_rate(&evidence->standstill, c->tick_s, c->params.standstill_time_min_s);
 }
 
+static oc_offset_covariances covariances_of(const oc_evidence *evidence, const oc_coefficients *c) {
+    oc_joint_answer found;
+    if (c->params.method != OC_METHOD_JOINT || !(evidence->joint.second.used_s > 0.0f)) {
+        return (oc_offset_covariances){0};
+    }
+    oc_joint_answer_get(&found, &evidence->joint, &c->joint);
+    return (oc_offset_covariances){
+        .understeer_gradient = (double)found.with_offset[OC_OF_GRADIENT],
+        .unloading_acceleration = (double)found.with_offset[OC_OF_UNLOADING],
+        .backlash = (double)found.with_offset[OC_OF_WIDTH],
+    };
+}
+
 void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *answer) {
     const oc_evidence *now = &state->evidence;
     oc_verdicts verdicts = now->verdicts; /* a copy: asking changes no status */
@@ -39,6 +52,7 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     const double ticks = to_double(now->ticks);
     answer->offset = learned.offset;
     answer->offset_parts = learned.parts;
+    answer->offset_covariances = covariances_of(now, c);
     answer->offset_temporary =
         jointly ? learned.offset.value
                 : oc_temporary_offset(state, K) + learned.offset.value - oc_offset_value(&now->offset, K);

@@ -79,6 +79,7 @@ typedef struct {
     float age;                           /* s of driving learned from */
     float left_before, right_before;     /* s on either flank before it began */
     oc_variances variances;              /* squares of the units above, and of the width's, rad */
+    float with_offset[OC_OF_OFFSET];     /* covariances of the offset with the others */
     float pulled_variance;               /* rad^2, of the offset by pull and wind, beside its own variance */
     float set_up_variance;               /* rad^2, likewise by an axle set up for the crown */
 } oc_hypothesis;
@@ -103,7 +104,7 @@ typedef struct {
     float inverse[OC_TERMS];        /* of the factor's diagonal */
     float lower[OC_TERMS_TRIANGLE]; /* Cholesky's factor */
     float terms[OC_TERMS];          /* right side, then solution */
-    float weights[OC_TERMS];        /* of a sum of terms whose variance is sought; here to save stack */
+    float weights[OC_OF_COUNT][OC_TERMS]; /* of the sums of terms whose variances are sought; here to save stack */
 } oc_equations;
 
 enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };

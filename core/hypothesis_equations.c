@@ -141,12 +141,13 @@ static float crown_setup_share(float apart, float crown, float variance) {
 static float variance_of_offset(const oc_hypothesis *h, const oc_hypothesis_design *design, oc_equations *equations) {
     const float *scale = design->scale, *terms = equations->terms;
     const float unloading = h->play.unloading + terms[UNLOADING] * scale[UNLOADING];
+    float *weights = equations->weights[OC_OF_OFFSET];
     for (int32_t k = 0; k < OC_TERMS; ++k) {
-        equations->weights[k] = -h->means[k];
+        weights[k] = -h->means[k];
     }
-    equations->weights[UNLOADING] += design->steering_ratio * terms[GRADIENT] * scale[GRADIENT] * scale[UNLOADING];
-    equations->weights[GRADIENT] += design->steering_ratio * unloading * scale[GRADIENT];
-    return oc_triangle_variance(equations->lower, equations->inverse, 0, equations->weights);
+    weights[UNLOADING] += design->steering_ratio * terms[GRADIENT] * scale[GRADIENT] * scale[UNLOADING];
+    weights[GRADIENT] += design->steering_ratio * unloading * scale[GRADIENT];
+    return oc_triangle_variance(equations->lower, equations->inverse, 0, weights);
 }
 
 static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
@@ -237,16 +238,18 @@ static void find_variances(oc_hypothesis *h, const oc_hypothesis_design *design,
         [OC_OF_WIDTH] = {WIDTH, WINDUP},
         [OC_OF_WHEELBASE] = {WHEELBASE, WHEELBASE},
     };
+    h->variances.of[OC_OF_OFFSET] = variance_of_offset(h, design, equations);
     for (int32_t k = 0; k < OC_OF_OFFSET; ++k) {
         const int32_t first = terms_of[k].first, second = terms_of[k].second;
-        for (int32_t term = 0; term < OC_TERMS; ++term) {
-            equations->weights[term] = 0.0f;
+        float *weights = equations->weights[k];
+        for (int32_t term = first; term < OC_TERMS; ++term) {
+            weights[term] = 0.0f;
         }
-        equations->weights[first] = design->scale[first];
-        equations->weights[second] = design->scale[second];
-        h->variances.of[k] = oc_triangle_variance(equations->lower, equations->inverse, first, equations->weights);
+        weights[first] = design->scale[first];
+        weights[second] = design->scale[second];
+        h->variances.of[k] = oc_triangle_variance(equations->lower, equations->inverse, first, weights);
+        h->with_offset[k] = oc_triangle_covariance(weights, equations->weights[OC_OF_OFFSET], first);
     }
-    h->variances.of[OC_OF_OFFSET] = variance_of_offset(h, design, equations);
 }
 
 static void find_parameters(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,

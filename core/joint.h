@@ -115,6 +115,7 @@ typedef struct {
 typedef struct {
     oc_found of[OC_OF_COUNT]; /* offset, play's width: rad, gradient: rad/(m/s^2), unloading: m/s^2, wheelbase: l */
     oc_offset_parts parts;    /* of the offset's uncertainty */
+    float with_offset[OC_OF_OFFSET]; /* covariances of the offset, the drive's part, with the others */
     float lean;               /* rad, from the offset to the middle of its interval */
     float used;               /* s */
 } oc_joint_answer;

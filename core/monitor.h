@@ -105,6 +105,13 @@ typedef struct {
     oc_learned learned; /* follows from evidence at each final block */
 } oc_state;
 
+/* Of the offset, with other estimates of the same drive: what many drives need to separate them. */
+typedef struct {
+    double understeer_gradient;    /* rad^2/(m/s^2) */
+    double unloading_acceleration; /* rad m/s^2 */
+    double backlash;               /* rad^2 */
+} oc_offset_covariances;
+
 /* One tick's output. The motion is one filter delay old. */
 typedef struct {
     double time;                 /* s, of the last tick that was not refused */
@@ -132,6 +139,7 @@ typedef struct {
 typedef struct {
     oc_estimate offset;                    /* rad */
     oc_offset_parts offset_parts;          /* of its uncertainty */
+    oc_offset_covariances offset_covariances; /* of its drive's part; the joint method's */
     double offset_temporary;               /* rad, pending blocks included */
     double offset_variance_if_independent; /* rad^2, (43) */
     oc_estimate understeer_gradient;       /* rad/(m/s^2) */

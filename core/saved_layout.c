@@ -19,7 +19,7 @@
 
 /* docs/make_layout.py writes what follows from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x30E37CDAu;
+static const uint32_t layout_hash = 0x0FF7CCD6u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
@@ -41,7 +41,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS_OF_EACH(oc_state, tracking.joint.taken.samples[0].in_second, 1, tracking.joint.taken.samples),
     INTEGERS(oc_state, tracking.joint.taken.count, 1), FLOATS(oc_state, tracking.joint.taken.curvature, 1),
     INTEGERS(oc_state, tracking.joint.taken.doubted, 1), INTEGERS(oc_state, tracking.joint.turns, 3),
-    FLOATS(oc_state, tracking.joint.min_error, 164), INTEGERS(oc_state, tracking.angle.running, 1),
+    FLOATS(oc_state, tracking.joint.min_error, 220), INTEGERS(oc_state, tracking.angle.running, 1),
     FLOATS(oc_state, tracking.angle.yaw_rate_first, 12), INTEGERS(oc_state, tracking.angle.ticks_to_check, 1),
     FLOATS(oc_state, tracking.angle.held_s, 9), INTEGERS(oc_state, tracking.fault.running, 1),
     ENUMS(oc_state, tracking.fault.fault, 1), DOUBLES(oc_state, tracking.fault.since, 7),
@@ -63,7 +63,7 @@ static const oc_saved_run state_runs[] = {
     FLOATS_OF_EACH(oc_state, evidence.joint.changed[0].change.size, 3, evidence.joint.changed),
     FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].play.half_width, 199, evidence.joint.hypotheses),
     INTEGERS_OF_EACH(oc_state, evidence.joint.hypotheses[0].wanders, 1, evidence.joint.hypotheses),
-    FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].huber_weight, 21, evidence.joint.hypotheses),
+    FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].huber_weight, 25, evidence.joint.hypotheses),
     FLOATS(oc_state, evidence.angle.slopes, 7), DOUBLES(oc_state, evidence.angle.side_slip.information[0][0], 12),
     ENUMS(oc_state, evidence.fault.fault, 1), FLOATS(oc_state, evidence.fault.confidence, 2),
     INTEGERS(oc_state, evidence.verdicts.offset_trusted, 1), FLOATS(oc_state, evidence.verdicts.lately, 1),

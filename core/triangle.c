@@ -61,9 +61,13 @@ void oc_triangle_solve_upper(const float *lower, const float *inverse, float *ve
 
 float oc_triangle_variance(const float *lower, const float *inverse, int32_t first, float *weights) {
     oc_triangle_solve_lower(lower, inverse, first, weights);
+    return oc_triangle_covariance(weights, weights, first);
+}
+
+float oc_triangle_covariance(const float *a, const float *b, int32_t first) {
     float sum = 0.0f;
     for (int32_t k = first; k < OC_TERMS; ++k) {
-        sum += weights[k] * weights[k];
+        sum += a[k] * b[k];
     }
     return sum;
 }

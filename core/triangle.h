@@ -27,7 +27,10 @@ void oc_triangle_factor(const float *scatter, const float *information, float no
 void oc_triangle_solve_lower(const float *lower, const float *inverse, int32_t first, float *vector);
 void oc_triangle_solve_upper(const float *lower, const float *inverse, float *vector);
 
-/* Variance of a weighted sum of the terms. `first`: the first with a weight. Overwrites the weights. */
+/* Variance of a weighted sum of the terms. `first`: the first with a weight. Solves for the weights in place. */
 float oc_triangle_variance(const float *lower, const float *inverse, int32_t first, float *weights);
+
+/* Of two such sums, by what that left of their weights; from `first` on both have some. */
+float oc_triangle_covariance(const float *a, const float *b, int32_t first);
 
 #endif

@@ -1,0 +1,89 @@
+"""Trucks that drive several times: what stays with the truck, what with its load, and what each drive draws anew."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from accuracy_rows import Drive, Row, drive, laid_over
+from population import PRIORS, Normal, Random, Uniform
+
+ROADS = ("thesis_drive", "country", "motorway", "town")
+DRIVES = 8
+LOADS = 3
+# Of each drive; all other priors are the truck's.
+OF_DRIVE = (
+    "yaw_rate_bias_deg_s",
+    "wind_m_s",
+    "gust_sd_m_s",
+    "crown_percent",
+    "rough_bank_sd_percent",
+    "heading_deg",
+    "standing_at_start_s",
+)
+OF_TRUCK = {
+    "pull_m_s2": Normal(0.0, 0.06),
+    "lateral_acceleration_bias_m_s2": Normal(0.0, 0.1),
+    "backlash_deg": Uniform(2.0, 12.0),
+    "king_pin_friction_m_s2": Uniform(0.02, 0.1),
+    "pull_n": Normal(0.0, 0.0),
+}
+STIFFER = (1.0, 1.35, 1.8)  # understeer gradient of a load by that of the lightest
+
+
+@dataclass(frozen=True)
+class Kind:
+    """`loads` of each truck in turn (`shuffled`: by chance), the angle by which each load's ride height steers (deg at
+    the road wheels, sd), and how many drives."""
+
+    loads: int = LOADS
+    bump_steer_deg: float = 0.0
+    drives: int = DRIVES
+    shuffled: bool = False
+
+
+def truck_drives(kind: Kind, name: str, seed: int, folder: Path) -> Iterator[tuple[int, float, Drive]]:
+    """Load, angle by bump steer (deg at the steering wheel), and drive, in order of time."""
+    random = np.random.default_rng([seed, zlib.crc32(name.encode())])
+    fixed: dict[str, Any] = {
+        key: OF_TRUCK.get(key, prior).draw(random) for key, (prior, _) in PRIORS.items() if key not in OF_DRIVE
+    }
+    lightest = float(random.uniform(0.25, 0.45))
+    bump_deg = random.normal(0.0, kind.bump_steer_deg, LOADS) * fixed["steering_ratio"]
+    wheels_percent = [float(random.normal(0.0, 0.3)) for _ in range(4)]
+    first = int(random.integers(LOADS))
+    for k in range(kind.drives):
+        load = (first + k) % LOADS if kind.loads > 1 else first
+        if kind.shuffled:
+            load = int(random.integers(LOADS))
+        fixed["understeer_gradient_deg_m_s2"] = lightest * STIFFER[load]
+        stands = random.random() < 0.6
+        row = Row(
+            f"{name}_{k}",
+            "",
+            base=str(random.choice(ROADS)),
+            fixed=fixed
+            | {"offset_deg": fixed["offset_deg"] + bump_deg[load], "crown_percent": PRIORS["crown_percent"][0]},
+            extra=_extra(wheels_percent, stands),
+            wind=True,
+            pulls=True,
+        )
+        yield load, float(bump_deg[load]), drive(row, seed, folder)
+
+
+def _extra(wheels_percent: list[float], stands: bool) -> Any:
+    corners = ("front_left", "front_right", "rear_left", "rear_right")
+    values: dict[str, Any] = {
+        "sensors": {"wheel_speed": {"radius_error_percent": dict(zip(corners, wheels_percent, strict=True))}}
+    }
+    if not stands:
+        values = laid_over(values, {"drive": {"standing_at_start_s": 0.0}})
+
+    def extra(random: Random) -> dict[str, Any]:
+        return values
+
+    return extra

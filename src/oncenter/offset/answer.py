@@ -13,6 +13,7 @@ from typing import Any, Literal
 from oncenter.offset.changes import Change
 from oncenter.offset.findings import Finding
 from oncenter.signals import DEGREE, Signals
+from oncenter.truck.drives import Summary
 from oncenter.vehicle import Vehicle
 
 Method = Literal["thesis", "joint", "wheel-speed"]
@@ -103,6 +104,7 @@ class Answer:
     findings: tuple[Finding, ...]
     drives: tuple[Signals, ...]
     native: Mapping[str, Any]
+    summary: Summary | None
 
     def words(self) -> str:
         """The answer in one paragraph."""

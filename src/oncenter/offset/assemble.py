@@ -16,6 +16,7 @@ from oncenter.offset.inputs import needed
 from oncenter.offset.joint_findings import joint_findings
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import SIGNALS, Signals
+from oncenter.truck.drives import summary_of
 from oncenter.vehicle import Vehicle
 
 
@@ -78,6 +79,7 @@ def answer_of(
         findings=_findings(native, changes, drives, vehicle, method, params),
         drives=drives,
         native=native,
+        summary=summary_of(native, vehicle) if method == "joint" and native["used"] > 0.0 else None,
     )
 
 

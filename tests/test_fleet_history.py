@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from oncenter.fleet.history import NOISE, Told, breaks, drift
 from oncenter.fleet.ranking import rank, within
@@ -28,9 +27,9 @@ def test_one_drive_that_is_off_alone_is_no_change() -> None:
 
 def test_a_change_that_hangs_on_one_drive_waits_for_another() -> None:
     sd = np.array([0.4] * 6 + [0.4, 2.5, 2.5])
-    value = np.array([0.0] * 6 + [2.5, 0.5, 0.0])
+    value = np.array([0.0] * 6 + [6.0, 0.5, 0.0])
     assert breaks(told(value, sd), NOISE["backlash"]) == []
-    assert [broken.at for broken in breaks(told(np.append(value, 2.5), np.append(sd, 0.4)), NOISE["backlash"])] == [6]
+    assert [broken.at for broken in breaks(told(np.append(value, 6.0), np.append(sd, 0.4)), NOISE["backlash"])] == [6]
 
 
 def test_play_of_which_no_two_drives_differ_by_the_least_change_never_changed_and_one_a_little_larger_did() -> None:

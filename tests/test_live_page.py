@@ -280,9 +280,7 @@ def test_a_token_that_this_page_did_not_give_opens_nothing(
     assert made == []
 
 
-def test_viewers_beyond_the_limit_are_told_so(
-    here: tuple[Served, list[Any]], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_viewers_beyond_the_limit_are_told_so(here: tuple[Served, list[Any]], monkeypatch: pytest.MonkeyPatch) -> None:
     served, made = here
     monkeypatch.setattr(live_serve, "VIEWERS_MAX", 2)
     own = f"127.0.0.1:{served.port}"

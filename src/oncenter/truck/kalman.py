@@ -25,8 +25,8 @@ from oncenter.truck.readings import (
     PLAY,
     PULL,
     STATE,
-    Load,
     Reading,
+    loads_of,
     readings,
 )
 
@@ -41,10 +41,26 @@ _DRIVES_BEFORE = _DRIVES_AFTER = 2
 _CONTRADICTS = 2.0  # standard deviations
 _WITHOUT_ONE = 1.5  # standard deviations that a step must have left whichever drive is left out
 _AGES = (0, 1, 2, 3, 4, 5, 7, 10, 14, 20, 28, 40, 57, 80, 113, 160)  # drives since a step that is tested
-_ANYWHERE_RAD = 0.5  # sd of the offset before a truck's first drive, and after a step
-_GRADIENT_ERROR_MIN = 0.02  # share
-_GRADIENT_MIN = 0.1  # share of the prior's mean
-_SURE_GRADIENT = 0.8  # of a drive's gradient in what is believed: it counts where loads are compared
+_ANYWHERE_RAD = 0.5  # sd of the offset before a truck's first drives
+_FIRST_DRIVES, _FIRST_SD_RAD = 5, 1.0 * 0.017453292519943295
+
+
+def _first_guess(offset: Numbers, sd: Numbers) -> tuple[Numbers, Numbers]:
+    """The median of the first drives, by their weights, and a wide standard deviation about it: a first drive that is
+    off alone must not decide whom the next ones contradict. Of one or two drives nothing."""
+    offset, sd = offset[:, :_FIRST_DRIVES], sd[:, :_FIRST_DRIVES]
+    has = np.isfinite(offset)
+    weight = np.where(has, 1.0 / (sd**2 + _FIRST_SD_RAD**2), 0.0)
+
+    def median(values: Numbers) -> Numbers:
+        order = np.argsort(np.where(has, values, np.inf), axis=1)
+        share = np.cumsum(np.take_along_axis(weight, order, axis=1), axis=1)
+        middle = np.argmax(share >= 0.5 * share[:, -1:], axis=1)
+        return np.take_along_axis(values, np.take_along_axis(order, middle[:, None], axis=1), axis=1)[:, 0]
+
+    guess = median(offset)
+    spread = 3.0 * median(np.abs(offset - guess[:, None])) + _FIRST_SD_RAD
+    return guess, np.where(np.sum(has, axis=1) > 2, spread, _ANYWHERE_RAD)
 
 
 @dataclass(frozen=True)
@@ -78,14 +94,16 @@ class Filter:
 
     def __init__(self, drives: Drives, priors: Priors, load_steer_sd: float, steps: Truths | None = None) -> None:
         self._drives, self._priors, self._known = drives, priors, steps
+        self._loads = loads_of(drives, priors)
         n = len(drives.ratio)
         side = drives.side[:, 0]
         unknown_side = np.where(side == 0.0, priors.crown_m_s2, 0.0)
         self.state = np.zeros((n, len(STATE)))
         self.state[:, PLAY] = priors.play_mean_rad
+        self.state[:, OFFSET], offset_sd = _first_guess(drives.offset, drives.offset_sd)
         self.covariance = np.zeros((n, len(STATE), len(STATE)))
         for place, sd in (
-            (OFFSET, _ANYWHERE_RAD),
+            (OFFSET, offset_sd),
             (BIAS, priors.accelerometer_bias_sd_m_s2),
             (PULL, priors.pull_sd_m_s2),
             (PLAY, priors.play_sd_rad),
@@ -101,11 +119,6 @@ class Filter:
         shape = drives.offset.shape
         self._rows = np.zeros((*shape, len(STATE)))
         self._values, self._variances = np.full(shape, np.nan), np.full(shape, np.nan)
-        # the gradients so far: weights and weighted sum, the prior's as one drive
-        self._gradient_weight = np.full(n, (priors.gradient_mean_rad_m_s2 / 2.0) ** -2)
-        self._gradient_sum = self._gradient_weight * priors.gradient_mean_rad_m_s2
-        self._taken, self._load_squared = np.zeros(n), np.zeros(n)
-        self._gradient_range = np.full(n, np.inf), np.full(n, 0.0)
         self._candidates = _Candidates(n)
         self.drives_most = drives.offset.shape[1]
 
@@ -116,9 +129,9 @@ class Filter:
         if self._known is None:
             self._candidates.open(d, has, self._since_step >= _DRIVES_BEFORE)
         else:
-            self._forget_offset(has & self._known[:, d])
+            self._guess_offset(d, has & self._known[:, d])
         doubt = np.zeros(len(has))
-        for reading in readings(self._drives, self._priors, d, self._load(d, has)):
+        for reading in readings(self._drives, self._priors, d, self._loads):
             variance = reading.variance
             if reading.of_offset is None:
                 variance = variance + doubt
@@ -130,36 +143,12 @@ class Filter:
         if self._known is None:
             self._prove(d, has)
 
-    def _load(self, d: int, has: Truths) -> Load:
-        """A drive that says little of its gradient has its truck's mean."""
-        priors = self._priors
-        before = self._gradient_sum / self._gradient_weight
-        between = (priors.load_spread_1 * before) ** 2
-        own = np.where(has, np.maximum(self._drives.gradient_sd[:, d], _GRADIENT_ERROR_MIN * before), 1.0) ** 2
-        value = np.where(has, self._drives.gradient[:, d], before)
-        gain = between / (between + own)
-        gradient = np.maximum(before + gain * (value - before), _GRADIENT_MIN * priors.gradient_mean_rad_m_s2)
-        weight = np.where(has, 1.0 / (between + own), 0.0)
-        self._gradient_weight += weight
-        self._gradient_sum += weight * np.maximum(value, 0.0)
-        smallest, largest = self._gradient_range
-        sure = has & (gain > _SURE_GRADIENT)
-        np.copyto(smallest, np.minimum(smallest, gradient), where=sure)
-        np.copyto(largest, np.maximum(largest, gradient), where=sure)
-        mean = self._gradient_sum / self._gradient_weight
-        load = (gradient / mean - 1.0) / priors.load_spread_1
-        self._taken += has
-        self._load_squared += np.where(has, load**2 - self._load_squared, 0.0) / np.maximum(self._taken, 1.0)
-        return Load(gradient, gain * own, mean, load, self._load_squared.copy())
-
-    def gradients_differ_by(self) -> Numbers:
-        """The share by which the largest gradient of a truck's drives is beyond the smallest."""
-        smallest, largest = self._gradient_range
-        return np.where(largest > 0.0, largest / smallest - 1.0, 0.0)
-
-    def _forget_offset(self, chosen: Truths) -> None:
+    def _guess_offset(self, d: int, chosen: Truths) -> None:
+        """Anew, from this drive on."""
+        guess, sd = _first_guess(self._drives.offset[chosen, d:], self._drives.offset_sd[chosen, d:])
+        self.state[chosen, OFFSET] = guess
         self.covariance[chosen, OFFSET, :] = self.covariance[chosen, :, OFFSET] = 0.0
-        self.covariance[chosen, OFFSET, OFFSET] = _ANYWHERE_RAD**2
+        self.covariance[chosen, OFFSET, OFFSET] = sd**2
 
     def _missed(self, reading: Reading) -> Numbers:
         """Square of what a reading is off beyond `_CONTRADICTS` standard deviations of what it should be."""
@@ -169,8 +158,8 @@ class Filter:
         return np.nan_to_num(np.maximum(apart**2 - _CONTRADICTS**2 * expected, 0.0))
 
     def _update(self, reading: Reading, variance: Numbers, has: Truths) -> None:
-        row, places = reading.row, reading.places
         has = has & np.isfinite(reading.value) & np.isfinite(variance)
+        row, places = np.where(has[:, None], reading.row, 0.0), reading.places
         gain = _times(self.covariance, row[:, None, :], places)
         spread = np.where(has, _times(gain, row, places) + variance, 1.0)
         innovation = np.where(has, reading.value - _times(self.state, row, places), 0.0)
@@ -180,7 +169,7 @@ class Filter:
         per = np.where(has, 1.0 / spread, 0.0)
         weighted = gain * per[:, None]
         if self._known is None:
-            self._candidates.update(reading, innovation, per, weighted)
+            self._candidates.update(row, places, innovation, per, weighted)
         self.state += weighted * innovation[:, None]
         self.covariance -= weighted[:, :, None] * gain[:, None, :]
 
@@ -249,10 +238,9 @@ class _Candidates:
         for array in (self.signature, self.information, self.evidence):
             array[has, 0] = 0.0
 
-    def update(self, reading: Reading, innovation: Numbers, per: Numbers, weighted: Numbers) -> None:
+    def update(self, row: Numbers, places: Sequence[int], innovation: Numbers, per: Numbers, weighted: Numbers) -> None:
         """A reading that the filter takes: a unit step has so much of its innovation as is not in the state yet."""
-        row = reading.row[:, None, :]
-        seen = row[..., OFFSET] - _times(self.signature, row, reading.places)
+        seen = row[:, None, OFFSET] - _times(self.signature, row[:, None, :], places)
         self.information += seen * seen * per[:, None]
         self.evidence += seen * (innovation * per)[:, None]
         self.signature += seen[:, :, None] * weighted[:, None, :]

@@ -12,7 +12,7 @@ import numpy as np
 from oncenter.truck.drives import Drives, Numbers
 from oncenter.truck.kalman import Filter, Step
 from oncenter.truck.priors import Priors
-from oncenter.truck.readings import BIAS, OFFSET, PLAY, PULL
+from oncenter.truck.readings import BIAS, OFFSET, PLAY, PULL, loads_of
 
 _LOADS_DIFFER = 0.2  # share by which the largest gradient is beyond the smallest: ours, twice what one load scatters
 
@@ -67,7 +67,7 @@ def learn(drives: Drives, priors: Priors) -> Trucks:
         pull,
         pull_sd,
         *mixed(PLAY),
-        load_would_help=both[0].gradients_differ_by() < _LOADS_DIFFER,
+        load_would_help=loads_of(drives, priors).differ_by() < _LOADS_DIFFER,
         steps=tuple(sorted(steps, key=lambda step: (step.truck, step.at))),
         offsets=offsets,
         offset_sds=offset_sds,

@@ -41,7 +41,7 @@ class Priors:
     compliance_share_1: float = 0.35
     crown_of_truck_sd_m_s2: float = 0.03
     load_steer_sds_rad: tuple[float, float] = (0.003 * _DEGREE, 0.04 * _DEGREE)
-    load_steer_weights: tuple[float, float] = (0.75, 0.25)
+    load_steer_weights: tuple[float, float] = (0.6, 0.4)
     bias_wander_sd_m_s2: float = 0.01
     offset_noise_sd_rad: float = 0.1 * _DEGREE
     play_noise_sd_rad: float = 0.3 * _DEGREE

@@ -19,12 +19,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from oncenter.truck.drives import Drives, Numbers
 from oncenter.truck.priors import Priors
 
 STATE = ("offset", "accelerometer_bias", "pull", "play", "crown", "load_steer", "load_steer_bent")
 OFFSET, BIAS, PULL, PLAY, CROWN, LOAD_STEER, LOAD_STEER_BENT = range(len(STATE))
+
+_GRADIENT_ERROR_MIN = 0.02  # share of the prior's mean, of a drive
+_GRADIENT_MIN = 0.1  # share of the prior's mean
+_SURE_GAIN = 0.8  # of a drive's own gradient: from here on it counts where loads are compared
 
 
 @dataclass(frozen=True)
@@ -44,18 +49,47 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Load:
-    """Of one drive of each truck: its gradient, rad/(m/s^2), as the truck's others let it be, with its variance; the
-    mean over its drives so far, and the mean square of the load."""
+class Loads:
+    """What the gradients say of each truck's loads; (trucks, drives) but for the means, (trucks, 1).
+
+    `gradient`, rad/(m/s^2), is each drive's as its truck's other drives let it be, with its variance; `load` is how far
+    it is from their mean, in units of what loads scatter.
+    """
 
     gradient: Numbers
     variance: Numbers
     mean: Numbers
     load: Numbers
     load_squared_mean: Numbers
+    sure: npt.NDArray[np.bool_]
+
+    def differ_by(self) -> Numbers:
+        """Of each truck, the share by which the largest gradient that a drive is sure of is beyond the smallest."""
+        largest = np.max(np.where(self.sure, self.gradient, 0.0), axis=1)
+        smallest = np.min(np.where(self.sure, self.gradient, np.inf), axis=1)
+        return np.where(largest > 0.0, largest / smallest - 1.0, 0.0)
 
 
-def readings(drives: Drives, priors: Priors, d: int, load: Load) -> Iterator[Reading]:
+def loads_of(drives: Drives, priors: Priors) -> Loads:
+    """A drive that says little of its gradient has its truck's mean, of which the prior is half a drive."""
+    has = np.isfinite(drives.gradient)
+    prior = priors.gradient_mean_rad_m_s2
+    value = np.where(has, np.maximum(drives.gradient, 0.0), prior)
+    own = np.where(has, np.maximum(drives.gradient_sd, _GRADIENT_ERROR_MIN * prior), 1.0) ** 2
+    between = (priors.load_spread_1 * prior) ** 2
+    weight, weight_of_prior = np.where(has, 1.0 / (own + between), 0.0), 0.5 / between
+    total = np.sum(weight, axis=1, keepdims=True) + weight_of_prior
+    mean = (np.sum(weight * value, axis=1, keepdims=True) + weight_of_prior * prior) / total
+    between = (priors.load_spread_1 * mean) ** 2
+    gain = between / (between + own)
+    gradient = np.maximum(mean + gain * (value - mean), _GRADIENT_MIN * prior)
+    mean = np.sum(weight * gradient, axis=1, keepdims=True) / np.sum(weight, axis=1, keepdims=True)
+    load = np.where(has, (gradient / mean - 1.0) / priors.load_spread_1, 0.0)
+    squared = np.sum(has * load**2, axis=1, keepdims=True) / np.sum(has, axis=1, keepdims=True)
+    return Loads(gradient, gain * own, mean, load, squared, has & (gain > _SURE_GAIN))
+
+
+def readings(drives: Drives, priors: Priors, d: int, loads: Loads) -> Iterator[Reading]:
     """Of drive `d` of each truck, independent of each other; the offset's comes last."""
     n = len(drives.ratio)
     side = drives.side[:, d]
@@ -68,14 +102,15 @@ def readings(drives: Drives, priors: Priors, d: int, load: Load) -> Iterator[Rea
     slope = np.full(n, priors.standing_slope_sd_m_s2**2)
     yield Reading(_row(n, BIAS, 1.0, CROWN, share * along), of_crown, standing, slope)
     alone = _without_priors(drives, priors, d)
-    pulled = drives.ratio[:, d] * (load.mean + (1.0 - priors.compliance_share_1) * (load.gradient - load.mean))
+    mean, load = loads.mean[:, 0], loads.load[:, d]
+    pulled = drives.ratio[:, d] * (mean + (1.0 - priors.compliance_share_1) * (loads.gradient[:, d] - mean))
     of_unloading, of_play = _row(n, BIAS, 1.0, PULL, 1.0), _row(n, PLAY, 1.0)
     windy = alone.unloading_variance + priors.wind_sd_m_s2**2
     yield Reading(of_unloading, (BIAS, PULL), alone.unloading, windy, pulled)
     yield Reading(of_play, (PLAY,), drives.play[:, d], alone.play_variance + priors.play_noise_sd_rad**2, 0.5)
-    bent = load.load**2 - load.load_squared_mean
-    of_offset = _row(n, OFFSET, 1.0, PULL, pulled, LOAD_STEER, load.load, LOAD_STEER_BENT, bent)
-    by_gradient = (drives.ratio[:, d] * priors.pull_sd_m_s2) ** 2 * load.variance
+    bent = load**2 - loads.load_squared_mean[:, 0]
+    of_offset = _row(n, OFFSET, 1.0, PULL, pulled, LOAD_STEER, load, LOAD_STEER_BENT, bent)
+    by_gradient = (drives.ratio[:, d] * priors.pull_sd_m_s2) ** 2 * loads.variance[:, d]
     wide = 1.0 + alone.offset_variance / priors.wide_rad**2
     # the offset given the other two, which goes with neither
     yield Reading(

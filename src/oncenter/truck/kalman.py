@@ -34,8 +34,8 @@ Truths = npt.NDArray[np.bool_]
 Places = npt.NDArray[np.int64]
 
 # Tuned on seeds 1 to 120 of bench/trucks.py, and on its months 1 to 100.
-_INFLUENCE = 4.0  # standard deviations of one reading's innovation
-_THRESHOLD = 4.0  # standard deviations of a step
+_INFLUENCE = 5.0  # standard deviations of one reading's innovation
+_THRESHOLD = 4.5  # standard deviations of a step
 _SMALLEST_RAD = 0.5 * 0.017453292519943295  # a smaller step is not told
 _DRIVES_BEFORE = _DRIVES_AFTER = 2
 _CONTRADICTS = 2.0  # standard deviations

@@ -24,7 +24,9 @@ _PART_WORTH_TELLING = 0.25  # of the half-width
 _GAIN_WORTH_TELLING = 0.1  # of the same
 _ANOTHER_MINUTE_S = 60.0
 _MODEL_ERROR_RAD = 0.04 * DEGREE  # core/joint_answer.c, offset_error
-_GYRO, _SCATTER, _MODEL = "gyro bias", "measurement scatter", "limits of the model"
+_WIDTH_ERROR_RAD = 0.2 * DEGREE  # core/joint_answer.c, width_error: of the play alone
+_STANDING_GYRO_SD_RAD_S = 3.5e-4  # core/standstill.c, yaw_rate_floor
+_GYRO, _PLAY, _SCATTER, _MODEL = "gyro bias", "free play", "measurement scatter", "limits of the model"
 _CAUSES: Mapping[Name, str] = {
     "pull": "a pull by the wheel alignment",
     "mean_wind": "mean crosswind",
@@ -263,6 +265,7 @@ def _interval(
     drive = 1.96 * native["offset_parts"]["drive_sd"] / DEGREE
     parts = _parts(native, params, steering_ratio)
     told = [(part, words) for words, part in parts.items() if part > _PART_WORTH_TELLING * drive]
+    told = [(part, _play_words(native) if words == _PLAY else words) for part, words in told]
     of_drive = ", ".join(f"±{_deg(part)} {words}" for part, words in sorted(told, reverse=True))
     text = f"uncertainty ±{_deg(whole)} deg: ±{_deg(drive)} from this drive ({of_drive})"
     causes = causes_of(native["offset_parts"], params, traffic_sign)
@@ -271,10 +274,10 @@ def _interval(
     if beside:
         of_causes = ", ".join(f"±{_deg(part)} {words}" for part, words in sorted(beside, reverse=True))
         text += f"; not identifiable from one drive: {of_causes}"
-    gains = list(_gains(native, params, drive, parts, steering_ratio, traffic_sign))
+    gains = list(_gains(native, params, drive, parts, traffic_sign))
     if gains:
-        would = ", ".join(f"{words} to ±{_deg(left)}" for left, words in sorted(gains))
-        text += f"; narrows this drive's part: {would}"
+        would = ", ".join(f"{words} (to ±{_deg(left)})" for left, words in sorted(gains))
+        text += f"; to narrow this drive's part: {would}"
     return from_table("interval", text, whole)
 
 
@@ -284,36 +287,50 @@ def _deg(half_width_deg: float) -> str:
 
 def _parts(native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float) -> dict[str, float]:
     """Contributions to the drive's part as 95 % half-widths in deg; their squares sum to its square."""
-    left = native["offset_parts"]["drive_sd"] ** 2
-    loaded = _loaded(native)
+    gyro = native["yaw_rate_bias"]
+    slope = steering_ratio * abs(native["understeer_gradient"]["value"])
+    of_play = max(native["backlash"]["standard_deviation"] ** 2 - _WIDTH_ERROR_RAD**2, 0.0)
     spreads = {
-        _GYRO: native["offset_per_yaw_rate_bias"] * native["yaw_rate_bias"]["standard_deviation"],
-        _zero(params): _slope(native, steering_ratio) * native["unloading_acceleration"]["standard_deviation"],
-        f"free play, {loaded}": 0.5 * native["backlash"]["standard_deviation"] if loaded else 0.0,
+        _GYRO: native["offset_per_yaw_rate_bias"] * gyro["standard_deviation"],
+        _zero(params): slope * native["unloading_acceleration"]["standard_deviation"],
         _MODEL: _MODEL_ERROR_RAD,
+        _PLAY: 0.5 * math.sqrt(of_play),  # of a play whose one flank was not loaded, half is in the offset
     }
+    if status_of(gyro) == "unobservable":  # only the prior limits it: all that scatter does not explain
+        spreads |= {_SCATTER: native["unexplained"] / math.sqrt(max(native["used"], 1.0)), _GYRO: math.inf}
+        spreads[_GYRO] = spreads.pop(_GYRO)  # after the scatter
+    left = native["offset_parts"]["drive_sd"] ** 2
     parts = {}
     for words, spread in spreads.items():
         part = min(spread**2, left)
         left -= part
         parts[words] = 1.96 * math.sqrt(part) / DEGREE
-    return parts | {_SCATTER: 1.96 * math.sqrt(left) / DEGREE}
+    rest = 1.96 * math.sqrt(left) / DEGREE
+    return parts | {_SCATTER: math.hypot(parts.get(_SCATTER, 0.0), rest)}
 
 
 def _zero(params: Mapping[str, float]) -> str:
-    return "accelerometer zero" if params["use_accelerometer"] else "road bank, which no accelerometer measured"
+    return "accelerometer zero" if params["use_accelerometer"] else "road bank, which was not measured"
 
 
-def _slope(native: Mapping[str, Any], steering_ratio: float) -> float:
-    return steering_ratio * abs(native["understeer_gradient"]["value"])
-
-
-def _loaded(native: Mapping[str, Any]) -> str:
-    """Which flanks of the play carried load, where one is lacking; else empty."""
+def _play_words(native: Mapping[str, Any]) -> str:
+    """Free play with the loading that left it open."""
     lacking = _lacking_sides(native)
     if len(lacking) == 2:
-        return "neither flank was loaded for long enough"
-    return "".join(f"only {'right' if side == 'left' else 'left'}-hand loading occurred" for side in lacking)
+        return f"{_PLAY} because neither flank was loaded for long enough"
+    if lacking:
+        (side,) = lacking
+        return f"{_PLAY} because only {'right' if side == 'left' else 'left'}-hand loading occurred"
+    return _PLAY
+
+
+def _other_flank(native: Mapping[str, Any]) -> str:
+    """The driving that shows the flank that is lacking, or the rarer one."""
+    lacking = _lacking_sides(native)
+    if lacking:
+        return " and ".join(f"{math.ceil(s)} s of bends to the {side}" for side, s in lacking.items())
+    rarer = "left" if native["side_force_to_left"] < native["side_force_to_right"] else "right"
+    return f"another minute of bends to the {rarer}"
 
 
 def _gains(
@@ -321,7 +338,6 @@ def _gains(
     params: Mapping[str, float],
     drive: float,
     parts: Mapping[str, float],
-    steering_ratio: float,
     traffic_sign: float,
 ) -> Iterator[tuple[float, str]]:
     """The half-width in deg that would be left of the drive's part, where that gains a tenth of it, and by what."""
@@ -329,12 +345,10 @@ def _gains(
     def left(less: float) -> float:
         return math.sqrt(max(drive**2 - less, 0.0))
 
-    free_play = sum(part for words, part in parts.items() if words.startswith("free play"))
     more_s = native["used"] + _ANOTHER_MINUTE_S
-    lacking = " and ".join(f"{math.ceil(s)} s of bends to the {side}" for side, s in _lacking_sides(native).items())
     would = {
-        "a second of standing": left(_by_standing(native, params, parts, steering_ratio, traffic_sign)),
-        f"{lacking}, or a known play,": left(free_play**2) if lacking else drive,
+        "a second of standing": left(_by_standing(native, params, parts, traffic_sign)),
+        f"{_other_flank(native)}, or a known play": left(parts[_PLAY] ** 2),
         "another minute of such driving": left(parts[_SCATTER] ** 2 * _ANOTHER_MINUTE_S / more_s),
     }
     for words, would_be in would.items():
@@ -343,20 +357,18 @@ def _gains(
 
 
 def _by_standing(
-    native: Mapping[str, Any],
-    params: Mapping[str, float],
-    parts: Mapping[str, float],
-    steering_ratio: float,
-    traffic_sign: float,
+    native: Mapping[str, Any], params: Mapping[str, float], parts: Mapping[str, float], traffic_sign: float
 ) -> float:
-    """Square of a half-width in deg that a standstill takes away: the gyro's bias, and of the accelerometer's zero what
-    the ground's slope leaves. Nothing where the truck has stood."""
-    by_gyro = 0.0 if status_of(native["yaw_rate_bias"]) == "valid" else parts[_GYRO] ** 2
-    if not params["use_accelerometer"] or status_of(native["standstill_lateral_acceleration"]) == "valid":
-        return by_gyro
+    """Square of a half-width in deg that a second of standing takes away: the gyro's bias but for what a standstill
+    leaves of it, and of the accelerometer's zero all but the ground's slope, where the truck has not stood yet."""
+    gyro = native["yaw_rate_bias"]
+    gyro_sd = math.inf if status_of(gyro) == "unobservable" else gyro["standard_deviation"]
+    of_gyro: float = 1.96 * native["offset_per_yaw_rate_bias"] * min(gyro_sd, _STANDING_GYRO_SD_RAD_S) / DEGREE
+    gained: float = max(parts[_GYRO] ** 2 - of_gyro**2, 0.0)
+    zero_sd: float = native["unloading_acceleration"]["standard_deviation"]
+    has_stood = status_of(native["standstill_lateral_acceleration"]) == "valid"
+    if not params["use_accelerometer"] or has_stood or zero_sd <= 0.0:
+        return gained
     crown_sd = math.hypot(params["crown_sd_m_s2"], params["crown_m_s2"] if traffic_sign == 0.0 else 0.0)
     ground_sd = math.hypot(params["standing_slope_sd_m_s2"], params["standing_crown_share_1"] * crown_sd)
-    now = native["unloading_acceleration"]["standard_deviation"]
-    then = now * ground_sd / math.hypot(now, ground_sd)
-    of_zero = parts[_zero(params)] ** 2
-    return by_gyro + (of_zero * (1.0 - (then / now) ** 2) if now > 0.0 else 0.0)
+    return gained + parts[_zero(params)] ** 2 * zero_sd**2 / (zero_sd**2 + ground_sd**2)

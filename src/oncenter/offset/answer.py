@@ -137,9 +137,10 @@ class Answer:
         of_drive = " from this drive" if self.method == "joint" else ""
         status = "" if self.offset.status == "valid" else f" ({self.offset.status})"
         said = f"straight-ahead offset {number(value, digits)} deg ± {number(drive, digits)}{of_drive}{status}"
-        if more < 0.05 * DEGREE:
+        causes = in_words(self.not_identifiable)
+        if not causes:
             return said
-        return f"{said}; {in_words(self.not_identifiable)} could hide ± {number(more, digits)} more"
+        return f"{said}; {causes} could hide ± {number(more, digits)} more"
 
     @property
     def offset_half_width_rad(self) -> float | None:

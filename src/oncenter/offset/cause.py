@@ -15,6 +15,7 @@ Name = Literal["pull", "mean_wind", "axle_set_up"]
 _SET_UP_PROBABILITY = 0.05  # core/hypothesis_equations.c, odds_against: one axle in twenty
 _PER_ACCELERATION_MIN = 1e-6  # rad/(m/s^2): with less no lateral force moves the offset
 _IN_WORDS: Mapping[Name, str] = {"pull": "pull", "mean_wind": "crosswind", "axle_set_up": "axle set up for the crown"}
+_WORTH_TELLING_RAD = 0.05 * DEGREE  # of a half-width: less rounds to nothing
 _WORTH_NAMING = 0.25  # of what all causes make
 
 
@@ -92,8 +93,10 @@ def together_rad(causes: Sequence[Cause]) -> float:
 
 
 def in_words(causes: Sequence[Cause]) -> str:
-    """Those that matter, with an article: "a pull or crosswind"."""
+    """Those that matter, with an article: "a pull or crosswind"; empty where all do next to nothing."""
     all_rad = together_rad(causes)
+    if 1.96 * all_rad < _WORTH_TELLING_RAD:
+        return ""
     names = [_IN_WORDS[cause.cause] for cause in causes if cause.sd_rad > _WORTH_NAMING * all_rad]
     named = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
     return f"{'an' if named[0] == 'a' else 'a'} {named}"

@@ -136,12 +136,21 @@ def test_the_parts_squared_sum_to_the_sd_of_the_first_frame(
     parts = [getattr(second, f"{name}_rad") for name in PART_SIGNALS]
     assert now.offset_drive_sd_rad <= parts[0] < now.offset_drive_sd_rad + 1 / 2048
     assert math.hypot(*parts) == pytest.approx(first.offset_sd_rad, abs=2 / 2048)
-    assert parts[1] > parts[2] > 0.0
+    assert parts[0] > 0.0
+
+
+def test_each_part_is_sent_at_its_place() -> None:
+    sds = {"drive_sd": 2 / 2048, "pull_sd": 15 / 2048, "wind_sd": 6 / 2048, "set_up_sd": 9 / 2048}
+    output = ffi.new("oc_output *", {"offset_status": STATUSES["valid"], "offset_parts": sds})
+    parts = ffi.new("oc_message_parts *", lib.oc_message_parts_of(output, 18))
+    data = bytearray(8)
+    lib.oc_message_parts_encode(parts, ffi.from_buffer(data))
+    assert bytes(data) == bytes([2, 15, 6, 9, 0xFF, 0xFF, 0x2F, 0xFF])
 
 
 def test_of_an_offset_that_is_unobservable_no_part_is_sent(truck: Vehicle, columns: dict[str, Array]) -> None:
     monitor = oc.Monitor(truck, RATE_HZ)
-    now = monitor.step(ticks(columns, 0, 1)[0])
+    now = monitor.step(next(ticks(columns, 0, 1)))
     assert (now.offset_status, now.offset_drive_sd_rad) == ("unobservable", None)
     assert monitor.message_parts(3) == bytes.fromhex("ffffffffffff3fff")
 

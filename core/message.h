@@ -12,8 +12,9 @@
  * sensor's gives oc_message_measured to oc_step.
  *
  * The second frame splits the offset's standard deviation:  1 what the drive leaves open, and what no single drive
- * identifies:  2 a pull,  3 the mean wind,  4 an axle set up for the crown, each as in the first;  7 counter (5-8), that
- * of the first frame it belongs to. All other bits are ones. The squares sum to the first frame's, but for rounding. */
+ * identifies:  2 a pull,  3 the mean wind,  4 an axle set up for the crown, each as in the first;  7 counter (5-8),
+ * that of the first frame it belongs to. All other bits are ones. The squares sum to that of the first frame's, but for
+ * rounding. */
 
 #include <stdbool.h>
 #include <stdint.h>

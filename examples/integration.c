@@ -1,5 +1,5 @@
-/* How an ECU uses the core: restore at power-on, step at 100 Hz, a result with its parts each 100 ms, DM1 each second, an image each
- * minute. What begins with ecu_ is the ECU's own. */
+/* How an ECU uses the core: restore at power-on, step at 100 Hz, a result with its parts each 100 ms, DM1 each second,
+ * an image each minute. What begins with ecu_ is the ECU's own. */
 
 #include "message.h"
 #include "save.h"

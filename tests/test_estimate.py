@@ -15,6 +15,7 @@ import oncenter as oc
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.offset.answer import Estimate, Method
+from oncenter.offset.cause import Cause, Prior, in_words
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, Source
 from oncenter.vehicle import vehicle_from
@@ -204,6 +205,9 @@ def test_the_parts_of_the_interval_sum_to_it_by_their_squares() -> None:
     value, sd = answer.offset.value, (high - low) / 3.92
     about_value = math.hypot(sd, 0.5 * (low + high) - value)
     parts = [drive / 1.96, *(cause.sd_rad for cause in answer.not_identifiable)]
+    for cause in answer.not_identifiable:
+        assert cause.sd_rad == pytest.approx(cause.sd_m_s2 * answer.offset_per_acceleration)
+        assert cause.sd_m_s2 != cause.prior.sd_m_s2
     assert math.hypot(*parts) == pytest.approx(about_value, rel=1e-4)
     assert sum(answer.offset_ci95_drive) / 2 == pytest.approx(value)
 
@@ -424,3 +428,36 @@ def test_an_error_comes_from_another_process_as_it_was() -> None:
     sent = OncenterError("no drive", code="no_drive", exit_code=2, needs=("yaw_rate",))
     came = pickle.loads(pickle.dumps(sent))
     assert (str(came), came.code, came.exit_code, came.needs) == ("no drive", "no_drive", 2, ("yaw_rate",))
+
+
+def cause(name: str, sd_deg: float) -> Cause:
+    return Cause(name, 0.05, sd_deg * DEGREE, Prior(0.05, "assumed"))
+
+
+@pytest.mark.parametrize(
+    ("sds", "said"),
+    [
+        ({"pull": 0.4, "mean_wind": 0.15}, "a pull or crosswind"),
+        ({"pull": 0.4, "mean_wind": 0.05}, "a pull"),
+        ({"pull": 0.4, "mean_wind": 0.2, "axle_set_up": 0.5}, "a pull, crosswind or axle set up for the crown"),
+        ({"pull": 0.1, "axle_set_up": 0.9}, "an axle set up for the crown"),
+        ({"pull": 0.02, "mean_wind": 0.01}, ""),
+        ({}, ""),
+    ],
+)
+def test_what_could_hide_more_is_named_by_what_matters(sds: dict[str, float], said: str) -> None:
+    causes = tuple(cause(name, sd) for name, sd in sds.items())
+    assert in_words(causes) == said
+    answer = replace(oc.offset(steady_drive(), TRUCK), not_identifiable=causes)
+    more = 1.96 * math.hypot(*sds.values())
+    assert (f"; {said} could hide ± {more:.1f} more" in answer.words()) is bool(said)
+
+
+@pytest.mark.parametrize(
+    ("half_width_deg", "said"), [(0.123, "2.0 deg ± 0.1 "), (0.05, "2.00 deg ± 0.05 "), (3.0, "2.0 deg ± 3.0 ")]
+)
+def test_a_half_width_is_never_said_to_be_nothing(half_width_deg: float, said: str) -> None:
+    given = oc.offset(steady_drive(), TRUCK)
+    drive = tuple((2.0 + sign * half_width_deg) * DEGREE for sign in (-1.0, 1.0))
+    answer = replace(given, offset=replace(given.offset, value=2.0 * DEGREE), offset_ci95_drive=drive)
+    assert answer.words().startswith(f"straight-ahead offset {said}from this drive")

@@ -4,7 +4,7 @@
 
 Rows of accuracy_rows.py, 400 drives each. On rows without pull and wind the drive's own interval (`ci95_drive`) is
 judged; on `population`, whose pulls are as believed, the whole one (`ci95`), and the drive's on the error less what
-pull and wind did. Seeds from 10001 on are for reporting, those from 20001 on (--tuning) for whoever tunes.
+the pull did. Seeds from 10001 on are for reporting, those from 20001 on (--tuning) for whoever tunes.
 """
 
 from __future__ import annotations
@@ -36,38 +36,19 @@ def record(row: str, seed: int, folder: Path) -> Record:
     answer = oc.offset(driven.signals, driven.vehicle)
     truth = driven.truth
     unloads = truth.unloading_acceleration_m_s2
-    shift = (0.0 if np.isnan(unloads) else unloads) + driven.wind_m_s2
-    value, target = answer.offset.value, float(driven.target_rad[-1])
-    parts = answer.native["offset_parts"]
+    shift = 0.0 if np.isnan(unloads) else unloads
+    assert answer.offset.value is not None and answer.offset.ci95 is not None and answer.summary is not None
+    low, high = answer.offset.ci95
+    target = float(driven.target_rad[-1])
     return {
         "row": row,
         "seed": seed,
         "status": answer.offset.status,
-        "error": (value - target) / DEGREE,
-        "shift_m_s2": shift,
-        "per": parts["per_acceleration"] / DEGREE,
-        "drive_sd": parts["drive_sd"] / DEGREE,
-        "pull_sd": parts["pull_sd"] / DEGREE,
-        "wind_sd": parts["wind_sd"] / DEGREE,
-        "set_up_sd": parts["set_up_sd"] / DEGREE,
-        "sd": answer.native["offset"]["standard_deviation"] / DEGREE,
-        "lean": answer.native["offset"]["lean"] / DEGREE,
-        "a0": answer.native["unloading_acceleration"]["value"],
-        "a0_sd": answer.native["unloading_acceleration"]["standard_deviation"],
-        "a0_true": truth.lateral_acceleration_bias_m_s2 + shift,
-        "b_true": truth.lateral_acceleration_bias_m_s2,
-        "K": answer.native["understeer_gradient"]["value"] / DEGREE,
-        "K_sd": answer.native["understeer_gradient"]["standard_deviation"] / DEGREE,
-        "K_true": truth.understeer_gradient / DEGREE,
-        "play": answer.native["backlash"]["value"] / DEGREE,
-        "play_sd": answer.native["backlash"]["standard_deviation"] / DEGREE,
-        "play_true": (truth.backlash_rad + truth.windup_rad) / DEGREE,
-        "i": driven.vehicle.ratio_near_centre,
-        "left": answer.side_force_s[0],
-        "right": answer.side_force_s[1],
-        "gyro_sd": answer.native["offset_per_yaw_rate_bias"]
-        * answer.native["yaw_rate_bias"]["standard_deviation"]
-        / DEGREE,
+        "error": (answer.offset.value - target) / DEGREE,
+        "error_middle": (0.5 * (low + high) - target) / DEGREE,
+        "half_width": 0.5 * (high - low) / DEGREE,
+        "error_drive": (answer.offset.value - target - answer.offset_per_acceleration * shift) / DEGREE,
+        "half_width_drive": 1.96 * answer.summary.offset_sd / DEGREE,
     }
 
 
@@ -101,12 +82,12 @@ def main() -> None:
 
 def figures(part: pl.DataFrame) -> Record:
     """Of some drives of one row: coverage of both intervals, and how wide they are for their errors."""
-    own = np.abs((part["error"] - part["shift_m_s2"] * part["per"]).to_numpy())
-    drive = 1.96 * part["drive_sd"].to_numpy()
-    middle = np.abs((part["error"] + part["lean"]).to_numpy())
-    whole = 1.96 * np.sqrt(part["sd"].to_numpy() ** 2 - part["lean"].to_numpy() ** 2)
     said: Record = {"drives": len(part)}
-    for name, error, half_width in (("drive", own, drive), ("whole", middle, whole)):
+    for name, error_of, width_of in (
+        ("drive", "error_drive", "half_width_drive"),
+        ("whole", "error_middle", "half_width"),
+    ):
+        error, half_width = np.abs(part[error_of].to_numpy()), part[width_of].to_numpy()
         ratio = error / half_width
         said |= {
             f"{name}_covered": float(np.mean(ratio < 1.0)),

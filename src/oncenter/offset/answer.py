@@ -116,7 +116,6 @@ class Answer:
     rejected_s: Mapping[str, float]
     findings: tuple[Finding, ...]
     drives: tuple[Signals, ...]
-    native: Mapping[str, Any]
     summary: Summary | None
 
     def words(self) -> str:

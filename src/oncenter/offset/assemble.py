@@ -82,7 +82,6 @@ def answer_of(
         rejected_s=rejected_s,
         findings=_findings(native, changes, drives, vehicle, method, params),
         drives=drives,
-        native=native,
         summary=summary_of(native, vehicle) if method == "joint" and native["used"] > 0.0 else None,
     )
 

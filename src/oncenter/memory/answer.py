@@ -16,6 +16,7 @@ from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import Vehicle
 
 _KNOWS_MEMORY: Method = "joint"
+_NOTHING_ADDED = "nothing was added to the truck's memory, since a signal of this drive is at fault"
 
 
 def offset_with_memory(
@@ -49,7 +50,9 @@ def offset_with_memory(
     start_s = max((start_of_drive(drive, _path(drive)) for drive in drives), default=0.0)
     started_from = priors(memory, vehicle, start_s)
     answer = offset(drives, vehicle, method=method, params={**started_from, **(params or {})}, progress=progress)
-    return _noted(answer, _started(started_from)), with_drive(memory, answer, keys, start_s, started_from)
+    after = with_drive(memory, answer, keys, start_s, started_from)
+    answer = _noted(answer, _started(started_from))
+    return (_noted(answer, _NOTHING_ADDED) if after == memory else answer), after
 
 
 def _path(drive: Signals) -> Path | None:

@@ -77,8 +77,25 @@ def test_a_known_pull_is_taken_off_the_offset_and_its_part_of_the_interval_shrin
         assert abs(without.offset.value - offset_to_find(truth)) > 0.4 * DEGREE
         assert abs(known.offset.value - offset_to_find(truth)) < 0.15 * DEGREE
         assert known.native["offset_parts"]["pull_sd"] < 0.5 * without.native["offset_parts"]["pull_sd"]
-        assert known.native["offset_parts"]["set_up_sd"] == 0.0
         assert holds(known, offset_to_find(truth))
+
+
+def test_a_known_pull_of_a_truck_without_play_is_not_taken_off_twice(tmp_path: Path) -> None:
+    """Where little play shows where the steering unloads, that is believed to be at bias and pull together."""
+    signals, truth = drive(tmp_path, "thesis_drive", 2, 900.0, "backlash_deg = 0.3\npull_n_m = -70.0")
+    pull = truth.unloading_acceleration_m_s2
+    known = oc.offset(signals, truck(play_deg=0.5, play_sd_deg=0.3, pull_m_s2=pull, pull_sd_m_s2=0.02))
+    assert known.offset.value is not None
+    of_pull = 19.3 * abs(pull) * known.native["understeer_gradient"]["value"]
+    assert of_pull > 1.2 * DEGREE
+    assert abs(known.offset.value - offset_to_find(truth)) < 0.4 * of_pull
+
+
+def test_an_axle_whose_pull_is_known_is_not_one_that_may_be_set_up_for_the_crown(tmp_path: Path) -> None:
+    signals, _ = drive(tmp_path, "thesis_drive", 1, 900.0, "backlash_deg = 8.0\nunloads_on_crown_percent = 2.0")
+    assert oc.offset(signals, truck()).native["offset_parts"]["set_up_sd"] > 0.3 * DEGREE
+    known = oc.offset(signals, truck(pull_m_s2=0.2, pull_sd_m_s2=0.02))
+    assert known.native["offset_parts"]["set_up_sd"] == 0.0
 
 
 def test_a_known_pull_moves_the_angle_without_its_sensor_as_the_offset(tmp_path: Path) -> None:
@@ -165,7 +182,7 @@ def test_a_known_yaw_rate_bias_is_corrected_from_the_first_tick() -> None:
 
 def test_a_known_accelerometer_bias_is_where_the_steering_is_believed_to_unload(tmp_path: Path) -> None:
     """Without play nothing shows it: the interval is i K times what is not known of it."""
-    signals, truth = drive(tmp_path, "thesis_drive", 2, 900.0, "backlash_deg = 0.5")
+    signals, truth = drive(tmp_path, "biased_accelerometer", 2, 900.0, "backlash_deg = 0.5")
     bias = truth.lateral_acceleration_bias_m_s2
     play = {"play_deg": 0.5, "play_sd_deg": 0.3}
     without = oc.offset(signals, truck(**play))

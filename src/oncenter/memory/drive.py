@@ -57,7 +57,7 @@ def with_drive(
     Args:
         memory: from before it.
         answer: of the drive, or of several at once; by the joint method.
-        keys: of its logs' contents.
+        keys: of its logs' contents, none of which the memory has.
         start_s: when it began.
         started_from: the `priors` of the answer.
     """
@@ -66,7 +66,7 @@ def with_drive(
     vehicle, p = answer.vehicle, answer.params
     offset = _known(answer.offset, start_s, ("valid", "converging"))
     value, offset_sd = (None, None) if offset is None else (offset.value, offset.sd)
-    drive = [Drive(key, start_s, value, offset_sd, answer.offset.status) for key in keys if not memory.has(key)]
+    added = [Drive(key, start_s, value, offset_sd, answer.offset.status) for key in keys]
     return replace(
         memory,
         play=_renewed(memory.play, _aged_play(memory, start_s), _known(answer.backlash, start_s)),
@@ -80,7 +80,7 @@ def with_drive(
             _known(answer.equivalent_wheelbase, start_s),
         ),
         loads=_with_gradient(memory, answer, start_s, started_from),
-        drives=tuple([*memory.drives, *drive][-_DRIVES_MAX:]),
+        drives=tuple([*memory.drives, *added][-_DRIVES_MAX:]),
     )
 
 

@@ -194,7 +194,7 @@ def test_joint_is_the_method_where_none_is_asked_for() -> None:
 def test_the_words_are_what_an_engineer_reads_first() -> None:
     answer = oc.offset(thesis_drive(yaw_rate_bias_deg_s=0.2), TABLE_2)
     said = re.fullmatch(
-        r"offset (\S+) deg, (\S+) to (\S+); the steering has (\S+) deg of play; "
+        r"offset (\S+) deg, (\S+) to (\S+); recalibrate: add -2\.\d deg; the steering has (\S+) deg of play; "
         r"the gyro is off by (\S+) deg/s and was corrected; driven (\d+) of 30 minutes usable(, \d+ rejected for .+)?",
         answer.words(),
     )

@@ -46,6 +46,14 @@ class Kind:
     shuffled: bool = False
 
 
+KINDS = {
+    "three": Kind(),
+    "one": Kind(loads=1),
+    "bump": Kind(bump_steer_deg=0.03),
+    "month": Kind(drives=20, shuffled=True),
+}
+
+
 def truck_drives(kind: Kind, name: str, seed: int, folder: Path) -> Iterator[tuple[int, float, Drive]]:
     """Load, angle by bump steer (deg at the steering wheel), and drive, in order of time."""
     random = np.random.default_rng([seed, zlib.crc32(name.encode())])

@@ -99,21 +99,35 @@ def main() -> None:
     print_table(table)
 
 
+def figures(part: pl.DataFrame) -> Record:
+    """Of some drives of one row: coverage of both intervals, and how wide they are for their errors."""
+    own = np.abs((part["error"] - part["shift_m_s2"] * part["per"]).to_numpy())
+    drive = 1.96 * part["drive_sd"].to_numpy()
+    middle = np.abs((part["error"] + part["lean"]).to_numpy())
+    whole = 1.96 * np.sqrt(part["sd"].to_numpy() ** 2 - part["lean"].to_numpy() ** 2)
+    said: Record = {"drives": len(part)}
+    for name, error, half_width in (("drive", own, drive), ("whole", middle, whole)):
+        ratio = error / half_width
+        said |= {
+            f"{name}_covered": float(np.mean(ratio < 1.0)),
+            f"{name}_ratio": [float(np.quantile(ratio, q)) for q in (0.5, 0.95)],
+            f"{name}_error": [float(np.quantile(error, q)) for q in (0.5, 0.95)],
+            f"{name}_half_width": float(np.median(half_width)),
+        }
+    return said
+
+
 def print_table(table: pl.DataFrame) -> None:
     for (row,), part in table.group_by("row", maintain_order=True):
         for name, some in (("all", part), ("valid", part.filter(pl.col("status") == "valid"))):
-            own = (some["error"] - some["shift_m_s2"] * some["per"]).to_numpy()
-            ratio = np.abs(own) / (1.96 * some["drive_sd"].to_numpy())
-            mid = some["error"].to_numpy() + some["lean"].to_numpy()
-            half = 1.96 * np.sqrt(some["sd"].to_numpy() ** 2 - some["lean"].to_numpy() ** 2)
-            whole = np.abs(mid) / half
-            print(
-                f"{row:18}{name:6}{len(some):5} drive covers {np.mean(ratio < 1):6.1%} median ratio {np.median(ratio):.2f}"
-                f" p95 {np.quantile(ratio, 0.95):.2f} rms {np.sqrt(np.mean((1.96 * ratio) ** 2)):.2f}"
-                f" half-width {np.median(1.96 * some['drive_sd']):.2f} | all covers {np.mean(whole < 1):6.1%} "
-                f"median {np.median(whole):.2f} half-width {np.median(half):.2f}"
-                f" | error less pull med {np.median(np.abs(own)):.2f} p95 {np.quantile(np.abs(own), 0.95):.2f}"
-            )
+            said = figures(some)
+            words = [
+                f"{which} covers {said[f'{which}_covered']:6.1%} ratio {said[f'{which}_ratio'][0]:.2f}"
+                f" {said[f'{which}_ratio'][1]:.2f} error {said[f'{which}_error'][0]:.2f}"
+                f" {said[f'{which}_error'][1]:.2f} half-width {said[f'{which}_half_width']:.2f}"
+                for which in ("drive", "whole")
+            ]
+            print(f"{row:18}{name:6}{said['drives']:5} | {' | '.join(words)}")
 
 
 if __name__ == "__main__":

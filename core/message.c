@@ -103,6 +103,32 @@ bool oc_message_decode(oc_message *message, const uint8_t *data) {
     return true;
 }
 
+oc_message_parts oc_message_parts_of(const oc_output *output, uint32_t counter) {
+    const oc_offset_parts *parts = &output->offset_parts;
+    if (output->offset_status == OC_UNOBSERVABLE) {
+        const double nothing = (double)NAN;
+        return (oc_message_parts){nothing, nothing, nothing, nothing, counter & 15u};
+    }
+    return (oc_message_parts){(double)parts->drive_sd, (double)parts->pull_sd, (double)parts->wind_sd,
+                              (double)parts->set_up_sd, counter & 15u};
+}
+
+void oc_message_parts_encode(const oc_message_parts *parts, uint8_t *data) {
+    data[0] = (uint8_t)byte_of(parts->drive_sd);
+    data[1] = (uint8_t)byte_of(parts->pull_sd);
+    data[2] = (uint8_t)byte_of(parts->wind_sd);
+    data[3] = (uint8_t)byte_of(parts->set_up_sd);
+    data[4] = (uint8_t)no_byte;
+    data[5] = (uint8_t)no_byte;
+    data[6] = (uint8_t)(15u | (parts->counter & 15u) << 4);
+    data[7] = (uint8_t)no_byte;
+}
+
+oc_message_parts oc_message_parts_decode(const uint8_t *data) {
+    return (oc_message_parts){number_of_byte(data[0]), number_of_byte(data[1]), number_of_byte(data[2]),
+                              number_of_byte(data[3]), (uint32_t)data[6] >> 4};
+}
+
 bool oc_message_measured(const oc_message *message, double *measured) {
     const bool compensated = message->source == OC_SOURCE_COMPENSATED;
     *measured = compensated ? message->angle + message->offset : message->angle;

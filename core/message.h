@@ -1,15 +1,20 @@
 #ifndef OC_MESSAGE_H
 #define OC_MESSAGE_H
-/* The result on the bus: one frame of a proprietary PGN, dbc/oncenter_result.dbc.
+/* The result on the bus: two frames of proprietary PGNs, dbc/oncenter_result.dbc.
  *
- * Bytes, lowest first:  1-2 angle, 1/1024 rad a bit less 31.374 as in SPN 1807;  3-4 offset, 1/4096 rad a bit less
- * 7.84375;  5 standard deviation of the offset and  8 of the angle, 1/2048 rad a bit, rounded up, 250: as much or more;
- * 6 status of the offset (bits 1-4) and source of the angle (5-8);  7 fault of the sensor (1-4) and counter (5-8).
- * All ones is not available.
+ * Bytes of the first, lowest first:  1-2 angle, 1/1024 rad a bit less 31.374 as in SPN 1807;  3-4 offset, 1/4096 rad a
+ * bit less 7.84375;  5 standard deviation of the offset and  8 of the angle, 1/2048 rad a bit, rounded up, 250: as much
+ * or more;  6 status of the offset (bits 1-4) and source of the angle (5-8);  7 fault of the sensor (1-4) and counter
+ * (5-8). All ones is not available.
  *
  * The offset is subtracted once: the angle follows from each tick's measured angle, the receiver corrects nothing, and
  * the source says whether the offset in the message is subtracted. A core that receives this angle in place of the
- * sensor's gives oc_message_measured to oc_step. */
+ * sensor's gives oc_message_measured to oc_step.
+ *
+ * The second frame splits the offset's standard deviation:  1 what the drive leaves open, and what no single drive
+ * identifies:  2 a pull,  3 the mean wind,  4 an axle set up for the crown, each as in the first;  7 counter (5-8),
+ * that of the first frame it belongs to. All other bits are ones. The squares sum to that of the first frame's, but for
+ * rounding. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -18,7 +23,8 @@
 
 enum {
     OC_MESSAGE_BYTES = 8,
-    OC_MESSAGE_PGN = 65292 /* 0xFF0C; a truck maker will choose its own among 0xFF00 to 0xFFFF */
+    OC_MESSAGE_PGN = 65292, /* 0xFF0C; a truck maker will choose its own among 0xFF00 to 0xFFFF */
+    OC_MESSAGE_PARTS_PGN = 65293 /* 0xFF0D */
 };
 
 /* Source of the angle. */
@@ -39,6 +45,11 @@ typedef struct {
     uint32_t counter;         /* 0 to 15 */
 } oc_message;
 
+typedef struct {
+    double drive_sd, pull_sd, wind_sd, set_up_sd; /* rad; NaN: not available */
+    uint32_t counter;                             /* 0 to 15 */
+} oc_message_parts;
+
 const char *oc_angle_source_name(oc_angle_source source);
 
 /* The message of a tick and its output. */
@@ -49,6 +60,13 @@ void oc_message_encode(const oc_message *message, uint8_t *data);
 
 /* False if a field has an undefined value. */
 bool oc_message_decode(oc_message *message, const uint8_t *data);
+
+/* The second frame of an output. Not available: all of an unobservable offset. */
+oc_message_parts oc_message_parts_of(const oc_output *output, uint32_t counter);
+
+/* `data` has OC_MESSAGE_BYTES. */
+void oc_message_parts_encode(const oc_message_parts *parts, uint8_t *data);
+oc_message_parts oc_message_parts_decode(const uint8_t *data);
 
 /* The measured angle, rad; false if the message does not contain it. */
 bool oc_message_measured(const oc_message *message, double *measured);

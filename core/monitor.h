@@ -122,7 +122,7 @@ typedef struct {
     oc_status offset_status;     /* invalid: the sensor is at fault, below */
     double offset;               /* rad, final evidence only */
     double offset_sd;            /* rad, about it, both parts together */
-    float offset_drive_sd;       /* rad, of what the drive leaves open */
+    oc_offset_parts offset_parts; /* of its uncertainty */
     double understeer_gradient;  /* rad/(m/s^2), 0 until learned */
     double backlash;             /* rad, 0 until learned */
     double place;                /* in the play, 1 on the left turn's flank, -1 on the right's; 0 until learned */

@@ -13,7 +13,7 @@ void oc_publish(oc_output *output, const oc_state *state, const oc_coefficients 
     output->offset_status = oc_offset_status(&state->evidence, state->learned.offset.status);
     output->offset = state->learned.offset.value;
     output->offset_sd = state->learned.offset.standard_deviation;
-    output->offset_drive_sd = state->learned.parts.drive_sd;
+    output->offset_parts = state->learned.parts;
     output->offset_lean = state->learned.offset.lean;
     output->understeer_gradient = state->learned.understeer_gradient.value;
     output->backlash = state->learned.backlash.value;

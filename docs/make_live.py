@@ -27,7 +27,7 @@ def main() -> None:
     replay = Replay(ROOT / "demo" / "drive.log", 40.0)
     replay.name = "demo/drive.log"
     session = Session(replay, Learner(Stream(replay.name, needed(truck)), truck), truck.name, Sayings())
-    with Page(session, params_of(truck, None), "127.0.0.1", 0) as page, sync_playwright() as playwright:
+    with Page(session, params_of(truck, None), "127.0.0.1", 0, print) as page, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         view = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
         view.goto(page.url)

@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-SHOWN = ("Steering wheel angle offset", "Offset over time", "Residual against lateral acceleration")
+SHOWN = ("Straight-ahead offset over time", "Residual against lateral acceleration")
 WIDTH, HEIGHT = 1000, 1370  # px
 
 

@@ -23,10 +23,12 @@ MONITOR = ("oc_params_defaults", "oc_params_check", "oc_vehicle_check", "oc_setu
            "oc_answer_get", "oc_error_name", "oc_reason_name", "oc_status_name", "oc_fault_name")  # fmt: skip
 # an ECU that keeps it over ignition and tells the bus, as examples/integration.c does;
 ECU = ("oc_params_defaults", "oc_setup", "oc_restore_newest", "oc_restart", "oc_step", "oc_save", "oc_message_of",
-       "oc_message_encode", "oc_trouble_update", "oc_trouble_encode")  # fmt: skip
+       "oc_message_encode", "oc_message_parts_of", "oc_message_parts_encode", "oc_trouble_update",
+       "oc_trouble_encode")  # fmt: skip
 # and the rest of the headers, but for what serves whole logs.
 ALL = (*MONITOR, *ECU, "oc_version", "oc_method_name", "oc_angle_method_name", "oc_save_size", "oc_restore",
-       "oc_image_fault_name", "oc_message_decode", "oc_message_measured", "oc_angle_source_name")  # fmt: skip
+       "oc_image_fault_name", "oc_message_decode", "oc_message_measured", "oc_message_parts_decode",
+       "oc_angle_source_name")  # fmt: skip
 # Files of which no tick calls anything, or only one that has little else to do: their speed matters nowhere.
 COLD = (
     "answer", "change", "joint_verdict", "message", "names", "params", "past_bias", "save",

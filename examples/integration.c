@@ -1,5 +1,5 @@
-/* How an ECU uses the core: restore at power-on, step at 100 Hz, a result each 100 ms, DM1 each second, an image each
- * minute. What begins with ecu_ is the ECU's own. */
+/* How an ECU uses the core: restore at power-on, step at 100 Hz, a result with its parts each 100 ms, DM1 each second,
+ * an image each minute. What begins with ecu_ is the ECU's own. */
 
 #include "message.h"
 #include "save.h"
@@ -47,6 +47,9 @@ oc_error run_monitor(const oc_vehicle *vehicle, double offset_max) {
             const oc_message message = oc_message_of(&output, &tick, count / (RATE_HZ / 10));
             oc_message_encode(&message, data);
             ecu_send(OC_MESSAGE_PGN, data);
+            const oc_message_parts parts = oc_message_parts_of(&output, message.counter);
+            oc_message_parts_encode(&parts, data);
+            ecu_send(OC_MESSAGE_PARTS_PGN, data);
         }
         if (count % RATE_HZ == 0) {
             oc_trouble_encode(&trouble, data);

@@ -30,7 +30,7 @@ def drive_csv(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_offset_prints_the_answer_in_words_first(drive_csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["offset", str(drive_csv), "--vehicle", TRUCK, "--method", "thesis"]) == 0
     out, err = capsys.readouterr()
-    assert out.startswith("offset 2.0")
+    assert out.startswith("straight-ahead offset 2.0")
     assert err == ""
 
 
@@ -47,8 +47,8 @@ def test_the_readme_says_what_the_demo_says(tmp_path: Path, capsys: pytest.Captu
     ("scenario", "method", "said", "quoted"),
     [
         ("heavy_play", "joint", r"offset (\S+) deg.* has (\S+) deg of play", "(`heavy_play`): {}°, and {}° of play"),
-        ("heavy_play", "thesis", r"offset (\S+) deg, (\S+) to ([\d.]+)", "(`--method thesis`) says {}°, {} to {}:"),
-        ("bypass", "joint", r"deg, (\S+) to (\S+) \(converging\)", "`converging`, {} to {}°"),
+        ("heavy_play", "thesis", r"offset (\S+) deg ± ([\d.]+)", "(`--method thesis`) says {} ± {}°:"),
+        ("bypass", "joint", r"offset (\S+) deg ± (\S+) from this drive \(converging\)", "`converging`, {} ± {}°"),
         ("bypass", "joint", r"(needs \d+ s of bends, .* to the right)", '"{}"'),
         (
             "remounted_sensor",
@@ -68,6 +68,15 @@ def test_the_readme_says_what_offset_says_of_scenarios(
     assert found is not None
     readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
     assert quoted.format(*found.groups()) in " ".join(readme.split())
+
+
+def test_who_reads_the_first_schema_still_gets_it(drive_csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for asked, parts in (["--schema", "offset-1"], False), ([], True):
+        assert run(["offset", str(drive_csv), "--vehicle", TRUCK, "--json", *asked]) == 0
+        given = json.loads(capsys.readouterr().out)
+        assert given["schema"] == ("oncenter/offset-2" if parts else "oncenter/offset-1")
+        assert ({"ci95_drive", "not_identifiable"} <= set(given["offset"])) is parts
+    assert run(["offset", str(drive_csv), "--vehicle", TRUCK, "--json", "--schema", "offset-3"]) == 2
 
 
 def test_offset_with_json_prints_one_object(drive_csv: Path, capsys: pytest.CaptureFixture[str]) -> None:

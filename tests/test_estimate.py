@@ -12,8 +12,10 @@ import polars as pl
 import pytest
 
 import oncenter as oc
+from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.offset.answer import Estimate, Method
+from oncenter.offset.cause import Cause, Prior, in_words
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, Source
 from oncenter.vehicle import vehicle_from
@@ -154,7 +156,7 @@ def test_a_relative_angle_sensor_is_judged_modulo_one_turn() -> None:
 
 def test_the_json_object_keeps_the_contract() -> None:
     given = json.loads(by_thesis(steady_drive()).to_json())
-    assert given["schema"] == "oncenter/offset-1"
+    assert given["schema"] == "oncenter/offset-2"
     assert given["version"] == oc.__version__
     units = {
         "offset": "deg",
@@ -187,6 +189,62 @@ def test_the_joint_answer_adds_its_quantities_to_the_json_and_takes_none_away() 
     assert thesis["changes"] == joint["changes"] == []
 
 
+def test_the_first_schema_is_the_second_without_the_parts_of_the_interval() -> None:
+    answer = oc.offset(steady_drive(), TRUCK)
+    first, second = (json.loads(answer.to_json(schema)) for schema in ("offset-1", "offset-2"))
+    assert (first.pop("schema"), second.pop("schema")) == ("oncenter/offset-1", "oncenter/offset-2")
+    assert list(first["offset"]) == ["value", "unit", "ci95", "status", "variance_if_independent_deg2"]
+    for name in ("ci95_drive", "not_identifiable"):
+        assert second["offset"].pop(name)
+    assert first == second
+
+
+def test_the_parts_of_the_interval_sum_to_it_by_their_squares() -> None:
+    answer = oc.offset(thesis_drive(), TABLE_2)
+    (low, high), drive = answer.offset.ci95, answer.offset_half_width_rad
+    value, sd = answer.offset.value, (high - low) / 3.92
+    about_value = math.hypot(sd, 0.5 * (low + high) - value)
+    parts = [drive / 1.96, *(cause.sd_rad for cause in answer.not_identifiable)]
+    for cause in answer.not_identifiable:
+        assert cause.sd_rad == pytest.approx(cause.sd_m_s2 * answer.offset_per_acceleration)
+        assert cause.sd_m_s2 != cause.prior.sd_m_s2
+    assert math.hypot(*parts) == pytest.approx(about_value, rel=1e-4)
+    assert sum(answer.offset_ci95_drive) / 2 == pytest.approx(value)
+
+
+def test_each_cause_that_no_drive_identifies_comes_with_its_prior() -> None:
+    truck = TABLE_2.model_copy(update={"traffic_side": "right"})
+    given = oc.offset(thesis_drive(), truck).to_dict()["offset"]["not_identifiable"]
+    priors = {cause["cause"]: cause["prior"] for cause in given}
+    assert list(priors) == ["pull", "mean_wind", "axle_set_up"]
+    params = _core.default_params()
+    for cause, param in (("pull", "pull_sd_m_s2"), ("mean_wind", "wind_sd_m_s2")):
+        assert priors[cause]["sd_m_s2"] == params[param]
+        assert priors[cause]["source"].endswith(f"the default, parameter {param}")
+    pull, wind = given[0], given[1]
+    assert pull["sd_m_s2"] == pytest.approx(params["pull_sd_m_s2"], rel=0.3)  # the lean is in it
+    assert pull["sd_deg"] / wind["sd_deg"] == pytest.approx(params["pull_sd_m_s2"] / params["wind_sd_m_s2"])
+    told = TABLE_2.model_copy(update={"params": {"pull_sd_m_s2": 0.0, "wind_sd_m_s2": 0.03}, "traffic_side": None})
+    (wind,) = oc.offset(thesis_drive(), told).to_dict()["offset"]["not_identifiable"]
+    assert (wind["cause"], wind["prior"]["sd_m_s2"]) == ("mean_wind", 0.03)
+    assert wind["prior"]["source"].endswith("given, parameter wind_sd_m_s2")
+
+
+def test_where_no_play_shows_the_neutral_point_a_pull_moves_nothing_and_is_not_spoken_of() -> None:
+    answer = oc.offset(steady_drive(), TRUCK)
+    pull = answer.not_identifiable[0]
+    assert answer.offset_per_acceleration < 0.1 * DEGREE
+    assert pull.sd_rad < 0.03 * DEGREE
+    assert "could hide" not in answer.words()
+
+
+def test_the_methods_that_do_not_separate_the_parts_have_one_interval() -> None:
+    answer = by_thesis(steady_drive())
+    assert answer.not_identifiable == ()
+    assert answer.offset_ci95_drive == pytest.approx(answer.offset.ci95)
+    assert "from this drive" not in answer.words() and "could hide" not in answer.words()
+
+
 def test_joint_is_the_method_where_none_is_asked_for() -> None:
     assert oc.offset(steady_drive(), TRUCK).method == "joint"
 
@@ -194,13 +252,14 @@ def test_joint_is_the_method_where_none_is_asked_for() -> None:
 def test_the_words_are_what_an_engineer_reads_first() -> None:
     answer = oc.offset(thesis_drive(yaw_rate_bias_deg_s=0.2), TABLE_2)
     said = re.fullmatch(
-        r"offset (\S+) deg, (\S+) to (\S+); recalibrate: add -2\.\d deg; the steering has (\S+) deg of play; "
+        r"straight-ahead offset (\S+) deg ± (\S+) from this drive; a pull or crosswind could hide ± (\S+) more; "
+        r"recalibrate: add -2\.\d deg; the steering has (\S+) deg of play; "
         r"the gyro is off by (\S+) deg/s and was corrected; driven (\d+) of 30 minutes usable(, \d+ rejected for .+)?",
         answer.words(),
     )
     assert said is not None, answer.words()
-    offset, low, high, play, bias, minutes = map(float, said.groups()[:6])
-    assert low < 2.04 < high and abs(offset - 2.04) < 0.3
+    offset, drive, more, play, bias, minutes = map(float, said.groups()[:6])
+    assert drive < 0.5 < more and abs(offset - 2.04) < 0.3
     assert (play, bias) == (pytest.approx(3.0, abs=0.2), pytest.approx(0.25, abs=0.03))
     assert minutes == pytest.approx(answer.used_s / 60, abs=0.5)
 
@@ -369,3 +428,36 @@ def test_an_error_comes_from_another_process_as_it_was() -> None:
     sent = OncenterError("no drive", code="no_drive", exit_code=2, needs=("yaw_rate",))
     came = pickle.loads(pickle.dumps(sent))
     assert (str(came), came.code, came.exit_code, came.needs) == ("no drive", "no_drive", 2, ("yaw_rate",))
+
+
+def cause(name: str, sd_deg: float) -> Cause:
+    return Cause(name, 0.05, sd_deg * DEGREE, Prior(0.05, "assumed"))
+
+
+@pytest.mark.parametrize(
+    ("sds", "said"),
+    [
+        ({"pull": 0.4, "mean_wind": 0.15}, "a pull or crosswind"),
+        ({"pull": 0.4, "mean_wind": 0.05}, "a pull"),
+        ({"pull": 0.4, "mean_wind": 0.2, "axle_set_up": 0.5}, "a pull, crosswind or axle set up for the crown"),
+        ({"pull": 0.1, "axle_set_up": 0.9}, "an axle set up for the crown"),
+        ({"pull": 0.02, "mean_wind": 0.01}, ""),
+        ({}, ""),
+    ],
+)
+def test_what_could_hide_more_is_named_by_what_matters(sds: dict[str, float], said: str) -> None:
+    causes = tuple(cause(name, sd) for name, sd in sds.items())
+    assert in_words(causes) == said
+    answer = replace(oc.offset(steady_drive(), TRUCK), not_identifiable=causes)
+    more = 1.96 * math.hypot(*sds.values())
+    assert (f"; {said} could hide ± {more:.1f} more" in answer.words()) is bool(said)
+
+
+@pytest.mark.parametrize(
+    ("half_width_deg", "said"), [(0.123, "2.0 deg ± 0.1 "), (0.05, "2.00 deg ± 0.05 "), (3.0, "2.0 deg ± 3.0 ")]
+)
+def test_a_half_width_is_never_said_to_be_nothing(half_width_deg: float, said: str) -> None:
+    given = oc.offset(steady_drive(), TRUCK)
+    drive = tuple((2.0 + sign * half_width_deg) * DEGREE for sign in (-1.0, 1.0))
+    answer = replace(given, offset=replace(given.offset, value=2.0 * DEGREE), offset_ci95_drive=drive)
+    assert answer.words().startswith(f"straight-ahead offset {said}from this drive")

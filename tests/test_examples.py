@@ -40,8 +40,8 @@ def test_every_example_is_in_their_readme() -> None:
 def test_a_minute_nearly_straight_gives_an_offset_and_no_understeer_gradient() -> None:
     real_drive("comma2k19_example")
     said = example("comma2k19.py").stdout
-    offset, low, high = map(float, re.match(r"offset (\S+) deg, (\S+) to ([^\s;]+)", said).groups())
-    assert low < -0.13 < high  # the mean angle while driving straight
+    offset, half_width = map(float, re.match(r"straight-ahead offset (\S+) deg ± ([^\s;]+)", said).groups())
+    assert abs(offset - -0.13) < half_width  # the mean angle while driving straight
     assert abs(offset - -0.13) < 0.5
     assert said.splitlines()[-1] == "understeer gradient: unobservable"
 

@@ -139,6 +139,12 @@ def test_an_fmu_says_of_a_drive_what_offset_says_bit_for_bit(fmu: Fmu, drive: Si
                 assert fmu.get("offset_sd") == pytest.approx(about_value(estimate), rel=1e-9)
             else:
                 assert bits(fmu.get(name) - 1.96 * fmu.get(f"{name}_sd")) == bits(estimate.ci95[0])
+    drive_sd = answer.offset_half_width_rad / 1.96
+    assert fmu.get("offset_drive_sd") == pytest.approx(drive_sd, rel=1e-9)
+    sds = dict(zip(("pull", "wind", "set_up"), answer.not_identifiable, strict=True))
+    for name, cause in sds.items():
+        assert bits(fmu.get(f"offset_{name}_sd")) == bits(cause.sd_rad)
+    assert bits(fmu.get("offset_per_acceleration")) == bits(answer.offset_per_acceleration)
     assert bits(fmu.get("used_time")) == bits(answer.used_s)
     for reason, seconds in answer.rejected_s.items():
         assert bits(fmu.get(f"rejected_time.{reason}")) == bits(seconds)

@@ -34,10 +34,17 @@ def estimate(value: float, sd: float, status: str = "valid") -> dict[str, Any]:
     }
 
 
+def parts(drive: float, pull: float = 0.37, wind: float = 0.15, set_up: float = 0.0) -> dict[str, float]:
+    """Standard deviations in deg as oc_offset_parts has them."""
+    sds = {"drive_sd": drive, "pull_sd": pull, "wind_sd": wind, "set_up_sd": set_up}
+    return {name: sd * DEGREE for name, sd in sds.items()} | {"per_acceleration": 7.5 * DEGREE}
+
+
 def core_says(**others: Any) -> dict[str, Any]:
     """What the core says of a healthy truck after half an hour, but for `others`."""
     return {
         "offset": estimate(0.3 * DEGREE, 0.4 * DEGREE),
+        "offset_parts": parts(0.1),
         "understeer_gradient": estimate(0.4 * DEGREE, 0.01 * DEGREE),
         "backlash": estimate(3.0 * DEGREE, 0.1 * DEGREE),
         "unloading_acceleration": estimate(0.02, 0.005),
@@ -49,6 +56,9 @@ def core_says(**others: Any) -> dict[str, Any]:
         "lacking_to_left": 0.0,
         "lacking_to_right": 0.0,
         "offset_per_yaw_rate_bias": 4.0,
+        "side_force_to_left": 200.0,
+        "side_force_to_right": 300.0,
+        "unexplained": 0.3 * DEGREE,
         "bank_mean": 0.2,
         "bank_time": 1700.0,
         "bank_low": 0.1,
@@ -293,27 +303,69 @@ def test_a_gate_that_stays_shut_names_the_limit_of_its_own_method(reason: str, l
     assert found.value == PARAMS[limit]
 
 
-def test_the_interval_names_its_largest_part_first() -> None:
-    slope_deg = 19.3 * 0.4
-    # what no drive can tell apart: pull and wind by their priors, the accelerometer's bias by its own and the crown's
-    priors = (np.hypot(PARAMS["pull_sd_m_s2"], PARAMS["wind_sd_m_s2"]), 0.5, 0.1)
-    pull_deg = 1.96 * slope_deg / np.sqrt(sum(sd**-2.0 for sd in priors))
-    offset = estimate(2 * DEGREE, 0.43 * DEGREE)
-    pull = told(offset=offset)["interval"]
-    assert pull.value == pytest.approx(1.96 * 0.43)
-    assert f"comes from a pull or side wind that passes for accelerometer bias (+-{pull_deg:.1f})" in pull.text
-    leans = told(offset={**offset, "lean": 0.2 * DEGREE})["interval"]
-    assert leans.value == pytest.approx(1.96 * np.sqrt(0.43**2 - 0.2**2))
-    assert "an axle" not in leans.text  # a pull makes it lean as far
-    set_up = told(offset={**estimate(2 * DEGREE, 1.2 * DEGREE), "lean": -0.95 * DEGREE})["interval"]
-    assert "comes from an axle that may be set up to unload on the crown of the road" in set_up.text
-    wide = estimate(2 * DEGREE, 3.0 * DEGREE)
-    assert "comes from scatter of the drive" in told(offset=wide)["interval"].text
-    assert "comes from play on the flank" in told(offset=wide, lacking_to_left=4.0)["interval"].text
-    gyro = told(offset=wide, yaw_rate_bias=estimate(0.0, 0.7 * DEGREE))["interval"]
-    assert "comes from the bias of the yaw rate sensor" in gyro.text
-    zero = told(offset=wide, unloading_acceleration=estimate(0.0, 0.4, "unobservable"))["interval"]
-    assert "comes from an unknown zero of the accelerometer" in zero.text
+def interval(*, traffic_sign: float = 0.0, accelerometer: bool = True, **others: Any) -> str:
+    return told(traffic_sign=traffic_sign, accelerometer=accelerometer, **others)["interval"].text
+
+
+def test_the_interval_is_told_by_its_two_parts_the_largest_contribution_first() -> None:
+    found = told(offset=estimate(2 * DEGREE, 0.43 * DEGREE))["interval"]
+    assert found.value == pytest.approx(1.96 * 0.43)
+    assert found.text.startswith("uncertainty ±0.8 deg: ±0.2 from this drive (±0.1 measurement scatter")
+    assert "not identifiable from one drive: ±0.7 a pull by the wheel alignment, ±0.3 mean crosswind" in found.text
+
+
+def test_a_prior_that_is_wide_is_no_scatter_of_the_measurement() -> None:
+    for traffic_sign in (0.0, 1.0):
+        text = interval(offset_parts=parts(0.1, pull=1.4), traffic_sign=traffic_sign)
+        assert "±2.7 a pull by the wheel alignment" in text and "±0.1 measurement scatter" in text
+
+
+def test_an_axle_set_up_for_the_crown_is_a_cause_where_the_side_of_traffic_is_known() -> None:
+    axle = parts(0.1, pull=0.3, set_up=0.9)
+    assert "±1.8 an axle set up to unload on the road's crown, ±0.6 a pull" in interval(
+        offset_parts=axle, traffic_sign=1.0
+    )
+    assert "axle" not in interval(offset_parts=axle, traffic_sign=0.0)
+
+
+def test_what_the_drive_leaves_open_is_named_by_its_cause() -> None:
+    wide = {"offset_parts": parts(3.0)}
+    assert "(±5.9 measurement scatter)" in interval(**wide)
+    assert "(±5.5 gyro bias, ±2.1 measurement scatter)" in interval(yaw_rate_bias=estimate(0.0, 0.7 * DEGREE), **wide)
+    zero = estimate(0.0, 0.38, "unobservable")
+    assert "(±5.7 accelerometer zero" in interval(unloading_acceleration=zero, **wide)
+    assert "(±5.7 road bank, which was not measured" in interval(
+        unloading_acceleration=zero, accelerometer=False, **wide
+    )
+    play = {"backlash": estimate(3.0 * DEGREE, 5.9 * DEGREE, "converging"), **wide}
+    assert "(±5.8 free play" in interval(**play)
+    assert "free play because only left-hand loading occurred" in interval(lacking_to_right=4.0, **play)
+    assert "free play because neither flank was loaded" in interval(lacking_to_left=4.0, lacking_to_right=4.0, **play)
+    # a gyro that nothing identified is behind what the scatter of the seconds does not explain
+    assert "(±5.9 gyro bias)" in interval(yaw_rate_bias=estimate(0.0, 0.0, "unobservable"), **wide)
+
+
+def test_the_interval_says_what_would_narrow_it_and_by_how_much() -> None:
+    settled = interval(yaw_rate_bias=estimate(0.0, 0.0), offset_parts=parts(0.045))
+    assert "to narrow" not in settled
+    gyro = interval(yaw_rate_bias=estimate(0.0, 0.3 * DEGREE, "converging"), offset_parts=parts(1.3))
+    assert gyro.endswith("to narrow this drive's part: a second of standing (to ±1.0)")
+    play = {"backlash": estimate(3.0 * DEGREE, 2.0 * DEGREE), "offset_parts": parts(1.1)}
+    assert "another minute of bends to the left, or a known play (to ±0.9)" in interval(**play)
+    assert "12 s of bends to the right, or a known play (to ±0.9)" in interval(lacking_to_right=12.0, **play)
+    short = interval(used=60.0, offset_parts=parts(1.0))
+    assert "another minute of such driving (to ±1.4)" in short
+    assert "another minute" not in interval(used=600.0, offset_parts=parts(1.0))
+
+
+def test_standing_shows_the_accelerometers_zero_to_a_truck_that_has_not_stood() -> None:
+    zero = {"unloading_acceleration": estimate(0.0, 0.5, "unobservable"), "offset_parts": parts(3.9)}
+    never = {"standstill_lateral_acceleration": estimate(0.0, 0.0, "unobservable")}
+    ground = np.hypot(PARAMS["standing_slope_sd_m_s2"], PARAMS["standing_crown_share_1"] * PARAMS["crown_sd_m_s2"])
+    left = 1.96 * np.sqrt(3.9**2 - (19.3 * 0.4 * 0.5) ** 2 * 0.5**2 / (0.5**2 + ground**2))
+    assert f"a second of standing (to ±{left:.1f})" in interval(traffic_sign=1.0, **zero, **never)
+    assert "standing" not in interval(traffic_sign=1.0, **zero)
+    assert "standing" not in interval(accelerometer=False, **zero, **never)
 
 
 def test_caveats_of_the_thesis_are_not_the_joint_methods() -> None:

@@ -93,7 +93,7 @@ def test_with_json_a_report_on_a_full_disk_leaves_one_object_which_is_the_answer
     seen: dict[str, list[dict[str, Any]]],
 ) -> None:
     for run in seen["offset --json --report"]:
-        assert json.loads(run["out"])["schema"] == "oncenter/offset-1"
+        assert json.loads(run["out"])["schema"] == "oncenter/offset-2"
 
 
 def test_a_program_of_its_own_ends_so_too(preload: str, tmp_path: Path) -> None:
@@ -108,7 +108,7 @@ def test_a_program_of_its_own_ends_so_too(preload: str, tmp_path: Path) -> None:
         environment["FULL_DISK_CALL"] = str(call)
         words = [*command, "--json", "--report", str(page)]
         done = subprocess.run(words, capture_output=True, text=True, env=environment)
-        assert json.loads(done.stdout)["schema"] == "oncenter/offset-1"
+        assert json.loads(done.stdout)["schema"] == "oncenter/offset-2"
         assert os.listdir(page.parent) == [page.name]
         if done.returncode == 0:
             break

@@ -216,9 +216,7 @@ def page(kind: int, content: bytes, header_field: int, header: bytes) -> bytes:
 def parquet_of_one_run(columns: Sequence[str], rows: int) -> bytes:
     """Each column is one value of a dictionary, so many times: some hundred bytes for any number of rows."""
     in_page = min(rows, 2**31 - 1)
-    dictionary = page(
-        DICTIONARY_PAGE, struct.pack("<d", 1.0), 7, struct_of(number(1, 1), number(2, PLAIN))
-    )
+    dictionary = page(DICTIONARY_PAGE, struct.pack("<d", 1.0), 7, struct_of(number(1, 1), number(2, PLAIN)))
     run = b"\x01" + varint(in_page << 1) + b"\0"  # indices of one bit, a run, index 0
     of_data = struct_of(number(1, in_page), number(2, RLE_DICTIONARY), number(3, RLE), number(4, RLE))
     pages = dictionary + page(DATA_PAGE, run, 5, of_data)

@@ -314,7 +314,7 @@ def test_ctrl_c_saves_and_answers(log: Path, tmp_path: Path) -> None:
     out, err = process.communicate(timeout=20)
     assert process.returncode == 0, err
     assert err == "oncenter: ending, saving what was learned\n"
-    assert out.startswith("offset")
+    assert out.startswith("straight-ahead offset")
     assert sorted(p.name for p in (tmp_path / "state").iterdir()) == ["VIN%207.state"]
     assert pl.read_parquet(trace).height > 100
 

@@ -280,9 +280,7 @@ def test_a_token_that_this_page_did_not_give_opens_nothing(
     assert made == []
 
 
-def test_viewers_beyond_the_limit_are_told_so(
-    here: tuple[Served, list[Any]], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_viewers_beyond_the_limit_are_told_so(here: tuple[Served, list[Any]], monkeypatch: pytest.MonkeyPatch) -> None:
     served, made = here
     monkeypatch.setattr(live_serve, "VIEWERS_MAX", 2)
     own = f"127.0.0.1:{served.port}"
@@ -420,21 +418,23 @@ def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(l
         assert view.text_content("#missing").startswith("Listening")
 
         def width() -> float:
-            low, _, high, _ = view.text_content("#interval").replace("−", "-").split()
-            return float(high) - float(low)
+            sign, half_width, *rest = view.text_content("#interval").split()
+            assert (sign, rest) == ("±", ["deg", "from", "this", "drive"])
+            return float(half_width)
 
         turned, widths = set(), []
         for minutes in (1, 2, 4, 8):
             driven.to_s = 60.0 * minutes + 1.0
             until(lambda minutes=minutes: f"driven {minutes} min" in view.text_content("#traffic"))
-            until(lambda: " to " in view.text_content("#interval"))
+            until(lambda: "±" in view.text_content("#interval"))
             turned.add(view.get_attribute("#wheel-turned", "transform"))
             widths.append(width())
         assert len(turned) == 4
         until(lambda: width() < 0.6 * widths[0])
         until(lambda: view.text_content("#gate") == "This counts")
         view.wait_for_selector("#findings li.info")
-        assert "interval" in view.text_content("#findings")
+        assert "not identifiable from one drive" in view.text_content("#findings")
+        assert "a pull or crosswind, which no single drive identifies" in view.text_content("#beside")
         assert view.text_content("#flank-left-share") == "100 %"
         assert view.locator("canvas").count() >= 3
         _fits(view)

@@ -21,7 +21,7 @@ from random_drives import RATIO, WHEELBASE, Array, drive
 import oncenter as oc
 from oncenter import _core
 from oncenter.bus.announce import Announcer
-from oncenter.bus.message import PGN, Message, decode
+from oncenter.bus.message import PARTS_PGN, PGN, Message, decode, decode_parts
 from oncenter.errors import OncenterError
 from oncenter.vehicle import Vehicle
 
@@ -31,7 +31,7 @@ ANGLE = "steering_wheel_angle_rad"
 SPN, DM1_PGN = 1807, 65226
 FMI = {"lost": 9, "stuck": 2, "jumped": 10, "wrong_sign": 2, "remounted": 13}
 DBC = cantools.database.load_file(ROOT / "dbc" / "oncenter_result.dbc")
-RESULT, DM1 = (DBC.get_message_by_name(name) for name in ("OncenterResult", "DM1"))
+RESULT, PARTS, DM1 = (DBC.get_message_by_name(name) for name in ("OncenterResult", "OncenterResultParts", "DM1"))
 
 
 def payload_of(**values: Any) -> bytes:
@@ -91,7 +91,68 @@ def test_the_dbc_names_statuses_sources_and_faults_as_the_core_does() -> None:
     ):
         choices = RESULT.get_signal_by_name(signal).choices
         assert {int(k): str(v) for k, v in choices.items()} == dict(enumerate(names)) | {15: "not available"}
-    assert (RESULT.frame_id >> 8 & 0xFFFF, DM1.frame_id >> 8 & 0xFFFF) == (PGN, DM1_PGN)
+    pgns = [message.frame_id >> 8 & 0xFFFF for message in (RESULT, PARTS, DM1)]
+    assert pgns == [PGN, PARTS_PGN, DM1_PGN] == [65292, 65293, 65226]
+
+
+PART_SIGNALS = {"drive_sd": "Drive", "pull_sd": "Pull", "wind_sd": "Wind", "set_up_sd": "SetUp"}
+
+
+def parts_payload_of(**values: Any) -> bytes:
+    parts, data = ffi.new("oc_message_parts *", values), bytearray(8)
+    lib.oc_message_parts_encode(parts, ffi.from_buffer(data))
+    return bytes(data)
+
+
+@given(sds=st.lists(st.floats(0.0, 0.122), min_size=4, max_size=4), counter=st.integers(0, 15))
+def test_the_parts_of_the_sd_come_back_never_smaller_and_as_the_dbc_reads_them(sds: list[float], counter: int) -> None:
+    given_parts = dict(zip(PART_SIGNALS, sds, strict=True))
+    payload = parts_payload_of(**given_parts, counter=counter)
+    read, told = PARTS.decode(payload), decode_parts(payload)
+    assert read["PartsCounter"] == told.counter == counter
+    for name, sd in given_parts.items():
+        sent = read[f"Offset{PART_SIGNALS[name]}StandardDeviation"]
+        assert 0.0 <= sent - sd < 1.0 / 2048 + 1e-12
+        assert getattr(told, f"{name}_rad") == sent
+    assert payload[4:6] == payload[7:] + b"\xff" == b"\xff\xff" and payload[6] & 15 == 15
+
+
+def test_a_wide_part_is_sent_as_so_wide_or_wider_and_one_that_is_none_as_not_available() -> None:
+    told = decode_parts(parts_payload_of(drive_sd=3.0, pull_sd=math.nan, wind_sd=0.0, set_up_sd=math.inf))
+    assert (told.drive_sd_rad, told.pull_sd_rad) == (250 / 2048, None)
+    assert (told.wind_sd_rad, told.set_up_sd_rad) == (0.0, 250 / 2048)
+    with pytest.raises(OncenterError, match="8 bytes"):
+        decode_parts(bytes(7))
+
+
+def test_the_parts_squared_sum_to_the_sd_of_the_first_frame(
+    truck: Vehicle, learned: bytes, columns: dict[str, Array]
+) -> None:
+    monitor = restored(truck, learned)
+    for tick in ticks(columns, 9_000, 9_100):
+        now = monitor.step(tick)
+    first, second = decode(monitor.message(5)), decode_parts(monitor.message_parts(5))
+    assert first.counter == second.counter == 5
+    parts = [getattr(second, f"{name}_rad") for name in PART_SIGNALS]
+    assert now.offset_drive_sd_rad <= parts[0] < now.offset_drive_sd_rad + 1 / 2048
+    assert math.hypot(*parts) == pytest.approx(first.offset_sd_rad, abs=2 / 2048)
+    assert parts[0] > 0.0
+
+
+def test_each_part_is_sent_at_its_place() -> None:
+    sds = {"drive_sd": 2 / 2048, "pull_sd": 15 / 2048, "wind_sd": 6 / 2048, "set_up_sd": 9 / 2048}
+    output = ffi.new("oc_output *", {"offset_status": STATUSES["valid"], "offset_parts": sds})
+    parts = ffi.new("oc_message_parts *", lib.oc_message_parts_of(output, 18))
+    data = bytearray(8)
+    lib.oc_message_parts_encode(parts, ffi.from_buffer(data))
+    assert bytes(data) == bytes([2, 15, 6, 9, 0xFF, 0xFF, 0x2F, 0xFF])
+
+
+def test_of_an_offset_that_is_unobservable_no_part_is_sent(truck: Vehicle, columns: dict[str, Array]) -> None:
+    monitor = oc.Monitor(truck, RATE_HZ)
+    now = monitor.step(next(ticks(columns, 0, 1)))
+    assert (now.offset_status, now.offset_drive_sd_rad) == ("unobservable", None)
+    assert monitor.message_parts(3) == bytes.fromhex("ffffffffffff3fff")
 
 
 @given(st.binary(min_size=8, max_size=8))
@@ -317,12 +378,17 @@ def test_a_j1939_stack_reads_the_result_and_the_trouble_code_from_the_bus(
         monitor.step(tick)
         announcer.announce(k / RATE_HZ)
     assert arrived.wait(10.0)
-    results = []
+    results, part_counters = [], []
     while len(results) < 14:  # they are on their way
         pgn, data = seen.get(timeout=10.0)
         if pgn == PGN:
             results.append(decode(data))
+        elif pgn == PARTS_PGN:
+            part_counters.append(decode_parts(data).counter)
     assert [r.counter for r in results] == [k % 16 for k in range(len(results))]
+    assert (
+        part_counters == [r.counter for r in results][: len(part_counters)] and len(part_counters) >= len(results) - 1
+    )
     assert {(r.angle_source, r.offset_status) for r in results} == {("compensated", "valid")}
     address, lamps, (code,) = heard[-1]
     assert (address, lamps["awl"], lamps["rsl"]) == (0x80, j1939.DtcLamp.ON, j1939.DtcLamp.OFF)
@@ -372,6 +438,7 @@ def test_the_integration_example_runs_and_knows_next_day_what_it_learned(
     first, second = (ignition(compiled["usual"], columns, tmp_path) for _ in range(2))
     for frames in (first, second):
         assert sum(pgn == PGN for pgn, _ in frames) == 2_000
+        assert sum(pgn == PARTS_PGN for pgn, _ in frames) == 2_000
         assert sum(pgn == DM1_PGN for pgn, _ in frames) == 200
     results = [decode(data) for pgn, data in first if pgn == PGN]
     assert results[0].offset_status == "unobservable"

@@ -313,8 +313,7 @@ def test_a_multiplexed_signal_that_never_comes_is_none(tmp_path: Path) -> None:
         OF_ANGLE.format(" : 4294967296|16@1+ (1,0) [0|0]"),
         OF_ANGLE.format(" : // beside\n 8|4294967296@1+ (1,0) [0|0]"),
         OF_ANGLE.format(" : 8|16@1+ (1,0) [0|0]").replace("ANGLE: 8", "ANGLE: 4294967296"),
-        OF_ANGLE.format(" m1 : 8|16@1+ (1,0) [0|0]")
-        + "SG_MUL_VAL_ 256 steering_wheel_angle page 0-4294967295;\n",
+        OF_ANGLE.format(" m1 : 8|16@1+ (1,0) [0|0]") + "SG_MUL_VAL_ 256 steering_wheel_angle page 0-4294967295;\n",
         OF_ANGLE.format(" : 8|16@1+ (1,0) [0|0]")
         + 'BA_DEF_ SG_ "SPN" INT 0 524287;\nBA_ "SPN" SG_ 256 steering_wheel_angle 1e999999999;\n',
     ],

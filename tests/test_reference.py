@@ -193,7 +193,7 @@ def test_the_verb_prints_what_the_function_gives(tmp_path: Path, capsys: pytest.
     signals = drive(THERE, *ROUND, BACK)
     signals.table.write_parquet(log)
     assert run(["reference", str(log)]) == 0
-    assert capsys.readouterr().out.startswith("offset -1.2")
+    assert capsys.readouterr().out.startswith("straight-ahead offset -1.2")
     assert run(["reference", str(log), "--json"]) == 0
     given = json.loads(capsys.readouterr().out)
     assert given["schema"] == "oncenter/reference-1"

@@ -190,12 +190,31 @@ def test_points_lie_on_the_flank_of_their_colour(answer: Answer) -> None:
 
 def test_offset_and_unloading_point_are_drawn_between_the_flanks(answer: Answer) -> None:
     drive = course_of(answer)
-    [cross] = [r for r in figures(answer, drive)["cloud"].renderers if isinstance(r.glyph, Segment)]
+    cross, of_drive = [r for r in figures(answer, drive)["cloud"].renderers if isinstance(r.glyph, Segment)]
     x, y, x_end, y_end = (np.asarray(cross.data_source.data[name]) for name in ("x0", "y0", "x1", "y1"))
     assert answer.offset.ci95 is not None and answer.unloading_acceleration.ci95 is not None
     assert (x[0], x_end[0]) == (drive.unloading_acceleration,) * 2
     assert (y[0], y_end[0]) == pytest.approx([bound / DEGREE for bound in answer.offset.ci95])
     assert (x[1], x_end[1]) == pytest.approx(answer.unloading_acceleration.ci95)
+    ends = (of_drive.data_source.data[name][0] for name in ("y0", "y1"))
+    assert tuple(ends) == pytest.approx([bound / DEGREE for bound in answer.offset_ci95_drive])
+
+
+def test_the_page_gives_both_parts_of_the_offsets_interval_with_what_was_assumed(answer: Answer, text: str) -> None:
+    visible = Parsed(text).visible
+    of_drive = answer.offset_half_width_rad / DEGREE
+    assert f"± {of_drive:.2f} deg from this drive" in visible
+    assert "with a pull or crosswind, which no single driveidentifies" in visible.replace("\n", "")
+    pull = answer.not_identifiable[0]
+    assert f"by a pull, not identifiable from one drive± {1.96 * pull.sd_rad / DEGREE:.2f}" in visible
+    assert "assumed: 0.05 m/s²" in visible
+    drive = course_of(answer)
+    assert drive.offset_half_width_drive[-1] == pytest.approx(of_drive, rel=1e-3)
+
+
+def test_a_page_of_a_method_that_does_not_separate_the_parts_speaks_of_one_interval(drive: Signals) -> None:
+    visible = Parsed(page_of(answer_to(drive, method="thesis"))).visible
+    assert "from this drive" not in visible and "inner band" not in visible
 
 
 def test_a_change_is_marked_where_it_came_and_the_cloud_is_of_what_came_after(drive: Signals) -> None:

@@ -53,8 +53,9 @@ def test_a_signal_that_contradicts_the_others_is_named_and_leaves_no_number(
     assert (answer.findings[0].code, answer.findings[0].severity) == (code, "error")
     assert {getattr(answer, quantity).status for quantity in LEARNED} == {"invalid"}
     assert all(getattr(answer, quantity).value is None for quantity in LEARNED)
-    assert answer.words().startswith("offset invalid; ")
+    assert answer.words().startswith("straight-ahead offset invalid; ")
     assert '"value": null' in answer.to_json()
+    assert (answer.offset_ci95_drive, answer.not_identifiable) == (None, ())
 
 
 def test_a_sensor_found_stuck_leaves_what_was_learned_before(drive: Signals, truck: oc.Vehicle) -> None:

@@ -143,7 +143,7 @@ BOUNDED = [
     ("source = " + "[" * 5000, "deeper than 16 levels"),
     ("source = " + "{ a = " * 20 + "1" + " }" * 20, "deeper than 16 levels"),
     (".".join("a" * 100_000) + " = 1", "a key of more than 16 parts"),
-    ("[" + ' . "b\\"."' .join("a" * 100) + "]", "is not TOML"),
+    ("[" + ' . "b\\"."'.join("a" * 100) + "]", "is not TOML"),
     ("mass_kg = " + "9" * 5000, "is not TOML"),
     ("mass_kg = 0x" + "f" * 5000, "an integer of more than 63 bits"),
     ('name = "\\u001b[2J"', "a control character"),

@@ -49,7 +49,8 @@ ANGLE_METHODS: tuple[str, ...] = tuple(_text(lib.oc_angle_method_name(k)) for k 
 FAULTS: tuple[str, ...] = tuple(_text(lib.oc_fault_name(k)) for k in range(lib.OC_FAULT_COUNT))
 IMAGE_FAULTS: tuple[str, ...] = tuple(_text(lib.oc_image_fault_name(k)) for k in range(lib.OC_IMAGE_FAULT_COUNT))
 ANGLE_SOURCES: tuple[str, ...] = tuple(_text(lib.oc_angle_source_name(k)) for k in range(lib.OC_SOURCE_COUNT))
-MESSAGE_PGN, DM1_PGN = int(lib.OC_MESSAGE_PGN), int(lib.OC_DM1_PGN)
+MESSAGE_PGN, MESSAGE_PARTS_PGN = int(lib.OC_MESSAGE_PGN), int(lib.OC_MESSAGE_PARTS_PGN)
+DM1_PGN = int(lib.OC_DM1_PGN)
 REASONS: dict[str, int] = {_text(lib.oc_reason_name(1 << k)): 1 << k for k in range(lib.OC_REASON_COUNT)}
 
 
@@ -185,6 +186,13 @@ def decoded_message(payload: bytes) -> dict[str, Any] | None:
     return _members(message) | {"measured": measured[0] if told else float("nan")}
 
 
+def decoded_message_parts(payload: bytes) -> dict[str, Any] | None:
+    """The oc_message_parts as a dict, NaN for not available; None where it is no such message."""
+    if len(payload) != lib.OC_MESSAGE_BYTES:
+        return None
+    return _members(ffi.new("oc_message_parts *", lib.oc_message_parts_decode(ffi.from_buffer(payload))))
+
+
 class Trouble:
     """The sensor's diagnostic trouble code: none at first."""
 
@@ -299,6 +307,13 @@ class Core:
         message = ffi.new("oc_message *", lib.oc_message_of(self._output, self._tick, counter))
         payload = bytearray(lib.OC_MESSAGE_BYTES)
         lib.oc_message_encode(message, ffi.from_buffer(payload))
+        return bytes(payload)
+
+    def message_parts(self, counter: int) -> bytes:
+        """The payload of the result's second frame after the last `step`."""
+        parts = ffi.new("oc_message_parts *", lib.oc_message_parts_of(self._output, counter))
+        payload = bytearray(lib.OC_MESSAGE_BYTES)
+        lib.oc_message_parts_encode(parts, ffi.from_buffer(payload))
         return bytes(payload)
 
     def update_trouble(self, trouble: Trouble, offset_max_rad: float) -> None:

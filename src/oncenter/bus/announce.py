@@ -47,6 +47,7 @@ class Announcer:
         if time_s >= self._next_result_s:
             self._next_result_s = time_s + RESULT_EVERY_S
             self._send(_core.MESSAGE_PGN, self._monitor.message(self._counter))
+            self._send(_core.MESSAGE_PARTS_PGN, self._monitor.message_parts(self._counter))
             self._counter = (self._counter + 1) % 16
 
     def _send(self, pgn: int, payload: bytes) -> None:

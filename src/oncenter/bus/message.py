@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from oncenter import _core
 from oncenter.errors import OncenterError
 
 PGN = _core.MESSAGE_PGN
+PARTS_PGN = _core.MESSAGE_PARTS_PGN
 
 
 @dataclass(frozen=True)
@@ -30,19 +32,48 @@ class Message:
     counter: int
 
 
+@dataclass(frozen=True)
+class MessageParts:
+    """The parts of the offset's standard deviation, rad; None is not available. `counter` is that of the message it
+    belongs to.
+
+    `drive_sd_rad` is what the drive leaves open, the others what no single drive identifies: a pull, the mean wind, an
+    axle set up to unload on the crown.
+    """
+
+    drive_sd_rad: float | None
+    pull_sd_rad: float | None
+    wind_sd_rad: float | None
+    set_up_sd_rad: float | None
+    counter: int
+
+
+def decode_parts(payload: bytes) -> MessageParts:
+    """The second frame, of PGN `PARTS_PGN`: `Monitor.message_parts`.
+
+    Raises:
+        OncenterError: "message", where it is none.
+    """
+    native = _checked(payload, _core.decoded_message_parts(payload))
+    return MessageParts(
+        drive_sd_rad=_finite(native["drive_sd"]),
+        pull_sd_rad=_finite(native["pull_sd"]),
+        wind_sd_rad=_finite(native["wind_sd"]),
+        set_up_sd_rad=_finite(native["set_up_sd"]),
+        counter=int(native["counter"]),
+    )
+
+
 def decode(payload: bytes) -> Message:
     """What `Monitor.message` gave.
 
     Raises:
         OncenterError: "message", where it is none.
     """
-    native = _core.decoded_message(payload)
-    if native is None:
-        raise OncenterError(f"'{payload.hex()}' is no result message of oncenter: 8 bytes would do", code="message")
+    native = _checked(payload, _core.decoded_message(payload))
 
     def told(name: str) -> float | None:
-        value = float(native[name])
-        return value if math.isfinite(value) else None
+        return _finite(native[name])
 
     return Message(
         angle_rad=told("angle"),
@@ -55,3 +86,13 @@ def decode(payload: bytes) -> Message:
         measured_rad=told("measured"),
         counter=int(native["counter"]),
     )
+
+
+def _checked(payload: bytes, native: dict[str, Any] | None) -> dict[str, Any]:
+    if native is None:
+        raise OncenterError(f"'{payload.hex()}' is no result message of oncenter: 8 bytes would do", code="message")
+    return native
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

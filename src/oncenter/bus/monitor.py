@@ -41,7 +41,8 @@ class Tick:
 class Now:
     """What a tick gave. The motion is one filter delay old; the offset rests on final evidence only.
 
-    `offset_rad` and `offset_sd_rad`, of the truth about it, are None while the offset is unobservable. `reasons` says
+    `offset_rad`, `offset_sd_rad`, of the truth about it, and `offset_drive_sd_rad`, the part of it that the drive
+    leaves open, are None while the offset is unobservable. `reasons` says
     why the tick cannot be used; none means that it waits for what must be clean after it. `sensor_fault` is "none" or
     what is wrong with the angle sensor; the offset is "invalid" then, and what was learned before.
     Gradient and play are 0 until learned. The yaw rate's bias is as wheel speeds and standstill tell it; its standard
@@ -55,6 +56,7 @@ class Now:
     residual_rad: float
     offset_rad: float | None
     offset_sd_rad: float | None
+    offset_drive_sd_rad: float | None
     offset_status: str
     sensor_fault: str
     understeer_gradient_rad_m_s2: float
@@ -108,6 +110,7 @@ class Monitor:
             residual_rad=output["motion"]["residual"],
             offset_rad=output["offset"] if told else None,
             offset_sd_rad=output["offset_sd"] if told else None,
+            offset_drive_sd_rad=output["offset_parts"]["drive_sd"] if told else None,
             offset_status=status,
             sensor_fault=_core.FAULTS[output["fault"]],
             understeer_gradient_rad_m_s2=output["understeer_gradient"],
@@ -142,6 +145,11 @@ class Monitor:
         It is made of that tick's angle as the sensor said it: asking again gives the same.
         """
         return self._core.message(counter)
+
+    def message_parts(self, counter: int = 0) -> bytes:
+        """The second frame of the result after the last `step`, 8 bytes (see `oncenter.bus.message.decode_parts`):
+        the parts of the offset's uncertainty. `counter` is that of the first frame."""
+        return self._core.message_parts(counter)
 
     def update(self, trouble: _core.Trouble, offset_max_rad: float) -> None:
         """Brings the sensor's trouble code up to date; once after each `step`."""

@@ -32,7 +32,8 @@ def demo(
     answer = oc.offset(oc.read(log), truck)
     typer.echo(as_table(answer))
     oc.report(answer, page)
-    typer.echo(f"\n  the truth: offset {truth.offset_rad / DEGREE:.2f} deg, play {truth.backlash_rad / DEGREE:.1f} deg")
+    offset_deg, play_deg = truth.offset_rad / DEGREE, truth.backlash_rad / DEGREE
+    typer.echo(f"\n  the truth: straight-ahead offset {offset_deg:.2f} deg, play {play_deg:.1f} deg")
     typer.echo(f"  wrote {log} and {page}: open the page in a browser")
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from oncenter.cli.options import Dbc, Json, Source, VehicleFile, sources_of
+from oncenter.cli.options import Dbc, Json, Schema, Source, VehicleFile, sources_of
 
 if TYPE_CHECKING:
     from oncenter.live.bus import Bus
@@ -65,6 +65,7 @@ def live(
     truck: Truck = None,
     state: State = None,
     json: Json = False,
+    schema: Schema = "offset-2",
     dbc: Dbc = None,
     source: Source = None,
 ) -> None:
@@ -95,7 +96,7 @@ def live(
             said.say(f"the page is at {page.url}")
         _watch(session, vehicle)
     answer = _answer(session, stream, needed(vehicle))
-    typer.echo(answer.to_json() if json else as_table(answer))
+    typer.echo(answer.to_json(schema) if json else as_table(answer))
 
 
 def _check(

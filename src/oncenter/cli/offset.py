@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from oncenter.cli.options import Dbc, Json, Source, VehicleFile, progress_bar, sources_of
+from oncenter.cli.options import Dbc, Json, Schema, Source, VehicleFile, progress_bar, sources_of
 
 if TYPE_CHECKING:
     import oncenter as oc
@@ -23,6 +23,7 @@ def offset(
     ],
     vehicle_file: VehicleFile,
     json: Json = False,
+    schema: Schema = "offset-2",
     report: Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a page that shows why.")] = None,
     method: Annotated[
         Literal["joint", "thesis", "wheel-speed"],
@@ -72,7 +73,7 @@ def offset(
         else:
             answer, after = offset_with_memory(drives, truck, before, method=method, params=params, progress=progress)
     answer = replace(answer, findings=gravest_first((*told, *answer.findings)))
-    typer.echo(answer.to_json() if json else as_table(answer))  # before a page that a full disk may refuse
+    typer.echo(answer.to_json(schema) if json else as_table(answer))  # before a page that a full disk may refuse
     if memory is not None and after is not None and after != before:
         write_memory(memory, after)
     if report is not None:
@@ -101,8 +102,10 @@ def with_applied(truck: oc.Vehicle, applied_deg: float | None) -> oc.Vehicle:
 
 def as_table(answer: oc.Answer) -> str:
     """The answer in words, its quantities as a table, its findings: what a person reads at the prompt."""
+    from oncenter.signals import DEGREE
+
     quantities = {
-        "offset": answer.offset,
+        "straight-ahead offset": answer.offset,
         "understeer gradient": answer.understeer_gradient,
         "play": answer.backlash,
         "steering unloads at": answer.unloading_acceleration,
@@ -115,6 +118,9 @@ def as_table(answer: oc.Answer) -> str:
         value = "-" if given["value"] is None else f"{given['value']:.3f}"
         interval = "" if given["ci95"] is None else "{:.3f} to {:.3f}".format(*given["ci95"])
         lines.append(f"  {name:26}{value:>9} {given['unit']:<12}{interval:<22}{given['status']}")
+        if estimate is answer.offset and answer.not_identifiable and answer.offset_ci95_drive is not None:
+            of_drive = "{:.3f} to {:.3f}".format(*(bound / DEGREE for bound in answer.offset_ci95_drive))
+            lines.append(f"  {'  from this drive':26}{'':>9} {given['unit']:<12}{of_drive}")
     lines.append("")
     lines += [f"  {finding.severity}: {finding.text}" for finding in answer.findings]
     lines += [f"  note: {note}" for note in answer.notes]

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -15,6 +15,10 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 _LONG_LOG_BYTES = 20_000_000  # below it the answer is there before a bar could be read
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, also for errors.")]
+Schema = Annotated[
+    Literal["offset-1", "offset-2"],
+    typer.Option(help="Of --json: offset-1 lacks ci95_drive and not_identifiable, the parts of the offset's interval."),
+]
 VehicleFile = Annotated[str, typer.Option("--vehicle", metavar="FILE", help="What the truck is, a TOML file.")]
 Dbc = Annotated[list[Path] | None, typer.Option(metavar="FILE", help="A DBC for logs that are not J1939; repeatable.")]
 Source = Annotated[

@@ -9,7 +9,14 @@ import re
 from collections.abc import Iterator, Sequence
 
 from oncenter import _core
-from oncenter.export.variables import DISPLAY_UNITS, ENUMERATIONS, RADIANS_TO_DEGREES, UNITS, Variable
+from oncenter.export.variables import (
+    DISPLAY_UNITS,
+    ENUMERATIONS,
+    OFFSET_PARTS,
+    RADIANS_TO_DEGREES,
+    UNITS,
+    Variable,
+)
 
 _ANY = 1e30  # no limit: measurements have none
 _YES_NO = {"no": 0, "yes": 1}
@@ -20,6 +27,7 @@ _OTHER_MEMBERS = {
     "angle_method": "params.angle_method",
     "angle_status": "output.angle.status",
     "fault": "output.fault",
+    **{f"offset_parts[{k}]": f"answer.offset_parts.{member}" for k, (_, member, _, _) in enumerate(OFFSET_PARTS)},
 }
 _STRUCTS = ("vehicle", "params", "tick", "output", "answer")
 
@@ -29,6 +37,10 @@ _EACH_TICK = (
     Variable("valid", "tick.valid", "input", "Bits of oc_signal_bit: which signals carry a number", "integer"),
     Variable("offset", "output.offset", "output", "Offset from final evidence", unit="rad"),
     Variable("offset_sd", "output.offset_sd", "output", "Standard deviation of offset", unit="rad"),
+    *(
+        Variable(name, f"output.offset_parts.{member}", "output", about, unit=unit)
+        for name, member, unit, about in OFFSET_PARTS
+    ),
     Variable("status", "output.offset_status", "output", "Standing of offset", "enumeration", enumeration="Status"),
     Variable(
         "understeer_gradient",
@@ -126,7 +138,7 @@ def _group(name: str, about: str, kind: str, members: Sequence[str]) -> str:
 
 def _data_type(variable: Variable) -> str:
     if variable.type == "real":
-        return "FLOAT64_IEEE"
+        return "FLOAT32_IEEE" if "offset_parts" in variable.member else "FLOAT64_IEEE"
     return "ULONG" if variable.type == "enumeration" or variable.member == "tick.valid" else "SLONG"
 
 

@@ -230,7 +230,7 @@ def _outputs() -> Iterator[Variable]:
 
 
 _ESTIMATES = (  # name, member of oc_answer, unit, what it is
-    ("offset", "offset", "rad", "Steering wheel angle offset: measured less offset is true"),
+    ("offset", "offset", "rad", "Straight-ahead offset of the steering wheel angle: measured less offset is true"),
     ("understeer_gradient", "understeer_gradient", "rad/(m/s2)", "Understeer gradient over g at the road wheel"),
     ("backlash", "backlash", "rad", "Play of the steering at the steering wheel, full width"),
     ("unloading_acceleration", "unloading_acceleration", "m/s2", "Measured acceleration where the steering unloads"),
@@ -238,6 +238,16 @@ _ESTIMATES = (  # name, member of oc_answer, unit, what it is
     ("yaw_rate_bias", "yaw_rate_bias", "rad/s", "Bias of the yaw rate, now"),
     ("wheel_radius_mismatch_front", "wheel_radius_mismatch_front", "1", "Left over right radius less one, front"),
     ("wheel_radius_mismatch_rear", "wheel_radius_mismatch_rear", "1", "Left over right radius less one, rear"),
+)
+
+
+# In the order of oc_offset_parts, as the FMU mirrors them: name, its member there, unit, what it is.
+OFFSET_PARTS = (
+    ("offset_drive_sd", "drive_sd", "rad", "Part of offset_sd that the drive leaves open; offset_status judges it"),
+    ("offset_pull_sd", "pull_sd", "rad", "Part of offset_sd by a pull, which no single drive identifies"),
+    ("offset_wind_sd", "wind_sd", "rad", "Part of offset_sd by the mean crosswind, which no single drive identifies"),
+    ("offset_set_up_sd", "set_up_sd", "rad", "Part of offset_sd by an axle set up to unload on the crown, likewise"),
+    ("offset_per_acceleration", "per_acceleration", "rad/(m/s2)", "Change of offset by a pull or a mean crosswind"),
 )
 
 
@@ -250,6 +260,8 @@ def _answer() -> Iterator[Variable]:
         yield Variable(
             f"{name}_status", f"answer.{member}.status", "answer", standing, "enumeration", enumeration="Status"
         )
+    for k, (name, _, unit, about) in enumerate(OFFSET_PARTS):
+        yield Variable(name, f"offset_parts[{k}]", "answer", about, unit=unit)
     yield Variable("changes", "answer.changes", "answer", "Changes of offset or bends that the drive proved", "integer")
     for name, about in (("duration", "All ticks"), ("used", "Ticks that were used"), ("unused", "All others")):
         yield Variable(f"{name}_time", f"answer.{name}", "answer", about, unit="s")

@@ -30,7 +30,8 @@ _RESOLUTIONS = {  # in the order of oc_signals.valid's bits, as test_vectors.c h
 _CASES = (("joint", "observer"), ("thesis", "yaw-rate"), ("wheel-speed", "wheel-speed"))
 _OUTPUTS = (  # as tell_output of test_vectors.c
     "time vehicle_speed motion.curvature motion.longitudinal_acceleration motion.bank motion.residual reasons "
-    "offset_status offset offset_sd understeer_gradient backlash place unloading_acceleration evidence yaw_rate_bias "
+    "offset_status offset offset_sd offset_parts.drive_sd offset_parts.pull_sd offset_parts.wind_sd "
+    "offset_parts.set_up_sd understeer_gradient backlash place unloading_acceleration evidence yaw_rate_bias "
     "yaw_rate_bias_sd angle.angle angle.standard_deviation angle.estimate fault"
 ).split()
 _ANSWERS = (  # as tell_answer of test_vectors.c

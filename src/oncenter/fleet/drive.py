@@ -15,6 +15,7 @@ from oncenter.errors import OncenterError
 from oncenter.files.file_name import printable, printable_name
 from oncenter.fleet.files import LogFile, at_hand
 from oncenter.fleet.start import known_start
+from oncenter.fleet.summaries import columns_of
 from oncenter.fleet.trucks import Truck, Trucks
 from oncenter.offset.answer import Answer, Estimate
 from oncenter.offset.run import offset
@@ -100,7 +101,7 @@ def of_answer(answer: Answer) -> dict[str, Any]:
     }
     for name, unit in _UNITS.items():
         row |= _columns(name, unit, getattr(answer, name))
-    return row
+    return row | columns_of(answer.summary)
 
 
 # By quantity as `Answer` calls it, the unit in its columns.

@@ -8,15 +8,21 @@ one may go so that on average at most `SHARE_OF_FALSE_ALARMS` of those named are
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from oncenter.fleet.history import NOISE, Break, Mean, breaks, drift, now, told_of
-from oncenter.fleet.known_play import Told, play_of, with_known_play
+from oncenter.fleet.history import NOISE, Break, Mean, Numbers, Told, breaks, now, told_of
+from oncenter.fleet.offset_now import Offset, offset_of
+from oncenter.fleet.summaries import summary_of_row
 from oncenter.fleet.tables import OFFSET, QUANTITIES
+from oncenter.truck.drives import together
+from oncenter.truck.model import Trucks, learn
+from oncenter.truck.priors import priors_of
+
+Rows = Sequence[dict[str, Any]]
 
 SHARE_OF_FALSE_ALARMS = 0.05
 _SUSPICIOUS = 0.05  # p-value from which on a truck is watched
@@ -44,47 +50,69 @@ def within(mean: float, sd: float, limit: float) -> float:
     return 0.5 * (math.erf((limit - mean) / (sd * math.sqrt(2.0))) + math.erf((limit + mean) / (sd * math.sqrt(2.0))))
 
 
-def history(truck: str, rows: Sequence[dict[str, Any]], limit_deg: float) -> History:
-    """A truck from its drives' rows, which are in order of time; `limit_deg` is what an offset may be."""
-    told, found = {}, {}
-    for quantity in QUANTITIES:
-        told[quantity.name], kept = told_of(rows, quantity.value, quantity.sd, quantity.status)
-        noise = NOISE.get(quantity.name)
-        play = play_of(rows, kept, NOISE["backlash"].floor) if quantity is OFFSET else None
-        found[quantity.name] = [] if noise is None else breaks(told[quantity.name], noise, play)
-        if play is not None:
-            told[quantity.name] = with_known_play(told[quantity.name], play)
-    of_offset = found["offset"]
-    since = of_offset[-1].at if of_offset else 0
-    offset = now(told["offset"], since, NOISE["offset"])
-    changes = [
-        _change(truck, quantity.name, quantity.unit, told, broken)
-        for quantity in QUANTITIES
-        for broken in found[quantity.name]
-    ]
-    starts = [row["start"] for row in rows if row.get("start") is not None]
-    row: dict[str, Any] = {
-        "truck": truck,
-        "drives": len(rows),
-        "errors": sum(row.get("error_code") is not None for row in rows),
-        "told": len(told["offset"].value),
-        "first_drive": min(starts, default=None),
-        "last_drive": max(starts, default=None),
-        "changes": len(of_offset),
-        "cause": next((change["cause"] for change in reversed(changes) if change["quantity"] == "offset"), None),
-        "vehicle_file": next((row["vehicle_file"] for row in reversed(rows) if row.get("vehicle_file")), None),
-        "verdict": "unknown",
-    }
-    for quantity in QUANTITIES[1:]:
-        mean = _mean_now(told[quantity.name], found[quantity.name], quantity.name)
-        row |= {quantity.value: None, quantity.sd: None} if mean is None else {}
-        row |= {} if mean is None else {quantity.value: mean.value, quantity.sd: mean.sd}
-    if offset is not None:
-        slope = drift(told["offset"], since, NOISE["offset"])
-        row |= _of_offset(offset, of_offset, limit_deg)
-        row |= {"since": float(told["offset"].start_s[since])}
-        row |= {} if slope is None else {"drift_deg_day": slope[0], "drift_sd_deg_day": slope[1]}
-    return History(row, changes)
+def histories(trucks: Sequence[tuple[str, Rows]], limit_deg: float) -> Iterator[History]:
+    """Each truck from its drives' rows, which are in order of time; `limit_deg` is what an offset may be. The trucks
+    that are given together are computed together, and each comes out as if it were alone."""
+    of_trucks = [_OfTruck(name, rows) for name, rows in trucks]
+    with_drives = [one for one in of_trucks if one.summaries]
+    if with_drives:
+        model = learn(together([one.summaries for one in with_drives]), priors_of())
+        for place, one in enumerate(with_drives):
+            one.learned(model, place)
+    for one in of_trucks:
+        yield one.history(limit_deg)
+
+
+class _OfTruck:
+    """One truck's rows, and what its model made of them."""
+
+    def __init__(self, name: str, rows: Rows) -> None:
+        self._name, self._rows = name, rows
+        pairs = [(row["start"], summary) for row in rows if (summary := summary_of_row(row)) is not None]
+        self.summaries = [summary for _, summary in pairs]
+        self._starts = np.array([start for start, _ in pairs])
+        self._offset: Offset | None = None
+
+    def learned(self, model: Trucks, place: int) -> None:
+        self._offset = offset_of(model, place, self._starts)
+
+    def history(self, limit_deg: float) -> History:
+        told = {q.name: told_of(self._rows, q.value, q.sd, q.status) for q in QUANTITIES[1:]}
+        found = {name: breaks(told[name], noise) for name, noise in NOISE.items()}
+        of_offset = self._offset.changes if self._offset is not None else []
+        changes = [
+            _change(self._name, "offset", "deg", self._starts, one)
+            | {"cause": _cause(told, float(self._starts[one.at]))}
+            for one in of_offset
+        ]
+        changes += [
+            _change(self._name, q.name, q.unit, told[q.name].start_s, one)
+            for q in QUANTITIES[1:]
+            for one in found.get(q.name, ())
+        ]
+        row = self._counts() | {
+            "changes": len(of_offset),
+            "cause": changes[len(of_offset) - 1]["cause"] if of_offset else None,
+            "verdict": "unknown",
+        }
+        for quantity in QUANTITIES[1:]:
+            mean = _mean_now(told[quantity.name], found.get(quantity.name, []), quantity.name)
+            row |= {quantity.value: mean and mean.value, quantity.sd: mean and mean.sd}
+        if self._offset is not None:
+            row |= _of_offset(self._offset, limit_deg)
+        return History(row, changes)
+
+    def _counts(self) -> dict[str, Any]:
+        starts = [row["start"] for row in self._rows if row.get("start") is not None]
+        return {
+            "truck": self._name,
+            "drives": len(self._rows),
+            "errors": sum(row.get("error_code") is not None for row in self._rows),
+            "told": len(self.summaries),
+            "first_drive": min(starts, default=None),
+            "last_drive": max(starts, default=None),
+            "vehicle_file": next((r["vehicle_file"] for r in reversed(self._rows) if r.get("vehicle_file")), None),
+        }
 
 
 def _mean_now(told: Told, found: Sequence[Break], name: str) -> Mean | None:
@@ -94,40 +122,45 @@ def _mean_now(told: Told, found: Sequence[Break], name: str) -> Mean | None:
     if not len(told.value):
         return None
     weight = told.sd**-2.0  # what changes with every load is no more than a mean
-    return Mean(
-        float(np.average(told.value, weights=weight)), 0.0, float(np.sqrt(np.average(told.sd**2, weights=weight)))
-    )
+    return Mean(float(np.average(told.value, weights=weight)), float(np.sqrt(np.average(told.sd**2, weights=weight))))
 
 
-def _of_offset(offset: Mean, found: Sequence[Break], limit_deg: float) -> dict[str, Any]:
-    p_value = within(offset.value, offset.sd, limit_deg)
-    last = found[-1] if found else None
+def _of_offset(offset: Offset, limit_deg: float) -> dict[str, Any]:
+    beyond = within(offset.value, offset.sd, limit_deg)
+    p_value, last = beyond, offset.changes[-1] if offset.changes else None
     if last is not None and abs(last.after) > abs(last.before):  # one that takes it out again is no alarm
         p_value = min(p_value, within(last.size, last.sd, limit_deg))
     return {
         OFFSET.value: offset.value,
         OFFSET.sd: offset.sd,
         "offset_spread_sd_deg": offset.spread_sd,
-        "probability_beyond": 1.0 - within(offset.value, offset.sd, limit_deg),
+        "pull_m_s2": offset.pull,
+        "pull_sd_m_s2": offset.pull_sd,
+        "accelerometer_bias_m_s2": offset.accelerometer_bias,
+        "accelerometer_bias_sd_m_s2": offset.accelerometer_bias_sd,
+        "load_would_help": offset.load_would_help,
+        "since": offset.since,
+        "drift_deg_day": offset.drift and offset.drift[0],
+        "drift_sd_deg_day": offset.drift and offset.drift[1],
+        "probability_beyond": 1.0 - beyond,
         "p_value": min(1.0, 2.0 * p_value),
     }
 
 
-def _change(truck: str, name: str, unit: str, told: dict[str, Told], broken: Break) -> dict[str, Any]:
-    start_s = told[name].start_s
+def _change(truck: str, name: str, unit: str, starts: Numbers, one: Break) -> dict[str, Any]:
     return {
         "truck": truck,
         "quantity": name,
         "unit": unit,
-        "after_drive": float(start_s[broken.at - 1]),
-        "by_drive": float(start_s[broken.at]),
-        "found": float(start_s[broken.found]),
-        "drives_to_find": broken.found - broken.at + 1,
-        "before": broken.before,
-        "after": broken.after,
-        "size": broken.size,
-        "sd": broken.sd,
-        "cause": _cause(told, float(start_s[broken.at])) if name == "offset" else None,
+        "after_drive": float(starts[one.at - 1]),
+        "by_drive": float(starts[one.at]),
+        "found": float(starts[one.found]),
+        "drives_to_find": one.found - one.at + 1,
+        "before": one.before,
+        "after": one.after,
+        "size": one.size,
+        "sd": one.sd,
+        "cause": None,
     }
 
 
@@ -139,12 +172,12 @@ def _cause(told: dict[str, Told], at_s: float) -> str:
         if not before.any() or before.all():
             continue
         (value_b, sd_b), (value_a, sd_a) = (
-            (mean.value, mean.spread_sd)
+            (mean.value, mean.sd)
             for part in (before, ~before)
             if (mean := now(Told(of_it.start_s[part], of_it.value[part], of_it.sd[part]), 0, noise)) is not None
         )
         moved = abs(value_a - value_b)
-        if moved > noise.least / 2.0 and moved > _MOVED_TOO * math.hypot(sd_a, sd_b):
+        if moved > noise.smallest / 2.0 and moved > _MOVED_TOO * math.hypot(sd_a, sd_b):
             return cause
     return SENSOR_OR_ALIGNMENT
 

@@ -14,6 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from oncenter.files.whole_file import whole_file
+from oncenter.fleet.summaries import COLUMNS as SUMMARY
 
 Row = Mapping[str, Any]
 
@@ -90,7 +91,7 @@ def _of_drives() -> dict[str, tuple[str, str]]:
         "that the drive proved while it lasted; the values are those after the last",
     )
     columns["findings"] = ("text", "codes, parted by blanks")
-    return columns
+    return columns | dict(SUMMARY)
 
 
 DRIVES = _of_drives()
@@ -124,9 +125,14 @@ TRUCKS: dict[str, tuple[str, str]] = {
     "changes": ("count", "of the offset"),
     "drift_deg_day": ("number", "slope of the present offset; null below four drives"),
     "drift_sd_deg_day": ("number", "its standard deviation"),
-    "offset_deg": ("number", "now: of the drives since the last change"),
-    "offset_sd_deg": ("number", "with what all drives of a truck have in common"),
-    "offset_spread_sd_deg": ("number", "of the mean against other means of this truck: without it"),
+    "offset_deg": ("number", "now, at the truck's mean load, by all its drives together"),
+    "offset_sd_deg": ("number", "its standard deviation, pull and accelerometer bias included"),
+    "offset_spread_sd_deg": ("number", "of the drives since the last change alone: without these"),
+    "pull_m_s2": ("number", "lateral acceleration at which the steering unloads, the accelerometer's bias taken off"),
+    "pull_sd_m_s2": ("number", "its standard deviation; the pull's prior where no drive tells it"),
+    "accelerometer_bias_m_s2": ("number", "now"),
+    "accelerometer_bias_sd_m_s2": ("number", "its standard deviation"),
+    "load_would_help": ("truth", "all drives were at one load: another one separates a pull from that bias"),
     **{
         column: ("number", about)
         for quantity in QUANTITIES[1:]

@@ -21,12 +21,14 @@ _UNOBSERVABLE = _core.STATUSES.index("unobservable")
 
 @dataclass(frozen=True)
 class Course:
-    """Offset over driving time with its 95 % interval, deg and s: four values a point."""
+    """Offset over driving time with its 95 % interval and the half-width of the drive's part, deg and s: five values a
+    point."""
 
     time_s: tuple[float, ...]
     offset_deg: tuple[float, ...]
     low_deg: tuple[float, ...]
     high_deg: tuple[float, ...]
+    half_width_drive_deg: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ class History:
 
     def __init__(self) -> None:
         self._begin_s: float | None = None
-        self._course: list[tuple[float, float, float, float]] = []
+        self._course: list[tuple[float, float, float, float, float]] = []
         self._course_step_s, self._course_next_s = 1.0, 0.0
         self._cells: deque[tuple[int, int, dict[str, int]]] = deque(maxlen=STRIP_S)  # second, ticks, by reason or clean
         self._cloud: deque[tuple[float, float, float]] = deque(maxlen=CLOUD_POINTS)
@@ -77,7 +79,13 @@ class History:
                 continue
             low, high = _core.interval_95(row["offset"], row["offset_sd"], row["offset_lean"])
             self._course.append(
-                (float(since[k]), float(row["offset"]) / DEGREE, float(low) / DEGREE, float(high) / DEGREE)
+                (
+                    float(since[k]),
+                    float(row["offset"]) / DEGREE,
+                    float(low) / DEGREE,
+                    float(high) / DEGREE,
+                    1.96 * float(row["offset_parts"]["drive_sd"]) / DEGREE,
+                )
             )
             if len(self._course) > COURSE_POINTS:
                 self._course = self._course[::2]
@@ -107,7 +115,7 @@ class History:
                 )
 
     def course(self) -> Course:
-        return Course(*_columns(self._course, 4))
+        return Course(*_columns(self._course, 5))
 
     def strip(self) -> Strip:
         cells = list(self._cells)

@@ -54,9 +54,11 @@ const show = (now) => {
   put("truck", now.truck);
   put("bus", now.bus);
   put("offset-value", now.offset.value);
-  at("offset").classList.toggle("none", !now.offset.interval);
-  at("offset-unit").hidden = !now.offset.interval;
-  put("interval", now.offset.interval ? `${now.offset.interval} deg` : "no offset yet");
+  at("offset").classList.toggle("none", !now.offset.of_drive);
+  at("offset-unit").hidden = !now.offset.of_drive;
+  put("interval", now.offset.of_drive ? `${now.offset.of_drive} deg from this drive` : "no offset yet");
+  put("beside", now.offset.beside ? `${now.offset.whole} deg with ${now.offset.beside}, which no single drive identifies` : "");
+  at("beside").hidden = !now.offset.beside;
   put("status", now.offset.status);
   at("status").hidden = now.offset.status === "unobservable";
   at("status").className = `status ${now.offset.status}`;

@@ -11,6 +11,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
@@ -156,7 +157,7 @@ def _empty_page(doc: Document, news: News) -> tuple[ColumnDataSource, Pictures]:
     for figure in pictures.figures:
         figure._id = ID(f"oncenter-{figure.name}")
         doc.add_root(figure)
-    doc.title = f"{news.snapshot.truck}: steering wheel angle offset, live"
+    doc.title = f"{news.snapshot.truck}: straight-ahead offset, live"
     return now, pictures
 
 
@@ -176,7 +177,7 @@ def _template() -> str:
 
 def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
     """What the page's script shows: words and degrees, null for what is not known."""
-    value, interval, status = words.offset(now)
+    offset = words.offset(now)
     counts, why = words.gate(now)
     angles = now.angles
     answer = now.known.answer
@@ -186,7 +187,7 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
         "phase": now.phase,
         "truck": now.truck,
         "bus": now.bus,
-        "offset": {"value": value, "interval": interval, "status": status},
+        "offset": asdict(offset),
         "gate": {"counts": counts, "why": why},
         "angles": {
             "measured": _number(angles.measured_rad / DEGREE),

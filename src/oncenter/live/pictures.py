@@ -47,21 +47,27 @@ class Pictures:
 
 
 class _Course:
-    """Offset with its 95 % band over the whole drive."""
+    """Offset over the whole drive, with what the drive leaves open in a band of 95 % within that of both parts."""
 
     def __init__(self) -> None:
         self.figure = plain(240, "", name="course", x_range=Range1d(0.0, 1.0), y_range=Range1d(-5.0, 5.0))
         self.figure.xaxis.axis_label = "driving time (min)"
         self.figure.yaxis.axis_label = "offset (deg)"
-        self._source = ColumnDataSource(data={"x": [], "offset": [], "low": [], "high": []})
-        self.figure.varea("x", "low", "high", source=self._source, fill_color=COLOURS["estimate"], fill_alpha=0.25)
+        self._source = ColumnDataSource(
+            data={name: [] for name in ("x", "offset", "low", "high", "inner_low", "inner_high")}
+        )
+        for low, high, alpha in (("low", "high", 0.18), ("inner_low", "inner_high", 0.3)):
+            self.figure.varea("x", low, high, source=self._source, fill_color=COLOURS["estimate"], fill_alpha=alpha)
         self.figure.line("x", "offset", source=self._source, color=COLOURS["estimate"], line_width=2.5)
 
     def show(self, now: Snapshot) -> None:
         course = now.pictures.course
         minutes = np.array(course.time_s) / 60.0
         offset, low, high = np.array(course.offset_deg), np.array(course.low_deg), np.array(course.high_deg)
-        self._source.data = as_source(x=minutes, offset=offset, low=low, high=high)
+        of_drive = np.array(course.half_width_drive_deg)
+        self._source.data = as_source(
+            x=minutes, offset=offset, low=low, high=high, inner_low=offset - of_drive, inner_high=offset + of_drive
+        )
         _span(self.figure.x_range, 0.0, max(now.driven_s / 60.0, 1.0))
         if len(offset):
             later = slice(len(offset) // 4, None)  # the first ones are wide

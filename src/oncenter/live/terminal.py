@@ -72,11 +72,17 @@ def _line(said: Said) -> str:
 
 
 def one_line(now: Snapshot, params: Mapping[str, float]) -> str:
-    value, interval, status = words.offset(now)
-    told = f"offset {value} deg, {interval} ({status})" if interval else f"no offset yet ({status})"
+    told = _offset(words.offset(now))
     missing = words.still_missing(now, params)
     lacking = f"; still missing: {', '.join(missing)}" if missing else ""
     return f"{told}; {words.gate(now)[1]}; {words.bus(now)}{lacking}"
+
+
+def _offset(given: words.Offset) -> str:
+    if not given.of_drive:
+        return f"no straight-ahead offset yet ({given.status})"
+    told = f"straight-ahead offset {given.value} deg {given.of_drive} from this drive ({given.status})"
+    return f"{told}, {given.whole} with {given.beside}" if given.beside else told
 
 
 def panel(now: Snapshot, params: Mapping[str, float]) -> Panel:
@@ -84,15 +90,17 @@ def panel(now: Snapshot, params: Mapping[str, float]) -> Panel:
     from rich.table import Table
     from rich.text import Text
 
-    value, interval, status = words.offset(now)
+    offset = words.offset(now)
     counts, why = words.gate(now)
     rows = Table.grid(padding=(0, 2))
     rows.add_column(style="dim", no_wrap=True)
     rows.add_column(overflow="fold")
-    standing = Text(f"{value} deg", style="bold")
-    standing.append(f"  {interval}" if interval else "", style="blue")
-    standing.append(f"  {status}", style=_STYLES[status])
-    rows.add_row("offset", standing)
+    standing = Text(f"{offset.value} deg", style="bold")
+    standing.append(f"  {offset.of_drive} from this drive" if offset.of_drive else "", style="blue")
+    standing.append(f"  {offset.status}", style=_STYLES[offset.status])
+    rows.add_row("straight-ahead offset", standing)
+    if offset.beside:
+        rows.add_row("", Text(f"{offset.whole} with {offset.beside}", style="blue"))
     for name, text in words.quantities(now).items():
         rows.add_row(name, Text(text))
     angles = now.angles

@@ -10,6 +10,7 @@ import os
 import tempfile
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,7 @@ _SIGNALS = {name: name.replace("rad", "deg") for name in _core.COLUMNS}
 _OFFSET = {
     "offset_deg": ("offset", DEGREE),
     "offset_standard_deviation_deg": ("offset_sd", DEGREE),
+    "offset_drive_standard_deviation_deg": ("offset_parts.drive_sd", DEGREE),
     "understeer_gradient_deg_m_s2": ("understeer_gradient", DEGREE),
     "backlash_deg": ("backlash", DEGREE),
     "unloading_acceleration_m_s2": ("unloading_acceleration", 1.0),
@@ -136,14 +138,17 @@ def _rows(stepped: Stepped) -> npt.NDArray[np.float64]:
         if name in _SIGNALS:
             rows[:, at[_SIGNALS[name]]] = column / DEGREE if "rad" in name else column
     for name, (member, factor) in _OFFSET.items():
-        rows[:, at[name]] = stepped.outputs[member] / factor
+        values: Any = reduce(lambda struct, part: struct[part], member.split("."), stepped.outputs)
+        rows[:, at[name]] = values / factor
     for name, (member, factor) in _ANGLE.items():
         rows[:, at[name]] = stepped.outputs["angle"][member] / factor
     rows[:, at["offset_status"]] = stepped.outputs["offset_status"]
     rows[:, at["rejected_by"]] = stepped.outputs["reasons"]
     rows[:, at["sensor_fault"]] = stepped.outputs["fault"]
     told = stepped.outputs["offset_status"] != _core.STATUSES.index("unobservable")
-    rows[~told, at["offset_deg"]] = rows[~told, at["offset_standard_deviation_deg"]] = np.nan
+    for name in _OFFSET:
+        if name.startswith("offset"):
+            rows[~told, at[name]] = np.nan
     return rows
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from oncenter.live.snapshot import Dropped, Snapshot
 from oncenter.offset.answer import Estimate
+from oncenter.offset.cause import in_words
 from oncenter.offset.findings import capitalised
 from oncenter.signals import DEGREE
 
@@ -45,15 +47,35 @@ def number(value_rad: float | None, digits: int = 1) -> str:
     return f"{value_rad / DEGREE:+.{digits}f}".replace("-", "−")
 
 
-def offset(now: Snapshot) -> tuple[str, str, str]:
-    """Value in deg, its 95 % interval in deg or nothing, status."""
+@dataclass(frozen=True)
+class Offset:
+    """Of the straight-ahead offset, degrees in words; the intervals are empty while there is none.
+
+    `of_drive` is the part of the 95 % interval that this drive leaves open, `whole` the ends of all of it, and `beside`
+    what of it no single drive identifies.
+    """
+
+    value: str
+    of_drive: str
+    whole: str
+    beside: str
+    status: str
+
+
+def offset(now: Snapshot) -> Offset:
     answer = now.known.answer
     if answer is None or answer.offset.value is None or answer.offset.ci95 is None:
-        return "—", "", "unobservable" if answer is None else answer.offset.status
+        return Offset("—", "", "", "", "unobservable" if answer is None else answer.offset.status)
     low, high = answer.offset.ci95
-    digits = 2 if high - low < 2.0 * DEGREE else 1
-    interval = f"{number(low, digits)} to {number(high, digits)}"
-    return number(answer.offset.value, digits), interval, answer.offset.status
+    half_width = answer.offset_half_width_rad or 0.0
+    digits = 2 if half_width < 1.0 * DEGREE else 1
+    return Offset(
+        value=number(answer.offset.value, digits),
+        of_drive=f"± {half_width / DEGREE:.{digits}f}",
+        whole=f"{number(low, digits)} to {number(high, digits)}",
+        beside=in_words(answer.not_identifiable),
+        status=answer.offset.status,
+    )
 
 
 def gate(now: Snapshot) -> tuple[bool, str]:
@@ -96,7 +118,7 @@ def _lacking(now: Snapshot, params: Mapping[str, float]) -> Iterator[str]:
         return
     offset = known.answer.offset
     if offset.status == "converging" and offset.ci95 is not None:
-        yield "bends to both sides: the offset is not sure enough yet"
+        yield "bends to both sides: the offset is not identified closely enough yet"
     elif offset.status == "unobservable":
         yield "bends to both sides, at a steady speed"
     elif offset.status == "invalid":

@@ -10,16 +10,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from oncenter.offset.cause import Cause, in_words, together_rad
 from oncenter.offset.changes import Change
 from oncenter.offset.correction import NO_CORRECTION, Correction
 from oncenter.offset.findings import Finding
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE, Signals
+from oncenter.truck.drives import Summary
 from oncenter.vehicle import Vehicle
 
 Method = Literal["thesis", "joint", "wheel-speed"]
 METHODS: tuple[Method, ...] = ("thesis", "joint", "wheel-speed")
 DEFAULT_METHOD: Method = "joint"
+
+Schema = Literal["offset-1", "offset-2"]
+SCHEMAS: tuple[Schema, ...] = ("offset-1", "offset-2")
+DEFAULT_SCHEMA: Schema = "offset-2"
 
 _NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none
 _CORRECTION_WORTH_TELLING_RAD_S = 0.05 * DEGREE
@@ -76,6 +82,11 @@ class Answer:
     `changes` are those that the drive proved, the first one first; of more than the core keeps, the last.
     `sensor_fault` is what is wrong with the angle sensor in the end, "none" or one of the core's names: the offset is
     `invalid` then and tells what was learned before.
+
+    `offset` is the straight-ahead offset. Its `ci95` has two parts: `offset_ci95_drive` is what this drive leaves open,
+    and `not_identifiable` lists what no single drive identifies. The other methods do not separate them: their list is
+    empty and both intervals are one. `offset_per_acceleration` is what a pull or a mean crosswind moves the offset by,
+    rad/(m/s^2).
     """
 
     version: str
@@ -86,6 +97,9 @@ class Answer:
     sources: Mapping[str, str]
     notes: tuple[str, ...]
     offset: Estimate
+    offset_ci95_drive: tuple[float, float] | None
+    not_identifiable: tuple[Cause, ...]
+    offset_per_acceleration: float
     understeer_gradient: Estimate
     backlash: Estimate
     unloading_acceleration: Estimate
@@ -105,6 +119,7 @@ class Answer:
     findings: tuple[Finding, ...]
     drives: tuple[Signals, ...]
     native: Mapping[str, Any]
+    summary: Summary | None
 
     @property
     def correction(self) -> Correction | None:
@@ -115,13 +130,33 @@ class Answer:
 
     def words(self) -> str:
         """The answer in one paragraph."""
-        parts = [f"offset {self.offset}", *self._correction_words()]
+        parts = [self.offset_words(), *self._correction_words()]
         if self.backlash.value is not None:
             parts.append(f"the steering has {_play(self.backlash)} of play")
         bias = self.yaw_rate_bias.value
         if self.method == "joint" and bias is not None and abs(bias) > _CORRECTION_WORTH_TELLING_RAD_S:
             parts.append(f"the gyro is off by {bias / DEGREE:.2g} deg/s and was corrected")
         return "; ".join([*parts, self._driven()])
+
+    def offset_words(self) -> str:
+        """The straight-ahead offset with both parts of its interval."""
+        value, drive = self.offset.value, self.offset_half_width_rad
+        if value is None or drive is None:
+            return f"straight-ahead offset {self.offset.status}"
+        more = 1.96 * together_rad(self.not_identifiable)
+        digits = 1 if drive >= 0.095 * DEGREE else 2
+        of_drive = " from this drive" if self.method == "joint" else ""
+        status = "" if self.offset.status == "valid" else f" ({self.offset.status})"
+        said = f"straight-ahead offset {number(value, digits)} deg ± {number(drive, digits)}{of_drive}{status}"
+        causes = in_words(self.not_identifiable)
+        if not causes:
+            return said
+        return f"{said}; {causes} could hide ± {number(more, digits)} more"
+
+    @property
+    def offset_half_width_rad(self) -> float | None:
+        """Of `offset_ci95_drive`."""
+        return None if self.offset_ci95_drive is None else 0.5 * (self.offset_ci95_drive[1] - self.offset_ci95_drive[0])
 
     def _correction_words(self) -> list[str]:
         """None where the interval holds zero, since a correction might then make it worse."""
@@ -144,10 +179,10 @@ class Answer:
         lines += [f"{finding.severity}: {finding.text}" for finding in self.findings]
         return "\n".join(lines)
 
-    def to_dict(self) -> dict[str, Any]:
-        """The object of the schema oncenter/offset-1."""
+    def to_dict(self, schema: Schema = DEFAULT_SCHEMA) -> dict[str, Any]:
+        """The object of the schema oncenter/offset-2, or the one of before, which lacks the parts of the interval."""
         return {
-            "schema": "oncenter/offset-1",
+            "schema": f"oncenter/{schema}",
             "version": self.version,
             "log": self.log,
             "vehicle": self.vehicle.name,
@@ -160,6 +195,7 @@ class Answer:
                 "variance_if_independent_deg2": None
                 if self.offset.value is None or self.variance_if_independent_rad2 is None
                 else self.variance_if_independent_rad2 / DEGREE**2,
+                **({} if schema == "offset-1" else self._parts()),
             },
             "correction": NO_CORRECTION if self.correction is None else self.correction.to_dict(),
             "understeer_gradient": self.understeer_gradient.to_dict(),
@@ -181,8 +217,20 @@ class Answer:
             "notes": list(self.notes),
         }
 
-    def to_json(self) -> str:
-        return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False, indent=2)
+    def _parts(self) -> dict[str, Any]:
+        drive = self.offset_ci95_drive
+        return {
+            "ci95_drive": None if drive is None else [bound / DEGREE for bound in drive],
+            "not_identifiable": [cause.to_dict() for cause in self.not_identifiable],
+        }
+
+    def to_json(self, schema: Schema = DEFAULT_SCHEMA) -> str:
+        return json.dumps(self.to_dict(schema), ensure_ascii=False, allow_nan=False, indent=2)
+
+
+def number(value_rad: float, digits: int) -> str:
+    """In degrees; never -0.0."""
+    return f"{round(value_rad / DEGREE, digits) + 0.0:.{digits}f}"
 
 
 def _file_unit(unit: str) -> tuple[float, str]:

@@ -9,6 +9,7 @@ from typing import Any
 from oncenter import _core
 from oncenter.errors import OncenterError
 from oncenter.offset.answer import Answer, Estimate, Method
+from oncenter.offset.cause import Cause, causes_of
 from oncenter.offset.changes import Change, changes_of
 from oncenter.offset.core_findings import findings_of
 from oncenter.offset.findings import Finding
@@ -16,6 +17,7 @@ from oncenter.offset.inputs import needed
 from oncenter.offset.joint_findings import joint_findings
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import SIGNALS, Signals
+from oncenter.truck.drives import summary_of
 from oncenter.vehicle import Vehicle
 
 
@@ -59,6 +61,9 @@ def answer_of(
         sources={name: source.description for drive in drives for name, source in drive.sources.items()},
         notes=notes_of(drives),
         offset=_estimate(native["offset"], "rad"),
+        offset_ci95_drive=_ci95_drive(native),
+        not_identifiable=_not_identifiable(native, vehicle, method, params),
+        offset_per_acceleration=native["offset_parts"]["per_acceleration"],
         understeer_gradient=_estimate(native["understeer_gradient"], "rad/(m/s^2)"),
         backlash=_not_negative(_estimate(native["backlash"], "rad")),
         unloading_acceleration=_estimate(native["unloading_acceleration"], "m/s^2"),
@@ -78,6 +83,7 @@ def answer_of(
         findings=_findings(native, changes, drives, vehicle, method, params),
         drives=drives,
         native=native,
+        summary=summary_of(native, vehicle) if method == "joint" and native["used"] > 0.0 else None,
     )
 
 
@@ -138,6 +144,22 @@ def _estimate(native: Mapping[str, Any], unit: str) -> Estimate:
     if status == "unobservable":
         return Estimate(None, None, status, unit, native["evidence"])
     return Estimate(native["value"], _core.ci95(native), status, unit, native["evidence"])
+
+
+def _ci95_drive(native: Mapping[str, Any]) -> tuple[float, float] | None:
+    if _core.STATUSES[native["offset"]["status"]] == "unobservable":
+        return None
+    value, half_width = native["offset"]["value"], 1.96 * native["offset_parts"]["drive_sd"]
+    return value - half_width, value + half_width
+
+
+def _not_identifiable(
+    native: Mapping[str, Any], vehicle: Vehicle, method: Method, params: Mapping[str, float]
+) -> tuple[Cause, ...]:
+    """The other methods' interval does not separate them, and an offset that is not observable has none."""
+    if method != "joint" or _core.STATUSES[native["offset"]["status"]] == "unobservable":
+        return ()
+    return causes_of(native["offset_parts"], params, vehicle.traffic_sign)
 
 
 def _not_negative(estimate: Estimate) -> Estimate:

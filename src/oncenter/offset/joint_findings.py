@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from oncenter import _core
+from oncenter.offset.cause import Name, causes_of
 from oncenter.offset.changes import Change
 from oncenter.offset.core_findings import status_of
 from oncenter.offset.findings import PLAY_STANDARD_DEG, Finding, from_table
@@ -21,6 +21,17 @@ _BANK_MOVED_M_S2 = 0.35  # between two minutes' means: bench/effects.py, rows `n
 _OFFSET_TAKEN_OUT_DEG = 0.5  # a sender that corrects itself ends so near to zero
 _OFFSET_LARGE_DEG = 1.0  # and had something to correct
 _PART_WORTH_TELLING = 0.25  # of the half-width
+_GAIN_WORTH_TELLING = 0.1  # of the same
+_ANOTHER_MINUTE_S = 60.0
+_MODEL_ERROR_RAD = 0.04 * DEGREE  # core/joint_answer.c, offset_error
+_WIDTH_ERROR_RAD = 0.2 * DEGREE  # core/joint_answer.c, width_error: of the play alone
+_STANDING_GYRO_SD_RAD_S = 3.5e-4  # core/standstill.c, yaw_rate_floor
+_GYRO, _PLAY, _SCATTER, _MODEL = "gyro bias", "free play", "measurement scatter", "limits of the model"
+_CAUSES: Mapping[Name, str] = {
+    "pull": "a pull by the wheel alignment",
+    "mean_wind": "mean crosswind",
+    "axle_set_up": "an axle set up to unload on the road's crown",
+}
 _WHEELBASE_WORTH_TELLING = 0.04  # share: tyres and load move the one of (10) by less
 
 
@@ -54,7 +65,7 @@ def joint_findings(
     yield _evidence(native, params)
     yield _unseen_flank(native, params)
     yield _no_understeer(native, params)
-    yield _interval(native, params, steering_ratio)
+    yield _interval(native, params, steering_ratio, traffic_sign)
 
 
 def _with_known_spreads(params: Mapping[str, float]) -> Mapping[str, float]:
@@ -251,52 +262,120 @@ def _no_understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Fi
     )
 
 
-def _interval(native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float) -> Finding | None:
-    """Of what the offset's interval consists, the largest part first."""
+def _interval(
+    native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float, traffic_sign: float
+) -> Finding | None:
+    """Both parts of the offset's uncertainty with their contributions, the largest first, and what would narrow it."""
     if status_of(native["offset"]) == "unobservable":
         return None
-    low, high = _core.ci95(native["offset"])
-    half_width = 0.5 * (high - low) / DEGREE
-    parts = sorted(_parts(native, params, steering_ratio), reverse=True)
-    told = [f"{words} (+-{part:.1f})" for part, words in parts if part > _PART_WORTH_TELLING * half_width]
-    text = f"the offset's interval of +-{half_width:.2g} deg comes from {', '.join(told)}"
-    return from_table("interval", text, half_width)
+    whole = 1.96 * native["offset"]["standard_deviation"] / DEGREE
+    drive = 1.96 * native["offset_parts"]["drive_sd"] / DEGREE
+    parts = _parts(native, params, steering_ratio)
+    told = [(part, words) for words, part in parts.items() if part > _PART_WORTH_TELLING * drive]
+    told = [(part, _play_words(native) if words == _PLAY else words) for part, words in told]
+    of_drive = ", ".join(f"±{_deg(part)} {words}" for part, words in sorted(told, reverse=True))
+    text = f"uncertainty ±{_deg(whole)} deg: ±{_deg(drive)} from this drive ({of_drive})"
+    causes = causes_of(native["offset_parts"], params, traffic_sign)
+    beside = [(1.96 * cause.sd_rad / DEGREE, _CAUSES[cause.cause]) for cause in causes]
+    beside = [(part, words) for part, words in beside if part > _PART_WORTH_TELLING * max(drive, whole - drive)]
+    if beside:
+        of_causes = ", ".join(f"±{_deg(part)} {words}" for part, words in sorted(beside, reverse=True))
+        text += f"; not identifiable from one drive: {of_causes}"
+    gains = list(_gains(native, params, drive, parts, traffic_sign))
+    if gains:
+        would = ", ".join(f"{words} (to ±{_deg(left)})" for left, words in sorted(gains))
+        text += f"; to narrow this drive's part: {would}"
+    return from_table("interval", text, whole)
 
 
-def _of_both(one_sd: float, other_sd: float) -> float:
-    """Of what two tell; 0 where one knows all."""
-    return one_sd * other_sd / math.hypot(one_sd, other_sd) if one_sd and other_sd else 0.0
+def _deg(half_width_deg: float) -> str:
+    return f"{half_width_deg:.{1 if half_width_deg >= 0.095 else 2}f}"
 
 
-def _parts(
-    native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float
-) -> Iterator[tuple[float, str]]:
-    """95 % half-widths in deg; their squares sum to the interval's."""
+def _parts(native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float) -> dict[str, float]:
+    """Contributions to the drive's part as 95 % half-widths in deg; their squares sum to its square."""
+    gyro = native["yaw_rate_bias"]
     slope = steering_ratio * abs(native["understeer_gradient"]["value"])
-    unknown = (
-        "an unknown zero of the accelerometer" if params["use_accelerometer"] else "the road's bank, which was not seen"
-    )
-    side_force = math.hypot(params["pull_sd_m_s2"], params["wind_sd_m_s2"])
-    if params["use_accelerometer"]:  # crown and prior tell its bias, and so some of what is none
-        side_force = _of_both(side_force, _of_both(params["accelerometer_bias_sd_m_s2"], params["crown_sd_m_s2"]))
-    lean = native["offset"]["lean"]
-    left = native["offset"]["standard_deviation"] ** 2 - lean**2
-    spreads = [
-        (
-            slope * side_force,
-            f"a pull or side wind that passes for {'accelerometer bias' if params['use_accelerometer'] else 'bank'}",
-        ),
-        # no pull makes it lean further than by its own spread
-        (max(abs(lean) - slope * side_force, 0.0), "an axle that may be set up to unload on the crown of the road"),
-        (slope * native["unloading_acceleration"]["standard_deviation"], unknown),
-        (
-            native["offset_per_yaw_rate_bias"] * native["yaw_rate_bias"]["standard_deviation"],
-            "the bias of the yaw rate sensor",
-        ),
-    ]
-    rest = "play on the flank that was not seen" if _lacking_sides(native) else "scatter of the drive"
-    for spread, words in spreads:
+    of_play = max(native["backlash"]["standard_deviation"] ** 2 - _WIDTH_ERROR_RAD**2, 0.0)
+    spreads = {
+        _GYRO: native["offset_per_yaw_rate_bias"] * gyro["standard_deviation"],
+        _zero(params): slope * native["unloading_acceleration"]["standard_deviation"],
+        _MODEL: _MODEL_ERROR_RAD,
+        _PLAY: 0.5 * math.sqrt(of_play),  # of a play whose one flank was not loaded, half is in the offset
+    }
+    if status_of(gyro) == "unobservable":  # only the prior limits it: all that scatter does not explain
+        spreads |= {_SCATTER: native["unexplained"] / math.sqrt(max(native["used"], 1.0)), _GYRO: math.inf}
+        spreads[_GYRO] = spreads.pop(_GYRO)  # after the scatter
+    left = native["offset_parts"]["drive_sd"] ** 2
+    parts = {}
+    for words, spread in spreads.items():
         part = min(spread**2, left)
         left -= part
-        yield 1.96 * math.sqrt(part) / DEGREE, words
-    yield 1.96 * math.sqrt(left) / DEGREE, rest
+        parts[words] = 1.96 * math.sqrt(part) / DEGREE
+    rest = 1.96 * math.sqrt(left) / DEGREE
+    return parts | {_SCATTER: math.hypot(parts.get(_SCATTER, 0.0), rest)}
+
+
+def _zero(params: Mapping[str, float]) -> str:
+    return "accelerometer zero" if params["use_accelerometer"] else "road bank, which was not measured"
+
+
+def _play_words(native: Mapping[str, Any]) -> str:
+    """Free play with the loading that left it open."""
+    lacking = _lacking_sides(native)
+    if len(lacking) == 2:
+        return f"{_PLAY} because neither flank was loaded for long enough"
+    if lacking:
+        (side,) = lacking
+        return f"{_PLAY} because only {'right' if side == 'left' else 'left'}-hand loading occurred"
+    return _PLAY
+
+
+def _other_flank(native: Mapping[str, Any]) -> str:
+    """The driving that shows the flank that is lacking, or the rarer one."""
+    lacking = _lacking_sides(native)
+    if lacking:
+        return " and ".join(f"{math.ceil(s)} s of bends to the {side}" for side, s in lacking.items())
+    rarer = "left" if native["side_force_to_left"] < native["side_force_to_right"] else "right"
+    return f"another minute of bends to the {rarer}"
+
+
+def _gains(
+    native: Mapping[str, Any],
+    params: Mapping[str, float],
+    drive: float,
+    parts: Mapping[str, float],
+    traffic_sign: float,
+) -> Iterator[tuple[float, str]]:
+    """The half-width in deg that would be left of the drive's part, where that gains a tenth of it, and by what."""
+
+    def left(less: float) -> float:
+        return math.sqrt(max(drive**2 - less, 0.0))
+
+    more_s = native["used"] + _ANOTHER_MINUTE_S
+    would = {
+        "a second of standing": left(_by_standing(native, params, parts, traffic_sign)),
+        f"{_other_flank(native)}, or a known play": left(parts[_PLAY] ** 2),
+        "another minute of such driving": left(parts[_SCATTER] ** 2 * _ANOTHER_MINUTE_S / more_s),
+    }
+    for words, would_be in would.items():
+        if drive - would_be >= _GAIN_WORTH_TELLING * drive:
+            yield would_be, words
+
+
+def _by_standing(
+    native: Mapping[str, Any], params: Mapping[str, float], parts: Mapping[str, float], traffic_sign: float
+) -> float:
+    """Square of a half-width in deg that a second of standing takes away: the gyro's bias but for what a standstill
+    leaves of it, and of the accelerometer's zero all but the ground's slope, where the truck has not stood yet."""
+    gyro = native["yaw_rate_bias"]
+    gyro_sd = math.inf if status_of(gyro) == "unobservable" else gyro["standard_deviation"]
+    of_gyro: float = 1.96 * native["offset_per_yaw_rate_bias"] * min(gyro_sd, _STANDING_GYRO_SD_RAD_S) / DEGREE
+    gained: float = max(parts[_GYRO] ** 2 - of_gyro**2, 0.0)
+    zero_sd: float = native["unloading_acceleration"]["standard_deviation"]
+    has_stood = status_of(native["standstill_lateral_acceleration"]) == "valid"
+    if not params["use_accelerometer"] or has_stood or zero_sd <= 0.0:
+        return gained
+    crown_sd = math.hypot(params["crown_sd_m_s2"], params["crown_m_s2"] if traffic_sign == 0.0 else 0.0)
+    ground_sd = math.hypot(params["standing_slope_sd_m_s2"], params["standing_crown_share_1"] * crown_sd)
+    return gained + parts[_zero(params)] ** 2 * zero_sd**2 / (zero_sd**2 + ground_sd**2)

@@ -30,7 +30,14 @@ def without_what_faults_taught(answer: Answer) -> Answer:
         return replace(answer, findings=gravest_first((*found, *answer.findings)))
     gone = {name: replace(getattr(answer, name), value=None, ci95=None, status="invalid") for name in _LEARNED}
     kept = (finding for finding in answer.findings if finding.code in _ABOUT_SIGNALS)
-    return replace(answer, **gone, changes=(), findings=gravest_first((*found, *kept)))
+    return replace(
+        answer,
+        **gone,
+        offset_ci95_drive=None,
+        not_identifiable=(),
+        changes=(),
+        findings=gravest_first((*found, *kept)),
+    )
 
 
 def _leaves_nothing(fault: Finding, answer: Answer) -> bool:

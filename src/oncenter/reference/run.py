@@ -103,7 +103,7 @@ class Reference:
     def __str__(self) -> str:
         there, back = self.ways
         lines = [
-            f"offset {self.offset}",
+            f"straight-ahead offset {self.offset}",
             "",
             *(
                 f"  to the {way.compass:<12}{way.mean_rad / DEGREE:8.2f} deg, places differ by"

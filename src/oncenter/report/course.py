@@ -45,6 +45,7 @@ class Course:
         reasons: bits; 0 is clean.
         used: clean, and the estimator learned from it.
         offset, offset_low, offset_high: as learned up to then, 95 %; NaN before there is one.
+        offset_half_width_drive: the part of that interval that the drive leaves open.
         understeer_gradient: deg/(m/s^2) at the road wheel; NaN before it is learned.
         yaw_rate_bias, yaw_rate_bias_half_width: deg/s, 95 %; NaN before there is more than a prior.
         changes: time of each of the answer's changes.
@@ -70,6 +71,7 @@ class Course:
     offset: Floats
     offset_low: Floats
     offset_high: Floats
+    offset_half_width_drive: Floats
     understeer_gradient: Floats
     yaw_rate_bias: Floats
     yaw_rate_bias_half_width: Floats
@@ -117,6 +119,7 @@ def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
         offset=offset,
         offset_low=np.where(has_offset, low / DEGREE, np.nan),
         offset_high=np.where(has_offset, high / DEGREE, np.nan),
+        offset_half_width_drive=np.where(has_offset, 1.96 * rows["offset_parts"]["drive_sd"] / DEGREE, np.nan),
         understeer_gradient=np.where(rows["understeer_gradient"] != 0.0, rows["understeer_gradient"] / DEGREE, np.nan),
         yaw_rate_bias=np.where(has_bias, rows["yaw_rate_bias"] / DEGREE, np.nan),
         yaw_rate_bias_half_width=np.where(has_bias, 1.96 * bias_sd / DEGREE, np.nan),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
+from oncenter.offset.cause import in_words
 from oncenter.report.course import Course, course
 from oncenter.report.document import (
     document,
@@ -29,12 +30,17 @@ if TYPE_CHECKING:
     from oncenter.offset.answer import Answer, Estimate
 
 _QUANTITIES = {
-    "offset": "Offset of the steering wheel angle sensor",
+    "offset": "Straight-ahead offset of the steering wheel angle sensor",
     "backlash": "Play in the steering, at the steering wheel",
     "understeer_gradient": "Understeer gradient <i>K</i><sub>us</sub>/<i>g</i>, at the road wheel",
-    "unloading_acceleration": "Side acceleration at which the steering unloads",
+    "unloading_acceleration": "Neutral lateral acceleration, at which the steering unloads",
     "yaw_rate_bias": "Yaw rate sensor bias",
     "lateral_acceleration_bias": "Accelerometer bias, lateral",
+}
+_CAUSES = {
+    "pull": "by a pull, not identifiable from one drive",
+    "mean_wind": "by the mean crosswind, likewise",
+    "axle_set_up": "by an axle set up to unload on the crown, likewise",
 }
 _UNSIGNED = ("backlash", "understeer_gradient")
 
@@ -50,22 +56,33 @@ def page(answer: Answer, rows: npt.NDArray[Any]) -> str:
 {_time(answer)}
 {_pictures(answer, drive, divs)}
 {_provenance(answer)}"""
-    return document(f"Steering wheel angle offset: {answer.log}", body, script)
+    return document(f"Straight-ahead offset: {answer.log}", body, script)
 
 
 def _answer_in_words(answer: Answer) -> str:
-    given = answer.offset.to_dict()
-    number, interval = _number_and_interval(answer.offset, signed=True)
-    size = "" if number != "—" else " none"
+    value, interval = _number_and_interval(answer.offset, signed=True)
+    size = "" if value != "—" else " none"
     return f"""<header>
 <p class="log">{escape(answer.vehicle.name)} · {escape(answer.log)}</p>
-<h1>Steering wheel angle offset</h1>
-<p class="offset{size}">{number}{"<small>deg</small>" if number != "—" else ""}</p>
-<p class="standing">{f"95 % interval {interval} deg · " if interval != "—" else ""}{status(given["status"])}</p>
+<h1>Straight-ahead offset of the steering wheel angle</h1>
+<p class="offset{size}">{value}{"<small>deg</small>" if value != "—" else ""}</p>
+{_intervals(answer, interval)}
 <p class="words">{sentence(answer.words())}</p>
-<p class="quiet">The offset is what the sensor reads when the truck drives straight without lateral acceleration, at the
-midpoint of the play; left is positive, and measured less offset is true.</p>
+<p class="quiet">The straight-ahead offset is what the sensor reads when the truck drives straight at zero lateral
+force, at the midpoint of the play; left is positive, and measured less offset is true.</p>
 </header>"""
+
+
+def _intervals(answer: Answer, interval: str) -> str:
+    """The lines of the offset's interval and status: where it has two parts, the drive's first."""
+    standing = status(answer.offset.status)
+    causes = in_words(answer.not_identifiable)
+    if interval == "—" or not causes:
+        return f'<p class="standing">{f"95 % interval {interval} deg · " if interval != "—" else ""}{standing}</p>'
+    of_drive = number((answer.offset_half_width_rad or 0.0) / DEGREE, 2, False)
+    return f"""<p class="standing">± {of_drive} deg from this drive · {standing}</p>
+<p class="quiet">95 % interval {interval} deg with {causes}, which no single drive
+identifies</p>"""
 
 
 def _quantities(answer: Answer) -> str:
@@ -80,6 +97,8 @@ def _quantities(answer: Answer) -> str:
             f'<td class="number interval{"" if interval != "—" else " none"}">{interval}</td>'
             f"<td>{status(given['status'])}</td></tr>"
         )
+        if name == "offset" and answer.not_identifiable:
+            lines += _parts(answer)
     return f"""<section>
 <table class="quantities">
 <thead><tr><th>Quantity</th><th class="number">Value</th><th class="number">95 % interval</th>
@@ -89,6 +108,23 @@ def _quantities(answer: Answer) -> str:
 </tbody>
 </table>
 </section>"""
+
+
+def _parts(answer: Answer) -> list[str]:
+    """Rows of the offset's interval: the part of this drive, and each cause that no single drive identifies."""
+    of_drive = answer.offset_half_width_rad or 0.0
+    rows = [("from this drive, where nothing pulls", of_drive, "")]
+    rows += [
+        (_CAUSES[cause.cause], 1.96 * cause.sd_rad, f"assumed: {cause.prior.sd_m_s2:.2g} m/s² (sd)")
+        for cause in answer.not_identifiable
+        if cause.sd_rad > 0.0
+    ]
+    return [
+        f'<tr class="part"><th scope="row">{title}</th><td class="number none"></td>'
+        f'<td class="number interval">± {number(half_width_rad / DEGREE, 2, False)}</td>'
+        f'<td class="quiet">{prior}</td></tr>'
+        for title, half_width_rad, prior in rows
+    ]
 
 
 def _findings(answer: Answer) -> str:
@@ -164,7 +200,12 @@ def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
     several = f"<p>{count} drives, one after the other, parted by dotted lines.</p>" if count > 1 else ""
     jointly = answer.method == "joint"
     clean = "Nothing to draw: no tick passed the gate. The strip above says why."
-    offset_key = {"estimate": "offset as learned up to then, with its 95 % interval"}
+    bands = (
+        "; inner band: 95 % from this drive, outer band: with what no single drive identifies"
+        if answer.not_identifiable
+        else ", with its 95 % interval"
+    )
+    offset_key = {"estimate": f"offset as learned up to then{bands}"}
     if drive.changes:
         offset_key["rejected"] = "a change, dashed"
     return "\n".join(
@@ -182,7 +223,7 @@ def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
             "</section>\n<section>\n<h2>The gate</h2>",
             key(used="used for the offset", rejected="rejected, one row per reason as named under Time above"),
             divs.get("gate", nothing("The drive has no tick.")),
-            "</section>\n<section>\n<h2>Offset over time</h2>",
+            "</section>\n<section>\n<h2>Straight-ahead offset over time</h2>",
             key(**offset_key) if "offset" in divs else "",
             divs.get("offset", nothing("No offset with an interval was learned at any time.")),
             key(estimate="yaw rate bias as known at the time, with its 95 % interval")

@@ -54,7 +54,7 @@ def figures(answer: Answer, course: Course) -> dict[str, figure]:
         "yaw_rate": _signal(course, time, course.yaw_rate, "yaw rate (deg/s)", 190),
         "lateral_acceleration": _lateral_acceleration(course, time),
         "gate": _gate(course, time),
-        "offset": _offset(course, time),
+        "offset": _offset(answer, course, time),
         "yaw_rate_bias": _yaw_rate_bias(course, time),
         "cloud": _flanks(answer, course) if answer.method == "joint" else _cloud(answer, course),
         **_understeer(answer, course, time),
@@ -144,7 +144,7 @@ def _runs(picture: figure, bins: Floats, share: Floats, names: list[str], colour
     )
 
 
-def _offset(course: Course, time: Range1d) -> figure | None:
+def _offset(answer: Answer, course: Course, time: Range1d) -> figure | None:
     known = np.isfinite(course.offset)
     if not known.any():
         return None
@@ -155,9 +155,18 @@ def _offset(course: Course, time: Range1d) -> figure | None:
     # the first seconds' interval is as wide as a barn: leave it outside unless it is all there is
     settled = known & (high - low < 4.0 * (high - low)[last] + 1.0)
     picture.y_range = range_of(np.concatenate([low[settled], high[settled]]), 0.0)
-    x, columns = broken_at_holes(course.time, rows, course.holes, {"offset": course.offset, "low": low, "high": high})
+    of_drive = course.offset_half_width_drive
+    lines = {"offset": course.offset, "low": low, "high": high}
+    lines |= {"of_drive": of_drive, "inner_low": course.offset - of_drive, "inner_high": course.offset + of_drive}
+    x, columns = broken_at_holes(course.time, rows, course.holes, lines)
     source = as_source(x=x, **columns)
-    picture.varea("x", "low", "high", source=source, fill_color=COLOURS["estimate"], fill_alpha=0.25)
+    bands = (
+        [("low", "high", 0.18), ("inner_low", "inner_high", 0.3)]
+        if answer.not_identifiable
+        else [("low", "high", 0.25)]
+    )
+    for bottom, top, alpha in bands:
+        picture.varea("x", bottom, top, source=source, fill_color=COLOURS["estimate"], fill_alpha=alpha)
     line = picture.line("x", "offset", source=source, color=COLOURS["estimate"], line_width=2)
     picture.add_tools(
         HoverTool(
@@ -165,6 +174,7 @@ def _offset(course: Course, time: Range1d) -> figure | None:
             mode="vline",
             tooltips=[
                 ("offset", "@offset{0.00} deg"),
+                *([("from this drive", "± @of_drive{0.00} deg")] if answer.not_identifiable else []),
                 ("95 %", "@low{0.00} to @high{0.00} deg"),
                 ("time", f"@x{{0.00}} {course.time_unit}"),
             ],
@@ -248,7 +258,7 @@ def _flanks(answer: Answer, course: Course) -> figure | None:
 
 
 def _unloading_point(answer: Answer, course: Course, picture: figure) -> None:
-    """Offset and unloading point with their 95 % intervals, as a cross with a dot."""
+    """Offset and neutral acceleration with their 95 % intervals, as a cross with a dot; thick: the drive's part."""
     offset, a_0 = answer.offset, course.unloading_acceleration
     assert offset.value is not None and offset.ci95 is not None
     y = offset.value / DEGREE
@@ -256,6 +266,8 @@ def _unloading_point(answer: Answer, course: Course, picture: figure) -> None:
     left, right = answer.unloading_acceleration.ci95 or (a_0, a_0)
     whiskers = {"line_color": COLOURS["rejected"], "line_width": 3}
     picture.segment([a_0, left], [low, y], [a_0, right], [high, y], **whiskers)
+    half_width = (answer.offset_half_width_rad or 0.0) / DEGREE
+    picture.segment([a_0], [y - half_width], [a_0], [y + half_width], line_color=COLOURS["rejected"], line_width=8)
     picture.scatter([a_0], [y], size=11, fill_color=COLOURS["rejected"], line_color="#ffffff", line_width=2)
 
 

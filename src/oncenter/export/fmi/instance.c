@@ -120,6 +120,12 @@ bool oc_fmu_settable(const oc_fmu *fmu, const oc_fmu_variable *variable) {
 static void bring_up_to_date(oc_fmu *fmu, const oc_fmu_variable *variable) {
     if (variable->role == OC_FMU_ANSWER && fmu->phase >= OC_FMU_STEPPING && !fmu->answer_is_current) {
         oc_answer_get(&fmu->state, &fmu->coefficients, &fmu->answer);
+        const oc_offset_parts *parts = &fmu->answer.offset_parts;
+        fmu->offset_parts[0] = (double)parts->drive_sd;
+        fmu->offset_parts[1] = (double)parts->pull_sd;
+        fmu->offset_parts[2] = (double)parts->wind_sd;
+        fmu->offset_parts[3] = (double)parts->set_up_sd;
+        fmu->offset_parts[4] = (double)parts->per_acceleration;
         fmu->answer_is_current = 1;
     }
 }

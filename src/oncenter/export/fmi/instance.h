@@ -10,7 +10,10 @@
 
 #include "monitor.h"
 
-enum { OC_FMU_SIGNALS = 9 }; /* bits of oc_signals.valid */
+enum {
+    OC_FMU_SIGNALS = 9, /* bits of oc_signals.valid */
+    OC_FMU_PARTS = 5    /* members of oc_offset_parts */
+};
 
 typedef enum { OC_FMU_INSTANTIATED, OC_FMU_INITIALIZING, OC_FMU_STEPPING, OC_FMU_ENDED } oc_fmu_phase;
 
@@ -34,6 +37,7 @@ typedef struct {
     int32_t angle_status, fault;   /* oc_status, oc_fault */
     int32_t reasons[OC_REASON_COUNT];
     oc_answer answer;
+    double offset_parts[OC_FMU_PARTS]; /* members of oc_offset_parts in their order */
     int32_t answer_is_current;
     /* the core */
     oc_coefficients coefficients;

@@ -1,0 +1,71 @@
+"""A drive's summary for its truck's model as columns of a row: degrees in files, rad inside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from oncenter.signals import DEGREE
+from oncenter.truck.drives import Summary
+
+_GRADIENT_MIN_DEG = 0.1  # per m/s^2: below it play passes for a gradient, see the finding no_understeer
+
+
+@dataclass(frozen=True)
+class _Column:
+    """Of a row, and of a `Summary` with how much of its unit is one of the file's."""
+
+    name: str
+    member: str
+    unit: float
+    about: str
+
+
+_DEGREES = DEGREE
+_COLUMNS = (
+    _Column("offset_deg", "offset", _DEGREES, "the offset, as offset_deg, where the steering unloads"),
+    _Column("offset_sd_deg", "offset_sd", _DEGREES, "of what this drive leaves open, without pull and wind"),
+    _Column("gradient_deg_m_s2", "gradient", _DEGREES, "understeer gradient at the road wheel"),
+    _Column("gradient_sd_deg_m_s2", "gradient_sd", _DEGREES, "its standard deviation"),
+    _Column("unloading_m_s2", "unloading", 1.0, "neutral lateral acceleration, be it observable or its prior"),
+    _Column("unloading_sd_m_s2", "unloading_sd", 1.0, "its standard deviation"),
+    _Column("play_deg", "play", _DEGREES, "play and wind-up, full width"),
+    _Column("play_sd_deg", "play_sd", _DEGREES, "its standard deviation"),
+    _Column("with_unloading_deg_m_s2", "with_unloading", _DEGREES, "the offset's covariance with the former"),
+    _Column("with_play_deg2", "with_play", _DEGREES**2, "the offset's covariance with the play"),
+    _Column("bank_m_s2", "bank", 1.0, "mean lateral acceleration less yaw rate times speed, while driving"),
+    _Column("standing_m_s2", "standing", 1.0, "mean lateral acceleration at standstill; null: it never stood"),
+    _Column("ratio", "ratio", 1.0, "steering ratio near the centre"),
+    _Column("side", "side", 1.0, "of traffic: 1 right, -1 left, 0 not known"),
+)
+_PREFIX = "summary_"
+
+COLUMNS: Mapping[str, tuple[str, str]] = {
+    _PREFIX + column.name: ("number", f"for the truck's model: {column.about}") for column in _COLUMNS
+}
+
+
+def columns_of(summary: Summary | None) -> dict[str, float | None]:
+    """Of a drive's row; nothing where there is no summary, null for what is NaN."""
+    if summary is None:
+        return {}
+    values = {column.name: getattr(summary, column.member) / column.unit for column in _COLUMNS}
+    return {_PREFIX + name: value if math.isfinite(value) else None for name, value in values.items()}
+
+
+def summary_of_row(row: Mapping[str, Any]) -> Summary | None:
+    """None where the drive tells its truck nothing: no answer, no begin, a fault, no understeer, or a row of a version
+    before 0.2."""
+    told = row.get("offset_status") in ("valid", "converging") and row.get("start") is not None
+    gradient = row.get(_PREFIX + "gradient_deg_m_s2")
+    if not told or gradient is None or gradient < _GRADIENT_MIN_DEG:
+        return None
+    values = {column.member: row.get(_PREFIX + column.name) for column in _COLUMNS}
+    numbers = {
+        column.member: math.nan if (value := values[column.member]) is None else value * column.unit
+        for column in _COLUMNS
+    }
+    needed = ("offset", "offset_sd", "unloading", "play", "ratio")
+    return Summary(**numbers) if all(math.isfinite(numbers[name]) for name in needed) else None

@@ -1,0 +1,99 @@
+"""What one drive leaves for its truck's model: a summary of some twelve numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter import _core
+from oncenter.vehicle import Vehicle
+
+Numbers = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Of one drive. SI and rad; NaN where the drive says nothing of it.
+
+    `offset` is what the sensor reads where the steering unloads, `offset_sd` of this drive's part of its uncertainty;
+    `with_unloading` and `with_play` are the offset's covariances with the neutral acceleration and with the play.
+    `bank` is the lateral acceleration less r*v while driving, `standing` the lateral acceleration at standstill, on
+    average. `side` is 1 where traffic keeps right, -1 left, 0 unknown.
+    """
+
+    offset: float
+    offset_sd: float
+    gradient: float  # rad/(m/s^2)
+    gradient_sd: float
+    unloading: float  # m/s^2
+    unloading_sd: float
+    play: float  # rad
+    play_sd: float
+    with_unloading: float  # rad m/s^2
+    with_play: float  # rad^2
+    bank: float  # m/s^2
+    standing: float  # m/s^2
+    ratio: float
+    side: float
+
+
+def summary_of(native: Mapping[str, Any], vehicle: Vehicle) -> Summary:
+    """Of the joint method's oc_answer as a dict."""
+    offset, gradient = native["offset"], native["understeer_gradient"]
+    unloading, play = native["unloading_acceleration"], native["backlash"]
+    standing = native["standstill_lateral_acceleration"]
+    stood = _core.STATUSES[standing["status"]] == "valid"
+    together = native["offset_covariances"]
+    return Summary(
+        offset=offset["value"],
+        offset_sd=native["offset_parts"]["drive_sd"],
+        gradient=gradient["value"],
+        gradient_sd=gradient["standard_deviation"],
+        unloading=unloading["value"],
+        unloading_sd=unloading["standard_deviation"],
+        play=play["value"],
+        play_sd=play["standard_deviation"],
+        with_unloading=together["unloading_acceleration"],
+        with_play=together["backlash"],
+        bank=native["bank_mean"] if native["bank_time"] > 0.0 else math.nan,
+        standing=standing["value"] if stood else math.nan,
+        ratio=vehicle.ratio_near_centre,
+        side=vehicle.traffic_sign,
+    )
+
+
+@dataclass(frozen=True)
+class Drives:
+    """Summaries of many trucks' drives, each member of shape (trucks, drives), in order of time from the first column
+    on; NaN where a truck has fewer."""
+
+    offset: Numbers
+    offset_sd: Numbers
+    gradient: Numbers
+    gradient_sd: Numbers
+    unloading: Numbers
+    unloading_sd: Numbers
+    play: Numbers
+    play_sd: Numbers
+    with_unloading: Numbers
+    with_play: Numbers
+    bank: Numbers
+    standing: Numbers
+    ratio: Numbers
+    side: Numbers
+
+
+def together(trucks: Sequence[Sequence[Summary]]) -> Drives:
+    """The tables of trucks of which each has at least one drive."""
+    most = max(len(drives) for drives in trucks)
+    table = np.full((len(fields(Summary)), len(trucks), most), math.nan)
+    names = [field.name for field in fields(Summary)]
+    for n, drives in enumerate(trucks):
+        for d, drive in enumerate(drives):
+            table[:, n, d] = [getattr(drive, name) for name in names]
+    return Drives(**dict(zip(names, table, strict=True)))

@@ -1,0 +1,88 @@
+"""One model over a truck's drives: what stays with the truck, what changed, and what no number of drives tells.
+
+Twice: ride height steers little with the load, or much. Which it is, the drives say; where they do not, both count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from oncenter.truck.drives import Drives, Numbers
+from oncenter.truck.kalman import Filter, Step
+from oncenter.truck.priors import Priors
+from oncenter.truck.readings import BIAS, OFFSET, PLAY, PULL, loads_of
+
+_LOADS_DIFFER = 0.2  # share by which the largest gradient is beyond the smallest: ours, twice what one load scatters
+
+
+@dataclass(frozen=True)
+class Trucks:
+    """After their last drives, each member of shape (trucks,); SI and rad.
+
+    `offset` is the straight-ahead offset of the drives since the last step, at the truck's mean load, with the standard
+    deviation of all that the drives leave open, pull and crown included. `load_would_help`: drives at another load
+    would separate a pull from the accelerometer's bias. `steps` are all that were found, by truck and time.
+    """
+
+    offset: Numbers
+    offset_sd: Numbers
+    accelerometer_bias: Numbers
+    accelerometer_bias_sd: Numbers
+    pull: Numbers
+    pull_sd: Numbers
+    play: Numbers
+    play_sd: Numbers
+    load_would_help: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    steps: tuple[Step, ...]
+    offsets: Numbers  # (trucks, drives): each drive's own, given all else that is known of its truck, and its sd
+    offset_sds: Numbers
+
+
+def learn(drives: Drives, priors: Priors) -> Trucks:
+    """All trucks of `drives`; each has a first drive."""
+    little, much = priors.load_steer_sds_rad
+    steps = _run(Filter(drives, priors, much)).steps
+    known = np.zeros(drives.offset.shape, np.bool_)
+    for step in steps:
+        known[step.truck, step.at] = True
+    both = [_run(Filter(drives, priors, sd, known)) for sd in (little, much)]
+    shares = _shares(both, priors)
+
+    def mixed(place: int) -> tuple[Numbers, Numbers]:
+        means = [one.state[:, place] for one in both]
+        mean = shares[0] * means[0] + shares[1] * means[1]
+        variance = sum(
+            share * (one.covariance[:, place, place] + (own - mean) ** 2)
+            for share, one, own in zip(shares, both, means, strict=True)
+        )
+        return mean, np.sqrt(variance)
+
+    pull, pull_sd = mixed(PULL)
+    offsets, offset_sds = both[0].offsets()
+    return Trucks(
+        *mixed(OFFSET),
+        *mixed(BIAS),
+        pull,
+        pull_sd,
+        *mixed(PLAY),
+        load_would_help=loads_of(drives, priors).differ_by() < _LOADS_DIFFER,
+        steps=tuple(sorted(steps, key=lambda step: (step.truck, step.at))),
+        offsets=offsets,
+        offset_sds=offset_sds,
+    )
+
+
+def _run(one: Filter) -> Filter:
+    for d in range(one.drives_most):
+        one.take(d)
+    return one
+
+
+def _shares(both: list[Filter], priors: Priors) -> tuple[Numbers, Numbers]:
+    """How likely each is, by Bayes."""
+    prior_little, prior_much = priors.load_steer_weights
+    apart = np.clip(both[1].likelihood - both[0].likelihood, -50.0, 50.0)
+    much = prior_much * np.exp(apart) / (prior_little + prior_much * np.exp(apart))
+    return 1.0 - much, much

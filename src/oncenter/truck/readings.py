@@ -1,0 +1,196 @@
+"""What each drive reads of its truck's state: the model's equations, a page of them (docs/many_drives.md).
+
+Of drive d, i the steering ratio, K_d the understeer gradient of its load, K their mean, s compliance's share of K:
+
+    offset where the steering unloads     o_d   = o + i (K + (1 - s) (K_d - K)) p + g_1 l + g_2 (l^2 - mean) + noise
+    neutral lateral acceleration          a_0,d = b + p                                                      + noise
+    free play                             B_d   = B                                                          + noise
+    mean bank of its roads                m_d   = b + t (c + C)                                              + noise
+    ground that it stood on               n_d   = b + h t (c + C)                                            + noise
+
+with o the straight-ahead offset, b the accelerometer's bias, p the pull, C by how much the crown of the truck's roads
+differs from c, t the side of traffic, l the load as K_d shows it, g what ride height steers with it. A pull moves o_d
+by i K_d; an accelerometer's bias does not. What gives way in the steering under a pull's moment is in o at any load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter.truck.drives import Drives, Numbers
+from oncenter.truck.priors import Priors
+
+STATE = ("offset", "accelerometer_bias", "pull", "play", "crown", "load_steer", "load_steer_bent")
+OFFSET, BIAS, PULL, PLAY, CROWN, LOAD_STEER, LOAD_STEER_BENT = range(len(STATE))
+
+_GRADIENT_ERROR_MIN = 0.02  # share of the prior's mean, of a drive
+_GRADIENT_MIN = 0.1  # share of the prior's mean
+_SURE_GAIN = 0.8  # of a drive's own gradient: from here on it counts where loads are compared
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One number of each truck: what it should be is `row` (trucks, state) times the state, with this variance; of the
+    row all but `places` is zero.
+
+    `of_offset` is how far the drive's offset is off where this reading is off by one: a drive that found another play
+    than the truck has, erred in both. None: it is the offset itself.
+    """
+
+    row: Numbers
+    places: tuple[int, ...]
+    value: Numbers
+    variance: Numbers
+    of_offset: float | Numbers | None = 0.0
+
+
+@dataclass(frozen=True)
+class Loads:
+    """What the gradients say of each truck's loads; (trucks, drives) but for the means, (trucks, 1).
+
+    `gradient`, rad/(m/s^2), is each drive's as its truck's other drives let it be, with its variance; `load` is how far
+    it is from their mean, in units of what loads scatter.
+    """
+
+    gradient: Numbers
+    variance: Numbers
+    mean: Numbers
+    load: Numbers
+    load_squared_mean: Numbers
+    sure: npt.NDArray[np.bool_]
+
+    def differ_by(self) -> Numbers:
+        """Of each truck, the share by which the largest gradient that a drive is sure of is beyond the smallest."""
+        largest = np.max(np.where(self.sure, self.gradient, 0.0), axis=1)
+        smallest = np.min(np.where(self.sure, self.gradient, np.inf), axis=1)
+        return np.where(largest > 0.0, largest / smallest - 1.0, 0.0)
+
+
+def loads_of(drives: Drives, priors: Priors) -> Loads:
+    """A drive that says little of its gradient has its truck's mean, of which the prior is half a drive."""
+    has = np.isfinite(drives.gradient)
+    prior = priors.gradient_mean_rad_m_s2
+    value = np.where(has, np.maximum(drives.gradient, 0.0), prior)
+    own = np.where(has, np.maximum(drives.gradient_sd, _GRADIENT_ERROR_MIN * prior), 1.0) ** 2
+    between = (priors.load_spread_1 * prior) ** 2
+    weight, weight_of_prior = np.where(has, 1.0 / (own + between), 0.0), 0.5 / between
+    total = np.sum(weight, axis=1, keepdims=True) + weight_of_prior
+    mean = (np.sum(weight * value, axis=1, keepdims=True) + weight_of_prior * prior) / total
+    between = (priors.load_spread_1 * mean) ** 2
+    gain = between / (between + own)
+    gradient = np.maximum(mean + gain * (value - mean), _GRADIENT_MIN * prior)
+    mean = np.sum(weight * gradient, axis=1, keepdims=True) / np.sum(weight, axis=1, keepdims=True)
+    load = np.where(has, (gradient / mean - 1.0) / priors.load_spread_1, 0.0)
+    squared = np.sum(has * load**2, axis=1, keepdims=True) / np.sum(has, axis=1, keepdims=True)
+    return Loads(gradient, gain * own, mean, load, squared, has & (gain > _SURE_GAIN))
+
+
+def readings(drives: Drives, priors: Priors, d: int, loads: Loads) -> Iterator[Reading]:
+    """Of drive `d` of each truck, independent of each other; the offset's comes last."""
+    n = len(drives.ratio)
+    side = drives.side[:, d]
+    crown = side * priors.crown_m_s2
+    along = np.where(side == 0.0, 1.0, side)
+    share = priors.standing_crown_share_1
+    of_crown = (BIAS, CROWN)
+    bank, standing = drives.bank[:, d] - crown, drives.standing[:, d] - share * crown
+    yield Reading(_row(n, BIAS, 1.0, CROWN, along), of_crown, bank, np.full(n, priors.crown_sd_m_s2**2))
+    slope = np.full(n, priors.standing_slope_sd_m_s2**2)
+    yield Reading(_row(n, BIAS, 1.0, CROWN, share * along), of_crown, standing, slope)
+    alone = _without_priors(drives, priors, d)
+    mean, load = loads.mean[:, 0], loads.load[:, d]
+    pulled = drives.ratio[:, d] * (mean + (1.0 - priors.compliance_share_1) * (loads.gradient[:, d] - mean))
+    of_unloading, of_play = _row(n, BIAS, 1.0, PULL, 1.0), _row(n, PLAY, 1.0)
+    windy = alone.unloading_variance + priors.wind_sd_m_s2**2
+    yield Reading(of_unloading, (BIAS, PULL), alone.unloading, windy, pulled)
+    yield Reading(of_play, (PLAY,), drives.play[:, d], alone.play_variance + priors.play_noise_sd_rad**2, 0.5)
+    bent = load**2 - loads.load_squared_mean[:, 0]
+    of_offset = _row(n, OFFSET, 1.0, PULL, pulled, LOAD_STEER, load, LOAD_STEER_BENT, bent)
+    by_gradient = (drives.ratio[:, d] * priors.pull_sd_m_s2) ** 2 * loads.variance[:, d]
+    wide = 1.0 + alone.offset_variance / priors.wide_rad**2
+    # the offset given the other two, which goes with neither
+    yield Reading(
+        of_offset - alone.per_unloading[:, None] * of_unloading - alone.per_play[:, None] * of_play,
+        (OFFSET, BIAS, PULL, PLAY, LOAD_STEER, LOAD_STEER_BENT),
+        alone.offset - alone.per_unloading * alone.unloading - alone.per_play * drives.play[:, d],
+        alone.offset_variance * wide + priors.offset_noise_sd_rad**2 + by_gradient,
+        None,
+    )
+
+
+def _row(n: int, *places: int | float | Numbers) -> Numbers:
+    """Zeros but for pairs of place and value."""
+    row = np.zeros((n, len(STATE)))
+    for place, value in zip(places[::2], places[1::2], strict=True):
+        row[:, place] = value  # type: ignore[index]
+    return row
+
+
+@dataclass(frozen=True)
+class _Alone:
+    """What a drive says without the priors that the core brought to it: these count once, in the truck's state.
+
+    `per_*` are the offset's slopes on the other two, `offset_variance` is given them.
+    """
+
+    offset: Numbers
+    unloading: Numbers
+    unloading_variance: Numbers
+    play_variance: Numbers
+    per_unloading: Numbers
+    per_play: Numbers
+    offset_variance: Numbers
+
+
+def _without_priors(drives: Drives, priors: Priors, d: int) -> _Alone:
+    unloading_variance, play_variance = drives.unloading_sd[:, d] ** 2, drives.play_sd[:, d] ** 2
+    per_unloading = drives.with_unloading[:, d] / unloading_variance
+    per_play = drives.with_play[:, d] / play_variance
+    own = drives.offset_sd[:, d] ** 2
+    rest = own - per_unloading**2 * unloading_variance - per_play**2 * play_variance
+    mean, prior = _believed_bias(drives, priors, d)
+    alone = _less_prior(unloading_variance, prior)
+    moved = (drives.unloading[:, d] - mean) * alone / prior
+    return _Alone(
+        offset=drives.offset[:, d] + per_unloading * moved,
+        unloading=drives.unloading[:, d] + moved,
+        unloading_variance=alone,
+        play_variance=_less_prior(play_variance, priors.play_sd_rad**2),
+        per_unloading=per_unloading,
+        per_play=per_play,
+        offset_variance=np.maximum(rest, 0.05 * own),  # the core's covariances are of a mixture: none of less
+    )
+
+
+def _less_prior(variance: Numbers, prior: Numbers | float) -> Numbers:
+    """Of the evidence alone; at most a hundred times as much."""
+    return np.asarray(variance / np.maximum(1.0 - variance / prior, 0.01))
+
+
+def _believed_bias(drives: Drives, priors: Priors, d: int) -> tuple[Numbers, Numbers]:
+    """Mean and variance of the accelerometer's bias by its prior, the roads' bank and the ground stood on, before the
+    steering says anything: core/joint_method.c, prior_of."""
+    side = drives.side[:, d]
+    bias, crown = np.zeros_like(side), side * priors.crown_m_s2
+    of_bias = np.full_like(side, priors.accelerometer_bias_sd_m_s2**2)
+    of_crown = priors.crown_sd_m_s2**2 + np.where(side == 0.0, priors.crown_m_s2, 0.0) ** 2
+    both = np.zeros_like(side)
+    for reading, share, sd in (
+        (drives.bank[:, d], 1.0, 0.0),
+        (drives.standing[:, d], priors.standing_crown_share_1, priors.standing_slope_sd_m_s2),
+    ):
+        has = np.isfinite(reading)
+        to_bias, to_crown = of_bias + share * both, both + share * of_crown
+        total = to_bias + share * to_crown + sd**2
+        innovation = np.where(has, reading - bias - share * crown, 0.0)
+        bias, crown = bias + to_bias / total * innovation, crown + to_crown / total * innovation
+        of_bias, of_crown, both = (
+            np.where(has, of_bias - to_bias**2 / total, of_bias),
+            np.where(has, of_crown - to_crown**2 / total, of_crown),
+            np.where(has, both - to_bias * to_crown / total, both),
+        )
+    return bias, of_bias

@@ -78,6 +78,8 @@ def test_a_known_pull_is_taken_off_the_offset_and_its_part_of_the_interval_shrin
         assert abs(known.offset.value - offset_to_find(truth)) < 0.15 * DEGREE
         assert known.native["offset_parts"]["pull_sd"] < 0.5 * without.native["offset_parts"]["pull_sd"]
         assert holds(known, offset_to_find(truth))
+        priors = {cause.cause: cause.prior.sd_m_s2 for cause in known.not_identifiable}
+        assert priors["pull"] == 0.02 and "axle_set_up" not in priors
 
 
 def test_a_known_pull_of_a_truck_without_play_is_not_taken_off_twice(tmp_path: Path) -> None:

@@ -232,7 +232,7 @@ static float wheels_of(oc_angle_tracking *t, const oc_angle_evidence *e, const o
         break;
     }
     const float steady = oc_front_wheel_by_yaw_rate(d->wheelbase * (1.0f + truck->wheelbase), t->yaw_rate, v,
-                                                    truck->gradient, a - truck->unloading);
+                                                    truck->gradient, a - truck->unloading + d->pull);
     t->cube = steady * steady * steady;
     return to_steering_wheel(d, steady - t->flattening * t->cube + t->lead * d->per_ratio * t->yaw_acceleration);
 }

@@ -69,6 +69,7 @@ typedef struct {
     oc_angle_method method;
     oc_ratio ratio;
     float wheelbase;                  /* m */
+    float pull;                       /* m/s^2, known, of what unloads the steering; the angle there is no zero */
     float yaw_rate_share;             /* of a new tick, of the filter's first pole */
     float stiffness, damping;         /* 1/s^2, 1/s, of its other two */
     float speed_share, bank_share, rate_share, takeover_share;

@@ -98,7 +98,9 @@ static void reset_standstill(oc_gyro_bias *state) {
 static void begin(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *p, double time) {
     if (!state->started) {
         state->started = 1;
-        state->P[BIAS][BIAS] = squared(p->gyro_bias_sd_rad_s);
+        const bool is_known = p->known_yaw_rate_bias_sd_rad_s > 0.0;
+        state->x[BIAS] = is_known ? p->known_yaw_rate_bias_rad_s : 0.0;
+        state->P[BIAS][BIAS] = squared(is_known ? p->known_yaw_rate_bias_sd_rad_s : p->gyro_bias_sd_rad_s);
         for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
             const int m = state_of(axle, MISMATCH), l = state_of(axle, LOAD), s = state_of(axle, SCALE);
             state->P[m][m] = squared(p->wheel_radius_mismatch_sd_1);

@@ -22,6 +22,13 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         design->scale[k] = design->of_sum[k] = oc_joint_model_get()->terms[k].sd;
     }
+    const oc_term_prior *gradient = &oc_joint_model_get()->terms[GRADIENT];
+    design->known = (oc_known_truck){
+        .width_sd = oc_joint_model_get()->terms[WIDTH].sd,
+        .set_up_share = 1.0f,
+        .wheelbase = {1.0f, 0.0f},
+        .gradient = {1.0f, gradient->mean / gradient->sd},
+    };
     design->of_sum[GRADIENT] *= design->steering_ratio;
     design->of_sum[WHEELBASE] *= design->ratio_times_wheelbase;
     design->of_sum[YAW_RATE_BIAS] *= -design->ratio_times_wheelbase;

@@ -18,11 +18,25 @@
 
 /* Priors: from params, standstill and other filters. */
 typedef struct {
-    float unloading_mean;   /* m/s^2, of a_0: the accelerometer's bias */
+    float unloading_mean;   /* m/s^2, of a_0: the accelerometer's bias and a known pull */
     float unloading_sd;     /* m/s^2 */
     float crown;            /* m/s^2, for which an axle may be set up */
     float yaw_rate_bias_sd; /* rad/s, of the yaw rate's correction */
 } oc_prior;
+
+/* A term's prior as the equations take it: in units of the term's scale, as an observation of that accuracy. */
+typedef struct {
+    float information, toward;
+} oc_term_information;
+
+/* What the truck is known to be; without that knowledge the model's priors. */
+typedef struct {
+    float play, play_accuracy; /* rad, width of play and wind-up together; 1/rad, 1 over its sd, 0: unknown */
+    float width_sd;            /* rad, of play whose other flank was not loaded */
+    float pull;                /* m/s^2, mean */
+    float set_up_share;        /* 1: an axle may be set up for the crown; 0: the pull is known */
+    oc_term_information wheelbase, gradient;
+} oc_known_truck;
 
 typedef struct {
     float step_s;                                 /* between samples */
@@ -33,6 +47,7 @@ typedef struct {
     float pull_sd;                                /* m/s^2, of wheel alignment and mean wind */
     float wander;                                 /* (m/s^2)^2, variance of a_0's random change in a second */
     float most_doubt;                             /* maximum divisor of a_0's prior information */
+    oc_known_truck known;
 } oc_hypothesis_design;
 
 /* Variance of a block's summed errors, relative to that of independent seconds. */

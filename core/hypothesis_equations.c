@@ -103,8 +103,11 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
     const float discounted = unloading / prior_discount(apart, prior->unloading_sd, design->most_doubt);
     information[UNLOADING] = discounted * unloading;
     information[YAW_RATE_BIAS] = bias * bias;
+    information[WHEELBASE] = design->known.wheelbase.information;
+    information[GRADIENT] = design->known.gradient.information;
     terms[UNLOADING] += discounted * apart;
-    terms[GRADIENT] += mean_of(GRADIENT) / scale[GRADIENT];
+    terms[WHEELBASE] += design->known.wheelbase.toward;
+    terms[GRADIENT] += design->known.gradient.toward;
     terms[WIDTH] += (h->width_mean - 2.0f * play->half_width) / scale[WIDTH];
     for (int32_t k = 0; k < OC_WINDS; ++k) {
         terms[WIND + k] -= play->wind[k] / scale[WIND + k];
@@ -116,6 +119,26 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
         terms[WINDUP] += (mean_of(WINDUP) - 2.0f * play->windup) / scale[WINDUP];
         terms[CREEP] += (share > 1.0f ? share - 1.0f : 1.0f - 1.0f / share) / scale[CREEP];
     }
+}
+
+/* Factors the equations with a known play as one more observation, of B + W, whose noise is the play's sd. It is added
+ * to the scatter for the time of the factoring, since it has a product of two terms; a rubbing hypothesis has no W. */
+static void factor_with_play(oc_hypothesis *h, const oc_hypothesis_design *design, oc_equations *equations) {
+    enum { WIDTHS = WIDTH * (WIDTH + 3) / 2, PRODUCT = WINDUP * (WINDUP + 1) / 2 + WIDTH, WINDUPS = PRODUCT + 2 };
+    const float accuracy = design->known.play_accuracy, noise = oc_hypothesis_noise(h);
+    const float width = accuracy * design->scale[WIDTH], windup = accuracy * design->scale[WINDUP];
+    const float widths = h->scatter[WIDTHS], product = h->scatter[PRODUCT], windups = h->scatter[WINDUPS];
+    const float apart = accuracy * (design->known.play - 2.0f * (h->play.half_width + h->play.windup));
+    const bool has_windup = creeps(&h->play);
+    h->scatter[WIDTHS] += noise * width * width;
+    h->scatter[PRODUCT] += has_windup ? noise * width * windup : 0.0f;
+    h->scatter[WINDUPS] += noise * windup * windup;
+    equations->terms[WIDTH] += width * apart;
+    equations->terms[WINDUP] += has_windup ? windup * apart : 0.0f;
+    oc_triangle_factor(h->scatter, equations->information, noise, equations->lower, equations->inverse);
+    h->scatter[WIDTHS] = widths;
+    h->scatter[PRODUCT] = product;
+    h->scatter[WINDUPS] = windups;
 }
 
 float oc_likelihood(float x) {
@@ -137,10 +160,10 @@ static float crown_setup_share(float apart, float crown, float variance) {
     return oc_clamp((likely - probability_low) / (probability_high - probability_low), 0.0f, 1.0f);
 }
 
-/* Variance of o = constant + i K a_0 by the terms: weights are its gradient. */
+/* Variance of o = constant + i K (a_0 - pull) by the terms: weights are its gradient. */
 static float variance_of_offset(const oc_hypothesis *h, const oc_hypothesis_design *design, oc_equations *equations) {
     const float *scale = design->scale, *terms = equations->terms;
-    const float unloading = h->play.unloading + terms[UNLOADING] * scale[UNLOADING];
+    const float unloading = h->play.unloading + terms[UNLOADING] * scale[UNLOADING] - design->known.pull;
     float *weights = equations->weights[OC_OF_OFFSET];
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         weights[k] = -h->means[k];
@@ -156,7 +179,7 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         h->constant -= h->means[k] * h->terms[k];
     }
-    h->offset = h->constant + design->steering_ratio * h->gradient * h->unloading;
+    h->offset = h->constant + design->steering_ratio * h->gradient * (h->unloading - design->known.pull);
 
     /* a_0 is accelerometer bias + pull + wind (docs/method.md, "Pull and wind"): bias is S^2, shown V, pull P^2,
      * of_bias 1 - s; in little play the lag of the steering imitates a_0, so V grows */
@@ -263,8 +286,12 @@ static void find_parameters(oc_hypothesis *h, const oc_hypothesis_design *design
 void oc_hypothesis_solve(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
                          const oc_second *second, oc_equations *equations) {
     set_up_equations(h, design, prior, equations);
-    oc_triangle_factor(h->scatter, equations->information, oc_hypothesis_noise(h), equations->lower,
-                       equations->inverse);
+    if (design->known.play_accuracy > 0.0f) {
+        factor_with_play(h, design, equations);
+    } else {
+        oc_triangle_factor(h->scatter, equations->information, oc_hypothesis_noise(h), equations->lower,
+                           equations->inverse);
+    }
     take_noise_out(h, design, second, equations);
     oc_triangle_solve_lower(equations->lower, equations->inverse, 0, equations->terms);
     oc_triangle_solve_upper(equations->lower, equations->inverse, equations->terms);

@@ -7,13 +7,21 @@
 /* Derived. */
 static const float one_degree = 0.017453292f; /* rad, pi/180 */
 
+/* Half the width of a known play's start: at its mean, and a standard deviation less and more. */
+static float known_half_width(int32_t k, const oc_known_truck *known) {
+    return oc_max(0.5f * (known->play + (float)(k - 1) / known->play_accuracy), 0.25f * one_degree);
+}
+
 /* docs/method.md, "Hypothesis set": three widths, each rubbing (friction < 0), or creeping about three a_0. */
-oc_play oc_joint_start_of(int32_t k) {
+oc_play oc_joint_start_of(int32_t k, const oc_known_truck *known) {
     static const float widths[3] = {2.0f, 6.0f, 12.0f};     /* deg */
     static const float unloadings[3] = {-0.2f, 0.0f, 0.2f}; /* m/s^2 */
     static const float creep = 100.0f * 0.017453292f;       /* rad/s per m/s^2, the prior's mean */
     const int32_t kind = k % 4;
     oc_play play = {.half_width = 0.5f * widths[k / 4] * one_degree, .friction = -1.0f};
+    if (known->play_accuracy > 0.0f) {
+        play.half_width = known_half_width(k / 4, known);
+    }
     if (kind > 0) {
         play.creep = creep;
         play.windup = 0.25f * one_degree;
@@ -26,9 +34,9 @@ oc_play oc_joint_start_of(int32_t k) {
 /* Every other three of the later starts have a wind-up that a motor unwinds: from a start without it, a hypothesis
  * converges to play instead (row `active_return` of bench/accuracy.py). Successive starts differ in width. Rubbing ones
  * come last, since they fit any drift. */
-static oc_play later_start_of(int32_t k) {
+static oc_play later_start_of(int32_t k, const oc_known_truck *known) {
     static const uint8_t kinds[4] = {2, 1, 3, 0};
-    oc_play play = oc_joint_start_of(4 * (k % 3) + kinds[k / 6]);
+    oc_play play = oc_joint_start_of(4 * (k % 3) + kinds[k / 6], known);
     if (k / 3 % 2 != 0 && play.friction >= 0.0f) {
         play.windup = one_degree;
         play.unwinding = 2.0f;
@@ -123,14 +131,14 @@ static void start_counterpart(oc_joint *joint) {
 
 /* Starts another hypothesis at intervals, since all early ones may have converged to a wrong play; later half as often.
  * One redundant hypothesis is removed each time, later two. */
-static void renew(oc_joint *joint) {
+static void renew(oc_joint *joint, const oc_known_truck *known) {
     static const float single_until_s = 300.0f;   /* tuned: no bench on record */
     static const float frequent_until_s = 600.0f; /* CHANGELOG.md: same errors on 2,280 tuning drives */
     const bool later = joint->second.used_s > single_until_s;
     const bool begins = joint->second.used_s < frequent_until_s || joint->second.long_blocks % 2 == 0;
     const int32_t replaced = redundant(joint);
     if (begins && (replaced >= 0 || joint->count < OC_JOINT_HYPOTHESES)) { /* in its place, which saves a copy */
-        const oc_play play = later_start_of(joint->next_start);
+        const oc_play play = later_start_of(joint->next_start, known);
         oc_hypothesis *h = &joint->hypotheses[replaced >= 0 ? replaced : joint->count++];
         joint->next_start = (joint->next_start + 1) % OC_JOINT_LATER_STARTS;
         const int32_t wanders = joint->hypotheses[joint->best].wanders;
@@ -162,7 +170,7 @@ void oc_joint_end_second(oc_joint *joint, const oc_joint_design *design) {
     second->used_s += second->second_s;
     second->trial_s = oc_clamp(0.05f * second->used_s, 60.0f, 600.0f);
     if (second->long_block_ends) {
-        renew(joint);
+        renew(joint, &design->hypothesis.known);
     }
     second->blocks += second->block_ends;
     second->long_blocks += second->long_block_ends;

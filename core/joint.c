@@ -59,7 +59,7 @@ static void start(oc_joint *joint, const oc_joint_design *design, double angle) 
         .learns = 1,
     };
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
-        const oc_play play = oc_joint_start_of(k);
+        const oc_play play = oc_joint_start_of(k, &design->hypothesis.known);
         oc_hypothesis_start(&joint->hypotheses[k], &play, angle);
     }
 }

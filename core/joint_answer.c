@@ -51,11 +51,10 @@ static float flank_rate(const oc_hypothesis *h) {
 /* Variance of the width by a flank that was not loaded long enough (docs/method.md, "The other flank"): with one flank,
  * free play and offset cannot be separated. A hypothesis without play needs longer, since seconds at the entries of
  * roundabouts look like outliers. `loaded`: time on the flank loaded for less, 1 where it suffices. */
-static float unloaded_width_variance(const oc_hypothesis *h, float hidden, float loaded) {
+static float unloaded_width_variance(const oc_hypothesis *h, float width_sd, float hidden, float loaded) {
     const float little = missing(2.0f * h->play.half_width / oc_joint_model_get()->little_play);
     const float lacks = missing(loaded);
     const float doubtful = lacks * oc_max(hidden, width_doubt_min * lacks * lacks);
-    const float width_sd = oc_joint_model_get()->terms[WIDTH].sd;
     return oc_max(doubtful, little * missing(no_play_share * loaded)) * width_sd * width_sd;
 }
 
@@ -93,6 +92,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
     float about[OC_OF_COUNT], values[OC_OF_COUNT];
     values_of(best, about);
     const float loaded = oc_min(joint->to_left, joint->to_right);
+    const float width_sd = design->hypothesis.known.width_sd;
     const float prior_gradient = oc_joint_model_get()->terms[GRADIENT].mean;
     float together[OC_OF_OFFSET] = {0};
     float all = 0.0f, pulled = 0.0f, set_up = 0.0f, leaning = 0.0f, set_up_leaning = 0.0f, per_acceleration = 0.0f;
@@ -105,7 +105,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
         const float own_load = per * oc_min(joint->to_left - h->left_before, joint->to_right - h->right_before);
         const float worse = oc_max(h->cost + h->doubt - best->cost - best->doubt, 0.0f);
         const float weight = oc_likelihood(worse + missing_flank_cost * (missing(own_load) - missing(per * loaded)));
-        const float hidden = weight * unloaded_width_variance(h, design->unseen, own_load);
+        const float hidden = weight * unloaded_width_variance(h, width_sd, design->unseen, own_load);
         const float borne = gradient_doubt * design->unseen * oc_max(h->gradient, prior_gradient);
         values_of(h, values);
         for (int32_t of_what = 0; of_what < OC_OF_COUNT; ++of_what) {

@@ -25,6 +25,7 @@ static void take_reading(bank_estimate *b, float reading, float share, float var
  * the ground at standstill. Without an accelerometer it is the unmeasured crown. */
 static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) {
     const oc_params *p = &c->params;
+    const oc_known_truck *known = &c->joint.hypothesis.known;
     const float yaw_rate_bias_sd = oc_past_bias_sd(&evidence->gyro_bias.past, (float)evidence->gyro_bias.sd);
     const float side = (float)c->vehicle.traffic_side, crown_size = (float)p->crown_m_s2;
     const float crown = side * crown_size;
@@ -32,12 +33,16 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
     const float turning = (float)p->joint_speed_min_m_s * 2.0f * yaw_rate_bias_sd;
     const float crown_sd = (float)p->crown_sd_m_s2;
     const float road = crown_sd * crown_sd + unknown_side * unknown_side + turning * turning;
-    oc_prior prior = {.unloading_mean = -crown, .unloading_sd = sqrtf(road), .yaw_rate_bias_sd = yaw_rate_bias_sd};
+    oc_prior prior = {
+        .unloading_mean = known->pull - crown, .unloading_sd = sqrtf(road), .yaw_rate_bias_sd = yaw_rate_bias_sd};
     if (!p->use_accelerometer) {
         return prior;
     }
-    const float bias_sd = (float)p->accelerometer_bias_sd_m_s2;
-    bank_estimate belief = {.crown = crown, .bias_variance = bias_sd * bias_sd, .crown_variance = road};
+    const bool knows_bias = p->known_accelerometer_bias_sd_m_s2 > 0.0;
+    const float bias_sd = (float)(knows_bias ? p->known_accelerometer_bias_sd_m_s2 : p->accelerometer_bias_sd_m_s2);
+    const float bias_mean = knows_bias ? (float)p->known_accelerometer_bias_m_s2 : 0.0f;
+    bank_estimate belief = {
+        .bias = bias_mean, .crown = crown, .bias_variance = bias_sd * bias_sd, .crown_variance = road};
     if (evidence->joint.bank_samples > 0.0) {
         /* the bank of a few seconds may be far from the mean crown */
         take_reading(&belief, (float)evidence->joint.bank_mean, 1.0f,
@@ -52,8 +57,8 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
         take_reading(&belief, (float)standing.value, (float)p->standing_crown_share_1, slope_sd * slope_sd + since);
     }
     const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
-    prior.crown = crown;
-    prior.unloading_mean = belief.bias;
+    prior.crown = crown * known->set_up_share;
+    prior.unloading_mean = belief.bias + known->pull;
     prior.unloading_sd = sqrtf(belief.bias_variance > variance_min ? belief.bias_variance : variance_min);
     return prior;
 }

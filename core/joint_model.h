@@ -24,6 +24,8 @@
  *   WHEELBASE         l        share by which the equivalent wheelbase is longer      i L kappa       0, 0.05        6
  *   GRADIENT          K        understeer gradient, rad/(m/s^2)                       i a             0.4, 0.4 deg   7
  *
+ * A truck may be known better (params.toml, "known"): then K, l and a_0 have other priors, B + W one more.
+ *
  * Sources: 1 wide, ours: bench/accuracy.py's drives decide; 2 past_bias.h; 3 pull and wind of bench/population.py and
  * more; 4 and 5 bench/population.py: king pins hold 0.02 to 0.2 m/s^2, play is 0 to 15 deg, in most trucks little;
  * 6 errors of vehicle files, row `vehicle_off`; 7 the thesis's truck, 4.2;

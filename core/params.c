@@ -62,6 +62,18 @@ static const oc_params defaults = {
     .standing_crown_share_1 = 0.5,
     .standing_slope_sd_m_s2 = 0.2,
     .tandem_side_force_m2_s2 = 0.0,
+    .known_play_rad = 0.0 * DEGREE,
+    .known_play_sd_rad = 0.0 * DEGREE,
+    .known_understeer_gradient_rad_m_s2 = 0.0 * DEGREE,
+    .known_understeer_gradient_sd_rad_m_s2 = 0.0 * DEGREE,
+    .known_wheelbase_share_1 = 0.0,
+    .known_wheelbase_share_sd_1 = 0.0,
+    .known_pull_m_s2 = 0.0,
+    .known_pull_sd_m_s2 = 0.0,
+    .known_accelerometer_bias_m_s2 = 0.0,
+    .known_accelerometer_bias_sd_m_s2 = 0.0,
+    .known_yaw_rate_bias_rad_s = 0.0 * DEGREE,
+    .known_yaw_rate_bias_sd_rad_s = 0.0 * DEGREE,
     /* end */
     .use_accelerometer = 1,
 };
@@ -127,6 +139,18 @@ static const struct {
     {0.0f, 1.0f}, /* standing_crown_share_1 */
     {0.001f, 10.0f}, /* standing_slope_sd_m_s2 */
     {0.0f, 100.0f}, /* tandem_side_force_m2_s2 */
+    {0.0f, 0.6f}, /* known_play_rad */
+    {0.0f, 0.6f}, /* known_play_sd_rad */
+    {-0.1f, 0.1f}, /* known_understeer_gradient_rad_m_s2 */
+    {0.0f, 0.1f}, /* known_understeer_gradient_sd_rad_m_s2 */
+    {-0.5f, 0.5f}, /* known_wheelbase_share_1 */
+    {0.0f, 0.5f}, /* known_wheelbase_share_sd_1 */
+    {-0.9f, 0.9f}, /* known_pull_m_s2 */
+    {0.0f, 10.0f}, /* known_pull_sd_m_s2 */
+    {-0.9f, 0.9f}, /* known_accelerometer_bias_m_s2 */
+    {0.0f, 10.0f}, /* known_accelerometer_bias_sd_m_s2 */
+    {-0.2f, 0.2f}, /* known_yaw_rate_bias_rad_s */
+    {0.0f, 1.0f}, /* known_yaw_rate_bias_sd_rad_s */
     /* end */
 };
 
@@ -224,6 +248,18 @@ static const char *const names[] = {
     "standing_crown_share_1",
     "standing_slope_sd_m_s2",
     "tandem_side_force_m2_s2",
+    "known_play_rad",
+    "known_play_sd_rad",
+    "known_understeer_gradient_rad_m_s2",
+    "known_understeer_gradient_sd_rad_m_s2",
+    "known_wheelbase_share_1",
+    "known_wheelbase_share_sd_1",
+    "known_pull_m_s2",
+    "known_pull_sd_m_s2",
+    "known_accelerometer_bias_m_s2",
+    "known_accelerometer_bias_sd_m_s2",
+    "known_yaw_rate_bias_rad_s",
+    "known_yaw_rate_bias_sd_rad_s",
     /* end */
     "method",
     "angle_method",

@@ -98,6 +98,31 @@ typedef struct {
     /* lateral force of the front tyres by a bend's curvature alone, since rear axles resist turning. 0, ours; 6x2 some
      * 12, 8x4 10, 6x4 19 */
     double tandem_side_force_m2_s2;
+    /* What the truck is known to be; a standard deviation of 0: not known */
+    /* free play of the steering, wind-up of the column included. 0 deg, the vehicle file or the truck's memory */
+    double known_play_rad;
+    double known_play_sd_rad; /* its standard deviation. 0 deg, 0: unknown */
+    /* K_us/g at the road wheel. 0 deg/(m/s^2), the vehicle file or the truck's memory */
+    double known_understeer_gradient_rad_m_s2;
+    /* its standard deviation, by load as well. 0 deg/(m/s^2), 0: unknown */
+    double known_understeer_gradient_sd_rad_m_s2;
+    /* share by which the equivalent wheelbase is longer than the vehicle file's. 0, the truck's memory */
+    double known_wheelbase_share_1;
+    double known_wheelbase_share_sd_1; /* its standard deviation. 0, 0: unknown */
+    /* lateral acceleration at which the steering unloads, by wheel alignment; positive to the left. 0, the vehicle file
+     * */
+    double known_pull_m_s2;
+    /* its standard deviation, in place of pull_sd_m_s2 and of an axle that may be set up for the crown. 0, 0: unknown
+     * */
+    double known_pull_sd_m_s2;
+    /* bias of the lateral accelerometer. 0, the vehicle file or the truck's memory */
+    double known_accelerometer_bias_m_s2;
+    /* its standard deviation, in place of accelerometer_bias_sd_m_s2. 0, 0: unknown */
+    double known_accelerometer_bias_sd_m_s2;
+    /* bias of the yaw rate sensor when the drive begins. 0 deg/s, the vehicle file or the truck's memory */
+    double known_yaw_rate_bias_rad_s;
+    /* its standard deviation, in place of gyro_bias_sd_rad_s. 0 deg/s, 0: unknown */
+    double known_yaw_rate_bias_sd_rad_s;
     /* end */
     /* whether the accelerometer is used at all (5.3.2, 5.5.3): 1, or 0 for r*v alone and no bank limit */
     int32_t use_accelerometer;

@@ -2,6 +2,15 @@
 
 #include <math.h>
 
+#include "bounds.h"
+#include "joint_model.h"
+
+/* Numerical. */
+/* Minimum standard deviations, against sums that single precision would lose beside them. */
+static const float play_sd_min = 1e-3f;      /* rad */
+static const float gradient_sd_min = 1e-4f;  /* rad/(m/s^2) */
+static const float wheelbase_sd_min = 1e-3f; /* share */
+
 /* Tuned; rows without a bench have none on record. */
 static const double new_clock_s = 1.0; /* s of ticks in order until a clock set back is the time */
 /* s, yaw rate after wheel: 0.1 s by yaw inertia and tyres, but lateral force is as much before a_y. Fixed by all rows
@@ -64,6 +73,35 @@ static int32_t rounded_up(double positive) {
     return whole + (whole < positive ? 1 : 0);
 }
 
+static oc_term_information information_of(double mean, double sd, float sd_min, float scale) {
+    const float accuracy = scale / oc_max((float)sd, sd_min);
+    return (oc_term_information){accuracy * accuracy, accuracy * accuracy * (float)mean / scale};
+}
+
+/* What params know of the truck takes the place of the model's priors. */
+static void set_known(oc_hypothesis_design *design, const oc_params *p) {
+    oc_known_truck *known = &design->known;
+    if (p->known_play_sd_rad > 0.0) {
+        const float sd = oc_max((float)p->known_play_sd_rad, play_sd_min);
+        known->play = (float)p->known_play_rad;
+        known->play_accuracy = 1.0f / sd;
+        known->width_sd = oc_min(known->width_sd, sd);
+    }
+    if (p->known_understeer_gradient_sd_rad_m_s2 > 0.0) {
+        known->gradient =
+            information_of(p->known_understeer_gradient_rad_m_s2, p->known_understeer_gradient_sd_rad_m_s2,
+                           gradient_sd_min, design->scale[GRADIENT]);
+    }
+    if (p->known_wheelbase_share_sd_1 > 0.0) {
+        known->wheelbase = information_of(p->known_wheelbase_share_1, p->known_wheelbase_share_sd_1, wheelbase_sd_min,
+                                          design->scale[WHEELBASE]);
+    }
+    if (p->known_pull_sd_m_s2 > 0.0) {
+        known->pull = (float)p->known_pull_m_s2;
+        known->set_up_share = 0.0f;
+    }
+}
+
 oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, const oc_params *params, double rate_hz) {
     if (oc_vehicle_check(vehicle) != NULL) {
         return OC_ERROR_VEHICLE;
@@ -97,10 +135,13 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
                          params->method == OC_METHOD_JOINT ? yaw_lag_s : 0.0, rate_hz);
     oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
     const bool sees_bank = params->use_accelerometer != 0 || params->method != OC_METHOD_JOINT;
-    const float pull = (float)params->pull_sd_m_s2, wind = (float)params->wind_sd_m_s2;
+    const bool knows_pull = params->known_pull_sd_m_s2 > 0.0;
+    const float pull = (float)(knows_pull ? params->known_pull_sd_m_s2 : params->pull_sd_m_s2);
+    const float wind = (float)params->wind_sd_m_s2;
     const float bank = sees_bank ? 0.0f : (float)params->crown_sd_m_s2;
     oc_joint_setup(&c->joint, &c->preprocess.lowpass, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
                    sqrtf(pull * pull + wind * wind + bank * bank), sees_bank, params->joint_memory_s);
+    set_known(&c->joint.hypothesis, params);
     const float shifts = pull * pull + wind * wind + bank * bank;
     c->joint.alignment_share = shifts > 0.0f ? pull * pull / shifts : 0.0f;
     c->joint.wind_share = shifts > 0.0f ? wind * wind / shifts : 0.0f;
@@ -110,5 +151,6 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     oc_ratio ratio = vehicle->ratio;
     ratio.ratio = vehicle->steering_ratio;
     oc_angle_setup(&c->angle, params->angle_method, &ratio, vehicle->wheelbase, rate_hz);
+    c->angle.pull = c->joint.hypothesis.known.pull / c->joint.borne;
     return OC_OK;
 }

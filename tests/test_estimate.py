@@ -253,7 +253,7 @@ def test_the_words_are_what_an_engineer_reads_first() -> None:
     answer = oc.offset(thesis_drive(yaw_rate_bias_deg_s=0.2), TABLE_2)
     said = re.fullmatch(
         r"straight-ahead offset (\S+) deg ± (\S+) from this drive; a pull or crosswind could hide ± (\S+) more; "
-        r"the steering has (\S+) deg of play; "
+        r"recalibrate: add -2\.\d deg; the steering has (\S+) deg of play; "
         r"the gyro is off by (\S+) deg/s and was corrected; driven (\d+) of 30 minutes usable(, \d+ rejected for .+)?",
         answer.words(),
     )

@@ -107,7 +107,7 @@ def test_the_page_loads_nothing_from_anywhere(text: str) -> None:
 
 def test_a_reader_meets_the_answer_in_words_before_any_picture(answer: Answer, text: str) -> None:
     assert answer.offset.value is not None and answer.offset.ci95 is not None
-    words = answer.words().replace("^2", "²")[1:]
+    words = answer.words().replace("^2", "²").replace("add -", "add −")[1:]
     for said in (f"{answer.offset.value / DEGREE:+.2f}", f"{answer.offset.ci95[0] / DEGREE:+.2f} to", words, "valid"):
         assert 0 < text.index(said) < text.index("<h2>The drive</h2>"), said
     for finding in answer.findings:

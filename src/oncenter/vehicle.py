@@ -24,10 +24,37 @@ _Positive = Annotated[Number, Field(gt=0)]
 _NotNegative = Annotated[Number, Field(ge=0)]
 _TrackWidth = Annotated[Number, Field(ge=1, le=3)]
 _Gradient = Annotated[Number, Field(ge=-5, le=5)]  # of trucks some 0 to 1
+APPLIED_MAX_DEG = 720.0  # of a correction, either sign: two turns
+_AppliedOffset = Annotated[Number, Field(ge=-APPLIED_MAX_DEG, le=APPLIED_MAX_DEG)]
+_Play = Annotated[Number, Field(ge=0, le=30)]
+_PlaySd = Annotated[Number, Field(ge=0.1, le=30)]
+_GradientSd = Annotated[Number, Field(ge=0.01, le=5)]
+_Pull = Annotated[Number, Field(ge=-0.9, le=0.9)]
+_AccelerometerBias = Annotated[Number, Field(ge=-0.9, le=0.9)]
+_AccelerationSd = Annotated[Number, Field(ge=0.001, le=10)]
+_YawRateBias = Annotated[Number, Field(ge=-10, le=10)]
+_YawRateBiasSd = Annotated[Number, Field(ge=0.001, le=50)]
 _CODE = "vehicle_file"  # of errors
 _SWITCH = "use_accelerometer"  # of the params the one that is no quantity
 # (m/s)^2, of `tandem_side_force_m2_s2`: between what laden and empty rigid trucks of that layout have
 _TANDEM_SIDE_FORCE_M2_S2 = {"6x2": 12.0, "6x4": 19.0, "8x4": 10.0}
+# By key: that of its standard deviation, and the params that have the two.
+_KNOWN = {
+    "play_deg": ("play_sd_deg", "known_play_deg", "known_play_sd_deg"),
+    "understeer_gradient_deg_m_s2": (
+        "understeer_gradient_sd_deg_m_s2",
+        "known_understeer_gradient_deg_m_s2",
+        "known_understeer_gradient_sd_deg_m_s2",
+    ),
+    "pull_m_s2": ("pull_sd_m_s2", "known_pull_m_s2", "known_pull_sd_m_s2"),
+    "accelerometer_bias_m_s2": (
+        "accelerometer_bias_sd_m_s2",
+        "known_accelerometer_bias_m_s2",
+        "known_accelerometer_bias_sd_m_s2",
+    ),
+    "yaw_rate_bias_deg_s": ("yaw_rate_bias_sd_deg_s", "known_yaw_rate_bias_deg_s", "known_yaw_rate_bias_sd_deg_s"),
+}
+_MAY_LACK_ITS_SD = "understeer_gradient_deg_m_s2"  # `oncenter.budget` takes it alone
 _BOUNDED_BY = {  # params that another bounds more closely than the core's table of ranges does
     "delay_band_hz": "below 'cutoff_hz'",
     "understeer_acceleration_max_m_s2": "at least 'understeer_acceleration_min_m_s2'",
@@ -73,10 +100,20 @@ class Vehicle(BaseModel):
         axle_layout: 4x2, 6x2, 6x4, 8x4; but for the first its rear axles resist turning, and load the front ones in
             bends: `tandem_side_force_m2_s2` where `params` do not say how much; an axle that steers itself hardly does.
         mass_kg: prior.
-        understeer_gradient_deg_m_s2: prior, K_us/g at the road wheel, -5 to 5.
+        understeer_gradient_deg_m_s2, understeer_gradient_sd_deg_m_s2: K_us/g at the road wheel, -5 to 5; for
+            `oncenter.budget`, and with the standard deviation a prior of the joint method. It changes with load: the
+            standard deviation must allow for that.
+        play_deg, play_sd_deg: free play at the steering wheel, full width, wind-up of the column included, as an
+            answer's `backlash`.
+        pull_m_s2, pull_sd_m_s2: lateral acceleration at which the steering is without moment because of the wheel
+            alignment, positive to the left.
+        accelerometer_bias_m_s2, accelerometer_bias_sd_m_s2: what the lateral accelerometer reads on level ground.
+        yaw_rate_bias_deg_s, yaw_rate_bias_sd_deg_s: what the yaw rate sensor reads at standstill.
+        offset_applied_deg: a correction that the ECU already adds to the sensor's reading, so that logs contain it.
         traffic_side: which side of the road is driven on: tells the side to which the crown falls.
         sensors: by how much they may be off, for `oncenter.budget`.
         signals: by signal name, how this truck's logs call it, for logs that use other names.
+            A value with `_sd_` is a standard deviation; a known value needs its own.
         params: of the estimator, where they differ from the core's defaults; an angle may be given in `_deg`.
         source: by key, where a value comes from.
     """
@@ -91,6 +128,16 @@ class Vehicle(BaseModel):
     axle_layout: Literal["4x2", "6x2", "6x4", "8x4"] | None = None
     mass_kg: _Positive | None = None
     understeer_gradient_deg_m_s2: _Gradient | None = None
+    understeer_gradient_sd_deg_m_s2: _GradientSd | None = None
+    play_deg: _Play | None = None
+    play_sd_deg: _PlaySd | None = None
+    pull_m_s2: _Pull | None = None
+    pull_sd_m_s2: _AccelerationSd | None = None
+    accelerometer_bias_m_s2: _AccelerometerBias | None = None
+    accelerometer_bias_sd_m_s2: _AccelerationSd | None = None
+    yaw_rate_bias_deg_s: _YawRateBias | None = None
+    yaw_rate_bias_sd_deg_s: _YawRateBiasSd | None = None
+    offset_applied_deg: _AppliedOffset = 0.0
     traffic_side: Literal["right", "left"] | None = None
     sensors: Sensors = Sensors()
     signals: Mapping[str, _SignalEntry] = {}
@@ -108,6 +155,23 @@ class Vehicle(BaseModel):
         if force is None or not isinstance(params, Mapping):
             return values
         return values | {"params": {"tandem_side_force_m2_s2": force, **params}}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_values(cls, values: Any) -> Any:
+        """As params of the core; what is of no right kind is left to those who refuse it by name."""
+        if not isinstance(values, dict) or not isinstance(values.get("params", {}), Mapping):
+            return values
+        given: dict[str, object] = {}
+        for key, (sd_key, param, sd_param) in _KNOWN.items():
+            value, sd = values.get(key), values.get(sd_key)
+            if value is None and sd is not None:
+                raise ValueError(f"'{sd_key}' is the standard deviation of '{key}', which is missing")
+            if value is not None and sd is None and key != _MAY_LACK_ITS_SD:
+                raise ValueError(f"'{key}' needs its standard deviation, '{sd_key}'")
+            if _is_number(value) and _is_number(sd):
+                given |= {param: value, sd_param: sd}
+        return values | {"params": {**given, **values.get("params", {})}} if given else values
 
     @field_validator("signals")
     @classmethod
@@ -204,6 +268,10 @@ def core_params(*layers: Mapping[str, float]) -> dict[str, float]:
     return values
 
 
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
+
+
 def _core_name(name: str, known: Mapping[str, float]) -> str:
     in_rad = re.sub(r"_deg(?=_|$)", "_rad", name)
     if in_rad not in known:
@@ -286,7 +354,7 @@ def _first_error(error: ValidationError) -> str:
         return f"'{key}' is not known here; {hint} {', '.join(near or fields)}"
     if first["type"] == "value_error":
         message = str(first["msg"]).removeprefix("Value error, ")
-        return message if key in ("signals", "params") else f"'{key}' {message}"  # those name what is in them
+        return message if key in ("", "signals", "params") else f"'{key}' {message}"  # those name what is in them
     return f"'{key}': {first['msg']}, got {first['input']!r}"
 
 

@@ -32,6 +32,20 @@ def offset(
     no_accelerometer: Annotated[
         bool, typer.Option("--no-accelerometer", help="Do without the lateral acceleration: yaw rate and speed alone.")
     ] = False,
+    applied: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEG",
+            help="A correction that the ECU already adds to the sensor's reading; in place of the vehicle file's.",
+        ),
+    ] = None,
+    memory: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="TRUCK.toml",
+            help="What earlier drives of this truck found: the drive starts from it and adds to it. Made if missing.",
+        ),
+    ] = None,
     dbc: Dbc = None,
     source: Source = None,
 ) -> None:
@@ -40,25 +54,50 @@ def offset(
     from oncenter.cli.logs import read_logs
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.files.whole_file import check_place
+    from oncenter.memory import offset_with_memory, read_memory, write_memory
     from oncenter.offset.findings import gravest_first
 
-    spare_inputs({"--report": report}, [*logs, vehicle_file, *(dbc or ())])
-    truck = oc.vehicle(vehicle_file)
-    if report is not None:
-        check_place(report)
+    inputs = [*logs, vehicle_file, *(dbc or ())]
+    spare_inputs({"--memory": memory}, inputs)
+    spare_inputs({"--report": report}, [*inputs, memory])
+    truck = with_applied(oc.vehicle(vehicle_file), applied)
+    for output in (report, memory):
+        if output is not None:
+            check_place(output)
+    before = None if memory is None else read_memory(memory, truck.name)
     drives, told = read_logs(logs, truck, dbc or (), sources_of(source))
     with progress_bar("answering", *logs) as progress:
-        answer = oc.offset(
-            drives,
-            truck,
-            method=method,
-            params={"use_accelerometer": 0.0} if no_accelerometer else None,
-            progress=progress,
-        )
+        params = {"use_accelerometer": 0.0} if no_accelerometer else None
+        if before is None:
+            answer, after = oc.offset(drives, truck, method=method, params=params, progress=progress), None
+        else:
+            answer, after = offset_with_memory(drives, truck, before, method=method, params=params, progress=progress)
     answer = replace(answer, findings=gravest_first((*told, *answer.findings)))
     typer.echo(answer.to_json(schema) if json else as_table(answer))  # before a page that a full disk may refuse
+    if memory is not None and after is not None and after != before:
+        write_memory(memory, after)
     if report is not None:
         oc.report(answer, report)
+
+
+def with_applied(truck: oc.Vehicle, applied_deg: float | None) -> oc.Vehicle:
+    """With the correction that a command line gives in place of the vehicle file's.
+
+    Raises:
+        OncenterError: "usage", exit code 2: beyond two turns, or no number.
+    """
+    from oncenter.errors import WRONG_USAGE, OncenterError
+    from oncenter.vehicle import APPLIED_MAX_DEG
+
+    if applied_deg is None:
+        return truck
+    if not abs(applied_deg) <= APPLIED_MAX_DEG:
+        raise OncenterError(
+            f"--applied must be {-APPLIED_MAX_DEG:g} to {APPLIED_MAX_DEG:g}, got {applied_deg:g}",
+            code="usage",
+            exit_code=WRONG_USAGE,
+        )
+    return truck.model_copy(update={"offset_applied_deg": applied_deg})
 
 
 def as_table(answer: oc.Answer) -> str:

@@ -12,7 +12,9 @@ from typing import Any, Literal
 
 from oncenter.offset.cause import Cause, in_words, together_rad
 from oncenter.offset.changes import Change
+from oncenter.offset.correction import NO_CORRECTION, Correction
 from oncenter.offset.findings import Finding
+from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.drives import Summary
 from oncenter.vehicle import Vehicle
@@ -118,9 +120,16 @@ class Answer:
     drives: tuple[Signals, ...]
     summary: Summary | None
 
+    @property
+    def correction(self) -> Correction | None:
+        """None unless the offset is valid; nor of a relative sensor, whose zero is another after each ignition."""
+        if self.offset.value is None or self.offset.status != "valid" or any(map(is_relative, self.drives)):
+            return None
+        return Correction(self.vehicle.offset_applied_deg * DEGREE, -self.offset.value)
+
     def words(self) -> str:
         """The answer in one paragraph."""
-        parts = [self.offset_words()]
+        parts = [self.offset_words(), *self._correction_words()]
         if self.backlash.value is not None:
             parts.append(f"the steering has {_play(self.backlash)} of play")
         bias = self.yaw_rate_bias.value
@@ -148,6 +157,13 @@ class Answer:
         """Of `offset_ci95_drive`."""
         return None if self.offset_ci95_drive is None else 0.5 * (self.offset_ci95_drive[1] - self.offset_ci95_drive[0])
 
+    def _correction_words(self) -> list[str]:
+        """None where the interval holds zero, since a correction might then make it worse."""
+        ci95 = self.offset.ci95
+        if self.correction is None or ci95 is None or ci95[0] <= 0.0 <= ci95[1]:
+            return []
+        return [self.correction.words()]
+
     def _driven(self) -> str:
         """How much of the drive was of use, and what took the most of the rest."""
         unit, per_unit = ("minutes", 60.0) if self.duration_s >= 120.0 else ("seconds", 1.0)
@@ -174,11 +190,13 @@ class Answer:
             "signals": dict(self.sources),
             "offset": {
                 **self.offset.to_dict(),
+                "applied_deg": self.vehicle.offset_applied_deg,
                 "variance_if_independent_deg2": None
                 if self.offset.value is None or self.variance_if_independent_rad2 is None
                 else self.variance_if_independent_rad2 / DEGREE**2,
                 **({} if schema == "offset-1" else self._parts()),
             },
+            "correction": NO_CORRECTION if self.correction is None else self.correction.to_dict(),
             "understeer_gradient": self.understeer_gradient.to_dict(),
             "backlash": self.backlash.to_dict(),
             "unloading_acceleration": self.unloading_acceleration.to_dict(),

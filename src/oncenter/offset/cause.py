@@ -62,8 +62,9 @@ def causes_of(parts: Mapping[str, float], params: Mapping[str, float], traffic_s
 
 def _causes(parts: Mapping[str, float], params: Mapping[str, float], traffic_sign: float) -> Iterator[Cause]:
     per = parts["per_acceleration"]
+    knows_pull = params["known_pull_sd_m_s2"] > 0.0  # which then includes how the axle is set up
     for name, param, about in (
-        ("pull", "pull_sd_m_s2", "lateral force by the wheel alignment"),
+        ("pull", "known_pull_sd_m_s2" if knows_pull else "pull_sd_m_s2", "lateral force by the wheel alignment"),
         ("mean_wind", "wind_sd_m_s2", "a drive's mean crosswind"),
     ):
         prior = Prior(params[param], f"{about}: {_origin(param, params)}")
@@ -71,7 +72,7 @@ def _causes(parts: Mapping[str, float], params: Mapping[str, float], traffic_sig
         if prior.sd_m_s2 > 0.0:
             yield Cause("pull" if name == "pull" else "mean_wind", _shift(sd_rad, per, prior), sd_rad, prior)
     crown = params["crown_m_s2"]
-    if traffic_sign != 0.0 and crown > 0.0 and params["use_accelerometer"]:
+    if traffic_sign != 0.0 and crown > 0.0 and params["use_accelerometer"] and not knows_pull:
         sd_m_s2 = crown * math.sqrt(_SET_UP_PROBABILITY * (1.0 - _SET_UP_PROBABILITY))
         about = f"one axle in twenty is set up to unload on a crown of {crown:g} m/s^2"
         prior = Prior(sd_m_s2, f"{about}: {_origin('crown_m_s2', params)}")

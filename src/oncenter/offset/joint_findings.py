@@ -54,6 +54,7 @@ def joint_findings(
         wheelbase_m: as the vehicle file has it, (10) applied.
         traffic_sign: 1 where traffic keeps right, -1 left, 0 unknown.
     """
+    params = _with_known_spreads(params)
     yield from map(_change, changes)
     yield _play(native)
     other_side = _crown(native, params, traffic_sign)
@@ -65,6 +66,12 @@ def joint_findings(
     yield _unseen_flank(native, params)
     yield _no_understeer(native, params)
     yield _interval(native, params, steering_ratio, traffic_sign)
+
+
+def _with_known_spreads(params: Mapping[str, float]) -> Mapping[str, float]:
+    """Standard deviations that the truck's own take the place of."""
+    own = {name: params[f"known_{name}"] for name in ("pull_sd_m_s2", "accelerometer_bias_sd_m_s2")}
+    return {**params, **{name: sd for name, sd in own.items() if sd > 0.0}}
 
 
 def _change(change: Change) -> Finding | None:

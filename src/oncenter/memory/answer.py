@@ -1,0 +1,88 @@
+"""The answer of drives that start from a truck's memory, and the memory after them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.memory.drive import priors, with_drive
+from oncenter.memory.log import key_of, start_of_drive
+from oncenter.memory.truck import TruckMemory
+from oncenter.offset.answer import DEFAULT_METHOD, Answer, Method
+from oncenter.offset.run import offset
+from oncenter.signals import DEGREE, Signals
+from oncenter.vehicle import Vehicle
+
+_KNOWS_MEMORY: Method = "joint"
+_NOTHING_ADDED = "nothing was added to the truck's memory, since a signal of this drive is at fault"
+
+
+def offset_with_memory(
+    drives: Sequence[Signals],
+    vehicle: Vehicle,
+    memory: TruckMemory,
+    *,
+    method: Method = DEFAULT_METHOD,
+    params: Mapping[str, float] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Answer, TruckMemory]:
+    """The answer of `oncenter.offset`, and the memory to keep.
+
+    Drives of which one is in the memory already start without it, since it contains what they say, and add nothing.
+
+    Args:
+        drives, vehicle, method, params, progress: as for `oncenter.offset`; `params` are over the memory.
+        memory: of this truck, before these drives.
+
+    Raises:
+        OncenterError: as `oncenter.offset`; "method", exit code 2: another method than "joint".
+    """
+    if method != _KNOWS_MEMORY:
+        raise OncenterError(
+            f"a memory needs method '{_KNOWS_MEMORY}', got '{method}'", code="method", exit_code=WRONG_USAGE
+        )
+    keys = [key_of(drive) for drive in drives]
+    if any(map(memory.has, keys)):
+        answer = offset(drives, vehicle, method=method, params=params, progress=progress)
+        return _noted(answer, _again([d.log for d, key in zip(drives, keys, strict=True) if memory.has(key)])), memory
+    start_s = max((start_of_drive(drive, _path(drive)) for drive in drives), default=0.0)
+    started_from = priors(memory, vehicle, start_s)
+    answer = offset(drives, vehicle, method=method, params={**started_from, **(params or {})}, progress=progress)
+    after = with_drive(memory, answer, keys, start_s, started_from)
+    answer = _noted(answer, _started(started_from))
+    return (_noted(answer, _NOTHING_ADDED) if after == memory else answer), after
+
+
+def _path(drive: Signals) -> Path | None:
+    """Of the log, where it is a file."""
+    path = Path(drive.log)
+    return path if path.is_file() else None
+
+
+def _noted(answer: Answer, note: str) -> Answer:
+    return replace(answer, notes=(*answer.notes, note)) if note else answer
+
+
+def _again(logs: Sequence[str]) -> str:
+    is_one = len(logs) == 1
+    return (
+        f"{', '.join(logs)} {'is' if is_one else 'are'} in the truck's memory already: this answer does without the "
+        "memory, and adds nothing to it"
+    )
+
+
+def _started(known: Mapping[str, float]) -> str:
+    """What the drive started from, with standard deviations; nothing where the memory was empty."""
+    parts = [
+        f"{words} {known[name.format('')] / factor:.{digits}f} ± {known[name.format('_sd')] / factor:.{digits}f} {unit}"
+        for words, name, factor, digits, unit in (
+            ("play", "known_play{}_rad", DEGREE, 1, "deg"),
+            ("understeer gradient", "known_understeer_gradient{}_rad_m_s2", DEGREE, 2, "deg/(m/s^2)"),
+            ("yaw rate bias", "known_yaw_rate_bias{}_rad_s", DEGREE, 2, "deg/s"),
+            ("accelerometer bias", "known_accelerometer_bias{}_m_s2", 1.0, 2, "m/s^2"),
+        )
+        if name.format("") in known
+    ]
+    return f"the truck's memory gave: {', '.join(parts)} (one standard deviation)" if parts else ""

@@ -1,0 +1,194 @@
+"""A drive starts from a truck's memory, and adds to it. The drive's result contains the memory already, as a prior."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from oncenter import _core
+from oncenter.memory.truck import Drive, Known, Load, TruckMemory
+from oncenter.offset.answer import Answer, Estimate
+from oncenter.offset.inputs import params_of
+from oncenter.signals import DEGREE
+from oncenter.vehicle import Vehicle
+
+# How what is known ages: standard deviations of random walks, per root of a day. All ours, without a bench on record.
+_PLAY_WALK = 0.1 * DEGREE  # rad: 1.9 deg in a year, by wear and adjustment
+_GRADIENT_WALK = 0.002 * DEGREE  # rad/(m/s^2): a tenth of a usual one in a year, by tyres
+_WHEELBASE_WALK = 0.001  # share: 2 % in a year
+_YAW_RATE_BIAS_WALK = 0.02 * DEGREE  # rad/s: 0.1 in a month; each ignition adds the core's own
+_ACCELERATION_WALK = 0.01  # m/s^2: 0.05 in a month
+# Below which many drives do not get, since they are wrong alike.
+_PLAY_SD_MIN = 0.3 * DEGREE  # rad: by which drives of a truck scatter, docs/fleet.md
+_WHEELBASE_BETWEEN = 0.03  # share, from drive to drive by load: docs/fleet.md
+_GROUND_COMMON = 0.7  # of the sd of the ground's slope: half of its variance is the yard's where a truck mostly stands
+_GRADIENT_SHARE_MIN = 0.05  # of K: two loads are never quite alike
+_ANOTHER_LOAD_SD, _ANOTHER_LOAD_SHARE = 3.0, 0.1  # a gradient further off by both begins another load
+_LOADS_MAX, _DRIVES_MAX = 8, 50
+_LIFTS = ("6x2",)  # axle layouts whose wheelbase changes when an axle is lifted
+_CONTRADICTS = 3.0  # sd of what is remembered, from which a wider result takes its place
+_MODEL_GRADIENT = (0.4 * DEGREE, 0.4 * DEGREE)  # mean and sd of the core's own prior, core/joint_model.h
+
+
+def priors(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> dict[str, float]:
+    """What a drive at that time starts from, as params of the core; known values of the vehicle file come first."""
+    p = params_of(vehicle, None)
+    found = {
+        "known_play{}_rad": _aged_play(memory, at_s),
+        "known_understeer_gradient{}_rad_m_s2": _gradient_of_next(memory, at_s),
+        "known_wheelbase_share{}_1": _aged_wheelbase(memory, vehicle, at_s),
+        "known_accelerometer_bias{}_m_s2": _aged_accelerometer(memory, p, at_s),
+        "known_yaw_rate_bias{}_rad_s": _aged_yaw_rate_bias(memory, p, at_s),
+    }
+    return {
+        name.format(part): value
+        for name, known in found.items()
+        if known is not None and name.format("_sd") not in vehicle.params
+        for part, value in (("", known.value), ("_sd", known.sd))
+    }
+
+
+def with_drive(
+    memory: TruckMemory, answer: Answer, keys: Sequence[str], start_s: float, started_from: Mapping[str, float]
+) -> TruckMemory:
+    """The memory after a drive; as it was where the angle sensor or another signal is at fault.
+
+    Args:
+        memory: from before it.
+        answer: of the drive, or of several at once; by the joint method.
+        keys: of its logs' contents, none of which the memory has.
+        start_s: when it began.
+        started_from: the `priors` of the answer.
+    """
+    if answer.sensor_fault != "none" or answer.offset.status == "invalid":
+        return memory
+    vehicle, p = answer.vehicle, answer.params
+    offset = _known(answer.offset, start_s, ("valid", "converging"))
+    value, offset_sd = (None, None) if offset is None else (offset.value, offset.sd)
+    added = [Drive(key, start_s, value, offset_sd, answer.offset.status) for key in keys]
+    return replace(
+        memory,
+        play=_renewed(memory.play, _aged_play(memory, start_s), _known(answer.backlash, start_s)),
+        yaw_rate_bias=_renewed(
+            memory.yaw_rate_bias, _aged_yaw_rate_bias(memory, p, start_s), _known(answer.yaw_rate_bias, start_s)
+        ),
+        accelerometer_bias=_with_standstill(memory, answer, start_s),
+        equivalent_wheelbase=_renewed(
+            memory.equivalent_wheelbase,
+            _in_metres(_aged_wheelbase(memory, vehicle, start_s), vehicle.wheelbase_m),
+            _known(answer.equivalent_wheelbase, start_s),
+        ),
+        loads=_with_gradient(memory, answer, start_s, started_from),
+        drives=tuple([*memory.drives, *added][-_DRIVES_MAX:]),
+    )
+
+
+def _known(estimate: Estimate, date_s: float, statuses: Sequence[str] = ("valid",)) -> Known | None:
+    if estimate.value is None or estimate.ci95 is None or estimate.status not in statuses:
+        return None
+    low, high = estimate.ci95
+    sd = max(high - estimate.value, estimate.value - low) / 1.96
+    return Known(estimate.value, sd, date_s) if sd > 0.0 else None
+
+
+def _renewed(before: Known | None, prior: Known | None, result: Known | None) -> Known | None:
+    """A drive's result in place of what was remembered, where it knows more, or contradicts it."""
+    if result is None:
+        return before
+    if before is None or prior is None:
+        return result
+    contradicts = abs(result.value - prior.value) > _CONTRADICTS * prior.sd
+    return result if result.sd <= prior.sd or contradicts else before
+
+
+def _aged_play(memory: TruckMemory, at_s: float) -> Known | None:
+    return memory.play and memory.play.aged(at_s, _PLAY_WALK, sd_min=_PLAY_SD_MIN)
+
+
+def _aged_yaw_rate_bias(memory: TruckMemory, p: Mapping[str, float], at_s: float) -> Known | None:
+    bias = memory.yaw_rate_bias
+    return bias and _if_narrower(
+        bias.aged(at_s, _YAW_RATE_BIAS_WALK, p["gyro_bias_ignition_sd_rad_s"]), p["gyro_bias_sd_rad_s"]
+    )
+
+
+def _aged_accelerometer(memory: TruckMemory, p: Mapping[str, float], at_s: float) -> Known | None:
+    bias = memory.accelerometer_bias
+    return bias and _if_narrower(bias.aged(at_s, _ACCELERATION_WALK), p["accelerometer_bias_sd_m_s2"])
+
+
+def _aged_wheelbase(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> Known | None:
+    """As a share of the vehicle file's."""
+    if memory.equivalent_wheelbase is None or vehicle.axle_layout in _LIFTS:
+        return None
+    found = memory.equivalent_wheelbase
+    share = Known(found.value / vehicle.wheelbase_m - 1.0, found.sd / vehicle.wheelbase_m, found.date_s)
+    return share.aged(at_s, _WHEELBASE_WALK, _WHEELBASE_BETWEEN)
+
+
+def _in_metres(share: Known | None, wheelbase_m: float) -> Known | None:
+    return share and Known(wheelbase_m * (1.0 + share.value), wheelbase_m * share.sd, share.date_s)
+
+
+def _if_narrower(known: Known, sd: float) -> Known | None:
+    return known if known.sd < sd else None
+
+
+def _gradient_of_next(memory: TruckMemory, at_s: float) -> Known | None:
+    """Of a drive at a load that is unknown: one of those so far, by their drives, or another, as one drive more."""
+    if not memory.loads:
+        return None
+    aged = [(load.drives, load.gradient.aged(at_s, _GRADIENT_WALK)) for load in memory.loads]
+    parts = [*((count, known.value, known.sd) for count, known in aged), (1, *_MODEL_GRADIENT)]
+    drives = sum(count for count, _, _ in parts)
+    mean = sum(count * value for count, value, _ in parts) / drives
+    variance = sum(count * (sd**2 + (value - mean) ** 2) for count, value, sd in parts) / drives
+    return Known(mean, math.sqrt(variance), at_s)
+
+
+def _with_gradient(
+    memory: TruckMemory, answer: Answer, start_s: float, started_from: Mapping[str, float]
+) -> tuple[Load, ...]:
+    result = _known(answer.understeer_gradient, start_s)
+    if result is None:
+        return memory.loads
+    known = {**answer.vehicle.params, **started_from}
+    prior = (known.get("known_understeer_gradient_rad_m_s2"), known.get("known_understeer_gradient_sd_rad_m_s2"))
+    mean, sd = _MODEL_GRADIENT if prior[0] is None or not prior[1] else (prior[0], prior[1])
+    found = result.without(Known(mean, sd, start_s))
+    if found is None:
+        return memory.loads
+    found = replace(found, sd=max(found.sd, _GRADIENT_SHARE_MIN * abs(found.value)))
+    loads = list(memory.loads)
+    apart = [_apart(load.gradient.aged(start_s, _GRADIENT_WALK), found) for load in loads]
+    nearest = min(range(len(loads)), key=lambda k: apart[k], default=None)
+    if nearest is None or apart[nearest] > 1.0:
+        return tuple(sorted([*loads, Load(found, 1)], key=lambda load: load.gradient.date_s)[-_LOADS_MAX:])
+    both = loads[nearest].gradient.aged(start_s, _GRADIENT_WALK).combined(found)
+    both = replace(both, sd=max(both.sd, _GRADIENT_SHARE_MIN * abs(both.value)))
+    loads[nearest] = Load(both, loads[nearest].drives + 1)
+    return tuple(loads)
+
+
+def _apart(known: Known, found: Known) -> float:
+    """Beyond 1 it is of another load."""
+    distance = abs(found.value - known.value)
+    in_sds = distance / (_ANOTHER_LOAD_SD * math.hypot(known.sd, found.sd))
+    return min(in_sds, distance / (_ANOTHER_LOAD_SHARE * abs(known.value) or 1.0))
+
+
+def _with_standstill(memory: TruckMemory, answer: Answer, start_s: float) -> Known | None:
+    """By the reading alone: it contains no prior."""
+    standing, p = answer.native["standstill_lateral_acceleration"], answer.params
+    if _core.STATUSES[standing["status"]] != "valid" or not p["use_accelerometer"]:
+        return memory.accelerometer_bias
+    crown, side = p["standing_crown_share_1"] * p["crown_m_s2"], answer.vehicle.traffic_sign
+    crown_sd = p["standing_crown_share_1"] * p["crown_sd_m_s2"]
+    unknown_side = 0.0 if side else crown
+    sd = math.hypot(p["standing_slope_sd_m_s2"], crown_sd, unknown_side)
+    sd_min = math.hypot(_GROUND_COMMON * p["standing_slope_sd_m_s2"], unknown_side)
+    found = Known(standing["value"] - side * crown, sd, start_s)
+    aged = memory.accelerometer_bias and memory.accelerometer_bias.aged(start_s, _ACCELERATION_WALK)
+    both = found if aged is None else aged.combined(found)
+    return replace(both, sd=max(both.sd, sd_min))

@@ -1,0 +1,89 @@
+"""What is remembered of one truck, and how it ages. SI and rad; times in s since 1970."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+DAY_S = 86400.0
+
+
+@dataclass(frozen=True)
+class Known:
+    """A quantity, its standard deviation, and the time of which both are true."""
+
+    value: float
+    sd: float
+    date_s: float
+
+    def aged(self, at_s: float, sd_per_root_day: float, sd_between: float = 0.0, sd_min: float = 0.0) -> Known:
+        """As another drive may rely on it.
+
+        Args:
+            at_s: when that drive is; one before `date_s` is as far away as one after it.
+            sd_per_root_day: of a random walk, which grows with the square root of time.
+            sd_between: by which it differs from drive to drive besides.
+            sd_min: below which many drives do not get, since they are wrong alike.
+        """
+        days = abs(at_s - self.date_s) / DAY_S
+        sd = math.sqrt(self.sd**2 + sd_per_root_day**2 * days + sd_between**2)
+        return Known(self.value, max(sd, sd_min), at_s)
+
+    def combined(self, other: Known) -> Known:
+        """By Bayes, of two that do not contain each other; the date is the other's."""
+        own, others = 1.0 / self.sd**2, 1.0 / other.sd**2
+        total = own + others
+        return Known((own * self.value + others * other.value) / total, math.sqrt(1.0 / total), other.date_s)
+
+    def without(self, prior: Known) -> Known | None:
+        """What a drive alone says, of a result that contains a prior; None where it says nothing."""
+        left = 1.0 / self.sd**2 - 1.0 / prior.sd**2
+        if not left > 0.0:
+            return None
+        value = (self.value / self.sd**2 - prior.value / prior.sd**2) / left
+        return Known(value, math.sqrt(1.0 / left), self.date_s)
+
+
+@dataclass(frozen=True)
+class Load:
+    """The understeer gradient at one load, rad/(m/s^2), by so many drives."""
+
+    gradient: Known
+    drives: int
+
+
+@dataclass(frozen=True)
+class Drive:
+    """One that was added: the key of its log's content, its begin and its offset (rad), which is no prior."""
+
+    key: str
+    start_s: float
+    offset: float | None
+    offset_sd: float | None
+    status: str
+
+
+@dataclass(frozen=True)
+class TruckMemory:
+    """What drives so far told of a truck; None what none told.
+
+    Attributes:
+        truck: the vehicle file's name.
+        play: rad, full width at the steering wheel, wind-up included.
+        yaw_rate_bias: rad/s, at the end of the last drive.
+        accelerometer_bias: m/s^2, by standstills, the ground's slope in its standard deviation.
+        equivalent_wheelbase: m.
+        loads: gradients, one a load that differs.
+        drives: the last ones, oldest first.
+    """
+
+    truck: str
+    play: Known | None = None
+    yaw_rate_bias: Known | None = None
+    accelerometer_bias: Known | None = None
+    equivalent_wheelbase: Known | None = None
+    loads: tuple[Load, ...] = ()
+    drives: tuple[Drive, ...] = ()
+
+    def has(self, key: str) -> bool:
+        return any(drive.key == key for drive in self.drives)

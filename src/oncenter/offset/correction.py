@@ -1,0 +1,46 @@
+"""The correction that takes an offset out, with the one that the ECU applies already: neither is ever added twice.
+
+A logged angle is the sensor's reading plus the applied correction. The offset of a log is therefore what remains.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from oncenter.signals import DEGREE
+
+
+@dataclass(frozen=True)
+class Correction:
+    """In rad, all added to the sensor's reading.
+
+    Attributes:
+        applied: what the ECU adds already.
+        remaining: what must be added to that.
+    """
+
+    applied: float
+    remaining: float
+
+    @property
+    def total(self) -> float:
+        """What the ECU must add in the end."""
+        return self.applied + self.remaining
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"remaining_deg": self.remaining / DEGREE, "total_deg": self.total / DEGREE}
+
+    def words(self) -> str:
+        """What to set, for a workshop."""
+        remaining, applied = round(self.remaining / DEGREE, 1) + 0.0, round(self.applied / DEGREE, 3)  # no -0.0
+        if applied == 0.0:
+            return f"recalibrate: add {remaining:+.1f} deg"
+        total = round(applied + remaining, 3) + 0.0
+        return (
+            f"recalibrate: add {remaining:+.1f} deg to the {applied:+.4g} deg that is applied already: "
+            f"set {total:+.4g} deg"
+        )
+
+
+NO_CORRECTION = {"remaining_deg": None, "total_deg": None}  # where no valid offset is given

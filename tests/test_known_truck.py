@@ -1,0 +1,223 @@
+"""What a truck is known to be, from a vehicle file or its memory, narrows the answer and leaves it right."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from oncenter._native import lib
+from one_hypothesis import SAMPLES, WIDTH_TERM, WINDUP_TERM, Learner, Play, driven
+
+import oncenter as oc
+from oncenter import _core
+from oncenter.signals import DEGREE, Signals
+from oncenter.simulate import Truth
+from oncenter.vehicle import Vehicle, core_of, vehicle_from
+
+TRUCK = {
+    "wheelbase_m": 3.7,
+    "steering_ratio": 19.3,
+    "track_width_front_m": 2.05,
+    "track_width_rear_m": 1.83,
+    "traffic_side": "right",
+}
+PULL_M_S2 = -0.085  # of `pulls`, as the simulator has it without noise
+
+
+def truck(**known: float) -> Vehicle:
+    return vehicle_from({**TRUCK, **known}, "truck.toml")
+
+
+def drive(folder: Path, base: str, seed: int, duration_s: float, steering: str) -> tuple[Signals, Truth]:
+    scenario = folder / "drive.toml"
+    scenario.write_text(f'base = "{base}"\n[drive]\nduration_s = {duration_s}\n[steering]\n{steering}\n')
+    return oc.simulate(scenario, seed)
+
+
+def offset_to_find(truth: Truth) -> float:
+    """What the sensor reads straight ahead, without lateral acceleration."""
+    return truth.offset_rad + truth.straight_ahead_rad
+
+
+def half_width(answer: oc.Answer) -> float:
+    assert answer.offset.ci95 is not None
+    return 0.5 * (answer.offset.ci95[1] - answer.offset.ci95[0])
+
+
+def holds(answer: oc.Answer, value: float) -> bool:
+    assert answer.offset.ci95 is not None
+    return answer.offset.ci95[0] <= value <= answer.offset.ci95[1]
+
+
+@pytest.mark.parametrize(("base", "seeds"), [("motorway", 20), ("bypass", 6)])
+def test_a_known_play_narrows_a_short_drive_on_one_flank_and_the_interval_holds_the_truth(
+    tmp_path: Path, base: str, seeds: int
+) -> None:
+    """The known play is off by as much as its standard deviation says."""
+    rng = np.random.default_rng(7)
+    without, known, held = [], [], 0
+    for seed in range(101, 101 + seeds):
+        signals, truth = drive(tmp_path, base, seed, 600.0, "backlash_deg = 8.0")
+        play_deg = 8.0 + 0.5 * float(rng.standard_normal())
+        answer = oc.offset(signals, truck(play_deg=play_deg, play_sd_deg=0.5))
+        without.append(half_width(oc.offset(signals, truck())))
+        known.append(half_width(answer))
+        held += holds(answer, offset_to_find(truth))
+    assert np.median(known) < 0.4 * np.median(without)
+    assert held >= 0.9 * seeds
+
+
+def test_a_known_pull_is_taken_off_the_offset_and_its_part_of_the_interval_shrinks(tmp_path: Path) -> None:
+    for seed in (1, 2, 3):
+        signals, truth = drive(tmp_path, "thesis_drive", seed, 900.0, "backlash_deg = 8.0\npull_n_m = -30.0")
+        without, known = oc.offset(signals, truck()), oc.offset(signals, truck(pull_m_s2=PULL_M_S2, pull_sd_m_s2=0.02))
+        assert without.offset.value is not None and known.offset.value is not None
+        assert abs(without.offset.value - offset_to_find(truth)) > 0.4 * DEGREE
+        assert abs(known.offset.value - offset_to_find(truth)) < 0.15 * DEGREE
+        assert known.native["offset_parts"]["pull_sd"] < 0.5 * without.native["offset_parts"]["pull_sd"]
+        assert holds(known, offset_to_find(truth))
+        priors = {cause.cause: cause.prior.sd_m_s2 for cause in known.not_identifiable}
+        assert priors["pull"] == 0.02 and "axle_set_up" not in priors
+
+
+def test_a_known_pull_of_a_truck_without_play_is_not_taken_off_twice(tmp_path: Path) -> None:
+    """Where little play shows where the steering unloads, that is believed to be at bias and pull together."""
+    signals, truth = drive(tmp_path, "thesis_drive", 2, 900.0, "backlash_deg = 0.3\npull_n_m = -70.0")
+    pull = truth.unloading_acceleration_m_s2
+    known = oc.offset(signals, truck(play_deg=0.5, play_sd_deg=0.3, pull_m_s2=pull, pull_sd_m_s2=0.02))
+    assert known.offset.value is not None
+    of_pull = 19.3 * abs(pull) * known.native["understeer_gradient"]["value"]
+    assert of_pull > 1.2 * DEGREE
+    assert abs(known.offset.value - offset_to_find(truth)) < 0.4 * of_pull
+
+
+def test_an_axle_whose_pull_is_known_is_not_one_that_may_be_set_up_for_the_crown(tmp_path: Path) -> None:
+    signals, _ = drive(tmp_path, "thesis_drive", 1, 900.0, "backlash_deg = 8.0\nunloads_on_crown_percent = 2.0")
+    assert oc.offset(signals, truck()).native["offset_parts"]["set_up_sd"] > 0.3 * DEGREE
+    known = oc.offset(signals, truck(pull_m_s2=0.0, pull_sd_m_s2=0.02))
+    assert known.native["offset_parts"]["set_up_sd"] == 0.0
+
+
+def test_a_known_pull_moves_the_angle_without_its_sensor_as_the_offset(tmp_path: Path) -> None:
+    """Else the estimated angle would be off by i K times the pull."""
+    signals, truth = drive(tmp_path, "thesis_drive", 1, 900.0, "backlash_deg = 8.0\npull_n_m = -30.0")
+    table = oc.angle(signals, truck(pull_m_s2=PULL_M_S2, pull_sd_m_s2=0.02), sensor_lost_at=600.0)
+    true = truth.table["steering_wheel_angle_rad"].to_numpy() - truth.straight_ahead_rad
+    later = (table["time_s"].to_numpy() > 620.0) & (signals.table["vehicle_speed_m_s"].to_numpy() > 8.0)
+    error = (table["steering_wheel_angle_rad"].to_numpy() - true)[later]
+    assert abs(np.nanmean(error)) < 0.3 * DEGREE
+
+
+def test_a_play_that_is_known_wrong_is_left_where_both_flanks_show(tmp_path: Path) -> None:
+    signals, truth = drive(tmp_path, "thesis_drive", 1, 1800.0, "backlash_deg = 8.0")
+    answer = oc.offset(signals, truck(play_deg=3.0, play_sd_deg=0.5))
+    assert answer.backlash.value == pytest.approx(8.0 * DEGREE, abs=0.5 * DEGREE)
+    assert holds(answer, offset_to_find(truth))
+
+
+def test_a_value_without_a_standard_deviation_is_not_known(tmp_path: Path) -> None:
+    signals, _ = drive(tmp_path, "thesis_drive", 1, 120.0, "backlash_deg = 8.0")
+    means = [name for name in _core.default_params() if name.startswith("known_") and "_sd_" not in name]
+    assert len(means) == 6
+    answer = oc.offset(signals, truck(), params=dict.fromkeys(means, 0.05))
+    assert answer.native == oc.offset(signals, truck()).native
+
+
+def still(learner: Learner) -> Learner:
+    """Without a sample of motion."""
+    nothing = driven(0, Play(), 1)
+    for column in vars(nothing).values():
+        column[:] = 0.0
+    return learner.learn(nothing)
+
+
+def test_without_evidence_the_play_is_the_known_one_beside_the_models_prior() -> None:
+    """Width and wind-up together: the known sd beside 6 and 2 deg of each alone."""
+    learner = Learner(Play(half_width=3.0 * DEGREE))
+    learner.design.known.play, learner.design.known.play_accuracy = 9.0 * DEGREE, 1.0 / (0.5 * DEGREE)
+    still(learner)
+    of_model = learner.scale[WIDTH_TERM] ** 2 + learner.scale[WINDUP_TERM] ** 2
+    expected = 1.0 / (1.0 / of_model + 1.0 / (0.5 * DEGREE) ** 2)
+    assert learner.h.variances.of[lib.OC_OF_WIDTH] == pytest.approx(expected, rel=0.02)
+    for _ in range(60):
+        learner.solve()
+        lib.oc_hypothesis_relinearise(learner.h, learner.design)
+    found = 2.0 * (learner.h.play.half_width + learner.h.play.windup)
+    assert found == pytest.approx(9.0 * DEGREE, abs=0.1 * DEGREE)
+
+
+def test_a_known_play_leaves_no_trace_in_the_evidence() -> None:
+    """It is added for the factoring only: else it would count anew at each solution."""
+    drive_of_both = driven(3, Play(), 60)
+    learner, other = Learner(Play()), Learner(Play())
+    for each in (learner, other):
+        for k in range(len(drive_of_both.angle)):
+            each.sample(drive_of_both, k)
+            if k % SAMPLES == SAMPLES - 1:
+                lib.oc_hypothesis_predict(each.h, each.design, each.second, SAMPLES)
+                lib.oc_hypothesis_take_in(each.h, each.design, each.second, SAMPLES)
+    learner.design.known.play, learner.design.known.play_accuracy = 9.0 * DEGREE, 1.0 / (0.5 * DEGREE)
+    learner.solve()
+    assert list(learner.h.scatter) == list(other.h.scatter)
+    assert list(learner.h.toward) == list(other.h.toward)
+
+
+def test_a_known_gradient_and_wheelbase_are_what_bends_that_never_came_would_have_told(tmp_path: Path) -> None:
+    signals, _ = drive(tmp_path, "motorway", 1, 60.0, "backlash_deg = 1.0")
+    known = {"known_wheelbase_share_1": 0.02, "known_wheelbase_share_sd_1": 0.002}
+    gradient = {"understeer_gradient_deg_m_s2": 0.6, "understeer_gradient_sd_deg_m_s2": 0.02}
+    answer = oc.offset(signals, truck(**gradient), params=known).native
+    assert answer["understeer_gradient"]["value"] == pytest.approx(0.6 * DEGREE, abs=0.05 * DEGREE)
+    assert answer["equivalent_wheelbase"]["value"] == pytest.approx(1.02 * 3.7, abs=0.01 * 3.7)
+    assert answer["equivalent_wheelbase"]["standard_deviation"] < 0.003 * 3.7
+
+
+def test_a_known_yaw_rate_bias_is_corrected_from_the_first_tick() -> None:
+    tick = {"time_s": 0.0, "yaw_rate_rad_s": 0.0, "vehicle_speed_m_s": 20.0, "steering_wheel_angle_rad": 0.0}
+    known = truck(yaw_rate_bias_deg_s=0.3, yaw_rate_bias_sd_deg_s=0.05)
+    now = core_of(known, 100.0).step({**tick, "lateral_acceleration_m_s2": 0.0})
+    assert now["yaw_rate_bias"] == pytest.approx(0.3 * DEGREE)
+    assert now["yaw_rate_bias_sd"] == pytest.approx(0.05 * DEGREE)
+
+
+def test_a_known_accelerometer_bias_is_where_the_steering_is_believed_to_unload(tmp_path: Path) -> None:
+    """Without play nothing shows it: the interval is i K times what is not known of it."""
+    signals, truth = drive(tmp_path, "biased_accelerometer", 2, 900.0, "backlash_deg = 0.5")
+    bias = truth.lateral_acceleration_bias_m_s2
+    play = {"play_deg": 0.5, "play_sd_deg": 0.3}
+    without = oc.offset(signals, truck(**play))
+    known = oc.offset(signals, truck(**play, accelerometer_bias_m_s2=bias, accelerometer_bias_sd_m_s2=0.02))
+    assert half_width(known) < 0.75 * half_width(without)
+    assert holds(known, offset_to_find(truth))
+    assert known.native["unloading_acceleration"]["value"] == pytest.approx(bias, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"play_deg": 8.0}, "'play_deg' needs its standard deviation, 'play_sd_deg'"),
+        ({"pull_sd_m_s2": 0.1}, "'pull_sd_m_s2' is the standard deviation of 'pull_m_s2', which is missing"),
+        ({"play_deg": 8.0, "play_sd_deg": 0.0}, "'play_sd_deg'"),
+        ({"play_deg": 8.0, "play_sd_deg": math.nan}, "'play_sd_deg'"),
+        ({"play_deg": 10**400, "play_sd_deg": 1.0}, "'play_deg'"),
+        ({"play_deg": "8", "play_sd_deg": 1.0}, "'play_deg'"),
+        ({"pull_m_s2": 1.0, "pull_sd_m_s2": 0.1}, "'pull_m_s2'"),
+        ({"offset_applied_deg": 1e4}, "'offset_applied_deg'"),
+    ],
+)
+def test_a_known_value_that_cannot_be_is_refused_by_name(values: dict[str, float], said: str) -> None:
+    with pytest.raises(oc.OncenterError, match=r"vehicle file truck\.toml") as refused:
+        truck(**values)
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_gradient_alone_is_for_the_error_budget_and_no_prior() -> None:
+    assert truck(understeer_gradient_deg_m_s2=0.4).params == {}
+
+
+def test_a_param_comes_before_the_known_value_of_the_same_file() -> None:
+    values = {"play_deg": 8.0, "play_sd_deg": 0.5, "params": {"known_play_deg": 3.0}}
+    assert vehicle_from({**TRUCK, **values}, "t.toml").params["known_play_rad"] == pytest.approx(3.0 * DEGREE)

@@ -94,7 +94,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
     const float loaded = oc_min(joint->to_left, joint->to_right);
     const float width_sd = design->hypothesis.known.width_sd;
     const float prior_gradient = oc_joint_model_get()->terms[GRADIENT].mean;
-    float together[OC_OF_OFFSET] = {0};
+    *answer = (oc_joint_answer){0};
     float all = 0.0f, pulled = 0.0f, set_up = 0.0f, leaning = 0.0f, set_up_leaning = 0.0f, per_acceleration = 0.0f;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
@@ -113,11 +113,11 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
         }
         for (int32_t of_what = 0; of_what < OC_OF_OFFSET; ++of_what) {
             const float apart = (values[OC_OF_OFFSET] - about[OC_OF_OFFSET]) * (values[of_what] - about[of_what]);
-            together[of_what] += weight * (apart + h->with_offset[of_what]);
+            answer->with_offset[of_what] += weight * (apart + h->with_offset[of_what]);
         }
         of[OC_OF_OFFSET].variances += 0.25f * hidden;
         of[OC_OF_WIDTH].variances += hidden;
-        together[OC_OF_WIDTH] -= joint->to_left > joint->to_right ? 0.5f * hidden : -0.5f * hidden;
+        answer->with_offset[OC_OF_WIDTH] -= joint->to_left > joint->to_right ? 0.5f * hidden : -0.5f * hidden;
         const float rolling = rolling_share * h->gradient;
         of[OC_OF_GRADIENT].variances += weight * (borne * borne + rolling * rolling);
         all += weight;
@@ -135,7 +135,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
         answer->of[k] = (oc_found){about[k] + of[k].sum / all, sqrtf(variance_of(&of[k], all))};
     }
     for (int32_t k = 0; k < OC_OF_OFFSET; ++k) {
-        answer->with_offset[k] = together[k] / all - of[OC_OF_OFFSET].sum / all * (of[k].sum / all);
+        answer->with_offset[k] = answer->with_offset[k] / all - of[OC_OF_OFFSET].sum / all * (of[k].sum / all);
     }
     const float pull_lean = lean - (1.0f - design->unseen) * set_up_leaning / all;
     const float pull_variance = pulled / all + pull_lean * pull_lean;

@@ -98,6 +98,11 @@ typedef struct {
     /* lateral force of the front tyres by a bend's curvature alone, since rear axles resist turning. 0, ours; 6x2 some
      * 12, 8x4 10, 6x4 19 */
     double tandem_side_force_m2_s2;
+    /* Steering wheel torque */
+    /* prior of the torque per lateral acceleration; half of it is its sd. 2, ours: 1 to 3 on centre, with assistance */
+    double torque_slope_n_m_per_m_s2;
+    /* 1: with use_accelerometer 0 a torque signal replaces the accelerometer, and is needed. 0, ours */
+    double torque_for_accelerometer_1;
     /* end */
     /* whether the accelerometer is used at all (5.3.2, 5.5.3): 1, or 0 for r*v alone and no bank limit */
     int32_t use_accelerometer;

@@ -1,0 +1,115 @@
+#include "torque.h"
+
+#include <math.h>
+
+#include "bounds.h"
+
+/* Derived. */
+static const float friction_slip = 1.0f * 0.017453292f; /* rad, that takes the column's friction from one side to full */
+
+/* Numerical. */
+static const float torque_error_max = 1.0f; /* N m, of a second: more is none of the column's */
+
+/* Tuned. */
+/* Rows are those of bench/accuracy_rows.py and bench/effects_rows.py on tuning seeds. */
+static const float constant_sd = 1.0f;         /* N m, T_1: an accelerometer's zero of 0.5 m/s^2 at 2 N m per m/s^2 */
+static const float slope_sd_share = 0.5f;      /* sd of g by its prior */
+static const float friction = 0.3f, friction_sd = 0.2f; /* N m, f */
+static const float second_sd = 0.3f;           /* N m, of a second's mean: king pins, gaps; correlated */
+static const float torque_memory_s = 600.0f;
+static const float zero_memory_s = 120.0f;     /* rows `accelerometer_drift`, `relearning`: 30 s is noisy, 300 s late */
+static const float bank_memory_s = 1.0f;       /* row `torque_no_accelerometer`: 3 s is late on crowned bends */
+static const float slow_road = 20.0f;          /* m/s: faster roads are banked in bends, and r v misleads */
+static const float trusted_share = 0.2f;       /* of the prior slope */
+
+void oc_torque_setup(oc_torque_design *design, double slope, double rate_hz, double speed_min, bool has_accelerometer) {
+    *design = (oc_torque_design){
+        .slope = (float)slope,
+        .tick_s = (float)(1.0 / rate_hz),
+        .memory_s = has_accelerometer ? zero_memory_s : bank_memory_s,
+        .speed_min = (float)speed_min,
+        .speed_max = has_accelerometer ? 1e6f : slow_road,
+        .ticks_per_second = (int32_t)(rate_hz + 0.5),
+    };
+}
+
+static void start_torque(oc_torque *t, const oc_torque_design *design) {
+    const float slope_sd = slope_sd_share * design->slope;
+    *t = (oc_torque){
+        .started = 1,
+        .terms = {0.0f, design->slope, friction},
+        .covariance = {constant_sd * constant_sd, 0.0f, slope_sd * slope_sd, 0.0f, 0.0f, friction_sd * friction_sd},
+    };
+}
+
+bool oc_torque_is_trusted(const oc_torque *t, const oc_torque_design *design) {
+    return t->started && t->terms[1] > trusted_share * design->slope;
+}
+
+/* Dahl's friction opposes each turn of the wheel. */
+static void follow_wheel(oc_torque *t, float angle) {
+    const float turned = t->has_angle ? angle - t->angle : 0.0f;
+    t->has_angle = 1;
+    t->angle = angle;
+    t->place = oc_clamp_size(t->place + turned / friction_slip, 1.0f);
+}
+
+static void collect_torque(oc_torque *t, const oc_torque_design *design, float torque, float acceleration) {
+    if (t->due) {
+        return;
+    }
+    t->filling.torque += torque;
+    t->filling.acceleration += acceleration;
+    t->filling.place += t->place;
+    ++t->filling.ticks;
+    t->due = t->filling.ticks >= design->ticks_per_second;
+}
+
+double oc_torque_update(oc_torque *t, const oc_torque_design *design, const oc_torque_tick *tick) {
+    if (tick->has_torque) {
+        if (!t->started) {
+            start_torque(t, design);
+        }
+        const float torque = (float)tick->torque, acceleration = (float)tick->acceleration, speed = (float)tick->speed;
+        follow_wheel(t, (float)tick->angle);
+        if (speed >= design->speed_min && oc_torque_is_trusted(t, design)) {
+            const float by_torque = (torque - t->terms[2] * t->place) / t->terms[1];
+            t->slow_s = oc_min(t->slow_s + design->tick_s, design->memory_s);
+            t->slow += (acceleration - by_torque - t->slow) * design->tick_s / t->slow_s;
+        }
+        if (speed >= design->speed_min && speed < design->speed_max) {
+            collect_torque(t, design, torque, acceleration);
+        }
+    }
+    return oc_torque_is_trusted(t, design) ? tick->acceleration - (double)t->slow : tick->acceleration;
+}
+
+/* Kalman update of the terms; older seconds count less. */
+void oc_torque_learn(oc_torque *t, const oc_torque_design *design) {
+    const float share = 1.0f / (float)t->filling.ticks;
+    const float by[OC_TORQUE_TERMS] = {1.0f, share * t->filling.acceleration, share * t->filling.place};
+    const float torque = share * t->filling.torque;
+    float *p = t->covariance;
+    const float across[OC_TORQUE_TERMS] = {
+        p[0] + p[1] * by[1] + p[3] * by[2],
+        p[1] + p[2] * by[1] + p[4] * by[2],
+        p[3] + p[4] * by[1] + p[5] * by[2],
+    };
+    const float variance = across[0] + across[1] * by[1] + across[2] * by[2] + second_sd * second_sd;
+    const float predicted = t->terms[0] + t->terms[1] * by[1] + t->terms[2] * by[2];
+    const float error = oc_clamp_size(torque - predicted, torque_error_max);
+    const float grow = 1.0f + 1.0f / torque_memory_s;
+    const float slope_sd = slope_sd_share * design->slope;
+    const float prior[OC_TORQUE_TERMS] = {constant_sd * constant_sd, slope_sd * slope_sd, friction_sd * friction_sd};
+    float *cell = p;
+    for (int32_t row = 0; row < OC_TORQUE_TERMS; ++row) {
+        t->terms[row] += across[row] / variance * error;
+        for (int32_t column = 0; column <= row; ++column, ++cell) {
+            *cell -= across[row] * across[column] / variance;
+            *cell *= row == column && *cell < prior[row] ? grow : 1.0f;
+        }
+    }
+    t->terms[2] = oc_max(t->terms[2], 0.0f);
+    t->filling = (oc_torque_second){0};
+    t->due = 0;
+}

@@ -53,6 +53,7 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
     }
     const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
     prior.crown = crown;
+    prior.zero_information = oc_torque_zero_information(&evidence->torque, &c->torque);
     prior.unloading_mean = belief.bias;
     prior.unloading_sd = sqrtf(belief.bias_variance > variance_min ? belief.bias_variance : variance_min);
     return prior;
@@ -105,10 +106,6 @@ bool oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence
         oc_joint_begin_round(joint, &tracking->joint, &c->joint, &prior);
     }
     /* no turn while the gyro's filter works: each takes most of a tick's time */
-    oc_torque *torque = &evidence->torque;
-    if (torque->due && tracking->joint.turns == 0 && !oc_gyro_bias_is_busy(&evidence->gyro_bias)) {
-        oc_torque_learn(torque, &c->torque);
-    }
     const bool has_ended = !oc_gyro_bias_is_busy(&evidence->gyro_bias) &&
                            oc_joint_take_turn(joint, &tracking->joint, &c->joint, &learned->offset, tick->signals.time);
     if (has_ended) {

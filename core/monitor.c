@@ -93,9 +93,9 @@ static void sense_by_wheels(oc_tick *tick, const oc_coefficients *c) {
     tick->sensed.use_accelerometer = false;
 }
 
-/* The torque's zero replaces the accelerometer's; without one the torque shows the bank. A torque that does not follow
- * the lateral force is a signal that lacks. */
-static void sense_by_torque(oc_tick *tick, oc_evidence *evidence, const oc_coefficients *c) {
+/* The torque's zero replaces the accelerometer's; without one the torque shows the bank. It learns in a tick that has
+ * time for it. */
+static void sense_by_torque(oc_tick *tick, const oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
     const bool has_torque = (tick->signals.valid & OC_HAS_STEERING_WHEEL_TORQUE) != 0;
     const bool instead = needs_torque(c);
     if (c->params.method != OC_METHOD_JOINT || !(has_torque || evidence->torque.started)) {
@@ -109,6 +109,11 @@ static void sense_by_torque(oc_tick *tick, oc_evidence *evidence, const oc_coeff
         .speed = tick->sensed.speed,
         .has_torque = has_torque,
     };
+    const oc_joint_tracking *joint = &tracking->joint;
+    const bool round_is_far = joint->turns == 0 && joint->filling.count < c->joint.samples_per_second - 1;
+    if (evidence->torque.due && round_is_far && !oc_gyro_bias_is_busy(&evidence->gyro_bias)) {
+        oc_torque_learn(&evidence->torque, &c->torque);
+    }
     tick->sensed.lateral_acceleration = oc_torque_update(&evidence->torque, &c->torque, &by);
     tick->sensed.use_accelerometer = tick->sensed.use_accelerometer || instead;
 }
@@ -134,16 +139,19 @@ static bool is_after_hole(const oc_tracking *tracking, const oc_coefficients *c,
  * blocks are dropped. */
 static bool is_complete(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
     const uint32_t needed = signals_needed(c);
-    const bool misled = needs_torque(c) && evidence->torque.started && !oc_torque_is_trusted(&evidence->torque, &c->torque);
-    if ((tick->signals.valid & needed) != needed || misled) {
+    const bool has_all = (tick->signals.valid & needed) == needed;
+    if (has_all) {
+        sense(tick, c);
+        sense_by_torque(tick, tracking, evidence, c);
+    }
+    /* a torque that does not follow the lateral force counts as missing */
+    if (!has_all || (needs_torque(c) && !oc_torque_is_trusted(&evidence->torque, &c->torque))) {
         oc_pending_drop(&tracking->straight);
         oc_pending_drop(&tracking->cornering);
         evidence->standstill.still_ticks = 0;
         tick->reasons = OC_REASON_MISSING_SIGNAL;
         return false;
     }
-    sense(tick, c);
-    sense_by_torque(tick, evidence, c);
     tick->after_hole = is_after_hole(tracking, c, tick->signals.time);
     tracking->last_complete = tick->signals.time;
     tracking->has_complete = 1;

@@ -63,6 +63,7 @@ static const oc_params defaults = {
     .standing_slope_sd_m_s2 = 0.2,
     .tandem_side_force_m2_s2 = 0.0,
     .torque_slope_n_m_per_m_s2 = 2.0,
+    .torque_zero_sd_n_m = 0.1,
     .torque_for_accelerometer_1 = 0.0,
     /* end */
     .use_accelerometer = 1,
@@ -130,6 +131,7 @@ static const struct {
     {0.001f, 10.0f}, /* standing_slope_sd_m_s2 */
     {0.0f, 100.0f}, /* tandem_side_force_m2_s2 */
     {0.05f, 1000.0f}, /* torque_slope_n_m_per_m_s2 */
+    {0.001f, 100.0f}, /* torque_zero_sd_n_m */
     {0.0f, 1.0f}, /* torque_for_accelerometer_1 */
     /* end */
 };
@@ -229,6 +231,7 @@ static const char *const names[] = {
     "standing_slope_sd_m_s2",
     "tandem_side_force_m2_s2",
     "torque_slope_n_m_per_m_s2",
+    "torque_zero_sd_n_m",
     "torque_for_accelerometer_1",
     /* end */
     "method",

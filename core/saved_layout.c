@@ -19,7 +19,7 @@
 
 /* docs/make_layout.py writes what follows from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0xB29FDCB9u;
+static const uint32_t layout_hash = 0x03DB15D3u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
@@ -30,7 +30,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS(oc_state, tracking.joint.running, 2), FLOATS(oc_state, tracking.joint.curvature_sum, 1),
     INTEGERS(oc_state, tracking.joint.doubted, 1), FLOATS(oc_state, tracking.joint.turned, 1),
     DOUBLES(oc_state, tracking.joint.yaw_rate, 1), FLOATS(oc_state, tracking.joint.articulation, 2),
-    DOUBLES(oc_state, tracking.joint.bank, 2), FLOATS(oc_state, tracking.joint.noise.samples.last[0], 12),
+    DOUBLES(oc_state, tracking.joint.bank, 2), FLOATS(oc_state, tracking.joint.noise.samples.last[0], 13),
     DOUBLES_OF_EACH(oc_state, tracking.joint.filling.samples[0].angle, 1, tracking.joint.filling.samples),
     FLOATS_OF_EACH(oc_state, tracking.joint.filling.samples[0].residual, 10, tracking.joint.filling.samples),
     INTEGERS_OF_EACH(oc_state, tracking.joint.filling.samples[0].in_second, 1, tracking.joint.filling.samples),
@@ -82,7 +82,7 @@ static const oc_saved_run state_runs[] = {
 static const oc_saved_run keyed_runs[] = {
     DOUBLES(oc_coefficients, vehicle.wheelbase, 3), INTEGERS(oc_coefficients, vehicle.ratio.terms, 1),
     DOUBLES(oc_coefficients, vehicle.ratio.coefficients[0], 11), ENUMS(oc_coefficients, params.method, 2),
-    DOUBLES(oc_coefficients, params.cutoff_hz, 54), INTEGERS(oc_coefficients, params.use_accelerometer, 1),
+    DOUBLES(oc_coefficients, params.cutoff_hz, 55), INTEGERS(oc_coefficients, params.use_accelerometer, 1),
     DOUBLES(oc_coefficients, rate_hz, 1),
 };
 /* end */

@@ -20,11 +20,14 @@ static const float torque_memory_s = 600.0f;
 static const float zero_memory_s = 120.0f;     /* rows `accelerometer_drift`, `relearning`: 30 s is noisy, 300 s late */
 static const float bank_memory_s = 1.0f;       /* row `torque_no_accelerometer`: 3 s is late on crowned bends */
 static const float slow_road = 20.0f;          /* m/s: faster roads are banked in bends, and r v misleads */
+static const float slow_sd = 0.03f;            /* m/s^2, of the slow part: friction that hands leave in it */
 static const float trusted_share = 0.2f;       /* of the prior slope */
 
-void oc_torque_setup(oc_torque_design *design, double slope, double rate_hz, double speed_min, bool has_accelerometer) {
+void oc_torque_setup(oc_torque_design *design, double slope, double zero_sd, double rate_hz, double speed_min,
+                     bool has_accelerometer) {
     *design = (oc_torque_design){
         .slope = (float)slope,
+        .zero_sd = (float)zero_sd,
         .tick_s = (float)(1.0 / rate_hz),
         .memory_s = has_accelerometer ? zero_memory_s : bank_memory_s,
         .speed_min = (float)speed_min,
@@ -44,6 +47,14 @@ static void start_torque(oc_torque *t, const oc_torque_design *design) {
 
 bool oc_torque_is_trusted(const oc_torque *t, const oc_torque_design *design) {
     return t->started && t->terms[1] > trusted_share * design->slope;
+}
+
+float oc_torque_zero_information(const oc_torque *t, const oc_torque_design *design) {
+    if (!oc_torque_is_trusted(t, design)) {
+        return 0.0f;
+    }
+    const float zero_sd = design->zero_sd / t->terms[1];
+    return 1.0f / (zero_sd * zero_sd + slow_sd * slow_sd);
 }
 
 /* Dahl's friction opposes each turn of the wheel. */

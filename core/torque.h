@@ -16,6 +16,7 @@ enum { OC_TORQUE_TERMS = 3 };
 
 typedef struct {
     float slope;           /* N m per m/s^2, prior of g */
+    float zero_sd;         /* N m, of the sensor */
     float tick_s;
     float memory_s;        /* of the slow part */
     float speed_min;       /* m/s, from which on it learns */
@@ -51,13 +52,17 @@ typedef struct {
     bool has_torque;
 } oc_torque_tick;
 
-void oc_torque_setup(oc_torque_design *design, double slope, double rate_hz, double speed_min, bool has_accelerometer);
+void oc_torque_setup(oc_torque_design *design, double slope, double zero_sd, double rate_hz, double speed_min,
+                     bool has_accelerometer);
 
 /* The lateral acceleration with the torque's zero, m/s^2. Without a torque the zero stays as it was. */
 double oc_torque_update(oc_torque *state, const oc_torque_design *design, const oc_torque_tick *tick);
 
 /* Learns from the second that is due. */
 void oc_torque_learn(oc_torque *state, const oc_torque_design *design);
+
+/* 1/(m/s^2)^2, of a_0 about 0 by the sensor's zero; 0 where the torque is not trusted. */
+float oc_torque_zero_information(const oc_torque *state, const oc_torque_design *design);
 
 /* Whether torque and lateral acceleration go together as those of a truck. */
 bool oc_torque_is_trusted(const oc_torque *state, const oc_torque_design *design);

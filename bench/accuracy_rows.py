@@ -253,7 +253,9 @@ def _scenario(row: Row, drawn: Draw, random: Random) -> Table:
     if row.wind:
         values["wind"] = of_wind
     if row.torque:
-        values["sensors"]["steering_wheel_torque"] = {"zero_error_n_m": random.spawn(1)[0].normal(0.0, TORQUE_ZERO_SD_N_M)}
+        values["sensors"]["steering_wheel_torque"] = {
+            "zero_error_n_m": random.spawn(1)[0].normal(0.0, TORQUE_ZERO_SD_N_M)
+        }
     return values
 
 
@@ -431,6 +433,15 @@ _ROWS = (
     Row("no_wheel_speeds", "no wheel speeds on the bus", spoil=without_wheel_speeds),
     Row("no_accelerometer", "lateral acceleration not used, but by rivals", asked="", hears=False),
     Row("no_accelerometer_motorway", "the same on a motorway, banked in bends", asked="", hears=False, base="motorway"),
+    Row("torque_pull", "`pull` with a torque sensor", asked="interval", pulls=True, torque=True, like="pull"),
+    Row(
+        "torque_no_accelerometer",
+        "`no_accelerometer`, and a torque sensor replaces it",
+        asked="",
+        hears=False,
+        torque=True,
+        like="no_accelerometer",
+    ),
     Row("kicks", "kerbs, and a stability control at work", spoil=with_kicks),
     Row("left_hand", "traffic on the left, crown mirrored", traffic_side="left"),
     Row("wrong_side", "traffic_side is left, roads fall to the right", asked="", told_side="left"),

@@ -62,7 +62,7 @@ static const oc_params defaults = {
     .standing_crown_share_1 = 0.5,
     .standing_slope_sd_m_s2 = 0.2,
     .tandem_side_force_m2_s2 = 0.0,
-    .torque_slope_n_m_per_m_s2 = 2.0,
+    .torque_slope_n_m_m_s2 = 2.0,
     .torque_zero_sd_n_m = 0.1,
     .torque_for_accelerometer_1 = 0.0,
     /* end */
@@ -130,7 +130,7 @@ static const struct {
     {0.0f, 1.0f}, /* standing_crown_share_1 */
     {0.001f, 10.0f}, /* standing_slope_sd_m_s2 */
     {0.0f, 100.0f}, /* tandem_side_force_m2_s2 */
-    {0.05f, 1000.0f}, /* torque_slope_n_m_per_m_s2 */
+    {0.05f, 1000.0f}, /* torque_slope_n_m_m_s2 */
     {0.001f, 100.0f}, /* torque_zero_sd_n_m */
     {0.0f, 1.0f}, /* torque_for_accelerometer_1 */
     /* end */
@@ -230,7 +230,7 @@ static const char *const names[] = {
     "standing_crown_share_1",
     "standing_slope_sd_m_s2",
     "tandem_side_force_m2_s2",
-    "torque_slope_n_m_per_m_s2",
+    "torque_slope_n_m_m_s2",
     "torque_zero_sd_n_m",
     "torque_for_accelerometer_1",
     /* end */

@@ -99,8 +99,9 @@ typedef struct {
      * 12, 8x4 10, 6x4 19 */
     double tandem_side_force_m2_s2;
     /* Steering wheel torque */
-    /* prior of the torque per lateral acceleration; half of it is its sd. 2, ours: 1 to 3 on centre, with assistance */
-    double torque_slope_n_m_per_m_s2;
+    /* prior of the torque per lateral acceleration, with an sd of half of it; a rod's or motor's force has another. 2,
+     * ours: 1 to 3 on centre, with assistance */
+    double torque_slope_n_m_m_s2;
     double torque_zero_sd_n_m; /* prior of the torque sensor's zero error, sd. 0.1, ours */
     /* 1: with use_accelerometer 0 a torque signal replaces the accelerometer, and is needed. 0, ours */
     double torque_for_accelerometer_1;

@@ -99,7 +99,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     const bool has_accelerometer = params->use_accelerometer != 0;
     const bool by_torque = params->torque_for_accelerometer_1 > 0.5;
     const bool sees_bank = has_accelerometer || by_torque || params->method != OC_METHOD_JOINT;
-    oc_torque_setup(&c->torque, params->torque_slope_n_m_per_m_s2, params->torque_zero_sd_n_m, rate_hz,
+    oc_torque_setup(&c->torque, params->torque_slope_n_m_m_s2, params->torque_zero_sd_n_m, rate_hz,
                     params->joint_speed_min_m_s, has_accelerometer);
     const float pull = (float)params->pull_sd_m_s2, wind = (float)params->wind_sd_m_s2;
     const float bank = sees_bank ? 0.0f : (float)params->crown_sd_m_s2;

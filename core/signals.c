@@ -7,7 +7,7 @@ static const double angle_limit = 100.0;        /* rad, 16 turns: as all, agains
 static const double yaw_rate_limit = 10.0;      /* rad/s */
 static const double speed_limit = 150.0;        /* m/s */
 static const double acceleration_limit = 100.0; /* m/s^2 */
-static const double torque_limit = 100.0;       /* N m, that no driver applies */
+static const double torque_limit = 1e5;         /* N m, or N of a rod's force */
 
 static bool usable(double value, double limit) {
     return fabs(value) < limit;

@@ -52,7 +52,7 @@ typedef struct {
 } oc_columns;
 
 /* The valid bits without those of implausible values for a road vehicle: 16 turns of the wheel, 10 rad/s, 150 m/s or
- * 100 m/s^2, 100 N m and more, or NaN. */
+ * 100 m/s^2, 1e5 N m and more, or NaN. */
 uint32_t oc_signals_measured(const oc_signals *tick);
 
 #endif

@@ -8,14 +8,15 @@
 static const float friction_slip = 1.0f * 0.017453292f; /* rad, that takes the column's friction from one side to full */
 
 /* Numerical. */
-static const float torque_error_max = 1.0f; /* N m, of a second: more is none of the column's */
+static const float error_max_share = 0.5f; /* m/s^2, of a second: more is none of the column's */
 
 /* Tuned. */
-/* Rows are those of bench/accuracy_rows.py and bench/effects_rows.py on tuning seeds. */
-static const float constant_sd = 1.0f;         /* N m, T_1: an accelerometer's zero of 0.5 m/s^2 at 2 N m per m/s^2 */
-static const float slope_sd_share = 0.5f;      /* sd of g by its prior */
-static const float friction = 0.3f, friction_sd = 0.2f; /* N m, f */
-static const float second_sd = 0.3f;           /* N m, of a second's mean: king pins, gaps; correlated */
+/* In m/s^2: what is N m counts in units of the prior slope, 2 N m per m/s^2, so that any force of the steering will do.
+ * Rows are those of bench/torque.py. */
+static const float slope_sd = 0.5f;            /* of g, in its prior's units */
+static const float constant_sd = 0.5f;         /* T_1: an accelerometer's zero, `accelerometer_bias_sd_m_s2` */
+static const float friction = 0.15f, friction_sd = 0.1f; /* f: 0.3 and 0.2 N m */
+static const float second_sd = 0.15f;          /* of a second's mean: king pins, gaps; correlated */
 static const float torque_memory_s = 600.0f;
 static const float zero_memory_s = 120.0f;     /* rows `accelerometer_drift`, `relearning`: 30 s is noisy, 300 s late */
 static const float bank_memory_s = 1.0f;       /* row `torque_no_accelerometer`: 3 s is late on crowned bends */
@@ -36,12 +37,16 @@ void oc_torque_setup(oc_torque_design *design, double slope, double zero_sd, dou
     };
 }
 
+static float prior_variance(const oc_torque_design *design, float sd) {
+    return sd * sd * design->slope * design->slope;
+}
+
 static void start_torque(oc_torque *t, const oc_torque_design *design) {
-    const float slope_sd = slope_sd_share * design->slope;
     *t = (oc_torque){
         .started = 1,
-        .terms = {0.0f, design->slope, friction},
-        .covariance = {constant_sd * constant_sd, 0.0f, slope_sd * slope_sd, 0.0f, 0.0f, friction_sd * friction_sd},
+        .terms = {0.0f, design->slope, friction * design->slope},
+        .covariance = {prior_variance(design, constant_sd), 0.0f, prior_variance(design, slope_sd), 0.0f, 0.0f,
+                       prior_variance(design, friction_sd)},
     };
 }
 
@@ -106,18 +111,18 @@ void oc_torque_learn(oc_torque *t, const oc_torque_design *design) {
         p[1] + p[2] * by[1] + p[4] * by[2],
         p[3] + p[4] * by[1] + p[5] * by[2],
     };
-    const float variance = across[0] + across[1] * by[1] + across[2] * by[2] + second_sd * second_sd;
+    const float variance = across[0] + across[1] * by[1] + across[2] * by[2] +
+                           prior_variance(design, second_sd);
     const float predicted = t->terms[0] + t->terms[1] * by[1] + t->terms[2] * by[2];
-    const float error = oc_clamp_size(torque - predicted, torque_error_max);
+    const float error = oc_clamp_size(torque - predicted, error_max_share * design->slope);
     const float grow = 1.0f + 1.0f / torque_memory_s;
-    const float slope_sd = slope_sd_share * design->slope;
-    const float prior[OC_TORQUE_TERMS] = {constant_sd * constant_sd, slope_sd * slope_sd, friction_sd * friction_sd};
+    const float sd[OC_TORQUE_TERMS] = {constant_sd, slope_sd, friction_sd};
     float *cell = p;
     for (int32_t row = 0; row < OC_TORQUE_TERMS; ++row) {
         t->terms[row] += across[row] / variance * error;
         for (int32_t column = 0; column <= row; ++column, ++cell) {
             *cell -= across[row] * across[column] / variance;
-            *cell *= row == column && *cell < prior[row] ? grow : 1.0f;
+            *cell *= row == column && *cell < prior_variance(design, sd[row]) ? grow : 1.0f;
         }
     }
     t->terms[2] = oc_max(t->terms[2], 0.0f);

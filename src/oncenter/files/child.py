@@ -384,9 +384,7 @@ def _raised(told: Mapping[str, Any]) -> Exception:
         failed = ChildFailed(told["bug"])
         failed.add_note(told["traceback"])
         return failed
-    return OncenterError(
-        told["message"], code=told["code"], exit_code=told["exit_code"], needs=tuple(told["needs"])
-    )
+    return OncenterError(told["message"], code=told["code"], exit_code=told["exit_code"], needs=tuple(told["needs"]))
 
 
 def _environment() -> dict[str, str]:

@@ -80,4 +80,3 @@ class Replay:
     def _load(self) -> None:
         self._waiting = next((frames for frames in self._chunks if len(frames)), joined([]))
         self.ended = not len(self._waiting)
-

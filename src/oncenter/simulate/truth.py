@@ -46,7 +46,13 @@ _COLUMNS = {
 }
 _MOTOR_COLUMNS = {"place_in_lash": "place_in_lash", "motor_carries": "motor_carries"}
 
-_UNITS_IN_FILES = {"rad": ("deg", DEGREE), "rad_s": ("deg_s", DEGREE), "m_s2": ("m_s2", 1.0), "n_m": ("n_m", 1.0), "1": ("percent", 0.01)}
+_UNITS_IN_FILES = {
+    "rad": ("deg", DEGREE),
+    "rad_s": ("deg_s", DEGREE),
+    "m_s2": ("m_s2", 1.0),
+    "n_m": ("n_m", 1.0),
+    "1": ("percent", 0.01),
+}
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,8 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
         static const float wandered = 0.3f; /* m/s^2, sd since the standstill, tuned: bench/effects.py */
         const float slope_sd = (float)p->standing_slope_sd_m_s2;
         const float since = oc_joint_wanders(&evidence->joint) ? wandered * wandered : 0.0f;
-        take_reading(&belief, (float)standing.value - evidence->torque.slow, (float)p->standing_crown_share_1, slope_sd * slope_sd + since);
+        take_reading(&belief, (float)standing.value - evidence->torque.slow, (float)p->standing_crown_share_1,
+                     slope_sd * slope_sd + since);
     }
     const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
     prior.crown = crown;

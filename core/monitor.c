@@ -95,7 +95,8 @@ static void sense_by_wheels(oc_tick *tick, const oc_coefficients *c) {
 
 /* The torque's zero replaces the accelerometer's; without one the torque shows the bank. It learns in a tick that has
  * time for it. */
-static void sense_by_torque(oc_tick *tick, const oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
+static void sense_by_torque(oc_tick *tick, const oc_tracking *tracking, oc_evidence *evidence,
+                            const oc_coefficients *c) {
     const bool has_torque = (tick->signals.valid & OC_HAS_STEERING_WHEEL_TORQUE) != 0;
     const bool instead = needs_torque(c);
     if (c->params.method != OC_METHOD_JOINT || !(has_torque || evidence->torque.started)) {

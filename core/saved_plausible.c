@@ -261,6 +261,7 @@ bool oc_saved_plausible(const oc_state *state, const oc_coefficients *c) {
     return is_straight_ahead(&evidence->offset, &evidence->understeer) && is_standstill(&evidence->standstill) &&
            is_joint(joint, &c->joint) && is_tracking(&state->tracking, c) &&
            is_joint_tracking(&state->tracking.joint, joint, &c->joint) && is_gyro_bias(&evidence->gyro_bias) &&
-           is_torque(&evidence->torque) && is_angle(&state->tracking.angle, &evidence->angle) && (uint32_t)evidence->fault.fault < OC_FAULT_COUNT &&
+           is_torque(&evidence->torque) && is_angle(&state->tracking.angle, &evidence->angle) &&
+           (uint32_t)evidence->fault.fault < OC_FAULT_COUNT &&
            is_learned(&state->learned, joint->hypotheses[joint->best].play.half_width > 0.0f);
 }

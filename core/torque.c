@@ -5,7 +5,7 @@
 #include "bounds.h"
 
 /* Derived. */
-static const float friction_slip = 1.0f * 0.017453292f; /* rad, that takes the column's friction from one side to full */
+static const float friction_slip = 1.0f * 0.017453292f; /* rad of the wheel, until the column's friction is full */
 
 /* Numerical. */
 static const float error_max_share = 0.5f; /* m/s^2, of a second: more is none of the column's */
@@ -22,6 +22,8 @@ static const float zero_memory_s = 120.0f;     /* rows `accelerometer_drift`, `r
 static const float bank_memory_s = 1.0f;       /* row `torque_no_accelerometer`: 3 s is late on crowned bends */
 static const float slow_road = 20.0f;          /* m/s: faster roads are banked in bends, and r v misleads */
 static const float slow_sd = 0.03f;            /* m/s^2, of the slow part: friction that hands leave in it */
+static const float bank_sd = 0.025f, unknown_bank_sd = 0.2f; /* m/s^2: `torque_no_accelerometer`, and on a motorway */
+static const float slope_known = 0.05f;        /* sd of g, in its prior's units, from which on the slope is known */
 static const float trusted_share = 0.2f;       /* of the prior slope */
 
 void oc_torque_setup(oc_torque_design *design, double slope, double zero_sd, double rate_hz, double speed_min,
@@ -37,8 +39,24 @@ void oc_torque_setup(oc_torque_design *design, double slope, double zero_sd, dou
     };
 }
 
+bool oc_torque_is_trusted(const oc_torque *t, const oc_torque_design *design) {
+    return t->started && t->terms[1] > trusted_share * design->slope;
+}
+
 static float prior_variance(const oc_torque_design *design, float sd) {
     return sd * sd * design->slope * design->slope;
+}
+
+float oc_torque_zero_information(const oc_torque *t, const oc_torque_design *design) {
+    if (!oc_torque_is_trusted(t, design)) {
+        return 0.0f;
+    }
+    const float zero_sd = design->zero_sd / t->terms[1];
+    return 1.0f / (zero_sd * zero_sd + slow_sd * slow_sd);
+}
+
+float oc_torque_bank_sd(const oc_torque *t, const oc_torque_design *design) {
+    return t->covariance[2] < prior_variance(design, slope_known) ? bank_sd : unknown_bank_sd;
 }
 
 static void start_torque(oc_torque *t, const oc_torque_design *design) {
@@ -48,18 +66,6 @@ static void start_torque(oc_torque *t, const oc_torque_design *design) {
         .covariance = {prior_variance(design, constant_sd), 0.0f, prior_variance(design, slope_sd), 0.0f, 0.0f,
                        prior_variance(design, friction_sd)},
     };
-}
-
-bool oc_torque_is_trusted(const oc_torque *t, const oc_torque_design *design) {
-    return t->started && t->terms[1] > trusted_share * design->slope;
-}
-
-float oc_torque_zero_information(const oc_torque *t, const oc_torque_design *design) {
-    if (!oc_torque_is_trusted(t, design)) {
-        return 0.0f;
-    }
-    const float zero_sd = design->zero_sd / t->terms[1];
-    return 1.0f / (zero_sd * zero_sd + slow_sd * slow_sd);
 }
 
 /* Dahl's friction opposes each turn of the wheel. */

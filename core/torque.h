@@ -64,6 +64,9 @@ void oc_torque_learn(oc_torque *state, const oc_torque_design *design);
 /* 1/(m/s^2)^2, of a_0 about 0 by the sensor's zero; 0 where the torque is not trusted. */
 float oc_torque_zero_information(const oc_torque *state, const oc_torque_design *design);
 
+/* m/s^2, sd of the bank that a torque shows without an accelerometer; large until slow roads have shown the slope. */
+float oc_torque_bank_sd(const oc_torque *state, const oc_torque_design *design);
+
 /* Whether torque and lateral acceleration go together as those of a truck. */
 bool oc_torque_is_trusted(const oc_torque *state, const oc_torque_design *design);
 

@@ -266,9 +266,11 @@ def _parts(
 ) -> Iterator[tuple[float, str]]:
     """95 % half-widths in deg; their squares sum to the interval's."""
     slope = steering_ratio * abs(native["understeer_gradient"]["value"])
-    unknown = (
-        "an unknown zero of the accelerometer" if params["use_accelerometer"] else "the road's bank, which was not seen"
-    )
+    unknown = "the road's bank, which was not seen"
+    if params["use_accelerometer"]:
+        unknown = "an unknown zero of the accelerometer"
+    elif params["torque_for_accelerometer_1"]:
+        unknown = "the unknown zero of the torque signal"
     side_force = math.hypot(params["pull_sd_m_s2"], params["wind_sd_m_s2"])
     if params["use_accelerometer"]:  # crown and prior tell its bias, and so some of what is none
         side_force = _of_both(side_force, _of_both(params["accelerometer_bias_sd_m_s2"], params["crown_sd_m_s2"]))

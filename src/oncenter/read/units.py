@@ -33,7 +33,7 @@ _SPELLINGS = {
     "m/s²": "m_s2",
     "m/s/s": "m_s2",
     "mps2": "m_s2",
-    "n m": "nm",
+    "nm": "nm",
     "n*m": "nm",
     "n·m": "nm",
     "newtonmeter": "nm",

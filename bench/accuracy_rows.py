@@ -51,6 +51,7 @@ from oncenter.thesis.steady import LAYOUTS
 from oncenter.vehicle import Vehicle, vehicle_from
 
 DURATION_S = 1200.0
+TORQUE_ZERO_SD_N_M = 0.1  # of the torque sensor
 MOVING_M_S = 8.0  # from which on the joint method learns
 STANDING_M_S = 0.1
 ATTEMPTS = 20  # a draw that no driver can hold is drawn anew
@@ -80,6 +81,8 @@ class Row:
     spoil: Callable[[Signals, Random], Signals] = lambda signals, random: signals
     times: int = 1
     hears: bool = True  # the lateral acceleration is used; rivals use it anyway
+    torque: bool = False  # the truck has a steering wheel torque sensor
+    like: str = ""  # another row, whose drives these are again, but for what this one adds
     vehicle_error: Distribution | None = None  # share by which wheelbase and ratio of the vehicle file are wrong
 
 
@@ -122,7 +125,7 @@ class Drive:
 
 def drive(row: Row, seed: int, folder: Path) -> Drive:
     """The row's drive of that seed. `folder` takes its scenario file for a while."""
-    random = np.random.default_rng([seed, zlib.crc32(row.name.encode())])
+    random = np.random.default_rng([seed, zlib.crc32((row.like or row.name).encode())])
     scenario, signals, truth, redrawn = _driven(row, seed, random, folder)
     vehicle = _vehicle_file(row, scenario.truck, truth, random)
     ends = slice(MINUTE_TICKS - 1, None, MINUTE_TICKS)
@@ -249,6 +252,10 @@ def _scenario(row: Row, drawn: Draw, random: Random) -> Table:
     of_wind = wind(drawn, random)
     if row.wind:
         values["wind"] = of_wind
+    if row.torque:
+        values["sensors"]["steering_wheel_torque"] = {
+            "zero_error_n_m": random.spawn(1)[0].normal(0.0, TORQUE_ZERO_SD_N_M)
+        }
     return values
 
 
@@ -426,6 +433,15 @@ _ROWS = (
     Row("no_wheel_speeds", "no wheel speeds on the bus", spoil=without_wheel_speeds),
     Row("no_accelerometer", "lateral acceleration not used, but by rivals", asked="", hears=False),
     Row("no_accelerometer_motorway", "the same on a motorway, banked in bends", asked="", hears=False, base="motorway"),
+    Row("torque_pull", "`pull` with a torque sensor", asked="interval", pulls=True, torque=True, like="pull"),
+    Row(
+        "torque_no_accelerometer",
+        "`no_accelerometer`, and a torque sensor replaces it",
+        asked="",
+        hears=False,
+        torque=True,
+        like="no_accelerometer",
+    ),
     Row("kicks", "kerbs, and a stability control at work", spoil=with_kicks),
     Row("left_hand", "traffic on the left, crown mirrored", traffic_side="left"),
     Row("wrong_side", "traffic_side is left, roads fall to the right", asked="", told_side="left"),

@@ -20,6 +20,7 @@
 typedef struct {
     float unloading_mean;   /* m/s^2, of a_0: the accelerometer's bias and a known pull */
     float unloading_sd;     /* m/s^2 */
+    float zero_information; /* 1/(m/s^2)^2, of a_0 about 0 by a torque sensor's zero; 0: none */
     float crown;            /* m/s^2, for which an axle may be set up */
     float yaw_rate_bias_sd; /* rad/s, of the yaw rate's correction */
 } oc_prior;

@@ -101,11 +101,12 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
     const float unloading = scale[UNLOADING] / prior->unloading_sd;
     const float bias = scale[YAW_RATE_BIAS] / prior->yaw_rate_bias_sd;
     const float discounted = unloading / prior_discount(apart, prior->unloading_sd, design->most_doubt);
-    information[UNLOADING] = discounted * unloading;
+    const float by_torque = prior->zero_information * scale[UNLOADING];
+    information[UNLOADING] = discounted * unloading + by_torque * scale[UNLOADING];
     information[YAW_RATE_BIAS] = bias * bias;
     information[WHEELBASE] = design->known.wheelbase.information;
     information[GRADIENT] = design->known.gradient.information;
-    terms[UNLOADING] += discounted * apart;
+    terms[UNLOADING] += discounted * apart - by_torque * play->unloading;
     terms[WHEELBASE] += design->known.wheelbase.toward;
     terms[GRADIENT] += design->known.gradient.toward;
     terms[WIDTH] += (h->width_mean - 2.0f * play->half_width) / scale[WIDTH];
@@ -183,7 +184,9 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
 
     /* a_0 is accelerometer bias + pull + wind (docs/method.md, "Pull and wind"): bias is S^2, shown V, pull P^2,
      * of_bias 1 - s; in little play the lag of the steering imitates a_0, so V grows */
-    const float bias = design->scale[UNLOADING] * design->scale[UNLOADING] / equations->information[UNLOADING];
+    const float scale = design->scale[UNLOADING];
+    const float squared_scale = scale * scale;
+    const float bias = squared_scale / (equations->information[UNLOADING] - prior->zero_information * squared_scale);
     const float little = oc_max(1.0f - 2.0f * h->play.half_width / oc_joint_model_get()->little_play, 0.0f);
     const float variance = h->variances.of[OC_OF_UNLOADING], pull_prior = design->pull_sd * design->pull_sd;
     const float shown = oc_min(variance + little * bias, bias);

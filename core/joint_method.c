@@ -35,7 +35,7 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
     const float road = crown_sd * crown_sd + unknown_side * unknown_side + turning * turning;
     oc_prior prior = {
         .unloading_mean = known->pull - crown, .unloading_sd = sqrtf(road), .yaw_rate_bias_sd = yaw_rate_bias_sd};
-    if (!p->use_accelerometer) {
+    if (c->joint.unseen > 0.0f) {
         return prior;
     }
     const bool knows_bias = p->known_accelerometer_bias_sd_m_s2 > 0.0;
@@ -50,14 +50,16 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
     }
     const oc_estimate standing =
         oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
-    if (standing.status == OC_VALID) {
+    if (standing.status == OC_VALID && p->use_accelerometer) {
         static const float wandered = 0.3f; /* m/s^2, sd since the standstill, tuned: bench/effects.py */
         const float slope_sd = (float)p->standing_slope_sd_m_s2;
         const float since = oc_joint_wanders(&evidence->joint) ? wandered * wandered : 0.0f;
-        take_reading(&belief, (float)standing.value, (float)p->standing_crown_share_1, slope_sd * slope_sd + since);
+        take_reading(&belief, (float)standing.value - evidence->torque.slow, (float)p->standing_crown_share_1,
+                     slope_sd * slope_sd + since);
     }
     const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
     prior.crown = crown * known->set_up_share;
+    prior.zero_information = oc_torque_zero_information(&evidence->torque, &c->torque);
     prior.unloading_mean = belief.bias + known->pull;
     prior.unloading_sd = sqrtf(belief.bias_variance > variance_min ? belief.bias_variance : variance_min);
     return prior;
@@ -68,7 +70,7 @@ static void correct_past_yaw_rates(const oc_joint_tracking *tracking, oc_evidenc
     static const float correction_share = 0.01f; /* of the variance, numerical: a round of work for a tenth of the sd */
     oc_past_bias *past = &evidence->gyro_bias.past;
     if (past->bias * past->bias > correction_share * past->variance &&
-        oc_joint_correct(&evidence->joint, tracking, &c->joint, past->bias, c->params.use_accelerometer != 0)) {
+        oc_joint_correct(&evidence->joint, tracking, &c->joint, past->bias, c->joint.unseen <= 0.0f)) {
         past->bias = 0.0f;
     }
 }

@@ -18,6 +18,10 @@ static oc_status status_of(oc_status before, bool enough, float sd, double narro
     return enough ? oc_status_next(before, (double)sd, narrow) : OC_CONVERGING;
 }
 
+static float both_of(float sd, float other_sd) {
+    return sqrtf(sd * sd + other_sd * other_sd);
+}
+
 static oc_estimate estimate_from(oc_found found, float used, oc_status status) {
     return (oc_estimate){(double)found.value, (double)found.sd, (double)used, status, 0.0f};
 }
@@ -31,6 +35,11 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     }
     oc_joint_answer found;
     oc_joint_answer_get(&found, &evidence->joint, &c->joint);
+    if (!p->use_accelerometer && c->joint.unseen <= 0.0f) {
+        const float by_bank = found.parts.per_acceleration * oc_torque_bank_sd(&evidence->torque, &c->torque);
+        found.parts.drive_sd = both_of(found.parts.drive_sd, by_bank);
+        found.of[OC_OF_OFFSET].sd = both_of(found.of[OC_OF_OFFSET].sd, by_bank);
+    }
     /* play imitates oversteer: 3 of 4 such valid answers were wrong (docs/method.md) */
     const bool understeers = found.of[OC_OF_GRADIENT].value > 0.0f;
     const bool enough = understeers && found.used >= (float)p->joint_evidence_min_s &&

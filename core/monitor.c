@@ -58,6 +58,12 @@ static void select_signals(oc_tick *tick, const oc_fault_watch *watch, const oc_
     }
 }
 
+/* Whether the torque replaces an accelerometer that is not used. */
+static bool needs_torque(const oc_coefficients *c) {
+    return c->params.method == OC_METHOD_JOINT && !c->params.use_accelerometer &&
+           c->params.torque_for_accelerometer_1 > 0.5;
+}
+
 static uint32_t signals_needed(const oc_coefficients *c) {
     if (c->params.method == OC_METHOD_WHEEL_SPEED) {
         return OC_HAS_STEERING_WHEEL_ANGLE | (c->wheel_axle == OC_AXLE_REAR
@@ -65,7 +71,10 @@ static uint32_t signals_needed(const oc_coefficients *c) {
                                                   : OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT);
     }
     const uint32_t always = OC_HAS_STEERING_WHEEL_ANGLE | OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
-    return c->params.use_accelerometer ? always | OC_HAS_LATERAL_ACCELERATION : always;
+    if (c->params.use_accelerometer) {
+        return always | OC_HAS_LATERAL_ACCELERATION;
+    }
+    return needs_torque(c) ? always | OC_HAS_STEERING_WHEEL_TORQUE : always;
 }
 
 /* 5.5.4: speed and yaw rate of the axle, as if its wheels were of one radius. */
@@ -82,6 +91,32 @@ static void sense_by_wheels(oc_tick *tick, const oc_coefficients *c) {
     tick->sensed.yaw_rate = curvature * tick->sensed.speed;
     tick->sensed.lateral_acceleration = 0.0;
     tick->sensed.use_accelerometer = false;
+}
+
+/* The torque's zero replaces the accelerometer's; without one the torque shows the bank. It learns in a tick that has
+ * time for it. */
+static void sense_by_torque(oc_tick *tick, const oc_tracking *tracking, oc_evidence *evidence,
+                            const oc_coefficients *c) {
+    const bool has_torque = (tick->signals.valid & OC_HAS_STEERING_WHEEL_TORQUE) != 0;
+    const bool instead = needs_torque(c);
+    if (c->params.method != OC_METHOD_JOINT || !(has_torque || evidence->torque.started)) {
+        return;
+    }
+    const oc_torque_tick by = {
+        .torque = tick->signals.steering_wheel_torque,
+        .angle = tick->signals.steering_wheel_angle,
+        .acceleration = instead ? (tick->signals.yaw_rate - tick->yaw_rate_bias) * tick->signals.vehicle_speed
+                                : tick->sensed.lateral_acceleration,
+        .speed = tick->sensed.speed,
+        .has_torque = has_torque,
+    };
+    const oc_joint_tracking *joint = &tracking->joint;
+    const bool round_is_far = joint->turns == 0 && joint->filling.count < c->joint.samples_per_second - 1;
+    if (evidence->torque.due && round_is_far && !oc_gyro_bias_is_busy(&evidence->gyro_bias)) {
+        oc_torque_learn(&evidence->torque, &c->torque);
+    }
+    tick->sensed.lateral_acceleration = oc_torque_update(&evidence->torque, &c->torque, &by);
+    tick->sensed.use_accelerometer = tick->sensed.use_accelerometer || instead;
 }
 
 static void sense(oc_tick *tick, const oc_coefficients *c) {
@@ -103,16 +138,21 @@ static bool is_after_hole(const oc_tracking *tracking, const oc_coefficients *c,
 
 /* Whether the tick has all signals that the method needs. Without them the filters keep their state, and pending
  * blocks are dropped. */
-static bool is_complete(oc_tick *tick, oc_tracking *tracking, oc_standstill *standstill, const oc_coefficients *c) {
+static bool is_complete(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
     const uint32_t needed = signals_needed(c);
-    if ((tick->signals.valid & needed) != needed) {
+    const bool has_all = (tick->signals.valid & needed) == needed;
+    if (has_all) {
+        sense(tick, c);
+        sense_by_torque(tick, tracking, evidence, c);
+    }
+    /* a torque that does not follow the lateral force counts as missing */
+    if (!has_all || (needs_torque(c) && !oc_torque_is_trusted(&evidence->torque, &c->torque))) {
         oc_pending_drop(&tracking->straight);
         oc_pending_drop(&tracking->cornering);
-        standstill->still_ticks = 0;
+        evidence->standstill.still_ticks = 0;
         tick->reasons = OC_REASON_MISSING_SIGNAL;
         return false;
     }
-    sense(tick, c);
     tick->after_hole = is_after_hole(tracking, c, tick->signals.time);
     tracking->last_complete = tick->signals.time;
     tracking->has_complete = 1;
@@ -224,7 +264,7 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     take_bias(tick, gyro_bias, &c->params);
 
     /* a tick without its signals keeps the filters' state and drops pending blocks */
-    if (is_complete(tick, tracking, &evidence->standstill, c)) {
+    if (is_complete(tick, tracking, evidence, c)) {
         /* standstill: zero errors of the sensors */
         stand_still(tick, &evidence->standstill, c);
         if (tick->stands) {
@@ -265,7 +305,8 @@ void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_colum
                            (columns->wheel_speed_front_right != NULL ? OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u) |
                            (columns->wheel_speed_rear_left != NULL ? OC_HAS_WHEEL_SPEED_REAR_LEFT : 0u) |
                            (columns->wheel_speed_rear_right != NULL ? OC_HAS_WHEEL_SPEED_REAR_RIGHT : 0u) |
-                           (columns->lateral_speed != NULL ? OC_HAS_LATERAL_SPEED : 0u);
+                           (columns->lateral_speed != NULL ? OC_HAS_LATERAL_SPEED : 0u) |
+                           (columns->steering_wheel_torque != NULL ? OC_HAS_STEERING_WHEEL_TORQUE : 0u);
     for (size_t row = 0; row < columns->count; ++row) {
         const oc_signals tick = {
             .time = columns->time[row],
@@ -278,6 +319,7 @@ void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_colum
             .wheel_speed_rear_left = at(columns->wheel_speed_rear_left, row),
             .wheel_speed_rear_right = at(columns->wheel_speed_rear_right, row),
             .lateral_speed = at(columns->lateral_speed, row),
+            .steering_wheel_torque = at(columns->steering_wheel_torque, row),
             .valid = valid,
         };
         oc_step(state, coefficients, &tick, outputs == NULL ? NULL : &outputs[row]);

@@ -18,6 +18,7 @@
 #include "signals.h"
 #include "smooth.h"
 #include "standstill.h"
+#include "torque.h"
 #include "trig.h"
 #include "understeer.h"
 #include "vehicle.h"
@@ -40,6 +41,7 @@ typedef struct {
     oc_preprocess preprocess;
     oc_gyro_bias_design gyro_bias;
     oc_joint_design joint;
+    oc_torque_design torque;
     oc_angle_design angle;
     double rate_hz, tick_s;
     double ratio_times_wheelbase; /* m, i*L */
@@ -76,6 +78,7 @@ typedef struct {
     oc_gyro_bias gyro_bias;
     oc_wheel_speed wheel_speed;
     oc_joint joint;
+    oc_torque torque;
     oc_angle_evidence angle;
     oc_fault_evidence fault;
     oc_verdicts verdicts;

@@ -74,6 +74,9 @@ static const oc_params defaults = {
     .known_accelerometer_bias_sd_m_s2 = 0.0,
     .known_yaw_rate_bias_rad_s = 0.0 * DEGREE,
     .known_yaw_rate_bias_sd_rad_s = 0.0 * DEGREE,
+    .torque_slope_n_m_m_s2 = 2.0,
+    .torque_zero_sd_n_m = 0.1,
+    .torque_for_accelerometer_1 = 0.0,
     /* end */
     .use_accelerometer = 1,
 };
@@ -151,6 +154,9 @@ static const struct {
     {0.0f, 10.0f}, /* known_accelerometer_bias_sd_m_s2 */
     {-0.2f, 0.2f}, /* known_yaw_rate_bias_rad_s */
     {0.0f, 1.0f}, /* known_yaw_rate_bias_sd_rad_s */
+    {0.05f, 1000.0f}, /* torque_slope_n_m_m_s2 */
+    {0.001f, 100.0f}, /* torque_zero_sd_n_m */
+    {0.0f, 1.0f}, /* torque_for_accelerometer_1 */
     /* end */
 };
 
@@ -260,6 +266,9 @@ static const char *const names[] = {
     "known_accelerometer_bias_sd_m_s2",
     "known_yaw_rate_bias_rad_s",
     "known_yaw_rate_bias_sd_rad_s",
+    "torque_slope_n_m_m_s2",
+    "torque_zero_sd_n_m",
+    "torque_for_accelerometer_1",
     /* end */
     "method",
     "angle_method",

@@ -123,6 +123,13 @@ typedef struct {
     double known_yaw_rate_bias_rad_s;
     /* its standard deviation, in place of gyro_bias_sd_rad_s. 0 deg/s, 0: unknown */
     double known_yaw_rate_bias_sd_rad_s;
+    /* Steering wheel torque */
+    /* prior of the torque per lateral acceleration, with an sd of half of it; a rod's or motor's force has another. 2,
+     * ours: 1 to 3 on centre, with assistance */
+    double torque_slope_n_m_m_s2;
+    double torque_zero_sd_n_m; /* prior of the torque sensor's zero error, sd. 0.1, ours */
+    /* 1: with use_accelerometer 0 a torque signal replaces the accelerometer, and is needed. 0, ours */
+    double torque_for_accelerometer_1;
     /* end */
     /* whether the accelerometer is used at all (5.3.2, 5.5.3): 1, or 0 for r*v alone and no bank limit */
     int32_t use_accelerometer;

@@ -19,7 +19,7 @@
 
 /* docs/make_layout.py writes what follows from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x0FF7CCD6u;
+static const uint32_t layout_hash = 0x9DB24392u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
@@ -30,7 +30,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS(oc_state, tracking.joint.running, 2), FLOATS(oc_state, tracking.joint.curvature_sum, 1),
     INTEGERS(oc_state, tracking.joint.doubted, 1), FLOATS(oc_state, tracking.joint.turned, 1),
     DOUBLES(oc_state, tracking.joint.yaw_rate, 1), FLOATS(oc_state, tracking.joint.articulation, 2),
-    DOUBLES(oc_state, tracking.joint.bank, 2), FLOATS(oc_state, tracking.joint.noise.samples.last[0], 12),
+    DOUBLES(oc_state, tracking.joint.bank, 2), FLOATS(oc_state, tracking.joint.noise.samples.last[0], 13),
     DOUBLES_OF_EACH(oc_state, tracking.joint.filling.samples[0].angle, 1, tracking.joint.filling.samples),
     FLOATS_OF_EACH(oc_state, tracking.joint.filling.samples[0].residual, 10, tracking.joint.filling.samples),
     INTEGERS_OF_EACH(oc_state, tracking.joint.filling.samples[0].in_second, 1, tracking.joint.filling.samples),
@@ -64,15 +64,16 @@ static const oc_saved_run state_runs[] = {
     FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].play.half_width, 199, evidence.joint.hypotheses),
     INTEGERS_OF_EACH(oc_state, evidence.joint.hypotheses[0].wanders, 1, evidence.joint.hypotheses),
     FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].huber_weight, 25, evidence.joint.hypotheses),
-    FLOATS(oc_state, evidence.angle.slopes, 7), DOUBLES(oc_state, evidence.angle.side_slip.information[0][0], 12),
-    ENUMS(oc_state, evidence.fault.fault, 1), FLOATS(oc_state, evidence.fault.confidence, 2),
-    INTEGERS(oc_state, evidence.verdicts.offset_trusted, 1), FLOATS(oc_state, evidence.verdicts.lately, 1),
-    COUNTS(oc_state, evidence.ticks, 13), DOUBLES(oc_state, evidence.bank_ticks, 10),
-    ENUMS(oc_state, learned.offset.status, 1), FLOATS(oc_state, learned.offset.lean, 6),
-    DOUBLES(oc_state, learned.understeer_gradient.value, 3), ENUMS(oc_state, learned.understeer_gradient.status, 1),
-    FLOATS(oc_state, learned.understeer_gradient.lean, 1), DOUBLES(oc_state, learned.backlash.value, 3),
-    ENUMS(oc_state, learned.backlash.status, 1), FLOATS(oc_state, learned.backlash.lean, 1),
-    DOUBLES(oc_state, learned.unloading_acceleration.value, 3),
+    INTEGERS(oc_state, evidence.torque.started, 2), FLOATS(oc_state, evidence.torque.angle, 5),
+    INTEGERS(oc_state, evidence.torque.filling.ticks, 2), FLOATS(oc_state, evidence.torque.terms[0], 18),
+    DOUBLES(oc_state, evidence.angle.side_slip.information[0][0], 12), ENUMS(oc_state, evidence.fault.fault, 1),
+    FLOATS(oc_state, evidence.fault.confidence, 2), INTEGERS(oc_state, evidence.verdicts.offset_trusted, 1),
+    FLOATS(oc_state, evidence.verdicts.lately, 1), COUNTS(oc_state, evidence.ticks, 13),
+    DOUBLES(oc_state, evidence.bank_ticks, 10), ENUMS(oc_state, learned.offset.status, 1),
+    FLOATS(oc_state, learned.offset.lean, 6), DOUBLES(oc_state, learned.understeer_gradient.value, 3),
+    ENUMS(oc_state, learned.understeer_gradient.status, 1), FLOATS(oc_state, learned.understeer_gradient.lean, 1),
+    DOUBLES(oc_state, learned.backlash.value, 3), ENUMS(oc_state, learned.backlash.status, 1),
+    FLOATS(oc_state, learned.backlash.lean, 1), DOUBLES(oc_state, learned.unloading_acceleration.value, 3),
     ENUMS(oc_state, learned.unloading_acceleration.status, 1), FLOATS(oc_state, learned.unloading_acceleration.lean, 1),
     DOUBLES(oc_state, learned.equivalent_wheelbase.value, 3), ENUMS(oc_state, learned.equivalent_wheelbase.status, 1),
     FLOATS(oc_state, learned.equivalent_wheelbase.lean, 14), INTEGERS(oc_state, learned.truck.known, 1),
@@ -81,7 +82,7 @@ static const oc_saved_run state_runs[] = {
 static const oc_saved_run keyed_runs[] = {
     DOUBLES(oc_coefficients, vehicle.wheelbase, 3), INTEGERS(oc_coefficients, vehicle.ratio.terms, 1),
     DOUBLES(oc_coefficients, vehicle.ratio.coefficients[0], 11), ENUMS(oc_coefficients, params.method, 2),
-    DOUBLES(oc_coefficients, params.cutoff_hz, 64), INTEGERS(oc_coefficients, params.use_accelerometer, 1),
+    DOUBLES(oc_coefficients, params.cutoff_hz, 67), INTEGERS(oc_coefficients, params.use_accelerometer, 1),
     DOUBLES(oc_coefficients, rate_hz, 1),
 };
 /* end */

@@ -228,6 +228,21 @@ static bool is_gyro_bias(const oc_gyro_bias *gyro_bias) {
            is_within((float)gyro_bias->still_yaw_rate, 1e9f) && is_within(gyro_bias->past.bias, yaw_rate_max);
 }
 
+/* A second that is due has ticks, and the slope is a divisor where it is trusted. */
+static bool is_torque(const oc_torque *torque) {
+    static const float torque_max = 1e4f; /* N m, N m per m/s^2 */
+    for (int32_t k = 0; k < OC_TORQUE_TERMS; ++k) {
+        if (!is_within(torque->terms[k], torque_max)) {
+            return false;
+        }
+    }
+    return is_within(torque->place, 1.0f) && is_within(torque->angle, angle_max) &&
+           is_within(torque->slow, acceleration_max) && torque->slow_s >= 0.0f &&
+           is_within(torque->filling.torque, 1e6f) && is_within(torque->filling.acceleration, 1e6f) &&
+           is_below(torque->filling.ticks, 256) && (!torque->due || torque->filling.ticks > 0) &&
+           torque->covariance[0] >= 0.0f && torque->covariance[2] >= 0.0f && torque->covariance[5] >= 0.0f;
+}
+
 static bool is_estimate(const oc_estimate *estimate) {
     return is_within((float)estimate->value, 1e5f) &&
            none_negative(&estimate->standard_deviation, 2) && /* and evidence */
@@ -246,6 +261,7 @@ bool oc_saved_plausible(const oc_state *state, const oc_coefficients *c) {
     return is_straight_ahead(&evidence->offset, &evidence->understeer) && is_standstill(&evidence->standstill) &&
            is_joint(joint, &c->joint) && is_tracking(&state->tracking, c) &&
            is_joint_tracking(&state->tracking.joint, joint, &c->joint) && is_gyro_bias(&evidence->gyro_bias) &&
-           is_angle(&state->tracking.angle, &evidence->angle) && (uint32_t)evidence->fault.fault < OC_FAULT_COUNT &&
+           is_torque(&evidence->torque) && is_angle(&state->tracking.angle, &evidence->angle) &&
+           (uint32_t)evidence->fault.fault < OC_FAULT_COUNT &&
            is_learned(&state->learned, joint->hypotheses[joint->best].play.half_width > 0.0f);
 }

@@ -134,7 +134,11 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     oc_preprocess_design(&c->preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
                          params->method == OC_METHOD_JOINT ? yaw_lag_s : 0.0, rate_hz);
     oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
-    const bool sees_bank = params->use_accelerometer != 0 || params->method != OC_METHOD_JOINT;
+    const bool has_accelerometer = params->use_accelerometer != 0;
+    const bool by_torque = params->torque_for_accelerometer_1 > 0.5;
+    const bool sees_bank = has_accelerometer || by_torque || params->method != OC_METHOD_JOINT;
+    oc_torque_setup(&c->torque, params->torque_slope_n_m_m_s2, params->torque_zero_sd_n_m, rate_hz,
+                    params->joint_speed_min_m_s, has_accelerometer);
     const bool knows_pull = params->known_pull_sd_m_s2 > 0.0;
     const float pull = (float)(knows_pull ? params->known_pull_sd_m_s2 : params->pull_sd_m_s2);
     const float wind = (float)params->wind_sd_m_s2;

@@ -7,6 +7,7 @@ static const double angle_limit = 100.0;        /* rad, 16 turns: as all, agains
 static const double yaw_rate_limit = 10.0;      /* rad/s */
 static const double speed_limit = 150.0;        /* m/s */
 static const double acceleration_limit = 100.0; /* m/s^2 */
+static const double torque_limit = 1e5;         /* N m, or N of a rod's force */
 
 static bool usable(double value, double limit) {
     return fabs(value) < limit;
@@ -17,7 +18,7 @@ static bool all_usable(const oc_signals *tick) {
            usable(tick->vehicle_speed, speed_limit) && usable(tick->lateral_acceleration, acceleration_limit) &&
            usable(tick->wheel_speed_front_left, speed_limit) && usable(tick->wheel_speed_front_right, speed_limit) &&
            usable(tick->wheel_speed_rear_left, speed_limit) && usable(tick->wheel_speed_rear_right, speed_limit) &&
-           usable(tick->lateral_speed, speed_limit);
+           usable(tick->lateral_speed, speed_limit) && usable(tick->steering_wheel_torque, torque_limit);
 }
 
 /* The bit if its member is implausible. */
@@ -40,6 +41,7 @@ uint32_t oc_signals_measured(const oc_signals *tick) {
                              invalid_bit(OC_HAS_YAW_RATE, tick->yaw_rate, yaw_rate_limit) |
                              invalid_bit(OC_HAS_VEHICLE_SPEED, tick->vehicle_speed, speed_limit) |
                              invalid_bit(OC_HAS_LATERAL_ACCELERATION, tick->lateral_acceleration, acceleration_limit) |
-                             invalid_bit(OC_HAS_LATERAL_SPEED, tick->lateral_speed, speed_limit);
+                             invalid_bit(OC_HAS_LATERAL_SPEED, tick->lateral_speed, speed_limit) |
+                             invalid_bit(OC_HAS_STEERING_WHEEL_TORQUE, tick->steering_wheel_torque, torque_limit);
     return tick->valid & ~(invalid | invalid_wheels(tick));
 }

@@ -2,7 +2,8 @@
 #define OC_SIGNALS_H
 /* One tick as the truck reports it.
  *
- * SI units and rad. ISO 8855: a left turn is positive for the angle, the yaw rate and the lateral acceleration.
+ * SI units and rad. ISO 8855: a left turn is positive for the angle, the yaw rate, the lateral acceleration and
+ * the torque.
  * The accelerometer reports specific force: a road that falls to the right reads positive. */
 
 #include <stdbool.h>
@@ -19,7 +20,8 @@ typedef enum {
     OC_HAS_WHEEL_SPEED_FRONT_RIGHT = 32,
     OC_HAS_WHEEL_SPEED_REAR_LEFT = 64,
     OC_HAS_WHEEL_SPEED_REAR_RIGHT = 128,
-    OC_HAS_LATERAL_SPEED = 256
+    OC_HAS_LATERAL_SPEED = 256,
+    OC_HAS_STEERING_WHEEL_TORQUE = 512
 } oc_signal_bit;
 
 typedef struct {
@@ -31,6 +33,7 @@ typedef struct {
     double wheel_speed_front_left, wheel_speed_front_right; /* m/s at the tread, by a nominal radius */
     double wheel_speed_rear_left, wheel_speed_rear_right;   /* m/s */
     double lateral_speed;        /* m/s over ground, by GNSS; for the angle by side slip alone */
+    double steering_wheel_torque; /* N m, that the driver applies */
     uint32_t valid;              /* oc_signal_bit */
 } oc_signals;
 
@@ -45,10 +48,11 @@ typedef struct {
     const double *wheel_speed_front_left, *wheel_speed_front_right; /* m/s */
     const double *wheel_speed_rear_left, *wheel_speed_rear_right;   /* m/s */
     const double *lateral_speed;        /* m/s */
+    const double *steering_wheel_torque; /* N m */
 } oc_columns;
 
 /* The valid bits without those of implausible values for a road vehicle: 16 turns of the wheel, 10 rad/s, 150 m/s or
- * 100 m/s^2 and more, or NaN. */
+ * 100 m/s^2, 1e5 N m and more, or NaN. */
 uint32_t oc_signals_measured(const oc_signals *tick);
 
 #endif

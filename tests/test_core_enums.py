@@ -41,7 +41,8 @@ def lost_for(begin: int, end: int) -> dict[str, Array]:
 def with_all_signals() -> dict[str, Array]:
     moved = {name: 20.0 + 0.01 * k + np.sin(np.arange(6000) / (50 + k)) for k, name in enumerate(WHEELS)}
     columns = steady(**{SPEED: 20.0, YAW_RATE: 0.02 * np.sin(np.arange(6000) / 70.0), **moved})
-    return columns | {"lateral_speed_m_s": 0.1 * np.sin(np.arange(6000) / 90.0)}
+    columns |= {"lateral_speed_m_s": 0.1 * np.sin(np.arange(6000) / 90.0)}
+    return columns | {"steering_wheel_torque_nm": 0.5 * np.sin(np.arange(6000) / 40.0)}
 
 
 def own_way(names: tuple[str, ...], methods: Callable[[str], tuple[str, str]]) -> set[int]:

@@ -72,6 +72,8 @@ def test_every_whole_member_survives() -> None:
             dict(leaves(ecu.whole()))[name][place] = 1
             if name == ".evidence.joint.started":
                 make_plausible(ecu)
+            if name == ".evidence.torque.due":
+                ecu.evidence()["torque"]["filling"]["ticks"] = 1
             if name == ".tracking.joint.turns":
                 for sd in ("unloading_sd", "yaw_rate_bias_sd"):
                     ecu.whole()["tracking"]["joint"]["prior"][sd] = 1.0

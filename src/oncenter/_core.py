@@ -31,6 +31,7 @@ COLUMNS = {
     "wheel_speed_rear_left_m_s": "wheel_speed_rear_left",
     "wheel_speed_rear_right_m_s": "wheel_speed_rear_right",
     "lateral_speed_m_s": "lateral_speed",
+    "steering_wheel_torque_nm": "steering_wheel_torque",
 }
 _VALID_BITS = {name: getattr(lib, f"OC_HAS_{name.upper()}") for name in COLUMNS.values() if name != "time"}
 

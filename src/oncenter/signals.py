@@ -31,6 +31,7 @@ ANGULAR_RATE = Quantity("rad_s", {"rad_s": 1.0, "deg_s": DEGREE})
 SPEED = Quantity("m_s", {"m_s": 1.0, "km_h": 1 / 3.6})
 WHEEL_SPEED = Quantity("m_s", {"m_s": 1.0, "km_h": 1 / 3.6})
 ACCELERATION = Quantity("m_s2", {"m_s2": 1.0, "g": STANDARD_GRAVITY})
+TORQUE = Quantity("nm", {"nm": 1.0})
 PURE_NUMBER = Quantity("1", {"1": 1.0})
 
 
@@ -60,6 +61,7 @@ SIGNALS: dict[str, Signal] = {
         Signal("wheel_speed_front_right", WHEEL_SPEED, "v_fr", "at the tread"),
         Signal("wheel_speed_rear_left", WHEEL_SPEED, "v_rl", "at the tread"),
         Signal("wheel_speed_rear_right", WHEEL_SPEED, "v_rr", "at the tread"),
+        Signal("steering_wheel_torque", TORQUE, "", "that the driver applies, left positive"),
         Signal("steering_wheel_angle_sensor_type", PURE_NUMBER, "", "SPN 1812: 0 relative, 1 absolute"),
         Signal("latitude", Quantity("deg", {"deg": 1.0}), "", "WGS 84"),
         Signal("longitude", Quantity("deg", {"deg": 1.0}), "", "WGS 84"),

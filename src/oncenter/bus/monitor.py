@@ -35,6 +35,7 @@ class Tick:
     wheel_speed_front_right_m_s: float = NOT_AVAILABLE
     wheel_speed_rear_left_m_s: float = NOT_AVAILABLE
     wheel_speed_rear_right_m_s: float = NOT_AVAILABLE
+    steering_wheel_torque_nm: float = NOT_AVAILABLE
 
 
 @dataclass(frozen=True)

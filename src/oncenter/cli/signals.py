@@ -45,6 +45,7 @@ _FILE_UNITS = {
     "rad": ("deg", "deg", 1),
     "rad_s": ("deg_s", "deg/s", 2),
     "m_s": ("km_h", "km/h", 1),
+    "nm": ("nm", "N m", 2),
     "m_s2": ("m_s2", "m/s^2", 2),
     "deg": ("deg", "deg", 4),
     "1": ("1", "", 0),

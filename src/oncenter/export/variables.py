@@ -27,6 +27,8 @@ UNITS: dict[str, dict[str, int]] = {
     "1/m": {"m": -1},
     "m2/s2": {"m": 2, "s": -2},
     "s2/m": {"m": -1, "s": 2},
+    "N m": {"kg": 1, "m": 2, "s": -2},
+    "N m/(m/s2)": {"kg": 1, "m": 1},
     "s": {"s": 1},
     "Hz": {"s": -1},
     "1": {},
@@ -183,6 +185,7 @@ _INPUTS = (  # by the bits of oc_signals.valid: name, unit, what it is, whether 
     ("wheel_speed_rear_left", "m/s", "Wheel speed at the tread, rear left", False),
     ("wheel_speed_rear_right", "m/s", "Wheel speed at the tread, rear right", False),
     ("lateral_speed", "m/s", "Speed sideways over ground, left positive; for the angle by side slip alone", False),
+    ("steering_wheel_torque", "N m", "Steering wheel torque that the driver applies, left positive", False),
 )
 
 

@@ -12,6 +12,7 @@ from oncenter.signals import SIGNALS, Signals
 from oncenter.vehicle import Vehicle, core_params
 
 _NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
+_TORQUE_SWITCH = "torque_for_accelerometer_1"
 _AXLES = ("rear", "front")  # whose wheel speeds stand for the motion, the better one first
 _RATES_ALIKE = 0.01  # of the rate; clocks differ by less
 
@@ -21,6 +22,22 @@ def params_of(vehicle: Vehicle, params: Mapping[str, float] | None) -> dict[str,
         return _core.default_params() | core_params(vehicle.params, params or {})
     except ValueError as error:
         raise OncenterError(str(error), code="params", exit_code=WRONG_USAGE) from None
+
+
+def with_torque(
+    params: Mapping[str, float], given: Mapping[str, float], method: Method, drives: Sequence[Signals]
+) -> dict[str, float]:
+    """The params in force: where no accelerometer is used and all drives have a torque signal, that replaces it.
+
+    Args:
+        params: as `params_of` has them.
+        given: the vehicle's and the caller's own, which decide where they have the switch.
+        method, drives: of the answer.
+    """
+    has_torque = all(SIGNALS["steering_wheel_torque"].column in drive.table.columns for drive in drives)
+    if params["use_accelerometer"] or method != "joint" or not has_torque or _TORQUE_SWITCH in given:
+        return dict(params)
+    return {**params, _TORQUE_SWITCH: 1.0}
 
 
 def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
@@ -43,7 +60,9 @@ def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
 def needed(method: Method, drives: Sequence[Signals], params: Mapping[str, float]) -> tuple[str, ...]:
     if method == "wheel-speed":
         return ("steering_wheel_angle", *_wheels(_axle(drives)))
-    return (*_NEEDED, "lateral_acceleration") if params["use_accelerometer"] else _NEEDED
+    if params["use_accelerometer"]:
+        return (*_NEEDED, "lateral_acceleration")
+    return (*_NEEDED, "steering_wheel_torque") if params[_TORQUE_SWITCH] and method == "joint" else _NEEDED
 
 
 def _wheels(axle: str) -> tuple[str, str]:

@@ -317,7 +317,9 @@ def _parts(native: Mapping[str, Any], params: Mapping[str, float], steering_rati
 
 
 def _zero(params: Mapping[str, float]) -> str:
-    return "accelerometer zero" if params["use_accelerometer"] else "road bank, which was not measured"
+    if params["use_accelerometer"]:
+        return "accelerometer zero"
+    return "torque zero" if params["torque_for_accelerometer_1"] else "road bank, which was not measured"
 
 
 def _play_words(native: Mapping[str, Any]) -> str:

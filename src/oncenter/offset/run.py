@@ -13,7 +13,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.offset.answer import DEFAULT_METHOD, METHODS, Answer, Method
 from oncenter.offset.assemble import answer_of
 from oncenter.offset.changes import changes_of
-from oncenter.offset.inputs import check, in_order, needed, params_of, track_widths
+from oncenter.offset.inputs import check, in_order, needed, params_of, track_widths, with_torque
 from oncenter.offset.signals_at_fault import without_what_faults_taught
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals
@@ -52,7 +52,7 @@ def offset(
             f"method '{method}' is not known; known are {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
     drives = in_order((signals,) if isinstance(signals, Signals) else tuple(signals))
-    used_params = params_of(vehicle, params)
+    used_params = with_torque(params_of(vehicle, params), {**vehicle.params, **(params or {})}, method, drives)
     check(drives, needed(method, drives, used_params))
     drives = without_whole_turns(drives)
     core, changes_found = _run(drives, vehicle, used_params, method, progress, None)

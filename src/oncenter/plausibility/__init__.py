@@ -47,6 +47,7 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
         sign,
         units,
         signs_and_units.wheels(drive, units),
+        *signs_and_units.torque(drive, comparable),
         lag.yaw_rate(drive),
         lag.lateral_acceleration(drive),
         ratio.ratio_times_wheelbase(drive, comparable),

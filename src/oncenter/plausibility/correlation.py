@@ -16,12 +16,17 @@ _LAG_CORRELATION = 0.8
 
 def agreement(x: Column, y: Column) -> int:
     """1 when two witnesses follow each other, -1 when they do so mirrored, 0 when the drive does not tell."""
+    return agreement_of_means(x, y, _CORRELATION, round(MIN_TIME_S * GRID_HZ))
+
+
+def agreement_of_means(x: Column, y: Column, correlation: float, count: int) -> int:
+    """The same of any means, where at least `count` pairs correlate at least so much."""
     both = np.isfinite(x) & np.isfinite(y)
-    if both.sum() < MIN_TIME_S * GRID_HZ:
+    if both.sum() < count:
         return 0
     halves = zip(np.array_split(x[both], 2), np.array_split(y[both], 2), strict=True)
     first, second = (_correlation(a, b) for a, b in halves)
-    if min(abs(first), abs(second)) < _CORRELATION or first * second < 0:
+    if min(abs(first), abs(second)) < correlation or first * second < 0:
         return 0
     return 1 if first > 0 else -1
 

@@ -33,6 +33,7 @@ class Drive:
         self.yaw_rate = self._means("yaw_rate")
         self.speed = self._means("vehicle_speed")
         self.lateral_acceleration = self._means("lateral_acceleration")
+        self.torque = self._means("steering_wheel_torque")
         self.rear_difference = self._without_radii(
             self._means("wheel_speed_rear_right") - self._means("wheel_speed_rear_left")
         )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oncenter.offset.findings import Finding
-from oncenter.plausibility.correlation import agreement
+from oncenter.plausibility.correlation import agreement, agreement_of_means
 from oncenter.plausibility.drive import DRIVING_M_S, GRID_HZ, MIN_TIME_S, NEEDED, ROLLING_M_S, Column, Drive
 from oncenter.plausibility.verdict import BENDS, CannotTell, Verdict, lacks
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
@@ -184,3 +184,45 @@ def _wheel_speed_ratio(drive: Drive) -> float | None:
     if both.sum() < MIN_TIME_S * GRID_HZ:
         return None
     return float(np.median(drive.wheel_speed[both]) / max(float(np.median(drive.speed[both])), 1e-3))
+
+
+_TORQUE_MEANS_S = 2.0  # friction and gaps of the steering average out
+_TORQUE_CORRELATION = 0.3  # of such means, in both halves of the drive
+_TORQUE_SLOPE_OFF = 10.0  # times the params' slope, or a share of it
+
+
+def torque(drive: Drive, comparable: bool) -> list[Verdict]:
+    """The steering wheel torque against the lateral acceleration, or r*v without one; nothing where the log has none.
+
+    It has no vote on the other signs: friction and play make it the poorest witness of a turn.
+    """
+    if not drive.has("steering_wheel_torque"):
+        return []
+    subject = "sign and scale of the steering wheel torque"
+    if not comparable:
+        return [CannotTell(subject, "the other signals contradict each other")]
+    moves = drive.lateral_acceleration if drive.has("lateral_acceleration") else drive.centripetal
+    steps = round(_TORQUE_MEANS_S / drive.step_s)
+    x, y = (_rows_of(drive.driven(values), steps).mean(axis=1) for values in (moves, drive.torque))
+    if agreement_of_means(x, y, _TORQUE_CORRELATION, round(MIN_TIME_S / _TORQUE_MEANS_S)) == 0:
+        return [CannotTell(subject, lacks(drive, NEEDED, BENDS))]
+    both = np.isfinite(x) & np.isfinite(y)
+    slope = float(np.cov(x[both], y[both])[0, 1] / np.var(x[both], ddof=1))
+    if slope < 0.0:
+        text = (
+            "the steering wheel torque has its sign reversed: it must be positive where the driver steers left "
+            "(set sign = -1 in [signals])"
+        )
+        return [Finding("sign_reversed", "error", text)]
+    usual = drive.params["torque_slope_n_m_m_s2"]
+    if usual / _TORQUE_SLOPE_OFF < slope < usual * _TORQUE_SLOPE_OFF:
+        return []
+    text = (
+        f"the steering wheel torque is {slope:.3g} N m per m/s^2 of lateral acceleration, usual is {usual:.3g}: check "
+        f"its unit, or set torque_slope_n_m_m_s2 = {slope:.3g} in [params]"
+    )
+    return [Finding("scale", "error", text, slope, "N m/(m/s^2)")]
+
+
+def _rows_of(values: Column, steps: int) -> Column:
+    return values[: len(values) // steps * steps].reshape(-1, steps)

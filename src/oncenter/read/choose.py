@@ -8,7 +8,7 @@ import numpy as np
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.read.samples import Samples
-from oncenter.signals import ACCELERATION, ANGLE, ANGULAR_RATE, DEGREE, SIGNALS, Source
+from oncenter.signals import ACCELERATION, ANGLE, ANGULAR_RATE, DEGREE, SIGNALS, TORQUE, Source
 
 DISAGREE = "sources_disagree"  # code of the error
 
@@ -18,6 +18,7 @@ _MATERIAL = {
     ANGULAR_RATE.unit: 0.5 * DEGREE,
     "m_s": 0.5,
     ACCELERATION.unit: 0.5,
+    TORQUE.unit: 0.5,
     "1": 0.5,
 }
 

@@ -194,6 +194,18 @@ class LateralAccelerometer(Accelerometer):
         return {"bias": self.bias_m_s2, "tilt": STANDARD_GRAVITY * math.sin(math.radians(self.tilt_deg))}
 
 
+class SteeringWheelTorqueSensor(Sensor):
+    zero_error_n_m: Annotated[Number, Field(ge=-5, le=5)] = 0.0
+    noise_sd_n_m: NotNegative = 0.05  # ours
+    resolution_n_m: NotNegative = 0.02  # ours
+    range_n_m: Positive = 20.0  # ours
+
+    @model_validator(mode="after")
+    def _reads_zero(self) -> Self:
+        _check_reads_zero(self.range_n_m, self.resolution_n_m, abs(self.zero_error_n_m), "n_m")
+        return self
+
+
 class SpeedSensor(Sensor):
     noise_sd_m_s: NotNegative = 0.01  # measured on two real trucks' loggers and a car
     resolution_m_s: _SpeedStep = 1.0 / 256.0 / _KM_H  # SPN 84
@@ -245,6 +257,7 @@ class Sensors(Section):
     yaw_rate: YawRateSensor = YawRateSensor()
     lateral_acceleration: LateralAccelerometer = LateralAccelerometer()
     longitudinal_acceleration: Accelerometer = Accelerometer()
+    steering_wheel_torque: SteeringWheelTorqueSensor | None = None
     speed: SpeedSensor = SpeedSensor()
     wheel_speed: WheelSpeedSensors = WheelSpeedSensors()
     gnss: Gnss | None = None

@@ -49,6 +49,12 @@ def straight_ahead_rad(truck: Truck, steering: Steering, *, load_changed: bool =
     return before + _ride_height_steer_rad(truck) if load_changed else before
 
 
+def hand_torque_n_m_per_m_s2(truck: Truck, steering: Steering) -> float:
+    """Torque at the steering wheel per lateral acceleration, on a flank of the play."""
+    moment_n_m = steering.trail_m * steered_force_n(truck, steering, 1.0)
+    return moment_n_m / (steering.ratio_near_centre * steering.assistance)
+
+
 def motor_carries(steering: Steering, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """1 at each time at which the overlay motor steers, else 0."""
     carries = np.zeros(len(time_s))
@@ -78,6 +84,8 @@ def native_steering(steering: Steering, truck: Truck) -> Any:
             "brake_steer": steering.brake_steer_deg_m_s2 * DEGREE,
             "roll_steer": steering.roll_steer_deg_deg,
             "ride_height_steer": 0.0 - _ride_height_steer_rad(truck) / steering.ratio_near_centre,
+            "hands_share": 1.0 / (steering.ratio_near_centre * steering.assistance),
+            "column_friction": steering.column_friction_n_m,
             "windup": {"half_width": steering.windup_deg * DEGREE, "friction": 0.0, "creep": 1.0},
             "active_return": steering.active_return_1_s,
             "lash": {

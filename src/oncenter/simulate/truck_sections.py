@@ -218,6 +218,10 @@ class Steering(Section):
     bump_steer_sd_deg: Annotated[Number, Field(ge=0, le=1)] = 0.0  # of the front wheels, by the springs' travel
     bump_steer_time_s: Annotated[Number, Field(ge=0.02, le=60)] = 0.3  # how long that resembles itself
     overlay_motor: OverlayMotor | None = None
+    # of the moment that turns the wheels over the hands' part of it: with 10, some 2 N m at the steering wheel hold
+    # 1 m/s^2 on the thesis's truck; ours: 1 to 3 N m are usual on centre
+    assistance: Annotated[Number, Field(ge=1, le=100)] = 10.0
+    column_friction_n_m: Annotated[Number, Field(ge=0, le=5)] = 0.3  # at the steering wheel; ours
 
     @property
     def ratio_polynomial(self) -> tuple[float, ...]:

@@ -46,7 +46,13 @@ _COLUMNS = {
 }
 _MOTOR_COLUMNS = {"place_in_lash": "place_in_lash", "motor_carries": "motor_carries"}
 
-_UNITS_IN_FILES = {"rad": ("deg", DEGREE), "rad_s": ("deg_s", DEGREE), "m_s2": ("m_s2", 1.0), "1": ("percent", 0.01)}
+_UNITS_IN_FILES = {
+    "rad": ("deg", DEGREE),
+    "rad_s": ("deg_s", DEGREE),
+    "m_s2": ("m_s2", 1.0),
+    "n_m": ("n_m", 1.0),
+    "1": ("percent", 0.01),
+}
 
 
 @dataclass(frozen=True)
@@ -92,6 +98,7 @@ class Truth:
             the last axle is down and 1 while it is up. With an overlay motor, `place_in_lash` is -1 to 1 and
             `motor_carries` 1 while the motor steers. With a load change, `load_change` is 1 from then on and
             `straight_ahead_rad` the straight-ahead angle at every tick. With patches, `road_patch` is 1 in them.
+            With a torque sensor, `hand_torque_nm` is what the driver applies, left positive.
     """
 
     scenario: str
@@ -147,6 +154,7 @@ def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: 
 def _true_columns(scenario: Scenario, rows: npt.NDArray[np.void]) -> dict[str, npt.NDArray[np.float64]]:
     truck, steering = scenario.truck, scenario.steering
     fields = _COLUMNS | (_MOTOR_COLUMNS if steering.overlay_motor is not None else {})
+    fields |= {"hand_torque_nm": "hand_torque"} if scenario.sensors.steering_wheel_torque is not None else {}
     fields |= {"road_patch": "patch"} if scenario.road.patches is not None else {}
     true = {column: np.ascontiguousarray(rows[field]) for column, field in fields.items()}
     if truck.load_change is not None:

@@ -99,6 +99,7 @@ static void write_row(const sim_state *state, const sim_drive *drive, const sim_
     row->place_in_lash = state->steering.place_in_lash;
     row->motor_carries = state->motor_carries;
     row->patch = patch(state, drive);
+    row->hand_torque = state->steering.hand_torque;
 }
 
 void sim_init(sim_state *state, const sim_drive *drive)

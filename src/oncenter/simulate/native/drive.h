@@ -71,6 +71,7 @@ typedef struct {
     double place_in_lash;             /* -1 to 1, of the column */
     double motor_carries;             /* 1, 0: the driver steers, 1: the overlay motor */
     double patch;                     /* 1, 0: good grip, 1: in a patch of the road */
+    double hand_torque;               /* N m, that the driver applies at the steering wheel */
 } sim_row;
 
 /* What comes from outside, one number a tick. */

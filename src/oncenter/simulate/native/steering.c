@@ -2,6 +2,9 @@
 
 #include <math.h>
 
+static const double COLUMN_SLIP = 0.5 * 0.017453292519943295; /* rad, that takes its friction from none to full */
+static const double KING_PIN_SLIP = 0.5 * 0.017453292519943295; /* rad at the steering wheel, likewise */
+static const double ON_FLANK = 1.0 - 1e-9; /* place in a play; 1 but for rounding */
 static const double TWIST_SETTLES_S = 0.05; /* so that neither steering wheel nor gear jump when hands let go */
 
 /* N m towards the left: all but the tyres' aligning moment. */
@@ -71,12 +74,42 @@ static void turn_by_motor(sim_steering_state *state, const sim_steering *steerin
         state->windup.inner + state->place_in_windup * steering->windup.half_width + state->twist;
 }
 
+static double limited(double value)
+{
+    return fmin(1.0, fmax(-1.0, value));
+}
+
+/* The part of a moment that goes through some play: flanks push, and do not pull. */
+static double through_play(double moment, double half_width, double place)
+{
+    if (half_width <= 0.0)
+        return moment;
+    if (place >= ON_FLANK)
+        return fmax(moment, 0.0);
+    return place <= -ON_FLANK ? fmin(moment, 0.0) : 0.0;
+}
+
+/* What the hands hold. Dry friction opposes each motion, and is full after a little slip (Dahl). load: N m about the
+ * king pins; before: the step's beginning. */
+static void hold(sim_steering_state *state, const sim_steering *steering, const sim_steering_state *before, double load)
+{
+    const double turned = state->steering_wheel_angle - before->steering_wheel_angle;
+    const double carried = state->backlash.inner - before->backlash.inner;
+    state->place_in_column = limited(before->place_in_column + turned / COLUMN_SLIP);
+    state->place_in_king_pins = limited(before->place_in_king_pins + carried / KING_PIN_SLIP);
+    const double moment = load + steering->backlash.friction * state->place_in_king_pins;
+    const double at_gear = through_play(moment, steering->backlash.half_width, state->place_in_play);
+    const double at_column = through_play(at_gear, steering->lash.half_width, state->place_in_lash);
+    state->hand_torque = at_column * steering->hands_share + steering->column_friction * state->place_in_column;
+}
+
 void sim_steering_step(sim_steering_state *state, const sim_steering *steering, const sim_steering_input *input,
                        double step_s)
 {
     const double to_left = other_moments(steering, input->longitudinal_acceleration);
     state->aligning_moment = input->front_force * steering->trail;
     const double load = state->aligning_moment - to_left;
+    const sim_steering_state before = *state;
     if (input->motor_carries)
         turn_by_motor(state, steering, input->angle, step_s);
     else
@@ -85,4 +118,7 @@ void sim_steering_step(sim_steering_state *state, const sim_steering *steering, 
         oc_backlash_step(&state->backlash, &steering->backlash, state->lash.inner, load, step_s);
     state->front_wheel_angle = through_gear(steering, state->backlash.inner) + steering->set_angle
                                + steering->compliance * to_left + turned_by_axle(steering, input);
+    hold(state, steering, &before, load);
+    if (input->motor_carries)
+        state->hand_torque = 0.0;
 }

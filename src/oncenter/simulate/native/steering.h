@@ -6,6 +6,9 @@
  *
  * An overlay motor may turn the gear instead of the driver. It then drags the steering wheel along through the lash.
  *
+ * The hands hold the moment about the king pins less what the assistance carries, and the column's friction. In the
+ * play and in the lash they hold the friction alone.
+ *
  * The torsion bar of the assistance makes the steering wheel lead the gear while hands bear the moment. Springs and
  * brakes turn the front wheels by themselves. */
 
@@ -32,6 +35,8 @@ typedef struct {
     double brake_steer;          /* rad at the front wheels per m/s^2 of deceleration, towards the left */
     double roll_steer;           /* rad at the front wheels per rad of body roll */
     double ride_height_steer;    /* rad at the front wheels, by which the second truck's ride height turns them */
+    double hands_share;          /* 1, torque of the hands over the moment about the king pins that they hold */
+    double column_friction;      /* N m at the steering wheel */
     oc_backlash windup;          /* of the column; load: active return's, 1/s times its rate */
     double active_return;        /* 1/s, how fast it unwinds the gear's side of the column to straight ahead */
     oc_backlash lash;            /* of the column; load as the backlash's */
@@ -47,6 +52,9 @@ typedef struct {
     double place_in_play;     /* -1 to 1 */
     double aligning_moment;   /* N m, of the tyres about the king pins, positive against a turn to the left */
     double front_wheel_angle; /* rad, without what side force turns back */
+    double place_in_king_pins; /* -1 to 1, of the king pins' friction */
+    double place_in_column;   /* -1 to 1, of the column's friction */
+    double hand_torque;       /* N m, that the driver applies, left positive; 0 while the motor carries */
 } sim_steering_state;
 
 /* What acts on the steering from outside, constant over a step. */

@@ -18,6 +18,7 @@ from oncenter.simulate.sensors.faults import Fault, delays, silenced, silences
 from oncenter.simulate.sensors.gnss import sense_gnss
 from oncenter.simulate.sensors.inertial import sense_acceleration, sense_lateral_acceleration, sense_yaw_rate
 from oncenter.simulate.sensors.reading import Array
+from oncenter.simulate.sensors.torque import sense_torque
 from oncenter.simulate.sensors.wheels import sense_vehicle_speed, sense_wheel_speeds
 
 __all__ = ["Fault", "Sensed", "sense"]
@@ -74,6 +75,9 @@ def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Gene
     acceleration, biases[signal], own = sense_acceleration(signal, rows[signal], along, random)
     take(signal, acceleration, along, own)
 
+    if sensors.steering_wheel_torque is not None:
+        torque, of_torque = sense_torque(rows, sensors.steering_wheel_torque, random)
+        take("steering_wheel_torque", torque, sensors.steering_wheel_torque, of_torque)
     faults += _take_wheels(columns, rows, scenario, random)
     absolute = float(sensors.steering_wheel_angle.relative is None)
     columns["steering_wheel_angle_sensor_type"] = np.full(len(rows), absolute)

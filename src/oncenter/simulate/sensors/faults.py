@@ -22,11 +22,11 @@ class Fault:
         kind: "offset", "remount", "self_correction", "whole_turns", "hysteresis", "bias", "drift", "random_walk",
             "warm_up", "bank_shift", "tilt", "turned", "ahead_of_gravity_centre", "roll_share", "scale_error",
             "scale_warm_up", "radius_error", "radius_warm_up", "load_transfer", "repeats", "latency", "filter", "hold",
-            "stuck", "not_available", "error".
+            "stuck", "not_available", "error", "zero_error".
         begin_s, end_s: since the drive began; to the drive's end for what lasts.
         size: what it adds to the reading, at its largest, in `unit`; a share of the reading where the unit is "1"; None
             for what has no size.
-        unit: "rad", "rad_s", "m_s2" or "1".
+        unit: "rad", "rad_s", "m_s2", "n_m" or "1".
     """
 
     signal: str

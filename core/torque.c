@@ -1,0 +1,137 @@
+#include "torque.h"
+
+#include <math.h>
+
+#include "bounds.h"
+
+/* Derived. */
+static const float friction_slip = 1.0f * 0.017453292f; /* rad of the wheel, until the column's friction is full */
+
+/* Numerical. */
+static const float error_max_share = 0.5f; /* m/s^2, of a second: more is none of the column's */
+
+/* Tuned. */
+/* In m/s^2: what is N m counts in units of the prior slope, 2 N m per m/s^2, so that any force of the steering will do.
+ * Rows are those of bench/torque.py. */
+static const float slope_sd = 0.5f;            /* of g, in its prior's units */
+static const float constant_sd = 0.5f;         /* T_1: an accelerometer's zero, `accelerometer_bias_sd_m_s2` */
+static const float friction = 0.15f, friction_sd = 0.1f; /* f: 0.3 and 0.2 N m */
+static const float second_sd = 0.15f;          /* of a second's mean: king pins, gaps; correlated */
+static const float torque_memory_s = 600.0f;
+static const float zero_memory_s = 120.0f;     /* rows `accelerometer_drift`, `relearning`: 30 s is noisy, 300 s late */
+static const float bank_memory_s = 1.0f;       /* row `torque_no_accelerometer`: 3 s is late on crowned bends */
+static const float slow_road = 20.0f;          /* m/s: faster roads are banked in bends, and r v misleads */
+static const float slow_sd = 0.03f;            /* m/s^2, of the slow part: friction that hands leave in it */
+static const float bank_sd = 0.025f, unknown_bank_sd = 0.2f; /* m/s^2: `torque_no_accelerometer`, and on a motorway */
+static const float slope_known = 0.05f;        /* sd of g, in its prior's units, from which on the slope is known */
+static const float trusted_share = 0.2f;       /* of the prior slope */
+
+void oc_torque_setup(oc_torque_design *design, double slope, double zero_sd, double rate_hz, double speed_min,
+                     bool has_accelerometer) {
+    *design = (oc_torque_design){
+        .slope = (float)slope,
+        .zero_sd = (float)zero_sd,
+        .tick_s = (float)(1.0 / rate_hz),
+        .memory_s = has_accelerometer ? zero_memory_s : bank_memory_s,
+        .speed_min = (float)speed_min,
+        .speed_max = has_accelerometer ? 1e6f : slow_road,
+        .ticks_per_second = (int32_t)(rate_hz + 0.5),
+    };
+}
+
+bool oc_torque_is_trusted(const oc_torque *t, const oc_torque_design *design) {
+    return t->started && t->terms[1] > trusted_share * design->slope;
+}
+
+static float prior_variance(const oc_torque_design *design, float sd) {
+    return sd * sd * design->slope * design->slope;
+}
+
+float oc_torque_zero_information(const oc_torque *t, const oc_torque_design *design) {
+    if (!oc_torque_is_trusted(t, design)) {
+        return 0.0f;
+    }
+    const float zero_sd = design->zero_sd / t->terms[1];
+    return 1.0f / (zero_sd * zero_sd + slow_sd * slow_sd);
+}
+
+float oc_torque_bank_sd(const oc_torque *t, const oc_torque_design *design) {
+    return t->covariance[2] < prior_variance(design, slope_known) ? bank_sd : unknown_bank_sd;
+}
+
+static void start_torque(oc_torque *t, const oc_torque_design *design) {
+    *t = (oc_torque){
+        .started = 1,
+        .terms = {0.0f, design->slope, friction * design->slope},
+        .covariance = {prior_variance(design, constant_sd), 0.0f, prior_variance(design, slope_sd), 0.0f, 0.0f,
+                       prior_variance(design, friction_sd)},
+    };
+}
+
+/* Dahl's friction opposes each turn of the wheel. */
+static void follow_wheel(oc_torque *t, float angle) {
+    const float turned = t->has_angle ? angle - t->angle : 0.0f;
+    t->has_angle = 1;
+    t->angle = angle;
+    t->place = oc_clamp_size(t->place + turned / friction_slip, 1.0f);
+}
+
+static void collect_torque(oc_torque *t, const oc_torque_design *design, float torque, float acceleration) {
+    if (t->due) {
+        return;
+    }
+    t->filling.torque += torque;
+    t->filling.acceleration += acceleration;
+    t->filling.place += t->place;
+    ++t->filling.ticks;
+    t->due = t->filling.ticks >= design->ticks_per_second;
+}
+
+double oc_torque_update(oc_torque *t, const oc_torque_design *design, const oc_torque_tick *tick) {
+    if (tick->has_torque) {
+        if (!t->started) {
+            start_torque(t, design);
+        }
+        const float torque = (float)tick->torque, acceleration = (float)tick->acceleration, speed = (float)tick->speed;
+        follow_wheel(t, (float)tick->angle);
+        if (speed >= design->speed_min && oc_torque_is_trusted(t, design)) {
+            const float by_torque = (torque - t->terms[2] * t->place) / t->terms[1];
+            t->slow_s = oc_min(t->slow_s + design->tick_s, design->memory_s);
+            t->slow += (acceleration - by_torque - t->slow) * design->tick_s / t->slow_s;
+        }
+        if (speed >= design->speed_min && speed < design->speed_max) {
+            collect_torque(t, design, torque, acceleration);
+        }
+    }
+    return oc_torque_is_trusted(t, design) ? tick->acceleration - (double)t->slow : tick->acceleration;
+}
+
+/* Kalman update of the terms; older seconds count less. */
+void oc_torque_learn(oc_torque *t, const oc_torque_design *design) {
+    const float share = 1.0f / (float)t->filling.ticks;
+    const float by[OC_TORQUE_TERMS] = {1.0f, share * t->filling.acceleration, share * t->filling.place};
+    const float torque = share * t->filling.torque;
+    float *p = t->covariance;
+    const float across[OC_TORQUE_TERMS] = {
+        p[0] + p[1] * by[1] + p[3] * by[2],
+        p[1] + p[2] * by[1] + p[4] * by[2],
+        p[3] + p[4] * by[1] + p[5] * by[2],
+    };
+    const float variance = across[0] + across[1] * by[1] + across[2] * by[2] +
+                           prior_variance(design, second_sd);
+    const float predicted = t->terms[0] + t->terms[1] * by[1] + t->terms[2] * by[2];
+    const float error = oc_clamp_size(torque - predicted, error_max_share * design->slope);
+    const float grow = 1.0f + 1.0f / torque_memory_s;
+    const float sd[OC_TORQUE_TERMS] = {constant_sd, slope_sd, friction_sd};
+    float *cell = p;
+    for (int32_t row = 0; row < OC_TORQUE_TERMS; ++row) {
+        t->terms[row] += across[row] / variance * error;
+        for (int32_t column = 0; column <= row; ++column, ++cell) {
+            *cell -= across[row] * across[column] / variance;
+            *cell *= row == column && *cell < prior_variance(design, sd[row]) ? grow : 1.0f;
+        }
+    }
+    t->terms[2] = oc_max(t->terms[2], 0.0f);
+    t->filling = (oc_torque_second){0};
+    t->due = 0;
+}

@@ -11,6 +11,7 @@ static const float wind_speed = 20.0f; /* m/s, at which joint_model.h defines a_
 
 /* Numerical. */
 static const float initial_error = 0.017453292f; /* rad, unit of costs before the first solution */
+static const double two_turns_hz = 50.0; /* from there on a round of two ticks a hypothesis ends in its second */
 static const float correction_min = 3.5e-5f; /* rad/s, against a round of work for 0.01 deg of offset */
 
 /* Tuned; rows without a bench have none on record. */
@@ -45,6 +46,7 @@ void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double r
     design->hypothesis.most_doubt = sees_bank ? crown_discount_max : 1.0f;
     design->memory_s = (float)memory_s;
     design->ticks_per_sample = ticks;
+    design->solves_at_once = rate_hz < two_turns_hz ? 1 : 0;
     design->samples_per_second = (int32_t)(1.0 / step_s + 0.5);
 }
 
@@ -316,28 +318,40 @@ static bool is_due(const oc_joint *joint, int32_t k) {
     return joint->second.used_s < solve_all_until_s || (joint->in_long_block + k) % every == 0;
 }
 
+/* The hypothesis takes in the collected samples until a second of evidence ends among them, one at most. */
 static void take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design, int32_t k) {
     oc_hypothesis *h = &joint->hypotheses[k];
-    bool solves = tracking->solves_all != 0;
-    for (int32_t n = 0; n < tracking->taken.count; ++n) {
+    int32_t n = 0;
+    bool ends = false;
+    while (n < tracking->taken.count && !ends) {
         const oc_motion_sample *sample = &tracking->taken.samples[n];
         oc_hypothesis_sample(h, &design->hypothesis, sample);
-        if (!ends_second(sample, design)) {
-            continue;
-        }
+        ends = ends_second(sample, design);
+        ++n;
+    }
+    if (ends) {
         oc_hypothesis_predict(h, &design->hypothesis, &joint->second, design->samples_per_second);
         note_min_error(joint, tracking, h);
-        if (joint->second.learns) {
-            oc_hypothesis_take_in(h, &design->hypothesis, &joint->second, design->samples_per_second);
-            if (solves || is_due(joint, k)) {
-                oc_hypothesis_solve(h, &design->hypothesis, &tracking->prior, &joint->second, &tracking->equations);
-                oc_hypothesis_relinearise(h, &design->hypothesis);
-            }
-            solves = false;
-        }
     }
-    if (solves) {
+    tracking->learned = ends && joint->second.learns;
+    if (tracking->learned) {
+        oc_hypothesis_take_in(h, &design->hypothesis, &joint->second, design->samples_per_second);
+    }
+    tracking->next = n;
+}
+
+/* It solves its equations where it is due, and takes in the rest of the samples. */
+static void solve(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design, int32_t k) {
+    oc_hypothesis *h = &joint->hypotheses[k];
+    const bool learned = tracking->learned != 0;
+    if (tracking->solves_all || (learned && is_due(joint, k))) {
         oc_hypothesis_solve(h, &design->hypothesis, &tracking->prior, &joint->second, &tracking->equations);
+    }
+    if (learned && (tracking->solves_all || is_due(joint, k))) {
+        oc_hypothesis_relinearise(h, &design->hypothesis);
+    }
+    for (int32_t n = tracking->next; n < tracking->taken.count; ++n) {
+        oc_hypothesis_sample(h, &design->hypothesis, &tracking->taken.samples[n]);
     }
 }
 
@@ -373,11 +387,19 @@ bool oc_joint_take_turn(oc_joint *joint, oc_joint_tracking *tracking, const oc_j
     if (tracking->turns == 0) {
         return false;
     }
-    if (--tracking->turns > 0) {
-        take_in(joint, tracking, design, joint->count - tracking->turns);
-        return false;
+    --tracking->turns;
+    if (tracking->turns == 0) {
+        return end_round(joint, tracking, design, last_offset, time);
     }
-    return end_round(joint, tracking, design, last_offset, time);
+    const int32_t k = joint->count - (tracking->turns + 1) / 2;
+    if (tracking->turns % 2 == 0) {
+        take_in(joint, tracking, design, k);
+        tracking->turns -= design->solves_at_once;
+    }
+    if (tracking->turns % 2 != 0) {
+        solve(joint, tracking, design, k);
+    }
+    return false;
 }
 
 void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
@@ -385,7 +407,7 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
     tracking->prior = *prior;
     tracking->taken = tracking->filling;
     tracking->filling.count = 0;
-    tracking->turns = joint->count + 1;
+    tracking->turns = 2 * joint->count + 1;
     tracking->solves_all = joint->solves_all;
     tracking->min_error = 1e9f;
     tracking->unfamiliar = is_unfamiliar(joint, tracking, design);

@@ -3,8 +3,8 @@
 /* Offset, understeer gradient, play and neutral lateral acceleration, estimated together by a hypothesis set. Each
  * hypothesis starts elsewhere and estimates all of them; its weight follows from its prediction errors.
  *
- * About every tenth tick is a sample, and about ten samples are collected. Then the hypotheses take turns, one a tick,
- * so that the load is even: each takes in all these samples and solves its equations. Corrections reach all hypotheses
+ * About every tenth tick is a sample, and about ten samples are collected. Then the hypotheses take turns, two ticks
+ * each, so that the load is even: each takes in all these samples, and then solves its equations. Corrections reach all hypotheses
  * at once, between two such rounds (docs/method.md, "Rounds"). */
 
 #include <stdbool.h>
@@ -53,6 +53,7 @@ typedef struct {
     float tandem;                /* m^2/s^2, c of docs/method.md's axles that resist turning, all axles down */
     float memory_s;              /* maximum time constant of forgetting */
     int32_t ticks_per_sample, samples_per_second;
+    int32_t solves_at_once;      /* 1: a hypothesis takes in and solves in one tick, since a second has few */
 } oc_joint_design;
 
 /* The samples of one second by the clock. A second of evidence is as many usable ones in a row, wherever they begin. */
@@ -80,7 +81,9 @@ typedef struct {
     oc_prior prior;              /* of this round */
     oc_collected filling;        /* the second being collected */
     oc_collected taken;          /* the one before, for the hypotheses */
-    int32_t turns;               /* left in the round: one of each hypothesis, and one to end it; 0: none */
+    int32_t turns;               /* left in the round: two of each hypothesis, and one to end it; 0: none */
+    int32_t next;                /* sample that the hypothesis in turn takes in after it solved */
+    int32_t learned;             /* it learned from a second of evidence */
     int32_t unfamiliar;          /* the taken samples load a flank that was seldom loaded */
     int32_t solves_all;          /* each solves its equations in this round, learning or not */
     float min_error;             /* rad, minimum prediction error of the second of evidence */

@@ -19,7 +19,7 @@
 
 /* docs/make_layout.py writes what follows from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x9DB24392u;
+static const uint32_t layout_hash = 0x67ADF900u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
@@ -40,7 +40,7 @@ static const oc_saved_run state_runs[] = {
     FLOATS_OF_EACH(oc_state, tracking.joint.taken.samples[0].residual, 10, tracking.joint.taken.samples),
     INTEGERS_OF_EACH(oc_state, tracking.joint.taken.samples[0].in_second, 1, tracking.joint.taken.samples),
     INTEGERS(oc_state, tracking.joint.taken.count, 1), FLOATS(oc_state, tracking.joint.taken.curvature, 1),
-    INTEGERS(oc_state, tracking.joint.taken.doubted, 1), INTEGERS(oc_state, tracking.joint.turns, 3),
+    INTEGERS(oc_state, tracking.joint.taken.doubted, 1), INTEGERS(oc_state, tracking.joint.turns, 5),
     FLOATS(oc_state, tracking.joint.min_error, 220), INTEGERS(oc_state, tracking.angle.running, 1),
     FLOATS(oc_state, tracking.angle.yaw_rate_first, 12), INTEGERS(oc_state, tracking.angle.ticks_to_check, 1),
     FLOATS(oc_state, tracking.angle.held_s, 9), INTEGERS(oc_state, tracking.fault.running, 1),

@@ -172,7 +172,8 @@ static bool is_collected(const oc_collected *collected) {
 static bool is_joint_tracking(const oc_joint_tracking *tracking, const oc_joint *joint, const oc_joint_design *design) {
     return is_within((float)tracking->bank, acceleration_max) &&
            is_within(tracking->prior.unloading_mean, acceleration_max) &&
-           is_below(tracking->in_second + 1, OC_JOINT_SAMPLES + 1) && is_below(tracking->turns, joint->count + 2) &&
+           is_below(tracking->in_second + 1, OC_JOINT_SAMPLES + 1) && is_below(tracking->turns, 2 * joint->count + 2) &&
+           is_below(tracking->next, OC_JOINT_SAMPLES + 1) &&
            is_collected(&tracking->filling) && is_collected(&tracking->taken) &&
            tracking->filling.count < design->samples_per_second &&
            (tracking->turns == 0 ||

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from oncenter.fleet.history import Break, Numbers, Told, drift
 from oncenter.signals import DEGREE
@@ -45,7 +42,7 @@ def offset_of(trucks: Trucks, place: int, starts: Numbers) -> Offset:
     return Offset(
         value=value,
         sd=float(trucks.offset_sd[place]) / DEGREE,
-        spread_sd=1.0 / math.sqrt(float(np.sum(told.sd[since:] ** -2.0))),
+        spread_sd=float(trucks.spread_sd[place]) / DEGREE,
         since=float(starts[since]),
         pull=float(trucks.pull[place]),
         pull_sd=float(trucks.pull_sd[place]),

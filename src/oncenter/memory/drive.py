@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from oncenter import _core
 from oncenter.memory.truck import Drive, Known, Load, TruckMemory
 from oncenter.offset.answer import Answer, Estimate
 from oncenter.offset.inputs import params_of
@@ -180,15 +179,15 @@ def _apart(known: Known, found: Known) -> float:
 
 def _with_standstill(memory: TruckMemory, answer: Answer, start_s: float) -> Known | None:
     """By the reading alone: it contains no prior."""
-    standing, p = answer.native["standstill_lateral_acceleration"], answer.params
-    if _core.STATUSES[standing["status"]] != "valid" or not p["use_accelerometer"]:
+    p = answer.params
+    if answer.summary is None or math.isnan(answer.summary.standing) or not p["use_accelerometer"]:
         return memory.accelerometer_bias
     crown, side = p["standing_crown_share_1"] * p["crown_m_s2"], answer.vehicle.traffic_sign
     crown_sd = p["standing_crown_share_1"] * p["crown_sd_m_s2"]
     unknown_side = 0.0 if side else crown
     sd = math.hypot(p["standing_slope_sd_m_s2"], crown_sd, unknown_side)
     sd_min = math.hypot(_GROUND_COMMON * p["standing_slope_sd_m_s2"], unknown_side)
-    found = Known(standing["value"] - side * crown, sd, start_s)
+    found = Known(answer.summary.standing - side * crown, sd, start_s)
     aged = memory.accelerometer_bias and memory.accelerometer_bias.aged(start_s, _ACCELERATION_WALK)
     both = found if aged is None else aged.combined(found)
     return replace(both, sd=max(both.sd, sd_min))

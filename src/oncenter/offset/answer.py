@@ -144,7 +144,7 @@ class Answer:
             return f"straight-ahead offset {self.offset.status}"
         more = 1.96 * together_rad(self.not_identifiable)
         digits = 1 if drive >= 0.095 * DEGREE else 2
-        of_drive = " from this drive" if self.method == "joint" else ""
+        of_drive = f" from {'this drive' if len(self.drives) == 1 else 'these logs'}" if self.method == "joint" else ""
         status = "" if self.offset.status == "valid" else f" ({self.offset.status})"
         said = f"straight-ahead offset {number(value, digits)} deg ± {number(drive, digits)}{of_drive}{status}"
         causes = in_words(self.not_identifiable)

@@ -79,9 +79,8 @@ def _change(raw: Mapping[str, Any], after: float, drive: int, drives: Sequence[S
     # what the offset went on to do after the proof counts as doubt of its size, as where it changed bit by bit
     sd = math.hypot(raw["change"]["size_sd"], 0.5 * (size - raw["change"]["size"]))
     of_offset = kind == "offset"
-    by_truck = of_offset and abs(size) - 1.96 * sd < SENSOR_MOVES_BY_DEG * DEGREE
     return Change(
-        kind="straight_ahead" if by_truck else kind,
+        kind=kind_of_offset(size, sd) if of_offset else kind,
         drive=drive,
         log=drives[drive].log,
         time_s=time,
@@ -91,3 +90,8 @@ def _change(raw: Mapping[str, Any], after: float, drive: int, drives: Sequence[S
         size_rad=size if of_offset else None,
         sd_rad=sd if of_offset else None,
     )
+
+
+def kind_of_offset(size: float, sd: float) -> str:
+    """Of a change of the offset, rad: "offset" where it is surely more than load, ride height or wind do."""
+    return "straight_ahead" if abs(size) - 1.96 * sd < SENSOR_MOVES_BY_DEG * DEGREE else "offset"

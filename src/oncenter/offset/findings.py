@@ -81,6 +81,7 @@ TABLE = {
     "wheelbase_or_ratio": Row("info", "m", "valid, and its whole interval off the vehicle file's"),
     "one_flank_seen": Row("warning", "s", "evidence enough, but too little side force to a side"),
     "no_understeer": Row("warning", "deg/(m/s^2)", "evidence enough, but the gradient is not positive"),
+    "another_load_would_help": Row("info", None, "several logs, and their gradients hardly differ"),
     "interval": Row("info", "deg", "whenever the offset is observable"),
 }
 

@@ -14,6 +14,7 @@ from oncenter.offset.answer import DEFAULT_METHOD, METHODS, Answer, Method
 from oncenter.offset.assemble import answer_of
 from oncenter.offset.changes import changes_of
 from oncenter.offset.inputs import check, in_order, needed, params_of, track_widths, with_torque
+from oncenter.offset.several_logs import Together, across, with_logs
 from oncenter.offset.signals_at_fault import without_what_faults_taught
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals
@@ -35,7 +36,8 @@ def offset(
     """The steering wheel angle offset from one drive, or from several of one truck.
 
     Args:
-        signals: what `oncenter.read` or `oncenter.simulate` gave; several are put in order of time.
+        signals: what `oncenter.read` or `oncenter.simulate` gave; several are put in order of time, and the offset is
+            that of those since its last step between two of them (joint method).
         vehicle: what `oncenter.vehicle` gave; its `[params]` apply.
         method: "joint", offset, understeer gradient, play and the gyro's bias together; "thesis", (36) to (38) of
             docs/method.md; "wheel-speed", the same from the angle and the wheel speeds of one axle (the rear one's
@@ -55,10 +57,21 @@ def offset(
     used_params = with_torque(params_of(vehicle, params), {**vehicle.params, **(params or {})}, method, drives)
     check(drives, needed(method, drives, used_params))
     drives = without_whole_turns(drives)
+    logs = _alone(drives, vehicle, used_params) if method == "joint" and len(drives) > 1 else None
+    if logs is not None:
+        before, drives = drives[: logs.since], drives[logs.since :]
     core, changes_found = _run(drives, vehicle, used_params, method, progress, None)
     native = core.answer()
     answer = answer_of(native, changes_of(native, changes_found, drives), drives, vehicle, method, used_params)
-    return without_what_faults_taught(answer) if is_implausible(native) else answer
+    if is_implausible(native):
+        return without_what_faults_taught(answer)
+    return answer if logs is None else with_logs(answer, logs, before)
+
+
+def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
+    """What logs say together that were answered one by one."""
+    natives = [_run((drive,), vehicle, params, "joint", None, None)[0].answer() for drive in drives]
+    return across(natives, vehicle, params)
 
 
 def is_implausible(native: Mapping[str, Any]) -> bool:

@@ -8,11 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 from oncenter import _core
-from oncenter.signals import DEGREE
+from oncenter.offset.answer import Answer, Estimate, number
+from oncenter.offset.changes import Change, kind_of_offset
+from oncenter.offset.findings import Finding, from_table, gravest_first
+from oncenter.signals import DEGREE, Signals
 from oncenter.truck.drives import Summary, summary_of, together
 from oncenter.truck.model import Trucks, learn
 from oncenter.truck.priors import Priors, priors_of
@@ -68,7 +72,7 @@ def _by_pairs(
 ) -> tuple[LogStep, ...]:
     valid = [(k, one) for k, one in told if _core.STATUSES[natives[k]["offset"]["status"]] == "valid"]
     steps = []
-    for (_, before), (k, after) in zip(valid, valid[1:], strict=False):
+    for (_, before), (k, after) in pairwise(valid):
         size = after.offset - before.offset
         by_load = after.ratio * (after.gradient - before.gradient) * priors.pull_sd_m_s2
         noise = math.sqrt(2.0) * priors.offset_noise_sd_rad
@@ -76,3 +80,80 @@ def _by_pairs(
         if abs(size) > max(_STEP_MIN_RAD, _STEP_SDS * sd):
             steps.append(LogStep(k, size, sd))
     return tuple(steps)
+
+
+def with_logs(answer: Answer, logs: Together, before: Sequence[Signals]) -> Answer:
+    """The answer of the logs since the last step, with what all of them say.
+
+    Args:
+        answer: of the logs since the last step.
+        logs: of all.
+        before: the logs before it.
+    """
+    answer = _narrowed(answer, logs)
+    if not logs.steps or answer.offset.value is None:
+        return answer
+    change = _change(answer, answer.offset.value, logs.steps[-1])
+    findings = gravest_first((_finding(change, before), *answer.findings))
+    return replace(answer, changes=(change, *answer.changes), findings=findings)
+
+
+def _change(answer: Answer, offset: float, step: LogStep) -> Change:
+    first = answer.drives[0]
+    return Change(
+        kind=kind_of_offset(step.size, step.sd),
+        drive=0,
+        log=first.log,
+        time_s=float(first.table["time_s"][0]),
+        into_log_s=0.0,
+        offset_before_rad=offset - step.size,
+        offset_after_rad=offset,
+        size_rad=step.size,
+        sd_rad=step.sd,
+    )
+
+
+def _finding(change: Change, before: Sequence[Signals]) -> Finding:
+    assert change.size_rad is not None and change.sd_rad is not None
+    size = change.size_rad / DEGREE
+    names = ", ".join(drive.log for drive in before)
+    text = (
+        f"between {before[-1].log} and {change.log} the straight-ahead offset changed by {size:+.1f} deg"
+        f" ± {1.96 * change.sd_rad / DEGREE:.1f}, from {number(change.offset_before_rad, 1)} to"
+        f" {number(change.offset_after_rad, 1)} deg: the answer does without {names}; ask for those alone to get theirs"
+    )
+    return from_table("offset_changed" if change.kind == "offset" else "straight_ahead_moved", text, size)
+
+
+def _narrowed(answer: Answer, logs: Together) -> Answer:
+    """With the truck's offset by all logs where that is surer: loads that differ, or many roads, separate a pull from
+    the accelerometer's bias."""
+    model, offset = logs.model, answer.offset
+    if model is None or offset.value is None or offset.ci95 is None or offset.status == "invalid":
+        return answer
+    value, sd = float(model.offset[0]), float(model.offset_sd[0])
+    if 1.96 * sd > 0.5 * (offset.ci95[1] - offset.ci95[0]):
+        return answer
+    drive_sd = float(model.spread_sd[0])
+    left = math.sqrt(max(sd**2 - drive_sd**2, 0.0))
+    pull = [
+        replace(c, sd_rad=left, sd_m_s2=float(model.pull_sd[0])) for c in answer.not_identifiable if c.cause == "pull"
+    ]
+    findings = answer.findings
+    if model.load_would_help[0]:
+        findings = (*findings, _another_load())
+    return replace(
+        answer,
+        offset=Estimate(value, (value - 1.96 * sd, value + 1.96 * sd), offset.status, offset.unit, offset.evidence_s),
+        offset_ci95_drive=(value - 1.96 * drive_sd, value + 1.96 * drive_sd),
+        not_identifiable=tuple(pull),
+        findings=gravest_first(findings),
+    )
+
+
+def _another_load() -> Finding:
+    text = (
+        "all logs were driven at about one load, so only the roads' crown separates a pull from the accelerometer's bias:"
+        " add logs at another load"
+    )
+    return from_table("another_load_would_help", text)

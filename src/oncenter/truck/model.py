@@ -22,7 +22,8 @@ class Trucks:
     """After their last drives, each member of shape (trucks,); SI and rad.
 
     `offset` is the straight-ahead offset of the drives since the last step, at the truck's mean load, with the standard
-    deviation of all that the drives leave open, pull and crown included. `load_would_help`: drives at another load
+    deviation of all that the drives leave open, pull and crown included; `spread_sd` is without these: of the drives
+    since the last step alone. `load_would_help`: drives at another load
     would separate a pull from the accelerometer's bias. `steps` are all that were found, by truck and time.
     """
 
@@ -34,6 +35,7 @@ class Trucks:
     pull_sd: Numbers
     play: Numbers
     play_sd: Numbers
+    spread_sd: Numbers
     load_would_help: np.ndarray[tuple[int], np.dtype[np.bool_]]
     steps: tuple[Step, ...]
     offsets: Numbers  # (trucks, drives): each drive's own, given all else that is known of its truck, and its sd
@@ -67,6 +69,7 @@ def learn(drives: Drives, priors: Priors) -> Trucks:
         pull,
         pull_sd,
         *mixed(PLAY),
+        spread_sd=_spread(offset_sds, steps),
         load_would_help=loads_of(drives, priors).differ_by() < _LOADS_DIFFER,
         steps=tuple(sorted(steps, key=lambda step: (step.truck, step.at))),
         offsets=offsets,
@@ -86,3 +89,12 @@ def _shares(both: list[Filter], priors: Priors) -> tuple[Numbers, Numbers]:
     apart = np.clip(both[1].likelihood - both[0].likelihood, -50.0, 50.0)
     much = prior_much * np.exp(apart) / (prior_little + prior_much * np.exp(apart))
     return 1.0 - much, much
+
+
+def _spread(offset_sds: Numbers, steps: list[Step]) -> Numbers:
+    """Standard deviation of each truck's mean over its drives since the last step."""
+    since = np.zeros(len(offset_sds), np.int64)
+    for step in steps:
+        since[step.truck] = max(since[step.truck], step.at)
+    counts = np.isfinite(offset_sds) & (np.arange(offset_sds.shape[1])[None, :] >= since[:, None])
+    return np.asarray(np.sum(np.where(counts, offset_sds, np.inf) ** -2.0, axis=1) ** -0.5)

@@ -132,7 +132,7 @@ def test_the_recursion_is_least_squares_over_the_whole_drive(friction: float, me
     both[1 + WIDTH_TERM], both[1 + WINDUP_TERM] = of_width, learner.scale[WINDUP_TERM]
     assert h.variances.of[lib.OC_OF_WIDTH] == pytest.approx(both @ C @ both, rel=0.02)
     assert h.variances.of[lib.OC_OF_UNLOADING] == pytest.approx(unloading_variance, rel=0.02)
-    # d offset: the constant, the gradient at a_0, a_0 at the gradient; what pull and wind leave of the bias on top
+    # d offset: the constant, the gradient at a_0, a_0 at the gradient
     slope = np.zeros(len(found))
     slope[[0, 1 + GRADIENT_TERM, 1 + UNLOADING_TERM]] = (
         1.0,
@@ -141,11 +141,20 @@ def test_the_recursion_is_least_squares_over_the_whole_drive(friction: float, me
     )
     of_bias, variance_of_bias = bias_by_prior_and_unloading(learner, unloading_variance)
     of_pull = variance_of_bias - unloading_variance
-    offset_variance = slope @ C @ slope + (RATIO * gradient) ** 2 * of_pull
+    offset_variance = slope @ C @ slope
     assert h.variances.of[lib.OC_OF_OFFSET] == pytest.approx(offset_variance, rel=0.02)
+    # beside it what pull and wind leave of the bias
     assert h.pulled_variance == pytest.approx((RATIO * gradient) ** 2 * of_pull, rel=0.02)
     assert h.lean == pytest.approx(RATIO * gradient * (of_bias - h.unloading), rel=0.02)
-    assert h.offset == pytest.approx(offset, abs=0.05 * math.sqrt(offset_variance))
+    assert h.offset == pytest.approx(offset, abs=0.05 * math.sqrt(offset_variance + h.pulled_variance))
+    of_offset = slope @ C
+    for of_what, covariance in (
+        (lib.OC_OF_GRADIENT, of_offset[1 + GRADIENT_TERM] * of_gradient),
+        (lib.OC_OF_UNLOADING, of_offset[1 + UNLOADING_TERM] * of_unloading),
+        (lib.OC_OF_WIDTH, of_offset @ both),
+    ):
+        size = math.sqrt(offset_variance * h.variances.of[of_what])
+        assert h.with_offset[of_what] == pytest.approx(covariance, abs=0.02 * size)
 
 
 def bias_by_prior_and_unloading(learner: Learner, variance: float) -> tuple[float, float]:
@@ -157,6 +166,11 @@ def bias_by_prior_and_unloading(learner: Learner, variance: float) -> tuple[floa
     told = learner.h.unloading / variance - known * mean
     of_bias, _ = np.linalg.solve(information, [known * mean + told, told])
     return float(of_bias), float(np.linalg.inv(information)[0, 0])
+
+
+def total_variance(h: Any) -> float:
+    """Of the offset: the drive's part, pull and wind, an axle set up for the crown."""
+    return float(h.variances.of[lib.OC_OF_OFFSET] + h.pulled_variance + h.set_up_variance)
 
 
 @pytest.mark.parametrize("unloading_sd", [0.09, 0.1, 0.15])
@@ -174,10 +188,10 @@ def test_an_axle_that_may_be_set_up_to_unload_on_the_crown_is_in_the_interval(un
         shift = crown * np.arange(3.0)
         weights = np.array([0.9, 0.05, 0.05]) * stats.norm.pdf(apart, shift, math.sqrt(variance))
         pull = shift * [0, 1, 0] + (apart - shift) * PULL_SD**2 / variance  # which the value takes for bias
-        told = h.variances.of[lib.OC_OF_OFFSET] - h.pulled_variance
+        told = h.variances.of[lib.OC_OF_OFFSET]
         left = (RATIO * h.gradient) ** 2 * PULL_SD**2 * (1.0 - PULL_SD**2 / variance)
         may_be = stats.norm(-RATIO * h.gradient * pull, math.sqrt(told + left))
-        half_width = 1.96 * math.sqrt(h.variances.of[lib.OC_OF_OFFSET])
+        half_width = 1.96 * math.sqrt(total_variance(h))
         within = may_be.cdf(h.lean + half_width) - may_be.cdf(h.lean - half_width)
         held.append(weights @ within / np.sum(weights))
     assert min(held) > 0.90
@@ -194,7 +208,7 @@ def test_an_axle_that_nothing_speaks_for_does_not_widen_the_interval() -> None:
     for crown in (0.2, 0.0, -0.2):
         learner.prior.crown = crown
         learner.solve()
-        told.append((h.lean, h.variances.of[lib.OC_OF_OFFSET]))
+        told.append((h.lean, total_variance(h)))
     assert told[0] == told[1]
     assert told[2][1] > told[1][1]  # for it speaks what it would be on roads that fall to the other side
 

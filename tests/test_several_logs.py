@@ -1,0 +1,112 @@
+"""Several logs in one answer: a step between two of them is found, and none where there is none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import polars as pl
+import pytest
+
+import oncenter as oc
+from oncenter.offset.several_logs import across
+from oncenter.signals import DEGREE, Signals
+from oncenter.vehicle import Vehicle, vehicle_from
+
+DAY_S = 86400.0
+TRUTH_DEG = 2.04  # of the scenario thesis_drive
+
+
+def vehicle() -> Vehicle:
+    return vehicle_from(
+        {
+            "wheelbase_m": 3.7,
+            "steering_ratio": 19.3,
+            "track_width_front_m": 2.0,
+            "track_width_rear_m": 1.8,
+            "traffic_side": "right",
+        },
+        "truck",
+    )
+
+
+@cache
+def days(count: int) -> tuple[Signals, ...]:
+    """A drive a day of one truck that nobody touched."""
+    drives = []
+    for day in range(count):
+        signals, _ = oc.simulate("thesis_drive", seed=day + 1)
+        table = signals.table.head(90_000).with_columns(pl.col("time_s") + day * DAY_S)
+        drives.append(replace(signals, table=table, log=f"day{day}.parquet"))
+    return tuple(drives)
+
+
+def moved(drives: tuple[Signals, ...], at: int, by_deg: float) -> list[Signals]:
+    """As if the sensor had been mounted otherwise before drive `at`."""
+    angle = pl.col("steering_wheel_angle_rad")
+    return [
+        drive if day < at else replace(drive, table=drive.table.with_columns(angle + by_deg * DEGREE))
+        for day, drive in enumerate(drives)
+    ]
+
+
+def test_a_step_between_two_of_nine_logs_is_found_and_the_answer_is_of_those_since() -> None:
+    answer = oc.offset(moved(days(9), 5, 1.9), vehicle())
+    assert answer.offset.value is not None and answer.offset.ci95 is not None
+    assert answer.offset.value / DEGREE == pytest.approx(TRUTH_DEG + 1.9, abs=0.4)
+    assert [drive.log for drive in answer.drives] == [f"day{day}.parquet" for day in range(5, 9)]
+    (change,) = answer.changes
+    assert change.log == "day5.parquet" and change.size_rad is not None
+    assert change.size_rad / DEGREE == pytest.approx(1.9, abs=0.3)
+    assert any("between day4.parquet and day5.parquet" in finding.text for finding in answer.findings)
+
+
+def test_a_step_is_found_wherever_it_is_between_nine_logs() -> None:
+    for at in range(2, 8):
+        answer = oc.offset(moved(days(9), at, -3.0), vehicle())
+        assert [change.log for change in answer.changes] == [f"day{at}.parquet"], at
+
+
+def test_nine_logs_of_a_truck_that_nobody_touched_have_no_step() -> None:
+    answer = oc.offset(list(days(9)), vehicle())
+    assert answer.changes == () and len(answer.drives) == 9
+    assert answer.offset.ci95 is not None
+    low, high = answer.offset.ci95
+    assert low < TRUTH_DEG * DEGREE < high
+
+
+def test_two_valid_logs_that_differ_by_three_degrees_are_not_blended() -> None:
+    answer = oc.offset(moved(days(2), 1, 3.0), vehicle())
+    assert [change.log for change in answer.changes] == ["day1.parquet"]
+    assert answer.offset.value is not None
+    assert answer.offset.value / DEGREE == pytest.approx(TRUTH_DEG + 3.0, abs=0.4)
+    assert oc.offset(list(days(2)), vehicle()).changes == ()
+
+
+def test_logs_together_are_at_least_as_sure_as_the_surest_of_them() -> None:
+    def half_width(answer: oc.Answer) -> float:
+        assert answer.offset.ci95 is not None
+        return 0.5 * (answer.offset.ci95[1] - answer.offset.ci95[0])
+
+    alone = [half_width(oc.offset(drive, vehicle())) for drive in days(9)]
+    assert half_width(oc.offset(list(days(9)), vehicle())) < 1.05 * min(alone)
+
+
+def test_logs_at_one_load_say_that_another_load_would_help() -> None:
+    answer = oc.offset(list(days(9)), vehicle())
+    assert "another_load_would_help" in {finding.code for finding in answer.findings}
+    assert "from these logs" in answer.words()
+
+
+def test_a_log_that_tells_nothing_is_no_step() -> None:
+    """Of a minute, beside eight whole ones."""
+    drives = [*days(8)]
+    drives[3] = replace(drives[3], table=drives[3].table.head(6_000))
+    assert oc.offset(drives, vehicle()).changes == ()
+
+
+def test_fewer_than_four_logs_have_no_model() -> None:
+    natives: list[dict[str, Any]] = []
+    together = across(natives, vehicle(), oc.offset(days(1)[0], vehicle()).params)
+    assert together.steps == () and together.model is None and together.since == 0

@@ -25,7 +25,7 @@
 #include "wheel_speed.h"
 
 /* The one place of the version. */
-enum { OC_VERSION_MAJOR = 0, OC_VERSION_MINOR = 1, OC_VERSION_PATCH = 0 };
+enum { OC_VERSION_MAJOR = 0, OC_VERSION_MINOR = 2, OC_VERSION_PATCH = 0 };
 
 typedef enum {
     OC_OK = 0,

@@ -18,11 +18,12 @@ from oncenter.fleet.start import known_start
 from oncenter.fleet.summaries import columns_of
 from oncenter.fleet.trucks import Truck, Trucks
 from oncenter.offset.answer import Answer, Estimate
+from oncenter.offset.cause import together_rad
 from oncenter.offset.run import offset
 from oncenter.read import refuse_unreadable
 from oncenter.read.here import read_here
 from oncenter.read.identity import start_of, vin_of
-from oncenter.signals import Signals
+from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import Vehicle
 
 _EPOCH_S = 1e8  # times beyond are of day and year, those below since the log's own start
@@ -101,7 +102,17 @@ def of_answer(answer: Answer) -> dict[str, Any]:
     }
     for name, unit in _UNITS.items():
         row |= _columns(name, unit, getattr(answer, name))
-    return row | columns_of(answer.summary)
+    return row | columns_of(answer.summary) | _parts(answer)
+
+
+def _parts(answer: Answer) -> dict[str, float]:
+    """Both parts of the offset's interval, deg; nothing where there is no offset."""
+    if answer.offset_half_width_rad is None:
+        return {}
+    return {
+        "offset_drive_sd_deg": answer.offset_half_width_rad / 1.96 / DEGREE,
+        "offset_not_identifiable_sd_deg": together_rad(answer.not_identifiable) / DEGREE,
+    }
 
 
 # By quantity as `Answer` calls it, the unit in its columns.

@@ -81,6 +81,12 @@ def _of_drives() -> dict[str, tuple[str, str]]:
         common = ", of an axle not set up to unload on the crown" if quantity.name == "offset" else ""
         columns[quantity.sd] = ("number", interval + common)
         columns[quantity.status] = ("text", "valid, converging, unobservable, invalid")
+        if quantity is OFFSET:
+            columns["offset_drive_sd_deg"] = ("number", "of its part that this drive leaves open")
+            columns["offset_not_identifiable_sd_deg"] = (
+                "number",
+                "of its part that no single drive identifies: pull, mean wind, axle set-up",
+            )
     for side in ("left", "right"):
         columns[f"side_force_{side}_s"] = (
             "number",

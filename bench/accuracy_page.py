@@ -14,7 +14,6 @@ from accuracy_figure import ANSWERED_MIN, best_rival, draw
 from accuracy_real import OXTS_OFFSET_DEG, Said, real_drives
 from accuracy_rows import EVERY_ROW, POPULATED_BY, ROWS
 from accuracy_study import LIMITS, STUDIED, TABLE_4, Point, shown, study
-from effects_page import section_of, with_section
 from population import (
     BELIEVED,
     CROWN_M_S2,
@@ -28,8 +27,10 @@ from population import (
     cannot_be_told_apart_m_s2,
     set_up_left_open_m_s2,
 )
+from sections import EFFECTS, TWO_PARTS, section_of, with_section
 
 from oncenter.offset.answer import METHODS
+from oncenter.signals import DEGREE
 
 if TYPE_CHECKING:
     from accuracy import Summary
@@ -104,8 +105,11 @@ def write_page(table: pl.DataFrame, summaries: Sequence[Summary], seeds: range) 
         *_study(points, studied),
     ]
     file = DOCS / "accuracy.md"
-    of_effects = section_of(file.read_text(encoding="utf-8")) if file.exists() else ""  # bench/effects.py writes it
-    file.write_text(with_section("\n".join(page) + "\n", of_effects), encoding="utf-8")
+    before = file.read_text(encoding="utf-8") if file.exists() else ""
+    text = "\n".join(page) + "\n"
+    for heading in (TWO_PARTS, EFFECTS):  # other benches write them
+        text = with_section(text, section_of(before, heading))
+    file.write_text(text, encoding="utf-8")
 
 
 def _head(table: pl.DataFrame, seeds: range) -> Iterator[str]:
@@ -132,8 +136,8 @@ believes one in {1 / SET_UP_SHARE:.0f}: where the steering unloads as far to tha
 drive tells. What that leaves open, {_set_up()} m/s² (sd), is in the floor of `unloads_on_crown`, whose axles are;
 without it the interval would be {_of_side_force_floor(table, "unloads_on_crown"):.1f} of it.
 
-**Valid** asks not only that 1.96 sd about the value are at most 1.5 deg: all of the interval but pull and wind must be
-within half of that, where the steering may play by more than 2 deg, or it is a prior that tells the play's middle.
+**Valid** asks that this drive's part of the interval is within {_valid_within_deg():g} deg: all that the log leaves
+open, but for pull, mean wind and how the axle is set up, which no single drive identifies.
 
 | what the estimator believes (`core/params.h`) | sd, m/s² |
 |---|--:|
@@ -151,6 +155,10 @@ turns. Rivals are told more than a vehicle file says: openpilot's filter begins 
 and inertia, `bins` and `rls` know its understeer gradient. The thesis, `bins` and `rls` take the yaw rate as it is.
 Where a rival has nothing to say, it does not count against it, but the share is given where it is not all.
 """
+
+
+def _valid_within_deg() -> float:
+    return float(BELIEVED["offset_drive_half_width_max_rad"]) / DEGREE
 
 
 def _of_side_force_floor(table: pl.DataFrame, row: str) -> float:

@@ -48,6 +48,7 @@ def record(row: str, seed: int, folder: Path, with_angle: bool, params: Mapping[
     said |= _judged("offset", answer.offset, target, target)
     less_pull = _judged("offset", answer.offset, target + pulled, target + pulled)
     said |= {f"less_pull_{key}": value for key, value in less_pull.items()}
+    said |= _of_drive(answer, target + answer.offset_per_acceleration * (0.0 if np.isnan(unloads) else unloads))
     for name, truth in _truths(driven).items():
         said |= _judged(name, getattr(answer, name), *truth)
     said["findings"] = [finding.code for finding in answer.findings if finding.severity != "info"]
@@ -56,6 +57,13 @@ def record(row: str, seed: int, folder: Path, with_angle: bool, params: Mapping[
     said["fault"] = answer.sensor_fault
     said["changes_deg"] = [(change.size_rad or 0.0) / DEGREE for change in answer.changes]
     return said | (_angle(driven) if with_angle else {})
+
+
+def _of_drive(answer: oc.Answer, target: float) -> Record:
+    """What the drive's own interval is off, over its half-width, once the pull has done what it does."""
+    if answer.offset.value is None or answer.offset_half_width_rad is None:
+        return {"drive_ratio": None}
+    return {"drive_ratio": abs(answer.offset.value - target) / answer.offset_half_width_rad}
 
 
 def _truths(driven: Drive) -> dict[str, tuple[float, float]]:
@@ -125,6 +133,9 @@ def summary(row: str, part: pl.DataFrame) -> Record:
     valid = part["valid"].to_numpy()
     said: Record = {"row": row, "drives": len(part), "valid": int(valid.sum()), "covered": int(holds.sum())}
     said["covered_valid"] = int(holds[valid].sum())
+    ratio = part["drive_ratio"].cast(pl.Float64).fill_null(np.inf).to_numpy()
+    said["drive_covered"], said["drive_covered_valid"] = int(np.sum(ratio < 1.0)), int(np.sum(ratio[valid] < 1.0))
+    said["drive_ratio"] = float(np.median(ratio))
     for name, values in (("all", error), ("valid", error[valid])):
         said[name + "_error"] = [float(np.quantile(values, q)) for q in (0.5, 0.95, 1.0)] if len(values) else None
     for name in OTHERS:
@@ -155,7 +166,8 @@ def print_table(summaries: Sequence[Record]) -> None:
         angle = f" angle {s['angle'][0]:.2f} {s['angle'][1]:.0%}" if "angle" in s else ""
         print(
             f"{s['row']:28}{s['drives']:4}{s['valid']:6} | {good:17} |{s['covered_valid']:6}{s['covered']:5} |"
-            f"{s['all_error'][0]:6.2f}{s['all_error'][1]:6.2f} | {others} "
+            f"{s['all_error'][0]:6.2f}{s['all_error'][1]:6.2f} | drive {s['drive_covered_valid']:3}"
+            f"{s['drive_covered']:4} {s['drive_ratio']:.2f} | {others} "
             f"{s['accused'] or ''} {s['faults'] or ''} {s['changes_deg'] or ''}{angle}"
             f" names accelerometer {s['names_accelerometer']}"
         )

@@ -4,7 +4,7 @@
 
 Rows of accuracy_rows.py and effects_rows.py, tuning seeds from 20001 on. Each drive is answered twice, by its log with
 the torque and by the same log without. `--seconds` cuts the drives short. The drive's own interval is judged on the
-error less what pull and wind did, the total one on the error.
+error less what the pull did, the total one on the error.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import dataclasses
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from accuracy_rows import ROWS, Row, drive
@@ -64,18 +63,18 @@ def figures(row: Row, seed: int, folder: Path, seconds: float | None) -> tuple[F
     if seconds is not None:
         signals = dataclasses.replace(signals, table=signals.table.head(round(seconds * signals.rate_hz)))
     unloads = driven.truth.unloading_acceleration_m_s2
-    shift_m_s2 = (0.0 if np.isnan(unloads) else unloads) + driven.wind_m_s2
+    shift_m_s2 = 0.0 if np.isnan(unloads) else unloads
 
     def judged(log: Signals) -> Figures:
         answer = oc.offset(log, driven.vehicle)
-        native: Any = answer.native
-        estimate, parts = native["offset"], native["offset_parts"]
-        error = (estimate["value"] - float(driven.target_rad[-1])) / DEGREE
-        own = error - shift_m_s2 * parts["per_acceleration"] / DEGREE
-        total = np.sqrt(max(estimate["standard_deviation"] ** 2 - estimate["lean"] ** 2, 0.0)) / DEGREE
+        assert answer.offset.value is not None and answer.offset.ci95 is not None
+        assert answer.offset_half_width_rad is not None
+        target, (low, high) = float(driven.target_rad[-1]), answer.offset.ci95
+        error = (answer.offset.value - target) / DEGREE
+        own = error - shift_m_s2 * answer.offset_per_acceleration / DEGREE
         valid = float(answer.offset.status == "valid")
-        middle = error + estimate["lean"] / DEGREE
-        return valid, error, own, 1.96 * parts["drive_sd"] / DEGREE, 1.96 * total, middle
+        half, middle = 0.5 * (high - low) / DEGREE, (0.5 * (low + high) - target) / DEGREE
+        return valid, error, own, answer.offset_half_width_rad / DEGREE, half, middle
 
     return judged(without_torque(signals)), judged(signals)
 

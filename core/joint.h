@@ -4,8 +4,8 @@
  * hypothesis starts elsewhere and estimates all of them; its weight follows from its prediction errors.
  *
  * About every tenth tick is a sample, and about ten samples are collected. Then the hypotheses take turns, two ticks
- * each, so that the load is even: each takes in all these samples, and then solves its equations. Corrections reach all hypotheses
- * at once, between two such rounds (docs/method.md, "Rounds"). */
+ * each, so that the load is even: each takes in all these samples, and then solves its equations. Corrections reach
+ * all hypotheses at once, between two such rounds (docs/method.md, "Rounds"). */
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -17,6 +17,9 @@ SMALL = {
     "gyro_bias": "--seeds 1",
     "live": "--seconds 20",
     "simulate": "--minutes 0.5 --rounds 1",
+    "torque": "--drives 1 --rows ordinary --seconds 120",
+    "trucks": "FOLDER --smoke --jobs 1",
+    "two_parts": "--tuning --drives 1 --rows ordinary,population --jobs 1",
     "speed": "--ticks 20000 --frames 100000 --rounds 1",
 }
 CALLED_BY_OTHERS = {"fleet_drives", "log_to_answer"}

@@ -386,7 +386,7 @@ def test_priors_far_apart_leave_numbers() -> None:
 
 
 @pytest.mark.parametrize("rate_hz", [20.0, 22.0, 24.9, 25.0, 50.0, 100.0, 200.0])
-def test_one_hypothesis_takes_its_turn_at_a_tick_and_all_have_had_theirs_before_the_next_second(rate_hz: float) -> None:
+def test_one_hypothesis_takes_its_turn_at_a_time_and_all_have_had_theirs_before_the_next_second(rate_hz: float) -> None:
     columns, truth = driven(CREEPING, 1)
     times = np.arange(30.0, 45.0, 1.0 / rate_hz)
     ticks = {name: np.interp(times, columns["time_s"], column) for name, column in columns.items()}
@@ -399,7 +399,8 @@ def test_one_hypothesis_takes_its_turn_at_a_tick_and_all_have_had_theirs_before_
         collected.append(int(tracking["filling"]["count"]))
     steps = np.diff(turns)
     begins = np.flatnonzero(steps > 1)
-    assert (np.delete(steps, begins) >= -1).all()
+    at_once = rate_hz < 50.0  # a hypothesis takes in and solves in one tick then, else in two
+    assert (np.delete(steps, begins) >= (-2 if at_once else -1)).all()
     assert all(turns[k] == 0 and collected[k + 1] == 0 for k in begins)
     assert len(begins) >= 11
     assert state_of(core)["evidence"]["joint"]["second"]["used_s"] >= 10.0

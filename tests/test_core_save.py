@@ -320,7 +320,7 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("tracking.straight.first", lib.OC_PENDING_MAX),
         ("tracking.cornering.count", lib.OC_PENDING_MAX + 1),
         ("tracking.joint.filling.count", lib.OC_JOINT_SAMPLES),
-        ("tracking.joint.turns", lib.OC_JOINT_HYPOTHESES + 2),
+        ("tracking.joint.turns", 2 * lib.OC_JOINT_HYPOTHESES + 2),
         ("tracking.angle.estimate", math.inf),
         ("tracking.fault.fault", lib.OC_FAULT_COUNT),
     ],

@@ -16,8 +16,9 @@ import accuracy_rows
 import effects
 import effects_page
 from accuracy_rows import drive
-from effects_page import section_of, with_section
 from effects_rows import AT_SIZE_1, EFFECTS, PULLS, SIZES, VALID_MIN
+from sections import EFFECTS as HEADING
+from sections import section_of, with_section
 
 from oncenter.signals import DEGREE
 from oncenter.simulate import sensor_sections
@@ -111,7 +112,7 @@ def record(row: str, *, error: float = 0.1, half_width: float = 0.3, pull: float
         said |= {f"{prefix}offset_holds": abs(off) <= half_width, f"{prefix}offset_status": "valid"}
     for name in effects.OTHERS:
         said |= {f"{name}_error": 0.01, f"{name}_half_width": 0.1, f"{name}_holds": True, f"{name}_status": "valid"}
-    return said | {"names_accelerometer": False, "changes_deg": []} | given
+    return said | {"names_accelerometer": False, "changes_deg": [], "drive_ratio": 0.3} | given
 
 
 def summaries_of(table: pl.DataFrame) -> list[dict[str, Any]]:
@@ -210,21 +211,21 @@ SECTION = "## Real-truck effects\n\nFirst.\n\n### A part\n\nOf it."
 def test_the_section_is_appended_once_and_replaced_after_that() -> None:
     first = with_section(PAGE, SECTION)
     assert first == f"{PAGE}\n{SECTION}\n"
-    assert section_of(first) == SECTION
+    assert section_of(first, HEADING) == SECTION
     again = with_section(first, SECTION.replace("First", "Second"))
     assert again == first.replace("First", "Second")
 
 
 def test_a_section_in_the_middle_ends_at_the_next_heading_of_its_level() -> None:
     page = f"# Accuracy\n\n{SECTION}\n\n## Time\n\nMore.\n"
-    assert section_of(page) == SECTION
+    assert section_of(page, HEADING) == SECTION
     assert with_section(page, "## Real-truck effects\n\nShort.") == (
         "# Accuracy\n\n## Real-truck effects\n\nShort.\n\n## Time\n\nMore.\n"
     )
 
 
 def test_a_page_without_the_section_stays_as_it_is() -> None:
-    assert section_of(PAGE) == ""
+    assert section_of(PAGE, HEADING) == ""
     assert with_section(PAGE, "") == PAGE
 
 
@@ -236,7 +237,7 @@ def test_the_bench_writes_its_section_into_the_page(tmp_path: Path, monkeypatch:
         effects_page.write_section(table, summaries_of(table), range(1001, 1002))
     page = effects_page.PAGE.read_text(encoding="utf-8")
     assert page.startswith(PAGE)
-    assert page.count(effects_page.HEADING) == 1
+    assert page.count(HEADING) == 1
 
 
 @pytest.mark.parametrize("there", [True, False])

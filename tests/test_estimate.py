@@ -196,6 +196,10 @@ def test_the_first_schema_is_the_second_without_the_parts_of_the_interval() -> N
     assert list(first["offset"]) == ["value", "unit", "ci95", "status", "variance_if_independent_deg2"]
     for name in ("ci95_drive", "not_identifiable"):
         assert second["offset"].pop(name)
+    assert second["offset"].pop("applied_deg") == 0.0 and set(second.pop("correction")) == {
+        "remaining_deg",
+        "total_deg",
+    }
     assert first == second
 
 

@@ -111,7 +111,7 @@ def test_the_torque_shows_the_neutral_point_without_an_accelerometer(tmp_path: P
     params = {"use_accelerometer": 0.0}
     answer, without = (oc.offset(log, TRUCK, params=params) for log in (blind, deaf))
     error, its_error = ((a.offset.value - truth.offset_rad) / DEGREE for a in (answer, without))
-    half, its_half = (1.96 * a.native["offset_parts"]["drive_sd"] / DEGREE for a in (answer, without))
+    half, its_half = (a.offset_half_width_rad / DEGREE for a in (answer, without))
     assert abs(error) < half < 0.5 * its_half
     assert abs(error) < 0.5, its_error
 

@@ -155,7 +155,8 @@ def _ranking(ranked: Sequence[dict[str, Any]], changes: Sequence[dict[str, Any]]
 def _table(lines: Sequence[str]) -> str:
     return f"""<table class="ranking">
 <thead><tr><th class="number">Rank</th><th>Truck</th><th>Verdict</th><th class="number">Offset (deg)</th>
-<th class="number">95 % interval</th><th class="number">Pull (m/s²)</th><th>Since</th><th>Last change</th><th class="number">q</th></tr></thead>
+<th class="number">95 % interval</th><th class="number">Pull (m/s²)</th>
+<th>Since</th><th>Last change</th><th class="number">q</th></tr></thead>
 <tbody>
 {joined(list(lines))}
 </tbody></table>"""

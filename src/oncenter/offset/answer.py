@@ -190,13 +190,12 @@ class Answer:
             "signals": dict(self.sources),
             "offset": {
                 **self.offset.to_dict(),
-                "applied_deg": self.vehicle.offset_applied_deg,
                 "variance_if_independent_deg2": None
                 if self.offset.value is None or self.variance_if_independent_rad2 is None
                 else self.variance_if_independent_rad2 / DEGREE**2,
                 **({} if schema == "offset-1" else self._parts()),
             },
-            "correction": NO_CORRECTION if self.correction is None else self.correction.to_dict(),
+            **({} if schema == "offset-1" else self._correction()),
             "understeer_gradient": self.understeer_gradient.to_dict(),
             "backlash": self.backlash.to_dict(),
             "unloading_acceleration": self.unloading_acceleration.to_dict(),
@@ -219,9 +218,13 @@ class Answer:
     def _parts(self) -> dict[str, Any]:
         drive = self.offset_ci95_drive
         return {
+            "applied_deg": self.vehicle.offset_applied_deg,
             "ci95_drive": None if drive is None else [bound / DEGREE for bound in drive],
             "not_identifiable": [cause.to_dict() for cause in self.not_identifiable],
         }
+
+    def _correction(self) -> dict[str, Any]:
+        return {"correction": NO_CORRECTION if self.correction is None else self.correction.to_dict()}
 
     def to_json(self, schema: Schema = DEFAULT_SCHEMA) -> str:
         return json.dumps(self.to_dict(schema), ensure_ascii=False, allow_nan=False, indent=2)

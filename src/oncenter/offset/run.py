@@ -14,7 +14,7 @@ from oncenter.offset.answer import DEFAULT_METHOD, METHODS, Answer, Method
 from oncenter.offset.assemble import answer_of
 from oncenter.offset.changes import changes_of
 from oncenter.offset.inputs import check, in_order, needed, params_of, track_widths, with_torque
-from oncenter.offset.several_logs import Together, across, with_logs
+from oncenter.offset.several_logs import Together, across, with_logs, without_steps_within
 from oncenter.offset.signals_at_fault import without_what_faults_taught
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals
@@ -57,15 +57,27 @@ def offset(
     used_params = with_torque(params_of(vehicle, params), {**vehicle.params, **(params or {})}, method, drives)
     check(drives, needed(method, drives, used_params))
     drives = without_whole_turns(drives)
-    logs = _alone(drives, vehicle, used_params) if method == "joint" and len(drives) > 1 else None
-    if logs is not None:
-        before, drives = drives[: logs.since], drives[logs.since :]
-    core, changes_found = _run(drives, vehicle, used_params, method, progress, None)
+    answer = _answered(drives, vehicle, used_params, method, progress)
+    if method != "joint" or len(drives) == 1:
+        return answer
+    logs = without_steps_within(_alone(drives, vehicle, used_params), answer.changes)
+    if logs.steps:
+        answer = _answered(drives[logs.since :], vehicle, used_params, method, None)
+    return with_logs(answer, logs, drives[: logs.since])
+
+
+def _answered(
+    drives: Sequence[Signals],
+    vehicle: Vehicle,
+    params: Mapping[str, float],
+    method: Method,
+    progress: Callable[[float], None] | None,
+) -> Answer:
+    """By one run of the core over all drives."""
+    core, changes_found = _run(drives, vehicle, params, method, progress, None)
     native = core.answer()
-    answer = answer_of(native, changes_of(native, changes_found, drives), drives, vehicle, method, used_params)
-    if is_implausible(native):
-        return without_what_faults_taught(answer)
-    return answer if logs is None else with_logs(answer, logs, before)
+    answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
+    return without_what_faults_taught(answer) if is_implausible(native) else answer
 
 
 def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Together:

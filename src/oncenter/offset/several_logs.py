@@ -25,6 +25,7 @@ from oncenter.vehicle import Vehicle
 _MODEL_FROM = 4  # logs: two on either side of a step
 _STEP_SDS = 6.0  # of two valid logs: 2 of 2,064 neighbours of bench/trucks.py's months scatter by more
 _STEP_MIN_RAD = 1.0 * DEGREE
+_BEGIN_S = 120.0  # of a log: a change that was found there may have come before it
 
 
 @dataclass(frozen=True)
@@ -55,10 +56,16 @@ def across(natives: Sequence[Mapping[str, Any]], vehicle: Vehicle, params: Mappi
     priors = priors_of(params)
     told = [(k, summary_of(native, vehicle)) for k, native in enumerate(natives) if _tells(native)]
     if len(told) < _MODEL_FROM:
-        return Together(_by_pairs(natives, told, priors), None)
+        return Together(tuple(_by_pairs(natives, told, priors)), None)
     model = learn(together([[summary for _, summary in told]]), priors)
-    steps = tuple(LogStep(told[step.at][0], step.size, step.sd) for step in model.steps)
-    return Together(steps, model)
+    steps = [LogStep(told[step.at][0], step.size, step.sd) for step in model.steps]
+    return Together(tuple(steps), model)
+
+
+def without_steps_within(logs: Together, changes: Sequence[Change]) -> Together:
+    """Without those into a log in whose middle the run over all logs found the change: it came there."""
+    within = {change.drive for change in changes if change.kind != "bends" and change.into_log_s > _BEGIN_S}
+    return replace(logs, steps=tuple(step for step in logs.steps if step.at not in within))
 
 
 def _tells(native: Mapping[str, Any]) -> bool:
@@ -69,7 +76,7 @@ def _tells(native: Mapping[str, Any]) -> bool:
 
 def _by_pairs(
     natives: Sequence[Mapping[str, Any]], told: Sequence[tuple[int, Summary]], priors: Priors
-) -> tuple[LogStep, ...]:
+) -> list[LogStep]:
     valid = [(k, one) for k, one in told if _core.STATUSES[natives[k]["offset"]["status"]] == "valid"]
     steps = []
     for (_, before), (k, after) in pairwise(valid):
@@ -79,7 +86,7 @@ def _by_pairs(
         sd = math.hypot(before.offset_sd, after.offset_sd, by_load, noise)
         if abs(size) > max(_STEP_MIN_RAD, _STEP_SDS * sd):
             steps.append(LogStep(k, size, sd))
-    return tuple(steps)
+    return steps
 
 
 def with_logs(answer: Answer, logs: Together, before: Sequence[Signals]) -> Answer:
@@ -153,7 +160,7 @@ def _narrowed(answer: Answer, logs: Together) -> Answer:
 
 def _another_load() -> Finding:
     text = (
-        "all logs were driven at about one load, so only the roads' crown separates a pull from the accelerometer's bias:"
-        " add logs at another load"
+        "all logs were driven at about one load, so only the roads' crown separates a pull from the accelerometer's"
+        " bias: add logs at another load"
     )
     return from_table("another_load_would_help", text)

@@ -1,0 +1,32 @@
+"""Sections of docs/accuracy.md that other benches write than the one which writes the page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+EFFECTS = "## Real-truck effects"  # bench/effects.py
+TWO_PARTS = "## Both parts of the interval"  # bench/two_parts.py
+
+
+def section_of(page: str, heading: str) -> str:
+    """From its heading up to the next of the same level or the end; "" where there is none."""
+    lines = page.splitlines()
+    if heading not in lines:
+        return ""
+    begin = lines.index(heading)
+    return "\n".join(lines[begin : _end(lines, begin)]).strip()
+
+
+def with_section(page: str, section: str) -> str:
+    """The page with this section in its old one's place, else at the end; "" leaves the page as it is."""
+    if not section:
+        return page
+    lines, heading = page.splitlines(), section.splitlines()[0]
+    begin = lines.index(heading) if heading in lines else len(lines)
+    parts = ("\n".join(lines[:begin]), section, "\n".join(lines[_end(lines, begin) :]))
+    return "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
+
+
+def _end(lines: Sequence[str], begin: int) -> int:
+    later = range(begin + 1, len(lines))
+    return next((k for k in later if lines[k].startswith("## ")), len(lines))

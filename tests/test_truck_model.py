@@ -174,3 +174,18 @@ def test_trucks_of_unlike_many_drives_are_padded_at_the_end() -> None:
     assert isinstance(table, Drives)
     assert all(array.shape == (2, 5) for array in astuple(table))
     assert np.isnan(table.offset[0, 2:]).all() and np.isfinite(table.offset[1]).all()
+
+
+def test_a_wheel_alignment_moves_the_pull_with_the_offset() -> None:
+    random = np.random.default_rng(11)
+    error, blind = [], []
+    for _ in range(60):
+        before = truck(random, drives=10, bias=0.1)
+        after = truck(random, drives=10, bias=0.1, pull=0.15, offset=5.0 * DEGREE)
+        answer = learned([before + after])
+        (step,) = answer.steps
+        assert abs(step.at - 10) <= 1
+        error.append(answer.pull[0] - 0.15)
+        blind.append(answer.offset[0] - 5.0 * DEGREE)
+    assert abs(np.mean(error)) < 0.04
+    assert np.median(np.abs(blind)) < 0.35 * DEGREE

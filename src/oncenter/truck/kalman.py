@@ -90,10 +90,18 @@ class Filter:
         load_steer_sd: rad, at the road wheels.
         steps: (trucks, drives), where the offset is another from that drive on; None: they are tested, and found in
             `steps`.
+        aligned: the same where the pull is another, too.
     """
 
-    def __init__(self, drives: Drives, priors: Priors, load_steer_sd: float, steps: Truths | None = None) -> None:
-        self._drives, self._priors, self._known = drives, priors, steps
+    def __init__(
+        self,
+        drives: Drives,
+        priors: Priors,
+        load_steer_sd: float,
+        steps: Truths | None = None,
+        aligned: Truths | None = None,
+    ) -> None:
+        self._drives, self._priors, self._known, self._aligned = drives, priors, steps, aligned
         self._loads = loads_of(drives, priors)
         n = len(drives.ratio)
         side = drives.side[:, 0]
@@ -130,6 +138,8 @@ class Filter:
             self._candidates.open(d, has, self._since_step >= _DRIVES_BEFORE)
         else:
             self._guess_offset(d, has & self._known[:, d])
+            if self._aligned is not None:
+                self._forget_pull(has & self._aligned[:, d])
         doubt = np.zeros(len(has))
         for reading in readings(self._drives, self._priors, d, self._loads):
             variance = reading.variance
@@ -149,6 +159,11 @@ class Filter:
         self.state[chosen, OFFSET] = guess
         self.covariance[chosen, OFFSET, :] = self.covariance[chosen, :, OFFSET] = 0.0
         self.covariance[chosen, OFFSET, OFFSET] = sd**2
+
+    def _forget_pull(self, chosen: Truths) -> None:
+        self.state[chosen, PULL] = 0.0
+        self.covariance[chosen, PULL, :] = self.covariance[chosen, :, PULL] = 0.0
+        self.covariance[chosen, PULL, PULL] = self._priors.pull_sd_m_s2**2
 
     def _missed(self, reading: Reading) -> Numbers:
         """Square of what a reading is off beyond `_CONTRADICTS` standard deviations of what it should be."""

@@ -102,6 +102,7 @@ bench: .venv/ready ## speed, side by side with scipy, numba and python-can
 accuracy: .venv/ready ## errors, intervals and times of all methods and rivals, real-truck effects: docs/accuracy.md
 	$(BIN)/python bench/accuracy.py --page --jobs 2
 	$(BIN)/python bench/effects.py --page --jobs 2
+	$(BIN)/python bench/two_parts.py --page --jobs 2
 
 lock: .venv/python ## pin today's newest dependencies in requirements.lock and list their licences
 	rm -rf build/lock

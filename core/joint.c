@@ -46,7 +46,10 @@ void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double r
     design->hypothesis.most_doubt = sees_bank ? crown_discount_max : 1.0f;
     design->memory_s = (float)memory_s;
     design->ticks_per_sample = ticks;
-    design->solves_at_once = rate_hz < two_turns_hz ? 1 : 0;
+    design->solves_at_once = 0;
+    if (rate_hz < two_turns_hz) {
+        design->solves_at_once = 1;
+    }
     design->samples_per_second = (int32_t)(1.0 / step_s + 0.5);
 }
 

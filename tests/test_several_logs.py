@@ -18,9 +18,10 @@ DAY_S = 86400.0
 TRUTH_DEG = 2.04  # of the scenario thesis_drive
 
 
-def vehicle() -> Vehicle:
+def vehicle(**known: float) -> Vehicle:
     return vehicle_from(
         {
+            **known,
             "wheelbase_m": 3.7,
             "steering_ratio": 19.3,
             "track_width_front_m": 2.0,
@@ -110,3 +111,15 @@ def test_fewer_than_four_logs_have_no_model() -> None:
     natives: list[dict[str, Any]] = []
     together = across(natives, vehicle(), oc.offset(days(1)[0], vehicle()).params)
     assert together.steps == () and together.model is None and together.since == 0
+
+
+def test_a_known_pull_narrows_several_logs_and_is_taken_off_once() -> None:
+    """The scenario's truck does not pull: known as 0.05 it is off by i K 0.05, half as sure as nothing is known."""
+    answer = oc.offset(list(days(9)), vehicle(pull_m_s2=0.0, pull_sd_m_s2=0.01))
+    without = oc.offset(list(days(9)), vehicle())
+    wrong = oc.offset(list(days(9)), vehicle(pull_m_s2=0.05, pull_sd_m_s2=0.001))
+    assert answer.offset.ci95 is not None and without.offset.ci95 is not None
+    assert answer.offset.ci95[1] - answer.offset.ci95[0] < 0.7 * (without.offset.ci95[1] - without.offset.ci95[0])
+    assert answer.offset.value is not None and wrong.offset.value is not None
+    assert answer.offset.value / DEGREE == pytest.approx(TRUTH_DEG, abs=0.2)
+    assert (answer.offset.value - wrong.offset.value) / DEGREE == pytest.approx(19.3 * 0.4 * 0.05, abs=0.15)

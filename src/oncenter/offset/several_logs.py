@@ -54,7 +54,7 @@ class Together:
 def across(natives: Sequence[Mapping[str, Any]], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
     """From each log's oc_answer of the joint method, in order of time."""
     priors = priors_of(params)
-    told = [(k, summary_of(native, vehicle)) for k, native in enumerate(natives) if _tells(native)]
+    told = [(k, _less_known(summary_of(native, vehicle), params)) for k, native in enumerate(natives) if _tells(native)]
     if len(told) < _MODEL_FROM:
         return Together(tuple(_by_pairs(natives, told, priors)), None)
     model = learn(together([[summary for _, summary in told]]), priors)
@@ -72,6 +72,14 @@ def _tells(native: Mapping[str, Any]) -> bool:
     """Whether its truck's model can use it: fleet/summaries.py has the same."""
     status = _core.STATUSES[native["offset"]["status"]]
     return status in ("valid", "converging") and native["understeer_gradient"]["value"] >= 0.1 * DEGREE
+
+
+def _less_known(one: Summary, params: Mapping[str, float]) -> Summary:
+    """Accelerations less what is known of pull and accelerometer bias, about which their priors are then zero; the core
+    took a known pull off the offset already."""
+    bias = params["known_accelerometer_bias_m_s2"] if params["known_accelerometer_bias_sd_m_s2"] > 0.0 else 0.0
+    pull = params["known_pull_m_s2"] if params["known_pull_sd_m_s2"] > 0.0 else 0.0
+    return replace(one, unloading=one.unloading - bias - pull, bank=one.bank - bias, standing=one.standing - bias)
 
 
 def _by_pairs(

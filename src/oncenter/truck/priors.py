@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from oncenter import _core
 
@@ -49,14 +49,18 @@ class Priors:
 
 
 def priors_of(params: Mapping[str, float] | None = None) -> Priors:
-    """By the core's params, its defaults where there are none."""
+    """By the core's params, its defaults where there are none; what the truck is known to be replaces its prior."""
     believed = _core.default_params() | dict(params or {})
-    return Priors(
-        pull_sd_m_s2=believed["pull_sd_m_s2"],
+    priors = Priors(
+        pull_sd_m_s2=believed["known_pull_sd_m_s2"] or believed["pull_sd_m_s2"],
         wind_sd_m_s2=believed["wind_sd_m_s2"],
-        accelerometer_bias_sd_m_s2=believed["accelerometer_bias_sd_m_s2"],
+        accelerometer_bias_sd_m_s2=believed["known_accelerometer_bias_sd_m_s2"]
+        or believed["accelerometer_bias_sd_m_s2"],
         crown_m_s2=believed["crown_m_s2"],
         crown_sd_m_s2=believed["crown_sd_m_s2"],
         standing_crown_share_1=believed["standing_crown_share_1"],
         standing_slope_sd_m_s2=believed["standing_slope_sd_m_s2"],
     )
+    if believed["known_play_sd_rad"] > 0.0:
+        return replace(priors, play_mean_rad=believed["known_play_rad"], play_sd_rad=believed["known_play_sd_rad"])
+    return priors

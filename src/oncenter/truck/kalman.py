@@ -40,6 +40,7 @@ _SMALLEST_RAD = 0.5 * 0.017453292519943295  # a smaller step is not told
 _DRIVES_BEFORE = _DRIVES_AFTER = 2
 _CONTRADICTS = 2.0  # standard deviations
 _WITHOUT_ONE = 1.5  # standard deviations that a step must have left whichever drive is left out
+_NEAR, _MOVED_SDS = 10, 4.0  # drives on either side of a step whose neutral accelerations are compared, and by how much
 _AGES = (0, 1, 2, 3, 4, 5, 7, 10, 14, 20, 28, 40, 57, 80, 113, 160)  # drives since a step that is tested
 _ANYWHERE_RAD = 0.5  # sd of the offset before a truck's first drives
 _FIRST_DRIVES, _FIRST_SD_RAD = 5, 1.0 * 0.017453292519943295
@@ -72,6 +73,22 @@ class Step:
     found: int
     size: float
     sd: float
+
+
+def neutral_moved(drives: Drives, priors: Priors, step: Step, end: int) -> bool:
+    """Whether the neutral acceleration changed with the offset, as a wheel alignment moves both; by drives before
+    `end`."""
+    sides = []
+    for some in (slice(max(step.at - _NEAR, 0), step.at), slice(step.at, min(step.at + _NEAR, end))):
+        value, sd = drives.unloading[step.truck, some], drives.unloading_sd[step.truck, some]
+        sure = np.isfinite(value) & (sd < priors.wind_sd_m_s2)
+        if not np.any(sure):
+            return False
+        variance = sd[sure] ** 2 + priors.wind_sd_m_s2**2
+        mean = float(np.average(value[sure], weights=1.0 / variance))
+        sides.append((mean, 1.0 / float(np.sum(1.0 / variance))))
+    (before, before_variance), (after, after_variance) = sides
+    return abs(after - before) > _MOVED_SDS * float(np.sqrt(before_variance + after_variance))
 
 
 def _times(vector: Numbers, row: Numbers, places: Sequence[int] = range(len(STATE))) -> Numbers:
@@ -200,6 +217,8 @@ class Filter:
             self.state[n] += step * apart
             self.covariance[n] += variance * np.outer(apart, apart)
             self.steps.append(Step(int(n), at, d, step, float(np.sqrt(variance))))
+            if neutral_moved(self._drives, self._priors, self.steps[-1], d + 1):
+                self._forget_pull(np.arange(len(has)) == n)
             self._candidates.close(int(n))
             self._since_step[n] = d + 1 - at
 
@@ -212,9 +231,9 @@ class Filter:
 
     def _stands_without_any(self, truck: int, begin: int, at: int, end: int, sign: float) -> bool:
         """Whether drives `at` to `end` differ from those since `begin`, whichever drive of either is left out: one that
-        is off alone makes no step."""
+        is off alone makes no step. Without what the loads steer, which one such drive may have distorted."""
         rest = self.state[truck].copy()
-        rest[OFFSET] = 0.0
+        rest[[OFFSET, LOAD_STEER, LOAD_STEER_BENT]] = 0.0
         value = self._values[truck, begin:end] - _times(self._rows[truck, begin:end], rest[None, :])
         weight = 1.0 / self._variances[truck, begin:end]
         before, after = slice(None, at - begin), slice(at - begin, None)

@@ -10,12 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from oncenter.truck.drives import Drives, Numbers
-from oncenter.truck.kalman import Filter, Step
+from oncenter.truck.kalman import Filter, Step, neutral_moved
 from oncenter.truck.priors import Priors
 from oncenter.truck.readings import BIAS, OFFSET, PLAY, PULL, loads_of
 
-_NEAR = 10  # drives on either side of a step in which the neutral acceleration is compared
-_MOVED_SDS = 4.0
 _LOADS_DIFFER = 0.2  # share by which the largest gradient is beyond the smallest: ours, twice what one load scatters
 
 
@@ -46,14 +44,13 @@ class Trucks:
 
 def learn(drives: Drives, priors: Priors) -> Trucks:
     """All trucks of `drives`; each has a first drive."""
-    little, much = priors.load_steer_sds_rad
-    steps = _run(Filter(drives, priors, much)).steps
+    steps = _run(Filter(drives, priors, priors.step_load_steer_sd_rad)).steps
     known = np.zeros(drives.offset.shape, np.bool_)
     aligned = np.zeros(drives.offset.shape, np.bool_)
     for step in steps:
         known[step.truck, step.at] = True
-        aligned[step.truck, step.at] = _neutral_moved(drives, priors, step)
-    both = [_run(Filter(drives, priors, sd, known, aligned)) for sd in (little, much)]
+        aligned[step.truck, step.at] = neutral_moved(drives, priors, step, drives.offset.shape[1])
+    both = [_run(Filter(drives, priors, sd, known, aligned)) for sd in priors.load_steer_sds_rad]
     shares = _shares(both, priors)
 
     def mixed(place: int) -> tuple[Numbers, Numbers]:
@@ -79,21 +76,6 @@ def learn(drives: Drives, priors: Priors) -> Trucks:
         offsets=offsets,
         offset_sds=offset_sds,
     )
-
-
-def _neutral_moved(drives: Drives, priors: Priors, step: Step) -> bool:
-    """Whether the neutral acceleration changed with the offset, as a wheel alignment moves both."""
-    sides = []
-    for some in (slice(max(step.at - _NEAR, 0), step.at), slice(step.at, step.at + _NEAR)):
-        value, sd = drives.unloading[step.truck, some], drives.unloading_sd[step.truck, some]
-        sure = np.isfinite(value) & (sd < priors.wind_sd_m_s2)
-        if not np.any(sure):
-            return False
-        variance = sd[sure] ** 2 + priors.wind_sd_m_s2**2
-        mean = float(np.average(value[sure], weights=1.0 / variance))
-        sides.append((mean, 1.0 / float(np.sum(1.0 / variance))))
-    (before, before_variance), (after, after_variance) = sides
-    return abs(after - before) > _MOVED_SDS * float(np.sqrt(before_variance + after_variance))
 
 
 def _run(one: Filter) -> Filter:

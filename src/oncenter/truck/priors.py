@@ -22,6 +22,7 @@ class Priors:
         crown_of_truck_sd_m_s2: of the mean of a truck's roads; crown_sd_m_s2 is of one drive's.
         load_steer_sds_rad, load_steer_weights: at the road wheels, of what another load's ride height steers: little,
             or much. Which it is, the drives say.
+        step_load_steer_sd_rad: the same while steps are sought: much of it would explain them by loads.
         bias_wander_sd_m_s2: of the accelerometer's bias from one drive to the next.
         offset_noise_sd_rad, play_noise_sd_rad: of a drive, beyond its own.
         wide_rad: a drive that leaves so much open is believed half as much as it believes itself.
@@ -42,6 +43,7 @@ class Priors:
     crown_of_truck_sd_m_s2: float = 0.03
     load_steer_sds_rad: tuple[float, float] = (0.003 * _DEGREE, 0.04 * _DEGREE)
     load_steer_weights: tuple[float, float] = (0.6, 0.4)
+    step_load_steer_sd_rad: float = 0.01 * _DEGREE
     bias_wander_sd_m_s2: float = 0.01
     offset_noise_sd_rad: float = 0.1 * _DEGREE
     play_noise_sd_rad: float = 0.3 * _DEGREE

@@ -237,11 +237,16 @@ static bool is_torque(const oc_torque *torque) {
             return false;
         }
     }
+    for (int32_t k = 0; k < OC_TORQUE_TERMS * (OC_TORQUE_TERMS + 1) / 2; ++k) {
+        if (!is_within(torque->covariance[k], torque_max)) {
+            return false;
+        }
+    }
     return is_within(torque->place, 1.0f) && is_within(torque->angle, angle_max) &&
            is_within(torque->slow, acceleration_max) && torque->slow_s >= 0.0f &&
            is_within(torque->filling.torque, 1e6f) && is_within(torque->filling.acceleration, 1e6f) &&
-           is_below(torque->filling.ticks, 256) && (!torque->due || torque->filling.ticks > 0) &&
-           torque->covariance[0] >= 0.0f && torque->covariance[2] >= 0.0f && torque->covariance[5] >= 0.0f;
+           is_within(torque->filling.place, 256.0f) && is_below(torque->filling.ticks, 256) &&
+           (!torque->due || torque->filling.ticks > 0);
 }
 
 static bool is_estimate(const oc_estimate *estimate) {

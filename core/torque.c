@@ -117,7 +117,8 @@ void oc_torque_learn(oc_torque *t, const oc_torque_design *design) {
         p[1] + p[2] * by[1] + p[4] * by[2],
         p[3] + p[4] * by[1] + p[5] * by[2],
     };
-    const float variance = across[0] + across[1] * by[1] + across[2] * by[2] +
+    /* a restored covariance need not be one */
+    const float variance = oc_max(across[0] + across[1] * by[1] + across[2] * by[2], 0.0f) +
                            prior_variance(design, second_sd);
     const float predicted = t->terms[0] + t->terms[1] * by[1] + t->terms[2] * by[2];
     const float error = oc_clamp_size(torque - predicted, error_max_share * design->slope);

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from oncenter import _core
 from oncenter.fleet.offset_now import offset_of
 from oncenter.fleet.ranking import histories
 from oncenter.fleet.summaries import COLUMNS, columns_of, summary_of_row
@@ -33,12 +34,13 @@ SUMMARY = Summary(
     ratio=19.3,
     side=1.0,
 )
+NOTHING_KNOWN = _core.default_params()
 TOLD = {"offset_status": "valid", "start": 1.7e9}
 
 
 def test_a_summary_comes_back_from_its_columns() -> None:
-    columns = columns_of(SUMMARY)
-    assert list(columns) == list(COLUMNS) and len(columns) == len(fields(Summary))
+    columns = columns_of(SUMMARY, NOTHING_KNOWN)
+    assert list(columns) == list(COLUMNS) and len(columns) == len(fields(Summary)) + 4
     assert columns["summary_standing_m_s2"] is None and columns["summary_play_deg"] == pytest.approx(0.1 / DEGREE)
     back = summary_of_row({**columns, **TOLD})
     assert back is not None and math.isnan(back.standing)
@@ -58,7 +60,7 @@ def test_a_summary_comes_back_from_its_columns() -> None:
     ],
 )
 def test_a_drive_that_tells_its_truck_nothing_has_no_summary(told: dict[str, Any]) -> None:
-    assert summary_of_row({**columns_of(SUMMARY), **TOLD, **told}) is None
+    assert summary_of_row({**columns_of(SUMMARY, NOTHING_KNOWN), **TOLD, **told}) is None
 
 
 def test_a_truck_whose_rows_are_of_version_0_1_is_unknown_until_they_are_answered_anew() -> None:
@@ -69,7 +71,10 @@ def test_a_truck_whose_rows_are_of_version_0_1_is_unknown_until_they_are_answere
 
 
 def test_a_row_of_trucks_is_what_the_model_says_of_it_in_degrees() -> None:
-    rows = [{**columns_of(SUMMARY), **TOLD, "start": 1.7e9 + 86400.0 * day, "log": str(day)} for day in range(6)]
+    rows = [
+        {**columns_of(SUMMARY, NOTHING_KNOWN), **TOLD, "start": 1.7e9 + 86400.0 * day, "log": str(day)}
+        for day in range(6)
+    ]
     history, alone = histories([("many", rows), ("one", rows[:1])], 2.0)
     model = learn(together([[SUMMARY] * 6]), priors_of())
     assert history.truck["offset_deg"] == pytest.approx(model.offset[0] / DEGREE)
@@ -89,3 +94,14 @@ def test_changes_lead_from_each_offset_to_the_next() -> None:
     assert first.after == pytest.approx(second.before) and second.after == pytest.approx(offset.value)
     assert (first.size, second.size) == (pytest.approx(3.0, abs=0.1), pytest.approx(-2.0, abs=0.1))
     assert offset.since == 1.7e9 + 86400.0 * 12
+
+
+def test_a_known_pull_is_taken_off_once() -> None:
+    """The core took it off the offset; a summary's accelerations are less what is known, and its sd is the prior's."""
+    known = {**NOTHING_KNOWN, "known_pull_m_s2": 0.15, "known_pull_sd_m_s2": 0.005}
+    rows = [
+        {**columns_of(replace(SUMMARY, unloading=0.0, bank=0.2), known), **TOLD, "start": 1.7e9 + k} for k in range(8)
+    ]
+    (history,) = histories([("truck", rows)], 2.0)
+    assert history.truck["offset_deg"] == pytest.approx(SUMMARY.offset / DEGREE, abs=0.05)
+    assert history.truck["offset_sd_deg"] < 0.15

@@ -18,7 +18,7 @@ DAY_S = 86400.0
 TRUTH_DEG = 2.04  # of the scenario thesis_drive
 
 
-def vehicle(**known: float) -> Vehicle:
+def vehicle(**known: Any) -> Vehicle:
     return vehicle_from(
         {
             **known,
@@ -83,6 +83,30 @@ def test_two_valid_logs_that_differ_by_three_degrees_are_not_blended() -> None:
     assert answer.offset.value is not None
     assert answer.offset.value / DEGREE == pytest.approx(TRUTH_DEG + 3.0, abs=0.4)
     assert oc.offset(list(days(2)), vehicle()).changes == ()
+
+
+@pytest.mark.parametrize(("count", "at", "into_s"), [(4, 3, 100.0), (5, 4, 0.0), (8, 7, 0.0), (4, 3, 500.0)], ids=str)
+def test_a_new_offset_in_the_last_of_several_logs_is_not_taken_for_one_log_that_is_off(
+    count: int, at: int, into_s: float
+) -> None:
+    """Whichever of both is found, the run over all logs or the model: the old offset is never printed as valid."""
+    drives = [*days(count)]
+    late = pl.col("time_s") - pl.col("time_s").first() >= into_s
+    angle = pl.col("steering_wheel_angle_rad") + pl.when(late).then(4.0 * DEGREE).otherwise(0.0)
+    drives[at] = replace(drives[at], table=drives[at].table.with_columns(angle))
+    answer = oc.offset(drives, vehicle())
+    assert answer.offset.value is not None and answer.offset.ci95 is not None
+    if answer.offset.status == "valid":
+        assert answer.offset.value / DEGREE == pytest.approx(TRUTH_DEG + 4.0, abs=1.0)
+    else:
+        assert answer.offset.ci95[0] < (TRUTH_DEG + 4.0) * DEGREE
+
+
+def test_the_drives_part_is_never_wider_than_the_whole_interval() -> None:
+    for side in ({}, {"params": {"use_accelerometer": False}}):
+        answer = oc.offset(list(days(5)), vehicle(**side))
+        assert answer.offset.ci95 is not None and answer.offset_half_width_rad is not None
+        assert answer.offset_half_width_rad <= 0.5 * (answer.offset.ci95[1] - answer.offset.ci95[0]) + 1e-9
 
 
 def test_logs_together_are_at_least_as_sure_as_the_surest_of_them() -> None:

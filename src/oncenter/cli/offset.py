@@ -60,6 +60,7 @@ def offset(
     inputs = [*logs, vehicle_file, *(dbc or ())]
     spare_inputs({"--memory": memory}, inputs)
     spare_inputs({"--report": report}, [*inputs, memory])
+    refuse_one_place(report, memory)
     truck = with_applied(oc.vehicle(vehicle_file), applied)
     for output in (report, memory):
         if output is not None:
@@ -78,6 +79,22 @@ def offset(
         write_memory(memory, after)
     if report is not None:
         oc.report(answer, report)
+
+
+def refuse_one_place(report: Path | None, memory: Path | None) -> None:
+    """Of two outputs, either of which may not exist yet.
+
+    Raises:
+        OncenterError: "usage", exit code 2.
+    """
+    from oncenter.errors import WRONG_USAGE, OncenterError
+
+    if report is not None and memory is not None and report.resolve() == memory.resolve():
+        raise OncenterError(
+            f"--report and --memory both name {report}: the page would replace the memory",
+            code="usage",
+            exit_code=WRONG_USAGE,
+        )
 
 
 def with_applied(truck: oc.Vehicle, applied_deg: float | None) -> oc.Vehicle:

@@ -102,7 +102,7 @@ def of_answer(answer: Answer) -> dict[str, Any]:
     }
     for name, unit in _UNITS.items():
         row |= _columns(name, unit, getattr(answer, name))
-    return row | columns_of(answer.summary) | _parts(answer)
+    return row | columns_of(answer.summary, answer.params) | _parts(answer)
 
 
 def _parts(answer: Answer) -> dict[str, float]:

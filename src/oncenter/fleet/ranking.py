@@ -16,11 +16,11 @@ import numpy as np
 
 from oncenter.fleet.history import NOISE, Break, Mean, Numbers, Told, breaks, now, told_of
 from oncenter.fleet.offset_now import Offset, offset_of
-from oncenter.fleet.summaries import summary_of_row
+from oncenter.fleet.summaries import known_of_row, summary_of_row
 from oncenter.fleet.tables import OFFSET, QUANTITIES
 from oncenter.truck.drives import together
 from oncenter.truck.model import Trucks, learn
-from oncenter.truck.priors import priors_of
+from oncenter.truck.priors import Priors, priors_of
 
 Rows = Sequence[dict[str, Any]]
 
@@ -54,10 +54,13 @@ def histories(trucks: Sequence[tuple[str, Rows]], limit_deg: float) -> Iterator[
     """Each truck from its drives' rows, which are in order of time; `limit_deg` is what an offset may be. The trucks
     that are given together are computed together, and each comes out as if it were alone."""
     of_trucks = [_OfTruck(name, rows) for name, rows in trucks]
-    with_drives = [one for one in of_trucks if one.summaries]
-    if with_drives:
-        model = learn(together([one.summaries for one in with_drives]), priors_of())
-        for place, one in enumerate(with_drives):
+    alike: dict[Priors, list[_OfTruck]] = {}
+    for one in of_trucks:
+        if one.summaries:
+            alike.setdefault(one.priors, []).append(one)
+    for priors, some in alike.items():
+        model = learn(together([one.summaries for one in some]), priors)
+        for place, one in enumerate(some):
             one.learned(model, place)
     for one in of_trucks:
         yield one.history(limit_deg)
@@ -68,9 +71,10 @@ class _OfTruck:
 
     def __init__(self, name: str, rows: Rows) -> None:
         self._name, self._rows = name, rows
-        pairs = [(row["start"], summary) for row in rows if (summary := summary_of_row(row)) is not None]
-        self.summaries = [summary for _, summary in pairs]
-        self._starts = np.array([start for start, _ in pairs])
+        told = [(row, summary) for row in rows if (summary := summary_of_row(row)) is not None]
+        self.summaries = [summary for _, summary in told]
+        self.priors = priors_of(known_of_row(told[-1][0]) if told else None)
+        self._starts = np.array([row["start"] for row, _ in told])
         self._offset: Offset | None = None
 
     def learned(self, model: Trucks, place: int) -> None:

@@ -41,18 +41,36 @@ _COLUMNS = (
     _Column("side", "side", 1.0, "of traffic: 1 right, -1 left, 0 not known"),
 )
 _PREFIX = "summary_"
+_MAY_LACK = ("bank", "standing")
 
+# What the vehicle file knows of the truck, 0 where it does not: column, param of the core, unit, meaning.
+_KNOWN = (
+    ("known_pull_sd_m_s2", "known_pull_sd_m_s2", 1.0, "sd of the pull in the vehicle file; 0: none"),
+    ("known_bias_sd_m_s2", "known_accelerometer_bias_sd_m_s2", 1.0, "sd of its accelerometer bias; 0: none"),
+    ("known_play_deg", "known_play_rad", _DEGREES, "its free play"),
+    ("known_play_sd_deg", "known_play_sd_rad", _DEGREES, "sd of that; 0: none"),
+)
 COLUMNS: Mapping[str, tuple[str, str]] = {
-    _PREFIX + column.name: ("number", f"for the truck's model: {column.about}") for column in _COLUMNS
+    _PREFIX + name: ("number", f"for the truck's model: {about}")
+    for name, about in (
+        *((column.name, column.about) for column in _COLUMNS),
+        *((name, about) for name, _, _, about in _KNOWN),
+    )
 }
 
 
-def columns_of(summary: Summary | None) -> dict[str, float | None]:
-    """Of a drive's row; nothing where there is no summary, null for what is NaN."""
+def columns_of(summary: Summary | None, params: Mapping[str, float]) -> dict[str, float | None]:
+    """Of a drive's row, by the core's params; nothing where there is no summary, null for what is NaN."""
     if summary is None:
         return {}
     values = {column.name: getattr(summary, column.member) / column.unit for column in _COLUMNS}
+    values |= {name: params[param] / unit for name, param, unit, _ in _KNOWN}
     return {_PREFIX + name: value if math.isfinite(value) else None for name, value in values.items()}
+
+
+def known_of_row(row: Mapping[str, Any]) -> dict[str, float]:
+    """The params by which the drive's truck is known; 0 where it is not."""
+    return {param: (row.get(_PREFIX + name) or 0.0) * unit for name, param, unit, _ in _KNOWN}
 
 
 def summary_of_row(row: Mapping[str, Any]) -> Summary | None:
@@ -67,5 +85,5 @@ def summary_of_row(row: Mapping[str, Any]) -> Summary | None:
         column.member: math.nan if (value := values[column.member]) is None else value * column.unit
         for column in _COLUMNS
     }
-    needed = ("offset", "offset_sd", "unloading", "play", "ratio")
-    return Summary(**numbers) if all(math.isfinite(numbers[name]) for name in needed) else None
+    is_whole = all(math.isfinite(number) for name, number in numbers.items() if name not in _MAY_LACK)
+    return Summary(**numbers) if is_whole else None

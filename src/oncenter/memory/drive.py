@@ -21,6 +21,7 @@ _ACCELERATION_WALK = 0.01  # m/s^2: 0.05 in a month
 # Below which many drives do not get, since they are wrong alike.
 _PLAY_SD_MIN = 0.3 * DEGREE  # rad: by which drives of a truck scatter, docs/fleet.md
 _WHEELBASE_BETWEEN = 0.03  # share, from drive to drive by load: docs/fleet.md
+_ACCELERATION_MAX = 0.9  # m/s^2, of a bias: the range of known_accelerometer_bias_m_s2
 _GROUND_COMMON = 0.7  # of the sd of the ground's slope: half of its variance is the yard's where a truck mostly stands
 _GRADIENT_SHARE_MIN = 0.05  # of K: two loads are never quite alike
 _ANOTHER_LOAD_SD, _ANOTHER_LOAD_SHARE = 3.0, 0.1  # a gradient further off by both begins another load
@@ -65,7 +66,11 @@ def with_drive(
     vehicle, p = answer.vehicle, answer.params
     offset = _known(answer.offset, start_s, ("valid", "converging"))
     value, offset_sd = (None, None) if offset is None else (offset.value, offset.sd)
-    added = [Drive(key, start_s, value, offset_sd, answer.offset.status) for key in keys]
+    since = len(keys) - len(answer.drives)  # logs before a step of the offset: this one is not theirs
+    added = [
+        Drive(key, start_s, *((value, offset_sd) if k >= since else (None, None)), answer.offset.status)
+        for k, key in enumerate(keys)
+    ]
     return replace(
         memory,
         play=_renewed(memory.play, _aged_play(memory, start_s), _known(answer.backlash, start_s)),
@@ -187,7 +192,10 @@ def _with_standstill(memory: TruckMemory, answer: Answer, start_s: float) -> Kno
     unknown_side = 0.0 if side else crown
     sd = math.hypot(p["standing_slope_sd_m_s2"], crown_sd, unknown_side)
     sd_min = math.hypot(_GROUND_COMMON * p["standing_slope_sd_m_s2"], unknown_side)
-    found = Known(answer.summary.standing - side * crown, sd, start_s)
+    known = p["known_accelerometer_bias_m_s2"] if p["known_accelerometer_bias_sd_m_s2"] > 0.0 else 0.0
+    found = Known(answer.summary.standing + known - side * crown, sd, start_s)
     aged = memory.accelerometer_bias and memory.accelerometer_bias.aged(start_s, _ACCELERATION_WALK)
     both = found if aged is None else aged.combined(found)
+    if abs(both.value) > _ACCELERATION_MAX:  # a truck that stands on its side, or a unit: no bias
+        return memory.accelerometer_bias
     return replace(both, sd=max(both.sd, sd_min))

@@ -30,10 +30,12 @@ class Known:
         return Known(self.value, max(sd, sd_min), at_s)
 
     def combined(self, other: Known) -> Known:
-        """By Bayes, of two that do not contain each other; the date is the other's."""
+        """By Bayes, of two that do not contain each other; the date is the later one."""
         own, others = 1.0 / self.sd**2, 1.0 / other.sd**2
         total = own + others
-        return Known((own * self.value + others * other.value) / total, math.sqrt(1.0 / total), other.date_s)
+        return Known(
+            (own * self.value + others * other.value) / total, math.sqrt(1.0 / total), max(self.date_s, other.date_s)
+        )
 
     def without(self, prior: Known) -> Known | None:
         """What a drive alone says, of a result that contains a prior; None where it says nothing."""

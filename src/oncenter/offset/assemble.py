@@ -82,7 +82,7 @@ def answer_of(
         rejected_s=rejected_s,
         findings=_findings(native, changes, drives, vehicle, method, params),
         drives=drives,
-        summary=summary_of(native, vehicle) if method == "joint" and native["used"] > 0.0 else None,
+        summary=summary_of(native, vehicle, params) if method == "joint" and native["used"] > 0.0 else None,
     )
 
 

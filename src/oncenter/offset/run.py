@@ -60,7 +60,7 @@ def offset(
     answer = _answered(drives, vehicle, used_params, method, progress)
     if method != "joint" or len(drives) == 1:
         return answer
-    logs = without_steps_within(_alone(drives, vehicle, used_params), answer.changes)
+    logs = without_steps_within(_alone(drives, vehicle, used_params), answer.changes, drives)
     if logs.steps:
         answer = _answered(drives[logs.since :], vehicle, used_params, method, None)
     return with_logs(answer, logs, drives[: logs.since])

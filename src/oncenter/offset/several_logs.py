@@ -25,7 +25,8 @@ from oncenter.vehicle import Vehicle
 _MODEL_FROM = 4  # logs: two on either side of a step
 _STEP_SDS = 6.0  # of two valid logs: 2 of 2,064 neighbours of bench/trucks.py's months scatter by more
 _STEP_MIN_RAD = 1.0 * DEGREE
-_BEGIN_S = 120.0  # of a log: a change that was found there may have come before it
+_BEGIN_S, _DRIVES_M_S = 120.0, 8.0  # of driving in a log: a change that was found there may have come before it
+_AGREES_SDS = 3.0  # between the offset of all logs and the model's
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Together:
 def across(natives: Sequence[Mapping[str, Any]], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
     """From each log's oc_answer of the joint method, in order of time."""
     priors = priors_of(params)
-    told = [(k, _less_known(summary_of(native, vehicle), params)) for k, native in enumerate(natives) if _tells(native)]
+    told = [(k, summary_of(native, vehicle, params)) for k, native in enumerate(natives) if _tells(native)]
     if len(told) < _MODEL_FROM:
         return Together(tuple(_by_pairs(natives, told, priors)), None)
     model = learn(together([[summary for _, summary in told]]), priors)
@@ -62,24 +63,26 @@ def across(natives: Sequence[Mapping[str, Any]], vehicle: Vehicle, params: Mappi
     return Together(tuple(steps), model)
 
 
-def without_steps_within(logs: Together, changes: Sequence[Change]) -> Together:
+def without_steps_within(logs: Together, changes: Sequence[Change], drives: Sequence[Signals]) -> Together:
     """Without those into a log in whose middle the run over all logs found the change: it came there."""
-    within = {change.drive for change in changes if change.kind != "bends" and change.into_log_s > _BEGIN_S}
+    within = {
+        change.drive
+        for change in changes
+        if change.kind != "bends" and _driven_s(drives[change.drive], change.into_log_s) > _BEGIN_S
+    }
     return replace(logs, steps=tuple(step for step in logs.steps if step.at not in within))
+
+
+def _driven_s(drive: Signals, until_s: float) -> float:
+    """Seconds from its begin on in which the truck drove."""
+    time, speed = drive.table["time_s"], drive.table["vehicle_speed_m_s"]
+    return float(((time - time[0] < until_s) & (speed > _DRIVES_M_S)).sum()) / drive.rate_hz
 
 
 def _tells(native: Mapping[str, Any]) -> bool:
     """Whether its truck's model can use it: fleet/summaries.py has the same."""
     status = _core.STATUSES[native["offset"]["status"]]
     return status in ("valid", "converging") and native["understeer_gradient"]["value"] >= 0.1 * DEGREE
-
-
-def _less_known(one: Summary, params: Mapping[str, float]) -> Summary:
-    """Accelerations less what is known of pull and accelerometer bias, about which their priors are then zero; the core
-    took a known pull off the offset already."""
-    bias = params["known_accelerometer_bias_m_s2"] if params["known_accelerometer_bias_sd_m_s2"] > 0.0 else 0.0
-    pull = params["known_pull_m_s2"] if params["known_pull_sd_m_s2"] > 0.0 else 0.0
-    return replace(one, unloading=one.unloading - bias - pull, bank=one.bank - bias, standing=one.standing - bias)
 
 
 def _by_pairs(
@@ -108,7 +111,8 @@ def with_logs(answer: Answer, logs: Together, before: Sequence[Signals]) -> Answ
     answer = _narrowed(answer, logs)
     if not logs.steps or answer.offset.value is None:
         return answer
-    change = _change(answer, answer.offset.value, logs.steps[-1])
+    later = next((c.offset_before_rad for c in answer.changes if c.kind != "bends"), answer.offset.value)
+    change = _change(answer, later, logs.steps[-1])
     findings = gravest_first((_finding(change, before), *answer.findings))
     return replace(answer, changes=(change, *answer.changes), findings=findings)
 
@@ -135,28 +139,35 @@ def _finding(change: Change, before: Sequence[Signals]) -> Finding:
     text = (
         f"between {before[-1].log} and {change.log} the straight-ahead offset changed by {size:+.1f} deg"
         f" ± {1.96 * change.sd_rad / DEGREE:.1f}, from {number(change.offset_before_rad, 1)} to"
-        f" {number(change.offset_after_rad, 1)} deg: the answer does without {names}; ask for those alone to get theirs"
+        f" {number(change.offset_after_rad, 1)} deg: the offset uses the logs since {change.log}; run {names}"
+        " separately for theirs"
     )
     return from_table("offset_changed" if change.kind == "offset" else "straight_ahead_moved", text, size)
 
 
 def _narrowed(answer: Answer, logs: Together) -> Answer:
     """With the truck's offset by all logs where that is surer: loads that differ, or many roads, separate a pull from
-    the accelerometer's bias."""
-    model, offset = logs.model, answer.offset
-    if model is None or offset.value is None or offset.ci95 is None or offset.status == "invalid":
+    the accelerometer's bias. Not where the logs' own run found a change that the model does not know: of few logs
+    since it may take the new offset for one log that is off."""
+    model, offset, drive_rad = logs.model, answer.offset, answer.offset_half_width_rad
+    changed = any(change.kind != "bends" for change in answer.changes)
+    if model is None or changed or offset.value is None or offset.ci95 is None or drive_rad is None:
         return answer
     value, sd = float(model.offset[0]), float(model.offset_sd[0])
-    if 1.96 * sd > 0.5 * (offset.ci95[1] - offset.ci95[0]):
+    half_width = 0.5 * (offset.ci95[1] - offset.ci95[0])
+    apart = abs(value - 0.5 * (offset.ci95[0] + offset.ci95[1]))
+    agrees = apart < _AGREES_SDS * math.hypot(sd, half_width / 1.96)
+    if 1.96 * sd > half_width or not agrees or offset.status == "invalid" or not answer.params["use_accelerometer"]:
         return answer
-    drive_sd = float(model.spread_sd[0])
-    left = math.sqrt(max(sd**2 - drive_sd**2, 0.0))
+    drive_sd = min(float(model.spread_sd[0]), sd)
+    left = math.sqrt(sd**2 - drive_sd**2)
     pull = [
         replace(c, sd_rad=left, sd_m_s2=float(model.pull_sd[0])) for c in answer.not_identifiable if c.cause == "pull"
     ]
-    findings = answer.findings
+    findings = [finding for finding in answer.findings if finding.code != "interval"]
+    findings.append(_interval(sd, drive_sd, left, float(model.pull_sd[0])))
     if model.load_would_help[0]:
-        findings = (*findings, _another_load())
+        findings.append(_another_load())
     return replace(
         answer,
         offset=Estimate(value, (value - 1.96 * sd, value + 1.96 * sd), offset.status, offset.unit, offset.evidence_s),
@@ -166,9 +177,18 @@ def _narrowed(answer: Answer, logs: Together) -> Answer:
     )
 
 
+def _interval(sd: float, drive_sd: float, pull: float, pull_sd_m_s2: float) -> Finding:
+    whole, own, by_pull = (number(1.96 * each, 1 if each > 0.05 * DEGREE else 2) for each in (sd, drive_sd, pull))
+    text = (
+        f"uncertainty ±{whole} deg: ±{own} from these logs; ±{by_pull} by a pull, which they identify to"
+        f" ±{1.96 * pull_sd_m_s2:.2f} m/s^2"
+    )
+    return from_table("interval", text, 1.96 * sd / DEGREE)
+
+
 def _another_load() -> Finding:
     text = (
-        "all logs were driven at about one load, so only the roads' crown separates a pull from the accelerometer's"
-        " bias: add logs at another load"
+        "the logs do not differ in load by 20 % of the understeer gradient, so they hardly separate a pull from the"
+        " accelerometer's bias: add logs at another load"
     )
     return from_table("another_load_would_help", text)

@@ -42,8 +42,11 @@ class Summary:
     side: float
 
 
-def summary_of(native: Mapping[str, Any], vehicle: Vehicle) -> Summary:
-    """Of the joint method's oc_answer as a dict."""
+def summary_of(native: Mapping[str, Any], vehicle: Vehicle, params: Mapping[str, float]) -> Summary:
+    """Of the joint method's oc_answer as a dict. Accelerations are less what `params` know of pull and accelerometer
+    bias, about which the truck's are then zero: the core took a known pull off the offset, too."""
+    bias = params["known_accelerometer_bias_m_s2"] if params["known_accelerometer_bias_sd_m_s2"] > 0.0 else 0.0
+    pull = params["known_pull_m_s2"] if params["known_pull_sd_m_s2"] > 0.0 else 0.0
     offset, gradient = native["offset"], native["understeer_gradient"]
     unloading, play = native["unloading_acceleration"], native["backlash"]
     standing = native["standstill_lateral_acceleration"]
@@ -54,14 +57,14 @@ def summary_of(native: Mapping[str, Any], vehicle: Vehicle) -> Summary:
         offset_sd=native["offset_parts"]["drive_sd"],
         gradient=gradient["value"],
         gradient_sd=gradient["standard_deviation"],
-        unloading=unloading["value"],
+        unloading=unloading["value"] - bias - pull,
         unloading_sd=unloading["standard_deviation"],
         play=play["value"],
         play_sd=play["standard_deviation"],
         with_unloading=together["unloading_acceleration"],
         with_play=together["backlash"],
-        bank=native["bank_mean"] if native["bank_time"] > 0.0 else math.nan,
-        standing=standing["value"] if stood else math.nan,
+        bank=native["bank_mean"] - bias if native["bank_time"] > 0.0 else math.nan,
+        standing=standing["value"] - bias if stood else math.nan,
         ratio=vehicle.ratio_near_centre,
         side=vehicle.traffic_sign,
     )

@@ -98,4 +98,5 @@ def _spread(offset_sds: Numbers, steps: list[Step]) -> Numbers:
     for step in steps:
         since[step.truck] = max(since[step.truck], step.at)
     counts = np.isfinite(offset_sds) & (np.arange(offset_sds.shape[1])[None, :] >= since[:, None])
-    return np.asarray(np.sum(np.where(counts, offset_sds, np.inf) ** -2.0, axis=1) ** -0.5)
+    information = np.cumsum(np.where(counts, offset_sds, np.inf) ** -2.0, axis=1)[:, -1]  # see readings._summed
+    return np.asarray(np.where(information > 0.0, information, 1.0) ** -0.5)

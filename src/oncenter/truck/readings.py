@@ -70,22 +70,27 @@ class Loads:
         return np.where(largest > 0.0, largest / smallest - 1.0, 0.0)
 
 
+def _summed(values: Numbers) -> Numbers:
+    """Over the drives, one after the other: drives that a truck has not move no bit of its sum."""
+    return np.cumsum(values, axis=1)[:, -1:]
+
+
 def loads_of(drives: Drives, priors: Priors) -> Loads:
     """A drive that says little of its gradient has its truck's mean, of which the prior is half a drive."""
     has = np.isfinite(drives.gradient)
     prior = priors.gradient_mean_rad_m_s2
     value = np.where(has, np.maximum(drives.gradient, 0.0), prior)
     own = np.where(has, np.maximum(drives.gradient_sd, _GRADIENT_ERROR_MIN * prior), 1.0) ** 2
-    between = (priors.load_spread_1 * prior) ** 2
-    weight, weight_of_prior = np.where(has, 1.0 / (own + between), 0.0), 0.5 / between
-    total = np.sum(weight, axis=1, keepdims=True) + weight_of_prior
-    mean = (np.sum(weight * value, axis=1, keepdims=True) + weight_of_prior * prior) / total
+    at_first = (priors.load_spread_1 * prior) ** 2
+    weight, weight_of_prior = np.where(has, 1.0 / (own + at_first), 0.0), 0.5 / at_first
+    total = _summed(weight) + weight_of_prior
+    mean = (_summed(weight * value) + weight_of_prior * prior) / total
     between = (priors.load_spread_1 * mean) ** 2
     gain = between / (between + own)
     gradient = np.maximum(mean + gain * (value - mean), _GRADIENT_MIN * prior)
-    mean = np.sum(weight * gradient, axis=1, keepdims=True) / np.sum(weight, axis=1, keepdims=True)
+    mean = _summed(weight * gradient) / _summed(weight)
     load = np.where(has, (gradient / mean - 1.0) / priors.load_spread_1, 0.0)
-    squared = np.sum(has * load**2, axis=1, keepdims=True) / np.sum(has, axis=1, keepdims=True)
+    squared = _summed(has * load**2) / _summed(has)
     return Loads(gradient, gain * own, mean, load, squared, has & (gain > _SURE_GAIN))
 
 

@@ -140,10 +140,10 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
     const float pull_lean = lean - (1.0f - design->unseen) * set_up_leaning / all;
     const float pull_variance = pulled / all + pull_lean * pull_lean;
     const float both = (pulled + set_up) / all + lean * lean;
-    const float bank_share = 1.0f - design->alignment_share - design->wind_share;
+    const float bank_share = 1.0f - design->alignment_share - design->wind_share; /* at least a rounding error */
     const float drive_sd = answer->of[OC_OF_OFFSET].sd;
     answer->parts = (oc_offset_parts){
-        .drive_sd = sqrtf(drive_sd * drive_sd + pull_variance * oc_max(bank_share, 0.0f)),
+        .drive_sd = sqrtf(drive_sd * drive_sd + pull_variance * bank_share),
         .pull_sd = sqrtf(pull_variance * design->alignment_share),
         .wind_sd = sqrtf(pull_variance * design->wind_share),
         .set_up_sd = sqrtf(oc_max(both - pull_variance, 0.0f)),

@@ -36,6 +36,7 @@ MONTHS_FROM = 1301  # those from 1001 to 1300 were looked at while the threshold
 PAGE = Path(__file__).parents[1] / "docs" / "many_drives.md"
 MARK = "<!-- below: written by bench/trucks.py --page -->\n"
 FOUND_WITHIN = 3  # drives
+AT_ONCE = 500  # trucks of 300 drives, as fleet/night.py takes them
 NO_GRADIENT_DEG = 0.1  # fleet/summaries.py: such a drive tells its truck nothing
 MEMBERS = [field.name for field in fields(Summary)]
 Numbers = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -198,11 +199,10 @@ def speed(table: pl.DataFrame, trucks: int, drives: int) -> Record:
     has = np.isfinite(whole.offset).sum(axis=1)
     which = random.integers(0, len(has), trucks)
     column = (random.random((trucks, drives)) * has[which][:, None]).astype(int)
-    begin, done = time.perf_counter(), 0
-    for first in range(0, trucks, 20):
-        some = slice(first, first + 20)
+    begin = time.perf_counter()
+    for first in range(0, trucks, AT_ONCE):
+        some = slice(first, first + AT_ONCE)
         learn(Drives(**{name: getattr(whole, name)[which[some, None], column[some]] for name in MEMBERS}), priors_of())
-        done += 20
     return {"trucks": trucks, "drives": drives, "seconds": time.perf_counter() - begin}
 
 

@@ -9,7 +9,7 @@ import json
 import os
 import sqlite3
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -27,7 +27,7 @@ from oncenter.fleet.trucks import Trucks
 from oncenter.fleet.watched import ANSWERER, Watched
 
 LIMIT_DEG = 2.0  # some lane keeping systems call for calibration from there on
-_DRIVES_AT_ONCE = 5_000
+_DRIVES_AT_ONCE = 150_000  # of trucks whose models are computed together: some 200 MB
 _PAGE, _METRICS = "index.html", "metrics.json"
 _WRITTEN = (_PAGE, _METRICS, *(f"{name}.parquet" for name in ("drives", "trucks", "changes")))
 
@@ -169,51 +169,47 @@ def _made(folder: Path) -> Path:
     return folder
 
 
-def _some_trucks(ledger: Ledger) -> Iterator[list[tuple[str, list[dict[str, Any]]]]]:
-    """Trucks with their rows, as many at a time as have some thousand drives: what is held in memory."""
-    some: list[tuple[str, list[dict[str, Any]]]] = []
-    drives = 0
-    for truck, rows in ledger.by_truck():
-        some.append((truck, rows))
-        drives += len(rows)
-        if drives >= _DRIVES_AT_ONCE:
-            yield some
-            some, drives = [], 0
-    if some:
-        yield some
-
-
 def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, Any]:
     """All tables and the page from the ledger, truck by truck; what the summary says of them."""
     from oncenter.fleet.page import write_page
-    from oncenter.fleet.ranking import histories, rank
+    from oncenter.fleet.ranking import OfTruck, histories, rank
     from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS, TableFile
-    from oncenter.fleet.truck_data import write_truck
+    from oncenter.fleet.truck_data import drive_data, write_truck
 
     trucks: list[dict[str, Any]] = []
     refused: dict[str, int] = {}
     poisonous: list[dict[str, str]] = []
     changes: list[dict[str, Any]] = []
     count = 0
+
+    def finish(some: Sequence[tuple[OfTruck, list[dict[str, Any]]]]) -> None:
+        for of_truck, (_, of_page) in zip(histories([one for one, _ in some], limit_deg), some, strict=True):
+            trucks.append(of_truck.truck)
+            changes.extend(of_truck.changes)
+            write_truck(folder, of_truck, of_page)
+
     with (
         TableFile(folder / "drives.parquet", DRIVES) as drives,
         TableFile(folder / "changes.parquet", CHANGES) as table,
     ):
-        for some in _some_trucks(ledger):
-            for _, rows in some:
-                for row in rows:
-                    drives.add(row)
-                    code = row.get("error_code")
-                    if code is not None:
-                        refused[code] = refused.get(code, 0) + 1
-                    if code in READER_DEATHS:
-                        poisonous.append({"log": row["log"], "error": row["error"]})
-                count += len(rows)
-            known = [(truck, rows) for truck, rows in some if truck]
-            for of_truck, (_, rows) in zip(histories(known, limit_deg), known, strict=True):
-                trucks.append(of_truck.truck)
-                changes += of_truck.changes
-                write_truck(folder, of_truck, rows)
+        waiting: list[tuple[OfTruck, list[dict[str, Any]]]] = []
+        held = 0
+        for truck, rows in ledger.by_truck():
+            for row in rows:
+                drives.add(row)
+                code = row.get("error_code")
+                if code is not None:
+                    refused[code] = refused.get(code, 0) + 1
+                if code in READER_DEATHS:
+                    poisonous.append({"log": row["log"], "error": row["error"]})
+            count += len(rows)
+            if truck:
+                waiting.append((OfTruck(truck, rows), [drive_data(folder, row) for row in rows]))
+                held += len(rows)
+            if held >= _DRIVES_AT_ONCE:
+                finish(waiting)
+                waiting, held = [], 0
+        finish(waiting)
         for change in changes:
             table.add(change)
     ranked = rank(trucks)

@@ -50,27 +50,28 @@ def within(mean: float, sd: float, limit: float) -> float:
     return 0.5 * (math.erf((limit - mean) / (sd * math.sqrt(2.0))) + math.erf((limit + mean) / (sd * math.sqrt(2.0))))
 
 
-def histories(trucks: Sequence[tuple[str, Rows]], limit_deg: float) -> Iterator[History]:
-    """Each truck from its drives' rows, which are in order of time; `limit_deg` is what an offset may be. The trucks
-    that are given together are computed together, and each comes out as if it were alone."""
-    of_trucks = [_OfTruck(name, rows) for name, rows in trucks]
-    alike: dict[Priors, list[_OfTruck]] = {}
-    for one in of_trucks:
+def histories(trucks: Sequence[OfTruck], limit_deg: float) -> Iterator[History]:
+    """Of each truck; `limit_deg` is what an offset may be. The trucks that are given together are computed together,
+    and each comes out as if it were alone."""
+    alike: dict[Priors, list[OfTruck]] = {}
+    for one in trucks:
         if one.summaries:
             alike.setdefault(one.priors, []).append(one)
     for priors, some in alike.items():
         model = learn(together([one.summaries for one in some]), priors)
         for place, one in enumerate(some):
             one.learned(model, place)
-    for one in of_trucks:
+    for one in trucks:
         yield one.history(limit_deg)
 
 
-class _OfTruck:
-    """One truck's rows, and what its model made of them."""
+class OfTruck:
+    """What one truck's drives said, from their rows, which are in order of time, and what its model made of that."""
 
     def __init__(self, name: str, rows: Rows) -> None:
-        self._name, self._rows = name, rows
+        self._name = name
+        self._counts = _counts(name, rows)
+        self._told = {q.name: told_of(rows, q.value, q.sd, q.status) for q in QUANTITIES[1:]}
         told = [(row, summary) for row in rows if (summary := summary_of_row(row)) is not None]
         self.summaries = [summary for _, summary in told]
         self.priors = priors_of(known_of_row(told[-1][0]) if told else None)
@@ -81,7 +82,7 @@ class _OfTruck:
         self._offset = offset_of(model, place, self._starts)
 
     def history(self, limit_deg: float) -> History:
-        told = {q.name: told_of(self._rows, q.value, q.sd, q.status) for q in QUANTITIES[1:]}
+        told = self._told
         found = {name: breaks(told[name], noise) for name, noise in NOISE.items()}
         of_offset = self._offset.changes if self._offset is not None else []
         changes = [
@@ -94,7 +95,8 @@ class _OfTruck:
             for q in QUANTITIES[1:]
             for one in found.get(q.name, ())
         ]
-        row = self._counts() | {
+        row = self._counts | {
+            "told": len(self.summaries),
             "changes": len(of_offset),
             "cause": changes[len(of_offset) - 1]["cause"] if of_offset else None,
             "verdict": "unknown",
@@ -106,17 +108,17 @@ class _OfTruck:
             row |= _of_offset(self._offset, limit_deg)
         return History(row, changes)
 
-    def _counts(self) -> dict[str, Any]:
-        starts = [row["start"] for row in self._rows if row.get("start") is not None]
-        return {
-            "truck": self._name,
-            "drives": len(self._rows),
-            "errors": sum(row.get("error_code") is not None for row in self._rows),
-            "told": len(self.summaries),
-            "first_drive": min(starts, default=None),
-            "last_drive": max(starts, default=None),
-            "vehicle_file": next((r["vehicle_file"] for r in reversed(self._rows) if r.get("vehicle_file")), None),
-        }
+
+def _counts(name: str, rows: Rows) -> dict[str, Any]:
+    starts = [row["start"] for row in rows if row.get("start") is not None]
+    return {
+        "truck": name,
+        "drives": len(rows),
+        "errors": sum(row.get("error_code") is not None for row in rows),
+        "first_drive": min(starts, default=None),
+        "last_drive": max(starts, default=None),
+        "vehicle_file": next((r["vehicle_file"] for r in reversed(rows) if r.get("vehicle_file")), None),
+    }
 
 
 def _mean_now(told: Told, found: Sequence[Break], name: str) -> Mean | None:

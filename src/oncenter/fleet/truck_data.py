@@ -21,8 +21,8 @@ def script_name(truck: str) -> str:
     return f"{file_stem(truck)}.js"
 
 
-def write_truck(folder: Path, of_truck: History, rows: Sequence[dict[str, Any]]) -> None:
-    """`trucks/NAME.js` of an output folder, left as it is where it says the same already.
+def write_truck(folder: Path, of_truck: History, drives: Sequence[dict[str, Any]]) -> None:
+    """`trucks/NAME.js` of an output folder, left as it is where it says the same already; `drives` by `drive_data`.
 
     Raises:
         OncenterError: "output", exit code 2: it cannot be written.
@@ -31,7 +31,7 @@ def write_truck(folder: Path, of_truck: History, rows: Sequence[dict[str, Any]])
     data = {
         "truck": truck,
         "now": _rounded(of_truck.truck.get(OFFSET.value)),
-        "drives": [_drive(folder, row) for row in rows],
+        "drives": drives,
         "changes": [_change(change) for change in of_truck.changes],
     }
     # within a string of the page's language no text of a log can end the script
@@ -46,7 +46,8 @@ def write_truck(folder: Path, of_truck: History, rows: Sequence[dict[str, Any]])
     write_whole(path, text)
 
 
-def _drive(folder: Path, row: dict[str, Any]) -> dict[str, Any]:
+def drive_data(folder: Path, row: dict[str, Any]) -> dict[str, Any]:
+    """What the page shows of one drive's row."""
     report = f"reports/{row['key']}.html"
     return {
         "start": _milliseconds(row.get("start")),

@@ -27,7 +27,7 @@ from truck_drives import KINDS, truck_drives
 
 import oncenter as oc
 from oncenter.signals import DEGREE
-from oncenter.truck.drives import Drives, Summary
+from oncenter.truck.drives import GRADIENT_MIN, Drives, Summary
 from oncenter.truck.model import Trucks, learn
 from oncenter.truck.priors import priors_of
 
@@ -37,7 +37,6 @@ PAGE = Path(__file__).parents[1] / "docs" / "many_drives.md"
 MARK = "<!-- below: written by bench/trucks.py --page -->\n"
 FOUND_WITHIN = 3  # drives
 AT_ONCE = 500  # trucks of 300 drives, as fleet/night.py takes them
-NO_GRADIENT_DEG = 0.1  # fleet/summaries.py: such a drive tells its truck nothing
 MEMBERS = [field.name for field in fields(Summary)]
 Numbers = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Record = dict[str, Any]
@@ -109,7 +108,7 @@ def fleet_of(table: pl.DataFrame, step: Numbers | None = None) -> Fleet:
 
     moved = np.zeros_like(column("offset")) if step is None else step
     values = {name: column(name) for name in MEMBERS}
-    values["offset"] = np.where(values["gradient"] < NO_GRADIENT_DEG * DEGREE, np.nan, values["offset"] + moved)
+    values["offset"] = np.where(values["gradient"] < GRADIENT_MIN, np.nan, values["offset"] + moved)
     place = np.argsort(np.isnan(values["offset"]), axis=1, kind="stable")
     return Fleet(
         drives=Drives(**{name: np.take_along_axis(value, place, axis=1) for name, value in values.items()}),

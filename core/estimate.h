@@ -21,7 +21,7 @@ typedef struct {
     float lean;                /* middle of the narrowest interval less the value */
 } oc_estimate;
 
-/* The two parts of the offset's uncertainty (docs/method.md, "Two parts"): what the drive leaves open, and what moves
+/* The two parts of the offset's uncertainty (docs/method.md, "Two parts"): the drive's own part, and what moves
  * the neutral lateral acceleration beside the accelerometer's bias, which no single drive identifies. */
 typedef struct {
     float drive_sd;                    /* rad: +-1.96 of it is a 95 % interval where nothing pulls */

@@ -11,7 +11,7 @@
  * the source says whether the offset in the message is subtracted. A core that receives this angle in place of the
  * sensor's gives oc_message_measured to oc_step.
  *
- * The second frame splits the offset's standard deviation:  1 what the drive leaves open, and what no single drive
+ * The second frame splits the offset's standard deviation:  1 this drive's part, and causes that no single drive
  * identifies:  2 a pull,  3 the mean wind,  4 an axle set up for the crown, each as in the first;  7 counter (5-8),
  * that of the first frame it belongs to. All other bits are ones. The squares sum to that of the first frame's, but for
  * rounding. */

@@ -80,8 +80,8 @@ typedef struct {
     /* The joint method: how far back its evidence reaches, and its priors */
     double joint_memory_s; /* small follows change sooner, large is surer. 2000, ours */
     double joint_evidence_min_s; /* less evidence leaves the answer not valid. 60, ours */
-    /* 1.96 sd of what the drive leaves open, beyond it the offset is not valid; pull, wind and an axle's set-up are
-     * beside. 0.5 deg, contract */
+    /* 1.96 sd of the drive's own part of the uncertainty; beyond it the offset is not valid. Pull, wind and axle set-up
+     * are not in it. 0.5 deg, contract */
     double offset_drive_half_width_max_rad;
     double accelerometer_bias_sd_m_s2; /* prior of the accelerometer's bias. 0.5, ours: 0.6 was seen */
     /* prior of the bias's random change in a minute; large follows a drift sooner, and forgets the flanks. 0.05,

@@ -7,6 +7,7 @@ import math
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -169,8 +170,8 @@ def test_a_play_that_was_repaired_takes_the_place_of_the_old_one(answered: oc.An
 
 
 @pytest.mark.parametrize("fault", [{"sensor_fault": "stuck"}, {"offset": Estimate(None, None, "invalid", "rad")}])
-def test_a_drive_whose_signals_are_at_fault_adds_nothing(answered: oc.Answer, fault: dict[str, object]) -> None:
-    assert with_drive(FULL, replace(answered, **fault), ["0"], NOW_S, {}) == FULL  # type: ignore[arg-type]
+def test_a_drive_whose_signals_are_at_fault_adds_nothing(answered: oc.Answer, fault: dict[str, Any]) -> None:
+    assert with_drive(FULL, replace(answered, **fault), ["0"], NOW_S, {}) == FULL
 
 
 def test_many_standstills_do_not_make_the_accelerometer_surer_than_the_yard_is_level(answered: oc.Answer) -> None:

@@ -37,7 +37,7 @@ class MessageParts:
     """The parts of the offset's standard deviation, rad; None is not available. `counter` is that of the message it
     belongs to.
 
-    `drive_sd_rad` is what the drive leaves open, the others what no single drive identifies: a pull, the mean wind, an
+    `drive_sd_rad` is this drive's part, the others are not identifiable from one drive: a pull, the mean wind, an
     axle set up to unload on the crown.
     """
 

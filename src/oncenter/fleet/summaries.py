@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from oncenter.signals import DEGREE
-from oncenter.truck.drives import Summary
-
-_GRADIENT_MIN_DEG = 0.1  # per m/s^2: below it play passes for a gradient, see the finding no_understeer
+from oncenter.truck.drives import Summary, is_usable
 
 
 @dataclass(frozen=True)
@@ -76,14 +74,11 @@ def known_of_row(row: Mapping[str, Any]) -> dict[str, float]:
 def summary_of_row(row: Mapping[str, Any]) -> Summary | None:
     """None where the drive tells its truck nothing: no answer, no begin, a fault, no understeer, or a row of a version
     before 0.2."""
-    told = row.get("offset_status") in ("valid", "converging") and row.get("start") is not None
-    gradient = row.get(_PREFIX + "gradient_deg_m_s2")
-    if not told or gradient is None or gradient < _GRADIENT_MIN_DEG:
-        return None
     values = {column.member: row.get(_PREFIX + column.name) for column in _COLUMNS}
     numbers = {
         column.member: math.nan if (value := values[column.member]) is None else value * column.unit
         for column in _COLUMNS
     }
     is_whole = all(math.isfinite(number) for name, number in numbers.items() if name not in _MAY_LACK)
-    return Summary(**numbers) if is_whole else None
+    usable = is_whole and is_usable(str(row.get("offset_status")), numbers["gradient"])
+    return Summary(**numbers) if usable and row.get("start") is not None else None

@@ -47,7 +47,7 @@ class Pictures:
 
 
 class _Course:
-    """Offset over the whole drive, with what the drive leaves open in a band of 95 % within that of both parts."""
+    """Offset over the whole drive, with the drive's own part as a band of 95 % within that of both parts."""
 
     def __init__(self) -> None:
         self.figure = plain(240, "", name="course", x_range=Range1d(0.0, 1.0), y_range=Range1d(-5.0, 5.0))

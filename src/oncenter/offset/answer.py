@@ -83,10 +83,10 @@ class Answer:
     `sensor_fault` is what is wrong with the angle sensor in the end, "none" or one of the core's names: the offset is
     `invalid` then and tells what was learned before.
 
-    `offset` is the straight-ahead offset. Its `ci95` has two parts: `offset_ci95_drive` is what this drive leaves open,
-    and `not_identifiable` lists what no single drive identifies. The other methods do not separate them: their list is
-    empty and both intervals are one. `offset_per_acceleration` is what a pull or a mean crosswind moves the offset by,
-    rad/(m/s^2).
+    `offset` is the straight-ahead offset. Its `ci95` has two parts: `offset_ci95_drive` is this drive's part, and
+    `not_identifiable` lists the causes that no single drive identifies. The other methods do not separate them: their
+    list is empty and both intervals are one. `offset_per_acceleration` is the change of the offset by a pull or a mean
+    crosswind, rad/(m/s^2).
     """
 
     version: str

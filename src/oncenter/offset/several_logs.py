@@ -17,7 +17,7 @@ from oncenter.offset.answer import Answer, Estimate, number
 from oncenter.offset.changes import Change, kind_of_offset
 from oncenter.offset.findings import Finding, from_table, gravest_first
 from oncenter.signals import DEGREE, Signals
-from oncenter.truck.drives import Summary, summary_of, together
+from oncenter.truck.drives import Summary, is_usable, summary_of, together
 from oncenter.truck.model import Trucks, learn
 from oncenter.truck.priors import Priors, priors_of
 from oncenter.vehicle import Vehicle
@@ -40,8 +40,7 @@ class LogStep:
 
 @dataclass(frozen=True)
 class Together:
-    """What the logs say together: all steps in order of time, and the truck's model of those that tell something; None
-    where there are too few."""
+    """All steps in order of time, and the truck's model of the usable logs; None where there are too few."""
 
     steps: tuple[LogStep, ...]
     model: Trucks | None
@@ -55,7 +54,8 @@ class Together:
 def across(natives: Sequence[Mapping[str, Any]], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
     """From each log's oc_answer of the joint method, in order of time."""
     priors = priors_of(params)
-    told = [(k, summary_of(native, vehicle, params)) for k, native in enumerate(natives) if _tells(native)]
+    summaries = [summary_of(native, vehicle, params) for native in natives]
+    told = [(k, one) for k, one in enumerate(summaries) if is_usable(_status(natives[k]), one.gradient)]
     if len(told) < _MODEL_FROM:
         return Together(tuple(_by_pairs(natives, told, priors)), None)
     model = learn(together([[summary for _, summary in told]]), priors)
@@ -79,16 +79,14 @@ def _driven_s(drive: Signals, until_s: float) -> float:
     return float(((time - time[0] < until_s) & (speed > _DRIVES_M_S)).sum()) / drive.rate_hz
 
 
-def _tells(native: Mapping[str, Any]) -> bool:
-    """Whether its truck's model can use it: fleet/summaries.py has the same."""
-    status = _core.STATUSES[native["offset"]["status"]]
-    return status in ("valid", "converging") and native["understeer_gradient"]["value"] >= 0.1 * DEGREE
+def _status(native: Mapping[str, Any]) -> str:
+    return str(_core.STATUSES[native["offset"]["status"]])
 
 
 def _by_pairs(
     natives: Sequence[Mapping[str, Any]], told: Sequence[tuple[int, Summary]], priors: Priors
 ) -> list[LogStep]:
-    valid = [(k, one) for k, one in told if _core.STATUSES[natives[k]["offset"]["status"]] == "valid"]
+    valid = [(k, one) for k, one in told if _status(natives[k]) == "valid"]
     steps = []
     for (_, before), (k, after) in pairwise(valid):
         size = after.offset - before.offset
@@ -101,7 +99,7 @@ def _by_pairs(
 
 
 def with_logs(answer: Answer, logs: Together, before: Sequence[Signals]) -> Answer:
-    """The answer of the logs since the last step, with what all of them say.
+    """The answer of the logs since the last step, narrowed by the truck's model of all logs.
 
     Args:
         answer: of the logs since the last step.

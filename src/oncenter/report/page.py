@@ -201,7 +201,7 @@ def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
     jointly = answer.method == "joint"
     clean = "Nothing to draw: no tick passed the gate. The strip above says why."
     bands = (
-        "; inner band: 95 % from this drive, outer band: with what no single drive identifies"
+        "; inner band: 95 % from this drive, outer band: with causes not identifiable from one drive"
         if answer.not_identifiable
         else ", with its 95 % interval"
     )

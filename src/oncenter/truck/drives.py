@@ -70,6 +70,14 @@ def summary_of(native: Mapping[str, Any], vehicle: Vehicle, params: Mapping[str,
     )
 
 
+GRADIENT_MIN = 0.1 * 0.017453292519943295  # rad/(m/s^2): below it play looks like a gradient (finding no_understeer)
+
+
+def is_usable(status: str, gradient: float) -> bool:
+    """Whether a truck's model can use a drive whose offset has this status, by its understeer gradient."""
+    return status in ("valid", "converging") and gradient >= GRADIENT_MIN
+
+
 @dataclass(frozen=True)
 class Drives:
     """Summaries of many trucks' drives, each member of shape (trucks, drives), in order of time from the first column

@@ -1,6 +1,6 @@
-"""One model over a truck's drives: what stays with the truck, what changed, and what no number of drives tells.
+"""One model over a truck's drives: the quantities that stay with the truck, and the steps of its offset.
 
-Twice: ride height steers little with the load, or much. Which it is, the drives say; where they do not, both count.
+It runs twice: ride height steers little with the load, or much. Both results are weighted by their likelihood.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ class Trucks:
     """After their last drives, each member of shape (trucks,); SI and rad.
 
     `offset` is the straight-ahead offset of the drives since the last step, at the truck's mean load, with the standard
-    deviation of all that the drives leave open, pull and crown included; `spread_sd` is without these: of the drives
-    since the last step alone. `load_would_help`: drives at another load
-    would separate a pull from the accelerometer's bias. `steps` are all that were found, by truck and time.
+    deviation, pull and crown included; `spread_sd` is without these: of the drives since the last step alone.
+    `load_would_help`: drives at another load would separate a pull from the accelerometer's bias. `steps` are all that
+    were found, by truck and time.
     """
 
     offset: Numbers

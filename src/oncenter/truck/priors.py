@@ -21,7 +21,7 @@ class Priors:
         compliance_share_1: of K, by what the steering gives way under the king pins' moment (bench/population.py).
         crown_of_truck_sd_m_s2: of the mean of a truck's roads; crown_sd_m_s2 is of one drive's.
         load_steer_sds_rad, load_steer_weights: at the road wheels, of what another load's ride height steers: little,
-            or much. Which it is, the drives say.
+            or much, weighted by likelihood.
         step_load_steer_sd_rad: the same while steps are sought: much of it would explain them by loads.
         bias_wander_sd_m_s2: of the accelerometer's bias from one drive to the next.
         offset_noise_sd_rad, play_noise_sd_rad: of a drive, beyond its own.

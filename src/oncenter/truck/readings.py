@@ -15,7 +15,7 @@ by i K_d; an accelerometer's bias does not. What gives way in the steering under
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,43 +96,48 @@ def loads_of(drives: Drives, priors: Priors) -> Loads:
 
 def readings(drives: Drives, priors: Priors, d: int, loads: Loads) -> Iterator[Reading]:
     """Of drive `d` of each truck, independent of each other; the offset's comes last."""
-    n = len(drives.ratio)
     side = drives.side[:, d]
     crown = side * priors.crown_m_s2
     along = np.where(side == 0.0, 1.0, side)
     share = priors.standing_crown_share_1
-    of_crown = (BIAS, CROWN)
     bank, standing = drives.bank[:, d] - crown, drives.standing[:, d] - share * crown
-    yield Reading(_row(n, BIAS, 1.0, CROWN, along), of_crown, bank, np.full(n, priors.crown_sd_m_s2**2))
-    slope = np.full(n, priors.standing_slope_sd_m_s2**2)
-    yield Reading(_row(n, BIAS, 1.0, CROWN, share * along), of_crown, standing, slope)
+    yield _reading({BIAS: 1.0, CROWN: along}, bank, priors.crown_sd_m_s2**2)
+    yield _reading({BIAS: 1.0, CROWN: share * along}, standing, priors.standing_slope_sd_m_s2**2)
     alone = _without_priors(drives, priors, d)
+    play = drives.play[:, d]
     mean, load = loads.mean[:, 0], loads.load[:, d]
     pulled = drives.ratio[:, d] * (mean + (1.0 - priors.compliance_share_1) * (loads.gradient[:, d] - mean))
-    of_unloading, of_play = _row(n, BIAS, 1.0, PULL, 1.0), _row(n, PLAY, 1.0)
     windy = alone.unloading_variance + priors.wind_sd_m_s2**2
-    yield Reading(of_unloading, (BIAS, PULL), alone.unloading, windy, pulled)
-    yield Reading(of_play, (PLAY,), drives.play[:, d], alone.play_variance + priors.play_noise_sd_rad**2, 0.5)
-    bent = load**2 - loads.load_squared_mean[:, 0]
-    of_offset = _row(n, OFFSET, 1.0, PULL, pulled, LOAD_STEER, load, LOAD_STEER_BENT, bent)
+    yield _reading({BIAS: 1.0, PULL: 1.0}, alone.unloading, windy, pulled)
+    yield _reading({PLAY: 1.0}, play, alone.play_variance + priors.play_noise_sd_rad**2, 0.5)
     by_gradient = (drives.ratio[:, d] * priors.pull_sd_m_s2) ** 2 * loads.variance[:, d]
     wide = 1.0 + alone.offset_variance / priors.wide_rad**2
-    # the offset given the other two, which goes with neither
-    yield Reading(
-        of_offset - alone.per_unloading[:, None] * of_unloading - alone.per_play[:, None] * of_play,
-        (OFFSET, BIAS, PULL, PLAY, LOAD_STEER, LOAD_STEER_BENT),
-        alone.offset - alone.per_unloading * alone.unloading - alone.per_play * drives.play[:, d],
+    yield _reading(  # the offset given the other two, independent of their errors
+        {
+            OFFSET: 1.0,
+            BIAS: -alone.per_unloading,
+            PULL: pulled - alone.per_unloading,
+            PLAY: -alone.per_play,
+            LOAD_STEER: load,
+            LOAD_STEER_BENT: load**2 - loads.load_squared_mean[:, 0],
+        },
+        alone.offset - alone.per_unloading * alone.unloading - alone.per_play * play,
         alone.offset_variance * wide + priors.offset_noise_sd_rad**2 + by_gradient,
         None,
     )
 
 
-def _row(n: int, *places: int | float | Numbers) -> Numbers:
-    """Zeros but for pairs of place and value."""
-    row = np.zeros((n, len(STATE)))
-    for place, value in zip(places[::2], places[1::2], strict=True):
-        row[:, place] = value  # type: ignore[index]
-    return row
+def _reading(
+    of: Mapping[int, float | Numbers],
+    value: Numbers,
+    variance: float | Numbers,
+    of_offset: float | Numbers | None = 0.0,
+) -> Reading:
+    """`of`: what the value has of each place of the state that it has any of."""
+    row = np.zeros((len(value), len(STATE)))
+    for place, share in of.items():
+        row[:, place] = share
+    return Reading(row, tuple(of), value, np.broadcast_to(variance, value.shape), of_offset)
 
 
 @dataclass(frozen=True)

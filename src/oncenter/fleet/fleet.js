@@ -11,12 +11,13 @@ const signed = (number, digits) => (number > 0 ? "+" : "") + number.toFixed(digi
 const digitsOf = (unit) => (unit === "deg" ? 1 : 2);
 const words = (name) => name.replaceAll("_", " ");
 
-const show = ({now, drives, changes}) => {
+const show = ({now, together, drives, changes}) => {
   const told = drives.filter((drive) => drive.offset !== null && drive.sd !== null && drive.status !== "unobservable");
   const ofOffset = changes.filter((change) => change.quantity === "offset");
   document.getElementById("history").hidden = false;
   document.getElementById("told").textContent =
-    `${drives.length} drives, ${told.length} with an offset, ${ofOffset.length} ${ofOffset.length === 1 ? "change" : "changes"} of it`;
+    `${drives.length} drives, ${told.length} with an offset, ${ofOffset.length} ${ofOffset.length === 1 ? "change" : "changes"} of it` +
+    (together && `; ${together}`);
   source("drives").data = {
     time: told.map((drive) => drive.start), value: told.map((drive) => drive.offset),
     low: told.map((drive) => drive.offset - 1.96 * drive.sd), high: told.map((drive) => drive.offset + 1.96 * drive.sd),

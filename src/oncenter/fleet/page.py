@@ -155,8 +155,7 @@ def _ranking(ranked: Sequence[dict[str, Any]], changes: Sequence[dict[str, Any]]
 def _table(lines: Sequence[str]) -> str:
     return f"""<table class="ranking">
 <thead><tr><th class="number">Rank</th><th>Truck</th><th>Verdict</th><th class="number">Offset (deg)</th>
-<th class="number">95 % interval</th><th class="number">Pull (m/s²)</th>
-<th>Since</th><th>Last change</th><th class="number">q</th></tr></thead>
+<th class="number">95 % interval</th><th>Since</th><th>Last change</th><th class="number">q</th></tr></thead>
 <tbody>
 {joined(list(lines))}
 </tbody></table>"""
@@ -166,24 +165,18 @@ def _line(row: dict[str, Any], change: dict[str, Any] | None) -> str:
     truck = escape(str(row["truck"]))
     link = f'<a href="#{quote(str(row["truck"]), safe="")}">{truck}</a>'
     known = row.get("p_value") is not None
-    cells = ["—"] * 3
+    cells = ["—"] * 2
     if known:
         value, half = row[OFFSET.value], 1.96 * row[OFFSET.sd]
-        cells = [_signed(value), f"{_signed(value - half)} to {_signed(value + half)}", _pull(row)]
+        cells = [_signed(value), f"{_signed(value - half)} to {_signed(value + half)}"]
     told = "" if change is None else f"{_signed(change['size'])} deg, {change['cause'].replace('_', ' ')}"
     since = _day(row["since"]) if change is not None and known else ""
     return (
         f'<tr><td class="number">{row["rank"]}</td><th scope="row">{link}</th>'
         f'<td><span class="verdict {row["verdict"]}">{row["verdict"]}</span></td><td class="number">{cells[0]}</td>'
-        f'<td class="number interval">{cells[1]}</td><td class="number interval">{cells[2]}</td>'
-        f"<td>{since}</td><td>{told}</td>"
+        f'<td class="number interval">{cells[1]}</td><td>{since}</td><td>{told}</td>'
         f'<td class="number interval">{_small(row["q_value"]) if known else "—"}</td></tr>'
     )
-
-
-def _pull(row: dict[str, Any]) -> str:
-    said = f"{row['pull_m_s2']:+.2f}".replace("-", "−") + f" ± {1.96 * row['pull_sd_m_s2']:.2f}"
-    return said + (", another load would tell more" if row["load_would_help"] else "")
 
 
 def _calendar(divs: Mapping[str, str]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,7 @@ def write_truck(folder: Path, of_truck: History, drives: Sequence[dict[str, Any]
     data = {
         "truck": truck,
         "now": _rounded(of_truck.truck.get(OFFSET.value)),
+        "together": _together(of_truck.truck),
         "drives": drives,
         "changes": [_change(change) for change in of_truck.changes],
     }
@@ -44,6 +45,17 @@ def write_truck(folder: Path, of_truck: History, drives: Sequence[dict[str, Any]
     except OSError as error:
         raise OncenterError(f"cannot write {path}: {error.strerror}", code="output", exit_code=WRONG_USAGE) from None
     write_whole(path, text)
+
+
+def _together(truck: Mapping[str, Any]) -> str:
+    """Offset and pull by all drives, in words; empty where there is no offset."""
+    if truck.get(OFFSET.value) is None:
+        return ""
+    said = (
+        f"straight-ahead offset {truck[OFFSET.value]:+.1f} ± {1.96 * truck[OFFSET.sd]:.1f} deg by all drives;"
+        f" pull {truck['pull_m_s2']:+.2f} ± {1.96 * truck['pull_sd_m_s2']:.2f} m/s²"
+    )
+    return said + ("; drives at another load would narrow both" if truck["load_would_help"] else "")
 
 
 def drive_data(folder: Path, row: dict[str, Any]) -> dict[str, Any]:

@@ -52,7 +52,7 @@ from oncenter.vehicle import Vehicle, vehicle_from
 
 DURATION_S = 1200.0
 TORQUE_ZERO_SD_N_M = 0.1  # of the torque sensor
-MOVING_M_S = 8.0  # from which on the joint method learns
+MOVING_M_S = 3.0  # from which on the joint method learns
 STANDING_M_S = 0.1
 ATTEMPTS = 20  # a draw that no driver can hold is drawn anew
 
@@ -414,6 +414,14 @@ _ROWS = (
     Row("motorway", "75 to 90 km/h, never stands", base="motorway", extra=_never_stands),
     Row("country", "bends down to 120 m, uneven bank", base="country"),
     Row("town", "25 to 50 km/h, stops", base="town"),
+    Row("yard", "11 to 28 km/h, stands twice", base="yard"),
+    Row(
+        "nothing_shows_gyro",
+        "never stands, no wheel speeds",
+        asked="",
+        spoil=without_wheel_speeds,
+        extra=_never_stands,
+    ),
     Row(
         "lift_axle",
         "6x2, tag axle up for ten minutes",

@@ -203,6 +203,8 @@ _ROWS = [
     *_at_sizes(
         "minor_physics", "torsion bar, joint ripple, uneven ratio, roll and brake steer, latency", minor_physics
     ),
+    _row("minor_physics_town", "the same in town", base="town", extra=minor_physics(1.0)),
+    _row("minor_physics_yard", "the same at 3 to 8 m/s", base="yard", extra=minor_physics(1.0)),
     _row(
         "combined_sensors",
         "half of: drift, tyres in the sun, patches, pull, minor physics",

@@ -30,6 +30,7 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
         .gradient = {1.0f, gradient->mean / gradient->sd},
     };
     design->of_sum[GRADIENT] *= design->steering_ratio;
+    design->of_sum[UNEVEN] *= design->ratio_times_wheelbase;
     design->of_sum[WHEELBASE] *= design->ratio_times_wheelbase;
     design->of_sum[YAW_RATE_BIAS] *= -design->ratio_times_wheelbase;
 }
@@ -52,6 +53,7 @@ static void add_motion(float *sums, const oc_motion_sample *sample) {
     sums[YAW_ACCELERATION] += sample->yaw_acceleration;
     sums[JERK] += sample->jerk;
     sums[FIFTH_WHEEL] += sample->fifth_wheel;
+    sums[UNEVEN] += fabsf(sample->curvature);
     sums[WHEELBASE] += sample->curvature;
     sums[YAW_RATE_BIAS] += sample->per_speed;
 }
@@ -67,9 +69,9 @@ static float prediction_error(const oc_hypothesis *h, const float *terms, float 
 
 /* Updates noise, cost and age by the prediction error; beyond 2 sd an error has a reduced weight (Huber). */
 static void judge_second(oc_hypothesis *h, const oc_second *second) {
-    const float squared = h->error * h->error;
+    const float squared = second->weight * h->error * h->error;
     const float limit = 4.0f * h->variance;
-    h->huber_weight = squared > limit ? sqrtf(limit / squared) : 1.0f;
+    h->huber_weight = squared > limit ? second->weight * sqrtf(limit / squared) : second->weight;
 
     const float keep = second->memory_share;
     const float quick = oc_max(1.0f / (2.0f + h->age / second->second_s), 0.02f);

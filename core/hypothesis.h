@@ -109,6 +109,7 @@ typedef struct {
     float second_s;     /* its length */
     float memory_share; /* by which evidence is multiplied */
     float reference;    /* rad^2, the best hypothesis's noise, the unit of costs */
+    float weight;       /* of this second, 1 or less: in tight bends and at low speed the model errs more */
     int32_t learns;     /* 0: a change is suspected, the second is only predicted */
     int32_t block_ends, long_block_ends;
     int32_t blocks, long_blocks; /* whole ones before */

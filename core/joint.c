@@ -30,6 +30,8 @@ static const float fifth_wheel_slip = 0.2f * 0.017453292f; /* rad: bench/effects
 static const float tag_axle_shortening = 0.15f; /* share, `lift_axle`: so much shorter, the tag axle is up */
 static const float tag_axle_fade = 0.10f;     /* share over which c fades: from 5 % on, a vehicle file's error */
 static const float tyre_share_in_bends = 0.7f; /* `no_accelerometer_motorway`: roads are banked in bends */
+static const float bend_error = 0.001f;       /* 1/rad, times the squared angle of a bend: 1 deg in one of 17 m, by a
+                                               * ratio that is not constant: bench/effects.py, row `minor_physics_yard` */
 static const float unmeasured_bank = 0.2f;    /* m/s^2, likewise: it may reduce the lateral force by so much */
 
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
@@ -38,7 +40,6 @@ void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double r
     const double step_s = ticks / rate_hz;
     oc_hypothesis_setup(&design->hypothesis, step_s, steering_ratio, ratio_times_wheelbase, pull_sd);
     oc_noise_setup(&design->noise, lowpass, rate_hz, ticks);
-    design->rate_hz = rate_hz;
     design->tick_s = 1.0 / rate_hz;
     design->bank_share = design->tick_s / bank_filter_s;
     design->borne = sees_bank ? 1.0f : tyre_share_in_bends;
@@ -61,6 +62,7 @@ static void start(oc_joint *joint, const oc_joint_design *design, double angle) 
         .memory_share = 1.0f,
         .trial_s = 60.0f,
         .reference = initial_error * initial_error,
+        .weight = 1.0f,
         .learns = 1,
     };
     for (int32_t k = 0; k < OC_JOINT_HYPOTHESES; ++k) {
@@ -133,13 +135,12 @@ static void turn_heading(oc_joint *joint, float angle) {
 /* a = r v + smoothed bank: r v has less noise than the accelerometer (docs/method.md, "Model"). */
 static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_tracking *before, const oc_joint *joint,
                                   const oc_joint_design *design) {
-    const double rate_hz = design->rate_hz;
     return (oc_motion_sample){
         .angle = tick->angle,
         .residual = (float)tick->residual,
         .lateral_acceleration = (float)((double)design->borne * tick->yaw_rate * tick->speed + before->bank),
-        .yaw_acceleration = (float)((tick->yaw_rate - before->yaw_rate) * rate_hz),
-        .jerk = (float)((tick->lateral_acceleration - before->lateral_acceleration) * rate_hz),
+        .yaw_acceleration = (float)(tick->yaw_rate - before->yaw_rate) / design->hypothesis.step_s,
+        .jerk = (float)(tick->lateral_acceleration - before->lateral_acceleration) / design->hypothesis.step_s,
         .curvature = (float)tick->curvature,
         .fifth_wheel = before->fifth_wheel,
         .per_speed = 1.0f / (float)(tick->speed > 1.0 ? tick->speed : 1.0),
@@ -260,6 +261,8 @@ static bool collect_sample(oc_joint *joint, oc_joint_tracking *tracking, const o
     oc_motion_sample *sample = &filling->samples[filling->count];
     ++filling->count;
     *sample = sample_of(tick, tracking, joint, design);
+    tracking->yaw_rate = tick->yaw_rate;
+    tracking->lateral_acceleration = tick->lateral_acceleration;
     follow_best(joint, tracking, design, sample);
     const bool continues = sample->in_second > 0;
     tracking->curvature_sum = continues ? tracking->curvature_sum + sample->curvature : sample->curvature;
@@ -288,8 +291,6 @@ bool oc_joint_collect(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
         oc_noise_tick(&tracking->noise, tick->raw);
     }
     advance_phase(joint, design);
-    tracking->yaw_rate = tick->yaw_rate;
-    tracking->lateral_acceleration = tick->lateral_acceleration;
     return is_whole;
 }
 
@@ -405,6 +406,17 @@ bool oc_joint_take_turn(oc_joint *joint, oc_joint_tracking *tracking, const oc_j
     return false;
 }
 
+/* Of the second that ends among the samples: its curvature has the yaw rate's noise over speed, and a tight bend is
+ * less exact. */
+static float weight_of(const oc_joint *joint, const oc_collected *taken, const oc_joint_design *design) {
+    const float reference = joint->second.reference;
+    const float bend = design->hypothesis.ratio_times_wheelbase * taken->curvature;
+    const float by_bend = bend_error * bend * bend;
+    const float per_yaw_rate = design->hypothesis.ratio_times_wheelbase * taken->samples[0].per_speed;
+    const float by_yaw_rate = per_yaw_rate * per_yaw_rate * oc_noise_in_mean(&joint->second.noise, OC_NOISE_OF_YAW_RATE);
+    return reference / (reference + by_bend * by_bend + by_yaw_rate);
+}
+
 void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                           const oc_prior *prior) {
     tracking->prior = *prior;
@@ -414,6 +426,7 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
     tracking->solves_all = joint->solves_all;
     tracking->min_error = 1e9f;
     tracking->unfamiliar = is_unfamiliar(joint, tracking, design);
+    joint->second.weight = weight_of(joint, &tracking->taken, design);
     joint->second.learns = !tracking->taken.doubted && !is_suspected(joint);
     joint->solves_all = 0;
 }

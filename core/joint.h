@@ -45,7 +45,7 @@ typedef struct {
 typedef struct {
     oc_hypothesis_design hypothesis;
     oc_noise_design noise;
-    double rate_hz, tick_s;
+    double tick_s;
     double bank_share;           /* of a new tick in the smoothed bank */
     float alignment_share, wind_share; /* of pull_sd^2; the rest is an unmeasured bank */
     float borne;                 /* the tyres' share of r*v, beside the measured bank */
@@ -71,12 +71,11 @@ typedef struct {
     float curvature_sum;         /* 1/m, of these */
     int32_t doubted;             /* one of these is */
     float turned;                /* rad, since the last sample */
-    double yaw_rate;             /* rad/s, of the tick before, as is the acceleration; not neighbours: loading both at
-                                  * once just after the store would stall */
+    double yaw_rate;             /* rad/s, of the last sample */
     float articulation;          /* rad, of a trailer of the usual length */
     float fifth_wheel;           /* place in its friction, -1 to 1 */
     double bank;                 /* m/s^2, a_y - r*v smoothed */
-    double lateral_acceleration; /* m/s^2 */
+    double lateral_acceleration; /* m/s^2, of the last sample */
     oc_noise_watch noise;
     oc_prior prior;              /* of this round */
     oc_collected filling;        /* the second being collected */

@@ -30,7 +30,7 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
     const float side = (float)c->vehicle.traffic_side, crown_size = (float)p->crown_m_s2;
     const float crown = side * crown_size;
     const float unknown_side = side == 0.0f ? crown_size : 0.0f;
-    const float turning = (float)p->joint_speed_min_m_s * 2.0f * yaw_rate_bias_sd;
+    const float turning = (float)evidence->joint.speed_mean * yaw_rate_bias_sd;
     const float crown_sd = (float)p->crown_sd_m_s2;
     const float road = crown_sd * crown_sd + unknown_side * unknown_side + turning * turning;
     oc_prior prior = {
@@ -52,10 +52,12 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
         oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
     if (standing.status == OC_VALID && p->use_accelerometer) {
         static const float wandered = 0.3f; /* m/s^2, sd since the standstill, tuned: bench/effects.py */
-        const float slope_sd = (float)p->standing_slope_sd_m_s2;
+        static const float crown_share_sd = 0.25f; /* of yards and of roads: standing_crown_share_1 is between */
+        const float slope_sd = (float)p->standing_slope_sd_m_s2, by_share = crown_share_sd * crown_size;
+        const float stops = evidence->standstill.stops > 1 ? (float)evidence->standstill.stops : 1.0f;
         const float since = oc_joint_wanders(&evidence->joint) ? wandered * wandered : 0.0f;
         take_reading(&belief, (float)standing.value - evidence->torque.slow, (float)p->standing_crown_share_1,
-                     slope_sd * slope_sd + since);
+                     slope_sd * slope_sd / stops + by_share * by_share + since);
     }
     const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
     prior.crown = crown * known->set_up_share;

@@ -7,6 +7,7 @@ static const oc_joint_model model = {
         [YAW_ACCELERATION] = {0.0f, 100.0f * 0.017453292f},
         [JERK] = {0.0f, 10.0f * 0.017453292f},
         [FIFTH_WHEEL] = {0.0f, 1.5f * 0.017453292f},
+        [UNEVEN] = {0.0f, 0.015f},
         [YAW_RATE_BIAS] = {0.0f, 1.0f * 0.017453292f}, /* the unit; the sd is the drive's own */
         [WIND] = {0.0f, 0.05f},
         [WIND_ACROSS] = {0.0f, 0.05f},

@@ -3,7 +3,7 @@
 /* The joint method's model on one page: the observation equation (docs/method.md, "The joint method"),
  *
  *     delta_m - i L kappa = o + i K (a - a_w - a_0) + (W/2) d + (B/2) c
- *                           + k_1 r' + k_2 a' + h f_h + l i L kappa - (i L/v) b
+ *                           + k_1 r' + k_2 a' + h f_h + u i L |kappa| + l i L kappa - (i L/v) b
  *
  * and each of its terms, estimated by least squares with these priors. A term's factor is its regressor; the slopes
  * of the play's terms are differences of operators (play.h). A prior weighs as one observation at its sd. Terms change
@@ -13,6 +13,7 @@
  *   YAW_ACCELERATION  k_1      angle by yaw acceleration, rad/(rad/s^2)               r'              0, 100 deg     1
  *   JERK              k_2      angle by jerk, rad/(m/s^3)                             a'              0, 10 deg      1
  *   FIFTH_WHEEL       h        angle by a fifth wheel's full friction, rad            f_h             0, 1.5 deg     8
+ *   UNEVEN            u        left turns' more angle than right turns', a share      i L |kappa|     0, 0.015       9
  *   YAW_RATE_BIAS     b        remaining bias of the yaw rate, rad/s                  -i L/v          0, its own     2
  *   WIND, _ACROSS     a_w      lateral acceleration by wind at 20 m/s, m/s^2          share of a_0's  0, 0.05        3
  *   CREEP             lambda   speed of the wheels in their play by load, a share     slope           100 deg/s, 0.7 1
@@ -29,7 +30,8 @@
  * Sources: 1 wide, ours: bench/accuracy.py's drives decide; 2 past_bias.h; 3 pull and wind of bench/population.py and
  * more; 4 and 5 bench/population.py: king pins hold 0.02 to 0.2 m/s^2, play is 0 to 15 deg, in most trucks little;
  * 6 errors of vehicle files, row `vehicle_off`; 7 the thesis's truck, 4.2;
- * 8 bench/effects.py, row `fifth_wheel`: 3 kNm of friction. f_h is the place in that friction, -1 to 1 (joint.c). */
+ * 8 bench/effects.py, row `fifth_wheel`: 3 kNm of friction. f_h is the place in that friction, -1 to 1 (joint.c);
+ * 9 a drag link turns one wheel, and its lever is not symmetric: row `minor_physics`, 2 % of the ratio. */
 
 #include "triangle.h"
 
@@ -39,6 +41,7 @@ enum {
     YAW_ACCELERATION,
     JERK,
     FIFTH_WHEEL,
+    UNEVEN,
     YAW_RATE_BIAS,
     WIND,
     WIND_ACROSS,

@@ -72,10 +72,10 @@ typedef struct {
     double bank_sd_m_s2;
     double track_width_sd_1; /* prior, of the width, where the vehicle file has it. 0.02, ours */
     /* The joint method's gate: it models what the thesis's must avoid */
-    double joint_speed_min_m_s; /* slower ticks are not used. 8, ours */
-    double joint_curvature_max_1_m; /* large lets in what the ratio near centre misses. 1/100, ours */
+    double joint_speed_min_m_s; /* slower ticks are not used; pole wheels miss pulses there. 3, ours; `yard` */
+    double joint_curvature_max_1_m; /* large lets in what the ratio near centre misses. 0.07, ours; `town` */
     double joint_lateral_acceleration_max_m_s2; /* above it tyres and axles bend the line. 1.8, ours */
-    double joint_longitudinal_acceleration_max_m_s2; /* large lets brake pull and torque steer in. 0.6, ours */
+    double joint_longitudinal_acceleration_max_m_s2; /* large lets brake pull and torque steer in. 0.8, ours; `town` */
     double joint_bank_change_max_m_s2; /* of (33) about its mean: kerbs and faults. 1.0, ours */
     /* The joint method: how far back its evidence reaches, and its priors */
     double joint_memory_s; /* small follows change sooner, large is surer. 2000, ours */

@@ -19,7 +19,7 @@
 
 /* docs/make_layout.py writes what follows from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x67ADF900u;
+static const uint32_t layout_hash = 0xE206B687u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
@@ -41,12 +41,12 @@ static const oc_saved_run state_runs[] = {
     INTEGERS_OF_EACH(oc_state, tracking.joint.taken.samples[0].in_second, 1, tracking.joint.taken.samples),
     INTEGERS(oc_state, tracking.joint.taken.count, 1), FLOATS(oc_state, tracking.joint.taken.curvature, 1),
     INTEGERS(oc_state, tracking.joint.taken.doubted, 1), INTEGERS(oc_state, tracking.joint.turns, 5),
-    FLOATS(oc_state, tracking.joint.min_error, 220), INTEGERS(oc_state, tracking.angle.running, 1),
+    FLOATS(oc_state, tracking.joint.min_error, 243), INTEGERS(oc_state, tracking.angle.running, 1),
     FLOATS(oc_state, tracking.angle.yaw_rate_first, 12), INTEGERS(oc_state, tracking.angle.ticks_to_check, 1),
     FLOATS(oc_state, tracking.angle.held_s, 9), INTEGERS(oc_state, tracking.fault.running, 1),
     ENUMS(oc_state, tracking.fault.fault, 1), DOUBLES(oc_state, tracking.fault.since, 7),
     INTEGERS(oc_state, tracking.fault.beyond, 1), FLOATS(oc_state, tracking.fault.apart, 24),
-    DOUBLES(oc_state, evidence.offset.ticks.weight, 46), INTEGERS(oc_state, evidence.standstill.still_ticks, 1),
+    DOUBLES(oc_state, evidence.offset.ticks.weight, 46), INTEGERS(oc_state, evidence.standstill.still_ticks, 3),
     DOUBLES(oc_state, evidence.gyro_bias.x[0], 72), FLOATS(oc_state, evidence.gyro_bias.past.used_s, 13),
     DOUBLES_OF_EACH(oc_state, evidence.gyro_bias.axles[0].weight, 18, evidence.gyro_bias.axles),
     INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].has_update, 1, evidence.gyro_bias.axles),
@@ -54,14 +54,14 @@ static const oc_saved_run state_runs[] = {
     INTEGERS(oc_state, evidence.gyro_bias.due, 6), ENUMS(oc_state, evidence.gyro_bias.status, 1),
     DOUBLES(oc_state, evidence.gyro_bias.sd, 4), INTEGERS(oc_state, evidence.joint.started, 7),
     FLOATS(oc_state, evidence.joint.along, 2), INTEGERS(oc_state, evidence.joint.lost, 1),
-    FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 10),
+    FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 11),
     INTEGERS(oc_state, evidence.joint.second.learns, 5), FLOATS(oc_state, evidence.joint.to_left, 2),
     INTEGERS(oc_state, evidence.joint.solves_all, 1), DOUBLES(oc_state, evidence.joint.speed_mean, 3),
     FLOATS(oc_state, evidence.joint.watch.offset.up, 13), INTEGERS(oc_state, evidence.joint.changes, 1),
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),
     FLOATS_OF_EACH(oc_state, evidence.joint.changed[0].change.size, 3, evidence.joint.changed),
-    FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].play.half_width, 199, evidence.joint.hypotheses),
+    FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].play.half_width, 218, evidence.joint.hypotheses),
     INTEGERS_OF_EACH(oc_state, evidence.joint.hypotheses[0].wanders, 1, evidence.joint.hypotheses),
     FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].huber_weight, 25, evidence.joint.hypotheses),
     INTEGERS(oc_state, evidence.torque.started, 2), FLOATS(oc_state, evidence.torque.angle, 5),

@@ -27,7 +27,8 @@ static const float still_s = 10.0f;         /* at speed no driver is so still th
 static const float still_sds = 3.0f, still_deg = 4.0f;
 static const float frozen_s = 30.0f;        /* nor so long anywhere */
 static const float healed_s = 20.0f;
-static const float lost_s = 0.1f, back_s = 1.0f;
+static const float lost_s = 4.95f, back_s = 1.0f; /* 5 s, by ticks whose sum is rounded */
+static const float driving_speed = 3.0f;     /* m/s: a sensor that ends as the truck stops was switched off */
 static const float judging_speed = 8.0f;    /* m/s */
 static const float step_deg = 8.0f, hand_rate_deg_s = 800.0f;
 static const float settled_s = 1.0f;        /* after a gap or a step; ignitions and drives with gaps, CHANGELOG.md */
@@ -83,7 +84,7 @@ static bool watch_presence(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->present_s = w->paired_s = 0.0f;
     }
     if (!tick->has_measured) {
-        w->missing_s += tick->tick_s;
+        w->missing_s += tick->speed > driving_speed ? tick->tick_s : 0.0f;
         w->present_s = 0.0f;
         w->interruption_time = tick->time;
         if (w->missing_s > lost_s && w->fault == OC_FAULT_NONE) {

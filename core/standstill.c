@@ -17,13 +17,15 @@ static void add_reading(oc_still_mean *still, double reading) {
 void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double speed, double speed_max,
                           double yaw_rate, double lateral_acceleration, int32_t has_acceleration) {
     if (!(fabs(speed) <= speed_max)) {
-        state->still_ticks = 0;
+        state->still_ticks = state->is_same_stop = 0;
         return;
     }
     if (state->still_ticks < settling_ticks) {
         ++state->still_ticks;
         return;
     }
+    state->stops += 1 - state->is_same_stop;
+    state->is_same_stop = 1;
     add_reading(&state->yaw_rate, yaw_rate);
     if (has_acceleration != 0) {
         add_reading(&state->lateral_acceleration, lateral_acceleration);

@@ -15,6 +15,8 @@ typedef struct {
 typedef struct {
     oc_still_mean yaw_rate, lateral_acceleration; /* the latter over ticks with an accelerometer */
     int32_t still_ticks;                          /* of this standstill */
+    int32_t stops;                                /* standstills, each elsewhere */
+    int32_t is_same_stop;                         /* it has not driven since the last of them */
 } oc_standstill;
 
 void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double speed, double speed_max,

@@ -9,15 +9,23 @@ static float minus_products(float sum, const float *a, const float *b, int32_t c
     return sum;
 }
 
-/* A pivot is at least the prior's information; rounding may have left less. */
-static float root_of(float square, float prior_information) {
-    return sqrtf(square > prior_information ? square : prior_information);
+/* Numerical. */
+static const float rounding = 2e-6f; /* of a diagonal cell, by its many sums in single precision */
+
+/* Root of a pivot. It is at least the prior's information and its own rounding error: with less, the rows below grow
+ * without limit. */
+static float root_of(float square, float prior_information, float diagonal) {
+    const float least = prior_information + rounding * diagonal;
+    return sqrtf(square > least ? square : least);
 }
 
 void oc_triangle_factor(const float *scatter, const float *information, float noise, float *lower, float *inverse) {
     const float weight = 1.0f / noise;
-    /* two rows at a time read the rows above once; OC_TERMS is even */
-    for (int32_t i = 0; i < OC_TERMS; i += 2) {
+    const float first = scatter[0] * weight;
+    lower[0] = root_of(first + information[0], information[0], first);
+    inverse[0] = 1.0f / lower[0];
+    /* then two rows at a time, which read the rows above once; OC_TERMS is odd */
+    for (int32_t i = 1; i < OC_TERMS; i += 2) {
         const float *cell = &scatter[i * (i + 1) / 2], *cell_below = cell + i + 1;
         float *row = &lower[i * (i + 1) / 2], *below = row + i + 1;
         const float *above = lower;
@@ -31,11 +39,12 @@ void oc_triangle_factor(const float *scatter, const float *information, float no
             below[j] = sum_below * inverse[j];
             above += j + 1;
         }
-        row[i] = root_of(minus_products(cell[i] * weight + information[i], row, row, i), information[i]);
+        const float own = cell[i] * weight, own_below = cell_below[i + 1] * weight;
+        row[i] = root_of(minus_products(own + information[i], row, row, i), information[i], own);
         inverse[i] = 1.0f / row[i];
         below[i] = minus_products(cell_below[i] * weight, below, row, i) * inverse[i];
-        const float remaining = minus_products(cell_below[i + 1] * weight + information[i + 1], below, below, i + 1);
-        below[i + 1] = root_of(remaining, information[i + 1]);
+        const float left = minus_products(own_below + information[i + 1], below, below, i + 1);
+        below[i + 1] = root_of(left, information[i + 1], own_below);
         inverse[i + 1] = 1.0f / below[i + 1];
     }
 }

@@ -5,8 +5,8 @@
 #include <stdint.h>
 
 enum {
-    OC_TERMS = 14,         /* of a hypothesis, beside the offset */
-    OC_TERMS_TRIANGLE = 105 /* cells of such a matrix */
+    OC_TERMS = 15,         /* of a hypothesis, beside the offset */
+    OC_TERMS_TRIANGLE = 120 /* cells of such a matrix */
 };
 
 float oc_triangle_cell(const float *triangle, int32_t row, int32_t column);

@@ -33,7 +33,7 @@ WINDUP_TERM, UNWINDING_TERM, WIND_TERMS = (
     TERMS.index("unwinding"),
     [TERMS.index("wind"), TERMS.index("wind_across")],
 )
-WHEELBASE_TERM, FIFTH_WHEEL_TERM = TERMS.index("wheelbase"), TERMS.index("fifth_wheel")
+WHEELBASE_TERM, FIFTH_WHEEL_TERM, UNEVEN_TERM = (TERMS.index(name) for name in ("wheelbase", "fifth_wheel", "uneven"))
 WITHIN_PLAY = [UNLOADING_TERM, FRICTION_TERM, CREEP_TERM]
 # What trucks are like, docs/method.md.
 GRADIENT_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 0.1, 100.0 * DEGREE
@@ -114,8 +114,10 @@ def driven(
     noise: float = 0.05 * DEGREE,
     yaw_rate_bias: float = 0.0,
     speed_swing: float = 5.0,
+    uneven: float = 0.0,
 ) -> Drive:
-    """Bends to both sides on a crowned road. `yaw_rate_bias` in rad/s is what the residual was not corrected by."""
+    """Bends to both sides on a crowned road. `yaw_rate_bias` in rad/s is what the residual was not corrected by,
+    `uneven` a share by which left turns take more angle, and right ones less."""
     rng = np.random.default_rng(seed)
     t = np.arange(duration_s * SAMPLES) * STEP_S
     v = 18.0 + speed_swing * np.sin(t / 40.0 + seed)
@@ -129,7 +131,7 @@ def driven(
     fifth_wheel = dry_friction(v * curvature, v)
     by_trailer = play.fifth_wheel * fifth_wheel
     residual = OFFSET + RATIO * GRADIENT * borne + angle - play.inner(angle, a + by_trailer, blows, OFFSET)
-    residual += FIFTH_WHEEL_ANGLE * by_trailer
+    residual += FIFTH_WHEEL_ANGLE * by_trailer + uneven * RATIO_TIMES_WHEELBASE * np.abs(curvature)
     residual += noise * rng.standard_normal(len(t)) - RATIO_TIMES_WHEELBASE * yaw_rate_bias / v
     yaw_acceleration, jerk = np.gradient(v * curvature, STEP_S), np.gradient(a, STEP_S)
     return Drive(angle, residual, a, yaw_acceleration, jerk, curvature, fifth_wheel, 1.0 / v, blows)
@@ -161,7 +163,7 @@ class Learner:
             },
         )
         self.second = ffi.new(
-            "oc_second *", {"second_s": 1.0, "memory_share": 1.0, "reference": DEGREE**2, "learns": 1}
+            "oc_second *", {"second_s": 1.0, "memory_share": 1.0, "reference": DEGREE**2, "weight": 1.0, "learns": 1}
         )
         self.scale = np.array([self.design.scale[k] for k in range(len(TERMS))])
         self.started = False

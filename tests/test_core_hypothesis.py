@@ -23,6 +23,7 @@ from one_hypothesis import (
     OFFSET,
     SAMPLES,
     TERMS,
+    UNEVEN_TERM,
     UNLOADING_TERM,
     UNWINDING_TERM,
     WIDTH_TERM,
@@ -131,6 +132,24 @@ def test_it_tells_how_fast_a_motor_unwinds_the_column() -> None:
     assert learner.h.offset == pytest.approx(OFFSET, abs=0.15 * DEGREE)
 
 
+def test_it_tells_left_turns_that_take_more_angle_than_right_ones_from_an_offset() -> None:
+    """2 % of the ratio, on bends of 300 m: 0.3 deg, which a mean over bends would take for an offset."""
+    for seed in range(2, 5):
+        learner = Learner(Play(unloading=0.05)).learn(driven(seed, Play(), 900, uneven=0.02))
+        assert learner.h.terms[UNEVEN_TERM] * learner.scale[UNEVEN_TERM] == pytest.approx(0.02, abs=0.005)
+        assert learner.h.offset == pytest.approx(OFFSET, abs=0.15 * DEGREE)
+
+
+def test_a_second_of_little_weight_is_learned_from_as_if_it_were_so_much_noisier() -> None:
+    """A quarter of the weight is twice the noise: so much less evidence, and no other variance."""
+    whole, quarter = Learner(Play()), Learner(Play())
+    quarter.second.weight = 0.25
+    whole.learn(driven(3, Play(), 400, noise=3.0 * DEGREE))
+    quarter.learn(driven(3, Play(), 400, noise=6.0 * DEGREE))
+    assert quarter.h.weight == pytest.approx(0.25 * whole.h.weight, rel=0.05)
+    assert quarter.h.variance == pytest.approx(whole.h.variance, rel=0.1)
+
+
 def test_it_tells_the_dry_friction_of_a_fifth_wheel_from_gradient_and_play() -> None:
     """1.35 deg of steering wheel to either side, and the load of 0.1 m/s^2 on the play that goes with it."""
     truth = Play(unloading=0.1, fifth_wheel=0.1)
@@ -151,7 +170,7 @@ def test_the_page_tells_the_priors_that_the_core_has() -> None:
     page = (Path(__file__).parents[1] / "docs" / "method.md").read_text(encoding="utf-8")
     rows = {name: (mean, sd) for name, mean, sd in re.findall(r"^\| (\w+) \| (\S+) \| (\S+) \| [^|]+ \|$", page, re.M)}
     scale = dict(zip(TERMS, Learner(Play()).scale, strict=True))
-    plain = ("unloading", "friction", "creep", "wheelbase", "unwinding", "wind", "wind_across")
+    plain = ("unloading", "friction", "creep", "wheelbase", "uneven", "unwinding", "wind", "wind_across")
     unit = dict.fromkeys(TERMS, DEGREE) | dict.fromkeys(plain, 1.0)
     for name in set(TERMS) - {"unloading", "yaw_rate_bias"}:  # whose priors come from elsewhere
         assert float(rows[name][1]) * unit[name] == pytest.approx(scale[name], rel=1e-5), name

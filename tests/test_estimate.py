@@ -326,7 +326,7 @@ def test_the_monitor_fed_tick_by_tick_says_what_the_log_says() -> None:
 
 def test_the_monitor_says_why_a_tick_is_not_used() -> None:
     monitor = oc.Monitor(TRUCK)
-    now = monitor.step(oc.Tick(0.0, 0.0, 0.0, 5.0, 0.0))
+    now = monitor.step(oc.Tick(0.0, 0.0, 0.0, 2.0, 0.0))
     assert set(now.reasons) == {"settling", "speed"}
     assert now.offset_rad is None
     assert monitor.step(oc.Tick(0.01, math.nan, 0.0, 5.0, 0.0)).reasons == ("missing_signal",)

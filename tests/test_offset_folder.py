@@ -59,7 +59,7 @@ def test_logs_of_a_folder_come_by_their_start_or_else_by_name(folder: Path, capf
     """`tuesday/b.csv` begins at zero, `a.csv` two minutes later: time stamps since the log's own start tell nothing."""
     for name in ("drive10.csv", "drive2.csv"):
         steady_drive().table.write_csv(folder / "tuesday" / name)
-    names = [path.name for path in logs_at([folder]).logs]
+    names = [path.name for path in logs_at([str(folder)]).logs]
     assert names == ["a.csv", "bad.csv", "b.csv", "drive2.csv", "drive10.csv"]
     dated = folder / "dated"
     dated.mkdir()
@@ -164,12 +164,18 @@ def test_a_folder_without_a_log_is_one_line(tmp_path: Path, capfd: pytest.Captur
     assert json.loads(out)["code"] == "no_such_log"
 
 
+def test_an_empty_name_is_not_the_current_folder(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run(["offset", "", "--vehicle", TRUCK]) == 2
+    assert "a LOG has an empty name" in capfd.readouterr().err
+    assert run(["offset", ".", "--vehicle", TRUCK]) == 0
+
+
 def test_links_in_a_circle_end_and_folders_count_once(folder: Path) -> None:
     os.symlink(folder, folder / "tuesday" / "again")
-    assert len(logs_at([folder, folder / "tuesday"]).logs) == 3
+    assert len(logs_at([str(folder), str(folder / "tuesday")]).logs) == 3
     with pytest.raises(OncenterError, match="no logs in"):
         (folder / "empty").mkdir()
-        logs_at([folder / "empty"])
+        logs_at([str(folder / "empty")])
 
 
 def test_an_output_in_the_folder_that_is_one_of_its_logs_is_refused(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ import oncenter as oc
 from oncenter.cli import run
 from oncenter.errors import OncenterError
 from oncenter.fleet import run as fleet_run
+from oncenter.read import dbc
 from oncenter.signals import DEGREE
 
 OWN = """VERSION ""
@@ -95,6 +97,21 @@ def test_a_fleet_whose_logs_need_a_dbc_is_answered(desk: Path) -> None:
     assert row["error"] is None and alone is not None
     assert row["offset_deg"] == pytest.approx(alone / DEGREE, abs=0.1)
     assert fleet_run(["../logs"], "../trucks", "out").logs_answered == 0
+
+
+def test_a_dbc_is_parsed_once_for_many_logs_and_again_when_it_changed(
+    desk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parsed = []
+    messages = dbc._messages
+    monkeypatch.setattr(dbc, "_messages", lambda path: parsed.append(path) or messages(path))
+    file, names = desk / "trucks" / "dbc" / "own.dbc", oc.vehicle("../trucks/own.toml").signal_names
+    for _ in range(3):
+        (found,) = dbc.definitions([file], names, [])
+    assert len(parsed) == 1 and found.message.name == "STEER"
+    file.write_text(OWN.replace("STEER", "WHEELS").replace("(0.01,0)", "(0.002,0)"))
+    renamed = {key: replace(name, name=name.name.replace("STEER", "WHEELS")) for key, name in names.items()}
+    assert dbc.definitions([file], renamed, [])[0].message.name == "WHEELS"
 
 
 def test_another_dbc_answers_a_fleets_logs_anew(desk: Path) -> None:

@@ -17,10 +17,9 @@ if TYPE_CHECKING:
 
 def offset(
     logs: Annotated[
-        list[Path],
+        list[str],
         typer.Argument(
             metavar="LOG…",
-            readable=False,
             help="Drives of one truck, or a folder of them: .log .asc .blf .trc .mf4 .csv .parquet. Of a folder all "
             "logs in it and its subfolders, in order of their start times, or of their names where a log tells none.",
         ),

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from oncenter.cli.standard_input import STANDARD_INPUT
-from oncenter.errors import OncenterError
+from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.folder import files_below, is_log
 from oncenter.files.log_formats import SUFFIXES
 
@@ -41,12 +41,20 @@ def logs_named(given: Sequence[Path]) -> Places:
     return Places(tuple(dict.fromkeys(given)), False, _twice(given), (), ())
 
 
-def logs_at(given: Sequence[Path]) -> Places:
+def logs_at(names: Sequence[str]) -> Places:
     """All logs of folders, at any depth, and those that are named themselves.
 
     Raises:
-        OncenterError: "no_such_log": folders alone are given, and no log is in them.
+        OncenterError: "no_such_log": folders alone are given, and no log is in them; "usage", exit code 2: a name is
+            empty, which as a path is the current folder.
     """
+    if "" in names:
+        raise OncenterError(
+            "a LOG has an empty name, as of a shell's variable that is not set; . is the current folder",
+            code="usage",
+            exit_code=WRONG_USAGE,
+        )
+    given = [Path(name) for name in names]
     folders = [place for place in given if os.path.isdir(place)]
     named = [place for place in given if place not in folders]
     below = list(files_below([os.fspath(folder) for folder in folders]))

@@ -102,9 +102,15 @@ class Trucks:
         return _hashed(_core.version().encode(), described, *map(_content, self._dbc(stem)))
 
     def dbc_size(self, uri: str) -> int:
-        """Bytes of the DBCs with which a log is read, as far as its path tells its truck."""
+        """Bytes of the DBCs with which a log is read; the most that there may be where its path tells no truck."""
         truck = self.by_path(uri)
-        return 0 if truck is None else sum(map(_size, self._dbc(truck.vehicle_file)))
+        if truck is None:
+            return self._largest_dbc
+        return sum(map(_size, self._dbc(truck.vehicle_file)))
+
+    @cached_property
+    def _largest_dbc(self) -> int:
+        return max(sum(map(_size, self._dbc(stem))) for stem in self._files)
 
     def _dbc(self, stem: str) -> tuple[Path, ...]:
         try:

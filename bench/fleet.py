@@ -87,9 +87,9 @@ def changes(folder: Path, work: Path, sizes: Sizes) -> list[str]:
         lines.append(f"| {kind} | {planted} | {found} | {planted - found} |")
     months, false = counted["drives"] / DRIVES_A_MONTH, counted["false"]
     rate = 100.0 * false / months
-    named = [truck for truck in standing if truck["verdict"] == "calibrate"]
+    named = [truck for truck in standing if truck["named"]]
     wrong = sum(not truck["deserved"] for truck in named)
-    missed = sum(truck["deserved"] and truck["verdict"] != "calibrate" for truck in standing)
+    missed = sum(truck["deserved"] and not truck["named"] for truck in standing)
     covered = sum(truck["covered"] for truck in standing)
     return [
         *lines,
@@ -98,8 +98,8 @@ def changes(folder: Path, work: Path, sizes: Sizes) -> list[str]:
         f"Of other quantities, where none was planted: {others or 'none'}.",
         "",
         f"The 95 % interval of the offset that a truck has now holds the truth for {covered} of {len(standing)} "
-        f"trucks. {len(named)} are named to calibrate; of {wrong} of them neither offset nor change is beyond 2 deg, "
-        f"and {missed} of which one is are not named.",
+        f"trucks. {len(named)} are named, with a q of at most 5 %; of {wrong} of them neither offset nor change is "
+        f"beyond 2 deg, and {missed} of which one is are not named.",
     ]
 
 
@@ -113,8 +113,8 @@ def _others(given: Path, output: Path) -> dict[str, int]:
 
 
 def _standing(given: Path, output: Path) -> list[dict[str, Any]]:
-    """By truck: its verdict, whether the interval of its offset holds the truth, and whether offset or change is
-    beyond the limit."""
+    """By truck: whether its q names it, whether the interval of its offset holds the truth, and whether offset or
+    change is beyond the limit."""
     truth = pl.read_csv(given / "drives.csv").sort("drive").group_by("truck").last()
     planted = {change["truck"]: change for change in json.loads((given / "planted.json").read_text())}
     rows = []
@@ -124,7 +124,7 @@ def _standing(given: Path, output: Path) -> list[dict[str, Any]]:
         error = row["offset_deg"] - row["offset_deg_true"]
         rows.append(
             {
-                "verdict": row["verdict"],
+                "named": row["q_value"] <= 0.05,
                 "covered": abs(error) < 1.96 * row["offset_sd_deg"],
                 "deserved": max(abs(row["offset_deg_true"]), moved) > LEAST_DEG,
             }

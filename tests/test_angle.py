@@ -200,7 +200,7 @@ def test_the_offset_of_a_sensor_at_fault_is_invalid_and_what_was_learned_before(
     assert (answer.offset.status, answer.sensor_fault) == ("invalid", fault)
     assert answer.offset.value == pytest.approx(truth.offset_rad, abs=1.5 * DEGREE)
     assert answer.to_dict()["offset"]["status"] == "invalid"
-    assert "(invalid)" in str(answer)
+    assert "straight-ahead offset invalid; before the fault " in str(answer)
     first = answer.findings[0]
     assert (first.code, first.severity) == ("steering_wheel_angle_sensor_at_fault", "error")
     assert oc.trace(answer)["offset"][-1] == pytest.approx(answer.offset.value, abs=0.1 * DEGREE)

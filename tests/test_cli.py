@@ -369,8 +369,9 @@ def test_a_directory_a_pipe_and_a_pattern_that_matched_nothing_are_no_logs(
 ) -> None:
     (tmp_path / "logs").mkdir()
     os.mkfifo(tmp_path / "pipe.csv")
-    for name, said in (("logs", "a directory"), ("pipe.csv", "a pipe"), ("*.csv", "No such file")):
-        assert run(["offset", str(tmp_path / name), "--vehicle", TRUCK]) == 1
+    cases = (("signals", "logs", "a directory"), ("offset", "pipe.csv", "a pipe"), ("offset", "*.csv", "No such file"))
+    for verb, name, said in cases:
+        assert run([verb, str(tmp_path / name), "--vehicle", TRUCK]) == 1
         err = capfd.readouterr().err
         assert err.count("\n") == 1 and said in err and name in err
 

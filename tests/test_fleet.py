@@ -398,6 +398,25 @@ def test_the_page_counts_the_drives_that_the_words_count_and_a_lone_truck_has_on
     assert picture is not None and picture.yaxis[0].ticker.min_interval == 1
 
 
+def test_a_truck_whose_interval_holds_the_limit_is_undecided_on_page_tables_words_and_json(
+    fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "out"
+    verb = ["fleet", "run", str(fleet / "logs" / "depot-7"), "--vehicles", str(fleet / "vehicles"), "--limit", "0.5"]
+    assert command([*verb, "--output", str(output)]) == 0
+    words = capsys.readouterr().out
+    assert "1 undecided" in words and "would decide: another drive with bends both ways" in words
+    assert max(map(len, words.splitlines()[:-1])) <= 100
+    [truck] = query("SELECT * FROM trucks", output).to_dicts()
+    assert abs(truck["offset_deg"]) - 1.96 * truck["offset_sd_deg"] < 0.5
+    assert abs(truck["offset_deg"]) + 1.96 * truck["offset_sd_deg"] > 0.5
+    assert (truck["verdict"], truck["would_decide"]) == ("undecided", "another drive with bends both ways")
+    page = (output / "index.html").read_text(encoding="utf-8")
+    assert '<span class="verdict undecided">undecided</span><small>would decide: another drive with bends' in page
+    given = json.loads((output / "metrics.json").read_text())
+    assert given["verdicts"]["undecided"] == 1 and given["verdicts"]["fine"] == 0
+
+
 def test_every_column_is_documented() -> None:
     page = (ROOT / "docs" / "fleet.md").read_text(encoding="utf-8")
     for title, columns in (("drives", DRIVES), ("trucks", TRUCKS), ("changes", CHANGES)):

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from oncenter.fleet.history import NOISE, Told, breaks, drift
+from oncenter.fleet.offset_now import Offset
 from oncenter.fleet.ranking import rank, within
+from oncenter.fleet.undecided import Driven, would_decide
 
 DAY_S = 86400.0
 MONDAY_S = 1_772_434_800.0  # 2026-03-02, 7:00 UTC
@@ -63,25 +66,68 @@ def test_a_drift_is_its_slope_with_an_interval_that_covers_it() -> None:
 
 
 def truck_row(name: str, value: float, sd: float, limit: float = 2.0) -> dict[str, object]:
-    return {"truck": name, "offset_deg": value, "offset_sd_deg": sd, "p_value": within(value, sd, limit)}
+    p_value = min(1.0, 2.0 * within(value, sd, limit))
+    return {"truck": name, "offset_deg": value, "offset_sd_deg": sd, "p_value": p_value}
 
 
 def test_trucks_are_ranked_by_evidence_not_by_value() -> None:
     ranked = rank(
-        [truck_row("wide", 4.0, 2.0), truck_row("sure", 2.8, 0.1), truck_row("fine", 0.5, 0.3), {"truck": "?"}]
+        [truck_row("wide", 4.0, 2.0), truck_row("sure", 2.8, 0.1), truck_row("fine", 0.5, 0.3), {"truck": "?"}], 2.0
     )
     assert [row["truck"] for row in ranked] == ["sure", "wide", "fine", "?"]
     assert [row["rank"] for row in ranked] == [1, 2, 3, 4]
     assert ranked[0]["verdict"] == "calibrate"
 
 
+def test_calibrate_and_fine_have_their_whole_interval_on_one_side_of_the_limit() -> None:
+    """A probability of 0.53 to be beyond the limit is no green verdict; nor is one of 0.5 % to be within it."""
+    trucks = {
+        "calibrate": (2.9, 0.3),
+        "calibrate too": (-2.9, 0.3),
+        "undecided": (2.03, 0.4),
+        "undecided too": (-1.5, 0.4),
+        "undecided as well": (0.0, 1.1),
+        "fine": (1.2, 0.4),
+        "fine too": (-0.1, 0.9),
+    }
+    ranked = rank([truck_row(name, value, sd) for name, (value, sd) in trucks.items()], 2.0)
+    assert {row["truck"]: row["verdict"] for row in ranked} == {name: name.split()[0] for name in trucks}
+
+
+def test_a_change_beyond_the_limit_makes_a_truck_one_to_watch_where_its_offset_is_within() -> None:
+    moved = truck_row("moved", 1.4, 0.2) | {"p_value": 1e-6}
+    (row,) = rank([moved], 2.0)
+    assert row["verdict"] == "watch"
+
+
+def of_sd(sd: float, spread_sd: float, load_would_help: bool = True) -> Offset:
+    return Offset(2.0, sd, spread_sd, 0.0, 0.0, 0.05, 0.0, 0.05, load_would_help, None, [])
+
+
+@pytest.mark.parametrize(
+    ("offset", "driven", "decides"),
+    [
+        (of_sd(0.4, 0.1), Driven([0.2] * 4, 40.0, 40.0), "a drive at another load"),
+        (of_sd(0.4, 0.1, False), Driven([0.2] * 4, 40.0, 40.0), "drives on other roads, or a measured pull"),
+        (of_sd(0.7, 0.2), Driven([0.6], 40.0, 0.5), "another drive with bends to the right"),
+        (of_sd(0.7, 0.2), Driven([0.6], 0.0, 30.0), "another drive with bends to the left"),
+        (of_sd(0.7, 0.2), Driven([0.6], 0.0, 0.0), "another drive with bends both ways"),
+        (of_sd(0.7, 0.2), Driven([0.6], 30.0, 30.0), "another drive with bends both ways"),
+    ],
+)
+def test_an_undecided_truck_is_told_the_drive_that_narrows_the_larger_part_of_its_interval(
+    offset: Offset, driven: Driven, decides: str
+) -> None:
+    assert would_decide(offset, driven).startswith(decides)
+
+
 def test_ten_thousand_healthy_trucks_give_no_five_hundred_alarms() -> None:
     """At the limit itself, where an alarm at 5 % each would be 500; and of a mix, few of those named are healthy."""
     random = np.random.default_rng(8)
     healthy = [truck_row(f"h{k}", x, 0.3) for k, x in enumerate(2.0 + 0.3 * random.normal(size=10_000))]
-    assert sum(row["verdict"] == "calibrate" for row in rank(healthy)) <= 3
+    assert sum(row["verdict"] == "calibrate" for row in rank(healthy, 2.0)) <= 3
     ill = [truck_row(f"i{k}", x, 0.3) for k, x in enumerate(4.0 + 0.3 * random.normal(size=200))]
-    named = [row["truck"] for row in rank(healthy + ill) if row["verdict"] == "calibrate"]
+    named = [row["truck"] for row in rank(healthy + ill, 2.0) if row["verdict"] == "calibrate"]
     assert sum(str(name).startswith("i") for name in named) >= 198
     assert sum(str(name).startswith("h") for name in named) <= 0.08 * len(named)
 

@@ -5,6 +5,7 @@ from typing import Any
 
 LOG_CANNOT_BE_ANSWERED = 1
 WRONG_USAGE = 2
+STATUS_TO_FAIL_ON = 3  # only where it was asked for
 INTERRUPTED = 130
 
 

@@ -10,7 +10,7 @@ from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
@@ -113,6 +113,8 @@ class Vehicle(BaseModel):
         traffic_side: which side of the road is driven on: tells the side to which the crown falls.
         sensors: by how much they may be off, for `oncenter.budget`.
         signals: by signal name, how this truck's logs call it, for logs that use other names.
+        dbc: databases of this truck's logs, for those that are not J1939; a relative path is of the vehicle file's
+            folder. `databases()` has them checked.
             A value with `_sd_` is a standard deviation; a known value needs its own.
         params: of the estimator, where they differ from the core's defaults; an angle may be given in `_deg`.
         source: by key, where a value comes from.
@@ -141,8 +143,10 @@ class Vehicle(BaseModel):
     traffic_side: Literal["right", "left"] | None = None
     sensors: Sensors = Sensors()
     signals: Mapping[str, _SignalEntry] = {}
+    dbc: tuple[Path, ...] = ()
     params: Mapping[str, float] = {}
     source: Mapping[str, str] = {}
+    _origin: str = PrivateAttr("")  # the vehicle file, for messages
 
     @model_validator(mode="before")
     @classmethod
@@ -181,6 +185,14 @@ class Vehicle(BaseModel):
                 raise ValueError(f"'{name}' is no signal; known are time, {', '.join(SIGNALS)}")
         return value
 
+    @field_validator("dbc", mode="before")
+    @classmethod
+    def _one_or_several(cls, value: object) -> object:
+        several = [value] if isinstance(value, str | Path) else value
+        if not isinstance(several, list | tuple) or not all(isinstance(each, str | Path) for each in several):
+            raise ValueError(f"is a path or a list of paths, got {value!r}")
+        return several
+
     @field_validator("params", mode="before")
     @classmethod
     def _known_params(cls, value: object) -> object:
@@ -199,6 +211,21 @@ class Vehicle(BaseModel):
     def signal_names(self) -> dict[str, SignalName]:
         """The `[signals]` table as readers take it."""
         return {key: SignalName(entry.name, entry.unit, entry.sign) for key, entry in self.signals.items()}
+
+    def databases(self) -> tuple[Path, ...]:
+        """The files of `dbc`.
+
+        Raises:
+            OncenterError: "vehicle_file", exit code 2: one is not there.
+        """
+        for path in self.dbc:
+            try:
+                is_there = path.is_file()
+            except (OSError, ValueError):  # a path that may not be looked at, or can be none
+                is_there = False
+            if not is_there:
+                raise refusal(f"vehicle file {self._origin or self.name}: its dbc {path} is no file", _CODE)
+        return self.dbc
 
 
 def core_of(
@@ -325,7 +352,8 @@ def vehicle(path: str | os.PathLike[str]) -> Vehicle:
             file = shipped
     except (OSError, ValueError):  # reading it says why
         pass
-    return vehicle_from(read_toml(file, f"vehicle file {path}", code=_CODE), str(path))
+    truck = vehicle_from(read_toml(file, f"vehicle file {path}", code=_CODE), str(path))
+    return truck.model_copy(update={"dbc": tuple(file.parent / each for each in truck.dbc)})
 
 
 def vehicle_from(values: Mapping[str, Any], origin: str) -> Vehicle:
@@ -334,6 +362,7 @@ def vehicle_from(values: Mapping[str, Any], origin: str) -> Vehicle:
         truck = Vehicle.model_validate({"name": Path(origin).stem, **values})
     except ValidationError as error:
         raise refusal(f"vehicle file {origin}: {_first_error(error)}", _CODE) from None
+    truck._origin = origin
     if _core.bad_vehicle(truck.wheelbase_m, truck.ratio_near_centre) is not None:
         raise refusal(f"vehicle file {origin}: 'wheelbase_m' must be 1 to 20, got {truck.wheelbase_m:g}", _CODE)
     return truck

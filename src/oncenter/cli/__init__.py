@@ -1,9 +1,9 @@
 """The command line: what may go wrong becomes one line, an exit code and, with --json, an object.
 
 Exit codes: 0 an answer was written; 1 the log cannot be answered, or it was and a report cannot be written; 2 wrong
-usage, vehicle file or DBC, or nothing can be written where it was asked for; 70 our own bug; 130 interrupted. The verbs
-are loaded late, so that an interruption meanwhile is told as any other. What a verb says to standard output is written
-in one place.
+usage, vehicle file or DBC, or nothing can be written where it was asked for; 3 the offset has a status of --fail-on;
+70 our own bug; 130 interrupted. The verbs are loaded late, so that an interruption meanwhile is told as any other. What
+a verb says to standard output is written in one place.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def _run(arguments: Sequence[str], said: _Said) -> int:
 
     try:
         result = app(args=list(arguments) or ["--help"], prog_name="oncenter", standalone_mode=False)
-        if result == INTERRUPTED:  # what Typer makes of Ctrl-C; no verb returns a number
+        if result == INTERRUPTED:  # what Typer makes of Ctrl-C; a verb that exits by itself has 1 or 3
             return _interrupted(said)
         return result if isinstance(result, int) else 0
     except OncenterError as error:

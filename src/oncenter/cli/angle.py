@@ -52,26 +52,31 @@ def angle(
     """The true steering wheel angle, with its sensor while that can be believed and without it after."""
     import oncenter as oc
     from oncenter.angle.run import in_degrees, notes_on
-    from oncenter.cli.logs import read_logs
+    from oncenter.cli.logs import read_log, read_logs
     from oncenter.cli.overwriting import spare_inputs
+    from oncenter.cli.places import logs_named
     from oncenter.errors import WRONG_USAGE, OncenterError
     from oncenter.files.whole_file import check_place, whole_file
-    from oncenter.report import report_angle
+    from oncenter.report import check_report, report_angle
 
     if output is not None and output.suffix not in (".parquet", ".csv"):
         raise OncenterError(
             f"--output takes a .parquet or .csv file, got {output.name}", code="output", exit_code=WRONG_USAGE
         )
-    spare_inputs({"--output": output, "--report": report}, [log, *(taught_by or ()), vehicle_file, *(dbc or ())])
+    outputs = {"--output": output, "--report": report}
+    spare_inputs(outputs, [log, *(taught_by or ()), vehicle_file, *(dbc or ())])
     truck = oc.vehicle(vehicle_file)
-    for path in (output, report):
-        if path is not None:
-            check_place(path)
-    drives, _ = read_logs([log], truck, dbc or (), sources_of(source))
-    taught, told = read_logs(taught_by, truck, dbc or (), sources_of(source)) if taught_by else ([], [])
+    spare_inputs(outputs, truck.dbc)
+    if output is not None:
+        check_place(output)
+    if report is not None:
+        check_report(report, "--report")
+    drive = read_log(log, truck, dbc or (), sources_of(source))
+    earlier = logs_named(taught_by or ())
+    taught, told = read_logs(earlier, truck, dbc or (), sources_of(source)) if taught_by else ([], [])
     with progress_bar("estimating", log) as progress:
         table = oc.angle(
-            drives[0],
+            drive,
             truck,
             sensor_lost_at=sensor_lost_at,
             method=method,
@@ -79,7 +84,7 @@ def angle(
             smooth=smooth,
             progress=progress,
         )
-    notes = notes_on(drives[0], truck, taught, sensor_lost_at)
+    notes = notes_on(drive, truck, taught, sensor_lost_at)
     typer.echo("\n".join([_in_words(table), *_asides(told, notes)]))  # before files that a full disk may refuse
     if output is not None:
         with whole_file(output) as unfinished:
@@ -88,7 +93,7 @@ def angle(
     if report is not None:
         report_angle(
             table,
-            drives[0],
+            drive,
             truck,
             report,
             method=method,

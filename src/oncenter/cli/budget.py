@@ -19,7 +19,7 @@ def budget(
     ] = None,
     json: Json = False,
 ) -> None:
-    """What each error of a truck's sensors costs the offset, (47) and (48), and which sensor to better first."""
+    """What each error of a truck's sensors costs the offset, (47) and (48), and which sensor to improve first."""
     import oncenter as oc
     from oncenter.offset.budget import BACKLASH_RAD, MEAN_SPEED_M_S
     from oncenter.signals import DEGREE

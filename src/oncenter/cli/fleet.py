@@ -32,16 +32,21 @@ def _fleet(context: typer.Context) -> None:
 @fleet.command()
 def run(
     logs: Annotated[list[str], typer.Argument(metavar="LOG…", help="Logs, folders of them, s3://bucket/folder.")],
-    vehicles: Annotated[Path, typer.Option(metavar="DIR", help="NAME.toml of a truck, or of VINs that begin so.")],
+    vehicles: Annotated[
+        Path,
+        typer.Option(metavar="DIR", help="Vehicle files: NAME.toml is of the truck NAME, or of VINs that begin so."),
+    ],
     output: Output,
     engine: Annotated[
         Literal["processes", "ray"], typer.Option(help="This machine's cores, or a Ray cluster.")
     ] = "processes",
     address: Annotated[str | None, typer.Option(help="Of the Ray cluster; without it one of this machine.")] = None,
-    limit: Annotated[float, typer.Option(metavar="DEG", help="What an offset may be.")] = 2.0,
+    limit: Annotated[
+        float, typer.Option(metavar="DEG", help="The offset, either sign, beyond which a truck needs a calibration.")
+    ] = 2.0,
     reports: Annotated[bool, typer.Option("--reports", help="A page for each drive as well, some 2 MB.")] = False,
     retry: Annotated[
-        bool, typer.Option("--retry", help="Also logs at which a reader crashed or was stopped before.")
+        bool, typer.Option("--retry", help="Read again the logs at which a reader crashed or was stopped.")
     ] = False,
     json: Json = False,
 ) -> None:
@@ -119,17 +124,19 @@ def in_words(summary: Summary) -> str:
     lines += [f"skipped, readers crash or hang at it: {each['error']}" for each in shown]
     if len(summary.poisonous) > len(shown):
         lines.append(f"skipped as well: {len(summary.poisonous) - len(shown)} more, named in drives.parquet")
-    named = [row for row in summary.worst if row["verdict"] in ("calibrate", "watch")]
+    named = [row for row in summary.worst if row["verdict"] in ("calibrate", "watch", "undecided")]
     if named:
         lines += ["", f"  {'truck':24}{'verdict':11}{'offset, 95 %':>24}   {'since':12}{'q':>8}"]
-        lines += [_line(row) for row in named]
+        lines += [line for row in named for line in _lines(row)]
     return "\n".join([*lines, "", f"wrote {Path(summary.output) / 'index.html'}"])
 
 
-def _line(row: dict[str, Any]) -> str:
+def _lines(row: dict[str, Any]) -> list[str]:
     from datetime import UTC, datetime
 
     value, half = row["offset_deg"], 1.96 * row["offset_sd_deg"]
     offset = f"{value:+.1f} deg, {value - half:+.1f} to {value + half:+.1f}"
     since = f"{datetime.fromtimestamp(row['since'], UTC):%Y-%m-%d}" if row["changes"] else "its first"
-    return f"  {row['truck'][:22]:24}{row['verdict']:11}{offset:>24}   {since:12}{row['q_value']:8.2g}"
+    line = f"  {row['truck'][:22]:24}{row['verdict']:11}{offset:>24}   {since:12}{row['q_value']:8.2g}"
+    decides = row.get("would_decide")
+    return [line, f"    would decide: {decides}"] if decides else [line]

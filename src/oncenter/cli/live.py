@@ -79,13 +79,17 @@ def live(
     from oncenter.read.stream import Stream
 
     _check(channel, bitrate, replay, speed, record)
-    spare_inputs({"--record": record, "--trace": trace}, [replay, vehicle_file, *(dbc or ())])
+    outputs = {"--record": record, "--trace": trace}
+    spare_inputs(outputs, [replay, vehicle_file, *(dbc or ())])
     vehicle = oc.vehicle(vehicle_file)
+    databases = dbc or vehicle.databases()
+    spare_inputs(outputs, databases)
     said = Sayings()
     with ExitStack() as opened:
         given = _opened(channel, interface, bitrate, replay, speed, said)
         opened.callback(given.close)
-        stream = Stream(given.name, needed(vehicle), names=vehicle.signal_names, dbc=dbc or (), take=sources_of(source))
+        names, take = vehicle.signal_names, sources_of(source)
+        stream = Stream(given.name, needed(vehicle), names=names, dbc=databases, take=take)
         folder = state or (default_folder() if replay is None else None)
         session = _session(given, stream, vehicle, truck or vehicle.name, folder, said, record=record, trace=trace)
         if web:

@@ -1,69 +1,138 @@
-"""Logs as a command line names them. Of one truck's logs those that cannot be read are named, the others answered."""
+"""Logs of a command line, read. Of one truck's logs those that cannot be read are named, the others answered."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oncenter.cli.options import progress_bar
 from oncenter.cli.standard_input import STANDARD_INPUT, as_file
-from oncenter.errors import LOG_CANNOT_BE_ANSWERED, OncenterError
+from oncenter.errors import LOG_CANNOT_BE_ANSWERED, WRONG_USAGE, OncenterError
 
 if TYPE_CHECKING:
+    from oncenter.cli.places import Places
     from oncenter.offset.findings import Finding
-    from oncenter.signals import SignalName, Signals
+    from oncenter.signals import Signals
     from oncenter.vehicle import Vehicle
 
 _EPOCH_S = 1e8  # times beyond are of day and year, those below since the log's own start
+_ANGLE = ("steering_wheel_angle",)
 
 
-def read_log(
-    log: Path, names: Mapping[str, SignalName] | None, dbc: Sequence[Path], take: Mapping[str, str]
-) -> Signals:
+@dataclass(frozen=True)
+class _Log:
+    """A drive, with what its log says beside its signals: `start_s` since 1970; None where it says nothing."""
+
+    path: Path
+    drive: Signals
+    vin: str | None
+    start_s: float | None
+
+
+def read_log(log: Path, truck: Vehicle | None, dbc: Sequence[Path], take: Mapping[str, str]) -> Signals:
     """One log; `-` is standard input.
 
     Raises:
         OncenterError: as `oncenter.read`.
     """
-    from oncenter.read import read
-
-    with as_file(log) as file, progress_bar(f"reading {file.name}", file) as progress:
-        drive = read(file, names=names, dbc=dbc, take=take, progress=progress)
-    return replace(drive, log="-") if log == STANDARD_INPUT else drive
+    with as_file(log) as file:
+        return _read(log, file, truck, dbc, take)
 
 
 def read_logs(
-    logs: Sequence[Path], truck: Vehicle, dbc: Sequence[Path], take: Mapping[str, str]
+    places: Places, truck: Vehicle, dbc: Sequence[Path], take: Mapping[str, str], wanted: Sequence[str] = _ANGLE
 ) -> tuple[list[Signals], list[Finding]]:
-    """Drives, and what to tell of logs that gave none.
+    """Drives of one truck, and what to tell of logs that gave none. Of folders they are in order of their start times,
+    or of their names where one of them tells none.
+
+    Args:
+        wanted: signals without which a log among others is left out.
 
     Raises:
-        OncenterError: there is one log only and it cannot be read, none of several can, or usage is wrong.
+        OncenterError: there is one log only and it cannot be read, none of several can, two are of different trucks
+            ("different_trucks"), or usage is wrong.
     """
-    from oncenter.read import require
-
-    drives: list[Signals] = []
-    refusals: list[OncenterError] = []
-    wanted = list(dict.fromkeys(logs))
-    for log in wanted:
+    logs: list[_Log] = []
+    refusals = list(places.unlisted)
+    are_several = len(places.logs) > 1
+    for path in places.logs:
         try:
-            drive = read_log(log, truck.signal_names, dbc, take)
-            if len(wanted) > 1:
-                require(drive, ["steering_wheel_angle"])
-            drives.append(drive)
+            with as_file(path) as file:
+                drive = _read(path, file, truck, dbc, take)
+                logs.append(_identified(path, drive, file) if are_several else _Log(path, drive, None, None))
         except OncenterError as error:
-            if len(wanted) == 1 or error.exit_code != LOG_CANNOT_BE_ANSWERED:
+            if not are_several or error.exit_code != LOG_CANNOT_BE_ANSWERED:
                 raise
             refusals.append(error)
+            continue
+        _refuse_another_truck(logs)
+    in_order = _by_start(logs) if places.has_folder else logs
+    drives, incomplete = _complete([log.drive for log in in_order], wanted)
+    refusals += incomplete
     if not drives:
         reasons = "; ".join(str(error) for error in refusals[:3])
         raise OncenterError(
             f"none of {len(refusals)} logs can be read: {reasons}", code=refusals[0].code, needs=refusals[0].needs
         )
-    return drives, [*_left_out(refusals), *_given_twice(logs), *_overlaps(drives)]
+    return drives, [*_left_out(refusals), *_given_twice(places.twice), *_overlaps(drives)]
+
+
+def _read(log: Path, file: Path, truck: Vehicle | None, dbc: Sequence[Path], take: Mapping[str, str]) -> Signals:
+    from oncenter.read import read
+
+    with progress_bar(f"reading {file.name}", file) as progress:
+        drive = read(file, vehicle=truck, dbc=dbc, take=take, progress=progress)
+    return replace(drive, log="-") if log == STANDARD_INPUT else drive
+
+
+def _identified(path: Path, drive: Signals, file: Path) -> _Log:
+    from oncenter.read.identity import start_of, vin_of
+
+    first_s = float(drive.table["time_s"][0])
+    return _Log(path, drive, vin_of(file), first_s if first_s > _EPOCH_S else start_of(file))
+
+
+def _refuse_another_truck(logs: Sequence[_Log]) -> None:
+    """Of the last log; those before it are of one truck."""
+    told = [log for log in logs if log.vin is not None]
+    if not told or logs[-1].vin in (None, told[0].vin):
+        return
+    raise OncenterError(
+        f"logs of different trucks: {told[0].path} is of VIN {told[0].vin}, {told[-1].path} of VIN {told[-1].vin}; "
+        "give the logs of one truck, or --each for an answer of each log",
+        code="different_trucks",
+        exit_code=WRONG_USAGE,
+    )
+
+
+def _by_start(logs: Sequence[_Log]) -> list[_Log]:
+    known = [(log.start_s, place) for place, log in enumerate(logs) if log.start_s is not None]
+    return [logs[place] for _, place in sorted(known)] if len(known) == len(logs) else list(logs)
+
+
+def _complete(drives: list[Signals], wanted: Sequence[str]) -> tuple[list[Signals], list[OncenterError]]:
+    """Of several drives those with all signals that are wanted, and what the others lack; where no drive has all, those
+    with an angle: whoever answers them knows what would do without."""
+    if len(drives) < 2:
+        return drives, []
+    complete, refusals = _with_all(drives, wanted)
+    return (complete, refusals) if complete else _with_all(drives, _ANGLE)
+
+
+def _with_all(drives: Sequence[Signals], wanted: Sequence[str]) -> tuple[list[Signals], list[OncenterError]]:
+    from oncenter.read import require
+
+    complete, refusals = [], []
+    for drive in drives:
+        try:
+            require(drive, wanted)
+            complete.append(drive)
+        except OncenterError as error:
+            refusals.append(error)
+    return complete, refusals
 
 
 def _left_out(refusals: Sequence[OncenterError]) -> list[Finding]:
@@ -72,11 +141,10 @@ def _left_out(refusals: Sequence[OncenterError]) -> list[Finding]:
     return [Finding("log_left_out", "warning", f"a log was left out: {error}") for error in refusals]
 
 
-def _given_twice(logs: Sequence[Path]) -> list[Finding]:
+def _given_twice(twice: Sequence[Path]) -> list[Finding]:
     from oncenter.offset.findings import Finding
 
-    again = [log for k, log in enumerate(logs) if log in logs[:k]]
-    return [Finding("log_given_twice", "warning", f"{log} is given twice and counts once") for log in again]
+    return [Finding("log_given_twice", "warning", f"{log} is given twice and counts once") for log in twice]
 
 
 def _overlaps(drives: Sequence[Signals]) -> list[Finding]:

@@ -8,20 +8,29 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from oncenter.cli.options import Dbc, Json, Schema, Source, VehicleFile, progress_bar, sources_of
+from oncenter.cli.options import Dbc, FailOn, Json, Schema, Source, VehicleFile, progress_bar, sources_of
 
 if TYPE_CHECKING:
     import oncenter as oc
+    from oncenter.offset.answer import Method
 
 
 def offset(
     logs: Annotated[
-        list[Path],
+        list[str],
         typer.Argument(
-            metavar="LOG…", readable=False, help="Drives of one truck: .log .asc .blf .trc .mf4 .csv .parquet"
+            metavar="LOG…",
+            help="Drives of one truck, or a folder of them: .log .asc .blf .trc .mf4 .csv .parquet. Of a folder all "
+            "logs in it and its subfolders, in order of their start times, or of their names where a log tells none.",
         ),
     ],
     vehicle_file: VehicleFile,
+    each: Annotated[
+        bool,
+        typer.Option(
+            "--each", help="Answer each log by itself, one line a log. Else logs of different VINs are refused."
+        ),
+    ] = False,
     json: Json = False,
     schema: Schema = "offset-2",
     report: Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a page that shows why.")] = None,
@@ -46,39 +55,87 @@ def offset(
             help="What earlier drives of this truck found: the drive starts from it and adds to it. Made if missing.",
         ),
     ] = None,
+    fail_on: FailOn = None,
     dbc: Dbc = None,
     source: Source = None,
 ) -> None:
     """How far the steering wheel angle sensor is off, and how sure that is."""
     import oncenter as oc
-    from oncenter.cli.logs import read_logs
+    from oncenter.cli.each import answer_each
+    from oncenter.cli.fail_on import fail_on_status, statuses_of
+    from oncenter.cli.logs import read_log, read_logs
     from oncenter.cli.overwriting import spare_inputs
+    from oncenter.cli.places import logs_at
     from oncenter.files.whole_file import check_place
     from oncenter.memory import offset_with_memory, read_memory, write_memory
     from oncenter.offset.findings import gravest_first
+    from oncenter.report import check_report
 
-    inputs = [*logs, vehicle_file, *(dbc or ())]
+    failing, take = statuses_of(fail_on), sources_of(source)
+    if each:
+        _refuse_of_one_answer(report, memory)
+    places = logs_at(logs)
+    inputs = [*places.logs, vehicle_file, *(dbc or ())]
     spare_inputs({"--memory": memory}, inputs)
     spare_inputs({"--report": report}, [*inputs, memory])
     refuse_one_place(report, memory)
     truck = with_applied(oc.vehicle(vehicle_file), applied)
-    for output in (report, memory):
-        if output is not None:
-            check_place(output)
+    spare_inputs({"--memory": memory, "--report": report}, truck.dbc)
+    if report is not None:
+        check_report(report, "--report")
+    if memory is not None:
+        check_place(memory)
+    params = {"use_accelerometer": 0.0} if no_accelerometer else None
+    if each:
+        databases = dbc or truck.databases()
+
+        def one(log: Path) -> oc.Answer:
+            drive = read_log(log, truck, databases, take)
+            return oc.offset(drive, truck, method=method, params=params)
+
+        fail_on_status(answer_each(places, one, schema if json else None), failing)
+        return
     before = None if memory is None else read_memory(memory, truck.name)
-    drives, told = read_logs(logs, truck, dbc or (), sources_of(source))
-    with progress_bar("answering", *logs) as progress:
-        params = {"use_accelerometer": 0.0} if no_accelerometer else None
+    wanted = _wanted(method, truck, params)
+    drives, told = read_logs(places, truck, dbc or (), take, wanted)
+    with progress_bar("answering", *places.logs) as progress:
         if before is None:
             answer, after = oc.offset(drives, truck, method=method, params=params, progress=progress), None
         else:
             answer, after = offset_with_memory(drives, truck, before, method=method, params=params, progress=progress)
-    answer = replace(answer, findings=gravest_first((*told, *answer.findings)))
+    findings = gravest_first((*told, *answer.findings))
+    answer = replace(answer, findings=findings, notes=(*answer.notes, *places.notes))
     typer.echo(answer.to_json(schema) if json else as_table(answer))  # before a page that a full disk may refuse
     if memory is not None and after is not None and after != before:
         write_memory(memory, after)
     if report is not None:
         oc.report(answer, report)
+    fail_on_status([answer.offset.status], failing)
+
+
+def _wanted(method: Method, truck: oc.Vehicle, params: dict[str, float] | None) -> tuple[str, ...]:
+    """Signals without which a log among others is left out; which wheels stand for the motion, all logs decide."""
+    from oncenter.offset.inputs import needed, params_of
+
+    if method == "wheel-speed":
+        return ("steering_wheel_angle",)
+    return needed(method, (), params_of(truck, params))
+
+
+def _refuse_of_one_answer(report: Path | None, memory: Path | None) -> None:
+    """
+    Raises:
+        OncenterError: "usage", exit code 2.
+    """
+    from oncenter.errors import WRONG_USAGE, OncenterError
+
+    for option, path in (("--report", report), ("--memory", memory)):
+        if path is not None:
+            raise OncenterError(
+                f"{option} is of one answer, --each gives one a log: leave one of them out",
+                code="usage",
+                exit_code=WRONG_USAGE,
+            )
 
 
 def refuse_one_place(report: Path | None, memory: Path | None) -> None:

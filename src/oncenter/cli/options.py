@@ -19,8 +19,22 @@ Schema = Annotated[
     Literal["offset-1", "offset-2"],
     typer.Option(help="Of --json: offset-1 lacks ci95_drive and not_identifiable, the parts of the offset's interval."),
 ]
-VehicleFile = Annotated[str, typer.Option("--vehicle", metavar="FILE", help="What the truck is, a TOML file.")]
-Dbc = Annotated[list[Path] | None, typer.Option(metavar="FILE", help="A DBC for logs that are not J1939; repeatable.")]
+VehicleFile = Annotated[
+    str, typer.Option("--vehicle", metavar="FILE", help="What the truck is: a TOML file, or a shipped one's name.")
+]
+Dbc = Annotated[
+    list[Path] | None,
+    typer.Option(
+        metavar="FILE", help="A DBC for logs that are not J1939; repeatable. In place of the vehicle file's dbc."
+    ),
+]
+FailOn = Annotated[
+    str | None,
+    typer.Option(
+        metavar="STATUS,…",
+        help="Exit code 3 where the offset's status is one of these: valid, converging, unobservable, invalid.",
+    ),
+]
 Source = Annotated[
     list[str] | None,
     typer.Option(metavar="SIGNAL=ADDRESS", help="Which sender to believe, e.g. yaw_rate=0x3E; repeatable."),

@@ -17,7 +17,8 @@ def reference(
         typer.Argument(metavar="LOG", readable=False, help="A drive both ways over one straight, with GNSS positions."),
     ],
     vehicle_file: Annotated[
-        str | None, typer.Option("--vehicle", metavar="FILE", help="For its [signals], where the log has other names.")
+        str | None,
+        typer.Option("--vehicle", metavar="FILE", help="For its [signals] and dbc, where the log has other names."),
     ] = None,
     json: Json = False,
     dbc: Dbc = None,
@@ -26,7 +27,7 @@ def reference(
     """The offset measured by driving one straight both ways: without model, gyro or vehicle data."""
     import oncenter as oc
 
-    names = None if vehicle_file is None else oc.vehicle(vehicle_file).signal_names
-    drive = read_log(log, names, dbc or (), sources_of(source))
+    truck = None if vehicle_file is None else oc.vehicle(vehicle_file)
+    drive = read_log(log, truck, dbc or (), sources_of(source))
     measured = oc.reference(drive)
     typer.echo(measured.to_json() if json else str(measured))

@@ -23,7 +23,10 @@ def signals(
         Path, typer.Argument(metavar="LOG", readable=False, help="A drive: .log .asc .blf .trc .mf4 .csv .parquet")
     ],
     vehicle_file: Annotated[
-        str | None, typer.Option("--vehicle", metavar="FILE", help="What the truck is, to check its ratio and names.")
+        str | None,
+        typer.Option(
+            "--vehicle", metavar="FILE", help="What the truck is: its [signals] and dbc, and what fits its ratio."
+        ),
     ] = None,
     json: Json = False,
     dbc: Dbc = None,
@@ -34,8 +37,7 @@ def signals(
     from oncenter.plausibility import check
 
     truck = None if vehicle_file is None else oc.vehicle(vehicle_file)
-    names = None if truck is None else truck.signal_names
-    drive = read_log(log, names, dbc or (), sources_of(source))
+    drive = read_log(log, truck, dbc or (), sources_of(source))
     judged = check(drive, truck)
     typer.echo(_to_json(drive, judged) if json else _as_text(drive, judged))
 

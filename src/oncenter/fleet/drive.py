@@ -56,7 +56,7 @@ class Work:
                 vehicle = self._vehicle(log, truck)
                 refuse_unreadable(path)
                 # here, since this is a watched child already: of two limits that are equal either may be the first
-                signals = read_here(path, vehicle.signal_names, (), {}, lambda fraction: None)
+                signals = read_here(path, vehicle.signal_names, vehicle.databases(), {}, lambda fraction: None)
                 row |= when(log, path, signals)
                 answer = offset(signals, vehicle)
                 row |= of_answer(answer)

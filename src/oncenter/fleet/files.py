@@ -7,7 +7,6 @@ import os
 import re
 import stat
 import tempfile
-from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -19,14 +18,12 @@ from blake3 import blake3
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.file_name import printable_name
-from oncenter.files.log_formats import SUFFIXES
+from oncenter.files.folder import files_below, is_log
 from oncenter.files.regular_file import open_regular_file
-from oncenter.files.whole_file import UNFINISHED
 
 if TYPE_CHECKING:
     from pyarrow.fs import FileInfo
 
-_NO_LOGS = (".truth.parquet",)  # what the simulator knows, beside its logs
 NOT_A_FILE, UNREADABLE_FOLDER = "not_a_file", "unreadable_folder"  # codes of what is no log
 _NOWHERE = (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)  # where a link's target is not
 # Before the path: a bucket's name has neither sign, a secret may hold a slash.
@@ -85,11 +82,6 @@ def find_logs(places: Sequence[str]) -> Iterator[LogFile]:
     yield from _in_folders(folders)
 
 
-def _is_log(name: str) -> bool:
-    lower = name.lower()
-    return lower.endswith(SUFFIXES) and not lower.endswith(_NO_LOGS) and not name.startswith(UNFINISHED)
-
-
 def _local(path: str) -> LogFile:
     """Size and time tell when it changes: of a link that leads nowhere its own, of what cannot be looked at none."""
     for look in (os.stat, os.lstat):
@@ -108,34 +100,10 @@ def _missing(place: str, why: str | None) -> OncenterError:
 
 
 def _in_folders(folders: Sequence[str]) -> Iterator[LogFile]:
-    """Each real folder once, so that links in a circle end. Links come last: a log has the name of its real folder
-    where that is found as well."""
-    waiting, links = list(folders), deque[str]()
-    walked = set()
-    while waiting or links:
-        folder = waiting.pop() if waiting else links.popleft()
-        try:
-            status = os.stat(folder)
-            if (status.st_dev, status.st_ino) in walked:
-                continue
-            walked.add((status.st_dev, status.st_ino))
-            with os.scandir(folder) as listed:
-                entries = sorted(listed, key=lambda entry: entry.name)
-        except OSError:  # refused by name when its turn comes
-            yield _local(folder)
-            continue
-        for entry in entries:
-            if _is_folder(entry):
-                (links if entry.is_symlink() else waiting).append(entry.path)
-            elif _is_log(entry.name):
-                yield _local(entry.path)
-
-
-def _is_folder(entry: os.DirEntry[str]) -> bool:
-    try:
-        return entry.is_dir()
-    except OSError:  # a link to itself
-        return False
+    """A folder that cannot be listed is refused by name when its turn comes."""
+    for path, is_unlisted in files_below(folders):
+        if is_unlisted or is_log(os.path.basename(path)):
+            yield _local(path)
 
 
 def refuse_no_file(log: LogFile) -> None:
@@ -186,7 +154,7 @@ def _in_store(place: str) -> Iterator[LogFile]:
             infos = files.get_file_info(FileSelector(waiting.pop()))
             waiting += [info.path for info in infos if info.type == FileType.Directory]
             for info in infos:
-                if info.type == FileType.File and _is_log(info.base_name):
+                if info.type == FileType.File and is_log(info.base_name):
                     yield _stored(info, options)
     except OSError as error:
         raise _missing(bare, " ".join(str(error).split())) from None

@@ -10,6 +10,8 @@ const day = (ms) => (ms === null ? "—" : new Date(ms).toISOString().slice(0, 1
 const signed = (number, digits) => (number > 0 ? "+" : "") + number.toFixed(digits).replace("-", "−");
 const digitsOf = (unit) => (unit === "deg" ? 1 : 2);
 const words = (name) => name.replaceAll("_", " ");
+// what stands before a drive's offset that is not valid, and its colour
+const NOT_VALID = {converging: ["still converging", `${COLOURS.estimate}70`], invalid: ["before the fault", COLOURS.rejected]};
 
 const show = ({now, together, drives, changes}) => {
   const told = drives.filter((drive) => drive.offset !== null && drive.sd !== null && drive.status !== "unobservable");
@@ -22,7 +24,8 @@ const show = ({now, together, drives, changes}) => {
     time: told.map((drive) => drive.start), value: told.map((drive) => drive.offset),
     low: told.map((drive) => drive.offset - 1.96 * drive.sd), high: told.map((drive) => drive.offset + 1.96 * drive.sd),
     log: told.map((drive) => drive.log), report: told.map((drive) => drive.report),
-    colour: told.map(() => COLOURS.estimate),
+    colour: told.map((drive) => NOT_VALID[drive.status]?.[1] ?? COLOURS.estimate),
+    status: told.map((drive) => drive.status),
   };
   source("breaks").data = {time: ofOffset.map((change) => (change.after_drive + change.by_drive) / 2)};
   // one line from each change, or the first drive, to the next or the last drive
@@ -65,7 +68,9 @@ const drivesTable = (drives) => {
     const row = body.insertRow();
     cell(row, day(drive.start));
     const told = drive.offset !== null && drive.sd !== null;
-    cell(row, told ? `${signed(drive.offset, 1)} ± ${(1.96 * drive.sd).toFixed(1)}` : "—", "td", "number");
+    const but = NOT_VALID[drive.status]?.[0];
+    const offset = told ? `${signed(drive.offset, 1)} ± ${(1.96 * drive.sd).toFixed(1)}` : "—";
+    cell(row, told && but ? `${but} ${offset}` : offset, "td", told && but ? "number not-valid" : "number");
     cell(row, drive.error ?? drive.status ?? "", "td", drive.error ? "refused" : "");
     const log = cell(row, drive.report ? "" : drive.log, "th");
     log.scope = "row";

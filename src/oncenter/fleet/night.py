@@ -212,13 +212,14 @@ def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, A
         finish(waiting)
         for change in changes:
             table.add(change)
-    ranked = rank(trucks)
+    ranked = rank(trucks, limit_deg)
     with TableFile(folder / "trucks.parquet", TRUCKS) as table:
         for row in ranked:
             table.add(row)
     write_page(folder / _PAGE, ranked, changes, count, refused, limit_deg)
     verdicts = {
-        name: sum(row["verdict"] == name for row in ranked) for name in ("calibrate", "watch", "fine", "unknown")
+        name: sum(row["verdict"] == name for row in ranked)
+        for name in ("calibrate", "watch", "undecided", "fine", "unknown")
     }
     return {
         "drives": count,

@@ -22,9 +22,10 @@ from oncenter.report.document import document, embedded, joined, key, nothing
 
 _SHOWN, _LISTED = 20, 200  # trucks in the table at first, and when it is opened; all of them open by their name
 _VERDICTS = {
-    "calibrate": "beyond the limit on strong evidence",
-    "watch": "suspicious, not enough to act on",
-    "fine": "",
+    "calibrate": "whole interval beyond the limit",
+    "watch": "weaker evidence, or only a change",
+    "undecided": "limit inside the interval",
+    "fine": "whole interval within the limit",
     "unknown": "no drive told an offset",
 }
 
@@ -62,7 +63,7 @@ def _page(
 {_section("Distribution", _key(pictures.VERDICT_COLOURS) + divs.get("distribution", nothing("No offset yet.")))}
 {_section("Changes of the offset", _calendar(divs))}
 {_produced(limit_deg)}"""
-    colours = json.dumps({name: COLOURS[name] for name in ("estimate", "measured")})
+    colours = json.dumps({name: COLOURS[name] for name in ("estimate", "rejected")})
     return document(
         f"Steering wheel angle offsets of {len(ranked)} trucks",
         body,
@@ -107,18 +108,19 @@ def _head(
 <h1>Steering wheel angle offsets of the fleet</h1>
 <div class="tiles">{tiles}</div>
 <p>{of_offset} changes of an offset were found.{f" Logs without an answer: {wrong}." if wrong else ""}</p>
-<p class="quiet">A truck is named when its offset, or the last change that took it away from zero, is beyond
-{limit_deg:g} deg on such evidence that on average at most {100 * SHARE_OF_FALSE_ALARMS:g} % of those named are healthy
-(Benjamini–Hochberg).</p>
+<p class="quiet">The limit is ± {limit_deg:g} deg, and a truck is judged by the 95 % interval of its offset.
+Calibrate: all of it is beyond the limit, on such evidence that on average at most {100 * SHARE_OF_FALSE_ALARMS:g} % of
+those named are healthy (Benjamini–Hochberg). Watch: the evidence is weaker, or only the last change is larger than the
+limit. Undecided: the limit is inside the interval; the table names the drive that would narrow it.</p>
 </header>"""
 
 
 def _truck(picture: str, ranked: Sequence[dict[str, Any]]) -> str:
     names = "".join(_option(str(row["truck"])) for row in ranked)
     keys = (
-        '<span><i class="swatch estimate"></i>one drive, 95 % interval</span>'
+        '<span><i class="swatch estimate"></i>one drive, 95 % interval; paler while still converging</span>'
         '<span><i class="swatch measured"></i>mean between changes</span>'
-        '<span><i class="swatch rejected"></i>change, dashed</span>'
+        '<span><i class="swatch rejected"></i>change, dashed; a drive before a fault of its sensor</span>'
     )
     return f"""<section id="truck">
 <h2>One truck</h2>
@@ -173,10 +175,16 @@ def _line(row: dict[str, Any], change: dict[str, Any] | None) -> str:
     since = _day(row["since"]) if change is not None and known else ""
     return (
         f'<tr><td class="number">{row["rank"]}</td><th scope="row">{link}</th>'
-        f'<td><span class="verdict {row["verdict"]}">{row["verdict"]}</span></td><td class="number">{cells[0]}</td>'
+        f'<td><span class="verdict {row["verdict"]}">{row["verdict"]}</span>{_would_decide(row)}</td>'
+        f'<td class="number">{cells[0]}</td>'
         f'<td class="number interval">{cells[1]}</td><td>{since}</td><td>{told}</td>'
         f'<td class="number interval">{_small(row["q_value"]) if known else "—"}</td></tr>'
     )
+
+
+def _would_decide(row: dict[str, Any]) -> str:
+    told = row.get("would_decide")
+    return f"<small>would decide: {escape(told)}</small>" if told else ""
 
 
 def _calendar(divs: Mapping[str, str]) -> str:

@@ -22,7 +22,7 @@ from bokeh.plotting import figure
 from oncenter.fleet.tables import OFFSET
 from oncenter.report.canvas import COLOURS, plain
 
-VERDICT_COLOURS = {"calibrate": "rejected", "watch": "right", "fine": "used"}
+VERDICT_COLOURS = {"calibrate": "rejected", "watch": "right", "undecided": "estimate", "fine": "used"}
 CAUSE_COLOURS = {
     "sensor_or_alignment": "rejected",
     "wheel_alignment": "right",
@@ -141,7 +141,7 @@ def calendar(changes: Sequence[dict[str, Any]]) -> figure | None:
 def truck_history(limit_deg: float) -> figure:
     """An empty history: fleet.js fills its sources `drives` and `means` with a truck's numbers."""
     drives = ColumnDataSource(
-        {name: [] for name in ("time", "value", "low", "high", "log", "report", "colour")}, name="drives"
+        {name: [] for name in ("time", "value", "low", "high", "log", "report", "colour", "status")}, name="drives"
     )
     means = ColumnDataSource({name: [] for name in ("left", "right", "value")}, name="means")
     breaks = ColumnDataSource({"time": []}, name="breaks")
@@ -151,7 +151,12 @@ def truck_history(limit_deg: float) -> figure:
     picture.vspan(x="time", source=breaks, line_color=COLOURS["rejected"], line_dash="dashed", line_width=1.5)
     picture.segment("left", "value", "right", "value", source=means, color=COLOURS["measured"], line_width=2.5)
     dots = picture.scatter("time", "value", size=8, color="colour", source=drives)
-    tips = [("drive", "@time{%F %H:%M}"), ("offset", "@value{0.00} deg, 95 % @low{0.0} to @high{0.0}"), ("log", "@log")]
+    tips = [
+        ("drive", "@time{%F %H:%M}"),
+        ("offset", "@value{0.00} deg, 95 % @low{0.0} to @high{0.0}"),
+        ("status", "@status"),
+        ("log", "@log"),
+    ]
     picture.add_tools(HoverTool(renderers=[dots], tooltips=tips, formatters={"@time": "datetime"}))
     opens = TapTool(renderers=[dots])
     opens.callback = CustomJS(

@@ -18,6 +18,7 @@ from oncenter.fleet.history import NOISE, Break, Mean, Numbers, Told, breaks, no
 from oncenter.fleet.offset_now import Offset, offset_of
 from oncenter.fleet.summaries import known_of_row, summary_of_row
 from oncenter.fleet.tables import OFFSET, QUANTITIES
+from oncenter.fleet.undecided import BEYOND, UNDECIDED, WITHIN, Driven, standing, would_decide
 from oncenter.truck.drives import together
 from oncenter.truck.model import Trucks, learn
 from oncenter.truck.priors import Priors, priors_of
@@ -76,6 +77,7 @@ class OfTruck:
         self.summaries = [summary for _, summary in told]
         self.priors = priors_of(known_of_row(told[-1][0]) if told else None)
         self._starts = np.array([row["start"] for row, _ in told])
+        self._drives = [row for row, _ in told]
         self._offset: Offset | None = None
 
     def learned(self, model: Trucks, place: int) -> None:
@@ -105,8 +107,18 @@ class OfTruck:
             mean = _mean_now(told[quantity.name], found.get(quantity.name, []), quantity.name)
             row |= {quantity.value: mean and mean.value, quantity.sd: mean and mean.sd}
         if self._offset is not None:
-            row |= _of_offset(self._offset, limit_deg)
+            row |= _of_offset(self._offset, limit_deg) | {"would_decide": self._would_decide(limit_deg)}
         return History(row, changes)
+
+    def _would_decide(self, limit_deg: float) -> str | None:
+        """For people; None where the interval does not hold the limit."""
+        assert self._offset is not None
+        if standing(self._offset.value, self._offset.sd, limit_deg) != UNDECIDED:
+            return None
+        since = [row for row in self._drives if row["start"] >= self._offset.since]
+        left_s, right_s = (sum(row.get(f"side_force_{side}_s") or 0.0 for row in since) for side in ("left", "right"))
+        own = [sd for row in since if (sd := row.get("offset_drive_sd_deg"))]
+        return would_decide(self._offset, Driven(own, left_s, right_s))
 
 
 def _counts(name: str, rows: Rows) -> dict[str, Any]:
@@ -188,14 +200,14 @@ def _cause(told: dict[str, Told], at_s: float) -> str:
     return SENSOR_OR_ALIGNMENT
 
 
-def rank(trucks: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def rank(trucks: Sequence[dict[str, Any]], limit_deg: float) -> list[dict[str, Any]]:
     """The trucks with `rank`, `q_value` and `verdict`, the strongest evidence first; those of which nothing is known
     last."""
     known = sorted((row for row in trucks if row.get("p_value") is not None), key=_strongest_first)
     unknown = sorted((row for row in trucks if row.get("p_value") is None), key=lambda row: str(row["truck"]))
     q_values = _benjamini_hochberg([row["p_value"] for row in known])
     ranked = [
-        row | {"rank": place, "q_value": q, "verdict": _verdict(row["p_value"], q)}
+        row | {"rank": place, "q_value": q, "verdict": _verdict(row, q, limit_deg)}
         for place, (row, q) in enumerate(zip(known, q_values, strict=True), 1)
     ]
     return ranked + [row | {"rank": len(known) + place} for place, row in enumerate(unknown, 1)]
@@ -216,7 +228,12 @@ def _benjamini_hochberg(p_values: Sequence[float]) -> list[float]:
     return q_values
 
 
-def _verdict(p_value: float, q_value: float) -> str:
-    if q_value <= SHARE_OF_FALSE_ALARMS:
+def _verdict(row: dict[str, Any], q_value: float, limit_deg: float) -> str:
+    """`calibrate` and `fine` have the whole 95 % interval on one side of the limit; a truck whose last change alone is
+    beyond the limit is one to watch."""
+    stands = standing(row[OFFSET.value], row[OFFSET.sd], limit_deg)
+    if stands == BEYOND and q_value <= SHARE_OF_FALSE_ALARMS:
         return "calibrate"
-    return "watch" if p_value <= _SUSPICIOUS else "fine"
+    if row["p_value"] <= _SUSPICIOUS:
+        return "watch"
+    return "fine" if stands == WITHIN else "undecided"

@@ -118,7 +118,8 @@ CHANGES: dict[str, tuple[str, str]] = {
 TRUCKS: dict[str, tuple[str, str]] = {
     "truck": ("text", "as in drives"),
     "rank": ("count", "by evidence, 1 the strongest"),
-    "verdict": ("text", "calibrate, watch, fine, unknown"),
+    "verdict": ("text", "calibrate, watch, undecided, fine, unknown"),
+    "would_decide": ("text", "the drive that would narrow an interval which holds the limit, in words; else null"),
     "p_value": ("number", "that all is within the limit: smaller is stronger evidence"),
     "q_value": ("number", "Benjamini-Hochberg: share of false alarms among all trucks at least so suspicious"),
     "since": ("time", "when what it now reads began: first drive of the present offset"),

@@ -17,6 +17,7 @@ from oncenter.files.toml_file import BYTES_MAX
 from oncenter.vehicle import Vehicle, vehicle
 
 _VIN = re.compile(r"(?<![0-9A-Za-z])[A-HJ-NPR-Z0-9]{17}(?![0-9A-Za-z])")  # I, O and Q are in none
+_DBC_BYTES_MAX = 16 << 20  # as it is read at most
 _SUFFIX = re.compile(rf"({'|'.join(map(re.escape, SUFFIXES))})$", re.IGNORECASE)
 
 
@@ -90,17 +91,50 @@ class Trucks:
         return self._read[stem]
 
     def settings(self, stem: str | None) -> str:
-        """What an answer depends on beside its log, as a key: this version and the vehicle file, or which there are."""
+        """What an answer depends on beside its log, as a key: this version and the vehicle file with its DBCs, or which
+        vehicle files there are."""
         if stem is None or stem not in self._files:
             return self._without_vehicle
         try:
-            return _hashed(_core.version().encode(), read_regular_file(self._files[stem], BYTES_MAX))
+            described = read_regular_file(self._files[stem], BYTES_MAX)
         except OSError:
             return _hashed(_core.version().encode(), b"unreadable")
+        return _hashed(_core.version().encode(), described, *map(_content, self._dbc(stem)))
+
+    def dbc_size(self, uri: str) -> int:
+        """Bytes of the DBCs with which a log is read; the most that there may be where its path tells no truck."""
+        truck = self.by_path(uri)
+        if truck is None:
+            return self._largest_dbc
+        return sum(map(_size, self._dbc(truck.vehicle_file)))
+
+    @cached_property
+    def _largest_dbc(self) -> int:
+        return max(sum(map(_size, self._dbc(stem))) for stem in self._files)
+
+    def _dbc(self, stem: str) -> tuple[Path, ...]:
+        try:
+            return self.vehicle(stem).dbc
+        except OncenterError:  # said of each log
+            return ()
 
     @cached_property
     def _without_vehicle(self) -> str:
         return _hashed(_core.version().encode(), *sorted(name.encode() for name in self._files))
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return read_regular_file(path, _DBC_BYTES_MAX)
+    except (OSError, ValueError):  # said of each log
+        return b"unreadable"
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except (OSError, ValueError):  # said of each log
+        return 0
 
 
 def _hashed(*parts: bytes) -> str:

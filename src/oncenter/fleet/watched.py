@@ -56,7 +56,7 @@ class Watched:
             "reports": None if self.reports is None else os.fspath(self.reports),
         }
         with borrowed(ANSWERER) as child:
-            *_, (said, _) = child.ask(request, limits_for(log.size))
+            *_, (said, _) = child.ask(request, limits_for(log.size + self.trucks.dbc_size(log.uri)))
         row: dict[str, Any] = said["row"]
         return row
 

@@ -54,7 +54,8 @@ const show = (now) => {
   put("truck", now.truck);
   put("bus", now.bus);
   put("offset-value", now.offset.value);
-  at("offset").classList.toggle("none", !now.offset.of_drive);
+  at("offset").className = `offset ${now.offset.of_drive ? now.offset.status : "none"}`;
+  put("offset-unit", now.offset.but ? `deg, ${now.offset.but}` : "deg");
   at("offset-unit").hidden = !now.offset.of_drive;
   put("interval", now.offset.of_drive ? `${now.offset.of_drive} deg from this drive` : "no offset yet");
   put("beside", now.offset.beside ? `${now.offset.whole} deg with ${now.offset.beside}, which no single drive identifies` : "");

@@ -81,7 +81,9 @@ def one_line(now: Snapshot, params: Mapping[str, float]) -> str:
 def _offset(given: words.Offset) -> str:
     if not given.of_drive:
         return f"no straight-ahead offset yet ({given.status})"
-    told = f"straight-ahead offset {given.value} deg {given.of_drive} from this drive ({given.status})"
+    begin = f"{given.status}, {given.but}: " if given.but else ""
+    end = "" if given.but else f" ({given.status})"
+    told = f"straight-ahead offset {begin}{given.value} deg {given.of_drive} from this drive{end}"
     return f"{told}, {given.whole} with {given.beside}" if given.beside else told
 
 
@@ -95,7 +97,8 @@ def panel(now: Snapshot, params: Mapping[str, float]) -> Panel:
     rows = Table.grid(padding=(0, 2))
     rows.add_column(style="dim", no_wrap=True)
     rows.add_column(overflow="fold")
-    standing = Text(f"{offset.value} deg", style="bold")
+    value = f"{offset.value} deg, {offset.but}" if offset.but else f"{offset.value} deg"
+    standing = Text(value, style="dim" if offset.but else "bold")
     standing.append(f"  {offset.of_drive} from this drive" if offset.of_drive else "", style="blue")
     standing.append(f"  {offset.status}", style=_STYLES[offset.status])
     rows.add_row("straight-ahead offset", standing)

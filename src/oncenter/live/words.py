@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from oncenter.live.snapshot import Dropped, Snapshot
-from oncenter.offset.answer import Estimate
+from oncenter.offset.answer import NOT_YET_OR_NO_MORE, Estimate
 from oncenter.offset.cause import in_words
 from oncenter.offset.findings import capitalised
 from oncenter.signals import DEGREE
@@ -52,7 +52,7 @@ class Offset:
     """Of the straight-ahead offset, degrees in words; the intervals are empty while there is none.
 
     `of_drive` is the part of the 95 % interval that this drive leaves open, `whole` the ends of all of it, and `beside`
-    what of it no single drive identifies.
+    what of it no single drive identifies. `but` stands beside a value that is not to be set.
     """
 
     value: str
@@ -60,12 +60,13 @@ class Offset:
     whole: str
     beside: str
     status: str
+    but: str
 
 
 def offset(now: Snapshot) -> Offset:
     answer = now.known.answer
     if answer is None or answer.offset.value is None or answer.offset.ci95 is None:
-        return Offset("—", "", "", "", "unobservable" if answer is None else answer.offset.status)
+        return Offset("—", "", "", "", "unobservable" if answer is None else answer.offset.status, "")
     low, high = answer.offset.ci95
     half_width = answer.offset_half_width_rad or 0.0
     digits = 2 if half_width < 1.0 * DEGREE else 1
@@ -75,6 +76,7 @@ def offset(now: Snapshot) -> Offset:
         whole=f"{number(low, digits)} to {number(high, digits)}",
         beside=in_words(answer.not_identifiable),
         status=answer.offset.status,
+        but=NOT_YET_OR_NO_MORE.get(answer.offset.status, ""),
     )
 
 

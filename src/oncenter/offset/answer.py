@@ -27,6 +27,9 @@ Schema = Literal["offset-1", "offset-2"]
 SCHEMAS: tuple[Schema, ...] = ("offset-1", "offset-2")
 DEFAULT_SCHEMA: Schema = "offset-2"
 
+# By status, what stands beside an offset that is not to be set. The core calls an offset with a value invalid where the
+# angle sensor is at fault: it was learned before.
+NOT_YET_OR_NO_MORE: Mapping[str, str] = {"converging": "still converging", "invalid": "before the fault"}
 _NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none
 _CORRECTION_WORTH_TELLING_RAD_S = 0.05 * DEGREE
 
@@ -145,8 +148,9 @@ class Answer:
         more = 1.96 * together_rad(self.not_identifiable)
         digits = 1 if drive >= 0.095 * DEGREE else 2
         of_drive = f" from {'this drive' if len(self.drives) == 1 else 'these logs'}" if self.method == "joint" else ""
-        status = "" if self.offset.status == "valid" else f" ({self.offset.status})"
-        said = f"straight-ahead offset {number(value, digits)} deg ± {number(drive, digits)}{of_drive}{status}"
+        status = "" if self.offset.status in ("valid", "invalid") else f" ({self.offset.status})"
+        begin = f"invalid; {NOT_YET_OR_NO_MORE['invalid']} " if self.offset.status == "invalid" else ""
+        said = f"straight-ahead offset {begin}{number(value, digits)} deg ± {number(drive, digits)}{of_drive}{status}"
         causes = in_words(self.not_identifiable)
         if not causes:
             return said

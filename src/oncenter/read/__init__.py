@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from oncenter.errors import OncenterError
 from oncenter.files.log_formats import READ_HERE, SUFFIXES
@@ -15,12 +16,16 @@ from oncenter.files.regular_file import open_regular_file, refuse_what_is_no_reg
 from oncenter.read.units import columns_that_would_do
 from oncenter.signals import SIGNALS, SignalName, Signals
 
+if TYPE_CHECKING:
+    from oncenter.vehicle import Vehicle
+
 __all__ = ["SUFFIXES", "read", "refuse_unreadable", "require"]
 
 
 def read(
     path: str | os.PathLike[str],
     *,
+    vehicle: Vehicle | None = None,
     names: Mapping[str, SignalName] | None = None,
     dbc: Sequence[str | os.PathLike[str]] = (),
     take: Mapping[str, str] | None = None,
@@ -30,15 +35,21 @@ def read(
 
     Args:
         path: a candump `.log`, `.asc`, `.blf`, `.trc`, `.mf4`, `.mdf`, `.csv`, `.csv.gz` or `.parquet`.
-        names: how this log calls signals and "time", where not as we do (a vehicle file's `[signals]` table).
+        vehicle: what `oncenter.vehicle` gave: its `[signals]` table and its `dbc` are taken where `names` and `dbc`
+            are not given.
+        names: how this log calls signals and "time", where not as we do.
         dbc: databases beside the J1939 messages that are known anyway.
         take: by signal, or "all", the source to take: an address "0x3E", a message "VDC2", or both.
         progress: is told the fraction read, 0 to 1, now and then.
 
     Raises:
         OncenterError: the log cannot be read, has no known signal, or has two that disagree; "reader_crashed",
-            "reader_time", "reader_memory": a library that reads such files crashed or was stopped.
+            "reader_time", "reader_memory": a library that reads such files crashed or was stopped; "vehicle_file",
+            exit code 2: a DBC that the vehicle names is not there.
     """
+    if vehicle is not None:
+        names = vehicle.signal_names if names is None else names
+        dbc = dbc or vehicle.databases()
     path = Path(path)
     refuse_what_is_no_regular_file(path)
     suffix = suffix_of(path)

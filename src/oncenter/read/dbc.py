@@ -8,6 +8,7 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -77,13 +78,27 @@ def definitions(
     found: list[Definition] = []
     for path in paths:
         before = len(found)
-        for message in _messages(Path(path)):
+        for message in _messages_of(Path(path)):
             fields = [field for layout in message.signals for field in _fields(message, layout, names, notes)]
             if fields:
                 found.append(Definition(message, tuple(fields)))
         if len(found) == before:
             notes.append(f"the DBC {Path(path).name} has none of our signals: name them in a [signals] table")
     return found
+
+
+def _messages_of(path: Path) -> list[Message]:
+    """Parsed once as long as the file stays as it is: a fleet's child reads one log after the other with it."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):  # reading it says why
+        return _messages(path)
+    return _parsed(path, (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns))
+
+
+@lru_cache(maxsize=4)
+def _parsed(path: Path, state: tuple[int, ...]) -> list[Message]:
+    return _messages(path)
 
 
 def _messages(path: Path) -> list[Message]:

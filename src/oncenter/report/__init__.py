@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from oncenter.files.whole_file import write_whole
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.whole_file import check_place, write_whole
 
 if TYPE_CHECKING:
     import numpy as np
@@ -18,16 +20,39 @@ if TYPE_CHECKING:
     from oncenter.vehicle import Vehicle
 
 
+_SUFFIXES = (".html", ".htm")
+
+
+def check_report(path: str | os.PathLike[str], by: str = "a report") -> None:
+    """Refuses, before an answer is computed, a path to which no page can be written.
+
+    Args:
+        path: of the page; a device or a pipe may have any name.
+        by: what names it, for the message.
+
+    Raises:
+        OncenterError: "output", exit code 2: no file can be written there, or its name promises another format.
+    """
+    check_place(path)
+    file = Path(path)
+    if file.suffix.lower() in _SUFFIXES or (file.exists() and not file.is_file()):
+        return
+    raise OncenterError(
+        f"{by} writes HTML: name it {file.with_suffix('.html')}, not {file.name}", code="output", exit_code=WRONG_USAGE
+    )
+
+
 def report(answer: Answer, path: str | os.PathLike[str]) -> None:
     """Writes the page: the answer in words, the drive, the gate, the offset over time, where it came from.
 
     Args:
         answer: as `oncenter.offset` gives it.
-        path: of the HTML file, some 2 MB; overwritten where it exists.
+        path: of the HTML file, `.html`, some 2 MB; overwritten where it exists.
 
     Raises:
-        OncenterError: "output", exit code 2: the file cannot be written.
+        OncenterError: "output", exit code 2: the file cannot be written, or has another ending.
     """
+    check_report(path)
     # late: bokeh takes longer to load than most answers take to find
     from oncenter.offset.run import trace
     from oncenter.report.page import page
@@ -51,12 +76,13 @@ def report_angle(
 
     Args:
         table: as `oncenter.angle` gives it for `signals` and `vehicle`, with these options.
-        path: of the HTML file, some 2 MB; overwritten where it exists.
+        path: of the HTML file, `.html`, some 2 MB; overwritten where it exists.
         true_rad: the true angle, shape (n,), where a simulation knows it; else the sensor tells the error.
 
     Raises:
-        OncenterError: "output", exit code 2: the file cannot be written.
+        OncenterError: "output", exit code 2: the file cannot be written, or has another ending.
     """
+    check_report(path)
     from oncenter.angle.run import notes_on
     from oncenter.report.angle_course import angle_course
     from oncenter.report.angle_page import angle_page

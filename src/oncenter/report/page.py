@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
+from oncenter.offset.answer import NOT_YET_OR_NO_MORE
 from oncenter.offset.cause import in_words
 from oncenter.report.course import Course, course
 from oncenter.report.document import (
@@ -61,11 +62,15 @@ def page(answer: Answer, rows: npt.NDArray[Any]) -> str:
 
 def _answer_in_words(answer: Answer) -> str:
     value, interval = _number_and_interval(answer.offset, signed=True)
-    size = "" if value != "—" else " none"
+    looks = "" if value != "—" else " none"
+    unit = "<small>deg</small>" if value != "—" else ""
+    beside = NOT_YET_OR_NO_MORE.get(answer.offset.status, "") if unit else ""
+    if beside:
+        looks, unit = f" {answer.offset.status}", f"<small>deg, {beside}</small>"
     return f"""<header>
 <p class="log">{escape(answer.vehicle.name)} · {escape(answer.log)}</p>
 <h1>Straight-ahead offset of the steering wheel angle</h1>
-<p class="offset{size}">{value}{"<small>deg</small>" if value != "—" else ""}</p>
+<p class="offset{looks}">{value}{unit}</p>
 {_intervals(answer, interval)}
 <p class="words">{sentence(answer.words())}</p>
 <p class="quiet">The straight-ahead offset is what the sensor reads when the truck drives straight at zero lateral
@@ -92,8 +97,9 @@ def _quantities(answer: Answer) -> str:
         number, interval = _number_and_interval(estimate, signed=name not in _UNSIGNED)
         given = estimate.to_dict()
         unit = typeset(given["unit"]) if number != "—" else ""
+        looks = ' class="not-valid"' if given["status"] in NOT_YET_OR_NO_MORE else ""
         lines.append(
-            f'<tr><th scope="row">{title}</th><td class="number">{number} <span class="unit">{unit}</span></td>'
+            f'<tr{looks}><th scope="row">{title}</th><td class="number">{number} <span class="unit">{unit}</span></td>'
             f'<td class="number interval{"" if interval != "—" else " none"}">{interval}</td>'
             f"<td>{status(given['status'])}</td></tr>"
         )

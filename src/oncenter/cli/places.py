@@ -1,0 +1,123 @@
+"""Logs as a command line names them, by themselves or by a folder that holds them."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from oncenter.cli.standard_input import STANDARD_INPUT
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.folder import files_below, is_log
+from oncenter.files.log_formats import SUFFIXES
+
+_ENDINGS_SHOWN = 5
+_DIGITS = re.compile(r"(\d+)")
+
+
+@dataclass(frozen=True)
+class Places:
+    """What a command line names.
+
+    Attributes:
+        logs: each once; of folders in order of their names, numbers in them by value.
+        has_folder: whether their order is ours to find: nobody gave one.
+        twice: those that are named more than once.
+        unlisted: folders that cannot be listed, as refusals.
+        notes: what was skipped.
+    """
+
+    logs: tuple[Path, ...]
+    has_folder: bool
+    twice: tuple[Path, ...]
+    unlisted: tuple[OncenterError, ...]
+    notes: tuple[str, ...]
+
+
+def logs_named(given: Sequence[Path]) -> Places:
+    """Where a folder is no log."""
+    return Places(tuple(dict.fromkeys(given)), False, _twice(given), (), ())
+
+
+def logs_at(names: Sequence[str]) -> Places:
+    """All logs of folders, at any depth, and those that are named themselves.
+
+    Raises:
+        OncenterError: "no_such_log": folders alone are given, and no log is in them; "usage", exit code 2: a name is
+            empty, which as a path is the current folder.
+    """
+    if "" in names:
+        raise OncenterError(
+            "a LOG has an empty name, as of a shell's variable that is not set; . is the current folder",
+            code="usage",
+            exit_code=WRONG_USAGE,
+        )
+    given = [Path(name) for name in names]
+    folders = [place for place in given if os.path.isdir(place)]
+    named = [place for place in given if place not in folders]
+    below = list(files_below([os.fspath(folder) for folder in folders]))
+    unlisted = tuple(_unlisted(path) for path, is_unlisted in below if is_unlisted)
+    files = [path for path, is_unlisted in below if not is_unlisted]
+    found = sorted((Path(path) for path in files if is_log(os.path.basename(path))), key=_by_name)
+    skipped = [Path(path) for path in files if not is_log(os.path.basename(path))]
+    logs = [log for log in named if not _is_other_file(log)]
+    skipped += [log for log in named if _is_other_file(log)]
+    if not logs and not found:
+        if not folders:  # reading says of each what is wrong with it
+            return logs_named(named)
+        raise _without_logs(folders, len(skipped), unlisted)
+    every = sorted({*logs, *found}, key=_by_name) if folders else list(dict.fromkeys(logs))
+    return Places(tuple(every), bool(folders), _twice(logs), unlisted, _notes(skipped))
+
+
+def _by_name(path: Path) -> list[str | int]:
+    """`drive2` before `drive10`."""
+    return [int(part) if place % 2 else part for place, part in enumerate(_DIGITS.split(str(path)))]
+
+
+def _is_other_file(path: Path) -> bool:
+    return path != STANDARD_INPUT and not path.name.lower().endswith(SUFFIXES) and os.path.isfile(path)
+
+
+def _twice(named: Sequence[Path]) -> tuple[Path, ...]:
+    return tuple(log for k, log in enumerate(named) if log in named[:k])
+
+
+def _unlisted(folder: str) -> OncenterError:
+    try:
+        os.scandir(folder).close()
+        why = ""
+    except OSError as error:
+        why = f": {error.strerror}"
+    return OncenterError(f"cannot list the folder {folder}{why}", code="unreadable_folder")
+
+
+def _without_logs(folders: Sequence[Path], others: int, unlisted: Sequence[OncenterError]) -> OncenterError:
+    if unlisted:
+        return unlisted[0]
+    there = f" among {others} {_files(others)}" if others else ""
+    names = ", ".join(str(folder) for folder in folders)
+    return OncenterError(f"no logs in {names}{there}: known are {', '.join(SUFFIXES)}", code="no_such_log")
+
+
+def _notes(skipped: Sequence[Path]) -> tuple[str, ...]:
+    if not skipped:
+        return ()
+    endings = sorted({_ending(path.name) for path in skipped})
+    more = ", …" if len(endings) > _ENDINGS_SHOWN else ""
+    count = len(skipped)
+    verb = "is no log and was" if count == 1 else "are no logs and were"
+    return (f"{count} {_files(count)} {verb} skipped: {', '.join(endings[:_ENDINGS_SHOWN])}{more}",)
+
+
+def _ending(name: str) -> str:
+    """Of a name like a log's the last two parts: `.truth.parquet` is none."""
+    parts = name.lower().split(".")
+    tail = parts[-2:] if name.lower().endswith(SUFFIXES) else parts[-1:]
+    return f".{'.'.join(tail)}" if len(parts) > 1 else name
+
+
+def _files(count: int) -> str:
+    return "file" if count == 1 else "files"

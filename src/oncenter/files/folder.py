@@ -1,0 +1,53 @@
+"""What lies below folders, and which of it is named like a log."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Iterator, Sequence
+
+from oncenter.files.log_formats import SUFFIXES
+from oncenter.files.whole_file import UNFINISHED
+
+_NO_LOGS = (".truth.parquet",)  # what the simulator knows, beside its logs
+
+
+def is_log(name: str) -> bool:
+    """By a file's name."""
+    lower = name.lower()
+    return lower.endswith(SUFFIXES) and not lower.endswith(_NO_LOGS) and not name.startswith(UNFINISHED)
+
+
+def files_below(folders: Sequence[str]) -> Iterator[tuple[str, bool]]:
+    """The path of whatever is no folder, at any depth, one folder in memory at a time; with True that of a folder which
+    cannot be listed.
+
+    Each real folder once, so that links in a circle end. Links come last: a file has the name of its real folder where
+    that is found as well.
+    """
+    waiting, links = list(folders), deque[str]()
+    walked = set()
+    while waiting or links:
+        folder = waiting.pop() if waiting else links.popleft()
+        try:
+            status = os.stat(folder)
+            if (status.st_dev, status.st_ino) in walked:
+                continue
+            walked.add((status.st_dev, status.st_ino))
+            with os.scandir(folder) as listed:
+                entries = sorted(listed, key=lambda entry: entry.name)
+        except OSError:
+            yield folder, True
+            continue
+        for entry in entries:
+            if _is_folder(entry):
+                (links if entry.is_symlink() else waiting).append(entry.path)
+            else:
+                yield entry.path, False
+
+
+def _is_folder(entry: os.DirEntry[str]) -> bool:
+    try:
+        return entry.is_dir()
+    except OSError:  # a link to itself
+        return False

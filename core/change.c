@@ -14,6 +14,7 @@ static const float error_max = 6.0f;               /* so that a single outlier p
 static const float curvature_scale = 0.002f;       /* 1/m, from which all bends weigh the same */
 static const float rest_s = 60.0f;                 /* for the evidence to settle after a change */
 static const float proof_s = 40.0f;                /* shorter disturbances are no change */
+static const float usual_min = 0.5f * 0.017453292f; /* rad: wind comes and goes by so much, bench/trucks.py's drives */
 static const float size_min = 0.8f * 0.017453292f; /* rad: forgetting follows smaller changes */
 
 static void accumulate(oc_cusum *sums, float error) {
@@ -62,22 +63,24 @@ static oc_change classify(const oc_change_watch *watch, float usual) {
     return change;
 }
 
-oc_change oc_change_update(oc_change_watch *watch, float error, float min_error, float usual, float curvature) {
+oc_change oc_change_update(oc_change_watch *watch, float error, float min_error, float noise_sd, float curvature,
+                           float weight) {
+    const float usual = oc_max(noise_sd, usual_min);
     if (watch->rest > 0.0f) {
         watch->rest -= 1.0f;
         return (oc_change){0};
     }
-    const float relative = oc_clamp_size(min_error / usual, error_max);
+    const float relative = oc_clamp_size(sqrtf(weight) * min_error / usual, error_max);
     accumulate(&watch->offset, relative);
     accumulate(&watch->bends, relative * oc_clamp_size(curvature / curvature_scale, 1.0f));
     if (!oc_change_suspected(watch)) {
         watch->seconds = watch->error = watch->error_curvature = watch->curvature_squares = 0.0f;
         return (oc_change){0};
     }
-    watch->seconds += 1.0f;
-    watch->error += error;
-    watch->error_curvature += error * curvature;
-    watch->curvature_squares += curvature * curvature;
+    watch->seconds += weight;
+    watch->error += weight * error;
+    watch->error_curvature += weight * error * curvature;
+    watch->curvature_squares += weight * curvature * curvature;
     const float offset = higher_sum(&watch->offset), bends = higher_sum(&watch->bends);
     if ((offset < proof_limit && bends < proof_limit) || watch->seconds < proof_s) {
         return (oc_change){0};

@@ -30,7 +30,7 @@ static const float fifth_wheel_slip = 0.2f * 0.017453292f; /* rad: bench/effects
 static const float tag_axle_shortening = 0.15f; /* share, `lift_axle`: so much shorter, the tag axle is up */
 static const float tag_axle_fade = 0.10f;     /* share over which c fades: from 5 % on, a vehicle file's error */
 static const float tyre_share_in_bends = 0.7f; /* `no_accelerometer_motorway`: roads are banked in bends */
-static const float bend_error = 0.001f;       /* 1/rad, times the squared angle of a bend: 1 deg in one of 17 m, by a
+static const float bend_error = 0.002f;       /* 1/rad, times the squared angle of a bend: 1.3 deg in one of 21 m, by a
                                                * ratio that is not constant: bench/effects.py, row `minor_physics_yard` */
 static const float unmeasured_bank = 0.2f;    /* m/s^2, likewise: it may reduce the lateral force by so much */
 
@@ -209,7 +209,8 @@ static void watch_for_change(oc_joint *joint, const oc_joint_tracking *tracking,
         return;
     }
     const oc_change change = oc_change_update(&joint->watch, best->error, tracking->min_error,
-                                              sqrtf(joint->second.reference), tracking->taken.curvature);
+                                              sqrtf(joint->second.reference), tracking->taken.curvature,
+                                              joint->second.weight);
     if (change.kind != OC_CHANGE_NONE) {
         oc_joint_note_change(joint, &change, last_offset, time - change.seconds);
     }

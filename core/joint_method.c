@@ -52,7 +52,7 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
         oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
     if (standing.status == OC_VALID && p->use_accelerometer) {
         static const float wandered = 0.3f; /* m/s^2, sd since the standstill, tuned: bench/effects.py */
-        static const float crown_share_sd = 0.25f; /* of yards and of roads: standing_crown_share_1 is between */
+        static const float crown_share_sd = 0.35f; /* of yards and of roads: standing_crown_share_1 is between */
         const float slope_sd = (float)p->standing_slope_sd_m_s2, by_share = crown_share_sd * crown_size;
         const float stops = evidence->standstill.stops > 1 ? (float)evidence->standstill.stops : 1.0f;
         const float since = oc_joint_wanders(&evidence->joint) ? wandered * wandered : 0.0f;

@@ -22,7 +22,7 @@ def told(
     watch = ffi.new("oc_change_watch *") if watch is None else watch
     found = []
     for k, (error, bend) in enumerate(zip(errors, np.broadcast_to(curvature, len(errors)), strict=True)):
-        change = lib.oc_change_update(watch, error, error if least is None else least[k], USUAL, bend)
+        change = lib.oc_change_update(watch, error, error if least is None else least[k], USUAL, bend, 1.0)
         if change.kind != lib.OC_CHANGE_NONE:
             found.append((k, change))
     return found

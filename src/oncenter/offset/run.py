@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,8 @@ from oncenter.offset.changes import changes_of
 from oncenter.offset.inputs import check, in_order, needed, params_of, track_widths, with_torque
 from oncenter.offset.several_logs import Together, across, with_logs, without_steps_within
 from oncenter.offset.signals_at_fault import without_what_faults_taught
+from oncenter.offset.findings import Finding, gravest_first
+from oncenter.plausibility.recording import recording_findings
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import Vehicle, core_of
@@ -77,7 +81,19 @@ def _answered(
     core, changes_found = _run(drives, vehicle, params, method, progress, None)
     native = core.answer()
     answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
-    return without_what_faults_taught(answer) if is_implausible(native) else answer
+    answer = without_what_faults_taught(answer) if is_implausible(native) else answer
+    return replace(
+        answer, findings=gravest_first((*answer.findings, *_recording(drives, needed(method, drives, params))))
+    )
+
+
+def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]:
+    """How much of each drive was recorded; of several, with the log's name."""
+    found = []
+    for drive in drives:
+        of_log = f"{Path(drive.log).name}: " if len(drives) > 1 else ""
+        found += [replace(each, text=of_log + each.text) for each in recording_findings(drive, names)]
+    return found
 
 
 def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Together:

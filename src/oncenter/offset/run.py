@@ -15,10 +15,11 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.offset.answer import DEFAULT_METHOD, METHODS, Answer, Method
 from oncenter.offset.assemble import answer_of
 from oncenter.offset.changes import changes_of
+from oncenter.offset.coarse_yaw_rate import coarse_yaw_rate_finding, coarse_yaw_rate_step, widened
+from oncenter.offset.findings import Finding, gravest_first
 from oncenter.offset.inputs import check, in_order, needed, params_of, track_widths, with_torque
 from oncenter.offset.several_logs import Together, across, with_logs, without_steps_within
 from oncenter.offset.signals_at_fault import without_what_faults_taught
-from oncenter.offset.findings import Finding, gravest_first
 from oncenter.plausibility.recording import recording_findings
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals
@@ -79,12 +80,12 @@ def _answered(
 ) -> Answer:
     """By one run of the core over all drives."""
     core, changes_found = _run(drives, vehicle, params, method, progress, None)
-    native = core.answer()
+    step = coarse_yaw_rate_step(drives)
+    native = widened(core.answer(), step, method, params)
     answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
     answer = without_what_faults_taught(answer) if is_implausible(native) else answer
-    return replace(
-        answer, findings=gravest_first((*answer.findings, *_recording(drives, needed(method, drives, params))))
-    )
+    more = [coarse_yaw_rate_finding(native, step, method), *_recording(drives, needed(method, drives, params))]
+    return replace(answer, findings=gravest_first((*answer.findings, *filter(None, more))))
 
 
 def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]:
@@ -98,7 +99,15 @@ def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]
 
 def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
     """What logs say together that were answered one by one."""
-    natives = [_run((drive,), vehicle, params, "joint", None, None)[0].answer() for drive in drives]
+    natives = [
+        widened(
+            _run((drive,), vehicle, params, "joint", None, None)[0].answer(),
+            coarse_yaw_rate_step((drive,)),
+            "joint",
+            params,
+        )
+        for drive in drives
+    ]
     return across(natives, vehicle, params)
 
 

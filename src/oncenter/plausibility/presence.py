@@ -8,7 +8,7 @@ import numpy.typing as npt
 from oncenter.offset.findings import Finding
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, ROLLING_M_S, USEFUL, Column, Drive
 from oncenter.plausibility.verdict import words
-from oncenter.signals import DEGREE
+from oncenter.signals import DEGREE, SIGNALS, Signals
 
 _NOT_AVAILABLE = 0.05  # of the ticks
 _SLOWEST_HZ = 9.5  # the 3 Hz low-pass of 5.1.1 needs more than twice its cut-off; EBC2 and CCVS1 come at 10
@@ -17,6 +17,7 @@ _SLOWEST_HZ = 9.5  # the 3 Hz low-pass of 5.1.1 needs more than twice its cut-of
 _STUCK_S = {"steering_wheel_angle": 20.0, "yaw_rate": 20.0, "lateral_acceleration": 20.0, "vehicle_speed": 120.0}
 _FINE_M_S = 0.03  # a step of the vehicle speed: 0.1 km/h, where CCVS1 has 1/256
 _WHEELS_M_S = 0.3  # of wheel speeds: noise and slip
+_RECURRING_SHARE = 0.5  # of the numbers; fewer recur by chance, or while the truck stands
 _MANY = 100  # numbers, which show what a signal can say
 
 # coarsest step that does no harm: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
@@ -100,12 +101,38 @@ def _runs(true: npt.NDArray[np.bool_], longer_than: float) -> list[slice]:
 
 def coarse(drive: Drive) -> list[Finding]:
     found: list[Finding] = []
-    for name, (coarsest, factor, unit) in _COARSEST.items():
-        step = resolution(drive.ticks(name))
-        if step is not None and step / factor > coarsest:
+    for name, (_, factor, unit) in _COARSEST.items():
+        step = coarse_step(drive.signals, name)
+        if step is not None:
             text = f"the {words(name)} comes in steps of {step / factor:.3g} {unit}: coarse for this purpose"
             found.append(Finding("signal_coarse", "warning", text, step / factor, unit))
     return found
+
+
+def coarse_step(signals: Signals, name: str) -> float | None:
+    """The step in which a signal comes, in SI; None where it is not coarse for this purpose, or shows none.
+
+    Of a signal slower than the table every row may be interpolated but some: the step is that of the rows that are
+    samples, since between two samples a step apart half a step recurs as well.
+    """
+    column = SIGNALS[name].column
+    if column not in signals.table.columns or name not in signals.sources:
+        return None
+    values = signals.table[column].to_numpy()
+    rate_hz = signals.sources[name].rate_hz
+    every = max(1, round(signals.rate_hz / rate_hz)) if rate_hz > 0.0 else 1
+    steps = [step for first in range(every) if (step := _step_between(values[first::every])) is not None]
+    coarsest, factor, _ = _COARSEST[name]
+    return max(steps) if steps and max(steps) > coarsest * factor else None
+
+
+def _step_between(values: Column) -> float | None:
+    """As `resolution`, also of a signal that has no more than a few numbers."""
+    numbers, counts = np.unique(np.round(values[np.isfinite(values)], 9), return_counts=True)
+    recurring = counts >= 3
+    if recurring.sum() < 2 or counts[recurring].sum() < _RECURRING_SHARE * counts.sum():
+        return None
+    return float(np.quantile(np.diff(numbers[recurring]), 0.1))
 
 
 def resolution(values: Column) -> float | None:

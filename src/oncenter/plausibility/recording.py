@@ -1,4 +1,4 @@
-"""How much of a drive was recorded: holes in which no signal has a number, and signals that are not there at its ends."""
+"""How much of a drive was recorded: holes without any signal, and signals that are not there at its ends."""
 
 from __future__ import annotations
 

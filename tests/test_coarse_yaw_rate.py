@@ -30,7 +30,7 @@ def slow_log(tmp_path: Path, step_deg_s: float, seed: int, offset_deg: float) ->
     return oc.read(tmp_path / "drive.csv")
 
 
-@pytest.mark.parametrize(("seed", "offset_deg"), [(10, 3.65), (18, -0.81), (1, 0.09)])
+@pytest.mark.parametrize(("seed", "offset_deg"), [(10, 3.65), (18, -0.81), (8, -1.38)])
 def test_a_log_at_10_hz_with_coarse_steps_has_an_interval_that_holds_the_truth(
     tmp_path: Path, seed: int, offset_deg: float
 ) -> None:
@@ -44,6 +44,7 @@ def test_a_log_at_10_hz_with_coarse_steps_has_an_interval_that_holds_the_truth(
     (found,) = [finding for finding in answer.findings if finding.code == "yaw_rate_coarse"]
     assert (found.severity, found.unit) == ("warning", "deg/s") and found.value == pytest.approx(1.3, rel=0.02)
     assert "recorded at 10 Hz" in answer.to_json()
+    assert answer.used_s > 1000.0 and not [f for f in check(signals).findings if f.code == "signal_stuck"]
 
 
 def test_a_log_at_10_hz_with_fine_steps_is_valid_and_holds_the_truth(tmp_path: Path) -> None:
@@ -92,3 +93,12 @@ def test_a_step_acts_on_the_offset_as_a_bias_of_the_yaw_rate_by_a_rounded_number
     assert _core.STATUSES[wider["offset"]["status"]] == "converging"
     assert _core.STATUSES[widened(native, 0.11 * DEGREE, "joint", PARAMS)["offset"]["status"]] == "valid"
     assert widened(native, 0.0, "joint", PARAMS) == native == widened(native, 1.2, "wheel-speed", PARAMS)
+
+
+def test_a_yaw_rate_that_stays_through_bends_is_stuck_however_coarse() -> None:
+    signals = in_steps("yaw_rate", 1.3 * DEGREE)(drive())
+    yaw_rate = signals.table["yaw_rate_rad_s"].to_numpy().copy()
+    yaw_rate[round(100 * RATE_HZ) : round(200 * RATE_HZ)] = 0.0
+    stuck = replace(signals, table=signals.table.with_columns(pl.Series("yaw_rate_rad_s", yaw_rate)))
+    assert "signal_stuck" in {finding.code for finding in check(stuck, TRUCK).findings}
+    assert "signal_stuck" not in {finding.code for finding in check(signals, TRUCK).findings}

@@ -425,10 +425,8 @@ def test_a_wrong_wheelbase_in_the_vehicle_file_is_named_and_costs_no_offset(wron
 
 
 def test_each_row_of_the_table_has_a_rule_and_each_rule_a_row() -> None:
-    rules = [
-        Path(room.__file__).read_text(encoding="utf-8")
-        for room in (core_findings, joint_findings_room, several_logs, coarse_yaw_rate)
-    ]
+    rooms = (core_findings, joint_findings_room, several_logs, coarse_yaw_rate)
+    rules = [Path(room.__file__).read_text(encoding="utf-8") for room in rooms]
     codes = [code for text in rules for code in re.findall(r'from_table\(\s*"(\w+)"', text)]
     assert set(codes) == set(TABLE)
     assert not [text for text in rules if re.search(r"\bFinding\(", text)]

@@ -17,6 +17,7 @@ from oncenter.offset.findings import Finding, from_table
 from oncenter.plausibility.presence import coarse_step
 from oncenter.signals import DEGREE, Signals
 
+_LIMIT = "gyro_bias_half_width_max_rad_s"
 ROUNDED_SD = 1.0 / math.sqrt(12.0)  # of the step
 
 
@@ -25,8 +26,18 @@ def coarse_yaw_rate_step(drives: Sequence[Signals]) -> float:
     return max((coarse_step(drive, "yaw_rate") or 0.0 for drive in drives), default=0.0)
 
 
+def with_coarse_yaw_rate(params: Mapping[str, float], given: Mapping[str, float], step: float) -> dict[str, float]:
+    """The params in force: how well the yaw rate's bias need be known follows the steps (rad/s), else the core would
+    reject most of the drive because wheel speeds and rounded yaw rate differ. What `given` has stays.
+    """
+    limit = 1.96 * ROUNDED_SD * step
+    if _LIMIT in given or limit <= params[_LIMIT]:
+        return dict(params)
+    return {**params, _LIMIT: limit}
+
+
 def widened(native: Mapping[str, Any], step: float, method: Method, params: Mapping[str, float]) -> dict[str, Any]:
-    """An oc_answer whose offset and yaw rate's bias are as uncertain as such steps (rad/s) of the yaw rate leave them."""
+    """An oc_answer with offset and yaw rate's bias as uncertain as such steps (rad/s) of the yaw rate leave them."""
     answer = dict(native)
     if step <= 0.0 or method == "wheel-speed":
         return answer
@@ -41,7 +52,7 @@ def widened(native: Mapping[str, Any], step: float, method: Method, params: Mapp
     else:
         half_width_max, judged_sd = params["offset_half_width_max_rad"], None
     answer["offset"] = _wider(answer["offset"], offset_sd, half_width_max, judged_sd)
-    answer["yaw_rate_bias"] = _wider(answer["yaw_rate_bias"], bias_sd, params["gyro_bias_half_width_max_rad_s"])
+    answer["yaw_rate_bias"] = _wider(answer["yaw_rate_bias"], bias_sd, params[_LIMIT])
     return answer
 
 

@@ -15,7 +15,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.offset.answer import DEFAULT_METHOD, METHODS, Answer, Method
 from oncenter.offset.assemble import answer_of
 from oncenter.offset.changes import changes_of
-from oncenter.offset.coarse_yaw_rate import coarse_yaw_rate_finding, coarse_yaw_rate_step, widened
+from oncenter.offset.coarse_yaw_rate import coarse_yaw_rate_finding, coarse_yaw_rate_step, widened, with_coarse_yaw_rate
 from oncenter.offset.findings import Finding, gravest_first
 from oncenter.offset.inputs import check, in_order, needed, params_of, track_widths, with_torque
 from oncenter.offset.several_logs import Together, across, with_logs, without_steps_within
@@ -23,7 +23,7 @@ from oncenter.offset.signals_at_fault import without_what_faults_taught
 from oncenter.plausibility.recording import recording_findings
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals
-from oncenter.vehicle import Vehicle, core_of
+from oncenter.vehicle import Vehicle, core_of, core_params
 
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): signs and scales that are wrong are beyond
@@ -59,7 +59,10 @@ def offset(
             f"method '{method}' is not known; known are {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
     drives = in_order((signals,) if isinstance(signals, Signals) else tuple(signals))
-    used_params = with_torque(params_of(vehicle, params), {**vehicle.params, **(params or {})}, method, drives)
+    used_params = params_of(vehicle, params)
+    given = {**vehicle.params, **core_params(params or {})}
+    used_params = with_torque(used_params, given, method, drives)
+    used_params = with_coarse_yaw_rate(used_params, given, coarse_yaw_rate_step(drives))
     check(drives, needed(method, drives, used_params))
     drives = without_whole_turns(drives)
     answer = _answered(drives, vehicle, used_params, method, progress)

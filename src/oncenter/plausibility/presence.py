@@ -15,6 +15,7 @@ _SLOWEST_HZ = 9.5  # the 3 Hz low-pass of 5.1.1 needs more than twice its cut-of
 
 # s of the very same number while rolling; a held wheel still moves by a bit of 1/1024 rad, a cruise control holds long
 _STUCK_S = {"steering_wheel_angle": 20.0, "yaw_rate": 20.0, "lateral_acceleration": 20.0, "vehicle_speed": 120.0}
+_RATIO_TIMES_WHEELBASE_M = 80.0  # of a truck: 20 times 4 m
 _FINE_M_S = 0.03  # a step of the vehicle speed: 0.1 km/h, where CCVS1 has 1/256
 _WHEELS_M_S = 0.3  # of wheel speeds: noise and slip
 _RECURRING_SHARE = 0.5  # of the numbers; fewer recur by chance, or while the truck stands
@@ -63,6 +64,8 @@ def stuck(drive: Drive) -> list[Finding]:
         runs = _runs((np.diff(drive.ticks(name)) == 0.0) & rolling, limit_s * drive.signals.rate_hz)
         if name == "vehicle_speed":
             runs = [run for run in runs if _must_have_changed(drive, run)]
+        if name == "yaw_rate":
+            runs = [run for run in runs if _turns_by_more_than_a_step(drive, run)]
         if runs:
             same_s = max(run.stop - run.start for run in runs) / drive.signals.rate_hz
             text = f"the {words(name)} stands still at one number for {same_s:.0f} s while the vehicle rolls: stuck?"
@@ -82,6 +85,19 @@ def _must_have_changed(drive: Drive, run: slice) -> bool:
         if slowest < fastest and (step is None or step >= _FINE_M_S):
             return float(fastest - slowest) > (step or 0.0) + _WHEELS_M_S
     return step is not None and step < _FINE_M_S
+
+
+def _turns_by_more_than_a_step(drive: Drive, run: slice) -> bool:
+    """Whether the angle moved meanwhile by more than the yaw rate's steps hide; always where these are fine."""
+    step = coarse_step(drive.signals, "yaw_rate")
+    if step is None:
+        return True
+    by_angle = drive.ticks("steering_wheel_angle")[run] * drive.ticks("vehicle_speed")[run] / _RATIO_TIMES_WHEELBASE_M
+    by_angle = by_angle[np.isfinite(by_angle)]
+    if not len(by_angle):
+        return False
+    lowest, highest = np.quantile(by_angle, (0.02, 0.98))
+    return bool(highest - lowest > 2.0 * step)
 
 
 def _step_of(values: Column) -> float | None:

@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
+from oncenter.nearest_name import did_you_mean
 from oncenter.read.csv_text import (
     csv_text,
     separator_of,
@@ -165,7 +166,8 @@ def _columns(
             wanted.append((named.name, signal, named.sign * known[unit]))
             continue
         if named is not None:
-            notes.append(f"{signal}: no column {named.name!r}, which [signals] names")
+            meant = did_you_mean(named.name, columns)
+            notes.append(f"{signal}: no column {named.name!r}, which [signals] names{meant}")
         suffixed = _unit_suffixed(path, columns, signal, units)
         if not suffixed:
             notes += _nearly(columns, signal)

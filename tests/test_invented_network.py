@@ -1,4 +1,4 @@
-"""A network that nobody has seen before: its DBC is read however it writes its units, or the refusal says what is there."""
+"""A network never seen before: its DBC is read however it writes units, or the refusal says what is there."""
 
 import struct
 from pathlib import Path

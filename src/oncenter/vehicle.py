@@ -189,6 +189,11 @@ class Vehicle(BaseModel):
     def _known_params(cls, value: object) -> object:
         return core_params(value) if isinstance(value, Mapping) else value
 
+    def __repr__(self) -> str:
+        return f"Vehicle({self.name!r}, wheelbase_m={self.wheelbase_m:g}, steering_ratio={self.steering_ratio})"
+
+    __str__ = __repr__
+
     @property
     def ratio_near_centre(self) -> float:
         return near_centre(self.steering_ratio)
@@ -202,6 +207,19 @@ class Vehicle(BaseModel):
     def signal_names(self) -> dict[str, SignalName]:
         """The `[signals]` table as readers take it."""
         return {key: SignalName(entry.name, entry.unit, entry.sign) for key, entry in self.signals.items()}
+
+
+def check_vehicle(given: object, verb: str) -> None:
+    """
+    Raises:
+        OncenterError: "not_a_vehicle", exit code 2: a verb got something else.
+    """
+    if not isinstance(given, Vehicle):
+        raise OncenterError(
+            f"{verb} takes a Vehicle: oncenter.vehicle(path); got {type(given).__name__}",
+            code="not_a_vehicle",
+            exit_code=WRONG_USAGE,
+        )
 
 
 def core_of(

@@ -22,8 +22,8 @@ from oncenter.offset.several_logs import Together, across, with_logs, without_st
 from oncenter.offset.signals_at_fault import without_what_faults_taught
 from oncenter.plausibility.recording import recording_findings
 from oncenter.read.whole_turns import without_whole_turns
-from oncenter.signals import DEGREE, Signals
-from oncenter.vehicle import Vehicle, core_of, core_params
+from oncenter.signals import DEGREE, Signals, drives_of
+from oncenter.vehicle import Vehicle, check_vehicle, core_of, core_params
 
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): signs and scales that are wrong are beyond
@@ -52,13 +52,14 @@ def offset(
 
     Raises:
         OncenterError: "missing_signal", "no_usable_second" (exit 1); "method", "params", "rates_differ",
-            "track_width" (exit 2).
+            "track_width", "not_signals", "not_a_vehicle" (exit 2).
     """
     if method not in METHODS:
         raise OncenterError(
             f"method '{method}' is not known; known are {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
-    drives = in_order((signals,) if isinstance(signals, Signals) else tuple(signals))
+    check_vehicle(vehicle, "offset")
+    drives = in_order(drives_of(signals, "offset"))
     used_params = params_of(vehicle, params)
     given = {**vehicle.params, **core_params(params or {})}
     used_params = with_torque(used_params, given, method, drives)

@@ -35,7 +35,7 @@ def read_here(
     else:
         candidates = _from_bus(path, suffix, names, dbc, notes, tell)
     _note_a_change(path, before, notes)
-    signals = _signals(path, candidates, take, notes)
+    signals = as_signals(path, candidates, take, notes)
     tell(1.0)
     return signals
 
@@ -109,7 +109,7 @@ def _nothing_known(
     )
 
 
-def _signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str], notes: list[str]) -> Signals:
+def as_signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str], notes: list[str]) -> Signals:
     clock.refuse_time_out_of_range(candidates, path.name)
     chosen, sources = choose.choose(candidates, take, path.name, notes)
     if not chosen:

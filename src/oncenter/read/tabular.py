@@ -43,8 +43,8 @@ def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> l
     frame, units = _without_units_row(frame)
     if separator != ",":
         frame = _with_decimal_points(frame)
-    wanted = _columns(path, frame.columns, names, units, notes)
-    return _samples(path, frame, time_column(path, frame.columns, names), wanted, names, units, notes)
+    wanted = columns_of(path, frame.columns, names, units, notes)
+    return samples_of(path, frame, time_column(path, frame.columns, names), wanted, names, units, notes)
 
 
 def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
@@ -52,13 +52,13 @@ def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) 
     try:
         table = pl.scan_parquet(for_polars(path), glob=False)  # opened once for both its schema and its columns
         columns = list(table.collect_schema())
-        wanted = _columns(path, columns, names, {}, notes)
+        wanted = columns_of(path, columns, names, {}, notes)
         when = time_column(path, columns, names)
         needed = dict.fromkeys([when, *(column for column, _, _ in wanted)])
         frame = table.select(*needed).collect()
     except _POLARS_ERRORS as error:
         raise _unreadable(path, error) from error
-    return _samples(path, frame, when, wanted, names, {}, notes)
+    return samples_of(path, frame, when, wanted, names, {}, notes)
 
 
 def for_polars(path: Path) -> Path | bytes:
@@ -97,7 +97,7 @@ def _unreadable(path: Path, error: BaseException) -> OncenterError:
     return OncenterError(f"cannot read {path.name}: {reason}", code="unreadable_log")
 
 
-def _samples(
+def samples_of(
     path: Path,
     frame: pl.DataFrame,
     when: str,
@@ -153,7 +153,7 @@ def _has_content(frame: pl.DataFrame) -> list[pl.Expr]:
     return [pl.col(name).is_not_null() for name in frame.columns]
 
 
-def _columns(
+def columns_of(
     path: Path, columns: Sequence[str], names: Mapping[str, SignalName], units: Mapping[str, str], notes: list[str]
 ) -> list[Wanted]:
     """Every column that is a signal."""

@@ -12,9 +12,10 @@ import polars as pl
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.read.here import as_signals
+from oncenter.read.samples import Samples
 from oncenter.read.tabular import columns_of, samples_of
 from oncenter.read.time_column import time_column
-from oncenter.signals import Signals
+from oncenter.signals import SignalName, Signals
 from oncenter.vehicle import Vehicle
 
 _NAME = Path("dataframe")  # as messages call it
@@ -35,18 +36,40 @@ def from_dataframe(frame: object, vehicle: Vehicle | None = None) -> Signals:
     Raises:
         OncenterError: "not_a_table", exit code 2; else as `oncenter.read`.
     """
-    by_name = _columns(frame)
-    names = {} if vehicle is None else vehicle.signal_names
     notes: list[str] = []
-    wanted = columns_of(_NAME, list(by_name), names, {}, notes)
-    when = time_column(_NAME, list(by_name), names)
+    try:
+        samples = samples_of_frame(frame, _NAME, {} if vehicle is None else vehicle.signal_names, notes)
+    except NoTable as wrong:
+        raise OncenterError(f"from_dataframe: {wrong}", code="not_a_table", exit_code=WRONG_USAGE) from None
+    return as_signals(_NAME, samples, {}, notes)
+
+
+class NoTable(Exception):
+    """What was given is no table; the message says why, in one line."""
+
+
+def samples_of_frame(frame: object, name: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
+    """The signals of a table in memory.
+
+    Args:
+        frame: as for `from_dataframe`.
+        name: what messages call it.
+        names: of a vehicle's `[signals]` table.
+        notes: get what is left out.
+
+    Raises:
+        NoTable: it is none.
+        OncenterError: as `oncenter.read` of a CSV file.
+    """
+    by_name = _columns(frame)
+    wanted = columns_of(name, list(by_name), names, {}, notes)
+    when = time_column(name, list(by_name), names)
     needed = dict.fromkeys([when, *(column for column, _, _ in wanted)])
-    series = [_series(name, by_name[name]()) for name in needed]
+    series = [_series(column, by_name[column]()) for column in needed]
     if len({len(each) for each in series}) > 1:
         lengths = ", ".join(f"{each.name} {len(each)}" for each in series)
-        raise _no_table(f"columns must have one length, got {lengths}")
-    samples = samples_of(_NAME, pl.DataFrame(series), when, wanted, names, {}, notes)
-    return as_signals(_NAME, samples, {}, notes)
+        raise NoTable(f"columns must have one length, got {lengths}")
+    return samples_of(name, pl.DataFrame(series), when, wanted, names, {}, notes)
 
 
 def _columns(frame: object) -> _Columns:
@@ -65,8 +88,8 @@ def _columns(frame: object) -> _Columns:
         if hasattr(given, "__dataframe__"):
             return _of_polars(pl.from_dataframe(given))
     except (pl.exceptions.PolarsError, ImportError, TypeError, ValueError) as error:
-        raise _no_table((str(error).splitlines() or [type(error).__name__])[0]) from error
-    raise _no_table(f"a DataFrame, an Arrow table or a dict of arrays is needed, got {type(given).__name__}")
+        raise NoTable((str(error).splitlines() or [type(error).__name__])[0]) from error
+    raise NoTable(f"a DataFrame, an Arrow table or a dict of arrays is needed, got {type(given).__name__}")
 
 
 def _of_polars(frame: pl.DataFrame) -> _Columns:
@@ -78,7 +101,7 @@ def _of_pandas(frame: Any) -> _Columns:
     columns: _Columns = {}
     for position, name in enumerate(frame.columns):
         if str(name) in columns:
-            raise _no_table(f"two columns are called {name}: which one is meant?", "ambiguous_column")
+            raise NoTable(f"two columns are called {name}: which one is meant?")
         columns[str(name)] = partial(frame.iloc.__getitem__, (slice(None), position))
     index = frame.index
     is_of_dates = str(getattr(index, "dtype", "")).startswith(("datetime64", "timedelta64"))
@@ -96,7 +119,7 @@ def _series(name: str, values: Any) -> pl.Series:
         return _of_array(name, values)
     except (pl.exceptions.PolarsError, TypeError, ValueError, OverflowError) as error:
         reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise _no_table(f"column {name}: {reason}") from error
+        raise NoTable(f"column {name}: {reason}") from error
 
 
 def _of_array(name: str, values: Any) -> pl.Series:
@@ -112,7 +135,3 @@ def _of_array(name: str, values: Any) -> pl.Series:
         return pl.Series(name, array.tolist(), pl.String)
     missing = [type(value).__name__ == "NAType" or value is None or value != value for value in array]
     return pl.Series(name, [None if gone else value for gone, value in zip(missing, array, strict=True)])
-
-
-def _no_table(reason: str, code: str = "not_a_table") -> OncenterError:
-    return OncenterError(f"from_dataframe: {reason}", code=code, exit_code=WRONG_USAGE)

@@ -12,6 +12,7 @@ from oncenter.read import dbc as databases
 from oncenter.read.decode import decode, wanted_by
 from oncenter.read.frames import Kept, keep
 from oncenter.read.frames_of_log import frames_of_log
+from oncenter.read.plugins import plugin_for, read_plugin
 from oncenter.read.samples import Samples
 from oncenter.signals import SignalName, Signals
 
@@ -24,11 +25,14 @@ def read_here(
     tell: Callable[[float], None],
 ) -> Signals:
     """As `read`, in this process, whatever library reads that format: for a child process, or for a file of ours."""
-    suffix = suffix_of(path)
+    plugin = plugin_for(path)
+    suffix = "" if plugin is not None else suffix_of(path)
     notes: list[str] = []
     before = path.stat()
     tell(0.0)
-    if suffix in (".csv", ".csv.gz"):
+    if plugin is not None:
+        candidates = read_plugin(path, plugin, names, notes)
+    elif suffix in (".csv", ".csv.gz"):
         candidates = tabular.read_csv(path, names, notes)
     elif suffix == ".parquet":
         candidates = tabular.read_parquet(path, names, notes)

@@ -175,7 +175,9 @@ def _backward_notes(samples: Samples, log: str) -> list[str]:
     time = samples.time
     backward = np.flatnonzero(time[1:] < time[:-1])
     if not len(backward):
-        return []
+        repeated = int(np.count_nonzero(time[1:] == time[:-1]))
+        rows = "1 row" if repeated == 1 else f"{repeated} rows"
+        return [f"{rows} of {log} with the time of the row before count for nothing"] if repeated else []
     farthest = float(np.max(np.maximum.accumulate(time) - time))
     times = "once" if len(backward) == 1 else f"{len(backward)} times"
     return [

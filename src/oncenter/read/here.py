@@ -9,6 +9,7 @@ from pathlib import Path
 from oncenter.errors import OncenterError
 from oncenter.read import cannot_read, choose, clock, j1939, mf4, suffix_of, tabular
 from oncenter.read import dbc as databases
+from oncenter.read.cut_off import short_frames_notes, with_seconds
 from oncenter.read.decode import decode, wanted_by
 from oncenter.read.frames import Kept, keep
 from oncenter.read.frames_of_log import frames_of_log
@@ -78,6 +79,7 @@ def _from_bus(
         kept, decoded = mf4.read(path, names, wanted, notes, tell)
     else:
         kept = keep(frames_of_log(path, notes, tell), wanted)
+    notes += short_frames_notes(kept.frames, path.name)
     candidates = decode(kept, described, decoded)
     if not candidates:
         raise _nothing_known(path, kept, described, notes)
@@ -125,4 +127,5 @@ def as_signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str
     table, rate = clock.to_one_tick(chosen, path.name, notes)
     if table.height < 2:
         raise OncenterError(f"{path.name} has {table.height} ticks, at least 2 are needed", code="too_short")
-    return Signals(table, sources, rate, os.fspath(path), tuple(notes))
+    time = table["time_s"]
+    return Signals(table, sources, rate, os.fspath(path), with_seconds(notes, float(time[-1] - time[0])))

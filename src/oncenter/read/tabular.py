@@ -15,6 +15,7 @@ from oncenter.read.csv_text import (
     csv_text,
     separator_of,
     too_long_row,
+    whole_rows,
     with_header_as_long_as_rows,
     without_cut_off_row,
 )
@@ -40,6 +41,7 @@ def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> l
     except _POLARS_ERRORS as error:
         raise too_long_row(path, text, separator) or _unreadable(path, error) from error
     frame = frame.rename({name: name.strip() for name in frame.columns}) if _distinct(frame.columns) else frame
+    frame = _without_short_rows(path, frame, text, separator, notes)
     frame, units = _without_units_row(frame)
     if separator != ",":
         frame = _with_decimal_points(frame)
@@ -72,6 +74,19 @@ def for_polars(path: Path) -> Path | bytes:
 
 def _distinct(columns: Sequence[str]) -> bool:
     return len({name.strip() for name in columns}) == len(columns)
+
+
+def _without_short_rows(path: Path, frame: pl.DataFrame, text: bytes, separator: str, notes: list[str]) -> pl.DataFrame:
+    """Without rows that were cut: their last number may be cut as well, and still look like one."""
+    if not frame.width or not frame[frame.columns[-1]].null_count():
+        return frame
+    whole = whole_rows(text, separator)
+    if whole is None or len(whole) != frame.height or whole.all():
+        return frame
+    short = np.flatnonzero(~whole)
+    rows = "1 row" if len(short) == 1 else f"{len(short)} rows"
+    notes.append(f"{rows} of {path.name} with fewer cells than the header left out, the first row {short[0] + 1}")
+    return frame.filter(pl.Series(whole))
 
 
 def _without_units_row(frame: pl.DataFrame) -> tuple[pl.DataFrame, dict[str, str]]:

@@ -64,14 +64,26 @@ def offset(
     given = {**vehicle.params, **core_params(params or {})}
     used_params = with_torque(used_params, given, method, drives)
     used_params = with_coarse_yaw_rate(used_params, given, coarse_yaw_rate_step(drives))
-    check(drives, needed(method, drives, used_params))
-    drives = without_whole_turns(drives)
-    answer = _answered(drives, vehicle, used_params, method, progress)
+    names = needed(method, drives, used_params)
+    check(drives, names)
+    answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
+    return replace(answer, findings=gravest_first((*answer.findings, *_recording(drives, names))))
+
+
+def _of_all(
+    drives: tuple[Signals, ...],
+    vehicle: Vehicle,
+    params: Mapping[str, float],
+    method: Method,
+    progress: Callable[[float], None] | None,
+) -> Answer:
+    """Of several drives since the last step between two of them."""
+    answer = _answered(drives, vehicle, params, method, progress)
     if method != "joint" or len(drives) == 1:
         return answer
-    logs = without_steps_within(_alone(drives, vehicle, used_params), answer.changes, drives)
+    logs = without_steps_within(_alone(drives, vehicle, params), answer.changes, drives)
     if logs.steps:
-        answer = _answered(drives[logs.since :], vehicle, used_params, method, None)
+        answer = _answered(drives[logs.since :], vehicle, params, method, None)
     return with_logs(answer, logs, drives[: logs.since])
 
 
@@ -88,8 +100,8 @@ def _answered(
     native = widened(core.answer(), step, method, params)
     answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
     answer = without_what_faults_taught(answer) if is_implausible(native) else answer
-    more = [coarse_yaw_rate_finding(native, step, method), *_recording(drives, needed(method, drives, params))]
-    return replace(answer, findings=gravest_first((*answer.findings, *filter(None, more))))
+    coarse = coarse_yaw_rate_finding(native, step, method)
+    return answer if coarse is None else replace(answer, findings=gravest_first((*answer.findings, coarse)))
 
 
 def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]:

@@ -15,7 +15,12 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.offset.answer import DEFAULT_METHOD, METHODS, Answer, Method
 from oncenter.offset.assemble import answer_of
 from oncenter.offset.changes import changes_of
-from oncenter.offset.coarse_yaw_rate import coarse_yaw_rate_finding, coarse_yaw_rate_step, widened, with_coarse_yaw_rate
+from oncenter.offset.coarse_recording import (
+    coarse_recording_findings,
+    coarseness_of,
+    widened,
+    with_coarse_yaw_rate,
+)
 from oncenter.offset.findings import Finding, gravest_first
 from oncenter.offset.inputs import check, in_order, needed, params_of, track_widths, with_torque
 from oncenter.offset.several_logs import Together, across, with_logs, without_steps_within
@@ -63,7 +68,7 @@ def offset(
     used_params = params_of(vehicle, params)
     given = {**vehicle.params, **core_params(params or {})}
     used_params = with_torque(used_params, given, method, drives)
-    used_params = with_coarse_yaw_rate(used_params, given, coarse_yaw_rate_step(drives))
+    used_params = with_coarse_yaw_rate(used_params, given, coarseness_of(drives).yaw_rate_step)
     names = needed(method, drives, used_params)
     check(drives, names)
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
@@ -96,12 +101,12 @@ def _answered(
 ) -> Answer:
     """By one run of the core over all drives."""
     core, changes_found = _run(drives, vehicle, params, method, progress, None)
-    step = coarse_yaw_rate_step(drives)
-    native = widened(core.answer(), step, method, params)
+    coarse = coarseness_of(drives)
+    native = widened(core.answer(), coarse, method, params)
     answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
     answer = without_what_faults_taught(answer) if is_implausible(native) else answer
-    coarse = coarse_yaw_rate_finding(native, step, method)
-    return answer if coarse is None else replace(answer, findings=gravest_first((*answer.findings, coarse)))
+    found = coarse_recording_findings(native, coarse, method)
+    return replace(answer, findings=gravest_first((*answer.findings, *found))) if found else answer
 
 
 def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]:
@@ -118,7 +123,7 @@ def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, flo
     natives = [
         widened(
             _run((drive,), vehicle, params, "joint", None, None)[0].answer(),
-            coarse_yaw_rate_step((drive,)),
+            coarseness_of((drive,)),
             "joint",
             params,
         )

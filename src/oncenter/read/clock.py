@@ -62,10 +62,15 @@ def resampling_rate(chosen: Sequence[Samples], log: str) -> float:
     return min(max(_tick_rate(chosen, log), SLOWEST_HZ), FASTEST_HZ)
 
 
+def is_too_slow_for_the_core(rate_hz: float) -> bool:
+    """Whether samples at that rate are resampled; not so where there is none, 0."""
+    return 0.0 < rate_hz < SLOWEST_HZ * (1 - RATE_SLACK)
+
+
 def slow_notes(chosen: Sequence[Samples], rate_hz: float) -> list[str]:
     """Where the signal that sets the rate comes more rarely than the ticks at `rate_hz`."""
     first = leading(chosen)
-    if first.signal not in _SET_BY_RATE or not 0 < first.rate_hz < SLOWEST_HZ * (1 - RATE_SLACK):
+    if first.signal not in _SET_BY_RATE or not is_too_slow_for_the_core(first.rate_hz):
         return []
     return [f"recorded at {first.rate_hz:.3g} Hz, resampled to {rate_hz:.3g} Hz"]
 

@@ -12,7 +12,7 @@ from test_estimate import steady_drive
 
 import oncenter as oc
 from oncenter import _core
-from oncenter.offset import core_findings, several_logs
+from oncenter.offset import coarse_recording, core_findings, several_logs
 from oncenter.offset import joint_findings as joint_findings_room
 from oncenter.offset.changes import Change
 from oncenter.offset.core_findings import findings_of
@@ -425,9 +425,8 @@ def test_a_wrong_wheelbase_in_the_vehicle_file_is_named_and_costs_no_offset(wron
 
 
 def test_each_row_of_the_table_has_a_rule_and_each_rule_a_row() -> None:
-    rules = [
-        Path(room.__file__).read_text(encoding="utf-8") for room in (core_findings, joint_findings_room, several_logs)
-    ]
+    rooms = (core_findings, joint_findings_room, several_logs, coarse_recording)
+    rules = [Path(room.__file__).read_text(encoding="utf-8") for room in rooms]
     codes = [code for text in rules for code in re.findall(r'from_table\(\s*"(\w+)"', text)]
     assert set(codes) == set(TABLE)
     assert not [text for text in rules if re.search(r"\bFinding\(", text)]

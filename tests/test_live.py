@@ -215,7 +215,7 @@ def test_a_disagreement_about_a_signal_that_the_answer_does_not_need_leaves_it_o
 def test_an_angle_that_comes_too_rarely_pauses_the_estimate() -> None:
     stream = Stream("bus", ("steering_wheel_angle", "yaw_rate", "vehicle_speed"))
     angle = identifier(61449, 0x3E)
-    heard([f for f in drive(12.0) if f.identifier != angle or round((f.time - START_S) * 100) % 10 == 0], stream)
+    heard([f for f in drive(12.0) if f.identifier != angle or round((f.time - START_S) * 100) % 25 == 0], stream)
     assert stream.paused is not None and stream.paused.code == "rate_too_low"
 
 

@@ -155,7 +155,7 @@ def test_a_table_that_is_cut_in_its_last_line_loses_that_line_and_says_so(tmp_pa
     (tmp_path / "drive.csv").write_text(CSV + end)
     cut = read(tmp_path / "drive.csv")
     assert cut.table.height == 200
-    assert cut.notes == ("the last line of drive.csv is cut off and was left out",)
+    assert cut.notes == ("the last line of drive.csv is cut off and was left out; 2.0 s were read",)
 
 
 @pytest.mark.parametrize("last", ["2.00,3,1,60", "2.00,3,1,", '2.00,3,1,"60"'])

@@ -131,9 +131,20 @@ def test_a_fast_angle_is_thinned_to_at_most_200_hz() -> None:
     assert np.allclose(table["steering_wheel_angle_rad"], table["time_s"])
 
 
-def test_an_angle_slower_than_20_hz_is_refused_with_its_rate() -> None:
-    time = np.arange(100) / 10
-    with pytest.raises(OncenterError, match=r"10 Hz.*at least 20 Hz") as refused:
+@pytest.mark.parametrize("rate", [5.0, 7.0, 10.0, 19.0])
+def test_an_angle_from_5_hz_up_is_resampled_to_a_rate_that_the_core_takes(rate: float) -> None:
+    time, notes = np.arange(100) / rate, []
+    angle = samples("steering_wheel_angle", time, 0.1 * time)
+    table, rate_hz = to_one_tick([angle], "test", notes)
+    assert rate_hz == 20.0
+    assert notes == [f"recorded at {rate:g} Hz, resampled to 20 Hz"]
+    assert np.allclose(np.diff(table["time_s"].to_numpy()), 0.05)
+    assert np.allclose(table["steering_wheel_angle_rad"].to_numpy(), 0.1 * table["time_s"].to_numpy())
+
+
+def test_an_angle_slower_than_5_hz_is_refused_with_its_rate() -> None:
+    time = np.arange(100) / 4
+    with pytest.raises(OncenterError, match=r"4 Hz.*at least 5 Hz") as refused:
         one_tick(samples("steering_wheel_angle", time, time))
     assert refused.value.code == "rate_too_low"
 

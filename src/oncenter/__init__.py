@@ -3,7 +3,25 @@
 >>> import oncenter as oc
 >>> answer = oc.offset(oc.read("drive.log"), oc.vehicle("truck.toml"))  # doctest: +SKIP
 
-SI and rad; left turns are positive (ISO 8855). Names are loaded when they are first used.
+A drive, whatever it comes from, becomes `Signals`; a truck is a `Vehicle`:
+
+    read(path)                 the signals of a log: candump, ASC, BLF, TRC, MF4, CSV, Parquet
+    from_dataframe(frame)      the signals of a table of pandas, polars or pyarrow, or of a dict of arrays
+    simulate(scenario, seed)   the signals of a simulated drive, and its truth
+    vehicle(path)              a truck, from its TOML file
+
+What they say:
+
+    offset(signals, vehicle)   how far the sensor is off: an `Answer`, in words by `print`, as JSON by `to_json`
+    angle(signals, vehicle)    the steering wheel angle without its sensor, as a table
+    reference(signals)         the offset measured by driving one straight both ways
+    budget(vehicle)            what each sensor's error costs the offset
+    report(answer, path)       an answer as one offline page
+    trace(answer)              what each tick of an answer gave
+    Monitor(vehicle, rate_hz)  the same core, a tick at a time, as in the truck
+
+Whatever goes wrong and is not a bug is an `OncenterError` of one line. SI and rad; left turns are positive (ISO 8855).
+Names are loaded when they are first used.
 """
 
 import sys
@@ -21,6 +39,7 @@ if TYPE_CHECKING:
     from oncenter.offset.run import offset as offset
     from oncenter.offset.run import trace as trace
     from oncenter.read import read as read
+    from oncenter.read.dataframe import from_dataframe as from_dataframe
     from oncenter.reference.run import Reference as Reference
     from oncenter.reference.run import reference as reference
     from oncenter.report import report as report
@@ -41,6 +60,7 @@ _HOMES = {
     "Monitor": "bus.monitor",
     "Tick": "bus.monitor",
     "read": "read",
+    "from_dataframe": "read.dataframe",
     "Reference": "reference.run",
     "reference": "reference.run",
     "report": "report",
@@ -65,6 +85,10 @@ def __getattr__(name: str) -> Any:
     value = getattr(import_module(f"oncenter.{_HOMES[name]}"), name)
     globals()[name] = value
     return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 class _Package(ModuleType):

@@ -7,9 +7,12 @@ Inside all is SI and rad; `time_s` is in seconds. Not available is NaN, never nu
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
+
+from oncenter.errors import WRONG_USAGE, OncenterError
 
 if TYPE_CHECKING:
     import polars as pl
@@ -96,7 +99,7 @@ class Source:
     others: tuple[str, ...] = ()  # sources that also had it and were not taken
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Signals:
     """A drive as every room hands it on.
 
@@ -115,3 +118,34 @@ class Signals:
     rate_hz: float
     log: str
     notes: tuple[str, ...] = field(default=())
+
+    def length(self) -> str:
+        """For people, "1800.0 s at 100 Hz"."""
+        time = self.table["time_s"]
+        duration_s = float(time[-1] - time[0]) if len(time) else 0.0
+        return f"{duration_s:.1f} s at {self.rate_hz:.4g} Hz"
+
+    def __repr__(self) -> str:
+        return f"Signals({self.log!r}, {self.length()}: {', '.join(self.sources)})"
+
+    def _repr_html_(self) -> str:
+        from oncenter.notebook import signals_table
+
+        return signals_table(self)
+
+
+def drives_of(given: object, verb: str) -> tuple[Signals, ...]:
+    """What was given to a verb, one drive or several.
+
+    Raises:
+        OncenterError: "not_signals", exit code 2: it is something else; says how that becomes Signals.
+    """
+    if isinstance(given, Signals):
+        return (given,)
+    if isinstance(given, Sequence) and not isinstance(given, str | bytes):
+        return tuple(drive for each in given for drive in drives_of(each, verb))
+    is_file = isinstance(given, str | os.PathLike)
+    how = "oncenter.read(path)" if is_file else "oncenter.from_dataframe(frame)"
+    raise OncenterError(
+        f"{verb} takes Signals: {how}; got {type(given).__name__}", code="not_signals", exit_code=WRONG_USAGE
+    )

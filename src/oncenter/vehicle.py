@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, field_validator, model_validator
+from pydantic_core import ErrorDetails
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.toml_file import read_toml, refusal
+from oncenter.nearest_name import did_you_mean, nearest
 from oncenter.param_table import params
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, SignalName
 from oncenter.steering_ratio import SteeringRatio, near_centre
@@ -182,7 +184,8 @@ class Vehicle(BaseModel):
     def _known_signals(cls, value: Mapping[str, _SignalEntry]) -> Mapping[str, _SignalEntry]:
         for name in value:
             if name != "time" and name not in SIGNALS:
-                raise ValueError(f"'{name}' is no signal; known are time, {', '.join(SIGNALS)}")
+                meant = did_you_mean(name, SIGNALS) or f"; known are time, {', '.join(SIGNALS)}"
+                raise ValueError(f"'{name}' is no signal{meant}")
         return value
 
     @field_validator("dbc", mode="before")
@@ -197,6 +200,11 @@ class Vehicle(BaseModel):
     @classmethod
     def _known_params(cls, value: object) -> object:
         return core_params(value) if isinstance(value, Mapping) else value
+
+    def __repr__(self) -> str:
+        return f"Vehicle({self.name!r}, wheelbase_m={self.wheelbase_m:g}, steering_ratio={self.steering_ratio})"
+
+    __str__ = __repr__
 
     @property
     def ratio_near_centre(self) -> float:
@@ -226,6 +234,19 @@ class Vehicle(BaseModel):
             if not is_there:
                 raise refusal(f"vehicle file {self._origin or self.name}: its dbc {path} is no file", _CODE)
         return self.dbc
+
+
+def check_vehicle(given: object, verb: str) -> None:
+    """
+    Raises:
+        OncenterError: "not_a_vehicle", exit code 2: a verb got something else.
+    """
+    if not isinstance(given, Vehicle):
+        raise OncenterError(
+            f"{verb} takes a Vehicle: oncenter.vehicle(path); got {type(given).__name__}",
+            code="not_a_vehicle",
+            exit_code=WRONG_USAGE,
+        )
 
 
 def core_of(
@@ -378,13 +399,24 @@ def _first_error(error: ValidationError) -> str:
     if first["type"] == "extra_forbidden":
         table, _, unknown = key.rpartition(".")
         fields = _fields_of(table)
-        near = [field for field in fields if field.startswith(unknown)]
+        near = [field for field in fields if field.startswith(unknown)] or nearest(unknown, fields)
         hint = "did you mean" if near else "known are"
         return f"'{key}' is not known here; {hint} {', '.join(near or fields)}"
     if first["type"] == "value_error":
         message = str(first["msg"]).removeprefix("Value error, ")
         return message if key in ("", "signals", "params") else f"'{key}' {message}"  # those name what is in them
-    return f"'{key}': {first['msg']}, got {first['input']!r}"
+    return f"'{key}' {_would_be(key, first)}, got {first['input']!r}"
+
+
+def _would_be(key: str, error: ErrorDetails) -> str:
+    """What a value must be, in words of a TOML file."""
+    if error["type"] in ("model_type", "model_attributes_type", "mapping_type", "dict_type"):
+        if key.startswith("signals."):
+            return 'must be a table such as { name = "SteerAng", unit = "deg", sign = -1 }'
+        return f"must be a table, [{key}]"
+    if error["type"] == "string_type":
+        return "must be text in quotes"
+    return error["msg"].replace("Input should be", "must be")
 
 
 def _fields_of(table: str) -> Mapping[str, object]:

@@ -20,8 +20,8 @@ from oncenter.angle.side_slip import with_lateral_speed
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.offset.assemble import notes_of
 from oncenter.read.whole_turns import without_whole_turns
-from oncenter.signals import DEGREE, Signals
-from oncenter.vehicle import Vehicle, core_of
+from oncenter.signals import DEGREE, Signals, drives_of
+from oncenter.vehicle import Vehicle, check_vehicle, core_of
 
 if TYPE_CHECKING:
     import polars as pl
@@ -127,6 +127,8 @@ def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: floa
         raise OncenterError(
             f"method '{method}' is not known; known are {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
+    drives_of(signals, "angle")
+    check_vehicle(vehicle, "angle")
     if sensor_lost_at is not None:
         _check_within(signals, sensor_lost_at)
     needed: tuple[str, ...] = ("yaw_rate", "vehicle_speed")

@@ -97,6 +97,10 @@ class Monitor:
             raise OncenterError(f"'rate_hz' must be 20 to 200, got {rate_hz:g}", code="rate", exit_code=WRONG_USAGE)
         self._core = core_of(vehicle, rate_hz, method=method, params=params)
         self._sequence = 0
+        self._about = f"{vehicle.name!r}, rate_hz={rate_hz:g}, method={method!r}"
+
+    def __repr__(self) -> str:
+        return f"Monitor({self._about})"
 
     def step(self, tick: Tick) -> Now:
         """Takes one tick. A tick that cannot be used says so in `reasons` and changes no estimate."""

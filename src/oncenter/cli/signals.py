@@ -84,13 +84,17 @@ def _to_json(drive: oc.Signals, judged: Plausibility) -> str:
     import json
 
     import oncenter as oc
+    from oncenter.plausibility.recording import recorded
 
+    of_drive = recorded(drive)
     whole = {
         "schema": "oncenter/signals-1",
         "version": oc.__version__,
         "log": drive.log,
         "rate_hz": drive.rate_hz,
         "duration_s": _duration_s(drive),
+        "recorded_s": of_drive.recorded_s,
+        "holes": len(of_drive.holes_s),
         "signals": dict(_rows(drive)),
         "findings": [finding.to_dict() for finding in judged.findings],
         "cannot_tell": [{"check": verdict.check, "why": verdict.why} for verdict in judged.cannot_tell],
@@ -119,11 +123,14 @@ def _table(drive: oc.Signals) -> list[str]:
 
     Sources that are long cost the column of samples; those that are longer still stand below their signals.
     """
+    from oncenter.plausibility.recording import recorded
+
+    in_holes = round(sum(recorded(drive).holes_s) * drive.rate_hz)  # ticks; a longer hole has no rows
     columns: dict[str, list[str]] = {name: [name] for name in ("signal", "rate", "samples", "n/a", "gaps", "range")}
     sources = ["source"]
     for name, row in _rows(drive):
         missing = _percent(row["not_available"], row["samples"])
-        gaps = _percent(row["ticks_without"], drive.table.height)
+        gaps = _percent(row["ticks_without"] + in_holes, drive.table.height + in_holes)
         cells = (name, f"{row['rate_hz']:.0f} Hz", str(row["samples"]), missing, gaps, _range(name, row))
         for column, cell in zip(columns.values(), cells, strict=True):
             column.append(cell)

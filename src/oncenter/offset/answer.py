@@ -71,7 +71,7 @@ class Estimate:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Answer:
     """What a drive, or several of one truck, say of its steering wheel angle sensor.
 
@@ -176,6 +176,14 @@ class Answer:
         rejected = [f"{s / per_unit:.{digits}f} rejected for {name.replace('_', ' ')}" for s, name in worst[:3]]
         driven = f"driven {self.used_s / per_unit:.{digits}f} of {self.duration_s / per_unit:.{digits}f} {unit} usable"
         return ", ".join([driven, *rejected])
+
+    def __repr__(self) -> str:
+        return f"Answer({self.log!r}, offset {self.offset}, {len(self.findings)} findings)"
+
+    def _repr_html_(self) -> str:
+        from oncenter.notebook import answer_table
+
+        return answer_table(self)
 
     def __str__(self) -> str:
         lines = [self.words()]

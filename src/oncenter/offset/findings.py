@@ -62,6 +62,8 @@ TABLE = {
     "yaw_rate_bias": Row("warning", "deg/s", "not small; info where it was corrected and is not large"),
     "yaw_rate_bias_moves": Row("warning", "s", "5.3.1's CUSUM alarmed; info where it passed and nothing rests on it"),
     "lateral_acceleration_at_standstill": Row("warning", "m/s^2", "not small at standstill"),
+    "yaw_rate_coarse": Row("warning", "deg/s", "the steps of the yaw rate are coarse"),
+    "recorded_slowly": Row("warning", "Hz", "the angle was recorded below 20 Hz, and resampled"),
     "relative_angle_sensor": Row("info", None, "the sensor says that its zero is arbitrary (SPN 1812 = 0)"),
     "not_enough_evidence": Row("info", "s", "fewer seconds were used than the method asks for"),
     # what the methods thesis and wheel-speed lack

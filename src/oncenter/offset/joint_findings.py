@@ -372,7 +372,8 @@ def _by_standing(
     leaves of it, and of the accelerometer's zero all but the ground's slope, where the truck has not stood yet."""
     gyro = native["yaw_rate_bias"]
     gyro_sd = math.inf if status_of(gyro) == "unobservable" else gyro["standard_deviation"]
-    of_gyro: float = 1.96 * native["offset_per_yaw_rate_bias"] * min(gyro_sd, _STANDING_GYRO_SD_RAD_S) / DEGREE
+    standing_sd = math.hypot(_STANDING_GYRO_SD_RAD_S, native.get("yaw_rate_step_sd", 0.0))
+    of_gyro: float = 1.96 * native["offset_per_yaw_rate_bias"] * min(gyro_sd, standing_sd) / DEGREE
     gained: float = max(parts[_GYRO] ** 2 - of_gyro**2, 0.0)
     zero_sd: float = native["unloading_acceleration"]["standard_deviation"]
     has_stood = status_of(native["standstill_lateral_acceleration"]) == "valid"

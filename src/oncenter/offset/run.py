@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,12 +15,20 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.offset.answer import DEFAULT_METHOD, METHODS, Answer, Method
 from oncenter.offset.assemble import answer_of
 from oncenter.offset.changes import changes_of
+from oncenter.offset.coarse_recording import (
+    coarse_recording_findings,
+    coarseness_of,
+    widened,
+    with_coarse_yaw_rate,
+)
+from oncenter.offset.findings import Finding, gravest_first
 from oncenter.offset.inputs import check, in_order, needed, params_of, track_widths, with_torque
 from oncenter.offset.several_logs import Together, across, with_logs, without_steps_within
 from oncenter.offset.signals_at_fault import without_what_faults_taught
+from oncenter.plausibility.recording import recording_findings
 from oncenter.read.whole_turns import without_whole_turns
-from oncenter.signals import DEGREE, Signals
-from oncenter.vehicle import Vehicle, core_of
+from oncenter.signals import DEGREE, Signals, drives_of
+from oncenter.vehicle import Vehicle, check_vehicle, core_of, core_params
 
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): signs and scales that are wrong are beyond
@@ -47,22 +57,38 @@ def offset(
 
     Raises:
         OncenterError: "missing_signal", "no_usable_second" (exit 1); "method", "params", "rates_differ",
-            "track_width" (exit 2).
+            "track_width", "not_signals", "not_a_vehicle" (exit 2).
     """
     if method not in METHODS:
         raise OncenterError(
             f"method '{method}' is not known; known are {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
-    drives = in_order((signals,) if isinstance(signals, Signals) else tuple(signals))
-    used_params = with_torque(params_of(vehicle, params), {**vehicle.params, **(params or {})}, method, drives)
-    check(drives, needed(method, drives, used_params))
-    drives = without_whole_turns(drives)
-    answer = _answered(drives, vehicle, used_params, method, progress)
+    check_vehicle(vehicle, "offset")
+    drives = in_order(drives_of(signals, "offset"))
+    used_params = params_of(vehicle, params)
+    given = {**vehicle.params, **core_params(params or {})}
+    used_params = with_torque(used_params, given, method, drives)
+    used_params = with_coarse_yaw_rate(used_params, given, coarseness_of(drives).yaw_rate_step)
+    names = needed(method, drives, used_params)
+    check(drives, names)
+    answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
+    return replace(answer, findings=gravest_first((*answer.findings, *_recording(drives, names))))
+
+
+def _of_all(
+    drives: tuple[Signals, ...],
+    vehicle: Vehicle,
+    params: Mapping[str, float],
+    method: Method,
+    progress: Callable[[float], None] | None,
+) -> Answer:
+    """Of several drives since the last step between two of them."""
+    answer = _answered(drives, vehicle, params, method, progress)
     if method != "joint" or len(drives) == 1:
         return answer
-    logs = without_steps_within(_alone(drives, vehicle, used_params), answer.changes, drives)
+    logs = without_steps_within(_alone(drives, vehicle, params), answer.changes, drives)
     if logs.steps:
-        answer = _answered(drives[logs.since :], vehicle, used_params, method, None)
+        answer = _answered(drives[logs.since :], vehicle, params, method, None)
     return with_logs(answer, logs, drives[: logs.since])
 
 
@@ -75,14 +101,34 @@ def _answered(
 ) -> Answer:
     """By one run of the core over all drives."""
     core, changes_found = _run(drives, vehicle, params, method, progress, None)
-    native = core.answer()
+    coarse = coarseness_of(drives)
+    native = widened(core.answer(), coarse, method, params)
     answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
-    return without_what_faults_taught(answer) if is_implausible(native) else answer
+    answer = without_what_faults_taught(answer) if is_implausible(native) else answer
+    found = coarse_recording_findings(native, coarse, method)
+    return replace(answer, findings=gravest_first((*answer.findings, *found))) if found else answer
+
+
+def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]:
+    """How much of each drive was recorded; of several, with the log's name."""
+    found = []
+    for drive in drives:
+        of_log = f"{Path(drive.log).name}: " if len(drives) > 1 else ""
+        found += [replace(each, text=of_log + each.text) for each in recording_findings(drive, names)]
+    return found
 
 
 def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
     """What logs say together that were answered one by one."""
-    natives = [_run((drive,), vehicle, params, "joint", None, None)[0].answer() for drive in drives]
+    natives = [
+        widened(
+            _run((drive,), vehicle, params, "joint", None, None)[0].answer(),
+            coarseness_of((drive,)),
+            "joint",
+            params,
+        )
+        for drive in drives
+    ]
     return across(natives, vehicle, params)
 
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 from oncenter.offset.findings import Finding, gravest_first
 from oncenter.plausibility import lag, presence, ratio, signs_and_units, zeros
-from oncenter.plausibility.drive import Drive
+from oncenter.plausibility.drive import USEFUL, Drive
+from oncenter.plausibility.recording import recording_findings
 from oncenter.plausibility.verdict import CannotTell, Verdict
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
@@ -40,6 +41,7 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
     sign, units = signs_and_units.sign(drive), signs_and_units.units(drive)
     comparable = not (isinstance(sign, Finding) or isinstance(units, Finding))  # else r/v and r*v mean nothing
     verdicts: list[Verdict] = [
+        *recording_findings(signals, USEFUL),
         *presence.missing(drive),
         *presence.availability(drive),
         *presence.stuck(drive),

@@ -8,15 +8,17 @@ import numpy.typing as npt
 from oncenter.offset.findings import Finding
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, ROLLING_M_S, USEFUL, Column, Drive
 from oncenter.plausibility.verdict import words
-from oncenter.signals import DEGREE
+from oncenter.signals import DEGREE, SIGNALS, Signals
 
 _NOT_AVAILABLE = 0.05  # of the ticks
 _SLOWEST_HZ = 9.5  # the 3 Hz low-pass of 5.1.1 needs more than twice its cut-off; EBC2 and CCVS1 come at 10
 
 # s of the very same number while rolling; a held wheel still moves by a bit of 1/1024 rad, a cruise control holds long
 _STUCK_S = {"steering_wheel_angle": 20.0, "yaw_rate": 20.0, "lateral_acceleration": 20.0, "vehicle_speed": 120.0}
+_RATIO_TIMES_WHEELBASE_M = 80.0  # of a truck: 20 times 4 m
 _FINE_M_S = 0.03  # a step of the vehicle speed: 0.1 km/h, where CCVS1 has 1/256
 _WHEELS_M_S = 0.3  # of wheel speeds: noise and slip
+_RECURRING_SHARE = 0.5  # of the numbers; fewer recur by chance, or while the truck stands
 _MANY = 100  # numbers, which show what a signal can say
 
 # coarsest step that does no harm: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
@@ -62,6 +64,8 @@ def stuck(drive: Drive) -> list[Finding]:
         runs = _runs((np.diff(drive.ticks(name)) == 0.0) & rolling, limit_s * drive.signals.rate_hz)
         if name == "vehicle_speed":
             runs = [run for run in runs if _must_have_changed(drive, run)]
+        if name == "yaw_rate":
+            runs = [run for run in runs if _turns_by_more_than_a_step(drive, run)]
         if runs:
             same_s = max(run.stop - run.start for run in runs) / drive.signals.rate_hz
             text = f"the {words(name)} stands still at one number for {same_s:.0f} s while the vehicle rolls: stuck?"
@@ -83,6 +87,19 @@ def _must_have_changed(drive: Drive, run: slice) -> bool:
     return step is not None and step < _FINE_M_S
 
 
+def _turns_by_more_than_a_step(drive: Drive, run: slice) -> bool:
+    """Whether the angle moved meanwhile by more than the yaw rate's steps hide; always where these are fine."""
+    step = coarse_step(drive.signals, "yaw_rate")
+    if step is None:
+        return True
+    by_angle = drive.ticks("steering_wheel_angle")[run] * drive.ticks("vehicle_speed")[run] / _RATIO_TIMES_WHEELBASE_M
+    by_angle = by_angle[np.isfinite(by_angle)]
+    if not len(by_angle):
+        return False
+    lowest, highest = np.quantile(by_angle, (0.02, 0.98))
+    return bool(highest - lowest > 2.0 * step)
+
+
 def _step_of(values: Column) -> float | None:
     """The step in which a signal comes; 0 where its numbers are so fine that hardly any recurs, None where it has too
     few of them to tell."""
@@ -100,12 +117,38 @@ def _runs(true: npt.NDArray[np.bool_], longer_than: float) -> list[slice]:
 
 def coarse(drive: Drive) -> list[Finding]:
     found: list[Finding] = []
-    for name, (coarsest, factor, unit) in _COARSEST.items():
-        step = resolution(drive.ticks(name))
-        if step is not None and step / factor > coarsest:
+    for name, (_, factor, unit) in _COARSEST.items():
+        step = coarse_step(drive.signals, name)
+        if step is not None:
             text = f"the {words(name)} comes in steps of {step / factor:.3g} {unit}: coarse for this purpose"
             found.append(Finding("signal_coarse", "warning", text, step / factor, unit))
     return found
+
+
+def coarse_step(signals: Signals, name: str) -> float | None:
+    """The step in which a signal comes, in SI; None where it is not coarse for this purpose, or shows none.
+
+    Of a signal slower than the table every row may be interpolated but some: the step is that of the rows that are
+    samples, since between two samples a step apart half a step recurs as well.
+    """
+    column = SIGNALS[name].column
+    if column not in signals.table.columns or name not in signals.sources:
+        return None
+    values = signals.table[column].to_numpy()
+    rate_hz = signals.sources[name].rate_hz
+    every = max(1, round(signals.rate_hz / rate_hz)) if rate_hz > 0.0 else 1
+    steps = [step for first in range(every) if (step := _step_between(values[first::every])) is not None]
+    coarsest, factor, _ = _COARSEST[name]
+    return max(steps) if steps and max(steps) > coarsest * factor else None
+
+
+def _step_between(values: Column) -> float | None:
+    """As `resolution`, also of a signal that has no more than a few numbers."""
+    numbers, counts = np.unique(np.round(values[np.isfinite(values)], 9), return_counts=True)
+    recurring = counts >= 3
+    if recurring.sum() < 2 or counts[recurring].sum() < _RECURRING_SHARE * counts.sum():
+        return None
+    return float(np.quantile(np.diff(numbers[recurring]), 0.1))
 
 
 def resolution(values: Column) -> float | None:

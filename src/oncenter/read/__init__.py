@@ -34,7 +34,8 @@ def read(
     """The signals of a log, as many of `oncenter.signals.SIGNALS` as it has.
 
     Args:
-        path: a candump `.log`, `.asc`, `.blf`, `.trc`, `.mf4`, `.mdf`, `.csv`, `.csv.gz` or `.parquet`.
+        path: a candump `.log`, `.asc`, `.blf`, `.trc`, `.mf4`, `.mdf`, `.csv`, `.csv.gz` or `.parquet`; or what an
+            installed plug-in reads, a file or a folder (examples/README.md).
         vehicle: what `oncenter.vehicle` gave: its `[signals]` table and its `dbc` are taken where `names` and `dbc`
             are not given.
         names: how this log calls signals and "time", where not as we do.
@@ -44,18 +45,20 @@ def read(
 
     Raises:
         OncenterError: the log cannot be read, has no known signal, or has two that disagree; "reader_crashed",
-            "reader_time", "reader_memory": a library that reads such files crashed or was stopped; "vehicle_file",
-            exit code 2: a DBC that the vehicle names is not there.
+            "reader_time", "reader_memory": a library that reads such files crashed or was stopped; "plugin_failed",
+            "plugin_ambiguous"; "vehicle_file", exit code 2: a DBC that the vehicle names is not there.
     """
     if vehicle is not None:
         names = vehicle.signal_names if names is None else names
         dbc = dbc or vehicle.databases()
     path = Path(path)
-    refuse_what_is_no_regular_file(path)
-    suffix = suffix_of(path)
-    refuse_unreadable(path)
+    if path.name.lower().endswith(SUFFIXES) or not _is_of_a_plugin(path):
+        refuse_what_is_no_regular_file(path)
+        suffix_of(path)
+    if not path.is_dir():
+        refuse_unreadable(path)
     given = path, names or {}, dbc, take or {}, progress or (lambda fraction: None)
-    if suffix in READ_HERE and not dbc:
+    if path.name.lower().endswith(READ_HERE) and not dbc:
         from oncenter.read.here import read_here
 
         return read_here(*given)
@@ -103,14 +106,21 @@ def _home(signal: str, in_columns: bool) -> str:
     return in_j1939 or "column " + " or ".join(columns_that_would_do(signal))
 
 
+def _is_of_a_plugin(path: Path) -> bool:
+    from oncenter.read.plugins import plugin_for
+
+    return plugin_for(path) is not None
+
+
 def suffix_of(path: Path) -> str:
     name = path.name.lower()
     for suffix in SUFFIXES:
         if name.endswith(suffix):
             return suffix
-    raise OncenterError(
-        f"{path.name or path} is no log that can be read: known are {', '.join(SUFFIXES)}", code="unknown_format"
-    )
+    from oncenter.read.plugins import suffixes_of_plugins
+
+    known = ", ".join((*SUFFIXES, *suffixes_of_plugins()))
+    raise OncenterError(f"{path.name or path} is no log that can be read: known are {known}", code="unknown_format")
 
 
 def refuse_unreadable(path: Path) -> None:

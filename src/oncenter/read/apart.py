@@ -70,6 +70,10 @@ def _named(path: Path) -> Iterator[None]:
 
 def _size(file: str | os.PathLike[str]) -> int:
     try:
+        if os.path.isdir(file):
+            return sum(
+                os.stat(os.path.join(folder, name)).st_size for folder, _, names in os.walk(file) for name in names
+            )
         return os.stat(file).st_size
     except (OSError, ValueError):  # reading says what is wrong with it
         return 0

@@ -23,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
+from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Frames, bus_code, joined
 
 BLOCK_BYTES = 1 << 20  # contents per step: their columns stay in the cache
@@ -55,7 +56,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
     with path.open("rb") as file:
         log = _opened(file, path.name)
         if not log.closed:
-            notes.append(f"{path.name} was never closed by its logger: read up to its last whole part")
+            notes.append(CutOff(f"{path.name} was never closed by its logger: read up to its last whole part"))
         rest, left_out = _Contents(), _LeftOut()
         for parts in _blocks(log):
             contents = rest.followed_by(parts)

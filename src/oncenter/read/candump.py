@@ -16,9 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
+from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Frames, bus_code, joined
 
 BLOCK_BYTES = 1 << 20  # text per step: its columns stay in the cache
+_FULL_FRAME = 8  # bytes
 PAD = b"\0" * 32  # before and after a block, so that no look around a place leaves it
 BAD_LINES_SHARE = 0.01  # more than that is not a candump log with a scratch, but something else
 
@@ -46,7 +48,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
         OncenterError: more than one line in a hundred is not candump's.
     """
     size = max(path.stat().st_size, 1)
-    lines = bad_lines = done = 0
+    lines = bad_lines = done = flexible = 0
     first_bad = ""
     with path.open("rb") as file:
         rest = b""
@@ -60,6 +62,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
                     raise _not_candump(path, _quoted(1, rest))
                 continue
             frames, bad, count = _parse(whole + newline)
+            flexible += _flexible_frames(whole)
             if bad and not first_bad:
                 first_bad = _quoted(lines + bad[0][0] + 1, bad[0][1])
             bad_lines += len(bad)
@@ -71,13 +74,23 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
     if rest.strip():
         frames, bad, count = _parse(rest + b"\n")
         lines += count
-        if bad:
-            notes.append(f"the last line of {path.name} is cut off and was left out")
+        if bad or (
+            len(frames) and frames.length[-1] < _FULL_FRAME
+        ):  # a short frame without a line end: cut, most likely
+            frames = frames.where(np.zeros(len(frames), bool))
+            notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
         yield frames
     if bad_lines > BAD_LINES_SHARE * lines:
         raise _not_candump(path, first_bad)
+    if flexible:
+        notes.append(f"{flexible} CAN FD frames of {path.name} are not read")
     if bad_lines:
         notes.append(f"{bad_lines} lines of {path.name} are not candump's and were left out, the first {first_bad}")
+
+
+def _flexible_frames(text: bytes) -> int:
+    """`123##1AABB` is one of CAN FD."""
+    return text.count(b"##")
 
 
 def _not_candump(path: Path, line: str) -> OncenterError:

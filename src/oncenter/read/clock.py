@@ -15,7 +15,8 @@ from oncenter.read.frames import Column
 from oncenter.read.samples import Samples, steps_of
 from oncenter.signals import SIGNALS
 
-SLOWEST_HZ, FASTEST_HZ = 20.0, 200.0
+SLOWEST_HZ, FASTEST_HZ = 20.0, 200.0  # of a table: what the core takes
+RECORDED_MIN_HZ = 5.0  # of the angle in a log: it holds steering up to 2 Hz, which is nearly all of normal driving
 RATE_SLACK = 0.03  # a clock that is so much too slow still counts as 20 Hz
 STEADY_JITTER = 0.05  # of the step
 HOLE_S = 5.0  # a longer silence of all signals has no rows
@@ -48,6 +49,7 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
         columns = {SIGNALS[s.signal].column: _bridged_if_slower(s, rate)[::every] for s in chosen}
         return pl.DataFrame({"time_s": chosen[0].time[::every], **columns}), rate / every
     rate = resampling_rate(chosen, log)
+    notes += slow_notes(chosen, rate)
     return _resampled([_in_order(samples, log, notes) for samples in chosen], rate), rate
 
 
@@ -60,8 +62,21 @@ def resampling_rate(chosen: Sequence[Samples], log: str) -> float:
     return min(max(_tick_rate(chosen, log), SLOWEST_HZ), FASTEST_HZ)
 
 
+def is_too_slow_for_the_core(rate_hz: float) -> bool:
+    """Whether samples at that rate are resampled; not so where there is none, 0."""
+    return 0.0 < rate_hz < SLOWEST_HZ * (1 - RATE_SLACK)
+
+
+def slow_notes(chosen: Sequence[Samples], rate_hz: float) -> list[str]:
+    """Where the signal that sets the rate comes more rarely than the ticks at `rate_hz`."""
+    first = leading(chosen)
+    if first.signal not in _SET_BY_RATE or not is_too_slow_for_the_core(first.rate_hz):
+        return []
+    return [f"recorded at {first.rate_hz:.3g} Hz, resampled to {rate_hz:.3g} Hz"]
+
+
 def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
-    """The steering wheel angle's own rate; without one, that of the best other signal."""
+    """The steering wheel angle's own rate, at least `SLOWEST_HZ`; without one, that of the best other signal."""
     for samples in _first_of_each_time(chosen):
         _refuse_backward(samples, log)
     by_signal = {samples.signal: samples for samples in chosen}
@@ -69,10 +84,10 @@ def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
     if leading is None:
         return max(SLOWEST_HZ, *(samples.rate_hz for samples in chosen))
     rate = leading.rate_hz
-    if rate < SLOWEST_HZ * (1 - RATE_SLACK) and leading.signal == "steering_wheel_angle":
+    if rate < RECORDED_MIN_HZ * (1 - RATE_SLACK) and leading.signal == "steering_wheel_angle":
         raise OncenterError(
             f"steering_wheel_angle ({leading.description}) in {log} comes at {rate:.3g} Hz, "
-            f"at least {SLOWEST_HZ:.0f} Hz is needed",
+            f"at least {RECORDED_MIN_HZ:.0f} Hz is needed",
             code="rate_too_low",
             needs=("steering_wheel_angle",),
         )
@@ -165,7 +180,9 @@ def _backward_notes(samples: Samples, log: str) -> list[str]:
     time = samples.time
     backward = np.flatnonzero(time[1:] < time[:-1])
     if not len(backward):
-        return []
+        repeated = int(np.count_nonzero(time[1:] == time[:-1]))
+        rows = "1 row" if repeated == 1 else f"{repeated} rows"
+        return [f"{rows} of {log} with the time of the row before count for nothing"] if repeated else []
     farthest = float(np.max(np.maximum.accumulate(time) - time))
     times = "once" if len(backward) == 1 else f"{len(backward)} times"
     return [

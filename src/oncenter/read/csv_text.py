@@ -9,8 +9,13 @@ import re
 import zlib
 from pathlib import Path
 
-from oncenter.errors import OncenterError
+import numpy as np
+import numpy.typing as npt
 
+from oncenter.errors import OncenterError
+from oncenter.read.cut_off import CutOff
+
+_SHORT_ROWS_SHARE = 0.01  # of the rows; more is a program's habit, not damage
 _GZIP = b"\x1f\x8b"
 _QUOTED = re.compile(rb'"[^"]*"?')
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -68,8 +73,23 @@ def without_cut_off_row(path: Path, text: bytes, separator: str, notes: list[str
     rows = (header, before) if before.strip() else (header,)  # some programs leave out empty cells at rows' ends
     if _cells(last, separator) >= min(_cells(row, separator) for row in rows):
         return text
-    notes.append(f"the last line of {path.name} is cut off and was left out")
+    notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
     return text[: end + 1]
+
+
+def whole_rows(text: bytes, separator: str) -> npt.NDArray[np.bool_] | None:
+    """Of each row, whether it has as many cells as the header; None where quotes hide what parts cells, or where so
+    many rows are shorter that their program leaves out empty cells."""
+    if b'"' in text:
+        return None
+    characters = np.frombuffer(text if text.endswith(b"\n") else text + b"\n", np.uint8)
+    ends = np.flatnonzero(characters == ord("\n"))
+    marks = np.flatnonzero(characters == ord(separator))
+    cells = np.diff(np.searchsorted(marks, ends), prepend=0) + 1
+    starts = np.concatenate(([0], ends[:-1] + 1))
+    blank = (ends == starts) | ((ends == starts + 1) & (characters[starts] == ord("\r")))
+    whole: npt.NDArray[np.bool_] = cells[~blank][1:] >= cells[0]
+    return whole if np.count_nonzero(~whole) <= _SHORT_ROWS_SHARE * len(whole) else None
 
 
 def too_long_row(path: Path, text: bytes, separator: str) -> OncenterError | None:

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.regular_file import read_regular_file, refuse_what_is_no_regular_file
+from oncenter.nearest_name import did_you_mean, in_order_of_likeness
 from oncenter.read import j1939
 from oncenter.read.frames import PGN_COUNT, Column, Frames, Kept, bus_name, pgn_of
 from oncenter.read.samples import Samples
@@ -27,6 +28,7 @@ from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
 if TYPE_CHECKING:
     from cantools.database.can import Message, Signal
 
+_LISTED_MAX = 12  # signals in an error message
 _BYTES_MAX = 16 << 20  # J1939's whole digital annex has five million
 _BITS_MAX = 1 << 16  # of a message; J1939's longest by its usual transport protocol has 14,280
 _NUMBER_MAX = 1e30  # of a scale or an offset
@@ -76,14 +78,22 @@ def definitions(
         OncenterError: a file is no DBC, or a named signal has no unit.
     """
     found: list[Definition] = []
+    there: dict[str, str] = {}  # by name with its message: the name alone
     for path in paths:
         before = len(found)
-        for message in _messages_of(Path(path)):
+        messages = _messages_of(Path(path))
+        there |= {f"{message.name}.{layout.name}": layout.name for message in messages for layout in message.signals}
+        for message in messages:
             fields = [field for layout in message.signals for field in _fields(message, layout, names, notes)]
             if fields:
                 found.append(Definition(message, tuple(fields)))
         if len(found) == before:
-            notes.append(f"the DBC {Path(path).name} has none of our signals: name them in a [signals] table")
+            notes.append(
+                f"the DBC {Path(path).name} has none of our signals: name them in a [signals] table; "
+                f"it has {_signals_listed(messages)}"
+            )
+    if paths:
+        notes += _not_there(there, names, ", ".join(Path(path).name for path in paths))
     return found
 
 
@@ -99,6 +109,26 @@ def _messages_of(path: Path) -> list[Message]:
 @lru_cache(maxsize=4)
 def _parsed(path: Path, state: tuple[int, ...]) -> list[Message]:
     return _messages(path)
+
+
+def _not_there(there: Mapping[str, str], names: Mapping[str, SignalName], files: str) -> list[str]:
+    """A note on each name of `[signals]` that no database has."""
+    known = {*there, *there.values()}
+    return [
+        f"{signal}: no signal {entry.name!r} in {files}, which [signals] names{did_you_mean(entry.name, known)}"
+        for signal, entry in names.items()
+        if signal in SIGNALS and entry.name not in known
+    ]
+
+
+def _signals_listed(messages: Sequence[Message]) -> str:
+    """With their units, those first that are called most like the ones that every answer needs."""
+    units = {f"{message.name}.{layout.name}": layout.unit or "" for message in messages for layout in message.signals}
+    wanted = ("steering_wheel_angle", "yaw_rate", "vehicle_speed", "lateral_acceleration")
+    names = in_order_of_likeness(units, wanted)[:_LISTED_MAX]
+    shown = ", ".join(f"{name} [{units[name]}]" if units[name] else name for name in names)
+    more = len(units) - len(names)
+    return _printable(shown + (f" and {more} more" if more else "")) or "no signals at all"
 
 
 def _messages(path: Path) -> list[Message]:
@@ -130,7 +160,15 @@ def _text(path: Path) -> str:
         raise _bad(f"cannot read the DBC {path.name}: {error.strerror}") from None
     if not content:
         raise _bad(f"{path.name} is empty, not a DBC")
-    return content.decode("cp1252", "replace").replace("\r\n", "\n").replace("\r", "\n")
+    return _decoded(content).replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _decoded(content: bytes) -> str:
+    """A DBC says nothing of its encoding: UTF-8 is tried first, since hardly any other text passes for it."""
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", "replace")
 
 
 def _refuse_absurd_numbers(text: str, name: str) -> None:

@@ -9,9 +9,11 @@ from pathlib import Path
 from oncenter.errors import OncenterError
 from oncenter.read import cannot_read, choose, clock, j1939, mf4, suffix_of, tabular
 from oncenter.read import dbc as databases
+from oncenter.read.cut_off import short_frames_notes, with_seconds
 from oncenter.read.decode import decode, wanted_by
 from oncenter.read.frames import Kept, keep
 from oncenter.read.frames_of_log import frames_of_log
+from oncenter.read.plugins import plugin_for, read_plugin
 from oncenter.read.samples import Samples
 from oncenter.signals import SignalName, Signals
 
@@ -24,18 +26,21 @@ def read_here(
     tell: Callable[[float], None],
 ) -> Signals:
     """As `read`, in this process, whatever library reads that format: for a child process, or for a file of ours."""
-    suffix = suffix_of(path)
+    plugin = plugin_for(path)
+    suffix = "" if plugin is not None else suffix_of(path)
     notes: list[str] = []
     before = path.stat()
     tell(0.0)
-    if suffix in (".csv", ".csv.gz"):
+    if plugin is not None:
+        candidates = read_plugin(path, plugin, names, notes)
+    elif suffix in (".csv", ".csv.gz"):
         candidates = tabular.read_csv(path, names, notes)
     elif suffix == ".parquet":
         candidates = tabular.read_parquet(path, names, notes)
     else:
         candidates = _from_bus(path, suffix, names, dbc, notes, tell)
     _note_a_change(path, before, notes)
-    signals = _signals(path, candidates, take, notes)
+    signals = as_signals(path, candidates, take, notes)
     tell(1.0)
     return signals
 
@@ -74,6 +79,7 @@ def _from_bus(
         kept, decoded = mf4.read(path, names, wanted, notes, tell)
     else:
         kept = keep(frames_of_log(path, notes, tell), wanted)
+    notes += short_frames_notes(kept.frames, path.name)
     candidates = decode(kept, described, decoded)
     if not candidates:
         raise _nothing_known(path, kept, described, notes)
@@ -109,7 +115,7 @@ def _nothing_known(
     )
 
 
-def _signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str], notes: list[str]) -> Signals:
+def as_signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str], notes: list[str]) -> Signals:
     clock.refuse_time_out_of_range(candidates, path.name)
     chosen, sources = choose.choose(candidates, take, path.name, notes)
     if not chosen:
@@ -121,4 +127,5 @@ def _signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str],
     table, rate = clock.to_one_tick(chosen, path.name, notes)
     if table.height < 2:
         raise OncenterError(f"{path.name} has {table.height} ticks, at least 2 are needed", code="too_short")
-    return Signals(table, sources, rate, os.fspath(path), tuple(notes))
+    time = table["time_s"]
+    return Signals(table, sources, rate, os.fspath(path), with_seconds(notes, float(time[-1] - time[0])))

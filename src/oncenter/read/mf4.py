@@ -26,6 +26,7 @@ import numpy.typing as npt
 from oncenter.errors import OncenterError
 from oncenter.read import j1939
 from oncenter.read.conversions import NoNumbers, UnknownConversion, physical, shown
+from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Column, Frames, Kept, Wanted, bus_code, keep
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
@@ -55,7 +56,7 @@ def read(
     with _asammdf(path) as mdf:
         log = _Log(path, mdf)
         if _was_never_closed(path):
-            notes.append(f"{path.name} was never closed by its logger: read up to its last whole record")
+            notes.append(CutOff(f"{path.name} was never closed by its logger: read up to its last whole record"))
         kept = keep(_frames(log, progress), wanted)
         decoded = _decoded(log, names, notes)
         if not decoded and not kept.total:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import contextlib
 import logging
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from oncenter.errors import OncenterError
+from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Frames, bus_code
 from oncenter.read.text_lines import AscLines, TextLines
 
@@ -30,11 +32,17 @@ def chunks(path: Path, suffix: str, notes: list[str], progress: Callable[[float]
     with path.open("rb") as file, _complaints() as complaints:
         text = AscLines(file, path.name) if suffix == ".asc" else TextLines(file)
         messages = _messages(path, text)
-        while frames := _some(path, messages):
+        skipped = _Skipped()
+        while frames := _some(path, messages, skipped):
             progress(1.0 if file.closed else min(file.tell() / size, 1.0))
             yield frames
     if text.cut_off:
-        notes.append(f"the last line of {path.name} is cut off and was left out")
+        notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
+    if text.strange:
+        first = f"the first reads {text.first_strange!r}"
+        notes.append(f"{text.strange} lines of {path.name} are no frames and were left out, {first}")
+    if skipped.flexible:
+        notes.append(f"{skipped.flexible} CAN FD frames of {path.name} are not read")
     if complaints:
         notes.append(
             f"{len(complaints)} lines of {path.name} were left out, the first as python-can says: {complaints[0]}"
@@ -78,12 +86,20 @@ def _messages(path: Path, text: TextLines) -> Iterator[can.Message]:
         raise _unreadable(path, error) from error
 
 
-def _some(path: Path, messages: Iterator[can.Message]) -> Frames | None:
+@dataclass
+class _Skipped:
+    """Counts of frames that are not read."""
+
+    flexible: int = 0
+
+
+def _some(path: Path, messages: Iterator[can.Message], skipped: _Skipped) -> Frames | None:
     """The next frames, or None at the end of the log."""
     some = []
     try:
         for message in messages:
             if not is_data(message):
+                skipped.flexible += message.is_fd
                 continue
             some.append(message)
             if len(some) == FRAMES_PER_CHUNK:

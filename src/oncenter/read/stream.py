@@ -251,6 +251,7 @@ class Stream:
             return False
         self.rate_hz, self.sources = clock.resampling_rate(chosen, self.name), sources
         self.paused = None
+        self.notes += clock.slow_notes(chosen, self.rate_hz)
         self._leave_out(left_out)
         silent = choose.without_number(candidates)
         self._silent = {samples.signal: source for samples, source in silent}

@@ -10,10 +10,12 @@ import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
+from oncenter.nearest_name import did_you_mean
 from oncenter.read.csv_text import (
     csv_text,
     separator_of,
     too_long_row,
+    whole_rows,
     with_header_as_long_as_rows,
     without_cut_off_row,
 )
@@ -39,11 +41,12 @@ def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> l
     except _POLARS_ERRORS as error:
         raise too_long_row(path, text, separator) or _unreadable(path, error) from error
     frame = frame.rename({name: name.strip() for name in frame.columns}) if _distinct(frame.columns) else frame
+    frame = _without_short_rows(path, frame, text, separator, notes)
     frame, units = _without_units_row(frame)
     if separator != ",":
         frame = _with_decimal_points(frame)
-    wanted = _columns(path, frame.columns, names, units, notes)
-    return _samples(path, frame, time_column(path, frame.columns, names), wanted, names, units, notes)
+    wanted = columns_of(path, frame.columns, names, units, notes)
+    return samples_of(path, frame, time_column(path, frame.columns, names), wanted, names, units, notes)
 
 
 def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
@@ -51,13 +54,13 @@ def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) 
     try:
         table = pl.scan_parquet(for_polars(path), glob=False)  # opened once for both its schema and its columns
         columns = list(table.collect_schema())
-        wanted = _columns(path, columns, names, {}, notes)
+        wanted = columns_of(path, columns, names, {}, notes)
         when = time_column(path, columns, names)
         needed = dict.fromkeys([when, *(column for column, _, _ in wanted)])
         frame = table.select(*needed).collect()
     except _POLARS_ERRORS as error:
         raise _unreadable(path, error) from error
-    return _samples(path, frame, when, wanted, names, {}, notes)
+    return samples_of(path, frame, when, wanted, names, {}, notes)
 
 
 def for_polars(path: Path) -> Path | bytes:
@@ -71,6 +74,19 @@ def for_polars(path: Path) -> Path | bytes:
 
 def _distinct(columns: Sequence[str]) -> bool:
     return len({name.strip() for name in columns}) == len(columns)
+
+
+def _without_short_rows(path: Path, frame: pl.DataFrame, text: bytes, separator: str, notes: list[str]) -> pl.DataFrame:
+    """Without rows that were cut: their last number may be cut as well, and still look like one."""
+    if not frame.width or not frame[frame.columns[-1]].null_count():
+        return frame
+    whole = whole_rows(text, separator)
+    if whole is None or len(whole) != frame.height or whole.all():
+        return frame
+    short = np.flatnonzero(~whole)
+    rows = "1 row" if len(short) == 1 else f"{len(short)} rows"
+    notes.append(f"{rows} of {path.name} with fewer cells than the header left out, the first row {short[0] + 1}")
+    return frame.filter(pl.Series(whole))
 
 
 def _without_units_row(frame: pl.DataFrame) -> tuple[pl.DataFrame, dict[str, str]]:
@@ -96,7 +112,7 @@ def _unreadable(path: Path, error: BaseException) -> OncenterError:
     return OncenterError(f"cannot read {path.name}: {reason}", code="unreadable_log")
 
 
-def _samples(
+def samples_of(
     path: Path,
     frame: pl.DataFrame,
     when: str,
@@ -152,7 +168,7 @@ def _has_content(frame: pl.DataFrame) -> list[pl.Expr]:
     return [pl.col(name).is_not_null() for name in frame.columns]
 
 
-def _columns(
+def columns_of(
     path: Path, columns: Sequence[str], names: Mapping[str, SignalName], units: Mapping[str, str], notes: list[str]
 ) -> list[Wanted]:
     """Every column that is a signal."""
@@ -165,7 +181,8 @@ def _columns(
             wanted.append((named.name, signal, named.sign * known[unit]))
             continue
         if named is not None:
-            notes.append(f"{signal}: no column {named.name!r}, which [signals] names")
+            meant = did_you_mean(named.name, columns)
+            notes.append(f"{signal}: no column {named.name!r}, which [signals] names{meant}")
         suffixed = _unit_suffixed(path, columns, signal, units)
         if not suffixed:
             notes += _nearly(columns, signal)

@@ -9,16 +9,24 @@ from typing import BinaryIO
 from oncenter.errors import OncenterError
 
 _BASE = re.compile(r"\s*base\s+(hex|dec)(?:\s+timestamps\s+(absolute|relative))?", re.IGNORECASE)
+_STAMP = re.compile(r"\d+\.?\d*")
+_HEADS = ("date", "base", "internal", "no", "begin", "end", "//", "-")  # of lines without a time
 _IDENTIFIER = re.compile(r"[0-9A-Fa-f]+x?", re.IGNORECASE)
 _DECIMAL_IDENTIFIER = re.compile(r"\bID = (\d+)(x?)")
 
 
 class TextLines(io.TextIOWrapper):
-    """A text log to iterate over; what does not end in a line end is left out and told in `cut_off`."""
+    """A text log to iterate over; what does not end in a line end is left out and told in `cut_off`.
+
+    `strange` counts the lines that python-can passes over without a word though they are no event of a log, and
+    `first_strange` is the first one.
+    """
 
     def __init__(self, file: BinaryIO) -> None:
         super().__init__(file, encoding="utf-8", errors="replace")
         self.cut_off = False
+        self.strange = 0
+        self.first_strange = ""
 
     def __next__(self) -> str:  # type: ignore[override]
         line = super().__next__()
@@ -26,6 +34,15 @@ class TextLines(io.TextIOWrapper):
             self.cut_off = bool(line.strip())
             raise StopIteration
         return line
+
+
+def _is_strange(words: list[str]) -> bool:
+    """Whether a line of an .asc log begins as no line does, or ends before a frame's identifier and direction."""
+    if not words[0][:1].isdigit():
+        return not words[0].lower().startswith(_HEADS)
+    if not _STAMP.fullmatch(words[0]) or len(words) == 1:
+        return True
+    return words[1].isdigit() and len(words) < 5 and (len(words) == 2 or bool(_IDENTIFIER.fullmatch(words[2])))
 
 
 class AscLines(TextLines):
@@ -46,6 +63,9 @@ class AscLines(TextLines):
         elif line[:5].lower() == "begin":  # a trigger block brings its own date
             self._time = 0.0
         words = line.split(None, 4)
+        if words and _is_strange(words):
+            self.strange += 1
+            self.first_strange = self.first_strange or line.strip()[:40]
         if len(words) < 2 or not words[0][:1].isdigit():
             return line
         return self._with_identifier(self._in_absolute_time(line, words[0]), words)

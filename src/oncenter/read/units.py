@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import PURE_NUMBER, SIGNALS, Quantity, SignalName
 
@@ -9,40 +11,76 @@ TIME = Quantity("s", {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9})
 
 NOMINAL_WHEEL_RADIUS_M = 0.5  # 295/80 R22.5 rolls on some 0.5 m
 
+# As `_plain` leaves them.
 _SPELLINGS = {
     "°": "deg",
     "degree": "deg",
     "degrees": "deg",
-    "grad": "deg",
+    "grad": "deg",  # German; nobody measures steering in 400ths of a turn
     "radian": "rad",
     "radians": "rad",
     "deg/s": "deg_s",
     "°/s": "deg_s",
-    "deg/sec": "deg_s",
+    "grad/s": "deg_s",
+    "degree/s": "deg_s",
+    "degrees/s": "deg_s",
     "dps": "deg_s",
     "rad/s": "rad_s",
-    "rad/sec": "rad_s",
+    "radian/s": "rad_s",
+    "radians/s": "rad_s",
     "1/s": "rad_s",
     "m/s": "m_s",
     "mps": "m_s",
     "km/h": "km_h",
     "kph": "km_h",
     "kmh": "km_h",
+    "kmph": "km_h",
+    "km/hr": "km_h",
     "m/s2": "m_s2",
-    "m/s^2": "m_s2",
-    "m/s²": "m_s2",
     "m/s/s": "m_s2",
     "mps2": "m_s2",
+    "m/ss": "m_s2",
     "nm": "nm",
     "n*m": "nm",
-    "n·m": "nm",
+    "n.m": "nm",
+    "n-m": "nm",
     "newtonmeter": "nm",
+    "newtonmetre": "nm",
     "µs": "us",
     "sec": "s",
     "seconds": "s",
     "": "1",
     "-": "1",
 }
+_ALIKE = str.maketrans({"º": "°", "˚": "°", "²": "2", "·": "*", "⋅": "*", "μ": "µ", "\N{REPLACEMENT CHARACTER}": "°"})
+_SECOND = re.compile(r"/(?:sec|second|sek)(?![a-z])")
+
+
+def _plain(written: str) -> str:
+    """A unit without case, blanks, brackets and the ways of writing degrees, squares and seconds.
+
+    A degree sign or a square may come as two characters, of UTF-8 that was read as Latin-1 (once or twice), or as the
+    mark of a byte that was no UTF-8.
+    """
+    text = written.strip().strip("[]()").lower().replace(" ", "")
+    for mangled, meant in _MANGLED:
+        text = text.replace(mangled, meant)
+    if text.startswith("m/s"):
+        text = text.replace("\N{REPLACEMENT CHARACTER}", "2")
+    text = text.translate(_ALIKE).replace("**", "^").replace("^2", "2")
+    for exponent, divided in (("*s^-1", "/s"), ("*s-1", "/s"), ("*s^-2", "/s2"), ("*s-2", "/s2")):
+        text = text.replace(exponent, divided)
+    return _SECOND.sub("/s", text)
+
+
+def _encoded_again(sign: str) -> list[str]:
+    """How UTF-8 looks in lower case that was read as Latin-1 or Windows' code page, after a second time and a first."""
+    once = sign.encode().decode("latin-1")
+    twice = [once.encode().decode(encoding, "replace") for encoding in ("latin-1", "cp1252")]
+    return [text.lower() for text in (*twice, once)]
+
+
+_MANGLED = [(mangled, sign) for sign in "°²µ" for mangled in _encoded_again(sign)]
 
 
 def factors(signal: str) -> dict[str, float]:
@@ -56,7 +94,7 @@ def factors(signal: str) -> dict[str, float]:
 def unit_key(written: str, known: dict[str, float]) -> str | None:
     """The key of `known` that a unit as written in a file means, or None."""
     text = written.strip()
-    for candidate in (text, text.lower(), _SPELLINGS.get(text.lower().replace(" ", ""), "")):
+    for candidate in (text, text.lower(), _plain(text), _SPELLINGS.get(_plain(text), "")):
         if candidate in known:
             return candidate
     return None
@@ -102,8 +140,9 @@ def named_unit(signal: str, entry: SignalName, known: dict[str, float], unit_in_
     if unit is None:
         if list(known) == ["1"]:
             return "1"
+        has = f"has unit {unit_in_file!r}, which is none of this signal" if unit_in_file else "has no unit"
         raise OncenterError(
-            f"[signals] {signal}: {entry.name!r} has no unit, give unit = {choices}",
+            f"[signals] {signal}: {entry.name!r} {has}: give unit = {choices}",
             code="unit_missing",
             exit_code=WRONG_USAGE,
             needs=(signal,),

@@ -30,7 +30,7 @@ from oncenter.reference.straights import (
     plane_m,
     straights,
 )
-from oncenter.signals import DEGREE, Signals
+from oncenter.signals import DEGREE, Signals, drives_of
 
 _NEEDED = ("steering_wheel_angle", "latitude", "longitude")
 _ENDS_M = 30.0  # left out at both: where the truck comes round and aligns itself
@@ -158,6 +158,7 @@ def reference(signals: Signals) -> Reference:
     """
     from oncenter.read import require
 
+    drives_of(signals, "reference")
     require(signals, _NEEDED)
     (drive,) = without_whole_turns((signals,))
     table = drive.table

@@ -1,0 +1,34 @@
+"""Notes of logs that end before their recording did: with the seconds that were read up to there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from oncenter.read.frames import Frames, pgn_of
+
+
+class CutOff(str):
+    """A note that the end of a log is not there."""
+
+
+def with_seconds(notes: Sequence[str], duration_s: float) -> tuple[str, ...]:
+    """The notes; those of a log that is cut off say how much of it was read."""
+    return tuple(f"{note}; {duration_s:.1f} s were read" if isinstance(note, CutOff) else note for note in notes)
+
+
+def short_frames_notes(frames: Frames, log: str) -> list[str]:
+    """Frames that have fewer bytes than the longest of their identifier, as a line has that was cut."""
+    if not len(frames) or int(frames.length.min()) == int(frames.length.max()):
+        return []
+    notes = []
+    for identifier in np.unique(frames.identifier):
+        lengths = frames.length[frames.identifier == identifier]
+        short = int(np.count_nonzero(lengths < lengths.max()))
+        if short:
+            extended = bool(frames.extended[frames.identifier == identifier][0])
+            name = f"PGN {int(pgn_of(np.array([identifier]))[0])}" if extended else f"0x{int(identifier):X}"
+            which = f"1 frame of {name} in {log} is" if short == 1 else f"{short} frames of {name} in {log} are"
+            notes.append(f"{which} shorter than others: what was cut is not available")
+    return notes

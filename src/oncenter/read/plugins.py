@@ -1,0 +1,83 @@
+"""Formats of others: an installed package says by an entry point that it reads them.
+
+The group is `oncenter.readers`. An entry point's name is the suffix of the files that it reads, as `.acme`. A name
+without a leading dot is for drives that are folders: that of a file or folder in them, as `processed_log`. It is loaded
+only when such a log is read, and never asked about a format that this package reads itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from oncenter.errors import OncenterError
+from oncenter.files.log_formats import SUFFIXES
+from oncenter.read.samples import Samples
+from oncenter.signals import SignalName
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+GROUP = "oncenter.readers"
+
+
+def plugin_for(path: Path) -> EntryPoint | None:
+    """Whose log that is; None where it is of a format of ours, or of nobody's.
+
+    Raises:
+        OncenterError: "plugin_ambiguous": two packages say that they read it.
+    """
+    name = path.name.lower()
+    if name.endswith(SUFFIXES):
+        return None
+    having = [point for point in _installed() if _is_of(point.name, path, name)]
+    if not having:
+        return None
+    longest = max(len(point.name) for point in having)
+    first, *others = (point for point in having if len(point.name) == longest)
+    if any(other.value != first.value for other in others):
+        packages = " and ".join(map(_called, (first, *others)))
+        raise OncenterError(f"{path.name} is read by {packages}: uninstall all but one", code="plugin_ambiguous")
+    return first
+
+
+def suffixes_of_plugins() -> list[str]:
+    return sorted({point.name for point in _installed() if point.name.startswith(".")})
+
+
+def read_plugin(path: Path, plugin: EntryPoint, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
+    """What a plug-in gives of a log, by the rules of a CSV file.
+
+    Raises:
+        OncenterError: "plugin_failed": it raised, or gave no table; else as `oncenter.read` of a CSV file.
+    """
+    from oncenter.read.dataframe import NoTable, samples_of_frame
+
+    try:
+        frame: Any = plugin.load()(path)
+    except (Exception, SystemExit) as error:
+        first = (str(error).splitlines() or [""])[0][:200]
+        what = str(error) if isinstance(error, OncenterError) else f"{type(error).__name__}: {first}"
+        raise OncenterError(f"cannot read {path.name}: {_called(plugin)}: {what}", code="plugin_failed") from error
+    try:
+        return samples_of_frame(frame, path, names, notes)
+    except NoTable as wrong:
+        raise OncenterError(f"{_called(plugin)} of {path.name}: {wrong}", code="plugin_failed") from None
+
+
+def _installed() -> tuple[EntryPoint, ...]:
+    from importlib.metadata import entry_points  # late: most logs are of formats of ours
+
+    return tuple(entry_points(group=GROUP))
+
+
+def _is_of(mark: str, path: Path, name: str) -> bool:
+    if mark.startswith("."):
+        return name.endswith(mark.lower()) and not path.is_dir()
+    return path.is_dir() and (path / mark).exists()
+
+
+def _called(plugin: EntryPoint) -> str:
+    package = plugin.dist.name if plugin.dist is not None else plugin.module
+    return f"the plug-in {package}"

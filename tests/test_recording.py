@@ -1,0 +1,137 @@
+"""A log that has holes, or a signal that is not there at its ends, is answered and says so in seconds."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from planted_faults import RATE_HZ, TRUCK, drive, without
+
+import oncenter as oc
+from oncenter.cli import run
+from oncenter.offset.findings import Finding
+from oncenter.plausibility import check
+from oncenter.plausibility.recording import recorded
+from oncenter.signals import SIGNALS, Signals
+
+VEHICLE = "wheelbase_m = 3.7\nsteering_ratio = 19.3\ntrack_width_rear_m = 1.83\n"
+NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed", "lateral_acceleration")
+
+
+def cut(signals: Signals, name: str, *, late_s: float = 0.0, early_s: float = 0.0) -> Signals:
+    """A signal that begins late or ends early."""
+    time = signals.table["time_s"].to_numpy()
+    silent = (time < time[0] + late_s - 1e-6) | (time > time[-1] - early_s + 1e-6)
+    column = SIGNALS[name].column
+    values = np.where(silent, np.nan, signals.table[column].to_numpy())
+    return replace(signals, table=signals.table.with_columns(pl.Series(column, values)))
+
+
+def with_holes(signals: Signals, every_s: float, length_s: float) -> Signals:
+    """Of each `every_s` seconds the last `length_s` are lost."""
+    since = (pl.col("time_s") - pl.col("time_s").first()) % every_s
+    return replace(signals, table=signals.table.filter(since < every_s - length_s))
+
+
+def of_code(findings: tuple[Finding, ...], code: str) -> list[Finding]:
+    return [finding for finding in findings if finding.code == code]
+
+
+@pytest.mark.parametrize(("early_s", "written"), [(0.16, "0.16"), (1.0, "1.0")])
+@pytest.mark.parametrize("name", NEEDED)
+def test_a_signal_that_ends_before_its_log_is_told_with_its_seconds(name: str, early_s: float, written: str) -> None:
+    ended = cut(drive(), name, early_s=early_s)
+    for findings in (check(ended, TRUCK).findings, oc.offset(ended, TRUCK).findings):
+        (found,) = of_code(findings, "signal_ended_early")
+        assert found.text == f"{name.replace('_', ' ')} ended {written} s before the log"
+        assert (found.severity, found.unit) == ("info", "s")
+        assert found.value == pytest.approx(early_s)
+
+
+def test_a_signal_that_begins_after_its_log_is_told_with_its_seconds() -> None:
+    late = cut(drive(), "yaw_rate", late_s=2.0)
+    for findings in (check(late, TRUCK).findings, oc.offset(late, TRUCK).findings):
+        (found,) = of_code(findings, "signal_began_late")
+        assert found.text == "yaw rate began 2.0 s after the log"
+
+
+def test_a_signal_of_a_slow_sender_that_ends_within_its_period_is_not_told() -> None:
+    signals = cut(drive(), "vehicle_speed", early_s=0.2)
+    slow = {**signals.sources, "vehicle_speed": replace(signals.sources["vehicle_speed"], rate_hz=10.0)}
+    assert not of_code(check(replace(signals, sources=slow), TRUCK).findings, "signal_ended_early")
+
+
+def test_a_signal_that_is_not_needed_may_end_when_it_likes() -> None:
+    ended = cut(drive(), "wheel_speed_front_left", early_s=5.0)
+    assert not of_code(oc.offset(ended, TRUCK).findings, "signal_ended_early")
+
+
+def test_a_log_without_holes_says_nothing_of_them() -> None:
+    signals = drive()
+    assert recorded(signals).holes_s == ()
+    assert not of_code(check(signals, TRUCK).findings, "recording_has_holes")
+    assert not of_code(oc.offset(signals, TRUCK).findings, "recording_has_holes")
+
+
+def test_a_log_with_holes_says_how_much_of_it_was_recorded() -> None:
+    holed = with_holes(drive(duration_s=1300.0), 40.0, 10.0)
+    for findings in (check(holed, TRUCK).findings, oc.offset(holed, TRUCK).findings):
+        (found,) = of_code(findings, "recording_has_holes")
+        assert found.text == "recorded 16 of 22 minutes, 32 holes of up to 10 s"
+        assert found.severity == "warning"
+        assert found.value == pytest.approx(320.0)
+
+
+def test_rows_without_a_number_are_not_recorded() -> None:
+    signals = without(drive(), *(name for name in drive().sources if name not in NEEDED))
+    time = signals.table["time_s"].to_numpy()
+    for name in NEEDED:
+        values = signals.table[SIGNALS[name].column].to_numpy().copy()
+        values[(time > 100.0) & (time < 104.0)] = np.nan
+        signals = replace(signals, table=signals.table.with_columns(pl.Series(SIGNALS[name].column, values)))
+    (hole_s,) = recorded(signals).holes_s
+    assert hole_s == pytest.approx(4.0, abs=2 / RATE_HZ)
+
+
+def test_of_several_logs_the_one_that_has_the_hole_is_named() -> None:
+    whole = replace(drive(), log="a/whole.csv")
+    later = pl.col("time_s") + 1000.0
+    holed = replace(whole, table=with_holes(whole, 400.0, 150.0).table.with_columns(later), log="a/holed.csv")
+    holed = replace(holed, table=holed.table.filter((pl.col("time_s") < 1100.0) | (pl.col("time_s") > 1150.0)))
+    (found,) = of_code(oc.offset([whole, holed], TRUCK).findings, "recording_has_holes")
+    assert found.text.startswith("holed.csv: recorded ")
+
+
+def test_the_command_line_says_it_in_words_and_json_and_counts_holes_among_gaps(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    holed = cut(with_holes(drive(duration_s=600.0), 40.0, 10.0), "steering_wheel_angle", early_s=1.0)
+    log, truck = tmp_path / "drive.csv", tmp_path / "truck.toml"
+    holed.table.write_csv(log)
+    truck.write_text(VEHICLE)
+    for verb in ("signals", "offset"):
+        said = told([verb, str(log), "--vehicle", str(truck)], capsys)
+        assert "recorded 7.5 of 9.8 minutes, 14 holes of up to 10 s" in said
+        assert "steering wheel angle ended 1.0 s before the log" in said
+        codes = {
+            each["code"]
+            for each in json.loads(told([verb, str(log), "--vehicle", str(truck), "--json"], capsys))["findings"]
+        }
+        assert {"recording_has_holes", "signal_ended_early"} <= codes
+    words = told(["signals", str(log)], capsys)
+    assert " 24%  " in next(line for line in words.splitlines() if line.startswith("yaw_rate"))
+    whole = json.loads(told(["signals", str(log), "--json"], capsys))
+    assert whole["holes"] == 14 and whole["recorded_s"] == pytest.approx(450.0, abs=1.0)
+
+
+def told(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    capsys.readouterr()
+    assert run(arguments) == 0
+    return capsys.readouterr().out
+
+
+def test_the_report_says_it(tmp_path: Path) -> None:
+    oc.report(oc.offset(cut(drive(), "steering_wheel_angle", early_s=1.0), TRUCK), tmp_path / "page.html")
+    assert "teering wheel angle ended 1.0 s before the log" in (tmp_path / "page.html").read_text(encoding="utf-8")

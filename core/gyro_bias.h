@@ -82,6 +82,7 @@ typedef struct {
     double still_blocks;                     /* of this standstill */
     double evidence;                         /* s, of blocks and of standing */
     double wheel_evidence;                   /* s, of blocks alone */
+    double sd;                               /* rad/s, of the bias, as of the last block */
     int32_t due;                             /* steps left of the last whole block */
     int32_t still_ticks;                     /* of this standstill so far, settling included */
     int32_t lost_ticks;                      /* since the last lateral acceleration, clamped at the design's */
@@ -89,7 +90,6 @@ typedef struct {
     int32_t running;                         /* since ignition */
     int32_t has_wheels;                      /* since ignition */
     oc_status status;
-    double sd;                               /* rad/s, of the bias, as of the last block */
 } oc_gyro_bias;
 
 void oc_gyro_bias_setup(oc_gyro_bias_design *design, const oc_vehicle *vehicle, const oc_params *params,

@@ -94,10 +94,10 @@ typedef struct {
     float unloading;                     /* m/s^2, a_0 */
     float age;                           /* s of driving learned from */
     float left_before, right_before;     /* s on either flank before it began */
-    oc_variances variances;              /* squares of the units above, and of the width's, rad */
     float with_offset[OC_OF_OFFSET];     /* covariances of the offset with the others */
-    float pulled_variance;               /* rad^2, of the offset by pull and wind, beside its own variance */
-    float set_up_variance;               /* rad^2, likewise by an axle set up for the crown */
+    float set_up_variance;               /* rad^2, of the offset by an axle set up for the crown, beside its own */
+    float pulled_variance;               /* rad^2, likewise by pull and wind */
+    oc_variances variances;              /* squares of the units above, and of the width's, rad */
 } oc_hypothesis;
 
 /* A second's context, the same for all hypotheses; the noise goes on while equations are solved. */

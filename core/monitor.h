@@ -92,11 +92,11 @@ typedef struct {
 /* The current estimates. */
 typedef struct {
     oc_estimate offset;              /* rad */
-    oc_offset_parts parts;           /* of its uncertainty */
     oc_estimate understeer_gradient; /* rad/(m/s^2), K_us/g at the road wheel */
     oc_estimate backlash;            /* rad, full width, friction wind-up included; the joint method's */
     oc_estimate unloading_acceleration; /* m/s^2, neutral lateral acceleration, as measured; the joint method's */
     oc_estimate equivalent_wheelbase;   /* m, of (10); an error of the ratio counts as one of the wheelbase */
+    oc_offset_parts parts;              /* of the offset's uncertainty */
     oc_angle_truck truck;               /* these and the best play, for the angle without its sensor */
 } oc_learned;
 

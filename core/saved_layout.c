@@ -19,7 +19,7 @@
 
 /* docs/make_layout.py writes what follows from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0xE206B687u;
+static const uint32_t layout_hash = 0x28D1DCAEu;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 2),
@@ -50,9 +50,9 @@ static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, evidence.gyro_bias.x[0], 72), FLOATS(oc_state, evidence.gyro_bias.past.used_s, 13),
     DOUBLES_OF_EACH(oc_state, evidence.gyro_bias.axles[0].weight, 18, evidence.gyro_bias.axles),
     INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].has_update, 1, evidence.gyro_bias.axles),
-    FLOATS(oc_state, evidence.gyro_bias.together.up, 4), DOUBLES(oc_state, evidence.gyro_bias.level.blocks, 17),
+    FLOATS(oc_state, evidence.gyro_bias.together.up, 4), DOUBLES(oc_state, evidence.gyro_bias.level.blocks, 18),
     INTEGERS(oc_state, evidence.gyro_bias.due, 6), ENUMS(oc_state, evidence.gyro_bias.status, 1),
-    DOUBLES(oc_state, evidence.gyro_bias.sd, 4), INTEGERS(oc_state, evidence.joint.started, 7),
+    DOUBLES(oc_state, evidence.wheel_speed.difference, 3), INTEGERS(oc_state, evidence.joint.started, 7),
     FLOATS(oc_state, evidence.joint.along, 2), INTEGERS(oc_state, evidence.joint.lost, 1),
     FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 11),
     INTEGERS(oc_state, evidence.joint.second.learns, 5), FLOATS(oc_state, evidence.joint.to_left, 2),
@@ -70,13 +70,13 @@ static const oc_saved_run state_runs[] = {
     FLOATS(oc_state, evidence.fault.confidence, 2), INTEGERS(oc_state, evidence.verdicts.offset_trusted, 1),
     FLOATS(oc_state, evidence.verdicts.lately, 1), COUNTS(oc_state, evidence.ticks, 13),
     DOUBLES(oc_state, evidence.bank_ticks, 10), ENUMS(oc_state, learned.offset.status, 1),
-    FLOATS(oc_state, learned.offset.lean, 6), DOUBLES(oc_state, learned.understeer_gradient.value, 3),
+    FLOATS(oc_state, learned.offset.lean, 1), DOUBLES(oc_state, learned.understeer_gradient.value, 3),
     ENUMS(oc_state, learned.understeer_gradient.status, 1), FLOATS(oc_state, learned.understeer_gradient.lean, 1),
     DOUBLES(oc_state, learned.backlash.value, 3), ENUMS(oc_state, learned.backlash.status, 1),
     FLOATS(oc_state, learned.backlash.lean, 1), DOUBLES(oc_state, learned.unloading_acceleration.value, 3),
     ENUMS(oc_state, learned.unloading_acceleration.status, 1), FLOATS(oc_state, learned.unloading_acceleration.lean, 1),
     DOUBLES(oc_state, learned.equivalent_wheelbase.value, 3), ENUMS(oc_state, learned.equivalent_wheelbase.status, 1),
-    FLOATS(oc_state, learned.equivalent_wheelbase.lean, 14), INTEGERS(oc_state, learned.truck.known, 1),
+    FLOATS(oc_state, learned.equivalent_wheelbase.lean, 19), INTEGERS(oc_state, learned.truck.known, 1),
 };
 
 static const oc_saved_run keyed_runs[] = {

@@ -8,8 +8,8 @@
 
 typedef struct {
     double weight;       /* ticks */
-    double mean;         /* rad/s or m/s^2 */
     double squares;      /* of the deviations from the mean */
+    double mean;         /* rad/s or m/s^2 */
 } oc_still_mean;
 
 typedef struct {

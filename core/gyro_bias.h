@@ -69,8 +69,8 @@ typedef struct {
     double x[OC_GYRO_BIAS_STATES];
     double P[OC_GYRO_BIAS_STATES][OC_GYRO_BIAS_STATES];
     oc_past_bias past;                       /* of the yaw rates that were used */
-    oc_gyro_bias_axle axles[OC_AXLE_COUNT];
     oc_gyro_bias_cusum together, apart;      /* on the sum and on the difference of both axles' innovations */
+    oc_gyro_bias_axle axles[OC_AXLE_COUNT];
     oc_gyro_bias_level level;
     double alarm_blocks;                     /* since the alarm; 0: none */
     double alarm_time;                       /* s, of all alarms */

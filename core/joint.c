@@ -136,7 +136,7 @@ static void turn_heading(oc_joint *joint, float angle) {
 static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_tracking *before, const oc_joint *joint,
                                   const oc_joint_design *design) {
     return (oc_motion_sample){
-        .angle = tick->angle,
+        .angle = (float)tick->angle,
         .residual = (float)tick->residual,
         .lateral_acceleration = (float)((double)design->borne * tick->yaw_rate * tick->speed + before->bank),
         .yaw_acceleration = (float)(tick->yaw_rate - before->yaw_rate) / design->hypothesis.step_s,

@@ -475,28 +475,31 @@ static bool has_load(oc_gyro_bias *state, const oc_gyro_bias_design *design, boo
 
 void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params,
                          const oc_signals *tick) {
-    const uint32_t rear = OC_HAS_WHEEL_SPEED_REAR_LEFT | OC_HAS_WHEEL_SPEED_REAR_RIGHT;
-    const uint32_t front = OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT;
+    static const uint32_t wheels[OC_AXLE_COUNT] = {
+        [OC_AXLE_REAR] = OC_HAS_WHEEL_SPEED_REAR_LEFT | OC_HAS_WHEEL_SPEED_REAR_RIGHT,
+        [OC_AXLE_FRONT] = OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT,
+    };
     if (!(tick->valid & OC_HAS_YAW_RATE)) {
         return;
     }
     if (!state->running) {
         begin(state, design, params, tick->time);
     }
-    if (!state->has_wheels && (tick->valid & (rear | front))) {
+    if (!state->has_wheels && (tick->valid & (wheels[OC_AXLE_REAR] | wheels[OC_AXLE_FRONT]))) {
         state->has_wheels = 1;
         state->P[DRIFT][DRIFT] += squared(params->gyro_bias_drift_first_sd_rad_s2);
     }
     watch_standstill(state, design, params, tick);
     const bool has_acceleration = params->use_accelerometer != 0 && (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0;
     const bool adds = has_load(state, design, has_acceleration);
-    if (adds && (tick->valid & rear) == rear) {
-        add(&state->axles[OC_AXLE_REAR], design->track[OC_AXLE_REAR], tick->wheel_speed_rear_left,
-            tick->wheel_speed_rear_right, tick->yaw_rate, tick->lateral_acceleration);
-    }
-    if (adds && (tick->valid & front) == front) {
-        add(&state->axles[OC_AXLE_FRONT], design->track[OC_AXLE_FRONT], tick->wheel_speed_front_left,
-            tick->wheel_speed_front_right, tick->yaw_rate, tick->lateral_acceleration);
+    for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
+        const bool is_rear = axle == OC_AXLE_REAR;
+        if (adds && (tick->valid & wheels[axle]) == wheels[axle]) {
+            add(&state->axles[axle], design->track[axle],
+                is_rear ? tick->wheel_speed_rear_left : tick->wheel_speed_front_left,
+                is_rear ? tick->wheel_speed_rear_right : tick->wheel_speed_front_right, tick->yaw_rate,
+                tick->lateral_acceleration);
+        }
     }
     state->block_ticks += 1.0;
     if (state->due != NOTHING_DUE) {

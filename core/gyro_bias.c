@@ -91,7 +91,7 @@ static void reset_block(oc_gyro_bias *state) {
 }
 
 static void reset_standstill(oc_gyro_bias *state) {
-    state->still = state->still_yaw_rate = state->still_squares = 0.0;
+    state->still = (oc_still_mean){0};
 }
 
 /* The first tick since power-on sets the priors; the first since ignition widens the bias. */
@@ -210,18 +210,18 @@ static void update_status(oc_gyro_bias *state, const oc_params *p) {
  * standstill, so the k-th counts as 1/k. The limit of k lets the filter follow a drift. */
 static void learn_from_standstill(oc_gyro_bias *state, const oc_params *p, double time, double tick_s) {
     static const double none[STATES_OF_AXLE] = {0.0};
-    const double n = state->still;
-    const double variance = state->still_squares / n;
+    const double n = state->still.weight;
+    const double variance = state->still.squares / n;
     if (variance <= squared(standstill_spread_max)) {
         predict(state, p, time);
         state->still_blocks += state->still_blocks < standstill_blocks_max ? 1.0 : 0.0;
         const double R = squared(standstill_floor) * state->still_blocks + variance * correlated_ticks / n;
-        const double innovation = state->still_yaw_rate - state->x[BIAS];
+        const double innovation = state->still.mean - state->x[BIAS];
         const double S = state->P[BIAS][BIAS] + R;
         if (innovation * innovation > outlier * outlier * S) {
             state->P[BIAS][BIAS] += innovation * innovation;
         }
-        (void)correct(state, OC_AXLE_REAR, none, state->still_yaw_rate, R);
+        (void)correct(state, OC_AXLE_REAR, none, state->still.mean, R);
         state->alarm_blocks = 0.0;
         state->evidence += n * tick_s;
         update_status(state, p);
@@ -252,11 +252,8 @@ static void watch_standstill(oc_gyro_bias *state, const oc_gyro_bias_design *des
         return;
     }
     state->still_ticks = design->settling_ticks + 1;
-    state->still += 1.0;
-    const double innovation = tick->yaw_rate - state->still_yaw_rate;
-    state->still_yaw_rate += innovation / state->still;
-    state->still_squares += innovation * (tick->yaw_rate - state->still_yaw_rate);
-    if (state->still >= design->standing_ticks) {
+    oc_still_mean_add(&state->still, tick->yaw_rate);
+    if (state->still.weight >= design->standing_ticks) {
         learn_from_standstill(state, p, tick->time, design->tick_s);
     }
 }

@@ -19,6 +19,7 @@
 #include "params.h"
 #include "past_bias.h"
 #include "signals.h"
+#include "standstill.h"
 #include "vehicle.h"
 
 enum {
@@ -78,7 +79,7 @@ typedef struct {
     double time;                             /* s, to which the state was predicted */
     double block_time;                       /* s, end of the last whole block */
     double block_ticks;                      /* of the growing block */
-    double still, still_yaw_rate, still_squares; /* of the growing standing block */
+    oc_still_mean still;                     /* of the growing standing block */
     double still_blocks;                     /* of this standstill */
     double evidence;                         /* s, of blocks and of standing */
     double wheel_evidence;                   /* s, of blocks alone */

@@ -68,8 +68,9 @@ static const member doubles[] = {
     {offsetof(oc_state, evidence.gyro_bias.x), OC_GYRO_BIAS_STATES, YAW_RATE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.axles[0].weight), 7, NOT_NEGATIVE, OC_AXLE_COUNT, AXLES}, /* to blocks */
     {offsetof(oc_state, evidence.gyro_bias.axles[0].noise), 1, SHARE, OC_AXLE_COUNT, AXLES},
-    {offsetof(oc_state, evidence.gyro_bias.still_yaw_rate), 1, YAW_RATE, 1, 0},
-    {offsetof(oc_state, evidence.gyro_bias.still_squares), 5, NOT_NEGATIVE, 1, 0}, /* to sd */
+    {offsetof(oc_state, evidence.gyro_bias.still.weight), 2, NOT_NEGATIVE, 1, 0},
+    {offsetof(oc_state, evidence.gyro_bias.still.mean), 1, YAW_RATE, 1, 0},
+    {offsetof(oc_state, evidence.gyro_bias.still_blocks), 4, NOT_NEGATIVE, 1, 0}, /* to sd */
     {offsetof(oc_state, evidence.joint.bank_mean), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, learned.offset.value), 1, ESTIMATE, OC_LEARNED_ESTIMATES, ESTIMATES},
     {offsetof(oc_state, learned.offset.standard_deviation), 2, NOT_NEGATIVE, OC_LEARNED_ESTIMATES, ESTIMATES},

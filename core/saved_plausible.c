@@ -32,7 +32,7 @@ typedef struct {
     uint8_t numbers, range, structs, step;
 } member;
 
-/* Steps, in words. */
+/* Bytes of a word, and steps in words. */
 enum {
     WORD = 4,
     MOMENTS = sizeof(oc_moments) / WORD,

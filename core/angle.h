@@ -84,6 +84,7 @@ typedef struct {
 /* Lost at ignition. */
 typedef struct {
     int32_t running;
+    int32_t ticks_to_check;
     float yaw_rate_first, yaw_rate, yaw_acceleration;  /* rad/s, rad/s, rad/s^2: filtered */
     float speed;                      /* m/s */
     float bank;                       /* m/s^2, a_y - r*v */
@@ -93,7 +94,6 @@ typedef struct {
     float reference;                  /* rad, of the wheels at their last clear motion */
     float place, place_variance;      /* in the play, -1 to 1 at its flanks */
     float place_step;                 /* per tick until the next check */
-    int32_t ticks_to_check;
     float held_s;                     /* since the angle was last observable */
     float without_sensor_s;           /* since the sensor was last valid */
     float standing_s;                 /* standstill without a sensor: the load may have changed */

@@ -1,5 +1,7 @@
 #include "bounds.h"
 
+#include <math.h>
+
 float oc_min(float a, float b) {
     return a < b ? a : b;
 }
@@ -16,5 +18,6 @@ float oc_clamp(float value, float low, float high) {
 }
 
 float oc_clamp_size(float value, float limit) {
-    return oc_clamp(value, -limit, limit);
+    const float size = oc_min(fabsf(value), limit);
+    return value < 0.0f ? -size : size;
 }

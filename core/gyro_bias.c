@@ -91,7 +91,7 @@ static void reset_block(oc_gyro_bias *state) {
 }
 
 static void reset_standstill(oc_gyro_bias *state) {
-    state->still = state->still_yaw_rate = state->still_squares = 0.0;
+    state->still = (oc_still_mean){0};
 }
 
 /* The first tick since power-on sets the priors; the first since ignition widens the bias. */
@@ -210,18 +210,18 @@ static void update_status(oc_gyro_bias *state, const oc_params *p) {
  * standstill, so the k-th counts as 1/k. The limit of k lets the filter follow a drift. */
 static void learn_from_standstill(oc_gyro_bias *state, const oc_params *p, double time, double tick_s) {
     static const double none[STATES_OF_AXLE] = {0.0};
-    const double n = state->still;
-    const double variance = state->still_squares / n;
+    const double n = state->still.weight;
+    const double variance = state->still.squares / n;
     if (variance <= squared(standstill_spread_max)) {
         predict(state, p, time);
         state->still_blocks += state->still_blocks < standstill_blocks_max ? 1.0 : 0.0;
         const double R = squared(standstill_floor) * state->still_blocks + variance * correlated_ticks / n;
-        const double innovation = state->still_yaw_rate - state->x[BIAS];
+        const double innovation = state->still.mean - state->x[BIAS];
         const double S = state->P[BIAS][BIAS] + R;
         if (innovation * innovation > outlier * outlier * S) {
             state->P[BIAS][BIAS] += innovation * innovation;
         }
-        (void)correct(state, OC_AXLE_REAR, none, state->still_yaw_rate, R);
+        (void)correct(state, OC_AXLE_REAR, none, state->still.mean, R);
         state->alarm_blocks = 0.0;
         state->evidence += n * tick_s;
         update_status(state, p);
@@ -252,11 +252,8 @@ static void watch_standstill(oc_gyro_bias *state, const oc_gyro_bias_design *des
         return;
     }
     state->still_ticks = design->settling_ticks + 1;
-    state->still += 1.0;
-    const double innovation = tick->yaw_rate - state->still_yaw_rate;
-    state->still_yaw_rate += innovation / state->still;
-    state->still_squares += innovation * (tick->yaw_rate - state->still_yaw_rate);
-    if (state->still >= design->standing_ticks) {
+    oc_still_mean_add(&state->still, tick->yaw_rate);
+    if (state->still.weight >= design->standing_ticks) {
         learn_from_standstill(state, p, tick->time, design->tick_s);
     }
 }
@@ -475,28 +472,31 @@ static bool has_load(oc_gyro_bias *state, const oc_gyro_bias_design *design, boo
 
 void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params,
                          const oc_signals *tick) {
-    const uint32_t rear = OC_HAS_WHEEL_SPEED_REAR_LEFT | OC_HAS_WHEEL_SPEED_REAR_RIGHT;
-    const uint32_t front = OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT;
+    static const uint32_t wheels[OC_AXLE_COUNT] = {
+        [OC_AXLE_REAR] = OC_HAS_WHEEL_SPEED_REAR_LEFT | OC_HAS_WHEEL_SPEED_REAR_RIGHT,
+        [OC_AXLE_FRONT] = OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT,
+    };
     if (!(tick->valid & OC_HAS_YAW_RATE)) {
         return;
     }
     if (!state->running) {
         begin(state, design, params, tick->time);
     }
-    if (!state->has_wheels && (tick->valid & (rear | front))) {
+    if (!state->has_wheels && (tick->valid & (wheels[OC_AXLE_REAR] | wheels[OC_AXLE_FRONT]))) {
         state->has_wheels = 1;
         state->P[DRIFT][DRIFT] += squared(params->gyro_bias_drift_first_sd_rad_s2);
     }
     watch_standstill(state, design, params, tick);
     const bool has_acceleration = params->use_accelerometer != 0 && (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0;
     const bool adds = has_load(state, design, has_acceleration);
-    if (adds && (tick->valid & rear) == rear) {
-        add(&state->axles[OC_AXLE_REAR], design->track[OC_AXLE_REAR], tick->wheel_speed_rear_left,
-            tick->wheel_speed_rear_right, tick->yaw_rate, tick->lateral_acceleration);
-    }
-    if (adds && (tick->valid & front) == front) {
-        add(&state->axles[OC_AXLE_FRONT], design->track[OC_AXLE_FRONT], tick->wheel_speed_front_left,
-            tick->wheel_speed_front_right, tick->yaw_rate, tick->lateral_acceleration);
+    for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
+        const bool is_rear = axle == OC_AXLE_REAR;
+        if (adds && (tick->valid & wheels[axle]) == wheels[axle]) {
+            add(&state->axles[axle], design->track[axle],
+                is_rear ? tick->wheel_speed_rear_left : tick->wheel_speed_front_left,
+                is_rear ? tick->wheel_speed_rear_right : tick->wheel_speed_front_right, tick->yaw_rate,
+                tick->lateral_acceleration);
+        }
     }
     state->block_ticks += 1.0;
     if (state->due != NOTHING_DUE) {

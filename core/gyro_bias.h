@@ -19,6 +19,7 @@
 #include "params.h"
 #include "past_bias.h"
 #include "signals.h"
+#include "standstill.h"
 #include "vehicle.h"
 
 enum {
@@ -69,8 +70,8 @@ typedef struct {
     double x[OC_GYRO_BIAS_STATES];
     double P[OC_GYRO_BIAS_STATES][OC_GYRO_BIAS_STATES];
     oc_past_bias past;                       /* of the yaw rates that were used */
-    oc_gyro_bias_axle axles[OC_AXLE_COUNT];
     oc_gyro_bias_cusum together, apart;      /* on the sum and on the difference of both axles' innovations */
+    oc_gyro_bias_axle axles[OC_AXLE_COUNT];
     oc_gyro_bias_level level;
     double alarm_blocks;                     /* since the alarm; 0: none */
     double alarm_time;                       /* s, of all alarms */
@@ -78,10 +79,11 @@ typedef struct {
     double time;                             /* s, to which the state was predicted */
     double block_time;                       /* s, end of the last whole block */
     double block_ticks;                      /* of the growing block */
-    double still, still_yaw_rate, still_squares; /* of the growing standing block */
+    oc_still_mean still;                     /* of the growing standing block */
     double still_blocks;                     /* of this standstill */
     double evidence;                         /* s, of blocks and of standing */
     double wheel_evidence;                   /* s, of blocks alone */
+    double sd;                               /* rad/s, of the bias, as of the last block */
     int32_t due;                             /* steps left of the last whole block */
     int32_t still_ticks;                     /* of this standstill so far, settling included */
     int32_t lost_ticks;                      /* since the last lateral acceleration, clamped at the design's */
@@ -89,7 +91,6 @@ typedef struct {
     int32_t running;                         /* since ignition */
     int32_t has_wheels;                      /* since ignition */
     oc_status status;
-    double sd;                               /* rad/s, of the bias, as of the last block */
 } oc_gyro_bias;
 
 void oc_gyro_bias_setup(oc_gyro_bias_design *design, const oc_vehicle *vehicle, const oc_params *params,

@@ -181,7 +181,7 @@ void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
 
 oc_play_motion oc_hypothesis_motion(const oc_hypothesis *h, const oc_hypothesis_design *design,
                                     const oc_motion_sample *sample) {
-    return (oc_play_motion){(float)sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
+    return (oc_play_motion){sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
 }
 
 void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample) {

@@ -80,7 +80,6 @@ typedef struct {
     float variance;                      /* rad^2, of the prediction errors */
     oc_correlation blocks, long_blocks;
     float width_mean;                    /* rad, of the prior of its play's width: where it began */
-    int32_t wanders;                     /* 1: the accelerometer's zero does, and a_0 with it */
     float huber_weight;                  /* of the last second, 1 or less */
     float error;                         /* rad, prediction error of the last second */
     float cost;                          /* negative log likelihood, forgetting; after probation */
@@ -94,14 +93,18 @@ typedef struct {
     float unloading;                     /* m/s^2, a_0 */
     float age;                           /* s of driving learned from */
     float left_before, right_before;     /* s on either flank before it began */
-    oc_variances variances;              /* squares of the units above, and of the width's, rad */
     float with_offset[OC_OF_OFFSET];     /* covariances of the offset with the others */
-    float pulled_variance;               /* rad^2, of the offset by pull and wind, beside its own variance */
-    float set_up_variance;               /* rad^2, likewise by an axle set up for the crown */
+    float set_up_variance;               /* rad^2, of the offset by an axle set up for the crown, beside its own */
+    float pulled_variance;               /* rad^2, likewise by pull and wind */
+    oc_variances variances;              /* squares of the units above, and of the width's, rad */
+    int32_t wanders;                     /* 1: the accelerometer's zero does, and a_0 with it */
 } oc_hypothesis;
 
 /* A second's context, the same for all hypotheses; the noise goes on while equations are solved. */
 typedef struct {
+    int32_t learns;     /* 0: a change is suspected, the second is only predicted */
+    int32_t block_ends, long_block_ends;
+    int32_t blocks, long_blocks; /* whole ones before */
     oc_noise noise;     /* of the sensors, in its means */
     float used_s;       /* of driving before it */
     float trial_s;      /* until this age a hypothesis is on probation: it learns, and does not count */
@@ -110,9 +113,6 @@ typedef struct {
     float memory_share; /* by which evidence is multiplied */
     float reference;    /* rad^2, the best hypothesis's noise, the unit of costs */
     float weight;       /* of this second, 1 or less: in tight bends and at low speed the model errs more */
-    int32_t learns;     /* 0: a change is suspected, the second is only predicted */
-    int32_t block_ends, long_block_ends;
-    int32_t blocks, long_blocks; /* whole ones before */
 } oc_second;
 
 /* The equations of one hypothesis. */

@@ -30,8 +30,8 @@ static const float fifth_wheel_slip = 0.2f * 0.017453292f; /* rad: bench/effects
 static const float tag_axle_shortening = 0.15f; /* share, `lift_axle`: so much shorter, the tag axle is up */
 static const float tag_axle_fade = 0.10f;     /* share over which c fades: from 5 % on, a vehicle file's error */
 static const float tyre_share_in_bends = 0.7f; /* `no_accelerometer_motorway`: roads are banked in bends */
-static const float bend_error = 0.002f;       /* 1/rad, times the squared angle of a bend: 1.3 deg in one of 21 m, by a
-                                               * ratio that is not constant: bench/effects.py, row `minor_physics_yard` */
+static const float bend_error = 0.002f;       /* 1/rad, times the squared angle of a bend: 1 deg in one of 24 m, by a
+                                               * ratio that is not constant: bench/effects.py, `minor_physics_yard` */
 static const float unmeasured_bank = 0.2f;    /* m/s^2, likewise: it may reduce the lateral force by so much */
 
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
@@ -136,7 +136,7 @@ static void turn_heading(oc_joint *joint, float angle) {
 static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_tracking *before, const oc_joint *joint,
                                   const oc_joint_design *design) {
     return (oc_motion_sample){
-        .angle = tick->angle,
+        .angle = (float)tick->angle,
         .residual = (float)tick->residual,
         .lateral_acceleration = (float)((double)design->borne * tick->yaw_rate * tick->speed + before->bank),
         .yaw_acceleration = (float)(tick->yaw_rate - before->yaw_rate) / design->hypothesis.step_s,
@@ -414,7 +414,8 @@ static float weight_of(const oc_joint *joint, const oc_collected *taken, const o
     const float bend = design->hypothesis.ratio_times_wheelbase * taken->curvature;
     const float by_bend = bend_error * bend * bend;
     const float per_yaw_rate = design->hypothesis.ratio_times_wheelbase * taken->samples[0].per_speed;
-    const float by_yaw_rate = per_yaw_rate * per_yaw_rate * oc_noise_in_mean(&joint->second.noise, OC_NOISE_OF_YAW_RATE);
+    const float yaw_rate_noise = oc_noise_in_mean(&joint->second.noise, OC_NOISE_OF_YAW_RATE);
+    const float by_yaw_rate = per_yaw_rate * per_yaw_rate * yaw_rate_noise;
     return reference / (reference + by_bend * by_bend + by_yaw_rate);
 }
 

@@ -60,22 +60,22 @@ typedef struct {
 typedef struct {
     oc_motion_sample samples[OC_JOINT_SAMPLES];
     int32_t count;
-    float curvature;             /* 1/m, mean of the second of evidence that ends among them */
-    int32_t doubted;             /* the sensor is, in that second */
+    int32_t doubted;             /* the sensor is, in the second of evidence that ends among them */
+    float curvature;             /* 1/m, mean of that second */
 } oc_collected;
 
 /* Lost at ignition, and after a hole. While the truck stands the hypotheses end their round. */
 typedef struct {
     int32_t running;
     int32_t in_second;           /* usable samples in a row, of the second of evidence that fills */
-    float curvature_sum;         /* 1/m, of these */
     int32_t doubted;             /* one of these is */
-    float turned;                /* rad, since the last sample */
     double yaw_rate;             /* rad/s, of the last sample */
+    double lateral_acceleration; /* m/s^2, of the last sample */
+    double bank;                 /* m/s^2, a_y - r*v smoothed */
+    float curvature_sum;         /* 1/m, of the samples in the second */
+    float turned;                /* rad, since the last sample */
     float articulation;          /* rad, of a trailer of the usual length */
     float fifth_wheel;           /* place in its friction, -1 to 1 */
-    double bank;                 /* m/s^2, a_y - r*v smoothed */
-    double lateral_acceleration; /* m/s^2, of the last sample */
     oc_noise_watch noise;
     oc_prior prior;              /* of this round */
     oc_collected filling;        /* the second being collected */
@@ -97,15 +97,15 @@ typedef struct {
     int32_t next_start;          /* index of the next start */
     int32_t phase;               /* ticks since a sample was due */
     int32_t in_block, in_long_block;
-    float along, across;         /* cosine and sine of the heading since it was lost */
     int32_t lost;                /* wheel and heading are unknown */
-    oc_second second;            /* of the next whole second */
-    float to_left, to_right;     /* s of lateral force beyond friction on either side of a_0 */
     int32_t solves_all;          /* after a correction: each solves in the next round */
+    int32_t changes;             /* found; the last of them are kept */
+    oc_second second;            /* of the next whole second */
+    float along, across;         /* cosine and sine of the heading since it was lost */
+    float to_left, to_right;     /* s of lateral force beyond friction on either side of a_0 */
+    oc_change_watch watch;
     double speed_mean;              /* m/s, over all usable samples */
     double bank_mean, bank_samples; /* m/s^2, a_y - r*v over the same */
-    oc_change_watch watch;
-    int32_t changes;             /* found; the last of them are kept */
     oc_changed changed[OC_CHANGES_MAX];
     oc_hypothesis hypotheses[OC_JOINT_HYPOTHESES];
 } oc_joint;

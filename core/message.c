@@ -44,7 +44,7 @@ oc_message oc_message_of(const oc_output *output, const oc_signals *tick, uint32
 
 static uint32_t word_of(double value, double step, double minimum) {
     const double steps = (value - minimum) / step + 0.5;
-    return steps >= 0.0 && steps < (double)(word_last + 1u) ? (uint32_t)steps : no_word;
+    return steps >= 0.0 && steps < (double)(word_last + 1u) ? (uint32_t)(int32_t)steps : no_word;
 }
 
 /* Rounded up, so that a receiver never sees a smaller sd. */
@@ -56,8 +56,8 @@ static uint32_t byte_of(double sd) {
     if (steps > (double)byte_last) {
         return byte_last;
     }
-    const uint32_t whole = (uint32_t)steps;
-    return whole + (whole < steps ? 1u : 0u);
+    const int32_t whole = (int32_t)steps;
+    return (uint32_t)whole + (whole < steps ? 1u : 0u);
 }
 
 void oc_message_encode(const oc_message *message, uint8_t *data) {

@@ -22,12 +22,12 @@ static void take_bias(oc_tick *tick, const oc_gyro_bias *gyro_bias, const oc_par
 }
 
 /* m/s^2, as on a road of the mean bank; 0 without yaw rate or speed. */
-static double usual_lateral_acceleration(const oc_signals *tick, const oc_evidence *evidence, const oc_params *p) {
+static double usual_lateral_acceleration(const oc_signals *tick, const oc_evidence *evidence) {
     const uint32_t turning = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
     if ((tick->valid & turning) != turning) {
         return 0.0;
     }
-    const double yaw_rate = tick->yaw_rate - oc_gyro_bias_get(&evidence->gyro_bias, p).value;
+    const double yaw_rate = tick->yaw_rate - evidence->gyro_bias.x[0]; /* the bias; 0 before the first reading */
     return yaw_rate * tick->vehicle_speed + evidence->joint.bank_mean;
 }
 
@@ -49,7 +49,7 @@ static void select_signals(oc_tick *tick, const oc_fault_watch *watch, const oc_
         signals->valid &= ~(uint32_t)OC_HAS_LATERAL_ACCELERATION;
     }
     if ((signals->valid & OC_HAS_LATERAL_ACCELERATION) == 0) {
-        signals->lateral_acceleration = usual_lateral_acceleration(signals, evidence, p);
+        signals->lateral_acceleration = usual_lateral_acceleration(signals, evidence);
     }
     tick->measured = signals->valid;
     tick->doubted = oc_fault_suspected(watch);

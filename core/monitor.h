@@ -54,9 +54,9 @@ typedef struct {
 
 typedef struct {
     oc_clock clock;
-    double last_complete;       /* s, of the last tick that had all its signals */
-    int32_t has_complete;       /* there was such a tick */
+    int32_t has_complete;       /* there was a tick that had all its signals */
     int32_t running;            /* the filters have a state; not at standstill */
+    double last_complete;       /* s, of the last tick that had all its signals */
     oc_preprocess_state preprocess;
     oc_pending straight;        /* for the offset */
     oc_pending cornering;       /* for the understeer gradient */
@@ -67,8 +67,8 @@ typedef struct {
 
 /* Memory of the last answers, beside their statuses. */
 typedef struct {
-    int32_t offset_trusted;      /* once accurate enough to learn K_us */
     float lately;                /* rad, recent mean of the joint method's offset */
+    int32_t offset_trusted;      /* once accurate enough to learn K_us */
 } oc_verdicts;
 
 typedef struct {
@@ -92,11 +92,11 @@ typedef struct {
 /* The current estimates. */
 typedef struct {
     oc_estimate offset;              /* rad */
-    oc_offset_parts parts;           /* of its uncertainty */
     oc_estimate understeer_gradient; /* rad/(m/s^2), K_us/g at the road wheel */
     oc_estimate backlash;            /* rad, full width, friction wind-up included; the joint method's */
     oc_estimate unloading_acceleration; /* m/s^2, neutral lateral acceleration, as measured; the joint method's */
     oc_estimate equivalent_wheelbase;   /* m, of (10); an error of the ratio counts as one of the wheelbase */
+    oc_offset_parts parts;              /* of the offset's uncertainty */
     oc_angle_truck truck;               /* these and the best play, for the angle without its sensor */
 } oc_learned;
 

@@ -47,10 +47,10 @@ typedef struct {
 
 /* Clean ticks that wait until the t1 after them is clean too. */
 typedef struct {
-    oc_sums filling;                   /* the growing block */
-    oc_moments blocks[OC_PENDING_MAX]; /* whole blocks, ring */
     int32_t ticks;                     /* in the growing block */
     int32_t first, count;              /* of the ring */
+    oc_sums filling;                   /* the growing block */
+    oc_moments blocks[OC_PENDING_MAX]; /* whole blocks, ring */
 } oc_pending;
 
 void oc_pending_drop(oc_pending *pending);

@@ -10,7 +10,7 @@ enum { OC_WINDS = 2 };
 
 /* One sample of the motion, some ten a second. */
 typedef struct {
-    double angle;               /* rad, steering wheel, as measured */
+    float angle;                /* rad, steering wheel, as measured */
     float residual;             /* rad, angle less i*L*r/v */
     float lateral_acceleration; /* m/s^2, a of the method's model, with the accelerometer's bias */
     float yaw_acceleration;     /* rad/s^2 */

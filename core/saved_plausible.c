@@ -1,29 +1,135 @@
 #include "saved_plausible.h"
 
 #include <math.h>
+#include <stddef.h>
+#include <string.h>
 
 #include "bounds.h"
 
 /* Numerical. */
 /* Against overflow; wider than any drive needs. */
-static const float angle_max = 200.0f;        /* rad */
-static const float yaw_rate_max = 10.0f;      /* rad/s */
-static const float acceleration_max = 100.0f; /* m/s^2 */
-static const float speed_max = 150.0f;        /* m/s */
-static const float second_max = 1.5f;         /* s, and 1 of a cosine */
+enum { NOT_NEGATIVE, SHARE, PLACE, SECOND, YAW_RATE, ACCELERATION, SPEED, ANGLE, ESTIMATE, TORQUE, SUM };
+static const struct {
+    float low, high;
+} limits[] = {
+    [NOT_NEGATIVE] = {0.0f, 1e30f},
+    [SHARE] = {0.0f, 1.0f},
+    [PLACE] = {-1.0f, 1.0f},
+    [SECOND] = {-1.5f, 1.5f}, /* s, and 1 of a cosine */
+    [YAW_RATE] = {-10.0f, 10.0f}, /* rad/s */
+    [ACCELERATION] = {-100.0f, 100.0f}, /* m/s^2 */
+    [SPEED] = {-150.0f, 150.0f}, /* m/s */
+    [ANGLE] = {-200.0f, 200.0f}, /* rad */
+    [ESTIMATE] = {-1e5f, 1e5f},
+    [TORQUE] = {-1e4f, 1e4f}, /* N m, N m per m/s^2 */
+    [SUM] = {-1e6f, 1e6f}, /* over a second's ticks */
+};
 
-/* Of numbers that follow one another. */
-static bool none_negative(const double *of, size_t count) {
-    for (size_t k = 0; k < count; ++k) {
-        if (of[k] < 0.0) {
-            return false;
+/* Numbers in the state: where the first is, how many follow one another, their range; the same in so many structs of an
+ * array, with a step in words of four bytes from one to the next. */
+typedef struct {
+    uint16_t place;
+    uint8_t numbers, range, structs, step;
+} member;
+
+/* Bytes of a word, and steps in words. */
+enum {
+    WORD = 4,
+    MOMENTS = sizeof(oc_moments) / WORD,
+    AXLES = sizeof(oc_gyro_bias_axle) / WORD,
+    ESTIMATES = sizeof(oc_estimate) / WORD,
+    HYPOTHESES = sizeof(oc_hypothesis) / WORD
+};
+
+/* Does not compile unless the estimates follow one another, as an array of them would. */
+enum {
+    ESTIMATES_ARE_ONE_ARRAY = 1 / (offsetof(oc_learned, equivalent_wheelbase) - offsetof(oc_learned, offset) ==
+                                   (OC_LEARNED_ESTIMATES - 1) * sizeof(oc_estimate))
+};
+
+static const member doubles[] = {
+    {offsetof(oc_state, tracking.preprocess.angle), OC_DELAY_MAX, ANGLE, 1, 0},
+    {offsetof(oc_state, tracking.straight.filling.y), 1, ESTIMATE, 1, 0},
+    {offsetof(oc_state, tracking.straight.blocks[0].weight), 3, NOT_NEGATIVE, OC_PENDING_MAX, MOMENTS}, /* to xx */
+    {offsetof(oc_state, tracking.straight.blocks[0].y), 2, ANGLE, OC_PENDING_MAX, MOMENTS},             /* and x */
+    {offsetof(oc_state, tracking.cornering.filling.y), 1, ESTIMATE, 1, 0},
+    {offsetof(oc_state, tracking.cornering.blocks[0].weight), 3, NOT_NEGATIVE, OC_PENDING_MAX, MOMENTS},
+    {offsetof(oc_state, tracking.cornering.blocks[0].y), 2, ANGLE, OC_PENDING_MAX, MOMENTS},
+    {offsetof(oc_state, tracking.joint.bank), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, evidence.offset.ticks.weight), 3, NOT_NEGATIVE, 3, MOMENTS}, /* filling and batches, too */
+    {offsetof(oc_state, evidence.offset.ticks.y), 2, ANGLE, 3, MOMENTS},
+    {offsetof(oc_state, evidence.understeer.xx), 5, NOT_NEGATIVE, 1, 0}, /* to filling.xx */
+    {offsetof(oc_state, evidence.understeer.filling.y), 2, ANGLE, 1, 0},
+    {offsetof(oc_state, evidence.understeer.batches), 5, NOT_NEGATIVE, 1, 0}, /* to xx_xx */
+    {offsetof(oc_state, evidence.standstill.yaw_rate.weight), 2, NOT_NEGATIVE, 1, 0},
+    {offsetof(oc_state, evidence.standstill.yaw_rate.mean), 1, YAW_RATE, 1, 0},
+    {offsetof(oc_state, evidence.standstill.lateral_acceleration.weight), 2, NOT_NEGATIVE, 1, 0},
+    {offsetof(oc_state, evidence.standstill.lateral_acceleration.mean), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, evidence.gyro_bias.x), OC_GYRO_BIAS_STATES, YAW_RATE, 1, 0},
+    {offsetof(oc_state, evidence.gyro_bias.axles[0].weight), 7, NOT_NEGATIVE, OC_AXLE_COUNT, AXLES}, /* to blocks */
+    {offsetof(oc_state, evidence.gyro_bias.axles[0].noise), 1, SHARE, OC_AXLE_COUNT, AXLES},
+    {offsetof(oc_state, evidence.gyro_bias.still.weight), 2, NOT_NEGATIVE, 1, 0},
+    {offsetof(oc_state, evidence.gyro_bias.still.mean), 1, YAW_RATE, 1, 0},
+    {offsetof(oc_state, evidence.gyro_bias.still_blocks), 4, NOT_NEGATIVE, 1, 0}, /* to sd */
+    {offsetof(oc_state, evidence.joint.bank_mean), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, learned.offset.value), 1, ESTIMATE, OC_LEARNED_ESTIMATES, ESTIMATES},
+    {offsetof(oc_state, learned.offset.standard_deviation), 2, NOT_NEGATIVE, OC_LEARNED_ESTIMATES, ESTIMATES},
+};
+
+static const member floats[] = {
+    {offsetof(oc_state, tracking.joint.prior.unloading_mean), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, tracking.angle.yaw_rate_first), 2, YAW_RATE, 1, 0}, /* and yaw_rate */
+    {offsetof(oc_state, tracking.angle.speed), 1, SPEED, 1, 0},
+    {offsetof(oc_state, tracking.angle.bank), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, tracking.angle.place_variance), 1, NOT_NEGATIVE, 1, 0},
+    {offsetof(oc_state, evidence.gyro_bias.past.bias), 1, YAW_RATE, 1, 0},
+    {offsetof(oc_state, evidence.gyro_bias.past.covariance), OC_GYRO_BIAS_STATES, PLACE, 1, 0},
+    {offsetof(oc_state, evidence.joint.along), 2, SECOND, 1, 0}, /* and across */
+    {offsetof(oc_state, evidence.joint.second.used_s), 2, NOT_NEGATIVE, 1, 0}, /* and trial_s */
+    {offsetof(oc_state, evidence.joint.second.second_s), 1, SECOND, 1, 0},
+    {offsetof(oc_state, evidence.joint.second.memory_share), 1, SHARE, 1, 0},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].play.unloading), 1, ACCELERATION, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].learned_s), 2, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].blocks.factor), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].long_blocks.factor), 1, NOT_NEGATIVE,
+     OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].age), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].pulled_variance), 1 + OC_OF_COUNT, NOT_NEGATIVE,
+     OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.torque.terms), OC_TORQUE_TERMS, TORQUE, 1, 0},
+    {offsetof(oc_state, evidence.torque.covariance), OC_TORQUE_TERMS * (OC_TORQUE_TERMS + 1) / 2, TORQUE, 1, 0},
+    {offsetof(oc_state, evidence.torque.place), 1, PLACE, 1, 0},
+    {offsetof(oc_state, evidence.torque.angle), 1, ANGLE, 1, 0},
+    {offsetof(oc_state, evidence.torque.slow), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, evidence.torque.slow_s), 1, NOT_NEGATIVE, 1, 0},
+    {offsetof(oc_state, evidence.torque.filling.torque), 3, SUM, 1, 0}, /* to place */
+    {offsetof(oc_state, evidence.angle.spread), 2, NOT_NEGATIVE, 1, 0}, /* and seconds */
+};
+
+/* memcpy, since C99 forbids other access. */
+static float number_at(const uint8_t *from, size_t bytes) {
+    double wide;
+    float narrow;
+    if (bytes == sizeof wide) {
+        memcpy(&wide, from, sizeof wide);
+        return (float)wide;
+    }
+    memcpy(&narrow, from, sizeof narrow);
+    return narrow;
+}
+
+/* Whether all numbers of these members, of so many bytes each, are in their ranges. */
+static bool are_in_range(const oc_state *state, const member *members, size_t count, size_t bytes) {
+    for (const member *m = members; m < members + count; ++m) {
+        for (size_t k = 0; k < (size_t)m->structs * m->numbers; ++k) {
+            const size_t place = m->place + k / m->numbers * m->step * WORD + k % m->numbers * bytes;
+            const float number = number_at((const uint8_t *)state + place, bytes);
+            if (!(number >= limits[m->range].low && number <= limits[m->range].high)) {
+                return false;
+            }
         }
     }
     return true;
-}
-
-static bool is_within(float value, float limit) {
-    return fabsf(value) <= limit;
 }
 
 typedef struct {
@@ -55,11 +161,12 @@ static bool are_sums_of_squares(const float *triangle, float noise, factor *f) {
 /* Checks correlations, which have one scale; both triangles, since updates read rows of both. */
 static bool is_covariance(const oc_gyro_bias *gyro_bias) {
     static const float negligible = 1e-6f; /* of a correlation, against rounding */
+    static const double variance_max = 100.0; /* of a yaw rate beyond its range */
     factor f = {{0.0f}, {0.0f}};
     float per_sd[OC_GYRO_BIAS_STATES];
     float *cell = f.lower; /* of correlations first, then of their factor */
     for (int32_t row = 0; row < OC_GYRO_BIAS_STATES; ++row) {
-        if (!is_within((float)gyro_bias->P[row][row], yaw_rate_max * yaw_rate_max)) {
+        if (!(fabs(gyro_bias->P[row][row]) <= variance_max)) {
             return false;
         }
         per_sd[row] = 1.0f / sqrtf((float)gyro_bias->P[row][row] + 1e-30f);
@@ -79,46 +186,15 @@ static bool is_hypothesis(const oc_hypothesis *h) {
     static const float target_squares = 1e9f; /* rad^2, numerical: a day's seconds, each a turn off */
     factor f;
     float toward[OC_TERMS];
-    for (int32_t asked = 0; asked < OC_OF_COUNT; ++asked) {
-        if (h->variances.of[asked] < 0.0f) {
-            return false;
-        }
-    }
-    for (int32_t term = 0; term < OC_TERMS; ++term) {
-        toward[term] = h->toward[term];
-    }
+    memcpy(toward, h->toward, sizeof toward);
     const float noise = oc_hypothesis_noise(h);
-    const bool has_sums = h->learned_s >= 0.0f && h->weight >= 0.0f && h->age >= 0.0f && h->pulled_variance >= 0.0f &&
-                          h->blocks.factor >= 0.0f && h->long_blocks.factor >= 0.0f && h->variance > 1e-8f;
-    return has_sums && h->play.half_width > 0.0f && is_within(h->play.unloading, acceleration_max) &&
-           (h->play.friction < 0.0f || h->play.creep > 0.01f) &&
+    return h->variance > 1e-8f && h->play.half_width > 0.0f && (h->play.friction < 0.0f || h->play.creep > 0.01f) &&
            are_sums_of_squares(h->scatter, noise, &f) &&
            oc_triangle_variance(f.lower, f.inverse, 0, toward) <= target_squares * noise;
 }
 
 static bool is_below(int32_t place, int32_t count) {
     return place >= 0 && place < count;
-}
-
-static bool is_moments(const oc_moments *moments) {
-    return none_negative(&moments->weight, 3) && /* and yy and xx */
-           is_within((float)moments->y, angle_max) && is_within((float)moments->x, acceleration_max);
-}
-
-static bool is_straight_ahead(const oc_offset *offset, const oc_understeer *understeer) {
-    return is_moments(&offset->ticks) && is_moments(&offset->filling) && is_moments(&offset->batches) &&
-           is_moments(&understeer->filling) && none_negative(&understeer->xx, 2) && /* and weight */
-           none_negative(&understeer->batches, 5) && /* and sums of squares up to xx_xx */
-           understeer->xx_xx <= 1.000001 * understeer->batches_xx * understeer->batches_xx;
-}
-
-static bool is_still_mean(const oc_still_mean *still, float limit) {
-    return still->weight >= 0.0 && still->squares >= 0.0 && is_within((float)still->mean, limit);
-}
-
-static bool is_standstill(const oc_standstill *standstill) {
-    return is_still_mean(&standstill->yaw_rate, yaw_rate_max) &&
-           is_still_mean(&standstill->lateral_acceleration, acceleration_max) && standstill->still_ticks >= 0;
 }
 
 static bool is_status(oc_status status) {
@@ -139,24 +215,18 @@ static bool are_hypotheses(const oc_joint *joint) {
 }
 
 static bool is_joint(const oc_joint *joint, const oc_joint_design *design) {
-    const bool has_places = is_below(joint->count, OC_JOINT_HYPOTHESES + 1) &&
-                            is_below(joint->best, joint->started ? joint->count : OC_JOINT_HYPOTHESES) &&
-                            is_below(joint->next_start, OC_JOINT_LATER_STARTS) &&
-                            is_below(joint->phase, design->ticks_per_sample) &&
-                            is_below(joint->in_block, OC_SECONDS_PER_BLOCK) &&
-                            is_below(joint->in_long_block, OC_SECONDS_PER_LONG_BLOCK) && joint->changes >= 0;
     for (int32_t k = 0; k < OC_CHANGES_MAX; ++k) {
         if ((uint32_t)joint->changed[k].change.kind > OC_CHANGE_BENDS) {
             return false;
         }
     }
-    const oc_second *second = &joint->second;
-    const bool is_second = second->used_s >= 0.0f && second->trial_s >= 0.0f && second->second_s <= second_max &&
-                           second->memory_share >= 0.0f && second->memory_share <= 1.0f &&
-                           fabsf(joint->along) <= second_max && fabsf(joint->across) <= second_max &&
-                           is_within((float)joint->bank_mean, acceleration_max);
-    return has_places && is_second &&
-           (!joint->started || (are_hypotheses(joint) && second->second_s > 0.0f && second->reference > 0.0f));
+    return is_below(joint->count, OC_JOINT_HYPOTHESES + 1) &&
+           is_below(joint->best, joint->started ? joint->count : OC_JOINT_HYPOTHESES) &&
+           is_below(joint->next_start, OC_JOINT_LATER_STARTS) && is_below(joint->phase, design->ticks_per_sample) &&
+           is_below(joint->in_block, OC_SECONDS_PER_BLOCK) &&
+           is_below(joint->in_long_block, OC_SECONDS_PER_LONG_BLOCK) && joint->changes >= 0 &&
+           (!joint->started ||
+            (joint->second.second_s > 0.0f && joint->second.reference > 0.0f && are_hypotheses(joint)));
 }
 
 static bool is_collected(const oc_collected *collected) {
@@ -170,9 +240,7 @@ static bool is_collected(const oc_collected *collected) {
 
 /* Divisors of a round in progress are positive. */
 static bool is_joint_tracking(const oc_joint_tracking *tracking, const oc_joint *joint, const oc_joint_design *design) {
-    return is_within((float)tracking->bank, acceleration_max) &&
-           is_within(tracking->prior.unloading_mean, acceleration_max) &&
-           is_below(tracking->in_second + 1, OC_JOINT_SAMPLES + 1) && is_below(tracking->turns, 2 * joint->count + 2) &&
+    return is_below(tracking->in_second + 1, OC_JOINT_SAMPLES + 1) && is_below(tracking->turns, 2 * joint->count + 2) &&
            is_below(tracking->next, OC_JOINT_SAMPLES + 1) &&
            is_collected(&tracking->filling) && is_collected(&tracking->taken) &&
            tracking->filling.count < design->samples_per_second &&
@@ -182,29 +250,13 @@ static bool is_joint_tracking(const oc_joint_tracking *tracking, const oc_joint 
 
 /* Pending blocks are at most as many as make one final. */
 static bool is_pending(const oc_pending *pending, int32_t blocks_until_final) {
-    for (int32_t k = 0; k < OC_PENDING_MAX; ++k) {
-        if (!is_moments(&pending->blocks[k])) {
-            return false;
-        }
-    }
     return is_below(pending->first, OC_PENDING_MAX) && is_below(pending->count, blocks_until_final + 1) &&
-           pending->ticks >= 0 && is_within((float)pending->filling.y, 1e5f);
-}
-
-static bool is_angle(const oc_angle_tracking *tracking, const oc_angle_evidence *evidence) {
-    return is_within(tracking->yaw_rate_first, yaw_rate_max) && is_within(tracking->yaw_rate, yaw_rate_max) &&
-           is_within(tracking->speed, speed_max) && is_within(tracking->bank, acceleration_max) &&
-           tracking->place_variance >= 0.0f && evidence->spread >= 0.0f && evidence->seconds >= 0.0f;
+           pending->ticks >= 0;
 }
 
 static bool is_tracking(const oc_tracking *tracking, const oc_coefficients *c) {
-    const oc_preprocess_state *preprocess = &tracking->preprocess;
-    for (int32_t k = 0; k < OC_DELAY_MAX; ++k) {
-        if (!is_within((float)preprocess->angle[k], angle_max)) {
-            return false;
-        }
-    }
-    return is_below(preprocess->angle_next, OC_DELAY_MAX) && is_below(preprocess->speed_next, OC_SLOPE_POINTS) &&
+    return is_below(tracking->preprocess.angle_next, OC_DELAY_MAX) &&
+           is_below(tracking->preprocess.speed_next, OC_SLOPE_POINTS) &&
            is_pending(&tracking->straight, c->blocks_until_final) &&
            is_pending(&tracking->cornering, c->blocks_until_final) &&
            (uint32_t)tracking->fault.fault < OC_FAULT_COUNT;
@@ -212,62 +264,30 @@ static bool is_tracking(const oc_tracking *tracking, const oc_coefficients *c) {
 
 static bool is_gyro_bias(const oc_gyro_bias *gyro_bias) {
     const float memory_s = gyro_bias->past.memory_s;
-    for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
-        const oc_gyro_bias_axle *at = &gyro_bias->axles[axle];
-        if (!none_negative(&at->weight, 7) || !is_within((float)at->noise, 1.0f)) { /* up to blocks */
-            return false;
-        }
-    }
-    for (int32_t k = 0; k < OC_GYRO_BIAS_STATES; ++k) {
-        if (!is_within((float)gyro_bias->x[k], yaw_rate_max) || !is_within(gyro_bias->past.covariance[k], 1.0f)) {
-            return false;
-        }
-    }
     return is_below(gyro_bias->due, 6) && is_status(gyro_bias->status) && is_covariance(gyro_bias) &&
-           !(memory_s > 0.0f && memory_s < 0.1f) && gyro_bias->sd >= 0.0 &&
-           none_negative(&gyro_bias->still_squares, 4) && /* up to wheel_evidence */
-           is_within((float)gyro_bias->still_yaw_rate, 1e9f) && is_within(gyro_bias->past.bias, yaw_rate_max);
+           !(memory_s > 0.0f && memory_s < 0.1f);
 }
 
-/* A second that is due has ticks, and the slope is a divisor where it is trusted. */
+/* A second that is due has ticks. */
 static bool is_torque(const oc_torque *torque) {
-    static const float torque_max = 1e4f; /* N m, N m per m/s^2 */
-    for (int32_t k = 0; k < OC_TORQUE_TERMS; ++k) {
-        if (!is_within(torque->terms[k], torque_max)) {
-            return false;
-        }
-    }
-    for (int32_t k = 0; k < OC_TORQUE_TERMS * (OC_TORQUE_TERMS + 1) / 2; ++k) {
-        if (!is_within(torque->covariance[k], torque_max)) {
-            return false;
-        }
-    }
-    return is_within(torque->place, 1.0f) && is_within(torque->angle, angle_max) &&
-           is_within(torque->slow, acceleration_max) && torque->slow_s >= 0.0f &&
-           is_within(torque->filling.torque, 1e6f) && is_within(torque->filling.acceleration, 1e6f) &&
-           is_within(torque->filling.place, 256.0f) && is_below(torque->filling.ticks, 256) &&
-           (!torque->due || torque->filling.ticks > 0);
-}
-
-static bool is_estimate(const oc_estimate *estimate) {
-    return is_within((float)estimate->value, 1e5f) &&
-           none_negative(&estimate->standard_deviation, 2) && /* and evidence */
-           is_status(estimate->status);
+    return is_below(torque->filling.ticks, 256) && (!torque->due || torque->filling.ticks > 0);
 }
 
 static bool is_learned(const oc_learned *learned, bool has_place) {
-    return is_estimate(&learned->offset) && is_estimate(&learned->understeer_gradient) &&
-           is_estimate(&learned->backlash) && is_estimate(&learned->unloading_acceleration) &&
-           is_estimate(&learned->equivalent_wheelbase) && (has_place || !(learned->backlash.evidence > 0.0));
+    return is_status(learned->offset.status) && is_status(learned->understeer_gradient.status) &&
+           is_status(learned->backlash.status) && is_status(learned->unloading_acceleration.status) &&
+           is_status(learned->equivalent_wheelbase.status) && (has_place || !(learned->backlash.evidence > 0.0));
 }
 
 bool oc_saved_plausible(const oc_state *state, const oc_coefficients *c) {
     const oc_evidence *evidence = &state->evidence;
     const oc_joint *joint = &evidence->joint;
-    return is_straight_ahead(&evidence->offset, &evidence->understeer) && is_standstill(&evidence->standstill) &&
-           is_joint(joint, &c->joint) && is_tracking(&state->tracking, c) &&
+    const oc_understeer *understeer = &evidence->understeer;
+    return are_in_range(state, doubles, sizeof doubles / sizeof *doubles, sizeof(double)) &&
+           are_in_range(state, floats, sizeof floats / sizeof *floats, sizeof(float)) &&
+           understeer->xx_xx <= 1.000001 * understeer->batches_xx * understeer->batches_xx &&
+           evidence->standstill.still_ticks >= 0 && is_joint(joint, &c->joint) && is_tracking(&state->tracking, c) &&
            is_joint_tracking(&state->tracking.joint, joint, &c->joint) && is_gyro_bias(&evidence->gyro_bias) &&
-           is_torque(&evidence->torque) && is_angle(&state->tracking.angle, &evidence->angle) &&
-           (uint32_t)evidence->fault.fault < OC_FAULT_COUNT &&
+           is_torque(&evidence->torque) && (uint32_t)evidence->fault.fault < OC_FAULT_COUNT &&
            is_learned(&state->learned, joint->hypotheses[joint->best].play.half_width > 0.0f);
 }

@@ -55,11 +55,6 @@ const char *oc_fault_name(oc_fault fault) {
     return (unsigned)fault < OC_FAULT_COUNT ? names[fault] : "unknown";
 }
 
-static float clamp_magnitude(float value, float limit) {
-    const float size = oc_min(fabsf(value), limit);
-    return value < 0.0f ? -size : size;
-}
-
 static bool excludes_learning(oc_fault fault) {
     return fault == OC_FAULT_STUCK || fault == OC_FAULT_DRIFTING || fault == OC_FAULT_WRONG_SIGN;
 }
@@ -129,11 +124,11 @@ static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->mean_estimate = tick->estimate;
     }
     const float m = tick->measured - w->mean_measured, e = tick->estimate - w->mean_estimate;
-    w->mean_measured += share * clamp_magnitude(m, kick_max_deg * rad_in_deg);
-    w->mean_estimate += share * clamp_magnitude(e, kick_max_deg * rad_in_deg);
+    w->mean_measured += share * oc_clamp_size(m, kick_max_deg * rad_in_deg);
+    w->mean_estimate += share * oc_clamp_size(e, kick_max_deg * rad_in_deg);
     const float right = 2.0f * m * e / (tick->sd * tick->sd + noise * noise) / error_s;
-    w->flipped -= clamp_magnitude(right, flipped_rate) * tick->judged_s;
-    w->flipped = oc_min(oc_max(w->flipped, 0.0f), 2.0f * flipped_min);
+    w->flipped -= oc_clamp_size(right, flipped_rate) * tick->judged_s;
+    w->flipped = oc_clamp(w->flipped, 0.0f, 2.0f * flipped_min);
     if (w->flipped <= 0.0f) {
         w->last_agreement = tick->time;
     }
@@ -179,7 +174,7 @@ static void count_beyond(oc_fault_watch *w, const oc_fault_tick *tick, float sha
 }
 
 static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
-    const float share = clamp_magnitude(difference / limit, counted_max);
+    const float share = oc_clamp_size(difference / limit, counted_max);
     count_beyond(w, tick, share, limit);
     w->mean += (share - w->mean) * tick->judged_s / mean_of_s;
     w->beyond = fabsf(share) > 1.0f;
@@ -303,7 +298,7 @@ static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
     const bool judges = tick->has_measured && tick->can_judge && tick->speed > judging_speed;
     if (tick->judged_s > 0.0f) {
         const float paired_s = w->paired_s + (judges ? tick->judged_s : -unpaired_factor * tick->judged_s);
-        w->paired_s = oc_min(oc_max(paired_s, 0.0f), paired_max_s);
+        w->paired_s = oc_clamp(paired_s, 0.0f, paired_max_s);
     }
     if (tick->speed < 1.0f) {
         w->interruption_time = tick->time;

@@ -38,13 +38,13 @@ typedef struct {
 
 typedef struct {
     int32_t running;
+    int32_t beyond;          /* the limit, at this tick */
     oc_fault fault;
     double since;            /* s, when it began */
     double last_time;        /* s, of the tick before */
     double suspicious_since, last_within; /* s */
     double step_time, interruption_time; /* s, of the last step in one tick; of the last stop or gap */
     double last_agreement;   /* s, when the odds of a reversed sign were last zero */
-    int32_t beyond;          /* the limit, at this tick */
     float apart, rest_s;     /* rad, difference, and how long it has been constant */
     float confidence;       /* lower bound by Chebyshev's inequality, 0 to 1 */
     float missing_s, present_s;

@@ -143,10 +143,10 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     const float pull = (float)(knows_pull ? params->known_pull_sd_m_s2 : params->pull_sd_m_s2);
     const float wind = (float)params->wind_sd_m_s2;
     const float bank = sees_bank ? 0.0f : (float)params->crown_sd_m_s2;
-    oc_joint_setup(&c->joint, &c->preprocess.lowpass, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
-                   sqrtf(pull * pull + wind * wind + bank * bank), sees_bank, params->joint_memory_s);
-    set_known(&c->joint.hypothesis, params);
     const float shifts = pull * pull + wind * wind + bank * bank;
+    oc_joint_setup(&c->joint, &c->preprocess.lowpass, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
+                   sqrtf(shifts), sees_bank, params->joint_memory_s);
+    set_known(&c->joint.hypothesis, params);
     c->joint.alignment_share = shifts > 0.0f ? pull * pull / shifts : 0.0f;
     c->joint.wind_share = shifts > 0.0f ? wind * wind / shifts : 0.0f;
     const float wander = (float)params->accelerometer_wander_sd_m_s2;

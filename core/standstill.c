@@ -7,7 +7,7 @@ static const double yaw_rate_floor = 3.5e-4;             /* rad/s, 0.02 deg/s: G
 static const double lateral_acceleration_floor = 0.01;   /* m/s^2: quantisation, and the change until the road */
 static const double correlated_readings = 10.0;          /* neighbouring ticks that count as one */
 
-static void add_reading(oc_still_mean *still, double reading) {
+void oc_still_mean_add(oc_still_mean *still, double reading) {
     still->weight += 1.0;
     const double innovation = reading - still->mean;
     still->mean += innovation / still->weight;
@@ -26,9 +26,9 @@ void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double s
     }
     state->stops += 1 - state->is_same_stop;
     state->is_same_stop = 1;
-    add_reading(&state->yaw_rate, yaw_rate);
+    oc_still_mean_add(&state->yaw_rate, yaw_rate);
     if (has_acceleration != 0) {
-        add_reading(&state->lateral_acceleration, lateral_acceleration);
+        oc_still_mean_add(&state->lateral_acceleration, lateral_acceleration);
     }
 }
 

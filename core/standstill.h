@@ -6,10 +6,11 @@
 
 #include "estimate.h"
 
+/* Updated by each reading. */
 typedef struct {
     double weight;       /* ticks */
-    double mean;         /* rad/s or m/s^2 */
     double squares;      /* of the deviations from the mean */
+    double mean;         /* rad/s or m/s^2 */
 } oc_still_mean;
 
 typedef struct {
@@ -18,6 +19,8 @@ typedef struct {
     int32_t stops;                                /* standstills, each elsewhere */
     int32_t is_same_stop;                         /* it has not driven since the last of them */
 } oc_standstill;
+
+void oc_still_mean_add(oc_still_mean *still, double reading);
 
 void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double speed, double speed_max,
                           double yaw_rate, double lateral_acceleration, int32_t has_acceleration);

@@ -26,17 +26,17 @@ typedef struct {
 
 /* Sums over the second that fills. */
 typedef struct {
-    float torque, acceleration, place; /* N m, m/s^2, 1 */
     int32_t ticks;
+    float torque, acceleration, place; /* N m, m/s^2, 1 */
 } oc_torque_second;
 
 typedef struct {
     int32_t started;
     int32_t has_angle;
+    int32_t due;           /* a second is full, and waits for a tick with time for it */
+    oc_torque_second filling;
     float angle;           /* rad, of the tick before */
     float place;           /* s, -1 to 1 */
-    oc_torque_second filling;
-    int32_t due;           /* a second is full, and waits for a tick with time for it */
     float terms[OC_TORQUE_TERMS];  /* T_1, N m; g, N m per m/s^2; f, N m */
     float covariance[OC_TORQUE_TERMS * (OC_TORQUE_TERMS + 1) / 2]; /* of these, by rows */
     float slow;            /* m/s^2, slow part of the other sensor less the torque's */

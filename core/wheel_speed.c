@@ -28,15 +28,15 @@ void oc_wheel_speed_update(oc_wheel_speed *state, double left, double right, dou
 
 oc_estimate oc_wheel_speed_mismatch(const oc_wheel_speed *state, const oc_params *params, double track) {
     const double prior = params->wheel_radius_mismatch_sd_1;
-    const double by_turn = state->distance > 1.0 ? track * params->net_turn_sd_rad / state->distance : 1.0;
-    const double sd = prior * by_turn / sqrt(prior * prior + by_turn * by_turn);
     if (!(state->distance > 1.0) || !(prior > 0.0)) {
         return (oc_estimate){.standard_deviation = prior, .evidence = state->time};
     }
-    const double share = prior * prior / (prior * prior + by_turn * by_turn);
+    const double by_turn = track * params->net_turn_sd_rad / state->distance;
+    const double squares = prior * prior + by_turn * by_turn;
+    const double share = prior * prior / squares;
     return (oc_estimate){
         .value = share * state->difference / state->distance,
-        .standard_deviation = sd,
+        .standard_deviation = prior * by_turn / sqrt(squares),
         .evidence = state->time,
         .status = share > 0.5 ? OC_CONVERGING : OC_UNOBSERVABLE,
     };

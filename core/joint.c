@@ -135,12 +135,13 @@ static void turn_heading(oc_joint *joint, float angle) {
 /* a = r v + smoothed bank: r v has less noise than the accelerometer (docs/method.md, "Model"). */
 static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_tracking *before, const oc_joint *joint,
                                   const oc_joint_design *design) {
+    const double force = (double)design->borne * tick->yaw_rate * tick->speed + before->bank;
     return (oc_motion_sample){
         .angle = (float)tick->angle,
         .residual = (float)tick->residual,
-        .lateral_acceleration = (float)((double)design->borne * tick->yaw_rate * tick->speed + before->bank),
+        .lateral_acceleration = (float)force,
         .yaw_acceleration = (float)(tick->yaw_rate - before->yaw_rate) / design->hypothesis.step_s,
-        .jerk = (float)(tick->lateral_acceleration - before->lateral_acceleration) / design->hypothesis.step_s,
+        .jerk = (float)(force - before->lateral_acceleration) / design->hypothesis.step_s,
         .curvature = (float)tick->curvature,
         .fifth_wheel = before->fifth_wheel,
         .per_speed = 1.0f / (float)(tick->speed > 1.0 ? tick->speed : 1.0),
@@ -263,7 +264,7 @@ static bool collect_sample(oc_joint *joint, oc_joint_tracking *tracking, const o
     ++filling->count;
     *sample = sample_of(tick, tracking, joint, design);
     tracking->yaw_rate = tick->yaw_rate;
-    tracking->lateral_acceleration = tick->lateral_acceleration;
+    tracking->lateral_acceleration = (double)sample->lateral_acceleration;
     follow_best(joint, tracking, design, sample);
     const bool continues = sample->in_second > 0;
     tracking->curvature_sum = continues ? tracking->curvature_sum + sample->curvature : sample->curvature;

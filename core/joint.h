@@ -70,7 +70,7 @@ typedef struct {
     int32_t in_second;           /* usable samples in a row, of the second of evidence that fills */
     int32_t doubted;             /* one of these is */
     double yaw_rate;             /* rad/s, of the last sample */
-    double lateral_acceleration; /* m/s^2, of the last sample */
+    double lateral_acceleration; /* m/s^2, on the tyres, of the last sample */
     double bank;                 /* m/s^2, a_y - r*v smoothed */
     float curvature_sum;         /* 1/m, of the samples in the second */
     float turned;                /* rad, since the last sample */

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,16 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.offset.answer import DEFAULT_METHOD, METHODS, Answer, Method
 from oncenter.offset.assemble import answer_of
 from oncenter.offset.changes import changes_of
-from oncenter.offset.inputs import check, in_order, needed, params_of, track_widths, with_torque
+from oncenter.offset.findings import gravest_first
+from oncenter.offset.inputs import (
+    check_without,
+    in_order,
+    needed,
+    params_of,
+    track_widths,
+    with_torque,
+    without_unfit_wheels,
+)
 from oncenter.offset.several_logs import Together, across, with_logs, without_steps_within
 from oncenter.offset.signals_at_fault import without_what_faults_taught
 from oncenter.read.whole_turns import without_whole_turns
@@ -55,14 +65,22 @@ def offset(
         )
     drives = in_order((signals,) if isinstance(signals, Signals) else tuple(signals))
     used_params = with_torque(params_of(vehicle, params), {**vehicle.params, **(params or {})}, method, drives)
-    check(drives, needed(method, drives, used_params))
+    drives, unfit = without_unfit_wheels(drives, vehicle)
+    check_without(unfit, drives, needed(method, drives, used_params))
     drives = without_whole_turns(drives)
     answer = _answered(drives, vehicle, used_params, method, progress)
-    if method != "joint" or len(drives) == 1:
-        return answer
-    logs = without_steps_within(_alone(drives, vehicle, used_params), answer.changes, drives)
+    if method == "joint" and len(drives) > 1:
+        answer = _together(answer, drives, vehicle, used_params)
+    return replace(answer, findings=gravest_first((*unfit, *answer.findings)))
+
+
+def _together(
+    answer: Answer, drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]
+) -> Answer:
+    """Of several logs: since the last step between two of them."""
+    logs = without_steps_within(_alone(drives, vehicle, params), answer.changes, drives)
     if logs.steps:
-        answer = _answered(drives[logs.since :], vehicle, used_params, method, None)
+        answer = _answered(drives[logs.since :], vehicle, params, "joint", None)
     return with_logs(answer, logs, drives[: logs.since])
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from oncenter.offset.findings import Finding, gravest_first
-from oncenter.plausibility import lag, presence, ratio, signs_and_units, zeros
+from oncenter.plausibility import axles, lag, presence, ratio, signs_and_units, zeros
 from oncenter.plausibility.drive import Drive
 from oncenter.plausibility.verdict import CannotTell, Verdict
 from oncenter.signals import Signals
@@ -36,7 +36,8 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
         signals: of one drive; any of them may be missing, and what needs it is not judged.
         vehicle: with it, ratio times wheelbase is judged; without, it is told as the drive shows it.
     """
-    drive = Drive(signals, vehicle)
+    usable, unfit_axles = axles.without_unfit_axles(signals, vehicle)
+    drive = Drive(usable, vehicle)
     sign, units = signs_and_units.sign(drive), signs_and_units.units(drive)
     comparable = not (isinstance(sign, Finding) or isinstance(units, Finding))  # else r/v and r*v mean nothing
     verdicts: list[Verdict] = [
@@ -47,6 +48,7 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
         sign,
         units,
         signs_and_units.wheels(drive, units),
+        *(unfit.finding for unfit in unfit_axles),
         *signs_and_units.torque(drive, comparable),
         lag.yaw_rate(drive),
         lag.lateral_acceleration(drive),

@@ -107,7 +107,7 @@ def without_unfit_wheels(
     return tuple(drive for drive, _ in judged), tuple(findings)
 
 
-def check_without(unfit: Sequence[Finding], drives: tuple[Signals, ...], needed: Sequence[str]) -> None:
+def check_without(unfit: Sequence[Finding], drives: Sequence[Signals], needed: Sequence[str]) -> None:
     """As `check`; where a signal is lacking, what was left out is told with it."""
     try:
         check(drives, needed)
@@ -118,7 +118,7 @@ def check_without(unfit: Sequence[Finding], drives: tuple[Signals, ...], needed:
         raise OncenterError(f"{error}; {why}", code=error.code, needs=error.needs) from None
 
 
-def check(drives: tuple[Signals, ...], needed: Sequence[str]) -> None:
+def check(drives: Sequence[Signals], needed: Sequence[str]) -> None:
     for drive in drives:
         _require(drive, needed, drives)
         if abs(drive.rate_hz / drives[0].rate_hz - 1) > _RATES_ALIKE:

@@ -12,7 +12,7 @@ from test_estimate import steady_drive
 
 import oncenter as oc
 from oncenter import _core
-from oncenter.offset import core_findings, several_logs
+from oncenter.offset import core_findings, several_logs, vehicle_file
 from oncenter.offset import joint_findings as joint_findings_room
 from oncenter.offset.changes import Change
 from oncenter.offset.core_findings import findings_of
@@ -424,9 +424,52 @@ def test_a_wrong_wheelbase_in_the_vehicle_file_is_named_and_costs_no_offset(wron
     assert named >= 2
 
 
+FAR_OFF = [
+    ("wheelbase_m", 1.9),
+    ("steering_ratio", 1.9),
+    ("wheelbase_m", 0.5),
+    ("steering_ratio", 0.5),
+    ("wheelbase_m", 3.0),
+    ("steering_ratio", 3.0),
+]
+
+
+@pytest.mark.parametrize(("key", "wrong"), FAR_OFF)
+def test_a_vehicle_file_that_is_far_off_is_named_first_and_accuses_no_sensor(key: str, wrong: float) -> None:
+    """The drive shows ratio times wheelbase, and the offset is as with the right file."""
+    for name, seed in (("country", 3), ("thesis_drive", 1), ("semitrailer_half", 1)):
+        drive, truth = oc.simulate(name, seed=seed)
+        answer = oc.offset(drive, TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)}))
+        first = answer.findings[0]
+        assert (first.code, first.severity) == ("wheelbase_or_ratio", "warning")
+        assert f"the vehicle file says {wrong * TRUCK.wheelbase_m * TRUCK.steering_ratio:.0f} m" in first.text
+        shown = float(re.findall(r"in the bends of this drive is (\d+) m", first.text)[0])
+        assert shown == pytest.approx(TRUCK.steering_ratio * truth.equivalent_wheelbase_m, rel=0.06)
+        assert answer.changes == () and answer.sensor_fault == "none"
+        assert not {"offset_changed", "straight_ahead_moved", "bends_changed"} & set(by_code(answer))
+        assert answer.offset.status == "valid"
+        assert answer.offset.value == pytest.approx(truth.offset_rad, abs=0.3 * DEGREE)
+
+
+@pytest.mark.parametrize("wrong", [0.85, 1.15])
+def test_a_lifted_axle_is_no_error_of_the_vehicle_file(wrong: float) -> None:
+    drive, _ = oc.simulate("country", seed=3)
+    answer = oc.offset(drive, TRUCK.model_copy(update={"wheelbase_m": wrong * TRUCK.wheelbase_m}))
+    assert by_code(answer)["wheelbase_or_ratio"].severity == "info"
+    assert answer.vehicle.wheelbase_m == wrong * TRUCK.wheelbase_m
+
+
+@pytest.mark.parametrize("fault", [("vehicle_speed_m_s", 3.6), ("steering_wheel_angle_rad", 1.0 / DEGREE)])
+def test_a_unit_that_is_mixed_up_is_no_error_of_the_vehicle_file(fault: tuple[str, float]) -> None:
+    column, factor = fault
+    drive, _ = oc.simulate("country", seed=3)
+    answer = oc.offset(replace(drive, table=drive.table.with_columns(pl.col(column) * factor)), TRUCK)
+    assert answer.vehicle == TRUCK and answer.findings[0].severity == "error"
+
+
 def test_each_row_of_the_table_has_a_rule_and_each_rule_a_row() -> None:
     rules = [
-        Path(room.__file__).read_text(encoding="utf-8") for room in (core_findings, joint_findings_room, several_logs)
+        Path(room.__file__).read_text(encoding="utf-8") for room in (core_findings, joint_findings_room, several_logs, vehicle_file)
     ]
     codes = [code for text in rules for code in re.findall(r'from_table\(\s*"(\w+)"', text)]
     assert set(codes) == set(TABLE)

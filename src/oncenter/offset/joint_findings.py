@@ -13,6 +13,7 @@ from oncenter.offset.cause import Name, causes_of
 from oncenter.offset.changes import Change
 from oncenter.offset.core_findings import status_of
 from oncenter.offset.findings import PLAY_STANDARD_DEG, Finding, from_table
+from oncenter.offset.vehicle_file import FAR_OFF
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 # Thresholds for speaking up, ours.
@@ -211,6 +212,7 @@ def _wheelbase(native: Mapping[str, Any], steering_ratio: float, wheelbase_m: fl
         f"equivalent wheelbase of {found['value']:.2f} m, not {wheelbase_m:.2f}, or a steering ratio of "
         f"{steering_ratio * (1.0 + share):.1f}, not {steering_ratio:.1f}; the offset was found with it",
         found["value"],
+        severity="warning" if abs(share) > FAR_OFF else None,
     )
 
 

@@ -26,6 +26,7 @@ from oncenter.offset.inputs import (
 )
 from oncenter.offset.several_logs import Together, across, with_logs, without_steps_within
 from oncenter.offset.signals_at_fault import without_what_faults_taught
+from oncenter.offset.vehicle_file import finding, fitted_vehicle
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import Vehicle, core_of
@@ -68,10 +69,24 @@ def offset(
     drives, unfit = without_unfit_wheels(drives, vehicle)
     check_without(unfit, drives, needed(method, drives, used_params))
     drives = without_whole_turns(drives)
-    answer = _answered(drives, vehicle, used_params, method, progress)
+    answer, native = _answered(drives, vehicle, used_params, method, progress)
+    fitted = None if method != "joint" else _fitted_vehicle(native, drives, vehicle, used_params)
+    first = [] if fitted is None else [finding(fitted, vehicle)]
+    if fitted is not None:
+        vehicle = fitted
+        answer, _ = _answered(drives, vehicle, used_params, method, None)
     if method == "joint" and len(drives) > 1:
         answer = _together(answer, drives, vehicle, used_params)
-    return replace(answer, findings=gravest_first((*unfit, *answer.findings)))
+    return replace(answer, findings=gravest_first((*first, *unfit, *answer.findings)))
+
+
+def _fitted_vehicle(
+    native: Mapping[str, Any], drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]
+) -> Vehicle | None:
+    def run(other: Vehicle) -> Mapping[str, Any]:
+        return _run(drives, other, params, "joint", None, None)[0].answer()
+
+    return fitted_vehicle(native, drives, vehicle, params, run)
 
 
 def _together(
@@ -80,7 +95,7 @@ def _together(
     """Of several logs: since the last step between two of them."""
     logs = without_steps_within(_alone(drives, vehicle, params), answer.changes, drives)
     if logs.steps:
-        answer = _answered(drives[logs.since :], vehicle, params, "joint", None)
+        answer, _ = _answered(drives[logs.since :], vehicle, params, "joint", None)
     return with_logs(answer, logs, drives[: logs.since])
 
 
@@ -90,12 +105,12 @@ def _answered(
     params: Mapping[str, float],
     method: Method,
     progress: Callable[[float], None] | None,
-) -> Answer:
-    """By one run of the core over all drives."""
+) -> tuple[Answer, Mapping[str, Any]]:
+    """By one run of the core over all drives, with its own answer."""
     core, changes_found = _run(drives, vehicle, params, method, progress, None)
     native = core.answer()
     answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
-    return without_what_faults_taught(answer) if is_implausible(native) else answer
+    return (without_what_faults_taught(answer) if is_implausible(native) else answer), native
 
 
 def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Together:

@@ -18,7 +18,7 @@ from oncenter.plausibility.verdict import CannotTell, Verdict
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
 
-__all__ = ["CannotTell", "Plausibility", "check", "faults"]
+__all__ = ["CannotTell", "Plausibility", "check", "faults", "rough_ratio_times_wheelbase_m"]
 
 
 @dataclass(frozen=True)
@@ -74,3 +74,11 @@ def faults(signals: Signals, vehicle: Vehicle | None = None) -> tuple[Finding, .
     units = signs_and_units.units(drive)
     verdicts = (*presence.stuck(drive), signs_and_units.sign(drive), units, signs_and_units.wheels(drive, units))
     return tuple(each for each in verdicts if isinstance(each, Finding) and each.severity == "error")
+
+
+def rough_ratio_times_wheelbase_m(signals: Signals) -> float | None:
+    """As the bends of a drive show it; None where they do not, or where signs or scales contradict each other."""
+    drive = Drive(signals, None)
+    if signs_and_units.sign(drive) is not None or signs_and_units.units(drive) is not None:
+        return None
+    return ratio.rough_m(drive)

@@ -106,6 +106,8 @@ def units(drive: Drive) -> Verdict:
             f"{_RELATION[name]} is {seen[name][0]:.3g}, usual is {seen[name][1]:.3g} to {seen[name][2]:.3g}"
             for name in off
         )
+        if "angle" in off and drive.vehicle is not None:
+            text += ", by the ratio and wheelbase of the vehicle file, which may be wrong"
         worst = max(max(ratio / high, low / ratio) for ratio, low, high in map(seen.__getitem__, off))
         return Finding("scale", "error" if worst > _OFF_BY_FAR else "warning", text)
     return Finding("scale", "error", "a unit is mixed up: " + ", or ".join(map(str, slips)), slips[0].factor, "1")

@@ -1,5 +1,4 @@
-"""An axle that does not turn with the truck is named, and does not teach the core; an axle that fits is never left out.
-"""
+"""An axle that does not turn with the truck is named and teaches nothing; an axle that fits is never left out."""
 
 from functools import cache
 
@@ -75,7 +74,11 @@ def test_a_locked_axle_and_one_that_leads_leave_the_answer_as_without_wheel_spee
         (axle_turns("front", 4.0), FRONT, "4.0 times track width"),
         (both(*(scaled(name, 3.6) for name in REAR)), REAR, "too large by 3.6 (km/h taken for m/s)"),
         (both(*(scaled(name, 19.1) for name in FRONT)), FRONT, "19.1 times the vehicle speed"),
-        (both(*(scaled(name, 1 / 3.6) for name in WHEELS)), (*FRONT, *REAR), "front and rear wheel speeds are too small"),
+        (
+            both(*(scaled(name, 1 / 3.6) for name in WHEELS)),
+            (*FRONT, *REAR),
+            "front and rear wheel speeds are too small",
+        ),
         (axle_leads("front", -0.4), FRONT, " ms after the yaw rate"),
         (delayed("yaw_rate", 0.3), (*FRONT, *REAR), "check the time stamps and filters of both"),
     ],

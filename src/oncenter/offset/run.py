@@ -89,9 +89,7 @@ def _fitted_vehicle(
     return fitted_vehicle(native, drives, vehicle, params, run)
 
 
-def _together(
-    answer: Answer, drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]
-) -> Answer:
+def _together(answer: Answer, drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
     """Of several logs: since the last step between two of them."""
     logs = without_steps_within(_alone(drives, vehicle, params), answer.changes, drives)
     if logs.steps:

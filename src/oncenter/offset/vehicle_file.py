@@ -1,8 +1,8 @@
 """A vehicle file whose wheelbase or steering ratio is far off: the drive itself shows their product.
 
 The core looks for an equivalent wheelbase near the given one (prior sd 5 %). Where the file is off by far more, the
-core is run again with the wheelbase that it tended to, until the two agree. An axle that is lifted or a tyre changes the
-product by less and is left to the core.
+core is run again with the wheelbase that it tended to, until the two agree. An axle that is lifted or a tyre changes
+the product by less and is left to the core.
 """
 
 from __future__ import annotations
@@ -105,9 +105,9 @@ def finding(fitted: Vehicle, given: Vehicle) -> Finding:
     ratio = given.ratio_near_centre
     fits = fitted.wheelbase_m / given.wheelbase_m
     text = (
-        f"ratio times wheelbase in the bends of this drive is {ratio * fitted.wheelbase_m:.0f} m, the vehicle file says "
-        f"{ratio * given.wheelbase_m:.0f} m: correct its wheelbase ({fitted.wheelbase_m:.2f} m fits, "
-        f"{given.wheelbase_m:.2f} given) or its steering ratio ({ratio * fits:.1f} fits, {ratio:.1f} given); the offset "
-        "uses the fitted value"
+        f"ratio times wheelbase in the bends of this drive is {ratio * fitted.wheelbase_m:.0f} m, the vehicle file "
+        f"says {ratio * given.wheelbase_m:.0f} m: correct its wheelbase ({fitted.wheelbase_m:.2f} m fits, "
+        f"{given.wheelbase_m:.2f} given) or its steering ratio ({ratio * fits:.1f} fits, {ratio:.1f} given); "
+        "the offset uses the fitted value"
     )
     return from_table("wheelbase_or_ratio", text, fitted.wheelbase_m, severity="warning")

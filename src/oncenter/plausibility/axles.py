@@ -12,7 +12,7 @@ import numpy as np
 
 from oncenter.offset.findings import Finding
 from oncenter.plausibility.correlation import lags_s
-from oncenter.plausibility.drive import DRIVING_M_S, MIN_TIME_S, ROLLING_M_S, Column, Drive
+from oncenter.plausibility.drive import MIN_TIME_S, ROLLING_M_S, Column, Drive
 from oncenter.plausibility.jackknife import first_with_interval, normal_equations
 from oncenter.plausibility.presence import resolution
 from oncenter.plausibility.signs_and_units import confirms_yaw_rate
@@ -89,7 +89,9 @@ def unfit(drive: Drive) -> tuple[Unfit, ...]:
         return ()
     found = [mismatch for axle in axles if (mismatch := _mismatch(drive, axle)) is not None]
     if len(axles) == 2 and len(found) == 1 and found[0].kind == "lag":
-        found = [replace(found[0], axle=axle) for axle in axles if axle == found[0].axle or _shares(drive, axle, found[0])]
+        found = [
+            replace(found[0], axle=axle) for axle in axles if axle == found[0].axle or _shares(drive, axle, found[0])
+        ]
     if len(found) == 2 and _alike(*found):
         return (Unfit(AXLES, _finding(found)),)
     return tuple(Unfit((each.axle,), _finding([each])) for each in found)

@@ -16,6 +16,7 @@ from planted_faults import (
     both,
     changed,
     delayed,
+    held,
     scaled,
     without,
 )
@@ -120,12 +121,15 @@ def test_an_axle_that_fits_is_never_left_out(name: str) -> None:
         scaled("yaw_rate", 1.0 / DEGREE),
         scaled("vehicle_speed", 3.6),
         scaled("vehicle_speed", 0.0),
+        scaled("vehicle_speed", 1 / 3.6),
+        held("vehicle_speed", 1200.0),
         both(scaled("steering_wheel_angle", -1.0), scaled("lateral_acceleration", -1.0)),
     ],
-    ids=["yaw rate reversed", "deg/s", "km/h", "no speed", "angle and acceleration reversed"],
+    ids=["yaw rate reversed", "deg/s", "km/h", "no speed", "m/s", "stuck speed", "angle and acceleration reversed"],
 )
 def test_wheels_are_not_accused_where_the_yaw_rate_or_the_speed_is_at_fault(fault: Fault) -> None:
-    assert left_out(fault(simulated("country", 1))) == set()
+    for name in ("country", "motorway"):
+        assert left_out(fault(simulated(name, 1))) == set()
 
 
 def test_noise_on_a_straight_road_accuses_no_axle() -> None:

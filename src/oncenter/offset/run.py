@@ -34,6 +34,7 @@ from oncenter.vehicle import Vehicle, core_of
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): signs and scales that are wrong are beyond
 _UNEXPLAINED_MAX = 1.5 * DEGREE  # rad, of a second: several times what a healthy one leaves
+_MAY_BE_ANOTHER_SIGNAL = ("drifting", "wrong_sign")  # faults that a yaw rate of wrong sign or unit imitates
 
 
 def offset(
@@ -108,7 +109,8 @@ def _answered(
     core, changes_found = _run(drives, vehicle, params, method, progress, None)
     native = core.answer()
     answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
-    return (without_what_faults_taught(answer) if is_implausible(native) else answer), native
+    contradicts = is_implausible(native) or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
+    return (without_what_faults_taught(answer) if contradicts else answer), native
 
 
 def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Together:

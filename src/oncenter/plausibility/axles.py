@@ -15,7 +15,7 @@ from oncenter.plausibility.correlation import lags_s
 from oncenter.plausibility.drive import MIN_TIME_S, ROLLING_M_S, Column, Drive
 from oncenter.plausibility.jackknife import first_with_interval, normal_equations
 from oncenter.plausibility.presence import resolution
-from oncenter.plausibility.signs_and_units import confirms_yaw_rate
+from oncenter.plausibility.signs_and_units import confirming_yaw_rate
 from oncenter.signals import DEGREE, SIGNALS, Signals
 from oncenter.vehicle import Vehicle
 
@@ -85,13 +85,16 @@ def _without(signals: Signals, axles: tuple[Axle, ...]) -> Signals:
 def unfit(drive: Drive) -> tuple[Unfit, ...]:
     """What `without_unfit_axles` leaves out; axles with the same mismatch together."""
     axles = [axle for axle in AXLES if _has_both(drive.signals, axle)]
-    if not axles or not confirms_yaw_rate(drive):
+    confirming = confirming_yaw_rate(drive) if axles else frozenset()
+    if not confirming:
         return ()
     found = [mismatch for axle in axles if (mismatch := _mismatch(drive, axle)) is not None]
     if len(axles) == 2 and len(found) == 1 and found[0].kind == "lag":
         found = [
             replace(found[0], axle=axle) for axle in axles if axle == found[0].axle or _shares(drive, axle, found[0])
         ]
+    if len(found) == len(axles) and not ("acceleration" in confirming and all(map(_is_certain, found))):
+        found = [each for each in found if each.kind != "unit"]
     if len(found) == 2 and _alike(*found):
         return (Unfit(AXLES, _finding(found)),)
     return tuple(Unfit((each.axle,), _finding([each])) for each in found)
@@ -99,6 +102,12 @@ def unfit(drive: Drive) -> tuple[Unfit, ...]:
 
 def _alike(one: _Mismatch, other: _Mismatch) -> bool:
     return one.kind == other.kind and (one.kind != "lag" or abs(one.value - other.value) < _LAGS_ALIKE_S)
+
+
+def _is_certain(mismatch: _Mismatch) -> bool:
+    """Of wheel speeds of which no other axle says that the vehicle speed is right: a unit, and no speed that is off."""
+    factor = max(mismatch.value, 1.0 / mismatch.value)
+    return mismatch.kind != "unit" or factor > 2.0 * _KM_H or abs(factor / _KM_H - 1.0) < _KM_H_WITHIN
 
 
 def _shares(drive: Drive, axle: Axle, late: _Mismatch) -> bool:

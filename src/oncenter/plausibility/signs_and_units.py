@@ -137,19 +137,20 @@ def _relations(drive: Drive) -> dict[str, tuple[float, float, float]]:
     return seen
 
 
-def confirms_yaw_rate(drive: Drive) -> bool:
-    """Whether angle or lateral acceleration follow the yaw rate in sign and scale, and neither contradicts it."""
+def confirming_yaw_rate(drive: Drive) -> frozenset[str]:
+    """Which of "angle" and "acceleration" follow the yaw rate in sign and scale; none where one contradicts it."""
     witnesses = {
         "angle": (drive.angle, drive.curvature, _ANGLE_PER_CURVATURE_M),
         "acceleration": (drive.lateral_acceleration, drive.centripetal, _acceleration_limits(drive)),
     }
-    agrees = {name: agreement(x, y) for name, (x, y, _) in witnesses.items()}
-    told = [name for name, sign in agrees.items() if sign != 0]
-    return bool(told) and all(
-        agrees[name] > 0 and low <= _spread_ratio(x, y) <= high
-        for name in told
-        for x, y, (low, high) in [witnesses[name]]
-    )
+    confirming = set()
+    for name, (x, y, (low, high)) in witnesses.items():
+        agrees = agreement(x, y)
+        if agrees > 0 and low <= _spread_ratio(x, y) <= high:
+            confirming.add(name)
+        elif agrees != 0:
+            return frozenset()
+    return frozenset(confirming)
 
 
 def _acceleration_limits(drive: Drive) -> tuple[float, float]:

@@ -95,7 +95,7 @@ def test_a_scale_a_little_beyond_what_is_usual_is_no_fault(
         ("motorway", YAW_RATE, lambda r: -r, "sign_reversed"),
         ("country", YAW_RATE, lambda r: r * 180.0 / np.pi, "scale"),
         ("town", YAW_RATE, lambda r: r * np.pi / 180.0, "scale"),
-        ("country", SPEED, lambda v: 0.0 * v, "signal_stuck"),
+        ("country", SPEED, lambda v: 0.0 * v, "vehicle_speed_zero"),
     ],
 )
 def test_a_fault_of_another_signal_does_not_accuse_the_angle_sensor(

@@ -34,7 +34,8 @@ def without_what_faults_taught(answer: Answer) -> Answer:
     explained = any(fault.code != "signal_stuck" for fault in found)
     accuses_angle = any(_ANGLE in fault.text for fault in found)
     gone = {name: replace(getattr(answer, name), value=None, ci95=None, status="invalid") for name in _LEARNED}
-    about = _NOT_FOLLOWING if explained else _ABOUT_SIGNALS
+    stands = not any(fault.code == "vehicle_speed_zero" for fault in found)
+    about = (_NOT_FOLLOWING if stands else _NOT_FOLLOWING[1:]) if explained else _ABOUT_SIGNALS
     kept = (
         finding for finding in answer.findings if finding.code in about or (finding.code == _AT_FAULT and accuses_angle)
     )

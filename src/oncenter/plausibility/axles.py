@@ -106,8 +106,10 @@ def _alike(one: _Mismatch, other: _Mismatch) -> bool:
 
 def _is_certain(mismatch: _Mismatch) -> bool:
     """Of wheel speeds of which no other axle says that the vehicle speed is right: a unit, and no speed that is off."""
-    factor = max(mismatch.value, 1.0 / mismatch.value)
-    return mismatch.kind != "unit" or factor > 2.0 * _KM_H or abs(factor / _KM_H - 1.0) < _KM_H_WITHIN
+    if mismatch.kind != "unit":
+        return True
+    factor = max(mismatch.value, 1.0 / max(mismatch.value, 1e-3))
+    return factor > 2.0 * _KM_H or abs(factor / _KM_H - 1.0) < _KM_H_WITHIN
 
 
 def _shares(drive: Drive, axle: Axle, late: _Mismatch) -> bool:

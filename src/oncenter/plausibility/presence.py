@@ -62,7 +62,7 @@ def stuck(drive: Drive) -> list[Finding]:
     found: list[Finding] = []
     if _yaws_while_standing(drive):
         text = "the vehicle speed reads zero all the time while the yaw rate turns: no speed, or another signal's"
-        found.append(Finding("signal_stuck", "error", text, len(rolling) / drive.signals.rate_hz, "s"))
+        found.append(Finding("vehicle_speed_zero", "error", text, len(rolling) / drive.signals.rate_hz, "s"))
     for name, limit_s in _STUCK_S.items():
         if name != "vehicle_speed" and _is_coarse(drive, name):
             continue  # a step hides all that moves on a straight road; `coarse` says it
@@ -77,9 +77,10 @@ def stuck(drive: Drive) -> list[Finding]:
 
 
 def _yaws_while_standing(drive: Drive) -> bool:
-    return drive.has("vehicle_speed", "yaw_rate") and bool(
-        np.nanmax(drive.speed, initial=0.0) < _STANDING_M_S and np.nanstd(drive.yaw_rate) > _YAWS_RAD_S
-    )
+    known = np.isfinite(drive.speed + drive.yaw_rate)
+    if known.sum() * drive.step_s < MIN_TIME_S:
+        return False
+    return bool(drive.speed[known].max() < _STANDING_M_S and np.std(drive.yaw_rate[known]) > _YAWS_RAD_S)
 
 
 def _is_coarse(drive: Drive, name: str) -> bool:

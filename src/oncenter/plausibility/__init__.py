@@ -47,7 +47,7 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
         *presence.coarse(drive),
         sign,
         units,
-        signs_and_units.wheels(drive, units),
+        signs_and_units.wheels(drive, units) if drive.has(*drive.wheel_pair()) or not unfit_axles else None,
         *(unfit.finding for unfit in unfit_axles),
         *signs_and_units.torque(drive, comparable),
         lag.yaw_rate(drive),

@@ -78,6 +78,35 @@ def wheels_swapped(signals: Signals) -> Signals:
     return replace(signals, table=signals.table.rename(swap))
 
 
+def _axle(signals: Signals, axle: str, change: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Signals:
+    """An axle whose difference, right less left, is put through `change(values, time)`; its mean stays."""
+    left, right = (SIGNALS[f"wheel_speed_{axle}_{side}"].column for side in ("left", "right"))
+    table = signals.table
+    mean = 0.5 * (table[left] + table[right]).to_numpy()
+    half = 0.5 * change((table[right] - table[left]).to_numpy(), table["time_s"].to_numpy())
+    columns = pl.Series(left, mean - half), pl.Series(right, mean + half)
+    return replace(signals, table=table.with_columns(*columns))
+
+
+def axle_locked(axle: str) -> Fault:
+    """Left and right turn alike, as with a locked differential."""
+    return lambda signals: _axle(signals, axle, lambda x, t: 0.0 * x)
+
+
+def axle_leads(axle: str, by_s: float) -> Fault:
+    return lambda signals: _axle(signals, axle, lambda x, t: later(x, -by_s, t))
+
+
+def axle_turns(axle: str, factor: float) -> Fault:
+    """Its difference times `factor`: 1.7 by load transfer, -1 where left and right are swapped."""
+    return lambda signals: _axle(signals, axle, lambda x, t: factor * x)
+
+
+def axle_in_steps(axle: str, step: float) -> Fault:
+    """Both wheels relative to their mean in steps, as EBC2 has them."""
+    return lambda signals: _axle(signals, axle, lambda x, t: 2.0 * np.round(0.5 * x / step) * step)
+
+
 def scaled(name: str, factor: float) -> Fault:
     return lambda signals: changed(signals, name, lambda x, t: x * factor)
 

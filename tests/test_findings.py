@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
+from real_data import real_drive
 from test_estimate import steady_drive
 
 import oncenter as oc
 from oncenter import _core
-from oncenter.offset import coarse_recording, core_findings, several_logs
+from oncenter.offset import coarse_recording, core_findings, several_logs, vehicle_file
 from oncenter.offset import joint_findings as joint_findings_room
 from oncenter.offset.changes import Change
 from oncenter.offset.core_findings import findings_of
@@ -349,7 +350,7 @@ def test_the_interval_says_what_would_narrow_it_and_by_how_much() -> None:
     settled = interval(yaw_rate_bias=estimate(0.0, 0.0), offset_parts=parts(0.045))
     assert "to narrow" not in settled
     gyro = interval(yaw_rate_bias=estimate(0.0, 0.3 * DEGREE, "converging"), offset_parts=parts(1.3))
-    assert gyro.endswith("to narrow this drive's part: a second of standing (to ±1.0)")
+    assert gyro.endswith("to narrow this drive's part: stand still for 1 s (to ±1.0)")
     play = {"backlash": estimate(3.0 * DEGREE, 2.0 * DEGREE), "offset_parts": parts(1.1)}
     assert "another minute of bends to the left, or a known play (to ±0.9)" in interval(**play)
     assert "12 s of bends to the right, or a known play (to ±0.9)" in interval(lacking_to_right=12.0, **play)
@@ -363,9 +364,41 @@ def test_standing_shows_the_accelerometers_zero_to_a_truck_that_has_not_stood() 
     never = {"standstill_lateral_acceleration": estimate(0.0, 0.0, "unobservable")}
     ground = np.hypot(PARAMS["standing_slope_sd_m_s2"], PARAMS["standing_crown_share_1"] * PARAMS["crown_sd_m_s2"])
     left = 1.96 * np.sqrt(3.9**2 - (19.3 * 0.4 * 0.5) ** 2 * 0.5**2 / (0.5**2 + ground**2))
-    assert f"a second of standing (to ±{left:.1f})" in interval(traffic_sign=1.0, **zero, **never)
-    assert "standing" not in interval(traffic_sign=1.0, **zero)
-    assert "standing" not in interval(accelerometer=False, **zero, **never)
+    assert f"stand still for 1 s (to ±{left:.1f})" in interval(traffic_sign=1.0, **zero, **never)
+    assert "stand still" not in interval(traffic_sign=1.0, **zero)
+    assert "stand still" not in interval(accelerometer=False, **zero, **never)
+
+
+def never_standing(name: str, seed: int, seconds: float) -> Signals:
+    """The part of a drive from its first fast second on, without wheel speeds; stops are cut out."""
+    drive = simulated(name, seed)
+    rolling = drive.table.filter(pl.col("vehicle_speed_m_s") > 3.0).head(round(seconds * drive.rate_hz))
+    wheels = [column for column in rolling.columns if column.startswith("wheel_speed")]
+    clock = (pl.int_range(pl.len()) / drive.rate_hz).alias("time_s")
+    sources = {signal: source for signal, source in drive.sources.items() if not signal.startswith("wheel_speed")}
+    return replace(drive, table=rolling.drop(wheels).with_columns(clock), sources=sources)
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize(("name", "seconds"), [("motorway", 600.0), ("country", 300.0), ("town", 1800.0)])
+def test_a_drive_without_standing_names_the_gyro_and_asks_to_stand_still(name: str, seconds: float, seed: int) -> None:
+    drive = never_standing(name, seed, seconds)
+    answer = oc.offset(drive, TRUCK)
+    assert answer.yaw_rate_bias.status == "unobservable"
+    text = by_code(answer)["interval"].text
+    assert "gyro bias" in text and "stand still for 1 s (to ±" in text
+    thesis = oc.offset(drive, TRUCK, method="thesis")
+    assert "by the gyro bias, which nothing measured: stand still for 1 s" in by_code(thesis)["play_not_seen"].text
+    stood = oc.offset(simulated("thesis_drive"), TRUCK, method="thesis")
+    assert "stand still" not in by_code(stood)["play_not_seen"].text
+
+
+@pytest.mark.parametrize("path", ["path1", "path2"])
+def test_a_real_minute_without_standing_names_the_gyro_and_asks_to_stand_still(path: str) -> None:
+    car = oc.vehicle(Path(__file__).parents[1] / "examples" / "genesis.toml")
+    answer = oc.offset(oc.read(real_drive(f"genesis/rfs_2018-06-20_{path}.csv.gz"), names=car.signal_names), car)
+    text = by_code(answer)["interval"].text
+    assert "gyro bias" in text and "stand still for 1 s (to ±" in text
 
 
 def test_caveats_of_the_thesis_are_not_the_joint_methods() -> None:
@@ -424,8 +457,51 @@ def test_a_wrong_wheelbase_in_the_vehicle_file_is_named_and_costs_no_offset(wron
     assert named >= 2
 
 
+FAR_OFF = [
+    ("wheelbase_m", 1.9),
+    ("steering_ratio", 1.9),
+    ("wheelbase_m", 0.5),
+    ("steering_ratio", 0.5),
+    ("wheelbase_m", 3.0),
+    ("steering_ratio", 3.0),
+]
+
+
+@pytest.mark.parametrize(("key", "wrong"), FAR_OFF)
+def test_a_vehicle_file_that_is_far_off_is_named_first_and_accuses_no_sensor(key: str, wrong: float) -> None:
+    """The drive shows ratio times wheelbase, and the offset is as with the right file."""
+    for name, seed in (("country", 3), ("thesis_drive", 1), ("semitrailer_half", 1)):
+        drive, truth = oc.simulate(name, seed=seed)
+        answer = oc.offset(drive, TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)}))
+        first = answer.findings[0]
+        assert (first.code, first.severity) == ("wheelbase_or_ratio", "warning")
+        assert f"the vehicle file says {wrong * TRUCK.wheelbase_m * TRUCK.steering_ratio:.0f} m" in first.text
+        shown = float(re.findall(r"in the bends of this drive is (\d+) m", first.text)[0])
+        assert shown == pytest.approx(TRUCK.steering_ratio * truth.equivalent_wheelbase_m, rel=0.06)
+        assert answer.changes == () and answer.sensor_fault == "none"
+        assert not {"offset_changed", "straight_ahead_moved", "bends_changed"} & set(by_code(answer))
+        assert answer.offset.status == "valid"
+        assert answer.offset.value == pytest.approx(truth.offset_rad, abs=0.3 * DEGREE)
+
+
+@pytest.mark.parametrize("wrong", [0.85, 1.15])
+def test_a_lifted_axle_is_no_error_of_the_vehicle_file(wrong: float) -> None:
+    drive, _ = oc.simulate("country", seed=3)
+    answer = oc.offset(drive, TRUCK.model_copy(update={"wheelbase_m": wrong * TRUCK.wheelbase_m}))
+    assert by_code(answer)["wheelbase_or_ratio"].severity == "info"
+    assert answer.vehicle.wheelbase_m == wrong * TRUCK.wheelbase_m
+
+
+@pytest.mark.parametrize("fault", [("vehicle_speed_m_s", 3.6), ("steering_wheel_angle_rad", 1.0 / DEGREE)])
+def test_a_unit_that_is_mixed_up_is_no_error_of_the_vehicle_file(fault: tuple[str, float]) -> None:
+    column, factor = fault
+    drive, _ = oc.simulate("country", seed=3)
+    answer = oc.offset(replace(drive, table=drive.table.with_columns(pl.col(column) * factor)), TRUCK)
+    assert answer.vehicle == TRUCK and answer.findings[0].severity == "error"
+
+
 def test_each_row_of_the_table_has_a_rule_and_each_rule_a_row() -> None:
-    rooms = (core_findings, joint_findings_room, several_logs, coarse_recording)
+    rooms = (core_findings, joint_findings_room, several_logs, coarse_recording, vehicle_file)
     rules = [Path(room.__file__).read_text(encoding="utf-8") for room in rooms]
     codes = [code for text in rules for code in re.findall(r'from_table\(\s*"(\w+)"', text)]
     assert set(codes) == set(TABLE)

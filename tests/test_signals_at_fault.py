@@ -85,3 +85,32 @@ def test_a_scale_a_little_beyond_what_is_usual_is_no_fault(
     assert isinstance(scale, Finding)
     assert (scale.code, scale.severity, scale.value) == ("scale", severity, None)
     assert [fault.code for fault in faults(odd, truck)] == ["scale"] * (severity == "error")
+
+
+@pytest.mark.parametrize(
+    ("scenario", "name", "change", "code"),
+    [
+        ("country", YAW_RATE, lambda r: -r, "sign_reversed"),
+        ("town", YAW_RATE, lambda r: -r, "sign_reversed"),
+        ("motorway", YAW_RATE, lambda r: -r, "sign_reversed"),
+        ("country", YAW_RATE, lambda r: r * 180.0 / np.pi, "scale"),
+        ("town", YAW_RATE, lambda r: r * np.pi / 180.0, "scale"),
+        ("country", SPEED, lambda v: 0.0 * v, "vehicle_speed_zero"),
+    ],
+)
+def test_a_fault_of_another_signal_does_not_accuse_the_angle_sensor(
+    scenario: str, name: str, change: Callable[[pl.Expr], pl.Expr], code: str, truck: oc.Vehicle
+) -> None:
+    drive = oc.simulate(scenario, 1)[0]
+    names = [column for column in drive.table.columns if not column.startswith("wheel_speed")]
+    answer = oc.offset(replace(drive, table=spoiled(drive, name, change).table.select(names)), truck)
+    assert answer.findings[0].code == code and answer.offset.status == "invalid"
+    said = {finding.code for finding in answer.findings}
+    named = "steering wheel angle" in answer.findings[0].text  # two witnesses alone cannot say who is reversed
+    assert "steering_wheel_angle_sensor_at_fault" not in said or named
+    assert not {"gate_shut", "yaw_rate_bias", "yaw_rate_bias_moves", "lateral_acceleration_moves"} & said
+
+
+def test_a_coarse_yaw_rate_is_not_called_stuck(drive: Signals) -> None:
+    step = np.radians(1.0)
+    assert faults(spoiled(drive, YAW_RATE, lambda r: (r / step).round() * step)) == ()

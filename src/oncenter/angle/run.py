@@ -19,6 +19,8 @@ from oncenter.angle.side_force import side_force_notes, told_by_turning
 from oncenter.angle.side_slip import with_lateral_speed
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.offset.assemble import notes_of
+from oncenter.offset.findings import Finding
+from oncenter.offset.inputs import check_without, without_unfit_wheels
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
 from oncenter.vehicle import Vehicle, check_vehicle, core_of
@@ -71,6 +73,9 @@ def angle(
         OncenterError: "missing_signal" (exit 1); "method", "params", "sensor_lost_at", "track_width" (exit 2).
     """
     _check(signals, vehicle, method, sensor_lost_at)
+    (signals, *taught_by), unfit = without_unfit_wheels((signals, *taught_by), vehicle)
+    if method.startswith("wheel-speed"):
+        check_without(unfit, (signals,), _FRONT_WHEELS)
     if told_by_turning(signals, taught_by, sensor_lost_at):
         params = {"use_accelerometer": 0.0, **(params or {})}
     core = core_of(vehicle, signals.rate_hz, angle_method=method, params=params)
@@ -110,6 +115,11 @@ def in_degrees(table: pl.DataFrame) -> pl.DataFrame:
         (pl.col(name) / DEGREE).alias(name.replace("rad", "deg")) if "_rad" in name else pl.col(name)
         for name in table.columns
     )
+
+
+def findings_on(signals: Signals, vehicle: Vehicle, taught_by: Sequence[Signals]) -> tuple[Finding, ...]:
+    """The warnings about wheel speeds that are not used."""
+    return without_unfit_wheels((signals, *taught_by), vehicle)[1]
 
 
 def notes_on(

@@ -51,7 +51,7 @@ def angle(
 ) -> None:
     """The true steering wheel angle, with its sensor while that can be believed and without it after."""
     import oncenter as oc
-    from oncenter.angle.run import in_degrees, notes_on
+    from oncenter.angle.run import findings_on, in_degrees, notes_on
     from oncenter.cli.logs import read_log, read_logs
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.cli.places import logs_named
@@ -85,7 +85,8 @@ def angle(
             progress=progress,
         )
     notes = notes_on(drive, truck, taught, sensor_lost_at)
-    typer.echo("\n".join([_in_words(table), *_asides(told, notes)]))  # before files that a full disk may refuse
+    findings = (*findings_on(drive, truck, taught), *told)
+    typer.echo("\n".join([_in_words(table), *_asides(findings, notes)]))  # before files that a full disk may refuse
     if output is not None:
         with whole_file(output) as unfinished:
             given = in_degrees(table)

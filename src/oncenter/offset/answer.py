@@ -135,7 +135,7 @@ class Answer:
         parts = [self.offset_words(), *self._correction_words()]
         if self.backlash.value is not None:
             parts.append(f"the steering has {_play(self.backlash)} of play")
-        bias = self.yaw_rate_bias.value
+        bias = self.yaw_rate_bias.value if self.yaw_rate_bias.status in ("valid", "converging") else None
         if self.method == "joint" and bias is not None and abs(bias) > _CORRECTION_WORTH_TELLING_RAD_S:
             parts.append(f"the gyro is off by {bias / DEGREE:.2g} deg/s and was corrected")
         return "; ".join([*parts, self._driven()])

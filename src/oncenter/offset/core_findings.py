@@ -108,7 +108,7 @@ def findings_of(
         found += [
             _evidence(native, params),
             _understeer_by_wheels(native) if method == "wheel-speed" else _understeer(native, params),
-            _play(native, method),
+            _play(native, params, method),
         ]
     return gravest_first(finding for finding in found if finding is not None)
 
@@ -275,7 +275,7 @@ def _understeer_by_wheels(native: Mapping[str, Any]) -> Finding | None:
     )
 
 
-def _play(native: Mapping[str, Any], method: str) -> Finding | None:
+def _play(native: Mapping[str, Any], params: Mapping[str, float], method: str) -> Finding | None:
     if native["used"] == 0:
         return None
     if method == "wheel-speed":
@@ -287,7 +287,16 @@ def _play(native: Mapping[str, Any], method: str) -> Finding | None:
         besides = ", and play makes the understeer gradient read high"
     return from_table(
         "play_not_seen",
-        f"the interval counts the scatter of the drive, {counted}; {unseen} not seen by this method: "
+        f"the interval counts the measurement scatter, {counted}{_gyro_not_measured(native, params, method)}; "
+        f"{unseen} not seen by this method: "
         f"{PLAY_STANDARD_DEG:g} deg of play can shift the offset by up to {PLAY_STANDARD_DEG / 2:g} deg{besides}",
         PLAY_STANDARD_DEG / 2,
     )
+
+
+def _gyro_not_measured(native: Mapping[str, Any], params: Mapping[str, float], method: str) -> str:
+    """What the yaw rate's bias does to the interval where neither standstill nor wheel speeds measured it."""
+    if method == "wheel-speed" or status_of(native["yaw_rate_bias"]) != "unobservable":
+        return ""
+    half_width = 1.96 * native["offset_per_yaw_rate_bias"] * params["yaw_rate_bias_sd_rad_s"] / DEGREE
+    return f" (±{half_width:.1f} deg by the gyro bias, which nothing measured: stand still for 1 s)"

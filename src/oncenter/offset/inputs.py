@@ -8,6 +8,7 @@ from itertools import pairwise
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.offset.answer import Method
+from oncenter.offset.findings import Finding
 from oncenter.signals import SIGNALS, Signals
 from oncenter.vehicle import Vehicle, core_params
 
@@ -95,7 +96,29 @@ def track_widths(vehicle: Vehicle, method: Method, drives: Sequence[Signals]) ->
     return {f"track_width_{axle}_m": width for axle, width in widths.items()}
 
 
-def check(drives: tuple[Signals, ...], needed: Sequence[str]) -> None:
+def without_unfit_wheels(
+    drives: Sequence[Signals], vehicle: Vehicle
+) -> tuple[tuple[Signals, ...], tuple[Finding, ...]]:
+    """The drives without wheel speeds that do not turn with the truck, and the warnings about them."""
+    from oncenter.plausibility.axles import without_unfit_axles
+
+    judged = [without_unfit_axles(drive, vehicle) for drive in drives]
+    findings = dict.fromkeys(unfit.finding for _, found in judged for unfit in found)
+    return tuple(drive for drive, _ in judged), tuple(findings)
+
+
+def check_without(unfit: Sequence[Finding], drives: Sequence[Signals], needed: Sequence[str]) -> None:
+    """As `check`; where a signal is lacking, what was left out is told with it."""
+    try:
+        check(drives, needed)
+    except OncenterError as error:
+        if error.code != "missing_signal" or not unfit:
+            raise
+        why = "; ".join(finding.text for finding in unfit)
+        raise OncenterError(f"{error}; {why}", code=error.code, needs=error.needs) from None
+
+
+def check(drives: Sequence[Signals], needed: Sequence[str]) -> None:
     for drive in drives:
         _require(drive, needed, drives)
         if abs(drive.rate_hz / drives[0].rate_hz - 1) > _RATES_ALIKE:

@@ -13,6 +13,7 @@ from oncenter.offset.cause import Name, causes_of
 from oncenter.offset.changes import Change
 from oncenter.offset.core_findings import status_of
 from oncenter.offset.findings import PLAY_STANDARD_DEG, Finding, from_table
+from oncenter.offset.vehicle_file import FAR_OFF
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 # Thresholds for speaking up, ours.
@@ -22,10 +23,12 @@ _OFFSET_TAKEN_OUT_DEG = 0.5  # a sender that corrects itself ends so near to zer
 _OFFSET_LARGE_DEG = 1.0  # and had something to correct
 _PART_WORTH_TELLING = 0.25  # of the half-width
 _GAIN_WORTH_TELLING = 0.1  # of the same
+_STANDING_WORTH_TELLING = 0.03  # of the same, where no standstill nor wheel speed measured the gyro: it costs a second
 _ANOTHER_MINUTE_S = 60.0
 _MODEL_ERROR_RAD = 0.04 * DEGREE  # core/joint_answer.c, offset_error
 _WIDTH_ERROR_RAD = 0.2 * DEGREE  # core/joint_answer.c, width_error: of the play alone
 _STANDING_GYRO_SD_RAD_S = 3.5e-4  # core/standstill.c, yaw_rate_floor
+_STAND_STILL = "stand still for 1 s"
 _GYRO, _PLAY, _SCATTER, _MODEL = "gyro bias", "free play", "measurement scatter", "limits of the model"
 _CAUSES: Mapping[Name, str] = {
     "pull": "a pull by the wheel alignment",
@@ -211,6 +214,7 @@ def _wheelbase(native: Mapping[str, Any], steering_ratio: float, wheelbase_m: fl
         f"equivalent wheelbase of {found['value']:.2f} m, not {wheelbase_m:.2f}, or a steering ratio of "
         f"{steering_ratio * (1.0 + share):.1f}, not {steering_ratio:.1f}; the offset was found with it",
         found["value"],
+        severity="warning" if abs(share) > FAR_OFF else None,
     )
 
 
@@ -271,21 +275,37 @@ def _interval(
     whole = 1.96 * native["offset"]["standard_deviation"] / DEGREE
     drive = 1.96 * native["offset_parts"]["drive_sd"] / DEGREE
     parts = _parts(native, params, steering_ratio)
-    told = [(part, words) for words, part in parts.items() if part > _PART_WORTH_TELLING * drive]
-    told = [(part, _play_words(native) if words == _PLAY else words) for part, words in told]
-    of_drive = ", ".join(f"±{_deg(part)} {words}" for part, words in sorted(told, reverse=True))
-    text = f"uncertainty ±{_deg(whole)} deg: ±{_deg(drive)} from this drive ({of_drive})"
+    gains = list(_gains(native, params, drive, parts, traffic_sign))
+    asks_to_stand = any(words == _STAND_STILL for _, words in gains)
+    text = f"uncertainty ±{_deg(whole)} deg: ±{_deg(drive)} from this drive"
+    text += f" ({_contributions(native, params, drive, parts, asks_to_stand)})"
     causes = causes_of(native["offset_parts"], params, traffic_sign)
     beside = [(1.96 * cause.sd_rad / DEGREE, _CAUSES[cause.cause]) for cause in causes]
     beside = [(part, words) for part, words in beside if part > _PART_WORTH_TELLING * max(drive, whole - drive)]
     if beside:
         of_causes = ", ".join(f"±{_deg(part)} {words}" for part, words in sorted(beside, reverse=True))
         text += f"; not identifiable from one drive: {of_causes}"
-    gains = list(_gains(native, params, drive, parts, traffic_sign))
     if gains:
         would = ", ".join(f"{words} (to ±{_deg(left)})" for left, words in sorted(gains))
         text += f"; to narrow this drive's part: {would}"
     return from_table("interval", text, whole)
+
+
+def _contributions(
+    native: Mapping[str, Any],
+    params: Mapping[str, float],
+    drive: float,
+    parts: Mapping[str, float],
+    asks_to_stand: bool,
+) -> str:
+    """To the drive's part, the largest first; a gyro that standing would show is named in any case."""
+    names_gyro = asks_to_stand and status_of(native["yaw_rate_bias"]) == "unobservable"
+    told = [
+        (part, _play_words(native) if words == _PLAY else words)
+        for words, part in _not_separated(native, params, parts).items()
+        if part > _PART_WORTH_TELLING * drive or (names_gyro and words.startswith(_GYRO))
+    ]
+    return ", ".join(f"±{_deg(part)} {words}" for part, words in sorted(told, reverse=True))
 
 
 def _deg(half_width_deg: float) -> str:
@@ -314,6 +334,24 @@ def _parts(native: Mapping[str, Any], params: Mapping[str, float], steering_rati
         parts[words] = 1.96 * math.sqrt(part) / DEGREE
     rest = 1.96 * math.sqrt(left) / DEGREE
     return parts | {_SCATTER: math.hypot(parts.get(_SCATTER, 0.0), rest)}
+
+
+def _not_separated(
+    native: Mapping[str, Any], params: Mapping[str, float], parts: Mapping[str, float]
+) -> Mapping[str, float]:
+    """With gyro bias and accelerometer zero as one contribution where neither standstill nor wheel speeds measured the
+    former: both shift a_y - r*v, and what `_parts` gives to the one may be the other's."""
+    zero = _zero(params)
+    both = math.hypot(parts[_GYRO], parts[zero])
+    if not _gyro_hides_zero(native, params) or parts[zero] < _PART_WORTH_TELLING * both:
+        return parts
+    return {words: part for words, part in parts.items() if words not in (_GYRO, zero)} | {
+        f"{_GYRO} and {zero}, which it does not separate": both
+    }
+
+
+def _gyro_hides_zero(native: Mapping[str, Any], params: Mapping[str, float]) -> bool:
+    return bool(params["use_accelerometer"]) and status_of(native["yaw_rate_bias"]) == "unobservable"
 
 
 def _zero(params: Mapping[str, float]) -> str:
@@ -356,12 +394,14 @@ def _gains(
 
     more_s = native["used"] + _ANOTHER_MINUTE_S
     would = {
-        "a second of standing": left(_by_standing(native, params, parts, traffic_sign)),
+        _STAND_STILL: left(_by_standing(native, params, parts, traffic_sign)),
         f"{_other_flank(native)}, or a known play": left(parts[_PLAY] ** 2),
         "another minute of such driving": left(parts[_SCATTER] ** 2 * _ANOTHER_MINUTE_S / more_s),
     }
+    never_stood = status_of(native["yaw_rate_bias"]) == "unobservable"
     for words, would_be in would.items():
-        if drive - would_be >= _GAIN_WORTH_TELLING * drive:
+        worth = _STANDING_WORTH_TELLING if words == _STAND_STILL and never_stood else _GAIN_WORTH_TELLING
+        if drive - would_be >= worth * drive:
             yield would_be, words
 
 
@@ -369,12 +409,16 @@ def _by_standing(
     native: Mapping[str, Any], params: Mapping[str, float], parts: Mapping[str, float], traffic_sign: float
 ) -> float:
     """Square of a half-width in deg that a second of standing takes away: the gyro's bias but for what a standstill
-    leaves of it, and of the accelerometer's zero all but the ground's slope, where the truck has not stood yet."""
+    leaves of it, with the accelerometer's zero where the two were not separated. Otherwise also the accelerometer's
+    zero but for the ground's slope, where the truck has not stood yet."""
     gyro = native["yaw_rate_bias"]
     gyro_sd = math.inf if status_of(gyro) == "unobservable" else gyro["standard_deviation"]
     standing_sd = math.hypot(_STANDING_GYRO_SD_RAD_S, native.get("yaw_rate_step_sd", 0.0))
     of_gyro: float = 1.96 * native["offset_per_yaw_rate_bias"] * min(gyro_sd, standing_sd) / DEGREE
-    gained: float = max(parts[_GYRO] ** 2 - of_gyro**2, 0.0)
+    of_both = parts[_GYRO] ** 2 + (parts[_zero(params)] ** 2 if _gyro_hides_zero(native, params) else 0.0)
+    gained: float = max(of_both - of_gyro**2, 0.0)
+    if _gyro_hides_zero(native, params):
+        return gained
     zero_sd: float = native["unloading_acceleration"]["standard_deviation"]
     has_stood = status_of(native["standstill_lateral_acceleration"]) == "valid"
     if not params["use_accelerometer"] or has_stood or zero_sd <= 0.0:

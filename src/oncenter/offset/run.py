@@ -22,9 +22,18 @@ from oncenter.offset.coarse_recording import (
     with_coarse_yaw_rate,
 )
 from oncenter.offset.findings import Finding, gravest_first
-from oncenter.offset.inputs import check, in_order, needed, params_of, track_widths, with_torque
+from oncenter.offset.inputs import (
+    check_without,
+    in_order,
+    needed,
+    params_of,
+    track_widths,
+    with_torque,
+    without_unfit_wheels,
+)
 from oncenter.offset.several_logs import Together, across, with_logs, without_steps_within
 from oncenter.offset.signals_at_fault import without_what_faults_taught
+from oncenter.offset.vehicle_file import finding, fitted_vehicle
 from oncenter.plausibility.recording import recording_findings
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
@@ -33,6 +42,7 @@ from oncenter.vehicle import Vehicle, check_vehicle, core_of, core_params
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): signs and scales that are wrong are beyond
 _UNEXPLAINED_MAX = 1.5 * DEGREE  # rad, of a second: several times what a healthy one leaves
+_MAY_BE_ANOTHER_SIGNAL = ("drifting", "wrong_sign")  # faults that a yaw rate of wrong sign or unit imitates
 
 
 def offset(
@@ -64,15 +74,15 @@ def offset(
             f"method '{method}' is not known; known are {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
     check_vehicle(vehicle, "offset")
-    drives = in_order(drives_of(signals, "offset"))
-    used_params = params_of(vehicle, params)
+    recorded = in_order(drives_of(signals, "offset"))
     given = {**vehicle.params, **core_params(params or {})}
-    used_params = with_torque(used_params, given, method, drives)
-    used_params = with_coarse_yaw_rate(used_params, given, coarseness_of(drives).yaw_rate_step)
-    names = needed(method, drives, used_params)
-    check(drives, names)
+    used_params = with_torque(params_of(vehicle, params), given, method, recorded)
+    used_params = with_coarse_yaw_rate(used_params, given, coarseness_of(recorded).yaw_rate_step)
+    names = needed(method, recorded, used_params)
+    drives, unfit = without_unfit_wheels(recorded, vehicle)
+    check_without(unfit, drives, names)
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
-    return replace(answer, findings=gravest_first((*answer.findings, *_recording(drives, names))))
+    return replace(answer, findings=gravest_first((*answer.findings, *unfit, *_recording(recorded, names))))
 
 
 def _of_all(
@@ -82,13 +92,34 @@ def _of_all(
     method: Method,
     progress: Callable[[float], None] | None,
 ) -> Answer:
-    """Of several drives since the last step between two of them."""
-    answer = _answered(drives, vehicle, params, method, progress)
-    if method != "joint" or len(drives) == 1:
+    """By the vehicle as the drives show it, where its file is far off; of several since the last step between two."""
+    answer, native = _answered(drives, vehicle, params, method, progress)
+    if method != "joint":
         return answer
+    fitted = _fitted_vehicle(native, drives, vehicle, params)
+    first = [] if fitted is None else [finding(fitted, vehicle)]
+    if fitted is not None:
+        vehicle = fitted
+        answer, _ = _answered(drives, vehicle, params, method, None)
+    if len(drives) > 1:
+        answer = _together(answer, drives, vehicle, params)
+    return replace(answer, findings=gravest_first((*first, *answer.findings)))
+
+
+def _fitted_vehicle(
+    native: Mapping[str, Any], drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]
+) -> Vehicle | None:
+    def run(other: Vehicle) -> Mapping[str, Any]:
+        return _run(drives, other, params, "joint", None, None)[0].answer()
+
+    return fitted_vehicle(native, drives, vehicle, params, run)
+
+
+def _together(answer: Answer, drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
+    """Of several logs: since the last step between two of them."""
     logs = without_steps_within(_alone(drives, vehicle, params), answer.changes, drives)
     if logs.steps:
-        answer = _answered(drives[logs.since :], vehicle, params, method, None)
+        answer, _ = _answered(drives[logs.since :], vehicle, params, "joint", None)
     return with_logs(answer, logs, drives[: logs.since])
 
 
@@ -98,15 +129,16 @@ def _answered(
     params: Mapping[str, float],
     method: Method,
     progress: Callable[[float], None] | None,
-) -> Answer:
-    """By one run of the core over all drives."""
+) -> tuple[Answer, Mapping[str, Any]]:
+    """By one run of the core over all drives, with its own answer."""
     core, changes_found = _run(drives, vehicle, params, method, progress, None)
     coarse = coarseness_of(drives)
     native = widened(core.answer(), coarse, method, params)
     answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
-    answer = without_what_faults_taught(answer) if is_implausible(native) else answer
+    contradicts = is_implausible(native) or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
+    answer = without_what_faults_taught(answer) if contradicts else answer
     found = coarse_recording_findings(native, coarse, method)
-    return replace(answer, findings=gravest_first((*answer.findings, *found))) if found else answer
+    return replace(answer, findings=gravest_first((*answer.findings, *found))), native
 
 
 def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]:

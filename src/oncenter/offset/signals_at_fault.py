@@ -18,6 +18,9 @@ _ABOUT_SIGNALS = (
     "yaw_rate_bias",
     "yaw_rate_bias_moves",
 )
+# What is true of a signal whatever another's sign or unit. The rest follows from these.
+_NOT_FOLLOWING = ("lateral_acceleration_at_standstill", "relative_angle_sensor")
+_AT_FAULT, _ANGLE = "steering_wheel_angle_sensor_at_fault", "steering wheel angle"
 _STUCK_SHARE = 0.25  # of the drive: a signal that stands still for less has told the rest
 
 
@@ -28,11 +31,18 @@ def without_what_faults_taught(answer: Answer) -> Answer:
     found = tuple(dict.fromkeys(fault for drive in answer.drives for fault in faults(drive, answer.vehicle)))
     if not any(_leaves_nothing(fault, answer) for fault in found):
         return replace(answer, findings=gravest_first((*found, *answer.findings)))
+    explained = any(fault.code != "signal_stuck" for fault in found)
+    accuses_angle = any(_ANGLE in fault.text for fault in found)
     gone = {name: replace(getattr(answer, name), value=None, ci95=None, status="invalid") for name in _LEARNED}
-    kept = (finding for finding in answer.findings if finding.code in _ABOUT_SIGNALS)
+    stands = not any(fault.code == "vehicle_speed_zero" for fault in found)
+    about = (_NOT_FOLLOWING if stands else _NOT_FOLLOWING[1:]) if explained else _ABOUT_SIGNALS
+    kept = (
+        finding for finding in answer.findings if finding.code in about or (finding.code == _AT_FAULT and accuses_angle)
+    )
     return replace(
         answer,
         **gone,
+        sensor_fault=answer.sensor_fault if accuses_angle else "none",
         offset_ci95_drive=None,
         not_identifiable=(),
         changes=(),

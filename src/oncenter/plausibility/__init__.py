@@ -12,14 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from oncenter.offset.findings import Finding, gravest_first
-from oncenter.plausibility import lag, presence, ratio, signs_and_units, zeros
+from oncenter.plausibility import axles, lag, presence, ratio, signs_and_units, zeros
 from oncenter.plausibility.drive import USEFUL, Drive
 from oncenter.plausibility.recording import recording_findings
 from oncenter.plausibility.verdict import CannotTell, Verdict
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
 
-__all__ = ["CannotTell", "Plausibility", "check", "faults"]
+__all__ = ["CannotTell", "Plausibility", "check", "faults", "rough_ratio_times_wheelbase_m"]
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,8 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
         signals: of one drive; any of them may be missing, and what needs it is not judged.
         vehicle: with it, ratio times wheelbase is judged; without, it is told as the drive shows it.
     """
-    drive = Drive(signals, vehicle)
+    usable, unfit_axles = axles.without_unfit_axles(signals, vehicle)
+    drive = Drive(usable, vehicle)
     sign, units = signs_and_units.sign(drive), signs_and_units.units(drive)
     comparable = not (isinstance(sign, Finding) or isinstance(units, Finding))  # else r/v and r*v mean nothing
     verdicts: list[Verdict] = [
@@ -48,7 +49,8 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
         *presence.coarse(drive),
         sign,
         units,
-        signs_and_units.wheels(drive, units),
+        signs_and_units.wheels(drive, units) if drive.has(*drive.wheel_pair()) or not unfit_axles else None,
+        *(unfit.finding for unfit in unfit_axles),
         *signs_and_units.torque(drive, comparable),
         lag.yaw_rate(drive),
         lag.lateral_acceleration(drive),
@@ -74,3 +76,11 @@ def faults(signals: Signals, vehicle: Vehicle | None = None) -> tuple[Finding, .
     units = signs_and_units.units(drive)
     verdicts = (*presence.stuck(drive), signs_and_units.sign(drive), units, signs_and_units.wheels(drive, units))
     return tuple(each for each in verdicts if isinstance(each, Finding) and each.severity == "error")
+
+
+def rough_ratio_times_wheelbase_m(signals: Signals) -> float | None:
+    """As the bends of a drive show it; None where they do not, or where signs or scales contradict each other."""
+    drive = Drive(signals, None)
+    if signs_and_units.sign(drive) is not None or signs_and_units.units(drive) is not None:
+        return None
+    return ratio.rough_m(drive)

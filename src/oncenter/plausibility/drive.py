@@ -56,6 +56,10 @@ class Drive:
         """A column of the grid, NaN where the vehicle is slow or stands."""
         return np.where(self.speed > DRIVING_M_S, values, np.nan)
 
+    def wheels(self, axle: str) -> tuple[Column, Column]:
+        """Left and right."""
+        return self._means(f"wheel_speed_{axle}_left"), self._means(f"wheel_speed_{axle}_right")
+
     def wheel_pair(self) -> tuple[str, str]:
         """Left and right of one axle, so that a bend does not change their mean; the axle without drive first."""
         front, rear = ((f"wheel_speed_{axle}_left", f"wheel_speed_{axle}_right") for axle in ("front", "rear"))

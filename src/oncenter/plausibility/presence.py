@@ -19,6 +19,8 @@ _RATIO_TIMES_WHEELBASE_M = 80.0  # of a truck: 20 times 4 m
 _FINE_M_S = 0.03  # a step of the vehicle speed: 0.1 km/h, where CCVS1 has 1/256
 _WHEELS_M_S = 0.3  # of wheel speeds: noise and slip
 _RECURRING_SHARE = 0.5  # of the numbers; fewer recur by chance, or while the truck stands
+_STANDING_M_S = 0.5
+_YAWS_RAD_S = 0.5 * DEGREE  # spread; a gyro's noise at standstill is a fifth of it
 _MANY = 100  # numbers, which show what a signal can say
 
 # coarsest step that does no harm: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
@@ -60,7 +62,12 @@ def availability(drive: Drive) -> list[Finding]:
 def stuck(drive: Drive) -> list[Finding]:
     rolling = (drive.ticks("vehicle_speed") > ROLLING_M_S)[1:]
     found: list[Finding] = []
+    if _yaws_while_standing(drive):
+        text = "the vehicle speed reads zero all the time while the yaw rate turns: no speed, or another signal's"
+        found.append(Finding("vehicle_speed_zero", "error", text, len(rolling) / drive.signals.rate_hz, "s"))
     for name, limit_s in _STUCK_S.items():
+        if name != "vehicle_speed" and _is_coarse(drive, name):
+            continue  # a step hides all that moves on a straight road; `coarse` says it
         runs = _runs((np.diff(drive.ticks(name)) == 0.0) & rolling, limit_s * drive.signals.rate_hz)
         if name == "vehicle_speed":
             runs = [run for run in runs if _must_have_changed(drive, run)]
@@ -71,6 +78,19 @@ def stuck(drive: Drive) -> list[Finding]:
             text = f"the {words(name)} stands still at one number for {same_s:.0f} s while the vehicle rolls: stuck?"
             found.append(Finding("signal_stuck", "error", text, same_s, "s"))
     return found
+
+
+def _yaws_while_standing(drive: Drive) -> bool:
+    known = np.isfinite(drive.speed + drive.yaw_rate)
+    if known.sum() * drive.step_s < MIN_TIME_S:
+        return False
+    return bool(drive.speed[known].max() < _STANDING_M_S and np.std(drive.yaw_rate[known]) > _YAWS_RAD_S)
+
+
+def _is_coarse(drive: Drive, name: str) -> bool:
+    coarsest, factor, _ = _COARSEST[name]
+    step = resolution(drive.ticks(name))
+    return step is not None and step / factor > coarsest
 
 
 def _must_have_changed(drive: Drive, run: slice) -> bool:

@@ -53,6 +53,18 @@ def ratio_times_wheelbase(drive: Drive, comparable: bool) -> Verdict:
     return Finding("ratio_times_wheelbase", "warning", text, value, "m")
 
 
+def rough_m(drive: Drive) -> float | None:
+    """i*L in m without an interval, in any bends: (10) with offset, understeer and gyro bias as further unknowns. Play,
+    lag and the yaw rate's noise make some tenths of it."""
+    k, v = drive.curvature, drive.speed
+    used = _usable(drive) & np.isfinite(drive.angle * k)
+    if agreement(drive.angle, k) != 1 or used.sum() * drive.step_s < MIN_TIME_S:
+        return None
+    unknowns = np.column_stack([k[used], np.ones(used.sum()), drive.centripetal[used], 1 / v[used]])
+    found = float(np.linalg.lstsq(unknowns, drive.angle[used], rcond=None)[0][0])
+    return found if found > 0.0 else None
+
+
 def _shown(drive: Drive, bank: Column | None) -> tuple[float, float] | None:
     """i*L in m and its 95 % half-width: (10) with offset, understeer, gyro bias, lag and play as further unknowns.
 

@@ -106,6 +106,8 @@ def units(drive: Drive) -> Verdict:
             f"{_RELATION[name]} is {seen[name][0]:.3g}, usual is {seen[name][1]:.3g} to {seen[name][2]:.3g}"
             for name in off
         )
+        if "angle" in off and drive.vehicle is not None:
+            text += ", by the ratio and wheelbase of the vehicle file, which may be wrong"
         worst = max(max(ratio / high, low / ratio) for ratio, low, high in map(seen.__getitem__, off))
         return Finding("scale", "error" if worst > _OFF_BY_FAR else "warning", text)
     return Finding("scale", "error", "a unit is mixed up: " + ", or ".join(map(str, slips)), slips[0].factor, "1")
@@ -133,6 +135,22 @@ def _relations(drive: Drive) -> dict[str, tuple[float, float, float]]:
     if wheels is not None:
         seen["wheels"] = (wheels, *_WHEELS_PER_SPEED)
     return seen
+
+
+def confirming_yaw_rate(drive: Drive) -> frozenset[str]:
+    """Which of "angle" and "acceleration" follow the yaw rate in sign and scale; none where one contradicts it."""
+    witnesses = {
+        "angle": (drive.angle, drive.curvature, _ANGLE_PER_CURVATURE_M),
+        "acceleration": (drive.lateral_acceleration, drive.centripetal, _acceleration_limits(drive)),
+    }
+    confirming = set()
+    for name, (x, y, (low, high)) in witnesses.items():
+        agrees = agreement(x, y)
+        if agrees > 0 and low <= _spread_ratio(x, y) <= high:
+            confirming.add(name)
+        elif agrees != 0:
+            return frozenset()
+    return frozenset(confirming)
 
 
 def _acceleration_limits(drive: Drive) -> tuple[float, float]:

@@ -83,10 +83,11 @@ def report_angle(
         OncenterError: "output", exit code 2: the file cannot be written, or has another ending.
     """
     check_report(path)
-    from oncenter.angle.run import notes_on
+    from oncenter.angle.run import findings_on, notes_on
     from oncenter.report.angle_course import angle_course
     from oncenter.report.angle_page import angle_page
 
     course = angle_course(table, signals, sensor_lost_at, true_rad)
-    notes = notes_on(signals, vehicle, taught_by, sensor_lost_at)
+    findings = [finding.text for finding in findings_on(signals, vehicle, taught_by)]
+    notes = (*findings, *notes_on(signals, vehicle, taught_by, sensor_lost_at))
     write_whole(path, angle_page(course, signals, vehicle, method, smooth, notes))

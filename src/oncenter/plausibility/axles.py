@@ -1,0 +1,265 @@
+"""Whether the wheel speeds of an axle turn with the truck: their difference against the yaw rate.
+
+An axle that does not would teach the core a wrong yaw rate bias. So the core does not get its wheel speeds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from oncenter.offset.findings import Finding
+from oncenter.plausibility.correlation import lags_s
+from oncenter.plausibility.drive import MIN_TIME_S, ROLLING_M_S, Column, Drive
+from oncenter.plausibility.jackknife import first_with_interval, normal_equations
+from oncenter.plausibility.presence import resolution
+from oncenter.plausibility.signs_and_units import confirming_yaw_rate
+from oncenter.signals import DEGREE, SIGNALS, Signals
+from oncenter.vehicle import Vehicle
+
+Axle = Literal["front", "rear"]
+AXLES: tuple[Axle, ...] = ("front", "rear")
+
+# Of track width times yaw rate: load transfer makes 1.7 of it (tests/test_simulate_multibody.py), coarse steps less.
+_PER_TRACK = (0.5, 2.2)
+_TRACKS_M = (1.6, 2.1)  # where the vehicle file has none
+_LAG_MAX_S = 0.2  # EBC2's messages and a filter make half of it
+_LAGS_ALIKE_S = 0.1  # of two axles
+_TURNING_MIN_RAD_S = 0.3 * DEGREE  # spread of the yaw rate; its noise hardly lowers the slope then
+_STEPS_MIN = 1.5  # of the difference, that the expected one spreads over: rounding hides less
+_EBC2_STEP_M_S = 1.0 / 16.0 / 3.6
+_MEAN_PER_SPEED = (0.8, 1.25)  # tyre size and wear make far less
+_KM_H = 3.6
+_KM_H_WITHIN = 0.1
+
+_Kind = Literal["unit", "reversed", "small", "large", "lag"]
+
+
+@dataclass(frozen=True)
+class _Mismatch:
+    """`value` is a lag in s, the mean over the vehicle speed, or the slope over track times yaw rate."""
+
+    axle: Axle
+    kind: _Kind
+    value: float
+
+
+@dataclass(frozen=True)
+class Unfit:
+    """Axles whose wheel speeds are not to be used, and the warning about them."""
+
+    axles: tuple[Axle, ...]
+    finding: Finding
+
+
+def columns(axle: Axle) -> tuple[str, str]:
+    """Left and right."""
+    return SIGNALS[f"wheel_speed_{axle}_left"].column, SIGNALS[f"wheel_speed_{axle}_right"].column
+
+
+def without_unfit_axles(signals: Signals, vehicle: Vehicle | None) -> tuple[Signals, tuple[Unfit, ...]]:
+    """The drive without the wheel speeds of axles that do not turn with the truck, and which these are.
+
+    Nothing is judged unless another signal confirms the yaw rate, nor where the truck hardly turns.
+    """
+    if not any(_has_both(signals, axle) for axle in AXLES):
+        return signals, ()
+    found = unfit(Drive(signals, vehicle))
+    for each in found:
+        signals = _without(signals, each.axles)
+    return signals, found
+
+
+def _has_both(signals: Signals, axle: Axle) -> bool:
+    return all(column in signals.table.columns for column in columns(axle))
+
+
+def _without(signals: Signals, axles: tuple[Axle, ...]) -> Signals:
+    gone = [name for name in SIGNALS for axle in axles if name.startswith(f"wheel_speed_{axle}_")]
+    kept = {name: source for name, source in signals.sources.items() if name not in gone}
+    return replace(signals, table=signals.table.drop([SIGNALS[n].column for n in gone], strict=False), sources=kept)
+
+
+def unfit(drive: Drive) -> tuple[Unfit, ...]:
+    """What `without_unfit_axles` leaves out; axles with the same mismatch together."""
+    axles = [axle for axle in AXLES if _has_both(drive.signals, axle)]
+    confirming = confirming_yaw_rate(drive) if axles else frozenset()
+    if not confirming:
+        return ()
+    found = [mismatch for axle in axles if (mismatch := _mismatch(drive, axle)) is not None]
+    if len(axles) == 2 and len(found) == 1 and found[0].kind == "lag":
+        found = [
+            replace(found[0], axle=axle) for axle in axles if axle == found[0].axle or _shares(drive, axle, found[0])
+        ]
+    if len(found) == len(axles) and not ("acceleration" in confirming and all(map(_is_certain, found))):
+        found = [each for each in found if each.kind != "unit"]
+    if len(found) == 2 and _alike(*found):
+        return (Unfit(AXLES, _finding(found)),)
+    return tuple(Unfit((each.axle,), _finding([each])) for each in found)
+
+
+def _alike(one: _Mismatch, other: _Mismatch) -> bool:
+    return one.kind == other.kind and (one.kind != "lag" or abs(one.value - other.value) < _LAGS_ALIKE_S)
+
+
+def _is_certain(mismatch: _Mismatch) -> bool:
+    """Of wheel speeds of which no other axle says that the vehicle speed is right: a unit, and no speed that is off."""
+    if mismatch.kind != "unit":
+        return True
+    factor = max(mismatch.value, 1.0 / max(mismatch.value, 1e-3))
+    return factor > 2.0 * _KM_H or abs(factor / _KM_H - 1.0) < _KM_H_WITHIN
+
+
+def _shares(drive: Drive, axle: Axle, late: _Mismatch) -> bool:
+    """Whether another axle's difference comes as early or late as `late`, although it is too noisy to show a lag of its
+    own: with this lag the yaw rate explains more of it in both halves of the drive."""
+    left, right = drive.wheels(axle)
+    difference = drive.driven(right - left)
+    steps = round(late.value / drive.step_s)
+    shifted = np.full_like(drive.yaw_rate, np.nan)
+    if steps > 0:
+        shifted[steps:] = drive.yaw_rate[:-steps]
+    else:
+        shifted[:steps] = drive.yaw_rate[-steps:]
+    used = np.isfinite(difference * shifted * drive.yaw_rate)
+    halves = np.array_split(np.flatnonzero(used), 2)
+    return all(
+        _unexplained(difference[half], shifted[half], drive.speed[half])
+        < _unexplained(difference[half], drive.yaw_rate[half], drive.speed[half])
+        for half in halves
+    )
+
+
+def _unexplained(difference: Column, yaw_rate: Column, speed: Column) -> float:
+    """Squares that remain after the unknowns of `_slope`."""
+    unknowns = np.column_stack([yaw_rate, speed, np.ones_like(speed)])
+    found = np.linalg.lstsq(unknowns, difference, rcond=None)[0]
+    return float(np.sum((difference - unknowns @ found) ** 2))
+
+
+def _mismatch(drive: Drive, axle: Axle) -> _Mismatch | None:
+    """The first that shows; None for an axle that fits, or that the drive does not let judge."""
+    left, right = drive.wheels(axle)
+    per_speed = _mean_per_speed(drive, 0.5 * (left + right))
+    low, high = _MEAN_PER_SPEED
+    if per_speed is not None and not low <= per_speed <= high:
+        return _Mismatch(axle, "unit", per_speed)
+    difference = drive.driven(right - left)
+    turns = _turns_enough(drive, axle, difference)
+    slope = _slope(drive, difference)
+    if slope is None:
+        return None
+    track_low, track_high = _tracks_m(drive, axle)
+    (value, half_width), track = slope, 0.5 * (track_low + track_high)
+    if value + half_width < -_PER_TRACK[0] * track_low:
+        return _Mismatch(axle, "reversed", value / track)
+    if turns and value + half_width < _PER_TRACK[0] * track_low:
+        return _Mismatch(axle, "small", value / track)
+    if value - half_width > _PER_TRACK[1] * track_high:
+        return _Mismatch(axle, "large", value / track)
+    lags = lags_s(drive.driven(drive.yaw_rate), difference, drive.step_s)
+    if lags is None or min(map(abs, lags)) <= _LAG_MAX_S or lags[0] * lags[1] < 0.0:
+        return None
+    return _Mismatch(axle, "lag", sum(lags) / 2)
+
+
+def _mean_per_speed(drive: Drive, mean: Column) -> float | None:
+    both = np.isfinite(mean) & (drive.speed > ROLLING_M_S)
+    if both.sum() * drive.step_s < MIN_TIME_S:
+        return None
+    return float(np.median(mean[both]) / np.median(drive.speed[both]))
+
+
+def _turns_enough(drive: Drive, axle: Axle, difference: Column) -> bool:
+    """Whether the truck turns so much that steps and noise cannot hide an axle's difference."""
+    used = np.isfinite(difference * drive.yaw_rate)
+    if not used.any():
+        return False
+    turning = float(np.std(drive.yaw_rate[used]))
+    yaw_rate_step = resolution(drive.ticks("yaw_rate")) or 0.0
+    enough = max(_TURNING_MIN_RAD_S, yaw_rate_step)
+    return turning > enough and _tracks_m(drive, axle)[0] * turning > _STEPS_MIN * _step_m_s(drive, axle)
+
+
+def _step_m_s(drive: Drive, axle: Axle) -> float:
+    """In which the difference comes. EBC2 has both wheels relative to the front axle, whose own steps are finer."""
+    names = [f"wheel_speed_{axle}_{side}" for side in ("left", "right")]
+    sources = [drive.signals.sources[name].description for name in names if name in drive.signals.sources]
+    if any("EBC2" in source for source in sources):
+        return _EBC2_STEP_M_S
+    left, right = map(drive.ticks, names)
+    return max(resolution(values) or 0.0 for values in (left, right, right - left))
+
+
+def _slope(drive: Drive, difference: Column) -> tuple[float, float] | None:
+    """Of the difference over the yaw rate, m, with its 95 % half-width; tyres that are worn unlike and a yaw rate bias
+    are further unknowns."""
+    used = np.isfinite(difference * drive.yaw_rate)
+    if used.sum() * drive.step_s < MIN_TIME_S:
+        return None
+    unknowns = np.column_stack([drive.yaw_rate, drive.speed, np.ones_like(drive.speed)])[used]
+    return first_with_interval([normal_equations(unknowns, difference[used])])
+
+
+def _tracks_m(drive: Drive, axle: Axle) -> tuple[float, float]:
+    vehicle = drive.vehicle
+    track = None if vehicle is None else getattr(vehicle, f"track_width_{axle}_m")
+    return _TRACKS_M if track is None else (track, track)
+
+
+_NOT_USED = "the yaw rate bias is estimated without them"
+
+
+def _finding(found: list[_Mismatch]) -> Finding:
+    """Of one axle, or of both with the same mismatch."""
+    value = sum(each.value for each in found) / len(found)
+    axles = " and ".join(each.axle for each in found)
+    text, number, unit = _WORDS[found[0].kind](axles, value)
+    return Finding("wheel_speeds_of_axle", "warning", f"{text}; {_NOT_USED}", number, unit)
+
+
+def _unit(axles: str, value: float) -> tuple[str, float, str]:
+    for factor, mixed_up in ((_KM_H, "km/h taken for m/s"), (1.0 / _KM_H, "m/s taken for km/h")):
+        if abs(value / factor - 1.0) < _KM_H_WITHIN:
+            size = f"too {'large' if factor > 1.0 else 'small'} by {_KM_H:g} ({mixed_up})"
+            return f"the {axles} wheel speeds are {size}: correct their unit in [signals]", value, "1"
+    text = f"the {axles} wheel speeds are {value:.3g} times the vehicle speed: check their unit, e.g. rpm or rad/s"
+    return text, value, "1"
+
+
+def _reversed(axles: str, value: float) -> tuple[str, float, str]:
+    text = (
+        f"the difference of the {axles} wheel speeds has its sign reversed: left and right are swapped, exchange them "
+        "in [signals]"
+    )
+    return text, value, "1"
+
+
+def _small(axles: str, value: float) -> tuple[str, float, str]:
+    text = (
+        f"the difference of the {axles} wheel speeds is {100 * value:.0f} % of track width times yaw rate: a locked "
+        "differential, or one speed sent for both wheels"
+    )
+    return text, value, "1"
+
+
+def _large(axles: str, value: float) -> tuple[str, float, str]:
+    text = (
+        f"the difference of the {axles} wheel speeds is {value:.1f} times track width times yaw rate: check their unit "
+        "and the track width"
+    )
+    return text, value, "1"
+
+
+def _lag(axles: str, value: float) -> tuple[str, float, str]:
+    order = "after" if value > 0.0 else "before"
+    text = (
+        f"the difference of the {axles} wheel speeds comes {1e3 * abs(value):.0f} ms {order} the yaw rate, at most "
+        f"{1e3 * _LAG_MAX_S:.0f} is plausible: check the time stamps and filters of both"
+    )
+    return text, 1e3 * value, "ms"
+
+
+_WORDS = {"unit": _unit, "reversed": _reversed, "small": _small, "large": _large, "lag": _lag}

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from oncenter.offset.findings import Finding
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, ROLLING_M_S, USEFUL, Column, Drive
 from oncenter.plausibility.verdict import words
+from oncenter.read.clock import RATE_SLACK, RECORDED_MIN_HZ
 from oncenter.signals import DEGREE, SIGNALS, Signals
 
 _NOT_AVAILABLE = 0.05  # of the ticks
@@ -21,6 +22,8 @@ _WHEELS_M_S = 0.3  # of wheel speeds: noise and slip
 _RECURRING_SHARE = 0.5  # of the numbers; fewer recur by chance, or while the truck stands
 _STANDING_M_S = 0.5
 _YAWS_RAD_S = 0.5 * DEGREE  # spread; a gyro's noise at standstill is a fifth of it
+_HELD_STEPS = 3.0  # that a signal which was held goes on by at once
+_HELD_CHANGES_MIN = 30  # fewer are dropouts
 _MANY = 100  # numbers, which show what a signal can say
 
 # coarsest step that does no harm: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
@@ -56,7 +59,34 @@ def availability(drive: Drive) -> list[Finding]:
         if 0 < rate_hz < _SLOWEST_HZ:
             text = f"the {words(name)} comes at {rate_hz:.3g} Hz only: steering is faster than that"
             found.append(Finding("signal_slow", "warning", text, rate_hz, "Hz"))
+        changes_hz = held_rate_hz(drive.signals, name)
+        if changes_hz is not None:
+            text = f"the {words(name)} repeats its last value: it changes only {changes_hz:.2g} times a second"
+            found.append(Finding("signal_slow", "warning", text, changes_hz, "Hz"))
     return found
+
+
+def held_rate_hz(signals: Signals, name: str) -> float | None:
+    """How often a signal changes that is sent faster but repeats its last value; None where that is often enough, or
+    where too few changes show it.
+
+    A signal that stands still because nothing moves, or because its steps hide the motion, goes on by a step. One that
+    was held goes on by all that it missed. So only the time before changes of several steps counts.
+    """
+    column = SIGNALS[name].column
+    if column not in signals.table.columns:
+        return None
+    values = signals.table[column].to_numpy()
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return None
+    by = np.abs(np.diff(values, prepend=values[0]))
+    changes = np.flatnonzero(by)
+    large = by[changes][1:] > _HELD_STEPS * (resolution(values) or 0.0)
+    if large.sum() < _HELD_CHANGES_MIN:
+        return None
+    rate_hz = signals.rate_hz / float(np.median(np.diff(changes)[large]))
+    return rate_hz if rate_hz < RECORDED_MIN_HZ * (1 - RATE_SLACK) else None
 
 
 def stuck(drive: Drive) -> list[Finding]:
@@ -66,7 +96,7 @@ def stuck(drive: Drive) -> list[Finding]:
         text = "the vehicle speed reads zero all the time while the yaw rate turns: no speed, or another signal's"
         found.append(Finding("vehicle_speed_zero", "error", text, len(rolling) / drive.signals.rate_hz, "s"))
     for name, limit_s in _STUCK_S.items():
-        if name != "vehicle_speed" and _is_coarse(drive, name):
+        if name != "vehicle_speed" and coarse_step(drive.signals, name) is not None:
             continue  # a step hides all that moves on a straight road; `coarse` says it
         runs = _runs((np.diff(drive.ticks(name)) == 0.0) & rolling, limit_s * drive.signals.rate_hz)
         if name == "vehicle_speed":
@@ -85,12 +115,6 @@ def _yaws_while_standing(drive: Drive) -> bool:
     if known.sum() * drive.step_s < MIN_TIME_S:
         return False
     return bool(drive.speed[known].max() < _STANDING_M_S and np.std(drive.yaw_rate[known]) > _YAWS_RAD_S)
-
-
-def _is_coarse(drive: Drive, name: str) -> bool:
-    coarsest, factor, _ = _COARSEST[name]
-    step = resolution(drive.ticks(name))
-    return step is not None and step / factor > coarsest
 
 
 def _must_have_changed(drive: Drive, run: slice) -> bool:

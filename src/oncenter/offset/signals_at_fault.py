@@ -24,11 +24,18 @@ _AT_FAULT, _ANGLE = "steering_wheel_angle_sensor_at_fault", "steering wheel angl
 _STUCK_SHARE = 0.25  # of the drive: a signal that stands still for less has told the rest
 
 
-def without_what_faults_taught(answer: Answer) -> Answer:
-    """The answer with the errors that its signals show, and without numbers where these rest on such a signal."""
-    from oncenter.plausibility import faults
+def without_what_faults_taught(answer: Answer, *, doubtful: bool) -> Answer:
+    """The answer with the errors that its signals show, and without numbers where these rest on such a signal.
 
-    found = tuple(dict.fromkeys(fault for drive in answer.drives for fault in faults(drive, answer.vehicle)))
+    Args:
+        answer: of one run of the core.
+        doubtful: the signals may contradict each other, and are compared. A vehicle speed that stays is looked for
+            always, since it can leave an offset that looks valid.
+    """
+    from oncenter.plausibility import faults, stuck_speed
+
+    found_in = [faults(drive, answer.vehicle) if doubtful else stuck_speed(drive) for drive in answer.drives]
+    found = tuple(dict.fromkeys(fault for of_drive in found_in for fault in of_drive))
     if not any(_leaves_nothing(fault, answer) for fault in found):
         return replace(answer, findings=gravest_first((*found, *answer.findings)))
     explained = any(fault.code != "signal_stuck" for fault in found)

@@ -19,7 +19,7 @@ from oncenter.plausibility.verdict import CannotTell, Verdict
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
 
-__all__ = ["CannotTell", "Plausibility", "check", "faults", "rough_ratio_times_wheelbase_m"]
+__all__ = ["CannotTell", "Plausibility", "check", "faults", "rough_ratio_times_wheelbase_m", "stuck_speed"]
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,11 @@ def faults(signals: Signals, vehicle: Vehicle | None = None) -> tuple[Finding, .
     units = signs_and_units.units(drive)
     verdicts = (*presence.stuck(drive), signs_and_units.sign(drive), units, signs_and_units.wheels(drive, units))
     return tuple(each for each in verdicts if isinstance(each, Finding) and each.severity == "error")
+
+
+def stuck_speed(signals: Signals) -> tuple[Finding, ...]:
+    """Of what `faults` finds a vehicle speed that stays."""
+    return tuple(each for each in presence.stuck(Drive(signals, None)) if "vehicle speed" in each.text)
 
 
 def rough_ratio_times_wheelbase_m(signals: Signals) -> float | None:

@@ -96,7 +96,7 @@ def stuck(drive: Drive) -> list[Finding]:
         text = "the vehicle speed reads zero all the time while the yaw rate turns: no speed, or another signal's"
         found.append(Finding("vehicle_speed_zero", "error", text, len(rolling) / drive.signals.rate_hz, "s"))
     for name, limit_s in _STUCK_S.items():
-        if name != "vehicle_speed" and coarse_step(drive.signals, name) is not None:
+        if name != "vehicle_speed" and _is_coarse(drive, name):
             continue  # a step hides all that moves on a straight road; `coarse` says it
         runs = _runs((np.diff(drive.ticks(name)) == 0.0) & rolling, limit_s * drive.signals.rate_hz)
         if name == "vehicle_speed":
@@ -115,6 +115,12 @@ def _yaws_while_standing(drive: Drive) -> bool:
     if known.sum() * drive.step_s < MIN_TIME_S:
         return False
     return bool(drive.speed[known].max() < _STANDING_M_S and np.std(drive.yaw_rate[known]) > _YAWS_RAD_S)
+
+
+def _is_coarse(drive: Drive, name: str) -> bool:
+    coarsest, factor, _ = _COARSEST[name]
+    step = resolution(drive.ticks(name))
+    return step is not None and step / factor > coarsest
 
 
 def _must_have_changed(drive: Drive, run: slice) -> bool:

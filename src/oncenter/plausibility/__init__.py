@@ -79,8 +79,8 @@ def faults(signals: Signals, vehicle: Vehicle | None = None) -> tuple[Finding, .
 
 
 def stuck_speed(signals: Signals) -> tuple[Finding, ...]:
-    """Of what `faults` finds a vehicle speed that stays."""
-    return tuple(each for each in presence.stuck(Drive(signals, None)) if "vehicle speed" in each.text)
+    """A vehicle speed that stays while the wheels' speed changes: that alone of what `faults` finds."""
+    return tuple(presence.speed_stuck_beside_wheels(Drive(signals, None)))
 
 
 def rough_ratio_times_wheelbase_m(signals: Signals) -> float | None:

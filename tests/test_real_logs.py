@@ -30,13 +30,14 @@ from planted_faults import (
 )
 
 import oncenter as oc
+from oncenter.offset.findings import Finding
 from oncenter.plausibility import check
 from oncenter.signals import DEGREE, STANDARD_GRAVITY, Signals
 from oncenter.simulate import simulate_to_log
 
 PAGE = Path(__file__).parents[1] / "docs" / "real_logs.md"
 TRUCK = oc.vehicle("scania_r730_4x2")
-SCENARIOS = ("thesis_drive", "town")
+SCENARIOS = {"steering wheel angle": ("thesis_drive", "town"), "yaw rate": ("thesis_drive", "town")}  # else one
 DURATION_S, RATE_HZ = 600.0, 100.0
 MIDDLE_S = DURATION_S / 2
 _FINE = f"""
@@ -364,7 +365,7 @@ class Told(NamedTuple):
     notes: str
 
 
-def told(findings: tuple, notes: tuple[str, ...]) -> Told:
+def told(findings: tuple[Finding, ...], notes: tuple[str, ...]) -> Told:
     by_severity = [{each.code for each in findings if each.severity == grave} for grave in ("error", "warning")]
     return Told({each.code for each in findings}, *by_severity, "; ".join(notes))
 
@@ -379,7 +380,7 @@ def of_healthy(scenario: str) -> set[str]:
 def assert_tells(cell: str, said: Told, usual: set[str]) -> None:
     if cell == "–":
         assert not (said.errors | said.warnings) - usual
-    for code in re.findall(r"`(\w+)`", cell):
+    for code in re.findall(r"`(\w+)`", cell.partition("perhaps")[0]):
         assert code in said.codes, said
     for words in re.findall(r'"(.+?)"', cell):
         assert words in said.notes
@@ -391,8 +392,11 @@ def refusal(cell: str) -> str | None:
     return found[1] if found else None
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS)
-@pytest.mark.parametrize("line", lines(), ids=lambda line: ", ".join(line.key))
+@pytest.mark.parametrize(
+    ("line", "scenario"),
+    [(line, scenario) for line in lines() for scenario in SCENARIOS.get(line.signal, ("thesis_drive",))],
+    ids=lambda given: given if isinstance(given, str) else ", ".join(given.key),
+)
 def test_a_line_of_the_table_is_true(line: Line, scenario: str) -> None:
     spoil = QUIRKS[line.key]
     if code := refusal(line.signals_tells):

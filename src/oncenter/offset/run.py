@@ -135,8 +135,8 @@ def _answered(
     coarse = coarseness_of(drives)
     native = widened(core.answer(), coarse, method, params)
     answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
-    implausible = is_implausible(native) or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
-    answer = without_what_faults_taught(answer, doubtful=implausible or answer.offset.status == "converging")
+    contradicts = is_implausible(native) or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
+    answer = without_what_faults_taught(answer, contradicts=contradicts)
     found = coarse_recording_findings(native, coarse, method)
     return replace(answer, findings=gravest_first((*answer.findings, *found))), native
 

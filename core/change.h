@@ -29,9 +29,9 @@ typedef struct {
     float seconds;       /* of driving since it came */
 } oc_change;
 
-/* One second: the best hypothesis's prediction error and the minimum of all hypotheses, rad; the sd of errors of weight
- * 1, rad; the curvature, 1/m; its weight, 1 or less. The minimum decides whether there is a change, the best one's gives
- * its size. Returns a proven change once; then the watch begins anew. */
+/* One second: the best hypothesis's prediction error and the minimum of all hypotheses, rad; the sd of errors of
+ * weight 1, rad; the curvature, 1/m; its weight, 1 or less. The minimum decides whether there is a change, the best
+ * one's gives its size. Returns a proven change once; then the watch begins anew. */
 oc_change oc_change_update(oc_change_watch *watch, float error, float min_error, float usual, float curvature,
                            float weight);
 

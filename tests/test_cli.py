@@ -274,7 +274,7 @@ def test_the_genesis_is_answered_as_its_oxts_would_and_its_biases_are_told(
     genesis = Path(__file__).parent.parent / "examples" / "genesis.toml"
     assert run(["offset", str(log), "--vehicle", str(genesis), "--json"]) == 0
     given = json.loads(capsys.readouterr().out)
-    assert given["offset"]["value"] == pytest.approx(oxts_deg, abs=0.2)  # with the raw gyro it is about 1 deg less
+    assert given["offset"]["value"] == pytest.approx(oxts_deg, abs=0.3)  # with the raw gyro it is about 1 deg less
     found = {f["code"]: f["value"] for f in given["findings"]}
     assert found["yaw_rate_bias"] == pytest.approx(0.27, abs=0.05)
     assert found["lateral_acceleration_at_standstill"] == pytest.approx(-0.6, abs=0.05)

@@ -36,7 +36,7 @@ def test_a_minute_nearly_straight_gives_an_offset_and_no_understeer_gradient(tmp
 def test_the_car_on_the_proving_ground_answers_as_its_oxts_would(name: str, offset_deg: float) -> None:
     vehicle = oc.vehicle(EXAMPLES / "genesis.toml")
     answer = oc.offset(oc.read(real_drive(f"genesis/{name}.csv.gz"), names=vehicle.signal_names), vehicle)
-    assert answer.offset.to_dict()["value"] == pytest.approx(offset_deg, abs=0.2)
+    assert answer.offset.to_dict()["value"] == pytest.approx(offset_deg, abs=0.3)
     assert {"yaw_rate_bias", "lateral_acceleration_at_standstill"} <= {finding.code for finding in answer.findings}
 
 

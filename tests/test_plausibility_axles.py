@@ -203,9 +203,10 @@ def test_a_real_cars_axles_turn_with_its_yaw_rate_until_one_is_locked(vehicle: o
 def test_a_real_minute_nearly_straight_accuses_no_axle() -> None:
     import importlib.util
 
-    spec = importlib.util.spec_from_file_location("comma2k19", EXAMPLES / "comma2k19.py")
+    file = EXAMPLES / "comma2k19_reader" / "comma2k19_reader.py"
+    spec = importlib.util.spec_from_file_location("comma2k19_reader", file)
     assert spec is not None and spec.loader is not None
     example = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(example)
-    drive = example.read(real_drive("comma2k19_example/processed_log").parent)
-    assert without_unfit_axles(drive, example.RAV4)[1] == ()
+    drive = oc.from_dataframe(example.read(real_drive("comma2k19_example/processed_log").parent))
+    assert without_unfit_axles(drive, oc.vehicle(EXAMPLES / "rav4.toml"))[1] == ()

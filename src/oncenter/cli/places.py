@@ -12,6 +12,7 @@ from oncenter.cli.standard_input import STANDARD_INPUT
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.folder import files_below, is_log
 from oncenter.files.log_formats import SUFFIXES
+from oncenter.read.plugins import plugin_for
 
 _ENDINGS_SHOWN = 5
 _DIGITS = re.compile(r"(\d+)")
@@ -55,7 +56,7 @@ def logs_at(names: Sequence[str]) -> Places:
             exit_code=WRONG_USAGE,
         )
     given = [Path(name) for name in names]
-    folders = [place for place in given if os.path.isdir(place)]
+    folders = [place for place in given if os.path.isdir(place) and plugin_for(place) is None]
     named = [place for place in given if place not in folders]
     below = list(files_below([os.fspath(folder) for folder in folders]))
     unlisted = tuple(_unlisted(path) for path, is_unlisted in below if is_unlisted)
@@ -78,7 +79,8 @@ def _by_name(path: Path) -> list[str | int]:
 
 
 def _is_other_file(path: Path) -> bool:
-    return path != STANDARD_INPUT and not path.name.lower().endswith(SUFFIXES) and os.path.isfile(path)
+    is_file = path != STANDARD_INPUT and os.path.isfile(path)
+    return is_file and not path.name.lower().endswith(SUFFIXES) and plugin_for(path) is None
 
 
 def _twice(named: Sequence[Path]) -> tuple[Path, ...]:

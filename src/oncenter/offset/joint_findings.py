@@ -23,7 +23,6 @@ _OFFSET_TAKEN_OUT_DEG = 0.5  # a sender that corrects itself ends so near to zer
 _OFFSET_LARGE_DEG = 1.0  # and had something to correct
 _PART_WORTH_TELLING = 0.25  # of the half-width
 _GAIN_WORTH_TELLING = 0.1  # of the same
-_STANDING_WORTH_TELLING = 0.03  # of the same, where no standstill nor wheel speed measured the gyro: it costs a second
 _ANOTHER_MINUTE_S = 60.0
 _MODEL_ERROR_RAD = 0.04 * DEGREE  # core/joint_answer.c, offset_error
 _WIDTH_ERROR_RAD = 0.2 * DEGREE  # core/joint_answer.c, width_error: of the play alone
@@ -276,9 +275,8 @@ def _interval(
     drive = 1.96 * native["offset_parts"]["drive_sd"] / DEGREE
     parts = _parts(native, params, steering_ratio)
     gains = list(_gains(native, params, drive, parts, traffic_sign))
-    asks_to_stand = any(words == _STAND_STILL for _, words in gains)
     text = f"uncertainty ±{_deg(whole)} deg: ±{_deg(drive)} from this drive"
-    text += f" ({_contributions(native, params, drive, parts, asks_to_stand)})"
+    text += f" ({_contributions(native, params, drive, parts)})"
     causes = causes_of(native["offset_parts"], params, traffic_sign)
     beside = [(1.96 * cause.sd_rad / DEGREE, _CAUSES[cause.cause]) for cause in causes]
     beside = [(part, words) for part, words in beside if part > _PART_WORTH_TELLING * max(drive, whole - drive)]
@@ -296,10 +294,9 @@ def _contributions(
     params: Mapping[str, float],
     drive: float,
     parts: Mapping[str, float],
-    asks_to_stand: bool,
 ) -> str:
-    """To the drive's part, the largest first; a gyro that standing would show is named in any case."""
-    names_gyro = asks_to_stand and status_of(native["yaw_rate_bias"]) == "unobservable"
+    """To the drive's part, the largest first; a gyro that nothing measured is named in any case."""
+    names_gyro = status_of(native["yaw_rate_bias"]) == "unobservable"
     told = [
         (part, _play_words(native) if words == _PLAY else words)
         for words, part in _not_separated(native, params, parts).items()
@@ -387,7 +384,8 @@ def _gains(
     parts: Mapping[str, float],
     traffic_sign: float,
 ) -> Iterator[tuple[float, str]]:
-    """The half-width in deg that would be left of the drive's part, where that gains a tenth of it, and by what."""
+    """The half-width in deg that would be left of the drive's part, where that gains a tenth of it, and by what.
+    Standing still costs a second: where nothing measured the gyro's bias it is asked for in any case."""
 
     def left(less: float) -> float:
         return math.sqrt(max(drive**2 - less, 0.0))
@@ -400,8 +398,7 @@ def _gains(
     }
     never_stood = status_of(native["yaw_rate_bias"]) == "unobservable"
     for words, would_be in would.items():
-        worth = _STANDING_WORTH_TELLING if words == _STAND_STILL and never_stood else _GAIN_WORTH_TELLING
-        if drive - would_be >= worth * drive:
+        if drive - would_be >= _GAIN_WORTH_TELLING * drive or (words == _STAND_STILL and never_stood):
             yield would_be, words
 
 

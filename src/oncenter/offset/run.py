@@ -78,8 +78,8 @@ def offset(
     given = {**vehicle.params, **core_params(params or {})}
     used_params = with_torque(params_of(vehicle, params), given, method, recorded)
     used_params = with_coarse_yaw_rate(used_params, given, coarseness_of(recorded).yaw_rate_step)
-    names = needed(method, recorded, used_params)
     drives, unfit = without_unfit_wheels(recorded, vehicle)
+    names = needed(method, drives, used_params)
     check_without(unfit, drives, names)
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
     return replace(answer, findings=gravest_first((*answer.findings, *unfit, *_recording(recorded, names))))

@@ -64,13 +64,19 @@ def across(natives: Sequence[Mapping[str, Any]], vehicle: Vehicle, params: Mappi
 
 
 def without_steps_within(logs: Together, changes: Sequence[Change], drives: Sequence[Signals]) -> Together:
-    """Without those into a log in whose middle the run over all logs found the change: it came there."""
-    within = {
-        change.drive
-        for change in changes
-        if change.kind != "bends" and _driven_s(drives[change.drive], change.into_log_s) > _BEGIN_S
-    }
-    return replace(logs, steps=tuple(step for step in logs.steps if step.at not in within))
+    """Without those into a log in whose middle the run over all logs found such a change: it came there. One of another
+    size or side is what that run made of the step itself, which looks like the play's other flank at first."""
+
+    def came_within(step: LogStep) -> bool:
+        return any(
+            change.drive == step.at
+            and change.size_rad is not None
+            and 0.5 < change.size_rad / step.size < 2.0
+            and _driven_s(drives[step.at], change.into_log_s) > _BEGIN_S
+            for change in changes
+        )
+
+    return replace(logs, steps=tuple(step for step in logs.steps if not came_within(step)))
 
 
 def _driven_s(drive: Signals, until_s: float) -> float:

@@ -147,7 +147,6 @@ def _mismatch(drive: Drive, axle: Axle) -> _Mismatch | None:
     if per_speed is not None and not low <= per_speed <= high:
         return _Mismatch(axle, "unit", per_speed)
     difference = drive.driven(right - left)
-    turns = _turns_enough(drive, axle, difference)
     slope = _slope(drive, difference)
     if slope is None:
         return None
@@ -155,7 +154,7 @@ def _mismatch(drive: Drive, axle: Axle) -> _Mismatch | None:
     (value, half_width), track = slope, 0.5 * (track_low + track_high)
     if value + half_width < -_PER_TRACK[0] * track_low:
         return _Mismatch(axle, "reversed", value / track)
-    if turns and value + half_width < _PER_TRACK[0] * track_low:
+    if value + half_width < _PER_TRACK[0] * track_low and _turns_enough(drive, axle, difference):
         return _Mismatch(axle, "small", value / track)
     if value - half_width > _PER_TRACK[1] * track_high:
         return _Mismatch(axle, "large", value / track)

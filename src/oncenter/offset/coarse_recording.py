@@ -7,7 +7,7 @@ yaw rate does.
 
 **Rate.** The fewer samples a second has, the more of the sensors' noise is in its mean, which flattens the slopes that
 are fitted to it; the core corrects that from 80 Hz up (core/sensor_noise.c), since vibration hides the noise of slower
-ticks. What interpolation adds between two samples is no measurement either.
+ticks. What interpolation adds between two samples is no measurement either, nor is a value that is repeated.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any
 from oncenter import _core
 from oncenter.offset.answer import Method
 from oncenter.offset.findings import Finding, from_table
-from oncenter.plausibility.presence import coarse_step
+from oncenter.plausibility.presence import coarse_step, held_rate_hz
 from oncenter.read.clock import is_too_slow_for_the_core
 from oncenter.signals import DEGREE, Signals
 
@@ -46,6 +46,7 @@ def coarseness_of(drives: Sequence[Signals]) -> Coarseness:
     rates = [
         drive.sources["steering_wheel_angle"].rate_hz for drive in drives if "steering_wheel_angle" in drive.sources
     ]
+    rates += [held_rate_hz(drive, name) or 0.0 for drive in drives for name in ("steering_wheel_angle", "yaw_rate")]
     return Coarseness(step, min(filter(is_too_slow_for_the_core, rates), default=0.0))
 
 

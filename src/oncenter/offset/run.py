@@ -136,7 +136,7 @@ def _answered(
     native = widened(core.answer(), coarse, method, params)
     answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
     contradicts = is_implausible(native) or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
-    answer = without_what_faults_taught(answer) if contradicts else answer
+    answer = without_what_faults_taught(answer, contradicts=contradicts)
     found = coarse_recording_findings(native, coarse, method)
     return replace(answer, findings=gravest_first((*answer.findings, *found))), native
 

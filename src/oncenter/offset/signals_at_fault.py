@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from oncenter.offset.answer import Answer
 from oncenter.offset.findings import Finding, gravest_first
+from oncenter.signals import Signals
 
 _LEARNED = ("offset", "understeer_gradient", "backlash", "unloading_acceleration", "equivalent_wheelbase")
 _ABOUT_SIGNALS = (
@@ -24,11 +25,18 @@ _AT_FAULT, _ANGLE = "steering_wheel_angle_sensor_at_fault", "steering wheel angl
 _STUCK_SHARE = 0.25  # of the drive: a signal that stands still for less has told the rest
 
 
-def without_what_faults_taught(answer: Answer) -> Answer:
-    """The answer with the errors that its signals show, and without numbers where these rest on such a signal."""
+def without_what_faults_taught(answer: Answer, *, contradicts: bool) -> Answer:
+    """The answer with the errors that its signals show, and without numbers where these rest on such a signal.
+
+    Args:
+        answer: of one run of the core.
+        contradicts: the answer is of no truck, so that all faults are looked for; else only those that can leave one
+            that looks right.
+    """
     from oncenter.plausibility import faults
 
-    found = tuple(dict.fromkeys(fault for drive in answer.drives for fault in faults(drive, answer.vehicle)))
+    found_in = [faults(drive, answer.vehicle) if contradicts else _hidden(answer, drive) for drive in answer.drives]
+    found = tuple(dict.fromkeys(fault for of_drive in found_in for fault in of_drive))
     if not any(_leaves_nothing(fault, answer) for fault in found):
         return replace(answer, findings=gravest_first((*found, *answer.findings)))
     explained = any(fault.code != "signal_stuck" for fault in found)
@@ -48,6 +56,16 @@ def without_what_faults_taught(answer: Answer) -> Answer:
         changes=(),
         findings=gravest_first((*found, *kept)),
     )
+
+
+def _hidden(answer: Answer, drive: Signals) -> tuple[Finding, ...]:
+    """A vehicle speed that stays, and where the offset does not converge, a wrong sign or unit."""
+    from oncenter.plausibility import faults, stuck_speed
+
+    if answer.method != "joint" or answer.offset.status != "converging":
+        return stuck_speed(drive)
+    mixed_up = (fault for fault in faults(drive, answer.vehicle) if fault.code in ("scale", "sign_reversed"))
+    return (*stuck_speed(drive), *mixed_up)
 
 
 def _leaves_nothing(fault: Finding, answer: Answer) -> bool:

@@ -19,7 +19,7 @@ from oncenter.plausibility.verdict import CannotTell, Verdict
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
 
-__all__ = ["CannotTell", "Plausibility", "check", "faults", "rough_ratio_times_wheelbase_m"]
+__all__ = ["CannotTell", "Plausibility", "check", "faults", "rough_ratio_times_wheelbase_m", "stuck_speed"]
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,11 @@ def faults(signals: Signals, vehicle: Vehicle | None = None) -> tuple[Finding, .
     units = signs_and_units.units(drive)
     verdicts = (*presence.stuck(drive), signs_and_units.sign(drive), units, signs_and_units.wheels(drive, units))
     return tuple(each for each in verdicts if isinstance(each, Finding) and each.severity == "error")
+
+
+def stuck_speed(signals: Signals) -> tuple[Finding, ...]:
+    """A vehicle speed that stays while the wheels' speed changes: that alone of what `faults` finds."""
+    return tuple(presence.speed_stuck_beside_wheels(Drive(signals, None)))
 
 
 def rough_ratio_times_wheelbase_m(signals: Signals) -> float | None:

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from oncenter.offset.findings import Finding
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, ROLLING_M_S, USEFUL, Column, Drive
 from oncenter.plausibility.verdict import words
+from oncenter.read.clock import RATE_SLACK, RECORDED_MIN_HZ
 from oncenter.signals import DEGREE, SIGNALS, Signals
 
 _NOT_AVAILABLE = 0.05  # of the ticks
@@ -21,6 +22,8 @@ _WHEELS_M_S = 0.3  # of wheel speeds: noise and slip
 _RECURRING_SHARE = 0.5  # of the numbers; fewer recur by chance, or while the truck stands
 _STANDING_M_S = 0.5
 _YAWS_RAD_S = 0.5 * DEGREE  # spread; a gyro's noise at standstill is a fifth of it
+_HELD_STEPS = 3.0  # that a signal which was held goes on by at once
+_HELD_CHANGES_MIN = 30  # fewer are dropouts
 _MANY = 100  # numbers, which show what a signal can say
 
 # coarsest step that does no harm: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
@@ -56,28 +59,65 @@ def availability(drive: Drive) -> list[Finding]:
         if 0 < rate_hz < _SLOWEST_HZ:
             text = f"the {words(name)} comes at {rate_hz:.3g} Hz only: steering is faster than that"
             found.append(Finding("signal_slow", "warning", text, rate_hz, "Hz"))
+        changes_hz = held_rate_hz(drive.signals, name)
+        if changes_hz is not None:
+            text = f"the {words(name)} repeats its last value: it changes only {changes_hz:.2g} times a second"
+            found.append(Finding("signal_slow", "warning", text, changes_hz, "Hz"))
     return found
 
 
+def held_rate_hz(signals: Signals, name: str) -> float | None:
+    """How often a signal changes that is sent faster but repeats its last value; None where that is often enough, or
+    where too few changes show it.
+
+    A signal that stands still because nothing moves, or because its steps hide the motion, goes on by a step. One that
+    was held goes on by all that it missed. So only the time before changes of several steps counts.
+    """
+    column = SIGNALS[name].column
+    if column not in signals.table.columns:
+        return None
+    values = signals.table[column].to_numpy()
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return None
+    by = np.abs(np.diff(values, prepend=values[0]))
+    changes = np.flatnonzero(by)
+    large = by[changes][1:] > _HELD_STEPS * (resolution(values) or 0.0)
+    if large.sum() < _HELD_CHANGES_MIN:
+        return None
+    rate_hz = signals.rate_hz / float(np.median(np.diff(changes)[large]))
+    return rate_hz if rate_hz < RECORDED_MIN_HZ * (1 - RATE_SLACK) else None
+
+
 def stuck(drive: Drive) -> list[Finding]:
-    rolling = (drive.ticks("vehicle_speed") > ROLLING_M_S)[1:]
     found: list[Finding] = []
     if _yaws_while_standing(drive):
         text = "the vehicle speed reads zero all the time while the yaw rate turns: no speed, or another signal's"
-        found.append(Finding("vehicle_speed_zero", "error", text, len(rolling) / drive.signals.rate_hz, "s"))
-    for name, limit_s in _STUCK_S.items():
+        whole_s = (len(drive.ticks("vehicle_speed")) - 1) / drive.signals.rate_hz
+        found.append(Finding("vehicle_speed_zero", "error", text, whole_s, "s"))
+    for name in _STUCK_S:
         if name != "vehicle_speed" and _is_coarse(drive, name):
             continue  # a step hides all that moves on a straight road; `coarse` says it
-        runs = _runs((np.diff(drive.ticks(name)) == 0.0) & rolling, limit_s * drive.signals.rate_hz)
+        runs = _runs_of_one_number(drive, name)
         if name == "vehicle_speed":
             runs = [run for run in runs if _must_have_changed(drive, run)]
         if name == "yaw_rate":
             runs = [run for run in runs if _turns_by_more_than_a_step(drive, run)]
         if runs:
-            same_s = max(run.stop - run.start for run in runs) / drive.signals.rate_hz
-            text = f"the {words(name)} stands still at one number for {same_s:.0f} s while the vehicle rolls: stuck?"
-            found.append(Finding("signal_stuck", "error", text, same_s, "s"))
+            found.append(_stuck(drive, name, runs))
     return found
+
+
+def _runs_of_one_number(drive: Drive, name: str) -> list[slice]:
+    """Where the signal stays at one number for longer than its `_STUCK_S` while the vehicle rolls."""
+    rolling = (drive.ticks("vehicle_speed") > ROLLING_M_S)[1:]
+    return _runs((np.diff(drive.ticks(name)) == 0.0) & rolling, _STUCK_S[name] * drive.signals.rate_hz)
+
+
+def _stuck(drive: Drive, name: str, runs: list[slice]) -> Finding:
+    same_s = max(run.stop - run.start for run in runs) / drive.signals.rate_hz
+    text = f"the {words(name)} stands still at one number for {same_s:.0f} s while the vehicle rolls: stuck?"
+    return Finding("signal_stuck", "error", text, same_s, "s")
 
 
 def _yaws_while_standing(drive: Drive) -> bool:
@@ -96,15 +136,28 @@ def _is_coarse(drive: Drive, name: str) -> bool:
 def _must_have_changed(drive: Drive, run: slice) -> bool:
     """Whether the vehicle's speed moved meanwhile by more than its steps hide: the wheels say so, or its steps are so
     fine that no cruise control stays within one. Wheels that stand at one number as well say nothing."""
-    ticks = drive.ticks("vehicle_speed")
-    step = _step_of(np.delete(ticks, run))
+    step = _step_of(np.delete(drive.ticks("vehicle_speed"), run))
+    spread = _wheels_spread(drive, run)
+    if spread > 0.0 and (step is None or step >= _FINE_M_S):
+        return spread > (step or 0.0) + _WHEELS_M_S
+    return step is not None and step < _FINE_M_S
+
+
+def _wheels_spread(drive: Drive, run: slice) -> float:
+    """Of the wheels' speed meanwhile, m/s; 0 where they stand at one number as well, or where there are too few."""
     wheels = drive.wheel_speed[run.start // drive.ticks_per_step : run.stop // drive.ticks_per_step]
     wheels = wheels[np.isfinite(wheels)]
-    if len(wheels) * drive.step_s > MIN_TIME_S:
-        slowest, fastest = np.quantile(wheels, (0.02, 0.98))
-        if slowest < fastest and (step is None or step >= _FINE_M_S):
-            return float(fastest - slowest) > (step or 0.0) + _WHEELS_M_S
-    return step is not None and step < _FINE_M_S
+    if len(wheels) * drive.step_s <= MIN_TIME_S:
+        return 0.0
+    slowest, fastest = np.quantile(wheels, (0.02, 0.98))
+    return float(fastest - slowest)
+
+
+def speed_stuck_beside_wheels(drive: Drive) -> list[Finding]:
+    """A vehicle speed that stays at one number while the wheels' speed moves by more than its steps hide."""
+    limit = (_step_of(drive.ticks("vehicle_speed")) or 0.0) + _WHEELS_M_S
+    runs = [run for run in _runs_of_one_number(drive, "vehicle_speed") if _wheels_spread(drive, run) > limit]
+    return [_stuck(drive, "vehicle_speed", runs)] if runs else []
 
 
 def _turns_by_more_than_a_step(drive: Drive, run: slice) -> bool:

@@ -340,7 +340,7 @@ def test_the_terminal_tells_what_driving_is_still_missing(capsys: pytest.Capture
     console = Console(file=io.StringIO(), width=120, record=True)
     console.print(panel(session.snapshot, params_of(truck, None)))
     shown = console.export_text()
-    assert "truck 7 on " in shown and "more above 29 km/h" in shown and "s of bends to the" in shown
+    assert "truck 7 on " in shown and "more above 11 km/h" in shown and "s of bends to the" in shown
     assert "13200 in all" in shown
     line = one_line(session.snapshot, params_of(truck, None))
-    assert "still missing: " in line and "more above 29 km/h" in line
+    assert "still missing: " in line and "more above 11 km/h" in line

@@ -33,7 +33,7 @@ from oncenter.report.thin import broken_at_holes, extremes
 from oncenter.signals import DEGREE, Signals
 
 TRUCK = oncenter.vehicle("scania_r730_4x2")
-PARKING_S = 20  # the thesis drive's first seconds are too slow to tell anything
+PARKING_S = 15  # the thesis drive's first seconds are too slow to tell anything
 
 
 class Parsed(HTMLParser):

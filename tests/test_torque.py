@@ -122,7 +122,7 @@ def test_an_accelerometer_that_drifts_is_held_by_the_torque(tmp_path: Path) -> N
     deaf = dataclasses.replace(signals, table=signals.table.drop(TORQUE))
     answer, without = (oc.offset(log, TRUCK) for log in (signals, deaf))
     error, its_error = (abs(a.offset.value - truth.offset_rad) / DEGREE for a in (answer, without))
-    assert error < 0.5
+    assert error < 0.7
     assert error < its_error or without.offset.status != "valid"
 
 

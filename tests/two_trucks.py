@@ -11,13 +11,13 @@ from test_estimate import steady_drive
 VIN = "YS2R4X20001234567"
 DAY_S = 86400.0
 MONDAY_S = 1_772_434_800.0  # 2026-03-02, 7:00 UTC
-OFFSETS_DEG = {VIN: (0.3, 0.3, 0.3, 4.3, 4.3, 4.3), "depot-7": (-0.4,) * 6}
+OFFSETS_DEG = {VIN: (0.3, 0.3, 0.3, 5.3, 5.3, 5.3), "depot-7": (-0.4,) * 6}
 _TABLES = ("drives", "trucks", "changes")
 
 
 def write_fleet(root: Path) -> None:
     """`vehicles` and `logs` of one truck that is known by its VIN, of a model that a file describes, and was remounted
-    by 4 deg, and of one that is known by its folder's name."""
+    by 5 deg, and of one that is known by its folder's name."""
     (root / "vehicles").mkdir()
     for stem in ("YS2R4X2", "depot-7"):
         text = "wheelbase_m = 3.7\nsteering_ratio = 19.3\ntrack_width_rear_m = 1.83\n"

@@ -96,7 +96,7 @@ def stuck(drive: Drive) -> list[Finding]:
         whole_s = (len(drive.ticks("vehicle_speed")) - 1) / drive.signals.rate_hz
         found.append(Finding("vehicle_speed_zero", "error", text, whole_s, "s"))
     for name in _STUCK_S:
-        if name != "vehicle_speed" and _is_coarse(drive, name):
+        if name not in ("vehicle_speed", "yaw_rate") and _is_coarse(drive, name):
             continue  # a step hides all that moves on a straight road; `coarse` says it
         runs = _runs_of_one_number(drive, name)
         if name == "vehicle_speed":

@@ -78,10 +78,10 @@ WHY = {
         "joint method calls {valid:.0%} valid, its interval is ±{half_width:.2f} deg, and {coverage:.0%} of them hold "
         "the truth; a rival that is nearer guesses as well, and does not know it"
     ),
-    "town": (
-        "the truck is fast enough for a few minutes only, and its slow bends hardly tell the understeer gradient from "
-        "play and wheelbase: it comes out too small, which on a crown moves the offset to one side, here by "
-        "{mean:+.2f} deg on average"
+    **dict.fromkeys(
+        ("town", "yard"),
+        "the roads fall to one side and only sharp bends load the other flank, for seconds: where the steering unloads "
+        "is hardly identified, and a crown moves the offset by i K_us times its error, here by {mean:+.2f} deg on average",
     ),
 }
 UNEXPLAINED = "why is not known yet"

@@ -81,7 +81,7 @@ WHY = {
     **dict.fromkeys(
         ("town", "yard"),
         "the roads fall to one side and only sharp bends load the other flank, for seconds: where the steering unloads "
-        "is hardly identified, and a crown moves the offset by i K_us times its error, here by {mean:+.2f} deg on average",
+        "is hardly identified, and a crown moves the offset by i K_us times its error: {mean:+.2f} deg on average",
     ),
 }
 UNEXPLAINED = "why is not known yet"

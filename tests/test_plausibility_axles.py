@@ -1,6 +1,7 @@
 """An axle that does not turn with the truck is named and teaches nothing; an axle that fits is never left out."""
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import polars as pl
@@ -149,7 +150,7 @@ def test_the_wheel_speed_method_takes_the_other_axle_or_says_why_there_is_none()
         oc.angle(axle_locked("front")(healthy), TRUCK, method="wheel-speed")
 
 
-def test_the_angle_does_without_such_an_axle_and_says_so(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:  # type: ignore[no-untyped-def]
+def test_the_angle_does_without_such_an_axle_and_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     healthy = simulated("town", 1)
     faulty = axle_locked("rear")(healthy)
     assert oc.angle(faulty, TRUCK).equals(oc.angle(without(healthy, *REAR), TRUCK))

@@ -195,7 +195,12 @@ def without_rows(lost: Callable[[np.ndarray], np.ndarray]) -> Fault:
 
 
 RELATIVE = scaled("steering_wheel_angle_sensor_type", 0.0)
-NO_WHEELS: Fault = lambda signals: without(signals, *WHEELS)  # noqa: E731
+
+
+def no_wheels(signals: Signals) -> Signals:
+    return without(signals, *WHEELS)
+
+
 RESTART = both(in_second_half(ANGLE, lambda x: x + 2 * np.pi), absent(ANGLE, MIDDLE_S, MIDDLE_S + 5.0))
 VDC2, OTHER_VDC2 = "18F0093E#", "18F0093F#"
 
@@ -260,7 +265,7 @@ _SIGNALS: dict[tuple[str, str, str], Fault] = {
     ("yaw rate", "repeats the last value", "for 1 s"): held_for(YAW_RATE, 1.0),
     ("yaw rate", "late", "0.06 s"): delayed(YAW_RATE, 0.06),
     ("yaw rate", "late", "0.1 s"): delayed(YAW_RATE, 0.1),
-    ("yaw rate", "late, no wheel speeds", "0.3 s"): both(NO_WHEELS, delayed(YAW_RATE, 0.3)),
+    ("yaw rate", "late, no wheel speeds", "0.3 s"): both(no_wheels, delayed(YAW_RATE, 0.3)),
     ("yaw rate", "late", "0.6 s"): delayed(YAW_RATE, 0.6),
     ("yaw rate", "dropouts", "5 s, 30 % of the time"): dropping_out(YAW_RATE, 0.3, 5.0),
     ("yaw rate", "ends before the log", "300 s"): absent(YAW_RATE, MIDDLE_S),
@@ -269,14 +274,14 @@ _SIGNALS: dict[tuple[str, str, str], Fault] = {
     ("yaw rate", "wrong unit: deg/s as rad/s", "whole drive"): scaled(YAW_RATE, 1.0 / DEGREE),
     ("yaw rate", "gain", "1.05"): scaled(YAW_RATE, 1.05),
     ("yaw rate", "constant zero error", "2 deg/s"): shifted(YAW_RATE, 2.0 * DEGREE),
-    ("yaw rate", "constant zero error, no wheel speeds", "2 deg/s"): both(NO_WHEELS, shifted(YAW_RATE, 2.0 * DEGREE)),
+    ("yaw rate", "constant zero error, no wheel speeds", "2 deg/s"): both(no_wheels, shifted(YAW_RATE, 2.0 * DEGREE)),
     ("yaw rate", "another zero in mid-drive", "0.2 deg/s"): in_second_half(YAW_RATE, lambda x: x + 0.2 * DEGREE),
     ("yaw rate", "another zero in mid-drive", "1 deg/s"): in_second_half(YAW_RATE, lambda x: x + 1.0 * DEGREE),
     ("yaw rate", "another zero in mid-drive, no wheel speeds", "0.2 deg/s"): both(
-        NO_WHEELS, in_second_half(YAW_RATE, lambda x: x + 0.2 * DEGREE)
+        no_wheels, in_second_half(YAW_RATE, lambda x: x + 0.2 * DEGREE)
     ),
     ("yaw rate", "another zero in mid-drive, no wheel speeds", "1 deg/s"): both(
-        NO_WHEELS, in_second_half(YAW_RATE, lambda x: x + 1.0 * DEGREE)
+        no_wheels, in_second_half(YAW_RATE, lambda x: x + 1.0 * DEGREE)
     ),
     ("yaw rate", "another sign in mid-drive", "second half"): in_second_half(YAW_RATE, lambda x: -x),
     ("yaw rate", "another unit in mid-drive: deg/s as rad/s", "second half"): in_second_half(

@@ -32,15 +32,8 @@ def signals_table(signals: Signals) -> str:
 
 def answer_table(answer: Answer) -> str:
     """The answer in words, a row a quantity, then the findings."""
-    quantities = {
-        "straight-ahead offset": answer.offset,
-        "understeer gradient": answer.understeer_gradient,
-        "play": answer.backlash,
-        "steering unloads at": answer.unloading_acceleration,
-        "yaw rate bias": answer.yaw_rate_bias,
-    }
     rows = []
-    for name, estimate in quantities.items():
+    for name, estimate in answer.quantities.items():
         given = estimate.to_dict()
         value = "-" if given["value"] is None else f"{given['value']:.3g}"
         interval = "-" if given["ci95"] is None else "{:.3g} to {:.3g}".format(*given["ci95"])

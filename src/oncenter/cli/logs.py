@@ -46,7 +46,7 @@ def read_logs(
     places: Places, truck: Vehicle, dbc: Sequence[Path], take: Mapping[str, str], wanted: Sequence[str] = _ANGLE
 ) -> tuple[list[Signals], list[Finding]]:
     """Drives of one truck, and what to tell of logs that gave none. Of folders they are in order of their start times,
-    or of their names where one of them tells none.
+    or of their names where one of them has none.
 
     Args:
         wanted: signals without which a log among others is left out.

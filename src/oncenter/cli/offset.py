@@ -21,7 +21,7 @@ def offset(
         typer.Argument(
             metavar="LOG…",
             help="Drives of one truck, or a folder of them: .log .asc .blf .trc .mf4 .csv .parquet. Of a folder all "
-            "logs in it and its subfolders, in order of their start times, or of their names where a log tells none.",
+            "logs in it and its subfolders, in order of their start times, or of their names where a log has none.",
         ),
     ],
     vehicle_file: VehicleFile,
@@ -178,16 +178,8 @@ def as_table(answer: oc.Answer) -> str:
     """The answer in words, its quantities as a table, its findings: what a person reads at the prompt."""
     from oncenter.signals import DEGREE
 
-    quantities = {
-        "straight-ahead offset": answer.offset,
-        "understeer gradient": answer.understeer_gradient,
-        "play": answer.backlash,
-        "steering unloads at": answer.unloading_acceleration,
-        "yaw rate bias": answer.yaw_rate_bias,
-        "lateral acceleration bias": answer.lateral_acceleration_bias,
-    }
     lines = [answer.words(), ""]
-    for name, estimate in quantities.items():
+    for name, estimate in answer.quantities.items():
         given = estimate.to_dict()
         value = "-" if given["value"] is None else f"{given['value']:.3f}"
         interval = "" if given["ci95"] is None else "{:.3f} to {:.3f}".format(*given["ci95"])

@@ -157,6 +157,18 @@ class Answer:
         return f"{said}; {causes} could hide ± {number(more, digits)} more"
 
     @property
+    def quantities(self) -> dict[str, Estimate]:
+        """What people read of it, by the words for it."""
+        return {
+            "straight-ahead offset": self.offset,
+            "understeer gradient": self.understeer_gradient,
+            "play": self.backlash,
+            "steering unloads at": self.unloading_acceleration,
+            "yaw rate bias": self.yaw_rate_bias,
+            "lateral acceleration bias": self.lateral_acceleration_bias,
+        }
+
+    @property
     def offset_half_width_rad(self) -> float | None:
         """Of `offset_ci95_drive`."""
         return None if self.offset_ci95_drive is None else 0.5 * (self.offset_ci95_drive[1] - self.offset_ci95_drive[0])

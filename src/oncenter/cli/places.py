@@ -10,7 +10,7 @@ from pathlib import Path
 
 from oncenter.cli.standard_input import STANDARD_INPUT
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.files.folder import files_below, is_log
+from oncenter.files.folder import files_below, is_bag_folder, is_log
 from oncenter.files.log_formats import SUFFIXES
 from oncenter.read.plugins import plugin_for
 
@@ -56,7 +56,7 @@ def logs_at(names: Sequence[str]) -> Places:
             exit_code=WRONG_USAGE,
         )
     given = [Path(name) for name in names]
-    folders = [place for place in given if os.path.isdir(place) and plugin_for(place) is None]
+    folders = [place for place in given if os.path.isdir(place) and not (is_bag_folder(place) or plugin_for(place))]
     named = [place for place in given if place not in folders]
     below = list(files_below([os.fspath(folder) for folder in folders]))
     unlisted = tuple(_unlisted(path) for path, is_unlisted in below if is_unlisted)

@@ -23,6 +23,11 @@ _BEGINS = {  # how a format begins, and how its files are called
     b"(": ".log",
     b"date ": ".asc",
     b";$FILEVERSION": ".trc",
+    b"MATLAB ": ".mat",
+    b"File created on ": ".vbo",
+    b"#ROSBAG V2.0": ".bag",
+    b"\x89MCAP0\r\n": ".mcap",
+    b"SQLite format 3\0": ".db3",
 }
 
 

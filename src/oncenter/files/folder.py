@@ -10,12 +10,23 @@ from oncenter.files.log_formats import SUFFIXES
 from oncenter.files.whole_file import UNFINISHED
 
 _NO_LOGS = (".truth.parquet",)  # what the simulator knows, beside its logs
+_BAG_MARK = "metadata.yaml"
+BAG_PARTS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 
 
 def is_log(name: str) -> bool:
     """By a file's name."""
     lower = name.lower()
     return lower.endswith(SUFFIXES) and not lower.endswith(_NO_LOGS) and not name.startswith(UNFINISHED)
+
+
+def is_bag_folder(path: str | os.PathLike[str]) -> bool:
+    """Whether a folder is one recording of ROS 2: its parts beside what describes them."""
+    try:
+        names = os.listdir(path) if os.path.isdir(path) else []
+    except (OSError, ValueError):  # reading says what is wrong with it
+        return False
+    return _BAG_MARK in names and any(name.endswith(BAG_PARTS) for name in names)
 
 
 def files_below(folders: Sequence[str]) -> Iterator[tuple[str, bool]]:

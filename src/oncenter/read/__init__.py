@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oncenter.errors import OncenterError
+from oncenter.files.folder import is_bag_folder
 from oncenter.files.log_formats import READ_HERE, SUFFIXES
 from oncenter.files.regular_file import open_regular_file, refuse_what_is_no_regular_file
 from oncenter.read.units import columns_that_would_do
@@ -18,6 +19,8 @@ from oncenter.signals import SIGNALS, SignalName, Signals
 
 if TYPE_CHECKING:
     from oncenter.vehicle import Vehicle
+
+_NO_FRAMES = ("column ", "variable ", "field ")  # sources of files without frames
 
 __all__ = ["SUFFIXES", "read", "refuse_unreadable", "require"]
 
@@ -34,8 +37,9 @@ def read(
     """The signals of a log, as many of `oncenter.signals.SIGNALS` as it has.
 
     Args:
-        path: a candump `.log`, `.asc`, `.blf`, `.trc`, `.mf4`, `.mdf`, `.csv`, `.csv.gz` or `.parquet`; or what an
-            installed plug-in reads, a file or a folder (examples/README.md).
+        path: a candump `.log`, `.asc`, `.blf`, `.trc`, `.mf4`, `.mdf`, INCA's `.dat`, `.csv`, `.csv.gz`, `.parquet`,
+            `.vbo`, `.mat`, `.bag`, `.mcap`, `.db3` or the folder of a ROS 2 bag; or what an installed plug-in reads, a
+            file or a folder (examples/README.md).
         vehicle: what `oncenter.vehicle` gave: its `[signals]` table and its `dbc` are taken where `names` and `dbc`
             are not given.
         names: how this log calls signals and "time", where not as we do.
@@ -46,13 +50,13 @@ def read(
     Raises:
         OncenterError: the log cannot be read, has no known signal, or has two that disagree; "reader_crashed",
             "reader_time", "reader_memory": a library that reads such files crashed or was stopped; "plugin_failed",
-            "plugin_ambiguous"; "vehicle_file", exit code 2: a DBC that the vehicle names is not there.
+            "plugin_ambiguous"; "missing_extra": a package that reads such files is not installed; "vehicle_file", exit code 2: a DBC that the vehicle names is not there.
     """
     if vehicle is not None:
         names = vehicle.signal_names if names is None else names
         dbc = dbc or vehicle.databases()
     path = Path(path)
-    if path.name.lower().endswith(SUFFIXES) or not _is_of_a_plugin(path):
+    if not is_bag_folder(path) and (path.name.lower().endswith(SUFFIXES) or not _is_of_a_plugin(path)):
         refuse_what_is_no_regular_file(path)
         suffix_of(path)
     if not path.is_dir():
@@ -78,7 +82,7 @@ def require(signals: Signals, needed: Sequence[str]) -> None:
         return
     log = Path(signals.log).name
     found = _found(signals)
-    columns = any(source.description.startswith("column ") for source in signals.sources.values())
+    columns = any(source.description.startswith(_NO_FRAMES) for source in signals.sources.values())
     homes = "; ".join(f"no {_spoken(name)} ({_home(name, columns)})" for name in missing)
     why = [note for note in signals.notes if note.split(":")[0] in missing]
     raise OncenterError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from oncenter.files.log_formats import MDF
 from oncenter.read import blf, candump, mf4, python_can
 from oncenter.read.decode import wanted_by
 from oncenter.read.frames import Frames, Wanted
@@ -29,6 +30,6 @@ def frames_of_log(
         return candump.chunks(path, notes, tell)
     if suffix == ".blf":
         return blf.chunks(path, notes, tell)
-    if suffix in (".mf4", ".mdf"):
+    if suffix in MDF:
         return iter((mf4.read(path, {}, wanted or wanted_by(()), notes, tell)[0].frames,))
     return python_can.chunks(path, suffix, notes, tell)

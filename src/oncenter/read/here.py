@@ -7,7 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from oncenter.errors import OncenterError
-from oncenter.read import cannot_read, choose, clock, j1939, mf4, suffix_of, tabular
+from oncenter.files.folder import is_bag_folder
+from oncenter.files.log_formats import MDF, ROS
+from oncenter.read import cannot_read, choose, clock, j1939, mat, mf4, ros, suffix_of, tabular, vbo
 from oncenter.read import dbc as databases
 from oncenter.read.cut_off import short_frames_notes, with_seconds
 from oncenter.read.decode import decode, wanted_by
@@ -27,7 +29,7 @@ def read_here(
 ) -> Signals:
     """As `read`, in this process, whatever library reads that format: for a child process, or for a file of ours."""
     plugin = plugin_for(path)
-    suffix = "" if plugin is not None else suffix_of(path)
+    suffix = "" if plugin is not None else ROS[0] if is_bag_folder(path) else suffix_of(path)
     notes: list[str] = []
     before = path.stat()
     tell(0.0)
@@ -37,6 +39,12 @@ def read_here(
         candidates = tabular.read_csv(path, names, notes)
     elif suffix == ".parquet":
         candidates = tabular.read_parquet(path, names, notes)
+    elif suffix == ".vbo":
+        candidates = vbo.read(path, names, notes)
+    elif suffix == ".mat":
+        candidates = mat.read(path, names, notes)
+    elif suffix in ROS:
+        candidates = ros.read(path, names, notes)
     else:
         candidates = _from_bus(path, suffix, names, dbc, notes, tell)
     _note_a_change(path, before, notes)
@@ -75,7 +83,7 @@ def _from_bus(
     described = databases.definitions(dbc, names, notes)
     wanted = wanted_by(described)
     decoded: list[Samples] = []
-    if suffix in (".mf4", ".mdf"):
+    if suffix in MDF:
         kept, decoded = mf4.read(path, names, wanted, notes, tell)
     else:
         kept = keep(frames_of_log(path, notes, tell), wanted)

@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
+from oncenter.files.log_formats import OF_FRAMES
 from oncenter.read.frames import Frames, Wanted, pgn_of
 from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.tabular import for_polars
@@ -32,6 +33,8 @@ def vin_of(path: Path) -> str | None:
     try:
         if name.endswith((".parquet", ".csv", ".csv.gz")):
             return _plain(_told(path, ("vin", "VIN")))
+        if not name.endswith(OF_FRAMES):
+            return None
         return _assembled(frames_of_log(path, [], lambda fraction: None, Wanted(frozenset(_PGNS))))
     except (OncenterError, OSError, ValueError, pl.exceptions.PolarsError):
         return None  # whoever reads its signals says what is wrong with it

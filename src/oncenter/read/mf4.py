@@ -16,6 +16,7 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -25,12 +26,13 @@ import numpy.typing as npt
 
 from oncenter.errors import OncenterError
 from oncenter.read import j1939
+from oncenter.read.channels import Channel, NoSamples, samples, samples_of
 from oncenter.read.conversions import NoNumbers, UnknownConversion, physical, shown
 from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Column, Frames, Kept, Wanted, bus_code, keep
 from oncenter.read.samples import Samples
-from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
-from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
+from oncenter.read.units import factors, unit_key
+from oncenter.signals import SignalName
 
 if TYPE_CHECKING:
     from asammdf import MDF
@@ -315,7 +317,7 @@ def _decoded(log: _Log, names: Mapping[str, SignalName], notes: list[str]) -> li
         if not reader.label and any(count[name] > 1 for name in channels[1:]):
             reader.label = f"group {group}"  # or else its channels could not be told from others of their name
         for index, name in enumerate(channels):
-            given += _named_channel(reader, index, name, names, notes)
+            given += samples_of(Channel(name, reader.label, partial(reader.content, index)), names, notes)
         given += _j1939_channels(reader, channels, names, notes)
     return given
 
@@ -329,13 +331,17 @@ class _Group:
         acquired = log.mdf.groups[group].channel_group
         self.label = str(getattr(acquired, "acq_name", "") or "")
 
-    def channel(self, index: int) -> tuple[Column, Column, str] | None:
-        """Time, values and unit of a channel, NaN where invalid; None when it holds no numbers."""
+    def content(self, index: int) -> tuple[Column, Column, str]:
+        """Time, values and unit of a channel, NaN where invalid.
+
+        Raises:
+            NoSamples: it holds no numbers.
+        """
         raw, invalid = self._log.raw(self._group, index)
         try:
             values = self._log.physical(self._group, index, raw)
         except NoNumbers:
-            return None
+            raise NoSamples("holds no numbers") from None
         if invalid is not None:
             values[invalid] = np.nan
         if self._time is None:
@@ -343,36 +349,6 @@ class _Group:
         if len(self._time) != len(values):
             raise ValueError(f"{len(values)} values at {len(self._time)} times")
         return self._time, values, self._log.unit(self._group, index)
-
-
-def _named_channel(
-    reader: _Group, index: int, name: str, names: Mapping[str, SignalName], notes: list[str]
-) -> list[Samples]:
-    """A channel that `[signals]` names, or that is called as our signals are."""
-    given = []
-    for signal in SIGNALS:
-        entry = names.get(signal)
-        by_name = entry is not None and entry.name in (name, f"{reader.label}.{name}")
-        known = factors(signal)
-        suffixed = unit_by_suffix(name, known)
-        ours = name == signal or (suffixed is not None and name == f"{signal}_{suffixed}")
-        if not by_name and not ours:
-            continue
-        content = reader.channel(index)
-        if content is None:
-            notes.append(f"{signal}: channel {name} holds no numbers")
-            continue
-        time, values, written = content
-        if entry is not None and by_name:
-            factor = entry.sign * known[named_unit(signal, entry, known, written)]
-        else:
-            unit = suffixed or unit_key(written, known) or ("1" if SIGNALS[signal].quantity is PURE_NUMBER else None)
-            if unit is None:
-                notes.append(f"{signal}: channel {name} has unit {written!r}, {' or '.join(known)} would do")
-                continue
-            factor = known[unit]
-        given.append(_sample(signal, time, values * factor, name, reader.label, 0 if by_name else 1, name))
-    return given
 
 
 def _j1939_channels(
@@ -385,8 +361,9 @@ def _j1939_channels(
         message, parameter = _PARAMETERS.get(name.rsplit(".", 1)[-1].lower(), (None, None))
         if message is None or parameter is None or parameter.signal is None:
             continue
-        content = reader.channel(index)
-        if content is None:
+        try:
+            content = reader.content(index)
+        except NoSamples:
             continue
         known = factors(parameter.signal)
         unit = unit_key(content[2], known) if content[2] else parameter.unit
@@ -399,14 +376,14 @@ def _j1939_channels(
     if time is None:
         return []
     return [
-        _sample(
+        samples(
+            _channel_name(message, signal),
+            ", ".join(filter(None, (message.name, reader.label))),
             signal,
             time,
             values,
             message.name,
-            ", ".join(filter(None, (message.name, reader.label))),
             2 + j1939.rank(signal, message.name),
-            _channel_name(message, signal),
         )
         for message in (j1939.MESSAGES[pgn] for pgn in by_message)
         for signal, values in j1939.signals_of(message, by_message[message.pgn]).items()
@@ -423,8 +400,3 @@ def _in_range(values: Column, parameter: j1939.Parameter) -> Column:
 def _channel_name(message: j1939.Message, signal: str) -> str:
     own = [parameter.name for parameter in message.parameters if parameter.signal == signal]
     return own[0] if own else "mean wheel speed"
-
-
-def _sample(signal: str, time: Column, values: Column, kind: str, label: str, rank: int, channel: str) -> Samples:
-    description = f"channel {channel}" + (f" ({label})" if label else "")
-    return Samples(signal, time, values, kind, description, rank, labels=(channel.lower(), kind.lower(), label.lower()))

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from oncenter.errors import OncenterError
+from oncenter.files.folder import is_bag_folder
 from oncenter.files.log_formats import SUFFIXES
 from oncenter.read.samples import Samples
 from oncenter.signals import SignalName
@@ -29,7 +30,7 @@ def plugin_for(path: Path) -> EntryPoint | None:
         OncenterError: "plugin_ambiguous": two packages say that they read it.
     """
     name = path.name.lower()
-    if name.endswith(SUFFIXES):
+    if name.endswith(SUFFIXES) or is_bag_folder(path):
         return None
     having = [point for point in _installed() if _is_of(point.name, path, name)]
     if not having:

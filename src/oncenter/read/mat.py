@@ -1,0 +1,278 @@
+"""MATLAB's `.mat`: vectors, structs of vectors, timeseries and "Structure with time", by the rules of a CSV file.
+
+A value in a struct is called `struct.field`. Versions 4 to 7 come through scipy; 7.3 is HDF5, see `mat_hdf5.py`.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from oncenter.errors import OncenterError
+from oncenter.files.extra import missing_extra
+from oncenter.files.regular_file import open_regular_file
+from oncenter.read.channels import Channel, NoSamples, not_there, nothing_known, samples_of
+from oncenter.read.frames import Column
+from oncenter.read.mat_values import Budget, Opaque, Value
+from oncenter.read.samples import Samples
+from oncenter.read.time_column import seconds, time_column
+from oncenter.signals import SignalName
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_USER_BLOCK = 512  # bytes before HDF5 in what MATLAB writes
+_COLUMNS_MAX = 64  # of a matrix that is taken for a table
+_HOW_TO_SAVE = (
+    "save its columns as numbers: s.time_s = seconds(tt.Time); s.yaw_rate_deg_s = tt.YawRate; "
+    "save('drive.mat', '-struct', 's')"
+)
+
+
+def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
+    """Signals of a `.mat`.
+
+    Raises:
+        OncenterError: it cannot be read, its time is missing or has no unit, or as of a CSV file; "matlab_object": it
+            has MATLAB's objects alone; "missing_extra".
+    """
+    variables = _variables(path)
+    objects = sorted({value.kind for value in _every(variables) if isinstance(value, Opaque)})
+    channels = list(_Walk(path, names).channels("", variables, None))
+    if not channels:
+        raise _without_channels(path, variables, objects, names)
+    given = [samples for channel in channels for samples in samples_of(channel, names, notes)]
+    missing = not_there(channels, names, "variable")
+    if objects:
+        missing.append(f"{_objects(path, objects)} left out: {_HOW_TO_SAVE}")
+    if not given:
+        raise nothing_known(path, channels, names, "variable", [*notes, *missing])
+    notes += missing
+    return given
+
+
+def _variables(path: Path) -> dict[str, Value]:
+    with open_regular_file(path) as file:
+        is_hdf5 = _HDF5 in file.read(_USER_BLOCK + len(_HDF5))
+    if is_hdf5:
+        from oncenter.read.mat_hdf5 import variables
+
+        return variables(path)
+    try:
+        import scipy.io
+    except ImportError:
+        raise missing_extra("mat", f"{path.name} needs scipy") from None
+    try:
+        with warnings.catch_warnings(), path.open("rb") as file:
+            warnings.simplefilter("ignore")
+            loaded = scipy.io.loadmat(file, struct_as_record=True, chars_as_strings=True)
+        budget = Budget()
+        return {str(name): _of_scipy(value, budget) for name, value in loaded.items() if not _is_of_scipy(str(name))}
+    except OncenterError:
+        raise
+    except Exception as error:  # scipy lets value, type, index and zlib errors of broken files through
+        reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
+        raise _damaged(path, reason) from None
+
+
+def _damaged(path: Path, reason: str) -> OncenterError:
+    return OncenterError(
+        f"cannot read {path.name}, it is damaged or of another format: {reason[:160]}", code="unreadable_log"
+    )
+
+
+def _is_of_scipy(name: str) -> bool:
+    return name in ("__header__", "__version__", "__globals__", "__function_workspace__")
+
+
+def _of_scipy(value: Any, budget: Budget) -> Value:
+    from scipy.io.matlab import MatlabFunction, MatlabOpaque
+
+    if isinstance(value, MatlabFunction) or not isinstance(value, np.ndarray):
+        return None
+    if isinstance(value, MatlabOpaque):
+        return Opaque(_text(value["s2"]) if "s2" in (value.dtype.names or ()) else "")
+    if value.dtype.names:
+        with budget.deeper(value.size):
+            each = [{name: _of_scipy(one[name], budget) for name in value.dtype.names} for one in value.flat]
+        return each[0] if len(each) == 1 else each
+    if value.dtype.kind in "US":
+        return _text(value)
+    return value if value.dtype.kind in "biuf" else None
+
+
+def _text(value: Any) -> str:
+    first = np.asarray(value).flat[0] if np.asarray(value).size else ""
+    return first.decode("utf-8", "replace") if isinstance(first, bytes) else str(first)
+
+
+def _every(value: Value) -> Iterator[Value]:
+    yield value
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    for each in inner:
+        yield from _every(each)
+
+
+def _objects(path: Path, objects: Sequence[str]) -> str:
+    kinds = ", ".join(filter(None, objects))
+    return f"{path.name} has objects of MATLAB ({kinds or 'of unknown class'}) that only MATLAB reads;"
+
+
+def _without_channels(
+    path: Path, variables: Mapping[str, Value], objects: Sequence[str], names: Mapping[str, SignalName]
+) -> OncenterError:
+    if objects:
+        return OncenterError(f"{_objects(path, objects)} {_HOW_TO_SAVE}", code="matlab_object")
+    if not variables:
+        return OncenterError(f"{path.name} has no variables", code="empty_log")
+    try:
+        time_column(path, list(variables), names)
+    except OncenterError as error:
+        return error
+    return OncenterError(f"{path.name} has no vectors of one length with their time", code="missing_signal")
+
+
+class _Time:
+    """Stamps that channels share; what is wrong with them is said when one of those is taken.
+
+    Args:
+        name: of the variable, as people write it.
+        rows: how many stamps there are.
+        in_s: gives them in s.
+    """
+
+    def __init__(self, name: str, rows: int, in_s: Callable[[], Column]) -> None:
+        self.name, self.rows, self._in_s = name, rows, in_s
+
+    @cached_property
+    def kept(self) -> Column:
+        """Which stamps are numbers."""
+        return np.isfinite(self._all)
+
+    @cached_property
+    def seconds(self) -> Column:
+        """Those that are."""
+        if np.count_nonzero(self.kept) < 2:
+            raise NoSamples(f"has no time: {self.name} has fewer than two numbers")
+        return self._all[self.kept]
+
+    @cached_property
+    def _all(self) -> Column:
+        return self._in_s()
+
+
+class _Walk:
+    """Variables and fields of structs as channels, each with the time nearest to it: of its struct, or around that."""
+
+    def __init__(self, path: Path, names: Mapping[str, SignalName]) -> None:
+        self._path, self._names = path, names
+
+    def channels(self, label: str, fields: Mapping[str, Value], around: _Time | None) -> Iterator[Channel]:
+        """
+        Args:
+            label: of the struct that has these fields; empty for variables.
+            around: the time of what holds the struct.
+        """
+        simulink, series = _simulink(fields), _timeseries(fields)
+        if simulink is not None:
+            yield from self._columns(label, simulink, _of_seconds(f"{label}.time", fields["time"]))
+            return
+        if series is not None:
+            outer, _, name = label.rpartition(".")
+            yield from self._columns(outer, {name: fields["Data"]}, _of_seconds(f"{label}.Time", fields["Time"]), series)
+            return
+        time = self._time(label, fields) or around
+        if time is not None:
+            yield from self._columns(label, _vectors(fields), time)
+        for name, value in fields.items():
+            for place, struct in _structs(value):
+                yield from self.channels(_full(label, name) + place, struct, time)
+
+    def _columns(self, label: str, values: Mapping[str, Any], time: _Time, unit: str = "") -> Iterator[Channel]:
+        """A vector is one channel, a matrix with a row or a column per stamp several, as MATLAB indexes them."""
+        for name, value in values.items():
+            for place, column in _columns_of(value, time.rows):
+                if _full(label, name) + place != time.name:
+                    content = partial(_content, column, time, unit)
+                    yield Channel(name + place, label, content, "variable", f"variable {time.name}")
+
+    def _time(self, label: str, fields: Mapping[str, Value]) -> _Time | None:
+        """By the rules of a CSV file; None where these fields have none."""
+        vectors = _vectors(fields)
+        names = self._names
+        if label and "time" in names and names["time"].name.startswith(f"{label}."):
+            names = {**names, "time": replace(names["time"], name=names["time"].name.removeprefix(f"{label}."))}
+        by_name = {name + place: column for name, value in vectors.items() for place, column in _columns_of(value, 0)}
+        try:
+            name = time_column(self._path, list(by_name), names)
+        except OncenterError:
+            return None
+        column = by_name[name]
+        series = pl.Series(name, column.astype(np.float64))
+        return _Time(_full(label, name), len(column), partial(seconds, self._path, series, names, None))
+
+
+def _of_seconds(name: str, value: Any) -> _Time:
+    stamps = np.ravel(value).astype(np.float64)
+    return _Time(name, len(stamps), lambda: stamps)
+
+
+def _full(label: str, name: str) -> str:
+    return f"{label}.{name}" if label else name
+
+
+def _vectors(fields: Mapping[str, Value]) -> dict[str, Any]:
+    return {name: value for name, value in fields.items() if isinstance(value, np.ndarray) and value.size > 1}
+
+
+def _structs(value: Value) -> Iterator[tuple[str, Mapping[str, Value]]]:
+    """A struct, or those of a struct array by their index in MATLAB."""
+    if isinstance(value, dict):
+        yield "", value
+    elif isinstance(value, list):
+        for place, struct in enumerate(value, 1):
+            yield f"({place})", struct
+
+
+def _simulink(fields: Mapping[str, Value]) -> dict[str, Any] | None:
+    """Values by label of Simulink's "Structure with time": `time` in s, and a struct a signal; None of all else."""
+    signals = fields.get("signals")
+    if not isinstance(fields.get("time"), np.ndarray) or not isinstance(signals, dict | list):
+        return None
+    values: dict[str, Any] = {}
+    for place, signal in enumerate([signals] if isinstance(signals, dict) else signals, 1):
+        label = signal.get("label")
+        name = label if isinstance(label, str) and label and label not in values else f"signals({place})"
+        values[name] = signal.get("values")
+    return _vectors(values)
+
+
+def _timeseries(fields: Mapping[str, Value]) -> str | None:
+    """The unit of a timeseries as a struct: `Time` in s and `Data`; empty where it tells none, None of all else."""
+    if not isinstance(fields.get("Time"), np.ndarray) or not isinstance(fields.get("Data"), np.ndarray):
+        return None
+    info = fields.get("DataInfo")
+    unit = info.get("Units") if isinstance(info, dict) else None
+    return unit if isinstance(unit, str) else ""
+
+
+def _columns_of(value: Any, rows: int) -> list[tuple[str, Any]]:
+    """By how MATLAB indexes it; of a matrix the longer side is the time's where neither is."""
+    if value.size == rows or value.ndim != 2 or min(value.shape) == 1:
+        return [("", np.ravel(value))]
+    high, wide = value.shape
+    if high == rows or (wide != rows and high >= wide):
+        return [(f"(:,{k + 1})", value[:, k]) for k in range(wide)] if wide <= _COLUMNS_MAX else []
+    return [(f"({k + 1},:)", value[k]) for k in range(high)] if high <= _COLUMNS_MAX else []
+
+
+def _content(column: Any, time: _Time, unit: str) -> tuple[Column, Column, str]:
+    if len(column) != time.rows:
+        raise NoSamples(f"has {len(column)} values, and {time.name} {time.rows}")
+    values = column.astype(np.float64)[time.kept]
+    return time.seconds, np.where(np.isfinite(values), values, np.nan), unit

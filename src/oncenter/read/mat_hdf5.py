@@ -1,0 +1,89 @@
+"""MATLAB 7.3, which is HDF5: a dataset a matrix, transposed; a group a struct; references for the rest.
+
+Nothing outside the file is read: links, virtual datasets and external storage that lead there are left out.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from oncenter.errors import OncenterError
+from oncenter.files.extra import missing_extra
+from oncenter.read.mat_values import Budget, Opaque, Value
+
+
+def variables(path: Path) -> dict[str, Value]:
+    """
+    Raises:
+        OncenterError: it cannot be read; "missing_extra".
+    """
+    try:
+        import h5py
+    except ImportError:
+        raise missing_extra("mat", f"{path.name} needs h5py") from None
+    try:
+        with h5py.File(path, "r") as file:
+            return _fields(file, file, Budget())
+    except Exception as error:  # h5py lets key, value, type, OS and runtime errors of broken files through
+        reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
+        raise OncenterError(
+            f"cannot read {path.name}, it is damaged or of another format: {reason[:160]}", code="unreadable_log"
+        ) from None
+
+
+def _fields(file: Any, group: Any, budget: Budget) -> dict[str, Value]:
+    """By name; those whose names begin with # are MATLAB's own."""
+    import h5py
+
+    with budget.deeper():
+        return {
+            name: _value(file, group[name], budget)
+            for name in group
+            if not name.startswith("#") and isinstance(group.get(name, getlink=True), h5py.HardLink)
+        }
+
+
+def _value(file: Any, found: Any, budget: Budget) -> Value:
+    import h5py
+
+    kind = _text(found.attrs.get("MATLAB_class", b""))
+    if "MATLAB_object_decode" in found.attrs:
+        return Opaque(kind)
+    if isinstance(found, h5py.Group):
+        return _struct(file, found, budget)
+    if not isinstance(found, h5py.Dataset) or found.is_virtual or found.external or "MATLAB_empty" in found.attrs:
+        return None
+    if kind == "char":
+        return "".join(map(chr, np.ravel(found[()]).tolist()))
+    if kind == "cell" or found.dtype.kind not in "biuf":
+        return None
+    return np.asarray(found[()]).T
+
+
+def _struct(file: Any, group: Any, budget: Budget) -> Value:
+    """A struct, or an array of them, whose fields are references."""
+    import h5py
+
+    members = [group[name] for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)]
+    are_references = [
+        isinstance(member, h5py.Dataset)
+        and h5py.check_ref_dtype(member.dtype) is h5py.Reference
+        and "MATLAB_class" not in member.attrs
+        for member in members
+    ]
+    if not members or not all(are_references):
+        return _fields(file, group, budget)
+    references = {member.name.rpartition("/")[2]: np.ravel(member[()]) for member in members}
+    count = min(map(len, references.values()))
+    with budget.deeper(count):
+        return [
+            {name: _value(file, file[each[place]], budget) for name, each in references.items()}
+            for place in range(count)
+        ]
+
+
+def _text(attribute: object) -> str:
+    return attribute.decode("utf-8", "replace") if isinstance(attribute, bytes) else str(attribute)

@@ -1,0 +1,321 @@
+"""Bags of ROS: `.bag` of ROS 1, `.mcap` and `.db3` of ROS 2, or the folder of one. A signal is `/topic.field`.
+
+rosbags opens them, without ROS. Messages are decoded in `ros_messages.py`, by the definitions that a bag holds.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+
+from oncenter.errors import OncenterError
+from oncenter.files.extra import missing_extra
+from oncenter.files.folder import BAG_PARTS
+from oncenter.read.channels import Channel, NoSamples, is_wanted, not_there, nothing_known, samples_of
+from oncenter.read.frames import Column
+from oncenter.read.ros_messages import Field, Layout, NotDecoded, Types
+from oncenter.read.samples import Samples
+from oncenter.signals import SignalName
+
+_CLOCKS_AGREE_S = 5.0  # more than messages wait for the recorder
+_ZSTD = b"\x28\xb5\x2f\xfd"
+_HINTS = {"not indexed": "rosbag reindex repairs it", "end magic": "mcap recover repairs what was not closed"}
+
+
+@dataclass
+class _Topic:
+    """Messages of one type under one name.
+
+    Attributes:
+        sources: connections, each with the reader that has it.
+        layout: None where its messages are not decoded; `why` says why.
+        rows: numbers of each message by the wanted paths, after the recorder's time in s.
+        damaged: how many messages were not decoded.
+    """
+
+    name: str
+    kind: str
+    sources: list[tuple[Any, Any]] = field(default_factory=list)
+    layout: Layout | None = None
+    why: str = ""
+    rows: list[list[float]] = field(default_factory=list)
+    damaged: int = 0
+
+
+def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
+    """Signals of a bag; notes say by which clock.
+
+    Raises:
+        OncenterError: it cannot be read, or has no known signal; "missing_extra".
+    """
+    with _opened(path, notes) as (readers, is_first):
+        topics = _topics(readers, is_first)
+        wanted = {topic.name + topic.kind: _wanted_fields(topic, names) for topic in topics}
+        taken = [topic for topic in topics if wanted[topic.name + topic.kind]]
+        _gather(readers, {id(topic): wanted[topic.name + topic.kind] for topic in taken}, taken)
+    if not topics:
+        raise OncenterError(f"{path.name} has no topics", code="empty_log")
+    every = [Channel(each.path, topic.name, _never, "field") for topic in topics for each in _fields(topic)]
+    given, clocks = [], []
+    for topic in taken:
+        fields = wanted[topic.name + topic.kind]
+        time, clock, columns = _columns(topic, len(fields))
+        if topic.damaged:
+            notes.append(f"{topic.damaged} messages of {topic.name} in {path.name} are damaged and were left out")
+        clocks.append((clock, topic.name))
+        for place, each in enumerate(fields):
+            content = partial(_content, time, columns, place, each.unit)
+            channel = Channel(each.path, topic.name, content, "field", f"{clock} of {topic.name}")
+            given += samples_of(channel, names, notes)
+    missing = _not_there(every, taken, wanted, topics, names)
+    if not given:
+        raise nothing_known(path, every, names, "field", [*notes, *missing])
+    notes += [*missing, _of_clocks(clocks)]
+    return given
+
+
+def _never() -> tuple[Column, Column, str]:
+    raise NoSamples("was not read")
+
+
+def _fields(topic: _Topic) -> list[Field]:
+    return [] if topic.layout is None else topic.layout.fields
+
+
+def _wanted_fields(topic: _Topic, names: Mapping[str, SignalName]) -> list[Field]:
+    """Those that are signals, and elements of sequences that `[signals]` names."""
+    if topic.layout is None:
+        return []
+    fields = [each for each in topic.layout.fields if is_wanted(Channel(each.path, topic.name, _never), names)]
+    paths = {each.path for each in fields}
+    for entry in names.values():
+        path = entry.name.removeprefix(f"{topic.name}.")
+        if path not in paths and topic.layout.has(path):
+            paths.add(path)
+            fields.append(Field(path, ""))
+    return fields
+
+
+def _not_there(
+    every: Sequence[Channel],
+    taken: Sequence[_Topic],
+    wanted: Mapping[str, Sequence[Field]],
+    topics: Sequence[_Topic],
+    names: Mapping[str, SignalName],
+) -> list[str]:
+    """Notes on names of `[signals]` that no topic has, and on those of topics that are not decoded."""
+    elements = [Channel(each.path, topic.name, _never) for topic in taken for each in wanted[topic.name + topic.kind]]
+    notes = []
+    for note in not_there([*every, *elements], names, "field"):
+        signal = note.split(":")[0]
+        undecoded = [t for t in topics if t.layout is None and names[signal].name.startswith(f"{t.name}.")]
+        notes += [f"{signal}: {topic.name} ({topic.kind}) {topic.why}" for topic in undecoded] or [note]
+    return notes
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Files
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _opened(path: Path, notes: list[str]) -> Iterator[tuple[list[Any], bool]]:
+    """Its parts, open, and whether ROS 1 wrote them; what the library raises becomes one line."""
+    try:
+        import rosbags.rosbag1
+        import rosbags.rosbag2  # noqa: F401
+    except ImportError:
+        raise missing_extra("ros", f"{path.name} needs rosbags") from None
+    try:
+        with ExitStack() as stack:
+            readers = []
+            for part in _parts(path):
+                reader = _reader(part, notes)
+                reader.open()
+                stack.callback(_closed, reader)
+                readers.append(reader)
+            yield readers, path.suffix.lower() == ".bag" and not path.is_dir()
+    except OncenterError:
+        raise
+    except Exception as error:  # rosbags lets index, key, assertion and struct errors of broken files through
+        reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
+        hint = next((f"; {hint}" for sign, hint in _HINTS.items() if sign in reason), "")
+        raise OncenterError(
+            f"cannot read {path.name}, it is damaged or of another format: {reason[:160]}{hint}", code="unreadable_log"
+        ) from None
+
+
+def _closed(reader: Any) -> None:
+    reader.close()
+
+
+def _parts(path: Path) -> list[Path]:
+    if not path.is_dir():
+        return [path]
+    parts = sorted((part for part in path.iterdir() if part.name.endswith(BAG_PARTS)), key=_by_number)
+    packed = [part.name for part in parts if part.name.endswith(".zstd")]
+    if packed:
+        raise OncenterError(
+            f"cannot read {path.name}: {packed[0]} is compressed as a whole; unpack it first: zstd -d {packed[0]}",
+            code="unreadable_log",
+        )
+    return parts
+
+
+def _by_number(part: Path) -> list[str | int]:
+    """`drive_2` before `drive_10`."""
+    return [int(text) if place % 2 else text for place, text in enumerate(re.split(r"(\d+)", part.name))]
+
+
+def _reader(part: Path, notes: list[str]) -> Any:
+    from rosbags.rosbag1 import Reader
+    from rosbags.rosbag2.storage_mcap import McapReader
+    from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
+
+    suffix = part.suffix.lower()
+    if suffix == ".bag":
+        return Reader(part)
+    if suffix == ".mcap":
+        return McapReader(part)
+    unsaved = Path(f"{part}-wal")
+    if unsaved.exists() and unsaved.stat().st_size:
+        notes.append(f"{unsaved.name} beside {part.name} was not read: the recorder did not end as it should")
+    return Sqlite3Reader(Path(quote(os.fsencode(part), safe="/\\:")))  # it makes a URI of the name as it is
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Topics
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def _topics(readers: Sequence[Any], is_first: bool) -> list[_Topic]:
+    by_name: dict[tuple[str, str], _Topic] = {}
+    for reader in readers:
+        for connection in reader.connections:
+            topic = by_name.setdefault(
+                (connection.topic, connection.msgtype), _Topic(connection.topic, connection.msgtype)
+            )
+            topic.sources.append((reader, connection))
+    layouts: dict[str, Layout | str] = {}
+    for topic in by_name.values():
+        if topic.kind not in layouts:
+            layouts[topic.kind] = _layout(topic, is_first)
+        layout = layouts[topic.kind]
+        if isinstance(layout, Layout):
+            topic.layout = layout
+        else:
+            topic.why = layout
+    return list(by_name.values())
+
+
+def _layout(topic: _Topic, is_first: bool) -> Layout | str:
+    """Or why there is none."""
+    connection = topic.sources[0][1]
+    serialized = "ros1" if is_first else connection.ext.serialization_format
+    if serialized not in ("ros1", "cdr"):
+        return f"is serialized as {serialized}, which is not read"
+    try:
+        return Layout(topic.kind, _types(connection), not is_first)
+    except NotDecoded as why:
+        return str(why)
+    except Exception as error:  # rosbags lets assertion and recursion errors of broken definitions through
+        return f"has a definition that is not understood: {(str(error).splitlines() or [''])[0][:80]}"
+
+
+def _types(connection: Any) -> Types:
+    """Of a connection, beside those that all know; a bag of an older ROS 2 holds none."""
+    from rosbags.interfaces import MessageDefinitionFormat
+    from rosbags.typesys import get_types_from_idl, get_types_from_msg
+    from rosbags.typesys.stores import empty, ros2_humble
+
+    definition = connection.msgdef
+    if definition.format == MessageDefinitionFormat.NONE:
+        return ros2_humble.FIELDDEFS
+    types = dict(empty.FIELDDEFS)
+    if definition.format == MessageDefinitionFormat.MSG:
+        types |= get_types_from_msg(definition.data, connection.msgtype)
+        return types
+    parts = definition.data.split("=" * 80 + "\n") if definition.data.startswith("=" * 80) else [definition.data]
+    for part in filter(None, parts):
+        types |= get_types_from_idl(part.partition("\n")[2] if part.startswith("IDL: ") else part)
+    return types
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Messages
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def _gather(readers: Sequence[Any], wanted: Mapping[int, Sequence[Field]], topics: Sequence[_Topic]) -> None:
+    """Each file is read once."""
+    decoders: dict[int, Callable[[bytes], list[float]]] = {}
+    for topic in topics:
+        assert topic.layout is not None
+        stamps = [f"{topic.layout.stamp}.sec", f"{topic.layout.stamp}.nanosec"] if topic.layout.stamp else []
+        decoders[id(topic)] = topic.layout.decoder([*stamps, *(each.path for each in wanted[id(topic)])])
+    for reader in readers:
+        of_connection = {c.id: topic for topic in topics for owner, c in topic.sources if owner is reader}
+        connections = [connection for connection in reader.connections if connection.id in of_connection]
+        if not connections:
+            continue
+        for connection, recorded_ns, message in reader.messages(connections):
+            topic = of_connection[connection.id]
+            try:
+                row = decoders[id(topic)](_unpacked(message))
+            except NotDecoded:
+                topic.damaged += 1
+                continue
+            topic.rows.append([recorded_ns * 1e-9, *row])
+
+
+def _unpacked(message: bytes) -> bytes:
+    """ROS 2 may compress each message."""
+    if not bytes(message[:4]) == _ZSTD:
+        return message
+    from rosbags.rosbag2.reader import zstd
+
+    return bytes(zstd.decompress(message))
+
+
+def _columns(topic: _Topic, count: int) -> tuple[Column, str, Column]:
+    """Time in s, what it is from, and values by field, in order of time.
+
+    A header's stamp is when it was measured; the recorder's time when it came. A stamp that nobody set, or that is of
+    another clock than the recorder's, is not taken: signals of several topics must share one.
+    """
+    assert topic.layout is not None
+    table = np.array(topic.rows, np.float64).reshape(len(topic.rows), -1)
+    recorded, clock = table[:, 0] if len(table) else np.empty(0), "time of recording"
+    values = table[:, table.shape[1] - count :] if len(table) else np.empty((0, count))
+    time = recorded
+    if topic.layout.stamp and len(table):
+        stamped = table[:, 1] + 1e-9 * table[:, 2]
+        if np.abs(np.median(stamped - recorded)) <= _CLOCKS_AGREE_S:
+            time, clock = stamped, topic.layout.stamp
+    order = np.argsort(time, kind="stable")
+    values = values[order]
+    return time[order], clock, np.where(np.isfinite(values), values, math.nan)
+
+
+def _content(time: Column, columns: Column, place: int, unit: str) -> tuple[Column, Column, str]:
+    if len(time) < 2:
+        raise NoSamples(f"has {len(time)} messages")
+    return time, np.ascontiguousarray(columns[:, place]), unit
+
+
+def _of_clocks(clocks: Sequence[tuple[str, str]]) -> str:
+    by_clock: dict[str, list[str]] = {}
+    for clock, topic in clocks:
+        by_clock.setdefault(clock, []).append(topic)
+    told = "; ".join(f"{clock} for {', '.join(dict.fromkeys(topics))}" for clock, topics in by_clock.items())
+    return f"time is {told}"

@@ -1,0 +1,279 @@
+"""Numbers in serialized messages of ROS, by the definitions that a bag holds.
+
+The library that opens bags decodes messages by code which it generates and runs. Here a definition becomes a list of
+steps, each a reader of bytes, so that nothing of a bag is ever run.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+_EACH_MAX = 16  # elements of an array that are fields by themselves
+_DEPTH_MAX, _STEPS_MAX = 32, 20_000  # of types within types
+_FORMATS = {
+    **{"bool": "B", "byte": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H"},
+    **{"int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d"},
+}
+_TIME, _DURATION, _HEADER = "builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration", "std_msgs/msg/Header"
+_NO_SIGNALS = (_TIME, _DURATION, _HEADER)
+_INDEX = re.compile(r"\[(\d{1,6})\]$")
+
+# What the documentation of ROS's own messages says; of all others [signals] says it.
+_UNITS = {
+    ("sensor_msgs/msg/Imu", "angular_velocity"): "rad/s",
+    ("sensor_msgs/msg/Imu", "linear_acceleration"): "m/s2",
+    ("sensor_msgs/msg/NavSatFix", "latitude"): "deg",
+    ("sensor_msgs/msg/NavSatFix", "longitude"): "deg",
+    ("geometry_msgs/msg/Twist", "linear"): "m/s",
+    ("geometry_msgs/msg/Twist", "angular"): "rad/s",
+    ("geometry_msgs/msg/Accel", "linear"): "m/s2",
+}
+
+Types = Mapping[str, tuple[Any, Sequence[tuple[str, Any]]]]  # by name: constants, and fields with their descriptions
+
+
+class NotDecoded(Exception):
+    """A definition or a message cannot be decoded; the message says why."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """A number of a message; `unit` is empty where its definition tells none."""
+
+    path: str
+    unit: str
+
+
+class Layout:
+    """A message type.
+
+    Args:
+        name: of the type, as `sensor_msgs/msg/Imu`.
+        types: all definitions.
+        aligned: as ROS 2 serializes (CDR); ROS 1 leaves no gaps.
+
+    Attributes:
+        fields: its numbers; of a sequence the first.
+        stamp: path of the time at which it was measured; empty where it has none.
+
+    Raises:
+        NotDecoded: a definition is missing, or has what is not read.
+    """
+
+    def __init__(self, name: str, types: Types, aligned: bool) -> None:
+        self._name, self._types, self._aligned = name, types, aligned
+        compiler = _Compiler(types, aligned, "<", {})
+        compiler.of_type(name, "", "")
+        self.fields = compiler.fields
+        own = {field: description[1] for field, description in types[name][1]}
+        headers = [f"{field}.stamp" for field, kind in own.items() if kind == _HEADER]
+        self.stamp = next(iter(headers), "stamp" if own.get("stamp") == _TIME else "")
+
+    def has(self, path: str) -> bool:
+        """Whether it is the path of a number; sequences have elements of any index."""
+        first = _INDEX.sub("[0]", path)
+        return any(path == field.path or first == field.path for field in self.fields)
+
+    def decoder(self, paths: Sequence[str]) -> Callable[[bytes], list[float]]:
+        """Decodes one message to the numbers at these paths, NaN where a sequence is too short.
+
+        It raises `NotDecoded` for a message that is shorter than its definition, or serialized otherwise.
+        """
+        slots = {path: place for place, path in enumerate(paths)}
+        steps = {order: _Compiler(self._types, self._aligned, order, slots).up_to_last(self._name) for order in "<>"}
+
+        def decode(message: bytes) -> list[float]:
+            row = [math.nan] * len(paths)
+            data, order, place = memoryview(message), "<", 0
+            if self._aligned:
+                if len(message) < 4 or message[0] != 0 or message[1] > 1:
+                    raise NotDecoded("is not serialized as plain CDR")
+                data, order = data[4:], "<" if message[1] else ">"
+            try:
+                for step in steps[order]:
+                    place = step.read(data, place, row)
+            except (struct.error, OverflowError):
+                raise NotDecoded("is shorter than its definition") from None
+            return row
+
+        return decode
+
+
+class _Step:
+    """Reads a part of a message.
+
+    Attributes:
+        keeps: whether any of it goes into the row.
+    """
+
+    keeps = False
+
+    def read(self, data: memoryview, place: int, row: list[float]) -> int:
+        """The place after it.
+
+        Raises:
+            struct.error: the message ends before.
+        """
+        raise NotImplementedError
+
+
+class _Number(_Step):
+    def __init__(self, form: str, aligned: bool, slot: int | None) -> None:
+        self._number, self._slot, self.keeps = struct.Struct(form), slot, slot is not None
+        self._align = self._number.size if aligned else 1
+
+    def read(self, data: memoryview, place: int, row: list[float]) -> int:
+        place += -place % self._align
+        if self._slot is not None:
+            row[self._slot] = float(self._number.unpack_from(data, place)[0])
+        return place + self._number.size
+
+
+class _Skipped(_Step):
+    def __init__(self, align: int, size: int) -> None:
+        self._align, self._size = align, size
+
+    def read(self, data: memoryview, place: int, row: list[float]) -> int:
+        return place + -place % self._align + self._size
+
+
+class _Text(_Step):
+    def __init__(self, order: str, aligned: bool) -> None:
+        self._length, self._align = struct.Struct(f"{order}I"), 4 if aligned else 1
+
+    def read(self, data: memoryview, place: int, row: list[float]) -> int:
+        place += -place % self._align
+        return int(place + 4 + self._length.unpack_from(data, place)[0])
+
+
+class _Numbers(_Step):
+    """A sequence of numbers, of which some are kept: by index its slot."""
+
+    def __init__(self, form: str, aligned: bool, slots: Mapping[int, int]) -> None:
+        self._length, self._number = struct.Struct(f"{form[0]}I"), struct.Struct(form)
+        self._aligned, self._slots, self.keeps = aligned, slots, bool(slots)
+
+    def read(self, data: memoryview, place: int, row: list[float]) -> int:
+        place += -place % 4 if self._aligned else 0
+        (count,) = self._length.unpack_from(data, place)
+        place += 4
+        if count and self._aligned:
+            place += -place % self._number.size
+        for index, slot in self._slots.items():
+            if index < count:
+                row[slot] = float(self._number.unpack_from(data, place + index * self._number.size)[0])
+        return int(place + count * self._number.size)
+
+
+class _Repeated(_Step):
+    """An array, or where `count` is None a sequence, of what has no size of its own."""
+
+    def __init__(self, steps: Sequence[_Step], count: int | None, order: str, aligned: bool) -> None:
+        self._steps, self._count = steps, count
+        self._length, self._align = struct.Struct(f"{order}I"), 4 if aligned else 1
+
+    def read(self, data: memoryview, place: int, row: list[float]) -> int:
+        count = self._count
+        if count is None:
+            place += -place % self._align
+            count = self._length.unpack_from(data, place)[0]
+            place += 4
+        for _ in range(count):
+            before = place
+            for step in self._steps:
+                place = step.read(data, place, row)
+            if place > len(data):
+                raise struct.error
+            if place == before:  # nothing in it, however many there are
+                break
+        return place
+
+
+class _Compiler:
+    """Definitions become steps; paths that are None are of no one number.
+
+    Attributes:
+        fields: those that were met.
+    """
+
+    def __init__(self, types: Types, aligned: bool, order: str, slots: Mapping[str, int]) -> None:
+        self._types, self._aligned, self._order, self._slots = types, aligned, order, slots
+        self.fields: list[Field] = []
+        self._depth = self._steps = 0
+
+    def up_to_last(self, name: str) -> list[_Step]:
+        """Up to the last that keeps anything."""
+        steps = self.of_type(name, "", "")
+        return steps[: max((place + 1 for place, step in enumerate(steps) if step.keeps), default=0)]
+
+    def of_type(self, name: str, path: str | None, unit: str) -> list[_Step]:
+        if name not in self._types:
+            raise NotDecoded(f"has no definition of {name}")
+        self._depth += 1
+        if self._depth > _DEPTH_MAX:
+            raise NotDecoded("has types within types without end")
+        steps: list[_Step] = []
+        for inner, description in self._types[name][1]:
+            within = None if path is None else f"{path}.{inner}" if path else inner
+            steps += self._of_field(description, within, _UNITS.get((name, inner), unit))
+            if len(steps) + self._steps > _STEPS_MAX:
+                raise NotDecoded("has too many fields")
+        self._depth -= 1
+        self._steps += len(steps)
+        return steps or ([_Skipped(1, 1)] if self._aligned else [])
+
+    def _of_field(self, description: Any, path: str | None, unit: str) -> list[_Step]:
+        kind, detail = description[0].name, description[1]
+        if kind == "BASE":
+            return [self._of_base(detail[0], path, unit)]
+        if kind == "NAME":
+            return self._of_named(detail, path, unit)
+        inner, count = detail
+        form = self._form(inner)
+        if kind == "SEQUENCE" and form:
+            return [self._of_sequence(form, path, unit)]
+        if kind == "SEQUENCE":
+            return [_Repeated(self._of_field(inner, None, ""), None, self._order, self._aligned)]
+        if count < 0:
+            raise NotDecoded("has an array of negative length")
+        if count <= _EACH_MAX:
+            each = (self._of_field(inner, None if path is None else f"{path}[{k}]", unit) for k in range(count))
+            return [step for steps in each for step in steps]
+        if form:
+            size = struct.calcsize(form)
+            return [_Skipped(size if self._aligned else 1, size * count)]
+        return [_Repeated(self._of_field(inner, None, ""), count, self._order, self._aligned)]
+
+    def _of_named(self, name: str, path: str | None, unit: str) -> list[_Step]:
+        before = len(self.fields)
+        steps = self.of_type(name, path, unit)
+        if name in _NO_SIGNALS:
+            del self.fields[before:]
+        return steps
+
+    def _form(self, description: Any) -> str:
+        """How struct calls a number; empty for all else."""
+        is_base = description[0].name == "BASE"
+        return self._order + _FORMATS[description[1][0]] if is_base and description[1][0] in _FORMATS else ""
+
+    def _of_base(self, kind: str, path: str | None, unit: str) -> _Step:
+        if kind == "string":
+            return _Text(self._order, self._aligned)
+        if kind not in _FORMATS:
+            raise NotDecoded(f"has {kind}, which is not read")
+        if path is not None:
+            self.fields.append(Field(path, unit))
+        return _Number(self._order + _FORMATS[kind], self._aligned, self._slots.get(path or ""))
+
+    def _of_sequence(self, form: str, path: str | None, unit: str) -> _Step:
+        if path is None:
+            return _Numbers(form, self._aligned, {})
+        self.fields.append(Field(f"{path}[0]", unit))
+        found = ((_INDEX.search(wanted), wanted, slot) for wanted, slot in self._slots.items())
+        slots = {int(index[1]): slot for index, wanted, slot in found if index and _INDEX.sub("", wanted) == path}
+        return _Numbers(form, self._aligned, slots)

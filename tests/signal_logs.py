@@ -72,16 +72,10 @@ def simulink(table: pl.DataFrame, path: Path) -> None:
 def inca(table: pl.DataFrame, path: Path) -> None:
     """MDF 3.30 under INCA's suffix."""
     time = table["time_s"].to_numpy()
-    units = {"rad": "rad", "rad_s": "rad/s", "m_s": "m/s", "m_s2": "m/s²"}
+    units = {"angle_rad": "rad", "rate_rad_s": "rad/s", "speed_m_s": "m/s", "acceleration_m_s2": "m/s²"}
     with MDF(version="3.30") as mdf:
-        mdf.append(
-            [
-                Signal(table[name].to_numpy(), time, name=name, unit=units[unit])
-                for name in table.columns
-                for unit in sorted(units, key=len, reverse=True)
-                if name.endswith(f"_{unit}") and name != "time_s" and not name.endswith(f"_{unit}2")
-            ][: len(table.columns) - 1]
-        )
+        unit_of = {name: next(units[end] for end in units if name.endswith(end)) for name in table.columns[1:]}
+        mdf.append([Signal(table[name].to_numpy(), time, name=name, unit=unit) for name, unit in unit_of.items()])
         mdf.save(path.with_suffix(".mdf"))
     path.with_suffix(".mdf").rename(path)
 

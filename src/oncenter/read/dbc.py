@@ -1,11 +1,9 @@
-"""Any DBC by option: cantools reads it, and its layout decodes whole columns of frames."""
+"""Any database by option: its layouts decode whole columns of frames."""
 
 from __future__ import annotations
 
-import logging
 import math
 import os
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,10 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.files.regular_file import read_regular_file, refuse_what_is_no_regular_file
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
 from oncenter.read import j1939
+from oncenter.read.database_file import messages_of, printable
 from oncenter.read.frames import PGN_COUNT, Column, Frames, Kept, bus_name, pgn_of
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
@@ -29,16 +26,7 @@ if TYPE_CHECKING:
     from cantools.database.can import Message, Signal
 
 _LISTED_MAX = 12  # signals in an error message
-_BYTES_MAX = 16 << 20  # J1939's whole digital annex has five million
-_BITS_MAX = 1 << 16  # of a message; J1939's longest by its usual transport protocol has 14,280
 _NUMBER_MAX = 1e30  # of a scale or an offset
-_RANGES_MAX = 1 << 20  # values of all multiplexers
-_NOT_READ = re.compile(r'"(?:\\"|[^"])*"|//[^\n]*')  # text and remarks
-_LONG_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\d{19}|\.?\d*[eE][-+]?\d{4})")
-_PLACE = re.compile(r":\s*([-+]?\d+)\s*\|\s*([-+]?\d+)")  # first bit and length of a signal
-_MESSAGE_LENGTH = re.compile(r"\bBO_\s+\d+\s+\w+\s*:\s*(\d+)")
-_RANGES = re.compile(r"\bSG_MUL_VAL_\b[^;]*")
-_RANGE = re.compile(r"(\d+)\s*[-+]\s*(\d+)")
 
 _BY_SPN = {p.spn: (m, p) for m in j1939.MESSAGES.values() for p in m.parameters}
 _BY_NAME = {p.name.lower(): (m, p) for m in j1939.MESSAGES.values() for p in m.parameters}
@@ -46,7 +34,7 @@ _BY_NAME = {p.name.lower(): (m, p) for m in j1939.MESSAGES.values() for p in m.p
 
 @dataclass(frozen=True)
 class Field:
-    """A DBC signal that is one of ours, or a J1939 parameter that helps to one."""
+    """A database's signal that is one of ours, or a J1939 parameter that helps to one."""
 
     layout: Signal
     factor: float  # to SI with sign, or to the J1939 parameter's unit
@@ -57,7 +45,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Definition:
-    """A DBC message that carries something for us."""
+    """A database's message that carries something for us."""
 
     message: Message
     fields: tuple[Field, ...]
@@ -75,7 +63,7 @@ def definitions(
     """What the databases say about our signals: by `[signals]` first, else by SPN, else by name.
 
     Raises:
-        OncenterError: a file is no DBC, or a named signal has no unit.
+        OncenterError: a file is no database, or a named signal has no unit.
     """
     found: list[Definition] = []
     there: dict[str, str] = {}  # by name with its message: the name alone
@@ -89,7 +77,7 @@ def definitions(
                 found.append(Definition(message, tuple(fields)))
         if len(found) == before:
             notes.append(
-                f"the DBC {Path(path).name} has none of our signals: name them in a [signals] table; "
+                f"the database {Path(path).name} has none of our signals: name them in a [signals] table; "
                 f"it has {_signals_listed(messages)}"
             )
     if paths:
@@ -102,13 +90,13 @@ def _messages_of(path: Path) -> list[Message]:
     try:
         status = os.stat(path)
     except (OSError, ValueError):  # reading it says why
-        return _messages(path)
+        return messages_of(path)
     return _parsed(path, (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns))
 
 
 @lru_cache(maxsize=4)
 def _parsed(path: Path, state: tuple[int, ...]) -> list[Message]:
-    return _messages(path)
+    return messages_of(path)
 
 
 def _not_there(there: Mapping[str, str], names: Mapping[str, SignalName], files: str) -> list[str]:
@@ -128,73 +116,11 @@ def _signals_listed(messages: Sequence[Message]) -> str:
     names = in_order_of_likeness(units, wanted)[:_LISTED_MAX]
     shown = ", ".join(f"{name} [{units[name]}]" if units[name] else name for name in names)
     more = len(units) - len(names)
-    return _printable(shown + (f" and {more} more" if more else "")) or "no signals at all"
-
-
-def _messages(path: Path) -> list[Message]:
-    from cantools.database import load_string
-    from cantools.database.can import Database
-
-    text = _text(path)
-    _refuse_absurd_numbers(text, path.name)
-    logger = logging.getLogger("cantools")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL + 1)  # it would complain of two messages of one name beside our one line
-    try:
-        database = load_string(text, database_format="dbc", strict=False)
-    except Exception as error:  # cantools lets key, value and attribute errors of broken files through
-        reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
-        raise _bad(f"cannot read the DBC {path.name}: {_printable(reason[:160])}") from error
-    finally:
-        logger.setLevel(level)
-    if not isinstance(database, Database) or not database.messages:
-        raise _bad(f"the DBC {path.name} has no messages")
-    return database.messages
-
-
-def _text(path: Path) -> str:
-    refuse_what_is_no_regular_file(path, "DBC", code="bad_dbc", exit_code=WRONG_USAGE)
-    try:
-        content = read_regular_file(path, _BYTES_MAX)
-    except OSError as error:
-        raise _bad(f"cannot read the DBC {path.name}: {error.strerror}") from None
-    if not content:
-        raise _bad(f"{path.name} is empty, not a DBC")
-    return _decoded(content).replace("\r\n", "\n").replace("\r", "\n")
-
-
-def _decoded(content: bytes) -> str:
-    """A DBC says nothing of its encoding: UTF-8 is tried first, since hardly any other text passes for it."""
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return content.decode("cp1252", "replace")
-
-
-def _refuse_absurd_numbers(text: str, name: str) -> None:
-    """Cantools makes a list as long as a signal's first bit or a multiplexer's range, and integers of any exponent."""
-    bare = _NOT_READ.sub(" ", text)
-    if _LONG_NUMBER.search(bare):
-        raise _bad(f"the DBC {name} has an integer or an exponent of too many digits")
-    places = [int(number) for pair in _PLACE.findall(bare) for number in pair]
-    lengths = [8 * int(number) for number in _MESSAGE_LENGTH.findall(bare)]
-    if any(abs(number) > _BITS_MAX for number in (*places, *lengths)):
-        raise _bad(f"the DBC {name} has a signal or a message of more than {_BITS_MAX} bits")
-    ranges = [pair for statement in _RANGES.findall(bare) for pair in _RANGE.findall(statement)]
-    if sum(max(0, int(high) - int(low)) for low, high in ranges) > _RANGES_MAX:
-        raise _bad(f"the DBC {name} has multiplexers of more than {_RANGES_MAX} values")
-
-
-def _bad(message: str) -> OncenterError:
-    return OncenterError(message, code="bad_dbc", exit_code=WRONG_USAGE)
-
-
-def _printable(text: str) -> str:
-    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
+    return printable(shown + (f" and {more} more" if more else "")) or "no signals at all"
 
 
 def _fields(message: Message, layout: Signal, names: Mapping[str, SignalName], notes: list[str]) -> list[Field]:
-    """What a DBC signal is for us; nothing, mostly."""
+    """What a database's signal is for us; nothing, mostly."""
     by_names = [
         Field(layout, entry.sign * factors(signal)[named_unit(signal, entry, factors(signal), layout.unit)], signal)
         for signal, entry in names.items()
@@ -347,10 +273,10 @@ def _has(message: Message, layout: Signal, frames: Frames) -> npt.NDArray[np.boo
 
 
 def decode(layout: Signal, frames: Frames) -> Column:
-    """A DBC signal of many frames in its unit; NaN where the frame is too short or the value is no number.
+    """A database's signal of many frames in its unit; NaN where the frame is too short or the value is no number.
 
     No number is, in 29-bit messages, what J1939 reserves (top byte 0xFB and above), and anything outside the range
-    that the DBC gives.
+    that the database gives.
     """
     raw = _raw(layout, frames)
     values = _number(raw, layout) * float(layout.scale) + float(layout.offset)

@@ -79,7 +79,7 @@ def _from_bus(
     notes: list[str],
     tell: Callable[[float], None],
 ) -> list[Samples]:
-    """Signals of a log of frames: what a DBC says about a message comes before what we know about it."""
+    """Signals of a log of frames: what a database says about a message comes before what we know about it."""
     described = databases.definitions(dbc, names, notes)
     wanted = wanted_by(described)
     decoded: list[Samples] = []
@@ -104,7 +104,7 @@ def _nothing_known(
     if described:
         messages = ", ".join(f"{d.message.name} (0x{d.message.frame_id:X})" for d in described)
         return OncenterError(
-            f"{path.name} has none of the messages in which the DBC has our signals: {messages}",
+            f"{path.name} has none of the messages in which the database has our signals: {messages}",
             code="missing_signal",
             needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
         )
@@ -112,7 +112,7 @@ def _nothing_known(
         return OncenterError(f"no known signal in {path.name}: {'; '.join(notes)}", code="not_j1939")
     if kept.standard_frames == kept.total:
         return OncenterError(
-            f"{path.name} has only 11-bit identifiers ({kept.total} frames): that is not J1939; give a DBC with --dbc",
+            f"{path.name} has only 11-bit identifiers ({kept.total} frames): that is not J1939; give a database with --dbc",
             code="not_j1939",
         )
     return OncenterError(

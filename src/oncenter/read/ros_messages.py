@@ -219,7 +219,7 @@ class _Compiler:
             raise NotDecoded("has types within types without end")
         steps: list[_Step] = []
         for inner, description in self._types[name][1]:
-            within = None if path is None else f"{path}.{inner}" if path else inner
+            within = None if path is None or inner.endswith("covariance") else f"{path}.{inner}" if path else inner
             steps += self._of_field(description, within, _UNITS.get((name, inner), unit))
             if len(steps) + self._steps > _STEPS_MAX:
                 raise NotDecoded("has too many fields")

@@ -109,7 +109,7 @@ class Stream:
             that was named is not there, or the angle comes too rarely. None otherwise. It is tried again all the time.
 
     Raises:
-        OncenterError: from the constructor, a DBC that cannot be read, or a source named for a signal that does not
+        OncenterError: from the constructor, a database that cannot be read, or a source named for a signal that does not
             exist.
     """
 

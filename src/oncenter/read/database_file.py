@@ -1,0 +1,180 @@
+"""A database's file becomes messages: DBC, KCD, SYM or ARXML by its suffix, read by cantools.
+
+A file that is made to harm is refused before cantools sees it. XML has no document type: without one it has no entities
+that expand and none that name other files.
+"""
+
+from __future__ import annotations
+
+import codecs
+import logging
+import re
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.parsers import expat
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.regular_file import read_regular_file, refuse_what_is_no_regular_file
+
+if TYPE_CHECKING:
+    from cantools.database.can import Message
+
+_XML = ("kcd", "arxml")
+_BYTES_MAX = 16 << 20  # J1939's whole digital annex has five million
+_BITS_MAX = 1 << 16  # of a message; J1939's longest by its usual transport protocol has 14,280
+_RANGES_MAX = 1 << 20  # values of all multiplexers
+_DEPTH_MAX = 200  # of elements in elements; AUTOSAR's own go some 20 deep
+_IDENTIFIERS_MAX = 1 << 12  # of one message of SYM
+
+_NOT_READ = re.compile(r'"(?:\\"|[^"])*"|//[^\n]*')  # text and remarks
+_LONG_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\d{19}|\.?\d*[eE][-+]?\d{4})")
+_PLACE = re.compile(r":\s*([-+]?\d+)\s*\|\s*([-+]?\d+)")  # first bit and length of a signal
+_MESSAGE_LENGTH = re.compile(r"\bBO_\s+\d+\s+\w+\s*:\s*(\d+)")
+_RANGES = re.compile(r"\bSG_MUL_VAL_\b[^;]*")
+_RANGE = re.compile(r"(\d+)\s*[-+]\s*(\d+)")
+
+_SYM_PLACES = re.compile(r"^\s*(?:Sig|Var|Mux|Len|DLC)\s*=[^/\n]*", re.MULTILINE)
+_SYM_NUMBER = re.compile(r"(?<![\w.])\d+(?![\w.])")
+_SYM_IDENTIFIERS = re.compile(r"\bID\s*=\s*([0-9A-Fa-f]+)h\s*-\s*([0-9A-Fa-f]+)h")
+
+_XML_BITS = ("offset", "length", "LENGTH", "POSITION")  # attributes of KCD, and how elements of ARXML end
+
+
+def messages_of(path: Path) -> list[Message]:
+    """Its messages, at least one.
+
+    Raises:
+        OncenterError: "bad_dbc", exit code 2: it cannot be read, is of another format, or is made to harm.
+    """
+    from cantools.database import load_string
+    from cantools.database.can import Database
+
+    kind = _kind(path)
+    text = _text(path)
+    _REFUSALS[kind](text, path.name)
+    logger = logging.getLogger("cantools")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL + 1)  # it would complain of two messages of one name beside our one line
+    try:
+        database = load_string(text, database_format=kind, strict=False)
+    except Exception as error:  # cantools lets key, value and attribute errors of broken files through
+        reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
+        raise _bad(f"cannot read the database {path.name}: {printable(reason[:160])}") from error
+    finally:
+        logger.setLevel(level)
+    if not isinstance(database, Database) or not database.messages:
+        raise _bad(f"the database {path.name} has no messages")
+    return database.messages
+
+
+def _kind(path: Path) -> str:
+    """As cantools calls it; a file of any other name is a DBC."""
+    suffix = path.suffix.lower().removeprefix(".")
+    return suffix if suffix in (*_XML, "sym") else "dbc"
+
+
+def _text(path: Path) -> str:
+    refuse_what_is_no_regular_file(path, "database", code="bad_dbc", exit_code=WRONG_USAGE)
+    try:
+        content = read_regular_file(path, _BYTES_MAX)
+    except OSError as error:
+        raise _bad(f"cannot read the database {path.name}: {error.strerror}") from None
+    if not content:
+        raise _bad(f"{path.name} is empty, not a database")
+    return _decoded(content).replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _decoded(content: bytes) -> str:
+    """DBC and SYM say nothing of their encoding: UTF-8 is tried first, since hardly any other text passes for it."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return content.decode("utf-16", "replace")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", "replace")
+
+
+def _refuse_absurd_dbc(text: str, name: str) -> None:
+    """Cantools makes a list as long as a signal's first bit or a multiplexer's range, and integers of any exponent."""
+    bare = _NOT_READ.sub(" ", text)
+    if _LONG_NUMBER.search(bare):
+        raise _bad(f"the database {name} has an integer or an exponent of too many digits")
+    places = [int(number) for pair in _PLACE.findall(bare) for number in pair]
+    lengths = [8 * int(number) for number in _MESSAGE_LENGTH.findall(bare)]
+    _refuse_bits(name, (*places, *lengths))
+    ranges = [pair for statement in _RANGES.findall(bare) for pair in _RANGE.findall(statement)]
+    if sum(max(0, int(high) - int(low)) for low, high in ranges) > _RANGES_MAX:
+        raise _bad(f"the database {name} has multiplexers of more than {_RANGES_MAX} values")
+
+
+def _refuse_absurd_sym(text: str, name: str) -> None:
+    """And a message for each of a range of identifiers."""
+    bare = _NOT_READ.sub(" ", text)
+    if _LONG_NUMBER.search(bare):
+        raise _bad(f"the database {name} has an integer or an exponent of too many digits")
+    _refuse_bits(name, [int(number) for line in _SYM_PLACES.findall(bare) for number in _SYM_NUMBER.findall(line)])
+    if any(int(high, 16) - int(low, 16) > _IDENTIFIERS_MAX for low, high in _SYM_IDENTIFIERS.findall(bare)):
+        raise _bad(f"the database {name} has a message of more than {_IDENTIFIERS_MAX} identifiers")
+
+
+def _refuse_absurd_xml(text: str, name: str) -> None:
+    """A document type, elements without end, and places that no message has."""
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    open_elements: list[str] = []
+    bits: list[int] = []
+
+    def refuse_document_type(*given: object) -> None:
+        raise _bad(f"the database {name} has a document type (<!DOCTYPE>), which is not read: delete that line")
+
+    def begin(element: str, attributes: Mapping[str, str]) -> None:
+        open_elements.append(element.rpartition(":")[2])
+        if len(open_elements) > _DEPTH_MAX:
+            raise _bad(f"the database {name} has elements in elements without end")
+        bits.extend(_whole(attributes[key]) for key in attributes if key in _XML_BITS)
+
+    def text_in(given: str) -> None:
+        if open_elements and open_elements[-1].endswith(_XML_BITS):
+            bits.append(_whole(given))
+
+    parser.StartDoctypeDeclHandler = refuse_document_type
+    parser.StartElementHandler = begin
+    parser.EndElementHandler = lambda element: open_elements.pop()
+    parser.CharacterDataHandler = text_in
+    try:
+        parser.Parse(text, True)
+    except expat.ExpatError as error:
+        raise _bad(f"cannot read the database {name}: {error}") from None
+    _refuse_bits(name, bits)
+
+
+def _whole(text: str) -> int:
+    """Also 0x10 and 1e3, as ARXML has them; 0 for what is no number: cantools says what is wrong with it."""
+    written = text.strip()
+    try:
+        return int(written, 16) if written.lower().startswith("0x") else min(int(float(written)), _BITS_MAX + 1)
+    except (ValueError, OverflowError):
+        return 0 if "inf" not in written.lower() else _BITS_MAX + 1
+
+
+def _refuse_bits(name: str, places: Iterable[int]) -> None:
+    if any(abs(number) > _BITS_MAX for number in places):
+        raise _bad(f"the database {name} has a signal or a message of more than {_BITS_MAX} bits")
+
+
+_REFUSALS: dict[str, Callable[[str, str], None]] = {
+    "dbc": _refuse_absurd_dbc,
+    "sym": _refuse_absurd_sym,
+    "kcd": _refuse_absurd_xml,
+    "arxml": _refuse_absurd_xml,
+}
+
+
+def _bad(message: str) -> OncenterError:
+    return OncenterError(message, code="bad_dbc", exit_code=WRONG_USAGE)
+
+
+def printable(text: str) -> str:
+    """Text in which nothing moves or hides the rest."""
+    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import h5py
@@ -55,7 +56,8 @@ def names_of(log: Path) -> dict[str, SignalName]:
 def refusal(log: Path, names: dict[str, SignalName] | None = None) -> OncenterError:
     with pytest.raises(OncenterError) as refused:
         read(log, names=names)
-    assert "\n" not in str(refused.value) and log.name in str(refused.value)
+    said = str(refused.value)
+    assert "\n" not in said and (log.name in said or said.startswith("[signals] "))
     return refused.value
 
 
@@ -87,6 +89,7 @@ def answers(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], dict[st
     folder = tmp_path_factory.mktemp("drives")
     table = drive().table.select("time_s", *COLUMNS)
 
+    @cache
     def answer(name: str) -> dict[str, object]:
         log = folder / name
         table.write_csv(log) if name.endswith(".csv") else WRITERS[name](table, log)
@@ -112,11 +115,8 @@ NUMBERS = ("offset", "understeer_gradient", "backlash", "yaw_rate_bias", "latera
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_the_offset_is_that_of_the_same_drive_as_csv(
-    name: str, answers: Callable[[str], dict[str, object]], request: pytest.FixtureRequest
-) -> None:
-    by_csv = request.config.cache.get("by_csv", None) if False else answers("drive.csv")
-    other = answers(name)
+def test_the_offset_is_that_of_the_same_drive_as_csv(name: str, answers: Callable[[str], dict[str, object]]) -> None:
+    by_csv, other = answers("drive.csv"), answers(name)
     for number in NUMBERS:
         assert same(by_csv[number], other[number]), (number, by_csv[number], other[number])
 
@@ -130,3 +130,416 @@ def same(one: object, other: object) -> bool:
     if isinstance(one, float) and isinstance(other, int | float):
         return abs(one - other) <= 2e-3 * max(1.0, abs(one))
     return one == other
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# MATLAB
+# ---------------------------------------------------------------------------------------------------------------------
+
+T = np.arange(400) / 100
+SWA = np.sin(T)
+
+
+def test_a_value_in_a_struct_is_called_by_its_struct_and_field(tmp_path: Path) -> None:
+    log = mat(tmp_path, log={"t": T, "steer": {"pinion": -SWA}, "yaw_rate_deg_s": SWA, "mass": 18000.0})
+    names = {"time": SignalName("log.t", "s"), "steering_wheel_angle": SignalName("log.steer.pinion", "deg", -1)}
+    signals = read(log, names=names)
+    assert signals.sources["steering_wheel_angle"].description == "variable pinion (log.steer)"
+    assert np.allclose(signals.table["steering_wheel_angle_rad"], SWA * DEGREE, atol=1e-12)
+    assert np.allclose(signals.table["yaw_rate_rad_s"], SWA * DEGREE, atol=1e-12)
+
+
+def test_structs_have_clocks_of_their_own_and_a_timeseries_its_unit(tmp_path: Path) -> None:
+    series = {"Time": T[::5], "Data": (60 + T[::5]).reshape(1, 1, -1), "DataInfo": {"Units": "km/h"}}
+    log = mat(tmp_path, time_s=T, steering_wheel_angle_rad=SWA, vehicle_speed=series)
+    signals = read(log)
+    assert signals.sources["vehicle_speed"].rate_hz == pytest.approx(20.0)
+    assert signals.table["vehicle_speed_m_s"][200] == pytest.approx(62 / 3.6)
+
+
+def test_a_matrix_is_named_by_its_columns_or_rows_as_matlab_writes_them(tmp_path: Path) -> None:
+    names = {"time": SignalName("m(:,1)", "s"), "yaw_rate": SignalName("m(:,3)", "rad/s")}
+    by_columns = read(mat(tmp_path, m=np.column_stack((T, SWA, 2 * SWA))), names=names)
+    assert np.allclose(by_columns.table["yaw_rate_rad_s"], 2 * SWA)
+    names = {"time": SignalName("m(1,:)", "s"), "yaw_rate": SignalName("m(3,:)", "rad/s")}
+    assert np.allclose(read(mat(tmp_path, m=np.vstack((T, SWA, 2 * SWA))), names=names).table["yaw_rate_rad_s"], 2 * SWA)
+
+
+def test_a_struct_array_is_named_by_its_index_in_either_version(tmp_path: Path) -> None:
+    names = {"yaw_rate": SignalName("runs(2).r", "rad/s")}
+    runs = np.array([(T, SWA), (T, 2 * SWA)], dtype=[("time_s", object), ("r", object)])
+    assert np.allclose(read(mat(tmp_path, runs=runs), names=names).table["yaw_rate_rad_s"], 2 * SWA)
+    with h5py.File(tmp_path / "new.mat", "w") as file:
+        kept = {}
+        for name, values in (("time_s", (T, T)), ("r", (SWA, 2 * SWA))):
+            kept[name] = [file.create_dataset(f"#refs#/{name}{k}", data=each[None, :]) for k, each in enumerate(values)]
+        group = file.create_group("runs")
+        group.attrs["MATLAB_class"] = np.bytes_("struct")
+        for name, each in kept.items():
+            group.create_dataset(name, data=np.array([[one.ref] for one in each], h5py.ref_dtype))
+    assert np.allclose(read(tmp_path / "new.mat", names=names).table["yaw_rate_rad_s"], 2 * SWA)
+
+
+def test_stamps_that_are_no_numbers_leave_their_values_out(tmp_path: Path) -> None:
+    holed = np.where(np.arange(400) == 7, np.nan, T)
+    broken = np.where(np.arange(400) == 9, np.inf, SWA)
+    table = read(mat(tmp_path, time_s=holed, yaw_rate_rad_s=broken)).table
+    assert np.isfinite(table["yaw_rate_rad_s"].to_numpy()).sum() >= 397
+
+
+def test_a_variable_that_is_missing_is_named_with_the_one_that_was_meant(tmp_path: Path) -> None:
+    log = mat(tmp_path, time_s=T, log={"YawRt": SWA}, yaw_rate_bias_deg_s=SWA)
+    said = str(refusal(log, {"yaw_rate": SignalName("log.YawRate", "deg/s")}))
+    assert "no variable 'log.YawRate', which [signals] names; did you mean log.YawRt" in said
+    assert "'log.YawRt'" in said.split("its variables are")[1]
+
+
+@pytest.mark.parametrize(
+    ("variables", "names", "says"),
+    [
+        ({"yaw_rate_deg_s": SWA}, {}, "no time column 'time_s'"),
+        ({"t": T, "yaw_rate_deg_s": SWA}, {"time": SignalName("t")}, "[signals] time: 't' has no unit"),
+        ({"time": T, "yaw_rate_deg_s": SWA}, {}, "column time of x.mat has no unit"),
+        ({"time_s": T, "yaw_rate_deg_s": SWA[:300]}, {}, "yaw_rate_deg_s has 300 values, and time_s 400"),
+        ({"time_s": T, "r": SWA}, {"yaw_rate": SignalName("r")}, "[signals] yaw_rate: 'r' has no unit"),
+        ({"text": "only"}, {}, "no time column 'time_s'"),
+        ({}, {}, "x.mat has no variables"),
+    ],
+)
+def test_what_a_mat_file_lacks_is_one_line(
+    variables: dict[str, object], names: dict[str, SignalName], says: str, tmp_path: Path
+) -> None:
+    assert says in str(refusal(mat(tmp_path, **variables), names)).replace("drive", "x")
+
+
+def opaque(name: str, kind: str) -> bytes:
+    """An element of version 5 as MATLAB writes an object: its class, and where its content is."""
+
+    def element(number: int, content: bytes) -> bytes:
+        return struct.pack("<II", number, len(content)) + content + bytes(-len(content) % 8)
+
+    numbers = element(1, b"") + element(6, struct.pack("<6I", 0xDD000000, 2, 1, 1, 1, 1))
+    matrix = element(6, struct.pack("<II", 13, 0)) + element(5, struct.pack("<ii", 6, 1)) + numbers
+    texts = b"".join(element(1, text.encode()) for text in (name, "MCOS", kind))
+    return element(14, element(6, struct.pack("<II", 17, 0)) + texts + element(14, matrix))
+
+
+def test_objects_that_only_matlab_reads_are_named_with_how_to_save_them(tmp_path: Path) -> None:
+    log = mat(tmp_path)
+    log.write_bytes(log.read_bytes() + opaque("tt", "timetable"))
+    error = refusal(log)
+    assert error.code == "matlab_object"
+    assert "(timetable)" in str(error) and "save('drive.mat', '-struct', 's')" in str(error)
+    with h5py.File(tmp_path / "new.mat", "w") as file:
+        file["tt"] = np.arange(6, dtype=np.uint32)
+        file["tt"].attrs["MATLAB_class"] = np.bytes_("timetable")
+        file["tt"].attrs["MATLAB_object_decode"] = np.int32(3)
+    assert "(timetable)" in str(refusal(tmp_path / "new.mat"))
+    with h5py.File(tmp_path / "new.mat", "a") as file:
+        file["time_s"], file["yaw_rate_deg_s"] = T[None, :], SWA[None, :]
+    assert any("timetable" in note for note in read(tmp_path / "new.mat").notes)
+
+
+def test_nothing_outside_a_file_is_read(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "other.mat", "w") as file:
+        file["secret"] = SWA[None, :]
+    (tmp_path / "raw").write_bytes(SWA.tobytes())
+    layout = h5py.VirtualLayout((1, 400), np.float64)
+    layout[:] = h5py.VirtualSource(str(tmp_path / "other.mat"), "secret", (1, 400))
+    with h5py.File(tmp_path / "x.mat", "w") as file:
+        file["time_s"] = T[None, :]
+        file["steering_wheel_angle_deg"] = h5py.ExternalLink(str(tmp_path / "other.mat"), "/secret")
+        file.create_virtual_dataset("yaw_rate_deg_s", layout)
+        file.create_dataset(
+            "vehicle_speed_km_h", (1, 400), np.float64, external=[(str(tmp_path / "raw"), 0, 3200)]
+        )
+        file["itself"] = file["/"]  # a group that holds itself
+    said = str(refusal(tmp_path / "x.mat"))
+    assert "too many structs in structs" in said
+    with h5py.File(tmp_path / "x.mat", "a") as file:
+        del file["itself"]
+        file["lateral_acceleration_m_s2"] = SWA[None, :]
+    assert list(read(tmp_path / "x.mat").sources) == ["lateral_acceleration"]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# ROS
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def test_the_clock_of_each_topic_is_told(tmp_path: Path) -> None:
+    signal_logs.bag(short(), tmp_path / "x.bag")
+    signals = read(tmp_path / "x.bag", names=signal_logs.TOPICS)
+    told = "time is header.stamp for /vehicle/steering, /imu/data; time of recording for /vehicle/speed"
+    assert told in signals.notes
+    assert signals.table["time_s"][0] == signal_logs.START_S  # the headers', and not the recorder's 3 ms later
+
+
+def test_a_field_that_is_missing_is_named_with_the_one_that_was_meant_and_all_are_listed(tmp_path: Path) -> None:
+    log = tmp_path / "x.mcap"
+    signal_logs.mcap(short(), log)
+    wrong = {"steering_wheel_angle": SignalName("/vehicle/steering.angel", "rad")}
+    said = str(refusal(log, wrong))
+    assert "no field '/vehicle/steering.angel', which [signals] names; did you mean /vehicle/steering.angle" in said
+    assert "'/vehicle/steering.torque'" in said.split("its fields are")[1]
+    others = {**signal_logs.TOPICS, **wrong}
+    with pytest.raises(OncenterError, match="did you mean /vehicle/steering.angle"):
+        require(read(log, names=others), ["steering_wheel_angle"])
+
+
+def test_a_bag_without_definitions_has_the_types_of_ros_and_names_those_it_lacks(tmp_path: Path) -> None:
+    """As ROS 2 Humble and older record to SQLite."""
+    import sqlite3
+
+    log = tmp_path / "x.db3"
+    signal_logs.db3(short(), log)
+    with sqlite3.connect(log) as database:
+        database.execute("DROP TABLE message_definitions")
+        database.execute("UPDATE schema SET schema_version = 3")
+        database.execute("ALTER TABLE topics DROP COLUMN type_description_hash")
+    database.close()
+    signals = read(log, names=signal_logs.TOPICS)
+    assert set(signals.sources) == {"yaw_rate", "lateral_acceleration", "vehicle_speed"}
+    assert any(f"has no definition of {signal_logs.STEERING}" in note for note in signals.notes)
+
+
+def test_elements_of_sequences_are_named_by_their_index(tmp_path: Path) -> None:
+    from rosbags.rosbag2 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    kind, of = "sensor_msgs/msg/JointState", store.types
+    with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connection = writer.add_connection("/joints", kind, typestore=store)
+        for tick, value in enumerate(SWA):
+            ns = tick * 10_000_000
+            stamp = of["builtin_interfaces/msg/Time"](0, ns)
+            header = of["std_msgs/msg/Header"](stamp, "")
+            angles = np.array([0.0, value][: 1 + (tick != 5)])
+            message = of[kind](header, ["wheel", "column"][: len(angles)], angles, np.empty(0), np.empty(0))
+            writer.write(connection, ns, store.serialize_cdr(message, kind))
+    names = {"steering_wheel_angle": SignalName("/joints.position[1]", "rad")}
+    given = read(tmp_path / "bag", names=names)
+    assert np.allclose(given.table["steering_wheel_angle_rad"].to_numpy()[6:], SWA[6:])
+    assert given.sources["steering_wheel_angle"].not_available == 1
+
+
+def test_a_message_of_either_byte_order_is_decoded_as_rosbags_does_and_a_short_one_is_left_out() -> None:
+    from rosbags.typesys import Stores, get_typestore
+
+    from oncenter.read.ros_messages import Layout, NotDecoded
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kind, of = "nav_msgs/msg/Odometry", store.types
+    vector, point = of["geometry_msgs/msg/Vector3"], of["geometry_msgs/msg/Point"]
+    pose = of["geometry_msgs/msg/Pose"](point(1.0, 2.0, 3.0), of["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0))
+    twist = of["geometry_msgs/msg/Twist"](vector(4.0, 5.0, 6.0), vector(7.0, 8.0, 9.0))
+    header = of["std_msgs/msg/Header"](of["builtin_interfaces/msg/Time"](11, 12), "odd")
+    message = of[kind](
+        header,
+        "child",
+        of["geometry_msgs/msg/PoseWithCovariance"](pose, np.zeros(36)),
+        of["geometry_msgs/msg/TwistWithCovariance"](twist, np.zeros(36)),
+    )
+    layout = Layout(kind, store.fielddefs, aligned=True)
+    decode = layout.decoder(["twist.twist.angular.z", "pose.pose.position.y", "header.stamp.nanosec"])
+    for is_little in (True, False):
+        raw = bytes(store.serialize_cdr(message, kind, little_endian=is_little))
+        assert decode(raw) == [9.0, 2.0, 12.0]
+        with pytest.raises(NotDecoded, match="shorter"):
+            decode(raw[:400])
+    assert [each.unit for each in layout.fields if each.path == "twist.twist.angular.z"] == ["rad/s"]
+
+
+ENDLESS = {  # types that hold themselves, grow without end, or have no size
+    "a/msg/A": ([], [("a", ("NAME", "a/msg/A"))]),
+    "b/msg/B0": ([], [(f"x{k}", ("NAME", "b/msg/B1")) for k in range(16)]),
+    **{f"b/msg/B{n}": ([], [(f"x{k}", ("NAME", f"b/msg/B{n + 1}")) for k in range(16)]) for n in range(1, 6)},
+    "b/msg/B6": ([], [("x", ("BASE", ("float64", 0)))]),
+    "c/msg/C": ([], [("x", ("ARRAY", (("BASE", ("float64", 0)), -4)))]),
+}
+
+
+@pytest.mark.parametrize("kind", ["a/msg/A", "b/msg/B0", "c/msg/C"])
+def test_types_without_end_are_refused_at_once(kind: str) -> None:
+    from rosbags.interfaces import Nodetype
+
+    from oncenter.read.ros_messages import Layout, NotDecoded
+
+    def described(given: object) -> object:
+        return (
+            (Nodetype[given[0]], tuple(map(described, given[1])) if given[0] == "ARRAY" else given[1])
+            if isinstance(given, tuple) and given and given[0] in Nodetype.__members__
+            else given
+        )
+
+    types = {name: (consts, [(n, described(d)) for n, d in fields]) for name, (consts, fields) in ENDLESS.items()}
+    began = time.monotonic()
+    with pytest.raises(NotDecoded):
+        Layout(kind, types, aligned=True)  # type: ignore[arg-type]
+    assert time.monotonic() - began < 2.0
+
+
+def test_files_that_are_compressed_as_a_whole_are_refused_with_what_to_do(tmp_path: Path) -> None:
+    signal_logs.ros_folder(short(), tmp_path / "bag")
+    (part,) = (tmp_path / "bag").glob("*.mcap")
+    part.rename(f"{part}.zstd")
+    assert f"zstd -d {part.name}.zstd" in str(refusal(tmp_path / "bag"))
+
+
+def test_a_bag_that_was_not_closed_is_refused_with_what_repairs_it(tmp_path: Path) -> None:
+    signal_logs.mcap(short(), tmp_path / "x.mcap")
+    content = (tmp_path / "x.mcap").read_bytes()
+    (tmp_path / "x.mcap").write_bytes(content[: len(content) // 2])
+    assert "mcap recover" in str(refusal(tmp_path / "x.mcap"))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# VBOX
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def vbo(folder: Path, change: Callable[[str], str] = str) -> Path:
+    signal_logs.vbo(short(), folder / "x.vbo")
+    text = (folder / "x.vbo").read_bytes().decode("latin-1")
+    changed = change(text)
+    assert changed != text or change is str
+    (folder / "x.vbo").write_bytes(changed.encode("latin-1"))
+    return folder / "x.vbo"
+
+
+def test_minutes_become_degrees_and_west_is_negative(tmp_path: Path) -> None:
+    table = read(vbo(tmp_path)).table
+    assert table["latitude_deg"][0] == pytest.approx(3119.09973 / 60)
+    assert table["longitude_deg"][0] == pytest.approx(58.49277 / 60)  # -58 minutes to the west
+    assert table["course_deg"][0] == pytest.approx(123.45)
+    assert table["time_s"][0] == signal_logs.START_S
+
+
+def test_a_unit_is_that_of_the_channel_and_a_list_that_does_not_fit_is_not_used(tmp_path: Path) -> None:
+    in_rad = read(vbo(tmp_path, lambda text: text.replace("deg/s\r\n", "rad/s\r\n"))).table["yaw_rate_rad_s"]
+    assert in_rad.max() == pytest.approx(0.05 / DEGREE, rel=1e-3)
+    without = read(vbo(tmp_path, lambda text: text.replace("deg\r\ndeg/s\r\ng\r\n", "deg/s\r\ng\r\n")))
+    assert any("2 [channel units]" in note for note in without.notes)
+    assert without.table["yaw_rate_rad_s"].max() == pytest.approx(0.05, rel=1e-3)
+    odd = read(vbo(tmp_path, lambda text: text.replace("deg\r\ndeg/s", "percent\r\ndeg/s")))
+    assert "steering_wheel_angle" not in odd.sources and any("unit 'percent'" in note for note in odd.notes)
+
+
+@pytest.mark.parametrize(("unit", "per"), [("knots", 1.852), ("mph", 1.609344), ("m/s", 3.6)])
+def test_the_speed_has_the_unit_of_the_header(unit: str, per: float, tmp_path: Path) -> None:
+    speed = read(vbo(tmp_path, lambda text: text.replace("\nvelocity kmh", f"\nvelocity {unit}"))).table["vehicle_speed_m_s"]
+    assert speed[0] == pytest.approx(15.0 * per)
+
+
+def test_signals_names_other_channels_and_goes_before_ours(tmp_path: Path) -> None:
+    log = vbo(tmp_path, lambda text: text.replace("Steering_Angle", "EPS_Pinion"))
+    names = {"steering_wheel_angle": SignalName("EPS_Pinion", sign=-1), "yaw_rate": SignalName("Yaw_Rate", "deg/s")}
+    table, plain = read(log, names=names).table, short()
+    assert np.allclose(table["steering_wheel_angle_rad"], -plain["steering_wheel_angle_rad"], atol=1e-6)
+    assert np.allclose(table["yaw_rate_rad_s"], -plain["yaw_rate_rad_s"], atol=1e-6)
+
+
+def test_lateral_acceleration_of_gnss_is_taken_with_a_word_about_it(tmp_path: Path) -> None:
+    signals = read(vbo(tmp_path, lambda text: text.replace("Y_Accel", "Latacc")))
+    assert any("does not feel the road's bank" in note for note in signals.notes)
+    assert signals.sources["lateral_acceleration"].rate_hz == 100.0
+
+
+def test_a_drive_past_midnight_goes_on(tmp_path: Path) -> None:
+    def late(text: str) -> str:
+        return text.replace(" 12000", " 23595").replace(" 120001", " 000000").replace(" 120002", " 000001")
+
+    signals = read(vbo(tmp_path, lambda text: late(text.replace(" 120003.", " 000002."))))
+    assert np.all(np.diff(signals.table["time_s"]) > 0)
+
+
+def test_rows_that_are_cut_are_left_out_and_said(tmp_path: Path) -> None:
+    cut = read(vbo(tmp_path, lambda text: text[:-9]))
+    assert any("last line" in note for note in cut.notes) and cut.table.height == 399
+    holed = read(vbo(tmp_path, lambda text: text.replace("123.45 +00152.58", "123.45", 1)))
+    assert any("1 row of x.vbo" in note for note in holed.notes)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda text: text.split("[data]")[0], "has no [data]"),
+        (lambda text: text.split("[data]")[0] + "[data]\r\n", "x.vbo has no rows"),
+        (lambda text: text.replace("[column names]", "[names]"), "has no [column names]"),
+        (lambda text: text.replace("sats time", "sats when"), "no column 'time'"),
+        (lambda text: text.replace("Y_Accel\r\n\r\n[data]", "Yaw_Rate\r\n\r\n[data]"), "two columns"),
+        (lambda text: text.replace(" 120001.000 ", " 126101.000 "), "row 101 of x.vbo: '126101.000' is no time"),
+        (lambda text: text.replace(" 123.45 ", " 12E.45 ", 1), "'12E.45' is not a number"),
+    ],
+)
+def test_what_a_vbo_file_lacks_is_one_line(change: Callable[[str], str], says: str, tmp_path: Path) -> None:
+    assert says in str(refusal(vbo(tmp_path, change)))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Verbs
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [name for name in WRITERS if name.startswith(("drive", "mcap"))])
+def test_signals_tells_what_is_in_each(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    WRITERS[name](short(), tmp_path / name)
+    truck = tmp_path / "truck.toml"
+    entries = (f'{key} = {{ name = "{entry.name}", unit = "{entry.unit or ""}" }}' for key, entry in names_of(tmp_path / name).items())
+    truck.write_text(VEHICLE + "[signals]\n" + "\n".join(entries).replace(', unit = ""', ""))
+    assert run(["signals", str(tmp_path / name), "--vehicle", str(truck), "--json"]) == 0
+    assert {"steering_wheel_angle", "yaw_rate", "vehicle_speed"} <= set(json.loads(capsys.readouterr().out)["signals"])
+
+
+def test_a_folder_and_a_fleet_take_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    logs, trucks = tmp_path / "logs" / "truck", tmp_path / "trucks"
+    logs.mkdir(parents=True)
+    trucks.mkdir()
+    (trucks / "truck.toml").write_text(VEHICLE)
+    table = drive().table.select("time_s", *COLUMNS)
+    for name in ("drive.mat", "drive.vbo", "drive.dat"):
+        WRITERS[name](table, logs / name)
+    assert run(["offset", str(logs), "--vehicle", str(trucks / "truck.toml"), "--json", "--each"]) == 0
+    answers = json.loads(capsys.readouterr().out)
+    assert [Path(each["log"]).name for each in answers["answers"]] == ["drive.dat", "drive.mat", "drive.vbo"]
+    assert fleet_run([str(tmp_path / "logs")], trucks, tmp_path / "out").logs_answered == 3
+    rows = pl.read_parquet(tmp_path / "out" / "drives.parquet")
+    assert rows["error"].null_count() == 3 and rows["offset_deg"].null_count() == 0
+
+
+def test_a_bag_folder_is_one_log_of_a_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    signal_logs.ros_folder(short(), tmp_path / "bag")
+    assert run(["offset", str(tmp_path / "bag"), "--vehicle", "scania_r730_4x2", "--json"]) == 1
+    assert "no known signal in bag" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "module", "extra"),
+    [
+        ("drive.mat", "scipy", "mat"),
+        ("version_73.mat", "h5py", "mat"),
+        *((f"drive.{suffix}", "rosbags", "ros") for suffix in ("bag", "mcap", "db3")),
+    ],
+)
+def test_an_extra_that_is_not_installed_is_named(
+    name: str, module: str, extra: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    WRITERS[name](short(), tmp_path / name)
+    for loaded in [each for each in sys.modules if each.partition(".")[0] == module]:
+        monkeypatch.delitem(sys.modules, loaded)
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(OncenterError) as refused:
+        read_here(tmp_path / name, {}, (), {}, lambda fraction: None)
+    needs = f"{name} needs {module}, which is not installed: pip install 'oncenter[{extra}]'"
+    assert (str(refused.value), refused.value.code, refused.value.exit_code) == (needs, "missing_extra", 1)
+
+
+def test_light_formats_load_none_of_these_libraries(tmp_path: Path) -> None:
+    short().write_csv(tmp_path / "drive.csv")
+    code = (
+        f"import sys; from oncenter.read.here import read_here; from pathlib import Path\n"
+        f"read_here(Path({str(tmp_path / 'drive.csv')!r}), {{}}, (), {{}}, lambda fraction: None)\n"
+        "print([m for m in ('scipy', 'h5py', 'rosbags') if m in sys.modules])"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"

@@ -130,6 +130,8 @@ def _described(path: Path, head: Sequence[bytes]) -> _File:
         if created:
             file.midnight_s = _midnight(created)
         if line.startswith(b"["):
+            if section == _UNITS and file.units and not file.units[-1]:
+                file.units.pop()  # a blank line parts sections
             section = line.lower()
             continue
         text = line.decode("utf-8", "replace") if _is_utf8(line) else line.decode("cp1252", "replace")
@@ -154,7 +156,7 @@ def _units_by_column(path: Path, file: _File, notes: list[str]) -> dict[str, str
     columns = [name for name in file.columns if _plain(name) not in _STANDARD]
     units = list(file.units)
     while len(units) > len(columns) and not units[-1]:
-        units.pop()  # what parts this section from the next
+        units.pop()
     if not any(units):
         return {}
     if len(units) != len(columns):
@@ -263,3 +265,7 @@ def _speed(file: _File) -> list[_Known]:
     """The header says the speed's unit: velocity kmh."""
     told = next((found for line in file.header if (found := _SPEED.search(line.lower()))), None)
     return [] if told is None else [_Known("vehicle_speed", "km_h", ("velocity", "speed"), 1, _KM_H_PER[told[1]])]
+
+
+def _unreadable(path: Path, reason: str) -> OncenterError:
+    return OncenterError(f"cannot read {path.name}: {reason}", code="unreadable_log")

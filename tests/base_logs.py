@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import polars as pl
+import signal_logs
 from asammdf import MDF, Signal
 from asammdf.blocks.v4_blocks import FileHistory
 
+from oncenter.files.log_formats import ROS
 from oncenter.simulate import simulate_to_log, truth_files
 
 VEHICLE = Path(__file__).parents[1] / "vehicles" / "scania_r730_4x2.toml"
@@ -32,6 +35,8 @@ noise_sd_m_s2 = 0.02
 resolution_m_s2 = 0.01
 """
 _SUFFIXES = (".log", ".asc", ".blf", ".trc", ".mf4", ".csv", ".csv.gz", ".parquet")
+_NEEDED = ("steering_wheel_angle_rad", "yaw_rate_rad_s", "vehicle_speed_m_s", "lateral_acceleration_m_s2")
+Writer = Callable[[pl.DataFrame, Path], None]
 _START = datetime(2016, 6, 15, 12, tzinfo=UTC)
 _SAVED = re.compile(rb"\w{3} \w{3} [ \d]\d \d\d:\d\d:\d\d \d{4}(?=: updated by)")  # asammdf writes when
 _UNITS = {"rad": "rad", "rad_s": "rad/s", "m_s": "m/s", "m_s2": "m/s²"}
@@ -39,7 +44,7 @@ _STEPS = {"rad": 1 / 1024, "rad_s": 1 / 8192, "m_s": 1 / 256, "m_s2": 1 / 2048} 
 
 
 def write_base_logs(folder: Path) -> dict[str, tuple[Path, ...]]:
-    """By format; those of MF4 (frames, channels) and of MDF3 (numbers, whole numbers to convert) are two."""
+    """By format; those of MF4 (frames, channels) and of MDF3 (numbers, whole numbers to convert) are two, of MATLAB more."""
     scenario = folder / "five_minutes.toml"
     scenario.write_text(_SCENARIO, encoding="utf-8")
     logs = {suffix[1:]: (folder / f"drive{suffix}",) for suffix in _SUFFIXES}
@@ -52,7 +57,26 @@ def write_base_logs(folder: Path) -> dict[str, tuple[Path, ...]]:
     _write_channels(table, channels, "4.10", whole_numbers=True)
     _write_channels(table, numbers, "3.30", whole_numbers=False)
     _write_channels(table, whole, "3.30", whole_numbers=True)
-    return {**logs, "mf4": (*logs["mf4"], channels), "mdf": (numbers, whole)}
+    logs |= {"mf4": (*logs["mf4"], channels), "mdf": (numbers, whole)}
+    return {**logs, **_written_by_others(table, folder)}
+
+
+def _written_by_others(table: pl.DataFrame, folder: Path) -> dict[str, tuple[Path, ...]]:
+    """Those of MATLAB are one of each version and one of Simulink; bags have half of the messages, to be quick."""
+    since = pl.col("time_s") - pl.col("time_s").min()
+    needed = table.select(since, *_NEEDED).filter(pl.all_horizontal(pl.col(_NEEDED).is_not_nan()))
+    writers: dict[str, list[Writer]] = {
+        "dat": [signal_logs.inca],
+        "vbo": [signal_logs.vbo],
+        "mat": [signal_logs.mat_5, signal_logs.mat_hdf5, signal_logs.simulink, signal_logs.mat_4],
+        **{suffix[1:]: [signal_logs.WRITERS[suffix]] for suffix in ROS},
+    }
+    logs = {}
+    for log_format, of_format in writers.items():
+        logs[log_format] = tuple(folder / f"other{place}.{log_format}" for place in range(len(of_format)))
+        for writer, log in zip(of_format, logs[log_format], strict=True):
+            writer(needed.gather_every(2) if log.suffix in ROS else needed, log)
+    return logs
 
 
 def _write_channels(table: pl.DataFrame, path: Path, version: str, *, whole_numbers: bool) -> None:

@@ -24,10 +24,12 @@ from typing import Any
 
 from base_logs import VEHICLE, write_base_logs
 from mutate_logs import FORMATS, mutate
+from signal_logs import TOPICS
 from watched import KILL_MIB, KILL_S, LARGE_MIB, SLOW_S, Ended, oncenter, watch
 
 from oncenter import offset, read, vehicle
 from oncenter.errors import OncenterError
+from oncenter.files.log_formats import ROS
 from oncenter.files.child import ChildDied, ChildFailed, Limits, borrowed
 
 AGREE_DEG = 0.5
@@ -87,7 +89,18 @@ def tried(base_logs: BaseLogs, log_format: str, seed: int) -> Tried:
 
 
 def answer_command(log: Path) -> list[str]:
-    return oncenter("offset", log, "--vehicle", VEHICLE, "--json")
+    return oncenter("offset", log, "--vehicle", _vehicle_of(log), "--json")
+
+
+def _vehicle_of(log: Path) -> Path:
+    """Beside the log, where its signals must be named."""
+    if log.suffix not in ROS:
+        return VEHICLE
+    file = log.with_name("truck.toml")
+    units = {signal: f', unit = "{entry.unit}"' if entry.unit else "" for signal, entry in TOPICS.items()}
+    entries = (f'{signal} = {{ name = "{entry.name}"{units[signal]} }}' for signal, entry in TOPICS.items())
+    file.write_text("\n".join([VEHICLE.read_text(encoding="utf-8"), "[signals]", *entries]), encoding="utf-8")
+    return file
 
 
 def _judged(mutant: Tried, log: Path) -> Tried:

@@ -65,8 +65,14 @@ def read(log: Path) -> dict[str, Column]:
         return _csv_columns(log.read_bytes())
     if name.endswith(".parquet"):
         return _parquet_columns(log)
-    if name.endswith((".mf4", ".mdf")):
+    if name.endswith((".mf4", ".mdf", ".dat")):
         return _mdf_columns(log)
+    if name.endswith(".vbo"):
+        return _vbo_columns(log.read_bytes())
+    if name.endswith(".mat"):
+        return _mat_columns(log)
+    if name.endswith((".bag", ".mcap", ".db3")):
+        return _ros_columns(log)
     readers: dict[str, Callable[[Path], Iterable[Frame]]] = {
         ".log": _candump_frames,
         ".asc": _asc_frames,
@@ -408,6 +414,94 @@ def _floats(column: pa.ChunkedArray) -> Column:
     values = np.array([NAN if value is None else float(value) for value in column.to_pylist()])
     values[~np.isfinite(values)] = NAN
     return values
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Racelogic, MATLAB, ROS: as tests/signal_logs.py writes them
+# ---------------------------------------------------------------------------------------------------------------------
+
+_VBO = {  # by column: as we call it, and the factor
+    "velocity": ("vehicle_speed_km_h", 1.0),
+    "Steering_Angle": (ANGLE, math.pi / 180.0),
+    "Yaw_Rate": ("yaw_rate_rad_s", -math.pi / 180.0),
+    "Y_Accel": ("lateral_acceleration_m_s2", 9.80665),
+}
+
+
+def _vbo_columns(data: bytes) -> dict[str, Column]:
+    text = data.decode("utf-8", "replace").lstrip("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+    head, body = text.split("\n[data]", 1)
+    columns = next(line for line in head.split("[column names]")[1].split("\n") if line.strip()).split()
+    lines = body.split("\n")[1:-1]
+    rows = [row for row in map(str.split, lines) if len(row) == len(columns)]
+    cells = {name: np.array([_number(row[place]) for row in rows]) for place, name in enumerate(columns)}
+    stamp = cells["time"]
+    time = stamp // 10_000 * 3600 + stamp // 100 % 100 * 60 + stamp % 100
+    time += 86400.0 * np.cumsum(np.diff(time, prepend=time[0]) < -43200.0)
+    kept = np.isfinite(time)
+    found = {ours: cells[name][kept] * factor for name, (ours, factor) in _VBO.items() if name in cells}
+    return {"time_s": time[kept], **found}
+
+
+def _mat_columns(log: Path) -> dict[str, Column]:
+    content = log.read_bytes()
+    if b"\x89HDF\r\n\x1a\n" in content[:1024]:
+        import h5py
+
+        with h5py.File(log) as file:
+            found = {name: np.ravel(file["s"][name][()]) for name in file["s"]}
+    else:
+        import scipy.io
+
+        found = scipy.io.loadmat(io.BytesIO(content), simplify_cells=True)
+    if "ScopeData" in found:
+        scope = found["ScopeData"]
+        found = {"time_s": scope["time"], **{each["label"]: each["values"] for each in scope["signals"]}}
+    columns = {name: np.asarray(values, np.float64) for name, values in found.items() if name.startswith(_OURS)}
+    kept = np.isfinite(columns["time_s"])
+    return {name: np.where(np.isfinite(values), values, NAN)[kept] for name, values in columns.items()}
+
+
+def _ros_columns(log: Path) -> dict[str, Column]:
+    """rosbags decodes the messages, with code that it makes of the definitions."""
+    from rosbags.rosbag1 import Reader as Rosbag1
+    from rosbags.rosbag2 import Reader as Rosbag2
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    is_first = log.suffix == ".bag"
+    store = get_typestore(Stores.EMPTY)
+    rows: dict[str, list[tuple[float, float, Any]]] = defaultdict(list)
+    with (Rosbag1 if is_first else Rosbag2)(log) as bag:
+        for connection in bag.connections:
+            types = get_types_from_msg(connection.msgdef.data, connection.msgtype)
+            store.register({name: given for name, given in types.items() if name not in store.fielddefs})
+        decode = store.deserialize_ros1 if is_first else store.deserialize_cdr
+        for connection, recorded_ns, raw in bag.messages():
+            try:
+                message: Any = decode(raw, connection.msgtype)
+            except Exception:  # a damaged message
+                continue
+            stamp = message.header.stamp
+            rows[connection.topic].append((recorded_ns * 1e-9, stamp.sec + 1e-9 * stamp.nanosec, message))
+    given = {}
+    for topic, fields in _ROS_FIELDS.items():
+        recorded, stamped = (np.array([row[place] for row in rows[topic]]) for place in (0, 1))
+        time = stamped if abs(np.median(stamped - recorded)) <= 5.0 else recorded
+        order = np.argsort(time, kind="stable")
+        for name, value in fields.items():
+            values = np.array([value(row[2]) for row in rows[topic]])[order]
+            given[name] = _increasing(Series(time[order], np.where(np.isfinite(values), values, NAN)))
+    return _at_angle(given)
+
+
+_ROS_FIELDS: dict[str, dict[str, Callable[[Any], float]]] = {
+    "/vehicle/steering": {ANGLE: lambda message: message.angle},
+    "/imu/data": {
+        "yaw_rate_rad_s": lambda message: message.angular_velocity.z,
+        "lateral_acceleration_m_s2": lambda message: message.linear_acceleration.y,
+    },
+    "/vehicle/speed": {"vehicle_speed_m_s": lambda message: message.twist.linear.x},
+}
 
 
 if __name__ == "__main__":

@@ -21,8 +21,11 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-FORMATS = ("log", "asc", "blf", "trc", "mf4", "mdf", "csv", "csv.gz", "parquet")
-TEXT_FORMATS = ("log", "asc", "trc", "csv")
+FORMATS = (
+    *("log", "asc", "blf", "trc", "mf4", "mdf", "dat", "csv", "csv.gz", "parquet"),
+    *("vbo", "mat", "bag", "mcap", "db3"),
+)
+TEXT_FORMATS = ("log", "asc", "trc", "csv", "vbo")
 
 # Counts and addresses at which a reader's arithmetic overflows, or its memory does.
 _EDGES = (0, 1, 127, 128, 2**8 - 1, 2**16 - 1, 2**31 - 1, 2**31, 2**32 - 1, 2**40, 2**63 - 1, 2**63, 2**64 - 1)
@@ -206,6 +209,7 @@ _STAMPS = {
     "log": re.compile(rb"(?<=^\()(\d+\.\d+)(?=\))"),
     "trc": re.compile(rb"^\s*(?:\d+\)?\s+)?(\d+\.\d+)"),
     "asc": re.compile(rb"^\s*(\d+\.\d+)"),
+    "vbo": re.compile(rb"^\d{3} (\d{6}\.\d+)"),
 }
 
 

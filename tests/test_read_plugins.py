@@ -131,7 +131,7 @@ def test_two_plugins_of_one_suffix_are_refused_by_name(tmp_path: Path) -> None:
 def test_a_suffix_that_nobody_reads_is_refused_with_those_of_plugins_too(tmp_path: Path) -> None:
     (tmp_path / "d.xyz").write_bytes(b"x")
     plugin(tmp_path, "")
-    assert refused(tmp_path, tmp_path / "d.xyz", "unknown_format").endswith(".parquet, .acme")
+    assert refused(tmp_path, tmp_path / "d.xyz", "unknown_format").endswith(".db3, .acme")
 
 
 def test_an_empty_log_of_a_plugin_is_empty(tmp_path: Path) -> None:

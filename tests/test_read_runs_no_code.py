@@ -10,6 +10,8 @@ from pathlib import Path
 
 import can
 import numpy as np
+import polars as pl
+import signal_logs
 from asammdf import MDF, Signal
 from can.io.mf4 import MF4Writer
 from drive_frames import drive, truth
@@ -25,7 +27,9 @@ sys.modules["numexpr"] = None
 from pathlib import Path
 from oncenter.errors import OncenterError
 from oncenter.read.here import read_here
+from oncenter.signals import SignalName
 
+NAMES = @NAMES@  # of topics
 OF_CODE = ("compile", "exec", "import", "pickle.find_class", "os.system", "os.exec", "subprocess.Popen")
 heard, listens = [], False
 
@@ -38,7 +42,7 @@ def listen(event, arguments):
 
 def answer(log):
     try:
-        return f"{log.name}: {read_here(log, {}, [], {}, lambda fraction: None).table.height} ticks"
+        return f"{log.name}: {read_here(log, NAMES, [], {}, lambda fraction: None).table.height} ticks"
     except OncenterError as error:
         return f"{log.name}: {error.code}"
 
@@ -87,6 +91,12 @@ def every_format(folder: Path) -> list[Path]:
     table = read(folder / "drive.log").table
     table.write_csv(folder / "drive.csv")
     table.write_parquet(folder / "drive.parquet")
+    since = pl.col("time_s") - pl.col("time_s").min()
+    needed = table.select(since, *truth(np.zeros(1))).fill_nan(0.0)
+    for suffix, write in signal_logs.WRITERS.items():
+        write(needed, folder / f"drive{suffix}")
+    signal_logs.mat_hdf5(needed, folder / "hdf5.mat")
+    signal_logs.ros_folder(needed, folder / "bag")
     with gzip.open(folder / "drive.csv.gz", "wb") as file:
         file.write((folder / "drive.csv").read_bytes())
     for name in ("drive.mdf", "channels.mf4"):
@@ -101,7 +111,7 @@ def test_no_format_makes_code_of_a_log_and_none_needs_numexpr(tmp_path: Path) ->
     assert {suffix for suffix in SUFFIXES if any(log.name == f"drive{suffix}" for log in logs)} == set(SUFFIXES)
     path = os.pathsep.join(filter(None, (str(Path(__file__).parents[1] / "src"), os.environ.get("PYTHONPATH"))))
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, *map(str, logs)],
+        [sys.executable, "-c", PROGRAM.replace("@NAMES@", repr(signal_logs.TOPICS)), *map(str, logs)],
         env=os.environ | {"PYTHONPATH": path},
         capture_output=True,
         text=True,

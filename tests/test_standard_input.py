@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 from drive_frames import candump, drive
+from signal_logs import WRITERS
+from test_signal_logs import short
 
 from oncenter.cli import run as command
 from oncenter.cli.standard_input import STANDARD_INPUT, as_file
@@ -52,12 +54,15 @@ def test_a_candump_log_by_standard_input_is_read_as_its_file(
     assert signals_of(capsys)["log"] == "-"
 
 
-@pytest.mark.parametrize("suffix", sorted(set(SUFFIXES) - {".mdf"}))  # of which MF4 is the newer
+@pytest.mark.parametrize("suffix", sorted(set(SUFFIXES) - {".mdf", ".dat"}))  # of which MF4 is the newer
 def test_each_format_is_known_by_how_it_begins(suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = tmp_path / "short.toml"
     scenario.write_text('base = "thesis_drive"\nabout = "short"\n[drive]\nduration_s = 30.0\n')
     log = tmp_path / f"drive{suffix}"
-    simulate_to_log(scenario, 1, log)
+    if suffix in WRITERS:
+        WRITERS[suffix](short(), log)
+    else:
+        simulate_to_log(scenario, 1, log)
     give(monkeypatch, log.read_bytes())
     with as_file(STANDARD_INPUT) as file:
         assert file.name == f"standard input{suffix}"

@@ -44,7 +44,7 @@ _STEPS = {"rad": 1 / 1024, "rad_s": 1 / 8192, "m_s": 1 / 256, "m_s2": 1 / 2048} 
 
 
 def write_base_logs(folder: Path) -> dict[str, tuple[Path, ...]]:
-    """By format; those of MF4 (frames, channels) and of MDF3 (numbers, whole numbers to convert) are two, of MATLAB more."""
+    """By format; those of MF4 (frames, channels) and of MDF3 (numbers, whole numbers to convert) are two."""
     scenario = folder / "five_minutes.toml"
     scenario.write_text(_SCENARIO, encoding="utf-8")
     logs = {suffix[1:]: (folder / f"drive{suffix}",) for suffix in _SUFFIXES}

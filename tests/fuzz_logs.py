@@ -29,8 +29,8 @@ from watched import KILL_MIB, KILL_S, LARGE_MIB, SLOW_S, Ended, oncenter, watch
 
 from oncenter import offset, read, vehicle
 from oncenter.errors import OncenterError
-from oncenter.files.log_formats import ROS
 from oncenter.files.child import ChildDied, ChildFailed, Limits, borrowed
+from oncenter.files.log_formats import ROS
 
 AGREE_DEG = 0.5
 _INDEPENDENT = Limits(cpu_s=KILL_S, resident_bytes=2 * KILL_MIB << 20)

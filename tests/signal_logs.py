@@ -1,4 +1,4 @@
-"""A table of signals as other programs would save it: MATLAB, ROS, Racelogic and INCA, each by an independent writer."""
+"""A table of signals as MATLAB, ROS, Racelogic and INCA would save it, each by an independent writer."""
 
 from __future__ import annotations
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import cantools
 import numpy as np
 import pytest
+from mutated_text import mutated
 from test_invented_network import SIGNALS, TRUCK, dbc, log, refusal
 from test_mutated_files import one_line
-from mutated_text import mutated
 
 import oncenter as oc
 from oncenter.errors import OncenterError
@@ -133,7 +133,9 @@ def test_a_network_is_the_same_in_every_database(kind: str, tmp_path: Path) -> N
     for each in ("dbc", kind):
         (tmp_path / f"net.{each}").write_text(as_kind(each.lower()), encoding="utf-8")
     truck = oc.vehicle(tmp_path / "truck.toml")
-    by_dbc, other = (oc.read(tmp_path / "drive.log", vehicle=truck, dbc=[tmp_path / f"net.{each}"]) for each in ("dbc", kind))
+    by_dbc, other = (
+        oc.read(tmp_path / "drive.log", vehicle=truck, dbc=[tmp_path / f"net.{each}"]) for each in ("dbc", kind)
+    )
     assert set(other.sources) == {"steering_wheel_angle", "yaw_rate", "vehicle_speed", "lateral_acceleration"}
     for name in by_dbc.table.columns:
         assert np.allclose(other.table[name], by_dbc.table[name], rtol=0, atol=1e-9, equal_nan=True), name
@@ -141,7 +143,7 @@ def test_a_network_is_the_same_in_every_database(kind: str, tmp_path: Path) -> N
 
 LAUGHS = "".join(f'<!ENTITY l{k} "{f"&l{k - 1};" * 10 if k else "ha"}">' for k in range(12))
 HARM = {
-    "laughs.kcd": f"<?xml version='1.0'?><!DOCTYPE NetworkDefinition [{LAUGHS}]><NetworkDefinition>&l11;</NetworkDefinition>",
+    "laughs.kcd": f"<!DOCTYPE NetworkDefinition [{LAUGHS}]><NetworkDefinition>&l11;</NetworkDefinition>",
     "file.arxml": '<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/hostname">]><AUTOSAR>&x;</AUTOSAR>',
     "address.kcd": '<!DOCTYPE a PUBLIC "x" "http://127.0.0.1:9/x.dtd"><a/>',
 }
@@ -190,5 +192,8 @@ def test_a_mutated_database_is_read_or_refused_in_one_line(kind: str, tmp_path: 
 def test_a_database_that_is_none_is_named_with_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "drive.log").write_text(log())
     (tmp_path / "net.arxml").write_text("<AUTOSAR/>")
-    said = refusal(["offset", str(tmp_path / "drive.log"), "--vehicle", "scania_r730_4x2", "--dbc", str(tmp_path / "net.arxml")], capsys)
+    said = refusal(
+        ["offset", str(tmp_path / "drive.log"), "--vehicle", "scania_r730_4x2", "--dbc", str(tmp_path / "net.arxml")],
+        capsys,
+    )
     assert "cannot read the database net.arxml" in said

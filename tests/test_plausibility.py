@@ -1,6 +1,7 @@
 """Healthy drives stay silent; each fault that is planted in one is named, and only that one."""
 
 import json
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -302,3 +303,12 @@ def test_a_log_of_a_few_ticks_tells_nothing_and_accuses_nobody(rate_hz: float) -
         judged = check(short, TRUCK)
         assert [finding for finding in judged.findings if finding.severity != "info"] == []
         assert judged.cannot_tell
+
+
+def test_a_damaged_number_of_any_size_is_judged_without_a_word_of_numpys() -> None:
+    def damaged(values: np.ndarray, time: np.ndarray) -> np.ndarray:
+        return np.where(np.isin(np.arange(len(values)), (3000, 9000)), 1e250, values)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check(changed(drive(), "yaw_rate", damaged), TRUCK)

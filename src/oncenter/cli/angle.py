@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from oncenter.cli.options import Dbc, Source, VehicleFile, progress_bar, sources_of
+from oncenter.files.log_formats import SUFFIXES
 
 if TYPE_CHECKING:
     from oncenter.offset.findings import Finding
@@ -18,9 +19,7 @@ _WITHIN_MAX_DEG = 90.0  # a wheel that may be anywhere
 _NOTHING_TELLS = "in which nothing tells the angle: standing, or without what tells the motion"
 
 
-Log = Annotated[
-    Path, typer.Argument(metavar="LOG", readable=False, help="A drive: .log .asc .blf .trc .mf4 .csv .parquet")
-]
+Log = Annotated[Path, typer.Argument(metavar="LOG", readable=False, help=f"A drive: {' '.join(SUFFIXES)}")]
 LostAt = Annotated[
     float | None,
     typer.Option(metavar="SECONDS", help="From then on, counted from the log's begin, do without the sensor."),

@@ -30,7 +30,7 @@ Interface = Annotated[
 ]
 Bitrate = Annotated[int | None, typer.Option(metavar="BIT/S", help="For interfaces that must be told.")]
 Replayed = Annotated[
-    Path | None, typer.Option(metavar="LOG", help="Play a log of frames instead: .log .asc .blf .trc .mf4")
+    Path | None, typer.Option(metavar="LOG", help="Play a log of frames instead: .log .asc .blf .trc .mf4 .dat")
 ]
 Speed = Annotated[
     float | None, typer.Option(metavar="TIMES", help="Of the replay, 1 to 100; as it was driven by default.")

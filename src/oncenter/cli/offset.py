@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from oncenter.cli.options import Dbc, FailOn, Json, Schema, Source, VehicleFile, progress_bar, sources_of
+from oncenter.files.log_formats import SUFFIXES
 
 if TYPE_CHECKING:
     import oncenter as oc
@@ -20,7 +21,7 @@ def offset(
         list[str],
         typer.Argument(
             metavar="LOG…",
-            help="Drives of one truck, or a folder of them: .log .asc .blf .trc .mf4 .csv .parquet. Of a folder all "
+            help=f"Drives of one truck, or a folder of them: {' '.join(SUFFIXES)}. Of a folder all "
             "logs in it and its subfolders, in order of their start times, or of their names where a log has none.",
         ),
     ],

@@ -25,7 +25,9 @@ VehicleFile = Annotated[
 Dbc = Annotated[
     list[Path] | None,
     typer.Option(
-        metavar="FILE", help="A DBC for logs that are not J1939; repeatable. In place of the vehicle file's dbc."
+        metavar="FILE",
+        help="A database for logs that are not J1939: .dbc .kcd .sym .arxml; repeatable. "
+        "In place of the vehicle file's dbc.",
     ),
 ]
 FailOn = Annotated[

@@ -10,6 +10,7 @@ import typer
 
 from oncenter.cli.logs import read_log
 from oncenter.cli.options import Dbc, Json, Source, sources_of
+from oncenter.files.log_formats import SUFFIXES
 
 if TYPE_CHECKING:
     import oncenter as oc
@@ -19,9 +20,7 @@ _WIDTH = 100  # characters of the table and of the words below it
 
 
 def signals(
-    log: Annotated[
-        Path, typer.Argument(metavar="LOG", readable=False, help="A drive: .log .asc .blf .trc .mf4 .csv .parquet")
-    ],
+    log: Annotated[Path, typer.Argument(metavar="LOG", readable=False, help=f"A drive: {' '.join(SUFFIXES)}")],
     vehicle_file: Annotated[
         str | None,
         typer.Option(

@@ -18,6 +18,7 @@ GRID_HZ = 20.0  # checks run on means over 50 ms: noise is less, steering and ya
 ROLLING_M_S = 2.0  # r/v means something above it
 DRIVING_M_S = 5.0
 MIN_TIME_S = 30.0  # a comparison of two witnesses needs it
+_ABSURD = 1e9  # SI; a damaged log's numbers beyond are of no sensor, and their squares may be none
 
 
 class Drive:
@@ -84,4 +85,5 @@ class Drive:
         whole = len(ticks) // k * k
         if not whole:
             return np.full(1, np.nan)  # the log is shorter than one step
-        return np.asarray(ticks[:whole].reshape(-1, k).mean(axis=1))
+        ticks = np.where(np.abs(ticks[:whole]) < _ABSURD, ticks[:whole], np.nan)
+        return np.asarray(ticks.reshape(-1, k).mean(axis=1))

@@ -50,7 +50,8 @@ def read(
     Raises:
         OncenterError: the log cannot be read, has no known signal, or has two that disagree; "reader_crashed",
             "reader_time", "reader_memory": a library that reads such files crashed or was stopped; "plugin_failed",
-            "plugin_ambiguous"; "missing_extra": a package that reads such files is not installed; "vehicle_file", exit code 2: a DBC that the vehicle names is not there.
+            "plugin_ambiguous"; "missing_extra": a package that reads such files is not installed; "vehicle_file",
+            exit code 2: a database that the vehicle names is not there.
     """
     if vehicle is not None:
         names = vehicle.signal_names if names is None else names

@@ -1,4 +1,4 @@
-"""Signals of files that hold many channels at several rasters: MDF's channels, MATLAB's variables, fields of ROS topics."""
+"""Signals of files with many channels at several rasters: of MDF, of MATLAB (variables), of ROS (fields of topics)."""
 
 from __future__ import annotations
 

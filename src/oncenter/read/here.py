@@ -112,7 +112,8 @@ def _nothing_known(
         return OncenterError(f"no known signal in {path.name}: {'; '.join(notes)}", code="not_j1939")
     if kept.standard_frames == kept.total:
         return OncenterError(
-            f"{path.name} has only 11-bit identifiers ({kept.total} frames): that is not J1939; give a database with --dbc",
+            f"{path.name} has only 11-bit identifiers ({kept.total} frames): that is not J1939; "
+            "give its database with --dbc",
             code="not_j1939",
         )
     return OncenterError(

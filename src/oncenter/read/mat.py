@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import polars as pl
 
 from oncenter.errors import OncenterError
@@ -150,7 +151,7 @@ class _Time:
         self.name, self.rows, self._in_s = name, rows, in_s
 
     @cached_property
-    def kept(self) -> Column:
+    def kept(self) -> npt.NDArray[np.bool_]:
         """Which stamps are numbers."""
         return np.isfinite(self._all)
 
@@ -184,14 +185,15 @@ class _Walk:
             return
         if series is not None:
             outer, _, name = label.rpartition(".")
-            yield from self._columns(outer, {name: fields["Data"]}, _of_seconds(f"{label}.Time", fields["Time"]), series)
+            time = _of_seconds(f"{label}.Time", fields["Time"])
+            yield from self._columns(outer, {name: fields["Data"]}, time, series)
             return
-        time = self._time(label, fields) or around
-        if time is not None:
-            yield from self._columns(label, _vectors(fields), time)
+        nearest = self._time(label, fields) or around
+        if nearest is not None:
+            yield from self._columns(label, _vectors(fields), nearest)
         for name, value in fields.items():
             for place, struct in _structs(value):
-                yield from self.channels(_full(label, name) + place, struct, time)
+                yield from self.channels(_full(label, name) + place, struct, nearest)
 
     def _columns(self, label: str, values: Mapping[str, Any], time: _Time, unit: str = "") -> Iterator[Channel]:
         """A vector is one channel, a matrix with a row or a column per stamp several, as MATLAB indexes them."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -280,9 +281,12 @@ def _gather(readers: Sequence[Any], wanted: Mapping[int, Sequence[Field]], topic
 
 def _unpacked(message: bytes) -> bytes:
     """ROS 2 may compress each message."""
-    if not bytes(message[:4]) == _ZSTD:
+    if bytes(message[:4]) != _ZSTD:
         return message
-    from rosbags.rosbag2.reader import zstd
+    if sys.version_info >= (3, 14):
+        from compression import zstd
+    else:
+        from backports import zstd
 
     return bytes(zstd.decompress(message))
 

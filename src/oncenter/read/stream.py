@@ -109,8 +109,8 @@ class Stream:
             that was named is not there, or the angle comes too rarely. None otherwise. It is tried again all the time.
 
     Raises:
-        OncenterError: from the constructor, a database that cannot be read, or a source named for a signal that does not
-            exist.
+        OncenterError: from the constructor, a database that cannot be read, or a source named for a signal that does
+            not exist.
     """
 
     def __init__(

@@ -35,8 +35,8 @@ _NO_UNIT = ("", "(null)")
 
 # Without case, blanks, _ and -.
 _STANDARD = frozenset(
-    "sats time lat long velocity heading height vertvel verticalvelocity tsample sampleperiod solutiontype avifileindex "
-    "avitime avisynctime event1 event1time longacc latacc pordistance distance date".split()
+    "sats time lat long velocity heading height vertvel verticalvelocity tsample sampleperiod solutiontype "
+    "avifileindex avitime avisynctime event1 event1time longacc latacc pordistance distance date".split()
 )
 
 
@@ -254,7 +254,8 @@ def _with_known(
         if known.note:
             notes.append(f"{known.signal}: column {name} {known.note}")
     taken = {entry.name for entry in named.values()}
-    return frame.drop(name for name in SIGNALS if name in frame.columns and name not in taken)  # minutes, and no degrees
+    misleading = [name for name in SIGNALS if name in frame.columns and name not in taken]  # minutes, and no degrees
+    return frame.drop(misleading)
 
 
 def _plain(name: str) -> str:

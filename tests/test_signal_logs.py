@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
 import subprocess
 import sys
@@ -23,10 +24,12 @@ from rosbags.rosbag2 import StoragePlugin
 
 from oncenter.cli import run
 from oncenter.errors import OncenterError
+from oncenter.files.log_formats import SUFFIXES
 from oncenter.fleet import run as fleet_run
 from oncenter.read import read, require
 from oncenter.read.here import read_here
 from oncenter.signals import DEGREE, SignalName
+from oncenter.vehicle import vehicle
 
 COLUMNS = ("steering_wheel_angle_rad", "yaw_rate_rad_s", "vehicle_speed_m_s", "lateral_acceleration_m_s2")
 VEHICLE = """wheelbase_m = 3.7
@@ -550,3 +553,13 @@ def test_light_formats_load_none_of_these_libraries(tmp_path: Path) -> None:
     assert (
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
     )
+
+
+def test_each_signals_table_of_the_page_about_formats_is_a_vehicle_files(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[1] / "docs" / "formats.md").read_text(encoding="utf-8")
+    tables = re.findall(r"^```toml\n(.+?)^```", page, re.MULTILINE | re.DOTALL)
+    assert len(tables) == 5
+    for table in tables:
+        (tmp_path / "truck.toml").write_text(VEHICLE + table)
+        assert vehicle(tmp_path / "truck.toml").signal_names
+    assert all(suffix in page for suffix in SUFFIXES)

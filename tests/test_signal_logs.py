@@ -437,6 +437,12 @@ def test_the_speed_has_the_unit_of_the_header(unit: str, per: float, tmp_path: P
     assert speed[0] == pytest.approx(15.0 * per)
 
 
+def test_a_speed_without_a_unit_is_said_and_not_taken(tmp_path: Path) -> None:
+    signals = read(vbo(tmp_path, lambda text: text.replace("\nvelocity kmh", "\nvelocity")))
+    with pytest.raises(OncenterError, match=r"the \[header\] of x.vbo does not say the unit of velocity"):
+        require(signals, ["vehicle_speed"])
+
+
 def test_signals_names_other_channels_and_goes_before_ours(tmp_path: Path) -> None:
     log = vbo(tmp_path, lambda text: text.replace("Steering_Angle", "EPS_Pinion"))
     names = {"steering_wheel_angle": SignalName("EPS_Pinion", sign=-1), "yaw_rate": SignalName("Yaw_Rate", "deg/s")}

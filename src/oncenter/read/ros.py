@@ -9,6 +9,7 @@ import math
 import os
 import re
 import sys
+from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -40,7 +41,7 @@ class _Topic:
     Attributes:
         sources: connections, each with the reader that has it.
         layout: None where its messages are not decoded; `why` says why.
-        rows: numbers of each message by the wanted paths, after the recorder's time in s.
+        numbers: of each message the recorder's time in s, its stamp where it has one, and what is wanted of it.
         damaged: how many messages were not decoded.
     """
 
@@ -49,7 +50,7 @@ class _Topic:
     sources: list[tuple[Any, Any]] = field(default_factory=list)
     layout: Layout | None = None
     why: str = ""
-    rows: list[list[float]] = field(default_factory=list)
+    numbers: array[float] = field(default_factory=lambda: array("d"))
     damaged: int = 0
 
 
@@ -276,7 +277,8 @@ def _gather(readers: Sequence[Any], wanted: Mapping[int, Sequence[Field]], topic
             except NotDecoded:
                 topic.damaged += 1
                 continue
-            topic.rows.append([recorded_ns * 1e-9, *row])
+            topic.numbers.append(recorded_ns * 1e-9)
+            topic.numbers.extend(row)
 
 
 def _unpacked(message: bytes) -> bytes:
@@ -298,10 +300,10 @@ def _columns(topic: _Topic, count: int) -> tuple[Column, str, Column]:
     another clock than the recorder's, is not taken: signals of several topics must share one.
     """
     assert topic.layout is not None
-    table = np.array(topic.rows, np.float64).reshape(len(topic.rows), -1)
-    recorded, clock = table[:, 0] if len(table) else np.empty(0), "time of recording"
-    values = table[:, table.shape[1] - count :] if len(table) else np.empty((0, count))
-    time = recorded
+    before = 3 if topic.layout.stamp else 1
+    table = np.frombuffer(topic.numbers, np.float64).reshape(-1, before + count)
+    recorded, values = table[:, 0], table[:, before:]
+    time, clock = recorded, "time of recording"
     if topic.layout.stamp and len(table):
         stamped = table[:, 1] + 1e-9 * table[:, 2]
         if np.abs(np.median(stamped - recorded)) <= _CLOCKS_AGREE_S:

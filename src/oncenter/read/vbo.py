@@ -253,6 +253,10 @@ def _with_known(
         frame = frame.with_columns(pl.Series(column, numbers(path, frame[name]) * factor))
         if known.note:
             notes.append(f"{known.signal}: column {name} {known.note}")
+    if "velocity" in by_plain and not _speed(file) and "vehicle_speed" not in named:
+        notes.append(
+            f"vehicle_speed: the [header] of {path.name} does not say the unit of velocity"
+        )
     taken = {entry.name for entry in named.values()}
     misleading = [name for name in SIGNALS if name in frame.columns and name not in taken]  # minutes, and no degrees
     return frame.drop(misleading)
@@ -264,7 +268,7 @@ def _plain(name: str) -> str:
 
 def _speed(file: _File) -> list[_Known]:
     """The header says the speed's unit: velocity kmh."""
-    told = next((found for line in file.header if (found := _SPEED.search(line.lower()))), None)
+    told = next((found for line in file.header if (found := _SPEED.match(line.lower()))), None)
     return [] if told is None else [_Known("vehicle_speed", "km_h", ("velocity", "speed"), 1, _KM_H_PER[told[1]])]
 
 

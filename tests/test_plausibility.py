@@ -27,6 +27,7 @@ from planted_faults import (
 from real_data import real_drive
 
 from oncenter.cli import run
+from oncenter.offset.run import offset
 from oncenter.plausibility import check
 from oncenter.signals import DEGREE, Source
 
@@ -305,10 +306,12 @@ def test_a_log_of_a_few_ticks_tells_nothing_and_accuses_nobody(rate_hz: float) -
         assert judged.cannot_tell
 
 
-def test_a_damaged_number_of_any_size_is_judged_without_a_word_of_numpys() -> None:
+@pytest.mark.parametrize("name", ["steering_wheel_angle", "yaw_rate", "vehicle_speed", "lateral_acceleration"])
+@pytest.mark.parametrize("size", [1e250, -1.7e308])
+def test_a_damaged_number_of_any_size_is_judged_without_a_word_of_numpys(name: str, size: float) -> None:
     def damaged(values: np.ndarray, time: np.ndarray) -> np.ndarray:
-        return np.where(np.isin(np.arange(len(values)), (3000, 9000)), 1e250, values)
+        return np.where(np.isin(np.arange(len(values)), (3000, 3001, 9000)), size, values)
 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        check(changed(drive(), "yaw_rate", damaged), TRUCK)
+        offset(changed(drive(), name, damaged), TRUCK)

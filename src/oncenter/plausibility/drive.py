@@ -18,7 +18,7 @@ GRID_HZ = 20.0  # checks run on means over 50 ms: noise is less, steering and ya
 ROLLING_M_S = 2.0  # r/v means something above it
 DRIVING_M_S = 5.0
 MIN_TIME_S = 30.0  # a comparison of two witnesses needs it
-_ABSURD = 1e9  # SI; a damaged log's numbers beyond are of no sensor, and their squares may be none
+_ABSURD = 1e9  # SI
 
 
 class Drive:
@@ -44,11 +44,11 @@ class Drive:
         self.centripetal = np.where(rolling, self.yaw_rate * self.speed, np.nan)
 
     def ticks(self, name: str) -> Column:
-        """A signal at the table's own rate."""
+        """A signal at the table's own rate, NaN where it is not available or absurd."""
         table, column = self.signals.table, SIGNALS[name].column
         if column not in table.columns:
             return np.full(table.height, np.nan)
-        return np.asarray(table[column].to_numpy(), dtype=np.float64)
+        return without_absurd(np.asarray(table[column].to_numpy(), dtype=np.float64))
 
     def has(self, *names: str) -> bool:
         return all(name in self.signals.sources for name in names)
@@ -85,5 +85,10 @@ class Drive:
         whole = len(ticks) // k * k
         if not whole:
             return np.full(1, np.nan)  # the log is shorter than one step
-        ticks = np.where(np.abs(ticks[:whole]) < _ABSURD, ticks[:whole], np.nan)
-        return np.asarray(ticks.reshape(-1, k).mean(axis=1))
+        return np.asarray(ticks[:whole].reshape(-1, k).mean(axis=1))
+
+
+def without_absurd(values: Column) -> Column:
+    """NaN in place of a damaged log's numbers that are of no sensor: their squares may be no numbers."""
+    beyond = np.abs(values) >= _ABSURD
+    return np.where(beyond, np.nan, values) if beyond.any() else values

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.offset.findings import Finding
-from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, ROLLING_M_S, USEFUL, Column, Drive
+from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, ROLLING_M_S, USEFUL, Column, Drive, without_absurd
 from oncenter.plausibility.verdict import words
 from oncenter.read.clock import RATE_SLACK, RECORDED_MIN_HZ
 from oncenter.signals import DEGREE, SIGNALS, Signals
@@ -76,7 +76,7 @@ def held_rate_hz(signals: Signals, name: str) -> float | None:
     column = SIGNALS[name].column
     if column not in signals.table.columns:
         return None
-    values = signals.table[column].to_numpy()
+    values = without_absurd(signals.table[column].to_numpy())
     values = values[np.isfinite(values)]
     if not len(values):
         return None
@@ -207,7 +207,7 @@ def coarse_step(signals: Signals, name: str) -> float | None:
     column = SIGNALS[name].column
     if column not in signals.table.columns or name not in signals.sources:
         return None
-    values = signals.table[column].to_numpy()
+    values = without_absurd(signals.table[column].to_numpy())
     rate_hz = signals.sources[name].rate_hz
     every = max(1, round(signals.rate_hz / rate_hz)) if rate_hz > 0.0 else 1
     steps = [step for first in range(every) if (step := _step_between(values[first::every])) is not None]

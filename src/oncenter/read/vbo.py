@@ -254,9 +254,7 @@ def _with_known(
         if known.note:
             notes.append(f"{known.signal}: column {name} {known.note}")
     if "velocity" in by_plain and not _speed(file) and "vehicle_speed" not in named:
-        notes.append(
-            f"vehicle_speed: the [header] of {path.name} does not say the unit of velocity"
-        )
+        notes.append(f"vehicle_speed: the [header] of {path.name} does not say the unit of velocity")
     taken = {entry.name for entry in named.values()}
     misleading = [name for name in SIGNALS if name in frame.columns and name not in taken]  # minutes, and no degrees
     return frame.drop(misleading)

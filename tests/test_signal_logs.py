@@ -31,6 +31,11 @@ from oncenter.read.here import read_here
 from oncenter.signals import DEGREE, SignalName
 from oncenter.vehicle import vehicle
 
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
 COLUMNS = ("steering_wheel_angle_rad", "yaw_rate_rad_s", "vehicle_speed_m_s", "lateral_acceleration_m_s2")
 VEHICLE = """wheelbase_m = 3.7
 steering_ratio = 19.3
@@ -317,7 +322,7 @@ def test_elements_of_sequences_are_named_by_their_index(tmp_path: Path) -> None:
         for tick, value in enumerate(SWA):
             ns = tick * 10_000_000
             stamp = of["builtin_interfaces/msg/Time"](0, ns)
-            header = of["std_msgs/msg/Header"](stamp, "")
+            header = of["std_msgs/msg/Header"](stamp, "x" * (tick % 9))  # what comes after is aligned
             angles = np.array([0.0, value][: 1 + (tick != 5)])
             message = of[kind](header, ["wheel", "column"][: len(angles)], angles, np.empty(0), np.empty(0))
             writer.write(connection, ns, store.serialize_cdr(message, kind))
@@ -569,3 +574,28 @@ def test_each_signals_table_of_the_page_about_formats_is_a_vehicle_files(tmp_pat
         (tmp_path / "truck.toml").write_text(VEHICLE + table)
         assert vehicle(tmp_path / "truck.toml").signal_names
     assert all(suffix in page for suffix in SUFFIXES)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Files that are made to harm
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def test_what_unpacks_to_more_than_a_file_may_is_stopped(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "x.mat", "w") as file:
+        for name in ("time_s", "yaw_rate_deg_s"):
+            file.create_dataset(name, (1, 10**12), np.float64, chunks=(1, 10**6), compression="gzip")
+    assert refusal(tmp_path / "x.mat").code in ("unreadable_log", "reader_memory", "reader_time")
+
+    def record(kind: int, content: bytes) -> bytes:
+        return bytes([kind]) + struct.pack("<Q", len(content)) + content
+
+    def text(given: bytes) -> bytes:
+        return struct.pack("<I", len(given)) + given
+
+    magic, size = b"\x89MCAP0\r\n", 1 << 30
+    packed = zstd.compress(bytes(size))
+    chunk = struct.pack("<QQQI", 0, 1, size, 0) + text(b"zstd") + struct.pack("<Q", len(packed)) + packed
+    records = record(1, text(b"ros2") + text(b"")) + record(6, chunk) * 4 + record(2, struct.pack("<QQI", 0, 0, 0))
+    (tmp_path / "x.mcap").write_bytes(magic + records + magic)
+    assert refusal(tmp_path / "x.mcap").code in ("unreadable_log", "reader_memory", "reader_time")

@@ -197,3 +197,19 @@ def test_a_database_that_is_none_is_named_with_its_file(tmp_path: Path, capsys: 
         capsys,
     )
     assert "cannot read the database net.arxml" in said
+
+
+@pytest.mark.parametrize("category", ["RAT_FUNC", "TAB_NOINTP"])
+def test_a_conversion_that_is_not_read_leaves_its_signal_out(category: str, tmp_path: Path) -> None:
+    """Or else raw values would pass for degrees."""
+    (tmp_path / "drive.log").write_text(log())
+    (tmp_path / "truck.toml").write_text(TRUCK + SIGNALS)
+    (tmp_path / "net.arxml").write_text(
+        arxml().replace(
+            "<SHORT-NAME>YawRt_compu</SHORT-NAME><CATEGORY>LINEAR<",
+            f"<SHORT-NAME>YawRt_compu</SHORT-NAME><CATEGORY>{category}<",
+        )
+    )
+    signals = oc.read(tmp_path / "drive.log", vehicle=oc.vehicle(tmp_path / "truck.toml"), dbc=[tmp_path / "net.arxml"])
+    assert set(signals.sources) == {"steering_wheel_angle", "vehicle_speed", "lateral_acceleration"}
+    assert any(note.startswith("yaw_rate: DYNAMICS.YawRt has a scale") for note in signals.notes)

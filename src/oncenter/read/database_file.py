@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import codecs
 import logging
+import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.parsers import expat
 
 from oncenter.errors import WRONG_USAGE, OncenterError
@@ -38,6 +39,7 @@ _SYM_PLACES = re.compile(r"^\s*(?:Sig|Var|Mux|Len|DLC)\s*=[^/\n]*", re.MULTILINE
 _SYM_NUMBER = re.compile(r"(?<![\w.])\d+(?![\w.])")
 _SYM_IDENTIFIERS = re.compile(r"\bID\s*=\s*([0-9A-Fa-f]+)h\s*-\s*([0-9A-Fa-f]+)h")
 
+_LINEAR = ("LINEAR", "SCALE_LINEAR_AND_TEXTTABLE", "TEXTTABLE", "IDENTICAL", "BITFIELD_TEXTTABLE")  # or no conversion
 _XML_BITS = ("offset", "length", "LENGTH", "POSITION")  # attributes of KCD, and how elements of ARXML end
 
 
@@ -65,7 +67,45 @@ def messages_of(path: Path) -> list[Message]:
         logger.setLevel(level)
     if not isinstance(database, Database) or not database.messages:
         raise _bad(f"the database {path.name} has no messages")
+    if kind == "arxml":
+        _mark_unread_conversions(text, database.messages)
     return database.messages
+
+
+def _mark_unread_conversions(text: str, messages: list[Message]) -> None:
+    """Cantools takes a conversion of a category that it does not know for none, so that raw values pass for physical
+    ones. A signal that has one gets a scale that no signal has, with which it is left out."""
+    from xml.etree import ElementTree
+
+    from cantools.database.conversion import BaseConversion
+
+    unread: set[str] = set()
+    of_system_signals: set[str] = set()
+    elements = list(ElementTree.fromstring(text).iter())
+    for kind, refers_to, found in (
+        ("COMPU-METHOD", None, unread),
+        ("SYSTEM-SIGNAL", "COMPU-METHOD-REF", of_system_signals),
+        ("I-SIGNAL", "SYSTEM-SIGNAL-REF", unread),
+    ):
+        known = of_system_signals if kind == "I-SIGNAL" else unread
+        for element in (each for each in elements if _tag(each) == kind):
+            inner: dict[str, str] = {}
+            for each in element.iter():
+                inner.setdefault(_tag(each), (each.text or "").strip())  # its own name comes first
+            is_unread = (
+                "COMPU-INTERNAL-TO-PHYS" in inner and inner.get("CATEGORY") not in _LINEAR
+                if refers_to is None
+                else inner.get(refers_to, "").rpartition("/")[2] in known
+            )
+            if is_unread:
+                found.add(inner.get("SHORT-NAME", ""))
+    for signal in (signal for message in messages for signal in message.signals):
+        if signal.name in unread:
+            signal.conversion = BaseConversion.factory(scale=math.nan)
+
+
+def _tag(element: Any) -> str:
+    return str(element.tag).rpartition("}")[2]
 
 
 def _kind(path: Path) -> str:

@@ -10,15 +10,17 @@ import codecs
 import logging
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from xml.parsers import expat
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.regular_file import read_regular_file, refuse_what_is_no_regular_file
 
 if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
     from cantools.database.can import Message
 
 _XML = ("kcd", "arxml")
@@ -79,33 +81,46 @@ def _mark_unread_conversions(text: str, messages: list[Message]) -> None:
 
     from cantools.database.conversion import BaseConversion
 
-    unread: set[str] = set()
-    of_system_signals: set[str] = set()
-    elements = list(ElementTree.fromstring(text).iter())
-    for kind, refers_to, found in (
-        ("COMPU-METHOD", None, unread),
-        ("SYSTEM-SIGNAL", "COMPU-METHOD-REF", of_system_signals),
-        ("I-SIGNAL", "SYSTEM-SIGNAL-REF", unread),
-    ):
-        known = of_system_signals if kind == "I-SIGNAL" else unread
-        for element in (each for each in elements if _tag(each) == kind):
-            inner: dict[str, str] = {}
-            for each in element.iter():
-                inner.setdefault(_tag(each), (each.text or "").strip())  # its own name comes first
-            is_unread = (
-                "COMPU-INTERNAL-TO-PHYS" in inner and inner.get("CATEGORY") not in _LINEAR
-                if refers_to is None
-                else inner.get(refers_to, "").rpartition("/")[2] in known
-            )
-            if is_unread:
-                found.add(inner.get("SHORT-NAME", ""))
+    root = ElementTree.fromstring(text)
+    methods = {
+        inner["SHORT-NAME"]
+        for inner in _elements(root, "COMPU-METHOD")
+        if "COMPU-INTERNAL-TO-PHYS" in inner and inner.get("CATEGORY") not in _LINEAR
+    }
+    physical = {
+        inner["SHORT-NAME"]
+        for inner in _elements(root, "SYSTEM-SIGNAL")
+        if _last(inner.get("COMPU-METHOD-REF")) in methods
+    }
+    unread = {
+        inner["SHORT-NAME"]
+        for inner in _elements(root, "I-SIGNAL")
+        if _last(inner.get("SYSTEM-SIGNAL-REF")) in physical
+    }
     for signal in (signal for message in messages for signal in message.signals):
         if signal.name in unread:
             signal.conversion = BaseConversion.factory(scale=math.nan)
 
 
-def _tag(element: Any) -> str:
-    return str(element.tag).rpartition("}")[2]
+def _elements(root: Element, kind: str) -> Iterator[dict[str, str]]:
+    """Each element of a kind that has a name: texts by tag, its own before those of what is in it."""
+    for element in root.iter():
+        if _tag(element) != kind:
+            continue
+        inner: dict[str, str] = {}
+        for each in element.iter():
+            inner.setdefault(_tag(each), (each.text or "").strip())
+        if "SHORT-NAME" in inner:
+            yield inner
+
+
+def _tag(element: Element) -> str:
+    return element.tag.rpartition("}")[2]
+
+
+def _last(path: str | None) -> str | None:
+    """The name at which a reference ends."""
+    return None if path is None else path.rpartition("/")[2]
 
 
 def _kind(path: Path) -> str:

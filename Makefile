@@ -4,7 +4,7 @@ BIN := .venv/bin
 EXPORTED = src/oncenter/export/c/oncenter_ecu.c $(wildcard src/oncenter/export/fmi/*.c)
 C_FILES = $(wildcard core/*.c src/oncenter/simulate/native/*.c)
 C_HEADERS = $(wildcard core/*.h src/oncenter/simulate/native/*.h)
-BUILDERS = src/oncenter/_build.py src/oncenter/simulate/_build.py
+BUILDERS = setup.py liboncenter.py
 INCLUDES = -Icore
 CORE_TESTS = $(wildcard tests/test_core_*.py) $(addprefix tests/test_,wheel_speed_method.py angle.py message.py)
 OFFSET_TESTS = $(addprefix tests/test_,estimate.py findings.py budget.py signals_at_fault.py)
@@ -14,8 +14,8 @@ PYTEST = -m pytest -q -n auto --dist worksteal
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 
 # What Debian parts from python3 and gcc. Without ensurepip, venv fails and leaves a half-made .venv behind.
-DEBIAN = python3-venv python3-dev libc6-dev
-HAS_PYTHON = $(PYTHON) -c 'import ensurepip, os, sysconfig as s; os.stat(s.get_path("include") + "/Python.h")' 2>/dev/null
+DEBIAN = python3-venv gcc libc6-dev
+HAS_PYTHON = $(PYTHON) -c 'import ensurepip' 2>/dev/null
 HAS_C = echo '\#include <stdlib.h>' | $(CC) -fsyntax-only -xc - 2>/dev/null
 
 HAS_FUZZER = echo 'int LLVMFuzzerTestOneInput(const char *d, long n) { return d[n - n]; }' | \
@@ -114,7 +114,7 @@ lock: .venv/python ## pin today's newest dependencies in requirements.lock and l
 
 clean: ## remove what make made, .venv too
 	rm -rf .venv build dist demo .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
-	rm -rf src/*.egg-info src/oncenter/_*.so src/oncenter/_*.c
+	rm -rf src/*.egg-info src/oncenter/liboncenter.* src/oncenter/_declarations.py
 
 .venv/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -128,6 +128,6 @@ clean: ## remove what make made, .venv too
 	$(BIN)/python -m pip install -q --disable-pip-version-check -c requirements.lock 'setuptools>=77' cffi
 	@touch $@
 
-.venv/ready: .venv/tools pyproject.toml setup.py $(BUILDERS) $(C_FILES) $(C_HEADERS)
+.venv/ready: .venv/tools pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
 	$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -c requirements.lock -e '.[dev]'
 	@touch $@

@@ -91,9 +91,9 @@ def _layout_checks() -> Iterator[str]:
     for name in ffi.list_types()[0]:
         kind = ffi.typeof(name)
         if kind.kind in ("struct", "enum"):
-            yield _check(f"sizeof({name}) == {ffi.sizeof(kind)}", name)
+            yield _check(f"sizeof({name}) == {ffi.sizeof(kind)}", f"size_of_{name}")
         for member, field in _members(kind):
-            yield _check(f"offsetof({name}, {member}) == {field.offset}", f"{name}_{member}")
+            yield _check(f"offsetof({name}, {member}) == {field.offset}", f"place_of_{name}_{member}")
 
 
 def _members(kind: Any) -> list[tuple[str, Any]]:
@@ -102,4 +102,4 @@ def _members(kind: Any) -> list[tuple[str, Any]]:
 
 def _check(condition: str, name: str) -> str:
     """C99 has no static assertion: an array of no size is an error everywhere."""
-    return f"typedef char layout_of_{name}[({condition}) ? 1 : -1];"
+    return f"typedef char {name}[({condition}) ? 1 : -1];"

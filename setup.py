@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 import sysconfig
@@ -21,8 +22,10 @@ sys.path.insert(0, str(ROOT))
 
 import liboncenter  # noqa: E402
 
-# A wheel's platform tag where another machine's compiler, in CC and LDSHARED, makes the library.
+# A wheel's platform tag, and the command of a C compiler for another machine than this (wheels/build.py).
 PLATFORM = os.environ.get("ONCENTER_PLATFORM", sysconfig.get_platform()).replace("-", "_").replace(".", "_")
+WINDOWS = PLATFORM.startswith("win")
+OTHER_COMPILER = shlex.split(os.environ.get("ONCENTER_CC", ""))
 
 NO_COMPILER = (
     "oncenter's core is written in C, and the C compiler failed (above is what it said). Install one: on Debian "
@@ -69,7 +72,7 @@ class BuildLibrary(build_ext):
         liboncenter.ffi.emit_python_code(str(package / "_declarations.py"))
 
     def get_ext_filename(self, fullname: str) -> str:
-        suffix = ".dll" if PLATFORM.startswith("win") else ".dylib" if PLATFORM.startswith("macosx") else ".so"
+        suffix = ".dll" if WINDOWS else ".dylib" if PLATFORM.startswith("macosx") else ".so"
         return os.path.join(*fullname.split(".")) + suffix
 
     def get_export_symbols(self, ext: Extension) -> list[str]:
@@ -79,6 +82,13 @@ class BuildLibrary(build_ext):
         folder = Path(self.build_temp)
         folder.mkdir(parents=True, exist_ok=True)
         ext.sources = liboncenter.write_sources(folder)
+        if OTHER_COMPILER:
+            compile_with, link_with = (
+                ([], [f"-Wl,--out-implib,{folder / 'liboncenter.lib'}"]) if WINDOWS else (["-fPIC"], [])
+            )
+            self.compiler.set_executables(
+                compiler_so=[*OTHER_COMPILER, *compile_with], linker_so=[*OTHER_COMPILER, "-shared", "-s", *link_with]
+            )
         ext.extra_compile_args = self._arguments()
         try:
             super().build_extension(ext)
@@ -102,7 +112,7 @@ class Build(build):
 
     def run(self) -> None:
         super().run()
-        if self.editable_mode:
+        if self.get_finalized_command("build_py").editable_mode:
             return
         package = Path(self.build_lib)
         there = {file.relative_to(package).as_posix() for file in package.rglob("*") if file.is_file()}

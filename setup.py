@@ -24,7 +24,6 @@ import liboncenter  # noqa: E402
 
 # A wheel's platform tag, and the command of a C compiler for another machine than this (wheels/build.py).
 PLATFORM = os.environ.get("ONCENTER_PLATFORM", sysconfig.get_platform()).replace("-", "_").replace(".", "_")
-WINDOWS = PLATFORM.startswith("win")
 OTHER_COMPILER = shlex.split(os.environ.get("ONCENTER_CC", ""))
 
 NO_COMPILER = (
@@ -72,7 +71,7 @@ class BuildLibrary(build_ext):
         liboncenter.ffi.emit_python_code(str(package / "_declarations.py"))
 
     def get_ext_filename(self, fullname: str) -> str:
-        suffix = ".dll" if WINDOWS else ".dylib" if PLATFORM.startswith("macosx") else ".so"
+        suffix = ".dll" if PLATFORM.startswith("win") else ".dylib" if PLATFORM.startswith("macosx") else ".so"
         return os.path.join(*fullname.split(".")) + suffix
 
     def get_export_symbols(self, ext: Extension) -> list[str]:
@@ -83,11 +82,10 @@ class BuildLibrary(build_ext):
         folder.mkdir(parents=True, exist_ok=True)
         ext.sources = liboncenter.write_sources(folder)
         if OTHER_COMPILER:
-            compile_with, link_with = (
-                ([], [f"-Wl,--out-implib,{folder / 'liboncenter.lib'}"]) if WINDOWS else (["-fPIC"], [])
-            )
+            compile_with = [] if PLATFORM.startswith("win") else ["-fPIC"]
+            link_with = ["-shared", "-s", *self._link_arguments()]
             self.compiler.set_executables(
-                compiler_so=[*OTHER_COMPILER, *compile_with], linker_so=[*OTHER_COMPILER, "-shared", "-s", *link_with]
+                compiler_so=OTHER_COMPILER + compile_with, linker_so=OTHER_COMPILER + link_with
             )
         ext.extra_compile_args = self._arguments()
         try:
@@ -101,6 +99,12 @@ class BuildLibrary(build_ext):
         asked = [*self.compiler.compiler_so, "--version"]
         says = subprocess.run(asked, capture_output=True, text=True, check=False).stdout
         return liboncenter.COMPILE_ARGS + ([] if "clang" in says else liboncenter.FASTER_GCC)
+
+    def _link_arguments(self) -> list[str]:
+        """Windows' import library, which nobody needs, goes aside; Apple's name of the library is no path of ours."""
+        if PLATFORM.startswith("win"):
+            return [f"-Wl,--out-implib,{Path(self.build_temp) / 'liboncenter.lib'}"]
+        return ["-Wl,-install_name,@rpath/liboncenter.dylib"] if PLATFORM.startswith("macosx") else []
 
     def get_outputs(self) -> list[str]:
         library = super().get_outputs()

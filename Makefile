@@ -23,12 +23,14 @@ HAS_FUZZER = echo 'int LLVMFuzzerTestOneInput(const char *d, long n) { return d[
 HAS_ARM = command -v qemu-system-arm >/dev/null && \
 	echo '\#include <math.h>' | arm-none-eabi-gcc -fsyntax-only -xc - 2>/dev/null
 
+HAS_EMULATORS = command -v qemu-aarch64 wine mmdebstrap >/dev/null && ls /lib/ld-musl-*.so.1 >/dev/null 2>&1
+
 # $(call need,test,packages): as root on Debian it installs them; elsewhere it names them and stops.
 need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && echo "installing $(2)" && \
 	apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2) \
 	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
 
-.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow coverage fuzz embedded bench accuracy lock clean
+.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow coverage fuzz embedded wheels bench accuracy lock clean
 .DEFAULT_GOAL := help
 
 help: ## show this
@@ -95,6 +97,17 @@ fuzz: .venv/ready ## the core by random bytes (FUZZ_S=600 s), then the readers b
 embedded: .venv/ready ## the core on two emulated microcontrollers: the same bits, and what it costs
 	@$(call need,$(HAS_ARM),gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)
 	$(BIN)/python embedded/table.py
+
+wheels: .venv/ready build/wheels/ready ## the sdist and a wheel for each of eight platforms, in dist/, checked where they can run here
+	@$(call need,$(HAS_EMULATORS),qemu-user wine wine64 musl mmdebstrap)
+	rm -rf dist
+	build/wheels/bin/python wheels/build.py dist
+	build/wheels/bin/python wheels/check.py dist
+
+build/wheels/ready: wheels/requirements.txt
+	$(PYTHON) -m venv --clear build/wheels
+	build/wheels/bin/python -m pip install -q --disable-pip-version-check -r wheels/requirements.txt
+	@touch $@
 
 bench: .venv/ready ## speed, side by side with scipy, numba and python-can
 	$(BIN)/python bench/speed.py --readme

@@ -87,10 +87,10 @@ class BuildLibrary(build_ext):
             self.compiler.set_executables(
                 compiler_so=OTHER_COMPILER + compile_with, linker_so=OTHER_COMPILER + link_with
             )
-        ext.extra_compile_args = self._arguments()
         try:
+            ext.extra_compile_args = self._arguments()
             super().build_extension(ext)
-        except (CompileError, PlatformError) as error:
+        except (CompileError, PlatformError, OSError) as error:
             raise SystemExit(NO_COMPILER) from error
 
     def _arguments(self) -> list[str]:

@@ -1,7 +1,7 @@
 """Checks the wheels: what is in them, what their libraries export and need, and what they give where they can run here.
 
 Usage: check.py FOLDER, as build.py left it. Needs build, lief and ziglang; on Debian the packages qemu-user, wine64,
-musl and mmdebstrap. A wheel for macOS, and that for Windows on ARM, cannot run here: contents and symbols alone.
+musl and mmdebstrap (`make wheels` installs them). A wheel for macOS, and that for Windows on ARM, cannot run here: contents and symbols alone.
 """
 
 from __future__ import annotations
@@ -156,9 +156,9 @@ def run_vectors(library: Path, platform: Platform, work: Path) -> None:
     dynamic = ["-dynamic"] if "musl" in platform.target else []
     source = work / "c" / "test" / "test_vectors.c"
     subprocess.run([*compiler, *dynamic, source, library, *link, "-o", program], check=True)
-    prefix = {"QEMU_LD_PREFIX": str(work / "arm64")}
+    emulators = {"QEMU_LD_PREFIX": str(work / "arm64"), "WINEPREFIX": str(work / "wine"), "WINEDEBUG": "-all"}
     done = subprocess.run(
-        [*EMULATED[platform.tag], program], env=os.environ | prefix, capture_output=True, text=True, check=False
+        [*EMULATED[platform.tag], program], env=os.environ | emulators, capture_output=True, text=True, check=False
     )
     if done.returncode:
         raise SystemExit(f"{platform.tag}: {done.stdout[:500]}{done.stderr[-500:]}")

@@ -51,13 +51,13 @@ def run(
     json: Json = False,
 ) -> None:
     """Answer all logs that are new, rank the trucks, and write tables and page anew."""
-    from oncenter import fleet as room
+    from oncenter.fleet import run as run_night  # first: it asks for the extra
     from oncenter.fleet.engines import on_ray, processes
 
     if address is not None and engine != "ray":
         raise OncenterError("--address is of --engine ray", code="usage", exit_code=WRONG_USAGE)
     try:
-        summary = room.run(
+        summary = run_night(
             logs,
             vehicles,
             output,

@@ -2,7 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 # Without byte code: what is imported is compiled then, the most is not imported.
-PIP = $(BIN)/python -m pip install -q --disable-pip-version-check --no-compile
+QUIETLY = -q --disable-pip-version-check --no-compile
+PIP = $(BIN)/python -m pip install $(QUIETLY)
 EXPORTED = src/oncenter/export/c/oncenter_ecu.c $(wildcard src/oncenter/export/fmi/*.c)
 C_FILES = $(wildcard core/*.c src/oncenter/simulate/native/*.c)
 C_HEADERS = $(wildcard core/*.h src/oncenter/simulate/native/*.h)
@@ -30,7 +31,8 @@ need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && ec
 	apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2) \
 	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
 
-.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow coverage fuzz embedded bench accuracy lock clean
+.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow coverage fuzz embedded bench accuracy lock \
+	lowest clean
 .DEFAULT_GOAL := help
 
 help: ## show this
@@ -113,6 +115,24 @@ lock: .venv/python ## pin today's newest dependencies in requirements.lock and l
 	build/lock/bin/python -m pip freeze --all --exclude-editable --exclude pip > build/lock/requirements
 	cp build/lock/requirements requirements.lock
 	build/lock/bin/python docs/make_licences.py
+
+# As an editable install, as everywhere: the core that it compiles is the one that .venv has.
+LOWEST = build/lowest/bin/python -m
+LOWEST_TESTS = $(addprefix tests/test_,cli.py dataframe.py read_tables.py read_blf.py report.py vehicle.py simulate.py \
+	budget.py estimate.py core_save.py memory.py live.py fleet_trucks.py)
+LOWEST_MF4_TESTS = $(addprefix tests/test_,extras.py read_formats.py read_bad_input.py read_runs_no_code.py \
+	simulate_logs.py vehicle_dbc.py)
+
+lowest: .venv/python ## tests with the lowest versions that pyproject.toml allows (requirements.lowest)
+	rm -rf build/lowest
+	$(PYTHON) -m venv build/lowest
+	$(LOWEST) pip install $(QUIETLY) -c requirements.lowest 'setuptools>=77' cffi
+	$(LOWEST) pip install $(QUIETLY) -c requirements.lowest --no-build-isolation -e '.[can,live,report,thesis]' \
+	  blake3 pyarrow hypothesis packaging pytest pytest-benchmark pytest-xdist scipy
+	$(LOWEST) pytest -q -n auto --dist worksteal -m "not slow" $(LOWEST_TESTS)
+	grep -v '^numpy' requirements.lowest >build/lowest/mf4
+	$(LOWEST) pip install $(QUIETLY) -c build/lowest/mf4 asammdf 'numpy<2.2'
+	$(LOWEST) pytest -q -n auto --dist worksteal -m "not slow" $(LOWEST_MF4_TESTS)
 
 clean: ## remove what make made, .venv too
 	rm -rf .venv build dist demo .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks

@@ -117,6 +117,14 @@ def test_the_lock_pins_versions_and_tells_no_address() -> None:
     assert not [line for line in lines if not re.fullmatch(r"[\w.-]+==[\w.]+", line)]
 
 
+def test_the_lowest_versions_are_those_that_the_project_allows() -> None:
+    project = tomllib.loads(text("pyproject.toml"))["project"]
+    extras = {name: given for name, given in project["optional-dependencies"].items() if name != "dev"}
+    allowed = [line for given in (project["dependencies"], *extras.values()) for line in given if ">=" in line]
+    first = dict(reversed(re.findall(r"^([\w.-]+)==([\w.]+)", text("requirements.lowest"), re.MULTILINE)))
+    assert first == dict(line.split(">=") for line in allowed if not line.startswith("ray"))  # too large to try them all
+
+
 def test_every_locked_package_has_its_licence_listed() -> None:
     listed = dict(re.findall(r"^\| ([\w.-]+) \| (\d\S*) \| (?!not stated)", text("docs/licences.md"), re.MULTILINE))
     assert listed == dict(line.split("==") for line in text("requirements.lock").splitlines())

@@ -121,8 +121,9 @@ def test_the_lowest_versions_are_those_that_the_project_allows() -> None:
     project = tomllib.loads(text("pyproject.toml"))["project"]
     extras = {name: given for name, given in project["optional-dependencies"].items() if name != "dev"}
     allowed = [line for given in (project["dependencies"], *extras.values()) for line in given if ">=" in line]
+    tried = [line for line in allowed if not line.startswith("ray")]  # it is 300 MB
     first = dict(reversed(re.findall(r"^([\w.-]+)==([\w.]+)", text("requirements.lowest"), re.MULTILINE)))
-    assert first == dict(line.split(">=") for line in allowed if not line.startswith("ray"))  # too large to try them all
+    assert first == dict(line.split(">=") for line in tried)
 
 
 def test_every_locked_package_has_its_licence_listed() -> None:

@@ -51,8 +51,8 @@ def read(
     """Wanted frames, in order of time, and signals of decoded channels.
 
     Raises:
-        OncenterError: "missing_extra": asammdf is not installed; asammdf cannot read it, or it is shorter than it says; "unknown_conversion", that of a channel
-            that is needed is not understood.
+        OncenterError: asammdf cannot read it, or it is shorter than it says; "missing_extra": asammdf is not installed;
+            "unknown_conversion": that of a channel that is needed is not understood.
     """
     with _asammdf(path) as mdf:
         log = _Log(path, mdf)

@@ -49,8 +49,8 @@ def simulate_to_log(scenario: str | os.PathLike[str], seed: int, output: str | o
             `.parquet` for the table of signals at 100 Hz.
 
     Raises:
-        OncenterError: as `simulate`; and "output", exit code 2: another suffix, or it cannot be written; "missing_extra":
-            the package that writes this format is not installed.
+        OncenterError: as `simulate`; and "output", exit code 2: another suffix, or it cannot be written;
+            "missing_extra": the package that writes this format is not installed.
     """
     log = Path(output)
     table, summary = truth_files(log)

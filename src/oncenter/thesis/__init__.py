@@ -56,7 +56,8 @@ def write(
         The page's path.
 
     Raises:
-        OncenterError: "missing_extra": matplotlib is not installed. "output", exit code 2: the folder cannot be written.
+        OncenterError: "missing_extra": matplotlib is not installed. "output", exit code 2: the folder cannot be
+            written.
     """
     require_package("matplotlib", "oncenter thesis")
     target = Path(folder)

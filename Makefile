@@ -1,6 +1,9 @@
 # One command does all: it makes .venv, compiles the core and goes on from there.
 PYTHON ?= python3
 BIN := .venv/bin
+# Without byte code: what is imported is compiled then, the most is not imported.
+QUIETLY = -q --disable-pip-version-check --no-compile
+PIP = $(BIN)/python -m pip install $(QUIETLY)
 EXPORTED = src/oncenter/export/c/oncenter_ecu.c $(wildcard src/oncenter/export/fmi/*.c)
 C_FILES = $(wildcard core/*.c src/oncenter/simulate/native/*.c)
 C_HEADERS = $(wildcard core/*.h src/oncenter/simulate/native/*.h)
@@ -30,7 +33,8 @@ need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && ec
 	apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2) \
 	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
 
-.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow coverage fuzz embedded wheels bench accuracy lock clean
+.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow coverage fuzz embedded wheels bench accuracy \
+	lock lowest clean
 .DEFAULT_GOAL := help
 
 help: ## show this
@@ -43,17 +47,17 @@ demo: .venv/ready ## simulate a drive, find the offset, write demo/report.html
 quick: lint types ## after each change: ruff, mypy, the tests of the core and of the answer
 	$(BIN)/python $(PYTEST) -m "not slow" $(CORE_TESTS) $(OFFSET_TESTS)
 
-test: .venv/ready ## all checks, all tests but the slow ones, each bench for a moment
+test: .venv/dev ## all checks, all tests but the slow ones, each bench for a moment
 	@$(MAKE) --no-print-directory -j2 -Otarget lint types warnings cppcheck build/sanitize/lib
 	@$(MAKE) --no-print-directory sanitize pytest
 
-lint: .venv/ready
+lint: .venv/dev
 	$(BIN)/ruff check .
 
-types: .venv/ready
+types: .venv/dev
 	$(BIN)/mypy --strict src
 
-warnings: .venv/ready
+warnings: .venv/dev
 	@set -e; for file in $(C_FILES) $(EXPORTED); do echo "$(CC) $(WARNINGS) $$file"; \
 	  $(CC) $(WARNINGS) $(INCLUDES) -c $$file -o /dev/null; done
 
@@ -64,7 +68,7 @@ cppcheck:
 
 # A second copy of the package, compiled with the sanitizers, comes first on the path. -fno-wrapv: Python's own
 # -fwrapv would hide overflows.
-build/sanitize/lib: .venv/ready $(wildcard src/oncenter/*.py src/oncenter/*/*.py src/oncenter/*/*/*.py)
+build/sanitize/lib: .venv/dev $(wildcard src/oncenter/*.py src/oncenter/*/*.py src/oncenter/*/*/*.py)
 	rm -rf build/sanitize
 	CFLAGS="-g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-wrapv" \
 	  $(BIN)/python setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
@@ -75,30 +79,30 @@ sanitize: build/sanitize/lib ## the tests that enter C, with address and undefin
 	  ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitize/lib \
 	  $(BIN)/python $(PYTEST) -p no:cacheprovider -m "not slow" $(SANITIZED)
 
-pytest: .venv/ready
+pytest: .venv/dev
 	$(BIN)/python $(PYTEST) -m "not slow" $(addprefix --ignore=,$(SANITIZED))
 
-slow: .venv/ready ## the slow tests: poisoned fleets, full disks, hostile and damaged logs, the accuracy bench
+slow: .venv/dev ## the slow tests: poisoned fleets, full disks, hostile and damaged logs, the accuracy bench
 	$(BIN)/python -m pytest -q -m slow
 
 # Without inlining, lest a function's branches count for each of its callers.
-coverage: .venv/ready ## which branches of the core its tests take
+coverage: .venv/dev ## which branches of the core its tests take
 	rm -rf build/coverage
 	CFLAGS="--coverage -fno-inline -fno-early-inlining" \
 	  $(BIN)/python setup.py -q build --build-base build/coverage --build-lib build/coverage/lib
 	PYTHONPATH=build/coverage/lib $(BIN)/python -m pytest -q -p no:cacheprovider $(CORE_TESTS)
 	$(BIN)/python embedded/coverage.py build/coverage
 
-fuzz: .venv/ready ## the core by random bytes (FUZZ_S=600 s), then the readers by damaged logs (FUZZ_LOGS=500 a format)
+fuzz: .venv/dev ## the core by random bytes (FUZZ_S=600 s), then the readers by damaged logs (FUZZ_LOGS=500 a format)
 	@$(call need,$(HAS_FUZZER),clang libclang-rt-dev)
 	sh embedded/fuzz/run $(or $(FUZZ_S),600)
 	$(BIN)/python tests/fuzz_logs.py --mutations $(or $(FUZZ_LOGS),500) --jobs 2
 
-embedded: .venv/ready ## the core on two emulated microcontrollers: the same bits, and what it costs
+embedded: .venv/dev ## the core on two emulated microcontrollers: the same bits, and what it costs
 	@$(call need,$(HAS_ARM),gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)
 	$(BIN)/python embedded/table.py
 
-wheels: .venv/ready build/wheels/ready ## the sdist and a wheel for each of eight platforms, in dist/, checked where they can run here
+wheels: .venv/ready build/wheels/ready ## the sdist and a wheel for each platform in dist/, checked as far as they can run here
 	@$(call need,$(HAS_EMULATORS),qemu-user wine wine64 musl mmdebstrap)
 	rm -rf dist
 	build/wheels/bin/python wheels/build.py dist
@@ -109,10 +113,10 @@ build/wheels/ready: wheels/requirements.txt
 	build/wheels/bin/python -m pip install -q --disable-pip-version-check -r wheels/requirements.txt
 	@touch $@
 
-bench: .venv/ready ## speed, side by side with scipy, numba and python-can
+bench: .venv/dev ## speed, side by side with scipy, numba and python-can
 	$(BIN)/python bench/speed.py --readme
 
-accuracy: .venv/ready ## errors, intervals and times of all methods and rivals, real-truck effects: docs/accuracy.md
+accuracy: .venv/dev ## errors, intervals and times of all methods and rivals, real-truck effects: docs/accuracy.md
 	$(BIN)/python bench/accuracy.py --page --jobs 2
 	$(BIN)/python bench/effects.py --page --jobs 2
 	$(BIN)/python bench/two_parts.py --page --jobs 2
@@ -125,6 +129,24 @@ lock: .venv/python ## pin today's newest dependencies in requirements.lock and l
 	cp build/lock/requirements requirements.lock
 	build/lock/bin/python docs/make_licences.py
 
+# As an editable install, as everywhere: the core that it compiles is the one that .venv has.
+LOWEST = build/lowest/bin/python -m
+LOWEST_TESTS = $(addprefix tests/test_,cli.py dataframe.py read_tables.py read_blf.py report.py vehicle.py simulate.py \
+	budget.py estimate.py core_save.py memory.py live.py fleet_trucks.py)
+LOWEST_MF4_TESTS = $(addprefix tests/test_,extras.py read_formats.py read_bad_input.py read_runs_no_code.py \
+	simulate_logs.py vehicle_dbc.py)
+
+lowest: .venv/python ## tests with the lowest versions that pyproject.toml allows (requirements.lowest)
+	rm -rf build/lowest
+	$(PYTHON) -m venv build/lowest
+	$(LOWEST) pip install $(QUIETLY) -c requirements.lowest 'setuptools>=77' cffi
+	$(LOWEST) pip install $(QUIETLY) -c requirements.lowest --no-build-isolation -e '.[can,live,report,thesis]' \
+	  blake3 pyarrow hypothesis packaging pytest pytest-benchmark pytest-xdist scipy
+	$(LOWEST) pytest -q -n auto --dist worksteal -m "not slow" $(LOWEST_TESTS)
+	grep -v '^numpy' requirements.lowest >build/lowest/mf4
+	$(LOWEST) pip install $(QUIETLY) -c build/lowest/mf4 asammdf 'numpy<2.2'
+	$(LOWEST) pytest -q -n auto --dist worksteal -m "not slow" $(LOWEST_MF4_TESTS)
+
 clean: ## remove what make made, .venv too
 	rm -rf .venv build dist demo .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
 	rm -rf src/*.egg-info src/oncenter/liboncenter.* src/oncenter/_declarations.py
@@ -133,14 +155,28 @@ clean: ## remove what make made, .venv too
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "needs Python 3.11 or later: make PYTHON=python3.11" >&2; exit 1; }
 	@$(call need,$(HAS_PYTHON) && $(HAS_C),$(DEBIAN))
-	$(PYTHON) -m venv --clear .venv
+	@echo "making .venv"
+	@$(PYTHON) -m venv --clear .venv
 	@touch $@
 
 # The build tools first, from the lock as well: an isolated build would not heed it.
 .venv/tools: .venv/python requirements.lock
-	$(BIN)/python -m pip install -q --disable-pip-version-check -c requirements.lock 'setuptools>=77' cffi
+	@echo "installing setuptools and cffi, which compile the core"
+	@$(PIP) -c requirements.lock 'setuptools>=77' cffi
 	@touch $@
 
+# What the demo needs: a base install and the report.
 .venv/ready: .venv/tools pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
-	$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -c requirements.lock -e '.[dev]'
+	@echo "installing what an answer and its report need: some 25 packages, 340 MB"
+	@$(BIN)/python -c 'import tomllib; project = tomllib.load(open("pyproject.toml", "rb"))["project"]; \
+	  print(*project["dependencies"], *project["optional-dependencies"]["report"], sep="\n")' >.venv/needed
+	@$(PIP) -c requirements.lock -r .venv/needed
+	@echo "compiling the core"
+	@$(PIP) --no-deps --no-build-isolation -e .
 	@touch $@
+
+# All extras, and what tests, measures and checks.
+.venv/dev: .venv/tools pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
+	@echo "installing all extras and what the tests need: some 110 packages, 1.9 GB; compiling the core"
+	@$(PIP) --no-build-isolation -c requirements.lock -e '.[dev]'
+	@touch .venv/ready $@

@@ -5,6 +5,7 @@ import re
 import runpy
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
@@ -114,6 +115,15 @@ def test_the_lock_pins_versions_and_tells_no_address() -> None:
     lines = text("requirements.lock").splitlines()
     assert lines
     assert not [line for line in lines if not re.fullmatch(r"[\w.-]+==[\w.]+", line)]
+
+
+def test_the_lowest_versions_are_those_that_the_project_allows() -> None:
+    project = tomllib.loads(text("pyproject.toml"))["project"]
+    extras = {name: given for name, given in project["optional-dependencies"].items() if name != "dev"}
+    allowed = [line for given in (project["dependencies"], *extras.values()) for line in given if ">=" in line]
+    tried = [line for line in allowed if not line.startswith("ray")]  # it is 300 MB
+    first = dict(reversed(re.findall(r"^([\w.-]+)==([\w.]+)", text("requirements.lowest"), re.MULTILINE)))
+    assert first == dict(line.split(">=") for line in tried)
 
 
 def test_every_locked_package_has_its_licence_listed() -> None:

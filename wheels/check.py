@@ -1,7 +1,8 @@
 """Checks the wheels: what is in them, what their libraries export and need, and what they give where they can run here.
 
-Usage: check.py FOLDER, as build.py left it. Needs build, lief and ziglang; on Debian the packages qemu-user, wine64,
-musl and mmdebstrap (`make wheels` installs them). A wheel for macOS, and that for Windows on ARM, cannot run here: contents and symbols alone.
+Usage: check.py FOLDER, as build.py left it. Needs build, lief and ziglang; on Debian the packages qemu-user, wine,
+wine64, musl and mmdebstrap (`make wheels` installs all). A wheel for macOS, and that for Windows on ARM, cannot run
+here: contents and symbols alone.
 """
 
 from __future__ import annotations

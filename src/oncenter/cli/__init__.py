@@ -13,7 +13,7 @@ import io
 import os
 import sys
 from collections.abc import Sequence
-from typing import TextIO
+from typing import Any, TextIO
 
 from oncenter.errors import INTERRUPTED, WRONG_USAGE, OncenterError
 from oncenter.files.child import begin
@@ -74,7 +74,7 @@ def _run(arguments: Sequence[str], said: _Said) -> int:
         return result if isinstance(result, int) else 0
     except OncenterError as error:
         return _fail(str(error), error.code, error.exit_code, error.needs, said)
-    except typer.TyperException as error:
+    except _usage_error() as error:
         return _fail(error.format_message(), "usage", WRONG_USAGE, (), said)
     except typer.Abort:
         return _interrupted(said)
@@ -83,6 +83,14 @@ def _run(arguments: Sequence[str], said: _Said) -> int:
             raise
         what = f"a bug of ours: {type(error).__name__}: {error} (oncenter --debug VERB … shows where)"
         return _fail(what, "bug", _OUR_OWN_BUG, (), said)
+
+
+def _usage_error() -> Any:
+    """The exception of all that is wrong with a command line. Typer has no public name for it before 0.28: it is
+    click's first, then that of a click within typer."""
+    import typer
+
+    return typer.BadParameter.__base__
 
 
 def _begin_reader(arguments: Sequence[str]) -> None:

@@ -51,14 +51,13 @@ def run(
     json: Json = False,
 ) -> None:
     """Answer all logs that are new, rank the trucks, and write tables and page anew."""
-    _check_installed()
-    from oncenter import fleet as room
+    from oncenter.fleet import run as run_night  # first: it asks for the extra
     from oncenter.fleet.engines import on_ray, processes
 
     if address is not None and engine != "ray":
         raise OncenterError("--address is of --engine ray", code="usage", exit_code=WRONG_USAGE)
     try:
-        summary = room.run(
+        summary = run_night(
             logs,
             vehicles,
             output,
@@ -93,18 +92,6 @@ def query(
         return
     with pl.Config(tbl_rows=50, tbl_cols=-1, tbl_hide_dataframe_shape=True, tbl_hide_column_data_types=True):
         typer.echo(str(result))
-
-
-def _check_installed() -> None:
-    from importlib.util import find_spec
-
-    missing = [name for name in ("blake3", "pyarrow") if find_spec(name) is None]
-    if missing:
-        raise OncenterError(
-            f"fleet run needs {' and '.join(missing)}: pip install 'oncenter[fleet]'",
-            code="not_installed",
-            exit_code=WRONG_USAGE,
-        )
 
 
 def in_words(summary: Summary) -> str:

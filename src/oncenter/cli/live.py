@@ -73,12 +73,15 @@ def live(
     import oncenter as oc
     from oncenter.cli.offset import as_table
     from oncenter.cli.overwriting import spare_inputs
+    from oncenter.files.extra import require_package
     from oncenter.live.learner import needed
     from oncenter.live.memory import default_folder
     from oncenter.live.session import Sayings
     from oncenter.read.stream import Stream
 
     _check(channel, bitrate, replay, speed, record)
+    if web:
+        require_package("bokeh", "--web", "live")
     outputs = {"--record": record, "--trace": trace}
     spare_inputs(outputs, [replay, vehicle_file, *(dbc or ())])
     vehicle = oc.vehicle(vehicle_file)

@@ -20,6 +20,7 @@ import polars as pl
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.extra import require_package
 from oncenter.files.whole_file import check_place, whole_file
 from oncenter.live.learner import Stepped
 from oncenter.signals import DEGREE
@@ -57,7 +58,8 @@ class Trace:
         say: is told in one line what went wrong.
 
     Raises:
-        OncenterError: "output", exit code 2: another suffix, or nothing can be written there.
+        OncenterError: "output", exit code 2: another suffix, or nothing can be written there; "missing_extra": asammdf
+            is not installed.
     """
 
     def __init__(self, path: Path, say: Callable[[str], None]) -> None:
@@ -66,6 +68,8 @@ class Trace:
                 f"--trace takes a .parquet or .mf4 file, got {path.name}", code="output", exit_code=WRONG_USAGE
             )
         check_place(path)
+        if path.suffix == ".mf4":
+            require_package("asammdf", path.name)
         try:
             self._rows = tempfile.TemporaryFile(dir=path.parent, buffering=0)  # noqa: SIM115 - closed by close
         except OSError as error:

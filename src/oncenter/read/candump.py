@@ -195,10 +195,16 @@ def _data(low: Words, high: Words) -> tuple[Words, npt.NDArray[np.int64]]:
     """Up to sixteen digits as eight bytes, what is missing as 0xFF, and how many digits there were."""
     kept_low = _before_first_other(low)
     kept_high = np.where(kept_low == _FULL, _before_first_other(high), np.uint64(0))
-    digits = (np.bitwise_count(kept_low).astype(np.int64) + np.bitwise_count(kept_high)) // 8
+    digits = _bytes_kept(kept_low) + _bytes_kept(kept_high)
     low = low & kept_low | _ALL_F & ~kept_low
     high = high & kept_high | _ALL_F & ~kept_high
     return _packed(low) | _packed(high) << np.uint64(32), digits
+
+
+def _bytes_kept(kept: Words) -> npt.NDArray[np.int64]:
+    """How many bytes of each word are full: a product adds up all of a word's bytes in its highest one."""
+    ones = np.uint64(0x0101010101010101)
+    return ((kept & ones) * ones >> np.uint64(56)).astype(np.int64)
 
 
 def _before_first_other(nibbles: Words) -> Words:

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.extra import require_package
 from oncenter.files.regular_file import read_regular_file, refuse_what_is_no_regular_file
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
 from oncenter.read import j1939
@@ -75,7 +76,7 @@ def definitions(
     """What the databases say about our signals: by `[signals]` first, else by SPN, else by name.
 
     Raises:
-        OncenterError: a file is no DBC, or a named signal has no unit.
+        OncenterError: a file is no DBC, or a named signal has no unit; "missing_extra": cantools is not installed.
     """
     found: list[Definition] = []
     there: dict[str, str] = {}  # by name with its message: the name alone
@@ -132,6 +133,7 @@ def _signals_listed(messages: Sequence[Message]) -> str:
 
 
 def _messages(path: Path) -> list[Message]:
+    require_package("cantools", f"the DBC {path.name}")
     from cantools.database import load_string
     from cantools.database.can import Database
 

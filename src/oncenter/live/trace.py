@@ -81,12 +81,16 @@ class Trace:
             return
         rows = _rows(stepped)
         try:
-            _write_whole(self._rows.fileno(), rows.tobytes(), self._count * rows.itemsize * rows.shape[1])
+            self._append(rows.tobytes())
         except OSError as error:
             self._broken = True
             self._say(f"the trace {self._path} ends here: {error.strerror}")
             return
         self._count += len(rows)
+
+    def _append(self, data: bytes) -> None:
+        while data:
+            data = data[os.write(self._rows.fileno(), data) :]
 
     def close(self) -> None:
         """Writes what there is; where that fails, what was at the path before stays."""
@@ -117,12 +121,6 @@ class Trace:
                 pl.DataFrame(columns).write_parquet(unfinished)
             else:
                 _write_mf4(columns, unfinished)
-
-
-def _write_whole(file: int, data: bytes, at: int) -> None:
-    while data:
-        written = os.pwrite(file, data, at)
-        data, at = data[written:], at + written
 
 
 def unit_of(column: str) -> str:

@@ -1,4 +1,4 @@
-"""Windows and macOS: no machine of either runs these tests, so this one is shown to oncenter as one; see `elsewhere/`."""
+"""Windows and macOS: no machine of either runs these tests, so this one is shown to oncenter as one: `elsewhere/`."""
 
 from __future__ import annotations
 
@@ -119,10 +119,10 @@ print(lock.take(other))
 
 
 def test_what_was_learned_is_where_the_system_keeps_such_files() -> None:
-    said = "import os; os.environ |= {'LOCALAPPDATA': '/local', 'HOME': '/home/me'}; from oncenter.live import memory; "
+    said = "import os; os.environ |= {'LOCALAPPDATA': '/local', 'HOME': '/me'}; from oncenter.live import memory; "
     said += "print(memory.default_folder())"
     assert printed("win32", said) == "/local/oncenter\n"
-    assert printed("darwin", said) == "/home/me/Library/Application Support/oncenter\n"
+    assert printed("darwin", said) == "/me/Library/Application Support/oncenter\n"
 
 
 @BOTH

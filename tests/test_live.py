@@ -304,18 +304,18 @@ def test_ctrl_c_saves_and_answers(log: Path, tmp_path: Path) -> None:
     trace = tmp_path / "trace.parquet"
     arguments = ["live", "--replay", str(log), "--speed", "100", "--vehicle", TRUCK, "--state", str(tmp_path / "state")]
     process = subprocess.Popen(
-        [sys.executable, "-m", "oncenter", *arguments, "--trace", str(trace), "--truck", "VIN 7"],
+        [sys.executable, "-m", "oncenter", *arguments, "--trace", str(trace), "--truck", "vin 7"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
-    until((tmp_path / "state" / "VIN%207.state").exists)
+    until((tmp_path / "state" / "vin%207.state").exists)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=20)
     assert process.returncode == 0, err
     assert err == "oncenter: ending, saving what was learned\n"
     assert out.startswith("straight-ahead offset")
-    assert sorted(p.name for p in (tmp_path / "state").iterdir()) == ["VIN%207.state"]
+    assert sorted(p.name for p in (tmp_path / "state").iterdir()) == ["vin%207.state"]
     assert pl.read_parquet(trace).height > 100
 
 

@@ -87,12 +87,12 @@ class Shown(types.ModuleType):
 
 
 def show() -> None:
-    instead = dict.fromkeys(SHOWN, dict[str, Any]()) | {"sys": {"platform": PLATFORM}}
+    instead: dict[str, dict[str, Any]] = {"sys": {"platform": PLATFORM}}
     given: dict[str, types.ModuleType] = {}
     if PLATFORM == "win32":
         instead |= {"os": _os(), "signal": _signal(), "socket": _socket(), "subprocess": _subprocess()}
         given = {"msvcrt": _msvcrt(), "_winapi": _winapi()}
-    shown = {name: Shown(importlib.import_module(name), PLATFORM, instead[name]) for name in SHOWN} | given
+    shown = {name: Shown(importlib.import_module(name), PLATFORM, instead.get(name, {})) for name in SHOWN} | given
     absent = frozenset(ABSENT[PLATFORM].split())
     real_import: Callable[..., Any] = builtins.__import__
 
@@ -238,7 +238,7 @@ def _winapi() -> types.ModuleType:
     return module
 
 
-if PLATFORM != sys.platform:
+if sys.platform != PLATFORM:
     show()
     if PLATFORM == "win32" and sys.stdout is not None and not sys.stdout.isatty():
         sys.stdout.reconfigure(encoding="cp1252", errors="strict")  # type: ignore[union-attr]

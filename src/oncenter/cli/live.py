@@ -202,8 +202,8 @@ def _interface(named: str | None) -> str:
         from oncenter.errors import WRONG_USAGE, OncenterError
 
         raise OncenterError(
-            "only Linux has SocketCAN: name the interface of your CAN adapter, --interface pcan, vector, kvaser, ixxat, "
-            "slcan, gs_usb or another of python-can's",
+            "only Linux has SocketCAN: name the interface of your CAN adapter, --interface pcan, vector, kvaser, "
+            "ixxat, slcan, gs_usb or another of python-can's",
             code="usage",
             exit_code=WRONG_USAGE,
         )

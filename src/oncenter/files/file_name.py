@@ -11,7 +11,8 @@ import unicodedata
 # File systems allow a name 255, Windows a whole path 260; with room for what is appended.
 STEM_BYTES_MAX = 120 if sys.platform == "win32" else 200
 _IGNORES_CASE = sys.platform in ("win32", "darwin")
-_OF_A_DEVICE = re.compile(r"(con|prn|aux|nul|com[\d¹²³]|lpt[\d¹²³])(?![^.])", re.IGNORECASE)  # of Windows, with any suffix
+# Windows takes such a name for a device, whatever suffix follows.
+_OF_A_DEVICE = re.compile(r"(con|prn|aux|nul|com[\d¹²³]|lpt[\d¹²³])(?![^.])", re.IGNORECASE)
 # Python's stand-ins for bytes that are no text; characters that a terminal obeys or that reverse what follows.
 _NOT_PRINTABLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from oncenter.utc import utc
+
 SOURCES = Path(__file__).parents[1] / "src"
 ELSEWHERE = Path(__file__).parent / "elsewhere"
 TRUCK = "scania_r730_4x2"
@@ -139,6 +141,13 @@ def test_files_of_two_trucks_are_two_where_capitals_are_no_other_letters(platfor
 def test_a_path_of_windows_is_shown_with_slashes() -> None:
     said = r"from oncenter.files.file_name import printable_name as p; print(p('C:\\logs\\xa1\\drive\x1b.csv'))"
     assert printed("win32", said) == "C:/logs/xa1/drive\\x1b.csv\n"
+
+
+def test_dates_beyond_those_of_windows_are_the_same() -> None:
+    assert [f"{utc(time_s):%Y-%m-%d %H:%M:%S}" for time_s in (-1.0, 253_402_300_799.0)] == [
+        "1969-12-31 23:59:59",
+        "9999-12-31 23:59:59",
+    ]
 
 
 def test_a_crash_on_windows_is_named_by_its_status() -> None:

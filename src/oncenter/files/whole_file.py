@@ -201,7 +201,7 @@ def _is_stdout(there: os.stat_result) -> bool:
 @contextmanager
 def _copied_through(special: Path) -> Iterator[Path]:
     with os.fdopen(_opened(special), "wb") as file, tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        unfinished = Path(folder) / special.name
+        unfinished = Path(folder) / f"{UNFINISHED}{special.name}"  # NUL alone is a device in any folder of Windows
         unfinished.touch()
         yield unfinished
         with unfinished.open("rb") as content:

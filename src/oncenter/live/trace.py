@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable, Mapping
-from datetime import UTC, datetime
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.whole_file import check_place, whole_file
 from oncenter.live.learner import Stepped
 from oncenter.signals import DEGREE
+from oncenter.utc import utc
 
 _EPOCH_S = 1e8  # times beyond are of day and year
 _UNITS = {"s": "s", "deg": "deg", "deg_s": "deg/s", "m_s": "m/s", "m_s2": "m/s^2", "deg_m_s2": "deg/(m/s^2)"}
@@ -165,7 +165,7 @@ def _write_mf4(columns: Mapping[str, Any], path: Path) -> None:
     start_s = float(time[0]) if time[0] > _EPOCH_S else 0.0
     with MDF(version="4.10") as mdf:
         if start_s:
-            mdf.start_time = datetime.fromtimestamp(start_s, UTC)
+            mdf.start_time = utc(start_s)
         mdf.append(
             [
                 Signal(

@@ -13,7 +13,7 @@ SANITIZED = $(CORE_TESTS) $(wildcard tests/test_simulate*.py) $(addprefix tests/
 PYTEST = -m pytest -q -n auto --dist worksteal
 ON_OTHERS = $(PYTEST) -p no:cacheprovider -o faulthandler_timeout=120 -o faulthandler_exit_on_timeout=true -m "not slow"
 # What meets the operating system: files, child processes, buses, consoles.
-PORTABLE_TESTS = $(addprefix tests/test_,child.py cli.py export_c.py file_name.py fleet.py fleet_files.py live.py \
+PORTABLE_TESTS = $(addprefix tests/test_,child.py cli.py export_c.py file_name.py fleet.py live.py \
 	live_bus.py live_kept.py live_page.py read_apart.py regular_file.py report.py standard_input.py whole_file.py)
 MACOS_TESTS = $(addprefix tests/test_,child.py file_name.py fleet.py live_bus.py live_kept.py whole_file.py)
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
@@ -89,8 +89,8 @@ slow: .venv/ready ## the slow tests: poisoned fleets, full disks, hostile and da
 
 # This machine is shown to oncenter, and to nothing else, as Windows and as macOS. A test that waits for ever ends all.
 portable: .venv/ready ## what meets the operating system, as Windows and macOS would have it (tests/elsewhere)
-	ONCENTER_AS=win32 PYTHONPATH=tests/elsewhere $(BIN)/python $(ON_OTHERS) $(PORTABLE_TESTS)
-	ONCENTER_AS=darwin PYTHONPATH=tests/elsewhere $(BIN)/python $(ON_OTHERS) $(MACOS_TESTS)
+	ONCENTER_AS=win32 PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(PORTABLE_TESTS)
+	ONCENTER_AS=darwin PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(MACOS_TESTS)
 
 # Without inlining, lest a function's branches count for each of its callers.
 coverage: .venv/ready ## which branches of the core its tests take

@@ -281,7 +281,7 @@ def test_a_replay_says_what_offset_says(capsys: pytest.CaptureFixture[str]) -> N
     [
         ([], 2, "name a CHANNEL or --replay LOG"),
         (["can0", "--interface", "telepathy"], 2, "python-can knows"),
-        (["can99"], 1, "cannot open can99 (socketcan)"),
+        pytest.param(["can99"], 1, "cannot open can99 (socketcan)", marks=pytest.mark.linux),
         (["--replay", "drive.csv"], 2, "for a table use oncenter offset"),
         (["--replay", "none.log"], 1, "cannot read none.log: No such file or directory"),
         (["--replay", "/"], 1, "/ is a directory, not a log"),

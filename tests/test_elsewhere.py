@@ -143,6 +143,12 @@ def test_a_path_of_windows_is_shown_with_slashes() -> None:
     assert printed("win32", said) == "C:/logs/xa1/drive\\x1b.csv\n"
 
 
+def test_a_reader_that_has_seen_enough_is_no_error_on_windows_either() -> None:
+    said = "from oncenter.cli import _is_of_a_reader_that_left as left; print([left(OSError(k, '')) for k in (22, 28)])"
+    assert printed("win32", said) == "[True, False]\n"
+    assert printed("darwin", said) == "[False, False]\n"
+
+
 def test_dates_beyond_those_of_windows_are_the_same() -> None:
     assert [f"{utc(time_s):%Y-%m-%d %H:%M:%S}" for time_s in (-1.0, 253_402_300_799.0)] == [
         "1969-12-31 23:59:59",

@@ -14,6 +14,11 @@ OFFSET_TESTS = $(addprefix tests/test_,estimate.py findings.py budget.py signals
 # What enters C code of ours runs with sanitizers, all else without: each test once.
 SANITIZED = $(CORE_TESTS) $(wildcard tests/test_simulate*.py) $(addprefix tests/test_,estimate.py oracle.py tandem.py)
 PYTEST = -m pytest -q -n auto --dist worksteal
+ON_OTHERS = $(PYTEST) -p no:cacheprovider -o faulthandler_timeout=120 -o faulthandler_exit_on_timeout=true -m "not slow"
+# What meets the operating system: files, child processes, buses, consoles.
+PORTABLE_TESTS = $(addprefix tests/test_,child.py cli.py export_c.py file_name.py fleet.py live.py \
+	live_bus.py live_kept.py live_page.py read_apart.py regular_file.py report.py standard_input.py whole_file.py)
+MACOS_TESTS = $(addprefix tests/test_,child.py file_name.py fleet.py live_bus.py live_kept.py whole_file.py)
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 
 # What Debian parts from python3 and gcc. Without ensurepip, venv fails and leaves a half-made .venv behind.
@@ -33,8 +38,8 @@ need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && ec
 	apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2) \
 	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
 
-.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow coverage fuzz embedded wheels bench accuracy \
-	lock lowest clean
+.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow portable coverage fuzz embedded wheels \
+	bench accuracy lock lowest clean
 .DEFAULT_GOAL := help
 
 help: ## show this
@@ -54,8 +59,11 @@ test: .venv/dev ## all checks, all tests but the slow ones, each bench for a mom
 lint: .venv/dev
 	$(BIN)/ruff check .
 
+# mypy knows what the standard library lacks on each system.
 types: .venv/dev
 	$(BIN)/mypy --strict src
+	$(BIN)/mypy --strict --platform win32 --cache-dir .mypy_cache/win32 src
+	$(BIN)/mypy --strict --platform darwin --cache-dir .mypy_cache/darwin src
 
 warnings: .venv/dev
 	@set -e; for file in $(C_FILES) $(EXPORTED); do echo "$(CC) $(WARNINGS) $$file"; \
@@ -84,6 +92,11 @@ pytest: .venv/dev
 
 slow: .venv/dev ## the slow tests: poisoned fleets, full disks, hostile and damaged logs, the accuracy bench
 	$(BIN)/python -m pytest -q -m slow
+
+# This machine is shown to oncenter, and to nothing else, as Windows and as macOS. A test that waits for ever ends all.
+portable: .venv/dev ## what meets the operating system, as Windows and macOS would have it (tests/elsewhere)
+	ONCENTER_AS=win32 PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(PORTABLE_TESTS)
+	ONCENTER_AS=darwin PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(MACOS_TESTS)
 
 # Without inlining, lest a function's branches count for each of its callers.
 coverage: .venv/dev ## which branches of the core its tests take

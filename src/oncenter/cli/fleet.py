@@ -119,11 +119,11 @@ def in_words(summary: Summary) -> str:
 
 
 def _lines(row: dict[str, Any]) -> list[str]:
-    from datetime import UTC, datetime
+    from oncenter.utc import utc
 
     value, half = row["offset_deg"], 1.96 * row["offset_sd_deg"]
     offset = f"{value:+.1f} deg, {value - half:+.1f} to {value + half:+.1f}"
-    since = f"{datetime.fromtimestamp(row['since'], UTC):%Y-%m-%d}" if row["changes"] else "its first"
+    since = f"{utc(row['since']):%Y-%m-%d}" if row["changes"] else "its first"
     line = f"  {row['truck'][:22]:24}{row['verdict']:11}{offset:>24}   {since:12}{row['q_value']:8.2g}"
     decides = row.get("would_decide")
     return [line, f"    would decide: {decides}"] if decides else [line]

@@ -268,6 +268,26 @@ def test_a_signal_that_is_not_available_or_no_number_is_not_used(fmu: Fmu) -> No
     assert fmu.get("rejected_time.missing_signal") == pytest.approx(0.02)
 
 
+def test_the_torque_of_a_drive_is_an_input_of_the_fmu_too(fmu: Fmu, tmp_path: Path) -> None:
+    scenario = tmp_path / "torque.toml"
+    text = (ROOT / "scenarios" / "worn_truck.toml").read_text(encoding="utf-8")
+    scenario.write_text(f"{text}\n[sensors.steering_wheel_torque]\n", encoding="utf-8")
+    simulated, _ = oc.simulate(str(scenario), seed=3)
+    drive = Signals(simulated.table.head(30_000), simulated.sources, simulated.rate_hz, simulated.log)
+    offsets = []
+    for table in (drive.table, drive.table.drop("steering_wheel_torque_nm")):
+        fmu.set("params.use_accelerometer", False)
+        fmu.set("params.torque_for_accelerometer_1", 1.0)
+        fmu.has(table)
+        fmu.begin(table["time_s"][0])
+        fmu.drive(table, drive.rate_hz)
+        offsets.append(bits(fmu.get("offset")))
+        fmu.slave.reset()
+    expected = oc.offset(drive, LEFT_HAND, params={"use_accelerometer": 0.0})
+    assert offsets[0] == bits(expected.offset.value)
+    assert offsets[0] != offsets[1]
+
+
 def refused(call: object, *arguments: object) -> bool:
     """Whether the FMU refuses; fmpy raises then."""
     try:

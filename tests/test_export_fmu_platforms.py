@@ -77,6 +77,12 @@ def test_an_fmu_has_a_binary_for_windows_linux_and_macos_where_fmi_looks_for_it(
     assert validate_fmu(str(written[fmi])) == []
 
 
+def test_the_licences_of_what_zig_links_in_travel_with_the_binaries(unzipped: dict[int, Path]) -> None:
+    texts = unzipped[2] / "documentation" / "licenses"
+    assert "Zope Public License" in (texts / "mingw-w64.txt").read_text(encoding="utf-8")
+    assert "Zig contributors" in (texts / "zig.txt").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize(("fmi", "platform"), EACH)
 def test_a_binary_exports_each_function_of_the_standard_and_nothing_else(
     fmi: int, platform: str, unzipped: dict[int, Path]

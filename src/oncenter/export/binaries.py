@@ -100,6 +100,16 @@ def binaries(fmi: Fmi, sources: Mapping[str, bytes], compiled: Sequence[str]) ->
     return {path: _one_file([library for _, library in pairs]) for path, pairs in by_path}
 
 
+def licences() -> dict[str, bytes]:
+    """By name, the texts that must travel with what the compiler links into a binary: zig does, its C runtimes."""
+    spec = find_spec("ziglang") if has_zig() else None
+    if spec is None or spec.origin is None:
+        return {}
+    package = Path(spec.origin).parent
+    texts = {"zig.txt": package / "LICENSE", "mingw-w64.txt": package / "lib" / "libc" / "mingw" / "COPYING"}
+    return {name: text.read_bytes() for name, text in texts.items()}
+
+
 def _one_file(libraries: Sequence[bytes]) -> bytes:
     return libraries[0] if len(libraries) == 1 else universal(libraries)
 

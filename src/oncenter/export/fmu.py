@@ -12,7 +12,7 @@ from pathlib import Path
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.export.binaries import binaries
+from oncenter.export.binaries import binaries, licences
 from oncenter.export.core_source import LICENCE, core_files
 from oncenter.export.model_description import Fmi, build_description, model_description
 from oncenter.export.page import page
@@ -28,6 +28,7 @@ _HEADERS: dict[Fmi, tuple[str, ...]] = {
     2: ("instance.h", "fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
     3: ("instance.h", "fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
 }
+_LICENCES = "documentation/licenses/"
 _LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same vehicle gives the same bytes
 
 
@@ -56,6 +57,7 @@ def write_fmu(vehicle: Vehicle, output: str | os.PathLike[str], *, fmi: Fmi = 2)
     files = _contents(vehicle, fmi)
     sources = {Path(name).name: data for name, data in files.items() if name.startswith("sources/")}
     files |= binaries(fmi, sources, _compiled(fmi))
+    files |= {f"{_LICENCES}{name}": text for name, text in licences().items()}
     write_whole(path, _packed(files))
     return path
 
@@ -81,12 +83,11 @@ def _contents(vehicle: Vehicle, fmi: Fmi) -> dict[str, bytes]:
     sources[_VARIABLES] = c_table(variables, token).encode()
     if fmi == 3:
         sources["buildDescription.xml"] = build_description(_compiled(fmi))
-    licences = "documentation/licenses/"
     return {
         "modelDescription.xml": model_description(fmi, vehicle.name, variables, token, _compiled(fmi)),
         "documentation/index.html": page(vehicle.name, variables).encode(),
-        f"{licences}license.txt": LICENCE.read_bytes(),
-        f"{licences}fmi_headers.txt": (_FMI / "LICENSE.txt").read_bytes(),
+        f"{_LICENCES}license.txt": LICENCE.read_bytes(),
+        f"{_LICENCES}fmi_headers.txt": (_FMI / "LICENSE.txt").read_bytes(),
         **{f"sources/{name}": data for name, data in sorted(sources.items())},
     }
 

@@ -38,7 +38,7 @@ need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && ec
 	apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2) \
 	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
 
-.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow portable coverage fuzz embedded wheels \
+.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow portable coverage fuzz embedded fmu wheels \
 	bench accuracy lock lowest clean
 .DEFAULT_GOAL := help
 
@@ -114,6 +114,16 @@ fuzz: .venv/dev ## the core by random bytes (FUZZ_S=600 s), then the readers by 
 embedded: .venv/dev ## the core on two emulated microcontrollers: the same bits, and what it costs
 	@$(call need,$(HAS_ARM),gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)
 	$(BIN)/python embedded/table.py
+
+# What runs or loads the binaries that zig compiles; ecos needs libtbb12.
+OTHER_MACHINES = wine64 qemu-user libc6-arm64-cross libtbb12
+HAS_MACHINES = PATH="$$PATH:/usr/lib/wine" command -v wine64 >/dev/null && command -v qemu-aarch64 >/dev/null && \
+	test -d /usr/aarch64-linux-gnu && ls /usr/lib/*/libtbb.so.12 >/dev/null 2>&1
+
+fmu: .venv/dev ## the FMU on other platforms, the same bits in emulators, and in two further importers
+	@$(call need,$(HAS_MACHINES),$(OTHER_MACHINES))
+	$(BIN)/python -m pip install -q --disable-pip-version-check 'ziglang>=0.17' 'libcosimpy>=0.0.6' 'ecospy>=0.7'
+	$(BIN)/python -m pytest -q -rs tests/test_export_fmu_platforms.py tests/test_export_fmu_importers.py
 
 wheels: .venv/ready build/wheels/ready ## the sdist and a wheel for each platform in dist/, checked as far as they can run here
 	@$(call need,$(HAS_EMULATORS),qemu-user wine wine64 musl mmdebstrap)

@@ -1,0 +1,224 @@
+"""Vector's `.asc` logs, a block of text at a time.
+
+Frames of classic CAN as they are usually written are read many at once. Every other line is looked at by itself: events
+are passed over, and a frame that is written in an unusual way gives what python-can makes of it. A log that as a whole is
+written in an unknown way is left to python-can.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from oncenter.errors import NeedsLibrary
+from oncenter.read.cut_off import CutOff
+from oncenter.read.digits import Places
+from oncenter.read.fields import Layout, Lines, frames_in
+from oncenter.read.frames import Column, Frames
+from oncenter.read.other_lines import OtherLines, Row, row
+from oncenter.read.text_blocks import TextBlocks
+from oncenter.read.text_lines import BASE, is_strange, with_identifier
+
+_LAYOUTS = {
+    decimal: Layout(
+        time=0,
+        bus=1,
+        first_bus=1,
+        identifier=2,
+        words=((3, (b"Rx", b"Tx")), (4, (b"d",))),
+        length=5,
+        data=6,
+        decimal=decimal,
+        marked=True,
+    )
+    for decimal in (False, True)
+}
+_MESSAGE = re.compile(  # as in python-can
+    r"\d+\.\d+\s+(\d+\s+(\w+\s+(Tx|Rx)|ErrorFrame)|CANFD)", re.ASCII | re.IGNORECASE
+)
+_HEAD_WORDS = (b"base", b"begin", b"date")
+_HEAD = re.compile(rb"^[ \t]*(?:base|begin|date)[ \t].*", re.IGNORECASE | re.MULTILINE)
+_DATE = re.compile(r"\s*(?:date|begin\s+triggerblock)\s+\w+\s+(.+?)\s*", re.IGNORECASE)
+_MONTHS = {name: k for k, name in enumerate("jan feb mar apr may jun jul aug sep oct nov dec".split(), 1)} | {
+    "mär": 3,
+    "mai": 5,
+    "okt": 10,
+    "dez": 12,
+}
+_DAY = re.compile(r"(\w+)\s+(\d\d?)\s+(\d\d?):(\d\d?):(\d\d?)(?:\.(\d{1,6}))?(?:\s+([ap])m)?\s+(\d{4})", re.IGNORECASE)
+
+
+def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
+    """Data frames of classic CAN, a block of text at a time; notes say what is left out.
+
+    Raises:
+        OncenterError: "unreadable_log": messages have names and no identifiers.
+        NeedsLibrary: it is written in a way that is not known here.
+    """
+    size = max(path.stat().st_size, 1)
+    with path.open("rb") as file:
+        text, log = TextBlocks(file), _Log(OtherLines(path.name))
+        for block in text:
+            progress(min(file.tell() / size, 1.0))
+            yield log.frames(block)
+    if text.cut_off:
+        notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
+    notes += log.others.notes()
+
+
+@dataclass
+class _Log:
+    """What the lines so far say about those to come.
+
+    Attributes:
+        others: lines that are no usual frames.
+        base: whether numbers are decimal, and whether times count from the line before; None where not said so far.
+        start_s: what times count from, s since 1970.
+        passed_s: sum of the times that count from the line before.
+        starts: of a block, the places of text from which on times count from another start.
+    """
+
+    others: OtherLines
+    base: tuple[bool, bool] | None = None
+    start_s: float = 0.0
+    passed_s: float = 0.0
+    starts: list[tuple[int, float]] = field(default_factory=list)
+
+    def frames(self, block: bytes) -> Frames:
+        """
+        Raises:
+            OncenterError, NeedsLibrary: as `chunks`.
+        """
+        self.starts = [(0, self.start_s)]
+        lowered = block.lower()
+        if any(word in lowered for word in _HEAD_WORDS):  # in no usual frame
+            for found in _HEAD.finditer(block):
+                self._head(found[0].decode("utf-8", "replace"), found.start())
+        decimal, relative = self.base or (False, False)
+        lines = frames_in(block, _LAYOUTS[decimal])
+        frames, numbers = self.others.frames(lines, self._row)
+        time = self._since_start(lines, frames.time, numbers) if relative else frames.time
+        return replace(frames, time=time + self._start_at(lines, numbers))
+
+    def _head(self, line: str, place: int) -> None:
+        base = BASE.match(line)
+        if base is not None:
+            said = (base[1].lower() == "dec", (base[2] or "").lower() == "relative")
+            if self.base not in (None, said):
+                raise NeedsLibrary("the base of its numbers changes")
+            self.base = said
+            return
+        date = _DATE.fullmatch(line)
+        if date is not None:
+            self.start_s = _seconds(date[1])
+        self.starts.append((place, self.start_s))
+
+    def _start_at(self, lines: Lines, numbers: Places) -> Column | float:
+        if len(self.starts) == 1:
+            return self.start_s
+        places, starts = (np.array(column) for column in zip(*self.starts, strict=True))
+        begins = lines.begins[numbers] - lines.begins[0]
+        given: Column = starts[np.searchsorted(places, begins, side="right") - 1]
+        return given
+
+    def _since_start(self, lines: Lines, steps: Column, numbers: Places) -> Column:
+        """Of times that each count from the line before, whether that is a frame or not; they begin anew with `begin`."""
+        every = np.zeros(len(lines.begins))
+        every[numbers] = steps
+        is_frame = np.zeros(len(every), bool)
+        is_frame[numbers] = True
+        for number in np.flatnonzero(~is_frame).tolist():
+            every[number] = _step(lines.line(number))
+        begins = np.searchsorted(lines.begins - lines.begins[0], [place for place, _ in self.starts[1:]])
+        since = np.empty(len(every))
+        for begin, end in pairwise([0, *begins.tolist(), len(every)]):
+            passed_s = self.passed_s if begin == 0 else 0.0
+            since[begin:end] = np.cumsum(np.concatenate(([passed_s], every[begin:end])))[1:]
+        self.passed_s = float(since[-1])
+        return np.round(since, 9)[numbers]
+
+    def _row(self, line: str) -> Row | None:
+        """The frame of any line, or None; as python-can reads it.
+
+        Raises:
+            OncenterError: as `chunks`.
+            ValueError: it begins as a frame and is none.
+        """
+        words = line.split(None, 4)
+        if not words:
+            return None
+        if is_strange(words):
+            self.others.leave_out(line)
+            return None
+        decimal = bool(self.base and self.base[0])
+        if len(words) > 1 and words[0][:1].isdigit():
+            line = with_identifier(line, words, self.others.log, decimal=decimal)
+        line = line.strip()
+        if not _MESSAGE.match(line):
+            return None
+        time, bus, rest = line.split(None, 2)
+        if bus == "CANFD":
+            self.others.flexible += 1
+        if not bus.isdigit():
+            return None
+        return _classic(float(time), int(bus) - 1, rest, 10 if decimal else 16)
+
+
+def _classic(time: float, bus: int, text: str, base: int) -> Row | None:
+    """A frame of classic CAN; None of an error frame or a remote one.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if text[:10].lower() == "errorframe":
+        return None
+    identifier, _, rest = text.split(None, 2)
+    extended = identifier[-1:].lower() == "x"
+    number = int(identifier[:-1] if extended else identifier, base)
+    if rest[0].lower() == "r":
+        return None
+    _, length, *data = rest.split()
+    count = int(length, base)
+    if count < 0:
+        raise ValueError("a negative length")
+    return row(time, number, extended, bytes(int(byte, base) for byte in data[: min(count, 8)]), bus)
+
+
+def _step(line: str) -> float:
+    """s since the line before; 0 of a line that has no time."""
+    words = line.split(None, 1)
+    if len(words) < 2 or not words[0][:1].isdigit():
+        return 0.0
+    try:
+        return float(words[0])
+    except ValueError:
+        return 0.0
+
+
+def _seconds(date: str) -> float:
+    """Since 1970 of `Jun 15 02:13:20.000 pm 2016`, in this machine's time zone as the format has it.
+
+    Raises:
+        NeedsLibrary: it is another date.
+    """
+    found = _DAY.fullmatch(date)
+    try:
+        if found is None:
+            raise ValueError(date)
+        month, day, hour, minute, second, fraction, half, year = found.groups()
+        hours = int(hour)
+        if half is not None:
+            if not 1 <= hours <= 12:
+                raise ValueError(date)
+            hours = hours % 12 + (12 if half.lower() == "p" else 0)
+        months = _MONTHS.get(month.lower(), 0) or int(month)
+        micros = int((fraction or "0").ljust(6, "0"))
+        return datetime(int(year), months, int(day), hours, int(minute), int(second), micros).timestamp()
+    except (ValueError, OverflowError) as error:
+        raise NeedsLibrary(f"its date reads {date[:40]!r}") from error

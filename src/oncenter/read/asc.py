@@ -1,8 +1,7 @@
 """Vector's `.asc` logs, a block of text at a time.
 
-Frames of classic CAN as they are usually written are read many at once. Every other line is looked at by itself: events
-are passed over, and a frame that is written in an unusual way gives what python-can makes of it. A log that as a whole is
-written in an unknown way is left to python-can.
+Usual frames of classic CAN are read many at once. Every other line is read by itself: events are passed over, and an
+unusual frame becomes what python-can makes of it. A log that is written in an unknown way is left to python-can.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ import numpy as np
 from oncenter.errors import NeedsLibrary
 from oncenter.read.cut_off import CutOff
 from oncenter.read.digits import Places
-from oncenter.read.fields import Layout, Lines, frames_in
+from oncenter.read.fields import Fields, Layout
 from oncenter.read.frames import Column, Frames
 from oncenter.read.other_lines import OtherLines, Row, row
 from oncenter.read.text_blocks import TextBlocks
@@ -42,9 +41,8 @@ _LAYOUTS = {
 _MESSAGE = re.compile(  # as in python-can
     r"\d+\.\d+\s+(\d+\s+(\w+\s+(Tx|Rx)|ErrorFrame)|CANFD)", re.ASCII | re.IGNORECASE
 )
-_HEAD_WORDS = (b"base", b"begin", b"date")
-_HEAD = re.compile(rb"^[ \t]*(?:base|begin|date)[ \t].*", re.IGNORECASE | re.MULTILINE)
-_DATE = re.compile(r"\s*(?:date|begin\s+triggerblock)\s+\w+\s+(.+?)\s*", re.IGNORECASE)
+_HEADS = b"bBdD"  # of lines that say how others are meant: base, begin, date
+_DATE = re.compile(r"(?:date|begin\s+triggerblock)\s+\w+\s+(.+)", re.IGNORECASE)
 _MONTHS = {name: k for k, name in enumerate("jan feb mar apr may jun jul aug sep oct nov dec".split(), 1)} | {
     "mär": 3,
     "mai": 5,
@@ -69,7 +67,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
             yield log.frames(block)
     if text.cut_off:
         notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
-    notes += log.others.notes()
+    notes += log.others.notes("are no frames and were left out")
 
 
 @dataclass
@@ -81,7 +79,7 @@ class _Log:
         base: whether numbers are decimal, and whether times count from the line before; None where not said so far.
         start_s: what times count from, s since 1970.
         passed_s: sum of the times that count from the line before.
-        starts: of a block, the places of text from which on times count from another start.
+        starts: of a block, the lines from which on times count from another start.
     """
 
     others: OtherLines
@@ -95,18 +93,16 @@ class _Log:
         Raises:
             OncenterError, NeedsLibrary: as `chunks`.
         """
+        fields = Fields(block)
         self.starts = [(0, self.start_s)]
-        lowered = block.lower()
-        if any(word in lowered for word in _HEAD_WORDS):  # in no usual frame
-            for found in _HEAD.finditer(block):
-                self._head(found[0].decode("utf-8", "replace"), found.start())
+        for number in fields.lines_that_begin_with(_HEADS):
+            self._head(fields.line(number).strip(), number)
         decimal, relative = self.base or (False, False)
-        lines = frames_in(block, _LAYOUTS[decimal])
-        frames, numbers = self.others.frames(lines, self._row)
-        time = self._since_start(lines, frames.time, numbers) if relative else frames.time
-        return replace(frames, time=time + self._start_at(lines, numbers))
+        frames, numbers = self.others.frames(fields.frames(_LAYOUTS[decimal]), self._row)
+        time = self._since_start(fields, frames.time, numbers) if relative else frames.time
+        return replace(frames, time=time + self._start_at(numbers))
 
-    def _head(self, line: str, place: int) -> None:
+    def _head(self, line: str, number: int) -> None:
         base = BASE.match(line)
         if base is not None:
             said = (base[1].lower() == "dec", (base[2] or "").lower() == "relative")
@@ -117,29 +113,29 @@ class _Log:
         date = _DATE.fullmatch(line)
         if date is not None:
             self.start_s = _seconds(date[1])
-        self.starts.append((place, self.start_s))
+        if date is not None or line[:5].lower() == "begin":
+            self.starts.append((number, self.start_s))
 
-    def _start_at(self, lines: Lines, numbers: Places) -> Column | float:
+    def _start_at(self, numbers: Places) -> Column | float:
+        """Of lines, from when their times count."""
         if len(self.starts) == 1:
             return self.start_s
-        places, starts = (np.array(column) for column in zip(*self.starts, strict=True))
-        begins = lines.begins[numbers] - lines.begins[0]
-        given: Column = starts[np.searchsorted(places, begins, side="right") - 1]
+        lines, starts = (np.array(column) for column in zip(*self.starts, strict=True))
+        given: Column = starts[np.searchsorted(lines, numbers, side="right") - 1]
         return given
 
-    def _since_start(self, lines: Lines, steps: Column, numbers: Places) -> Column:
-        """Of times that each count from the line before, whether that is a frame or not; they begin anew with `begin`."""
-        every = np.zeros(len(lines.begins))
+    def _since_start(self, fields: Fields, steps: Column, numbers: Places) -> Column:
+        """Of times that count from the line before, be it a frame or not. With `begin` they start anew."""
+        every = np.zeros(len(fields.line_ends))
         every[numbers] = steps
         is_frame = np.zeros(len(every), bool)
         is_frame[numbers] = True
         for number in np.flatnonzero(~is_frame).tolist():
-            every[number] = _step(lines.line(number))
-        begins = np.searchsorted(lines.begins - lines.begins[0], [place for place, _ in self.starts[1:]])
+            every[number] = _step(fields.line(number))
         since = np.empty(len(every))
-        for begin, end in pairwise([0, *begins.tolist(), len(every)]):
-            passed_s = self.passed_s if begin == 0 else 0.0
-            since[begin:end] = np.cumsum(np.concatenate(([passed_s], every[begin:end])))[1:]
+        for begin, end in pairwise([*(number for number, _ in self.starts), len(every)]):
+            since[begin:end] = np.cumsum(np.concatenate(([self.passed_s], every[begin:end])))[1:]
+            self.passed_s = 0.0
         self.passed_s = float(since[-1])
         return np.round(since, 9)[numbers]
 

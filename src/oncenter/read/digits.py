@@ -1,4 +1,4 @@
-"""Digits in text as numbers, many places at once: eight characters are one 64-bit word, the first one its lowest byte."""
+"""Digits in text as numbers, many at once: eight characters are one 64-bit word, the first one its lowest byte."""
 
 from __future__ import annotations
 
@@ -41,4 +41,5 @@ def decimal(digits: Words) -> Words:
 
 def all_decimal(digits: Words) -> npt.NDArray[np.bool_]:
     """Whether each of the eight bytes is 0 to 9."""
-    return (digits + np.uint64(0x0606060606060606)) & np.uint64(0xF0F0F0F0F0F0F0F0) == 0
+    good: npt.NDArray[np.bool_] = (digits + np.uint64(0x0606060606060606)) & np.uint64(0xF0F0F0F0F0F0F0F0) == 0
+    return good

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.read.digits import Bytes, Places, Words, all_decimal, decimal, eight, packed, without_first
-from oncenter.read.frames import Column, bus_code
+from oncenter.read.frames import Column, Frames, bus_code
 
 _PAD = b" " * 32  # before and after a block, so that no look around a place leaves it
 _BLANK, _LINE_END, _OTHER = 0x40, 0x60, 0x80  # what is no hexadecimal digit; a line's end is blank as well
@@ -66,78 +66,67 @@ class Layout:
 
 @dataclass(frozen=True)
 class Lines:
-    """A block's lines, and the frames that some of them are: columns as of `Frames`, a row a frame.
+    """A block's lines, and the frames that some of them are.
 
     Attributes:
-        begins, ends: of each line in `text`, without its line end.
         is_frame: of each line, whether it is one of the frames.
-        time: as written.
+        frames: with times as written.
     """
 
-    text: bytes
-    begins: Places
-    ends: Places
+    fields: Fields
     is_frame: Flags
-    time: Column
-    identifier: npt.NDArray[np.uint32]
-    extended: Flags
-    data: Words
-    length: Bytes
-    bus: Words
-
-    def line(self, number: int) -> str:
-        return self.text[self.begins[number] : self.ends[number]].decode("utf-8", "replace")
+    frames: Frames
 
 
-def frames_in(block: bytes, layout: Layout) -> Lines:
-    """Of whole lines."""
-    fields = _Fields(_PAD + block + _PAD, len(_PAD) + len(block))
-    rows = fields.rows_with(layout.head_fields)
-    time, good = fields.number(rows, layout.time)
-    identifier, extended, identifier_good = fields.identifier(rows, layout)
-    length, length_good = fields.length(rows, layout.length)
-    data, data_good = (fields.decimal_data if layout.decimal else fields.data)(rows, layout.data, length)
-    good &= identifier_good & (identifier < _IDENTIFIERS) & length_good & data_good
-    bus = np.full(len(rows), _BUSES[1])
-    if layout.bus is not None:
-        bus, bus_good = fields.bus(rows, layout.bus, layout.first_bus)
-        good &= bus_good
-    for field, words in layout.words:
-        good &= fields.is_one_of(rows, field, words)
-    if layout.ends_with_data:
-        good &= fields.counts[rows] == layout.data + length.astype(np.int64)
-    is_frame = np.zeros(len(fields.line_ends), bool)
-    is_frame[rows] = good
-    columns = (time, identifier, extended, data, length, bus)
-    if not good.all():
-        columns = tuple(column[good] for column in columns)  # type: ignore[assignment]
-    return Lines(fields.text, fields.line_begins, fields.line_ends, is_frame, *columns)
+class Fields:
+    """Where the fields of a block of whole lines are."""
 
-
-class _Fields:
-    """Where the fields of a padded text are."""
-
-    def __init__(self, text: bytes, end: int) -> None:
-        self.text = text
-        self.characters = np.frombuffer(text, np.uint8)
-        self.kinds = np.frombuffer(text.translate(_KINDS), np.uint8)
-        self.line_ends = np.flatnonzero(self.kinds[:end] == _LINE_END)
+    def __init__(self, block: bytes) -> None:
+        self.text = _PAD + block + _PAD
+        self.characters = np.frombuffer(self.text, np.uint8)
+        self.kinds = np.frombuffer(self.text.translate(_KINDS), np.uint8)
+        self.line_ends = np.flatnonzero(self.kinds == _LINE_END)
         self.line_begins = np.concatenate(([len(_PAD)], self.line_ends[:-1] + 1))
         blank = self.kinds & _BLANK != 0
-        self._begins = np.flatnonzero(blank[:-1] > blank[1:]) + 1
-        self._ends = np.flatnonzero(blank[:-1] < blank[1:]) + 1
-        self._first = np.searchsorted(self._begins, self.line_begins)
-        self.counts = np.diff(np.append(self._first, len(self._begins)))  # of fields
+        edges = np.flatnonzero(blank[:-1] != blank[1:])  # a field begins behind the first, ends with the second, ...
+        self._before, self._last = edges[0::2], edges[1::2]
+        self._first = np.searchsorted(self._before, self.line_begins - 1)
+        self.counts = np.diff(np.append(self._first, len(self._before)))  # of fields
 
-    def rows_with(self, fields: int) -> Places:
-        """Lines of at least so many fields."""
-        return np.flatnonzero(self.counts >= fields)
+    def line(self, number: int) -> str:
+        return self.text[self.line_begins[number] : self.line_ends[number]].decode("utf-8", "replace")
+
+    def lines_that_begin_with(self, letters: bytes) -> list[int]:
+        rows = np.flatnonzero(self.counts)
+        first = self.characters[self._field(rows, 0)[0]]
+        found: list[int] = rows[np.isin(first, np.frombuffer(letters, np.uint8))].tolist()
+        return found
+
+    def frames(self, layout: Layout) -> Lines:
+        rows = np.flatnonzero(self.counts >= layout.head_fields)
+        time, good = self._number(rows, layout.time)
+        identifier, extended, identifier_good = self._identifier(rows, layout)
+        length, length_good = self._length(rows, layout.length)
+        data, data_good = (self._decimal_data if layout.decimal else self._data)(rows, layout.data, length)
+        good &= identifier_good & (identifier < _IDENTIFIERS) & length_good & data_good
+        bus = np.full(len(rows), _BUSES[1])
+        if layout.bus is not None:
+            bus, bus_good = self._bus(rows, layout.bus, layout.first_bus)
+            good &= bus_good
+        for field, words in layout.words:
+            good &= self._is_one_of(rows, field, words)
+        if layout.ends_with_data:
+            good &= self.counts[rows] == layout.data + length.astype(np.int64)
+        is_frame = np.zeros(len(self.line_ends), bool)
+        is_frame[rows] = good
+        frames = Frames(time, identifier, extended, data, length, bus)
+        return Lines(self, is_frame, frames if good.all() else frames.where(good))
 
     def _field(self, rows: Places, number: int) -> tuple[Places, Places]:
         at = self._first[rows] + number
-        return self._begins[at], self._ends[at]
+        return self._before[at] + 1, self._last[at] + 1
 
-    def number(self, rows: Places, field: int) -> tuple[Column, Flags]:
+    def _number(self, rows: Places, field: int) -> tuple[Column, Flags]:
         """Of digits with as many behind the point as the first such line has, and whether it is such a number."""
         begins, ends = self._field(rows, field)
         behind = self._digits_behind_point(begins, ends)
@@ -171,7 +160,7 @@ class _Fields:
             value = value + decimal(high) * np.uint64(10**8)
         return value, good
 
-    def identifier(self, rows: Places, layout: Layout) -> tuple[npt.NDArray[np.uint32], Flags, Flags]:
+    def _identifier(self, rows: Places, layout: Layout) -> tuple[npt.NDArray[np.uint32], Flags, Flags]:
         """Identifiers, which of them have 29 bits, and whether they are such numbers."""
         begins, ends = self._field(rows, layout.identifier)
         width = ends - begins
@@ -187,13 +176,13 @@ class _Fields:
         good = (digits & _NO_DIGIT == 0) & (width > 0) & (width <= _ID_DIGITS)
         return packed(digits).astype(np.uint32).byteswap(), extended, good
 
-    def length(self, rows: Places, field: int) -> tuple[Bytes, Flags]:
+    def _length(self, rows: Places, field: int) -> tuple[Bytes, Flags]:
         """One digit up to 8; 8 where it is none."""
         begins, ends = self._field(rows, field)
         digit = self.kinds[begins]
         return np.minimum(digit, np.uint8(8)), (ends - begins == 1) & (digit <= 8)
 
-    def bus(self, rows: Places, field: int, first: int) -> tuple[Words, Flags]:
+    def _bus(self, rows: Places, field: int, first: int) -> tuple[Words, Flags]:
         """Codes of buses with numbers of up to two digits."""
         begins, ends = self._field(rows, field)
         width, digit = ends - begins, self.kinds[begins]
@@ -206,7 +195,7 @@ class _Fields:
         good &= (number >= 0) & (number < _MOST_BUSES)
         return _BUSES[np.where(good, number, 0)], good
 
-    def is_one_of(self, rows: Places, field: int, words: tuple[bytes, ...]) -> Flags:
+    def _is_one_of(self, rows: Places, field: int, words: tuple[bytes, ...]) -> Flags:
         begins, ends = self._field(rows, field)
         good = np.zeros(len(rows), bool)
         first, second = self.characters[begins], self.characters[begins + 1]
@@ -215,9 +204,9 @@ class _Fields:
             good |= same & (second == word[1]) if len(word) > 1 else same
         return good
 
-    def data(self, rows: Places, field: int, length: Bytes) -> tuple[Words, Flags]:
+    def _data(self, rows: Places, field: int, length: Bytes) -> tuple[Words, Flags]:
         """Bytes of two hexadecimal digits with one blank between them; those beyond the length are 0xFF."""
-        begins = self._begins[np.minimum(self._first[rows] + field, len(self._begins) - 1)]
+        begins = self._before[np.minimum(self._first[rows] + field, len(self._before) - 1)] + 1
         begins = np.where(length > 0, begins, len(_PAD))
         windows: npt.NDArray[np.void] = np.ndarray((len(self.kinds) - 23,), "V24", self.kinds, strides=(1,))
         places = windows[np.minimum(begins, len(windows) - 1)].view(np.uint8).reshape(-1, 8, 3)
@@ -228,14 +217,14 @@ class _Fields:
         good &= begins + 3 * length.astype(np.int64) - 1 <= np.where(length > 0, self.line_ends[rows], begins)
         return _words(high << np.uint8(4) | low) & there | ~there, good
 
-    def decimal_data(self, rows: Places, field: int, length: Bytes) -> tuple[Words, Flags]:
+    def _decimal_data(self, rows: Places, field: int, length: Bytes) -> tuple[Words, Flags]:
         """Bytes of up to three decimal digits; those beyond the length are 0xFF."""
         good = self.counts[rows] >= field + length.astype(np.int64)
-        last = len(self._begins) - 1
+        last = len(self._before) - 1
         data = np.zeros(len(rows), np.uint64)
         for k in range(8):
             at = np.minimum(self._first[rows] + field + k, last)
-            number, number_good = self._whole(self._begins[at], self._ends[at])
+            number, number_good = self._whole(self._before[at] + 1, self._last[at] + 1)
             good &= (number_good & (number <= 0xFF)) | (length <= k)
             data |= (number & np.uint64(0xFF)) << np.uint64(8 * k)
         there = _FIRST_BYTES[length]

@@ -37,7 +37,8 @@ class Frames:
     def __len__(self) -> int:
         return len(self.time)
 
-    def where(self, chosen: npt.NDArray[np.bool_]) -> Frames:
+    def where(self, chosen: npt.NDArray[np.bool_] | npt.NDArray[np.int64]) -> Frames:
+        """Those that are chosen, or in the order of places."""
         return Frames(*(getattr(self, column)[chosen] for column in self.__dataclass_fields__))
 
 

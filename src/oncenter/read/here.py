@@ -24,8 +24,15 @@ def read_here(
     dbc: Sequence[str | os.PathLike[str]],
     take: Mapping[str, str],
     tell: Callable[[float], None],
+    *,
+    by_library: bool = True,
 ) -> Signals:
-    """As `read`, in this process, whatever library reads that format: for a child process, or for a file of ours."""
+    """As `read`, in this process, whatever library reads that format: for a child process, or for a file of ours.
+
+    Raises:
+        NeedsLibrary: python-can is needed and may not be used, see `frames_of_log`.
+        OncenterError: as `read`.
+    """
     plugin = plugin_for(path)
     suffix = "" if plugin is not None else suffix_of(path)
     notes: list[str] = []
@@ -38,7 +45,7 @@ def read_here(
     elif suffix == ".parquet":
         candidates = tabular.read_parquet(path, names, notes)
     else:
-        candidates = _from_bus(path, suffix, names, dbc, notes, tell)
+        candidates = _from_bus(path, suffix, names, dbc, notes, tell, by_library=by_library)
     _note_a_change(path, before, notes)
     signals = as_signals(path, candidates, take, notes)
     tell(1.0)
@@ -70,6 +77,8 @@ def _from_bus(
     dbc: Sequence[str | os.PathLike[str]],
     notes: list[str],
     tell: Callable[[float], None],
+    *,
+    by_library: bool,
 ) -> list[Samples]:
     """Signals of a log of frames: what a DBC says about a message comes before what we know about it."""
     described = databases.definitions(dbc, names, notes)
@@ -78,7 +87,7 @@ def _from_bus(
     if suffix in (".mf4", ".mdf"):
         kept, decoded = mf4.read(path, names, wanted, notes, tell)
     else:
-        kept = keep(frames_of_log(path, notes, tell), wanted)
+        kept = keep(frames_of_log(path, notes, tell, by_library=by_library), wanted)
     notes += short_frames_notes(kept.frames, path.name)
     candidates = decode(kept, described, decoded)
     if not candidates:

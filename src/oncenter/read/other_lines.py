@@ -63,7 +63,7 @@ class OtherLines:
         """
         numbers, rows = [], []
         for number in np.flatnonzero(~lines.is_frame).tolist():
-            line = lines.line(number)
+            line = lines.fields.line(number)
             try:
                 found = read(line)
             except (IndexError, ValueError) as error:
@@ -75,10 +75,9 @@ class OtherLines:
                 rows.append(found)
         self.lines += len(lines.is_frame)
         self._refuse_mangled(_MANGLED_ANYWAY)
-        usual = Frames(lines.time, lines.identifier, lines.extended, lines.data, lines.length, lines.bus)
         if not rows:
-            return usual, np.flatnonzero(lines.is_frame)
-        merged = joined([usual, _as_frames(rows)])
+            return lines.frames, np.flatnonzero(lines.is_frame)
+        merged = joined([lines.frames, _as_frames(rows)])
         places = np.concatenate((np.flatnonzero(lines.is_frame), np.array(numbers, np.int64)))
         order = np.argsort(places, kind="stable")
         return merged.where(order), places[order]
@@ -87,15 +86,18 @@ class OtherLines:
         if self.mangled > anyway + MANGLED_SHARE * self.lines:
             raise NeedsLibrary(f"{self.mangled} lines are written as no frames are, the first reads {self.first!r}")
 
-    def notes(self) -> Iterator[str]:
+    def notes(self, left_out: str) -> Iterator[str]:
         """At the end of the log.
+
+        Args:
+            left_out: what became of the lines that are left out.
 
         Raises:
             NeedsLibrary: more lines than by accident begin as a frame and are none.
         """
         self._refuse_mangled(0)
         if self.left_out:
-            yield f"{self.left_out} lines of {self.log} are no frames and were left out, the first reads {self.first!r}"
+            yield f"{self.left_out} lines of {self.log} {left_out}, the first reads {self.first!r}"
         if self.flexible:
             yield f"{self.flexible} CAN FD frames of {self.log} are not read"
 

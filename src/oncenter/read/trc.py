@@ -1,8 +1,7 @@
 """PEAK's `.trc` logs of all versions, a block of text at a time.
 
-Data frames of classic CAN are read many at once. Every other line is looked at by itself: events are passed over, and a
-frame that is written in an unusual way gives what python-can makes of it. A log that as a whole is written in an unknown
-way is left to python-can.
+Usual frames of classic CAN are read many at once. Every other line is read by itself: events are passed over, and an
+unusual frame becomes what python-can makes of it. A log that is written in an unknown way is left to python-can.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from pathlib import Path
 
 from oncenter.errors import NeedsLibrary
 from oncenter.read.cut_off import CutOff
-from oncenter.read.fields import Layout, frames_in
+from oncenter.read.fields import Fields, Layout
 from oncenter.read.frames import Frames
 from oncenter.read.other_lines import OtherLines, Row, row
 from oncenter.read.text_blocks import TextBlocks
@@ -52,7 +51,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
             yield log.frames(rest)
     if text.cut_off:
         notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
-    notes += others.notes()
+    notes += others.notes("were left out")
 
 
 @dataclass
@@ -127,7 +126,7 @@ class _Version1:
         Raises:
             NeedsLibrary: as `OtherLines.frames`.
         """
-        frames, _ = self._others.frames(frames_in(block, self._layout), self._row)
+        frames, _ = self._others.frames(Fields(block).frames(self._layout), self._row)
         return replace(frames, time=frames.time / 1000 + self._start_s)
 
     def _row(self, line: str) -> Row | None:
@@ -168,7 +167,7 @@ class _Version2:
         Raises:
             NeedsLibrary: as `OtherLines.frames`.
         """
-        frames, _ = self._others.frames(frames_in(block, self._layout), self._row)
+        frames, _ = self._others.frames(Fields(block).frames(self._layout), self._row)
         return replace(frames, time=frames.time / 1000 + self._start_s)
 
     def _row(self, line: str) -> Row | None:

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import TextIO
 
 from oncenter.errors import INTERRUPTED, WRONG_USAGE, OncenterError
-from oncenter.files.child import begin
+from oncenter.files.child import begin, collect_rarely
 from oncenter.files.log_formats import READ_HERE, READER, SUFFIXES
 
 _READING = ("offset", "angle", "reference", "signals")  # the verbs that read logs one by one
@@ -150,4 +150,5 @@ def _fail_to_write(why: str) -> int:
 
 
 def main() -> None:
+    collect_rarely()
     sys.exit(run(sys.argv[1:]))

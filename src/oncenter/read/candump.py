@@ -60,7 +60,8 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
                     raise _not_candump(path, _quoted(1, rest))
                 continue
             frames, bad, count = _parse(whole + newline)
-            flexible += _flexible_frames(whole)
+            if len(frames) < count:
+                flexible += _flexible_frames(whole)
             if bad and not first_bad:
                 first_bad = _quoted(lines + bad[0][0] + 1, bad[0][1])
             bad_lines += len(bad)

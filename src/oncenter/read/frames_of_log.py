@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from oncenter.read import blf, candump, mf4, vector_peak
-from oncenter.read.decode import wanted_by
 from oncenter.read.frames import Frames, Wanted
 
 
@@ -34,9 +32,18 @@ def frames_of_log(
     """
     suffix = path.suffix.lower()
     if suffix == ".log":
+        from oncenter.read import candump
+
         return candump.chunks(path, notes, tell)
     if suffix == ".blf":
+        from oncenter.read import blf
+
         return blf.chunks(path, notes, tell)
     if suffix in (".mf4", ".mdf"):
+        from oncenter.read import mf4
+        from oncenter.read.decode import wanted_by
+
         return iter((mf4.read(path, {}, wanted or wanted_by(()), notes, tell)[0].frames,))
+    from oncenter.read import vector_peak
+
     return vector_peak.chunks(path, suffix, notes, tell, by_library=by_library)

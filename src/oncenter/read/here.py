@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from oncenter.errors import OncenterError
-from oncenter.read import cannot_read, choose, clock, j1939, mf4, suffix_of, tabular
+from oncenter.read import cannot_read, choose, clock, j1939, suffix_of
 from oncenter.read import dbc as databases
 from oncenter.read.cut_off import short_frames_notes, with_seconds
 from oncenter.read.decode import decode, wanted_by
@@ -41,8 +41,12 @@ def read_here(
     if plugin is not None:
         candidates = read_plugin(path, plugin, names, notes)
     elif suffix in (".csv", ".csv.gz"):
+        from oncenter.read import tabular
+
         candidates = tabular.read_csv(path, names, notes)
     elif suffix == ".parquet":
+        from oncenter.read import tabular
+
         candidates = tabular.read_parquet(path, names, notes)
     else:
         candidates = _from_bus(path, suffix, names, dbc, notes, tell, by_library=by_library)
@@ -85,6 +89,8 @@ def _from_bus(
     wanted = wanted_by(described)
     decoded: list[Samples] = []
     if suffix in (".mf4", ".mdf"):
+        from oncenter.read import mf4
+
         kept, decoded = mf4.read(path, names, wanted, notes, tell)
     else:
         kept = keep(frames_of_log(path, notes, tell, by_library=by_library), wanted)

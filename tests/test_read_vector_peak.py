@@ -10,9 +10,12 @@ from random import Random
 import can
 import numpy as np
 import pytest
+from drive_frames import START_S as LOG_S
+from drive_frames import Frame, drive
 from mutate_logs import mutate
 from test_read_formats import asc as vector
 from test_read_formats import trc as peak
+from test_read_formats import written
 
 from oncenter.errors import NeedsLibrary, OncenterError
 from oncenter.read import asc, python_can, read, text_blocks, trc
@@ -354,3 +357,16 @@ def test_a_damaged_log_gives_the_frames_that_python_can_finds_or_is_left_to_it(
     except OncenterError:
         return  # it refuses a log for one mangled line
     assert_same(ours, theirs)
+
+
+@pytest.mark.parametrize("suffix", [".log", ".asc", ".trc", ".blf", ".mf4"])
+def test_the_vin_comes_with_the_signals_and_the_log_is_read_once(suffix: str, tmp_path: Path) -> None:
+    path = written(tmp_path, suffix)
+    assert read(path).vin is None
+    vin = b"YS2R4X20005399401*"
+    announced = bytes([0x20, len(vin), 0, 3, 0xFF, 0xEC, 0xFE, 0x00])
+    packets = [bytes([k + 1]) + vin[7 * k : 7 * k + 7].ljust(7, b"\xff") for k in range(3)]
+    told = [Frame(LOG_S + 2.0, 0x1CECFF00, announced)]
+    told += [Frame(LOG_S + 2.1 + k / 10, 0x1CEBFF00, packet) for k, packet in enumerate(packets)]
+    frames = sorted([*drive(), *told], key=lambda frame: frame.time)
+    assert read(written(tmp_path, suffix, frames)).vin == "YS2R4X20005399401"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -84,6 +84,11 @@ class Wanted:
 
     pgns: frozenset[int]
     standard_ids: frozenset[int] = frozenset()
+
+
+def with_groups(frames: Frames, pgns: Collection[int]) -> npt.NDArray[np.bool_]:
+    """Which frames are of one of the parameter groups."""
+    return frames.extended & np.isin(pgn_of(frames.identifier), list(pgns))
 
 
 @dataclass(frozen=True)

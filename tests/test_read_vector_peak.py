@@ -151,6 +151,7 @@ ODD_ASC_LINES = [
     "9.9.9 1 123 Rx d 1 00",
     "   0.100000 1  123  Rx",
     "   0.100000 1  123  Rx   d 0",
+    "   0.100000 0  123  Rx   d 1 05",
     "   0.100000 1  123  Rx   d 1 5",
     "   0.100000 1  123  Rx   d 8 01 02 03",
     "   0.100000 1  123  Rx   d f 01 02 03 04 05 06 07 08",
@@ -286,6 +287,7 @@ def test_frames_that_were_given_before_the_change_to_python_can_are_not_given_tw
     from oncenter.read.frames_of_log import frames_of_log
 
     monkeypatch.setattr(text_blocks, "BLOCK_BYTES", 4000)
+    monkeypatch.setattr(python_can, "FRAMES_PER_CHUNK", 100)
     path = tmp_path / "drive.trc"
     lines = peak("1.1").splitlines()
     path.write_text("\n".join([*lines[:400], "x" * 3_000_000, *lines[400:]]) + "\n")
@@ -314,10 +316,18 @@ def test_one_mangled_frame_is_left_out_where_python_can_refuses_the_log(tmp_path
     assert "1 lines of drive.asc are no frames and were left out, the first reads '0.100000 1  18F0093Ex" in notes[-1]
 
 
+def test_data_that_a_line_lacks_are_not_taken_from_the_next_line(tmp_path: Path) -> None:
+    path = tmp_path / "drive.asc"
+    path.write_text(HEAD + "\n0.1 1 123 Rx d 3 01 02\n03 04 05\n0.2 1 123 Rx d 3 01 02 03\n")
+    assert our_frames(path).length.tolist() == [2, 3]
+
+
 def test_a_log_with_a_byte_order_mark_is_the_drive(tmp_path: Path) -> None:
     (tmp_path / "drive.asc").write_text(vector())
     (tmp_path / "marked.asc").write_text("\ufeff" + vector())
-    assert_same(our_frames(tmp_path / "marked.asc"), our_frames(tmp_path / "drive.asc"))
+    notes: list[str] = []
+    assert_same(our_frames(tmp_path / "marked.asc", notes), our_frames(tmp_path / "drive.asc"))
+    assert notes == []
 
 
 @pytest.mark.parametrize("block", [300, 1000, 4099])
@@ -370,3 +380,13 @@ def test_the_vin_comes_with_the_signals_and_the_log_is_read_once(suffix: str, tm
     told += [Frame(LOG_S + 2.1 + k / 10, 0x1CEBFF00, packet) for k, packet in enumerate(packets)]
     frames = sorted([*drive(), *told], key=lambda frame: frame.time)
     assert read(written(tmp_path, suffix, frames)).vin == "YS2R4X20005399401"
+
+
+@pytest.mark.parametrize("suffix", [".asc", ".trc"])
+def test_a_file_of_other_lines_is_left_to_a_process_that_has_limits(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"drive{suffix}"
+    path.write_bytes(b"x\n" * 2_000_000)
+    began = time.process_time()
+    with pytest.raises(NeedsLibrary, match="most of its lines are no frames"):
+        our_frames(path)
+    assert time.process_time() - began < 10.0

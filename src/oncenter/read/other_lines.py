@@ -13,6 +13,7 @@ from oncenter.read.fields import Lines
 from oncenter.read.frames import Frames, bus_code, joined
 
 MANGLED_SHARE = 0.01  # more than that is not a log with a scratch, but one that is written in another way
+_LEFT_OUT_MAX = 10_000  # of another file; one by one they take long, which a child process may not
 _MANGLED_ANYWAY = 100  # in a log of which only the beginning is known
 
 Row = tuple[float, int, bool, int, int, int]  # columns of `Frames`, the time as written
@@ -59,10 +60,10 @@ class OtherLines:
                 IndexError where it ends too early.
 
         Raises:
-            NeedsLibrary: more lines than by accident begin as a frame and are none.
+            NeedsLibrary: more lines than by accident begin as a frame and are none, or most are none.
         """
         numbers, rows = [], []
-        for number in np.flatnonzero(~lines.is_frame).tolist():
+        for number in np.flatnonzero(~lines.is_frame & (lines.fields.counts > 0)).tolist():
             line = lines.fields.line(number)
             try:
                 found = read(line)
@@ -75,6 +76,8 @@ class OtherLines:
                 rows.append(found)
         self.lines += len(lines.is_frame)
         self._refuse_mangled(_MANGLED_ANYWAY)
+        if self.left_out > _LEFT_OUT_MAX and self.left_out > self.lines / 2:
+            raise NeedsLibrary(f"most of its lines are no frames, the first reads {self.first!r}")
         if not rows:
             return lines.frames, np.flatnonzero(lines.is_frame)
         merged = joined([lines.frames, _as_frames(rows)])

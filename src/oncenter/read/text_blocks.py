@@ -28,17 +28,13 @@ class TextBlocks:
         rest = b"" if rest == BOM_UTF8 else rest
         while block := self._file.read(BLOCK_BYTES):
             block = rest + block
-            # A carriage return at the very end may belong to a line feed that is still to come.
-            end = max(block.rfind(b"\n"), block.rfind(b"\r", 0, len(block) - 1)) + 1
+            end = max(block.rfind(b"\n"), block.rfind(b"\r")) + 1  # of a pair that it parts an empty line is left
             rest = block[end:]
             if len(rest) > _LONGEST_LINE_BYTES:
                 raise NeedsLibrary("a line is longer than a mebibyte")
             if end:
                 yield _with_line_feeds(block[:end])
-        if rest.endswith(b"\r"):
-            yield _with_line_feeds(rest)
-        else:
-            self.cut_off = bool(rest.strip())
+        self.cut_off = bool(rest.strip())
 
 
 def _with_line_feeds(block: bytes) -> bytes:

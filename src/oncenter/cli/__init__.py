@@ -151,4 +151,5 @@ def _fail_to_write(why: str) -> int:
 
 def main() -> None:
     collect_rarely()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else it asks every installed package for one
     sys.exit(run(sys.argv[1:]))

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from typing import Any, TextIO
 
 from oncenter.errors import INTERRUPTED, WRONG_USAGE, OncenterError
-from oncenter.files.child import begin
+from oncenter.files.child import begin, collect_rarely
 from oncenter.files.log_formats import READ_HERE, READER, SUFFIXES
 
 _READING = ("offset", "angle", "reference", "signals")  # the verbs that read logs one by one
@@ -172,6 +172,8 @@ def _fail_to_write(why: str) -> int:
 
 
 def main() -> None:
+    collect_rarely()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else it asks every installed package for one
     sys.exit(run(_expanded(sys.argv[1:])))
 
 

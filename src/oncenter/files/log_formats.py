@@ -3,5 +3,5 @@
 OF_FRAMES = (".log", ".asc", ".blf", ".trc", ".mf4", ".mdf")
 OF_TABLES = (".csv", ".csv.gz", ".parquet")
 SUFFIXES = OF_FRAMES + OF_TABLES
-READ_HERE = (".log", ".blf")  # by our own code and numpy alone; all others by libraries, in a child process
+READ_HERE = (".log", ".blf", ".asc", ".trc")  # by our own code and numpy; others by libraries, in a child process
 READER = "oncenter.read.child"  # that child, as `python -m` starts it

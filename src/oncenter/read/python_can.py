@@ -1,4 +1,4 @@
-"""Vector `.asc` and PEAK `.trc`, frame by frame through python-can."""
+"""Vector `.asc` and PEAK `.trc` of kinds that our own reader does not know, frame by frame through python-can."""
 
 from __future__ import annotations
 

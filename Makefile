@@ -16,9 +16,9 @@ SANITIZED = $(CORE_TESTS) $(wildcard tests/test_simulate*.py) $(addprefix tests/
 PYTEST = -m pytest -q -n auto --dist worksteal
 ON_OTHERS = $(PYTEST) -p no:cacheprovider -o faulthandler_timeout=120 -o faulthandler_exit_on_timeout=true -m "not slow"
 # What meets the operating system: files, child processes, buses, consoles.
-PORTABLE_TESTS = $(addprefix tests/test_,child.py cli.py export_c.py file_name.py fleet.py live.py \
-	live_bus.py live_kept.py live_page.py read_apart.py regular_file.py report.py standard_input.py whole_file.py)
-MACOS_TESTS = $(addprefix tests/test_,child.py file_name.py fleet.py live_bus.py live_kept.py whole_file.py)
+PORTABLE_TESTS = $(addprefix tests/test_,child.py cli.py file_name.py fleet.py live.py live_bus.py live_kept.py \
+	live_page.py read_apart.py regular_file.py standard_input.py whole_file.py)
+MACOS_TESTS = $(addprefix tests/test_,child.py file_name.py live_bus.py live_kept.py whole_file.py)
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 
 # What Debian parts from python3 and gcc. Without ensurepip, venv fails and leaves a half-made .venv behind.

@@ -179,7 +179,7 @@ def test_a_page_whose_process_dies_is_said_and_the_session_goes_on(log: Path) ->
         session.stop()
         session.join()
     assert session.failure is None
-    code = page._process.returncode
+    code = page._process.wait()
     assert said == [f"the page is gone: its process ended with code {code}; all else goes on"]
 
 

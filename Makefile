@@ -39,7 +39,7 @@ need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && ec
 	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
 
 .PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow portable coverage fuzz embedded fmu wheels \
-	bench accuracy lock lowest clean
+	bench accuracy lock lowest matrix clean
 .DEFAULT_GOAL := help
 
 help: ## show this
@@ -153,22 +153,38 @@ lock: .venv/python ## pin today's newest dependencies in requirements.lock and l
 	build/lock/bin/python docs/make_licences.py
 
 # As an editable install, as everywhere: the core that it compiles is the one that .venv has.
-LOWEST = build/lowest/bin/python -m
 LOWEST_TESTS = $(addprefix tests/test_,cli.py dataframe.py read_tables.py read_blf.py report.py vehicle.py simulate.py \
 	budget.py estimate.py core_save.py memory.py live.py fleet_trucks.py)
 LOWEST_MF4_TESTS = $(addprefix tests/test_,extras.py read_formats.py read_bad_input.py read_runs_no_code.py \
 	simulate_logs.py vehicle_dbc.py)
+MATRIX = 3.11 3.12 3.13
+# A Python of that version: on the path, or of pyenv's.
+python_of = $$(command -v python$(1) || ls -d ~/.pyenv/versions/$(1).*/bin/python3 2>/dev/null | tail -1)
 
-lowest: .venv/python ## tests with the lowest versions that pyproject.toml allows (requirements.lowest)
-	rm -rf build/lowest
-	$(PYTHON) -m venv build/lowest
-	$(LOWEST) pip install $(QUIETLY) -c requirements.lowest 'setuptools>=77' cffi
-	$(LOWEST) pip install $(QUIETLY) -c requirements.lowest --no-build-isolation -e '.[can,live,report,thesis]' \
+lowest: lowest-$(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])') ## tests with the lowest versions that pyproject.toml allows (requirements.lowest)
+
+matrix: ## tests with the lowest and the newest versions on each Python that is here of 3.11, 3.12, 3.13
+	@set -e; for version in $(MATRIX); do \
+	  test -n "$(call python_of,$$version)" || { echo "Python $$version is not here: left out"; continue; }; \
+	  $(MAKE) --no-print-directory lowest-$$version newest-$$version; done
+
+lowest-%:
+	rm -rf build/lowest-$*
+	$(call python_of,$*) -m venv build/lowest-$*
+	build/lowest-$*/bin/python -m pip install $(QUIETLY) -c requirements.lowest 'setuptools>=77' cffi
+	build/lowest-$*/bin/python -m pip install $(QUIETLY) -c requirements.lowest --no-build-isolation -e '.[can,live,report,thesis]' \
 	  blake3 pyarrow hypothesis packaging pytest pytest-benchmark pytest-xdist scipy
-	$(LOWEST) pytest -q -n auto --dist worksteal -m "not slow" $(LOWEST_TESTS)
-	grep -v '^numpy' requirements.lowest >build/lowest/mf4
-	$(LOWEST) pip install $(QUIETLY) -c build/lowest/mf4 asammdf 'numpy<2.2'
-	$(LOWEST) pytest -q -n auto --dist worksteal -m "not slow" $(LOWEST_MF4_TESTS)
+	build/lowest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow" $(LOWEST_TESTS)
+	grep -v '^numpy' requirements.lowest >build/lowest-$*/mf4
+	build/lowest-$*/bin/python -m pip install $(QUIETLY) -c build/lowest-$*/mf4 asammdf 'numpy<2.2'
+	build/lowest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow" $(LOWEST_MF4_TESTS)
+
+newest-%:
+	rm -rf build/newest-$*
+	$(call python_of,$*) -m venv build/newest-$*
+	build/newest-$*/bin/python -m pip install $(QUIETLY) 'setuptools>=77' cffi
+	build/newest-$*/bin/python -m pip install $(QUIETLY) --no-build-isolation -e '.[dev]'
+	build/newest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow"
 
 clean: ## remove what make made, .venv too
 	rm -rf .venv build dist demo .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks

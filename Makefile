@@ -1,21 +1,29 @@
 # One command does all: it makes .venv, compiles the core and goes on from there.
 PYTHON ?= python3
 BIN := .venv/bin
+# Without byte code: what is imported is compiled then, the most is not imported.
+QUIETLY = -q --disable-pip-version-check --no-compile
+PIP = $(BIN)/python -m pip install $(QUIETLY)
 EXPORTED = src/oncenter/export/c/oncenter_ecu.c $(wildcard src/oncenter/export/fmi/*.c)
 C_FILES = $(wildcard core/*.c src/oncenter/simulate/native/*.c)
 C_HEADERS = $(wildcard core/*.h src/oncenter/simulate/native/*.h)
-BUILDERS = src/oncenter/_build.py src/oncenter/simulate/_build.py
+BUILDERS = setup.py liboncenter.py
 INCLUDES = -Icore
 CORE_TESTS = $(wildcard tests/test_core_*.py) $(addprefix tests/test_,wheel_speed_method.py angle.py message.py)
 OFFSET_TESTS = $(addprefix tests/test_,estimate.py findings.py budget.py signals_at_fault.py)
 # What enters C code of ours runs with sanitizers, all else without: each test once.
 SANITIZED = $(CORE_TESTS) $(wildcard tests/test_simulate*.py) $(addprefix tests/test_,estimate.py oracle.py tandem.py)
 PYTEST = -m pytest -q -n auto --dist worksteal
+ON_OTHERS = $(PYTEST) -p no:cacheprovider -o faulthandler_timeout=120 -o faulthandler_exit_on_timeout=true -m "not slow"
+# What meets the operating system: files, child processes, buses, consoles.
+PORTABLE_TESTS = $(addprefix tests/test_,child.py cli.py file_name.py fleet.py live.py live_bus.py live_kept.py \
+	live_page.py read_apart.py regular_file.py standard_input.py whole_file.py)
+MACOS_TESTS = $(addprefix tests/test_,child.py file_name.py live_bus.py live_kept.py whole_file.py)
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 
 # What Debian parts from python3 and gcc. Without ensurepip, venv fails and leaves a half-made .venv behind.
-DEBIAN = python3-venv python3-dev libc6-dev
-HAS_PYTHON = $(PYTHON) -c 'import ensurepip, os, sysconfig as s; os.stat(s.get_path("include") + "/Python.h")' 2>/dev/null
+DEBIAN = python3-venv gcc libc6-dev
+HAS_PYTHON = $(PYTHON) -c 'import ensurepip' 2>/dev/null
 HAS_C = echo '\#include <stdlib.h>' | $(CC) -fsyntax-only -xc - 2>/dev/null
 
 HAS_FUZZER = echo 'int LLVMFuzzerTestOneInput(const char *d, long n) { return d[n - n]; }' | \
@@ -23,12 +31,15 @@ HAS_FUZZER = echo 'int LLVMFuzzerTestOneInput(const char *d, long n) { return d[
 HAS_ARM = command -v qemu-system-arm >/dev/null && \
 	echo '\#include <math.h>' | arm-none-eabi-gcc -fsyntax-only -xc - 2>/dev/null
 
+HAS_EMULATORS = command -v qemu-aarch64 wine mmdebstrap >/dev/null && ls /lib/ld-musl-*.so.1 >/dev/null 2>&1
+
 # $(call need,test,packages): as root on Debian it installs them; elsewhere it names them and stops.
 need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && echo "installing $(2)" && \
 	apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2) \
 	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
 
-.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow coverage fuzz embedded bench accuracy lock clean
+.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow portable coverage fuzz embedded fmu wheels \
+	bench accuracy lock lowest matrix clean
 .DEFAULT_GOAL := help
 
 help: ## show this
@@ -41,17 +52,20 @@ demo: .venv/ready ## simulate a drive, find the offset, write demo/report.html
 quick: lint types ## after each change: ruff, mypy, the tests of the core and of the answer
 	$(BIN)/python $(PYTEST) -m "not slow" $(CORE_TESTS) $(OFFSET_TESTS)
 
-test: .venv/ready ## all checks, all tests but the slow ones, each bench for a moment
+test: .venv/dev ## all checks, all tests but the slow ones, each bench for a moment
 	@$(MAKE) --no-print-directory -j2 -Otarget lint types warnings cppcheck build/sanitize/lib
 	@$(MAKE) --no-print-directory sanitize pytest
 
-lint: .venv/ready
+lint: .venv/dev
 	$(BIN)/ruff check .
 
-types: .venv/ready
+# mypy knows what the standard library lacks on each system.
+types: .venv/dev
 	$(BIN)/mypy --strict src
+	$(BIN)/mypy --strict --platform win32 --cache-dir .mypy_cache/win32 src
+	$(BIN)/mypy --strict --platform darwin --cache-dir .mypy_cache/darwin src
 
-warnings: .venv/ready
+warnings: .venv/dev
 	@set -e; for file in $(C_FILES) $(EXPORTED); do echo "$(CC) $(WARNINGS) $$file"; \
 	  $(CC) $(WARNINGS) $(INCLUDES) -c $$file -o /dev/null; done
 
@@ -62,7 +76,7 @@ cppcheck:
 
 # A second copy of the package, compiled with the sanitizers, comes first on the path. -fno-wrapv: Python's own
 # -fwrapv would hide overflows.
-build/sanitize/lib: .venv/ready $(wildcard src/oncenter/*.py src/oncenter/*/*.py src/oncenter/*/*/*.py)
+build/sanitize/lib: .venv/dev $(wildcard src/oncenter/*.py src/oncenter/*/*.py src/oncenter/*/*/*.py)
 	rm -rf build/sanitize
 	CFLAGS="-g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-wrapv" \
 	  $(BIN)/python setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
@@ -73,33 +87,59 @@ sanitize: build/sanitize/lib ## the tests that enter C, with address and undefin
 	  ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitize/lib \
 	  $(BIN)/python $(PYTEST) -p no:cacheprovider -m "not slow" $(SANITIZED)
 
-pytest: .venv/ready
+pytest: .venv/dev
 	$(BIN)/python $(PYTEST) -m "not slow" $(addprefix --ignore=,$(SANITIZED))
 
-slow: .venv/ready ## the slow tests: poisoned fleets, full disks, hostile and damaged logs, the accuracy bench
+slow: .venv/dev ## the slow tests: poisoned fleets, full disks, hostile and damaged logs, the accuracy bench
 	$(BIN)/python -m pytest -q -m slow
 
+# This machine is shown to oncenter, and to nothing else, as Windows and as macOS. A test that waits for ever ends all.
+portable: .venv/dev ## what meets the operating system, as Windows and macOS would have it (tests/elsewhere)
+	ONCENTER_AS=win32 PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(PORTABLE_TESTS)
+	ONCENTER_AS=darwin PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(MACOS_TESTS)
+
 # Without inlining, lest a function's branches count for each of its callers.
-coverage: .venv/ready ## which branches of the core its tests take
+coverage: .venv/dev ## which branches of the core its tests take
 	rm -rf build/coverage
 	CFLAGS="--coverage -fno-inline -fno-early-inlining" \
 	  $(BIN)/python setup.py -q build --build-base build/coverage --build-lib build/coverage/lib
 	PYTHONPATH=build/coverage/lib $(BIN)/python -m pytest -q -p no:cacheprovider $(CORE_TESTS)
 	$(BIN)/python embedded/coverage.py build/coverage
 
-fuzz: .venv/ready ## the core by random bytes (FUZZ_S=600 s), then the readers by damaged logs (FUZZ_LOGS=500 a format)
+fuzz: .venv/dev ## the core by random bytes (FUZZ_S=600 s), then the readers by damaged logs (FUZZ_LOGS=500 a format)
 	@$(call need,$(HAS_FUZZER),clang libclang-rt-dev)
 	sh embedded/fuzz/run $(or $(FUZZ_S),600)
 	$(BIN)/python tests/fuzz_logs.py --mutations $(or $(FUZZ_LOGS),500) --jobs 2
 
-embedded: .venv/ready ## the core on two emulated microcontrollers: the same bits, and what it costs
+embedded: .venv/dev ## the core on two emulated microcontrollers: the same bits, and what it costs
 	@$(call need,$(HAS_ARM),gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)
 	$(BIN)/python embedded/table.py
 
-bench: .venv/ready ## speed, side by side with scipy, numba and python-can
+# What runs or loads the binaries that zig compiles; ecos needs libtbb12.
+OTHER_MACHINES = wine64 qemu-user libc6-arm64-cross libtbb12
+HAS_MACHINES = PATH="$$PATH:/usr/lib/wine" command -v wine64 >/dev/null && command -v qemu-aarch64 >/dev/null && \
+	test -d /usr/aarch64-linux-gnu && ls /usr/lib/*/libtbb.so.12 >/dev/null 2>&1
+
+fmu: .venv/dev ## the FMU on other platforms, the same bits in emulators, and in two further importers
+	@$(call need,$(HAS_MACHINES),$(OTHER_MACHINES))
+	$(BIN)/python -m pip install -q --disable-pip-version-check 'ziglang>=0.17' 'libcosimpy>=0.0.6' 'ecospy>=0.7'
+	$(BIN)/python -m pytest -q -rs tests/test_export_fmu_platforms.py tests/test_export_fmu_importers.py
+
+wheels: .venv/ready build/wheels/ready ## the sdist and a wheel for each platform in dist/, checked as far as they can run here
+	@$(call need,$(HAS_EMULATORS),qemu-user wine wine64 musl mmdebstrap)
+	rm -rf dist
+	build/wheels/bin/python wheels/build.py dist
+	build/wheels/bin/python wheels/check.py dist
+
+build/wheels/ready: wheels/requirements.txt
+	$(PYTHON) -m venv --clear build/wheels
+	build/wheels/bin/python -m pip install -q --disable-pip-version-check -r wheels/requirements.txt
+	@touch $@
+
+bench: .venv/dev ## speed, side by side with scipy, numba and python-can
 	$(BIN)/python bench/speed.py --readme
 
-accuracy: .venv/ready ## errors, intervals and times of all methods and rivals, real-truck effects: docs/accuracy.md
+accuracy: .venv/dev ## errors, intervals and times of all methods and rivals, real-truck effects: docs/accuracy.md
 	$(BIN)/python bench/accuracy.py --page --jobs 2
 	$(BIN)/python bench/effects.py --page --jobs 2
 	$(BIN)/python bench/two_parts.py --page --jobs 2
@@ -112,22 +152,70 @@ lock: .venv/python ## pin today's newest dependencies in requirements.lock and l
 	cp build/lock/requirements requirements.lock
 	build/lock/bin/python docs/make_licences.py
 
+# As an editable install, as everywhere: the core that it compiles is the one that .venv has.
+LOWEST_TESTS = $(addprefix tests/test_,cli.py dataframe.py read_tables.py read_blf.py report.py vehicle.py simulate.py \
+	budget.py estimate.py core_save.py memory.py live.py fleet_trucks.py)
+LOWEST_MF4_TESTS = $(addprefix tests/test_,extras.py read_formats.py read_bad_input.py read_runs_no_code.py \
+	simulate_logs.py vehicle_dbc.py)
+MATRIX = 3.11 3.12 3.13
+# A Python of that version: on the path, or of pyenv's.
+python_of = $$(command -v python$(1) || ls -d ~/.pyenv/versions/$(1).*/bin/python3 2>/dev/null | tail -1)
+
+lowest: lowest-$(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])') ## tests with the lowest versions that pyproject.toml allows (requirements.lowest)
+
+matrix: ## tests with the lowest and the newest versions on each Python that is here of 3.11, 3.12, 3.13
+	@set -e; for version in $(MATRIX); do \
+	  test -n "$(call python_of,$$version)" || { echo "Python $$version is not here: left out"; continue; }; \
+	  $(MAKE) --no-print-directory lowest-$$version newest-$$version; done
+
+lowest-%:
+	rm -rf build/lowest-$*
+	$(call python_of,$*) -m venv build/lowest-$*
+	build/lowest-$*/bin/python -m pip install $(QUIETLY) -c requirements.lowest 'setuptools>=77' cffi
+	build/lowest-$*/bin/python -m pip install $(QUIETLY) -c requirements.lowest --no-build-isolation -e '.[can,live,report,thesis]' \
+	  blake3 pyarrow hypothesis packaging pytest pytest-benchmark pytest-xdist scipy
+	build/lowest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow" $(LOWEST_TESTS)
+	grep -v '^numpy' requirements.lowest >build/lowest-$*/mf4
+	build/lowest-$*/bin/python -m pip install $(QUIETLY) -c build/lowest-$*/mf4 asammdf 'numpy<2.2'
+	build/lowest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow" $(LOWEST_MF4_TESTS)
+
+newest-%:
+	rm -rf build/newest-$*
+	$(call python_of,$*) -m venv build/newest-$*
+	build/newest-$*/bin/python -m pip install $(QUIETLY) 'setuptools>=77' cffi
+	build/newest-$*/bin/python -m pip install $(QUIETLY) --no-build-isolation -e '.[dev]'
+	build/newest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow"
+
 clean: ## remove what make made, .venv too
 	rm -rf .venv build dist demo .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
-	rm -rf src/*.egg-info src/oncenter/_*.so src/oncenter/_*.c
+	rm -rf src/*.egg-info src/oncenter/liboncenter.* src/oncenter/_declarations.py
 
 .venv/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "needs Python 3.11 or later: make PYTHON=python3.11" >&2; exit 1; }
 	@$(call need,$(HAS_PYTHON) && $(HAS_C),$(DEBIAN))
-	$(PYTHON) -m venv --clear .venv
+	@echo "making .venv"
+	@$(PYTHON) -m venv --clear .venv
 	@touch $@
 
 # The build tools first, from the lock as well: an isolated build would not heed it.
 .venv/tools: .venv/python requirements.lock
-	$(BIN)/python -m pip install -q --disable-pip-version-check -c requirements.lock 'setuptools>=77' cffi
+	@echo "installing setuptools and cffi, which compile the core"
+	@$(PIP) -c requirements.lock 'setuptools>=77' cffi
 	@touch $@
 
-.venv/ready: .venv/tools pyproject.toml setup.py $(BUILDERS) $(C_FILES) $(C_HEADERS)
-	$(BIN)/python -m pip install -q --disable-pip-version-check --no-build-isolation -c requirements.lock -e '.[dev]'
+# What the demo needs: a base install and the report.
+.venv/ready: .venv/tools pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
+	@echo "installing what an answer and its report need: some 25 packages, 340 MB"
+	@$(BIN)/python -c 'import tomllib; project = tomllib.load(open("pyproject.toml", "rb"))["project"]; \
+	  print(*project["dependencies"], *project["optional-dependencies"]["report"], sep="\n")' >.venv/needed
+	@$(PIP) -c requirements.lock -r .venv/needed
+	@echo "compiling the core"
+	@$(PIP) --no-deps --no-build-isolation -e .
 	@touch $@
+
+# All extras, and what tests, measures and checks.
+.venv/dev: .venv/tools pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
+	@echo "installing all extras and what the tests need: some 110 packages, 1.9 GB; compiling the core"
+	@$(PIP) --no-build-isolation -c requirements.lock -e '.[dev]'
+	@touch .venv/ready $@

@@ -6,7 +6,6 @@ The core is compiled twice as the package compiles it, once with nothing where t
 from __future__ import annotations
 
 import importlib
-import os
 import runpy
 import sys
 import tempfile
@@ -36,22 +35,15 @@ static void no_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
 
 def compiled(name: str, begin: str, left_out: str, folder: str) -> Any:
     """The module of one translation unit; its headers and options are the package's."""
-    here = Path.cwd()
-    os.chdir(ROOT)
-    try:
-        build = runpy.run_path("src/oncenter/_build.py")
-        seen: set[Path] = set()
-        ffi = cffi.FFI()
-        for door in build["DOORS"]:
-            ffi.cdef(build["declarations"](build["CORE"] / door, seen))
-    finally:
-        os.chdir(here)
+    build = runpy.run_path(str(ROOT / "liboncenter.py"))
+    ffi = cffi.FFI()
+    ffi.cdef(build["declared"](build["CORE_DOORS"]))
     files = [file.name for file in sorted((ROOT / "core").glob("*.c")) if file.name != left_out]
     ffi.set_source(
         name,
         begin + "".join(f'#include "{file}"\n' for file in files),
         include_dirs=[str(ROOT / "core")],
-        extra_compile_args=build["COMPILE_ARGS"],
+        extra_compile_args=build["COMPILE_ARGS"] + build["FASTER_GCC"],
     )
     ffi.compile(tmpdir=folder)
     sys.path.insert(0, folder)

@@ -30,8 +30,6 @@ def ours(log: Path) -> Callable[[], float]:
 
     if log.suffix == ".mf4":
         import asammdf  # noqa: F401
-    if log.suffix == ".blf":
-        import can  # noqa: F401
 
     def answer() -> float:
         found = oc.offset(oc.read(log), oc.vehicle("scania_r730_4x2"), method="thesis").offset.value
@@ -44,7 +42,13 @@ def rival(log: Path) -> Callable[[], float]:
     import can
     import cantools
 
-    readers: dict[str, Any] = {".log": can.CanutilsLogReader, ".blf": can.BLFReader, ".mf4": can.MF4Reader}
+    readers: dict[str, Any] = {
+        ".log": can.CanutilsLogReader,
+        ".blf": can.BLFReader,
+        ".mf4": can.MF4Reader,
+        ".asc": can.ASCReader,
+        ".trc": can.TRCReader,
+    }
     database: Any = cantools.database.load_file(ROOT / "dbc" / "oncenter_j1939.dbc")
     known = {message.frame_id >> 8 & 0x3FFFF: message for message in database.messages}
     dynamics, speed = known[0xF009], known[0xFEF1]

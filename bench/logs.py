@@ -71,6 +71,28 @@ def write_candump(path: Path, frames: Frames) -> None:
         file.writelines(f"({t:.6f}) can0 {i:08X}#{d:016X}\n" for t, i, d in zip(*columns, strict=True))
 
 
+def write_asc(path: Path, frames: Frames) -> None:
+    """As Vector's tools and python-can's writer do it."""
+    columns = frames.time.tolist(), frames.identifier.tolist(), frames.data.tolist()
+    with path.open("w") as file:
+        file.write("date Tue Nov 14 22:13:20.000 2023\nbase hex  timestamps absolute\ninternal events logged\n")
+        file.writelines(
+            f"{t:9.6f} 1  {i:X}x       Rx   d 8 {d.to_bytes(8, 'little').hex(' ').upper()}\n"
+            for t, i, d in zip(*columns, strict=True)
+        )
+
+
+def write_trc(path: Path, frames: Frames) -> None:
+    """Version 2.1, as PEAK's tools and python-can's writer do it."""
+    columns = frames.time.tolist(), frames.identifier.tolist(), frames.data.tolist()
+    with path.open("w", newline="\r\n") as file:
+        file.write(f";$FILEVERSION=2.1\n;$STARTTIME={25569 + EPOCH_S / 86400}\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n")
+        file.writelines(
+            f"{k:7d} {1000 * t:13.3f} DT  1 {i:08X} Rx -  8    {d.to_bytes(8, 'little').hex(' ').upper()}\n"
+            for k, (t, i, d) in enumerate(zip(*columns, strict=True), 1)
+        )
+
+
 def write_blf(path: Path, frames: Frames) -> None:
     from can import BLFWriter, Message
 
@@ -103,4 +125,6 @@ WRITERS: dict[str, Callable[[Path, Frames], None]] = {
     ".log": write_candump,
     ".mf4": write_mf4,
     ".blf": write_blf,
+    ".asc": write_asc,
+    ".trc": write_trc,
 }

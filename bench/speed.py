@@ -26,6 +26,7 @@ import drives
 import numpy as np
 import polars as pl
 from core_parts import parts_table
+from readers import MIN_MFRAMES_S, readers_table
 
 from oncenter._core import OUTPUT_DTYPE, Core
 
@@ -207,7 +208,7 @@ def drive_table(rounds: int) -> list[Row]:
     return [{"step": step, "cpu_ms": 1000.0 * seconds} for step, seconds in best.items()]
 
 
-def requirements(ticks: list[Row], parts: list[Row], logs: list[Row]) -> list[Row]:
+def requirements(ticks: list[Row], parts: list[Row], logs: list[Row], readers: list[Row]) -> list[Row]:
     numba = next(row["mticks_s"] for row in ticks if (row["who"], row["asked"]) == ("numba", "summary"))
     of = {row["method"]: row for row in parts}
     candump = next(row["of_rival"] for row in logs if row["log"] == ".log")
@@ -223,6 +224,11 @@ def requirements(ticks: list[Row], parts: list[Row], logs: list[Row]) -> list[Ro
             candump <= CANDUMP_MAX_OF_RIVAL,
         ),
     ]
+    for row in readers:
+        least = MIN_MFRAMES_S.get(row["log"])
+        if least is not None:
+            rate = row["mframes_cpu_s"]
+            asked.append((f"{row['log']} at least {least:g} M frames a processor second", rate, rate >= least))
     return [{"asked": text, "is": value, "met": met} for text, value, met in asked]
 
 
@@ -269,6 +275,10 @@ def markdown(result: dict[str, Any]) -> str:
             f"| {row['log']} | {row['mb']:.0f} | {row['s']:.2f} | {row['rival_s']:.2f} | {row['of_rival']:.3f} "
             f"| {mb(row['imported_mb'])}, {mb(row['peak_mb'])}, {mb(row['rival_peak_mb'])} |"
         )
+    lines += ["", "| reader | M frames/s | a processor's | python-can | times faster |", "|---|--:|--:|--:|--:|"]
+    for row in result["readers"]:
+        rates = f"{row['mframes_s']:.2f} | {row['mframes_cpu_s']:.2f} | {row['rival_mframes_s']:.3f}"
+        lines.append(f"| {row['log']} | {rates} | {row['mframes_s'] / row['rival_mframes_s']:.0f} |")
     lines += ["", "| asked | is | |", "|---|--:|---|"]
     for row in result["requirements"]:
         lines.append(f"| {row['asked']} | {row['is']:.3g} | {'met' if row['met'] else 'MISSED'} |")
@@ -287,6 +297,7 @@ def main() -> None:
     ticks = ticks_table(max(given.ticks, 20_000), given.rounds)
     parts = parts_table(max(given.ticks, 20_000), given.rounds)
     logs = logs_table(max(given.frames, 100_000), min(given.rounds, 2))
+    readers = readers_table(max(given.frames, 100_000), given.rounds)
     result = {
         "machine": machine(),
         "ticks": given.ticks,
@@ -296,7 +307,8 @@ def main() -> None:
         "parts": parts,
         "drive": drive_table(given.rounds),
         "logs": logs,
-        "requirements": requirements(ticks, parts, logs),
+        "readers": readers,
+        "requirements": requirements(ticks, parts, logs, readers),
     }
     print(json.dumps(result, indent=2) if given.json else markdown(result))
     if given.readme:

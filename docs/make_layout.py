@@ -1,6 +1,5 @@
 """Writes the rows of core/saved_layout.c, what a saved image is made of, from the headers: run it after each change."""
 
-import os
 import runpy
 import zlib
 from collections.abc import Iterator
@@ -72,8 +71,7 @@ def table(name: str, struct: str, found: list[Number]) -> str:
 
 def made() -> str:
     """What the file is to hold."""
-    os.chdir(ROOT)  # from which it reads the headers
-    ffi = runpy.run_path("src/oncenter/_build.py")["ffi"]
+    ffi = runpy.run_path(str(ROOT / "liboncenter.py"))["ffi"]
     state = list(numbers(ffi, ffi.typeof("oc_state"), ""))
     coefficients = numbers(ffi, ffi.typeof("oc_coefficients"), "")
     keyed = [row for row in coefficients if row[0].startswith(("vehicle.", "params.")) or row[0] == "rate_hz"]

@@ -19,8 +19,8 @@ their text beside them in `src/oncenter/export/fmi`).
 
 def needed(names: list[str], extra: str = "") -> set[str]:
     """The packages by these names and all that they need in turn, oncenter itself left out."""
-    found: set[str] = set()
-    waiting = [(name, extra) for name in names]
+    seen = {(name, extra) for name in names}
+    waiting = list(seen)
     while waiting:
         name, extra = waiting.pop()
         for text in distribution(name).requires or []:
@@ -28,10 +28,10 @@ def needed(names: list[str], extra: str = "") -> set[str]:
             if requirement.marker and not requirement.marker.evaluate({"extra": extra}):
                 continue
             needs = canonicalize_name(requirement.name)
-            if needs not in found:
-                found.add(needs)
-                waiting += [(needs, wanted) for wanted in ["", *requirement.extras]]
-    return found
+            new = {(needs, wanted) for wanted in ["", *requirement.extras]} - seen
+            seen |= new
+            waiting += new
+    return {name for name, _ in seen} - {"oncenter"}
 
 
 def licence(package: Distribution) -> str:
@@ -59,8 +59,14 @@ def table(names: set[str]) -> str:
 
 def main() -> None:
     base = needed(["oncenter"])
-    developers = needed(["oncenter"], extra="dev") - base
-    parts = [HEAD, "## To run it\n", table(base), "## To test and measure it\n", table(developers)]
+    users = needed(["oncenter"], extra="all")
+    developers = needed(["oncenter"], extra="dev")
+    parts = [
+        HEAD,
+        *("## To run it: `pip install oncenter`\n", table(base)),
+        *("## With all extras: `pip install 'oncenter[all]'`\n", table(users - base)),
+        *("## To test and measure it\n", table(developers - users)),
+    ]
     PAGE.write_text("\n".join(parts), encoding="utf-8")
 
 

@@ -13,7 +13,7 @@ ASKED = 0.95
 
 def branches(folder: Path) -> dict[str, list[tuple[int, int]]]:
     """By file of the core: of each branch, its line and how often it was taken."""
-    data = next(folder.rglob("*_native.gcda")).resolve()
+    data = next(folder.rglob("liboncenter.gcda")).resolve()
     command = ["gcov", "--json-format", "--branch-probabilities", "--stdout", str(data)]
     report = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     return {

@@ -16,6 +16,15 @@ settings.register_profile(
 settings.load_profile("oncenter")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Where this machine is shown as another (`tests/elsewhere`), what that one lacks is not tested."""
+    lacking = {"win32": ("posix", "linux"), "darwin": ("linux",)}.get(os.environ.get("ONCENTER_AS", ""), ())
+    for item in items:
+        for name in lacking:
+            if item.get_closest_marker(name) is not None:
+                item.add_marker(pytest.mark.skip(f"of {name} alone"))
+
+
 @pytest.fixture(scope="session")
 def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """See `two_trucks`; not to be written to."""

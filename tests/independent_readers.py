@@ -12,13 +12,14 @@ It keeps to the same conventions, because a damaged log can be read in several w
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
 import math
 import re
 import zlib
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -223,10 +224,11 @@ def _asc_frames(log: Path) -> Iterator[Frame]:
             since += float(stamp[0])
         if not (frame := _ASC_FRAME.match(line)):
             continue
-        length, written = int(frame[5], radix), frame[6].split()
-        data = bytes(int(octet, radix) for octet in written[: min(length, 8)])
         time = begin + (since if relative else float(frame[1]))
-        yield Frame(time, int(frame[3], radix) & 0x1FFFFFFF, bool(frame[4]), data, frame[2])
+        with contextlib.suppress(ValueError):  # mangled
+            length, written = int(frame[5], radix), frame[6].split()
+            data = bytes(int(octet, radix) for octet in written[: min(length, 8)])
+            yield Frame(time, int(frame[3], radix) & 0x1FFFFFFF, bool(frame[4]), data, frame[2])
 
 
 def _asc_date(text: str) -> float:
@@ -252,16 +254,21 @@ def _trc_frames(log: Path) -> Iterator[Frame]:
         cells = line.split(maxsplit=len(places) - 1)
         if len(cells) < len(places) - 1 or cells[places["T"]] != "DT":
             continue
-        length = int(cells[places["L" if "L" in places else "l"]])
-        data = bytes.fromhex(cells[places["D"]]) if length else b""
-        identifier = cells[places["I"]]
-        yield Frame(
-            float(cells[places["O"]]) / 1000.0,
-            int(identifier, 16) & 0x1FFFFFFF,
-            len(identifier) > 4,
-            data[:8],
-            cells[places["B"]] if "B" in places else "",
-        )
+        with contextlib.suppress(ValueError, IndexError):  # mangled
+            yield _trc_frame(cells, places)
+
+
+def _trc_frame(cells: Sequence[str], places: Mapping[str, int]) -> Frame:
+    length = int(cells[places["L" if "L" in places else "l"]])
+    data = bytes.fromhex(cells[places["D"]]) if length else b""
+    identifier = cells[places["I"]]
+    return Frame(
+        float(cells[places["O"]]) / 1000.0,
+        int(identifier, 16) & 0x1FFFFFFF,
+        len(identifier) > 4,
+        data[:8],
+        cells[places["B"]] if "B" in places else "",
+    )
 
 
 def _blf_frames(log: Path) -> Iterator[Frame]:

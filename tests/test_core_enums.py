@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oncenter._native import ffi, lib
 from random_drives import Array, drive
 from saved_ecu import Ecu, legs, sealed
 from test_core_change import bends, noise, told
@@ -14,8 +13,9 @@ from test_core_sensor_fault import DEG, judged, weaving
 from test_message import trouble_after
 
 from oncenter import _core
+from oncenter._native import ffi, lib
 
-ENUMS = [name for name in ffi.list_types()[0] if ffi.typeof(name).kind == "enum"]
+ENUMS = [name for name in ffi.list_types()[0] if name.startswith("oc_") and ffi.typeof(name).kind == "enum"]
 
 
 def outputs_of(columns: dict[str, Array], method: str = "joint", angle_method: str = "observer") -> Any:

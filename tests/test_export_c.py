@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oncenter._native import ffi, lib
 from test_estimate import steady_drive
 
 import oncenter as oc
 from oncenter import _core, export
+from oncenter._native import ffi, lib
 from oncenter.cli import run
 
+ROOT = Path(__file__).parents[1]
 CC = ["cc", "-std=c99", "-ffp-contract=off", "-Icore"]
 
 
@@ -53,6 +54,33 @@ def test_a_core_that_differs_in_one_bit_fails_its_vectors_and_is_told_where(fold
     assert done.returncode == 1
     assert "1 values differ" in done.stdout
     assert f"expected {nudged}" in done.stdout
+
+
+def test_the_functions_for_simulink_give_the_offset_of_a_drive(folder: Path) -> None:
+    example = ROOT / "examples" / "simulink"
+    library = folder / "block.so"
+    sources = [*map(str, sorted(folder.glob("core/*.c"))), "ecu/oncenter_ecu.c", str(example / "oncenter_block.c")]
+    strict = ["-Wall", "-Wextra", "-Wconversion", "-Werror", "-Iecu", f"-I{example}"]
+    command = [*CC, "-O2", *strict, "-shared", "-fPIC", *sources, "-lm", "-o", str(library)]
+    subprocess.run(command, cwd=folder, check=True)
+    block = ctypes.CDLL(str(library))
+    truck = oc.vehicle("scania_r730_4x2")
+    truck = truck.model_copy(update={"traffic_side": "right"})  # as the block has it
+    assert block.oncenter_block_start(ctypes.c_double(0.0), ctypes.c_double(19.3)) != 0
+    start = [ctypes.c_double(value) for value in (truck.wheelbase_m, truck.ratio_near_centre)]
+    assert block.oncenter_block_start(*start) == 0
+    drive, _ = oc.simulate("country", seed=2)
+    table = drive.table.head(24_000)
+    told = [ctypes.c_double() for _ in range(3)]
+    monitor = oc.Monitor(truck, 100.0)
+    now = None
+    columns = ("steering_wheel_angle_rad", "yaw_rate_rad_s", "vehicle_speed_m_s", "lateral_acceleration_m_s2")
+    for k, row in enumerate(table.select(columns).iter_rows()):
+        block.oncenter_block_step(*map(ctypes.c_double, row), *map(ctypes.byref, told))
+        now = monitor.step(oc.Tick(k / 100.0, *row))
+    assert now is not None and now.offset_status != "unobservable"
+    assert [value.value for value in told[:2]] == [now.offset_rad, now.offset_sd_rad]
+    assert _core.STATUSES[int(told[2].value)] == now.offset_status
 
 
 @pytest.fixture(scope="module")

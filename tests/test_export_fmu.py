@@ -20,6 +20,7 @@ from test_estimate import steady_drive
 import oncenter as oc
 from oncenter import _core, export
 from oncenter.cli import run
+from oncenter.export import binaries
 from oncenter.offset.answer import Estimate
 from oncenter.param_table import params
 from oncenter.signals import Signals
@@ -32,6 +33,14 @@ ESTIMATES = (
     "offset understeer_gradient backlash unloading_acceleration yaw_rate_bias "
     "wheel_radius_mismatch_front wheel_radius_mismatch_rear"
 ).split()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_compiler() -> Iterator[None]:
+    """This machine's compiler alone: test_export_fmu_platforms.py looks at what zig compiles."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(binaries, "has_zig", lambda: False)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -268,6 +277,26 @@ def test_a_signal_that_is_not_available_or_no_number_is_not_used(fmu: Fmu) -> No
     assert fmu.get("rejected_time.missing_signal") == pytest.approx(0.02)
 
 
+def test_the_torque_of_a_drive_is_an_input_of_the_fmu_too(fmu: Fmu, tmp_path: Path) -> None:
+    scenario = tmp_path / "torque.toml"
+    text = (ROOT / "scenarios" / "worn_truck.toml").read_text(encoding="utf-8")
+    scenario.write_text(f"{text}\n[sensors.steering_wheel_torque]\n", encoding="utf-8")
+    simulated, _ = oc.simulate(str(scenario), seed=3)
+    drive = Signals(simulated.table.head(30_000), simulated.sources, simulated.rate_hz, simulated.log)
+    offsets = []
+    for table in (drive.table, drive.table.drop("steering_wheel_torque_nm")):
+        fmu.set("params.use_accelerometer", False)
+        fmu.set("params.torque_for_accelerometer_1", 1.0)
+        fmu.has(table)
+        fmu.begin(table["time_s"][0])
+        fmu.drive(table, drive.rate_hz)
+        offsets.append(bits(fmu.get("offset")))
+        fmu.slave.reset()
+    expected = oc.offset(drive, LEFT_HAND, params={"use_accelerometer": 0.0})
+    assert offsets[0] == bits(expected.offset.value)
+    assert offsets[0] != offsets[1]
+
+
 def refused(call: object, *arguments: object) -> bool:
     """Whether the FMU refuses; fmpy raises then."""
     try:
@@ -391,6 +420,40 @@ def test_without_a_compiler_that_compiles_there_is_no_fmu_but_one_line(
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and compiler in said and "C compiler" in said
     assert not (tmp_path / "t.fmu").exists()
+
+
+@pytest.mark.parametrize(
+    ("system", "machine", "expected"),
+    [
+        ("linux", "x86_64", ("binaries/linux64/oncenter.so", "binaries/x86_64-linux/oncenter.so")),
+        ("linux", "aarch64", ("binaries/linux64/oncenter.so", "binaries/aarch64-linux/oncenter.so")),
+        ("win32", "AMD64", ("binaries/win64/oncenter.dll", "binaries/x86_64-windows/oncenter.dll")),
+        ("darwin", "x86_64", ("binaries/darwin64/oncenter.dylib", "binaries/x86_64-darwin/oncenter.dylib")),
+        ("darwin", "arm64", ("binaries/darwin64/oncenter.dylib", "binaries/aarch64-darwin/oncenter.dylib")),
+    ],
+)
+def test_a_binary_lies_where_fmi_looks_for_this_machines(
+    system: str, machine: str, expected: tuple[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.platform", system)
+    monkeypatch.setattr("platform.machine", lambda: machine)
+    platform = binaries.this_platform()
+    assert (platform.path(2), platform.path(3)) == expected
+
+
+def test_without_zig_the_command_says_what_brings_the_other_platforms(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["export", "fmu", "--vehicle", "scania_r730_4x2", "--output", str(tmp_path / "t.fmu")]) == 0
+    said = capsys.readouterr()
+    assert said.out.rstrip().endswith(f"for {binaries.this_platform().fmi2}")
+    assert said.err == "for all platforms: pip install 'oncenter[fmu]', then export again\n"
+
+
+def test_with_no_compiler_at_all_one_line_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CC", "/nowhere/cc")
+    with pytest.raises(oc.OncenterError, match=r"pip install 'oncenter\[fmu\]' brings one .*, or install gcc"):
+        export.write_fmu(TRUCK, tmp_path / "t.fmu")
 
 
 def test_export_alone_says_what_can_be_exported(capsys: pytest.CaptureFixture[str]) -> None:

@@ -202,6 +202,7 @@ def test_a_vehicle_file_that_is_a_pipe_holds_up_no_night(fleet: Path, tmp_path: 
 # -- names are bytes
 
 
+@pytest.mark.posix
 def test_a_log_whose_name_is_no_text_is_answered_and_shown(
     fleet: Path, undisturbed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -179,6 +179,7 @@ def over_udp(group: str, port: int = 43177) -> can.BusABC:
     return can.Bus(channel=group, interface="udp_multicast", port=port)
 
 
+@pytest.mark.linux
 def test_frames_that_the_kernel_drops_are_counted(group: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("oncenter.live.socket_losses.HOLD_BYTES", 4096)
     with over_udp(group) as receiving, over_udp(group) as sending:
@@ -202,6 +203,7 @@ def test_the_kernel_holds_more_where_it_may(group: str) -> None:
     assert after > before
 
 
+@pytest.mark.linux
 def test_a_can_interface_s_own_counters_are_among_the_losses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     counters = tmp_path / "can0" / "statistics"
     counters.mkdir(parents=True)

@@ -189,14 +189,14 @@ def test_a_trace_that_fills_the_disk_holds_what_came_before(
 ) -> None:
     room = {"bytes": 1_000_000}
 
-    def pwrite(file: int, data: bytes, at: int) -> int:
+    def write(file: int, data: bytes) -> int:
         if room["bytes"] <= 0:
             raise OSError(errno.ENOSPC, "No space left on device")
         room["bytes"] -= min(len(data), 100_000)
-        return real_pwrite(file, data[:100_000], at)
+        return real_write(file, data[:100_000])
 
-    real_pwrite = os.pwrite
-    monkeypatch.setattr(os, "pwrite", pwrite)
+    real_write = os.write
+    monkeypatch.setattr(os, "write", write)
     said = Sayings()
     trace = Trace(tmp_path / "trace.parquet", said.say)
     stepped = fed(new_learner(), cut(frames_of_log(log), 0, 20_000))

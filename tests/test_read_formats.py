@@ -7,6 +7,7 @@ import math
 import re
 import subprocess
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,7 +17,7 @@ import numpy as np
 import polars as pl
 import pytest
 from can.io.mf4 import MF4Writer
-from drive_frames import DBC, START_S, candump, drive, truth
+from drive_frames import DBC, START_S, Frame, candump, drive, truth
 from real_data import real_drive
 
 from oncenter.errors import OncenterError
@@ -40,10 +41,10 @@ QUANTUM = {
 SAG = {"vehicle_speed_m_s": 0.1**2 / 8 * 2.0 * 0.3**2}
 
 
-def written(folder: Path, suffix: str) -> Path:
+def written(folder: Path, suffix: str, frames: Sequence[Frame] | None = None) -> Path:
     path = folder / f"drive{suffix}"
     with WRITERS[suffix](path) as writer:
-        for frame in drive():
+        for frame in drive() if frames is None else frames:
             writer.on_message_received(
                 can.Message(
                     timestamp=frame.time,

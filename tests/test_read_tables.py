@@ -112,7 +112,7 @@ SINCE_NOON = pl.lit(NOON.replace(tzinfo=None)) + pl.duration(
 )
 PARQUET: dict[str, pl.DataFrame] = {
     "32 bits": TABLE.with_columns(pl.exclude("time_s").cast(pl.Float32)),
-    "decimals": TABLE.with_columns(pl.all().cast(pl.Decimal(12, 3))),
+    "decimals": TABLE.with_columns(pl.all().cast(pl.String).cast(pl.Decimal(12, 3))),  # a number's cast cuts digits off
     "whole milliseconds": TABLE.select(
         (pl.col("time_s") * 1000).round().cast(pl.Int64).alias("time_ms"), pl.exclude("time_s")
     ),

@@ -29,6 +29,7 @@ def test_a_pipe_a_device_and_a_folder_are_not_opened(pipe: Path, tmp_path: Path)
         assert (refusal.value.code, refusal.value.exit_code) == ("bad_dbc", 2)
 
 
+@pytest.mark.posix
 def test_a_pipe_that_takes_the_place_of_a_file_does_not_block(pipe: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     of_this_file = os.stat(__file__)
     monkeypatch.setattr(os, "stat", lambda path: of_this_file)

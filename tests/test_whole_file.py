@@ -69,6 +69,7 @@ def test_a_disk_that_fails_is_one_line_and_a_bug_stays_a_bug(failure: Exception,
         raise ValueError("a bug")
 
 
+@pytest.mark.posix
 def test_content_is_on_the_disk_before_the_rename_and_the_rename_after(
     page: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -103,6 +104,7 @@ def test_a_link_stays_a_link_and_the_file_it_points_to_is_written(is_there: bool
     assert os.listdir(link.parent) == [link.name]
 
 
+@pytest.mark.posix
 def test_an_existing_file_keeps_mode_and_owner_and_a_new_one_follows_the_umask(page: Path) -> None:
     page.chmod(0o604)
     if os.geteuid() == 0:  # who alone may give a file away
@@ -119,6 +121,7 @@ def test_an_existing_file_keeps_mode_and_owner_and_a_new_one_follows_the_umask(p
     assert stat.S_IMODE(page.with_name("other.html").stat().st_mode) == 0o640
 
 
+@pytest.mark.posix
 def test_a_writer_that_makes_the_file_anew_changes_no_mode(page: Path) -> None:
     page.chmod(0o640)
     with whole_file(page) as unfinished:
@@ -185,6 +188,7 @@ def test_a_name_that_is_no_text_becomes_escapes(tmp_path: Path) -> None:
     assert (tmp_path / "page.html").read_bytes() == b"\xc3\xbc bad\\udcff.csv"
 
 
+@pytest.mark.posix
 def test_a_pipe_that_nobody_reads_is_refused_at_once(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.html"
     os.mkfifo(pipe)
@@ -201,6 +205,7 @@ def test_a_pipe_that_nobody_reads_is_refused_at_once(tmp_path: Path) -> None:
     assert said == ["refused"] and pipe.is_fifo()
 
 
+@pytest.mark.posix
 def test_a_pipe_that_is_read_gets_all_of_it(tmp_path: Path) -> None:
     pipe, content, read = tmp_path / "pipe.html", os.urandom(1_000_000), []
     os.mkfifo(pipe)
@@ -220,6 +225,7 @@ def test_a_pipe_that_is_read_gets_all_of_it(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == [pipe.name]
 
 
+@pytest.mark.posix
 def test_a_pipe_whose_reader_goes_is_one_line(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.html"
     os.mkfifo(pipe)

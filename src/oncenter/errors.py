@@ -36,3 +36,7 @@ class OncenterError(Exception):
         """From another process, too, it comes as it was: unpickled, an exception is called with its message alone."""
         rest = partial(type(self), code=self.code, exit_code=self.exit_code, needs=self.needs)
         return rest, (str(self),)
+
+
+class NeedsLibrary(Exception):
+    """Our own reader does not know something in a log: python-can may, in a child process. Says what."""

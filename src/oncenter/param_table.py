@@ -5,7 +5,8 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
+
+from oncenter.files.shipped import shipped
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class Param:
 @cache
 def params() -> dict[str, Param]:
     """By name, in the order of the struct."""
-    table = (Path(__file__).parent / "core" / "params.toml").read_text(encoding="utf-8")
+    table = (shipped("core") / "params.toml").read_text(encoding="utf-8")
     rows = [row for group in tomllib.loads(table).values() for row in group.items() if row[0] != "title"]
     return {
         name: Param(name, row["unit"], f"{row['meaning']}. {row['default']}, {row['source']}", *row["range"])

@@ -111,6 +111,7 @@ class Signals:
         rate_hz: of the table, 20 to 200.
         log: what it was read from, for people.
         notes: one line each about choices made while reading, for people.
+        vin: of the truck, where frames of the log tell it (J1939 VI).
     """
 
     table: pl.DataFrame
@@ -118,6 +119,7 @@ class Signals:
     rate_hz: float
     log: str
     notes: tuple[str, ...] = field(default=())
+    vin: str | None = None
 
     def length(self) -> str:
         """For people, "1800.0 s at 100 Hz"."""

@@ -15,6 +15,7 @@ from pydantic_core import ErrorDetails
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.shipped import shipped
 from oncenter.files.toml_file import read_toml, refusal
 from oncenter.nearest_name import did_you_mean, nearest
 from oncenter.param_table import params
@@ -367,10 +368,10 @@ def vehicle(path: str | os.PathLike[str]) -> Vehicle:
         OncenterError: "vehicle_file", exit code 2: unreadable, no TOML, or a value is missing, unknown or out of range.
     """
     file = Path(path)
-    shipped = Path(__file__).parent / "vehicles" / f"{file.name.removesuffix('.toml')}.toml"
+    by_name = shipped("vehicles") / f"{file.name.removesuffix('.toml')}.toml"
     try:
-        if not file.exists() and shipped.exists() and file.parent == Path("."):
-            file = shipped
+        if not file.exists() and by_name.exists() and file.parent == Path("."):
+            file = by_name
     except (OSError, ValueError):  # reading it says why
         pass
     truck = vehicle_from(read_toml(file, f"vehicle file {path}", code=_CODE), str(path))

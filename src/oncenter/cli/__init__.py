@@ -9,14 +9,15 @@ a verb says to standard output is written in one place.
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import os
 import sys
 from collections.abc import Sequence
-from typing import TextIO
+from typing import Any, TextIO
 
 from oncenter.errors import INTERRUPTED, WRONG_USAGE, OncenterError
-from oncenter.files.child import begin
+from oncenter.files.child import begin, collect_rarely
 from oncenter.files.log_formats import READ_HERE, READER, SUFFIXES
 
 _READING = ("offset", "angle", "reference", "signals")  # the verbs that read logs one by one
@@ -26,6 +27,7 @@ _OUR_OWN_BUG = 70
 
 def run(arguments: Sequence[str]) -> int:
     """One command line without the program's name; the exit code."""
+    _speak_utf8_on_windows()
     if sys.stdout is None:  # closed: the next file that is opened would take its place
         return _fail_to_write("it is closed; > /dev/null where nobody reads it")
     said = _Said(sys.stdout, "--json" in arguments)
@@ -36,6 +38,14 @@ def run(arguments: Sequence[str]) -> int:
             exit_code = _interrupted(said)
         said.flush()
     return said.exit_code or exit_code
+
+
+def _speak_utf8_on_windows() -> None:
+    """There a file or a pipe would get a code page that lacks signs of ours and in which JSON must not be."""
+    if sys.platform == "win32":
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(encoding="utf-8", errors="backslashreplace")
 
 
 class _Said(io.StringIO):
@@ -74,7 +84,7 @@ def _run(arguments: Sequence[str], said: _Said) -> int:
         return result if isinstance(result, int) else 0
     except OncenterError as error:
         return _fail(str(error), error.code, error.exit_code, error.needs, said)
-    except typer.TyperException as error:
+    except _usage_error() as error:
         return _fail(error.format_message(), "usage", WRONG_USAGE, (), said)
     except typer.Abort:
         return _interrupted(said)
@@ -83,6 +93,14 @@ def _run(arguments: Sequence[str], said: _Said) -> int:
             raise
         what = f"a bug of ours: {type(error).__name__}: {error} (oncenter --debug VERB … shows where)"
         return _fail(what, "bug", _OUR_OWN_BUG, (), said)
+
+
+def _usage_error() -> Any:
+    """The exception of all that is wrong with a command line. Typer has no public name for it before 0.28: it is
+    click's first, then that of a click within typer."""
+    import typer
+
+    return typer.BadParameter.__base__
 
 
 def _begin_reader(arguments: Sequence[str]) -> None:
@@ -131,12 +149,16 @@ def _write(text: str, out: TextIO) -> int:
     try:
         out.write(text.encode(encoding, "backslashreplace").decode(encoding))
         out.flush()
-    except BrokenPipeError:  # its reader has seen enough
-        _drop_what_is_left(out)
     except OSError as error:
         _drop_what_is_left(out)
-        return _fail_to_write(error.strerror or str(error))
+        if not _is_of_a_reader_that_left(error):
+            return _fail_to_write(error.strerror or str(error))
     return 0
+
+
+def _is_of_a_reader_that_left(error: OSError) -> bool:
+    """It has seen enough; Windows calls the end of a pipe an invalid argument."""
+    return isinstance(error, BrokenPipeError) or (sys.platform == "win32" and error.errno == errno.EINVAL)
 
 
 def _drop_what_is_left(out: TextIO) -> None:
@@ -150,4 +172,16 @@ def _fail_to_write(why: str) -> int:
 
 
 def main() -> None:
-    sys.exit(run(sys.argv[1:]))
+    collect_rarely()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else it asks every installed package for one
+    sys.exit(run(_expanded(sys.argv[1:])))
+
+
+def _expanded(arguments: Sequence[str]) -> list[str]:
+    """Windows' shells leave `*.mf4` to the program: the files of that name, or itself where there is none."""
+    if sys.platform != "win32":
+        return list(arguments)
+    import glob
+
+    each = (sorted(glob.glob(argument)) if glob.has_magic(argument) else [] for argument in arguments)
+    return [name for argument, found in zip(arguments, each, strict=True) for name in found or [argument]]

@@ -18,6 +18,7 @@ def demo(
     import oncenter as oc
     from oncenter.cli.offset import as_table
     from oncenter.errors import WRONG_USAGE
+    from oncenter.files.extra import is_installed, missing_extra
     from oncenter.signals import DEGREE
     from oncenter.simulate import simulate_to_log
 
@@ -27,14 +28,24 @@ def demo(
         raise oc.OncenterError(f"--output {output}: {error.strerror}", code="output", exit_code=WRONG_USAGE) from None
     log, page = output / "drive.log", output / "report.html"
     _check_nobody_elses(log, page)
+    _begin("simulating half an hour of driving")
     truth = simulate_to_log(_SCENARIO, seed, log)
     truck = oc.vehicle("scania_r730_4x2")
+    _begin(f"reading {log}, estimating the offset")
     answer = oc.offset(oc.read(log), truck)
     typer.echo(as_table(answer))
-    oc.report(answer, page)
     offset_deg, play_deg = truth.offset_rad / DEGREE, truth.backlash_rad / DEGREE
     typer.echo(f"\n  the truth: straight-ahead offset {offset_deg:.2f} deg, play {play_deg:.1f} deg")
+    if not is_installed("bokeh"):
+        typer.echo(f"  wrote {log}; {missing_extra('report', f'{page} needs bokeh')}")
+        return
+    oc.report(answer, page)
     typer.echo(f"  wrote {log} and {page}: open the page in a browser")
+
+
+def _begin(step: str) -> None:
+    """The steps are to be seen while they run, and are no part of the answer."""
+    typer.echo(step, err=True)
 
 
 def _check_nobody_elses(log: Path, page: Path) -> None:

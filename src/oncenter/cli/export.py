@@ -28,15 +28,22 @@ def fmu(
     output: Annotated[Path, typer.Option(metavar="F.fmu", help="Where the FMU goes.")],
     fmi: Annotated[Literal["2", "3"], typer.Option(help="FMI 2.0, which nearly all tools import, or 3.0.")] = "2",
 ) -> None:
-    """A co-simulation FMU of one truck's monitor, with sources and the binary for this machine."""
+    """A co-simulation FMU of one truck's monitor, with sources and binaries for Windows, Linux and macOS."""
     import oncenter as oc
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.export import write_fmu
+    from oncenter.export.binaries import ALL_PLATFORMS, has_zig, platforms
 
     spare_inputs({"--output": output}, [vehicle_file])
     truck = oc.vehicle(vehicle_file)
-    path = write_fmu(truck, output, fmi=2 if fmi == "2" else 3)
-    typer.echo(f"wrote {path}: FMI {fmi}.0, co-simulation, {truck.name}")
+    version: Literal[2, 3] = 2 if fmi == "2" else 3
+    folders = ", ".join(dict.fromkeys(p.folder(version) for p in platforms(version)))
+    if has_zig():
+        typer.echo(f"compiling for {folders}; the first time takes minutes", err=True)
+    path = write_fmu(truck, output, fmi=version)
+    typer.echo(f"wrote {path}: FMI {fmi}.0, co-simulation, {truck.name}, for {folders}")
+    if not has_zig():
+        typer.echo(f"for all platforms: {ALL_PLATFORMS}, then export again", err=True)
 
 
 @export.command()

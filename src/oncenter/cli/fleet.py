@@ -51,14 +51,13 @@ def run(
     json: Json = False,
 ) -> None:
     """Answer all logs that are new, rank the trucks, and write tables and page anew."""
-    _check_installed()
-    from oncenter import fleet as room
+    from oncenter.fleet import run as run_night  # first: it asks for the extra
     from oncenter.fleet.engines import on_ray, processes
 
     if address is not None and engine != "ray":
         raise OncenterError("--address is of --engine ray", code="usage", exit_code=WRONG_USAGE)
     try:
-        summary = room.run(
+        summary = run_night(
             logs,
             vehicles,
             output,
@@ -95,18 +94,6 @@ def query(
         typer.echo(str(result))
 
 
-def _check_installed() -> None:
-    from importlib.util import find_spec
-
-    missing = [name for name in ("blake3", "pyarrow") if find_spec(name) is None]
-    if missing:
-        raise OncenterError(
-            f"fleet run needs {' and '.join(missing)}: pip install 'oncenter[fleet]'",
-            code="not_installed",
-            exit_code=WRONG_USAGE,
-        )
-
-
 def in_words(summary: Summary) -> str:
     """What was done, what stands, and which trucks come first, in less than a screen."""
     verdicts = ", ".join(f"{count} {name}" for name, count in summary.verdicts.items() if count) or "none is judged"
@@ -132,11 +119,11 @@ def in_words(summary: Summary) -> str:
 
 
 def _lines(row: dict[str, Any]) -> list[str]:
-    from datetime import UTC, datetime
+    from oncenter.utc import utc
 
     value, half = row["offset_deg"], 1.96 * row["offset_sd_deg"]
     offset = f"{value:+.1f} deg, {value - half:+.1f} to {value + half:+.1f}"
-    since = f"{datetime.fromtimestamp(row['since'], UTC):%Y-%m-%d}" if row["changes"] else "its first"
+    since = f"{utc(row['since']):%Y-%m-%d}" if row["changes"] else "its first"
     line = f"  {row['truck'][:22]:24}{row['verdict']:11}{offset:>24}   {since:12}{row['q_value']:8.2g}"
     decides = row.get("would_decide")
     return [line, f"    would decide: {decides}"] if decides else [line]

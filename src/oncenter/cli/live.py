@@ -26,7 +26,11 @@ if TYPE_CHECKING:
 
 Channel = Annotated[str | None, typer.Argument(metavar="CHANNEL", help="can0, PCAN_USBBUS1, 239.74.163.2 …")]
 Interface = Annotated[
-    str, typer.Option(metavar="NAME", help="Of python-can: socketcan, pcan, vector, kvaser, udp_multicast …")
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="Of python-can: socketcan, pcan, vector, kvaser, udp_multicast …; on Linux socketcan by default.",
+    ),
 ]
 Bitrate = Annotated[int | None, typer.Option(metavar="BIT/S", help="For interfaces that must be told.")]
 Replayed = Annotated[
@@ -53,7 +57,7 @@ State = Annotated[
 def live(
     vehicle_file: VehicleFile,
     channel: Channel = None,
-    interface: Interface = "socketcan",
+    interface: Interface = None,
     bitrate: Bitrate = None,
     replay: Replayed = None,
     speed: Speed = None,
@@ -73,12 +77,15 @@ def live(
     import oncenter as oc
     from oncenter.cli.offset import as_table
     from oncenter.cli.overwriting import spare_inputs
+    from oncenter.files.extra import require_package
     from oncenter.live.learner import needed
     from oncenter.live.memory import default_folder
     from oncenter.live.session import Sayings
     from oncenter.read.stream import Stream
 
     _check(channel, bitrate, replay, speed, record)
+    if web:
+        require_package("bokeh", "--web", "live")
     outputs = {"--record": record, "--trace": trace}
     spare_inputs(outputs, [replay, vehicle_file, *(dbc or ())])
     vehicle = oc.vehicle(vehicle_file)
@@ -172,7 +179,12 @@ def _answer(session: Session, stream: Stream, signals: tuple[str, ...]) -> Answe
 
 
 def _opened(
-    channel: str | None, interface: str, bitrate: int | None, replay: Path | None, speed: float | None, said: Sayings
+    channel: str | None,
+    interface: str | None,
+    bitrate: int | None,
+    replay: Path | None,
+    speed: float | None,
+    said: Sayings,
 ) -> Bus | Replay:
     if replay is not None:
         from oncenter.live.replay import SLOWEST, Replay
@@ -181,7 +193,24 @@ def _opened(
     from oncenter.live.bus import Bus
 
     assert channel is not None
-    return Bus(channel, interface, bitrate, said.say)
+    return Bus(channel, _interface(interface), bitrate, said.say)
+
+
+def _interface(named: str | None) -> str:
+    """
+    Raises:
+        OncenterError: "usage", exit code 2: SocketCAN, on a system that lacks it.
+    """
+    if sys.platform != "linux" and named in (None, "socketcan"):
+        from oncenter.errors import WRONG_USAGE, OncenterError
+
+        raise OncenterError(
+            "only Linux has SocketCAN: name the interface of your CAN adapter, --interface pcan, vector, kvaser, "
+            "ixxat, slcan, gs_usb or another of python-can's",
+            code="usage",
+            exit_code=WRONG_USAGE,
+        )
+    return named or "socketcan"
 
 
 @contextmanager
@@ -193,7 +222,11 @@ def _ended_by_signals(session: Session) -> Iterator[None]:
         session.stop()
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
-    before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    if sys.platform == "win32":
+        closed = signal.SIGBREAK  # of a console's window, and Ctrl-Break
+    else:
+        closed = signal.SIGHUP
+    before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM, closed)}
     try:
         yield
     finally:

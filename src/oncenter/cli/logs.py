@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from oncenter.cli.options import progress_bar
 from oncenter.cli.standard_input import STANDARD_INPUT, as_file
 from oncenter.errors import LOG_CANNOT_BE_ANSWERED, WRONG_USAGE, OncenterError
+from oncenter.files.log_formats import OF_FRAMES
 
 if TYPE_CHECKING:
     from oncenter.cli.places import Places
@@ -92,7 +93,8 @@ def _identified(path: Path, drive: Signals, file: Path) -> _Log:
     from oncenter.read.identity import start_of, vin_of
 
     first_s = float(drive.table["time_s"][0])
-    return _Log(path, drive, vin_of(file), first_s if first_s > _EPOCH_S else start_of(file))
+    vin = drive.vin if file.name.lower().endswith(OF_FRAMES) else vin_of(file)
+    return _Log(path, drive, vin, first_s if first_s > _EPOCH_S else start_of(file))
 
 
 def _refuse_another_truck(logs: Sequence[_Log]) -> None:

@@ -13,6 +13,7 @@ from oncenter.files.log_formats import SUFFIXES
 
 if TYPE_CHECKING:
     import oncenter as oc
+    from oncenter.memory import TruckMemory
     from oncenter.offset.answer import Method
 
 
@@ -68,7 +69,6 @@ def offset(
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.cli.places import logs_at
     from oncenter.files.whole_file import check_place
-    from oncenter.memory import offset_with_memory, read_memory, write_memory
     from oncenter.offset.findings import gravest_first
     from oncenter.report import check_report
 
@@ -96,22 +96,32 @@ def offset(
 
         fail_on_status(answer_each(places, one, schema if json else None), failing)
         return
-    before = None if memory is None else read_memory(memory, truck.name)
+    before = None if memory is None else _remembered(memory, truck)
     wanted = _wanted(method, truck, params)
     drives, told = read_logs(places, truck, dbc or (), take, wanted)
     with progress_bar("answering", *places.logs) as progress:
         if before is None:
             answer, after = oc.offset(drives, truck, method=method, params=params, progress=progress), None
         else:
+            from oncenter.memory import offset_with_memory
+
             answer, after = offset_with_memory(drives, truck, before, method=method, params=params, progress=progress)
     findings = gravest_first((*told, *answer.findings))
     answer = replace(answer, findings=findings, notes=(*answer.notes, *places.notes))
     typer.echo(answer.to_json(schema) if json else as_table(answer))  # before a page that a full disk may refuse
     if memory is not None and after is not None and after != before:
+        from oncenter.memory import write_memory
+
         write_memory(memory, after)
     if report is not None:
         oc.report(answer, report)
     fail_on_status([answer.offset.status], failing)
+
+
+def _remembered(memory: Path, truck: oc.Vehicle) -> TruckMemory:
+    from oncenter.memory import read_memory
+
+    return read_memory(memory, truck.name)
 
 
 def _wanted(method: Method, truck: oc.Vehicle, params: dict[str, float] | None) -> tuple[str, ...]:

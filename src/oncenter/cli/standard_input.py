@@ -47,7 +47,7 @@ def as_file(log: Path) -> Iterator[Path]:
             code="usage",
             exit_code=WRONG_USAGE,
         )
-    with tempfile.TemporaryDirectory(prefix="oncenter-") as folder:
+    with tempfile.TemporaryDirectory(prefix="oncenter-", ignore_cleanup_errors=True) as folder:
         yield _kept(sys.stdin.buffer, Path(folder))
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import oncenter
+from oncenter.files.shipped import shipped
 
-CORE = Path(oncenter.__file__).parent / "core"
-LICENCE = Path(__file__).with_name("LICENSE")
+CORE = shipped("core")
+LICENCE = shipped("LICENSE")
 
 
 def core_files() -> list[Path]:

@@ -1,16 +1,10 @@
-"""An FMU from a vehicle: model description, sources and the binary for this machine, packed with fixed dates."""
+"""An FMU from a vehicle: model description, sources and binaries, packed with fixed dates."""
 
 from __future__ import annotations
 
 import hashlib
 import io
 import os
-import platform
-import shlex
-import shutil
-import subprocess
-import sys
-import tempfile
 import uuid
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,14 +12,9 @@ from pathlib import Path
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.export.binaries import binaries, licences
 from oncenter.export.core_source import LICENCE, core_files
-from oncenter.export.model_description import (
-    COMPILER_OPTIONS,
-    MODEL_IDENTIFIER,
-    Fmi,
-    build_description,
-    model_description,
-)
+from oncenter.export.model_description import Fmi, build_description, model_description
 from oncenter.export.page import page
 from oncenter.export.variables import Variable, c_table, variables_of
 from oncenter.files.whole_file import check_place, write_whole
@@ -39,11 +28,15 @@ _HEADERS: dict[Fmi, tuple[str, ...]] = {
     2: ("instance.h", "fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
     3: ("instance.h", "fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
 }
+_LICENCES = "documentation/licenses/"
 _LONG_AGO = (1980, 1, 1, 0, 0, 0)  # the same vehicle gives the same bytes
 
 
 def write_fmu(vehicle: Vehicle, output: str | os.PathLike[str], *, fmi: Fmi = 2) -> Path:
-    """Writes the monitor of one truck as a co-simulation FMU, with sources and the binary for this machine.
+    """Writes the monitor of one truck as a co-simulation FMU, with sources and binaries.
+
+    With the package ziglang (`pip install 'oncenter[fmu]'`) the binaries are for Windows, Linux and macOS; otherwise
+    there is one, for this machine, by its own C compiler.
 
     Args:
         vehicle: what `oncenter.vehicle` gave; its values and `[params]` become the start values of the FMU's
@@ -60,10 +53,11 @@ def write_fmu(vehicle: Vehicle, output: str | os.PathLike[str], *, fmi: Fmi = 2)
     path = Path(output)
     if path.suffix != ".fmu":
         raise OncenterError(f"--output takes a .fmu file, got {path.name}", code="output", exit_code=WRONG_USAGE)
-    check_place(path)  # before the compiler takes its time
+    check_place(path)  # before compilers take their time
     files = _contents(vehicle, fmi)
     sources = {Path(name).name: data for name, data in files.items() if name.startswith("sources/")}
-    files[_binary_path(fmi)] = _compile(sources, _compiled(fmi))
+    files |= binaries(fmi, sources, _compiled(fmi))
+    files |= {f"{_LICENCES}{name}": text for name, text in licences().items()}
     write_whole(path, _packed(files))
     return path
 
@@ -80,7 +74,7 @@ def _packed(files: Mapping[str, bytes]) -> bytes:
 
 
 def _contents(vehicle: Vehicle, fmi: Fmi) -> dict[str, bytes]:
-    """All of the FMU but its binary, by path."""
+    """All of the FMU but its binaries, by path."""
     variables = variables_of(vehicle)
     sources = {file.name: file.read_bytes() for file in core_files()}
     sources[_CORE] = _core_in_one(sources).encode()
@@ -89,12 +83,11 @@ def _contents(vehicle: Vehicle, fmi: Fmi) -> dict[str, bytes]:
     sources[_VARIABLES] = c_table(variables, token).encode()
     if fmi == 3:
         sources["buildDescription.xml"] = build_description(_compiled(fmi))
-    licences = "documentation/licenses/"
     return {
         "modelDescription.xml": model_description(fmi, vehicle.name, variables, token, _compiled(fmi)),
         "documentation/index.html": page(vehicle.name, variables).encode(),
-        f"{licences}license.txt": LICENCE.read_bytes(),
-        f"{licences}fmi_headers.txt": (_FMI / "LICENSE.txt").read_bytes(),
+        f"{_LICENCES}license.txt": LICENCE.read_bytes(),
+        f"{_LICENCES}fmi_headers.txt": (_FMI / "LICENSE.txt").read_bytes(),
         **{f"sources/{name}": data for name, data in sorted(sources.items())},
     }
 
@@ -118,37 +111,3 @@ def _core_in_one(sources: Iterable[str]) -> str:
     pragmas = ["#if defined(_MSC_VER)", "#pragma fp_contract(off)", "#elif defined(__clang__)"]
     pragmas += ["#pragma STDC FP_CONTRACT OFF", "#endif"]
     return "\n".join(["/* The core as one translation unit. */", *pragmas, *included, ""])
-
-
-def _binary_path(fmi: Fmi) -> str:
-    """Where FMI looks for this machine's binary."""
-    system = {"linux": "linux", "darwin": "darwin"}.get(sys.platform, sys.platform)
-    machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
-    ending = "dylib" if system == "darwin" else "so"
-    folder = f"{system}64" if fmi == 2 else f"{machine}-{system}"
-    return f"binaries/{folder}/{MODEL_IDENTIFIER}.{ending}"
-
-
-def _compile(sources: Mapping[str, bytes], compiled: Sequence[str]) -> bytes:
-    """The shared library, by $CC or else the system's cc."""
-    compiler = shlex.split(os.environ.get("CC", "")) or ["cc"]
-    if shutil.which(compiler[0]) is None:
-        raise OncenterError(
-            f"no C compiler: '{compiler[0]}' is not found; install gcc, or name one in CC",
-            code="compiler",
-            exit_code=WRONG_USAGE,
-        )
-    with tempfile.TemporaryDirectory() as folder:
-        for name, data in sources.items():
-            (Path(folder) / name).write_bytes(data)
-        library = Path(folder) / "library"
-        options = [*COMPILER_OPTIONS, "-shared", "-fPIC", "-fvisibility=hidden", "-o", library.name, *compiled, "-lm"]
-        run = subprocess.run([*compiler, *options], cwd=folder, capture_output=True, text=True, check=False)
-        if run.returncode != 0:
-            first = next((line for line in run.stderr.splitlines() if "error" in line), "it says nothing")
-            raise OncenterError(
-                f"the C compiler '{compiler[0]}' cannot compile the FMU: {first.strip()}",
-                code="compiler",
-                exit_code=WRONG_USAGE,
-            )
-        return library.read_bytes()

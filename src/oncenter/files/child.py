@@ -2,7 +2,8 @@
 
 Logs come from strangers, and the libraries that read them are not made for hostile bytes. So they run in a process of
 its own, which the parent stops when it uses more computing time or more memory than a file of that size can need. A
-child's end costs one log and nothing else.
+child's end costs one log and nothing else. Only Linux tells what another process uses: elsewhere memory is not limited,
+and on Windows computing time is limited by the time that passes alone.
 
 The parent starts it as `python -m MODULE` and writes one JSON line a request. The child answers with messages: a JSON
 line each, followed by as many bytes as it says. Nothing is unpickled on either side. This file imports nothing heavy.
@@ -12,10 +13,10 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import gc
 import json
 import os
 import queue
-import select
 import signal
 import subprocess
 import sys
@@ -41,8 +42,11 @@ _LOOK_EVERY_S = 0.02  # at memory and time: what grows by 4 GB/s is stopped 80 M
 _LONGEST_LOOK_S = 0.5  # more than that between two looks, and it was the parent that stood still
 _RESIDENT_TO_KEEP = 400 << 20  # a child that holds more after its work is not used again
 _MESSAGES_AHEAD = 8
+_PARENT_EVERY_S = 0.5  # how often a child on macOS looks whether its parent is there
+_NT_STATUS = 0x80000000  # exit codes of Windows from there on say why a process crashed
 READER_DEATHS = ("reader_crashed", "reader_time", "reader_memory")
 _STOPPED_FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
+_KILLED = getattr(signal, "SIGKILL", None)  # Windows has no signals between processes
 
 
 @dataclass(frozen=True)
@@ -88,11 +92,11 @@ class Child:
     def __init__(self, module: str) -> None:
         # -P: the current folder may be a stranger's, and modules must not come from it
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", module],
+            [sys.executable, "-P", "-m", module, str(os.getpid())],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,  # what a crashing library says there is not for people
-            env=_environment(),
+            env=environment(),
         )
         self._messages: queue.Queue[Message | None] = queue.Queue(_MESSAGES_AHEAD)
         self._killed = self._ready = False
@@ -183,13 +187,13 @@ class Child:
         code = self._process.wait()
         if -code in _STOPPED_FROM_OUTSIDE:
             return ChildDied("stopped", f"its reader was stopped from outside ({_signal_name(-code)})")
-        how = _signal_name(-code) if code < 0 else f"exit code {code}"
+        how = _how_it_ended(code)
         if not self._ready:
             return ChildDied("stopped", f"the process that reads it did not start ({how})")
         return ChildDied(
             "reader_crashed",
             f"its reader crashed ({how}): the file is damaged, or made to do that",
-            by_kill=-code == signal.SIGKILL,
+            by_kill=-code == _KILLED,
         )
 
 
@@ -299,6 +303,12 @@ def _end_all_idle() -> None:
                 child.signal_end()
 
 
+def collect_rarely() -> None:
+    """Of a process that begins: its imports make some 100,000 objects that stay, and looking for garbage among them
+    time and again takes an eighth of the start."""
+    gc.set_threshold(100_000, 10, 10)
+
+
 def serve(answer: Callable[[Mapping[str, Any], Send], None]) -> None:
     """The child's side: answers requests until the parent is gone.
 
@@ -312,7 +322,7 @@ def serve(answer: Callable[[Mapping[str, Any], Send], None]) -> None:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to hear
     _no_core_dumps()
-    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+    threading.Thread(target=_end_with_the_parent, args=(int(sys.argv[1]),), daemon=True).start()
     send({"ready": True})
     for line in sys.stdin.buffer:
         request = json.loads(line)
@@ -343,30 +353,46 @@ def _own_output() -> BinaryIO:
     return os.fdopen(own, "wb")
 
 
-def _end_with_the_parent() -> None:
+def _end_with_the_parent(parent: int) -> None:
     """The parent may be killed during a request, when nobody reads its pipe."""
-    if not hasattr(select, "poll"):
-        return
-    hung_up = select.poll()
-    hung_up.register(0, 0)
-    hung_up.poll()
+    with contextlib.suppress(OSError):  # it is gone already
+        _wait_for_end_of(parent)
     os._exit(0)
 
 
+def _wait_for_end_of(parent: int) -> None:
+    if sys.platform == "win32":
+        import _winapi
+
+        handle = _winapi.OpenProcess(_winapi.SYNCHRONIZE, False, parent)
+        _winapi.WaitForSingleObject(handle, _winapi.INFINITE)
+    elif sys.platform == "darwin":  # its poll does not tell the end of a pipe from which no event is asked
+        while os.getppid() == parent:
+            time.sleep(_PARENT_EVERY_S)
+    else:
+        import select
+
+        hung_up = select.poll()
+        hung_up.register(0, 0)
+        hung_up.poll()
+
+
 def _no_core_dumps() -> None:
-    with contextlib.suppress(ImportError, ValueError, OSError):
+    if sys.platform != "win32":
         import resource
 
-        resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
+        with contextlib.suppress(ValueError, OSError):
+            resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
 
 
 def _limit_cpu(cpu_s: float) -> None:
     """A second wall, for a child that loops in C while its parent is killed."""
-    with contextlib.suppress(ImportError, ValueError, OSError):
+    if sys.platform != "win32":
         import resource
 
         until = int(time.process_time() + 2.0 * cpu_s) + 1
-        resource.setrlimit(resource.RLIMIT_CPU, (until, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+        with contextlib.suppress(ValueError, OSError):
+            resource.setrlimit(resource.RLIMIT_CPU, (until, resource.getrlimit(resource.RLIMIT_CPU)[1]))
 
 
 def _told(error: Exception) -> dict[str, Any]:
@@ -387,11 +413,17 @@ def _raised(told: Mapping[str, Any]) -> Exception:
     return OncenterError(told["message"], code=told["code"], exit_code=told["exit_code"], needs=tuple(told["needs"]))
 
 
-def _environment() -> dict[str, str]:
+def environment() -> dict[str, str]:
     """This package comes first, for the parent may have found it in another way than by its installation."""
     own = str(Path(__file__).resolve().parents[2])
     given = [place for place in os.environ.get("PYTHONPATH", "").split(os.pathsep) if place]  # none is this folder
     return os.environ | {"PYTHONPATH": os.pathsep.join([own, *given])}
+
+
+def _how_it_ended(code: int) -> str:
+    if code < 0:
+        return _signal_name(-code)
+    return f"exit code {code:#010x}" if code >= _NT_STATUS else f"exit code {code}"
 
 
 def _signal_name(number: int) -> str:
@@ -402,6 +434,8 @@ def _signal_name(number: int) -> str:
 
 def _resident_bytes(pid: int) -> int | None:
     """None where the system does not tell: then memory is not limited."""
+    if sys.platform != "linux":
+        return None
     try:
         with open(f"/proc/{pid}/statm", "rb") as file:
             return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
@@ -411,6 +445,8 @@ def _resident_bytes(pid: int) -> int | None:
 
 def _cpu_s(pid: int) -> float | None:
     """Computing time so far; None where the system does not tell: then only the time that passes is limited."""
+    if sys.platform != "linux":
+        return None
     try:
         with open(f"/proc/{pid}/stat", "rb") as file:
             fields = file.read().rpartition(b")")[2].split()  # the name before may hold blanks
@@ -420,7 +456,9 @@ def _cpu_s(pid: int) -> float | None:
 
 
 def _half_of_memory() -> int | None:
+    if sys.platform == "win32":
+        return None
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
-    except (AttributeError, ValueError, OSError):
+    except (ValueError, OSError):
         return None

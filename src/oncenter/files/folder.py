@@ -37,14 +37,15 @@ def files_below(folders: Sequence[str]) -> Iterator[tuple[str, bool]]:
     that is found as well.
     """
     waiting, links = list(folders), deque[str]()
-    walked = set()
+    walked: set[tuple[int, int] | str] = set()
     while waiting or links:
         folder = waiting.pop() if waiting else links.popleft()
         try:
             status = os.stat(folder)
-            if (status.st_dev, status.st_ino) in walked:
+            own = (status.st_dev, status.st_ino) if status.st_ino else os.path.realpath(folder)  # some shares have none
+            if own in walked:
                 continue
-            walked.add((status.st_dev, status.st_ino))
+            walked.add(own)
             with os.scandir(folder) as listed:
                 entries = sorted(listed, key=lambda entry: entry.name)
         except OSError:

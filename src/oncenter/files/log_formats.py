@@ -6,5 +6,5 @@ OF_TABLES = (".csv", ".csv.gz", ".parquet", ".vbo")
 ROS = (".bag", ".mcap", ".db3")
 OF_SIGNALS = (*OF_TABLES, ".mat", *ROS)  # and no frames
 SUFFIXES = OF_FRAMES + OF_SIGNALS
-READ_HERE = (".log", ".blf")  # by our own code and numpy alone; all others by libraries, in a child process
+READ_HERE = (".log", ".blf", ".asc", ".trc")  # by our own code and numpy; others by libraries, in a child process
 READER = "oncenter.read.child"  # that child, as `python -m` starts it

@@ -11,7 +11,8 @@ from oncenter.errors import LOG_CANNOT_BE_ANSWERED, OncenterError
 
 _AnyPath = str | os.PathLike[str]
 
-_NOT_BLOCKING = getattr(os, "O_NONBLOCK", 0)  # opening a pipe without a writer returns at once
+O_BINARY = getattr(os, "O_BINARY", 0)  # without it Windows changes line ends, and takes Ctrl-Z for a file's end
+O_NONBLOCK = getattr(os, "O_NONBLOCK", 0)  # opening a pipe of which nobody has the other end returns at once
 
 
 def open_regular_file(path: _AnyPath) -> FileIO:
@@ -25,7 +26,7 @@ def open_regular_file(path: _AnyPath) -> FileIO:
         ValueError: the path holds a zero byte.
     """
     _refuse_mode(os.stat(path).st_mode, "a file")
-    file = FileIO(os.open(path, os.O_RDONLY | _NOT_BLOCKING | getattr(os, "O_BINARY", 0)), "rb")
+    file = FileIO(os.open(path, os.O_RDONLY | O_NONBLOCK | O_BINARY), "rb")
     try:
         _refuse_mode(os.fstat(file.fileno()).st_mode, "a file")
     except OSError:

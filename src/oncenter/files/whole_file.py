@@ -3,6 +3,8 @@
 The new content is written to a hidden file beside the path, forced to the disk, and renamed over the path. After a
 full disk, a kill or a power cut the path therefore holds the whole old file or the whole new one. A kill may leave the
 hidden file behind; `remove_unfinished` deletes such files in a folder that nobody else writes to.
+
+Windows does not rename over a file that a program has open: the old file then stays, and the refusal says so.
 """
 
 from __future__ import annotations
@@ -11,16 +13,20 @@ import os
 import secrets
 import shutil
 import stat
+import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.regular_file import O_BINARY, O_NONBLOCK
 
 UNFINISHED = ".unfinished-"  # how the name of a hidden file begins
 _TAIL = 32  # characters of the path's name that the hidden file's name ends in: writers look at the suffix
 _STDOUT = 1
+_RENAME_AGAIN_S = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)  # a virus scanner or an index has a new file open for a moment
 
 
 def check_place(path: str | os.PathLike[str]) -> None:
@@ -88,8 +94,12 @@ def remove_unfinished(folder: Path) -> None:
 def _refusal(path: str | os.PathLike[str], error: Exception | str) -> OncenterError:
     number = error.errno if isinstance(error, OSError) else None  # whose words are shorter than some libraries'
     text, *_ = " ".join(str(error).split()).split(" (os error ")  # after which polars names the hidden file
-    why = os.strerror(number) if number else text
+    why = os.strerror(number) if number and not isinstance(error, _IsOpen) else text
     return OncenterError(f"cannot write {os.fspath(path)}: {why}", code="output", exit_code=WRONG_USAGE)
+
+
+class _IsOpen(PermissionError):
+    """A file of Windows that cannot be replaced."""
 
 
 def _status(path: str | os.PathLike[str]) -> os.stat_result | None:
@@ -123,12 +133,13 @@ def _check_folder(path: str | os.PathLike[str]) -> None:
 def _beside(target: Path) -> Iterator[Path]:
     """In the same folder, since a rename does not cross file systems."""
     unfinished = target.with_name(f"{UNFINISHED}{secrets.token_hex(4)}-{target.name[-_TAIL:]}")
-    os.close(os.open(unfinished, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))  # its mode follows the umask
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | O_BINARY
+    os.close(os.open(unfinished, flags, 0o666))  # its mode follows the umask
     try:
         mode = stat.S_IMODE(unfinished.stat().st_mode)
         yield unfinished
         _finish(unfinished, mode, _status(target))
-        os.replace(unfinished, target)
+        _rename(unfinished, target)
     except BaseException:  # an interruption as well
         with suppress(OSError):
             unfinished.unlink()
@@ -138,20 +149,37 @@ def _beside(target: Path) -> Iterator[Path]:
 
 def _finish(unfinished: Path, mode: int, replaced: os.stat_result | None) -> None:
     """Owner, mode and content are on the disk before the rename: else a power cut may leave an empty file."""
-    file = os.open(unfinished, os.O_RDWR)
+    file = os.open(unfinished, os.O_RDWR | O_BINARY)
     try:
-        if replaced is not None:
-            mode = stat.S_IMODE(replaced.st_mode)
-            with suppress(OSError):  # only root may give a file away
-                os.fchown(file, replaced.st_uid, replaced.st_gid)
-        os.fchmod(file, mode)
+        if sys.platform != "win32":  # there a file has the rights of its folder
+            if replaced is not None:
+                mode = stat.S_IMODE(replaced.st_mode)
+                with suppress(OSError):  # only root may give a file away
+                    os.fchown(file, replaced.st_uid, replaced.st_gid)
+            os.fchmod(file, mode)
         os.fsync(file)
     finally:
         os.close(file)
 
 
+def _rename(unfinished: Path, target: Path) -> None:
+    for again_s in _RENAME_AGAIN_S if sys.platform == "win32" else ():
+        with suppress(PermissionError):
+            os.replace(unfinished, target)
+            return
+        time.sleep(again_s)
+    try:
+        os.replace(unfinished, target)
+    except PermissionError:
+        if sys.platform == "win32":
+            raise _IsOpen("another program has it open: close it there, or name another file") from None
+        raise
+
+
 def _sync_folder(folder: Path) -> None:
-    """Makes the rename itself survive a power cut."""
+    """Makes the rename itself survive a power cut; Windows opens no folder, and needs none to be synchronised."""
+    if sys.platform == "win32":
+        return
     try:
         file = os.open(folder, os.O_RDONLY)
     except PermissionError:  # a folder may be written to and not read: old or new, the file is whole
@@ -164,15 +192,16 @@ def _sync_folder(folder: Path) -> None:
 
 def _is_stdout(there: os.stat_result) -> bool:
     try:
-        return os.path.samestat(there, os.fstat(_STDOUT))
+        # all devices of Windows have the same number, 0
+        return there.st_ino != 0 and os.path.samestat(there, os.fstat(_STDOUT))
     except OSError:  # closed
         return False
 
 
 @contextmanager
 def _copied_through(special: Path) -> Iterator[Path]:
-    with os.fdopen(_opened(special), "wb") as file, tempfile.TemporaryDirectory() as folder:
-        unfinished = Path(folder) / special.name
+    with os.fdopen(_opened(special), "wb") as file, tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        unfinished = Path(folder) / f"{UNFINISHED}{special.name}"  # NUL alone is a device in any folder of Windows
         unfinished.touch()
         yield unfinished
         with unfinished.open("rb") as content:
@@ -184,10 +213,11 @@ def _opened(special: Path) -> int:
     if _is_stdout(special.stat()):
         return os.dup(_STDOUT)
     try:
-        file = os.open(special, os.O_WRONLY | os.O_NONBLOCK)
+        file = os.open(special, os.O_WRONLY | O_NONBLOCK | O_BINARY)
     except OSError as error:
         if stat.S_ISFIFO(special.stat().st_mode):
             raise _refusal(special, f"nobody reads this pipe ({error.strerror})") from None
         raise
-    os.set_blocking(file, True)  # for a reader that is slow
+    if sys.platform != "win32":
+        os.set_blocking(file, True)  # for a reader that is slow
     return file

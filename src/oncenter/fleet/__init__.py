@@ -18,9 +18,18 @@ __all__ = ["Summary", "query", "run"]
 
 
 def __getattr__(name: str) -> Any:
-    """Late: pyarrow takes longer to load than most command lines take to answer."""
+    """Late: pyarrow takes longer to load than most command lines take to answer.
+
+    Raises:
+        OncenterError: "missing_extra": a package of the extra `fleet` is not installed.
+    """
     if name not in _HOMES:
         raise AttributeError(f"module 'oncenter.fleet' has no attribute '{name}'")
     from importlib import import_module
 
+    from oncenter.files.extra import require_package
+
+    if _HOMES[name] == "night":
+        for package in ("blake3", "pyarrow", "bokeh"):
+            require_package(package, "oncenter fleet run", "fleet")
     return getattr(import_module(f"oncenter.fleet.{_HOMES[name]}"), name)

@@ -156,7 +156,7 @@ def _starts(log: LogFile, path: Path, signals: Signals) -> Iterator[tuple[str, f
     first, last = float(signals.table["time_s"][0]), float(signals.table["time_s"][-1])
     yield "log", first if first > _EPOCH_S else None
     yield "metadata", start_of(path)
-    for part in reversed(PurePosixPath(log.uri).parts):
+    for part in reversed(PurePosixPath(log.uri.replace("\\", "/")).parts):
         yield "name", _dated(part)
     yield "modified", log.modified_s - (last - first)
 

@@ -12,13 +12,13 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from importlib import import_module
-from importlib.util import find_spec
 from itertools import chain, islice
 from threading import Event, Thread
 from typing import Any
 from urllib.parse import urlsplit
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.extra import require_package
 from oncenter.fleet.files import LogFile
 
 Row = dict[str, Any]
@@ -68,10 +68,10 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
         workers: of one begun here; None: one a core.
 
     Raises:
-        OncenterError: "ray", exit code 2: it is not installed, does not begin, or there is no such cluster.
+        OncenterError: "missing_extra": Ray is not installed; "ray", exit code 2: it does not begin, or there is no such
+            cluster.
     """
-    if find_spec("ray") is None:
-        raise OncenterError("--engine ray needs Ray: pip install 'oncenter[fleet]'", code="ray", exit_code=WRONG_USAGE)
+    require_package("ray", "--engine ray")
 
     def begin() -> None:
         while _ray_ends:

@@ -201,7 +201,7 @@ def at_hand(log: LogFile) -> Iterator[tuple[Path, str]]:
 def _fetched(log: LogFile) -> Iterator[tuple[Path, str]]:
     """A copy that has the log's name, for its suffix says its format."""
     files, path = _store(f"{log.uri}?{log.options}" if log.options else log.uri)
-    with tempfile.TemporaryDirectory(prefix="oncenter-") as folder:
+    with tempfile.TemporaryDirectory(prefix="oncenter-", ignore_cleanup_errors=True) as folder:
         copy = Path(folder) / path.rpartition("/")[2]
         with files.open_input_stream(path) as source, copy.open("wb") as target:
             key = _key(_copied(source, target))

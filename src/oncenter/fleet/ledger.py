@@ -26,7 +26,7 @@ _UNREAD = "unread "  # begins the key of a log whose content is not known
 _NAME = ("utf-8", "surrogatepass")  # keeps every name as Python has it
 # A row of a version that put down NaN is no JSON to SQLite.
 _ERROR_CODE = "CASE WHEN json_valid(row) THEN json_extract(row, '$.error_code') END"
-_AGAIN = ("output", "stopped")  # next time it may go well
+_AGAIN = ("output", "stopped", "missing_extra")  # next time it may go well
 # `uri` is a log's as `printable_name` shows it; `name` is its bytes, which need not be text.
 _TABLES = """
 CREATE TABLE IF NOT EXISTS drive (key TEXT PRIMARY KEY, log TEXT, truck TEXT, start REAL, settings TEXT,

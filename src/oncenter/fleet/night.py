@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
+import sys
 import time
 from collections.abc import Sequence
 from contextlib import closing
@@ -234,9 +235,10 @@ def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, A
 
 def _peak_memory_mb() -> float | None:
     """Of the largest of our processes, where the system tells."""
-    try:
-        import resource
-    except ImportError:  # not a POSIX system
+    if sys.platform == "win32":
         return None
+    import resource
+
     ours = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
-    return max(resource.getrusage(who).ru_maxrss for who in ours) / 1024.0
+    unit = 1024.0**2 if sys.platform == "darwin" else 1024.0  # bytes there, KiB elsewhere
+    return max(resource.getrusage(who).ru_maxrss for who in ours) / unit

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -19,6 +18,7 @@ from oncenter.fleet.ranking import SHARE_OF_FALSE_ALARMS
 from oncenter.fleet.tables import OFFSET
 from oncenter.report.canvas import COLOURS
 from oncenter.report.document import document, embedded, joined, key, nothing
+from oncenter.utc import utc
 
 _SHOWN, _LISTED = 20, 200  # trucks in the table at first, and when it is opened; all of them open by their name
 _VERDICTS = {
@@ -214,4 +214,4 @@ def _small(number: float) -> str:
 
 
 def _day(time_s: float) -> str:
-    return f"{datetime.fromtimestamp(time_s, UTC):%Y-%m-%d}"
+    return f"{utc(time_s):%Y-%m-%d}"

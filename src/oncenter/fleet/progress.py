@@ -16,6 +16,7 @@ class Progress:
         self._to_do = to_do
         self._begin = self._told = time.monotonic()
         self._terminal = sys.stderr.isatty()
+        self._width = 0
         self.done = self.errors = 0
 
     @property
@@ -33,8 +34,10 @@ class Progress:
         every = _EVERY_S if self._terminal else _EVERY_S_IN_A_FILE
         if time.monotonic() - self._told >= every:
             self._told = time.monotonic()
-            begin, end = ("\r", "\033[K") if self._terminal else ("", "\n")
-            print(begin + self.line(), end=end, file=sys.stderr, flush=True)
+            if self._terminal:
+                self._write_over(self.line())
+            else:
+                print(self.line(), file=sys.stderr, flush=True)
 
     def line(self) -> str:
         left_s = round((self._to_do - self.done) / max(self.rate, 1e-9))
@@ -44,4 +47,10 @@ class Progress:
 
     def end(self) -> None:
         if self._terminal and self.done:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)
+            self._write_over("")
+            print("\r", end="", file=sys.stderr, flush=True)
+
+    def _write_over(self, line: str) -> None:
+        """With blanks: not every console of Windows knows how to clear the rest of a line."""
+        print(f"\r{line:{self._width}}", end="", file=sys.stderr, flush=True)
+        self._width = len(line)

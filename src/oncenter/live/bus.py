@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from oncenter.errors import LOG_CANNOT_BE_ANSWERED, WRONG_USAGE, OncenterError
+from oncenter.files.extra import require_package
 from oncenter.live.snapshot import Dropped
 from oncenter.live.socket_losses import SocketLosses
 from oncenter.read.clock import LATEST_S
@@ -41,11 +42,15 @@ class Bus:
         say: is told in one line when the bus is lost and when frames come again.
 
     Raises:
-        OncenterError: "bus": the interface is unknown or cannot be opened.
+        OncenterError: "bus": the interface is unknown or cannot be opened; "missing_extra": python-can is not
+            installed, or a package that this interface needs.
     """
 
     def __init__(self, channel: str, interface: str, bitrate: int | None, say: Callable[[str], None]) -> None:
         self.name = f"{channel} ({interface})"
+        require_package("can", f"the bus {channel}")
+        if interface == "udp_multicast":
+            require_package("msgpack", f"--interface {interface}")
         self._channel, self._interface, self._bitrate, self._say = channel, interface, bitrate, say
         self._lock = threading.Lock()
         self._waiting: list[can.Message] = []

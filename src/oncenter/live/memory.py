@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files import lock
 from oncenter.files.file_name import file_stem
+from oncenter.files.regular_file import O_BINARY
 
 SLOTS = 2
+_CONTENT_MAX_BYTES = 1 << 22
 
 
 def default_folder() -> Path:
+    """Where this system keeps what programs remember."""
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "oncenter"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Application Support" / "oncenter"
     return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "oncenter"
 
 
@@ -46,15 +54,16 @@ class Memory:
         """Gives the core what was learned before, and takes hold of the file."""
         path = self._stem.with_name(f"{self._stem.name}.state")
         try:
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            content = os.pread(self._file, 1 << 22, 0)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | O_BINARY, 0o644)
+            why = "" if lock.take(self._file) else "another oncenter live has it"
+            content = b"" if why else os.read(self._file, _CONTENT_MAX_BYTES)
         except OSError as error:
+            why = error.strerror or str(error)
+        if why:
             self.close()
-            why = "another oncenter live has it" if isinstance(error, BlockingIOError) else error.strerror
             self._say(f"the state of {self._truck} is neither resumed nor saved: {path}: {why}")
             return
-        self._reserve(self._file, len(core.save(0)))
+        self._reserve(len(content), len(core.save(0)))
         fault, self._sequence = restored(core, _slots(content))
         if fault == "ok":
             core.restart()
@@ -63,10 +72,10 @@ class Memory:
             why = "no saved state is in it" if fault == "missing" else fault
             self._say(f"the saved state of {self._truck} is not resumed ({path}: {why}); learning starts afresh")
 
-    def _reserve(self, file: int, size: int) -> None:
+    def _reserve(self, there: int, size: int) -> None:
         """Room for both slots, so that a disk that is full later does not matter."""
         try:
-            os.posix_fallocate(file, 0, SLOTS * size)
+            self._write(bytes(max(SLOTS * size - there, 0)), there)
         except OSError as error:
             self._say(f"no room for the state of {self._truck}: {error.strerror}; tried again each minute")
 
@@ -77,8 +86,7 @@ class Memory:
         sequence = (self._sequence + 1) % 2**32
         image = core.save(sequence)
         try:
-            if os.pwrite(self._file, image, sequence % SLOTS * len(image)) < len(image):
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            self._write(image, sequence % SLOTS * len(image))
             os.fsync(self._file)
         except OSError as error:
             if not self._failing:
@@ -89,6 +97,12 @@ class Memory:
         if self._failing:
             self._say(f"the state of {self._truck} is saved again")
         self._failing = False
+
+    def _write(self, image: bytes, at: int) -> None:
+        assert self._file is not None
+        os.lseek(self._file, at, os.SEEK_SET)
+        if os.write(self._file, image) < len(image):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     def close(self) -> None:
         if self._file is not None:

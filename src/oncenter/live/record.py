@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.regular_file import O_BINARY
 
 if TYPE_CHECKING:
     import can
@@ -46,7 +47,7 @@ class Recorder:
                 f"--record takes a .log file (candump's), got {path.name}", code="output", exit_code=WRONG_USAGE
             )
         try:
-            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
+            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND | O_BINARY, 0o644)
         except OSError as error:
             raise OncenterError(
                 f"cannot record to {path}: {error.strerror}", code="output", exit_code=WRONG_USAGE

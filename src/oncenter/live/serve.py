@@ -29,6 +29,7 @@ from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop
 from tornado.web import RequestHandler
 
+from oncenter.live.handed_sockets import taken
 from oncenter.live.page import News, page, rendered
 from oncenter.live.web import NEXT, READY, Hello
 
@@ -50,10 +51,11 @@ _FORGET_MS = 200  # how often documents are looked for whose viewer is gone
 
 
 def main() -> None:
-    """With the pipe's number and those of the listening sockets; ends when the other end of the pipe is closed."""
-    os.nice(NICE)
-    pipe, *listening = (int(argument) for argument in sys.argv[1:])
-    serve(Connection(pipe), [socket.socket(fileno=number) for number in listening])
+    """Takes the pipe and the listening sockets; ends when the other end of the pipe is closed."""
+    if sys.platform != "win32":  # there it begins with a lower priority
+        os.nice(NICE)
+    pipe, *listening = taken()
+    serve(Connection(pipe.detach()), listening)
 
 
 def serve(pipe: Connection, sockets: list[socket.socket]) -> None:
@@ -61,7 +63,7 @@ def serve(pipe: Connection, sockets: list[socket.socket]) -> None:
         logging.getLogger(name).setLevel(logging.CRITICAL)  # a viewer that leaves is no news
     warnings.filterwarnings("ignore", "coroutine 'WSHandler.send_message' was never awaited")  # nor one who is left
     hello: Hello = pipe.recv()
-    asyncio.set_event_loop(asyncio.new_event_loop())
+    asyncio.set_event_loop(asyncio.SelectorEventLoop())  # Windows' own loop does not watch sockets by number
     loop = IOLoop.current()
     news = News(hello.first, hello.params, lambda: pipe.send_bytes(NEXT))
     web = Web(news, hello.names)

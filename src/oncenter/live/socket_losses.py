@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import os
+import selectors
 import socket
 import struct
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -47,11 +48,11 @@ class SocketLosses:
         """
         if self._socket is None or self._socket.type != socket.SOCK_STREAM:
             return
-        try:
-            rest = self._socket.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT)
-        except BlockingIOError:
-            return
-        if not rest:
+        with selectors.DefaultSelector() as selector:
+            selector.register(self._socket, selectors.EVENT_READ)
+            if not selector.select(0.0):
+                return
+        if not self._socket.recv(1, socket.MSG_PEEK):
             raise ConnectionError("the peer closed the connection")
 
     def is_of_one_datagram(self, error: Exception) -> bool:
@@ -68,8 +69,10 @@ class SocketLosses:
         count = 0
         for file in self._files:
             with contextlib.suppress(OSError, ValueError):
-                count += int(file.read_text())
-        if self._socket is not None and self._socket.type != socket.SOCK_STREAM:  # a stream's drops are sent again
+                count += int(file.read_text(encoding="ascii"))
+        if sys.platform != "linux" or self._socket is None:
+            return count
+        if self._socket.type != socket.SOCK_STREAM:  # a stream's drops are sent again
             with contextlib.suppress(OSError, struct.error):
                 counters = self._socket.getsockopt(socket.SOL_SOCKET, _SO_MEMINFO, _MEMINFO.size)
                 count += _MEMINFO.unpack(counters)[_MEMINFO_DROPS]
@@ -84,13 +87,13 @@ def _socket_of(bus: Any) -> socket.socket | None:
         members = getattr(bus, "__dict__", {}).values()
         number = next((member.fileno() for member in members if isinstance(member, socket.socket)), -1)
     try:
-        return socket.socket(fileno=os.dup(number))
-    except OSError:
+        return socket.fromfd(number, -1, -1, -1)  # which finds out family, type and protocol
+    except (OSError, ValueError, OverflowError):  # it is no socket
         return None
 
 
 def _hold_more(own: socket.socket) -> None:
-    for option in (_SO_RCVBUFFORCE, socket.SO_RCVBUF):
+    for option in (_SO_RCVBUFFORCE, socket.SO_RCVBUF) if sys.platform == "linux" else (socket.SO_RCVBUF,):
         with contextlib.suppress(OSError):
             own.setsockopt(socket.SOL_SOCKET, option, HOLD_BYTES)
             return

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Callable, Mapping
-from datetime import UTC, datetime
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -20,9 +19,11 @@ import polars as pl
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.extra import require_package
 from oncenter.files.whole_file import check_place, whole_file
 from oncenter.live.learner import Stepped
 from oncenter.signals import DEGREE
+from oncenter.utc import utc
 
 _EPOCH_S = 1e8  # times beyond are of day and year
 _UNITS = {"s": "s", "deg": "deg", "deg_s": "deg/s", "m_s": "m/s", "m_s2": "m/s^2", "deg_m_s2": "deg/(m/s^2)"}
@@ -57,7 +58,8 @@ class Trace:
         say: is told in one line what went wrong.
 
     Raises:
-        OncenterError: "output", exit code 2: another suffix, or nothing can be written there.
+        OncenterError: "output", exit code 2: another suffix, or nothing can be written there; "missing_extra": asammdf
+            is not installed.
     """
 
     def __init__(self, path: Path, say: Callable[[str], None]) -> None:
@@ -66,6 +68,8 @@ class Trace:
                 f"--trace takes a .parquet or .mf4 file, got {path.name}", code="output", exit_code=WRONG_USAGE
             )
         check_place(path)
+        if path.suffix == ".mf4":
+            require_package("asammdf", path.name)
         try:
             self._rows = tempfile.TemporaryFile(dir=path.parent, buffering=0)  # noqa: SIM115 - closed by close
         except OSError as error:
@@ -81,12 +85,16 @@ class Trace:
             return
         rows = _rows(stepped)
         try:
-            _write_whole(self._rows.fileno(), rows.tobytes(), self._count * rows.itemsize * rows.shape[1])
+            self._append(rows.tobytes())
         except OSError as error:
             self._broken = True
             self._say(f"the trace {self._path} ends here: {error.strerror}")
             return
         self._count += len(rows)
+
+    def _append(self, data: bytes) -> None:
+        while data:
+            data = data[os.write(self._rows.fileno(), data) :]
 
     def close(self) -> None:
         """Writes what there is; where that fails, what was at the path before stays."""
@@ -117,12 +125,6 @@ class Trace:
                 pl.DataFrame(columns).write_parquet(unfinished)
             else:
                 _write_mf4(columns, unfinished)
-
-
-def _write_whole(file: int, data: bytes, at: int) -> None:
-    while data:
-        written = os.pwrite(file, data, at)
-        data, at = data[written:], at + written
 
 
 def unit_of(column: str) -> str:
@@ -167,7 +169,7 @@ def _write_mf4(columns: Mapping[str, Any], path: Path) -> None:
     start_s = float(time[0]) if time[0] > _EPOCH_S else 0.0
     with MDF(version="4.10") as mdf:
         if start_s:
-            mdf.start_time = datetime.fromtimestamp(start_s, UTC)
+            mdf.start_time = utc(start_s)
         mdf.append(
             [
                 Signal(

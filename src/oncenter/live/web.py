@@ -9,20 +9,19 @@ from __future__ import annotations
 import contextlib
 import errno
 import ipaddress
-import os
+import selectors
 import socket
 import subprocess
-import sys
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tornado.netutil import bind_sockets
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.live.handed_sockets import begin
 from oncenter.live.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 
 READY, NEXT = b"ready", b"next"  # what the page's process says
 _END_S = 3.0  # for the last snapshot to come to the viewers; then the page's process is ended
-_SOURCES = Path(__file__).parents[2]
+_ASKED_EVERY_S = 0.25  # how often a page without a viewer is looked after
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,7 @@ class Page:
 
     def __enter__(self) -> Page:
         self._process, self._socket = self._started()
-        self._pipe = Connection(os.dup(self._socket.fileno()))
+        self._pipe = Connection(self._socket.dup().detach())
         try:
             self._pipe.send(Hello(self._session.snapshot, self._params, self._names))
             self._pipe.recv_bytes()
@@ -96,8 +95,6 @@ class Page:
     def __exit__(self, *_: object) -> None:
         self._over = True
         self._newer.set()
-        with contextlib.suppress(OSError):
-            self._socket.shutdown(socket.SHUT_RD)  # ends the thread's wait for the next question
         self._thread.join(_END_S)
         self._socket.close()
         try:
@@ -109,21 +106,9 @@ class Page:
         self._pipe.close()
 
     def _started(self) -> tuple[subprocess.Popen[bytes], socket.socket]:
-        """In a process group of its own: Ctrl-C ends the session, and that the page. In the same session of processes,
-        because Linux weighs niceness only within one. `-P`: not from a module that lies in the current folder."""
         ours, theirs = socket.socketpair()
-        passed = [theirs.fileno(), *(own.fileno() for own in self._sockets)]
-        path = os.pathsep.join(filter(None, (str(_SOURCES), os.environ.get("PYTHONPATH"))))
         with theirs:
-            process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "oncenter.live.serve", *map(str, passed)],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                env={**os.environ, "PYTHONPATH": path},
-                pass_fds=passed,
-                process_group=0,
-            )
+            process = begin("oncenter.live.serve", [theirs, *self._sockets])
         for own in self._sockets:
             own.close()
         return process, ours
@@ -132,7 +117,7 @@ class Page:
         """Pickled, because both ends are this program and nobody else has the pipe; only in this direction, so that
         the process which strangers can reach gives nothing that is unpickled here."""
         sent = 0
-        with contextlib.suppress(BrokenPipeError, ConnectionResetError):
+        with contextlib.suppress(ConnectionError):
             while self._is_asked():
                 while self._session.snapshot.number == sent and not self._over:
                     self._newer.clear()
@@ -149,8 +134,13 @@ class Page:
 
     def _is_asked(self) -> bool:
         try:
+            with selectors.DefaultSelector() as selector:
+                selector.register(self._socket, selectors.EVENT_READ)
+                while not selector.select(_ASKED_EVERY_S):
+                    if self._over:
+                        return False
             return self._pipe.recv_bytes() == NEXT
-        except (EOFError, OSError):
+        except (EOFError, OSError, ValueError):  # ValueError: our end is closed
             return False
 
 

@@ -17,6 +17,7 @@ from oncenter.files.toml_file import read_toml, refusal
 from oncenter.files.whole_file import write_whole
 from oncenter.memory.truck import Drive, Known, Load, TruckMemory
 from oncenter.signals import DEGREE
+from oncenter.utc import utc
 
 SCHEMA = "oncenter/truck-1"
 _CODE = "memory_file"  # of errors
@@ -205,4 +206,4 @@ def _number(value: Any) -> str:
 
 
 def _date(seconds: float) -> str:
-    return datetime.fromtimestamp(round(seconds), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    return f"{utc(round(seconds)):%Y-%m-%dT%H:%M:%SZ}"

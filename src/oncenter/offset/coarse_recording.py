@@ -40,14 +40,18 @@ class Coarseness:
     rate_hz: float
 
 
+def yaw_rate_step_of(drives: Sequence[Signals]) -> float:
+    """The coarsest of the drives, rad/s; 0 where it is fine."""
+    return max((coarse_step(drive, "yaw_rate") or 0.0 for drive in drives), default=0.0)
+
+
 def coarseness_of(drives: Sequence[Signals]) -> Coarseness:
     """The worst of the drives."""
-    step = max((coarse_step(drive, "yaw_rate") or 0.0 for drive in drives), default=0.0)
     rates = [
         drive.sources["steering_wheel_angle"].rate_hz for drive in drives if "steering_wheel_angle" in drive.sources
     ]
     rates += [held_rate_hz(drive, name) or 0.0 for drive in drives for name in ("steering_wheel_angle", "yaw_rate")]
-    return Coarseness(step, min(filter(is_too_slow_for_the_core, rates), default=0.0))
+    return Coarseness(yaw_rate_step_of(drives), min(filter(is_too_slow_for_the_core, rates), default=0.0))
 
 
 def with_coarse_yaw_rate(params: Mapping[str, float], given: Mapping[str, float], step: float) -> dict[str, float]:

@@ -20,6 +20,7 @@ from oncenter.offset.coarse_recording import (
     coarseness_of,
     widened,
     with_coarse_yaw_rate,
+    yaw_rate_step_of,
 )
 from oncenter.offset.findings import Finding, gravest_first
 from oncenter.offset.inputs import (
@@ -77,7 +78,7 @@ def offset(
     recorded = in_order(drives_of(signals, "offset"))
     given = {**vehicle.params, **core_params(params or {})}
     used_params = with_torque(params_of(vehicle, params), given, method, recorded)
-    used_params = with_coarse_yaw_rate(used_params, given, coarseness_of(recorded).yaw_rate_step)
+    used_params = with_coarse_yaw_rate(used_params, given, yaw_rate_step_of(recorded))
     drives, unfit = without_unfit_wheels(recorded, vehicle)
     names = needed(method, drives, used_params)
     check_without(unfit, drives, names)

@@ -155,8 +155,11 @@ def _wheels_spread(drive: Drive, run: slice) -> float:
 
 def speed_stuck_beside_wheels(drive: Drive) -> list[Finding]:
     """A vehicle speed that stays at one number while the wheels' speed moves by more than its steps hide."""
+    runs = _runs_of_one_number(drive, "vehicle_speed")
+    if not runs:
+        return []
     limit = (_step_of(drive.ticks("vehicle_speed")) or 0.0) + _WHEELS_M_S
-    runs = [run for run in _runs_of_one_number(drive, "vehicle_speed") if _wheels_spread(drive, run) > limit]
+    runs = [run for run in runs if _wheels_spread(drive, run) > limit]
     return [_stuck(drive, "vehicle_speed", runs)] if runs else []
 
 

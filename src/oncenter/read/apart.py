@@ -89,6 +89,7 @@ def sent(given: Signals, send: Send) -> None:
         "rate_hz": given.rate_hz,
         "log": given.log,
         "notes": given.notes,
+        "vin": given.vin,
         "last": True,
     }
     send(said, *(np.ascontiguousarray(column.to_numpy(), np.float64) for column in given.table))
@@ -106,6 +107,7 @@ def _as_signals(said: Mapping[str, Any], payload: bytes) -> Signals:
         said["rate_hz"],
         said["log"],
         tuple(said["notes"]),
+        said["vin"],
     )
 
 

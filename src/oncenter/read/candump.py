@@ -17,15 +17,13 @@ import numpy.typing as npt
 
 from oncenter.errors import OncenterError
 from oncenter.read.cut_off import CutOff
+from oncenter.read.digits import Places, Words, all_decimal, decimal, eight, packed, without_first
 from oncenter.read.frames import Frames, bus_code, joined
 
 BLOCK_BYTES = 1 << 20  # text per step: its columns stay in the cache
 _FULL_FRAME = 8  # bytes
 PAD = b"\0" * 32  # before and after a block, so that no look around a place leaves it
 BAD_LINES_SHARE = 0.01  # more than that is not a candump log with a scratch, but something else
-
-Words = npt.NDArray[np.uint64]
-Places = npt.NDArray[np.int64]
 
 _NIBBLE = bytes(int(chr(c), 16) if chr(c) in "0123456789abcdefABCDEF" else 0xFF for c in range(256))
 _LOG_LINE = re.compile(
@@ -62,7 +60,8 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
                     raise _not_candump(path, _quoted(1, rest))
                 continue
             frames, bad, count = _parse(whole + newline)
-            flexible += _flexible_frames(whole)
+            if len(frames) < count:
+                flexible += _flexible_frames(whole)
             if bad and not first_bad:
                 first_bad = _quoted(lines + bad[0][0] + 1, bad[0][1])
             bad_lines += len(bad)
@@ -130,10 +129,10 @@ def _parse_log_style(
     standard = characters[hashed - 4] == ord(" ")
     extended = (characters[hashed - 9] == ord(" ")) & ~standard
     micros, time_good = _time(nibbles, starts, bracket)
-    data_low, data_high = _eight(nibbles, hashed + 1), _eight(nibbles, hashed + 9)
+    data_low, data_high = eight(nibbles, hashed + 1), eight(nibbles, hashed + 9)
     data, digits = _data(data_low, data_high)
-    identifier_digits = _eight(nibbles, hashed - 8)
-    identifier = _packed(np.where(extended, identifier_digits, identifier_digits & _FULL << np.uint64(40)))
+    identifier_digits = eight(nibbles, hashed - 8)
+    identifier = packed(np.where(extended, identifier_digits, identifier_digits & _FULL << np.uint64(40)))
     after = characters[hashed + 1 + digits]
     bus_end = hashed - np.where(extended, 9, 4)
     good = (
@@ -149,7 +148,7 @@ def _parse_log_style(
     )
     numbers = identifier.astype(np.uint32).byteswap()
     good &= numbers < 1 << 29
-    names = _eight(characters, bus_end - 8)
+    names = eight(characters, bus_end - 8)
     # The name starts after the bracket and a blank: what stands before it goes.
     missing = np.clip(8 - (bus_end - bracket - 2), 0, 7).astype(np.uint64) * np.uint64(8)
     frames = Frames(
@@ -178,27 +177,20 @@ _NO_NIBBLE = np.uint64(0x8080808080808080)  # set in a byte that was no hexadeci
 _ALL_F = np.uint64(0x0F0F0F0F0F0F0F0F)
 
 
-def _eight(values: npt.NDArray[np.uint8], places: Places) -> Words:
-    """Eight neighbouring bytes from each place on, the first one lowest."""
-    windows: npt.NDArray[np.void] = np.ndarray((len(values) - 7,), "V8", values, strides=(1,))
-    return windows[places].view("<u8")
-
-
-def _packed(nibbles: Words) -> Words:
-    """Eight hexadecimal digits, one a byte, as four bytes in their order."""
-    pairs = (nibbles << np.uint64(4) | nibbles >> np.uint64(8)) & np.uint64(0x00FF00FF00FF00FF)
-    pairs = (pairs | pairs >> np.uint64(8)) & np.uint64(0x0000FFFF0000FFFF)
-    return (pairs | pairs >> np.uint64(16)) & np.uint64(0xFFFFFFFF)
-
-
 def _data(low: Words, high: Words) -> tuple[Words, npt.NDArray[np.int64]]:
     """Up to sixteen digits as eight bytes, what is missing as 0xFF, and how many digits there were."""
     kept_low = _before_first_other(low)
     kept_high = np.where(kept_low == _FULL, _before_first_other(high), np.uint64(0))
-    digits = (np.bitwise_count(kept_low).astype(np.int64) + np.bitwise_count(kept_high)) // 8
+    digits = _bytes_kept(kept_low) + _bytes_kept(kept_high)
     low = low & kept_low | _ALL_F & ~kept_low
     high = high & kept_high | _ALL_F & ~kept_high
-    return _packed(low) | _packed(high) << np.uint64(32), digits
+    return packed(low) | packed(high) << np.uint64(32), digits
+
+
+def _bytes_kept(kept: Words) -> npt.NDArray[np.int64]:
+    """How many bytes of each word are full: a product adds up all of a word's bytes in its highest one."""
+    ones = np.uint64(0x0101010101010101)
+    return ((kept & ones) * ones >> np.uint64(56)).astype(np.int64)
 
 
 def _before_first_other(nibbles: Words) -> Words:
@@ -213,30 +205,14 @@ def _time(nibbles: npt.NDArray[np.uint8], starts: Places, bracket: Places) -> tu
     width = bracket - 7 - (starts + 1)  # of the seconds
     missing = (np.clip(16 - width, 0, 16) * 8).astype(np.uint64)
     low_missing = np.minimum(missing, np.uint64(64))
-    high = _without_first(_eight(nibbles, bracket - 23), low_missing)
-    low = _without_first(_eight(nibbles, bracket - 15), missing - low_missing)
-    fraction = _without_first(_eight(nibbles, bracket - 8), np.uint64(16))
+    high = without_first(eight(nibbles, bracket - 23), low_missing)
+    low = without_first(eight(nibbles, bracket - 15), missing - low_missing)
+    fraction = without_first(eight(nibbles, bracket - 8), np.uint64(16))
     good = (width >= 1) & (width <= 12)
     for digits in (high, low, fraction):
-        good &= (digits + np.uint64(0x0606060606060606)) & np.uint64(0xF0F0F0F0F0F0F0F0) == 0
-    seconds = _decimal(high) * np.uint64(100_000_000) + _decimal(low)
-    return seconds * np.uint64(1_000_000) + _decimal(fraction), good
-
-
-def _without_first(digits: Words, bits: Words | np.uint64) -> Words:
-    """Zero in the first characters; 64 bits are all of them, which a shift cannot say."""
-    half = bits >> np.uint64(1)
-    rest = bits - half
-    shifted = digits >> half >> rest
-    without: Words = np.left_shift(np.left_shift(shifted, half), rest, dtype=np.uint64)
-    return without
-
-
-def _decimal(digits: Words) -> Words:
-    """Eight decimal digits, one a byte, the first one lowest, as a number."""
-    pairs = (digits * np.uint64(10) + (digits >> np.uint64(8))) & np.uint64(0x00FF00FF00FF00FF)
-    fours = (pairs * np.uint64(100) + (pairs >> np.uint64(16))) & np.uint64(0x0000FFFF0000FFFF)
-    return (fours * np.uint64(10000) + (fours >> np.uint64(32))) & np.uint64(0xFFFFFFFF)
+        good &= all_decimal(digits)
+    seconds = decimal(high) * np.uint64(100_000_000) + decimal(low)
+    return seconds * np.uint64(1_000_000) + decimal(fraction), good
 
 
 def _seconds(stamp: bytes) -> float:

@@ -6,14 +6,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from oncenter.files.child import Send, serve
-from oncenter.read.apart import sent, sent_frames
-from oncenter.read.frames_of_log import frames_of_log
-from oncenter.read.here import read_here
-from oncenter.signals import SignalName
+from oncenter.files.child import Send, collect_rarely, serve
 
 
 def _answer(request: Mapping[str, Any], send: Send) -> None:
+    from oncenter.read.apart import sent, sent_frames
+    from oncenter.read.frames_of_log import frames_of_log
+    from oncenter.read.here import read_here
+    from oncenter.signals import SignalName
+
     def tell(fraction: float) -> None:
         send({"progress": fraction})
 
@@ -29,4 +30,7 @@ def _answer(request: Mapping[str, Any], send: Send) -> None:
 
 
 if __name__ == "__main__":
+    collect_rarely()
+    import oncenter.read.here  # noqa: F401 - while the parent prepares its request
+
     serve(_answer)

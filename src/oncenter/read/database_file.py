@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from xml.parsers import expat
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.extra import require_package
 from oncenter.files.regular_file import read_regular_file, refuse_what_is_no_regular_file
 
 if TYPE_CHECKING:
@@ -49,8 +50,10 @@ def messages_of(path: Path) -> list[Message]:
     """Its messages, at least one.
 
     Raises:
-        OncenterError: "bad_dbc", exit code 2: it cannot be read, is of another format, or is made to harm.
+        OncenterError: "bad_dbc", exit code 2: it cannot be read, is of another format, or is made to harm;
+            "missing_extra": cantools is not installed.
     """
+    require_package("cantools", f"the database {path.name}")
     from cantools.database import load_string
     from cantools.database.can import Database
 

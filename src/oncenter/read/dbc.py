@@ -63,7 +63,7 @@ def definitions(
     """What the databases say about our signals: by `[signals]` first, else by SPN, else by name.
 
     Raises:
-        OncenterError: a file is no database, or a named signal has no unit.
+        OncenterError: a file is no database, or a named signal has no unit; "missing_extra": cantools is not installed.
     """
     found: list[Definition] = []
     there: dict[str, str] = {}  # by name with its message: the name alone

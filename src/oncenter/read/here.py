@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
 from oncenter.files.log_formats import MDF, ROS
-from oncenter.read import cannot_read, choose, clock, j1939, mat, mf4, ros, suffix_of, tabular, vbo
+from oncenter.read import cannot_read, choose, clock, identity, j1939, suffix_of
 from oncenter.read import dbc as databases
 from oncenter.read.cut_off import short_frames_notes, with_seconds
 from oncenter.read.decode import decode, wanted_by
-from oncenter.read.frames import Kept, keep
+from oncenter.read.frames import Kept, keep, with_groups
 from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.plugins import plugin_for, read_plugin
 from oncenter.read.samples import Samples
@@ -26,31 +27,49 @@ def read_here(
     dbc: Sequence[str | os.PathLike[str]],
     take: Mapping[str, str],
     tell: Callable[[float], None],
+    *,
+    by_library: bool = True,
 ) -> Signals:
-    """As `read`, in this process, whatever library reads that format: for a child process, or for a file of ours."""
+    """As `read`, in this process, whatever library reads that format: for a child process, or for a file of ours.
+
+    Raises:
+        NeedsLibrary: python-can is needed and may not be used, see `frames_of_log`.
+        OncenterError: as `read`.
+    """
     plugin = plugin_for(path)
     suffix = "" if plugin is not None else ROS[0] if is_bag_folder(path) else suffix_of(path)
     notes: list[str] = []
+    vin: str | None = None
     before = path.stat()
     tell(0.0)
     if plugin is not None:
         candidates = read_plugin(path, plugin, names, notes)
     elif suffix in (".csv", ".csv.gz"):
+        from oncenter.read import tabular
+
         candidates = tabular.read_csv(path, names, notes)
     elif suffix == ".parquet":
+        from oncenter.read import tabular
+
         candidates = tabular.read_parquet(path, names, notes)
     elif suffix == ".vbo":
+        from oncenter.read import vbo
+
         candidates = vbo.read(path, names, notes)
     elif suffix == ".mat":
+        from oncenter.read import mat
+
         candidates = mat.read(path, names, notes)
     elif suffix in ROS:
+        from oncenter.read import ros
+
         candidates = ros.read(path, names, notes)
     else:
-        candidates = _from_bus(path, suffix, names, dbc, notes, tell)
+        candidates, vin = _from_bus(path, suffix, names, dbc, notes, tell, by_library=by_library)
     _note_a_change(path, before, notes)
     signals = as_signals(path, candidates, take, notes)
     tell(1.0)
-    return signals
+    return replace(signals, vin=vin)
 
 
 def _note_a_change(path: Path, before: os.stat_result, notes: list[str]) -> None:
@@ -78,20 +97,31 @@ def _from_bus(
     dbc: Sequence[str | os.PathLike[str]],
     notes: list[str],
     tell: Callable[[float], None],
-) -> list[Samples]:
-    """Signals of a log of frames: what a database says about a message comes before what we know about it."""
+    *,
+    by_library: bool,
+) -> tuple[list[Samples], str | None]:
+    """Signals of a log of frames, and the VIN in them: what a database says about a message comes before what we know
+    about it."""
     described = databases.definitions(dbc, names, notes)
     wanted = wanted_by(described)
+    others = identity.PGNS - wanted.pgns
+    both = replace(wanted, pgns=wanted.pgns | others)
     decoded: list[Samples] = []
     if suffix in MDF:
-        kept, decoded = mf4.read(path, names, wanted, notes, tell)
+        from oncenter.read import mf4
+
+        kept, decoded = mf4.read(path, names, both, notes, tell)
     else:
-        kept = keep(frames_of_log(path, notes, tell), wanted)
+        kept = keep(frames_of_log(path, notes, tell, by_library=by_library), both)
+    of_truck = with_groups(kept.frames, identity.PGNS)
+    vin = identity.assembled((kept.frames.where(of_truck),))
+    if others:
+        kept = replace(kept, frames=kept.frames.where(~with_groups(kept.frames, others)))
     notes += short_frames_notes(kept.frames, path.name)
     candidates = decode(kept, described, decoded)
     if not candidates:
         raise _nothing_known(path, kept, described, notes)
-    return candidates
+    return candidates, vin
 
 
 def _nothing_known(

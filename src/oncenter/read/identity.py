@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,15 +11,14 @@ import polars as pl
 
 from oncenter.errors import OncenterError
 from oncenter.files.log_formats import OF_FRAMES
-from oncenter.read.frames import Frames, Wanted, pgn_of
+from oncenter.read.frames import Frames, Wanted, pgn_of, with_groups
 from oncenter.read.frames_of_log import frames_of_log
-from oncenter.read.tabular import for_polars
 
 _VEHICLE_IDENTIFICATION = 65260  # J1939 VI: the VIN, closed by '*'
 _CONNECTION, _TRANSFER = 0xEC00, 0xEB00  # J1939-21's transport protocol
 _ANNOUNCED = (0x20, 0x10)  # control bytes of a broadcast and of a request to send to one address
 _PER_PACKET = 7  # bytes
-_PGNS = (_VEHICLE_IDENTIFICATION, _CONNECTION, _TRANSFER)
+PGNS = frozenset((_VEHICLE_IDENTIFICATION, _CONNECTION, _TRANSFER))
 _START_NAMES = ("start_time", "start_time_s")
 
 
@@ -35,7 +34,7 @@ def vin_of(path: Path) -> str | None:
             return _plain(_told(path, ("vin", "VIN")))
         if not name.endswith(OF_FRAMES):
             return None
-        return _assembled(frames_of_log(path, [], lambda fraction: None, Wanted(frozenset(_PGNS))))
+        return assembled(frames_of_log(path, [], lambda fraction: None, Wanted(PGNS)))
     except (OncenterError, OSError, ValueError, pl.exceptions.PolarsError):
         return None  # whoever reads its signals says what is wrong with it
 
@@ -62,6 +61,8 @@ def start_of(path: Path) -> float | None:
 
 def _told(path: Path, names: tuple[str, ...]) -> str | None:
     """What a table's metadata say, or the first cell of a column."""
+    from oncenter.read.tabular import for_polars
+
     source = for_polars(path)
     if path.suffix.lower() != ".parquet":
         return _first_cell(pl.read_csv(source, n_rows=1, infer_schema=False), names)
@@ -78,12 +79,12 @@ def _first_cell(table: pl.DataFrame, names: tuple[str, ...]) -> str | None:
     return None if not cells or cells[0] is None else str(cells[0]).strip() or None
 
 
-def _assembled(chunks: Iterator[Frames]) -> str | None:
-    """The first VIN that is complete: packets are gathered by who sends to whom."""
+def assembled(chunks: Iterable[Frames]) -> str | None:
+    """The first VIN that is complete in frames of `PGNS`, others aside: packets are gathered by who sends to whom."""
     open_messages: dict[int, tuple[int, dict[int, bytes]]] = {}  # by source and destination: length, packets
     for frames in chunks:
         pgns = pgn_of(frames.identifier)
-        for place in np.flatnonzero(np.isin(pgns, _PGNS) & frames.extended).tolist():
+        for place in np.flatnonzero(with_groups(frames, PGNS)).tolist():
             data = int(frames.data[place]).to_bytes(8, "little")
             vin = _taken(int(pgns[place]), int(frames.identifier[place]) & 0xFFFF, data, open_messages)
             if vin is not None:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 import polars as pl
 
 from oncenter.errors import OncenterError
-from oncenter.files.extra import missing_extra
+from oncenter.files.extra import require_package
 from oncenter.files.regular_file import open_regular_file
 from oncenter.read.channels import Channel, NoSamples, not_there, nothing_known, samples_of
 from oncenter.read.frames import Column
@@ -64,10 +64,9 @@ def _variables(path: Path) -> dict[str, Value]:
         from oncenter.read.mat_hdf5 import variables
 
         return variables(path)
-    try:
-        import scipy.io
-    except ImportError:
-        raise missing_extra("mat", f"{path.name} needs scipy") from None
+    require_package("scipy", path.name)
+    import scipy.io
+
     try:
         with warnings.catch_warnings(), path.open("rb") as file:
             warnings.simplefilter("ignore")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from oncenter.errors import OncenterError
-from oncenter.files.extra import missing_extra
+from oncenter.files.extra import require_package
 from oncenter.read.mat_values import Budget, Opaque, Value
 
 
@@ -20,10 +20,9 @@ def variables(path: Path) -> dict[str, Value]:
     Raises:
         OncenterError: it cannot be read; "missing_extra".
     """
-    try:
-        import h5py
-    except ImportError:
-        raise missing_extra("mat", f"{path.name} needs h5py") from None
+    require_package("h5py", path.name)
+    import h5py
+
     try:
         with h5py.File(path, "r") as file:
             return _fields(file, file, Budget())

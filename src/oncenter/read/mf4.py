@@ -25,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
+from oncenter.files.extra import require_package
 from oncenter.read import j1939
 from oncenter.read.channels import Channel, NoSamples, samples, samples_of
 from oncenter.read.conversions import NoNumbers, UnknownConversion, physical, shown
@@ -52,8 +53,8 @@ def read(
     """Wanted frames, in order of time, and signals of decoded channels.
 
     Raises:
-        OncenterError: asammdf cannot read it, or it is shorter than it says; "unknown_conversion", that of a channel
-            that is needed is not understood.
+        OncenterError: asammdf cannot read it, or it is shorter than it says; "missing_extra": asammdf is not installed;
+            "unknown_conversion": that of a channel that is needed is not understood.
     """
     with _asammdf(path) as mdf:
         log = _Log(path, mdf)
@@ -90,6 +91,7 @@ def _asammdf(path: Path) -> Iterator[MDF]:
     asammdf logs, prints and lets many kinds of errors through: it is quiet here, and has one error.
     One thread at a time: streams, warnings, garbage and asammdf are the whole process's.
     """
+    require_package("asammdf", path.name)
     with _ALONE, _quiet_asammdf(path):
         opened = _mdf_without_eval()
         # Bus logging: asammdf would convert while it opens the file, and would load a DBC that the log holds or names.

@@ -1,4 +1,4 @@
-"""Vector `.asc` and PEAK `.trc`, frame by frame through python-can."""
+"""Vector `.asc` and PEAK `.trc` of kinds that our own reader does not know, frame by frame through python-can."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from oncenter.errors import OncenterError
+from oncenter.files.extra import require_package
 from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Frames, bus_code
 from oncenter.read.text_lines import AscLines, TextLines
@@ -26,7 +27,7 @@ def chunks(path: Path, suffix: str, notes: list[str], progress: Callable[[float]
     """Frames of a log, many at a time; notes say what is left out.
 
     Raises:
-        OncenterError: python-can cannot read it.
+        OncenterError: python-can cannot read it; "missing_extra": it is not installed.
     """
     size = max(path.stat().st_size, 1)
     with path.open("rb") as file, _complaints() as complaints:
@@ -74,6 +75,7 @@ def _complaints() -> Iterator[list[str]]:
 
 
 def _messages(path: Path, text: TextLines) -> Iterator[can.Message]:
+    require_package("can", path.name)
     from can.io import asc, trc
 
     try:

@@ -21,7 +21,7 @@ from urllib.parse import quote
 import numpy as np
 
 from oncenter.errors import OncenterError
-from oncenter.files.extra import missing_extra
+from oncenter.files.extra import require_package
 from oncenter.files.folder import BAG_PARTS
 from oncenter.read.channels import Channel, NoSamples, is_wanted, not_there, nothing_known, samples_of
 from oncenter.read.frames import Column
@@ -133,11 +133,7 @@ def _not_there(
 @contextmanager
 def _opened(path: Path, notes: list[str]) -> Iterator[tuple[list[Any], bool]]:
     """Its parts, open, and whether ROS 1 wrote them; what the library raises becomes one line."""
-    try:
-        import rosbags.rosbag1
-        import rosbags.rosbag2  # noqa: F401
-    except ImportError:
-        raise missing_extra("ros", f"{path.name} needs rosbags") from None
+    require_package("rosbags", path.name)
     try:
         with ExitStack() as stack:
             readers = []

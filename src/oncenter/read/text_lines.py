@@ -8,7 +8,7 @@ from typing import BinaryIO
 
 from oncenter.errors import OncenterError
 
-_BASE = re.compile(r"\s*base\s+(hex|dec)(?:\s+timestamps\s+(absolute|relative))?", re.IGNORECASE)
+BASE = re.compile(r"\s*base\s+(hex|dec)(?:\s+timestamps\s+(absolute|relative))?", re.IGNORECASE)
 _STAMP = re.compile(r"\d+\.?\d*")
 _HEADS = ("date", "base", "internal", "no", "begin", "end", "//", "-")  # of lines without a time
 _IDENTIFIER = re.compile(r"[0-9A-Fa-f]+x?", re.IGNORECASE)
@@ -36,7 +36,7 @@ class TextLines(io.TextIOWrapper):
         return line
 
 
-def _is_strange(words: list[str]) -> bool:
+def is_strange(words: list[str]) -> bool:
     """Whether a line of an .asc log begins as no line does, or ends before a frame's identifier and direction."""
     if not words[0][:1].isdigit():
         return not words[0].lower().startswith(_HEADS)
@@ -56,19 +56,20 @@ class AscLines(TextLines):
 
     def __next__(self) -> str:  # type: ignore[override]
         line = super().__next__()
-        base = _BASE.match(line)
+        base = BASE.match(line)
         if base:
             self._decimal = base[1].lower() == "dec"
             self._relative = (base[2] or "").lower() == "relative"
         elif line[:5].lower() == "begin":  # a trigger block brings its own date
             self._time = 0.0
         words = line.split(None, 4)
-        if words and _is_strange(words):
+        if words and is_strange(words):
             self.strange += 1
             self.first_strange = self.first_strange or line.strip()[:40]
         if len(words) < 2 or not words[0][:1].isdigit():
             return line
-        return self._with_identifier(self._in_absolute_time(line, words[0]), words)
+        line = self._in_absolute_time(line, words[0])
+        return with_identifier(line, words, self._name, decimal=self._decimal)
 
     def _in_absolute_time(self, line: str, stamp: str) -> str:
         if not self._relative:
@@ -79,20 +80,22 @@ class AscLines(TextLines):
             return line
         return line.replace(stamp, f"{self._time:.9f}", 1)
 
-    def _with_identifier(self, line: str, words: list[str]) -> str:
-        """Identifiers that are written as names stand, in decimal, at the line's end.
 
-        Raises:
-            OncenterError: this one does not.
-        """
-        is_frame = len(words) == 5 and words[1].isdigit() and words[3] in ("Rx", "Tx") and words[4][:2] == "d "
-        if not is_frame or _IDENTIFIER.fullmatch(words[2]):
-            return line
-        written = _DECIMAL_IDENTIFIER.search(words[4])
-        if written is None:
-            raise OncenterError(
-                f"{self._name} names messages ({words[2][:40]!r}) and not their identifiers: export it without names",
-                code="unreadable_log",
-            )
-        number = int(written[1])
-        return line.replace(words[2], (f"{number}" if self._decimal else f"{number:X}") + written[2], 1)
+def with_identifier(line: str, words: list[str], log: str, *, decimal: bool) -> str:
+    """An .asc log's line, whose first words are these. Identifiers that are written as names stand, in decimal, at the
+    line's end.
+
+    Raises:
+        OncenterError: this one does not.
+    """
+    is_frame = len(words) == 5 and words[1].isdigit() and words[3] in ("Rx", "Tx") and words[4][:2] == "d "
+    if not is_frame or _IDENTIFIER.fullmatch(words[2]):
+        return line
+    written = _DECIMAL_IDENTIFIER.search(words[4])
+    if written is None:
+        raise OncenterError(
+            f"{log} names messages ({words[2][:40]!r}) and not their identifiers: export it without names",
+            code="unreadable_log",
+        )
+    number = int(written[1])
+    return line.replace(words[2], (f"{number}" if decimal else f"{number:X}") + written[2], 1)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.extra import require_package
 from oncenter.files.whole_file import check_place, write_whole
 
 if TYPE_CHECKING:
@@ -31,15 +32,19 @@ def check_report(path: str | os.PathLike[str], by: str = "a report") -> None:
         by: what names it, for the message.
 
     Raises:
-        OncenterError: "output", exit code 2: no file can be written there, or its name promises another format.
+        OncenterError: "output", exit code 2: no file can be written there, or its name promises another format;
+            "missing_extra": bokeh is not installed.
     """
     check_place(path)
     file = Path(path)
-    if file.suffix.lower() in _SUFFIXES or (file.exists() and not file.is_file()):
-        return
-    raise OncenterError(
-        f"{by} writes HTML: name it {file.with_suffix('.html')}, not {file.name}", code="output", exit_code=WRONG_USAGE
-    )
+    is_page = file.suffix.lower() in _SUFFIXES or (file.exists() and not file.is_file())
+    if not is_page:
+        raise OncenterError(
+            f"{by} writes HTML: name it {file.with_suffix('.html')}, not {file.name}",
+            code="output",
+            exit_code=WRONG_USAGE,
+        )
+    require_package("bokeh", file.name)
 
 
 def report(answer: Answer, path: str | os.PathLike[str]) -> None:

@@ -17,7 +17,7 @@ from oncenter.simulate.scenario import Scenario, read_scenario
 from oncenter.simulate.sensors import Fault, Sensed, sense
 from oncenter.simulate.truck import check_holdable
 from oncenter.simulate.truth import Truth, truth_of, write_truth
-from oncenter.simulate.write import suffix_of, write_log
+from oncenter.simulate.write import require_writer, suffix_of, write_log
 
 __all__ = ["Fault", "Truth", "simulate", "simulate_to_log", "truth_files"]
 
@@ -49,12 +49,14 @@ def simulate_to_log(scenario: str | os.PathLike[str], seed: int, output: str | o
             `.parquet` for the table of signals at 100 Hz.
 
     Raises:
-        OncenterError: as `simulate`; and "output", exit code 2: another suffix, or it cannot be written.
+        OncenterError: as `simulate`; and "output", exit code 2: another suffix, or it cannot be written;
+            "missing_extra": the package that writes this format is not installed.
     """
     log = Path(output)
     table, summary = truth_files(log)
     for path in (log, table, summary):
         check_place(path)
+    require_writer(log)
     settings = read_scenario(scenario)
     sensed, truth = _simulate(settings, seed)
     write_log(sensed, log, jitter_sd_s=settings.can.jitter_sd_ms / 1000.0, seed=seed)

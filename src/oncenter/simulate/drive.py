@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from oncenter._simulate import ffi, lib
+from oncenter._native import ffi, lib
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import DEGREE
 from oncenter.simulate.driver import native_driver

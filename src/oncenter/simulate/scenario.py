@@ -19,6 +19,7 @@ from pydantic import (
 )
 
 from oncenter.errors import OncenterError
+from oncenter.files.shipped import shipped
 from oncenter.files.toml_file import read_toml, refusal
 from oncenter.simulate.road_sections import Driver, Manoeuvre, Road, Stops, Wind
 from oncenter.simulate.section import NotNegative, Number, Section
@@ -177,20 +178,18 @@ def scenario_from(values: dict[str, Any], origin: str) -> Scenario:
 
 
 def _find(scenario: str | os.PathLike[str]) -> Path:
-    shipped = _shipped()
-    if isinstance(scenario, str) and scenario in shipped:
-        return shipped[scenario]
+    by_name = _shipped()
+    if isinstance(scenario, str) and scenario in by_name:
+        return by_name[scenario]
     file = Path(scenario)
     if file.suffix == ".toml":
         return file
-    raise _refusal(f"no scenario '{scenario}': give a .toml file or one of {', '.join(sorted(shipped))}")
+    raise _refusal(f"no scenario '{scenario}': give a .toml file or one of {', '.join(sorted(by_name))}")
 
 
 def _shipped() -> dict[str, Path]:
-    """By name. The package carries a link to the folder at the repository's root."""
-    package = Path(__file__).parents[1]
-    folder = next((f for f in (package / "scenarios", package.parents[1] / "scenarios") if f.is_dir()), None)
-    return {} if folder is None else {file.stem: file for file in folder.glob("*.toml")}
+    """By name."""
+    return {file.stem: file for file in shipped("scenarios").glob("*.toml")}
 
 
 def _in_file(location: tuple[int | str, ...]) -> list[str]:

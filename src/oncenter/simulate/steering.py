@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from oncenter._simulate import ffi
+from oncenter._native import ffi
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 from oncenter.simulate.truck import steered_force_n, steered_stiffness_n_rad
 from oncenter.simulate.truck_sections import Steering, Truck

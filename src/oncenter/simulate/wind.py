@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from oncenter._simulate import ffi
+from oncenter._native import ffi
 from oncenter.signals import DEGREE
 from oncenter.simulate.road_sections import Wind
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.extra import require_package
 from oncenter.files.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -56,15 +56,10 @@ def write(
         The page's path.
 
     Raises:
-        OncenterError: "package", exit code 2: matplotlib is not installed. "output", exit code 2: the folder cannot be
+        OncenterError: "missing_extra": matplotlib is not installed. "output", exit code 2: the folder cannot be
             written.
     """
-    if find_spec("matplotlib") is None:
-        raise OncenterError(
-            "the thesis's figures need matplotlib; pip install 'oncenter[thesis]' would do",
-            code="package",
-            exit_code=WRONG_USAGE,
-        )
+    require_package("matplotlib", "oncenter thesis")
     target = Path(folder)
     try:
         target.mkdir(parents=True, exist_ok=True)

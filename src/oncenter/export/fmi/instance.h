@@ -11,8 +11,8 @@
 #include "monitor.h"
 
 enum {
-    OC_FMU_SIGNALS = 9, /* bits of oc_signals.valid */
-    OC_FMU_PARTS = 5    /* members of oc_offset_parts */
+    OC_FMU_SIGNALS = 10, /* bits of oc_signals.valid; the written table checks both counts */
+    OC_FMU_PARTS = 5     /* members of oc_offset_parts */
 };
 
 typedef enum { OC_FMU_INSTANTIATED, OC_FMU_INITIALIZING, OC_FMU_STEPPING, OC_FMU_ENDED } oc_fmu_phase;

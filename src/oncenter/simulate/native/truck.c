@@ -171,7 +171,7 @@ static void slope_of(const sim_truck_state *state, const sim_truck *truck, const
     rolling_slope(state, truck, input, slope);
     if (share <= 0.0)
         return;
-    sim_truck_state dynamic, difference;
+    sim_truck_state dynamic = {0}, difference = {0};
     dynamic_slope(state, truck, input, &dynamic);
     add(truck, &dynamic, -1.0, slope, &difference);
     add(truck, slope, share, &difference, slope);

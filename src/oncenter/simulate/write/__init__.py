@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.extra import require_package
 from oncenter.files.whole_file import whole_file
 from oncenter.simulate.can import frames
 from oncenter.simulate.sensors import Sensed
@@ -22,8 +23,9 @@ _FRAME_LOGS = {
 }
 _TABLES = {".csv": write_csv, ".csv.gz": write_csv_gz, ".parquet": write_parquet}
 SUFFIXES = (*_FRAME_LOGS, *_TABLES)
+_PACKAGES = {".asc": "can", ".blf": "can", ".trc": "can", ".mf4": "asammdf"}
 
-__all__ = ["SUFFIXES", "suffix_of", "write_log"]
+__all__ = ["SUFFIXES", "require_writer", "suffix_of", "write_log"]
 
 
 def suffix_of(log: Path) -> str:
@@ -40,6 +42,17 @@ def suffix_of(log: Path) -> str:
     )
 
 
+def require_writer(log: Path) -> None:
+    """Asks, before a drive is simulated, for the package that writes its log.
+
+    Raises:
+        OncenterError: as `suffix_of`; "missing_extra": the package is not installed.
+    """
+    package = _PACKAGES.get(suffix_of(log))
+    if package is not None:
+        require_package(package, log.name)
+
+
 def write_log(sensed: Sensed, log: Path, *, jitter_sd_s: float, seed: int) -> None:
     """Writes a drive in the format that the log's name ends in, overwriting what is there.
 
@@ -50,9 +63,10 @@ def write_log(sensed: Sensed, log: Path, *, jitter_sd_s: float, seed: int) -> No
         seed: of the jitter.
 
     Raises:
-        OncenterError: "output", exit code 2: as `suffix_of`, or the log cannot be written.
+        OncenterError: "output", exit code 2: as `suffix_of`, or the log cannot be written; as `require_writer`.
     """
     suffix = suffix_of(log)
+    require_writer(log)
     with whole_file(log) as unfinished:
         if suffix in _TABLES:
             _TABLES[suffix](sensed.signals.table, unfinished)

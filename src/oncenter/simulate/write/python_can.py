@@ -40,7 +40,7 @@ def write_trc(frames: BusFrames, path: Path) -> None:
     """Its header names the same file whatever the log is called; python-can would give the path on this machine."""
     from can.io.trc import TRCWriter
 
-    with path.open("w", encoding="ascii") as file, TRCWriter(file, channel=_CHANNEL) as writer:
+    with path.open("w", encoding="ascii", newline="\n") as file, TRCWriter(file, channel=_CHANNEL) as writer:
         writer.filepath = "drive.trc"
         for message in _messages(frames):
             writer.on_message_received(message)

@@ -1,0 +1,220 @@
+"""Vector's `.asc` logs, a block of text at a time.
+
+Usual frames of classic CAN are read many at once. Every other line is read by itself: events are passed over, and an
+unusual frame becomes what python-can makes of it. A log that is written in an unknown way is left to python-can.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from oncenter.errors import NeedsLibrary
+from oncenter.read.cut_off import CutOff
+from oncenter.read.digits import Places
+from oncenter.read.fields import Fields, Layout
+from oncenter.read.frames import Column, Frames
+from oncenter.read.other_lines import OtherLines, Row, row
+from oncenter.read.text_blocks import TextBlocks
+from oncenter.read.text_lines import BASE, is_strange, with_identifier
+
+_LAYOUTS = {
+    decimal: Layout(
+        time=0,
+        bus=1,
+        first_bus=1,
+        identifier=2,
+        words=((3, (b"Rx", b"Tx")), (4, (b"d",))),
+        length=5,
+        data=6,
+        decimal=decimal,
+        marked=True,
+    )
+    for decimal in (False, True)
+}
+_MESSAGE = re.compile(  # as in python-can
+    r"\d+\.\d+\s+(\d+\s+(\w+\s+(Tx|Rx)|ErrorFrame)|CANFD)", re.ASCII | re.IGNORECASE
+)
+_HEADS = b"bBdD"  # of lines that say how others are meant: base, begin, date
+_DATE = re.compile(r"(?:date|begin\s+triggerblock)\s+\w+\s+(.+)", re.IGNORECASE)
+_MONTHS = {name: k for k, name in enumerate("jan feb mar apr may jun jul aug sep oct nov dec".split(), 1)} | {
+    "mär": 3,
+    "mai": 5,
+    "okt": 10,
+    "dez": 12,
+}
+_DAY = re.compile(r"(\w+)\s+(\d\d?)\s+(\d\d?):(\d\d?):(\d\d?)(?:\.(\d{1,6}))?(?:\s+([ap])m)?\s+(\d{4})", re.IGNORECASE)
+
+
+def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
+    """Data frames of classic CAN, a block of text at a time; notes say what is left out.
+
+    Raises:
+        OncenterError: "unreadable_log": messages have names and no identifiers.
+        NeedsLibrary: it is written in a way that is not known here.
+    """
+    size = max(path.stat().st_size, 1)
+    with path.open("rb") as file:
+        text, log = TextBlocks(file), _Log(OtherLines(path.name))
+        for block in text:
+            progress(min(file.tell() / size, 1.0))
+            yield log.frames(block)
+    if text.cut_off:
+        notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
+    notes += log.others.notes("are no frames and were left out")
+
+
+@dataclass
+class _Log:
+    """What the lines so far say about those to come.
+
+    Attributes:
+        others: lines that are no usual frames.
+        base: whether numbers are decimal, and whether times count from the line before; None where not said so far.
+        start_s: what times count from, s since 1970.
+        passed_s: sum of the times that count from the line before.
+        starts: of a block, the lines from which on times count from another start.
+    """
+
+    others: OtherLines
+    base: tuple[bool, bool] | None = None
+    start_s: float = 0.0
+    passed_s: float = 0.0
+    starts: list[tuple[int, float]] = field(default_factory=list)
+
+    def frames(self, block: bytes) -> Frames:
+        """
+        Raises:
+            OncenterError, NeedsLibrary: as `chunks`.
+        """
+        fields = Fields(block)
+        self.starts = [(0, self.start_s)]
+        for number in fields.lines_that_begin_with(_HEADS):
+            self._head(fields.line(number).strip(), number)
+        decimal, relative = self.base or (False, False)
+        frames, numbers = self.others.frames(fields.frames(_LAYOUTS[decimal]), self._row)
+        time = self._since_start(fields, frames.time, numbers) if relative else frames.time
+        return replace(frames, time=time + self._start_at(numbers))
+
+    def _head(self, line: str, number: int) -> None:
+        base = BASE.match(line)
+        if base is not None:
+            said = (base[1].lower() == "dec", (base[2] or "").lower() == "relative")
+            if self.base not in (None, said):
+                raise NeedsLibrary("the base of its numbers changes")
+            self.base = said
+            return
+        date = _DATE.fullmatch(line)
+        if date is not None:
+            self.start_s = _seconds(date[1])
+        if date is not None or line[:5].lower() == "begin":
+            self.starts.append((number, self.start_s))
+
+    def _start_at(self, numbers: Places) -> Column | float:
+        """Of lines, from when their times count."""
+        if len(self.starts) == 1:
+            return self.start_s
+        lines, starts = (np.array(column) for column in zip(*self.starts, strict=True))
+        given: Column = starts[np.searchsorted(lines, numbers, side="right") - 1]
+        return given
+
+    def _since_start(self, fields: Fields, steps: Column, numbers: Places) -> Column:
+        """Of times that count from the line before, be it a frame or not. With `begin` they start anew."""
+        every = np.zeros(len(fields.line_ends))
+        every[numbers] = steps
+        is_frame = np.zeros(len(every), bool)
+        is_frame[numbers] = True
+        for number in np.flatnonzero(~is_frame).tolist():
+            every[number] = _step(fields.line(number))
+        since = np.empty(len(every))
+        for begin, end in pairwise([*(number for number, _ in self.starts), len(every)]):
+            since[begin:end] = np.cumsum(np.concatenate(([self.passed_s], every[begin:end])))[1:]
+            self.passed_s = 0.0
+        self.passed_s = float(since[-1])
+        return np.round(since, 9)[numbers]
+
+    def _row(self, line: str) -> Row | None:
+        """The frame of any line, or None; as python-can reads it.
+
+        Raises:
+            OncenterError: as `chunks`.
+            ValueError: it begins as a frame and is none.
+        """
+        words = line.split(None, 4)
+        if not words:
+            return None
+        if is_strange(words):
+            self.others.leave_out(line)
+            return None
+        decimal = bool(self.base and self.base[0])
+        if len(words) > 1 and words[0][:1].isdigit():
+            line = with_identifier(line, words, self.others.log, decimal=decimal)
+        line = line.strip()
+        if not _MESSAGE.match(line):
+            return None
+        time, bus, rest = line.split(None, 2)
+        if bus == "CANFD":
+            self.others.flexible += 1
+        if not bus.isdigit():
+            return None
+        return _classic(float(time), int(bus) - 1, rest, 10 if decimal else 16)
+
+
+def _classic(time: float, bus: int, text: str, base: int) -> Row | None:
+    """A frame of classic CAN; None of an error frame or a remote one.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if text[:10].lower() == "errorframe":
+        return None
+    identifier, _, rest = text.split(None, 2)
+    extended = identifier[-1:].lower() == "x"
+    number = int(identifier[:-1] if extended else identifier, base)
+    if rest[0].lower() == "r":
+        return None
+    _, length, *data = rest.split()
+    count = int(length, base)
+    if count < 0:
+        raise ValueError("a negative length")
+    return row(time, number, extended, bytes(int(byte, base) for byte in data[: min(count, 8)]), bus)
+
+
+def _step(line: str) -> float:
+    """s since the line before; 0 of a line that has no time."""
+    words = line.split(None, 1)
+    if len(words) < 2 or not words[0][:1].isdigit():
+        return 0.0
+    try:
+        return float(words[0])
+    except ValueError:
+        return 0.0
+
+
+def _seconds(date: str) -> float:
+    """Since 1970 of `Jun 15 02:13:20.000 pm 2016`, in this machine's time zone as the format has it.
+
+    Raises:
+        NeedsLibrary: it is another date.
+    """
+    found = _DAY.fullmatch(date)
+    try:
+        if found is None:
+            raise ValueError(date)
+        month, day, hour, minute, second, fraction, half, year = found.groups()
+        hours = int(hour)
+        if half is not None:
+            if not 1 <= hours <= 12:
+                raise ValueError(date)
+            hours = hours % 12 + (12 if half.lower() == "p" else 0)
+        months = _MONTHS.get(month.lower(), 0) or int(month)
+        micros = int((fraction or "0").ljust(6, "0"))
+        return datetime(int(year), months, int(day), hours, int(minute), int(second), micros).timestamp()
+    except (ValueError, OverflowError) as error:
+        raise NeedsLibrary(f"its date reads {date[:40]!r}") from error

@@ -1,0 +1,41 @@
+"""Whole lines of a text log, about a mebibyte at a time; every line ends with a line feed, however it was written."""
+
+from __future__ import annotations
+
+from codecs import BOM_UTF8
+from collections.abc import Iterator
+from typing import BinaryIO
+
+from oncenter.errors import NeedsLibrary
+
+BLOCK_BYTES = 1 << 20  # its columns stay in the cache
+_LONGEST_LINE_BYTES = 1 << 20
+
+
+class TextBlocks:
+    """Iterates over blocks of lines. A last line without a line end is left out and told in `cut_off`."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.cut_off = False
+
+    def __iter__(self) -> Iterator[bytes]:
+        """
+        Raises:
+            NeedsLibrary: a line is longer than a mebibyte.
+        """
+        rest = self._file.read(len(BOM_UTF8))
+        rest = b"" if rest == BOM_UTF8 else rest
+        while block := self._file.read(BLOCK_BYTES):
+            block = rest + block
+            end = max(block.rfind(b"\n"), block.rfind(b"\r")) + 1  # of a pair that it parts an empty line is left
+            rest = block[end:]
+            if len(rest) > _LONGEST_LINE_BYTES:
+                raise NeedsLibrary("a line is longer than a mebibyte")
+            if end:
+                yield _with_line_feeds(block[:end])
+        self.cut_off = bool(rest.strip())
+
+
+def _with_line_feeds(block: bytes) -> bytes:
+    return block.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in block else block

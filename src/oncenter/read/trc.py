@@ -1,0 +1,185 @@
+"""PEAK's `.trc` logs of all versions, a block of text at a time.
+
+Usual frames of classic CAN are read many at once. Every other line is read by itself: events are passed over, and an
+unusual frame becomes what python-can makes of it. A log that is written in an unknown way is left to python-can.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+from oncenter.errors import NeedsLibrary
+from oncenter.read.cut_off import CutOff
+from oncenter.read.fields import Fields, Layout
+from oncenter.read.frames import Frames
+from oncenter.read.other_lines import OtherLines, Row, row
+from oncenter.read.text_blocks import TextBlocks
+
+_OLD = {  # versions 1: places of fields
+    "1.0": {"identifier": 2, "length": 3, "data": 4},
+    "1.1": {"kind": 2, "identifier": 3, "length": 4, "data": 5},
+    "1.2": {"bus": 2, "kind": 3, "identifier": 4, "length": 5, "data": 6},
+    "1.3": {"bus": 2, "kind": 3, "identifier": 4, "length": 6, "data": 7},
+}
+_DIRECTIONS = (b"Rx", b"Tx")
+_BUS_INFORMATION = "FFFFFFFF"  # version 1.0 has it in place of an identifier
+_NEEDED = "OTIdD"  # columns of versions 2: time, type, identifier, direction, data
+_DATA, _FLEXIBLE = "DT", ("FD", "FB", "FE", "BI")  # their types of frames that matter
+_DAY_0 = datetime(1899, 12, 30, tzinfo=UTC)
+
+
+def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
+    """Data frames of classic CAN, a block of text at a time; notes say what is left out.
+
+    Raises:
+        NeedsLibrary: it is written in a way that is not known here.
+    """
+    size = max(path.stat().st_size, 1)
+    head, log = _Head(), None
+    others = OtherLines(path.name)
+    with path.open("rb") as file:
+        text = TextBlocks(file)
+        for block in text:
+            rest = block if log else head.without(block)
+            if not rest:
+                continue
+            log = log or head.log(others)
+            progress(min(file.tell() / size, 1.0))
+            yield log.frames(rest)
+    if text.cut_off:
+        notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
+    notes += others.notes("were left out")
+
+
+@dataclass
+class _Head:
+    """What the lines before the first frame say."""
+
+    version: str = "1.0"  # which does not name itself
+    start: str = ""
+    columns: str = ""
+
+    def without(self, block: bytes) -> bytes:
+        """The block from the first frame on; empty where it has none yet."""
+        begin = 0
+        while begin < len(block):
+            end = block.index(b"\n", begin) + 1
+            line = block[begin:end].strip()
+            if line and not line.startswith(b";"):
+                return block[begin:]
+            name, _, value = line.decode("utf-8", "replace").partition("=")
+            attribute = {";$FILEVERSION": "version", ";$STARTTIME": "start", ";$COLUMNS": "columns"}.get(name)
+            if attribute:
+                setattr(self, attribute, value)
+            begin = end
+        return b""
+
+    def log(self, others: OtherLines) -> _Version1 | _Version2:
+        """
+        Raises:
+            NeedsLibrary: another version, columns or start.
+        """
+        if self.version == "1.0":
+            return _Version1(others, _OLD[self.version], 0.0)
+        if self.version in _OLD:
+            return _Version1(others, _OLD[self.version], self._start_s())
+        if self.version in ("2.0", "2.1"):
+            return _Version2(others, self._places(), self._start_s())
+        raise NeedsLibrary(f"its version is {self.version[:40]!r}")
+
+    def _start_s(self) -> float:
+        """Since 1970; the format counts days."""
+        if not self.start:
+            return 0.0
+        try:
+            return (_DAY_0 + timedelta(days=float(self.start))).timestamp()
+        except (ValueError, OverflowError) as error:
+            raise NeedsLibrary(f"its start time reads {self.start[:40]!r}") from error
+
+    def _places(self) -> dict[str, int]:
+        columns = self.columns.split(",")
+        lacks = [name for name in _NEEDED if name not in columns] or ("l" not in columns and "L" not in columns)
+        if lacks or columns[-1] != "D" or len(set(columns)) < len(columns):
+            raise NeedsLibrary(f"its columns are {self.columns[:40]!r}")
+        return {name: place for place, name in enumerate(columns)}
+
+
+class _Version1:
+    """Lines whose data end where their length says."""
+
+    def __init__(self, others: OtherLines, places: dict[str, int], start_s: float) -> None:
+        self._others, self._places, self._start_s = others, places, start_s
+        self._layout = Layout(
+            time=1,
+            identifier=places["identifier"],
+            length=places["length"],
+            data=places["data"],
+            words=((places["kind"], _DIRECTIONS),) if "kind" in places else (),
+            bus=places.get("bus"),
+        )
+
+    def frames(self, block: bytes) -> Frames:
+        """
+        Raises:
+            NeedsLibrary: as `OtherLines.frames`.
+        """
+        frames, _ = self._others.frames(Fields(block).frames(self._layout), self._row)
+        return replace(frames, time=frames.time / 1000 + self._start_s)
+
+    def _row(self, line: str) -> Row | None:
+        words, at = line.split(), self._places
+        if not words or words[0].startswith(";"):
+            return None
+        if "kind" in at and words[at["kind"]] not in ("Rx", "Tx"):
+            return None
+        identifier = words[at["identifier"]]
+        if "kind" not in at and identifier == _BUS_INFORMATION:
+            return None
+        count, data = int(words[at["length"]]), words[at["data"] :]
+        if data[:1] == ["RTR"]:
+            return None
+        octets = bytes(int(data[k], 16) for k in range(count))
+        bus = int(words[at["bus"]]) if "bus" in at else 1
+        return row(float(words[1]), int(identifier, 16), len(identifier) > 4, octets, bus)
+
+
+class _Version2:
+    """Lines of the columns that the head names, data last."""
+
+    def __init__(self, others: OtherLines, places: dict[str, int], start_s: float) -> None:
+        self._others, self._places, self._start_s = others, places, start_s
+        self._length = places["l"] if "l" in places else places["L"]
+        self._layout = Layout(
+            time=places["O"],
+            identifier=places["I"],
+            length=self._length,
+            data=places["D"],
+            words=((places["T"], (_DATA.encode(),)),),
+            bus=places.get("B"),
+            ends_with_data=True,
+        )
+
+    def frames(self, block: bytes) -> Frames:
+        """
+        Raises:
+            NeedsLibrary: as `OtherLines.frames`.
+        """
+        frames, _ = self._others.frames(Fields(block).frames(self._layout), self._row)
+        return replace(frames, time=frames.time / 1000 + self._start_s)
+
+    def _row(self, line: str) -> Row | None:
+        at = self._places
+        words = line.split(maxsplit=at["D"])
+        if not words or words[0].startswith(";"):
+            return None
+        kind = words[at["T"]]
+        self._others.flexible += kind in _FLEXIBLE
+        if kind != _DATA:
+            return None
+        identifier, count = words[at["I"]], int(words[self._length])
+        data = bytes.fromhex(words[at["D"]]) if count else b""
+        bus = int(words[at["B"]]) if "B" in at else 1
+        return row(float(words[at["O"]]), int(identifier, 16), len(identifier) > 4, data, bus)

@@ -1,0 +1,2 @@
+class ExternalShutdownException(Exception):
+    """A launch file or a signal ends the node."""

@@ -26,9 +26,9 @@ from typing import Any
 MAX_S = {".log": 0.5, ".csv": 0.5, ".parquet": 0.5, ".mf4": 0.8, ".blf": 0.7, ".asc": 0.7, ".trc": 0.7}  # asked of us
 FLOORS = {"Python": "pass", "Python with numpy and polars": "import numpy, polars"}  # what no answer starts without
 STEPS = ("start_s", "reading_s", "answering_s")
+TRUCK = "scania_r730_4x2"
 _HERE = Path(__file__).parent
 _SUBREAPER = 36  # of prctl: a reader that outlives its parent is ours to wait for
-_TRUCK = "scania_r730_4x2"
 
 Row = dict[str, Any]
 
@@ -63,9 +63,19 @@ def timed(*command: str) -> Spent:
     )
 
 
+def own_vehicle(log: Path) -> Path:
+    """Beside a log whose signals have names of its own."""
+    return log.with_name(f"{log.name}.toml")
+
+
+def vehicle_of(log: Path) -> str:
+    """A file, or the name of a shipped one."""
+    own = own_vehicle(log)
+    return str(own) if own.exists() else TRUCK
+
+
 def asked(log: Path) -> tuple[str, ...]:
-    own = log.with_name(f"{log.name}.toml")
-    return ("offset", str(log), "--vehicle", str(own) if own.exists() else _TRUCK)
+    return ("offset", str(log), "--vehicle", vehicle_of(log))
 
 
 def steps(log: Path, said: Path) -> dict[str, float]:

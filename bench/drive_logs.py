@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import polars as pl
+from cold import TRUCK, own_vehicle
 
 import oncenter as oc
 from oncenter.files.log_formats import SUFFIXES
@@ -14,13 +15,12 @@ from oncenter.signals import SignalName
 from oncenter.simulate import simulate_to_log, truth_files
 from oncenter.simulate.write import SUFFIXES as OURS
 
-TRUCK = "scania_r730_4x2"
 BY_OTHERS = (".dat", ".mat", ".vbo", ".bag", ".mcap")  # which tests/signal_logs.py writes, where they are read
 TESTS = Path(__file__).parents[1] / "tests"
 
 
 def write_logs(scenario: str, folder: Path, only: tuple[str, ...] = ()) -> dict[str, Path]:
-    """By suffix; a log that a vehicle file must explain has one beside it, see `vehicle_of`. `only` these, if any."""
+    """By suffix; a log that a vehicle file must explain has one beside it, see `cold.vehicle_of`. `only` these, if any."""
     logs = {
         suffix: folder / f"drive{suffix}"
         for suffix in (*OURS, *BY_OTHERS)
@@ -36,16 +36,6 @@ def write_logs(scenario: str, folder: Path, only: tuple[str, ...] = ()) -> dict[
     return logs
 
 
-def vehicle_of(log: Path) -> str:
-    """A file, or the name of a shipped one."""
-    own = _own_vehicle(log)
-    return str(own) if own.exists() else TRUCK
-
-
-def _own_vehicle(log: Path) -> Path:
-    return log.with_name(f"{log.name}.toml")
-
-
 def _write_by_others(scenario: str, logs: list[Path]) -> None:
     """Signals that an answer needs, where they are numbers."""
     sys.path.append(str(TESTS))
@@ -58,7 +48,7 @@ def _write_by_others(scenario: str, logs: list[Path]) -> None:
         signal_logs.WRITERS[log.suffix](table, log)
         names = signal_logs.names_for(log.suffix)
         if names:
-            _own_vehicle(log).write_text(_vehicle_with(names), encoding="utf-8")
+            own_vehicle(log).write_text(_vehicle_with(names), encoding="utf-8")
 
 
 def _vehicle_with(names: dict[str, SignalName]) -> str:

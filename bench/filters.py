@@ -46,7 +46,10 @@ def filters_table(ticks: int, rounds: int) -> list[Row]:
         ("openpilot", "numba"): lambda: float(openpilot(columns, known).value_rad[-1]),
     }
     thesis = contenders(ticks)
-    field["thesis", "numba"], field["thesis", "scipy"] = thesis["numba", "summary"], thesis["scipy + numpy", "summary"]
+    field["thesis's method", "numba"], field["thesis's method", "scipy"] = (
+        thesis["numba", "summary"],
+        thesis["scipy + numpy", "summary"],
+    )
     with tempfile.TemporaryDirectory() as folder:
         field.update(_in_cpp(columns, known, Path(folder)))
         offsets = {key: math.degrees(run()) for key, run in field.items()}  # numba compiles

@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from cold import FLOORS
+from cold import FLOORS, STEPS
 from drive_logs import BY_OTHERS, write_logs
 from filters import NO_COMPILER, filters_table
 from rivals.in_cpp import compiler
@@ -33,6 +33,7 @@ SHOWN_FILES = 3  # of a format's time
 ALONE = ("asammdf", "polars", "numpy", "scipy", "rosbags")  # libraries that read a format by themselves
 
 Row = dict[str, Any]
+Spent = tuple[float, dict[str, float]]  # see spent.py
 
 
 def cold_table(logs: dict[str, Path], rounds: int) -> list[Row]:
@@ -50,7 +51,9 @@ def table(head: str, rows: Iterator[tuple[object, ...]]) -> str:
     return "\n".join([*lines, *("| " + " | ".join(map(str, row)) + " |" for row in rows)])
 
 
-def page(given: argparse.Namespace, cold: list[Row], warm: list[Row], filters: list[Row], used: dict[str, Row]) -> str:
+def page(
+    given: argparse.Namespace, cold: list[Row], warm: list[Row], filters: list[Row], used: dict[str, Spent]
+) -> str:
     parts = [
         _head(given, warm),
         *_cold(cold, given.rounds),
@@ -65,46 +68,39 @@ def page(given: argparse.Namespace, cold: list[Row], warm: list[Row], filters: l
 def _head(given: argparse.Namespace, warm: list[Row]) -> str:
     frames = max((row["count"] for row in warm if "frames" in row["s"]), default=0)
     missing = ", ".join(f"`{suffix}`" for suffix in BY_OTHERS if suffix not in SUFFIXES)
+    not_read = f" Not read yet: {missing}." if missing else ""
     return f"""# Speed
 
 Written by `python bench/speed_page.py --page` with the drive `{given.scenario}` in each format: {frames:,} frames of a
 bus, or the same signals as a table of 100 Hz. {os.cpu_count()} CPUs, Python {platform.python_version()}, load
 {os.getloadavg()[0]:.1f}. All contenders of a table take turns in one run: compare figures within a table, for another
-machine has others.{f" Not read yet: {missing}." if missing else ""} [bench/README.md](../bench/README.md) has the core against
-numba and scipy, and logs of a busier bus."""
+machine has others.{not_read} [bench/README.md](../bench/README.md) has the core against numba and scipy in more
+detail, and logs of a busier bus."""
 
 
 def _cold(rows: list[Row], rounds: int) -> Iterator[str]:
-    logs = [row for row in rows if row["bytes"]]
     yield f"""## Log to answer, in a new process
 
 `python -m oncenter offset LOG --vehicle scania_r730_4x2`, median of {rounds}. *Processors* adds up all its processes:
 a child process reads the formats that other people's libraries read. The first rows are what no answer in Python can do
 without."""
-    yield table(
-        "log | MB | wall, s | processors, s | MB/s",
-        (
-            (row["log"], *_mb_of(row), f"{row['wall_s']:.2f}", f"{row['cpu_s']:.2f}", _rate_of(row))
-            for row in rows
-        ),
-    )  # fmt: skip
-    yield """The steps of the same command, from runs of their own. *Start* is Python, all imports and the end; *reading*
-includes the wait for the child process. *Peak* is the memory of all processes together."""
+    yield table("log | MB | wall, s | processors, s | MB/s", map(_cold_row, rows))
+    yield """The steps of the same command, from runs of their own. *Start* is Python, all imports and the end;
+*reading* includes the wait for the child process. *Peak* is the memory of all processes together."""
     yield table(
         "log | start, s | reading, s | answering, s | peak, MB",
         (
-            (row["log"], *(f"{row[step]:.2f}" for step in ("start_s", "reading_s", "answering_s")), f"{row['peak_mb']:.0f}")
-            for row in logs
+            (row["log"], *(f"{row[step]:.2f}" for step in STEPS), f"{row['peak_mb']:.0f}")
+            for row in rows
+            if row["bytes"]
         ),
-    )  # fmt: skip
+    )
 
 
-def _mb_of(row: Row) -> tuple[str]:
-    return (f"{row['bytes'] / 1e6:.1f}" if row["bytes"] else "",)
-
-
-def _rate_of(row: Row) -> str:
-    return f"{row['bytes'] / 1e6 / row['wall_s']:.0f}" if row["bytes"] else ""
+def _cold_row(row: Row) -> tuple[str, ...]:
+    mb = row["bytes"] / 1e6 if row["bytes"] else None
+    size, rate = ("", "") if mb is None else (f"{mb:.1f}", f"{mb / row['wall_s']:.1f}")
+    return row["log"], size, f"{row['wall_s']:.2f}", f"{row['cpu_s']:.2f}", rate
 
 
 def _readers(rows: list[Row], rounds: int) -> Iterator[str]:
@@ -115,8 +111,8 @@ those that carry known signals:"""
     yield table("log | ours | python-can | times faster", _beside(rows, "frames", "python-can"))
     yield "The same messages decoded, in M frames/s; ours end on one clock, checked and ready for an answer:"
     yield table("log | ours | python-can + cantools | times faster", _beside(rows, "signals", "python-can + cantools"))
-    yield """Libraries that read the file alone and stop there, in M frames/s or M rows/s; ours to signals as above. Ours
-reads these formats by those libraries, all but `numpy`: a ratio below 1 is the cost of checks, units and one clock."""
+    yield """Libraries that read the file and stop there, in M frames/s or M rows/s; ours to signals as above. Where
+ours reads a format by that very library, a ratio below 1 is the cost of checks, units and one clock:"""
     yield table(
         "log | by | ours | alone | times faster",
         (
@@ -148,10 +144,11 @@ def _filters(rows: list[Row], given: argparse.Namespace) -> Iterator[str]:
     yield f"""## Filters
 
 One thread over a drive of some {given.ticks:,} ticks at 100 Hz, by processor time, best of {given.rounds}.
-`bench/rivals/filters.cpp` has Autoware's and openpilot's filters in the language that they run in, with `g++ -O2`; each gives
-the offset that its numba version gives. Autoware's is one number and works at every tenth tick. openpilot's is a Kalman
-filter of nine states, here without the products with zeros that its matrices have. *oncenter* checks each signal, estimates
-the angle without its sensor and looks for faults of the sensor at every tick as well; *thesis* is its method alone."""
+`bench/rivals/filters.cpp` has Autoware's and openpilot's filters in the language that they run in, by `g++ -O2`;
+each gives the offset that its numba version gives. Autoware's estimates one number at every tenth tick. openpilot's is
+a Kalman filter of nine states, here without most of the products with zeros that full matrices have. *oncenter* also
+checks each signal, estimates the angle without its sensor and looks for faults of the sensor at every tick; *thesis's
+method* does none of that."""
     if compiler() is None:
         yield NO_COMPILER
     yield table(
@@ -165,7 +162,8 @@ def _limit(rows: list[Row]) -> Iterator[str]:
     yield f"""## The limit
 
 What no reader of a format is spared on this machine once the file is in memory, beside ours to signals from the file,
-warm. A copy of the bytes runs at {copied:.1f} GB/s; to find the line ends is one pass over them; to inflate is zlib's."""
+warm. A copy of the bytes runs at {copied:.1f} GB/s; to find the line ends is one pass over them; to inflate is the
+work of zlib, and to unpack Parquet that of polars."""
     yield table(
         "log | limited by | limit, ms | ours, ms | times",
         (
@@ -176,7 +174,7 @@ warm. A copy of the bytes runs at {copied:.1f} GB/s; to find the line ends is on
     )  # fmt: skip
 
 
-def _left(cold: list[Row], used: dict[str, Row]) -> Iterator[str]:
+def _left(cold: list[Row], used: dict[str, Spent]) -> Iterator[str]:
     floor = next(row for row in cold if row["log"] == list(FLOORS)[-1])["wall_s"]
     logs = [row for row in cold if row["bytes"]]
     start = sum(row["start_s"] for row in logs) / sum(row["wall_s"] for row in logs)
@@ -193,9 +191,9 @@ reading, and {slowest["answering_s"]:.2f} s answering.
 **A warm process.** Processor time of one thread from log to answer, and the files of `src/oncenter` in which it goes;
 a library's time counts for the file that calls it, `_core.py` is the core in C:"""
     lines = ["| log | ms | of it |", "|---|--:|---|"]
-    for suffix, row in used.items():
-        files = ", ".join(f"`{file}` {share:.0%}" for file, share in list(row["files"].items())[:SHOWN_FILES])
-        lines.append(f"| {suffix} | {1e3 * row['s']:.0f} | {files} |")
+    for suffix, (seconds, shares) in used.items():
+        files = ", ".join(f"`{file}` {share:.0%}" for file, share in list(shares.items())[:SHOWN_FILES])
+        lines.append(f"| {suffix} | {1e3 * seconds:.0f} | {files} |")
     yield "\n".join(lines)
 
 
@@ -211,7 +209,7 @@ def main() -> None:
         logs = write_logs(given.scenario, Path(folder), tuple(filter(None, given.formats.split(","))))
         cold = cold_table(logs, given.rounds)
         warm = warm_table(logs, given.rounds)
-        used = {suffix: dict(zip(("s", "files"), spent(log, given.rounds), strict=True)) for suffix, log in logs.items()}
+        used = {suffix: spent(log, given.rounds) for suffix, log in logs.items()}
     text = page(given, cold, warm, filters_table(given.ticks, given.rounds), used)
     print(text)
     if given.page:

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
-from drive_logs import vehicle_of
+from cold import vehicle_of
 from warm import read_to_signals
 
 import oncenter as oc

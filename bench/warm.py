@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-from drive_logs import vehicle_of
+from cold import vehicle_of
 from log_to_answer import decoded_frames, known_messages
 from turns import best_of
 

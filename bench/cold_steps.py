@@ -22,19 +22,22 @@ from oncenter.cli import main as command_line
 
 
 class Imports:
-    """Seconds that this thread's imports take, those within one another once."""
+    """An `__import__` that adds up the seconds of this thread's imports, those within one another once.
 
-    def __init__(self) -> None:
+    Args:
+        imported: the one that does the work.
+    """
+
+    def __init__(self, imported: Callable[..., Any]) -> None:
         self.seconds, self._depth = 0.0, 0
-        self._thread, self._import = threading.get_ident(), builtins.__import__
-        builtins.__import__ = self._timed
+        self._thread, self._imported = threading.get_ident(), imported
 
-    def _timed(self, *given: Any, **named: Any) -> Any:
+    def __call__(self, *given: Any, **named: Any) -> Any:
         if threading.get_ident() != self._thread or self._depth:
-            return self._import(*given, **named)
+            return self._imported(*given, **named)
         self._depth, began = 1, time.perf_counter()
         try:
-            return self._import(*given, **named)
+            return self._imported(*given, **named)
         finally:
             self._depth, self.seconds = 0, self.seconds + time.perf_counter() - began
 
@@ -59,7 +62,8 @@ def answer(*given: Any, **named: Any) -> Any:
 
 def main() -> None:
     said, *sys.argv[1:] = sys.argv[1:]
-    imports, found = Imports(), dict[str, float]()
+    imports, found = Imports(builtins.__import__), dict[str, float]()
+    builtins.__import__ = imports
     room: Any = importlib.import_module("oncenter.read")
     room.read = timed(room.read, "reading_s", imports, found)
     oncenter.offset = timed(answer, "answering_s", imports, found)

@@ -20,7 +20,7 @@ TESTS = Path(__file__).parents[1] / "tests"
 
 
 def write_logs(scenario: str, folder: Path, only: tuple[str, ...] = ()) -> dict[str, Path]:
-    """By suffix; a log that a vehicle file must explain has one beside it, see `cold.vehicle_of`. `only` these, if any."""
+    """By suffix, `only` these if any are given. Some have a vehicle file of their own, see `cold.vehicle_of`."""
     logs = {
         suffix: folder / f"drive{suffix}"
         for suffix in (*OURS, *BY_OTHERS)

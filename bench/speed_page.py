@@ -188,8 +188,8 @@ format. A fleet's process starts once for many logs.
 **Reading.** The slowest format is `{slowest["log"]}`: {slowest["reading_s"]:.2f} of {slowest["wall_s"]:.2f} s are
 reading, and {slowest["answering_s"]:.2f} s answering.
 
-**A warm process.** Processor time of one thread from log to answer, and the files of `src/oncenter` in which it goes;
-a library's time counts for the file that calls it, `_core.py` is the core in C:"""
+**A warm process.** From log to answer by the clock on the wall, and the files of `src/oncenter` in which the time goes;
+that of a library counts for the file that calls it, `_core.py` is the core in C:"""
     lines = ["| log | ms | of it |", "|---|--:|---|"]
     for suffix, (seconds, shares) in used.items():
         files = ", ".join(f"`{file}` {share:.0%}" for file, share in list(shares.items())[:SHOWN_FILES])

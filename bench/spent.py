@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
 from collections import defaultdict
@@ -15,16 +16,16 @@ from warm import read_to_signals
 
 import oncenter as oc
 
-PACKAGE = Path(str(oc.__file__)).parent
+PACKAGE = f"{Path(str(oc.__file__)).parent}{os.sep}"
 LOOK_EVERY_S = 0.001
 OTHERS = "others"
 
 
 def spent(log: Path, rounds: int) -> tuple[float, dict[str, float]]:
-    """Processor seconds of one reading and answering, and the share of each file, the largest first."""
+    """Seconds of one reading and answering, and the share of each file, the largest first."""
     truck, shares = oc.vehicle(vehicle_of(log)), defaultdict[str, float](float)
     oc.offset(read_to_signals(log), truck)  # imports
-    with _looks(shares):
+    with looks(shares):
         for _ in range(rounds):
             oc.offset(read_to_signals(log), truck)
     whole = sum(shares.values())
@@ -32,29 +33,29 @@ def spent(log: Path, rounds: int) -> tuple[float, dict[str, float]]:
 
 
 @contextmanager
-def _looks(shares: dict[str, float]) -> Iterator[None]:
+def looks(shares: dict[str, float]) -> Iterator[None]:
     """A look now and then. The time since the last one goes to the file in whose function it finds this thread, so that
     a long call of a library, during which there is no look, is that of its caller."""
-    last = time.thread_time()
+    last = time.perf_counter()
 
     def look(_: int, frame: FrameType | None) -> None:
         nonlocal last
-        before, last = last, time.thread_time()
+        before, last = last, time.perf_counter()
         shares[_file_of(frame)] += last - before
 
-    handler = signal.signal(signal.SIGPROF, look)
-    signal.setitimer(signal.ITIMER_PROF, LOOK_EVERY_S, LOOK_EVERY_S)
+    handler = signal.signal(signal.SIGALRM, look)
+    signal.setitimer(signal.ITIMER_REAL, LOOK_EVERY_S, LOOK_EVERY_S)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-        signal.signal(signal.SIGPROF, handler)
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, handler)
 
 
 def _file_of(frame: FrameType | None) -> str:
     while frame is not None:
-        file = Path(frame.f_code.co_filename)
-        if file.is_relative_to(PACKAGE):
-            return str(file.relative_to(PACKAGE))
+        file = frame.f_code.co_filename
+        if file.startswith(PACKAGE):
+            return file.removeprefix(PACKAGE)
         frame = frame.f_back
     return OTHERS

@@ -27,7 +27,7 @@ MDF = (".mf4", ".dat")
 BAGS = (".bag", ".mcap")
 TEXT = (".log", ".asc", ".trc", ".csv", ".vbo")
 _NEWLINE = ord("\n")
-_CHUNK = 1 << 20  # bytes, which stay in the cache
+CHUNK_BYTES = 1 << 20  # bytes, which stay in the cache
 
 Row = dict[str, Any]
 Work = Callable[[], object]
@@ -39,9 +39,9 @@ def warm_table(logs: dict[str, Path], rounds: int) -> list[Row]:
     for suffix, log in logs.items():
         data = log.read_bytes()
         limited_by, limit = _limit(suffix, data)
-        contenders = _contenders(suffix, log)
-        best = best_of({"limit": limit, "copy": _copy(data), **contenders}, rounds, time.perf_counter)
-        count = contenders["python-can"]() if _has_frames(suffix) else read_to_signals(log).table.height
+        field = {"limit": limit, "copy": _copy(data), **contenders(suffix, log)}
+        best = best_of(field, rounds, time.perf_counter)
+        count = field["python-can"]() if _has_frames(suffix) else read_to_signals(log).table.height
         rows.append({"log": suffix, "bytes": len(data), "count": count, "limited_by": limited_by, "s": best})
     return rows
 
@@ -59,7 +59,7 @@ def _frames(log: Path) -> Iterator[Any]:
     return frames_of_log(log, [], lambda fraction: None)
 
 
-def _contenders(suffix: str, log: Path) -> dict[str, Work]:
+def contenders(suffix: str, log: Path) -> dict[str, Work]:
     field: dict[str, Work] = {"signals": lambda: read_to_signals(log)}
     if suffix in MDF:
         field["asammdf"] = lambda: _all_groups(log)
@@ -111,21 +111,21 @@ def _copy(data: bytes) -> Work:
 def _limit(suffix: str, data: bytes) -> tuple[str, Work]:
     """What no reader of this format is spared, once its bytes are in memory, in words and done."""
     if suffix in TEXT:
-        return "find the line ends", lambda: _line_ends(data)
+        return "find the line ends", lambda: line_ends(data)
     if suffix == ".parquet":
         return "unpack, by polars", lambda: pl.read_parquet(data)
-    packed = list(_packed(suffix, data))
-    if packed:
-        return "inflate, by zlib", lambda: sum(len(zlib.decompress(part, zlib.MAX_WBITS | 32)) for part in packed)
+    parts = list(packed(suffix, data))
+    if parts:
+        return "inflate, by zlib", lambda: sum(len(zlib.decompress(part, zlib.MAX_WBITS | 32)) for part in parts)
     return "copy", _copy(data)
 
 
-def _line_ends(data: bytes) -> int:
+def line_ends(data: bytes) -> int:
     octets = np.frombuffer(data, np.uint8)
-    return sum(np.count_nonzero(octets[k : k + _CHUNK] == _NEWLINE) for k in range(0, len(octets), _CHUNK))
+    return sum(np.count_nonzero(octets[k : k + CHUNK_BYTES] == _NEWLINE) for k in range(0, len(octets), CHUNK_BYTES))
 
 
-def _packed(suffix: str, data: bytes) -> Iterator[bytes]:
+def packed(suffix: str, data: bytes) -> Iterator[bytes]:
     """The deflated parts of a file."""
     if suffix == ".csv.gz":
         yield data

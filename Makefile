@@ -96,8 +96,9 @@ embedded: .venv/ready ## the core on two emulated microcontrollers: the same bit
 	@$(call need,$(HAS_ARM),gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)
 	$(BIN)/python embedded/table.py
 
-bench: .venv/ready ## speed, side by side with scipy, numba and python-can
+bench: .venv/ready ## speed, side by side with scipy, numba, python-can and others' filters: bench/README.md, docs/speed.md
 	$(BIN)/python bench/speed.py --readme
+	$(BIN)/python bench/speed_page.py --page
 
 accuracy: .venv/ready ## errors, intervals and times of all methods and rivals, real-truck effects: docs/accuracy.md
 	$(BIN)/python bench/accuracy.py --page --jobs 2

@@ -1,4 +1,4 @@
-"""The page about speed: its limits are of whole files, its seconds are where they were spent, it fits a narrow screen."""
+"""The page about speed: its limits are of whole files, its seconds where they were spent, its tables narrow."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return write_logs("mid_speed_manoeuvre", tmp_path_factory.mktemp("logs"), (".log", ".csv", ".parquet", *PACKED))
 
 
-def inflated(suffix: str, log: Path) -> bytes:
-    parts = warm.packed(suffix, log.read_bytes())
+def inflated(suffix: str, data: bytes) -> bytes:
+    parts = warm.packed(suffix, data)
     return b"".join(zlib.decompress(part, zlib.MAX_WBITS | 32) for part in parts)
 
 
 def test_the_limit_of_a_packed_log_inflates_all_of_it(logs: dict[str, Path]) -> None:
     frames = logs[".log"].read_bytes().count(b"\n")
     record = 8 + 1 + 4 + 1 + 1 + 1 + 8 + 4  # as simulate/write/mf4.py lays it out, behind its time
-    assert inflated(".csv.gz", logs[".csv.gz"]) == logs[".csv"].read_bytes()
-    assert inflated(".blf", logs[".blf"]).count(b"LOBJ") == frames
-    assert len(inflated(".mf4", logs[".mf4"])) == frames * record
+    assert inflated(".csv.gz", logs[".csv.gz"].read_bytes()) == logs[".csv"].read_bytes()
+    assert inflated(".blf", logs[".blf"].read_bytes()).count(b"LOBJ") == frames
+    assert len(inflated(".mf4", 3 * logs[".mf4"].read_bytes())) == 3 * frames * record  # blocks behind one another
 
 
 def test_the_limit_of_a_text_finds_each_line_end(logs: dict[str, Path], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -69,9 +69,9 @@ def test_imports_within_imports_count_once_and_those_of_other_threads_not_at_all
         if name == "outer":
             imports("inner")
 
-    imports = cold_steps.Imports(slow_import)
+    imports, began = cold_steps.Imports(slow_import), time.perf_counter()
     imports("outer")
-    assert 0.04 <= imports.seconds < 0.08
+    assert 0.04 <= imports.seconds <= time.perf_counter() - began
     before = imports.seconds
     thread = threading.Thread(target=imports, args=("outer",))
     thread.start()
@@ -110,11 +110,13 @@ def test_the_peak_of_a_process_is_its_own_and_not_that_of_whoever_starts_it() ->
 def test_time_goes_to_the_file_that_calls_a_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(spent, "PACKAGE", "/package/")
     slept_s = {"/package/short.py": 0.05, "/package/long.py": 0.2, "/elsewhere.py": 0.05}
-    works = [compile(f"sleep({seconds})", name, "exec") for name, seconds in slept_s.items()]
+    works = [compile(f"library({seconds})", name, "exec") for name, seconds in slept_s.items()]
+    library: dict[str, Any] = {"sleep": time.sleep}
+    exec(compile("def library(seconds): sleep(seconds)", "/library.py", "exec"), library)
     shares = defaultdict[str, float](float)
     with spent.looks(shares):
         for work in works:
-            exec(work, {"sleep": time.sleep})
+            exec(work, library)
     assert set(shares) == {"short.py", "long.py", spent.OTHERS}
     assert all(seconds > 0.04 for seconds in shares.values())
     assert 2.0 < shares["long.py"] / shares["short.py"] < 8.0

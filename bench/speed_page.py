@@ -176,17 +176,18 @@ work of zlib, and to unpack Parquet that of polars."""
 
 def _left(cold: list[Row], used: dict[str, Spent]) -> Iterator[str]:
     floor = next(row for row in cold if row["log"] == list(FLOORS)[-1])["wall_s"]
-    logs = [row for row in cold if row["bytes"]]
-    start = sum(row["start_s"] for row in logs) / sum(row["wall_s"] for row in logs)
-    slowest, fastest = (choose(logs, key=lambda row: row["wall_s"]) for choose in (max, min))
+    whole = {row["log"]: sum(row[step] for step in STEPS) for row in cold if row["bytes"]}
+    of = {row["log"]: row for row in cold}
+    slowest, fastest = max(whole, key=whole.__getitem__), min(whole, key=whole.__getitem__)
+    start = sum(of[log]["start_s"] for log in whole) / sum(whole.values())
     yield f"""## What is left
 
 **Start.** Over all formats {start:.0%} of a new process's time is start: Python and imports. Python with numpy and
-polars and nothing else takes {floor:.2f} s, which is {floor / fastest["wall_s"]:.0%} of `{fastest["log"]}`, the fastest
-format. A fleet's process starts once for many logs.
+polars and nothing else takes {floor:.2f} s, which is {floor / whole[fastest]:.0%} of `{fastest}`, the fastest format.
+A fleet's process starts once for many logs.
 
-**Reading.** The slowest format is `{slowest["log"]}`: {slowest["reading_s"]:.2f} of {slowest["wall_s"]:.2f} s are
-reading, and {slowest["answering_s"]:.2f} s answering.
+**Reading.** The slowest format is `{slowest}`: {of[slowest]["reading_s"]:.2f} of {whole[slowest]:.2f} s are reading, and
+{of[slowest]["answering_s"]:.2f} s answering.
 
 **A warm process.** From log to answer by the clock on the wall, and the files of `src/oncenter` in which the time goes;
 that of a library counts for the file that calls it, `_core.py` is the core in C:"""

@@ -111,7 +111,7 @@ def test_time_goes_to_the_file_that_calls_a_library(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(spent, "PACKAGE", "/package/")
     slept_s = {"/package/short.py": 0.05, "/package/long.py": 0.2, "/elsewhere.py": 0.05}
     works = [compile(f"library({seconds})", name, "exec") for name, seconds in slept_s.items()]
-    library: dict[str, Any] = {"sleep": time.sleep}
+    library: dict[str, object] = {"sleep": time.sleep}
     exec(compile("def library(seconds): sleep(seconds)", "/library.py", "exec"), library)
     shares = defaultdict[str, float](float)
     with spent.looks(shares):

@@ -186,8 +186,8 @@ def _left(cold: list[Row], used: dict[str, Spent]) -> Iterator[str]:
 polars and nothing else takes {floor:.2f} s, which is {floor / whole[fastest]:.0%} of `{fastest}`, the fastest format.
 A fleet's process starts once for many logs.
 
-**Reading.** The slowest format is `{slowest}`: {of[slowest]["reading_s"]:.2f} of {whole[slowest]:.2f} s are reading, and
-{of[slowest]["answering_s"]:.2f} s answering.
+**Reading.** The slowest format is `{slowest}`: {of[slowest]["reading_s"]:.2f} of {whole[slowest]:.2f} s are reading,
+and {of[slowest]["answering_s"]:.2f} s answering.
 
 **A warm process.** From log to answer by the clock on the wall, and the files of `src/oncenter` in which the time goes;
 that of a library counts for the file that calls it, `_core.py` is the core in C:"""

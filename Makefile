@@ -96,7 +96,7 @@ embedded: .venv/ready ## the core on two emulated microcontrollers: the same bit
 	@$(call need,$(HAS_ARM),gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)
 	$(BIN)/python embedded/table.py
 
-bench: .venv/ready ## speed, side by side with scipy, numba, python-can and others' filters: bench/README.md, docs/speed.md
+bench: .venv/ready ## speed, side by side with scipy, numba and python-can
 	$(BIN)/python bench/speed.py --readme
 	$(BIN)/python bench/speed_page.py --page
 

@@ -68,14 +68,13 @@ def page(
 def _head(given: argparse.Namespace, warm: list[Row]) -> str:
     frames = max((row["count"] for row in warm if "frames" in row["s"]), default=0)
     missing = ", ".join(f"`{suffix}`" for suffix in BY_OTHERS if suffix not in SUFFIXES)
-    not_read = f" Not read yet: {missing}." if missing else ""
+    not_read, load = f"\nNot read yet: {missing}." if missing else "", f"{os.getloadavg()[0]:.1f}"
     return f"""# Speed
 
 Written by `python bench/speed_page.py --page` with the drive `{given.scenario}` in each format: {frames:,} frames of a
-bus, or the same signals as a table of 100 Hz. {os.cpu_count()} CPUs, Python {platform.python_version()}, load
-{os.getloadavg()[0]:.1f}. All contenders of a table take turns in one run: compare figures within a table, for another
-machine has others.{not_read} [bench/README.md](../bench/README.md) has the core against numba and scipy in more
-detail, and logs of a busier bus."""
+bus, or the same signals as a table of 100 Hz. All contenders of a table take turns in one run: compare figures within a
+table, for another machine has others. {os.cpu_count()} CPUs, Python {platform.python_version()}, load {load}.{not_read}
+[bench/README.md](../bench/README.md) has the core against numba and scipy in more detail, and logs of a busier bus."""
 
 
 def _cold(rows: list[Row], rounds: int) -> Iterator[str]:
@@ -189,13 +188,21 @@ A fleet's process starts once for many logs.
 **Reading.** The slowest format is `{slowest}`: {of[slowest]["reading_s"]:.2f} of {whole[slowest]:.2f} s are reading,
 and {of[slowest]["answering_s"]:.2f} s answering.
 
-**A warm process.** From log to answer by the clock on the wall, and the files of `src/oncenter` in which the time goes;
-that of a library counts for the file that calls it, `_core.py` is the core in C:"""
+**A warm process.** From log to answer by the clock on the wall, over all formats: {_of_room(used, "read/"):.0%} goes to
+reading, which finds numbers in text or frames and brings all signals to one clock, {_of_room(used, "plausibility/"):.0%}
+to the checks whether the signals can belong together, and {_of_room(used, "_core.py"):.0%} to the core in C. By format,
+the files of `src/oncenter` that take most; the time of a library counts for the file that calls it:"""
     lines = ["| log | ms | of it |", "|---|--:|---|"]
     for suffix, (seconds, shares) in used.items():
         files = ", ".join(f"`{file}` {share:.0%}" for file, share in list(shares.items())[:SHOWN_FILES])
         lines.append(f"| {suffix} | {1e3 * seconds:.0f} | {files} |")
     yield "\n".join(lines)
+
+
+def _of_room(used: dict[str, Spent], room: str) -> float:
+    """Share of a folder, or of a file, in the time of all formats."""
+    spent_s = ((seconds * share, file) for seconds, shares in used.values() for file, share in shares.items())
+    return sum(part for part, file in spent_s if file.startswith(room)) / sum(seconds for seconds, _ in used.values())
 
 
 def main() -> None:

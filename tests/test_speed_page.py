@@ -141,7 +141,7 @@ def test_no_table_is_wider_than_a_telephone_or_has_rows_of_other_lengths() -> No
          "s": {**seconds, "polars": 0.05}},
     ]  # fmt: skip
     of_filters = [{"who": "Autoware", "language": "C++", "mticks_s": 200.0, "of_joint": 40.0, "offset_deg": 2.0}]
-    used = {".log": (0.1, {"read/candump.py": 0.6, "_core.py": 0.4})}
+    used = {".log": (0.1, {"read/candump.py": 0.6, "_core.py": 0.4}), ".csv": (0.3, {"read/numbers.py": 1.0})}
     given = argparse.Namespace(scenario="thesis_drive", ticks=1_800_000, rounds=5)
     text = speed_page.page(given, of_cold, of_warm, of_filters, used)
     tables = re.findall(r"(?:^\|.+\n)+", text, re.MULTILINE)
@@ -154,4 +154,6 @@ def test_no_table_is_wider_than_a_telephone_or_has_rows_of_other_lengths() -> No
     assert "| .csv | polars | 1.80 | 3.60 | 0.5 |" in text
     assert "| .log | find the line ends | 10.0 | 100 | 10 |" in text
     assert "300,000 frames" in text
+    assert "90% goes to\nreading" in text
+    assert "10% to the core" in text
     assert "copy of the bytes runs at 10.5 GB/s" in text  # 21 MB in 2 ms

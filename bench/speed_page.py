@@ -191,7 +191,8 @@ and {of[slowest]["answering_s"]:.2f} s answering.
 **A warm process.** From log to answer by the clock on the wall, over all formats: {_of_room(used, "read/"):.0%} goes to
 reading, which finds numbers in text or frames and brings all signals to one clock,
 {_of_room(used, "plausibility/"):.0%} to the checks whether the signals can belong together, and
-{_of_room(used, "_core.py"):.0%} to the core in C. By format, the files of `src/oncenter` that take most; the time of a library counts for the file that calls it:"""
+{_of_room(used, "_core.py"):.0%} to the core in C. By format, the files of `src/oncenter` that take
+most; the time of a library counts for the file that calls it:"""
     lines = ["| log | ms | of it |", "|---|--:|---|"]
     for suffix, (seconds, shares) in used.items():
         files = ", ".join(f"`{file}` {share:.0%}" for file, share in list(shares.items())[:SHOWN_FILES])

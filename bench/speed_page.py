@@ -85,7 +85,7 @@ a child process reads the formats that other people's libraries read. The first 
 without."""
     yield table("log | MB | wall, s | processors, s | MB/s", map(_cold_row, rows))
     yield """The steps of the same command, from runs of their own. *Start* is Python, all imports and the end;
-*reading* includes the wait for the child process. *Peak* is the memory of all processes together."""
+*reading* includes the wait for the child process. *Peak* is the memory of all processes together in the runs above."""
     yield table(
         "log | start, s | reading, s | answering, s | peak, MB",
         (
@@ -146,8 +146,8 @@ One thread over a drive of some {given.ticks:,} ticks at 100 Hz, by processor ti
 `bench/rivals/filters.cpp` has Autoware's and openpilot's filters in the language that they run in, by `g++ -O2`;
 each gives the offset that its numba version gives. Autoware's estimates one number at every tenth tick. openpilot's is
 a Kalman filter of nine states, here without most of the products with zeros that full matrices have. *oncenter* also
-checks each signal, estimates the angle without its sensor and looks for faults of the sensor at every tick; *thesis's
-method* does none of that."""
+estimates the angle without its sensor and looks for faults of the sensor at every tick; *thesis's method* is the
+thesis's alone."""
     if compiler() is None:
         yield NO_COMPILER
     yield table(

@@ -138,6 +138,7 @@ build/wheels/ready: wheels/requirements.txt
 
 bench: .venv/dev ## speed, side by side with scipy, numba and python-can
 	$(BIN)/python bench/speed.py --readme
+	$(BIN)/python bench/speed_page.py --page
 
 accuracy: .venv/dev ## errors, intervals and times of all methods and rivals, real-truck effects: docs/accuracy.md
 	$(BIN)/python bench/accuracy.py --page --jobs 2

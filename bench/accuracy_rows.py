@@ -141,7 +141,7 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
         seed=seed,
         signals=row.spoil(signals, random),
         vehicle=vehicle,
-        known=_known(vehicle, scenario),
+        known=known_of(vehicle, scenario),
         target_rad=truth.table["steering_wheel_angle_offset_rad"].to_numpy()[ends] + truth.straight_ahead_rad,
         told_all_rad=angle_per_m_s2 * _accelerometers_zero_off_by_m_s2(signals, truth, vehicle),
         floor_rad=1.96 * math.hypot(not_told_rad, flank_rad, set_up_rad),
@@ -215,7 +215,7 @@ def _vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehic
     )
 
 
-def _known(vehicle: Vehicle, scenario: Scenario) -> Known:
+def known_of(vehicle: Vehicle, scenario: Scenario) -> Known:
     truck = scenario.truck
     return Known(
         wheelbase_m=vehicle.wheelbase_m,

@@ -1,9 +1,10 @@
-"""`oncenter offset` on one drive in each format, each time in a new process: seconds on the wall and of processors.
+"""`oncenter offset` on one drive in each format, each time in a new process: time, processors, memory, and the steps.
 
-    python bench/cold.py [--scenario NAME] [--rounds N] [--formats .log,.asc] [--json]
+    python bench/cold.py [--scenario NAME] [--formats .log,.asc] [--rounds N] [--folder FOLDER] [--json]
 
-Seconds of processors count the child process that reads a log by other people's libraries as well. Formats take turns;
-the first round, in which Python compiles what it imports, does not count.
+Processors and memory are those of all its processes: a child reads what other people's libraries read. Formats take
+turns; the first round, in which Python compiles what it imports, does not count. Steps are from runs of their own, in
+which `cold_steps.py` looks at the clock. This process imports nothing heavy: a child's peak begins at its parent's.
 """
 
 from __future__ import annotations
@@ -13,71 +14,137 @@ import contextlib
 import ctypes
 import json
 import os
-import resource
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 MAX_S = {".log": 0.5, ".csv": 0.5, ".parquet": 0.5, ".mf4": 0.8, ".blf": 0.7, ".asc": 0.7, ".trc": 0.7}  # asked of us
+FLOORS = {"Python": "pass", "Python with numpy and polars": "import numpy, polars"}  # what no answer starts without
+STEPS = ("start_s", "reading_s", "answering_s")
+TRUCK = "scania_r730_4x2"
+_HERE = Path(__file__).parent
 _SUBREAPER = 36  # of prctl: a reader that outlives its parent is ours to wait for
 
+Row = dict[str, Any]
 
-def oncenter(*arguments: str) -> None:
+
+@dataclass(frozen=True)
+class Spent:
+    """What a process took, with all that it started."""
+
+    wall_s: float
+    cpu_s: float
+    peak_mb: float
+
+
+def timed(*command: str) -> Spent:
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    subprocess.run(
-        [sys.executable, "-m", "oncenter", *arguments], check=True, stdout=subprocess.DEVNULL, env=environment
+    began = time.perf_counter()
+    process = subprocess.Popen([sys.executable, *command], stdout=subprocess.DEVNULL, env=environment)
+    _, status, used = os.wait4(process.pid, 0)
+    wall = time.perf_counter() - began
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode != 0:
+        sys.exit(f"{' '.join(command)}: exit code {process.returncode}")
+    every = [used]
+    with contextlib.suppress(ChildProcessError):
+        while True:
+            every.append(os.wait4(-1, 0)[2])
+    per_mb = 1 << 20 if sys.platform == "darwin" else 1 << 10
+    return Spent(
+        wall,
+        sum(each.ru_utime + each.ru_stime for each in every),
+        sum(each.ru_maxrss for each in every) / per_mb,
     )
 
 
-def timed(log: Path) -> tuple[float, float]:
-    """Seconds on the wall and of processors."""
-    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    oncenter("offset", str(log), "--vehicle", "scania_r730_4x2")
-    wall = time.perf_counter() - began
-    with contextlib.suppress(ChildProcessError):
-        while True:
-            os.waitpid(-1, 0)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+def own_vehicle(log: Path) -> Path:
+    """Beside a log whose signals have names of its own."""
+    return log.with_name(f"{log.name}.toml")
+
+
+def vehicle_of(log: Path) -> str:
+    """A file, or the name of a shipped one."""
+    own = own_vehicle(log)
+    return str(own) if own.exists() else TRUCK
+
+
+def asked(log: Path) -> tuple[str, ...]:
+    return ("offset", str(log), "--vehicle", vehicle_of(log))
+
+
+def steps(log: Path, said: Path) -> dict[str, float]:
+    """Seconds: starting and importing, reading, answering; together the whole."""
+    spent = timed(str(_HERE / "cold_steps.py"), str(said), *asked(log))
+    found: dict[str, float] = json.loads(said.read_text(encoding="utf-8"))
+    return {"start_s": spent.wall_s - found["reading_s"] - found["answering_s"], **found}
+
+
+def table(logs: dict[str, Path], rounds: int, folder: Path) -> list[Row]:
+    """Medians of the rounds, by format and of what no answer starts without."""
+    commands = {name: ("-c", code) for name, code in FLOORS.items()}
+    commands |= {suffix: ("-m", "oncenter", *asked(log)) for suffix, log in logs.items()}
+    spent: dict[str, list[Spent]] = {name: [] for name in commands}
+    of_steps: dict[str, list[dict[str, float]]] = {suffix: [] for suffix in logs}
+    for _ in range(rounds + 1):
+        for name, command in commands.items():
+            spent[name].append(timed(*command))
+        for suffix, log in logs.items():
+            of_steps[suffix].append(steps(log, folder / "steps.json"))
+    return [
+        {
+            "log": name,
+            "bytes": logs[name].stat().st_size if name in logs else None,
+            "wall_s": statistics.median(each.wall_s for each in every[1:]),
+            "cpu_s": statistics.median(each.cpu_s for each in every[1:]),
+            "least_cpu_s": min(each.cpu_s for each in every[1:]),
+            "peak_mb": statistics.median(each.peak_mb for each in every[1:]),
+            "asked_s": MAX_S.get(name),
+            **{step: statistics.median(each[step] for each in of_steps[name][1:]) for step in STEPS if name in logs},
+        }
+        for name, every in spent.items()
+    ]
+
+
+def simulated(scenario: str, suffixes: list[str], folder: Path) -> dict[str, Path]:
+    logs = {suffix: folder / f"drive{suffix}" for suffix in suffixes}
+    for log in logs.values():
+        timed("-m", "oncenter", "simulate", scenario, "--output", str(log))
+    return logs
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenario", default="thesis_drive")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--formats", default=",".join(MAX_S))
+    parser.add_argument("--folder", type=Path, help="with logs drive.log, drive.csv, … of those formats")
     parser.add_argument("--json", action="store_true", help="print an object instead of a table")
     given = parser.parse_args()
     with contextlib.suppress(OSError, AttributeError):  # Linux alone has it
         ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
-    seconds: dict[str, list[tuple[float, float]]] = {suffix: [] for suffix in given.formats.split(",")}
-    with tempfile.TemporaryDirectory() as folder:
-        for suffix in seconds:
-            oncenter("simulate", given.scenario, "--output", str(Path(folder) / f"drive{suffix}"))
-        for _ in range(given.rounds + 1):
-            for suffix, rounds in seconds.items():
-                rounds.append(timed(Path(folder) / f"drive{suffix}"))
-    rows = [
-        {
-            "log": suffix,
-            "wall_s": statistics.median(wall for wall, _ in rounds[1:]),
-            "cpu_s": statistics.median(cpu for _, cpu in rounds[1:]),
-            "least_cpu_s": min(cpu for _, cpu in rounds[1:]),
-            "asked_s": MAX_S[suffix],
-        }
-        for suffix, rounds in seconds.items()
-    ]
+    suffixes = given.formats.split(",")
+    with tempfile.TemporaryDirectory() as name:
+        folder = given.folder
+        logs = (
+            simulated(given.scenario, suffixes, Path(name))
+            if folder is None
+            else {suffix: folder / f"drive{suffix}" for suffix in suffixes}
+        )
+        rows = table(logs, given.rounds, Path(name))
     if given.json:
         print(json.dumps({"scenario": given.scenario, "load": os.getloadavg(), "logs": rows}, indent=2))
         return
     print(f"{given.scenario}, median of {given.rounds}; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} CPUs\n")
     print("| log | wall, s | asked, s | processors, s | least |\n|---|--:|--:|--:|--:|")
     for row in rows:
-        times = " | ".join(f"{row[name]:.2f}" for name in ("wall_s", "asked_s", "cpu_s", "least_cpu_s"))
-        print(f"| {row['log']} | {times} |")
+        asked_s = "" if row["asked_s"] is None else f"{row['asked_s']:.2f}"
+        print(f"| {row['log']} | {row['wall_s']:.2f} | {asked_s} | {row['cpu_s']:.2f} | {row['least_cpu_s']:.2f} |")
 
 
 if __name__ == "__main__":

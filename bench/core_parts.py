@@ -9,7 +9,6 @@ import importlib
 import runpy
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 import cffi
 import drives
 import numpy as np
+from turns import best_of
 
 from oncenter import _core
 
@@ -80,17 +80,12 @@ def parts_table(ticks: int, rounds: int) -> list[dict[str, Any]]:
     with tempfile.TemporaryDirectory() as folder:
         whole = compiled("core_whole", "", "", folder)
         without = compiled("core_without_angle", WITHOUT_ANGLE, "monitor.c", folder)
-    best: dict[tuple[str, str], float] = {}
     runs = {
         (method, how): runner(module, method, columns)
         for method in ("thesis", "joint")
         for how, module in (("whole", whole), ("without", without))
     }
-    for _ in range(rounds):
-        for key, run in runs.items():
-            began = time.thread_time()
-            run()
-            best[key] = min(best.get(key, np.inf), time.thread_time() - began)
+    best = best_of(runs, rounds)
     return [
         {
             "method": method,

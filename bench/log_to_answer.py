@@ -10,7 +10,7 @@ import json
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -39,30 +39,36 @@ def ours(log: Path) -> Callable[[], float]:
 
 
 def rival(log: Path) -> Callable[[], float]:
-    import can
-    import cantools
+    import can  # noqa: F401
 
-    readers: dict[str, Any] = {
-        ".log": can.CanutilsLogReader,
-        ".blf": can.BLFReader,
-        ".mf4": can.MF4Reader,
-        ".asc": can.ASCReader,
-        ".trc": can.TRCReader,
-    }
-    database: Any = cantools.database.load_file(ROOT / "dbc" / "oncenter_j1939.dbc")
-    known = {message.frame_id >> 8 & 0x3FFFF: message for message in database.messages}
+    known = known_messages()
     dynamics, speed = known[0xF009], known[0xFEF1]
 
     def answer() -> float:
         decoded: dict[str, list[tuple[float, dict[str, Any]]]] = {message.name: [] for message in known.values()}
-        for frame in readers[log.suffix](log):
-            message = known.get(frame.arbitration_id >> 8 & 0x3FFFF)
-            if message is not None:
-                values = message.decode(frame.data, decode_choices=False)
-                decoded[message.name].append((frame.timestamp, values))
+        for time_s, name, values in decoded_frames(log, known):
+            decoded[name].append((time_s, values))
         return offset_of(decoded[dynamics.name], decoded[speed.name])
 
     return answer
+
+
+def known_messages() -> dict[int, Any]:
+    """cantools' messages by parameter group."""
+    import cantools
+
+    database: Any = cantools.database.load_file(ROOT / "dbc" / "oncenter_j1939.dbc")
+    return {message.frame_id >> 8 & 0x3FFFF: message for message in database.messages}
+
+
+def decoded_frames(log: Path, known: dict[int, Any]) -> Iterator[tuple[float, str, dict[str, Any]]]:
+    """Time stamp, name and values of every message that is known, as python-can and cantools have them."""
+    import can
+
+    for frame in can.LogReader(log):
+        message = known.get(frame.arbitration_id >> 8 & 0x3FFFF)
+        if message is not None:
+            yield frame.timestamp, message.name, message.decode(frame.data, decode_choices=False)
 
 
 def offset_of(dynamics: list[tuple[float, dict[str, Any]]], speed: list[tuple[float, dict[str, Any]]]) -> float:

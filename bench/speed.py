@@ -27,6 +27,7 @@ import numpy as np
 import polars as pl
 from core_parts import parts_table
 from readers import MIN_MFRAMES_S, readers_table
+from turns import best_of
 
 from oncenter._core import OUTPUT_DTYPE, Core
 
@@ -128,12 +129,7 @@ def ticks_table(ticks: int, rounds: int) -> list[Row]:
     check_agreement(min(ticks, 1_000_000))
     field = contenders(ticks)
     memory = {key: peak_beyond_mb(work) for key, work in field.items()}
-    best = dict.fromkeys(field, math.inf)
-    for _ in range(rounds):
-        for key, work in field.items():
-            start = time.thread_time()
-            work()
-            best[key] = min(best[key], time.thread_time() - start)
+    best = best_of(field, rounds)
     return [
         {
             "who": who,

@@ -22,8 +22,9 @@ SMALL = {
     "trucks": "FOLDER --smoke --jobs 1",
     "two_parts": "--tuning --drives 1 --rows ordinary,population --jobs 1",
     "speed": "--ticks 20000 --frames 100000 --rounds 1",
+    "speed_page": "--scenario mid_speed_manoeuvre --formats .log,.mf4,.csv.gz --ticks 24000 --rounds 1",
 }
-CALLED_BY_OTHERS = {"fleet_drives", "log_to_answer"}
+CALLED_BY_OTHERS = {"cold_steps", "fleet_drives", "log_to_answer"}
 
 
 def test_no_bench_is_left_out() -> None:

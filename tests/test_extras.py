@@ -127,7 +127,10 @@ def test_its_demo_answers_and_says_how_to_have_the_page(base: Interpreter, tmp_p
         (("live", "--replay", "drive.log", "--web", *TRUCK), "--web needs bokeh [live]"),
         (("live", "--replay", "drive.mf4", *TRUCK), "drive.mf4 needs asammdf [mf4]"),
         (("live", "--replay", "drive.log", "--trace", "new.mf4", *TRUCK), "new.mf4 needs asammdf [mf4]"),
-        (("live", *"--replay drive.log --dbc truck.dbc".split(), *TRUCK), "the database truck.dbc needs cantools [can]"),
+        (
+            ("live", "--replay", "drive.log", "--dbc", "truck.dbc", *TRUCK),
+            "the database truck.dbc needs cantools [can]",
+        ),
         (("thesis", "--output", "new"), "oncenter thesis needs matplotlib [thesis]"),
         (
             ("fleet", "run", "drive.log", "--vehicles", "fleet", "--output", "new"),

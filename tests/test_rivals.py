@@ -12,9 +12,10 @@ from scipy import signal
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "bench"))
 
-from rivals import Array, Course, Known
+from rivals import Array, Course, Known, Rival
 from rivals.autoware import autoware
 from rivals.bins import bins
+from rivals.in_cpp import compiled, compiler
 from rivals.median import median
 from rivals.mode import mode
 from rivals.openpilot import STATES, WANDER, body_of, observe, openpilot, predict
@@ -80,6 +81,21 @@ def test_autoware_learns_nothing_in_bends() -> None:
     columns = kinematic_drive(1)
     columns["yaw_rate_rad_s"] = np.full(6000, 0.021)
     assert np.isnan(autoware(columns, KNOWN).value_rad).all()
+
+
+@pytest.mark.skipif(compiler() is None, reason="there is no C++ compiler, in whose language these rivals run")
+@pytest.mark.parametrize(("name", "in_numba"), [("autoware", autoware), ("openpilot", openpilot)])
+def test_a_rival_in_c_plus_plus_gives_the_offset_that_its_numba_version_gives(
+    name: str, in_numba: Rival, tmp_path: Path
+) -> None:
+    random, columns = np.random.default_rng(3), kinematic_drive(4)
+    for column, sd in (("steering_wheel_angle_rad", 0.01), ("yaw_rate_rad_s", 2e-3), ("vehicle_speed_m_s", 0.02)):
+        columns[column] += random.normal(0.0, sd, 24000)
+        columns[column][random.integers(0, 24000, 200)] = np.nan
+    columns["vehicle_speed_m_s"][3000:3500] = 0.0  # a stop
+    wanted = in_numba(columns, KNOWN).value_rad[-1]
+    assert abs(wanted) > 1e-3
+    assert compiled(tmp_path)[name](columns, KNOWN) == pytest.approx(wanted, rel=1e-9)
 
 
 def literal_step(x: Array, dt: float) -> Array:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
 from oncenter._declarations import ffi as _ffi
 
-_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+_LIBRARY = next(Path(__file__).parent.glob("liboncenter.*"))  # .so, .dylib or .dll: there is one
 
 ffi: Any = _ffi
-lib: Any = ffi.dlopen(str(Path(__file__).with_name(f"liboncenter{_SUFFIX}")))
+lib: Any = ffi.dlopen(str(_LIBRARY))

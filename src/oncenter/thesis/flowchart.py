@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 import textwrap
 from dataclasses import dataclass
-from importlib.resources import files
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
+from oncenter.files.shipped import shipped
 from oncenter.thesis.figure import INK, MUTED, OURS, THESIS, Claim, Exhibit, Figure, Progress
 from oncenter.thesis.sketch import arrow, blank, box, label
 
@@ -37,7 +37,7 @@ class Step:
 
 def run(progress: Progress) -> list[Exhibit]:
     """The chart, and what 5.1.1's filter does in the core."""
-    core = files("oncenter").joinpath("core")
+    core = shipped("core")
     found = steps(*(core.joinpath(name).read_text(encoding="utf-8") for name in ("monitor.c", "motion.c")))
     cutoff_hz, delay_s = _cutoff_hz(), _delay_s(np.linspace(0.2, _BAND_HZ, 10))
     design = _core.Core(3.7, 19.3, {}, _RATE_HZ).coefficients()["preprocess"]

@@ -44,6 +44,7 @@ class Spent:
 
 def timed(*command: str) -> Spent:
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    others = _children()
     began = time.perf_counter()
     process = subprocess.Popen([sys.executable, *command], stdout=subprocess.DEVNULL, env=environment)
     _, status, used = os.wait4(process.pid, 0)
@@ -52,15 +53,19 @@ def timed(*command: str) -> Spent:
     if process.returncode != 0:
         sys.exit(f"{' '.join(command)}: exit code {process.returncode}")
     every = [used]
-    with contextlib.suppress(ChildProcessError):
-        while True:
-            every.append(os.wait4(-1, 0)[2])
+    while left := _children() - others:
+        every += [os.wait4(child, 0)[2] for child in left]
     per_mb = 1 << 20 if sys.platform == "darwin" else 1 << 10
     return Spent(
         wall,
         sum(each.ru_utime + each.ru_stime for each in every),
         sum(each.ru_maxrss for each in every) / per_mb,
     )
+
+
+def _children() -> set[int]:
+    """Of this process; none where no /proc tells, as no process is ours to wait for there."""
+    return {int(child) for file in Path("/proc/self/task").glob("*/children") for child in file.read_text().split()}
 
 
 def own_vehicle(log: Path) -> Path:

@@ -91,7 +91,7 @@ pytest: .venv/dev
 	$(BIN)/python $(PYTEST) -m "not slow" $(addprefix --ignore=,$(SANITIZED))
 
 slow: .venv/dev ## the slow tests: poisoned fleets, full disks, hostile and damaged logs, the accuracy bench
-	$(BIN)/python -m pytest -q -m slow
+	$(BIN)/python $(PYTEST) -m slow
 
 # This machine is shown to oncenter, and to nothing else, as Windows and as macOS. A test that waits for ever ends all.
 portable: .venv/dev ## what meets the operating system, as Windows and macOS would have it (tests/elsewhere)

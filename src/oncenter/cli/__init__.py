@@ -174,6 +174,7 @@ def _fail_to_write(why: str) -> int:
 def main() -> None:
     collect_rarely()
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else it asks every installed package for one
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # nothing here is worth the start of numpy's threads
     sys.exit(run(_expanded(sys.argv[1:])))
 
 

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from oncenter.errors import OncenterError
 from oncenter.read.cut_off import CutOff
 from oncenter.read.digits import Places, Words, all_decimal, decimal, eight, packed, without_first
-from oncenter.read.frames import Frames, bus_code, joined
+from oncenter.read.frames import Frames, bus_code, frames_of_rows, joined
 
 BLOCK_BYTES = 1 << 20  # text per step: its columns stay in the cache
 _FULL_FRAME = 8  # bytes
@@ -244,13 +244,4 @@ def _parse_one_by_one(
         padded = int.from_bytes(data.ljust(8, b"\xff"), "little")
         rows.append((_seconds(stamp), number, len(identifier) == 8, padded, len(data), bus_code(bus.decode("latin-1"))))
         places.append(line)
-    columns = list(zip(*rows, strict=True)) if rows else [()] * 6
-    frames = Frames(
-        np.array(columns[0], np.float64),
-        np.array(columns[1], np.uint32),
-        np.array(columns[2], bool),
-        np.array(columns[3], np.uint64),
-        np.array(columns[4], np.uint8),
-        np.array(columns[5], np.uint64),
-    )
-    return frames, np.array(places, np.int64), bad
+    return frames_of_rows(rows), np.array(places, np.int64), bad

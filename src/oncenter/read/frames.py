@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -110,6 +110,19 @@ class Kept:
     @property
     def total(self) -> int:
         return int(self.pgn_frames.sum()) + self.standard_frames
+
+
+def frames_of_rows(rows: Sequence[tuple[float, int, bool, int, int, int]]) -> Frames:
+    """Rows of the attributes, in their order; there may be none."""
+    columns = list(zip(*rows, strict=True)) if rows else [()] * 6
+    return Frames(
+        np.array(columns[0], np.float64),
+        np.array(columns[1], np.uint32),
+        np.array(columns[2], bool),
+        np.array(columns[3], np.uint64),
+        np.array(columns[4], np.uint8),
+        np.array(columns[5], np.uint64),
+    )
 
 
 def keep(chunks: Iterable[Frames] | Iterator[Frames], wanted: Wanted) -> Kept:

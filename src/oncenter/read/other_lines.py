@@ -10,7 +10,7 @@ import numpy as np
 from oncenter.errors import NeedsLibrary
 from oncenter.read.digits import Places
 from oncenter.read.fields import Lines
-from oncenter.read.frames import Frames, bus_code, joined
+from oncenter.read.frames import Frames, bus_code, frames_of_rows, joined
 
 MANGLED_SHARE = 0.01  # more than that is not a log with a scratch, but one that is written in another way
 _LEFT_OUT_MAX = 10_000  # of another file; one by one they take long, which a child process may not
@@ -80,7 +80,7 @@ class OtherLines:
             raise NeedsLibrary(f"most of its lines are no frames, the first reads {self.first!r}")
         if not rows:
             return lines.frames, np.flatnonzero(lines.is_frame)
-        merged = joined([lines.frames, _as_frames(rows)])
+        merged = joined([lines.frames, frames_of_rows(rows)])
         places = np.concatenate((np.flatnonzero(lines.is_frame), np.array(numbers, np.int64)))
         order = np.argsort(places, kind="stable")
         return merged.where(order), places[order]
@@ -103,15 +103,3 @@ class OtherLines:
             yield f"{self.left_out} lines of {self.log} {left_out}, the first reads {self.first!r}"
         if self.flexible:
             yield f"{self.flexible} CAN FD frames of {self.log} are not read"
-
-
-def _as_frames(rows: list[Row]) -> Frames:
-    columns = list(zip(*rows, strict=True))
-    return Frames(
-        np.array(columns[0], np.float64),
-        np.array(columns[1], np.uint32),
-        np.array(columns[2], bool),
-        np.array(columns[3], np.uint64),
-        np.array(columns[4], np.uint8),
-        np.array(columns[5], np.uint64),
-    )

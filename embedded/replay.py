@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from oncenter._native import ffi
 
 import oncenter
 from oncenter import _core
+from oncenter._native import ffi
 
 HERE = Path(__file__).parent
 SEED = 7

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from oncenter._native import lib
 
 from oncenter import _core
+from oncenter._native import lib
 from oncenter.simulate import Truth, simulate
 
 Array = npt.NDArray[np.float64]

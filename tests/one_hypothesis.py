@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+
 from oncenter._native import ffi, lib
 
 Array = npt.NDArray[np.float64]

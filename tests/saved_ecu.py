@@ -7,10 +7,10 @@ import zlib
 from typing import Any
 
 import numpy as np
-from oncenter._native import ffi, lib
 from random_drives import RATIO, WHEELBASE, Array, drive
 
 from oncenter import _core
+from oncenter._native import ffi, lib
 
 RATE_HZ = 100.0
 TRACK = 1.9  # m

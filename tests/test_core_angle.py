@@ -5,9 +5,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
-from oncenter._native import ffi, lib
 
 from oncenter import _core
+from oncenter._native import ffi, lib
 
 WHEELBASE, TRACK, RATIO = 3.7, 2.05, 19.3
 RATE_HZ = 100.0

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+
 from oncenter._native import ffi, lib
 
 Array = npt.NDArray[np.float64]

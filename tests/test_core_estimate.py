@@ -1,8 +1,9 @@
 """How answers travel: status with hysteresis, and Student's factor for few batches."""
 
 import pytest
-from oncenter._native import lib
 from scipy import stats
+
+from oncenter._native import lib
 
 
 @pytest.mark.parametrize("batches", [2, 3, 4, 5, 7, 10, 20, 50, 200, 10_000])

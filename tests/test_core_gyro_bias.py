@@ -11,11 +11,11 @@ import polars as pl
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oncenter._native import ffi, lib
 from real_data import real_drive
 from rolling import CORNERS, DEGREE, RATE_HZ, TRACK_REAR, Array, Truth, as_ebc2, core_of, course, rolling
 
 from oncenter import _core
+from oncenter._native import ffi, lib
 from oncenter.read import read
 from oncenter.simulate import simulate, simulate_to_log
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oncenter._native import ffi, lib
 from one_hypothesis import (
     CREEP_MEAN,
     CREEP_TERM,
@@ -36,6 +35,8 @@ from one_hypothesis import (
     driven,
     knots,
 )
+
+from oncenter._native import ffi, lib
 
 
 def moved(

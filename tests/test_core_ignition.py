@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oncenter._native import ffi, lib
 from random_drives import Array, Truth, drive
 from saved_ecu import FRESH, RATE_HZ, Ecu, legs, sealed, sliced
 
 import oncenter as oc
 from oncenter import _core
+from oncenter._native import ffi, lib
 from oncenter.vehicle import Vehicle
 
 METHODS = _core.METHODS

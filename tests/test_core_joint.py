@@ -25,9 +25,9 @@ from joint_drives import (
     state_of,
     status,
 )
-from oncenter._native import ffi, lib
 
 from oncenter import _core
+from oncenter._native import ffi, lib
 
 # What it finds
 

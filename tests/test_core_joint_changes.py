@@ -20,9 +20,9 @@ from joint_drives import (
     ran,
     status,
 )
-from oncenter._native import lib
 
 from oncenter import _core
+from oncenter._native import lib
 
 
 @pytest.mark.parametrize("step", [5.0, -3.0])

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oncenter._native import lib
 from one_hypothesis import (
     BIAS_TERM,
     CREEP_MEAN,
@@ -33,6 +32,8 @@ from one_hypothesis import (
     driven,
 )
 from scipy import stats
+
+from oncenter._native import lib
 
 
 def prior_of(play: Play, learner: Learner) -> tuple[Array, Array]:

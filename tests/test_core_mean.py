@@ -7,6 +7,7 @@ import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from oncenter._native import ffi, lib
 
 MEMBERS = ("weight", "y", "x", "w", "yy", "xy", "xx")

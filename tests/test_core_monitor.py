@@ -12,10 +12,10 @@ import oracle
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oncenter._native import lib
 from random_drives import RATIO, WHEELBASE, Array, damaged, drive
 
 from oncenter import _core
+from oncenter._native import lib
 
 RATE_HZ = 100.0
 ANGLE, YAW_RATE, SPEED, ACCELERATION, *WHEELS = (name for name in _core.COLUMNS if name != "time_s")

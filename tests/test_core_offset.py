@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from oncenter._native import ffi, lib
 from test_core_mean import moments_of, random_rows
+
+from oncenter._native import ffi, lib
 
 KNOWING_NOTHING = 10.0  # rad^2
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from oncenter._native import ffi, lib
 
 from oncenter import _core
+from oncenter._native import ffi, lib
 from oncenter.export.variables import UNITS
 from oncenter.param_table import params
 

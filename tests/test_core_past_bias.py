@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from oncenter._native import ffi, lib
 from rolling import RATE_HZ, Array, Truth, as_ebc2, rolling
 from saved_ecu import Ecu
 
 from oncenter import _core
+from oncenter._native import ffi, lib
 
 STATES = lib.OC_GYRO_BIAS_STATES
 BIAS, DRIFT = 0, 1

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from oncenter._native import ffi, lib
 from scipy import signal
+
+from oncenter._native import ffi, lib
 
 Array = npt.NDArray[np.float64]
 RATES = (20.0, 50.0, 100.0, 128.7, 200.0)

@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from oncenter._native import ffi, lib
 from random_drives import RATIO, WHEELBASE, Array, drive
 
 from oncenter import _core
+from oncenter._native import ffi, lib
 
 RATE_HZ = 100.0
 ANGLE, YAW_RATE, SPEED, ACCELERATION = (

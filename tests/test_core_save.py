@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oncenter._native import ffi, lib
 from random_drives import Array, damaged
 from saved_ecu import FRESH, RATE_HZ, Ecu, legs, sealed, sliced
 
 from oncenter import _core
+from oncenter._native import ffi, lib
 
 HEADER = struct.Struct("<4sIIIi")  # magic, layout, key, sequence, length
 METHODS = _core.METHODS

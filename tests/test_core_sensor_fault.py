@@ -6,9 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 import pytest
-from oncenter._native import ffi, lib
 
 from oncenter import _core
+from oncenter._native import ffi, lib
 
 RATE_HZ = 100.0
 DEG = math.pi / 180.0

@@ -6,10 +6,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from joint_drives import DEGREE, RATE_HZ, TIGHT, YAW_RATE, answer_of, core_for, driven, ran
-from oncenter._native import ffi, lib
 from one_hypothesis import Learner, Play
 from one_hypothesis import driven as hypothesis_drive
 from scipy.signal import butter, lfilter, sosfilt
+
+from oncenter._native import ffi, lib
 
 Array = npt.NDArray[np.float64]
 

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from oncenter._native import ffi, lib
 
 from oncenter import _core
+from oncenter._native import ffi, lib
 
 RATE_HZ = 100.0
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from oncenter._native import lib
 
 CORE = Path(__file__).parents[1] / "core"

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from oncenter._native import ffi, lib
 from test_core_mean import moments_of
+
+from oncenter._native import ffi, lib
 
 K, OFFSET = 0.0069, 0.0356  # rad/(m/s^2), rad: Fig. 14's truck and the thesis's offset
 

@@ -3,9 +3,9 @@
 import math
 
 import pytest
-from oncenter._native import lib
 
 from oncenter import _core
+from oncenter._native import lib
 
 L = 3.9  # m
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oncenter._native import lib
 from rolling import RATE_HZ, RATIO, TRACK_FRONT, TRACK_REAR, WHEELBASE, Array, Truth, core_of, rolling
 
 from oncenter import _core
+from oncenter._native import lib
 
 NO_GYRO = ("yaw_rate_rad_s", "lateral_acceleration_m_s2", "vehicle_speed_m_s")
 MISMATCH = 0.004

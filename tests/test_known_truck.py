@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from oncenter._native import lib
 from one_hypothesis import SAMPLES, WIDTH_TERM, WINDUP_TERM, Learner, Play, driven
 
 import oncenter as oc
 from oncenter import _core
+from oncenter._native import lib
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate import Truth
 from oncenter.vehicle import Vehicle, core_of, vehicle_from

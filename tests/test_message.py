@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from oncenter._native import ffi, lib
 from random_drives import RATIO, WHEELBASE, Array, drive
 
 import oncenter as oc
 from oncenter import _core
+from oncenter._native import ffi, lib
 from oncenter.bus.announce import Announcer
 from oncenter.bus.message import PARTS_PGN, PGN, Message, decode, decode_parts
 from oncenter.errors import OncenterError

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oncenter._native import ffi, lib
 
 import oncenter as oc
 from oncenter import _core, export
+from oncenter._native import ffi, lib
 from oncenter.live.learner import Learner
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import Signals

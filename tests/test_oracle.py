@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 import oracle
 import pytest
-from oncenter._native import lib
 from random_drives import RATIO, WHEELBASE, Array, Truth, damaged, drive
 
 from oncenter import _core
+from oncenter._native import lib
 
 RATES = (20.0, 50.0, 100.0, 128.7, 200.0)
 ANGLE = "steering_wheel_angle_rad"

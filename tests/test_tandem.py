@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from joint_drives import ANGLE, core_for, driven, ran
 from layouts import scenario
-from oncenter._native import ffi, lib
 from test_core_angle import DEG, K_US, RATIO, WHEELBASE, observe
 
 import oncenter as oc
+from oncenter._native import ffi, lib
 from oncenter.simulate.truck import steered_force_n
 from oncenter.thesis.steady import LAYOUTS
 from oncenter.vehicle import vehicle_from

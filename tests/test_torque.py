@@ -9,9 +9,9 @@ import numpy as np
 import polars as pl
 import pytest
 from joint_drives import core_for, driven
-from oncenter._native import lib
 
 import oncenter as oc
+from oncenter._native import lib
 from oncenter.plausibility import check
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, SignalName, Signals
 from oncenter.simulate.scenario import read_scenario

@@ -21,7 +21,7 @@ BOTH = pytest.mark.parametrize("platform", ["win32", "darwin"])
 IMPORTS = """
 import importlib, pkgutil, oncenter
 for module in pkgutil.walk_packages(oncenter.__path__, "oncenter."):
-    if module.name.rpartition(".")[2] not in ("__main__", "_build"):
+    if module.name.rpartition(".")[2] not in ("__main__", "liboncenter"):
         importlib.import_module(module.name)
 """
 
@@ -179,7 +179,8 @@ def _is_of_text(call: ast.Call) -> bool:
         return False
     if call.func.attr in ("read_text", "write_text"):
         return True
-    is_path = call.func.attr == "open" and all(isinstance(given, ast.Constant) for given in call.args)
+    of_a_bag = isinstance(call.func.value, ast.Name) and call.func.value.id == "reader"
+    is_path = call.func.attr == "open" and not of_a_bag and all(isinstance(given, ast.Constant) for given in call.args)
     return is_path and not isinstance(call.func.value, ast.Call) and not any("b" in mode for mode in _texts(call.args))
 
 

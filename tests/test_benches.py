@@ -12,11 +12,10 @@ BENCH = Path(__file__).parents[1] / "bench"
 SMALL = {
     "accuracy": "--tuning --drives 1 --rows ordinary,no_play --methods joint,thesis,rls",
     "angle": "--tuning --drives 1 --only ordinary,payload,faults",
-    "cold": "--scenario mid_speed_manoeuvre --rounds 1 --formats .log,.asc",
     "effects": "--tuning --drives 1 --rows none,pull --jobs 1",
     "fleet": "FOLDER --smoke --part changes kill",
     "gyro_bias": "--seeds 1",
-    "live": "--seconds 20",
+    "live": "--seconds 10",
     "simulate": "--minutes 0.5 --rounds 1",
     "torque": "--drives 1 --rows ordinary --seconds 120",
     "trucks": "FOLDER --smoke --jobs 1",
@@ -24,7 +23,7 @@ SMALL = {
     "speed": "--ticks 20000 --frames 20000 --rounds 1",
     "speed_page": "--scenario mid_speed_manoeuvre --formats .log,.mf4,.csv.gz --ticks 24000 --rounds 1",
 }
-CALLED_BY_OTHERS = {"cold_steps", "fleet_drives", "log_to_answer"}
+CALLED_BY_OTHERS = {"cold", "cold_steps", "fleet_drives", "log_to_answer"}
 
 
 def test_no_bench_is_left_out() -> None:

@@ -159,8 +159,8 @@ LOWEST_TESTS = $(addprefix tests/test_,cli.py dataframe.py read_tables.py read_b
 LOWEST_MF4_TESTS = $(addprefix tests/test_,extras.py read_formats.py read_bad_input.py read_runs_no_code.py \
 	simulate_logs.py vehicle_dbc.py)
 MATRIX = 3.11 3.12 3.13
-# A Python of that version: on the path, or of pyenv's.
-python_of = $$(command -v python$(1) || ls -d ~/.pyenv/versions/$(1).*/bin/python3 2>/dev/null | tail -1)
+# A Python of that version: pyenv's, or on the path.
+python_of = $$(ls -d ~/.pyenv/versions/$(1).*/bin/python3 2>/dev/null | grep . || command -v python$(1))
 
 lowest: lowest-$(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])') ## tests with the lowest versions that pyproject.toml allows (requirements.lowest)
 

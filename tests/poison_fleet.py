@@ -26,6 +26,8 @@ from test_hostile_logs import (
 )
 from two_trucks import DAY_S, MONDAY_S
 
+from oncenter.files.log_formats import ROS
+
 Base = Mapping[str, tuple[Path, ...]]  # good logs by format, see `write_base_logs`
 Write = Callable[[Path, Base], None]
 
@@ -61,7 +63,10 @@ def write_poison_fleet(root: Path) -> None:
     (root / "vehicles" / "YS2R4X2.toml").write_text("wheelbase_m = 3.7\nsteering_ratio = 19.3\n")
     (root / "vehicles" / "scania.toml").write_text(VEHICLE.read_text(encoding="utf-8"))
     base = write_base_logs(root / "base")
-    good = [*STRANGE, *(Kind("good", path.name, "", _copy_of(path)) for paths in base.values() for path in paths)]
+    named = [
+        path for paths in base.values() for path in paths if path.suffix not in ROS
+    ]  # topics need a table of names
+    good = [*STRANGE, *(Kind("good", path.name, "", _copy_of(path)) for path in named)]
     good += [_steady(day) for day in range(ANSWERED - len(good))]
     for place, poison in enumerate(POISON):
         good.insert(3 * place, poison)

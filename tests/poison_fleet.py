@@ -65,7 +65,7 @@ def write_poison_fleet(root: Path) -> None:
     base = write_base_logs(root / "base")
     named = [
         path for paths in base.values() for path in paths if path.suffix not in ROS
-    ]  # topics need a table of names
+    ]  # whose names need a table
     good = [*STRANGE, *(Kind("good", path.name, "", _copy_of(path)) for path in named)]
     good += [_steady(day) for day in range(ANSWERED - len(good))]
     for place, poison in enumerate(POISON):

@@ -27,7 +27,7 @@ from oncenter.files.child import READER_DEATHS
 from oncenter.fleet import engines, run
 from oncenter.fleet.files import LogFile
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("poison")]  # one process makes the fleet
 
 # Rows that are put down in each night before it is killed.
 ROWS_BEFORE_KILLS = (0, 1, 2, 3, 4, 4, 4, 4, 4, 4)

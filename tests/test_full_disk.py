@@ -16,7 +16,7 @@ from test_estimate import steady_drive
 
 from oncenter.export.binaries import ALL_PLATFORMS
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("full_disk")]  # one process fills the disk
 
 HERE = Path(__file__).parent
 MORE_PLATFORMS = f"for all platforms: {ALL_PLATFORMS}, then export again\n"  # said where zig is not installed

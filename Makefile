@@ -17,7 +17,7 @@ PYTEST = -m pytest -q -n auto --dist worksteal
 ON_OTHERS = $(PYTEST) -p no:cacheprovider -o faulthandler_timeout=120 -o faulthandler_exit_on_timeout=true -m "not slow"
 # What meets the operating system: files, child processes, buses, consoles.
 PORTABLE_TESTS = $(addprefix tests/test_,child.py cli.py file_name.py fleet.py live.py live_bus.py live_kept.py \
-	live_page.py read_apart.py regular_file.py standard_input.py whole_file.py)
+	read_apart.py regular_file.py standard_input.py whole_file.py)
 MACOS_TESTS = $(addprefix tests/test_,child.py file_name.py live_bus.py live_kept.py whole_file.py)
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 
@@ -91,7 +91,7 @@ pytest: .venv/dev
 	$(BIN)/python $(PYTEST) -m "not slow" $(addprefix --ignore=,$(SANITIZED))
 
 slow: .venv/dev ## the slow tests: poisoned fleets, full disks, hostile and damaged logs, the accuracy bench
-	$(BIN)/python $(PYTEST) -m slow
+	$(BIN)/python -m pytest -q -n auto --dist loadgroup -m slow
 
 # This machine is shown to oncenter, and to nothing else, as Windows and as macOS. A test that waits for ever ends all.
 portable: .venv/dev ## what meets the operating system, as Windows and macOS would have it (tests/elsewhere)

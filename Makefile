@@ -177,7 +177,7 @@ lowest-%:
 	  blake3 pyarrow hypothesis packaging pytest pytest-benchmark pytest-xdist scipy
 	build/lowest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow" $(LOWEST_TESTS)
 	grep -v '^numpy' requirements.lowest >build/lowest-$*/mf4
-	build/lowest-$*/bin/python -m pip install $(QUIETLY) -c build/lowest-$*/mf4 asammdf 'numpy<2.2'
+	build/lowest-$*/bin/python -m pip install $(QUIETLY) -c build/lowest-$*/mf4 asammdf h5py rosbags 'numpy<2.2'
 	build/lowest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow" $(LOWEST_MF4_TESTS)
 
 newest-%:

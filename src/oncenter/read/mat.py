@@ -96,7 +96,8 @@ def _of_scipy(value: Any, budget: Budget) -> Value:
     if isinstance(value, MatlabFunction) or not isinstance(value, np.ndarray):
         return None
     if isinstance(value, MatlabOpaque):
-        return Opaque(_text(value["s2"]) if "s2" in (value.dtype.names or ()) else "")
+        called = set(value.dtype.names or ()) & {"s2", "_Class"}  # the latter from scipy 1.18 on
+        return Opaque(_text(value[called.pop()]) if called else "")
     if value.dtype.names:
         with budget.deeper(value.size):
             each = [{name: _of_scipy(one[name], budget) for name in value.dtype.names} for one in value.flat]

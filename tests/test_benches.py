@@ -15,7 +15,7 @@ SMALL = {
     "effects": "--tuning --drives 1 --rows none,pull --jobs 1",
     "fleet": "FOLDER --smoke --part changes kill",
     "gyro_bias": "--seeds 1",
-    "live": "--seconds 10",
+    "live": "--seconds 20",
     "simulate": "--minutes 0.5 --rounds 1",
     "torque": "--drives 1 --rows ordinary --seconds 120",
     "trucks": "FOLDER --smoke --jobs 1",

@@ -107,6 +107,11 @@ class _Head:
         return {name: place for place, name in enumerate(columns)}
 
 
+def _in_seconds(frames: Frames, start_s: float) -> Frames:
+    """Of frames whose times are ms since the start."""
+    return replace(frames, time=frames.time / 1000 + start_s)
+
+
 class _Version1:
     """Lines whose data end where their length says."""
 
@@ -126,8 +131,7 @@ class _Version1:
         Raises:
             NeedsLibrary: as `OtherLines.frames`.
         """
-        frames, _ = self._others.frames(Fields(block).frames(self._layout), self._row)
-        return replace(frames, time=frames.time / 1000 + self._start_s)
+        return _in_seconds(self._others.frames(Fields(block).frames(self._layout), self._row)[0], self._start_s)
 
     def _row(self, line: str) -> Row | None:
         words, at = line.split(), self._places
@@ -167,8 +171,7 @@ class _Version2:
         Raises:
             NeedsLibrary: as `OtherLines.frames`.
         """
-        frames, _ = self._others.frames(Fields(block).frames(self._layout), self._row)
-        return replace(frames, time=frames.time / 1000 + self._start_s)
+        return _in_seconds(self._others.frames(Fields(block).frames(self._layout), self._row)[0], self._start_s)
 
     def _row(self, line: str) -> Row | None:
         at = self._places

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 MAX_S = {".log": 0.5, ".csv": 0.5, ".parquet": 0.5, ".mf4": 0.8, ".blf": 0.7, ".asc": 0.7, ".trc": 0.7}  # asked of us
-FLOORS = {"Python": "pass", "Python with numpy and polars": "import numpy, polars"}  # what no answer starts without
+FLOORS = {"Python": "pass", "Python with numpy and polars": "import numpy, polars"}  # every answer imports them
 STEPS = ("start_s", "reading_s", "answering_s")
 TRUCK = "scania_r730_4x2"
 _HERE = Path(__file__).parent
@@ -91,7 +91,7 @@ def steps(log: Path, said: Path) -> dict[str, float]:
 
 
 def table(logs: dict[str, Path], rounds: int, folder: Path) -> list[Row]:
-    """Medians of the rounds, by format and of what no answer starts without."""
+    """Medians of the rounds, by format and of what every answer imports."""
     commands = {name: ("-c", code) for name, code in FLOORS.items()}
     commands |= {suffix: ("-m", "oncenter", *asked(log)) for suffix, log in logs.items()}
     spent: dict[str, list[Spent]] = {name: [] for name in commands}

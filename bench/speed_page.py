@@ -81,8 +81,8 @@ def _cold(rows: list[Row], rounds: int) -> Iterator[str]:
     yield f"""## Log to answer, in a new process
 
 `python -m oncenter offset LOG --vehicle scania_r730_4x2`, median of {rounds}. *Processors* adds up all its processes:
-a child process reads the formats that other people's libraries read. The first rows are what no answer in Python can do
-without."""
+a child process reads the formats that other people's libraries read. The first rows are the
+time to start Python and to import its two largest packages."""
     yield table("log | MB | wall, s | processors, s | MB/s", map(_cold_row, rows))
     yield """The steps of the same command, from runs of their own. *Start* is Python, all imports and the end;
 *reading* includes the wait for the child process. *Peak* is the memory of all processes together in the runs above."""
@@ -160,7 +160,7 @@ def _limit(rows: list[Row]) -> Iterator[str]:
     copied = sum(row["bytes"] for row in rows) / sum(row["s"]["copy"] for row in rows) / 1e9
     yield f"""## The limit
 
-What no reader of a format is spared on this machine once the file is in memory, beside ours to signals from the file,
+The least work of any reader of a format on this machine, with the file in memory, beside ours from file to signals,
 warm. A copy of the bytes runs at {copied:.1f} GB/s; to find the line ends is one pass over them; to inflate is the
 work of zlib, and to unpack Parquet that of polars."""
     yield table(

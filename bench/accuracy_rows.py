@@ -127,7 +127,7 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
     """The row's drive of that seed. `folder` takes its scenario file for a while."""
     random = np.random.default_rng([seed, zlib.crc32((row.like or row.name).encode())])
     scenario, signals, truth, redrawn = _driven(row, seed, random, folder)
-    vehicle = _vehicle_file(row, scenario.truck, truth, random)
+    vehicle = vehicle_file(row, scenario.truck, truth, random)
     ends = slice(MINUTE_TICKS - 1, None, MINUTE_TICKS)
     has_play = truth.backlash_rad + truth.windup_rad > 0.0
     unloads = has_play and row.fixed.get("king_pin_friction_m_s2") != FRICTION_NEVER_OVERCOME_M_S2
@@ -181,7 +181,7 @@ def _driven(row: Row, seed: int, random: Random, folder: Path) -> tuple[Scenario
     file = folder / f"{row.name}_{seed}.toml"
     for redrawn in range(ATTEMPTS):
         drawn = draw(random, {**EVERY_ROW, **row.fixed})
-        file.write_text(_toml(laid_over(_scenario(row, drawn, random), row.extra(random))), encoding="utf-8")
+        file.write_text(as_toml(laid_over(scenario_values(row, drawn, random), row.extra(random))), encoding="utf-8")
         try:
             signals, truth = oc.simulate(file, seed)
         except OncenterError as error:
@@ -193,7 +193,7 @@ def _driven(row: Row, seed: int, random: Random, folder: Path) -> tuple[Scenario
     raise refusal
 
 
-def _vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehicle:
+def vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehicle:
     """Winkler's equivalent wheelbase of the truck with all axles down, as a vehicle file has it, without a trailer."""
     wheelbase_m = truth.equivalent_wheelbase_m if truck.trailer is None else truck.wheelbase_m
     ratio = truth.steering_ratio
@@ -228,7 +228,7 @@ def known_of(vehicle: Vehicle, scenario: Scenario) -> Known:
     )
 
 
-def _scenario(row: Row, drawn: Draw, random: Random) -> Table:
+def scenario_values(row: Row, drawn: Draw, random: Random) -> Table:
     load_kg = row.front_axle_load_kg or drawn["front_axle_load_kg"]
     side = 1.0 if row.traffic_side == "right" else -1.0
     values: Table = {
@@ -267,11 +267,11 @@ def laid_over(below: Table, above: Table) -> Table:
     return result
 
 
-def _toml(values: Table, path: tuple[str, ...] = ()) -> str:
+def as_toml(values: Table, path: tuple[str, ...] = ()) -> str:
     """Tables of numbers, texts and lists of them; JSON's are TOML's."""
     plain = [f"{key} = {_inline(value)}" for key, value in values.items() if not isinstance(value, dict)]
     text = "\n".join(([f"[{'.'.join(path)}]"] if path else []) + plain) + "\n"
-    return text + "".join(_toml(value, (*path, key)) for key, value in values.items() if isinstance(value, dict))
+    return text + "".join(as_toml(value, (*path, key)) for key, value in values.items() if isinstance(value, dict))
 
 
 def _inline(value: Any) -> str:

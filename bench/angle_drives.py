@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from accuracy_rows import _toml  # the same tables as the accuracy bench's
+from accuracy_rows import as_toml  # the same tables as the accuracy bench's
 from population import Draw, Uniform, draw, sensors, steering, truck, wind
 
 import oncenter as oc
@@ -46,7 +46,7 @@ class Drive:
 def simulated(values: Table, seed: int, folder: Path, lag_s: float = 0.0) -> Drive:
     """A scenario given as tables, driven."""
     file = folder / "angle.toml"
-    file.write_text(_toml(values), encoding="utf-8")
+    file.write_text(as_toml(values), encoding="utf-8")
     signals, truth = oc.simulate(file, seed)
     return drive_of(signals, truth, lag_s)
 

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pyarrow.parquet as pq
-from accuracy_rows import ATTEMPTS, EVERY_ROW, _toml
+from accuracy_rows import ATTEMPTS, EVERY_ROW, as_toml
 from population import PRIORS, Draw, Normal, Random, Uniform, draw, sensors, steering, truck, wind
 
 import oncenter as oc
@@ -151,7 +151,7 @@ def drive(job: Job, folder: Path) -> tuple[pl.DataFrame, float]:
     file = folder / f"{job.truck}-{job.number}.toml"
     for attempt in range(ATTEMPTS):
         random = np.random.default_rng([job.seed, attempt])
-        file.write_text(_toml(scenario(job, random)), encoding="utf-8")
+        file.write_text(as_toml(scenario(job, random)), encoding="utf-8")
         try:
             signals, truth = oc.simulate(file, job.seed + attempt)
         except OncenterError as error:
@@ -178,7 +178,7 @@ def _write(job: Job, folder: Path) -> dict[str, Any] | None:
 
 
 def vehicle_file(drawn: Draw) -> str:
-    return _toml(
+    return as_toml(
         {
             "wheelbase_m": round(drawn["wheelbase_m"], 3),
             "steering_ratio": round(drawn["steering_ratio"], 3),

@@ -16,6 +16,7 @@ What they say:
     angle(signals, vehicle)    the steering wheel angle without its sensor, as a table
     reference(signals)         the offset measured by driving one straight both ways
     budget(vehicle)            what each sensor's error costs the offset
+    compare(before, after)     what a calibration or a repair changed, by the answers of two drives
     report(answer, path)       an answer as one offline page
     trace(answer)              what each tick of an answer gave
     Monitor(vehicle, rate_hz)  the same core, a tick at a time, as in the truck
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from oncenter.offset.answer import Answer as Answer
     from oncenter.offset.budget import Budget as Budget
     from oncenter.offset.budget import budget as budget
+    from oncenter.offset.compare import Comparison as Comparison
+    from oncenter.offset.compare import compare as compare
     from oncenter.offset.run import offset as offset
     from oncenter.offset.run import trace as trace
     from oncenter.read import read as read
@@ -55,6 +58,8 @@ _HOMES = {
     "budget": "offset.budget",
     "OncenterError": "errors",
     "Answer": "offset.answer",
+    "Comparison": "offset.compare",
+    "compare": "offset.compare",
     "offset": "offset.run",
     "trace": "offset.run",
     "Monitor": "bus.monitor",

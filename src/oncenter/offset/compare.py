@@ -1,0 +1,314 @@
+"""Two offsets of one truck, before and after a calibration or a repair: was it successful, by how much, how sure.
+
+Most causes that one drive cannot identify are the same before and after. A pull, an accelerometer bias and the axle's
+set-up add (offset per lateral acceleration) * cause to both offsets, so the difference holds only the part by which
+that factor differs, for example because the load does. The mean crosswind differs from drive to drive and stays in the
+interval. bench/compare.py shows the coverage. Degrees here: comparisons are for people and files.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, NoReturn
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.regular_file import read_regular_file
+from oncenter.offset.answer import Answer
+
+State = Literal["successful", "unchanged", "wrong_direction", "not_successful", "within_limit", "undecided"]
+_SCHEMAS = ("oncenter/offset-1", "oncenter/offset-2")
+_VARIES = "mean_wind"  # of the causes the one that differs from drive to drive
+LIMIT_DEG = 2.0
+_BYTES_MAX = 16 << 20  # of an answer's file; one with a hundred changes and findings has 60 kB
+
+
+@dataclass(frozen=True)
+class Offset:
+    """An answer's offset in deg as `oncenter offset --json` gives it; `half_width_deg` of this drive's part.
+
+    `causes` has (sd_m_s2, sd_deg) by cause; empty where the answer does not separate them.
+    """
+
+    log: str
+    vehicle: str
+    vin: str | None
+    method: str
+    value_deg: float | None
+    half_width_deg: float
+    status: str
+    causes: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What changed from `before` to `after`; `change_deg` is None where one of the two has no offset.
+
+    `half_width_deg` is the change's 95 % half-width; `shared_half_width_deg` is what the causes add to each offset
+    that cancel in the change.
+    """
+
+    before: Offset
+    after: Offset
+    limit_deg: float
+    change_deg: float | None
+    half_width_deg: float | None
+    shared_half_width_deg: float
+    state: State
+
+    @property
+    def headline(self) -> str:
+        """The verdict in one sentence, with its numbers."""
+        if self.change_deg is None:
+            return f"Undecided: {self._without_offset()}."
+        return f"{_BEGINS[self.state]}: {self._change_words()} ({self._limit_words()})."
+
+    @property
+    def action(self) -> str:
+        """What to do now; empty where nothing is."""
+        value = self.after.value_deg
+        if self.state == "undecided" or value is None:
+            return "Drive on until both offsets are valid, then compare again."
+        add = f"Add {_signed(-value)} deg"
+        return {
+            "successful": "",
+            "within_limit": "",
+            "unchanged": f"Check that the correction was stored in the control unit. {add}, then compare again.",
+            "wrong_direction": f"The sign of the correction was reversed. {add}, then compare again.",
+            "not_successful": f"{add}, then compare again.",
+        }[self.state]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The object of the schema oncenter/compare-1; degrees."""
+        has = self.change_deg is not None and self.half_width_deg is not None
+        return {
+            "schema": "oncenter/compare-1",
+            "state": self.state,
+            "headline": self.headline,
+            "action": self.action,
+            "limit_deg": self.limit_deg,
+            "change": {
+                "value": self.change_deg,
+                "unit": "deg",
+                "ci95": [self.change_deg - self.half_width_deg, self.change_deg + self.half_width_deg] if has else None,  # type: ignore[operator]
+            },
+            "cancelled_half_width_deg": self.shared_half_width_deg,
+            "before": _offset_dict(self.before),
+            "after": _offset_dict(self.after),
+        }
+
+    def to_json(self) -> str:
+        return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False, indent=2)
+
+    def __str__(self) -> str:
+        lines = [f"{self.headline} {self.action}".rstrip(), ""]
+        for name, offset in (("before", self.before), ("after", self.after)):
+            lines.append(f"  {name:8}{_value_words(offset):24}{offset.status:14}{offset.log}")
+        if self.change_deg is not None and self.half_width_deg is not None:
+            lines.append(f"  {'change':8}{_signed(self.change_deg)} ± {_width(self.half_width_deg)} deg")
+        shared = _width(self.shared_half_width_deg)
+        if shared != _width(0.0):
+            lines += [
+                "",
+                f"  A pull or an accelerometer bias may add ± {shared} deg to both offsets. It cancels in the change,",
+                "  unless the wheel alignment was adjusted between the two drives.",
+            ]
+        return "\n".join(lines)
+
+    def _without_offset(self) -> str:
+        names = (("before", self.before), ("after", self.after))
+        return " and ".join(f"the drive {name} has no offset ({o.status})" for name, o in names if o.value_deg is None)
+
+    def _change_words(self) -> str:
+        assert self.change_deg is not None and self.half_width_deg is not None
+        assert self.before.value_deg is not None and self.after.value_deg is not None
+        both = f"from {_signed(self.before.value_deg)} to {_signed(self.after.value_deg)} deg"
+        if self.state == "unchanged":
+            return f"the offset did not change: {both}, difference ± {_width(self.half_width_deg)} deg"
+        return f"the offset changed by {_signed(self.change_deg)} ± {_width(self.half_width_deg)} deg, {both}"
+
+    def _limit_words(self) -> str:
+        limit = f"limit {self.limit_deg:g} deg"
+        open_ones = [f"{name} is {offset.status}" for name, offset in _named(self) if offset.status != "valid"]
+        return "; ".join([limit, *open_ones])
+
+
+_BEGINS: Mapping[State, str] = {
+    "successful": "Calibration successful",
+    "unchanged": "Calibration not successful",
+    "wrong_direction": "Calibration not successful",
+    "not_successful": "Calibration not complete",
+    "within_limit": "Within the limit before and after",
+    "undecided": "Undecided",
+}
+
+
+def compare(before: Answer, after: Answer, *, limit_deg: float = LIMIT_DEG) -> Comparison:
+    """What a calibration or a repair between two drives of one truck changed.
+
+    Args:
+        before: the answer of the drive before it, `after` of the one after it, by the same method.
+        limit_deg: the largest offset that needs no calibration, deg.
+
+    Raises:
+        OncenterError: "different_trucks" or "usage", exit code 2: other vehicles, VINs or methods.
+    """
+    return compared(offset_of(before.to_dict(), before.log), offset_of(after.to_dict(), after.log), limit_deg)
+
+
+def read_answer(path: str | os.PathLike[str]) -> Any:
+    """The JSON of an answer's file: UTF-8, or UTF-16 as PowerShell's `>` writes it.
+
+    Raises:
+        OncenterError: "not_an_answer", exit code 2: it cannot be read, or is not JSON.
+    """
+    try:
+        return json.loads(read_regular_file(path, _BYTES_MAX), parse_constant=_refuse_constant)
+    except OSError as error:
+        raise _not_an_answer(str(path), error.strerror or str(error)) from None
+    except (ValueError, RecursionError) as error:
+        raise _not_an_answer(str(path), f"not JSON: {error}") from None
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is not a JSON number")
+
+
+def offset_of(answer: Any, name: str) -> Offset:
+    """The offset of a JSON object of `oncenter offset`; `name` is its file's, for messages.
+
+    Raises:
+        OncenterError: "not_an_answer", exit code 2: it is another object.
+    """
+    schema = answer.get("schema") if isinstance(answer, Mapping) else None
+    if schema == "oncenter/error-1":
+        raise _not_an_answer(name, f"it holds an error: {answer.get('message')}")
+    if schema not in _SCHEMAS:
+        raise _not_an_answer(name, f"its schema is {schema!r}, not {' or '.join(_SCHEMAS)}")
+    try:
+        return _offset(answer)
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        raise _not_an_answer(name, f"wrong or missing: {error}") from None
+
+
+def _not_an_answer(name: str, why: str) -> OncenterError:
+    return OncenterError(
+        f"{name} is not an answer of oncenter offset: {why}; write one with: oncenter offset LOG --vehicle FILE --json",
+        code="not_an_answer",
+        exit_code=WRONG_USAGE,
+    )
+
+
+def _offset(answer: Mapping[str, Any]) -> Offset:
+    offset = answer["offset"]
+    interval = offset.get("ci95_drive") or offset["ci95"]
+    value = None if offset["value"] is None or interval is None else float(offset["value"])
+    causes = {
+        str(cause["cause"]): (float(cause["sd_m_s2"]), float(cause["sd_deg"]))
+        for cause in offset.get("not_identifiable", ())
+    }
+    return Offset(
+        log=str(answer["log"]),
+        vehicle=str(answer["vehicle"]),
+        vin=answer.get("vin"),
+        method=str(answer["method"]),
+        value_deg=value,
+        half_width_deg=math.inf if value is None else 0.5 * (float(interval[1]) - float(interval[0])),
+        status=str(offset["status"]),
+        causes=causes,
+    )
+
+
+def compared(before: Offset, after: Offset, limit_deg: float) -> Comparison:
+    """As `compare`, of offsets."""
+    _refuse_other_truck(before, after)
+    shared, left = _causes(before, after)
+    change = half_width = None
+    if before.value_deg is not None and after.value_deg is not None:
+        change = after.value_deg - before.value_deg
+        half_width = math.hypot(before.half_width_deg, after.half_width_deg, left)
+    return Comparison(
+        before, after, limit_deg, change, half_width, shared, _state(before, after, limit_deg, change, half_width)
+    )
+
+
+def _refuse_other_truck(before: Offset, after: Offset) -> None:
+    if before.log == after.log:
+        raise OncenterError(
+            f"before and after are both of {before.log}: compare two drives", code="usage", exit_code=WRONG_USAGE
+        )
+    pairs = (("VIN", before.vin, after.vin), ("vehicle", before.vehicle, after.vehicle))
+    for what, one, other in pairs:
+        if one is not None and other is not None and one != other:
+            raise OncenterError(
+                f"{before.log} and {after.log} are of two trucks ({what} {one} and {other}): compare two drives of one",
+                code="different_trucks",
+                exit_code=WRONG_USAGE,
+            )
+    if before.method != after.method:
+        raise OncenterError(
+            f"{before.log} was answered by method {before.method}, {after.log} by {after.method}: answer both by one",
+            code="usage",
+            exit_code=WRONG_USAGE,
+        )
+
+
+def _causes(before: Offset, after: Offset) -> tuple[float, float]:
+    """95 % half-widths, deg, of the causes: what is the same in both offsets, and what is left in their difference."""
+    shared = left = 0.0
+    for cause in before.causes.keys() & after.causes.keys():
+        (acceleration_sd, one), (_, other) = before.causes[cause], after.causes[cause]
+        if cause == _VARIES:
+            left += one**2 + other**2
+        elif acceleration_sd > 0.0:
+            shared += max(one, other) ** 2
+            left += (one - other) ** 2
+    return 1.96 * math.sqrt(shared), 1.96 * math.sqrt(left)
+
+
+def _state(before: Offset, after: Offset, limit_deg: float, change: float | None, half_width: float | None) -> State:
+    if change is None or half_width is None or after.status != "valid":
+        return "undecided"
+    assert before.value_deg is not None and after.value_deg is not None
+    # As they are printed, so that number and verdict agree.
+    was_within, is_within = (abs(round(value, 1)) < limit_deg for value in (before.value_deg, after.value_deg))
+    has_changed = abs(change) > half_width
+    if is_within:
+        return "within_limit" if was_within else "successful" if has_changed else "undecided"
+    if not has_changed:
+        return "unchanged"
+    is_doubled = before.status == "valid" and abs(after.value_deg - 2.0 * before.value_deg) < half_width
+    return "wrong_direction" if is_doubled else "not_successful"
+
+
+def _named(comparison: Comparison) -> tuple[tuple[str, Offset], ...]:
+    return (("before", comparison.before), ("after", comparison.after))
+
+
+def _offset_dict(offset: Offset) -> dict[str, Any]:
+    value, width = offset.value_deg, offset.half_width_deg
+    return {
+        "log": offset.log,
+        "vehicle": offset.vehicle,
+        "value": value,
+        "unit": "deg",
+        "ci95_drive": None if value is None else [value - width, value + width],
+        "status": offset.status,
+    }
+
+
+def _value_words(offset: Offset) -> str:
+    if offset.value_deg is None:
+        return "no offset"
+    return f"{_signed(offset.value_deg)} ± {_width(offset.half_width_deg)} deg"
+
+
+def _signed(value_deg: float) -> str:
+    return f"{round(value_deg, 1) + 0.0:+.1f}"
+
+
+def _width(half_width_deg: float) -> str:
+    return f"{half_width_deg:.{1 if half_width_deg >= 0.095 else 2}f}"

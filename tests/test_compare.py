@@ -1,0 +1,161 @@
+"""Before and after: what a calibration or a repair changed, how sure, and what to do next."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import oncenter as oc
+from oncenter.cli import run
+from oncenter.offset.compare import compared, offset_of
+
+TRUCK = "scania_r730_4x2"
+
+
+def answer_json(value: float | None, *, log: str, half_width: float = 0.1, **other: Any) -> dict[str, Any]:
+    """What `oncenter offset --json` writes, as far as a comparison reads it; deg."""
+    interval = None if value is None else [value - half_width, value + half_width]
+    return {
+        "schema": "oncenter/offset-2",
+        "log": log,
+        "vehicle": other.pop("vehicle", "truck"),
+        "method": other.pop("method", "joint"),
+        "offset": {
+            "value": value,
+            "ci95": interval,
+            "ci95_drive": interval,
+            "status": "valid",
+            "not_identifiable": [
+                {"cause": "pull", "sd_m_s2": 0.05, "sd_deg": 0.4},
+                {"cause": "mean_wind", "sd_m_s2": 0.02, "sd_deg": 0.1},
+            ],
+            **other,
+        },
+    }
+
+
+def between(before: float | None, after: float | None, limit_deg: float = 2.0, **of_after: Any) -> Any:
+    offsets = (answer_json(before, log="before.log"), answer_json(after, log="after.log", **of_after))
+    return compared(*(offset_of(offset, offset["log"]) for offset in offsets), limit_deg)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "state", "headline"),
+    [
+        (3.0, 0.1, "successful", "Calibration successful: the offset changed by -2.9"),
+        (3.0, 3.1, "unchanged", "Calibration not successful: the offset did not change"),
+        (3.0, 6.0, "wrong_direction", "Calibration not successful: the offset changed by +3.0"),
+        (6.0, 3.5, "not_successful", "Calibration not complete: the offset changed by -2.5"),
+        (0.3, -0.2, "within_limit", "Within the limit before and after"),
+        (3.0, None, "undecided", "Undecided: the drive after has no offset"),
+    ],
+)
+def test_a_comparison_says_whether_the_calibration_was_successful(
+    before: float, after: float | None, state: str, headline: str
+) -> None:
+    found = between(before, after)
+    assert found.state == state
+    assert found.headline.startswith(headline)
+
+
+def test_a_correction_with_the_reversed_sign_is_named_with_the_correction_that_mends_it() -> None:
+    assert between(3.0, 6.0).action == "The sign of the correction was reversed. Add -6.0 deg, then compare again."
+
+
+def test_an_offset_that_has_not_converged_decides_nothing() -> None:
+    assert between(3.0, 0.1, status="converging").state == "undecided"
+
+
+def test_the_verdict_decides_by_the_numbers_it_prints() -> None:
+    assert between(5.0, 1.97).state == "not_successful"
+    assert between(5.0, 1.94).state == "successful"
+
+
+def test_a_pull_cancels_in_the_change_and_the_wind_of_both_drives_does_not() -> None:
+    found = between(3.0, 0.1)
+    assert found.half_width_deg == pytest.approx((2 * 0.1**2 + 2 * (1.96 * 0.1) ** 2) ** 0.5)
+    assert found.shared_half_width_deg == pytest.approx(1.96 * 0.4)
+
+
+def test_a_pull_that_another_load_makes_larger_stays_in_the_change_by_the_difference() -> None:
+    heavier = [{"cause": "pull", "sd_m_s2": 0.05, "sd_deg": 0.7}]
+    found = between(3.0, 0.1, not_identifiable=heavier)
+    assert found.half_width_deg == pytest.approx((2 * 0.1**2 + (1.96 * 0.3) ** 2) ** 0.5)
+
+
+@pytest.mark.parametrize(
+    ("other", "code"),
+    [({"vehicle": "another"}, "different_trucks"), ({"method": "thesis"}, "usage"), ({"log": "before.log"}, "usage")],
+)
+def test_two_trucks_two_methods_or_one_drive_twice_are_refused(other: dict[str, Any], code: str) -> None:
+    before = answer_json(3.0, log="before.log")
+    after = answer_json(0.1, **{"log": "after.log", **other})
+    with pytest.raises(oc.OncenterError) as refused:
+        compared(offset_of(before, "b.json"), offset_of(after, "a.json"), 2.0)
+    assert refused.value.code == code
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (b"{", "not JSON"),
+        (b'{"schema": "oncenter/offset-9"}', "offset-9"),
+        (b'{"schema": "oncenter/offset-2"}', "wrong or missing: 'offset'"),
+        (b'{"schema": "oncenter/error-1", "message": "no such log"}', "it holds an error: no such log"),
+        (b'{"schema": "oncenter/offset-2", "offset": {"value": NaN}}', "NaN"),
+        (b"[1]", "its schema is None"),
+        (None, "No such file"),
+    ],
+)
+def test_a_file_that_is_no_answer_is_refused_in_one_line(
+    content: bytes | None, why: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "before.json"
+    if content is not None:
+        file.write_bytes(content)
+    assert run(["compare", str(file), str(file)]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert str(file) in said
+    assert why in said
+
+
+def test_two_logs_and_their_two_answers_give_the_same_comparison(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, offset_deg in (("before", 3.0), ("after", 0.2)):
+        scenario, log = tmp_path / f"{name}.toml", tmp_path / f"{name}.log"
+        scenario.write_text(
+            f'base = "thesis_drive"\n[drive]\nduration_s = 900\n[sensors.steering_wheel_angle]\noffset_deg = {offset_deg}\n',
+            encoding="utf-8",
+        )
+        assert run(["simulate", str(scenario), "--seed", str(int(offset_deg) + 3), "--output", str(log)]) == 0
+        capsys.readouterr()
+        assert run(["offset", str(log), "--vehicle", TRUCK, "--json"]) == 0
+        # As PowerShell's > writes it.
+        (tmp_path / f"{name}.json").write_text(capsys.readouterr().out, encoding="utf-16")
+    said = []
+    for ending in ("log", "json"):
+        assert (
+            run(
+                [
+                    "compare",
+                    *(str(tmp_path / f"{n}.{ending}") for n in ("before", "after")),
+                    "--vehicle",
+                    TRUCK,
+                    "--json",
+                ]
+            )
+            == 0
+        )
+        said.append(json.loads(capsys.readouterr().out))
+    assert said[0] == said[1]
+    assert said[0]["state"] == "successful"
+    low, high = said[0]["change"]["ci95"]
+    assert low < 0.2 - 3.0 < high
+
+
+def test_a_log_without_a_vehicle_file_is_refused_with_what_would_do(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["compare", "before.log", "after.log"]) == 2
+    assert "before.log is a log, which needs --vehicle FILE" in capsys.readouterr().err

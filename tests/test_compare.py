@@ -127,7 +127,7 @@ def test_two_logs_and_their_two_answers_give_the_same_comparison(
     for name, offset_deg in (("before", 3.0), ("after", 0.2)):
         scenario, log = tmp_path / f"{name}.toml", tmp_path / f"{name}.log"
         scenario.write_text(
-            f'base = "thesis_drive"\n[drive]\nduration_s = 900\n[sensors.steering_wheel_angle]\noffset_deg = {offset_deg}\n',
+            f'base = "thesis_drive"\ndrive.duration_s = 900\nsensors.steering_wheel_angle.offset_deg = {offset_deg}\n',
             encoding="utf-8",
         )
         assert run(["simulate", str(scenario), "--seed", str(int(offset_deg) + 3), "--output", str(log)]) == 0

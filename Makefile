@@ -39,7 +39,7 @@ need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && ec
 	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
 
 .PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow portable coverage fuzz embedded fmu wheels \
-	bench accuracy lock lowest matrix clean
+	bench accuracy docs lock lowest matrix clean
 .DEFAULT_GOAL := help
 
 help: ## show this
@@ -145,6 +145,9 @@ accuracy: .venv/dev ## errors, intervals and times of all methods and rivals, re
 	$(BIN)/python bench/effects.py --page --jobs 2
 	$(BIN)/python bench/two_parts.py --page --jobs 2
 
+docs: .venv/dev ## the docs site, build/site/index.html: opens without a server and without a network
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
 lock: .venv/python ## pin today's newest dependencies in requirements.lock and list their licences
 	rm -rf build/lock
 	$(PYTHON) -m venv build/lock
@@ -217,6 +220,6 @@ clean: ## remove what make made, .venv too
 
 # All extras, and what tests, measures and checks.
 .venv/dev: .venv/tools pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
-	@echo "installing all extras and what the tests need: some 110 packages, 1.9 GB; compiling the core"
+	@echo "installing all extras and what the tests need: some 130 packages, 1.9 GB; compiling the core"
 	@$(PIP) --no-build-isolation -c requirements.lock -e '.[dev]'
 	@touch .venv/ready $@

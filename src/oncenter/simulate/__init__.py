@@ -44,7 +44,8 @@ def simulate_to_log(scenario: str | os.PathLike[str], seed: int, output: str | o
     """Drives a scenario and writes its log, with `.truth.parquet` and `.truth.toml` beside it.
 
     Args:
-        scenario, seed: as for `simulate`.
+        scenario: as for `simulate`.
+        seed: as for `simulate`.
         output: `.log` (candump), `.asc`, `.blf`, `.trc` or `.mf4` for a log of J1939 frames; `.csv`, `.csv.gz` or
             `.parquet` for the table of signals at 100 Hz.
 

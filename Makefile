@@ -58,6 +58,8 @@ test: .venv/dev ## all checks, all tests but the slow ones, each bench for a mom
 
 lint: .venv/dev
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/typos
 
 # mypy knows what the standard library lacks on each system.
 types: .venv/dev

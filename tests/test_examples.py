@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -16,8 +18,24 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 def test_every_example_is_in_their_readme() -> None:
     page = (EXAMPLES / "README.md").read_text(encoding="utf-8")
     assert set(re.findall(r"^\| `(.+?)`", page, re.MULTILINE)) == {
-        path.name for path in EXAMPLES.iterdir() if path.suffix == ".toml" or (path / "pyproject.toml").is_file()
+        path.name
+        for path in EXAMPLES.iterdir()
+        if path.suffix == ".toml" or (path / "pyproject.toml").is_file() or (path / "truck.toml").is_file()
     }
+
+
+def test_a_log_of_an_own_dbc_gives_the_offset_that_was_simulated(tmp_path: Path) -> None:
+    folder, log = EXAMPLES / "own_dbc", tmp_path / "own.log"
+    written = subprocess.run(
+        [sys.executable, folder / "write_log.py", log], capture_output=True, text=True, timeout=120, check=True
+    )
+    assert written.stdout == f"wrote {log}; the true offset is 2.04 deg\n"
+    truck = oc.vehicle(folder / "truck.toml")
+    signals = oc.read(log, vehicle=truck)
+    assert set(signals.sources) == set(truck.signals)
+    answer = oc.offset(signals, truck).offset.to_dict()
+    assert answer["status"] == "valid"
+    assert answer["value"] == pytest.approx(2.04, abs=0.1)
 
 
 def test_a_minute_nearly_straight_gives_an_offset_and_no_understeer_gradient(tmp_path: Path) -> None:

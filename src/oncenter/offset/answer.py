@@ -82,6 +82,8 @@ class Answer:
     `equivalent_wheelbase` the one of (10) that bends ask for, an error of the steering ratio counted as one of it.
     `side_force_s` are the seconds of side force clearly to the left and to the right: which flank of the play was seen,
     and for how long; of the joint method.
+    `missing_loading_s` are the seconds of lateral force to the left and to the right that the joint method still needs
+    before it can separate play and offset there; zero where enough was driven, and for the other methods.
     `changes` are those that the drive proved, the first one first; of more than the core keeps, the last.
     `sensor_fault` is what is wrong with the angle sensor in the end, "none" or one of the core's names: the offset is
     `invalid` then and tells what was learned before.
@@ -116,6 +118,7 @@ class Answer:
     wheel_radius_mismatch_front: Estimate
     variance_if_independent_rad2: float | None
     side_force_s: tuple[float, float]
+    missing_loading_s: tuple[float, float]
     changes: tuple[Change, ...]
     sensor_fault: str
     duration_s: float

@@ -92,6 +92,9 @@ class Answer:
     `not_identifiable` lists the causes that no single drive identifies. The other methods do not separate them: their
     list is empty and both intervals are one. `offset_per_acceleration` is the change of the offset by a pull or a mean
     crosswind, rad/(m/s^2).
+
+    `next_driving` is the driving that would narrow this drive's part of the offset's interval, in words, the most
+    useful first; of the joint method.
     """
 
     version: str
@@ -125,6 +128,7 @@ class Answer:
     findings: tuple[Finding, ...]
     drives: tuple[Signals, ...]
     summary: Summary | None
+    next_driving: tuple[str, ...] = ()
 
     @property
     def correction(self) -> Correction | None:
@@ -223,6 +227,7 @@ class Answer:
                 **({} if schema == "offset-1" else self._parts()),
             },
             **({} if schema == "offset-1" else self._correction()),
+            **({} if schema == "offset-1" else self._verdicts()),
             "understeer_gradient": self.understeer_gradient.to_dict(),
             "backlash": self.backlash.to_dict(),
             "unloading_acceleration": self.unloading_acceleration.to_dict(),
@@ -252,6 +257,12 @@ class Answer:
 
     def _correction(self) -> dict[str, Any]:
         return {"correction": NO_CORRECTION if self.correction is None else self.correction.to_dict()}
+
+    def _verdicts(self) -> dict[str, Any]:
+        from oncenter.verdict import verdicts_of
+
+        verdicts = [verdict.to_dict() for verdict in verdicts_of(self)]
+        return {"limit_deg": self.vehicle.offset_limit_deg, "verdicts": verdicts}
 
     def to_json(self, schema: Schema = DEFAULT_SCHEMA) -> str:
         return json.dumps(self.to_dict(schema), ensure_ascii=False, allow_nan=False, indent=2)

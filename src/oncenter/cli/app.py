@@ -15,6 +15,7 @@ from oncenter.cli.reference import reference
 from oncenter.cli.signals import signals
 from oncenter.cli.simulate import simulate
 from oncenter.cli.thesis import thesis
+from oncenter.cli.vehicle import vehicle
 
 app = typer.Typer(
     name="oncenter",
@@ -25,6 +26,7 @@ app = typer.Typer(
 )
 for verb in (offset, angle, reference, budget, live, signals, simulate, demo, thesis):
     app.command()(verb)
+app.add_typer(vehicle)
 app.add_typer(export)
 app.add_typer(fleet)
 

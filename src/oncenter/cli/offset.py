@@ -172,7 +172,7 @@ def with_applied(truck: oc.Vehicle, applied_deg: float | None) -> oc.Vehicle:
         OncenterError: "usage", exit code 2: beyond two turns, or no number.
     """
     from oncenter.errors import WRONG_USAGE, OncenterError
-    from oncenter.vehicle import APPLIED_MAX_DEG
+    from oncenter.vehicle_keys import APPLIED_MAX_DEG
 
     if applied_deg is None:
         return truck

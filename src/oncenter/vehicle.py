@@ -68,9 +68,7 @@ class Sensors(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    steering_wheel_angle_hysteresis_deg: Annotated[
-        Number, bounds("sensors.steering_wheel_angle_hysteresis_deg")
-    ] = 2.5
+    steering_wheel_angle_hysteresis_deg: Annotated[Number, bounds("sensors.steering_wheel_angle_hysteresis_deg")] = 2.5
     yaw_rate_bias_deg_s: Annotated[Number, bounds("sensors.yaw_rate_bias_deg_s")] = 3.0
     lateral_acceleration_bias_m_s2: Annotated[Number, bounds("sensors.lateral_acceleration_bias_m_s2")] = (
         0.1 * STANDARD_GRAVITY

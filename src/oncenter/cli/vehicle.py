@@ -37,7 +37,8 @@ def new(
         float | None, typer.Option(metavar="M", help="Distance from the first to the (equivalent) rear axle, m.")
     ] = None,
     steering_ratio: Annotated[
-        float | None, typer.Option(metavar="RATIO", help="Steering wheel angle per front wheel angle, usually 17 to 23.")
+        float | None,
+        typer.Option(metavar="RATIO", help="Steering wheel angle per front wheel angle, usually 17 to 23."),
     ] = None,
     axle_layout: Annotated[
         Literal["4x2", "6x2", "6x4", "8x4"] | None, typer.Option(help="Number of wheels x driven wheels.")
@@ -61,18 +62,21 @@ def new(
     ] = None,
     log: Annotated[
         Path | None,
-        typer.Option(metavar="LOG", help="A log of this truck: with its columns, or with --dbc, signal names are proposed."),
+        typer.Option(
+            metavar="LOG", help="A log of this truck: with its columns, or with --dbc, signal names are proposed."
+        ),
     ] = None,
 ) -> None:
-    """Write a vehicle file in which every key is explained. In a terminal it asks for each value; with --wheelbase-m and
-    --steering-ratio it asks nothing.
+    """Write a vehicle file in which every key is explained.
+
+    In a terminal it asks for each value. With --wheelbase-m and --steering-ratio it asks nothing.
     """
     from oncenter.files.whole_file import check_place, write_whole
     from oncenter.vehicle_file.new import new_vehicle_file, proposals_for
 
     _refuse_existing(output)
     check_place(output)
-    given = {
+    given: dict[str, Any] = {
         "name": name,
         "wheelbase_m": wheelbase_m,
         "steering_ratio": steering_ratio,
@@ -83,7 +87,7 @@ def new(
         "dbc": [str(path) for path in dbc or ()] or None,
         "signals": _signals_of(signal or ()) or None,
     }
-    values = {key: value for key, value in given.items() if value is not None}
+    values: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     if wheelbase_m is None and steering_ratio is None and sys.stdin is not None and sys.stdin.isatty():
         values = _asked(output, values)
     _require_both(values)
@@ -105,8 +109,10 @@ def check(
     ] = None,
     dbc: Dbc = None,
 ) -> None:
-    """Check a vehicle file: its values, unusual ones, and values that would help; with a LOG also whether the signals
-    that it names are there. The exit code is 2 where the file is wrong or a signal that it names is missing.
+    """Check a vehicle file: its values, unusual values, and values that would help.
+
+    With a LOG it also looks for the signals that the file names. The exit code is 2 if the file is wrong or the log
+    lacks one of these signals.
     """
     import oncenter as oc
     from oncenter.cli.logs import read_log

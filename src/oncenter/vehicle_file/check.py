@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
@@ -37,12 +38,12 @@ def checked(truck: Vehicle, drive: Signals | None) -> Checked:
     lines += [f"  unusual: {text}" for text in _unusual(truck)]
     missing = [name for name in _HELPFUL if getattr(truck, name) is None]
     if missing:
-        lines += ["Not given, and would narrow the interval or find more errors:"]
-        lines += [f"  {name}: {KEYS[name].meaning}" for name in missing]
+        lines += ["Not given, and would help:"]
+        lines += [f"  {name:24}without it: {KEYS[name].without}" for name in missing]
     lost: list[str] = []
     if drive is not None:
         of_log = list(_in_log(truck, drive))
-        lines += [f"Signals in {drive.log}:", *(f"  {text}" for _, text in of_log)]
+        lines += [f"Signals in {Path(drive.log).name}:", *(f"  {text}" for _, text in of_log)]
         lost = [name for name, text in of_log if name in truck.signals and name not in drive.sources]
     return Checked(tuple(lines), not lost)
 
@@ -63,8 +64,10 @@ def _given(truck: Vehicle) -> Iterator[tuple[str, str]]:
     for path in truck.dbc:
         yield "dbc", str(path)
     for signal, entry in truck.signals.items():
-        yield f"signals.{signal}", f"{entry.name}{f' in {entry.unit}' if entry.unit else ''}" + (
-            ", right is positive" if entry.sign == -1 else ""
+        yield (
+            f"signals.{signal}",
+            f"{entry.name}{f' in {entry.unit}' if entry.unit else ''}"
+            + (", right is positive" if entry.sign == -1 else ""),
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,17 +19,24 @@ def new_vehicle_file(output: Path, values: Mapping[str, Any], proposed: Sequence
 
     Args:
         output: the file to be, for messages and as the truck's name where `values` has none.
-        values: as a vehicle file holds them.
+        values: as a vehicle file holds them, with paths of the current folder in "dbc".
         proposed: entries of `[signals]` to be written as comments.
 
     Raises:
         OncenterError: "vehicle_file", exit code 2: a value is missing or out of its range.
     """
     named = {"name": output.stem, **values}
+    if "dbc" in named:
+        named["dbc"] = [_from_folder(output.parent, path) for path in named["dbc"]]
     vehicle_from(named, str(output))
     if not str(named["name"]).isprintable():
         raise refusal(f"vehicle file {output}: 'name' holds a control character", "vehicle_file")
     return vehicle_text(named, proposed)
+
+
+def _from_folder(folder: Path, path: str) -> str:
+    """A relative path of a vehicle file is relative to its folder."""
+    return path if os.path.isabs(path) else Path(os.path.relpath(path, folder)).as_posix()
 
 
 def proposals_for(databases: Sequence[Path], log: Path | None) -> tuple[list[Proposal], list[str]]:

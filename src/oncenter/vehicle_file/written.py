@@ -35,10 +35,12 @@ def vehicle_text(values: Mapping[str, Any], proposals: Sequence[Proposal] = ()) 
 
 
 def _about(key: Key) -> Iterator[str]:
-    """The comment above a key: meaning, then range, where to find the value, and the default."""
+    """The comment above a key: its meaning; its range and default; where to find its value."""
     yield from _comment(key.meaning)
-    facts = [key.range and f"Range: {key.range}.", key.where, key.without and f"Left out: {key.without}."]
-    yield from _comment(" ".join(filter(None, facts)))
+    range_ = f"Range: {key.range}. " if key.range else ""
+    yield from _comment(f"{range_}Default: {key.without or 'none, the key is required'}.")
+    if key.where:
+        yield from _comment(f"Find it: {key.where}")
 
 
 def _comment(text: str) -> list[str]:

@@ -74,8 +74,11 @@ def test_an_angle_among_the_params_may_be_given_in_degrees() -> None:
         ),
         ({"signals": {"yaw": {"name": "x"}}}, "yaw_rate"),
         ({"signals": {"yaw_rate": {"name": "x", "sign": 2}}}, "sign"),
-        ({"signals": {"yaw_rate": {"nam": "x"}}}, "'signals.yaw_rate.nam' is not known here; did you mean name"),
-        ({"signals": {"yaw_rate": {"name": "x", "is": 1}}}, "known are name, unit, sign"),
+        (
+            {"signals": {"yaw_rate": {"nam": "x"}}},
+            "'signals.yaw_rate.nam' is not a key of a vehicle file; did you mean name",
+        ),
+        ({"signals": {"yaw_rate": {"name": "x", "is": 1}}}, "the keys are name, unit, sign"),
         ({"traffic_side": "middle"}, "traffic_side"),
     ],
 )

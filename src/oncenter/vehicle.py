@@ -1,4 +1,4 @@
-"""Reads a vehicle file (TOML) and refuses a value without a unit or out of its range, by name."""
+"""Reads a vehicle file (TOML) and refuses, by name, a key without a unit and a value out of its range."""
 
 from __future__ import annotations
 
@@ -21,27 +21,12 @@ from oncenter.nearest_name import did_you_mean, nearest
 from oncenter.param_table import params
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, SignalName
 from oncenter.steering_ratio import SteeringRatio, near_centre
+from oncenter.vehicle_keys import KEYS, OFFSET_LIMIT_DEG, bounds
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]  # "3.7" and true are none
-_Positive = Annotated[Number, Field(gt=0)]
-_NotNegative = Annotated[Number, Field(ge=0)]
-_TrackWidth = Annotated[Number, Field(ge=1, le=3)]
-_Gradient = Annotated[Number, Field(ge=-5, le=5)]  # of trucks some 0 to 1
-APPLIED_MAX_DEG = 720.0  # of a correction, either sign: two turns
-OFFSET_LIMIT_DEG = 2.0  # thesis 5.6: the accuracy of its method on a well serviced truck
-OFFSET_LIMIT_MAX_DEG = 30.0
-_OffsetLimit = Annotated[Number, Field(gt=0, le=OFFSET_LIMIT_MAX_DEG)]
-_AppliedOffset = Annotated[Number, Field(ge=-APPLIED_MAX_DEG, le=APPLIED_MAX_DEG)]
-_Play = Annotated[Number, Field(ge=0, le=30)]
-_PlaySd = Annotated[Number, Field(ge=0.1, le=30)]
-_GradientSd = Annotated[Number, Field(ge=0.01, le=5)]
-_Pull = Annotated[Number, Field(ge=-0.9, le=0.9)]
-_AccelerometerBias = Annotated[Number, Field(ge=-0.9, le=0.9)]
-_AccelerationSd = Annotated[Number, Field(ge=0.001, le=10)]
-_YawRateBias = Annotated[Number, Field(ge=-10, le=10)]
-_YawRateBiasSd = Annotated[Number, Field(ge=0.001, le=50)]
 _CODE = "vehicle_file"  # of errors
-_SWITCH = "use_accelerometer"  # of the params the one that is no quantity
+_OUT_OF_RANGE = ("greater_than_equal", "less_than_equal")  # errors of pydantic
+_SWITCH = "use_accelerometer"  # the only parameter that is not a quantity
 # (m/s)^2, of `tandem_side_force_m2_s2`: between what laden and empty rigid trucks of that layout have
 _TANDEM_SIDE_FORCE_M2_S2 = {"6x2": 12.0, "6x4": 19.0, "8x4": 10.0}
 # By key: that of its standard deviation, and the params that have the two.
@@ -76,78 +61,52 @@ class _SignalEntry(BaseModel):
 
 
 class Sensors(BaseModel):
-    """By how much a truck's sensors may be off: Table 1's worst where a file says nothing, and Figure 16's speed.
+    """The largest errors of a truck's sensors: the worst of Table 1 where a file says nothing, and Figure 16's speed.
 
-    Attributes:
-        steering_wheel_angle_hysteresis_deg: what turning back and forth may leave.
-        yaw_rate_bias_deg_s, lateral_acceleration_bias_m_s2: either sign.
-        speed_scale_percent: by how much the speed reads too high, -20 to 20.
+    Attributes: `oncenter.vehicle_keys.KEYS` has the meaning, unit and range of each.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    steering_wheel_angle_hysteresis_deg: _NotNegative = 2.5
-    yaw_rate_bias_deg_s: _NotNegative = 3.0
-    lateral_acceleration_bias_m_s2: _NotNegative = 0.1 * STANDARD_GRAVITY
-    speed_scale_percent: Annotated[Number, Field(ge=-20, le=20)] = 5.0
+    steering_wheel_angle_hysteresis_deg: Annotated[Number, bounds("sensors.steering_wheel_angle_hysteresis_deg")] = 2.5
+    yaw_rate_bias_deg_s: Annotated[Number, bounds("sensors.yaw_rate_bias_deg_s")] = 3.0
+    lateral_acceleration_bias_m_s2: Annotated[Number, bounds("sensors.lateral_acceleration_bias_m_s2")] = (
+        0.1 * STANDARD_GRAVITY
+    )
+    speed_scale_percent: Annotated[Number, bounds("sensors.speed_scale_percent")] = 5.0
 
 
 class Vehicle(BaseModel):
-    """What a truck is. `wheelbase_m` and `steering_ratio` are enough; the rest sharpens or comes in later.
+    """A truck. `wheelbase_m` and `steering_ratio` are enough; the other values narrow the interval or name signals.
 
-    Attributes:
-        name: for people.
-        wheelbase_m: first to (equivalent) rear axle, 1 to 20 m; Winkler's equivalent wheelbase for more than two axles.
-        steering_ratio: steering wheel angle per front wheel angle near the centre, 1 to 60; or the polynomial's
-            2 to 8 coefficients from the steering wheel angle to the front wheel angle (both rad, lowest power first),
-            of which the ratio near the centre follows; it must be 1 to 60 up to 3 rad to either side.
-        track_width_front_m, track_width_rear_m: between the middles of left and right tyres, 1 to 3 m; with them the
-            wheel speeds tell the yaw rate's bias better.
-        axle_layout: 4x2, 6x2, 6x4, 8x4; but for the first its rear axles resist turning, and load the front ones in
-            bends: `tandem_side_force_m2_s2` where `params` do not say how much; an axle that steers itself hardly does.
-        mass_kg: prior.
-        understeer_gradient_deg_m_s2, understeer_gradient_sd_deg_m_s2: K_us/g at the road wheel, -5 to 5; for
-            `oncenter.budget`, and with the standard deviation a prior of the joint method. It changes with load: the
-            standard deviation must allow for that.
-        play_deg, play_sd_deg: free play at the steering wheel, full width, wind-up of the column included, as an
-            answer's `backlash`.
-        pull_m_s2, pull_sd_m_s2: lateral acceleration at which the steering is without moment because of the wheel
-            alignment, positive to the left.
-        accelerometer_bias_m_s2, accelerometer_bias_sd_m_s2: what the lateral accelerometer reads on level ground.
-        yaw_rate_bias_deg_s, yaw_rate_bias_sd_deg_s: what the yaw rate sensor reads at standstill.
-        offset_applied_deg: a correction that the ECU already adds to the sensor's reading, so that logs contain it.
-        offset_limit_deg: a straight-ahead offset of this size or more, either sign, needs a recalibration.
-        traffic_side: which side of the road is driven on: tells the side to which the crown falls.
-        sensors: by how much they may be off, for `oncenter.budget`.
-        signals: by signal name, how this truck's logs call it, for logs that use other names.
-        dbc: databases of this truck's logs, for those that are not J1939; a relative path is of the vehicle file's
-            folder. `databases()` has them checked.
-            A value with `_sd_` is a standard deviation; a known value needs its own.
-        params: of the estimator, where they differ from the core's defaults; an angle may be given in `_deg`.
-        source: by key, where a value comes from.
+    Attributes: `oncenter.vehicle_keys` has the meaning, unit and range of each, and docs/reference/vehicle_file.md
+    shows them. A value whose name has `_sd_` is a standard deviation. A relative path of `dbc` is of the vehicle file's
+    folder; `databases()` has the paths checked. The steering ratio is a number, or the 2 to 8 coefficients of a
+    polynomial from the steering wheel angle to the front wheel angle (both rad, lowest power first), whose ratio must
+    be 1 to 60 up to 3 rad to either side.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str = "unnamed"
-    wheelbase_m: _Positive
+    wheelbase_m: Annotated[Number, bounds("wheelbase_m")]
     steering_ratio: SteeringRatio
-    track_width_front_m: _TrackWidth | None = None
-    track_width_rear_m: _TrackWidth | None = None
+    track_width_front_m: Annotated[Number, bounds("track_width_front_m")] | None = None
+    track_width_rear_m: Annotated[Number, bounds("track_width_rear_m")] | None = None
     axle_layout: Literal["4x2", "6x2", "6x4", "8x4"] | None = None
-    mass_kg: _Positive | None = None
-    understeer_gradient_deg_m_s2: _Gradient | None = None
-    understeer_gradient_sd_deg_m_s2: _GradientSd | None = None
-    play_deg: _Play | None = None
-    play_sd_deg: _PlaySd | None = None
-    pull_m_s2: _Pull | None = None
-    pull_sd_m_s2: _AccelerationSd | None = None
-    accelerometer_bias_m_s2: _AccelerometerBias | None = None
-    accelerometer_bias_sd_m_s2: _AccelerationSd | None = None
-    yaw_rate_bias_deg_s: _YawRateBias | None = None
-    yaw_rate_bias_sd_deg_s: _YawRateBiasSd | None = None
-    offset_applied_deg: _AppliedOffset = 0.0
-    offset_limit_deg: _OffsetLimit = OFFSET_LIMIT_DEG
+    mass_kg: Annotated[Number, bounds("mass_kg")] | None = None
+    understeer_gradient_deg_m_s2: Annotated[Number, bounds("understeer_gradient_deg_m_s2")] | None = None
+    understeer_gradient_sd_deg_m_s2: Annotated[Number, bounds("understeer_gradient_sd_deg_m_s2")] | None = None
+    play_deg: Annotated[Number, bounds("play_deg")] | None = None
+    play_sd_deg: Annotated[Number, bounds("play_sd_deg")] | None = None
+    pull_m_s2: Annotated[Number, bounds("pull_m_s2")] | None = None
+    pull_sd_m_s2: Annotated[Number, bounds("pull_sd_m_s2")] | None = None
+    accelerometer_bias_m_s2: Annotated[Number, bounds("accelerometer_bias_m_s2")] | None = None
+    accelerometer_bias_sd_m_s2: Annotated[Number, bounds("accelerometer_bias_sd_m_s2")] | None = None
+    yaw_rate_bias_deg_s: Annotated[Number, bounds("yaw_rate_bias_deg_s")] | None = None
+    yaw_rate_bias_sd_deg_s: Annotated[Number, bounds("yaw_rate_bias_sd_deg_s")] | None = None
+    offset_applied_deg: Annotated[Number, bounds("offset_applied_deg")] = 0.0
+    offset_limit_deg: Annotated[Number, bounds("offset_limit_deg")] = OFFSET_LIMIT_DEG
     traffic_side: Literal["right", "left"] | None = None
     sensors: Sensors = Sensors()
     signals: Mapping[str, _SignalEntry] = {}
@@ -390,32 +349,42 @@ def vehicle_from(values: Mapping[str, Any], origin: str) -> Vehicle:
     except ValidationError as error:
         raise refusal(f"vehicle file {origin}: {_first_error(error)}", _CODE) from None
     truck._origin = origin
-    if _core.bad_vehicle(truck.wheelbase_m, truck.ratio_near_centre) is not None:
-        raise refusal(f"vehicle file {origin}: 'wheelbase_m' must be 1 to 20, got {truck.wheelbase_m:g}", _CODE)
     return truck
 
 
 def _first_error(error: ValidationError) -> str:
-    """One complaint in one line, with the names that would do: a misspelt key comes before what is missing by it."""
+    """The first error in one line, with the names that exist: a misspelt key comes before the key missing by it."""
     errors = error.errors()
     first = next((each for each in errors if each["type"] == "extra_forbidden"), errors[0])
     key = ".".join(str(part) for part in first["loc"])
     if first["type"] == "missing":
-        return f"'{key}' is missing"
+        return f"'{key}' is missing{_where_to_find(key)}"
     if first["type"] == "extra_forbidden":
         table, _, unknown = key.rpartition(".")
         fields = _fields_of(table)
         near = [field for field in fields if field.startswith(unknown)] or nearest(unknown, fields)
-        hint = "did you mean" if near else "known are"
-        return f"'{key}' is not known here; {hint} {', '.join(near or fields)}"
+        hint = "did you mean" if near else "the keys are"
+        return f"'{key}' is not a key of a vehicle file; {hint} {', '.join(near or fields)}"
     if first["type"] == "value_error":
         message = str(first["msg"]).removeprefix("Value error, ")
-        return message if key in ("", "signals", "params") else f"'{key}' {message}"  # those name what is in them
-    return f"'{key}' {_would_be(key, first)}, got {first['input']!r}"
+        return message if key in ("", "signals", "params") else f"'{key}' {message}"  # those name their entry
+    return f"'{key}' {_required(key, first)}, got {first['input']!r}{_question(key, first['input'])}"
 
 
-def _would_be(key: str, error: ErrorDetails) -> str:
-    """What a value must be, in words of a TOML file."""
+def _where_to_find(key: str) -> str:
+    return f": {KEYS[key].where}" if key in KEYS else ""
+
+
+def _question(key: str, value: object) -> str:
+    """Whether the value is in another unit."""
+    asked = KEYS[key].other_unit(float(value)) if key in KEYS and isinstance(value, int | float) else ""
+    return f": {asked}" if asked else ""
+
+
+def _required(key: str, error: ErrorDetails) -> str:
+    """The value that is accepted, in words of a TOML file."""
+    if error["type"] in _OUT_OF_RANGE and key in KEYS:
+        return f"must be {KEYS[key].range}"
     if error["type"] in ("model_type", "model_attributes_type", "mapping_type", "dict_type"):
         if key.startswith("signals."):
             return 'must be a table such as { name = "SteerAng", unit = "deg", sign = -1 }'
@@ -426,7 +395,7 @@ def _would_be(key: str, error: ErrorDetails) -> str:
 
 
 def _fields_of(table: str) -> Mapping[str, object]:
-    """What a table of a vehicle file may hold; the file itself is ""."""
+    """The keys of a table of a vehicle file; the file itself is ""."""
     if table == "sensors":
         return Sensors.model_fields
     return _SignalEntry.model_fields if table.startswith("signals.") else Vehicle.model_fields

@@ -16,6 +16,7 @@ from oncenter.cli.reference import reference
 from oncenter.cli.signals import signals
 from oncenter.cli.simulate import simulate
 from oncenter.cli.thesis import thesis
+from oncenter.cli.vehicle import vehicle
 
 app = typer.Typer(
     name="oncenter",
@@ -26,6 +27,7 @@ app = typer.Typer(
 )
 for verb in (offset, compare, angle, reference, budget, live, signals, simulate, demo, thesis):
     app.command()(verb)
+app.add_typer(vehicle)
 app.add_typer(export)
 app.add_typer(fleet)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,8 +24,14 @@ def compare(
         str | None, typer.Option("--vehicle", metavar="FILE", help="The truck's vehicle file; needed for logs.")
     ] = None,
     limit: Annotated[
-        float, typer.Option(metavar="DEG", min=0.1, max=30.0, help="The largest offset that needs no calibration.")
-    ] = 2.0,
+        float | None,
+        typer.Option(
+            metavar="DEG",
+            min=0.1,
+            max=30.0,  # oncenter.vehicle_keys
+            help="The offset from which a truck is recalibrated, in place of the limit in AFTER or its vehicle file.",
+        ),
+    ] = None,
     json: Json = False,
     dbc: Dbc = None,
     source: Source = None,
@@ -37,7 +44,7 @@ def compare(
 
     take = sources_of(source)
     first, second = (_offset(place, vehicle_file, dbc or (), take) for place in (before, after))
-    comparison = compared(first, second, limit)
+    comparison = compared(first, second, second.limit_deg if limit is None else limit)
     typer.echo(comparison.to_json() if json else str(comparison))
 
 
@@ -62,4 +69,4 @@ def _offset(place: Path, vehicle_file: str | None, dbc: Sequence[Path], take: Ma
         )
     truck = oc.vehicle(vehicle_file)
     answer = oc.offset(read_log(place, truck, dbc or truck.databases(), take), truck)
-    return offset_of(answer.to_dict(), str(place))
+    return replace(offset_of(answer.to_dict(), str(place)), limit_deg=truck.offset_limit_deg)

@@ -180,7 +180,7 @@ def with_applied(truck: oc.Vehicle, applied_deg: float | None) -> oc.Vehicle:
         OncenterError: "usage", exit code 2: beyond two turns, or no number.
     """
     from oncenter.errors import WRONG_USAGE, OncenterError
-    from oncenter.vehicle import APPLIED_MAX_DEG
+    from oncenter.vehicle_keys import APPLIED_MAX_DEG
 
     if applied_deg is None:
         return truck
@@ -200,7 +200,7 @@ def with_limit(truck: oc.Vehicle, limit_deg: float | None) -> oc.Vehicle:
         OncenterError: "usage", exit code 2: not positive, beyond 30 deg, or no number.
     """
     from oncenter.errors import WRONG_USAGE, OncenterError
-    from oncenter.vehicle import OFFSET_LIMIT_MAX_DEG
+    from oncenter.vehicle_keys import OFFSET_LIMIT_MAX_DEG
 
     if limit_deg is None:
         return truck

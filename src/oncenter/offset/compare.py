@@ -18,11 +18,11 @@ from typing import Any, Literal, NoReturn
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.regular_file import read_regular_file
 from oncenter.offset.answer import Answer
+from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
 
 State = Literal["successful", "unchanged", "wrong_direction", "not_successful", "within_limit", "undecided"]
 _SCHEMAS = ("oncenter/offset-1", "oncenter/offset-2")
 _VARIES = "mean_wind"  # of the causes the one that differs from drive to drive
-LIMIT_DEG = 2.0
 _BYTES_MAX = 16 << 20  # of an answer's file; one with a hundred changes and findings has 60 kB
 
 
@@ -41,6 +41,7 @@ class Offset:
     half_width_deg: float
     status: str
     causes: Mapping[str, tuple[float, float]]
+    limit_deg: float = OFFSET_LIMIT_DEG
 
 
 @dataclass(frozen=True)
@@ -146,17 +147,19 @@ _BEGINS: Mapping[State, str] = {
 }
 
 
-def compare(before: Answer, after: Answer, *, limit_deg: float = LIMIT_DEG) -> Comparison:
+def compare(before: Answer, after: Answer, *, limit_deg: float | None = None) -> Comparison:
     """What a calibration or a repair between two drives of one truck changed.
 
     Args:
         before: the answer of the drive before it, `after` of the one after it, by the same method.
-        limit_deg: the largest offset that needs no calibration, deg.
+        limit_deg: an offset of this size or more, either sign, needs a calibration; the vehicle's `offset_limit_deg`
+            where left out.
 
     Raises:
         OncenterError: "different_trucks" or "usage", exit code 2: other vehicles, VINs or methods.
     """
-    return compared(offset_of(before.to_dict(), before.log), offset_of(after.to_dict(), after.log), limit_deg)
+    first, second = (offset_of(answer.to_dict(), answer.log) for answer in (before, after))
+    return compared(first, second, after.vehicle.offset_limit_deg if limit_deg is None else limit_deg)
 
 
 def read_answer(path: str | os.PathLike[str]) -> Any:
@@ -219,6 +222,7 @@ def _offset(answer: Mapping[str, Any]) -> Offset:
         half_width_deg=math.inf if value is None else 0.5 * (float(interval[1]) - float(interval[0])),
         status=str(offset["status"]),
         causes=causes,
+        limit_deg=float(answer.get("limit_deg") or OFFSET_LIMIT_DEG),
     )
 
 

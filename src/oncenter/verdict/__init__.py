@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from oncenter.vehicle import OFFSET_LIMIT_DEG as LIMIT_DEG
+from oncenter.vehicle_keys import OFFSET_LIMIT_DEG as LIMIT_DEG
 from oncenter.verdict.components import accelerometer, angle_sensor, free_play, yaw_rate_sensor
 from oncenter.verdict.offset import offset
 from oncenter.verdict.verdict import About, State, Verdict

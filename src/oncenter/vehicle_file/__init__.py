@@ -1,0 +1,1 @@
+"""Vehicle files for people: a commented file written from answers, and a file checked in words."""

@@ -1,0 +1,97 @@
+"""A vehicle file in words: the values it has, unusual ones, values that would help, and its signals in a log."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from oncenter.signals import Signals
+from oncenter.vehicle import Vehicle
+from oncenter.vehicle_keys import KEYS
+
+_HELPFUL = (
+    "axle_layout",
+    "track_width_front_m",
+    "track_width_rear_m",
+    "traffic_side",
+    "pull_m_s2",
+    "accelerometer_bias_m_s2",
+    "play_deg",
+)
+_NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed", "lateral_acceleration")  # of the joint method
+_SHOWN = ("wheelbase_m", "steering_ratio", "axle_layout")  # in the first line
+
+
+@dataclass(frozen=True)
+class Checked:
+    """`lines` are for people; `is_complete` is False where the log lacks a signal that the file names."""
+
+    lines: tuple[str, ...]
+    is_complete: bool
+
+
+def checked(truck: Vehicle, drive: Signals | None) -> Checked:
+    """A vehicle in words, with a drive also which of its signals the drive has."""
+    lines = [f"{truck.name}: {', '.join(_first_words(truck))}"]
+    lines += [f"  {name} = {value}" for name, value in _given(truck)]
+    lines += [f"  unusual: {text}" for text in _unusual(truck)]
+    missing = [name for name in _HELPFUL if getattr(truck, name) is None]
+    if missing:
+        lines += ["Not given, and would help:"]
+        lines += [f"  {name:24}without it: {KEYS[name].without}" for name in missing]
+    lost: list[str] = []
+    if drive is not None:
+        of_log = list(_in_log(truck, drive))
+        lines += [f"Signals in {Path(drive.log).name}:", *(f"  {text}" for _, text in of_log)]
+        lost = [name for name, text in of_log if name in truck.signals and name not in drive.sources]
+    return Checked(tuple(lines), not lost)
+
+
+def _first_words(truck: Vehicle) -> Iterator[str]:
+    if truck.axle_layout is not None:
+        yield truck.axle_layout
+    yield f"wheelbase {truck.wheelbase_m:g} m"
+    kind = "polynomial, " if isinstance(truck.steering_ratio, tuple) else ""
+    yield f"steering ratio {kind}{truck.ratio_near_centre:.4g}"
+
+
+def _given(truck: Vehicle) -> Iterator[tuple[str, str]]:
+    for name in truck.model_fields_set - {"name", *_SHOWN, "params", "signals", "source", "sensors", "dbc"}:
+        value = getattr(truck, name)
+        unit = f" {KEYS[name].unit}" if KEYS[name].unit else ""
+        yield name, f"{value:g}{unit}" if isinstance(value, float) else str(value)
+    for path in truck.dbc:
+        yield "dbc", str(path)
+    for signal, entry in truck.signals.items():
+        yield (
+            f"signals.{signal}",
+            f"{entry.name}{f' in {entry.unit}' if entry.unit else ''}"
+            + (", right is positive" if entry.sign == -1 else ""),
+        )
+
+
+def _unusual(truck: Vehicle) -> Iterator[str]:
+    for name, key in KEYS.items():
+        value = truck.ratio_near_centre if name == "steering_ratio" else getattr(truck, name, None)
+        if key.usual is None or not isinstance(value, float):
+            continue
+        low, high = key.usual
+        if not low <= value <= high:
+            unit = f" {key.unit}" if key.unit else ""
+            asked = key.other_unit(value)
+            yield f"{name} is {value:g}{unit}; trucks have {low:g} to {high:g}{unit}{f': {asked}' if asked else ''}"
+
+
+def _in_log(truck: Vehicle, drive: Signals) -> Iterator[tuple[str, str]]:
+    """By signal, its source in the log or a note about why there is none."""
+    for name in dict.fromkeys((*_NEEDED, *truck.signals)):
+        if name == "time":
+            continue
+        source = drive.sources.get(name)
+        if source is not None:
+            yield name, f"{name}: {source.description}, {source.rate_hz:.0f} Hz"
+            continue
+        named = f", which [signals] names {truck.signals[name].name}" if name in truck.signals else ""
+        why = [note.partition(": ")[2] for note in drive.notes if note.partition(":")[0] == name]
+        yield name, f"{name}: not in the log{named}{'; ' if why else ''}{'; '.join(why)}"

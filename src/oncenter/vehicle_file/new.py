@@ -1,0 +1,77 @@
+"""A new vehicle file: its text from values, and proposals for `[signals]` from databases and a log."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from oncenter.errors import OncenterError
+from oncenter.files.toml_file import refusal
+from oncenter.vehicle import vehicle_from
+from oncenter.vehicle_file.proposals import Named, Proposal, proposals, signals_of_database
+from oncenter.vehicle_file.written import vehicle_text
+
+
+def new_vehicle_file(output: Path, values: Mapping[str, Any], proposed: Sequence[Proposal]) -> str:
+    """The text of a vehicle file.
+
+    Args:
+        output: the file to be, for messages and as the truck's name where `values` has none.
+        values: as a vehicle file holds them, with paths of the current folder in "dbc".
+        proposed: entries of `[signals]` to be written as comments.
+
+    Raises:
+        OncenterError: "vehicle_file", exit code 2: a value is missing or out of its range.
+    """
+    named = {"name": output.stem, **values}
+    if "dbc" in named:
+        named["dbc"] = [_from_folder(output.parent, path) for path in named["dbc"]]
+    vehicle_from(named, str(output))
+    if not str(named["name"]).isprintable():
+        raise refusal(f"vehicle file {output}: 'name' holds a control character", "vehicle_file")
+    return vehicle_text(named, proposed)
+
+
+def _from_folder(folder: Path, path: str) -> str:
+    """A relative path of a vehicle file is relative to its folder."""
+    return path if os.path.isabs(path) else Path(os.path.relpath(path, folder)).as_posix()
+
+
+def proposals_for(databases: Sequence[Path], log: Path | None) -> tuple[list[Proposal], list[str]]:
+    """Proposals from the columns of a log that is a table, else from databases; with a log of frames only those whose
+    signals are in the log.
+
+    Returns:
+        The proposals, and notes for people.
+
+    Raises:
+        OncenterError: a file cannot be read.
+    """
+    from oncenter.read.column_names import column_names
+
+    columns = {} if log is None else column_names(log)
+    there = [Named(name, unit) for name, unit in columns.items()]
+    for path in databases:
+        there += signals_of_database(path)
+    proposed = proposals(there)
+    if log is None or columns:
+        return proposed, []
+    return _in_log(log, databases, proposed)
+
+
+def _in_log(log: Path, databases: Sequence[Path], proposed: list[Proposal]) -> tuple[list[Proposal], list[str]]:
+    import oncenter as oc
+
+    names = {each.signal: each.signal_name() for each in proposed}
+    try:
+        drive = oc.read(log, names=names, dbc=databases)
+    except OncenterError as error:
+        if error.code in ("missing_signal", "not_j1939"):
+            return proposed, [f"{log.name} has none of the proposed signals: {error}"]
+        raise
+    found = [each for each in proposed if each.signal in drive.sources]
+    unnamed = [signal for signal in drive.sources if signal not in names]
+    notes = [f"{', '.join(unnamed)}: found in {log.name} without an entry in [signals]"] if unnamed else []
+    return found, notes

@@ -1,0 +1,139 @@
+"""Entries of a `[signals]` table, proposed from the names and units of a database's signals or a table's columns."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from oncenter.read.units import factors, is_unit, unit_by_suffix, unit_key
+from oncenter.signals import SignalName
+
+_WHEEL = r"(?=.*(wheel|whl|rad))"
+_ACCELERATION = r"(acc|beschl)"
+
+# By signal: patterns of names, the most specific first, for words in lower case between blanks.
+_PATTERNS: Mapping[str, tuple[str, ...]] = {
+    "steering_wheel_angle": (
+        r"\b(st\w*|lenk\w*) ?(wheel|whl|rad|w)\w* ?(ang|winkel)",
+        r"\b(st|str|steer|steering|lenk|sas|eps) ?(ang|winkel)|\b(swa|lrw|lws)\b",
+    ),
+    "yaw_rate": (r"\b(yaw|gier) ?(rate|rt|vel|geschw)|\bpsi ?(p|dot)\b", r"\b(yaw|gier)"),
+    "vehicle_speed": (
+        r"\b(veh|vehicle|fzg|fahrzeug|ego|car|truck|wheel based vehicle) ?(spd|speed|vel|geschw|v)",
+        r"\b(ground|tachograph|gps|gnss) ?(vehicle )?(spd|speed)",
+        r"^(?!.*(wheel|whl|rad))(\w+ )?(spd|speed|velocity|geschwindigkeit|vx|v)( \w+)?$",
+    ),
+    "lateral_acceleration": (rf"\b(lat|quer|transv)\w* ?{_ACCELERATION}", rf"\bay\b|\b{_ACCELERATION}\w* y\b"),
+    "longitudinal_acceleration": (
+        rf"\b(long|lon|lng|längs|laengs)\w* ?{_ACCELERATION}",
+        rf"\bax\b|\b{_ACCELERATION}\w* x\b",
+    ),
+    "wheel_speed_front_left": (rf"{_WHEEL}.*\b(fl|vl|lf|(f|front|frnt|vorn\w*) (l|le|left|li\w*))\b",),
+    "wheel_speed_front_right": (rf"{_WHEEL}.*\b(fr|vr|rf|(f|front|frnt|vorn\w*) (r|ri|right|re|rechts))\b",),
+    "wheel_speed_rear_left": (rf"{_WHEEL}.*\b(rl|hl|lr|(r|re|rear|hint\w*) (l|le|left|li\w*))\b",),
+    "wheel_speed_rear_right": (rf"{_WHEEL}.*\b(rr|hr|(r|re|rear|hint\w*) (r|ri|right|re|rechts))\b",),
+    "steering_wheel_torque": (r"\b(st|str|steer|steering|lenk|hand|driver)\w* ?(wheel )?(trq|tq|torque|moment)",),
+}
+_NAME_MAX = 100  # characters that are looked at
+_USUAL_UNITS = ("deg", "deg_s", "km_h", "m_s2", "nm")  # of files whose unit is unclear
+_WITHOUT_SIDE = ("vehicle_speed", *(name for name in _PATTERNS if name.startswith("wheel_speed_")))
+# Words of status, quality and calibration signals, and of signals beside the wanted one.
+_NOT = re.compile(
+    r"\b(sts|stat|status|valid|vld|qual|qlty|quality|flag|cnt|counter|crc|chk|checksum|err|fault|calib|offset|offs|offst"
+    r"|std|dev|var|min|max|req|request|cmd|target|tgt|soll|setpoint|raw|range|mask|bias|sign|vz|init|type|id|cruise|limit"
+    r"|lim|road|eng|engine|motor|shaft|fraction|trailer)\b"
+)
+_NOT_ANGLE = re.compile(r"\b(rate|speed|spd|vel|geschw\w*|turn|cntr)\b")
+
+
+@dataclass(frozen=True)
+class Named:
+    """A signal of a database, or a column of a table, as its file names it."""
+
+    name: str  # "ESP.YawRate", or the column
+    unit: str  # as written in the file; empty where it has none
+    comment: str = ""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """An entry of `[signals]` and the reason for it; `unit` is a key of the signal's units, None where unclear."""
+
+    signal: str
+    named: Named
+    unit: str | None
+
+    @property
+    def reason(self) -> str:
+        """For people: the source of the proposal, and the check that is left to them."""
+        unit = f"its unit there is {self.named.unit}" if self.named.unit else "it has no unit there"
+        about = f' ("{self.named.comment}")' if self.named.comment else ""
+        checks = [] if self.signal in _WITHOUT_SIDE else ["that left is positive, else sign = -1"]
+        checks += [] if self.unit else ["the unit"]
+        check = f"check {' and '.join(checks)}, " if checks else ""
+        return f"Proposed, {unit}{about}: {check}then delete the #."
+
+    def signal_name(self) -> SignalName:
+        """As readers of logs take it."""
+        known = factors(self.signal)
+        return SignalName(self.named.name, self.unit or next(unit for unit in _USUAL_UNITS if unit in known))
+
+    def entry(self) -> dict[str, object]:
+        """As a vehicle file holds it."""
+        name = self.signal_name()
+        return {"name": name.name, "unit": name.unit, "sign": name.sign}
+
+
+def proposals(there: Iterable[Named]) -> list[Proposal]:
+    """At most one proposal for each signal: the most specific name whose unit fits, of equal ones the first."""
+    candidates = list(there)
+    found = []
+    for signal in _PATTERNS:
+        ranked = [(rank, each) for each in candidates if (rank := _rank(signal, each)) is not None]
+        if ranked:
+            _, best = min(ranked, key=lambda pair: pair[0])
+            found.append(Proposal(signal, best, _unit(signal, best)))
+    return found
+
+
+def signals_of_database(path: Path) -> Iterator[Named]:
+    """All signals of a CAN database.
+
+    Raises:
+        OncenterError: as `oncenter.read.database_file.messages_of`.
+    """
+    from oncenter.read.database_file import messages_of
+
+    for message in messages_of(path):
+        for layout in message.signals:
+            comment = " ".join((layout.comment or "").split())[:80]
+            yield Named(f"{message.name}.{layout.name}", layout.unit or "", comment)
+
+
+def _rank(signal: str, named: Named) -> tuple[int, bool] | None:
+    """The less the better; None where the name or the unit is of something else."""
+    words = _words_of(named.name.rpartition(".")[2])
+    if _NOT.search(words) or (signal == "steering_wheel_angle" and _NOT_ANGLE.search(words)):
+        return None
+    unit = _unit(signal, named)
+    if unit is None and named.unit and is_unit(named.unit):
+        return None
+    rank = next((k for k, pattern in enumerate(_PATTERNS[signal]) if re.search(pattern, words)), None)
+    return None if rank is None else (rank, unit is None)
+
+
+def _unit(signal: str, named: Named) -> str | None:
+    """A key of the signal's units: of the file's unit, else of the end of the name."""
+    known = factors(signal)
+    if named.unit:
+        return unit_key(named.unit, known)
+    return unit_by_suffix(named.name, known) or unit_key(named.name.rpartition("_")[2], known)
+
+
+def _words_of(name: str) -> str:
+    """`SteeringWheelAngle_deg` as "steering wheel angle deg"."""
+    apart = re.sub(r"([a-zäöü0-9])([A-ZÄÖÜ])", r"\1 \2", name[:_NAME_MAX])
+    apart = re.sub(r"([A-Z]+)([A-Z][a-z])", r"\1 \2", apart)
+    return " ".join(re.findall(r"[a-zäöüß]+", apart.lower()))

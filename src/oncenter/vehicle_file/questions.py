@@ -1,0 +1,108 @@
+"""The questions that `oncenter vehicle new` asks in a terminal, one key after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from oncenter.errors import OncenterError
+from oncenter.vehicle import vehicle_from
+from oncenter.vehicle_keys import KEYS, Key
+
+ASKED = (
+    "name",
+    "wheelbase_m",
+    "steering_ratio",
+    "axle_layout",
+    "track_width_front_m",
+    "track_width_rear_m",
+    "traffic_side",
+    "dbc",
+    "offset_applied_deg",
+)
+_REQUIRED = ("wheelbase_m", "steering_ratio")
+ASSUMED_RATIO = 19.3  # Table 2 of the thesis
+_ASSUMED = "assumed, not measured: usual for heavy trucks (Table 2 of the thesis)"
+_MINIMUM = {"wheelbase_m": 3.7, "steering_ratio": ASSUMED_RATIO}  # to check another key on its own
+
+
+def answers(ask: Callable[[str], str], say: Callable[[str], None], name: str) -> dict[str, Any]:
+    """The values that a person gives, as a vehicle file holds them.
+
+    Args:
+        ask: shows a prompt and returns one line.
+        say: shows a line.
+        name: the truck's name where the person gives none.
+    """
+    values: dict[str, Any] = {}
+    for key in (KEYS[each] for each in ASKED):
+        say("")
+        say(f"{key.name}: {key.meaning}")
+        if key.where:
+            say(f"  {key.where}")
+        value = _answer(key, name, ask, say)
+        if value is not None:
+            values[key.name] = value
+        elif key.name == "steering_ratio":
+            values |= {"steering_ratio": ASSUMED_RATIO, "source": {"steering_ratio": _ASSUMED}}
+        elif key.name == "name":
+            values["name"] = name
+    return values
+
+
+def _answer(key: Key, name: str, ask: Callable[[str], str], say: Callable[[str], None]) -> Any:
+    """The first valid answer; None for an empty one where that is possible."""
+    while True:
+        written = ask(_prompt(key, name)).strip()
+        if not written:
+            if key.name != "wheelbase_m":
+                return None
+            say("  wheelbase_m is required: without it there is no answer")
+            continue
+        try:
+            return parsed(key, written)
+        except OncenterError as error:
+            say(f"  {error}")
+
+
+def _prompt(key: Key, name: str) -> str:
+    default = {"name": name, "steering_ratio": f"{ASSUMED_RATIO:g}, to be measured later", "wheelbase_m": ""}
+    empty = default.get(key.name, "leave out")
+    unit = f" in {key.unit}" if key.unit else ""
+    choices = f" ({', '.join(key.choices)})" if key.choices else ""
+    return f"{key.name}{unit}{choices}{f' [{empty}]' if empty else ''}: "
+
+
+def parsed(key: Key, written: str) -> Any:
+    """A value from the text that a person wrote; a comma is a decimal point, except in lists.
+
+    Raises:
+        OncenterError: "vehicle_file", exit code 2: a vehicle file does not accept it.
+    """
+    value = _value(key, written)
+    values: Mapping[str, Any] = {**_MINIMUM, key.name: value}
+    try:
+        vehicle_from(values, "")
+    except OncenterError as error:
+        message = str(error).removeprefix("vehicle file : ")
+        raise OncenterError(message, code=error.code, exit_code=error.exit_code) from None
+    return value
+
+
+def _value(key: Key, written: str) -> Any:
+    if key.name == "dbc":
+        return [path.strip() for path in written.split(",") if path.strip()]
+    if not isinstance(key.example, float):
+        return written
+    if key.name == "steering_ratio" and written.startswith("["):
+        parts = [_number(part) for part in written.strip("[]").split(",")]
+        return parts
+    return _number(written.removesuffix(key.unit).strip().replace(",", "."))
+
+
+def _number(written: str) -> float | str:
+    """The number; text that is none as it is, for the vehicle's check to name."""
+    try:
+        return float(written)
+    except ValueError:
+        return written

@@ -1,0 +1,83 @@
+"""A commented vehicle file: every key is present, a key without a value is commented out."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from oncenter.vehicle_file.proposals import Proposal
+from oncenter.vehicle_keys import KEYS, TABLES, Key
+
+_WIDTH = 110  # characters of a comment
+_HEAD = """\
+# Vehicle file of oncenter.
+# A line that begins with "#" and a key, such as "#mass_kg = 18000.0", is not in force: delete the "#" to give a value.
+# All keys: docs/reference/vehicle_file.md; to check this file: oncenter vehicle check FILE
+"""
+
+
+def vehicle_text(values: Mapping[str, Any], proposals: Sequence[Proposal] = ()) -> str:
+    """The text of a vehicle file.
+
+    Args:
+        values: as a vehicle file holds them, tables as mappings.
+        proposals: entries of `[signals]`, written as comments for the user to check.
+    """
+    lines = [_HEAD]
+    for name, key in KEYS.items():
+        if "." not in name:
+            lines += [*_about(key), _entry(name, values.get(name, key.example), name in values), ""]
+    for table in TABLES.values():
+        lines += [*_about(table), *_table(table, values.get(table.name, {}), proposals), ""]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _about(key: Key) -> Iterator[str]:
+    """The comment above a key: its meaning; its range and default; where to find its value."""
+    yield from _comment(key.meaning)
+    range_ = f"Range: {key.range}. " if key.range else ""
+    yield from _comment(f"{range_}Default: {key.without or 'none, the key is required'}.")
+    if key.where:
+        yield from _comment(f"Find it: {key.where}")
+
+
+def _comment(text: str) -> list[str]:
+    return textwrap.wrap(text, _WIDTH, initial_indent="# ", subsequent_indent="# ", break_on_hyphens=False)
+
+
+def _entry(name: str, value: object, is_given: bool) -> str:
+    return f"{'' if is_given else '#'}{name} = {toml(value)}"
+
+
+def _table(table: Key, given: Mapping[str, Any], proposals: Sequence[Proposal]) -> Iterator[str]:
+    yield f"{'' if given else '#'}[{table.name}]"
+    yield from (_entry(name, value, True) for name, value in given.items())
+    if table.name == "sensors":
+        for name, key in KEYS.items():
+            key_name = name.removeprefix("sensors.")
+            if key_name != name and key_name not in given:
+                yield from _about(key)
+                yield _entry(key_name, key.example, False)
+        return
+    if table.name == "signals" and proposals:
+        for proposal in proposals:
+            if proposal.signal not in given:
+                yield from _comment(proposal.reason)
+                yield _entry(proposal.signal, proposal.entry(), False)
+        return
+    yield from (_entry(name, value, False) for name, value in table.example.items() if name not in given)
+
+
+def toml(value: object) -> str:
+    """A value as TOML."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{name} = {toml(inner)}" for name, inner in value.items()) + " }"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(toml(inner) for inner in value)}]"
+    return json.dumps(str(value), ensure_ascii=False)

@@ -1,0 +1,242 @@
+"""`oncenter vehicle`: a new file is commented and valid, a checked one is described, shipped ones are listed."""
+
+import os
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from test_estimate import steady_drive
+
+import oncenter as oc
+from oncenter import _core
+from oncenter.cli import run
+from oncenter.vehicle import Sensors, Vehicle, vehicle_from
+from oncenter.vehicle_file.proposals import Named, proposals
+from oncenter.vehicle_file.questions import answers
+from oncenter.vehicle_file.shipped_files import shipped_names
+from oncenter.vehicle_file.written import vehicle_text
+from oncenter.vehicle_keys import KEYS, SIGNAL_ENTRY, TABLES
+
+TRUCK = {"name": "truck 7", "wheelbase_m": 3.7, "steering_ratio": 19.3}
+DBC = """VERSION ""
+BU_: X
+BO_ 512 ESP: 8 X
+ SG_ YawRate : 0|16@1- (0.01,0) [0|0] "deg/s" X
+ SG_ LatAcc : 16|16@1- (0.001,0) [0|0] "m/s^2" X
+ SG_ YawRateStatus : 32|4@1+ (1,0) [0|0] "" X
+BO_ 513 SAS: 8 X
+ SG_ SteeringWheelAngle : 0|16@1- (0.1,0) [0|0] "deg" X
+ SG_ SteeringWheelAngleSpeed : 16|16@1- (0.1,0) [0|0] "deg/s" X
+"""
+
+
+def test_every_key_of_the_vehicle_is_in_the_table_of_keys_and_no_other() -> None:
+    assert set(KEYS) | set(TABLES) - {"sensors"} == (
+        (set(Vehicle.model_fields) - {"sensors"}) | {f"sensors.{name}" for name in Sensors.model_fields}
+    )
+    assert set(SIGNAL_ENTRY) == set(Vehicle.model_fields["signals"].annotation.__args__[1].model_fields)
+
+
+def test_the_range_of_the_wheelbase_is_the_core_s() -> None:
+    low, high = KEYS["wheelbase_m"].low, KEYS["wheelbase_m"].high
+    assert [_core.bad_vehicle(wheelbase, 19.3) for wheelbase in (low, high)] == [None, None]
+    assert [_core.bad_vehicle(wheelbase, 19.3) for wheelbase in (0.99 * low, 1.01 * high)] == ["wheelbase"] * 2
+
+
+@pytest.mark.parametrize("key", [key for key in KEYS.values() if key.usual], ids=lambda key: key.name)
+def test_usual_values_are_accepted(key) -> None:
+    assert key.low <= key.usual[0] <= key.usual[1] <= key.high
+
+
+def test_a_new_file_has_every_key_and_each_example_is_valid() -> None:
+    text = vehicle_text(TRUCK)
+    names = [name.removeprefix("sensors.") for name in KEYS]
+    assert [name for name in names if not re.search(rf"^#?{name} = ", text, re.MULTILINE)] == []
+    assert [name for name in TABLES if not re.search(rf"^#?\[{name}\]$", text, re.MULTILINE)] == []
+    import tomllib
+
+    assert set(tomllib.loads(text)) == set(TRUCK)
+    all_in_force = re.sub(r"^#(?=\S)", "", text, flags=re.MULTILINE)
+    truck = vehicle_from(tomllib.loads(all_in_force), "all.toml")
+    assert truck.model_fields_set == set(Vehicle.model_fields)
+
+
+def test_a_file_written_from_options_is_read_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "truck.toml"
+    (tmp_path / "t.dbc").write_text(DBC)
+    options = "--wheelbase-m 4.1 --steering-ratio 18 --axle-layout 6x2 --traffic-side left --track-width-rear-m 1.8"
+    signal = ["--signal", "yaw_rate=ESP.YawRate,deg_s,-1", "--dbc", str(tmp_path / "t.dbc"), "--name", 'a "b"']
+    assert run(["vehicle", "new", str(file), *options.split(), *signal]) == 0
+    assert "oncenter vehicle check" in capsys.readouterr().out
+    truck = oc.vehicle(file)
+    assert (truck.name, truck.wheelbase_m, truck.steering_ratio, truck.axle_layout) == ('a "b"', 4.1, 18.0, "6x2")
+    assert (truck.traffic_side, truck.track_width_rear_m) == ("left", 1.8)
+    assert (truck.signal_names["yaw_rate"].unit, truck.signal_names["yaw_rate"].sign) == ("deg_s", -1)
+    assert truck.databases()[0].samefile(tmp_path / "t.dbc")
+
+
+def test_a_relative_database_is_found_from_the_folder_of_the_new_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "trucks").mkdir()
+    (tmp_path / "t.dbc").write_text(DBC)
+    monkeypatch.chdir(tmp_path)
+    assert run("vehicle new trucks/a.toml --wheelbase-m 4 --steering-ratio 18 --dbc t.dbc".split()) == 0
+    assert oc.vehicle("trucks/a.toml").databases()[0].samefile("t.dbc")
+
+
+def test_the_signals_of_a_database_are_proposed_and_not_in_force(tmp_path: Path) -> None:
+    file = tmp_path / "truck.toml"
+    (tmp_path / "t.dbc").write_text(DBC)
+    arguments = ["--wheelbase-m", "4", "--steering-ratio", "18", "--dbc", str(tmp_path / "t.dbc")]
+    assert run(["vehicle", "new", str(file), *arguments]) == 0
+    text = file.read_text()
+    assert '#yaw_rate = { name = "ESP.YawRate", unit = "deg_s", sign = 1 }' in text
+    assert '#steering_wheel_angle = { name = "SAS.SteeringWheelAngle", unit = "deg", sign = 1 }' in text
+    assert not oc.vehicle(file).signals
+    file.write_text(re.sub(r"^#(?=\[signals\]|yaw_rate =)", "", text, flags=re.MULTILINE))
+    assert set(oc.vehicle(file).signals) == {"yaw_rate"}
+
+
+def test_the_columns_of_a_log_are_proposed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, file = tmp_path / "log.csv", tmp_path / "truck.toml"
+    log.write_text("t_s,swa_deg,yaw_rate_dps,lat_accel_mps2,other\n0,1,2,3,4\n")
+    assert run(["vehicle", "new", str(file), "--wheelbase-m", "4", "--steering-ratio", "18", "--log", str(log)]) == 0
+    assert "3 signals proposed" in capsys.readouterr().out
+    assert '#yaw_rate = { name = "yaw_rate_dps", unit = "deg_s", sign = 1 }' in file.read_text()
+
+
+def test_of_a_database_only_signals_that_the_log_has_are_proposed(tmp_path: Path) -> None:
+    log, file = tmp_path / "log.log", tmp_path / "truck.toml"
+    (tmp_path / "t.dbc").write_text(DBC)
+    log.write_text("".join(f"({k / 100:.2f}) can0 200#0A00{k % 50:02X}0000000000\n" for k in range(300)))
+    options = ["--wheelbase-m", "4", "--steering-ratio", "18", "--dbc", str(tmp_path / "t.dbc"), "--log", str(log)]
+    assert run(["vehicle", "new", str(file), *options]) == 0
+    assert "ESP.YawRate" in file.read_text() and "SAS.SteeringWheelAngle" not in file.read_text()
+
+
+@pytest.mark.parametrize(
+    ("there", "expected"),
+    [
+        ("SAS11.SAS_Angle|deg SAS11.SAS_Speed|deg/s", {"steering_wheel_angle": "SAS11.SAS_Angle"}),
+        ("A.STEER_RATE|deg/s A.STEER_ANGLE|deg", {"steering_wheel_angle": "A.STEER_ANGLE"}),
+        ("A.YawAngle|deg A.YawRate|deg/s", {"yaw_rate": "A.YawRate"}),
+        ("A.YawRateOffset|deg/s", {}),
+        ("W.WHL_SPD_FL|km/h W.WHL_SPD_FL_Stat|", {"wheel_speed_front_left": "W.WHL_SPD_FL"}),
+        ("W.WheelSpeedRearRight|rad/s", {"wheel_speed_rear_right": "W.WheelSpeedRearRight"}),
+        ("C.EngineSpeed|rpm C.VehicleSpeed|km/h", {"vehicle_speed": "C.VehicleSpeed"}),
+        ("L.LWI_Lenkradwinkel|Unit_DegreOfArc", {"steering_wheel_angle": "L.LWI_Lenkradwinkel"}),
+        ("K.ACCEL_Y|m/s^2", {"lateral_acceleration": "K.ACCEL_Y"}),
+    ],
+)  # fmt: skip
+def test_names_of_other_makers_are_recognised(there: str, expected: dict[str, str]) -> None:
+    named = [Named(*each.split("|")) for each in there.split()]
+    assert {each.signal: each.named.name for each in proposals(named)} == expected
+
+
+def test_an_unclear_unit_is_left_to_the_user() -> None:
+    (proposed,) = proposals([Named("L.LWI_Lenkradwinkel", "Unit_DegreOfArc")])
+    assert proposed.unit is None and "the unit" in proposed.reason
+
+
+def asked(*lines: str) -> tuple[dict[str, object], list[str]]:
+    written, said = iter(lines), []
+    return answers(lambda prompt: next(written), said.append, "truck"), said
+
+
+def test_enter_leaves_a_value_out_or_takes_the_default() -> None:
+    values, _ = asked("", "3,7", "", "", "", "", "", "", "")
+    assert values["name"] == "truck" and values["wheelbase_m"] == 3.7
+    assert values["steering_ratio"] == 19.3 and "assumed" in values["source"]["steering_ratio"]
+    assert set(values) == {"name", "wheelbase_m", "steering_ratio", "source"}
+
+
+def test_a_wrong_answer_is_asked_again_with_the_reason() -> None:
+    values, said = asked("t", "", "5530", "5.53 m", "19", "6x3", "6x2", "", "", "up", "right", "", "")
+    assert (values["wheelbase_m"], values["axle_layout"], values["traffic_side"]) == (5.53, "6x2", "right")
+    text = "\n".join(said)
+    assert "in mm? 5530 mm are 5.53 m" in text and "'6x3'" in text and "'up'" in text and "required" in text
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminal")
+def test_in_a_terminal_it_asks(tmp_path: Path) -> None:
+    import pty
+    import subprocess
+
+    controller, terminal = pty.openpty()
+    command = [sys.executable, "-m", "oncenter", "vehicle", "new", str(tmp_path / "t.toml")]
+    done = subprocess.Popen(command, stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    os.write(controller, b"\n4.2\n18\n\n\n\nright\n\n\n")
+    out, err = done.communicate(timeout=60)
+    assert done.returncode == 0, err
+    assert "wheelbase_m in m" in err and "wrote" in out and "wheelbase_m in m" not in out
+    truck = oc.vehicle(tmp_path / "t.toml")
+    assert (truck.wheelbase_m, truck.steering_ratio, truck.traffic_side) == (4.2, 18.0, "right")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        ([], "--wheelbase-m and --steering-ratio"),
+        (["--wheelbase-m", "4"], "give --steering-ratio"),
+        (["--wheelbase-m", "5530", "--steering-ratio", "18"], "in mm? 5530 mm are 5.53 m"),
+        (["--wheelbase-m", "4", "--steering-ratio", "18", "--signal", "yaw_rate"], "--signal takes"),
+        (["--wheelbase-m", "4", "--steering-ratio", "18", "--signal", "yaw=a"], "yaw_rate"),
+        (["--wheelbase-m", "4", "--steering-ratio", "18", "--dbc", "none.dbc"], "none.dbc"),
+    ],
+)
+def test_what_is_missing_or_wrong_is_one_line_and_writes_no_file(
+    arguments: list[str], named: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["vehicle", "new", str(tmp_path / "t.toml"), *arguments]) == 2
+    out, err = capfd.readouterr()
+    assert err.count("\n") == 1 and named in err and out == ""
+    assert not (tmp_path / "t.toml").exists()
+
+
+def test_an_existing_file_is_not_written_over(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "t.toml"
+    file.write_text("mine")
+    assert run(["vehicle", "new", str(file), "--wheelbase-m", "4", "--steering-ratio", "18"]) == 2
+    assert "exists" in capfd.readouterr().err and file.read_text() == "mine"
+
+
+def test_a_check_says_what_a_file_has_and_what_would_help(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "t.toml"
+    file.write_text('wheelbase_m = 14.5\nsteering_ratio = 19.3\naxle_layout = "4x2"\n')
+    assert run(["vehicle", "check", str(file)]) == 0
+    out = capsys.readouterr().out
+    assert "4x2, wheelbase 14.5 m, steering ratio 19.3" in out
+    assert "unusual: wheelbase_m is 14.5 m; trucks have 2.5 to 8 m" in out
+    assert "track_width_rear_m" in out and "axle_layout " not in out
+
+
+def test_a_check_with_a_log_names_the_signals_that_are_missing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, log = tmp_path / "t.toml", tmp_path / "log.csv"
+    steady_drive(minutes=0.5).table.rename({"yaw_rate_rad_s": "gyro"}).write_csv(log)
+    for column, exit_code in (("gyro", 0), ("giro", 2)):
+        file.write_text(
+            f'wheelbase_m = 4\nsteering_ratio = 19.3\n[signals]\nyaw_rate = {{ name = "{column}", unit = "rad_s" }}\n'
+        )
+        assert run(["vehicle", "check", str(file), str(log)]) == exit_code
+        out = capsys.readouterr().out
+        assert "steering_wheel_angle: column steering_wheel_angle_rad" in out
+        assert ("yaw_rate: not in the log" in out) == (column == "giro")
+    assert "gyro" in out
+
+
+def test_a_check_of_a_wrong_file_is_one_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "t.toml").write_text("wheelbase_m = 5530\nsteering_ratio = 19.3\n")
+    assert run(["vehicle", "check", str(tmp_path / "t.toml")]) == 2
+    assert "must be 1 to 20 m, got 5530: in mm? 5530 mm are 5.53 m" in capfd.readouterr().err
+
+
+def test_the_list_shows_each_shipped_vehicle_and_where_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["vehicle", "list"]) == 0
+    out = capsys.readouterr().out
+    assert shipped_names() and all(name in out for name in shipped_names())
+    folder = Path(out.splitlines()[-1].removeprefix("in "))
+    assert {path.stem for path in folder.glob("*.toml")} == set(shipped_names())

@@ -56,7 +56,7 @@ test: .venv/dev ## all checks, all tests except the slow ones, each bench once
 	@$(MAKE) --no-print-directory -j2 -Otarget lint types warnings cppcheck build/sanitize/lib
 	@$(MAKE) --no-print-directory sanitize pytest
 
-lint: .venv/dev
+lint: .venv/dev ## ruff and typos
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/typos
@@ -219,6 +219,6 @@ clean: ## remove everything that make wrote, .venv too
 
 # All extras, and the packages of tests, benches and checks.
 .venv/dev: .venv/tools pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
-	@echo "installing all extras and the packages of the tests: some 110 packages, 1.9 GB; compiling the core"
+	@echo "installing all extras and what the tests need: some 110 packages, 1.9 GB; compiling the core"
 	@$(PIP) --no-build-isolation -c requirements.lock -e '.[dev]'
 	@touch .venv/ready $@

@@ -192,8 +192,8 @@ def _from_wheel_speeds(errors: list[float]) -> Table:
                 None,
                 float(np.max(np.abs(errors))),
                 "deg",
-                f"{len(errors)} half hours; radii follow only from the drive's net turning, and no accelerometer "
-                "sees the crown",
+                f"{len(errors)} half hours; radii follow only from the drive's net turning, and without an "
+                "accelerometer the crown is not measured",
             ),
         ),
         _wheel_speed_misprints(L, front, rear, truck.ratio_near_centre),

@@ -36,7 +36,7 @@ class Claim:
         thesis: as printed; None if the thesis gives no number.
         ours: from a run, in the same unit; None if there is nothing to compute, for the reason in `note`.
         unit: "deg", "deg/(m/s^2)", ...; "" for none.
-        note: the reason why the two differ, or the source of ours.
+        note: the reason why the two differ, or the source of `ours`.
     """
 
     where: str

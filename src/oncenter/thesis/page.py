@@ -180,7 +180,7 @@ def _claims(claims: Sequence[tuple[Exhibit, Claim]]) -> str:
     return f"""<section id="claims">
 <h2>Every claim with a number</h2>
 <div class="wide"><table class="rows"><thead><tr><th>where</th><th>claim</th><th class="number">thesis</th>
-<th class="number">ours</th><th>source of ours, and reason for a difference</th></tr></thead><tbody>
+<th class="number">ours</th><th>source of our number, and reason for a difference</th></tr></thead><tbody>
 {rows}</tbody></table></div>
 </section>"""
 

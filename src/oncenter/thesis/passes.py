@@ -198,8 +198,8 @@ def _figure(passes: list[_Pass], known: _Known) -> Figure:
                 2.04,
                 binned_deg,
                 "deg",
-                f"the truth is {known.true_deg:.2f} deg; a yaw rate bias of {known.bias_deg_s:.2f} deg/s takes "
-                f"{known.bias_cost_deg:.2f} deg away",
+                f"the truth is {known.true_deg:.2f} deg; a yaw rate bias of {known.bias_deg_s:.2f} deg/s "
+                f"reduces it by {known.bias_cost_deg:.2f} deg",
             ),
             Claim(
                 "5.5.1",

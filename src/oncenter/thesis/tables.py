@@ -169,7 +169,7 @@ def _thresholds() -> Table:
     ):
         rows.append((symbol, f"{printed:g} {unit}", f"{known[name]:g} {unit}", name))
         claims.append(Claim("Table 4", f"{symbol}, {name}", printed, known[name], unit, "the core's default"))
-    claims.append(Claim("5.1", "least speed", 10.0, known["speed_min_m_s"], "m/s", "the core's default"))
+    claims.append(Claim("5.1", "minimum speed", 10.0, known["speed_min_m_s"], "m/s", "the core's default"))
     claims.append(
         Claim(
             "5.1.3",

@@ -1,7 +1,7 @@
-# One command does all: it makes .venv, compiles the core and goes on from there.
+# Each target makes .venv and compiles the core first, if needed.
 PYTHON ?= python3
 BIN := .venv/bin
-# Without byte code: what is imported is compiled then, the most is not imported.
+# Without byte code: most modules are never imported, and Python compiles the others at their first import.
 QUIETLY = -q --disable-pip-version-check --no-compile
 PIP = $(BIN)/python -m pip install $(QUIETLY)
 EXPORTED = src/oncenter/export/c/oncenter_ecu.c $(wildcard src/oncenter/export/fmi/*.c)
@@ -11,17 +11,17 @@ BUILDERS = setup.py liboncenter.py
 INCLUDES = -Icore
 CORE_TESTS = $(wildcard tests/test_core_*.py) $(addprefix tests/test_,wheel_speed_method.py angle.py message.py)
 OFFSET_TESTS = $(addprefix tests/test_,estimate.py findings.py budget.py signals_at_fault.py)
-# What enters C code of ours runs with sanitizers, all else without: each test once.
+# Each test runs once: with sanitizers if it calls C code of oncenter, without them otherwise.
 SANITIZED = $(CORE_TESTS) $(wildcard tests/test_simulate*.py) $(addprefix tests/test_,estimate.py oracle.py tandem.py)
 PYTEST = -m pytest -q -n auto --dist worksteal
 ON_OTHERS = $(PYTEST) -p no:cacheprovider -o faulthandler_timeout=120 -o faulthandler_exit_on_timeout=true -m "not slow"
-# What meets the operating system: files, child processes, buses, consoles.
+# Tests of the operating system: files, child processes, buses, consoles.
 PORTABLE_TESTS = $(addprefix tests/test_,child.py cli.py file_name.py fleet.py live.py live_bus.py live_kept.py \
 	read_apart.py regular_file.py standard_input.py whole_file.py)
 MACOS_TESTS = $(addprefix tests/test_,child.py file_name.py live_bus.py live_kept.py whole_file.py)
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 
-# What Debian parts from python3 and gcc. Without ensurepip, venv fails and leaves a half-made .venv behind.
+# Debian packages these apart from python3 and gcc. Without ensurepip, venv fails and leaves an incomplete .venv.
 DEBIAN = python3-venv gcc libc6-dev
 HAS_PYTHON = $(PYTHON) -c 'import ensurepip' 2>/dev/null
 HAS_C = echo '\#include <stdlib.h>' | $(CC) -fsyntax-only -xc - 2>/dev/null
@@ -33,7 +33,7 @@ HAS_ARM = command -v qemu-system-arm >/dev/null && \
 
 HAS_EMULATORS = command -v qemu-aarch64 wine mmdebstrap >/dev/null && ls /lib/ld-musl-*.so.1 >/dev/null 2>&1
 
-# $(call need,test,packages): as root on Debian it installs them; elsewhere it names them and stops.
+# $(call need,test,packages): root on Debian installs them; otherwise make names them and stops.
 need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && echo "installing $(2)" && \
 	apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2) \
 	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
@@ -42,26 +42,26 @@ need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && ec
 	bench accuracy docs lock lowest matrix clean
 .DEFAULT_GOAL := help
 
-help: ## show this
+help: ## list all targets
 	@sed -nE 's/^([a-z]+):.*## (.*)/make \1|\2/p' $(MAKEFILE_LIST) | while IFS='|' read -r verb does; do \
 	  printf '%-14s %s\n' "$$verb" "$$does"; done
 
-demo: .venv/ready ## simulate a drive, find the offset, write demo/report.html
+demo: .venv/ready ## simulate a drive, estimate the offset, write demo/report.html
 	@$(BIN)/oncenter demo
 
-quick: lint types ## after each change: ruff, mypy, the tests of the core and of the answer
+quick: lint types ## after each change: ruff, typos, mypy, the tests of the core and of the answer
 	$(BIN)/python $(PYTEST) -m "not slow" $(CORE_TESTS) $(OFFSET_TESTS)
 
-test: .venv/dev ## all checks, all tests but the slow ones, each bench for a moment
+test: .venv/dev ## all checks, all tests except the slow ones, each bench once
 	@$(MAKE) --no-print-directory -j2 -Otarget lint types warnings cppcheck build/sanitize/lib
 	@$(MAKE) --no-print-directory sanitize pytest
 
-lint: .venv/dev
+lint: .venv/dev ## ruff and typos
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/typos
 
-# mypy knows what the standard library lacks on each system.
+# mypy reports modules and functions that a platform does not have.
 types: .venv/dev
 	$(BIN)/mypy --strict src
 	$(BIN)/mypy --strict --platform win32 --cache-dir .mypy_cache/win32 src
@@ -84,7 +84,7 @@ build/sanitize/lib: .venv/dev $(wildcard src/oncenter/*.py src/oncenter/*/*.py s
 	  $(BIN)/python setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
 	@touch $@
 
-sanitize: build/sanitize/lib ## the tests that enter C, with address and undefined-behaviour sanitizers in it
+sanitize: build/sanitize/lib ## the tests that call C, with address and undefined-behaviour sanitizers
 	LD_PRELOAD="$$($(CC) -print-file-name=libasan.so) $$($(CC) -print-file-name=libstdc++.so.6)" \
 	  ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitize/lib \
 	  $(BIN)/python $(PYTEST) -p no:cacheprovider -m "not slow" $(SANITIZED)
@@ -92,42 +92,42 @@ sanitize: build/sanitize/lib ## the tests that enter C, with address and undefin
 pytest: .venv/dev
 	$(BIN)/python $(PYTEST) -m "not slow" $(addprefix --ignore=,$(SANITIZED))
 
-slow: .venv/dev ## the slow tests: poisoned fleets, full disks, hostile and damaged logs, the accuracy bench
+slow: .venv/dev ## the slow tests: poisoned fleets, full disks, hostile and damaged logs, accuracy
 	$(BIN)/python -m pytest -q -n auto --dist loadgroup -m slow
 
-# This machine is shown to oncenter, and to nothing else, as Windows and as macOS. A test that waits for ever ends all.
-portable: .venv/dev ## what meets the operating system, as Windows and macOS would have it (tests/elsewhere)
+# Only oncenter takes this machine for Windows or macOS. A test that hangs ends the run.
+portable: .venv/dev ## tests of files, processes and buses, with Windows and macOS imitated (tests/elsewhere)
 	ONCENTER_AS=win32 PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(PORTABLE_TESTS)
 	ONCENTER_AS=darwin PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(MACOS_TESTS)
 
-# Without inlining, lest a function's branches count for each of its callers.
-coverage: .venv/dev ## which branches of the core its tests take
+# Without inlining: an inlined function's branches would count once for each of its callers.
+coverage: .venv/dev ## the branches of the core that its tests take
 	rm -rf build/coverage
 	CFLAGS="--coverage -fno-inline -fno-early-inlining" \
 	  $(BIN)/python setup.py -q build --build-base build/coverage --build-lib build/coverage/lib
 	PYTHONPATH=build/coverage/lib $(BIN)/python -m pytest -q -p no:cacheprovider $(CORE_TESTS)
 	$(BIN)/python embedded/coverage.py build/coverage
 
-fuzz: .venv/dev ## the core by random bytes (FUZZ_S=600 s), then the readers by damaged logs (FUZZ_LOGS=500 a format)
+fuzz: .venv/dev ## random bytes into the core (FUZZ_S=600 s), then damaged logs into the readers (FUZZ_LOGS=500 a format)
 	@$(call need,$(HAS_FUZZER),clang libclang-rt-dev)
 	sh embedded/fuzz/run $(or $(FUZZ_S),600)
 	$(BIN)/python tests/fuzz_logs.py --mutations $(or $(FUZZ_LOGS),500) --jobs 2
 
-embedded: .venv/dev ## the core on two emulated microcontrollers: the same bits, and what it costs
+embedded: .venv/dev ## the core on two emulated microcontrollers: the same bits, and its cost
 	@$(call need,$(HAS_ARM),gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)
 	$(BIN)/python embedded/table.py
 
-# What runs or loads the binaries that zig compiles; ecos needs libtbb12.
+# These run or load the binaries that zig compiles; ecos needs libtbb12.
 OTHER_MACHINES = wine64 qemu-user libc6-arm64-cross libtbb12
 HAS_MACHINES = PATH="$$PATH:/usr/lib/wine" command -v wine64 >/dev/null && command -v qemu-aarch64 >/dev/null && \
 	test -d /usr/aarch64-linux-gnu && ls /usr/lib/*/libtbb.so.12 >/dev/null 2>&1
 
-fmu: .venv/dev ## the FMU on other platforms, the same bits in emulators, and in two further importers
+fmu: .venv/dev ## the FMU's other platforms in emulators, bit by bit, and two further importers
 	@$(call need,$(HAS_MACHINES),$(OTHER_MACHINES))
 	$(BIN)/python -m pip install -q --disable-pip-version-check 'ziglang>=0.17' 'libcosimpy>=0.0.6' 'ecospy>=0.7'
 	$(BIN)/python -m pytest -q -rs tests/test_export_fmu_platforms.py tests/test_export_fmu_importers.py
 
-wheels: .venv/ready build/wheels/ready ## the sdist and a wheel for each platform in dist/, checked as far as they can run here
+wheels: .venv/ready build/wheels/ready ## the sdist and a wheel for each platform in dist/, checked where they can run
 	@$(call need,$(HAS_EMULATORS),qemu-user wine wine64 musl mmdebstrap)
 	rm -rf dist
 	build/wheels/bin/python wheels/build.py dist
@@ -142,7 +142,7 @@ bench: .venv/dev ## speed, side by side with scipy, numba and python-can
 	$(BIN)/python bench/speed.py --readme
 	$(BIN)/python bench/speed_page.py --page
 
-accuracy: .venv/dev ## errors, intervals and times of all methods and rivals, real-truck effects: docs/accuracy.md
+accuracy: .venv/dev ## errors, intervals and times of all methods and rivals: docs/accuracy.md
 	$(BIN)/python bench/accuracy.py --page --jobs 2
 	$(BIN)/python bench/effects.py --page --jobs 2
 	$(BIN)/python bench/two_parts.py --page --jobs 2
@@ -150,7 +150,7 @@ accuracy: .venv/dev ## errors, intervals and times of all methods and rivals, re
 docs: .venv/dev ## the docs site, build/site/index.html: opens without a server and without a network
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
-lock: .venv/python ## pin today's newest dependencies in requirements.lock and list their licences
+lock: .venv/python ## pin the newest packages in requirements.lock and list their licences
 	rm -rf build/lock
 	$(PYTHON) -m venv build/lock
 	build/lock/bin/python -m pip install -q --disable-pip-version-check -e '.[dev]'
@@ -158,7 +158,7 @@ lock: .venv/python ## pin today's newest dependencies in requirements.lock and l
 	cp build/lock/requirements requirements.lock
 	build/lock/bin/python docs/make_licences.py
 
-# As an editable install, as everywhere: the core that it compiles is the one that .venv has.
+# An editable install, so the core that it compiles is the same file that .venv uses.
 LOWEST_TESTS = $(addprefix tests/test_,cli.py dataframe.py read_tables.py read_blf.py report.py vehicle.py simulate.py \
 	budget.py estimate.py core_save.py memory.py live.py fleet_trucks.py)
 LOWEST_MF4_TESTS = $(addprefix tests/test_,extras.py read_formats.py read_bad_input.py read_runs_no_code.py \
@@ -169,9 +169,9 @@ python_of = $$(ls -d ~/.pyenv/versions/$(1).*/bin/python3 2>/dev/null | grep . |
 
 lowest: lowest-$(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])') ## tests with the lowest versions that pyproject.toml allows (requirements.lowest)
 
-matrix: ## tests with the lowest and the newest versions on each Python that is here of 3.11, 3.12, 3.13
+matrix: ## tests with the lowest and the newest versions on each installed Python of 3.11, 3.12, 3.13
 	@set -e; for version in $(MATRIX); do \
-	  test -n "$(call python_of,$$version)" || { echo "Python $$version is not here: left out"; continue; }; \
+	  test -n "$(call python_of,$$version)" || { echo "Python $$version is not installed: left out"; continue; }; \
 	  $(MAKE) --no-print-directory lowest-$$version newest-$$version; done
 
 lowest-%:
@@ -192,7 +192,7 @@ newest-%:
 	build/newest-$*/bin/python -m pip install $(QUIETLY) --no-build-isolation -e '.[dev]'
 	build/newest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow"
 
-clean: ## remove what make made, .venv too
+clean: ## remove everything that make wrote, .venv too
 	rm -rf .venv build dist demo .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
 	rm -rf src/*.egg-info src/oncenter/liboncenter.* src/oncenter/_declarations.py
 
@@ -204,15 +204,15 @@ clean: ## remove what make made, .venv too
 	@$(PYTHON) -m venv --clear .venv
 	@touch $@
 
-# The build tools first, from the lock as well: an isolated build would not heed it.
+# The build tools first, pinned by the lock as well: an isolated build would ignore the lock.
 .venv/tools: .venv/python requirements.lock
 	@echo "installing setuptools and cffi, which compile the core"
 	@$(PIP) -c requirements.lock 'setuptools>=77' cffi
 	@touch $@
 
-# What the demo needs: a base install and the report.
+# For the demo: a base install and the report.
 .venv/ready: .venv/tools pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
-	@echo "installing what an answer and its report need: some 25 packages, 340 MB"
+	@echo "installing the packages of an answer and its report: some 25 packages, 340 MB"
 	@$(BIN)/python -c 'import tomllib; project = tomllib.load(open("pyproject.toml", "rb"))["project"]; \
 	  print(*project["dependencies"], *project["optional-dependencies"]["report"], sep="\n")' >.venv/needed
 	@$(PIP) -c requirements.lock -r .venv/needed
@@ -220,7 +220,7 @@ clean: ## remove what make made, .venv too
 	@$(PIP) --no-deps --no-build-isolation -e .
 	@touch $@
 
-# All extras, and what tests, measures and checks.
+# All extras, and the packages of tests, benches and checks.
 .venv/dev: .venv/tools pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
 	@echo "installing all extras and what the tests need: some 130 packages, 1.9 GB; compiling the core"
 	@$(PIP) --no-build-isolation -c requirements.lock -e '.[dev]'

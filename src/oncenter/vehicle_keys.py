@@ -123,7 +123,7 @@ KEYS: dict[str, Key] = {
             high=3.0,
             usual=(1.7, 2.2),
             where="Data sheet of the axle, or measure from tyre middle to tyre middle. Usual: 2.0 to 2.1 m.",
-            without="1.9 m with a standard deviation of 0.1 m is assumed: front wheel speeds give the yaw rate's bias less accurately",
+            without="1.9 m with a standard deviation of 0.1 m, so that wheel speeds give the yaw rate's bias less well",
         ),
         Key(
             "track_width_rear_m",

@@ -1,4 +1,4 @@
-"""An ASAP2 description of the core in an ECU: what c/oncenter_ecu.h declares, for calibration and measurement tools.
+"""An ASAP2 description of the core in an ECU, for calibration and measurement tools: the variables of c/oncenter_ecu.h.
 
 Addresses are by symbol: 0 until a tool takes them from the ELF file. Angles are shown in degrees.
 """
@@ -21,7 +21,7 @@ from oncenter.export.variables import (
 _ANY = 1e30  # no limit: measurements have none
 _YES_NO = {"no": 0, "yes": 1}
 
-# Of the FMU's table: what is named otherwise in an ECU, which has no mirror of enums.
+# Variables of the FMU's table with another name in an ECU, which has no mirror of enums.
 _OTHER_MEMBERS = {
     "method": "params.method",
     "angle_method": "params.angle_method",
@@ -31,39 +31,39 @@ _OTHER_MEMBERS = {
 }
 _STRUCTS = ("vehicle", "params", "tick", "output", "answer")
 
-# What each tick tells of the answer, where an ECU cannot work out the whole of it at every tick.
+# Parts of the answer that each tick gives, because an ECU cannot compute the whole answer at every tick.
 _EACH_TICK = (
     Variable("time", "tick.time", "input", "Time of the tick, s", unit="s"),
-    Variable("valid", "tick.valid", "input", "Bits of oc_signal_bit: which signals carry a number", "integer"),
+    Variable("valid", "tick.valid", "input", "Bits of oc_signal_bit: signals with a number at this tick", "integer"),
     Variable("offset", "output.offset", "output", "Offset from final evidence", unit="rad"),
     Variable("offset_sd", "output.offset_sd", "output", "Standard deviation of offset", unit="rad"),
     *(
         Variable(name, f"output.offset_parts.{member}", "output", about, unit=unit)
         for name, member, unit, about in OFFSET_PARTS
     ),
-    Variable("status", "output.offset_status", "output", "Standing of offset", "enumeration", enumeration="Status"),
+    Variable("status", "output.offset_status", "output", "Status of offset", "enumeration", enumeration="Status"),
     Variable(
         "understeer_gradient",
         "output.understeer_gradient",
         "output",
-        "Understeer gradient over g, 0 until learned",
+        "Understeer gradient over g, 0 until it is identified",
         unit="rad/(m/s2)",
     ),
-    Variable("backlash", "output.backlash", "output", "Play, full width, 0 until learned", unit="rad"),
+    Variable("backlash", "output.backlash", "output", "Free play, full width, 0 until it is identified", unit="rad"),
     Variable("yaw_rate_bias", "output.yaw_rate_bias", "output", "Bias of the yaw rate", unit="rad/s"),
     Variable("yaw_rate_bias_sd", "output.yaw_rate_bias_sd", "output", "Its standard deviation", unit="rad/s"),
 )
 
 
 def a2l(variables: Sequence[Variable]) -> str:
-    """The description of what an ECU has of the FMU's variables, and of what only it has."""
+    """The description of the FMU's variables that an ECU has too, and of those that only an ECU has."""
     items = [item for variable in (*variables, *_EACH_TICK) for item in _items(variable)]
     blocks = "\n".join(text for _, _, text in items)
     groups = "\n".join(
         _group(name, about, kind, [symbol for k, symbol, _ in items if k == kind])
         for name, about, kind in (
-            ("Parameters", "What an engineer tunes, and what the truck is", "CHARACTERISTIC"),
-            ("Measurements", "The last tick, what it gave, and what all ticks give", "MEASUREMENT"),
+            ("Parameters", "Tuning parameters and vehicle data", "CHARACTERISTIC"),
+            ("Measurements", "The last tick, its outputs, and the answer of all ticks", "MEASUREMENT"),
         )
     )
     return f"""ASAP2_VERSION 1 61
@@ -92,7 +92,7 @@ def a2l(variables: Sequence[Variable]) -> str:
 
 
 def _items(variable: Variable) -> Iterator[tuple[str, str, str]]:
-    """Kind, name and block; none for what an ECU has not."""
+    """Kind, name and block; nothing for a variable that an ECU does not have."""
     reason = re.fullmatch(r"reasons\[(\d+)\]", variable.member)
     member = _OTHER_MEMBERS.get(variable.member, variable.member)
     if reason is not None:
@@ -143,7 +143,7 @@ def _data_type(variable: Variable) -> str:
 
 
 def _limits(variable: Variable) -> tuple[float, float]:
-    """Physical ones, as shown."""
+    """Physical limits, in the displayed unit."""
     if variable.enumeration:
         values = ENUMERATIONS[variable.enumeration].values()
         return min(values), max(values)

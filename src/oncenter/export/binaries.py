@@ -1,4 +1,4 @@
-"""The binaries of an FMU: for all platforms by zig, or for this machine by its own C compiler."""
+"""The binaries of an FMU: for all platforms with zig, or for this machine with its own C compiler."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ class Platform:
     """A platform that an FMU has a binary for.
 
     Attributes:
-        fmi2, fmi3: its folder in FMI 2.0 and in FMI 3.0; "" where FMI 2.0 has none.
+        fmi2, fmi3: its folder in FMI 2.0 and in FMI 3.0; "" if FMI 2.0 has none.
         suffix: of a shared library there.
-        target: as `zig cc` calls it, with the oldest C library or system that loads the binary.
+        target: the name for `zig cc`, with the oldest C library or system that loads the binary.
     """
 
     fmi2: str
@@ -60,7 +60,7 @@ _PLATFORMS = (  # the two that share a folder in FMI 2.0 are neighbours
 
 
 def platforms(fmi: Fmi) -> tuple[Platform, ...]:
-    """The platforms that `binaries` compiles for: all where zig is installed, else this machine's."""
+    """The platforms that `binaries` compiles for: all if zig is installed, else this machine's."""
     if not has_zig():
         return (this_platform(),)
     return tuple(p for p in _PLATFORMS if p.folder(fmi))
@@ -72,7 +72,7 @@ def has_zig() -> bool:
 
 
 def this_platform() -> Platform:
-    """Where FMI looks for this machine's binary."""
+    """This machine's platform, with the folder names of FMI."""
     system = {"win32": "windows"}.get(sys.platform, sys.platform)
     suffix = {"windows": "dll", "darwin": "dylib"}.get(system, "so")
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
@@ -86,10 +86,10 @@ def binaries(fmi: Fmi, sources: Mapping[str, bytes], compiled: Sequence[str]) ->
     Args:
         fmi: 2 or 3.
         sources: all files by name, headers among them.
-        compiled: the files that a compiler is given.
+        compiled: the files to compile.
 
     Raises:
-        OncenterError: "compiler": there is none, or it refuses.
+        OncenterError: "compiler": there is none, or it reports an error.
     """
     wanted = platforms(fmi)
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor() as pool:
@@ -101,7 +101,7 @@ def binaries(fmi: Fmi, sources: Mapping[str, bytes], compiled: Sequence[str]) ->
 
 
 def licences() -> dict[str, bytes]:
-    """By name, the texts that must travel with what the compiler links into a binary: zig does, its C runtimes."""
+    """Licence texts by name, for the C runtimes that zig links into a binary."""
     spec = find_spec("ziglang") if has_zig() else None
     if spec is None or spec.origin is None:
         return {}
@@ -124,7 +124,7 @@ def _compile(wanted: Platform, sources: Path, compiled: Sequence[str]) -> bytes:
     run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if run.returncode != 0:
         name = "zig" if wanted.target else compiler[0]
-        first = next((line for line in run.stderr.splitlines() if "error" in line), "it says nothing")
+        first = next((line for line in run.stderr.splitlines() if "error" in line), "no error message")
         raise OncenterError(
             f"the C compiler '{name}' cannot compile the FMU for {wanted.fmi3}: {first.strip()}",
             code="compiler",
@@ -134,7 +134,7 @@ def _compile(wanted: Platform, sources: Path, compiled: Sequence[str]) -> bytes:
 
 
 def _compiler(wanted: Platform) -> list[str]:
-    """zig for its targets; $CC or else the system's cc for this machine."""
+    """zig for its targets; for this machine $CC, or else the system's cc."""
     if wanted.target:
         return [*_ZIG, "-target", wanted.target, "-s"]
     compiler = shlex.split(os.environ.get("CC", "")) or ["cc"]
@@ -152,7 +152,7 @@ def _linking(wanted: Platform) -> list[str]:
     if wanted.suffix == "dll":
         return ["-shared"]
     options = ["-shared", "-fPIC", "-fvisibility=hidden"]
-    # Else the name is the path where it was compiled.
+    # The default install name is the path of the compilation.
     return [*options, f"-Wl,-install_name,@rpath/{wanted.library}"] if wanted.suffix == "dylib" else options
 
 

@@ -1,4 +1,4 @@
-"""The core as one folder of C that an ECU project takes in."""
+"""The core as one folder of C for an ECU project."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def write_c(output: str | os.PathLike[str]) -> Path:
         The path written.
 
     Raises:
-        OncenterError: "output", exit code 2: it holds something already, or cannot be written.
+        OncenterError: "output", exit code 2: it is not empty, or cannot be written.
     """
     folder = Path(output)
     try:
@@ -48,7 +48,7 @@ def write_c(output: str | os.PathLike[str]) -> Path:
 
 
 def _fill(folder: Path, contents: Mapping[str, str]) -> None:
-    """All of it or nothing: a folder that holds a part would be refused next time."""
+    """All of it or nothing: the next run would reject a folder with a part."""
     try:
         for name in _PARTS:
             (folder / name).mkdir(parents=True, exist_ok=True)

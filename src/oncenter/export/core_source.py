@@ -1,4 +1,4 @@
-"""The core as it lies in the package."""
+"""The core's files in the package."""
 
 from __future__ import annotations
 

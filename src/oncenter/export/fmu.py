@@ -21,7 +21,7 @@ from oncenter.files.whole_file import check_place, write_whole
 from oncenter.vehicle import Vehicle
 
 _FMI = Path(__file__).with_name("fmi")
-_CORE = "core.c"  # includes the core's files, so that the compiler sees from room to room
+_CORE = "core.c"  # includes the core's files, so that the compiler can inline across them
 _VARIABLES = "variables.c"
 _SOURCES: dict[Fmi, tuple[str, ...]] = {2: ("instance.c", "fmi2.c"), 3: ("instance.c", "fmi3.c", "fmi3_unused.c")}
 _HEADERS: dict[Fmi, tuple[str, ...]] = {
@@ -39,7 +39,7 @@ def write_fmu(vehicle: Vehicle, output: str | os.PathLike[str], *, fmi: Fmi = 2)
     there is one, for this machine, by its own C compiler.
 
     Args:
-        vehicle: what `oncenter.vehicle` gave; its values and `[params]` become the start values of the FMU's
+        vehicle: as from `oncenter.vehicle`; its values and `[params]` become the start values of the FMU's
             parameters, which an importer may change before the simulation.
         output: the file to write, ending in .fmu.
         fmi: 2 or 3, for FMI 2.0 or 3.0.
@@ -48,12 +48,12 @@ def write_fmu(vehicle: Vehicle, output: str | os.PathLike[str], *, fmi: Fmi = 2)
         The path written.
 
     Raises:
-        OncenterError: "output", "compiler" (none, or it refuses), "vehicle_file" (exit 2).
+        OncenterError: "output", "compiler" (none, or it reports an error), "vehicle_file" (exit 2).
     """
     path = Path(output)
     if path.suffix != ".fmu":
         raise OncenterError(f"--output takes a .fmu file, got {path.name}", code="output", exit_code=WRONG_USAGE)
-    check_place(path)  # before compilers take their time
+    check_place(path)  # before the compilers run, which takes seconds
     files = _contents(vehicle, fmi)
     sources = {Path(name).name: data for name, data in files.items() if name.startswith("sources/")}
     files |= binaries(fmi, sources, _compiled(fmi))
@@ -74,7 +74,7 @@ def _packed(files: Mapping[str, bytes]) -> bytes:
 
 
 def _contents(vehicle: Vehicle, fmi: Fmi) -> dict[str, bytes]:
-    """All of the FMU but its binaries, by path."""
+    """All files of the FMU except its binaries, by path."""
     variables = variables_of(vehicle)
     sources = {file.name: file.read_bytes() for file in core_files()}
     sources[_CORE] = _core_in_one(sources).encode()
@@ -93,20 +93,20 @@ def _contents(vehicle: Vehicle, fmi: Fmi) -> dict[str, bytes]:
 
 
 def _token(fmi: Fmi, name: str, variables: Sequence[Variable], sources: Mapping[str, bytes]) -> str:
-    """The same for the same variables and sources, another for any other."""
-    said = hashlib.sha256(f"{fmi} {name} {_core.version()} {variables!r}".encode())
+    """A token that changes with each change of variables or sources."""
+    digest = hashlib.sha256(f"{fmi} {name} {_core.version()} {variables!r}".encode())
     for file in sorted(sources):
-        said.update(file.encode() + b"\0" + sources[file])
-    return f"{{{uuid.UUID(bytes=said.digest()[:16], version=4)}}}"
+        digest.update(file.encode() + b"\0" + sources[file])
+    return f"{{{uuid.UUID(bytes=digest.digest()[:16], version=4)}}}"
 
 
 def _compiled(fmi: Fmi) -> tuple[str, ...]:
-    """The files that a compiler is given."""
+    """The files to compile."""
     return (_CORE, _VARIABLES, *_SOURCES[fmi])
 
 
 def _core_in_one(sources: Iterable[str]) -> str:
-    """The pragmas say to compilers that heed them what COMPILER_OPTIONS say to gcc."""
+    """The pragmas have the effect of -ffp-contract=off in COMPILER_OPTIONS, for compilers other than gcc."""
     included = [f'#include "{name}"' for name in sorted(sources) if name.endswith(".c")]
     pragmas = ["#if defined(_MSC_VER)", "#pragma fp_contract(off)", "#elif defined(__clang__)"]
     pragmas += ["#pragma STDC FP_CONTRACT OFF", "#endif"]

@@ -21,12 +21,12 @@ _FMI3_TYPES = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "enu
 def model_description(
     fmi: Fmi, vehicle_name: str, variables: Sequence[Variable], token: str, sources: Sequence[str]
 ) -> bytes:
-    """modelDescription.xml; `sources` are the files to compile, which FMI 3.0 has in `build_description` instead."""
+    """modelDescription.xml; `sources` are the files to compile, which `build_description` lists for FMI 3.0."""
     given = {
         "fmiVersion": "2.0" if fmi == 2 else "3.0",
         "modelName": "oncenter",
         "guid" if fmi == 2 else "instantiationToken": token,
-        "description": f"Steering wheel angle sensor offset of {vehicle_name}, found while driving",
+        "description": f"Steering wheel angle sensor offset of {vehicle_name}, estimated while driving",
         "author": "the oncenter developers",
         "version": _core.version(),
         "copyright": "Copyright (c) 2026 the oncenter developers",
@@ -39,7 +39,7 @@ def model_description(
     _units(root)
     _types(root, fmi)
     categories = ET.SubElement(root, "LogCategories")
-    ET.SubElement(categories, "Category", name="logStatusError", description="Why a call was refused")
+    ET.SubElement(categories, "Category", name="logStatusError", description="The reason why a call was rejected")
     ET.SubElement(root, "DefaultExperiment", startTime="0", stepSize="0.01")
     described = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(variables):
@@ -136,15 +136,15 @@ def _literal(variable: Variable, value: float) -> str:
 
 
 def _structure(root: ET.Element, fmi: Fmi, variables: Sequence[Variable]) -> None:
-    """Every output depends on all that came before: no dependencies are told."""
+    """Lists no dependencies: every output depends on all earlier inputs."""
     structure = ET.SubElement(root, "ModelStructure")
-    told = [reference for reference, variable in enumerate(variables) if variable.role in _ANSWERS]
+    outputs = [reference for reference, variable in enumerate(variables) if variable.role in _ANSWERS]
     if fmi == 3:
         for element in ("Output", "InitialUnknown"):
-            for reference in told:
+            for reference in outputs:
                 ET.SubElement(structure, element, valueReference=str(reference))
         return
     for element in ("Outputs", "InitialUnknowns"):
         unknowns = ET.SubElement(structure, element)
-        for reference in told:
+        for reference in outputs:
             ET.SubElement(unknowns, "Unknown", index=str(reference + 1))

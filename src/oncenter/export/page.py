@@ -1,4 +1,4 @@
-"""documentation/index.html of an FMU: what goes in, what comes out, what can be set."""
+"""documentation/index.html of an FMU: inputs, outputs, parameters."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SECTIONS = (
 
 
 def page(vehicle_name: str, variables: Sequence[Variable]) -> str:
-    """One page without any asset; narrow screens get a row as a block."""
+    """One page without assets; on narrow screens each row is a block."""
     title = f"oncenter {_core.version()}: {html.escape(vehicle_name)}"
     sections = "\n".join(
         f"<h2>{heading}</h2>\n<table>\n{_rows([v for v in variables if v.role in roles])}\n</table>"
@@ -50,15 +50,15 @@ td:nth-child(2) {{ white-space: nowrap; opacity: .75 }}
 </head>
 <body>
 <h1>{title}</h1>
-<p>Finds how far a truck's steering wheel angle sensor is off while it drives. ISO 8855: left turns are positive for
-angle, yaw rate and lateral acceleration; the accelerometer reports specific force.</p>
-<p>Each communication step takes the ticks that fall into it, at <code>rate_hz</code>; an importer that steps by one
-tick gets the numbers that <code>oncenter offset</code> gives of the same log. A signal that is not measured at a tick
-says so by its <code>_available</code> input, or by NaN. Parameters hold from the end of initialization on. A value
-means nothing while its status is unobservable.</p>
+<p>Estimates the straight-ahead offset of a truck's steering wheel angle sensor while it drives. ISO 8855: left turns
+are positive for angle, yaw rate and lateral acceleration; the accelerometer reports specific force.</p>
+<p>Each communication step runs its ticks at <code>rate_hz</code>. With steps of one tick, the FMU gives the numbers of
+<code>oncenter offset</code> for the same log. If a signal is not measured at a tick, set its <code>_available</code>
+input to false, or the signal to NaN. Parameters apply from the end of initialization on. Ignore a value while its
+status is unobservable.</p>
 {sections}
-<p>Behind a parameter's description stand its default, in the unit one would say it in, and whence it is: sections,
-tables and equations are those of P. Fejes, Estimation of Steering Wheel Angle in Heavy-Duty Trucks (2016).</p>
+<p>A parameter's description ends with its default, in the usual unit, and its source. Sections, tables and equations
+are those of P. Fejes, Estimation of Steering Wheel Angle in Heavy-Duty Trucks (2016).</p>
 <h2>Enumerations</h2>
 <table>
 {enumerations}
@@ -73,7 +73,7 @@ def _rows(variables: Sequence[Variable]) -> str:
 
 
 def _kind(variable: Variable) -> str:
-    """The unit; the type of what has none."""
+    """The unit; the type of a variable without unit."""
     if variable.type != "real":
         return variable.enumeration or variable.type
     return "" if variable.unit == "1" else variable.unit

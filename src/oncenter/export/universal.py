@@ -1,4 +1,4 @@
-"""Shared libraries of several processors as one file, as macOS loads it: a universal binary."""
+"""Shared libraries for several processors in one file that macOS loads: a universal binary."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _PAGE_BITS = 14  # 16 KiB, the larger page of the two processors
 
 
 def universal(libraries: Sequence[bytes]) -> bytes:
-    """The libraries one after the other, each on a page of its own, behind a table of processor and place.
+    """The libraries one after the other, each on a page of its own, after a table of their processors and positions.
 
     Raises:
         ValueError: one of them is no 64-bit Mach-O file.

@@ -1,4 +1,4 @@
-"""The variables of the FMU: one table of names, units, types and what they are, and the C table written from it."""
+"""The variables of the FMU: one table of names, units, types and descriptions, and the C table from it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from oncenter.vehicle import Vehicle
 Type = Literal["real", "integer", "boolean", "enumeration"]
 Role = Literal["independent", "parameter", "input", "output", "answer"]
 
-# By name: what FMI calls base units, each with its power.
+# By name: FMI's base units, each with its power.
 UNITS: dict[str, dict[str, int]] = {
     "rad": {"rad": 1},
     "rad/s": {"rad": 1, "s": -1},
@@ -44,7 +44,7 @@ ENUMERATIONS: dict[str, dict[str, int]] = {
     "TrafficSide": {"left": -1, "unknown": 0, "right": 1},
 }
 
-_NOT_TOLD = "unobservable"
+_UNOBSERVABLE = "unobservable"
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def _vehicle(vehicle: Vehicle) -> Iterator[Variable]:
         60,
     )
     for axle, width in (("front", vehicle.track_width_front_m), ("rear", vehicle.track_width_rear_m)):
-        about = f"Between the middles of the {axle} axle's left and right tyres, 1 to 3; 0 where unknown"
+        about = f"Track width of the {axle} axle, between tyre centres, 1 to 3; 0 if not given"
         yield real(f"track_width_{axle}_m", f"track_width_{axle}", about, "m", width or 0.0, 0, 3)
     yield Variable(
         "vehicle.traffic_side",
@@ -140,7 +140,7 @@ def _params(vehicle: Vehicle) -> Iterator[Variable]:
         "method",
         "method",
         "parameter",
-        "What is estimated from what",
+        "Estimation method",
         "enumeration",
         enumeration="Method",
         start=_core.METHODS.index(DEFAULT_METHOD),
@@ -149,7 +149,7 @@ def _params(vehicle: Vehicle) -> Iterator[Variable]:
         "angle_method",
         "angle_method",
         "parameter",
-        "How the steering wheel angle is estimated without its sensor, which is judged by it",
+        "Method of the steering wheel angle without its sensor; the sensor is checked against it",
         "enumeration",
         enumeration="AngleMethod",
         start=_core.ANGLE_METHODS.index("observer"),
@@ -158,7 +158,7 @@ def _params(vehicle: Vehicle) -> Iterator[Variable]:
         "params.use_accelerometer",
         "params.use_accelerometer",
         "parameter",
-        "Whether the lateral acceleration is used; else yaw rate times speed",
+        "Use the lateral acceleration; otherwise yaw rate times speed",
         "boolean",
         start=used["use_accelerometer"],
     )
@@ -175,7 +175,7 @@ def _params(vehicle: Vehicle) -> Iterator[Variable]:
         )
 
 
-_INPUTS = (  # by the bits of oc_signals.valid: name, unit, what it is, whether there is one unless said otherwise
+_INPUTS = (  # by the bits of oc_signals.valid: name, unit, description, default of its _available input
     ("steering_wheel_angle", "rad", "Steering wheel angle as measured, left positive", True),
     ("yaw_rate", "rad/s", "Yaw rate as measured, left positive", True),
     ("vehicle_speed", "m/s", "Vehicle speed, forward positive", True),
@@ -184,7 +184,7 @@ _INPUTS = (  # by the bits of oc_signals.valid: name, unit, what it is, whether 
     ("wheel_speed_front_right", "m/s", "Wheel speed at the tread, front right", False),
     ("wheel_speed_rear_left", "m/s", "Wheel speed at the tread, rear left", False),
     ("wheel_speed_rear_right", "m/s", "Wheel speed at the tread, rear right", False),
-    ("lateral_speed", "m/s", "Speed sideways over ground, left positive; for the angle by side slip alone", False),
+    ("lateral_speed", "m/s", "Lateral speed over ground, left positive; only for the angle by side slip", False),
     ("steering_wheel_torque", "N m", "Steering wheel torque that the driver applies, left positive", False),
 )
 
@@ -193,7 +193,7 @@ def _inputs() -> Iterator[Variable]:
     for name, unit, about, _ in _INPUTS:
         yield Variable(name, f"tick.{name}", "input", about, unit=unit, start=0.0)
     for k, (name, _, _, available) in enumerate(_INPUTS):
-        about = f"Whether {name} is a measurement at this tick"
+        about = f"{name} is measured at this tick"
         yield Variable(f"{name}_available", f"available[{k}]", "input", about, "boolean", start=float(available))
 
 
@@ -212,44 +212,59 @@ def _outputs() -> Iterator[Variable]:
         "m/s2",
         "From the vehicle speed, one filter delay old",
     )
-    yield real("motion.bank", "motion.bank", "m/s2", "Lateral acceleration less yaw rate times speed: the road's bank")
+    yield real("motion.bank", "motion.bank", "m/s2", "Lateral acceleration minus yaw rate times speed: the road's bank")
     yield real(
-        "motion.residual", "motion.residual", "rad", "Measured angle less the one that yaw rate and speed ask for"
+        "motion.residual", "motion.residual", "rad", "Measured angle minus the angle for this yaw rate and speed"
     )
     for k, (reason, bit) in enumerate(_core.REASONS.items()):
-        if reason != "window":  # never a tick's own
+        if reason != "window":  # is never the reason of one tick
             assert bit == 1 << k
             about = f"The last tick is not used: {reason.replace('_', ' ')}"
             yield Variable(f"reason.{reason}", f"reasons[{k}]", "output", about, "boolean")
-    yield real("play_place", "place", "1", "Place in the play, 1 on the left turn's flank, -1 on the right's")
+    yield real("play_place", "place", "1", "Position in the free play: 1 on the left flank, -1 on the right flank")
     yield real("angle", "angle.angle", "rad", "True steering wheel angle")
     yield real("angle_rate", "angle.rate", "rad/s", "Rate of the true steering wheel angle")
     yield real("angle_sd", "angle.standard_deviation", "rad", "Standard deviation of angle")
-    yield real("angle_estimate", "angle.estimate", "rad", "What motion alone says of the steering wheel angle")
-    yield status("angle_status", "angle_status", "Status", f"Standing of angle; it means nothing while {_NOT_TOLD}")
-    yield status("sensor_fault", "fault", "SensorFault", "What is wrong with the steering wheel angle sensor")
-    yield real("sensor_fault_since", "fault_since", "s", "When the sensor's fault began")
-    yield real("sensor_fault_confidence", "fault_confidence", "1", "At least so likely is the sensor's fault")
+    yield real("angle_estimate", "angle.estimate", "rad", "Steering wheel angle estimated from motion only")
+    yield status("angle_status", "angle_status", "Status", f"Status of angle; ignore angle while {_UNOBSERVABLE}")
+    yield status("sensor_fault", "fault", "SensorFault", "Fault of the steering wheel angle sensor")
+    yield real("sensor_fault_since", "fault_since", "s", "Time at which the sensor's fault began")
+    yield real("sensor_fault_confidence", "fault_confidence", "1", "Minimum probability of the sensor's fault")
 
 
-_ESTIMATES = (  # name, member of oc_answer, unit, what it is
-    ("offset", "offset", "rad", "Straight-ahead offset of the steering wheel angle: measured less offset is true"),
+_ESTIMATES = (  # name, member of oc_answer, unit, description
+    (
+        "offset",
+        "offset",
+        "rad",
+        "Straight-ahead offset of the steering wheel angle: true angle = measured angle - offset",
+    ),
     ("understeer_gradient", "understeer_gradient", "rad/(m/s2)", "Understeer gradient over g at the road wheel"),
-    ("backlash", "backlash", "rad", "Play of the steering at the steering wheel, full width"),
-    ("unloading_acceleration", "unloading_acceleration", "m/s2", "Measured acceleration where the steering unloads"),
-    ("equivalent_wheelbase", "equivalent_wheelbase", "m", "Wheelbase that bends show"),
+    ("backlash", "backlash", "rad", "Free play of the steering at the steering wheel, full width"),
+    (
+        "unloading_acceleration",
+        "unloading_acceleration",
+        "m/s2",
+        "Neutral lateral acceleration: measured value at which the steering unloads",
+    ),
+    ("equivalent_wheelbase", "equivalent_wheelbase", "m", "Wheelbase that fits the bends"),
     ("yaw_rate_bias", "yaw_rate_bias", "rad/s", "Bias of the yaw rate, now"),
-    ("wheel_radius_mismatch_front", "wheel_radius_mismatch_front", "1", "Left over right radius less one, front"),
-    ("wheel_radius_mismatch_rear", "wheel_radius_mismatch_rear", "1", "Left over right radius less one, rear"),
+    ("wheel_radius_mismatch_front", "wheel_radius_mismatch_front", "1", "Left over right radius minus one, front"),
+    ("wheel_radius_mismatch_rear", "wheel_radius_mismatch_rear", "1", "Left over right radius minus one, rear"),
 )
 
 
-# In the order of oc_offset_parts, as the FMU mirrors them: name, its member there, unit, what it is.
+# In the order of oc_offset_parts and of the FMU's mirror of it: name, member, unit, description.
 OFFSET_PARTS = (
-    ("offset_drive_sd", "drive_sd", "rad", "Part of offset_sd that the drive leaves open; offset_status judges it"),
-    ("offset_pull_sd", "pull_sd", "rad", "Part of offset_sd by a pull, which no single drive identifies"),
-    ("offset_wind_sd", "wind_sd", "rad", "Part of offset_sd by the mean crosswind, which no single drive identifies"),
-    ("offset_set_up_sd", "set_up_sd", "rad", "Part of offset_sd by an axle set up to unload on the crown, likewise"),
+    ("offset_drive_sd", "drive_sd", "rad", "Part of offset_sd from this drive; offset_status depends on it"),
+    ("offset_pull_sd", "pull_sd", "rad", "Part of offset_sd from a pull, not identifiable from one drive"),
+    ("offset_wind_sd", "wind_sd", "rad", "Part of offset_sd from the mean crosswind, not identifiable from one drive"),
+    (
+        "offset_set_up_sd",
+        "set_up_sd",
+        "rad",
+        "Part of offset_sd from an axle set up for the crown, not identifiable from one drive",
+    ),
     ("offset_per_acceleration", "per_acceleration", "rad/(m/s2)", "Change of offset by a pull or a mean crosswind"),
 )
 
@@ -259,13 +274,15 @@ def _answer() -> Iterator[Variable]:
         yield Variable(name, f"answer.{member}.value", "answer", about, unit=unit)
         sd = f"Standard deviation of the truth about {name}; 1.96 of it on both sides is a 95 % interval"
         yield Variable(f"{name}_sd", f"answer.{member}.standard_deviation", "answer", sd, unit=unit)
-        standing = f"Standing of {name}; its value means nothing while {_NOT_TOLD}"
+        status = f"Status of {name}; ignore its value while {_UNOBSERVABLE}"
         yield Variable(
-            f"{name}_status", f"answer.{member}.status", "answer", standing, "enumeration", enumeration="Status"
+            f"{name}_status", f"answer.{member}.status", "answer", status, "enumeration", enumeration="Status"
         )
     for k, (name, _, unit, about) in enumerate(OFFSET_PARTS):
         yield Variable(name, f"offset_parts[{k}]", "answer", about, unit=unit)
-    yield Variable("changes", "answer.changes", "answer", "Changes of offset or bends that the drive proved", "integer")
+    yield Variable(
+        "changes", "answer.changes", "answer", "Number of detected changes of the offset or of the bends", "integer"
+    )
     for name, about in (("duration", "All ticks"), ("used", "Ticks that were used"), ("unused", "All others")):
         yield Variable(f"{name}_time", f"answer.{name}", "answer", about, unit="s")
     for k, reason in enumerate(_core.REASONS):
@@ -282,7 +299,7 @@ def c_table(variables: Iterable[Variable], token: str) -> str:
     ]
     return "\n".join(
         [
-            "/* Written by oncenter export; a variable's value reference is its place here. */",
+            "/* Written by oncenter export; a variable's value reference is its index in this table. */",
             "",
             '#include "instance.h"',
             "",

@@ -1,4 +1,4 @@
-"""Test vectors: a drive in whole numbers and what the core gives on it, as a C header."""
+"""Test vectors: a drive in whole numbers and the core's outputs for it, as a C header."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from oncenter.vehicle import Vehicle, vehicle
 
 _SCENARIO, _SEED = "worn_truck", 1  # play, biases, dropouts, all wheel speeds: much of the core is in use
 _RATE_HZ = 20.0
-_ROWS, _EVERY = 6000, 100  # five minutes; every how many rows the outputs are told
+_ROWS, _EVERY = 6000, 100  # five minutes; outputs are listed every _EVERY rows
 _NOT_AVAILABLE = -32768
 _RESOLUTIONS = {  # in the order of oc_signals.valid's bits, as test_vectors.c has them
     "steering_wheel_angle_rad": 1 / 1024,
@@ -59,7 +59,7 @@ _CASE_TYPE = (
 
 
 def vectors_header() -> str:
-    """vectors.h for c/test_vectors.c: the drive, and by case what each hundredth tick and the whole drive give."""
+    """vectors.h for c/test_vectors.c: the drive, and for each case every hundredth tick's outputs and the answer."""
     drive = _drive()
     truck = vectors_truck()
     constants = {
@@ -79,8 +79,8 @@ def vectors_header() -> str:
     head = [
         "#ifndef ONCENTER_VECTORS_H",
         "#define ONCENTER_VECTORS_H",
-        f"/* Written by oncenter {_core.version()}: a simulated drive, {_SCENARIO} with seed {_SEED}, and what the",
-        " * core gives on it, as doubles to the last bit. */",
+        f"/* Written by oncenter {_core.version()}: a simulated drive, {_SCENARIO} with seed {_SEED}, and the",
+        " * core's outputs for it, as doubles to the last bit. */",
         "",
         '#include "monitor.h"',
         "",
@@ -106,7 +106,7 @@ def _drive() -> npt.NDArray[np.int64]:
     signals, _ = simulate(_SCENARIO, seed=_SEED)
     table = signals.table.gather_every(round(signals.rate_hz / _RATE_HZ)).head(_ROWS)
     raw = np.column_stack([table[name].to_numpy() / resolution for name, resolution in _RESOLUTIONS.items()])
-    inside = np.abs(raw) < -_NOT_AVAILABLE - 1  # NaN is not
+    inside = np.abs(raw) < -_NOT_AVAILABLE - 1  # NaN is not inside
     return np.where(inside, np.rint(np.where(inside, raw, 0.0)), _NOT_AVAILABLE).astype(np.int64)
 
 
@@ -128,8 +128,8 @@ def _case(truck: Vehicle, method: str, angle_method: str, drive: npt.NDArray[np.
     }
     outputs = np.zeros(len(drive), _core.OUTPUT_DTYPE)
     core.run({"time_s": np.arange(len(drive)) / _RATE_HZ, **columns}, outputs)
-    told = outputs[::_EVERY]
-    table = np.column_stack([_member(told, path).astype(np.float64) for path in _OUTPUTS])
+    listed = outputs[::_EVERY]
+    table = np.column_stack([_member(listed, path).astype(np.float64) for path in _OUTPUTS])
     answer = core.answer()
     head = f"    {{{_core.METHODS.index(method)}, {_core.ANGLE_METHODS.index(angle_method)}, {{"
     final = _numbers(float(_member(answer, path)) for path in _ANSWERS)

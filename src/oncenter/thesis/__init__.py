@@ -1,8 +1,8 @@
-"""The thesis line by line: each of its figures, tables and numbers made again from this code.
+"""The thesis line by line: each of its figures, tables and numbers reproduced by this code.
 
-A module per figure group has one function, `run(progress) -> list[Exhibit]`: it computes whatever its figures and
-tables show, calls `progress` with the fraction done, and types in no result. GROUPS names them; the page sorts what
-they give by its number.
+A module per figure group has one function, `run(progress) -> list[Exhibit]`: it computes everything that its
+figures and tables show, calls `progress` with the fraction done, and types in no result. GROUPS lists them; the page
+sorts their exhibits by number.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from oncenter.files.whole_file import write_whole
 if TYPE_CHECKING:
     from oncenter.thesis.figure import Exhibit
 
-# Modules of this room, with about how many seconds each takes: the progress bar's share.
+# Modules of this folder, with the seconds that each takes approximately: its share of the progress bar.
 GROUPS: Mapping[str, float] = {
     "schematics": 1.0,
     "geometry": 1.0,
@@ -48,9 +48,9 @@ def write(
     """Computes all groups and writes `index.html`, and each figure as SVG and PNG beside it.
 
     Args:
-        folder: made where it is not; files in it are overwritten.
+        folder: created if it does not exist; files in it are overwritten.
         progress: called with the fraction done, 0 to 1.
-        groups: those to compute, as GROUPS.
+        groups: the groups to compute, in the form of GROUPS.
 
     Returns:
         The page's path.
@@ -67,7 +67,7 @@ def write(
         return _written(target, exhibits)
     except OSError as error:
         raise OncenterError(
-            f"output folder {target} cannot be written: {error.strerror or error}; name one that is yours",
+            f"output folder {target} cannot be written: {error.strerror or error}; name a folder that you may write to",
             code="output",
             exit_code=WRONG_USAGE,
         ) from None

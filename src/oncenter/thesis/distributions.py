@@ -1,4 +1,4 @@
-"""Figure 18: where the play stands while the offset is estimated, and what its mean place does, (49) to (51)."""
+"""Figure 18: the position in the free play while the offset is estimated, and the effect of its mean, (49) to (51)."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ _OPEN_GATE = {"bank_max_m_s2": 1.0}  # the third road would shut Table 4's
 
 @dataclass(frozen=True)
 class _Driven:
-    """Where the play stood at the samples used, deg, and how far off the offset was.
+    """Positions in the play at the samples used, and the offset's errors, deg.
 
-    `mean_deg` is (49); `error_deg` that of (36) and (37) with the true K_us; `learned_error_deg` with the one that the
-    thesis's method learned or, where it learned none, without.
+    `mean_deg` is (49); `error_deg` that of (36) and (37) with the true K_us; `learned_error_deg` with the K_us that
+    the thesis's method learned, or without K_us if it learned none.
     """
 
     title: str
@@ -57,7 +57,7 @@ def run(progress: Progress) -> list[Exhibit]:
 
 
 def _changes(turns_deg: tuple[float, ...], crown_percent: float) -> dict[str, dict[str, Any]]:
-    """Straights of 200 m and bends of 400 m, again and again; no other error than play."""
+    """Straights of 200 m and bends of 400 m in turn; free play is the only error."""
     sections = [
         part for turn_deg in turns_deg for part in ({"length_m": 200.0}, {"length_m": 400.0, "turn_deg": turn_deg})
     ]
@@ -118,10 +118,10 @@ def _figure(driven: list[_Driven]) -> Figure:
 
     return Figure(
         "18",
-        "Where the play stands",
+        "Position in the free play",
         draw,
-        f"{PLAY_STANDARD_DEG:g} deg of play, the samples that the gate lets in. The bars are true; the blue line is "
-        "their mean, (49), and the dashed one how far (36) and (37) are off when they are given the true K_us. The "
+        f"{PLAY_STANDARD_DEG:g} deg of play, the samples that pass the gate. The bars are true; the blue line is "
+        "their mean, (49), and the dashed one the error of (36) and (37) with the true K_us. The "
         "thesis draws the first two by hand.",
         claims=(
             Claim(
@@ -130,7 +130,7 @@ def _figure(driven: list[_Driven]) -> Figure:
                 0.0,
                 apart_deg,
                 "deg",
-                "with the true K_us; what is left is the sensors' noise and what the truck does between steady states",
+                "with the true K_us; the rest is sensor noise and motion between steady states",
             ),
             Claim(
                 "5.3.3, Fig. 18",
@@ -146,7 +146,7 @@ def _figure(driven: list[_Driven]) -> Figure:
                 bound_deg,
                 one_sided.error_deg,
                 "deg",
-                "a road that falls by 5 % for the whole drive, its slip taken away by the true K_us",
+                "a road that falls by 5 % for the whole drive, its slip removed with the true K_us",
             ),
             Claim(
                 "5.3.3",
@@ -158,11 +158,11 @@ def _figure(driven: list[_Driven]) -> Figure:
             ),
             Claim(
                 "5.3.3, (51)",
-                "error there by the thesis's method as it is, which cannot learn K_us on such a drive",
+                "error there by the unchanged thesis method, which cannot learn K_us on such a drive",
                 bound_deg,
                 one_sided.learned_error_deg,
                 "deg",
-                "(51) bounds the play's share alone: the slip that a bank takes comes on top of it",
+                "(51) bounds the play's share alone; a bank adds the effect of tyre slip",
             ),
             Claim(
                 "5.5.1",

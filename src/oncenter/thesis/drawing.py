@@ -1,4 +1,4 @@
-"""A figure as SVG and PNG files, and as the SVG that a page takes in and colours itself."""
+"""A figure as SVG and PNG files, and as an SVG inside a page, which sets its colours."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _STYLE: dict[Any, Any] = {
     "patch.edgecolor": INK,
     "path.simplify": True,
     "path.simplify_threshold": 0.3,
-    "svg.fonttype": "path",  # the reader's machine may lack the font that the layout was made for
+    "svg.fonttype": "path",  # the reader's machine may lack the font of the layout
     "text.color": INK,
     "text.parse_math": True,
     "xtick.color": MUTED,
@@ -52,7 +52,7 @@ _STYLE: dict[Any, Any] = {
     "ytick.labelcolor": INK,
     "ytick.labelsize": 8,
 }
-# in a page, what depends on light and dark is the page's to say
+# in a page, the page sets the colours that depend on light and dark
 _OF_THE_PAGE = {INK: "var(--text)", MUTED: "var(--muted)", GRID: "var(--grid)", PAPER: "var(--card)"}
 
 

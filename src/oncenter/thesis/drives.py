@@ -1,4 +1,4 @@
-"""Simulated drives of the thesis's truck, and of others made from shipped scenarios by changing values."""
+"""Simulated drives of the thesis's truck, and of other trucks: shipped scenarios with changed values."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ import oncenter as oc
 from oncenter.signals import Signals
 from oncenter.simulate.truth import Truth
 
-SEED = 2016  # one drive where a figure shows one; the thesis's year
+SEED = 2016  # the seed of figures that show one drive; the thesis's year
 
 
 def simulated(
     base: str, changes: Mapping[str, Mapping[str, Any]] | None = None, seed: int = SEED
 ) -> tuple[Signals, Truth]:
-    """A shipped scenario, driven with other values than it has.
+    """A drive of a shipped scenario with changed values.
 
     Args:
         base: its name.
         changes: by section, as a scenario file holds them: {"road": {"crown_percent": 7.0}}.
-        seed: of its chances.
+        seed: of its random numbers.
 
     Raises:
         OncenterError: as `oncenter.simulate`.

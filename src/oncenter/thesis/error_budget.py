@@ -1,4 +1,4 @@
-"""Figure 16: what biased sensors do to the offset, by (48) as printed, as corrected, and simulated."""
+"""Figure 16: the effect of sensor biases on the offset, by (48) as printed, as corrected, and simulated."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _ACCELERATION_BIASES = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
 _SMALL_BIAS = 0.2 * DEGREE  # 5.3.1
 _BANK_M_S2 = 0.2  # 5.3.2
 
-# Even bends both ways at one speed, no crown, no play and no bias but those that are added: what (48) is about.
+# Even bends both ways at one speed, no crown, no play and no bias except the added ones: the case of (48).
 _DRIVE: Mapping[str, Mapping[str, Any]] = {
     "drive": {"duration_s": 900.0},
     "road": {
@@ -41,7 +41,7 @@ _DRIVE: Mapping[str, Mapping[str, Any]] = {
     "driver": {"speed_km_h": [_SPEED_M_S * 3.6, _SPEED_M_S * 3.6]},
     "sensors": {"yaw_rate": {"bias_deg_s": 0.0}, "lateral_acceleration": {"bias_m_s2": 0.0}},
 }
-# The thesis does not say which two trucks it drew: these are of their kinds, the first such that 1 m/s^2 costs 10 deg.
+# The thesis does not name its two trucks. These are similar; for the first, 1 m/s^2 causes an error of 10 deg.
 _TRACTOR = {"steering": {"steering_ratio": _RATIO, "backlash_deg": 0.0, "compliance_deg_kn_m": 0.8}}
 _DISTRIBUTION = {
     "truck": {
@@ -65,7 +65,7 @@ _OPEN_GATES = {
 
 @dataclass(frozen=True)
 class _Driven:
-    """A truck, what (48) has to know of it, and how far the thesis's method was off, rad, for each bias alone."""
+    """A truck, its values in (48), and the error of the thesis's method, rad, for each bias alone."""
 
     name: str
     truck: Truck
@@ -76,7 +76,7 @@ class _Driven:
 
 
 def run(progress: Progress) -> list[Exhibit]:
-    """Two trucks, each driven once; the biases are added to what its sensors said."""
+    """Two trucks, one drive each; the biases are added to the recorded signals."""
     tractor = _driven("heavily understeered tractor", _TRACTOR)
     progress(0.45)
     distribution = _driven("distribution truck", _DISTRIBUTION)
@@ -97,7 +97,7 @@ def _driven(name: str, changes: Mapping[str, Mapping[str, Any]]) -> _Driven:
         biased = _biased(signals, yaw_rate_bias, acceleration_bias)
         found = oc.offset(biased, vehicle, method="thesis", params=_OPEN_GATES).offset.value
         assert found is not None
-        return at_rest - found  # (44) is true less found
+        return at_rest - found  # (44) is true minus estimated
 
     with_table_4 = oc.offset(_biased(signals, float(_YAW_RATE_BIASES[-1]), 0.0), vehicle, method="thesis")
     return _Driven(
@@ -127,7 +127,7 @@ def _biased(signals: Signals, yaw_rate_bias: float, acceleration_bias: float, sc
 
 
 def _varying_speed() -> tuple[float, float, float]:
-    """The thesis's own drive at 20 to 90 km/h with 0.2 deg/s: the error found; with 1/E[v]; with E[1/v]; rad."""
+    """The thesis's own drive at 20 to 90 km/h with 0.2 deg/s: the simulated error; with 1/E[v]; with E[1/v]; rad."""
     signals, truth = simulated("thesis_drive", {"steering": {"backlash_deg": 0.0}, "road": {"crown_percent": 0.0}})
     vehicle = oc.vehicle("scania_r730_4x2")
     before, after = (
@@ -145,7 +145,7 @@ def _varying_speed() -> tuple[float, float, float]:
 
 
 def _worst_disagreement_percent(trucks: tuple[_Driven, ...]) -> float:
-    """Of simulation from the corrected formula, over all biases but none."""
+    """Largest difference between simulation and corrected formula, over all biases except zero."""
     worst = []
     for driven in trucks:
         by_bias = np.array([as_corrected_rad(driven.truck, bias, 0.0) for bias in _YAW_RATE_BIASES[1:]])
@@ -174,7 +174,7 @@ def _figure_16a(trucks: tuple[_Driven, ...], varying: tuple[float, float, float]
 
     return Figure(
         "16a",
-        "What a yaw rate bias costs the offset",
+        "Effect of a yaw rate bias on the offset",
         draw,
         f"At {_SPEED_M_S:g} m/s, a speed that reads 5 % too high, i = {_RATIO:g}. Dots: two simulated trucks on even "
         "bends, to whose yaw rate the bias was added, by the thesis's method with its gates wide open. Dashed: (48) "
@@ -206,15 +206,15 @@ def _figure_16a(trucks: tuple[_Driven, ...], varying: tuple[float, float, float]
                 tractor.used_by_table_4_s,
                 "s",
                 "the figure goes to 3 deg/s, but (32) then reads a bend of 300 m on a straight and (33) a bank of 0.8 "
-                "m/s^2: the gates must be given the corrected yaw rate",
+                "m/s^2: the gates need the corrected yaw rate",
             ),
         ),
         misprints=(
             Misprint(
                 "5.2, (48)",
                 "the yaw rate's bias acts through K_us as well",
-                "(33) takes r v away and (37) adds it again: only i L r_o / (v (1 + λ)) is left",
-                f"with 3 deg/s the {tractor.name} is off by {printed:.1f} deg as printed, {corrected:.1f} deg as "
+                "(33) subtracts r v and (37) adds it again: only i L r_o / (v (1 + λ)) is left",
+                f"with 3 deg/s the {tractor.name} has an error of {printed:.1f} deg as printed, {corrected:.1f} deg as "
                 f"corrected; simulated {found:.1f} deg",
                 shown=abs(found - corrected) < 0.1 * abs(found - printed),
             ),
@@ -222,7 +222,7 @@ def _figure_16a(trucks: tuple[_Driven, ...], varying: tuple[float, float, float]
                 "5.2, (48)",
                 "1/E[v]",
                 "E[1/v]",
-                f"with 0.2 deg/s at 20 to 90 km/h the truck of Table 2 is off by {off:.3f} deg; 1/E[v] says "
+                f"with 0.2 deg/s at 20 to 90 km/h the error for the truck of Table 2 is {off:.3f} deg; 1/E[v] gives "
                 f"{by_mean:.3f}, E[1/v] {by_inverse:.3f} deg",
                 shown=abs(off - by_inverse) < abs(off - by_mean),
             ),
@@ -248,10 +248,10 @@ def _figure_16b(trucks: tuple[_Driven, ...]) -> Figure:
 
     return Figure(
         "16b",
-        "What an accelerometer bias costs the offset",
+        "Effect of an accelerometer bias on the offset",
         draw,
-        "The same drives, the bias added to the lateral acceleration. Here (48) as printed and as corrected are one. "
-        "Without an accelerometer the same error comes from a road's bank.",
+        "The same drives, the bias added to the lateral acceleration. Here (48) is right as printed. "
+        "Without an accelerometer a road bank causes the same error.",
         claims=(
             Claim(
                 "5.3.2, Fig. 16b",
@@ -272,11 +272,11 @@ def _figure_16b(trucks: tuple[_Driven, ...]) -> Figure:
             ),
             Claim(
                 "5.2, (48)",
-                "by how much a speed that reads 5 % too high raises the learned K_us of the understeered truck",
+                "increase of the learned K_us of the understeered truck if the speed reads 5 % too high",
                 None,
                 learned,
                 "%",
-                "(48) takes K_us as given; at one speed (38) takes what is missing of L r/v for understeer, and the "
+                "(48) takes K_us as given; at one speed (38) attributes an error of L r/v to understeer, and the "
                 "accelerometer's bias then acts through that",
             ),
         ),
@@ -285,7 +285,7 @@ def _figure_16b(trucks: tuple[_Driven, ...]) -> Figure:
                 "5.3.2",
                 "an error of up to 10 deg/s",
                 "10 deg: it is an angle",
-                f"1 m/s^2 costs the {tractor.name} {at_one:.1f} deg",
+                f"for the {tractor.name}, 1 m/s^2 causes an error of {at_one:.1f} deg",
                 shown=8.0 < at_one < 13.0,
             ),
         ),
@@ -339,10 +339,10 @@ def _table(tractor: _Driven) -> Table:
     ]
     return Table(
         "1+",
-        "What Table 1's sensors may cost the offset",
+        "Effect of Table 1's sensors on the offset",
         ("error", "size", "by (48) as printed, deg", "as corrected, deg"),
         tuple(rows),
-        f"The {tractor.name} of Figure 16 at {_SPEED_M_S:g} m/s, by the verb budget, which says: "
+        f"The {tractor.name} of Figure 16 at {_SPEED_M_S:g} m/s, by oncenter budget, which prints: "
         f"{budget.advice()[0]}. "
         "The speed's scale counts as if all bends went to one side, each at Table 4's limit; play as in (51).",
     )

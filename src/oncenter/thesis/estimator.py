@@ -1,4 +1,4 @@
-"""5.2 and 5.5.4: what (36) averages over and how sure that makes it, and the estimator from wheel speeds alone."""
+"""5.2 and 5.5.4: the samples of (36) and its variance, and the estimator from wheel speeds alone."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LAGS_S = np.linspace(0.0, 20.0, 81)
 
 
 def run(progress: Progress) -> list[Exhibit]:
-    """Eight half hours with the thesis's truck, which has 3 deg of play, answered by three methods."""
+    """Eight half hours with the thesis's truck, which has 3 deg of play, evaluated by three methods."""
     truck = oc.vehicle("scania_r730_4x2")
     errors: dict[str, list[float]] = {method: [] for method in METHODS}
     residuals, by_43, by_batches = [], [], []
@@ -55,7 +55,7 @@ def run(progress: Progress) -> list[Exhibit]:
         draw,
         "Above: measured less modelled angle δ − δ̂ at every clean tick of eight simulated half hours; dashed, the "
         "10 deg "
-        "that the thesis found rarely exceeded. Below: its autocorrelation, which (43) takes for zero beyond the "
+        "which the thesis calls rarely exceeded. Below: its autocorrelation, which (43) takes for zero beyond the "
         "first "
         "point, and which lasts for tens of seconds.",
         claims=_claims(together, errors, by_43, by_batches, memory),
@@ -76,7 +76,7 @@ def run(progress: Progress) -> list[Exhibit]:
 
 
 def _residual_deg(answer: oc.Answer) -> Array:
-    """delta - delta_hat of (37) at the clean ticks, their order kept, less its mean."""
+    """delta - delta_hat of (37) at the clean ticks, in order, minus its mean."""
     rows = oc.trace(answer)
     clean = rows[rows["reasons"] == 0]
     ratio = answer.vehicle.ratio_near_centre
@@ -127,7 +127,7 @@ def _claims(
         ),
         Claim(
             "5.2",
-            "what the thesis's offset is really off by",
+            "actual error of the thesis's offset",
             None,
             _rms(errors["thesis"]),
             "deg",
@@ -151,7 +151,7 @@ def _claims(
         ),
         Claim(
             "5.6",
-            "with further improvements it is believed to come under",
+            "with further improvements it is expected to be under",
             1.0,
             float(np.max(np.abs(errors["joint"]))),
             "deg",
@@ -192,8 +192,8 @@ def _from_wheel_speeds(errors: list[float]) -> Table:
                 None,
                 float(np.max(np.abs(errors))),
                 "deg",
-                f"{len(errors)} half hours; radii are told by a drive's net turning alone, and no accelerometer "
-                "sees the crown",
+                f"{len(errors)} half hours; radii follow only from the drive's net turning, and without an "
+                "accelerometer the crown is not measured",
             ),
         ),
         _wheel_speed_misprints(L, front, rear, truck.ratio_near_centre),
@@ -201,7 +201,7 @@ def _from_wheel_speeds(errors: list[float]) -> Table:
 
 
 def _front_wheels(L: float, track: float, steer: float, v: float) -> tuple[float, float]:
-    """m/s, left and right, while the rear axle's middle goes at v and the front wheels stand by Ackermann."""
+    """m/s, left and right, for the speed v of the rear axle's middle and front wheels at Ackermann angles."""
     middle = L / np.tan(steer)
     left, right = (float(v / middle * np.hypot(middle + side * track / 2, L)) for side in (-1.0, 1.0))
     return left, right
@@ -225,7 +225,7 @@ def _wheel_speed_misprints(L: float, front: float, rear: float, ratio: float) ->
     r = 15.0 * float(np.tan(steer)) / L
     of_front, of_rear = (_second_bullet(track, left, right, steer) for track in (front, rear))
     slow = _second_bullet(front, *_front_wheels(L, front, steer, 5.0), steer)
-    offset = 5.0 * DEGREE  # of a sensor, that (delta - delta_a) must take off
+    offset = 5.0 * DEGREE  # of a sensor, which (delta - delta_a) must subtract
     without = _second_bullet(front, left, right, steer + offset / ratio)
     return (
         Misprint(
@@ -254,7 +254,7 @@ def _wheel_speed_misprints(L: float, front: float, rear: float, ratio: float) ->
         Misprint(
             "5.5.4, second bullet",
             "cos((δ − δ_a)/i)",
-            "δ_o: the sensor's offset is what is to be taken off; δ_a is defined nowhere",
+            "δ_o: the sensor's offset has to be subtracted; δ_a is not defined",
             "no symbol list has δ_a; an offset of 5 deg left in changes r by "
             f"{1e2 * abs(without / of_front - 1.0):.2f} %",
             abs(without / of_front - 1.0) < 0.01,
@@ -268,12 +268,10 @@ def _draw(canvas: Canvas, together: Array, memory: Array) -> None:
     for side in (-1.0, 1.0):
         above.axvline(side * _LARGE_DEG, color=THESIS, ls="--", lw=1.0)
     above.set(
-        xlabel="$\\delta-\\hat\\delta$ less its mean (deg)", ylabel="density (1/deg)", yscale="log", xlim=(-15.0, 15.0)
+        xlabel="$\\delta-\\hat\\delta$ minus its mean (deg)", ylabel="density (1/deg)", yscale="log", xlim=(-15.0, 15.0)
     )
     below.plot(_LAGS_S, memory, color=OURS)
-    below.plot(
-        [0.0, 0.0, _LAGS_S[-1]], [1.0, 0.0, 0.0], color=THESIS, ls="--", lw=1.0, label="taken for granted in (43)"
-    )
+    below.plot([0.0, 0.0, _LAGS_S[-1]], [1.0, 0.0, 0.0], color=THESIS, ls="--", lw=1.0, label="assumed by (43)")
     below.axhline(0.0, color=MUTED, lw=0.6)
     below.set(xlabel="lag (s of clean driving)", ylabel="autocorrelation", ylim=(-0.3, 1.05))
     below.legend()

@@ -1,7 +1,7 @@
-"""What a figure group gives: figures and tables, each with the thesis's numbers beside ours.
+"""The results of a figure group: figures and tables, each with the numbers of the thesis and of this code.
 
-Colours are few. Those of ink and paper become the page's own where a figure stands in the page, so that it reads in
-light and dark; so axes, text and reference lines use INK, MUTED and GRID, and never black or white.
+There are few colours. In a page, the page's own colours replace those of ink and paper, for light and dark screens.
+Therefore axes, text and reference lines use INK, MUTED and GRID, and never black or white.
 """
 
 from __future__ import annotations
@@ -16,27 +16,27 @@ if TYPE_CHECKING:
 Progress = Callable[[float], None]  # takes the fraction done, 0 to 1
 
 INK = "#16191d"  # axes, text, outlines
-MUTED = "#5b626b"  # what is measured, or only for comparison
+MUTED = "#5b626b"  # measured values, or values for comparison
 GRID = "#dfe2e6"
 PAPER = "#ffffff"
-OURS = "#3987e5"  # what this code finds
-THESIS = "#dd7a2f"  # what the thesis prints or its method finds
-TRUTH = "#2a9d6f"  # what is true in a simulation
+OURS = "#3987e5"  # results of this code
+THESIS = "#dd7a2f"  # numbers of the thesis, or results of its method
+TRUTH = "#2a9d6f"  # true values of a simulation
 OTHER = "#a06cd5"  # a fourth curve
 FIFTH = "#c8527a"
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One number of the thesis, and what this code gets for it.
+    """One number of the thesis, and the result of this code for it.
 
     Attributes:
         where: section, figure, table or equation, as "4.1, Fig. 12".
-        text: what is claimed, in one line without its number.
-        thesis: as printed; None where the thesis gives no number.
-        ours: from a run, in the same unit; None where there is nothing to compute, which `note` then explains.
+        text: the claim in one line, without its number.
+        thesis: as printed; None if the thesis gives no number.
+        ours: from a run, in the same unit; None if there is nothing to compute, for the reason in `note`.
         unit: "deg", "deg/(m/s^2)", ...; "" for none.
-        note: why the two differ, or what ours was made from.
+        note: the reason why the two differ, or the source of `ours`.
     """
 
     where: str
@@ -49,14 +49,14 @@ class Claim:
 
 @dataclass(frozen=True)
 class Misprint:
-    """What the thesis prints wrongly, with the check that says so.
+    """A misprint of the thesis, with the check that shows it.
 
     Attributes:
-        where: as of a claim.
-        printed: what stands there.
-        right: what it must be.
-        check: what was computed, with its numbers: "off by 0.51 rad as printed, 3e-16 as corrected".
-        shown: whether the check bore it out.
+        where: as in a claim.
+        printed: the printed text.
+        right: the correct text.
+        check: the computation, with its numbers: "error 0.51 rad as printed, 3e-16 as corrected".
+        shown: True if the check confirms the misprint.
     """
 
     where: str
@@ -71,10 +71,10 @@ class Figure:
     """A figure by its number in the thesis.
 
     Attributes:
-        number: "2", "16a"; our own further views of it "2+".
+        number: "2", "16a"; further views by this code "2+".
         title: a few words.
         draw: fills an empty matplotlib figure (`canvas.subplots()` ...), with axis labels and units; computes nothing.
-        caption: what is seen, in whole sentences: what was run, and where the thesis's values are drawn in.
+        caption: the content in whole sentences: the drives or equations used, and the thesis's values in the figure.
         size_in: width and height in inches. 5.2 is half of a wide page and all of a telephone's, where text of 9 points
             can just be read: panels stand one below the other.
     """

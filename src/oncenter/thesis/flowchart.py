@@ -28,7 +28,7 @@ _ROW_IN, _GAP_IN = 0.2, 0.2  # of the chart
 
 @dataclass(frozen=True)
 class Step:
-    """One comment of theirs, what it calls of other rooms, and the reasons for which a tick goes no further."""
+    """One comment of `step`, the functions of other files that it calls, and the reasons that end a tick there."""
 
     text: str
     calls: tuple[str, ...]
@@ -36,7 +36,7 @@ class Step:
 
 
 def run(progress: Progress) -> list[Exhibit]:
-    """The chart, and what 5.1.1's filter does in the core."""
+    """The chart, and the effect of 5.1.1's filter in the core."""
     core = shipped("core")
     found = steps(*(core.joinpath(name).read_text(encoding="utf-8") for name in ("monitor.c", "motion.c")))
     cutoff_hz, delay_s = _cutoff_hz(), _delay_s(np.linspace(0.2, _BAND_HZ, 10))
@@ -49,21 +49,21 @@ def run(progress: Progress) -> list[Exhibit]:
     return [
         Figure(
             "15",
-            "A tick's way through the monitor",
+            "The steps of the monitor for one tick",
             draw,
-            "Each box is a step of core/monitor.c as its source names it, with the section of the thesis and the "
+            "Each box is a step of core/monitor.c in the words of its source, with the section of the thesis and the "
             "core's "
-            "functions that it calls; to the right, the reasons for which a tick goes no further. Drawn from the "
+            "functions that it calls; to the right, the reasons that end a tick there. Drawn from the "
             "source, "
-            "so that it is what runs.",
+            "so it shows the code that runs.",
             claims=(
                 Claim(
                     "5.1.1",
-                    "cut-off frequency of the low-pass, where 1/√2 is left",
+                    "cut-off frequency of the low-pass, gain 1/√2",
                     _PRINTED_CUTOFF_HZ,
                     cutoff_hz,
                     "Hz",
-                    "sines of yaw rate through the core, and what it then finds of curvature",
+                    "sines of yaw rate through the core, and its curvature",
                 ),
                 Claim(
                     "5.1.1",
@@ -80,8 +80,8 @@ def run(progress: Progress) -> list[Exhibit]:
 
 
 def steps(monitor: str, motion: str) -> list[Step]:
-    """What `step` of core/monitor.c does, in its order, parted at the comments that stand alone, with what its own
-    functions do; the gate's reasons are those of `oc_gate` in core/motion.c."""
+    """The steps of `step` in core/monitor.c, in order, split at its own-line comments, with the calls of its own
+    functions; the gate's reasons are those of `oc_gate` in core/motion.c."""
     body = _body(monitor, "static void step(")
     parts = re.split(r"^ +/\* (.+?) \*/$", body, flags=re.MULTILINE | re.DOTALL)[1:]
     codes = [_with_own_functions(code, monitor) for code in parts[1::2]]
@@ -119,7 +119,7 @@ def _reasons(code: str) -> tuple[str, ...]:
 
 
 def _passed(frequency_hz: float) -> tuple[float, float]:
-    """Gain of the core's filter and its delay, s, by a least-squares sine through what comes out."""
+    """Gain of the core's filter and its delay, s, by a least-squares sine through its output."""
     time = np.arange(0.0, 40.0, 1.0 / _RATE_HZ)
     speed, turned = 20.0, 0.01 * np.sin(2.0 * np.pi * frequency_hz * time)
     columns = {
@@ -172,8 +172,8 @@ def _chart(canvas: Canvas, found: list[Step]) -> None:
 def _rows(step: Step) -> list[tuple[str, str, float]]:
     """Text, colour and size of each line in a step's box."""
     calls = ", ".join(call.removeprefix("oc_") for call in step.calls)
-    told = [(line, INK, 8.0) for line in textwrap.wrap(step.text, 54)]
-    return told + [(line, OURS, 6.8) for line in textwrap.wrap(calls, 64)]
+    lines = [(line, INK, 8.0) for line in textwrap.wrap(step.text, 54)]
+    return lines + [(line, OURS, 6.8) for line in textwrap.wrap(calls, 64)]
 
 
 def _box_in(rows: list[tuple[str, str, float]]) -> float:

@@ -1,4 +1,4 @@
-"""Figure 2: Ackermann's geometry, and what (1), (2) and (3) make of the front wheels' speeds."""
+"""Figure 2: Ackermann's geometry, and the angles of (1), (2) and (3) from the front wheels' speeds."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _RATIO_SHOWN_DEG = 500.0  # Figure 10's largest steering wheel angle
 
 
 def run(progress: Progress) -> list[Exhibit]:
-    """(2) and (3) on speeds that Ackermann's geometry itself gives."""
+    """(2) and (3) on speeds from Ackermann's geometry."""
     truck = oc.vehicle("scania_r730_4x2")
     assert truck.track_width_front_m is not None
     wheelbase, track = truck.wheelbase_m, truck.track_width_front_m
@@ -66,8 +66,8 @@ def run(progress: Progress) -> list[Exhibit]:
             "2+",
             "What (2) and (3) lose",
             drawn_errors,
-            "Above: (3) against the angle that the wheels' speeds were made from, wheelbase 3.7 m, by track width. "
-            "Dotted: where Figure 10's 500 deg at the steering wheel are. Below: (2), with R_l as printed, with "
+            "Above: (3) against the angle for which the wheel speeds were computed, wheelbase 3.7 m, by track width. "
+            "Dotted: Figure 10's 500 deg at the steering wheel. Below: (2), with R_l as printed, with "
             "R_r, and "
             "this code's solution that needs no radius.",
             claims=(
@@ -77,7 +77,7 @@ def run(progress: Progress) -> list[Exhibit]:
                     None,
                     100.0 * at_most,
                     "%",
-                    "the thesis only says that the terms left out are small; computed from Ackermann's geometry itself",
+                    "the thesis only says that the neglected terms are small; computed from Ackermann's geometry",
                 ),
                 Claim(
                     "2.2, (2)",
@@ -107,7 +107,7 @@ def _relative_error(wheelbase: float, track: float, angles: Array) -> Array:
 
 
 def _equation_2(wheelbase: float, track: float, v_l: Array, v_r: Array, radius: Array) -> Array:
-    """(2) letter by letter but for whose radius it takes."""
+    """(2) as printed, except for the choice of the radius."""
     q = v_l**2 / v_r**2
     sine = 2 * wheelbase / track * (q - 1) / (q + 1 - track**2 / (2 * radius**2))
     return 0.5 * np.arcsin(np.clip(sine, -1.0, 1.0))
@@ -132,7 +132,7 @@ def _misprints(wheelbase: float, track: float, angles: Array, printed: Array, co
             "2.2, (2)",
             "1 − L_tw²/(2 R_l²) in the denominator",
             "R_r in place of R_l",
-            f"right turns up to 42 deg: (2) is off by up to {worst:.2f} deg as printed, by {best:.0e} deg with R_r",
+            f"right turns up to 42 deg: the error of (2) is up to {worst:.2f} deg as printed, {best:.0e} deg with R_r",
             worst > 0.1 > 1e-6 > best,
         ),
         Misprint(

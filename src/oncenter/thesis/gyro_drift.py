@@ -1,4 +1,4 @@
-"""Figure 17: a yaw rate sensor whose bias drifts by 0.5 deg/s in a minute, by the thesis's filter and by ours."""
+"""Figure 17: a yaw rate sensor whose bias drifts by 0.5 deg/s in a minute, by the thesis's filter and by the core's."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _SHOWN_S, _SETTLED_S = 720.0, 120.0
 _STEP = 10  # ticks: the filter runs at 10 Hz
 _COARSE_M_S = 1 / 16 / 3.6  # EBC2's resolution of a wheel's speed
 
-# What the thesis's filter is told of noise; it prints none of these.
+# Noise parameters of the thesis's filter; the thesis prints none of them.
 _GYRO_SD_RAD_S = 0.1 * DEGREE
 _WHEELS_SD_RAD_S = 0.3 * DEGREE  # (v_rr - v_rl)/T, rounding in it
-_TURNING_SD = 0.05  # rad/s in a second: how a yaw rate changes by chance
-_BIAS_SD = _DRIFT_DEG_S_MIN * DEGREE / math.sqrt(60.0)  # rad/s in a second: as much as drifts in a minute
+_TURNING_SD = 0.05  # rad/s in a second: random change of the yaw rate
+_BIAS_SD = _DRIFT_DEG_S_MIN * DEGREE / math.sqrt(60.0)  # rad/s in a second: as large as the drift in a minute
 _RADIUS_SD = 1e-4  # in a second, 0.08 % in a minute: tyres warm up and roads differ
 
 
@@ -85,7 +85,7 @@ def _changes() -> dict[str, dict[str, Any]]:
 
 def _thesis_filter(signals: Signals, radius_sd: float) -> Array:
     """The bias by 5.3.1's filter after Gustafsson et al.: yaw rate, bias and the rear radii's mismatch, each changing
-    by chance; the gyro and the rear wheels' difference as measurements. rad/s, at each `_STEP`th tick."""
+    randomly; the gyro and the rear wheels' difference as measurements. rad/s, at each `_STEP`th tick."""
     track_m = oc.vehicle("scania_r730_4x2").track_width_rear_m
     assert track_m is not None
     column = {name: signals.table[name].to_numpy()[::_STEP] for name in signals.table.columns}
@@ -107,7 +107,7 @@ def _thesis_filter(signals: Signals, radius_sd: float) -> Array:
 
 
 def _straight_from_min(time_s: Array, yaw_rate: Array) -> float:
-    """When the last bend ends: after it the truck turns by less than 1 deg/s."""
+    """End of the last bend: after it the truck turns by less than 1 deg/s."""
     return float(time_s[np.flatnonzero(np.abs(yaw_rate) > 1.0 * DEGREE)[-1]] / 60.0)
 
 
@@ -129,7 +129,7 @@ class _Curves:
         return float(np.abs(found - self.true)[settled].max())
 
     def lost_at_min(self, found: Array) -> float | None:
-        """From when on the error stays above a minute's drift; None where it does not."""
+        """The time from which the error stays above one minute's drift; None if it does not."""
         near = np.flatnonzero(np.abs(found - self.true) < _LOST_DEG_S)
         return None if near[-1] == len(found) - 1 else float(self.minutes[near[-1]])
 
@@ -172,23 +172,23 @@ def _figure(curves: _Curves) -> Figure:
         draw,
         f"The truck of Table 2, a bias that drifts by {_DRIFT_DEG_S_MIN:g} deg/s in a minute, wheel speeds in steps "
         "of "
-        "1/16 km/h, bends and changing speeds first. The thesis's filter is told that tyre radii change by 0.08 % "
+        "1/16 km/h, bends and changing speeds first. The thesis's filter assumes that tyre radii change by 0.08 % "
         "in a "
-        "minute; as soon as the speed is constant it takes the drift for that. Grey: the same filter with radii "
-        f"held fixed. Dotted: the {_NEEDED_DEG_S:g} deg/s that 5.3.1 asks for.",
+        "minute; as soon as the speed is constant it attributes the drift to them. Grey: the same filter with radii "
+        f"held fixed. Dotted: the {_NEEDED_DEG_S:g} deg/s that 5.3.1 requires.",
         claims=(
             Claim(
                 "5.3.1, Fig. 17",
-                "when the thesis's filter loses the drifting bias",
+                "time at which the thesis's filter loses the drifting bias",
                 6.0,
                 lost_at_min,
                 "min",
-                "from when on it is more than 0.5 deg/s off; the straight begins at "
+                "its error is more than 0.5 deg/s from then on; the straight begins at "
                 f"{curves.straight_from_min:.1f} min. The filter's tuning is not printed; this one is ours",
             ),
             Claim(
                 "5.3.1, Fig. 17",
-                "largest error of the thesis's filter after two minutes; 0.2 deg/s is said to do",
+                "largest error of the thesis's filter after two minutes; the thesis calls 0.2 deg/s sufficient",
                 0.2,
                 of_thesis,
                 "deg/s",

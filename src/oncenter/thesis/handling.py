@@ -37,7 +37,7 @@ _A_Y = np.linspace(0.05, 4.5, 30)  # m/s^2
 _PAYLOADS_T = (0.0, 4.0, 8.0)
 _RADII_M = (40.0, 80.0, 400.0)
 _GENTLE_M_S2 = 1.5  # 5.1.3
-_AT_M_S2 = 2.0  # where spreads over radius are told
+_AT_M_S2 = 2.0  # lateral acceleration of the spreads over radius
 
 
 def run(progress: Progress) -> list[Exhibit]:
@@ -82,7 +82,7 @@ def run(progress: Progress) -> list[Exhibit]:
             "The thesis's tractor: V-lines L/R at three speeds, and H-curves α_r − α_f with linear tyres (4) and "
             "with tyres "
             "that saturate at 0.75 (dry) and 0.4 (wet) of their load. Their distance across is the front wheel "
-            "angle; where the H-curve bends, (10) ends.",
+            "angle; where the H-curve bends, (10) is no longer valid.",
             claims=_claims(linear, trucks),
             misprints=_misprints(linear),
             size_in=(5.2, 3.8),
@@ -92,7 +92,7 @@ def run(progress: Progress) -> list[Exhibit]:
             "H-curves by payload and by axle layout",
             families,
             "Above: the tractor with a load on its coupling. Below: four axle layouts, each with its equivalent "
-            "wheelbase taken for L. To the left is understeer.",
+            "wheelbase as L. To the left is understeer.",
             size_in=(5.2, 5.4),
         ),
         Figure(
@@ -100,7 +100,7 @@ def run(progress: Progress) -> list[Exhibit]:
             "Winkler's equivalent wheelbase",
             collapse,
             "A 6x4 truck in turns of three radii: (12)'s f_2 depends on 1/R with the wheelbase to the middle of the "
-            "tandem (above), and hardly any more with the equivalent wheelbase (below).",
+            "tandem (above), and hardly with the equivalent wheelbase (below).",
             size_in=(5.2, 5.0),
         ),
         _table(trucks),
@@ -163,7 +163,7 @@ def _claims(linear: SteadyTruck, trucks: dict[str, SteadyTruck]) -> tuple[Claim,
     return (
         Claim(
             "2.4.1, (7)",
-            "of the front wheel angle that (7) leaves out at 5 m/s, the speed it is said to hold below",
+            "of the front wheel angle that (7) neglects at 5 m/s, its upper speed",
             None,
             100.0 * (1.0 - linear.wheelbase_m / radius / whole),
             "%",
@@ -182,7 +182,7 @@ def _claims(linear: SteadyTruck, trucks: dict[str, SteadyTruck]) -> tuple[Claim,
         ),
         Claim(
             "2.4.3, (13)",
-            "steady state of (13) less (10), of the front wheel angle",
+            "steady state of (13) minus (10), of the front wheel angle",
             0.0,
             100.0 * (_of_13(linear, curvature, a_y) / by_10 - 1.0),
             "%",
@@ -190,7 +190,7 @@ def _claims(linear: SteadyTruck, trucks: dict[str, SteadyTruck]) -> tuple[Claim,
         ),
         Claim(
             "5.1.3",
-            "largest bend of an H-curve off (10)'s straight line below 1.5 m/s², over four axle layouts",
+            "largest deviation of an H-curve from (10)'s straight line below 1.5 m/s², over four axle layouts",
             None,
             max(bends),
             "deg",
@@ -210,11 +210,11 @@ def _tyres() -> list[tuple[str, float, float]]:
 
 
 def _of_13(truck: SteadyTruck, curvature: float, a_y: float) -> float:
-    """The front wheel angle at which (13) rests, letter by letter; its C are of one of an axle's two wheels."""
+    """The front wheel angle at the steady state of (13) as printed; its C are those of one of an axle's two wheels."""
     m, l_f, l_r = truck.mass_kg, truck.ahead_m[0], -truck.ahead_m[1]
     C_f, C_r = truck.stiffness_n_rad / 2.0
     v = float(np.sqrt(a_y / curvature))
-    inertia = 1.0  # of no matter at rest
+    inertia = 1.0  # has no effect at the steady state
     motion = np.array(
         [
             [-2.0 * (C_f * l_f**2 + C_r * l_r**2) / inertia / v, -2.0 * (C_f * l_f - C_r * l_r) / inertia],

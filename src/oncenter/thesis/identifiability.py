@@ -1,8 +1,8 @@
-"""(25) to (31), 4.2: what the single-track model can and cannot tell without the steering wheel's sensor, as ranks.
+"""(25) to (31), 4.2: identifiability by the single-track model without the steering wheel angle sensor, as ranks.
 
-Each question is a matrix of what was measured, made from simulated drives of (13); a parameter, or the angle, is told
-where its column is independent of the others. Ranks are those of columns scaled to length one: singular values below
-1e-9 of the largest are none.
+Each question is a matrix of the measured quantities, from simulated drives of (13). A parameter, or the angle, is
+identifiable if its column is independent of the others. Columns are scaled to length one before the rank is taken;
+singular values below 1e-9 of the largest count as zero.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Model:
 
 
 def run(progress: Progress) -> list[Exhibit]:
-    """The ranks, and two trucks that move alike and are steered differently."""
+    """The ranks, and two trucks with the same motion and different steering."""
     model = _of(steady_truck("4x2"))
     angle: Array = _steered()
     x = np.column_stack(model.states(15.0, angle))
@@ -82,12 +82,12 @@ def run(progress: Progress) -> list[Exhibit]:
     return [
         Table(
             "(25)-(31)",
-            "What can be told without the angle's sensor",
+            "Identifiable without the angle sensor",
             ("question", "measured", "unknown", "rank", "so"),
             rows,
-            "Ranks of the matrices that (26) to (31) make of a simulated drive of (13), all of it measured without "
+            "Ranks of the matrices of (26) to (31) from a simulated drive of (13), all of it measured without "
             "error. "
-            "One short of the unknowns is a scale that nobody can tell; where the angle itself is asked for, its "
+            "A rank of one less than the unknowns leaves a common scale unidentified; where the angle is unknown, its "
             "column "
             "lies in the space of the others.",
             claims,
@@ -100,11 +100,11 @@ def run(progress: Progress) -> list[Exhibit]:
             "Motion of the thesis's tractor at 15 m/s (above). A truck whose front tyres are softer or stiffer "
             "would have "
             "moved just so, with another front wheel angle (below): (26) holds for all three, so no measurement of "
-            "the motion tells them apart.",
+            "the motion can separate them.",
             claims=(
                 Claim(
                     "4.2, (26)",
-                    "difference in front wheel angle between trucks that move alike",
+                    "difference in front wheel angle between trucks with the same motion",
                     None,
                     spread,
                     "deg",
@@ -128,7 +128,7 @@ def _steered() -> Array:
 
 
 def _angle_of_other_truck(model: Model, factor: float, x: Array) -> Array:
-    """delta_f of (26)'s first line for a truck with other front tyres that moves as told by x."""
+    """delta_f of (26)'s first line for a truck with other front tyres and the motion x."""
     forces = model.C_r * x[:, 1] + model.m / 2.0 * x[:, 2]
     return np.asarray(x[:, 0] + forces / (factor * model.C_f))
 
@@ -209,8 +209,7 @@ def _questions(model: Model, angle: Array, x: Array) -> tuple[tuple[tuple[str, .
             4.0,
             float(rank(steady)),
             "",
-            "four are asked for in theory; all steady states of one truck and one angle lie in a plane, at any "
-            "number of speeds",
+            "theory needs four; all steady states of one truck and one angle lie in a plane, at any number of speeds",
         ),
         Claim(
             "4.2, (29)",
@@ -222,7 +221,7 @@ def _questions(model: Model, angle: Array, x: Array) -> tuple[tuple[tuple[str, .
         ),
         Claim(
             "4.2, (31)",
-            "unknowns that remain free in (31) without the angle's sensor",
+            "unknowns that remain free in (31) without the angle sensor",
             None,
             float(samples + 1 - rank(of_31)),
             "",
@@ -251,8 +250,8 @@ def _misprint(model: Model) -> Misprint:
     values = np.linalg.svd(sets / np.linalg.norm(sets, axis=0), compute_uv=False)
     return Misprint(
         "4.2, below (30)",
-        "at least four independent sets of x_1, x_2 and v_x r at one front wheel angle would do",
-        "such sets do not exist: two are all there are, and the scale would stay unknown at any rate",
+        "at least four independent sets of x_1, x_2 and v_x r at one front wheel angle are enough",
+        "such sets do not exist: there are two, and the scale stays unknown in any case",
         f"singular values of {len(speeds)} steady states from 4 to 25 m/s: {values[0]:.2g}, {values[1]:.2g}, "
         f"{values[2]:.0e}, "
         f"{values[3]:.0e}",

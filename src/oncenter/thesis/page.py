@@ -10,11 +10,11 @@ from importlib.resources import files
 from oncenter.thesis.drawing import inline
 from oncenter.thesis.figure import Claim, Exhibit, Figure, Misprint, Table
 
-# The browser itself is told to fetch nothing.
+# Forbids the browser to load anything.
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
-# one letter, perhaps with a hat or a dot, and what hangs below it
+# one letter, perhaps with a hat or a dot, and its subscript
 _SUBSCRIPT = re.compile(r"(?<![\w.])([^\W\d_][\u0302\u0307]?)_([A-Za-z0-9]{1,4}(?:,max)?)(?![\w.]\w)")
 
 
@@ -35,13 +35,13 @@ def in_order(exhibits: Sequence[Exhibit]) -> list[Exhibit]:
 
 
 def _section(where: str) -> tuple[int, ...]:
-    """For sorting: (4, 1) of "4.1, Fig. 10"; whatever begins otherwise comes last."""
+    """For sorting: (4, 1) of "4.1, Fig. 10"; other beginnings come last."""
     found = re.match(r"[\d.]+", where)
     return tuple(int(part) for part in found[0].split(".") if part) if found else (99,)
 
 
 def file_stem(figure: Figure) -> str:
-    """What the figure's files are called: "figure-16a", "figure-2-more" for "2+", "equation-26" for "(26)"."""
+    """The names of the figure's files: "figure-16a", "figure-2-more" for "2+", "equation-26" for "(26)"."""
     if figure.number.startswith("("):
         return "equation-" + figure.number.strip("()")
     return "figure-" + figure.number.replace("+", "-more")
@@ -70,9 +70,9 @@ def page(exhibits: Sequence[Exhibit], svgs: Mapping[str, str], version: str) -> 
 <header>
 <h1>The thesis, line by line</h1>
 <p>P. Fejes, <i>Estimation of Steering Wheel Angle in Heavy-Duty Trucks</i> (Uppsala University, UPTEC F16 019, 2016):
-its figures, tables and numbers made again by <code>oncenter thesis</code>, version {escape(version)}, from the
-equations, the simulator and the estimators of this code. No result here is typed in. The thesis's own drives were never
-published: where it shows a drive, ours is simulated with a truck of its Table 2.</p>
+its figures, tables and numbers reproduced by <code>oncenter thesis</code>, version {escape(version)}, from the
+equations, the simulator and the estimators of this code. All results here are computed. The thesis's own drives
+were never published: where it shows a drive, ours is simulated with the truck of its Table 2.</p>
 <p class="quiet">{len(figures)} figures, {len(tables)} tables, <a href="#claims">{len(claims)} claims</a> beside ours,
 <a href="#misprints">{len(misprints)} misprints</a> with their checks.</p>
 <nav>{"".join(_link(exhibit) for exhibit in ordered)}</nav>
@@ -139,7 +139,7 @@ def _table(table: Table) -> str:
 
 
 def number(value: float | None) -> str:
-    """Three digits that count; what is left by rounding alone is zero."""
+    """Three significant digits; a rounding error counts as zero."""
     if value is None:
         return "—"
     if abs(value) < 1e-9:
@@ -180,7 +180,7 @@ def _claims(claims: Sequence[tuple[Exhibit, Claim]]) -> str:
     return f"""<section id="claims">
 <h2>Every claim with a number</h2>
 <div class="wide"><table class="rows"><thead><tr><th>where</th><th>claim</th><th class="number">thesis</th>
-<th class="number">ours</th><th>what ours is made from, and why the two differ</th></tr></thead><tbody>
+<th class="number">ours</th><th>source of our number, and reason for a difference</th></tr></thead><tbody>
 {rows}</tbody></table></div>
 </section>"""
 
@@ -189,12 +189,12 @@ def _misprints(misprints: Sequence[Misprint]) -> str:
     rows = "".join(
         f'<tr><td class="where">{escape(m.where)}</td><td data-name="printed:">{escape(m.printed)}</td>'
         f'<td data-name="right:">{escape(m.right)}</td><td>{escape(m.check)}</td>'
-        f'<td class="{"shown" if m.shown else "unshown"}">{"borne out" if m.shown else "not borne out"}</td></tr>\n'
+        f'<td class="{"shown" if m.shown else "unshown"}">{"confirmed" if m.shown else "not confirmed"}</td></tr>\n'
         for m in misprints
     )
     return f"""<section id="misprints">
 <h2>Misprints, each checked</h2>
 <div class="wide"><table class="rows"><thead><tr><th>where</th><th>printed</th><th>right</th><th>check</th>
-<th>so it is</th></tr></thead><tbody>
+<th>result</th></tr></thead><tbody>
 {rows}</tbody></table></div>
 </section>"""

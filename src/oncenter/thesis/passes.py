@@ -1,4 +1,4 @@
-"""Figure 19: the offset from single passes over one straight, the estimator begun anew at each."""
+"""Figure 19: the offset from single passes over one straight, the estimator restarted at each."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _ENOUGH_S = 20.0  # of estimation, 5.5.1
 
 @dataclass(frozen=True)
 class _Pass:
-    """One pass: the estimate over the time since its begin, and the seconds of evidence behind it."""
+    """One pass: the estimate over the time since its start, and its seconds of evidence."""
 
     direction: str
     time_s: Array
@@ -48,14 +48,14 @@ class _Pass:
 
 @dataclass(frozen=True)
 class _Known:
-    """What the drive of chapter 3 measured, and what is true; deg."""
+    """The result of the drive of chapter 3, and the truth; deg."""
 
     midpoint_deg: float
     place_sd_deg: float
     true_deg: float
     joint_deg: float  # by this code's own method from the whole drive
     bias_deg_s: float  # of the yaw rate
-    bias_cost_deg: float  # what that takes from the thesis's offset, (48) as corrected
+    bias_cost_deg: float  # its effect on the thesis's offset, (48) as corrected
 
     @property
     def band_deg(self) -> tuple[float, float]:
@@ -153,8 +153,8 @@ def _figure(passes: list[_Pass], known: _Known) -> Figure:
         draw,
         "A straight of 1.5 km that bends by 3 deg to the left on the way north-west, at 15 m/s, by the thesis's "
         "method "
-        "with Table 4, begun anew at each pass; K_us is not learned on it. 3 deg of play and the crown, which falls "
-        "to the other hand on the way back, part the directions. Grey: chapter 3's slow drive over the straight.",
+        "with Table 4, restarted at each pass; K_us is not learned on it. 3 deg of play and the crown, which falls "
+        "to the other side on the way back, separate the directions. Grey: chapter 3's slow drive over the straight.",
         claims=(
             Claim(
                 "5.4, Fig. 19",
@@ -182,15 +182,15 @@ def _figure(passes: list[_Pass], known: _Known) -> Figure:
                 "%",
                 "the band is 1.96 standard deviations of the reference drive's places, as in the thesis; it is not "
                 "the "
-                "interval of their mean, which is an order narrower",
+                "interval of their mean, which is ten times narrower",
             ),
             Claim(
                 "5.5.1",
-                "what a pass's estimate still changes by after 20 s, 300 m",
+                "change of a pass's estimate after 20 s, 300 m",
                 None,
                 settled_deg,
                 "deg",
-                "root mean square over all passes; 20 s settle what a pass can tell, but not the play",
+                "root mean square over all passes; 20 s are enough for one pass, but not for the play",
             ),
             Claim(
                 "5.5.1",
@@ -198,8 +198,8 @@ def _figure(passes: list[_Pass], known: _Known) -> Figure:
                 2.04,
                 binned_deg,
                 "deg",
-                f"true are {known.true_deg:.2f} deg; a yaw rate bias of {known.bias_deg_s:.2f} deg/s takes "
-                f"{known.bias_cost_deg:.2f} deg away",
+                f"the truth is {known.true_deg:.2f} deg; a yaw rate bias of {known.bias_deg_s:.2f} deg/s "
+                f"reduces it by {known.bias_cost_deg:.2f} deg",
             ),
             Claim(
                 "5.5.1",
@@ -207,7 +207,7 @@ def _figure(passes: list[_Pass], known: _Known) -> Figure:
                 2.04,
                 known.joint_deg,
                 "deg",
-                f"true are {known.true_deg:.2f} deg; it corrects the yaw rate and knows of the play",
+                f"the truth is {known.true_deg:.2f} deg; it corrects the yaw rate and models the play",
             ),
         ),
         size_in=(5.2, 4.0),

@@ -1,5 +1,5 @@
-"""Figures 10, 11, 12 and 14, chapter 4: the steering wheel angle from motion alone, by the thesis's ways and by "
-"ours."""
+"""Figures 10, 11, 12 and 14, chapter 4: the steering wheel angle from motion alone, by the methods of the thesis "
+"and of this code."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def _median(values: list[float]) -> float:
 
 
 def _relative_percent(drive: Manoeuvre, method: Method, large: bool) -> float:
-    """RMS of the error where more than 200 deg are steered, against what is steered; or where 20 to 200 are."""
+    """RMS of the error relative to the steered angle, above 200 deg; or from 20 to 200 deg."""
     size = np.abs(drive.true_deg)
     held = size > _LARGE_DEG if large else (size > 20.0) & (size <= _LARGE_DEG)
     error = (drive.estimates_deg[method] - drive.true_deg)[held] / drive.true_deg[held]
@@ -120,7 +120,7 @@ def _relative_percent(drive: Manoeuvre, method: Method, large: bool) -> float:
 
 
 def _lacking_deg(drive: Manoeuvre, method: Method, left: bool) -> float:
-    """By how much the angle is underestimated where the largest angle to that side is held."""
+    """Underestimation of the angle while the largest angle to that side is held."""
     side = 1.0 if left else -1.0
     held = side * drive.true_deg > 0.98 * np.max(side * drive.true_deg)
     return float(np.mean(side * (drive.true_deg - drive.estimates_deg[method])[held]))
@@ -134,7 +134,7 @@ def _slow(drives: list[Manoeuvre]) -> Figure:
     shown = drives[0]
     wheels = 500.0 * DEGREE / shown.truth.steering_ratio
     small = 100.0 * (1.0 - float(np.arctan(wheels)) / wheels)
-    linear = f"the simulated truck turns by δ_f/L and not by tan δ_f/L, which alone takes {small:.0f} % at 500 deg"
+    linear = f"the simulated truck turns by δ_f/L and not by tan δ_f/L, which alone causes {small:.0f} % at 500 deg"
     noise = "the play (3 deg) and the wheel speeds' noise; the thesis's truck also had a ratio that varies"
     claims = [
         Claim(
@@ -174,7 +174,7 @@ def _slow(drives: list[Manoeuvre]) -> Figure:
         "10",
         "At 17 km/h, up to 500 deg",
         lambda canvas: _with_error(canvas, shown, (_WSS, _OBSERVER), "10 %", 0.1 * np.abs(shown.true_deg)),
-        "The true angle, (21) from the wheel speeds, and our observer, which learned the truck from ten minutes "
+        "The true angle, (21) from the wheel speeds, and our observer, which identified the truck from ten minutes "
         "with its "
         "sensor. Below, their errors.",
         claims=tuple(claims),
@@ -192,8 +192,7 @@ def _faster(drives: list[Manoeuvre]) -> Figure:
         "11",
         "At 46 km/h",
         lambda canvas: _with_error(canvas, shown, (_WSS, _OBSERVER), "15 and 20 deg", fifteen, fifteen + 5.0),
-        "Bends up to 2 m/s². (21) lacks what the tyres' slip takes, as in the thesis; the observer knows K_us from "
-        "before.",
+        "Bends up to 2 m/s². (21) neglects tyre slip, as in the thesis; the observer has K_us from before.",
         claims=(
             Claim(
                 "4.1, Fig. 11",
@@ -240,7 +239,7 @@ def _hard(drives: list[Manoeuvre], others: dict[str, Manoeuvre]) -> Figure:
         below.legend(loc="lower right", fontsize=7, ncols=2)
 
     note = (
-        "from the turn's begin, of the estimate's own change, means over 0.11 s, median of five; the simulated "
+        "from the start of the turn, of the estimate's own change, means over 0.11 s, median of five; the simulated "
         "tractor "
         "is alone and light, and its steering does not lag"
     )
@@ -249,9 +248,8 @@ def _hard(drives: list[Manoeuvre], others: dict[str, Manoeuvre]) -> Figure:
         "12",
         "A hard turn at 72 km/h",
         draw,
-        "A machine turns the wheel from 60 to -50 deg at 260 deg/s. The wheel speeds tell what the truck does, and "
-        "so lag "
-        "behind what the hands do; the observer runs (13) backward.",
+        "A machine turns the wheel from 60 to -50 deg at 260 deg/s. The wheel speeds give the motion of the truck, "
+        "so they lag behind the hands; the observer inverts (13).",
         claims=(
             Claim("4.1, Fig. 12", "rate of the steering wheel", 260.0, rate, "deg/s", "the scenario's"),
             Claim(
@@ -264,8 +262,8 @@ def _hard(drives: list[Manoeuvre], others: dict[str, Manoeuvre]) -> Figure:
                     _PRINTED_S,
                     _ninety_percent_s(other, _WSS),
                     "s",
-                    "one drive; so what is missing is in what is not simulated here: a steering that gives way and "
-                    "swings, and the sensors' own filters",
+                    "one drive; so the difference comes from effects that are not simulated here: a compliant "
+                    "steering that swings, and the sensors' own filters",
                 )
                 for name, other in others.items()
             ),
@@ -286,7 +284,7 @@ def _hard(drives: list[Manoeuvre], others: dict[str, Manoeuvre]) -> Figure:
 
 
 def _ninety_percent_s(drive: Manoeuvre, method: Method) -> float:
-    """From the turn's begin until the estimate has made 90 % of its way to where it comes to rest."""
+    """Time from the start of the turn until the estimate has reached 90 % of its final change."""
     begin_s = _TURN_S - drive.begin_s
     estimate = drive.estimates_deg[method]
     before, rest = np.mean(estimate[drive.time_s < begin_s]), np.mean(estimate[drive.time_s > begin_s + 2.0])
@@ -304,11 +302,10 @@ def _by_gyro(drives: list[Manoeuvre]) -> Figure:
     apart = [float(np.mean(drive.estimates_deg[_WSS] - drive.estimates_deg[_YRS])) for drive in drives]
     return Figure(
         "14",
-        "Wheel speeds and gyro agree, and lack the same",
+        "Wheel speeds and gyro agree, and neglect the same",
         lambda canvas: _with_error(canvas, shown, (_WSS, _YRS), "15 to 20 deg at 2 m/s²", fifteen, fifteen + 5.0),
         "The manoeuvre of Figure 11: (21) from wheel speeds (WSS) and L r/v from the yaw rate sensor (YRS) both "
-        "tell the "
-        "Ackermann angle.",
+        "give the Ackermann angle.",
         claims=(
             Claim(
                 "4.2, Fig. 14", "understeer gradient K_us/g of the truck", 0.4, gradient, "deg/(m/s²)", "the scenario's"
@@ -320,12 +317,12 @@ def _by_gyro(drives: list[Manoeuvre]) -> Figure:
                 15.0,
                 _median(at_2),
                 "deg",
-                "underestimate of the gyro's where the wheel is held, scaled to 2 m/s²; 0.4 times 19.3 times 2 is "
+                "underestimation by the gyro while the wheel is held, scaled to 2 m/s²; 0.4 times 19.3 times 2 is "
                 f"{0.4 * 19.3 * 2.0:.1f}",
             ),
             Claim(
                 "4.1, Fig. 14",
-                "mean of WSS less YRS, which are said to agree",
+                "mean of WSS minus YRS, which agree according to the thesis",
                 0.0,
                 _median(apart),
                 "deg",
@@ -350,7 +347,7 @@ def _held_acceleration(drive: Manoeuvre) -> Array:
 
 
 def _error_per_m_s2(gradient_deg: float, ratio: float) -> float:
-    """(31) less L r/v at 1 m/s^2, deg at the steering wheel."""
+    """(31) minus L r/v at 1 m/s^2, deg at the steering wheel."""
     speed, yaw_rate, wheelbase = 10.0, 0.1, 3.7
     ackermann = wheelbase * yaw_rate / speed
     whole = ackermann + gradient_deg * DEGREE * speed * yaw_rate
@@ -362,7 +359,7 @@ _COLOURS = {_WSS: THESIS, _YRS: OTHER, _OBSERVER: OURS}
 
 
 def _with_error(canvas: Canvas, drive: Manoeuvre, methods: tuple[Method, ...], said: str, *errors_deg: Array) -> None:
-    """With the errors that the thesis tells, by those words, to both sides."""
+    """With the errors that the thesis states, by those words, to both sides."""
     _, below = _above_and_below(canvas, drive, methods)
     for error in errors_deg:
         for side in (-1.0, 1.0):

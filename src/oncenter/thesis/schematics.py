@@ -1,4 +1,4 @@
-"""Figures 1, 3 and 7: the steering system, what returns a wheel, and a road that falls to one side. (19)."""
+"""Figures 1, 3 and 7: the steering system, what returns a wheel, and a banked road. (19)."""
 
 from __future__ import annotations
 
@@ -30,21 +30,21 @@ if TYPE_CHECKING:
 
 
 def run(progress: Progress) -> list[Exhibit]:
-    """The sketches, and what a banked road does to an accelerometer."""
+    """The sketches, and the effect of a banked road on an accelerometer."""
     return [
         Figure(
             "1",
             "A truck's steering system",
             _steering_system,
             "From the steering wheel to the front wheels, seen from above with the column folded out. The sensor sits "
-            "below the steering wheel: play and wind-up of all that follows lie between what it measures, δ, and the "
+            "below the steering wheel: the play and wind-up of all later parts lie between its angle, δ, and the "
             "front wheels' angle δ_f.",
         ),
         Figure(
             "3",
-            "What brings a wheel back straight",
+            "Self-aligning torque of a wheel",
             _self_aligning,
-            "A steered wheel from the side. Its side force F_y (towards the reader) acts behind the point where the "
+            "A steered wheel from the side. Its lateral force F_y (towards the reader) acts behind the point where the "
             "king pin's axis meets the ground: by the king pin's own trail and by the tyre's. Force times both is the "
             "self-aligning torque M_SAT.",
             size_in=(5.2, 3.6),
@@ -62,7 +62,7 @@ def run(progress: Progress) -> list[Exhibit]:
 
 
 def _felt_m_s2(slope_percent: float) -> tuple[float, float]:
-    """What is felt across and along the truck while it holds its lane on a straight that falls to the right."""
+    """Specific force across and along the truck while it holds its lane on a straight that falls to the right."""
     road = {"sections": [{"length_m": 3000.0, "cross_slope_percent": slope_percent}], "repeat": False}
     even = {"speed_km_h": [60.0, 60.0], "lane_wander_sd_m": 0.0, "hand_motion_sd_deg": 0.0}
     drive = {"duration_s": 150.0, "standing_at_start_s": 1.0, "standing_at_end_s": 0.0}
@@ -81,7 +81,7 @@ def _bank_claims() -> tuple[Claim, ...]:
             printed,
             _felt_m_s2(percent)[0],
             "m/s²",
-            "the simulated truck holding its lane at 60 km/h, no sensor's own error",
+            "the simulated truck holding its lane at 60 km/h, without sensor errors",
         )
         for percent, printed in ((2.0, 0.2), (7.0, 0.7))
     ]
@@ -105,7 +105,7 @@ def _axis_misprint() -> Misprint:
         "2.5, above (19)",
         "a sensor along the vehicle's longitudinal axis measures g sin θ_bank",
         "along its lateral axis",
-        f"on 7 % of cross slope the simulated truck feels {across:.2f} m/s² across and {abs(along):.2f} "
+        f"on 7 % of cross slope the simulated truck has {across:.2f} m/s² across and {abs(along):.2f} "
         f"along; (19) says {of_19:.2f}",
         abs(across - of_19) < 0.02 and abs(along) < 0.02,
     )
@@ -119,7 +119,7 @@ def _steering_system(canvas: Canvas) -> None:
     box(axes, (1.7, 4.75), 0.62, 0.3, "", facecolor=OURS, edgecolor=OURS)
     label(axes, (2.15, 4.75), "angle sensor (SAS): δ", OURS, ha="left")
     label(axes, (3.0, 5.6), "steering wheel", ha="left")
-    label(axes, (2.0, 4.15), "column: gives way, winds up", MUTED, ha="left", fontsize=8)
+    label(axes, (2.0, 4.15), "column: compliant, winds up", MUTED, ha="left", fontsize=8)
     box(axes, (1.7, 3.25), 1.9, 0.75, "steering gear\n$i_{gear}$ ≈ 20 : 1")
     label(axes, (2.8, 3.25), "hydraulic assistance", MUTED, ha="left", fontsize=8)
     line(axes, [(1.7, 2.87), (1.7, 1.9)], lw=2.6)
@@ -207,4 +207,4 @@ def _banked_road(canvas: Canvas) -> None:
     arrow(axes, foot, (centre[0], centre[1] - weight), THESIS)
     label(axes, (centre[0] + 0.85, centre[1] - weight - 0.25), "$g\\,\\sin\\theta_{bank}$", THESIS)
     arrow(axes, centre, at(centre, -2.4, down), OURS)
-    label(axes, (-2.75, 2.75), "what the accelerometer\nreads, $a_{y,g} > 0$", OURS, fontsize=8)
+    label(axes, (-2.75, 2.75), "reading of the\naccelerometer, $a_{y,g} > 0$", OURS, fontsize=8)

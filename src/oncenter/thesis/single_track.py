@@ -27,8 +27,8 @@ def run(progress: Progress) -> list[Exhibit]:
             "4",
             "The single-track model",
             _steady,
-            "A steady left turn, forward is to the right. Wheels move beside where they point, by the slip angles α_f "
-            "and α_r (here as in (8): positive where the wheel points further into the turn than it moves), so the "
+            "A steady left turn, forward is to the right. Wheels do not move where they point: the slip angles are "
+            "α_f and α_r (here as in (8): positive where the wheel points further into the turn than it moves), so the "
             "turning centre lies ahead of the rear axle and δ_f = L/R + α_f − α_r.",
             size_in=(5.2, 4.3),
         ),
@@ -36,7 +36,7 @@ def run(progress: Progress) -> list[Exhibit]:
             "6",
             "The single-track model with its forces",
             _dynamic,
-            "What (13) to (18) are written in: side forces F_f and F_r, yaw rate r, side slip β at the centre of "
+            "The quantities of (13) to (18): lateral forces F_f and F_r, yaw rate r, side slip β at the centre of "
             "gravity, which lies l_f behind the front and l_r ahead of the rear axle.",
             size_in=(5.2, 3.2),
         ),

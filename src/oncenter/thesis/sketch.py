@@ -1,4 +1,4 @@
-"""What schematic figures are drawn with: lines, arrows, wheels, arcs of angles and dimensions, on axes to scale."""
+"""Elements of schematic figures: lines, arrows, wheels, arcs of angles and dimensions, on axes to scale."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Point = tuple[float, float]
 
 
 def blank(canvas: Canvas, across: Point, up: Point) -> Axes:
-    """Axes without frame, as wide and high as told, one unit the same length both ways."""
+    """Axes without frame, with the given width and height, one unit the same length both ways."""
     axes = canvas.subplots()
     axes.set(xlim=across, ylim=up, aspect="equal")
     axes.set_axis_off()

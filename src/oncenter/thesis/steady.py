@@ -1,7 +1,7 @@
 """Steady turns of trucks with any row of axles and tyres that saturate, solved for the front wheel angle: (8) to (12).
 
-Worked out from the axles alone, beside the simulator: each axle's force by its slip, their sum against the lateral
-acceleration, their moments against each other and against the scrub of dual tyres.
+Solved from the axles alone, independent of the simulator: the lateral forces of the axles balance the lateral
+acceleration, their moments balance each other and the scrub of dual tyres.
 """
 
 from __future__ import annotations
@@ -75,8 +75,8 @@ class SteadyTruck:
         mass_kg: with its payload.
         ahead_m: of each axle, ahead of the centre of gravity.
         steer_share: of the front wheel angle, by axle.
-        angles, forces: by axle, the angle between where its steering sets the wheels and where it moves, rad, and the
-            side force it then gives, N, the steering's compliance included.
+        angles, forces: by axle, the angle between the direction of its wheels and its motion, rad, and the lateral
+            force at this angle, N, the steering's compliance included.
         stiffness_n_rad: of each axle at no angle, compliance included.
         scrub_n_m2: yaw moment of dual tyres against a curvature.
         wheelbase_m: from the first axle to the middle of those that are not steered, by their stiffness.
@@ -129,7 +129,7 @@ class SteadyTruck:
         return float("nan"), float("nan")
 
     def _linear(self, curvature: float, a_y: float) -> Array:
-        """Front wheel angle and side slip of the same truck with tyres as near zero slip."""
+        """Front wheel angle and side slip of the same truck with tyres that are linear as near zero slip."""
         C, s, x = self.stiffness_n_rad, self.steer_share, self.ahead_m
         balance = np.array([[(C * s).sum(), -C.sum()], [(C * s * x).sum(), -(C * x).sum()]])
         asked = [

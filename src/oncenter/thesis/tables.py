@@ -1,4 +1,4 @@
-"""Tables 1 to 4 beside what this code has in their place."""
+"""Tables 1 to 4 beside the values of this code."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from oncenter.thesis.figure import Claim, Exhibit, Misprint, Progress, Table
 
 
 def run(progress: Progress) -> list[Exhibit]:
-    """Sensors as a simulated drive shows them, the truck's file, the signals, the core's defaults."""
+    """The sensors of a simulated drive, the truck's file, the signals, the core's defaults."""
     sensors = _sensors()
     progress(0.9)
     return [sensors, _truck(), _symbols(), _thresholds()]
@@ -50,7 +50,7 @@ def _sensors() -> Table:
                 offset,
                 abs(off),
                 unit,
-                "mean of read less true in that drive",
+                "mean of measured minus true in that drive",
             )
         )
     claims += [
@@ -96,7 +96,7 @@ def _truck() -> Table:
 
 
 def _symbols() -> Table:
-    """Table 3's symbols by the names that the code has for them."""
+    """Table 3's symbols by their names in this code."""
     symbols = {signal.symbol: signal.column for signal in SIGNALS.values() if signal.symbol}
     motion = set(_core.OUTPUT_DTYPE["motion"].names or ())
     outputs = set(_core.OUTPUT_DTYPE.names or ())
@@ -117,7 +117,7 @@ def _symbols() -> Table:
     ):
         place = "motion." + name if name in motion else name
         assert name in motion | outputs, f"the core no longer has {name}"
-        rows.append((symbol, text, "Estimated", place if symbol != "δ̂" else f"{place}, which is δ less it"))
+        rows.append((symbol, text, "Estimated", place if symbol != "δ̂" else f"{place}, which is δ minus it"))
     return Table(
         "3",
         "Signals, parameters and estimates",
@@ -139,7 +139,7 @@ def _symbols() -> Table:
 
 
 def _of_the_text() -> tuple[Misprint, ...]:
-    """What reading alone shows."""
+    """Misprints that need no computation."""
     return (
         Misprint(
             "1.2",
@@ -169,7 +169,7 @@ def _thresholds() -> Table:
     ):
         rows.append((symbol, f"{printed:g} {unit}", f"{known[name]:g} {unit}", name))
         claims.append(Claim("Table 4", f"{symbol}, {name}", printed, known[name], unit, "the core's default"))
-    claims.append(Claim("5.1", "least speed", 10.0, known["speed_min_m_s"], "m/s", "the core's default"))
+    claims.append(Claim("5.1", "minimum speed", 10.0, known["speed_min_m_s"], "m/s", "the core's default"))
     claims.append(
         Claim(
             "5.1.3",
@@ -182,7 +182,12 @@ def _thresholds() -> Table:
     )
     claims.append(
         Claim(
-            "5.5.1", "active estimation that is enough", 20.0, known["offset_evidence_min_s"], "s", "the core's default"
+            "5.5.1",
+            "sufficient time of active estimation",
+            20.0,
+            known["offset_evidence_min_s"],
+            "s",
+            "the core's default",
         )
     )
     way_m = 15.0 * known["offset_evidence_min_s"]

@@ -1,4 +1,4 @@
-"""Figure 13 and 2.3's slip angles: where a simulated truck turns about once its tyres slip."""
+"""Figure 13 and 2.3's slip angles: the turning centre of a simulated truck whose tyres slip."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 _RARE_DEG = 2.0  # 2.3, 4.1
-_TURNING_RAD_S = 0.03  # slower, the centre is too far away to be found
+_TURNING_RAD_S = 0.03  # below this the centre is too far away to be computed
 
 
 def run(progress: Progress) -> list[Exhibit]:
@@ -56,13 +56,12 @@ def run(progress: Progress) -> list[Exhibit]:
     return [
         Figure(
             "13",
-            "Where the truck turns about",
+            "The turning centre of the truck",
             draw,
             "Above, from Figure 11's simulated manoeuvre at its largest angle (not to scale across): the centre of "
-            "rotation lies ahead of the rear axle and farther away than Ackermann's, so that the wheels' speeds tell "
-            "too small an angle. Below: how far ahead over speed in bends of an ordinary drive, whose crown and "
-            "transients "
-            "scatter it; at walking pace it is on the rear axle.",
+            "rotation lies ahead of the rear axle and farther away than Ackermann's, so the wheel speeds give too "
+            "small an angle. Below: its distance ahead over speed in bends of an ordinary drive, scattered by crown "
+            "and transients; at walking pace it is on the rear axle.",
             claims=(
                 Claim(
                     "4.1, Fig. 13",
@@ -74,11 +73,11 @@ def run(progress: Progress) -> list[Exhibit]:
                 ),
                 Claim(
                     "4.1, (22)",
-                    "largest slip angle of the rear tyres in Figure 11, asked to be below",
+                    "largest slip angle of the rear tyres in Figure 11, required to be below",
                     _RARE_DEG,
                     float(np.max(np.abs(in_bend))),
                     "deg",
-                    "simulated; the premise under which (21) tells the Ackermann angle",
+                    "simulated; the condition under which (21) gives the Ackermann angle",
                 ),
                 Claim(
                     "2.3",
@@ -112,7 +111,7 @@ def run(progress: Progress) -> list[Exhibit]:
 
 
 def _distances(table: pl.DataFrame, to_rear: float) -> tuple[Array, Array]:
-    """Speed and how far ahead of the rear axle the centre of rotation is, m, where the truck turns steadily."""
+    """Speed, and the distance of the centre of rotation ahead of the rear axle, m, in steady turns."""
     yaw_rate = table["yaw_rate_rad_s"].to_numpy()
     change = np.gradient(yaw_rate) * 100.0
     steady = (np.abs(yaw_rate) > _TURNING_RAD_S) & (np.abs(change) < 0.01)

@@ -50,9 +50,9 @@ def _lap() -> Figure:
         "The path driven",
         draw,
         "Half an hour of the simulated tractor on a track of the thesis's kind: a diagonal of 1.5 km, driven at the "
-        "highest speed, and the way back. Position as it truly was.",
+        "highest speed, and the way back. The true position.",
         claims=(
-            Claim("3, Fig. 8", "length of the drive", 30.0, float(table["time_s"][-1]) / 60.0, "min", "as asked for"),
+            Claim("3, Fig. 8", "length of the drive", 30.0, float(table["time_s"][-1]) / 60.0, "min", "as configured"),
             Claim(
                 "3, Fig. 8", "mean speed", 50.0, float(np.mean(km_h)), "km/h", "while moving; the scenario's own choice"
             ),
@@ -88,13 +88,13 @@ def _both_ways() -> Figure:
         _three(canvas, found, accelerations)
 
     printed_middle = 0.5 * (_UPPER_DEG + _LOWER_DEG)
-    note = "simulated with an offset of 2.04 deg; play and crown chosen to part the two ways as in Figure 9"
+    note = "simulated with an offset of 2.04 deg; play and crown chosen so that the two ways differ as in Figure 9"
     speeds = [3.6 * way.passes[0].mean_speed_m_s for way in found.ways]
     return Figure(
         "9",
         "One straight, both ways",
         draw,
-        "As oncenter reference finds it in the simulated drive: where the truck was across the line fitted to its "
+        "By oncenter reference in the simulated drive: the truck's distance from the line fitted to its "
         "positions, the steering wheel angle and the lateral acceleration, there and back. Dashed: the thesis's two "
         "means "
         "and their midpoint. The crown's acceleration is mirrored, so that the midpoint is free of it.",
@@ -107,7 +107,7 @@ def _both_ways() -> Figure:
                 _MIDDLE_DEG,
                 middle / DEGREE,
                 "deg",
-                f"oncenter reference; true is {truth.offset_rad / DEGREE:.2f}; the printed two means give "
+                f"oncenter reference; the truth is {truth.offset_rad / DEGREE:.2f}; the printed two means give "
                 f"{printed_middle:.2f}",
             ),
             Claim(

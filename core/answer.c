@@ -29,9 +29,9 @@ static oc_offset_covariances covariances_of(const oc_evidence *evidence, const o
     }
     oc_joint_answer_get(&found, &evidence->joint, &c->joint);
     return (oc_offset_covariances){
-        .understeer_gradient = (double)found.with_offset[OC_OF_GRADIENT],
-        .unloading_acceleration = (double)found.with_offset[OC_OF_UNLOADING],
-        .backlash = (double)found.with_offset[OC_OF_WIDTH],
+        .understeer_gradient = (double)found.offset_covariance[OC_OF_GRADIENT],
+        .unloading_acceleration = (double)found.offset_covariance[OC_OF_UNLOADING],
+        .backlash = (double)found.offset_covariance[OC_OF_WIDTH],
     };
 }
 
@@ -79,7 +79,7 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     answer->bank_low = now->bank_watch.low;
     answer->bank_high = now->bank_watch.high;
     answer->accelerometer_wanders = jointly && oc_joint_wanders(&now->joint);
-    answer->accelerometer_runs_away = oc_bank_watch_runs_away(&now->bank_watch);
+    answer->accelerometer_runs_away = oc_bank_watch_drifts(&now->bank_watch);
     answer->duration = ticks * c->tick_s;
     answer->used = used * c->tick_s;
     answer->unused = (ticks - used) * c->tick_s;

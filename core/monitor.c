@@ -9,7 +9,7 @@ void oc_init(oc_state *state) {
 }
 
 void oc_restart(oc_state *state) {
-    oc_joint_lose(&state->evidence.joint, &state->tracking.joint);
+    oc_joint_restart(&state->evidence.joint, &state->tracking.joint);
     state->tracking = (oc_tracking){0};
     state->evidence.standstill.still_ticks = 0;
     oc_gyro_bias_restart(&state->evidence.gyro_bias);
@@ -33,9 +33,9 @@ static double usual_lateral_acceleration(const oc_signals *tick, const oc_eviden
 
 /* Whether to discard the angle. A sensor that was remounted or jumped has a new offset, and is used. The thesis's
  * methods discard a suspected sensor; the joint one predicts it, to find a changed offset. */
-static bool is_misleading(const oc_fault_watch *watch, bool doubted, oc_method method) {
+static bool is_misleading(const oc_fault_watch *watch, bool suspected, oc_method method) {
     const bool elsewhere = watch->fault == OC_FAULT_REMOUNTED || watch->fault == OC_FAULT_JUMPED;
-    return (watch->fault != OC_FAULT_NONE && !elsewhere) || (method != OC_METHOD_JOINT && doubted);
+    return (watch->fault != OC_FAULT_NONE && !elsewhere) || (method != OC_METHOD_JOINT && suspected);
 }
 
 /* Clears the valid bits of unused measurements. The accelerometer is always used at standstill; where it is not
@@ -52,8 +52,8 @@ static void select_signals(oc_tick *tick, const oc_fault_watch *watch, const oc_
         signals->lateral_acceleration = usual_lateral_acceleration(signals, evidence);
     }
     tick->measured = signals->valid;
-    tick->doubted = oc_fault_suspected(watch);
-    if (is_misleading(watch, tick->doubted, p->method)) {
+    tick->suspected = oc_fault_suspected(watch);
+    if (is_misleading(watch, tick->suspected, p->method)) {
         signals->valid &= ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE;
     }
 }
@@ -250,7 +250,7 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
 
     /* a tick whose time does not increase is refused */
     const oc_clock_verdict verdict = oc_clock_update(&tracking->clock, c->ticks_until_new_clock, tick->signals.time);
-    if (verdict == OC_CLOCK_REFUSES) {
+    if (verdict == OC_CLOCK_REJECTS) {
         tick->reasons = OC_REASON_TIME;
         ++evidence->rejected[1];
         return;

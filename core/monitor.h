@@ -67,7 +67,7 @@ typedef struct {
 
 /* Memory of the last answers, beside their statuses. */
 typedef struct {
-    float lately;                /* rad, recent mean of the joint method's offset */
+    float recent_offset;                /* rad, recent mean of the joint method's offset */
     int32_t offset_trusted;      /* once accurate enough to learn K_us */
 } oc_verdicts;
 

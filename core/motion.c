@@ -3,8 +3,8 @@
 #include <math.h>
 
 /* Tuned. */
-static const double banks_at_most = 1.2; /* m/s^2 between two minutes' means, 7 % of superelevation to either side and
-                                          * more: bench/effects.py, row `accelerometer_drift_thesis` */
+static const double bank_difference_max = 1.2; /* m/s^2 between two minutes' means: exceeds 6 % of superelevation both
+                                                * ways; bench/effects.py, row `accelerometer_drift_thesis` */
 
 void oc_pending_drop(oc_pending *pending) {
     if (pending->ticks == 0 && pending->count == 0) {
@@ -69,8 +69,8 @@ uint32_t oc_joint_gate(const oc_params *params, const oc_motion *motion, double 
            (usual ? 0u : OC_REASON_BANK);
 }
 
-bool oc_bank_watch_runs_away(const oc_bank_watch *watch) {
-    return watch->high - watch->low > banks_at_most;
+bool oc_bank_watch_drifts(const oc_bank_watch *watch) {
+    return watch->high - watch->low > bank_difference_max;
 }
 
 void oc_bank_watch_update(oc_bank_watch *watch, double bank, double ticks_per_minute) {

@@ -75,7 +75,7 @@ typedef struct {
 void oc_bank_watch_update(oc_bank_watch *watch, double bank, double ticks_per_minute);
 
 /* Whether minutes differ by more than roads bank: then the accelerometer's zero has moved. */
-bool oc_bank_watch_runs_away(const oc_bank_watch *watch);
+bool oc_bank_watch_drifts(const oc_bank_watch *watch);
 
 /* The gate of the joint method, which models bends and banks: bank_mean is (33)'s, m/s^2, and speed in m/s. */
 uint32_t oc_joint_gate(const oc_params *params, const oc_motion *motion, double speed, double bank_mean);

@@ -67,8 +67,8 @@ typedef struct {
     /* prior of a whole drive's turning, where no gyro measures it; set more where a track is lapped one way. 360 deg,
      * ours: a loop more to one side */
     double net_turn_sd_rad;
-    /* prior of a whole drive's mean bank, where no accelerometer measures it; used by the wheel speeds' method alone.
-     * 0.2, 5.3.2: 2 % of crown */
+    /* prior of a whole drive's mean bank, without an accelerometer; only for the wheel speeds' method. 0.2, 5.3.2: 2 %
+     * of crown */
     double bank_sd_m_s2;
     double track_width_sd_1; /* prior, of the width, where the vehicle file has it. 0.02, ours */
     /* The joint method's gate: it models what the thesis's must avoid */
@@ -80,8 +80,8 @@ typedef struct {
     /* The joint method: how far back its evidence reaches, and its priors */
     double joint_memory_s; /* small follows change sooner, large is surer. 2000, ours */
     double joint_evidence_min_s; /* less evidence leaves the answer not valid. 60, ours */
-    /* 1.96 sd of the drive's own part of the uncertainty; beyond it the offset is not valid. Pull, wind and axle set-up
-     * are not in it. 0.5 deg, contract */
+    /* a larger 95 % half-width of the drive's own part is not valid; pull, wind and axle set-up are not in it. 0.5 deg,
+     * contract */
     double offset_drive_half_width_max_rad;
     double accelerometer_bias_sd_m_s2; /* prior of the accelerometer's bias. 0.5, ours: 0.6 was seen */
     /* prior of the bias's random change in a minute; large follows a drift sooner, and forgets the flanks. 0.05,

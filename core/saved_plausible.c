@@ -94,7 +94,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.joint.hypotheses[0].long_blocks.factor), 1, NOT_NEGATIVE,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].age), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
-    {offsetof(oc_state, evidence.joint.hypotheses[0].pulled_variance), 1 + OC_OF_COUNT, NOT_NEGATIVE,
+    {offsetof(oc_state, evidence.joint.hypotheses[0].pull_variance), 1 + OC_OF_COUNT, NOT_NEGATIVE,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.torque.terms), OC_TORQUE_TERMS, TORQUE, 1, 0},
     {offsetof(oc_state, evidence.torque.covariance), OC_TORQUE_TERMS * (OC_TORQUE_TERMS + 1) / 2, TORQUE, 1, 0},
@@ -103,7 +103,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.torque.slow), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, evidence.torque.slow_s), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.torque.filling.torque), 3, SUM, 1, 0}, /* to place */
-    {offsetof(oc_state, evidence.angle.spread), 2, NOT_NEGATIVE, 1, 0}, /* and seconds */
+    {offsetof(oc_state, evidence.angle.error_scale), 2, NOT_NEGATIVE, 1, 0}, /* and seconds */
 };
 
 /* memcpy, since C99 forbids other access. */
@@ -185,12 +185,12 @@ static bool is_covariance(const oc_gyro_bias *gyro_bias) {
 static bool is_hypothesis(const oc_hypothesis *h) {
     static const float target_squares = 1e9f; /* rad^2, numerical: a day's seconds, each a turn off */
     factor f;
-    float toward[OC_TERMS];
-    memcpy(toward, h->toward, sizeof toward);
+    float products[OC_TERMS];
+    memcpy(products, h->target_products, sizeof products);
     const float noise = oc_hypothesis_noise(h);
     return h->variance > 1e-8f && h->play.half_width > 0.0f && (h->play.friction < 0.0f || h->play.creep > 0.01f) &&
            are_sums_of_squares(h->scatter, noise, &f) &&
-           oc_triangle_variance(f.lower, f.inverse, 0, toward) <= target_squares * noise;
+           oc_triangle_variance(f.lower, f.inverse, 0, products) <= target_squares * noise;
 }
 
 static bool is_below(int32_t place, int32_t count) {
@@ -242,7 +242,7 @@ static bool is_collected(const oc_collected *collected) {
 static bool is_joint_tracking(const oc_joint_tracking *tracking, const oc_joint *joint, const oc_joint_design *design) {
     return is_below(tracking->in_second + 1, OC_JOINT_SAMPLES + 1) && is_below(tracking->turns, 2 * joint->count + 2) &&
            is_below(tracking->next, OC_JOINT_SAMPLES + 1) &&
-           is_collected(&tracking->filling) && is_collected(&tracking->taken) &&
+           is_collected(&tracking->filling) && is_collected(&tracking->collected) &&
            tracking->filling.count < design->samples_per_second &&
            (tracking->turns == 0 ||
             (tracking->prior.unloading_sd > 1e-6f && tracking->prior.yaw_rate_bias_sd > 1e-7f));

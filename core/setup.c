@@ -136,16 +136,16 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
     const bool has_accelerometer = params->use_accelerometer != 0;
     const bool by_torque = params->torque_for_accelerometer_1 > 0.5;
-    const bool sees_bank = has_accelerometer || by_torque || params->method != OC_METHOD_JOINT;
+    const bool measures_bank = has_accelerometer || by_torque || params->method != OC_METHOD_JOINT;
     oc_torque_setup(&c->torque, params->torque_slope_n_m_m_s2, params->torque_zero_sd_n_m, rate_hz,
                     params->joint_speed_min_m_s, has_accelerometer);
-    const bool knows_pull = params->known_pull_sd_m_s2 > 0.0;
-    const float pull = (float)(knows_pull ? params->known_pull_sd_m_s2 : params->pull_sd_m_s2);
+    const bool has_known_pull = params->known_pull_sd_m_s2 > 0.0;
+    const float pull = (float)(has_known_pull ? params->known_pull_sd_m_s2 : params->pull_sd_m_s2);
     const float wind = (float)params->wind_sd_m_s2;
-    const float bank = sees_bank ? 0.0f : (float)params->crown_sd_m_s2;
+    const float bank = measures_bank ? 0.0f : (float)params->crown_sd_m_s2;
     const float shifts = pull * pull + wind * wind + bank * bank;
     oc_joint_setup(&c->joint, &c->preprocess.lowpass, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
-                   sqrtf(shifts), sees_bank, params->joint_memory_s);
+                   sqrtf(shifts), measures_bank, params->joint_memory_s);
     set_known(&c->joint.hypothesis, params);
     c->joint.alignment_share = shifts > 0.0f ? pull * pull / shifts : 0.0f;
     c->joint.wind_share = shifts > 0.0f ? wind * wind / shifts : 0.0f;
@@ -155,6 +155,6 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     oc_ratio ratio = vehicle->ratio;
     ratio.ratio = vehicle->steering_ratio;
     oc_angle_setup(&c->angle, params->angle_method, &ratio, vehicle->wheelbase, rate_hz);
-    c->angle.pull = c->joint.hypothesis.known.pull / c->joint.borne;
+    c->angle.pull = c->joint.hypothesis.known.pull / c->joint.tyre_share;
     return OC_OK;
 }

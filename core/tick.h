@@ -19,7 +19,7 @@ typedef struct {
     bool after_hole;             /* too long after the tick before it */
     bool stands;                 /* the truck stands */
     bool moves;                  /* the filtered values and motion are of this tick; else zero */
-    bool doubted;                /* the angle's sensor may be at fault */
+    bool suspected;                /* the angle's sensor may be at fault */
     double yaw_rate_bias, yaw_rate_bias_sd; /* rad/s */
     oc_sensed sensed;            /* by the method's sensors, not yet filtered */
     oc_filtered filtered;        /* with the method's correction of the yaw rate */

@@ -15,8 +15,8 @@ static const float rounding = 2e-6f; /* of a diagonal cell, by its many sums in 
 /* Root of a pivot. It is at least the prior's information and its own rounding error: with less, the rows below grow
  * without limit. */
 static float root_of(float square, float prior_information, float diagonal) {
-    const float least = prior_information + rounding * diagonal;
-    return sqrtf(square > least ? square : least);
+    const float pivot_min = prior_information + rounding * diagonal;
+    return sqrtf(square > pivot_min ? square : pivot_min);
 }
 
 void oc_triangle_factor(const float *scatter, const float *information, float noise, float *lower, float *inverse) {

@@ -28,7 +28,7 @@ double oc_understeer_per_offset(const oc_understeer *understeer);
 
 /* Separability of gradient and offset, where straights have this mean of x: 1 at best. 0 where straights and bends have
  * the same mix of signs, as with a large accelerometer bias. Both errors grow by its inverse. */
-double oc_understeer_apart(const oc_understeer *understeer, double straight_x);
+double oc_understeer_separability(const oc_understeer *understeer, double straight_x);
 
 /* The gradient that satisfies (37) and (38) at once, for the straights' means of y and x. Only where
  * oc_understeer_apart is well above 0. */

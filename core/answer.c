@@ -5,7 +5,7 @@
 /* Derived. */
 enum { window_bit = 8 }; /* of OC_REASON_WINDOW, 1 << 8 */
 
-/* Of a count below 2^63: the library's conversion is long on a Cortex-M. */
+/* Of a count below 2^63: the library's conversion is slow on a Cortex-M. */
 static double to_double(uint64_t count) {
     return (double)(uint32_t)(count >> 32) * 4294967296.0 + (double)(uint32_t)count;
 }
@@ -37,8 +37,8 @@ static oc_offset_covariances covariances_of(const oc_evidence *evidence, const o
 
 void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *answer) {
     const oc_evidence *now = &state->evidence;
-    oc_verdicts verdicts = now->verdicts; /* a copy: asking changes no status */
-    oc_learned learned = state->learned;  /* includes a standstill since the last final block */
+    oc_verdicts verdicts = now->verdicts; /* a copy: a query changes no status */
+    oc_learned learned = state->learned;  /* updated by a standstill since the last final block */
     const bool jointly = c->params.method == OC_METHOD_JOINT;
     if (jointly) {
         oc_learn_jointly(now, &verdicts, &learned, c);

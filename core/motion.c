@@ -24,7 +24,7 @@ bool oc_pending_add(oc_pending *pending, int32_t ticks_per_block, int32_t blocks
     const oc_moments whole = oc_moments_of(&pending->filling);
     pending->filling = (oc_sums){0};
     pending->ticks = 0;
-    const bool is_final = pending->count == blocks_until_final; /* clean blocks after the oldest, with this one */
+    const bool is_final = pending->count == blocks_until_final; /* clean blocks after the oldest one */
     if (is_final) {
         *final = pending->blocks[pending->first];
         pending->first = (pending->first + 1) % OC_PENDING_MAX;

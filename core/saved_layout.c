@@ -17,7 +17,7 @@
 #define INTEGERS_OF_EACH(type, first, count, structs) RUN_OF_EACH(type, first, count, structs, OC_SAVED_INT32)
 #define ENUMS_OF_EACH(type, first, count, structs) RUN_OF_EACH(type, first, count, structs, OC_SAVED_ENUM)
 
-/* docs/make_layout.py writes what follows from the headers. */
+/* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
 static const uint32_t layout_hash = 0xF81C8762u;
 

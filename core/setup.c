@@ -6,15 +6,15 @@
 #include "joint_model.h"
 
 /* Numerical. */
-/* Minimum standard deviations, against sums that single precision would lose beside them. */
+/* Minimum standard deviations: single precision would lose sums beside larger information. */
 static const float play_sd_min = 1e-3f;      /* rad */
 static const float gradient_sd_min = 1e-4f;  /* rad/(m/s^2) */
 static const float wheelbase_sd_min = 1e-3f; /* share */
 
 /* Tuned; rows without a bench have none on record. */
-static const double new_clock_s = 1.0; /* s of ticks in order until a clock set back is the time */
-/* s, yaw rate after wheel: 0.1 s by yaw inertia and tyres, but lateral force is as much before a_y. Fixed by all rows
- * of bench/accuracy.py --tuning (CHANGELOG.md). */
+static const double new_clock_s = 1.0; /* s of ticks in order until a clock counts as set back */
+/* s, lag of the yaw rate behind the wheel: 0.1 s by yaw inertia and tyres, less the lead of the lateral force before
+ * a_y. By all rows of bench/accuracy.py --tuning (CHANGELOG.md). */
 static const double yaw_lag_s = 0.04;
 
 static bool is_between(double value, float low, float high) {
@@ -78,7 +78,7 @@ static oc_term_information information_of(double mean, double sd, float sd_min, 
     return (oc_term_information){accuracy * accuracy, accuracy * accuracy * (float)mean / scale};
 }
 
-/* What params know of the truck takes the place of the model's priors. */
+/* The given values of the truck replace the model's priors. */
 static void set_known(oc_hypothesis_design *design, const oc_params *p) {
     oc_known_truck *known = &design->known;
     if (p->known_play_sd_rad > 0.0) {

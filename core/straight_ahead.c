@@ -40,7 +40,7 @@ static oc_estimate understeer_of(const oc_evidence *evidence, oc_status before, 
     const oc_understeer *understeer = &evidence->understeer;
     const oc_offset *offset = &evidence->offset;
     const double time = understeer->weight * c->tick_s;
-    /* without an accelerometer a superelevated bend cannot be told from a gentle one */
+    /* without an accelerometer a superelevated bend cannot be distinguished from a gentle one */
     const bool uses_bank = p->method != OC_METHOD_WHEEL_SPEED;
     if (!uses_bank || !(time >= p->understeer_evidence_min_s) || !(understeer->batches > 1.0) ||
         !(separability > separability_min)) {

@@ -3,7 +3,7 @@
 #include "estimate.h"
 
 /* Numerical. */
-static const double gradient_variance_unknown = 1.0; /* (rad/(m/s^2))^2, unknown: sd 57 deg/(m/s^2) */
+static const double gradient_variance_unknown = 1.0; /* (rad/(m/s^2))^2, for unknown: sd 57 deg/(m/s^2) */
 
 void oc_understeer_update(oc_understeer *understeer, const oc_moments *block, double ticks_per_batch) {
     const double sum = block->weight * block->x;

@@ -45,7 +45,7 @@ ENUM = "ENUMS"
 COUNT_MAX = 8191  # as core/saved_layout.h has it
 WIDTH = 120
 
-BEGIN, END = "/* docs/make_layout.py writes what follows from the headers. */\n", "/* end */\n"
+BEGIN, END = "/* docs/make_layout.py writes the following from the headers. */\n", "/* end */\n"
 
 Number = tuple[str, str, int, int, int]  # name, kind and place; of structs in an array the step and their number
 

@@ -8,54 +8,54 @@
 static const float half_turn = 3.14159265358979323846f; /* pi */
 
 /* Numerical. */
-static const float never_s = 1e9f;          /* above every time without a sensor */
-static const float angle_sd_max = 10.0f;    /* rad, against an sd that grows without bound at standstill */
+static const float never_s = 1e9f;          /* longer than any time without a sensor */
+static const float angle_sd_max = 10.0f;    /* rad, against unbounded growth at standstill */
 
 /* Tuned; rows without a bench have none on record. */
 static const float first_pole_hz = 5.0f;    /* drivers steer below 2 Hz; as the next two, bench/angle.py: Fig. 12 */
-static const float pair_hz = 3.8f;          /* higher passes the gyro's noise, lower is late */
-static const float pair_damping = 0.65f;    /* less delay at the same noise than a pair that does not ring */
+static const float pair_hz = 3.8f;          /* higher passes the gyro's noise, lower adds delay */
+static const float pair_damping = 0.65f;    /* less delay at the same noise than without ringing */
 static const float speed_s = 0.1f;
-static const float bank_s = 0.15f;          /* roads change slower, the accelerometer's noise faster */
+static const float bank_s = 0.15f;          /* slower than the accelerometer's noise, faster than roads */
 static const float rate_s = 0.1f;
 static const float takeover_s = 1.0f;
-static const float check_s = 0.05f;         /* twice as long is 0.01 s later: bench/angle.py, Fig. 12 */
+static const float check_s = 0.05f; /* twice as much delays by 0.01 s: bench/angle.py, Fig. 12 */
 static const float moved_min = 0.7f * 3.14159265358979323846f / 180.0f;   /* rad: bench/angle.py, play 15 deg */
-static const float moved_clear = 2.0f * 3.14159265358979323846f / 180.0f; /* rad: a clear push by the driver */
+static const float moved_clear = 2.0f * 3.14159265358979323846f / 180.0f; /* rad: the driver clearly moves the wheels */
 static const float backward_creep_factor = 2.0f;
-static const float near_friction = 0.10f;   /* m/s^2: wind and bank push as much, unmeasured */
-static const float neutral_sds = 1.0f;      /* of a_0: the flank is uncertain within; bench/angle.py: 180 h healthy */
-static const float flank_memory_s = 0.5f;   /* how long a flank holds without lateral force */
-static const float place_variance_max = 0.7f; /* flanks are likelier than the middle */
+static const float near_friction = 0.10f;   /* m/s^2, of wind and bank, unmeasured */
+static const float neutral_sds = 1.0f;      /* of a_0: below, the flank is uncertain; bench/angle.py: 180 h healthy */
+static const float flank_memory_s = 0.5f;   /* without lateral force, until the flank is uncertain */
+static const float place_variance_max = 0.7f; /* the flanks are likelier than the middle */
 static const float error_sd = 0.6f * 3.14159265358979323846f / 180.0f; /* rad */
 static const float error_speed = 5.0f;      /* m/s, below which the error grows */
 static const float lead_sd_s = 0.06f;       /* of the estimate's delay */
 static const float yaw_acceleration_sd_s = 0.15f; /* of T */
 static const float T_prior_s = 0.5f;
 static const float T_prior_steady_s = 6.0f; /* steering wheel angle per yaw rate at which T_prior_s holds */
-static const float T_prior_s2 = 0.05f;      /* rad^2/s^2 x s: yaw acceleration that outweighs the prior */
-static const float drifted_max = 0.09f;     /* (m/s^2)^2: as far as a zero is ever found off, bench/population.py */
-static const float drift_s = 300.0f;        /* from which on a wandering zero drifts: bench/effects.py */
+static const float T_prior_s2 = 0.05f;      /* sum of squared yaw acceleration with the prior's weight */
+static const float zero_walk_variance_max = 0.09f; /* (m/s^2)^2: largest zero errors, bench/population.py */
+static const float drift_s = 300.0f;        /* until a random walk counts as a drift: bench/effects.py */
 static const float load_share_sd = 0.10f;   /* of K after the loss of the sensor, by fuel and tyres */
-static const float load_share_stopped_sd = 0.25f; /* and after a stop that was long enough to load */
+static const float load_share_stopped_sd = 0.25f; /* the same, after a stop long enough to load */
 static const float loading_s = 60.0f;
 static const float learning_memory_s = 600.0f;
 static const float learned_s = 30.0f;
-static const float unbanked_share = 0.3f;   /* of r*v: motorways bank up to two thirds of it; 64 drives, CHANGELOG.md */
-static const float unbanked_sd = 0.2f;      /* m/s^2, everywhere; the same drives */
-static const float unflattened = 1.15f;     /* the gyro's noise flattens the slope T; bench/angle.py: Fig. 12 */
-static const float cube_min = 0.15f * 0.15f * 0.15f; /* rad^3: smaller ones show other errors; bench/angle.py: rfs_* */
-static const float cube_speed = 3.0f;       /* m/s: the gyro's noise is too large below; as the next three: rfs_* */
-static const float flattened_max = 0.3f;    /* of an angle: more is driving backward, or a faulty sensor */
+static const float unbanked_share = 0.3f;   /* of r*v: motorway bends bank up to two thirds; 64 drives, CHANGELOG.md */
+static const float unbanked_sd = 0.2f;      /* m/s^2, on all roads; the same drives */
+static const float slope_correction = 1.15f; /* the gyro's noise reduces the slope T; bench/angle.py: Fig. 12 */
+static const float cube_min = 0.15f * 0.15f * 0.15f; /* rad^3: below, other errors dominate; bench/angle.py: rfs_* */
+static const float cube_speed = 3.0f;       /* m/s: below, the gyro's noise is too large; as the next three: rfs_* */
+static const float flattened_max = 0.3f;    /* of an angle: above, driving backward or a faulty sensor */
 static const float flattening_sd = 0.5f;    /* 1/rad^2, prior about 0; the arctangent alone is 1/3 */
-static const float flattening_prior = 1e-4f; /* rad^6 x s: cubes that outweigh the prior */
+static const float flattening_prior = 1e-4f; /* rad^6 x s: sum of squared cubes with the prior's weight */
 static const float walking_speed = 1.0f;    /* m/s, below which the angle is held */
 static const float hand_rate_sd = 1.5f;     /* rad/s */
 static const float learning_speed = 8.0f;   /* m/s */
 static const float valid_sd = 5.0f * 3.14159265358979323846f / 180.0f;
-static const float unlearned_offset_sd = 5.0f * 3.14159265358979323846f / 180.0f; /* rad, unidentified; as the next */
-static const oc_angle_truck truck_prior = { /* before any sensor was available: 64 drives, CHANGELOG.md */
-    .offset_sd = 2.5f * 3.14159265358979323846f / 180.0f,   /* rad, of alignment, and play beyond the width below */
+static const float unlearned_offset_sd = 5.0f * 3.14159265358979323846f / 180.0f; /* rad, not identified; as the next */
+static const oc_angle_truck truck_prior = {                 /* before a sensor was available: 64 drives, CHANGELOG.md */
+    .offset_sd = 2.5f * 3.14159265358979323846f / 180.0f,   /* rad, of alignment, and of play beyond the width below */
     .gradient_sd = 0.8f * 3.14159265358979323846f / 180.0f, /* rad/(m/s^2), about 0 */
     .backlash = 4.0f * 3.14159265358979323846f / 180.0f,    /* rad */
     .friction = 1e9f,
@@ -79,7 +79,7 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
         .bank_share = tick_s / (bank_s + tick_s),
         .rate_share = tick_s / (rate_s + tick_s),
         .takeover_share = tick_s / (takeover_s + tick_s),
-        .late_s = method == OC_ANGLE_OBSERVER ? 2.0f * pair_damping / w + (1.0f + first) * tick_s / first : 0.0f,
+        .delay_s = method == OC_ANGLE_OBSERVER ? 2.0f * pair_damping / w + (1.0f + first) * tick_s / first : 0.0f,
         .tick_s = tick_s,
         .per_damping = 1.0f / (1.0f + damping * tick_s),
         .per_tick = (float)rate_hz,
@@ -112,17 +112,17 @@ static void filter_motion(oc_angle_tracking *t, const oc_angle_design *d, const 
     t->bank += (tick->lateral_acceleration - t->yaw_rate * t->speed - t->bank) * d->bank_share;
 }
 
-/* (m/s^2)^2, by which an accelerometer's zero that wanders has moved since the sensor was lost; what goes on for long
- * is a drift, which grows faster. */
-static float wandered(const oc_angle_tracking *t, const oc_angle_truck *truck) {
+/* (m/s^2)^2, of the accelerometer's zero since the loss of the sensor. First it is a random walk, later a drift, whose
+ * variance grows faster. */
+static float zero_walk_variance(const oc_angle_tracking *t, const oc_angle_truck *truck) {
     const float lost_s = t->without_sensor_s;
-    const float drifted = oc_min(truck->wander * lost_s * (1.0f + lost_s / drift_s), drifted_max);
+    const float drifted = oc_min(truck->wander * lost_s * (1.0f + lost_s / drift_s), zero_walk_variance_max);
     return lost_s < never_s ? drifted : 0.0f;
 }
 
 /* Without an accelerometer neither the bank of a bend nor all of the lateral force is identifiable. */
 static float neutral_sd_of(const oc_angle_tracking *t, const oc_angle_truck *truck, const oc_angle_tick *tick) {
-    const float sd = sqrtf(truck->unloading_sd * truck->unloading_sd + wandered(t, truck));
+    const float sd = sqrtf(truck->unloading_sd * truck->unloading_sd + zero_walk_variance(t, truck));
     return tick->accelerometer_lost ? sd + unbanked_sd : sd;
 }
 
@@ -158,26 +158,26 @@ static void follow_play(oc_angle_tracking *t, const oc_angle_design *d, const oc
     t->place_step = (oc_clamp_size(place, 1.0f) - t->place) / (float)d->ticks_per_check;
 }
 
-double oc_angle_late_s(const oc_angle_design *d) {
-    return (double)d->late_s;
+double oc_angle_delay_s(const oc_angle_design *d) {
+    return (double)d->delay_s;
 }
 
-/* s; steering wheel angle per yaw rate, at a steady state. */
+/* s, steering wheel angle over yaw rate in steady state. */
 static float per_yaw_rate(const oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck) {
     const float v = fabsf(t->speed);
     return (float)d->ratio.ratio * (d->wheelbase / v + truck->gradient * v);
 }
 
-/* T at this speed: it contains oc_angle_late_s times the angle per yaw rate of (10). */
+/* T at this speed: it includes the filter's delay times the angle per yaw rate of (10). */
 static float lead_at(const oc_angle_evidence *e, const oc_angle_design *d, float per_rate) {
     const float per_slope = 1.0f / (e->slopes + T_prior_s2);
-    const float lead = unflattened * (e->products + T_prior_s2 * T_prior_s) * per_slope;
+    const float lead = slope_correction * (e->products + T_prior_s2 * T_prior_s) * per_slope;
     const float usual = (e->steady + T_prior_s2 * T_prior_steady_s) * per_slope;
-    const float T = lead + d->late_s * (per_rate - usual);
+    const float T = lead + d->delay_s * (per_rate - usual);
     return T > 0.0f ? T : 0.0f;
 }
 
-/* 1/rad^2, by which the front wheels' angle cubed lessens it. */
+/* 1/rad^2, reduction of the front wheels' angle over its cube. */
 static float flattening(const oc_angle_evidence *e) {
     return e->flattened / (e->cubes + flattening_prior);
 }
@@ -212,7 +212,7 @@ static float wheels_by_side_slip(const oc_angle_tracking *t, const oc_angle_evid
     return to_steering_wheel(d, (float)oc_side_slip_front_wheel(&e->side_slip, &slip, (double)d->wheelbase));
 }
 
-/* The angle that the truck needs for this motion, by (13). */
+/* rad, the steering wheel angle for this motion, by (13). */
 static float wheels_of(oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
                        const oc_angle_truck *truck, const oc_angle_tick *tick) {
     const float a = t->yaw_rate * t->speed + t->bank;
@@ -237,7 +237,7 @@ static float wheels_of(oc_angle_tracking *t, const oc_angle_evidence *e, const o
     return to_steering_wheel(d, steady - t->flattening * t->cube + t->lead * d->per_ratio * t->yaw_acceleration);
 }
 
-/* Of the observer's own errors, which a comparison with the sensor shows. */
+/* rad^2, of the observer's errors; a comparison with the sensor identifies their scale. */
 static float observer_variance(const oc_angle_tracking *t, const oc_angle_truck *truck) {
     const float slow = error_sd * (1.0f + error_speed / fabsf(t->speed));
     const float late = lead_sd_s * t->rate;
@@ -246,7 +246,7 @@ static float observer_variance(const oc_angle_tracking *t, const oc_angle_truck 
     return slow * slow + late * late + turning * turning + half_play * half_play * t->place_variance;
 }
 
-/* Of the truck's parameters, from the drive with the sensor, and of errors that the sensor does not show. */
+/* rad^2, of the truck's parameters, and of errors that a comparison with the sensor cannot identify. */
 static float truck_variance(const oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
                              const oc_angle_truck *truck, const oc_angle_tick *tick) {
     const float i = (float)d->ratio.ratio;
@@ -257,12 +257,12 @@ static float truck_variance(const oc_angle_tracking *t, const oc_angle_evidence 
     const float gradient = i * a * gradient_sd, load = i * a * loaded;
     const float flat = i * t->cube * flattening_sd;
     const float per_force = i * (fabsf(truck->gradient) + gradient_sd);
-    const float banked = per_force * per_force * (tick->bank_sd * tick->bank_sd + wandered(t, truck));
+    const float banked = per_force * per_force * (tick->bank_sd * tick->bank_sd + zero_walk_variance(t, truck));
     return truck->offset_sd * truck->offset_sd + gyro * gyro + gradient * gradient + load * load + banked +
            flat * flat * flattening_prior / (flattening_prior + e->cubes);
 }
 
-/* T and the scale of the estimate's errors, against the sensor. */
+/* Learns T and the scale of the estimate's errors by comparison with the sensor. */
 static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, const oc_angle_design *d,
                               float per_rate, float error, float without_T, float variance) {
     const float keep = 1.0f - d->check_s / learning_memory_s;
@@ -274,7 +274,7 @@ static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, 
     }
     e->seconds += d->check_s;
     const float share = d->check_s / oc_min(learning_memory_s, 10.0f + e->seconds);
-    e->spread += (oc_min(error * error / variance, 25.0f) - e->spread) * share;
+    e->error_scale += (oc_min(error * error / variance, 25.0f) - e->error_scale) * share;
 }
 
 bool oc_angle_is_due(const oc_angle_tracking *t) {
@@ -297,7 +297,7 @@ static void learn_truck(oc_angle_tracking *t, oc_angle_evidence *e, const oc_ang
     }
 }
 
-/* The slower part: place in the play, learning from the sensor, and the estimate's sd. */
+/* The slower part: place in the play, learning from the sensor, the estimate's sd. */
 static void check(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d, const oc_angle_truck *truck,
                   const oc_angle_tick *tick, bool identified, float wheels) {
     const float per_rate = per_yaw_rate(t, d, truck);
@@ -309,11 +309,11 @@ static void check(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_des
     const float load = t->yaw_rate * (t->speed + truck->tandem / fabsf(t->speed)) + t->bank - truck->unloading;
     follow_play(t, d, truck, wheels, load, neutral_sd_of(t, truck, tick));
     const float observer = observer_variance(t, truck);
-    if (tick->teaches && identified) {
+    if (tick->can_learn && identified) {
         learn_truck(t, e, d, tick, per_rate, observer);
     }
-    const float spread = e->seconds > learned_s ? e->spread : 2.0f;
-    t->sd = sqrtf(spread * observer + truck_variance(t, e, d, truck, tick));
+    const float error_scale = e->seconds > learned_s ? e->error_scale : 2.0f;
+    t->sd = sqrtf(error_scale * observer + truck_variance(t, e, d, truck, tick));
 }
 
 /* rad, the front wheels' angle at the steering wheel, without the play. */
@@ -334,7 +334,7 @@ static void hold(oc_angle_tracking *t, const oc_angle_design *d) {
     t->sd = oc_min(t->sd + hand_rate_sd * d->tick_s, angle_sd_max);
 }
 
-/* No jump when the sensor returns: the difference to the estimate fades. */
+/* When the sensor returns, the difference to the estimate fades, so that the angle does not jump. */
 static void publish_measured(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *learned,
                              double measured, oc_angle *out) {
     static const float faded = 1e-6f; /* rad */
@@ -343,13 +343,13 @@ static void publish_measured(oc_angle_tracking *t, const oc_angle_design *d, con
     t->step = came_back ? t->before - (float)measured : fabsf(left) > faded ? left : 0.0f;
     t->difference = (float)measured + t->step - t->estimate;
     t->without_sensor_s = t->standing_s = 0.0f;
-    const float offset_sd = learned->known ? learned->offset_sd : unlearned_offset_sd;
+    const float offset_sd = learned->identified ? learned->offset_sd : unlearned_offset_sd;
     out->angle = measured + (double)t->step;
     out->standard_deviation = (double)(t->step == 0.0f ? offset_sd : sqrtf(offset_sd * offset_sd + t->step * t->step));
-    out->status = learned->known ? OC_VALID : OC_CONVERGING;
+    out->status = learned->identified ? OC_VALID : OC_CONVERGING;
 }
 
-/* Nor when it is lost: the difference to its last angle fades. */
+/* When the sensor is lost, the difference to its last angle fades, so that the angle does not jump. */
 static void publish_estimated(oc_angle_tracking *t, const oc_angle_design *d, bool identified, bool moves,
                               oc_angle *out) {
     t->difference -= t->difference * d->takeover_share;
@@ -362,7 +362,7 @@ static void publish_estimated(oc_angle_tracking *t, const oc_angle_design *d, bo
 
 void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d,
                      const oc_angle_truck *learned, const oc_angle_tick *tick, oc_angle *out) {
-    const bool identified = learned->known != 0;
+    const bool identified = learned->identified != 0;
     const oc_angle_truck *truck = identified ? learned : &truck_prior;
     if (!t->running && tick->has_motion) {
         begin_observer(t, tick);

@@ -1,20 +1,20 @@
 #ifndef OC_ANGLE_H
 #define OC_ANGLE_H
-/* The steering wheel angle without its sensor: an observer over (13) with the steering as unknown input.
+/* The steering wheel angle without its sensor: an observer by (13) with the steering as unknown input.
  *
- * By (13) the front wheel angle is L*r/v + K a + T dr/dt: r from the gyro, its slope from a filter of three poles, a
- * from r*v and the accelerometer. T is the yaw inertia over the tyres' stiffness, plus the lag of the steering. T and
- * the scale of the errors are learned while the sensor is healthy. Between front wheels and steering wheel is the play,
- * whose operator (backlash.h) runs backward: lateral force beyond friction carries the wheels to one flank; wheels that
- * move without it were pushed there.
+ * By (13) the front wheel angle is L*r/v + K a + T dr/dt. The gyro gives r, a filter of three poles its slope, r*v and
+ * the accelerometer give a. T is the yaw inertia over the tyres' stiffness, plus the lag of the steering. T and the
+ * scale of the errors are learned while the sensor is healthy. The play between front wheels and steering wheel is the
+ * operator of backlash.h run backward. Lateral force beyond friction carries the wheels to one flank. Wheels that move
+ * without such a force were pushed by a flank.
  *
- * Beyond (7)'s proportion, arctangent and linkage take a share of the angle cubed, which is learned.
+ * Arctangent and linkage reduce the angle of (7) by a share of its cube, which is learned.
  *
- * 4.2: without ever having had a sensor, the angle is Ackermann's alone, with a wide interval. Below walking speed the
- * angle is not observable: it is held, and its interval widens. Driving backward needs a signed speed. Tyres are
- * linear below some 4 m/s^2.
+ * 4.2: if a sensor was never available, the angle is Ackermann's alone, with a wide interval. Below walking speed the
+ * angle is not observable: it is held, and its interval widens. Driving backward needs a signed speed. The tyre model
+ * is linear, which holds below some 4 m/s^2.
  *
- * Single precision: a double here cost a Cortex-M4F half of a tick. */
+ * Single precision: in double this room took half of a Cortex-M4F's tick. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -34,19 +34,19 @@ typedef enum {
     OC_ANGLE_METHOD_COUNT
 } oc_angle_method;
 
-/* The truck, identified in a drive with a sensor; standard deviations where they matter. */
+/* The truck, as identified while the sensor was available; standard deviations where they matter. */
 typedef struct {
     float offset_sd;                  /* rad */
     float gradient, gradient_sd;      /* rad/(m/s^2) */
-    float wheelbase;                  /* share of L*r/v that bends take in addition */
+    float wheelbase;                  /* share by which bends need more than L*r/v */
     float backlash;                   /* rad, full width */
     float unloading, unloading_sd;    /* m/s^2, neutral lateral acceleration a_0 */
     float wander;                     /* (m/s^2)^2, variance of a_0's random change in a second */
     float tandem;                     /* m^2/s^2, lateral force per curvature, by rear axles that resist turning */
     float friction;                   /* m/s^2 */
     float creep;                      /* rad/s per m/s^2 */
-    float left_s, right_s;            /* s of lateral force clearly on either flank of the play */
-    int32_t known;                    /* a sensor was available for long enough */
+    float left_s, right_s;            /* s of lateral force that clearly loads either flank */
+    int32_t identified;               /* the sensor was available for long enough */
 } oc_angle_truck;
 
 /* One tick. */
@@ -59,8 +59,8 @@ typedef struct {
     float front_wheel;                /* rad, by wheel speeds, if the method uses them */
     float lateral_speed;              /* m/s, over ground, if the method uses it */
     double true_by_sensor;            /* rad, measured less offset */
-    bool has_sensor;                  /* and it is valid */
-    bool teaches;                     /* and the observer may learn from it */
+    bool has_sensor;                  /* the sensor is available and valid */
+    bool can_learn;                   /* the observer may learn from it */
     bool has_motion;                  /* the method's signals: yaw rate, speed, ... */
     bool accelerometer_lost;          /* no signal, although in use */
 } oc_angle_tick;
@@ -69,11 +69,11 @@ typedef struct {
     oc_angle_method method;
     oc_ratio ratio;
     float wheelbase;                  /* m */
-    float pull;                       /* m/s^2, known, of what unloads the steering; the angle there is no zero */
-    float yaw_rate_share;             /* of a new tick, of the filter's first pole */
+    float pull;                       /* m/s^2, given part of the neutral lateral acceleration */
+    float yaw_rate_share;             /* weight of a new tick, of the filter's first pole */
     float stiffness, damping;         /* 1/s^2, 1/s, of its other two */
     float speed_share, bank_share, rate_share, takeover_share;
-    float late_s;                     /* s, of the filter */
+    float delay_s;                     /* s, of the yaw rate's filter */
     float tick_s;
     float per_damping;                /* 1 over the damping's divisor in a tick */
     float per_tick, per_ratio;        /* Hz; 1 over the ratio near the centre */
@@ -85,38 +85,38 @@ typedef struct {
 typedef struct {
     int32_t running;
     int32_t ticks_to_check;
-    float yaw_rate_first, yaw_rate, yaw_acceleration;  /* rad/s, rad/s, rad/s^2: filtered */
+    float yaw_rate_first, yaw_rate, yaw_acceleration; /* rad/s, rad/s, rad/s^2: filtered */
     float speed;                      /* m/s */
     float bank;                       /* m/s^2, a_y - r*v */
     float lead;                       /* s, T as of the last check */
-    float cube;                       /* rad^3, of the front wheels' steady angle */
-    float flattening;                 /* 1/rad^2, reduction of the angle per cube, as of the last check */
+    float cube;                       /* rad^3, of the front wheels' steady-state angle */
+    float flattening;                 /* 1/rad^2, reduction of the angle over its cube, as of the last check */
     float reference;                  /* rad, of the wheels at their last clear motion */
-    float place, place_variance;      /* in the play, -1 to 1 at its flanks */
+    float place, place_variance;      /* in the play, -1 and 1 at its flanks */
     float place_step;                 /* per tick until the next check */
     float held_s;                     /* since the angle was last observable */
     float without_sensor_s;           /* since the sensor was last valid */
     float standing_s;                 /* standstill without a sensor: the load may have changed */
     float estimate;                   /* rad */
-    float difference;                 /* rad, of the last valid measured angle to it, fading */
-    float step;                       /* rad, of the last estimate to the returning sensor, fading */
-    float before, rate;               /* rad, rad/s: of the tick before */
+    float difference;                 /* rad, last valid measured angle less the estimate, fading */
+    float step;                       /* rad, last estimate less the angle of the returning sensor, fading */
+    float before, rate;               /* rad, rad/s: of the previous tick */
     float sd;                         /* rad, of the estimate */
 } oc_angle_tracking;
 
 /* Learned by comparison with the sensor. */
 typedef struct {
-    float slopes, products;           /* of yaw acceleration, and with the residual: T is their ratio */
-    float steady;                     /* the slopes times the angle per yaw rate at that time */
-    float cubes, flattened;           /* of the front wheels' angle cubed, and with its reduction against (7) */
-    float spread;                     /* mean of squared error over predicted variance */
-    float seconds;                    /* behind it */
+    float slopes, products;           /* sums: yaw acceleration squared, and times the residual; T is their ratio */
+    float steady;                     /* sum: yaw acceleration squared times the angle per yaw rate */
+    float cubes, flattened;           /* sums: the angle's cube squared, and times the reduction against (7) */
+    float error_scale;                /* mean of the squared error over its predicted variance */
+    float seconds;                    /* of comparison with the sensor */
     oc_side_slip_evidence side_slip;
 } oc_angle_evidence;
 
 typedef struct {
     double angle, rate, standard_deviation; /* rad, rad/s, rad: the true angle */
-    double estimate, estimate_sd;     /* rad: from motion alone */
+    double estimate, estimate_sd;           /* rad, by motion alone */
     bool by_sensor;                         /* the angle is measured less offset */
     oc_status status;
 } oc_angle;
@@ -125,12 +125,12 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
                     double rate_hz);
 
 /* s, delay of the observer's filter. */
-double oc_angle_late_s(const oc_angle_design *design);
+double oc_angle_delay_s(const oc_angle_design *design);
 
 /* Whether the next tick checks the estimate against the sensor. */
 bool oc_angle_is_due(const oc_angle_tracking *tracking);
 
-/* Filters and publishes the angle at each tick. Place in the play, interval and learning follow every check_s. */
+/* Filters and publishes the angle at each tick. Updates place in the play, interval and learning every check_s. */
 void oc_angle_update(oc_angle_tracking *tracking, oc_angle_evidence *evidence, const oc_angle_design *design,
                      const oc_angle_truck *truck, const oc_angle_tick *tick, oc_angle *angle);
 

@@ -5,7 +5,7 @@
 /* Derived. */
 enum { window_bit = 8 }; /* of OC_REASON_WINDOW, 1 << 8 */
 
-/* Of a count below 2^63: the library's conversion is long on a Cortex-M. */
+/* Of a count below 2^63: the library's conversion is slow on a Cortex-M. */
 static double to_double(uint64_t count) {
     return (double)(uint32_t)(count >> 32) * 4294967296.0 + (double)(uint32_t)count;
 }
@@ -29,16 +29,16 @@ static oc_offset_covariances covariances_of(const oc_evidence *evidence, const o
     }
     oc_joint_answer_get(&found, &evidence->joint, &c->joint);
     return (oc_offset_covariances){
-        .understeer_gradient = (double)found.with_offset[OC_OF_GRADIENT],
-        .unloading_acceleration = (double)found.with_offset[OC_OF_UNLOADING],
-        .backlash = (double)found.with_offset[OC_OF_WIDTH],
+        .understeer_gradient = (double)found.offset_covariance[OC_OF_GRADIENT],
+        .unloading_acceleration = (double)found.offset_covariance[OC_OF_UNLOADING],
+        .backlash = (double)found.offset_covariance[OC_OF_WIDTH],
     };
 }
 
 void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *answer) {
     const oc_evidence *now = &state->evidence;
-    oc_verdicts verdicts = now->verdicts; /* a copy: asking changes no status */
-    oc_learned learned = state->learned;  /* includes a standstill since the last final block */
+    oc_verdicts verdicts = now->verdicts; /* a copy: a query changes no status */
+    oc_learned learned = state->learned;  /* updated by a standstill since the last final block */
     const bool jointly = c->params.method == OC_METHOD_JOINT;
     if (jointly) {
         oc_learn_jointly(now, &verdicts, &learned, c);
@@ -79,7 +79,7 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     answer->bank_low = now->bank_watch.low;
     answer->bank_high = now->bank_watch.high;
     answer->accelerometer_wanders = jointly && oc_joint_wanders(&now->joint);
-    answer->accelerometer_runs_away = oc_bank_watch_runs_away(&now->bank_watch);
+    answer->accelerometer_runs_away = oc_bank_watch_drifts(&now->bank_watch);
     answer->duration = ticks * c->tick_s;
     answer->used = used * c->tick_s;
     answer->unused = (ticks - used) * c->tick_s;

@@ -1,7 +1,7 @@
 #ifndef OC_BOUNDS_H
 #define OC_BOUNDS_H
-/* Minimum, maximum and clamps in single precision. Where one argument is NaN, minimum and maximum return the second; a
- * clamped NaN stays NaN. */
+/* Minimum, maximum and clamps in single precision. If an argument is NaN, minimum and maximum return the second one; a
+ * clamped NaN is NaN. */
 
 float oc_min(float a, float b);
 float oc_max(float a, float b);

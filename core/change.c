@@ -9,13 +9,13 @@
 static const float slack = 0.75f;                  /* subtracted from each error */
 static const float suspicion_limit = 5.0f;
 static const float proof_limit = 10.0f;
-static const float sum_max = 20.0f;                /* so that a past change does not stay proven */
-static const float error_max = 6.0f;               /* so that a single outlier proves nothing */
-static const float curvature_scale = 0.002f;       /* 1/m, from which all bends weigh the same */
-static const float rest_s = 60.0f;                 /* for the evidence to settle after a change */
-static const float proof_s = 40.0f;                /* shorter disturbances are no change */
-static const float usual_min = 0.5f * 0.017453292f; /* rad: wind comes and goes by so much, bench/trucks.py's drives */
-static const float size_min = 0.8f * 0.017453292f; /* rad: forgetting follows smaller changes */
+static const float sum_max = 20.0f;                /* so that the sum decays soon after a change */
+static const float error_max = 6.0f;               /* so that one outlier proves no change */
+static const float curvature_scale = 0.002f;       /* 1/m, from which on all bends have the same weight */
+static const float pause_after_change_s = 60.0f;   /* until the evidence has settled after a change */
+static const float proof_s = 40.0f;                /* a shorter disturbance is no change */
+static const float sd_min = 0.5f * 0.017453292f;   /* rad: effect of passing wind, drives of bench/trucks.py */
+static const float size_min = 0.8f * 0.017453292f; /* rad: smaller changes are left to forgetting */
 
 static void accumulate(oc_cusum *sums, float error) {
     sums->up = oc_clamp_size(sums->up + error - slack, sum_max);
@@ -42,8 +42,8 @@ bool oc_change_suspected(const oc_change_watch *watch) {
     return higher_sum(&watch->offset) > suspicion_limit || higher_sum(&watch->bends) > suspicion_limit;
 }
 
-/* A constant error or one proportional to curvature: the one that explains more of the squares. */
-static oc_change classify(const oc_change_watch *watch, float usual) {
+/* A constant error, or one proportional to curvature, by which explains more of the squared errors. */
+static oc_change classify(const oc_change_watch *watch, float sd) {
     const float by_offset = watch->error * watch->error / watch->seconds;
     const float by_bends = watch->curvature_squares > 10.0f * curvature_scale * curvature_scale
                                 ? watch->error_curvature * watch->error_curvature / watch->curvature_squares
@@ -51,13 +51,13 @@ static oc_change classify(const oc_change_watch *watch, float usual) {
     oc_change change = {
         .kind = by_bends > by_offset ? OC_CHANGE_BENDS : OC_CHANGE_OFFSET,
         .size = watch->error / watch->seconds,
-        .size_sd = usual / sqrtf(watch->seconds),
+        .size_sd = sd / sqrtf(watch->seconds),
     };
     const float explained = by_bends > by_offset ? by_bends : by_offset;
     const float size = by_bends > by_offset
                             ? watch->error_curvature / watch->curvature_squares * curvature_scale
                             : change.size;
-    if (explained < 16.0f * usual * usual || fabsf(size) < size_min) {
+    if (explained < 16.0f * sd * sd || fabsf(size) < size_min) {
         change.kind = OC_CHANGE_NONE;
     }
     return change;
@@ -65,12 +65,12 @@ static oc_change classify(const oc_change_watch *watch, float usual) {
 
 oc_change oc_change_update(oc_change_watch *watch, float error, float min_error, float noise_sd, float curvature,
                            float weight) {
-    const float usual = oc_max(noise_sd, usual_min);
-    if (watch->rest > 0.0f) {
-        watch->rest -= 1.0f;
+    const float sd = oc_max(noise_sd, sd_min);
+    if (watch->pause_s > 0.0f) {
+        watch->pause_s -= 1.0f;
         return (oc_change){0};
     }
-    const float relative = oc_clamp_size(sqrtf(weight) * min_error / usual, error_max);
+    const float relative = oc_clamp_size(sqrtf(weight) * min_error / sd, error_max);
     accumulate(&watch->offset, relative);
     accumulate(&watch->bends, relative * oc_clamp_size(curvature / curvature_scale, 1.0f));
     if (!oc_change_suspected(watch)) {
@@ -85,8 +85,8 @@ oc_change oc_change_update(oc_change_watch *watch, float error, float min_error,
     if ((offset < proof_limit && bends < proof_limit) || watch->seconds < proof_s) {
         return (oc_change){0};
     }
-    oc_change change = classify(watch, usual);
+    oc_change change = classify(watch, sd);
     change.seconds = duration_of(offset > bends ? &watch->offset : &watch->bends);
-    *watch = (oc_change_watch){.rest = rest_s};
+    *watch = (oc_change_watch){.pause_s = pause_after_change_s};
     return change;
 }

@@ -1,8 +1,8 @@
 #ifndef OC_CHANGE_H
 #define OC_CHANGE_H
 /* Detects changes by CUSUMs on prediction errors (docs/method.md, "Change"): one for the offset, one for bends that
- * need another angle, as after loading or lifting an axle. While a change is suspected nothing is learned, and the
- * answer stays until a change is proven. */
+ * need another angle, as after loading or lifting an axle. During a suspicion nothing is learned, so the answer is
+ * constant until a change is proven. */
 
 #include <stdbool.h>
 
@@ -19,20 +19,20 @@ typedef struct {
 
 typedef struct {
     oc_cusum offset, bends;
-    float rest;           /* s, without suspicion */
+    float pause_s;           /* s, remaining time without suspicion */
     float seconds, error, error_curvature, curvature_squares; /* sums since the suspicion began */
 } oc_change_watch;
 
 typedef struct {
     oc_change_kind kind;
     float size, size_sd; /* OC_CHANGE_OFFSET: rad */
-    float seconds;       /* of driving since it came */
+    float seconds;       /* of driving since its onset */
 } oc_change;
 
-/* One second: the best hypothesis's prediction error and the minimum of all hypotheses, rad; the sd of errors of
- * weight 1, rad; the curvature, 1/m; its weight, 1 or less. The minimum decides whether there is a change, the best
- * one's gives its size. Returns a proven change once; then the watch begins anew. */
-oc_change oc_change_update(oc_change_watch *watch, float error, float min_error, float usual, float curvature,
+/* One second. error, min_error: rad, prediction error of the best hypothesis, and the minimum of all; noise_sd: rad, of
+ * errors of weight 1; curvature: 1/m; weight: 1 or less. The minimum decides on a change, the best one's error gives
+ * its size. Returns a proven change once; then the watch begins anew. */
+oc_change oc_change_update(oc_change_watch *watch, float error, float min_error, float noise_sd, float curvature,
                            float weight);
 
 bool oc_change_suspected(const oc_change_watch *watch);

@@ -58,7 +58,7 @@ static double slope(const oc_ratio *ratio, double angle) {
 }
 
 double oc_ratio_to_steering_wheel(const oc_ratio *ratio, double front_wheel_angle) {
-    static const double slope_share_min = 0.2; /* of the slope at the centre, against one that turns back */
+    static const double slope_share_min = 0.2; /* of the slope at the centre, against a reversal of the slope */
     double angle = front_wheel_angle * ratio->ratio;
     if (ratio->terms == 0) {
         return angle;

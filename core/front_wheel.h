@@ -2,28 +2,29 @@
 #define OC_FRONT_WHEEL_H
 /* Chapter 4: the front wheels' mean angle from the truck's motion, and from it the steering wheel angle.
  *
- * All angles in rad, left positive: (2) and (3) are the thesis's with left and right exchanged. Speeds in m/s hold
- * for a nominal wheel radius; mismatch is r_l/r_r - 1. oc_wheel_speed_front_angle is (21), which is (3) with it. */
+ * All angles in rad, left positive: (2) and (3) are the thesis's with left and right exchanged. Speeds in m/s, for a
+ * nominal wheel radius; mismatch is r_l/r_r - 1. oc_wheel_speed_front_angle is (21), which is (3) with a mismatch. */
 
 #include <stdint.h>
 
 enum { OC_RATIO_TERMS_MAX = 8 };
 
-/* Front wheel angle over steering wheel angle as a polynomial, both rad, lowest power first; it rises all the way. */
+/* Front wheel angle as a monotonic polynomial of the steering wheel angle, both rad, lowest power first. */
 typedef struct {
     int32_t terms;                     /* 0: a constant ratio */
     double coefficients[OC_RATIO_TERMS_MAX];
-    double ratio;                      /* near the centre, steering wheel angle per front wheel angle */
+    double ratio;                      /* steering wheel angle over front wheel angle near the centre */
 } oc_ratio;
 
-/* (2) solved for R_l, which is on both its sides: exact Ackermann geometry up to some 43 deg, where (3) is 10 % off. */
+/* (2) solved for R_l: exact Ackermann geometry up to some 43 deg, where (3) has an error of 10 %. */
 double oc_front_wheel_exact(double wheelbase, double track, double left, double right, double mismatch);
 
 /* (7), (22), (31): L*r/v + K_us/g * a_y. Speed not 0. */
 float oc_front_wheel_by_yaw_rate(float wheelbase, float yaw_rate, float speed, float understeer_gradient,
                                  float lateral_acceleration);
 
-/* (23), (24): from the speed over ground, lateral_speed `ahead` m behind the front axle, and the front tyres' slip. */
+/* (23), (24): by the speed over ground and the front tyres' slip. lateral_speed is measured `ahead` m behind the front
+ * axle. */
 double oc_front_wheel_by_side_slip(double longitudinal_speed, double lateral_speed, double yaw_rate, double ahead,
                                    double front_slip);
 

@@ -6,41 +6,41 @@ enum { BIAS, DRIFT, FIRST_OF_AXLE };
 enum { MISMATCH, LOAD, SCALE, STATES_OF_AXLE };
 
 /* Derived. */
-static const double root_half = 0.70710678118654752440; /* sqrt(1/2), over the sd of a difference of two innovations */
-static const double alarm_drift = 1.5e-4;      /* rad/s^2: 0.5 deg/s/min, the drift of Figure 17 */
+static const double root_half = 0.70710678118654752440; /* sqrt(1/2), 1 over the sd of two innovations' difference */
+static const double alarm_drift = 1.5e-4;               /* rad/s^2: 0.5 deg/s/min, the drift of Figure 17 */
 
 /* Numerical. */
-static const double prediction_s_max = 3600.0; /* against variances that grow without bound over a long gap */
-static const double noise_min = 1e-12;         /* (rad/s)^2, against signals without noise, whose clamp would stay 0 */
+static const double prediction_s_max = 3600.0; /* against unbounded variances after a long gap */
+static const double noise_min = 1e-12;         /* (rad/s)^2, against signals without noise, whose limit would stay 0 */
 
 /* Tuned; rows without a bench have none on record. */
 static const double block_s = 1.0;             /* bench/gyro_bias.py, seeds 1 to 12: the filter as a whole */
 static const double track_default = 1.9;       /* m, where the vehicle file has none */
 static const double track_default_sd = 0.1;    /* m */
 static const double wheel_speed_min = 3.0;     /* m/s; pole wheels miss pulses below */
-static const double signal_lost_s = 60.0;      /* until r*v and the mean bank replace the lateral acceleration */
-static const double slip_share = 0.05;         /* of the speed: a larger speed difference is slip, no radius */
+static const double signal_lost_s = 60.0;      /* until r*v plus the mean bank replaces the lateral acceleration */
+static const double slip_share = 0.05;         /* of the speed: a larger speed difference is slip, not radius */
 static const double slip_speed = 0.15;         /* m/s in addition: 3 deg/s of bias, and noise */
 static const double slip_turn = 0.2;           /* of the turn's own speed difference, in addition */
 static const double standstill_floor = 3.5e-4; /* rad/s, 0.02 deg/s: Genesis drives in docs/method.md */
-static const double correlated_ticks = 10.0;   /* neighbouring ticks that count as one */
-static const double standstill_blocks_max = 10.0; /* the k-th block counts as 1/k, up to this k */
-static const double standstill_spread_max = 0.01; /* rad/s; above it the truck rolls or is shaken */
-static const double rolling_speed = 0.3;       /* m/s of a rear wheel, above which the truck does not stand */
+static const double correlated_ticks = 10.0;   /* successive ticks that count as one */
+static const double standstill_blocks_max = 10.0; /* the k-th block has the weight 1/k, up to this k */
+static const double standstill_spread_max = 0.01; /* rad/s; above it the truck rolls or shakes */
+static const double rolling_speed = 0.3;       /* m/s, of a rear wheel: above it the truck does not stand */
 static const double noise_initial = 0.0017;    /* rad/s of a block, 0.1 deg/s */
 static const double noise_blocks = 60.0;       /* memory */
 static const double model_noise = 2e-4;        /* rad/s of a block: tyres on an uneven road */
 static const double model_share = 0.02;        /* of the turn, in addition */
 static const double lag = 0.05;                /* s between gyro and wheels */
 static const double correlated_blocks = 6.0;   /* over which a rounding error of the wheel speeds persists */
-static const double level_curvature = 0.001;   /* 1/m: straights alone tell no slope: bench/accuracy.py, `motorway` */
-static const double level_blocks = 200.0;      /* memory of the mean bank: bench/effects.py, `accelerometer_drift` */
-static const double outlier = 3.0;             /* standard deviations, beyond which a block's weight decreases */
+static const double straights_curvature = 0.001; /* 1/m: not identifiable on straights: bench/accuracy.py, `motorway` */
+static const double straights_blocks = 200.0;  /* memory of the mean bank: bench/effects.py, `accelerometer_drift` */
+static const double outlier = 3.0;             /* standard deviations: above it a block has less weight */
 static const float cusum_slack = 0.5f, cusum_limit = 8.0f; /* standard deviations */
 static const double cusum_clip = 4.0;          /* standard deviations */
 static const double alarm_bias = 3.5e-3;       /* rad/s, 0.2 deg/s: sd that an alarm adds to the bias */
 static const double alarm_mismatch = 5e-4;     /* sd that an alarm adds to the mismatch of the radii */
-static const double alarm_radii_share = 0.1;   /* of bias and drift: tyre losing 0.5 % in 10 min, CHANGELOG.md */
+static const double alarm_radii_share = 0.1;   /* of bias and drift: a tyre loses 0.5 % in 10 min, CHANGELOG.md */
 static const double alarm_variance_factor = 1.5; /* of the variance before the alarm */
 static const double alarm_s_min = 15.0;
 
@@ -52,7 +52,7 @@ static int state_of(int32_t axle, int which) {
     return FIRST_OF_AXLE + STATES_OF_AXLE * axle + which;
 }
 
-/* The filter takes a block in over several ticks, a step each, to limit the peak load of a tick. */
+/* The filter processes a block in several ticks, one step each, to limit the peak load of a tick. */
 enum { NOTHING_DUE, REST_DUE, CONCLUSION_DUE, FRONT_DUE, REAR_DUE, PREDICTION_DUE };
 
 static double squared(double value) {
@@ -94,7 +94,7 @@ static void reset_standstill(oc_gyro_bias *state) {
     state->still = (oc_still_mean){0};
 }
 
-/* The first tick since power-on sets the priors; the first since ignition widens the bias. */
+/* The first tick since power-on sets the priors; the first since ignition adds variance to the bias. */
 static void begin(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *p, double time) {
     if (!state->started) {
         state->started = 1;
@@ -128,12 +128,13 @@ static void begin(oc_gyro_bias *state, const oc_gyro_bias_design *design, const 
     reset_standstill(state);
 }
 
-/* Without wheel speeds only the next standstill shows a drift: a large prior would leave the bias unobservable. */
+/* Without wheel speeds a drift is observable only at the next standstill, so a large prior would leave the bias
+ * unobservable. */
 static double drift_sd(const oc_gyro_bias *state, const oc_params *p) {
     return state->has_wheels ? p->gyro_bias_drift_sd_rad_s2 : p->gyro_bias_drift_standing_sd_rad_s2;
 }
 
-/* Predicts to this time: the drift moves the bias and decays, random walks add variance. */
+/* Prediction to this time: the drift moves the bias and decays, random walks add variance. */
 static void predict(oc_gyro_bias *state, const oc_params *p, double time) {
     const double passed = time - state->time;
     const double t = passed > 0.0 ? (passed < prediction_s_max ? passed : prediction_s_max) : 0.0;
@@ -161,8 +162,8 @@ static void predict(oc_gyro_bias *state, const oc_params *p, double time) {
     }
 }
 
-/* Takes in a reading of h'x with variance R and returns the innovation over its predicted sd. Beyond `outlier` the
- * innovation's square replaces its variance. h is of an axle's states; the bias has h = 1. */
+/* Measurement update by a reading of h'x with variance R. Returns the innovation over its predicted sd. Beyond
+ * `outlier` the innovation's square replaces its variance. `h` has an axle's states; the bias has h = 1. */
 static double correct(oc_gyro_bias *state, int32_t axle, const double *h, double reading, double R) {
     const int first = state_of(axle, 0);
     double Ph[OC_GYRO_BIAS_STATES];
@@ -206,8 +207,8 @@ static void update_status(oc_gyro_bias *state, const oc_params *p) {
                         : oc_status_next(state->status, sd, p->gyro_bias_half_width_max_rad_s);
 }
 
-/* At standstill a block's mean is the bias; a state far from it has moved. The floor is common to all blocks of a
- * standstill, so the k-th counts as 1/k. The limit of k lets the filter follow a drift. */
+/* At standstill a block's mean is the bias; a state far from it has changed. The blocks of a standstill share the error
+ * standstill_floor, so the k-th has the weight 1/k. The limit of k lets the filter follow a drift. */
 static void learn_from_standstill(oc_gyro_bias *state, const oc_params *p, double time, double tick_s) {
     static const double none[STATES_OF_AXLE] = {0.0};
     const double n = state->still.weight;
@@ -258,7 +259,7 @@ static void watch_standstill(oc_gyro_bias *state, const oc_gyro_bias_design *des
     }
 }
 
-/* A speed difference that is constant over a tick is on a step of its quantisation. */
+/* A speed difference that is constant over a tick is at a quantisation level. */
 static void watch_quantum(oc_gyro_bias_axle *a, double difference) {
     if (fabs(difference - a->last_difference) < 1e-6) {
         const double step = fabs(difference - a->plateau);
@@ -288,13 +289,13 @@ static void add(oc_gyro_bias_axle *a, double track, double left, double right, d
     a->acceleration += acceleration;
 }
 
-/* Rounding error of a speed difference that seldom changes: it persists for longer than a block. With noise it averages
- * out, and is part of the block's noise. `flat` is the share of ticks without a change. */
+/* Rounding error of a speed difference that seldom changes: it persists for longer than a block. Under noise it
+ * averages out and is part of the block's noise. `flat`: share of the ticks without a change. */
 static double rounding_variance(const oc_gyro_bias_axle *a, double per_track, double flat) {
     return correlated_blocks / 12.0 * squared(a->quantum * per_track * flat) * (1.0 + a->held);
 }
 
-/* Noise of a block from the difference of two neighbours, less the part that the state explains. */
+/* Noise of a block, from the difference of two successive ones less its part explained by the state. */
 static void learn_noise(oc_gyro_bias_axle *a, double unexplained) {
     const double memory = a->blocks + 5.0 < noise_blocks ? a->blocks + 5.0 : noise_blocks;
     const double measured = 0.5 * unexplained * unexplained;
@@ -306,7 +307,7 @@ static double clamp_size(double value, double limit) {
     return value > limit ? limit : value < -limit ? -limit : value;
 }
 
-/* Two-sided; true, and reset, when a sum exceeds the limit. */
+/* Two-sided. True when a sum exceeds the limit, which resets both. */
 static bool cusum(oc_gyro_bias_cusum *sums, double innovation) {
     const float s = (float)clamp_size(innovation, cusum_clip);
     const float up = sums->up + s - cusum_slack, down = sums->down - s - cusum_slack;
@@ -316,7 +317,7 @@ static bool cusum(oc_gyro_bias_cusum *sums, double innovation) {
     return exceeds;
 }
 
-/* Widens bias and drift by this share of an alarm's. */
+/* Adds variance to bias and drift; `share` of a full alarm's sd. */
 static void raise_alarm(oc_gyro_bias *state, double share) {
     if (!(state->alarm_blocks > 0.0)) {
         state->alarm_variance = state->P[BIAS][BIAS];
@@ -331,24 +332,25 @@ static void inflate_mismatch(oc_gyro_bias *state, int32_t axle) {
     state->P[m][m] += squared(alarm_mismatch);
 }
 
-/* Common innovation: the bias moved, or the radii of the axle with the larger one; the other axle separates them. */
+/* Common innovation: the bias changed, or the radii of the axle with the larger innovation. The other axle separates
+ * both cases. */
 static void watch_bias(oc_gyro_bias *state, double rear, double front, double axles) {
-    if (cusum(&state->together, (rear + front) / sqrt(axles))) {
+    if (cusum(&state->common, (rear + front) / sqrt(axles))) {
         raise_alarm(state, 1.0);
         inflate_mismatch(state, fabs(rear) >= fabs(front) ? OC_AXLE_REAR : OC_AXLE_FRONT);
     }
 }
 
-/* Opposite innovations: a tyre loses air or warms up, and the bias has moved between the axles. */
+/* Opposite innovations: a tyre loses air or warms up, and the bias is between both axles' readings. */
 static void watch_radii(oc_gyro_bias *state, double rear, double front) {
-    if (cusum(&state->apart, (rear - front) * root_half)) {
+    if (cusum(&state->opposite, (rear - front) * root_half)) {
         raise_alarm(state, alarm_radii_share);
         inflate_mismatch(state, OC_AXLE_REAR);
         inflate_mismatch(state, OC_AXLE_FRONT);
     }
 }
 
-/* An alarm ends when no CUSUM exceeded its limit for a while and the bias is as certain as before. */
+/* An alarm ends when no CUSUM has exceeded its limit for alarm_s_min and the bias is about as certain as before. */
 static void watch_alarm(oc_gyro_bias *state, const oc_params *p) {
     const double narrow = squared(p->gyro_bias_half_width_max_rad_s / 1.96);
     const double again = alarm_variance_factor * state->alarm_variance;
@@ -362,24 +364,24 @@ static void watch_alarm(oc_gyro_bias *state, const oc_params *p) {
     }
 }
 
-/* m/s^2, the bank of the last minutes' straights: the intercept of a line over curvature, whose slope has a prior of
- * nought. */
-static double straights_bank(const oc_gyro_bias_level *level) {
-    const double squares = level->squares + squared(level_curvature);
-    const double apart = level->blocks * squares - squared(level->curvature);
-    return apart > 0.0 ? (level->bank * squares - level->product * level->curvature) / apart : 0.0;
+/* m/s^2, mean bank of the last minutes' straights: the intercept of a line over curvature whose slope has a prior about
+ * 0. */
+static double straights_bank(const oc_gyro_bias_straights *straights) {
+    const double squares = straights->squares + squared(straights_curvature);
+    const double apart = straights->blocks * squares - squared(straights->curvature);
+    return apart > 0.0 ? (straights->bank * squares - straights->product * straights->curvature) / apart : 0.0;
 }
 
-/* m/s^2, less the straights' bank, so that an accelerometer whose zero drifts moves no radius. */
-static double beyond_level(oc_gyro_bias_level *level, double acceleration, double speed, double yaw_rate) {
+/* m/s^2, less the straights' bank, so that a drift of the accelerometer's zero changes no radius. */
+static double without_mean_bank(oc_gyro_bias_straights *straights, double acceleration, double speed, double yaw_rate) {
     const double curvature = yaw_rate / speed, bank = acceleration - yaw_rate * speed;
-    const double keep = 1.0 - 1.0 / level_blocks;
-    level->blocks = keep * level->blocks + 1.0;
-    level->curvature = keep * level->curvature + curvature;
-    level->squares = keep * level->squares + curvature * curvature;
-    level->bank = keep * level->bank + bank;
-    level->product = keep * level->product + bank * curvature;
-    return acceleration - straights_bank(level);
+    const double keep = 1.0 - 1.0 / straights_blocks;
+    straights->blocks = keep * straights->blocks + 1.0;
+    straights->curvature = keep * straights->curvature + curvature;
+    straights->squares = keep * straights->squares + curvature * curvature;
+    straights->bank = keep * straights->bank + bank;
+    straights->product = keep * straights->product + bank * curvature;
+    return acceleration - straights_bank(straights);
 }
 
 static void read_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, int32_t axle) {
@@ -393,7 +395,7 @@ static void read_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, in
     const double v = a->speed * per_tick;
     const double r = a->yaw_rate * per_tick;
     const double reading = r - a->difference * per_tick * per_track;
-    const double load = v * beyond_level(&state->level, a->acceleration * per_tick, v, r - state->x[BIAS]);
+    const double load = v * without_mean_bank(&state->straights, a->acceleration * per_tick, v, r - state->x[BIAS]);
     double late = 0.0;
     if (a->blocks > 0.0) {
         late = lag / block_s * (r - a->last_yaw_rate);
@@ -452,12 +454,12 @@ static void run_due_step(oc_gyro_bias *state, const oc_gyro_bias_design *design,
     case REAR_DUE: learn_axle(state, design, OC_AXLE_REAR); break;
     case FRONT_DUE: learn_axle(state, design, OC_AXLE_FRONT); break;
     case CONCLUSION_DUE: conclude_block(state, p); break;
-    default: break; /* REST_DUE: oc_gyro_bias_is_busy stays true in the tick of the conclusion */
+    default: break; /* REST_DUE: keeps oc_gyro_bias_is_busy true in the tick of the conclusion */
     }
 }
 
-/* Whether the wheels' load transfer is identified. In a short gap of the accelerometer it is not: the mean bank need
- * not hold there. */
+/* Whether the load transfer is available. In a short gap of the accelerometer it is not, since the bank there may
+ * differ from the mean. */
 static bool has_load(oc_gyro_bias *state, const oc_gyro_bias_design *design, bool has_acceleration) {
     if (has_acceleration) {
         state->lost_ticks = 0;
@@ -530,7 +532,7 @@ oc_estimate oc_gyro_bias_mismatch(const oc_gyro_bias *state, const oc_params *pa
     }
     const double sd = sqrt(state->P[m][m]);
     return (oc_estimate){
-        .value = state->x[m] - state->x[state_of(axle, LOAD)] * straights_bank(&state->level),
+        .value = state->x[m] - state->x[state_of(axle, LOAD)] * straights_bank(&state->straights),
         .standard_deviation = sd,
         .evidence = state->axles[axle].blocks * block_s,
         .status = sd > 0.5 * prior ? OC_UNOBSERVABLE : OC_VALID,

@@ -5,18 +5,18 @@
 
 /* Derived. */
 static const float rad_per_deg = 0.017453292f; /* pi/180 */
-static const float variance_min = 7.6e-7f;     /* rad^2, (0.05 deg)^2: model error, and the limit of single precision */
-static const float probation_cost = 16.0f;     /* judge_second's maximum of 8, twice: two outliers do not decide */
+static const float variance_min = 7.6e-7f;     /* rad^2, (0.05 deg)^2: model error, limit of single precision */
+static const float probation_cost = 16.0f; /* score_second's maximum of 8, twice, so that two outliers do not decide */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
                          double ratio_times_wheelbase, float pull_sd) {
-    float apart[OC_SLOPE_COUNT];
-    oc_play_apart(&(oc_play){0}, apart);
+    float divisors[OC_SLOPE_COUNT];
+    oc_play_divisors(&(oc_play){0}, divisors);
     *design = (oc_hypothesis_design){
         .step_s = (float)step_s,
         .steering_ratio = (float)steering_ratio,
         .ratio_times_wheelbase = (float)ratio_times_wheelbase,
-        .per_unloading = 1.0f / apart[OC_SLOPE_UNLOADING],
+        .per_unloading = 1.0f / divisors[OC_SLOPE_UNLOADING],
         .pull_sd = pull_sd,
     };
     for (int32_t k = 0; k < OC_TERMS; ++k) {
@@ -35,8 +35,8 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
     design->of_sum[YAW_RATE_BIAS] *= -design->ratio_times_wheelbase;
 }
 
-/* Adds the wind's regressors: a wind reduces the tyres' lateral force, and shifts the load of the play as a_0 does.
- * Returns the contribution of the estimated wind, rad. */
+/* Adds the wind's regressors: a wind reduces the tyres' lateral force and shifts the play's load, as a_0 does. Returns
+ * the contribution of the estimated wind, rad. */
 static float add_wind(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
                       float unloads) {
     const float slope = design->steering_ratio * h->gradient;
@@ -67,8 +67,8 @@ static float prediction_error(const oc_hypothesis *h, const float *terms, float 
     return error;
 }
 
-/* Updates noise, cost and age by the prediction error; beyond 2 sd an error has a reduced weight (Huber). */
-static void judge_second(oc_hypothesis *h, const oc_second *second) {
+/* Updates noise, cost and age by the prediction error. An error beyond 2 sd has a reduced weight (Huber). */
+static void score_second(oc_hypothesis *h, const oc_second *second) {
     const float squared = second->weight * h->error * h->error;
     const float limit = 4.0f * h->variance;
     h->huber_weight = squared > limit ? second->weight * sqrtf(limit / squared) : second->weight;
@@ -87,7 +87,7 @@ static void judge_second(oc_hypothesis *h, const oc_second *second) {
     }
 }
 
-/* Means of a second: noise in the regressors flattens slopes, and a mean has less of it than a sample. */
+/* Means of a second have less noise than samples: noise in the regressors flattens the slopes. */
 static float means_of_second(const oc_hypothesis *h, const oc_hypothesis_design *design, int32_t samples,
                              float *terms) {
     const float share = 1.0f / (float)samples;
@@ -97,28 +97,28 @@ static float means_of_second(const oc_hypothesis *h, const oc_hypothesis_design 
     return h->target_sum * share;
 }
 
-/* Recursive least squares about the means. Plain products would lose a term that hardly varies against the constant,
- * in single precision. */
+/* Recursive least squares about the means. In single precision, plain products would lose a term that hardly varies
+ * beside the constant. */
 static void regress(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second, int32_t samples) {
-    float apart[OC_TERMS];
+    float deviations[OC_TERMS];
     const float keep = second->memory_share;
-    const float target = means_of_second(h, design, samples, apart);
+    const float target = means_of_second(h, design, samples, deviations);
     h->weight = keep * h->weight + h->huber_weight;
     h->learned_s = keep * h->learned_s + h->huber_weight;
     const float share = h->huber_weight / h->weight;
-    const float target_apart = target - h->target_mean;
-    h->target_mean += share * target_apart;
+    const float target_deviation = target - h->target_mean;
+    h->target_mean += share * target_deviation;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
-        apart[k] -= h->means[k];
-        h->means[k] += share * apart[k];
+        deviations[k] -= h->means[k];
+        h->means[k] += share * deviations[k];
     }
     const float added = h->huber_weight * (1.0f - share);
     float *cell = h->scatter;
     for (int32_t row = 0; row < OC_TERMS; ++row) {
-        const float weighted = added * apart[row];
-        h->toward[row] = keep * h->toward[row] + weighted * target_apart;
+        const float weighted = added * deviations[row];
+        h->target_products[row] = keep * h->target_products[row] + weighted * target_deviation;
         for (int32_t column = 0; column <= row; ++column, ++cell) {
-            *cell = keep * *cell + weighted * apart[column];
+            *cell = keep * *cell + weighted * deviations[column];
         }
     }
 }
@@ -130,7 +130,7 @@ static void correlate(oc_correlation *correlation, float variance, int32_t secon
 }
 
 bool oc_hypothesis_is_on_probation(const oc_hypothesis *h, const oc_second *second) {
-    return h->age <= second->trial_s && second->used_s > second->trial_s;
+    return h->age <= second->probation_s && second->used_s > second->probation_s;
 }
 
 float oc_hypothesis_noise(const oc_hypothesis *h) {
@@ -139,31 +139,31 @@ float oc_hypothesis_noise(const oc_hypothesis *h) {
 
 void oc_hypothesis_shift(oc_hypothesis *h, const oc_hypothesis_design *design, int32_t term, float by) {
     const float scaled = by / design->scale[term];
-    oc_triangle_subtract_row(h->scatter, term, scaled, h->toward);
+    oc_triangle_subtract_row(h->scatter, term, scaled, h->target_products);
     h->target_mean -= h->means[term] * scaled;
     h->terms[term] -= scaled;
 }
 
 /* Scales a term's regressor in all evidence. */
-static void fade(oc_hypothesis *h, int32_t term, float share) {
+static void scale_term(oc_hypothesis *h, int32_t term, float share) {
     oc_triangle_scale(h->scatter, term, share);
-    h->toward[term] *= share;
+    h->target_products[term] *= share;
 }
 
-void oc_hypothesis_narrow(oc_hypothesis *h, int32_t first, int32_t last, float share) {
+void oc_hypothesis_scale_slopes(oc_hypothesis *h, int32_t first, int32_t last, float share) {
     for (int32_t term = first; term <= last; ++term) {
-        fade(h, term, share);
+        scale_term(h, term, share);
         h->means[term] *= share;
     }
 }
 
 void oc_hypothesis_restart(oc_hypothesis *h, double angle) {
     h->places.wound = h->places.inner = (float)angle;
-    for (int32_t k = 0; k < OC_BESIDE; ++k) {
-        h->places.played[k] = h->places.loaded[k] = h->places.unwound[k] = h->places.wound_beside[k] = (float)angle;
+    for (int32_t k = 0; k < OC_VARIED; ++k) {
+        h->places.played[k] = h->places.loaded[k] = h->places.unwound[k] = h->places.wound_varied[k] = (float)angle;
     }
     for (int32_t k = 0; k < OC_WINDS; ++k) {
-        oc_hypothesis_narrow(h, WIND + k, WIND + k, 0.0f);
+        oc_hypothesis_scale_slopes(h, WIND + k, WIND + k, 0.0f);
         h->terms[WIND + k] = h->play.wind[k] = 0.0f;
     }
 }
@@ -204,44 +204,45 @@ void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, 
 
 void oc_hypothesis_predict(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
                            int32_t samples) {
-    float terms[OC_TERMS], apart[OC_SLOPE_COUNT];
-    oc_play_apart(&h->play, apart); /* constant within a second */
+    float terms[OC_TERMS], divisors[OC_SLOPE_COUNT];
+    oc_play_divisors(&h->play, divisors); /* constant within a second */
     for (int32_t k = 0; k < OC_SLOPE_COUNT; ++k) {
-        h->sums[CREEP + k] /= apart[k];
+        h->sums[CREEP + k] /= divisors[k];
     }
     const float target = means_of_second(h, design, samples, terms);
     h->error = prediction_error(h, terms, target);
     if (second->learns) {
-        judge_second(h, second);
+        score_second(h, second);
     }
 }
 
-/* A Kalman filter's step of time: the variance of the term, of which `by_constant` is the constant's share per unit,
- * grows by `variance`, in units of its prior's (docs/method.md, "Steps of time"). */
-static void reopen(oc_hypothesis *h, int32_t term, float by_constant, float variance) {
-    float row[OC_TERMS] = {0}; /* stays so where rounding has left nothing */
+/* Prediction step of a Kalman filter: the term's variance grows by `variance`, in units of its prior's. The constant
+ * changes with it by `by_constant` per unit (docs/method.md, "Steps of time"). */
+static void add_process_noise(oc_hypothesis *h, int32_t term, float by_constant, float variance) {
+    float row[OC_TERMS] = {0}; /* stays 0 where rounding has left no variance */
     for (int32_t k = 0; k < OC_TERMS && oc_triangle_cell(h->scatter, term, term) > 0.0f; ++k) {
         row[k] = oc_triangle_cell(h->scatter, term, k);
     }
     const float noise = oc_hypothesis_noise(h);
-    const float at_mean = h->means[term] + by_constant, toward = row[term] > 0.0f ? h->toward[term] : 0.0f;
+    const float at_mean = h->means[term] + by_constant;
+    const float target_product = row[term] > 0.0f ? h->target_products[term] : 0.0f;
     const float own = row[term];
     const float share = variance / (noise + variance * own);
     const float of_constant = h->weight * at_mean * at_mean;
     h->weight *= 1.0f - variance * of_constant / (noise + variance * (own + of_constant));
-    h->target_mean -= share * at_mean * toward;
+    h->target_mean -= share * at_mean * target_product;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         h->means[k] -= share * at_mean * row[k];
-        h->toward[k] -= share * toward * row[k];
+        h->target_products[k] -= share * target_product * row[k];
     }
     oc_triangle_subtract_product(h->scatter, row, share);
 }
 
-/* The accelerometer's zero has moved by chance: a_0, and the constant by -i K of that. */
+/* Random walk of the accelerometer's zero: of a_0, and of the constant by -i K times that. */
 static void wander(oc_hypothesis *h, const oc_hypothesis_design *design) {
     const float scale = design->scale[UNLOADING];
     const float by_constant = -design->steering_ratio * oc_max(h->gradient, 0.0f) * scale;
-    reopen(h, UNLOADING, by_constant, design->wander / (scale * scale));
+    add_process_noise(h, UNLOADING, by_constant, design->wander / (scale * scale));
 }
 
 void oc_hypothesis_take_in(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
@@ -262,15 +263,15 @@ void oc_hypothesis_correct(oc_hypothesis *h, const oc_hypothesis_design *design,
     oc_hypothesis_shift(h, design, YAW_RATE_BIAS, rad_s);
 }
 
-void oc_hypothesis_remounted(oc_hypothesis *h, float by, float seconds) {
+void oc_hypothesis_shift_offset(oc_hypothesis *h, float by, float seconds) {
     h->target_mean += by;
     h->constant += by;
     h->offset += by;
     h->weight = seconds;
 }
 
-void oc_hypothesis_loaded(oc_hypothesis *h) {
+void oc_hypothesis_change_load(oc_hypothesis *h) {
     /* in units of the terms: 0.08 deg/(m/s^2) and 5 % (docs/method.md, "Change") */
-    reopen(h, GRADIENT, 0.0f, 0.04f);
-    reopen(h, WHEELBASE, 0.0f, 1.0f);
+    add_process_noise(h, GRADIENT, 0.0f, 0.04f);
+    add_process_noise(h, WHEELBASE, 0.0f, 1.0f);
 }

@@ -1,11 +1,11 @@
 #ifndef OC_HYPOTHESIS_H
 #define OC_HYPOTHESIS_H
-/* One hypothesis: the free play of the steering, and all parameters that follow by least squares (docs/method.md, "The
- * joint method").
+/* One hypothesis: a free play of the steering, and all parameters estimated with it by least squares (docs/method.md,
+ * "The joint method").
  *
- * The model of the measured angle less i*L*r/v is in joint_model.h. Operators (play.h) give the places c in a play of
- * width B and d in a wind-up of width W. Twelve more operators run at a little more and less of each parameter. Their
- * differences are the model's slopes, and one recursive least squares is linearised anew each second.
+ * joint_model.h has the model of the measured angle less i*L*r/v. Operators (play.h) give the place c in the play of
+ * width B and the place d in the column's wind-up of width W. Twelve more operators run at slightly larger and smaller
+ * parameters. Their differences are the model's slopes. Recursive least squares are linearised anew each second.
  *
  * Single precision, so that the whole hypothesis set fits a microcontroller. */
 
@@ -16,48 +16,48 @@
 #include "sensor_noise.h"
 #include "triangle.h"
 
-/* Priors: from params, standstill and other filters. */
+/* Priors from params, standstill and other filters. */
 typedef struct {
-    float unloading_mean;   /* m/s^2, of a_0: the accelerometer's bias and a known pull */
+    float unloading_mean;   /* m/s^2, of a_0: accelerometer bias plus a given pull */
     float unloading_sd;     /* m/s^2 */
-    float zero_information; /* 1/(m/s^2)^2, of a_0 about 0 by a torque sensor's zero; 0: none */
+    float zero_information; /* 1/(m/s^2)^2, of a_0 about 0, by a torque sensor's zero; 0: none */
     float crown;            /* m/s^2, for which an axle may be set up */
-    float yaw_rate_bias_sd; /* rad/s, of the yaw rate's correction */
+    float yaw_rate_bias_sd; /* rad/s, of the yaw rate bias that was corrected */
 } oc_prior;
 
-/* A term's prior as the equations take it: in units of the term's scale, as an observation of that accuracy. */
+/* A term's prior in the normal equations: information, and information times mean, in units of the term's scale. */
 typedef struct {
-    float information, toward;
+    float information, right_side;
 } oc_term_information;
 
-/* What the truck is known to be; without that knowledge the model's priors. */
+/* Given values of the truck; without them the model's priors. */
 typedef struct {
-    float play, play_accuracy; /* rad, width of play and wind-up together; 1/rad, 1 over its sd, 0: unknown */
-    float width_sd;            /* rad, of play whose other flank was not loaded */
+    float play, play_accuracy; /* rad, width of play plus wind-up; 1/rad, 1 over its sd, 0: not given */
+    float width_sd;            /* rad, of the width while only one flank was loaded */
     float pull;                /* m/s^2, mean */
-    float set_up_share;        /* 1: an axle may be set up for the crown; 0: the pull is known */
+    float set_up_share;        /* 1: the axle may be set up for the crown; 0: the pull is given */
     oc_term_information wheelbase, gradient;
 } oc_known_truck;
 
 typedef struct {
     float step_s;                                 /* between samples */
     float steering_ratio, ratio_times_wheelbase;  /* 1, m */
-    float scale[OC_TERMS];                        /* each term's unit: its prior's standard deviation */
-    float of_sum[OC_TERMS];                       /* a term per unit of a second's sum */
-    float per_unloading;                          /* s^2/m, a_0's slope per difference */
+    float scale[OC_TERMS];                        /* unit of each term: its prior's standard deviation */
+    float of_sum[OC_TERMS];                       /* regressor per unit of a second's sum */
+    float per_unloading;                          /* s^2/m, a_0's slope per difference of its operators */
     float pull_sd;                                /* m/s^2, of wheel alignment and mean wind */
     float wander;                                 /* (m/s^2)^2, variance of a_0's random change in a second */
-    float most_doubt;                             /* maximum divisor of a_0's prior information */
+    float prior_discount_max;                     /* maximum divisor of a_0's prior information */
     oc_known_truck known;
 } oc_hypothesis_design;
 
-/* Variance of a block's summed errors, relative to that of independent seconds. */
+/* Variance of a block's summed errors over that of independent seconds. */
 typedef struct {
-    float sum;    /* rad, over the block that fills */
+    float sum;    /* rad, over the growing block */
     float factor;
 } oc_correlation;
 
-/* The estimated quantities, and their variances. */
+/* The estimated quantities. */
 enum { OC_OF_GRADIENT, OC_OF_UNLOADING, OC_OF_WIDTH, OC_OF_WHEELBASE, OC_OF_OFFSET, OC_OF_COUNT };
 
 typedef struct {
@@ -67,61 +67,61 @@ typedef struct {
 typedef struct {
     oc_play play;
     oc_places places;
-    float sums[OC_TERMS], target_sum;    /* over the second that fills: of the play's differences (slopes once the
+    float sums[OC_TERMS], target_sum;    /* over the growing second: of the operators' differences (slopes once the
                                           * second is predicted) and of motion; rad */
-    float learned_s;                     /* s, forgetting, in the products */
-    float weight;                        /* s of them that identify the constant; what follows is over them */
+    float learned_s;                     /* s of evidence after forgetting */
+    float weight;                        /* s of it that identify the constant; the next four members are over these */
     float target_mean;                   /* rad */
     float means[OC_TERMS];
     float scatter[OC_TERMS_TRIANGLE];    /* sums of products of deviations from the means */
-    float toward[OC_TERMS];              /* the same with the target's */
+    float target_products[OC_TERMS];     /* the same, of terms and target */
     float constant;                      /* rad, of the model */
     float terms[OC_TERMS];               /* the solution, in units of `scale` */
     float variance;                      /* rad^2, of the prediction errors */
     oc_correlation blocks, long_blocks;
-    float width_mean;                    /* rad, of the prior of its play's width: where it began */
-    float huber_weight;                  /* of the last second, 1 or less */
+    float width_mean;                    /* rad, prior mean of the play's width: the start's */
+    float huber_weight;                  /* of the last second, 1 at most */
     float error;                         /* rad, prediction error of the last second */
-    float cost;                          /* negative log likelihood, forgetting; after probation */
-    float doubt;                         /* cost beside: of a_0 so far from its prior's mean */
+    float cost;                          /* negative log likelihood after forgetting; from the end of probation on */
+    float prior_cost;                    /* cost in addition: of a_0 far from its prior mean */
     float offset;                        /* rad */
-    float lean;                          /* rad, from the offset to the middle of its interval: pull's share in a_0 */
-    float set_up_lean;                   /* rad, of it by an axle set up for the crown */
-    float per_acceleration;              /* rad/(m/s^2), of the offset by a pull: i K, as far as a_0 is identified */
+    float lean;                          /* rad, middle of the offset's interval less the offset: pull's share in a_0 */
+    float set_up_lean;                   /* rad, part of it by an axle set up for the crown */
+    float per_acceleration;              /* rad/(m/s^2), offset per pull: i K as far as a_0 is identified */
     float gradient;                      /* rad/(m/s^2) */
     float wheelbase;                     /* l, share */
     float unloading;                     /* m/s^2, a_0 */
-    float age;                           /* s of driving learned from */
-    float left_before, right_before;     /* s on either flank before it began */
-    float with_offset[OC_OF_OFFSET];     /* covariances of the offset with the others */
-    float set_up_variance;               /* rad^2, of the offset by an axle set up for the crown, beside its own */
-    float pulled_variance;               /* rad^2, likewise by pull and wind */
+    float age;                           /* s of driving in its evidence */
+    float left_before, right_before;     /* s on either flank before its start */
+    float offset_covariance[OC_OF_OFFSET]; /* covariances of the offset with the others */
+    float set_up_variance;               /* rad^2, of the offset, in addition: by an axle set up for the crown */
+    float pull_variance;                 /* rad^2, of the offset, in addition: by pull and wind */
     oc_variances variances;              /* squares of the units above, and of the width's, rad */
-    int32_t wanders;                     /* 1: the accelerometer's zero does, and a_0 with it */
+    int32_t wanders;                     /* 1: models the accelerometer's zero, and so a_0, as a random walk */
 } oc_hypothesis;
 
-/* A second's context, the same for all hypotheses; the noise goes on while equations are solved. */
+/* A second's context, the same for all hypotheses. The noise keeps changing while equations are solved. */
 typedef struct {
-    int32_t learns;     /* 0: a change is suspected, the second is only predicted */
+    int32_t learns;     /* 0: a change is suspected: the second is predicted, not learned from */
     int32_t block_ends, long_block_ends;
-    int32_t blocks, long_blocks; /* whole ones before */
-    oc_noise noise;     /* of the sensors, in its means */
+    int32_t blocks, long_blocks; /* complete blocks before it */
+    oc_noise noise;     /* of the sensors, in a second's mean */
     float used_s;       /* of driving before it */
-    float trial_s;      /* until this age a hypothesis is on probation: it learns, and does not count */
-    float best_cost;    /* of all hypotheses */
+    float probation_s;  /* until this age a hypothesis is on probation: it learns, but is not in the answer */
+    float best_cost;    /* minimum over the hypotheses */
     float second_s;     /* its length */
-    float memory_share; /* by which evidence is multiplied */
+    float memory_share; /* factor of the evidence before it */
     float reference;    /* rad^2, the best hypothesis's noise, the unit of costs */
-    float weight;       /* of this second, 1 or less: in tight bends and at low speed the model errs more */
+    float weight;       /* of this second, 1 at most: the model is less accurate in tight bends and at low speed */
 } oc_second;
 
 /* The equations of one hypothesis. */
 typedef struct {
     float information[OC_TERMS];    /* of the priors */
-    float inverse[OC_TERMS];        /* of the factor's diagonal */
+    float inverse[OC_TERMS];        /* 1 over the factor's diagonal */
     float lower[OC_TERMS_TRIANGLE]; /* Cholesky's factor */
     float terms[OC_TERMS];          /* right side, then solution */
-    float weights[OC_OF_COUNT][OC_TERMS]; /* of the sums of terms whose variances are sought; here to save stack */
+    float weights[OC_OF_COUNT][OC_TERMS]; /* of each quantity as a sum of terms; here to save stack */
 } oc_equations;
 
 enum { OC_SECONDS_PER_BLOCK = 5, OC_SECONDS_PER_LONG_BLOCK = 40 };
@@ -131,18 +131,18 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
 
 void oc_hypothesis_start(oc_hypothesis *hypothesis, const oc_play *play, double angle);
 
-/* Wheel and heading are unknown: the operators start anew, the wind is unknown, all other evidence stays. */
+/* Place in the play and heading are unknown: operators and wind start anew, all other evidence stays. */
 void oc_hypothesis_restart(oc_hypothesis *hypothesis, double angle);
 
 /* The operators' input at a sample. */
 oc_play_motion oc_hypothesis_motion(const oc_hypothesis *hypothesis, const oc_hypothesis_design *design,
                                     const oc_motion_sample *sample);
 
-/* Moves all operators on and, where the sample is usable, adds it to the second that fills. */
+/* Advances all operators and adds a usable sample to the growing second. */
 void oc_hypothesis_sample(oc_hypothesis *hypothesis, const oc_hypothesis_design *design,
                           const oc_motion_sample *sample);
 
-/* The prediction error of a whole second of so many samples. */
+/* The prediction error of a whole second; `samples`: their number in it. */
 void oc_hypothesis_predict(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, const oc_second *second,
                            int32_t samples);
 
@@ -159,19 +159,20 @@ void oc_hypothesis_relinearise(oc_hypothesis *hypothesis, const oc_hypothesis_de
 
 bool oc_hypothesis_is_on_probation(const oc_hypothesis *hypothesis, const oc_second *second);
 
-/* exp(-x), near enough for a weight, for x > -32. */
+/* exp(-x) by (1 + x/32)^-32, accurate enough for a weight; x > -32. */
 float oc_likelihood(float x);
 
-/* rad^2, of a second's mean, correlation between seconds included. */
+/* rad^2, variance of a second's mean; includes the correlation between seconds. */
 float oc_hypothesis_noise(const oc_hypothesis *hypothesis);
 
-/* The yaw rates so far were corrected by rad/s too little: corrects the evidence. The next solution has it. */
+/* Corrects the evidence where the yaw rates so far were corrected by `rad_s` too little. Takes effect at the next
+ * solution. */
 void oc_hypothesis_correct(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, float rad_s);
 
-/* The sensor reads `by` rad more from now on, as sure as so many seconds make it. */
-void oc_hypothesis_remounted(oc_hypothesis *hypothesis, float by, float seconds);
+/* The sensor reads `by` rad more from now on. `seconds`: weight of the constant after it. */
+void oc_hypothesis_shift_offset(oc_hypothesis *hypothesis, float by, float seconds);
 
-/* Bends take another angle from now on: gradient and wheelbase may be others. */
-void oc_hypothesis_loaded(oc_hypothesis *hypothesis);
+/* Bends need another angle from now on: adds process noise to gradient and wheelbase. */
+void oc_hypothesis_change_load(oc_hypothesis *hypothesis);
 
 #endif

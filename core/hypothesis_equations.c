@@ -7,23 +7,23 @@
 static const float smoothed_noise = 0.71f; /* of white noise, by joint.c's 0.3 s: 1 - 0.3 (1 - exp(-1 / 0.3)) */
 
 /* Numerical. */
-/* Steps of one solution: the model is linear as far as play.c's differences reach. */
+/* Maximum steps of one solution: the model is linear over play.c's differences. */
 static const float unloading_step = 0.03f;                 /* m/s^2 */
 static const float friction_step = 0.03f;                  /* m/s^2 */
 static const float creep_step = 0.3f;                      /* share */
 static const float unwinding_step = 0.2f;                  /* 1/s */
 static const float half_play_min = 0.05f * 0.017453292f;   /* rad, against a division by zero */
-static const float half_windup_min = 0.02f * 0.017453292f; /* rad, likewise */
-static const float half_width_max = 12.5f * 0.017453292f;  /* rad, against divergence: play is at most 15 deg */
+static const float half_windup_min = 0.02f * 0.017453292f; /* rad, the same */
+static const float half_width_max = 12.5f * 0.017453292f;  /* rad, against divergence; play is at most 15 deg */
 static const float weight_min = 1e-6f;                     /* s, against a division by zero */
 
 /* Tuned. */
 static const float gradient_min = 0.2f * 0.017453292f; /* rad/(m/s^2): bench/accuracy.py, row `population` */
-static const float front_slip = 0.7f * 0.017453292f; /* rad of the wheels per m/s^2 that the front tyres bear, by bench/
-                                                      * population.py: a fifth wheel's friction loads these alone */
-static const float road_max = 0.6f;  /* m/s^2: crown, its other side and a pull: bench/effects.py, row `play_15` */
-static const float doubt_max = 8.0f; /* cost: roads may fall to the other side: rows `play_15`, `wrong_side` */
-static const float two_ends_share = 0.15f; /* variance of two ends by their distance squared: row `unloads_on_crown` */
+static const float front_slip = 0.7f * 0.017453292f;   /* rad of the wheels per m/s^2 of front tyre force: bench/
+                                                      * population.py; a fifth wheel's friction loads only these */
+static const float road_max = 0.6f; /* m/s^2, from crown to opposite crown plus pull: bench/effects.py, row `play_15` */
+static const float prior_cost_max = 8.0f; /* roads may fall to the other side: rows `play_15`, `wrong_side` */
+static const float two_ends_share = 0.15f; /* variance over squared distance of two points: row `unloads_on_crown` */
 
 static bool creeps(const oc_play *play) {
     return play->friction >= 0.0f;
@@ -49,7 +49,7 @@ void oc_hypothesis_relinearise(oc_hypothesis *h, const oc_hypothesis_design *des
                                oc_play_width_step(before.half_width), half_play_min, half_width_max);
     oc_hypothesis_shift(h, design, WIDTH, 2.0f * (play->half_width - before.half_width));
     if (play->half_width < before.half_width) {
-        oc_hypothesis_narrow(h, CREEP, UNLOADING, play->half_width / before.half_width);
+        oc_hypothesis_scale_slopes(h, CREEP, UNLOADING, play->half_width / before.half_width);
     }
     play->unloading = stepped(before.unloading, solved(h, design, UNLOADING), unloading_step, -1.0f, 1.0f);
     oc_hypothesis_shift(h, design, UNLOADING, play->unloading - before.unloading);
@@ -71,25 +71,25 @@ void oc_hypothesis_relinearise(oc_hypothesis *h, const oc_hypothesis_design *des
                            half_windup_min, half_width_max);
     oc_hypothesis_shift(h, design, WINDUP, 2.0f * (play->windup - before.windup));
     if (play->windup < before.windup) {
-        oc_hypothesis_narrow(h, UNWINDING, UNWINDING, play->windup / before.windup);
+        oc_hypothesis_scale_slopes(h, UNWINDING, UNWINDING, play->windup / before.windup);
     }
     play->unwinding = stepped(before.unwinding, solved(h, design, UNWINDING), unwinding_step, 0.0f, 10.0f);
     oc_hypothesis_shift(h, design, UNWINDING, play->unwinding - before.unwinding);
 }
 
-/* Divisor of a_0's prior information, `apart` standard deviations from its mean: (z/1.8)^8 (docs/method.md,
- * "Regression"). The road may fall to the other side, or the vehicle file may name the wrong side of traffic. No road
- * falls so far that a_0 is beyond road_max of it. */
-static float prior_discount(float apart, float unloading_sd, float max) {
-    const float squared = apart * apart;
-    if (fabsf(apart) * unloading_sd > road_max) {
+/* Divisor of a_0's prior information at `deviation` standard deviations from its mean: (z/1.8)^8 (docs/method.md,
+ * "Regression"). The road may fall to the other side, or the vehicle file may name the wrong side of traffic. Beyond
+ * road_max no road explains a_0, and the prior holds in full. */
+static float prior_discount(float deviation, float unloading_sd, float max) {
+    const float squared = deviation * deviation;
+    if (fabsf(deviation) * unloading_sd > road_max) {
         return 1.0f;
     }
     const float fourth = squared * squared;
     return oc_clamp(fourth * fourth / 110.0f, 1.0f, max);
 }
 
-/* Adds the priors' information, and their right side. */
+/* The priors' information and right sides. */
 static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
                        float *information, float *terms) {
     const float *scale = design->scale;
@@ -97,18 +97,18 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         information[k] = 1.0f;
     }
-    const float apart = (prior->unloading_mean - play->unloading) / prior->unloading_sd;
+    const float deviation = (prior->unloading_mean - play->unloading) / prior->unloading_sd;
     const float unloading = scale[UNLOADING] / prior->unloading_sd;
     const float bias = scale[YAW_RATE_BIAS] / prior->yaw_rate_bias_sd;
-    const float discounted = unloading / prior_discount(apart, prior->unloading_sd, design->most_doubt);
+    const float discounted = unloading / prior_discount(deviation, prior->unloading_sd, design->prior_discount_max);
     const float by_torque = prior->zero_information * scale[UNLOADING];
     information[UNLOADING] = discounted * unloading + by_torque * scale[UNLOADING];
     information[YAW_RATE_BIAS] = bias * bias;
     information[WHEELBASE] = design->known.wheelbase.information;
     information[GRADIENT] = design->known.gradient.information;
-    terms[UNLOADING] += discounted * apart - by_torque * play->unloading;
-    terms[WHEELBASE] += design->known.wheelbase.toward;
-    terms[GRADIENT] += design->known.gradient.toward;
+    terms[UNLOADING] += discounted * deviation - by_torque * play->unloading;
+    terms[WHEELBASE] += design->known.wheelbase.right_side;
+    terms[GRADIENT] += design->known.gradient.right_side;
     terms[WIDTH] += (h->width_mean - 2.0f * play->half_width) / scale[WIDTH];
     for (int32_t k = 0; k < OC_WINDS; ++k) {
         terms[WIND + k] -= play->wind[k] / scale[WIND + k];
@@ -122,20 +122,20 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
     }
 }
 
-/* Factors the equations with a known play as one more observation, of B + W, whose noise is the play's sd. It is added
- * to the scatter for the time of the factoring, since it has a product of two terms; a rubbing hypothesis has no W. */
+/* Factors the equations with a given play, as one more observation of B + W with the play's sd. The observation has a
+ * product of two terms, so it is in the scatter during the factoring. A rubbing hypothesis has no W. */
 static void factor_with_play(oc_hypothesis *h, const oc_hypothesis_design *design, oc_equations *equations) {
     enum { WIDTHS = WIDTH * (WIDTH + 3) / 2, PRODUCT = WINDUP * (WINDUP + 1) / 2 + WIDTH, WINDUPS = PRODUCT + 2 };
     const float accuracy = design->known.play_accuracy, noise = oc_hypothesis_noise(h);
     const float width = accuracy * design->scale[WIDTH], windup = accuracy * design->scale[WINDUP];
     const float widths = h->scatter[WIDTHS], product = h->scatter[PRODUCT], windups = h->scatter[WINDUPS];
-    const float apart = accuracy * (design->known.play - 2.0f * (h->play.half_width + h->play.windup));
+    const float deviation = accuracy * (design->known.play - 2.0f * (h->play.half_width + h->play.windup));
     const bool has_windup = creeps(&h->play);
     h->scatter[WIDTHS] += noise * width * width;
     h->scatter[PRODUCT] += has_windup ? noise * width * windup : 0.0f;
     h->scatter[WINDUPS] += noise * windup * windup;
-    equations->terms[WIDTH] += width * apart;
-    equations->terms[WINDUP] += has_windup ? windup * apart : 0.0f;
+    equations->terms[WIDTH] += width * deviation;
+    equations->terms[WINDUP] += has_windup ? windup * deviation : 0.0f;
     oc_triangle_factor(h->scatter, equations->information, noise, equations->lower, equations->inverse);
     h->scatter[WIDTHS] = widths;
     h->scatter[PRODUCT] = product;
@@ -150,18 +150,18 @@ float oc_likelihood(float x) {
     return power;
 }
 
-/* How much of the offset of an axle set up for the crown is in the interval, 0 to 1: by Bayes over three normals about
- * m, m + c and m + 2 c (docs/method.md, "An axle set up for the crown"). `apart` is a_0 - m. */
-static float crown_setup_share(float apart, float crown, float variance) {
-    static const float odds_against = 18.0f; /* one axle in twenty is set up, one road in twenty falls the other way */
+/* Share of the offset of an axle set up for the crown that the interval includes, 0 to 1: by Bayes over three normals
+ * about m, m + c and m + 2 c (docs/method.md, "An axle set up for the crown"). `deviation` is a_0 - m. */
+static float crown_setup_share(float deviation, float crown, float variance) {
+    static const float odds_against = 18.0f; /* 1 axle in 20 is set up so, 1 road in 20 falls the other way */
     static const float probability_low = 0.025f, probability_high = 0.075f; /* one tail of 95 %, and three */
     const float per = crown / variance;
-    const float other_side = oc_likelihood(oc_max(per * (crown - apart), -8.0f)); /* likelihood ratio */
+    const float other_side = oc_likelihood(oc_max(per * (crown - deviation), -8.0f)); /* likelihood ratio */
     const float likely = 1.0f / (1.0f + oc_likelihood(0.5f * per * crown) * (odds_against / other_side + other_side));
     return oc_clamp((likely - probability_low) / (probability_high - probability_low), 0.0f, 1.0f);
 }
 
-/* Variance of o = constant + i K (a_0 - pull) by the terms: weights are its gradient. */
+/* Variance of o = constant + i K (a_0 - pull) by the terms; the weights are its gradient. */
 static float variance_of_offset(const oc_hypothesis *h, const oc_hypothesis_design *design, oc_equations *equations) {
     const float *scale = design->scale, *terms = equations->terms;
     const float unloading = h->play.unloading + terms[UNLOADING] * scale[UNLOADING] - design->known.pull;
@@ -182,8 +182,8 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
     }
     h->offset = h->constant + design->steering_ratio * h->gradient * (h->unloading - design->known.pull);
 
-    /* a_0 is accelerometer bias + pull + wind (docs/method.md, "Pull and wind"): bias is S^2, shown V, pull P^2,
-     * of_bias 1 - s; in little play the lag of the steering imitates a_0, so V grows */
+    /* a_0 = accelerometer bias + pull + wind (docs/method.md, "Pull and wind"): bias is S^2, shown V, pull P^2, of_bias
+     * 1 - s. In little play V grows, since the lag of the steering has the effect of a_0. */
     const float scale = design->scale[UNLOADING];
     const float squared_scale = scale * scale;
     const float bias = squared_scale / (equations->information[UNLOADING] - prior->zero_information * squared_scale);
@@ -194,19 +194,19 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
     const float pull = pull_prior * identified;
     const float of_bias = bias / (bias + pull);
     const float beyond = oc_max(of_bias * (shown + pull) - variance, 0.0f);
-    const float apart = h->unloading - prior->unloading_mean;
+    const float deviation = h->unloading - prior->unloading_mean;
     const float spread = prior->unloading_sd * prior->unloading_sd + pull_prior + variance;
-    const float set_up = of_bias * identified * prior->crown; /* of such an axle, taken for bias */
-    const float reached = crown_setup_share(apart, prior->crown, spread) * set_up;
+    const float set_up = of_bias * identified * prior->crown; /* of such an axle, attributed to bias */
+    const float reached = crown_setup_share(deviation, prior->crown, spread) * set_up;
     const float perhaps = two_ends_share * reached * set_up;
-    /* i K, K clamped: on some motorways bends are taken for play */
+    /* i K with a minimum K: on some motorways bends are attributed to play */
     const float pulled = design->steering_ratio * oc_max(h->gradient, gradient_min);
     const float of_pull = pulled * pulled;
-    h->doubt = oc_min(0.5f * apart * apart / spread, doubt_max);
+    h->prior_cost = oc_min(0.5f * deviation * deviation / spread, prior_cost_max);
     h->set_up_lean = -0.5f * pulled * reached;
-    h->lean = pulled * (of_bias * apart - apart) + h->set_up_lean;
+    h->lean = pulled * (of_bias * deviation - deviation) + h->set_up_lean;
     h->per_acceleration = pulled * identified;
-    h->pulled_variance = of_pull * oc_min(beyond, pull);
+    h->pull_variance = of_pull * oc_min(beyond, pull);
     h->set_up_variance = of_pull * perhaps;
     h->variances.of[OC_OF_OFFSET] += oc_hypothesis_noise(h) / oc_max(h->weight, weight_min) +
                                   of_pull * oc_max(beyond - pull, 0.0f);
@@ -216,15 +216,15 @@ static void set_up_equations(const oc_hypothesis *h, const oc_hypothesis_design 
                              oc_equations *equations) {
     const float noise = oc_hypothesis_noise(h);
     for (int32_t k = 0; k < OC_TERMS; ++k) {
-        equations->terms[k] = h->toward[k] / noise;
+        equations->terms[k] = h->target_products[k] / noise;
     }
     add_priors(h, design, prior, equations->information, equations->terms);
 }
 
 /* Errors in variables (docs/method.md, "Noise in the regressors"): curvature and residual share the yaw rate's noise,
- * lateral acceleration has the accelerometer's. The noise leaves the factor, whose last rows are these terms, so that
- * the scatter stays positive definite. Half of the gradient's information stays. */
-static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
+ * lateral acceleration has the accelerometer's. The noise is subtracted from the last rows of the factor, which are
+ * these terms, so that the scatter stays positive definite. At least half of the gradient's information stays. */
+static void remove_noise(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
                            oc_equations *equations) {
     enum { BEND = WHEELBASE * (WHEELBASE + 3) / 2, BOTH = BEND + GRADIENT, FORCE };
     float *lower = equations->lower;
@@ -238,11 +238,11 @@ static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *d
     const float bends = lower[BEND] * lower[BEND], forces = lower[FORCE] * lower[FORCE];
     const float both = lower[BOTH] * lower[BOTH];
     const float prior_information = equations->information[GRADIENT];
-    const float force_min = oc_max(0.5f * (forces - prior_information), 0.0f); /* the part of forces that stays */
+    const float force_min = oc_max(0.5f * (forces - prior_information), 0.0f); /* the remaining part of forces */
     const float shared = both + force_min;
     const float needed = shared > 0.0f ? across * across / shared : bends;
     const float max = oc_clamp(design->scale[WHEELBASE] * bends, 0.0f, oc_max(bends - needed, 0.0f));
-    const float bend_noise = oc_clamp(seconds * yaw_rate * bend * bend, 0.0f, max); /* moves l by its prior's sd */
+    const float bend_noise = oc_clamp(seconds * yaw_rate * bend * bend, 0.0f, max); /* max: moves l by its prior's sd */
     lower[BEND] = sqrtf(oc_max(bends - bend_noise, equations->information[WHEELBASE]));
     equations->inverse[WHEELBASE] = 1.0f / lower[BEND];
     lower[BOTH] = across * equations->inverse[WHEELBASE];
@@ -254,7 +254,7 @@ static void take_noise_out(const oc_hypothesis *h, const oc_hypothesis_design *d
     equations->terms[WHEELBASE] += bend_noise / design->scale[WHEELBASE];
 }
 
-/* A parameter is one term, or the sum of two; of one, `first` and `second` are the same. */
+/* A quantity is one term (`first` equals `second`), or the sum of two. */
 static void find_variances(oc_hypothesis *h, const oc_hypothesis_design *design, oc_equations *equations) {
     static const struct {
         int32_t first, second;
@@ -274,7 +274,7 @@ static void find_variances(oc_hypothesis *h, const oc_hypothesis_design *design,
         weights[first] = design->scale[first];
         weights[second] = design->scale[second];
         h->variances.of[k] = oc_triangle_variance(equations->lower, equations->inverse, first, weights);
-        h->with_offset[k] = oc_triangle_covariance(weights, equations->weights[OC_OF_OFFSET], first);
+        h->offset_covariance[k] = oc_triangle_covariance(weights, equations->weights[OC_OF_OFFSET], first);
     }
 }
 
@@ -295,7 +295,7 @@ void oc_hypothesis_solve(oc_hypothesis *h, const oc_hypothesis_design *design, c
         oc_triangle_factor(h->scatter, equations->information, oc_hypothesis_noise(h), equations->lower,
                            equations->inverse);
     }
-    take_noise_out(h, design, second, equations);
+    remove_noise(h, design, second, equations);
     oc_triangle_solve_lower(equations->lower, equations->inverse, 0, equations->terms);
     oc_triangle_solve_upper(equations->lower, equations->inverse, equations->terms);
     for (int32_t k = 0; k < OC_TERMS; ++k) {

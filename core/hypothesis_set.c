@@ -7,12 +7,12 @@
 /* Derived. */
 static const float one_degree = 0.017453292f; /* rad, pi/180 */
 
-/* Half the width of a known play's start: at its mean, and a standard deviation less and more. */
+/* Half the width of a start with a given play: its mean, and one standard deviation less and more. */
 static float known_half_width(int32_t k, const oc_known_truck *known) {
     return oc_max(0.5f * (known->play + (float)(k - 1) / known->play_accuracy), 0.25f * one_degree);
 }
 
-/* docs/method.md, "Hypothesis set": three widths, each rubbing (friction < 0), or creeping about three a_0. */
+/* docs/method.md, "Hypothesis set": three widths, each rubbing (friction < 0) or creeping at three a_0. */
 oc_play oc_joint_start_of(int32_t k, const oc_known_truck *known) {
     static const float widths[3] = {2.0f, 6.0f, 12.0f};     /* deg */
     static const float unloadings[3] = {-0.2f, 0.0f, 0.2f}; /* m/s^2 */
@@ -31,9 +31,9 @@ oc_play oc_joint_start_of(int32_t k, const oc_known_truck *known) {
     return play;
 }
 
-/* Every other three of the later starts have a wind-up that a motor unwinds: from a start without it, a hypothesis
- * converges to play instead (row `active_return` of bench/accuracy.py). Successive starts differ in width. Rubbing ones
- * come last, since they fit any drift. */
+/* Three of every six later starts have a wind-up that a motor unwinds. From a start without it, a hypothesis converges
+ * to play instead (bench/accuracy.py, row `active_return`). Successive starts differ in width. Rubbing ones come last,
+ * since they fit any drift. */
 static oc_play later_start_of(int32_t k, const oc_known_truck *known) {
     static const uint8_t kinds[4] = {2, 1, 3, 0};
     oc_play play = oc_joint_start_of(4 * (k % 3) + kinds[k / 6], known);
@@ -49,14 +49,14 @@ static int32_t best_of(const oc_joint *joint) {
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (!oc_hypothesis_is_on_probation(h, &joint->second) &&
-            h->cost + h->doubt < joint->hypotheses[best].cost + joint->hypotheses[best].doubt) {
+            h->cost + h->prior_cost < joint->hypotheses[best].cost + joint->hypotheses[best].prior_cost) {
             best = k;
         }
     }
     return best;
 }
 
-/* Both have converged to the same parameters. */
+/* Whether both have converged to the same parameters. */
 static bool are_twins(const oc_hypothesis *a, const oc_hypothesis *b) {
     static const float near = 0.1f * 0.017453292f; /* rad, tuned: no bench on record */
     return fabsf(a->play.half_width - b->play.half_width) < near && fabsf(a->play.windup - b->play.windup) < near &&
@@ -64,7 +64,7 @@ static bool are_twins(const oc_hypothesis *a, const oc_hypothesis *b) {
            a->wanders == b->wanders;
 }
 
-/* The worst hypothesis if it is rejected, else a twin of the best; -1: none. */
+/* The worst hypothesis if it is to be rejected, else a twin of the best; -1: none. */
 static int32_t redundant(const oc_joint *joint) {
     int32_t worst = joint->best;
     for (int32_t k = 0; k < joint->count; ++k) {
@@ -86,7 +86,7 @@ static int32_t redundant(const oc_joint *joint) {
     return -1;
 }
 
-/* The last one takes its place. Nothing where k is negative. */
+/* The last one moves to its place. No effect where k is negative. */
 static void remove_hypothesis(oc_joint *joint, int32_t k) {
     const int32_t last = joint->count - 1;
     if (k < 0) {
@@ -97,12 +97,13 @@ static void remove_hypothesis(oc_joint *joint, int32_t k) {
     joint->count = last;
 }
 
-/* After a day of lateral force a later hypothesis counts from zero: a sum in single precision would stall. */
+/* After a day of lateral force a new hypothesis counts from zero, since a sum in single precision would stall. */
 static float flank_mark(float seen_s) {
     return seen_s < 1e5f ? seen_s : 0.0f;
 }
 
-/* Whether one like the best that may be right has the other belief of the accelerometer's zero. */
+/* Whether a hypothesis like the best, not yet rejected, makes the opposite assumption: the accelerometer's zero is a
+ * random walk, or constant. */
 static bool has_counterpart(const oc_joint *joint) {
     static const float alike = 0.5f * 0.017453292f; /* rad of half a width, tuned: bench/effects.py, row `play_12` */
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
@@ -116,7 +117,7 @@ static bool has_counterpart(const oc_joint *joint) {
     return false;
 }
 
-/* A copy of the best hypothesis that has the other belief: that the accelerometer's zero wanders, or stays. */
+/* Starts a copy of the best hypothesis with the opposite assumption about the accelerometer's zero. */
 static void start_counterpart(oc_joint *joint) {
     static const float unlikely = 3.0f; /* cost: odds of 1 to 20, tuned: bench/effects.py, rows `none`, `relearning` */
     if (joint->count == OC_JOINT_HYPOTHESES || has_counterpart(joint)) {
@@ -129,23 +130,23 @@ static void start_counterpart(oc_joint *joint) {
     h->cost += h->wanders ? unlikely : 0.0f;
 }
 
-/* Starts another hypothesis at intervals, since all early ones may have converged to a wrong play; later half as often.
- * One redundant hypothesis is removed each time, later two. */
+/* Starts a new hypothesis at intervals, later half as often, since all early ones may have converged to a wrong play.
+ * Removes one redundant hypothesis each time, later two. */
 static void renew(oc_joint *joint, const oc_known_truck *known) {
     static const float single_until_s = 300.0f;   /* tuned: no bench on record */
     static const float frequent_until_s = 600.0f; /* CHANGELOG.md: same errors on 2,280 tuning drives */
     const bool later = joint->second.used_s > single_until_s;
     const bool begins = joint->second.used_s < frequent_until_s || joint->second.long_blocks % 2 == 0;
     const int32_t replaced = redundant(joint);
-    if (begins && (replaced >= 0 || joint->count < OC_JOINT_HYPOTHESES)) { /* in its place, which saves a copy */
+    if (begins && (replaced >= 0 || joint->count < OC_JOINT_HYPOTHESES)) { /* in its place, to save a copy */
         const oc_play play = later_start_of(joint->next_start, known);
         oc_hypothesis *h = &joint->hypotheses[replaced >= 0 ? replaced : joint->count++];
         joint->next_start = (joint->next_start + 1) % OC_JOINT_LATER_STARTS;
         const int32_t wanders = joint->hypotheses[joint->best].wanders;
         oc_hypothesis_start(h, &play, (double)joint->hypotheses[joint->best].places.inner);
         h->wanders = wanders;
-        h->left_before = flank_mark(joint->to_left);
-        h->right_before = flank_mark(joint->to_right);
+        h->left_before = flank_mark(joint->loaded_left_s);
+        h->right_before = flank_mark(joint->loaded_right_s);
     } else {
         remove_hypothesis(joint, replaced);
     }
@@ -168,7 +169,7 @@ void oc_joint_end_second(oc_joint *joint, const oc_joint_design *design) {
     const float noise = oc_hypothesis_noise(&joint->hypotheses[joint->best]);
     second->reference = noise > noise_min * noise_min ? noise : noise_min * noise_min;
     second->used_s += second->second_s;
-    second->trial_s = oc_clamp(0.05f * second->used_s, 60.0f, 600.0f);
+    second->probation_s = oc_clamp(0.05f * second->used_s, 60.0f, 600.0f);
     if (second->long_block_ends) {
         renew(joint, &design->hypothesis.known);
     }

@@ -1,18 +1,18 @@
 #ifndef OC_HYPOTHESIS_SET_H
 #define OC_HYPOTHESIS_SET_H
-/* Which hypotheses are active: where each begins, which fits best, and which one another replaces. */
+/* The set of active hypotheses: starts, selection of the best, replacement. */
 
 #include <stdint.h>
 
 #include "joint.h"
 
-/* Cost above the best one's from which a hypothesis is rejected; its errors show no change. */
+/* Cost above the best one's from which on a hypothesis is rejected; a change is not judged by its errors. */
 enum { OC_JOINT_REJECT_COST = 20 };
 
-/* The play with which the k-th of OC_JOINT_HYPOTHESES begins. */
+/* The start of the k-th of OC_JOINT_HYPOTHESES. */
 oc_play oc_joint_start_of(int32_t k, const oc_known_truck *known);
 
-/* All hypotheses have learned from a second: finds the best, replaces others, and sets up the next second. */
+/* Ends a second that all hypotheses have learned from: selects the best, replaces others, sets up the next second. */
 void oc_joint_end_second(oc_joint *joint, const oc_joint_design *design);
 
 #endif

@@ -11,40 +11,40 @@ static const float wind_speed = 20.0f; /* m/s, at which joint_model.h defines a_
 
 /* Numerical. */
 static const float initial_error = 0.017453292f; /* rad, unit of costs before the first solution */
-static const double two_turns_hz = 50.0; /* from there on a round of two ticks a hypothesis ends in its second */
-static const float correction_min = 3.5e-5f; /* rad/s, against a round of work for 0.01 deg of offset */
+static const double two_turns_hz = 50.0; /* minimum rate at which a round of two ticks a hypothesis ends in a second */
+static const float correction_min = 3.5e-5f;     /* rad/s; a smaller one moves the offset by less than 0.01 deg */
 
 /* Tuned; rows without a bench have none on record. */
 /* Rows are those of bench/accuracy.py --tuning. */
 static const double sample_s = 0.1;           /* s */
-static const double bank_filter_s = 0.3;      /* s, `motorway`, `cross_wind`, `population`: 1 s is late in bends */
-static const double wandering_memory_s = 200.0; /* of the mean bank, where the accelerometer's zero wanders */
-static const float settled_age_s = 300.0f;    /* `self_correction`: errors of a younger hypothesis may be its own */
-static const float place_settling_s = 20.0f;  /* after a reset of the place in the play, which causes errors itself */
-static const float familiar_s = 60.0f;        /* s on a flank until an error there may be a change: `play_12` */
+static const double bank_filter_s = 0.3;      /* s, `motorway`, `cross_wind`, `population`: 1 s lags in bends */
+static const double wandering_memory_s = 200.0; /* of the mean bank, where the accelerometer's zero is a random walk */
+static const float settled_age_s = 300.0f;    /* `self_correction`: a younger hypothesis has errors of its own */
+static const float place_settling_s = 20.0f;  /* after a reset of the place in the play, which causes errors */
+static const float rare_flank_s = 60.0f;      /* s on a flank until an error there may be a change: `play_12` */
 static const float flank_margin = 0.02f;      /* m/s^2 beyond friction, from which a flank is loaded */
-static const float crown_discount_max = 25.0f; /* `wrong_side`: inflates the prior's sd at most fivefold, so that
+static const float prior_discount_max = 25.0f; /* `wrong_side`: inflates the prior's sd at most fivefold, so that
                                                 * a wrong prior is left again; 1 without accelerometer */
 static const float trailer_m = 7.0f;          /* from the hitch to the axles' middle, of most semitrailers */
 static const float fifth_wheel_slip = 0.2f * 0.017453292f; /* rad: bench/effects.py, row `fifth_wheel` */
-static const float tag_axle_shortening = 0.15f; /* share, `lift_axle`: so much shorter, the tag axle is up */
-static const float tag_axle_fade = 0.10f;     /* share over which c fades: from 5 % on, a vehicle file's error */
+static const float tag_axle_shortening = 0.15f; /* share of the wheelbase at which the tag axle is up: `lift_axle` */
+static const float tag_axle_fade = 0.10f;     /* share over which c fades; up to 5 % is a vehicle file's error */
 static const float tyre_share_in_bends = 0.7f; /* `no_accelerometer_motorway`: roads are banked in bends */
-static const float bend_error = 0.002f;       /* 1/rad, times the squared angle of a bend: 1 deg in one of 24 m, by a
-                                               * ratio that is not constant: bench/effects.py, `minor_physics_yard` */
-static const float unmeasured_bank = 0.2f;    /* m/s^2, likewise: it may reduce the lateral force by so much */
+static const float bend_error = 0.002f; /* 1/rad, times the squared angle of a bend: 1 deg at 24 m, by a ratio that
+                                               * is not constant: bench/effects.py, `minor_physics_yard` */
+static const float unmeasured_bank = 0.2f;    /* m/s^2, by which an unmeasured bank may reduce the lateral force */
 
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
-                    double ratio_times_wheelbase, float pull_sd, bool sees_bank, double memory_s) {
+                    double ratio_times_wheelbase, float pull_sd, bool measures_bank, double memory_s) {
     const int32_t ticks = (int32_t)(sample_s * rate_hz + 0.5);
     const double step_s = ticks / rate_hz;
     oc_hypothesis_setup(&design->hypothesis, step_s, steering_ratio, ratio_times_wheelbase, pull_sd);
     oc_noise_setup(&design->noise, lowpass, rate_hz, ticks);
     design->tick_s = 1.0 / rate_hz;
     design->bank_share = design->tick_s / bank_filter_s;
-    design->borne = sees_bank ? 1.0f : tyre_share_in_bends;
-    design->unseen = sees_bank ? 0.0f : 1.0f;
-    design->hypothesis.most_doubt = sees_bank ? crown_discount_max : 1.0f;
+    design->tyre_share = measures_bank ? 1.0f : tyre_share_in_bends;
+    design->bank_unmeasured = measures_bank ? 0.0f : 1.0f;
+    design->hypothesis.prior_discount_max = measures_bank ? prior_discount_max : 1.0f;
     design->memory_s = (float)memory_s;
     design->ticks_per_sample = ticks;
     design->solves_at_once = 0;
@@ -60,7 +60,7 @@ static void start(oc_joint *joint, const oc_joint_design *design, double angle) 
     joint->second = (oc_second){
         .second_s = design->hypothesis.step_s * (float)design->samples_per_second,
         .memory_share = 1.0f,
-        .trial_s = 60.0f,
+        .probation_s = 60.0f,
         .reference = initial_error * initial_error,
         .weight = 1.0f,
         .learns = 1,
@@ -71,23 +71,23 @@ static void start(oc_joint *joint, const oc_joint_design *design, double angle) 
     }
 }
 
-/* Wheel and heading are unknown. */
+/* Place in the play and heading are unknown. */
 static void reset_places(oc_joint *joint, double angle) {
     for (int32_t k = 0; k < joint->count; ++k) {
         oc_hypothesis_restart(&joint->hypotheses[k], angle);
     }
-    joint->watch = (oc_change_watch){.rest = oc_max(joint->watch.rest, place_settling_s)};
+    joint->watch = (oc_change_watch){.pause_s = oc_max(joint->watch.pause_s, place_settling_s)};
     joint->along = 1.0f;
     joint->across = 0.0f;
 }
 
-void oc_joint_lose(oc_joint *joint, oc_joint_tracking *tracking) {
+void oc_joint_restart(oc_joint *joint, oc_joint_tracking *tracking) {
     joint->lost = 1;
     joint->solves_all = joint->solves_all || (tracking->turns > 0 && tracking->solves_all);
     *tracking = (oc_joint_tracking){0};
 }
 
-/* After a standstill wheel and heading are nearly as before, and the round continues. */
+/* A standstill changes neither place in the play nor heading, so the round continues. */
 static void begin_collecting(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                              const oc_joint_tick *tick, double bank) {
     const bool lost = joint->lost || !joint->started;
@@ -95,7 +95,7 @@ static void begin_collecting(oc_joint *joint, oc_joint_tracking *tracking, const
         start(joint, design, tick->angle);
     }
     if (lost) {
-        oc_joint_lose(joint, tracking); /* a hole only sets `lost` */
+        oc_joint_restart(joint, tracking); /* a hole only sets `lost` */
         reset_places(joint, tick->angle);
         joint->lost = 0;
         tracking->wound = tracking->inner = (float)tick->angle;
@@ -118,7 +118,8 @@ float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {
     return design->tandem * oc_clamp(down, 0.0f, 1.0f);
 }
 
-/* Turns the heading by a small angle, rad. Ignores a large one: no truck turns so fast, and the series diverges. */
+/* Turns the heading by a small angle, rad. Ignores a large one: no truck turns so fast, and the series would
+ * diverge. */
 static void turn_heading(oc_joint *joint, float angle) {
     const float squared = angle * angle;
     if (squared > 2.0f) {
@@ -132,10 +133,10 @@ static void turn_heading(oc_joint *joint, float angle) {
     joint->across = across * shortening;
 }
 
-/* a = r v + smoothed bank: r v has less noise than the accelerometer (docs/method.md, "Model"). */
+/* a = r v + smoothed bank; r v has less noise than the accelerometer (docs/method.md, "Model"). */
 static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_tracking *before, const oc_joint *joint,
                                   const oc_joint_design *design) {
-    const double force = (double)design->borne * tick->yaw_rate * tick->speed + before->bank;
+    const double force = (double)design->tyre_share * tick->yaw_rate * tick->speed + before->bank;
     return (oc_motion_sample){
         .angle = (float)tick->angle,
         .residual = (float)tick->residual,
@@ -170,12 +171,12 @@ static void advance_phase(oc_joint *joint, const oc_joint_design *design) {
     joint->phase = joint->phase + 1 < design->ticks_per_sample ? joint->phase + 1 : 0;
 }
 
-/* The flank that a sample's lateral force loads, by the best hypothesis: 1 left, -1 right, 0 neither for sure. */
+/* The flank that a sample's lateral force loads, by the best hypothesis: 1 left, -1 right, 0 uncertain. */
 static int32_t flank_of(const oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const float load = oc_play_load(&best->play, sample);
     const float friction = oc_max(best->play.friction, 0.0f);
-    const float beyond = flank_margin + unmeasured_bank * design->unseen + friction +
+    const float beyond = flank_margin + unmeasured_bank * design->bank_unmeasured + friction +
                          sqrtf(best->variances.of[OC_OF_UNLOADING]);
     return load > beyond ? 1 : load < -beyond ? -1 : 0;
 }
@@ -183,22 +184,22 @@ static int32_t flank_of(const oc_joint *joint, const oc_joint_design *design, co
 static void count_flank_time(oc_joint *joint, const oc_joint_design *design, const oc_motion_sample *sample) {
     const int32_t flank = flank_of(joint, design, sample);
     const float step_s = design->hypothesis.step_s;
-    joint->to_left += flank > 0 ? step_s : 0.0f;
-    joint->to_right += flank < 0 ? step_s : 0.0f;
+    joint->loaded_left_s += flank > 0 ? step_s : 0.0f;
+    joint->loaded_right_s += flank < 0 ? step_s : 0.0f;
 }
 
-/* Whether the collected samples load a flank that was seldom loaded: a prediction error there may be play. */
-static bool is_unfamiliar(const oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
-    for (int32_t n = 0; n < tracking->taken.count; ++n) {
-        const int32_t flank = flank_of(joint, design, &tracking->taken.samples[n]);
-        if ((flank > 0 && joint->to_left < familiar_s) || (flank < 0 && joint->to_right < familiar_s)) {
+/* A prediction error on a flank that was seldom loaded may be play, not a change. */
+static bool loads_rare_flank(const oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
+    for (int32_t n = 0; n < tracking->collected.count; ++n) {
+        const int32_t flank = flank_of(joint, design, &tracking->collected.samples[n]);
+        if ((flank > 0 && joint->loaded_left_s < rare_flank_s) || (flank < 0 && joint->loaded_right_s < rare_flank_s)) {
             return true;
         }
     }
     return false;
 }
 
-/* Only where the best hypothesis is old: a young one would never learn, and stay young. */
+/* Suspicion stops learning, so a young hypothesis would stay young. Therefore only an old best one may raise it. */
 static bool is_suspected(const oc_joint *joint) {
     return joint->hypotheses[joint->best].age > settled_age_s && oc_change_suspected(&joint->watch);
 }
@@ -206,11 +207,11 @@ static bool is_suspected(const oc_joint *joint) {
 static void watch_for_change(oc_joint *joint, const oc_joint_tracking *tracking, const oc_estimate *last_offset,
                              double time) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    if (!(best->age > settled_age_s) || tracking->unfamiliar) {
+    if (!(best->age > settled_age_s) || tracking->loads_rare_flank) {
         return;
     }
     const oc_change change = oc_change_update(&joint->watch, best->error, tracking->min_error,
-                                              sqrtf(joint->second.reference), tracking->taken.curvature,
+                                              sqrtf(joint->second.reference), tracking->collected.curvature,
                                               joint->second.weight);
     if (change.kind != OC_CHANGE_NONE) {
         oc_joint_note_change(joint, &change, last_offset, time - change.seconds);
@@ -228,8 +229,8 @@ static bool ends_second(const oc_motion_sample *sample, const oc_joint_design *d
     return sample->in_second == design->samples_per_second - 1;
 }
 
-/* Between two samples. Dahl's friction: an articulation of fifth_wheel_slip takes it from one side to full. A truck
- * without a trailer has a term that finds nothing. */
+/* Between two samples. Dahl's friction: an articulation of fifth_wheel_slip takes it from zero to full. Without a
+ * trailer this term stays near zero. */
 static void articulate(oc_joint_tracking *tracking, const oc_joint_design *design, const oc_joint_tick *tick) {
     const float step_s = design->hypothesis.step_s;
     const float turned = tracking->turned - (float)tick->speed / trailer_m * tracking->articulation * step_s;
@@ -237,7 +238,7 @@ static void articulate(oc_joint_tracking *tracking, const oc_joint_design *desig
     tracking->fifth_wheel = oc_clamp_size(tracking->fifth_wheel + turned / fifth_wheel_slip, 1.0f);
 }
 
-/* Copies of the best hypothesis's operators follow each sample, since its own are a round behind. */
+/* Copies of the best hypothesis's operators follow each sample, since its own lag by a round. */
 static void follow_best(const oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                         const oc_motion_sample *sample) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
@@ -268,9 +269,9 @@ static bool collect_sample(oc_joint *joint, oc_joint_tracking *tracking, const o
     follow_best(joint, tracking, design, sample);
     const bool continues = sample->in_second > 0;
     tracking->curvature_sum = continues ? tracking->curvature_sum + sample->curvature : sample->curvature;
-    tracking->doubted = tick->doubted || (continues && tracking->doubted);
+    tracking->suspected = tick->suspected || (continues && tracking->suspected);
     if (ends_second(sample, design)) {
-        filling->doubted = tracking->doubted;
+        filling->suspected = tracking->suspected;
         filling->curvature = tracking->curvature_sum / (float)design->samples_per_second;
     }
     tracking->in_second = tick->usable && !ends_second(sample, design) ? tracking->in_second + 1 : 0;
@@ -289,14 +290,14 @@ bool oc_joint_collect(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
     if (joint->phase == 0) {
         is_whole = collect_sample(joint, tracking, design, tick, bank);
     }
-    if (joint->phase + 2 >= design->ticks_per_sample) { /* one of the two before a sample's */
+    if (joint->phase + 2 >= design->ticks_per_sample) { /* one of the two ticks before a sample's */
         oc_noise_tick(&tracking->noise, tick->raw);
     }
     advance_phase(joint, design);
     return is_whole;
 }
 
-bool oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
+bool oc_joint_standstill(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design) {
     if (!joint->started) {
         return false;
     }
@@ -306,8 +307,8 @@ bool oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
     return tracking->turns == 0 && joint->solves_all;
 }
 
-/* The minimum over hypotheses: an error of only one of them is its own, not a change of the truck. A young one
- * has adapted to the change. */
+/* The minimum over the old hypotheses: an error that not all of them have is no change of the truck. A young one may
+ * have adapted to the change already. */
 static void note_min_error(const oc_joint *joint, oc_joint_tracking *tracking, const oc_hypothesis *h) {
     if (h->age > settled_age_s && h->cost < joint->second.best_cost + (float)OC_JOINT_REJECT_COST &&
         fabsf(h->error) < fabsf(tracking->min_error)) {
@@ -315,8 +316,8 @@ static void note_min_error(const oc_joint *joint, oc_joint_tracking *tracking, c
     }
 }
 
-/* After the first minutes one second changes little. Then each hypothesis solves in every few seconds, in turn; one on
- * probation twice as often. */
+/* After the first minutes one second changes little. Then each hypothesis solves every few seconds, one on probation
+ * twice as often. */
 static bool is_due(const oc_joint *joint, int32_t k) {
     static const float solve_all_until_s = 120.0f; /* CHANGELOG.md: same errors on 2,280 tuning drives */
     const bool on_probation = oc_hypothesis_is_on_probation(&joint->hypotheses[k], &joint->second);
@@ -324,13 +325,13 @@ static bool is_due(const oc_joint *joint, int32_t k) {
     return joint->second.used_s < solve_all_until_s || (joint->in_long_block + k) % every == 0;
 }
 
-/* The hypothesis takes in the collected samples until a second of evidence ends among them, one at most. */
+/* Adds the collected samples up to the end of a second of evidence. At most one ends among them. */
 static void take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design, int32_t k) {
     oc_hypothesis *h = &joint->hypotheses[k];
     int32_t n = 0;
     bool ends = false;
-    while (n < tracking->taken.count && !ends) {
-        const oc_motion_sample *sample = &tracking->taken.samples[n];
+    while (n < tracking->collected.count && !ends) {
+        const oc_motion_sample *sample = &tracking->collected.samples[n];
         oc_hypothesis_sample(h, &design->hypothesis, sample);
         ends = ends_second(sample, design);
         ++n;
@@ -346,7 +347,7 @@ static void take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
     tracking->next = n;
 }
 
-/* It solves its equations where it is due, and takes in the rest of the samples. */
+/* Solves the equations where due, then adds the rest of the samples. */
 static void solve(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design, int32_t k) {
     oc_hypothesis *h = &joint->hypotheses[k];
     const bool learned = tracking->learned != 0;
@@ -356,8 +357,8 @@ static void solve(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_d
     if (learned && (tracking->solves_all || is_due(joint, k))) {
         oc_hypothesis_relinearise(h, &design->hypothesis);
     }
-    for (int32_t n = tracking->next; n < tracking->taken.count; ++n) {
-        oc_hypothesis_sample(h, &design->hypothesis, &tracking->taken.samples[n]);
+    for (int32_t n = tracking->next; n < tracking->collected.count; ++n) {
+        oc_hypothesis_sample(h, &design->hypothesis, &tracking->collected.samples[n]);
     }
 }
 
@@ -365,8 +366,8 @@ static void solve(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_d
 static bool end_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                       const oc_estimate *last_offset, double time) {
     bool has_evidence = false;
-    for (int32_t n = 0; n < tracking->taken.count; ++n) {
-        const oc_motion_sample *sample = &tracking->taken.samples[n];
+    for (int32_t n = 0; n < tracking->collected.count; ++n) {
+        const oc_motion_sample *sample = &tracking->collected.samples[n];
         if (sample->in_second >= 0) {
             count_flank_time(joint, design, sample);
         }
@@ -408,13 +409,13 @@ bool oc_joint_take_turn(oc_joint *joint, oc_joint_tracking *tracking, const oc_j
     return false;
 }
 
-/* Of the second that ends among the samples: its curvature has the yaw rate's noise over speed, and a tight bend is
- * less exact. */
-static float weight_of(const oc_joint *joint, const oc_collected *taken, const oc_joint_design *design) {
+/* Weight of the second that ends among the samples: less in tight bends and at low speed. The curvature's noise is the
+ * yaw rate's over the speed, and the ratio of the steering varies with the angle. */
+static float weight_of(const oc_joint *joint, const oc_collected *collected, const oc_joint_design *design) {
     const float reference = joint->second.reference;
-    const float bend = design->hypothesis.ratio_times_wheelbase * taken->curvature;
+    const float bend = design->hypothesis.ratio_times_wheelbase * collected->curvature;
     const float by_bend = bend_error * bend * bend;
-    const float per_yaw_rate = design->hypothesis.ratio_times_wheelbase * taken->samples[0].per_speed;
+    const float per_yaw_rate = design->hypothesis.ratio_times_wheelbase * collected->samples[0].per_speed;
     const float yaw_rate_noise = oc_noise_in_mean(&joint->second.noise, OC_NOISE_OF_YAW_RATE);
     const float by_yaw_rate = per_yaw_rate * per_yaw_rate * yaw_rate_noise;
     return reference / (reference + by_bend * by_bend + by_yaw_rate);
@@ -423,13 +424,13 @@ static float weight_of(const oc_joint *joint, const oc_collected *taken, const o
 void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                           const oc_prior *prior) {
     tracking->prior = *prior;
-    tracking->taken = tracking->filling;
+    tracking->collected = tracking->filling;
     tracking->filling.count = 0;
     tracking->turns = 2 * joint->count + 1;
     tracking->solves_all = joint->solves_all;
     tracking->min_error = 1e9f;
-    tracking->unfamiliar = is_unfamiliar(joint, tracking, design);
-    joint->second.weight = weight_of(joint, &tracking->taken, design);
-    joint->second.learns = !tracking->taken.doubted && !is_suspected(joint);
+    tracking->loads_rare_flank = loads_rare_flank(joint, tracking, design);
+    joint->second.weight = weight_of(joint, &tracking->collected, design);
+    joint->second.learns = !tracking->collected.suspected && !is_suspected(joint);
     joint->solves_all = 0;
 }

@@ -1,11 +1,12 @@
 #ifndef OC_JOINT_H
 #define OC_JOINT_H
 /* Offset, understeer gradient, play and neutral lateral acceleration, estimated together by a hypothesis set. Each
- * hypothesis starts elsewhere and estimates all of them; its weight follows from its prediction errors.
+ * hypothesis starts from another play and estimates all four. Its weight follows from its prediction errors.
  *
- * About every tenth tick is a sample, and about ten samples are collected. Then the hypotheses take turns, two ticks
- * each, so that the load is even: each takes in all these samples, and then solves its equations. Corrections reach
- * all hypotheses at once, between two such rounds (docs/method.md, "Rounds"). */
+ * About every tenth tick is a sample, and a second has about ten samples. In the next second the hypotheses take turns,
+ * so that the load of the ticks is even. A turn has two ticks: the hypothesis adds the samples to its evidence, then
+ * solves its equations. A round is one turn of each. Corrections apply to all hypotheses between two rounds
+ * (docs/method.md, "Rounds"). */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -17,15 +18,15 @@
 enum {
     OC_JOINT_HYPOTHESES = 12,
     OC_JOINT_LATER_STARTS = 2 * OC_JOINT_HYPOTHESES,
-    OC_JOINT_SAMPLES = 12,  /* of a second at most, which it is at 24 Hz */
+    OC_JOINT_SAMPLES = 12,  /* maximum in a second, reached at 24 Hz */
     OC_JOINT_SECONDS_PER_SOLVING = 4, /* even, and a divisor of OC_SECONDS_PER_LONG_BLOCK */
     OC_CHANGES_MAX = 6
 };
 
-/* A change in a drive. */
+/* A change found during a drive. */
 typedef struct {
     double time;                    /* s */
-    double before, before_sd;       /* rad, the offset until then */
+    double before, before_sd;       /* rad, the offset before it */
     oc_change change;
 } oc_changed;
 
@@ -39,73 +40,73 @@ typedef struct {
     double curvature;            /* 1/m */
     double speed;                /* m/s */
     bool usable;                 /* the gate is open */
-    bool doubted;                /* the angle's sensor may be at fault: predicted, not learned from */
+    bool suspected;              /* the angle sensor may be at fault: predicted, not learned from */
 } oc_joint_tick;
 
 typedef struct {
     oc_hypothesis_design hypothesis;
     oc_noise_design noise;
     double tick_s;
-    double bank_share;           /* of a new tick in the smoothed bank */
-    float alignment_share, wind_share; /* of pull_sd^2; the rest is an unmeasured bank */
-    float borne;                 /* the tyres' share of r*v, beside the measured bank */
-    float unseen;                /* 1: no accelerometer measures the bank; else 0 */
-    float tandem;                /* m^2/s^2, c of docs/method.md's axles that resist turning, all axles down */
+    double bank_share;           /* weight of a new tick in the smoothed bank */
+    float alignment_share, wind_share; /* shares of pull_sd^2; the rest is an unmeasured bank */
+    float tyre_share;            /* share of r*v that the tyres carry, in addition to the measured bank */
+    float bank_unmeasured;       /* 1: no accelerometer measures the bank; else 0 */
+    float tandem;                /* m^2/s^2, c of docs/method.md (axles that resist turning), with all axles down */
     float memory_s;              /* maximum time constant of forgetting */
     int32_t ticks_per_sample, samples_per_second;
-    int32_t solves_at_once;      /* 1: a hypothesis takes in and solves in one tick, since a second has few */
+    int32_t solves_at_once;      /* 1: a turn has one tick, since a second has too few ticks for two */
 } oc_joint_design;
 
-/* The samples of one second by the clock. A second of evidence is as many usable ones in a row, wherever they begin. */
+/* The samples of one second of the clock. A second of evidence is as many consecutive usable ones, from any one on. */
 typedef struct {
     oc_motion_sample samples[OC_JOINT_SAMPLES];
     int32_t count;
-    int32_t doubted;             /* the sensor is, in the second of evidence that ends among them */
+    int32_t suspected;           /* the sensor, in the second of evidence that ends among them */
     float curvature;             /* 1/m, mean of that second */
 } oc_collected;
 
-/* Lost at ignition, and after a hole. While the truck stands the hypotheses end their round. */
+/* Lost at ignition, and after a hole. At standstill the hypotheses complete their round. */
 typedef struct {
     int32_t running;
-    int32_t in_second;           /* usable samples in a row, of the second of evidence that fills */
-    int32_t doubted;             /* one of these is */
+    int32_t in_second;           /* consecutive usable samples in the growing second of evidence */
+    int32_t suspected;           /* the sensor, at one of these samples */
     double yaw_rate;             /* rad/s, of the last sample */
     double lateral_acceleration; /* m/s^2, on the tyres, of the last sample */
-    double bank;                 /* m/s^2, a_y - r*v smoothed */
+    double bank;                 /* m/s^2, a_y - r*v, smoothed */
     float curvature_sum;         /* 1/m, of the samples in the second */
-    float turned;                /* rad, since the last sample */
+    float turned;                /* rad, change of the heading since the last sample */
     float articulation;          /* rad, of a trailer of the usual length */
-    float fifth_wheel;           /* place in its friction, -1 to 1 */
+    float fifth_wheel;           /* state of its friction, -1 to 1 */
     oc_noise_watch noise;
     oc_prior prior;              /* of this round */
     oc_collected filling;        /* the second being collected */
-    oc_collected taken;          /* the one before, for the hypotheses */
-    int32_t turns;               /* left in the round: two of each hypothesis, and one to end it; 0: none */
-    int32_t next;                /* sample that the hypothesis in turn takes in after it solved */
-    int32_t learned;             /* it learned from a second of evidence */
-    int32_t unfamiliar;          /* the taken samples load a flank that was seldom loaded */
-    int32_t solves_all;          /* each solves its equations in this round, learning or not */
+    oc_collected collected;      /* the previous second, for the hypotheses */
+    int32_t turns;               /* ticks left in the round: two a hypothesis, and one to end it; 0: no round */
+    int32_t next;                /* first sample that the present hypothesis processes after its solution */
+    int32_t learned;             /* the present hypothesis learned from a second of evidence */
+    int32_t loads_rare_flank;    /* the collected samples load a flank that was seldom loaded */
+    int32_t solves_all;          /* all hypotheses solve in this round, even without new evidence */
     float min_error;             /* rad, minimum prediction error of the second of evidence */
-    float wound, inner;          /* rad, where the best hypothesis's operators are at the last sample */
-    oc_equations equations;      /* of the hypothesis in turn; here to save stack */
+    float wound, inner;          /* rad, the best hypothesis's operators at the last sample */
+    oc_equations equations;      /* of the present hypothesis; here to save stack */
 } oc_joint_tracking;
 
 typedef struct {
     int32_t started;
-    int32_t count;               /* active hypotheses, the first so many */
-    int32_t best;                /* hypothesis */
+    int32_t count;               /* active hypotheses, the first ones of the array */
+    int32_t best;                /* index of the best hypothesis */
     int32_t next_start;          /* index of the next start */
-    int32_t phase;               /* ticks since a sample was due */
+    int32_t phase;               /* ticks since the last sample was due */
     int32_t in_block, in_long_block;
-    int32_t lost;                /* wheel and heading are unknown */
-    int32_t solves_all;          /* after a correction: each solves in the next round */
-    int32_t changes;             /* found; the last of them are kept */
-    oc_second second;            /* of the next whole second */
-    float along, across;         /* cosine and sine of the heading since it was lost */
-    float to_left, to_right;     /* s of lateral force beyond friction on either side of a_0 */
+    int32_t lost;                /* place in the play and heading are unknown */
+    int32_t solves_all;          /* after a correction: all hypotheses solve in the next round */
+    int32_t changes;             /* number found; the last OC_CHANGES_MAX are kept */
+    oc_second second;            /* context of the next whole second */
+    float along, across;         /* cosine and sine of the heading, from when it was last lost */
+    float loaded_left_s, loaded_right_s; /* s of lateral force beyond friction, on either side of a_0 */
     oc_change_watch watch;
     double speed_mean;              /* m/s, over all usable samples */
-    double bank_mean, bank_samples; /* m/s^2, a_y - r*v over the same */
+    double bank_mean, bank_samples; /* m/s^2, a_y - r*v, over the same samples */
     oc_changed changed[OC_CHANGES_MAX];
     oc_hypothesis hypotheses[OC_JOINT_HYPOTHESES];
 } oc_joint;
@@ -117,65 +118,65 @@ typedef struct {
 typedef struct {
     oc_found of[OC_OF_COUNT]; /* offset, play's width: rad, gradient: rad/(m/s^2), unloading: m/s^2, wheelbase: l */
     oc_offset_parts parts;    /* of the offset's uncertainty */
-    float with_offset[OC_OF_OFFSET]; /* covariances of the offset, the drive's part, with the others */
-    float lean;               /* rad, from the offset to the middle of its interval */
-    float used;               /* s */
+    float offset_covariance[OC_OF_OFFSET]; /* of the offset's drive part with the other quantities */
+    float lean;               /* rad, middle of the offset's interval less the offset */
+    float used;               /* s of driving */
 } oc_joint_answer;
 
-/* lowpass: of the signals. pull_sd: m/s^2, of all that shifts a_0: wheel alignment, mean wind, an unmeasured bank.
- * sees_bank: an accelerometer measures the bank. memory_s: maximum time constant of forgetting. */
+/* lowpass: of the signals. pull_sd: m/s^2, sd of all shifts of a_0: wheel alignment, mean wind, an unmeasured bank.
+ * measures_bank: an accelerometer measures the bank. memory_s: maximum time constant of forgetting. */
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
-                    double ratio_times_wheelbase, float pull_sd, bool sees_bank, double memory_s);
+                    double ratio_times_wheelbase, float pull_sd, bool measures_bank, double memory_s);
 
-/* Ignition: wheel and heading are unknown. The next round makes the corrections of a round that is cut short. */
-void oc_joint_lose(oc_joint *joint, oc_joint_tracking *tracking);
+/* Ignition: place in the play and heading are unknown. The next round makes the corrections of an interrupted one. */
+void oc_joint_restart(oc_joint *joint, oc_joint_tracking *tracking);
 
-/* The next tick. After an ignition, a hole or a standstill `running` is 0, and after the first two `lost` is set. True
+/* The next tick. After ignition, hole or standstill `running` is 0; after ignition or hole `lost` is set, too. True
  * when a second is collected: then begin a round. */
 bool oc_joint_collect(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                       const oc_joint_tick *tick);
 
-/* The truck stands: nothing is collected. True where a correction needs a round without samples. */
-bool oc_joint_stand(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design);
+/* Standstill: no samples. True where a correction needs a round without samples. */
+bool oc_joint_standstill(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design);
 
-/* Begins a round on the collected samples, with the priors as of now. */
+/* Begins a round on the collected samples, with the present priors. */
 void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                           const oc_prior *prior);
 
-/* The next hypothesis takes its turn, if a round is active. True when that ended a round with evidence or a correction.
- * `last_offset` is the last answer, `time` (s) is now. */
+/* One tick of the active round, if any. True when it ends a round that had evidence or a correction. `last_offset`: the
+ * published offset; `time`: s, now. */
 bool oc_joint_take_turn(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                         const oc_estimate *last_offset, double time);
 
-/* The yaw rates so far were corrected by rad/s too little, on average: corrects the evidence of all hypotheses, which
- * solve their equations in the next round. False where it is negligible, or while a round is active. Measured banks
- * (has_banks) are corrected, too. */
+/* Corrects the evidence of all hypotheses where the mean yaw rate so far was corrected by `rad_s` too little. They
+ * solve in the next round. False where the correction is negligible or a round is active. has_banks: corrects the
+ * measured banks, too. */
 bool oc_joint_correct(oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design, float rad_s,
                       bool has_banks);
 
 /* Records the change with the offset before it, and adapts all hypotheses to it. */
 void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_estimate *before, double time);
 
-/* Whether the best hypothesis believes that the accelerometer's zero wanders. */
+/* Whether the best hypothesis models the accelerometer's zero as a random walk. */
 bool oc_joint_wanders(const oc_joint *joint);
 
-/* m^2/s^2, c of the axles that resist turning: less where the wheelbase shows that the tag axle is up. */
+/* m^2/s^2, c of the axles that resist turning. Smaller where a short wheelbase shows that the tag axle is up. */
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design);
 
-/* s, time constant of forgetting: short at first, since early slopes were taken far from the solution. */
+/* s, time constant of forgetting: short at first, since early slopes were linearised far from the solution. */
 float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design);
 
-/* s of lateral force that the play's flank still needs, 1 left or -1 right, to count as loaded; 0 where it was loaded
- * at least for a moment and play was found. */
+/* s of lateral force until a flank of the play counts as loaded; side: 1 left, -1 right. 0 where play was identified
+ * and the flank was loaded for a moment. */
 double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side);
 
-/* Whether the neutral acceleration is far from what the roads say, by few seconds on one of the flanks. */
-bool oc_joint_is_doubtful(const oc_joint *joint);
+/* Whether a_0 is far from its prior while one flank was loaded for a short time only. */
+bool oc_joint_is_implausible(const oc_joint *joint);
 
-/* Place in the play by the best hypothesis at the last sample: 1 on the left flank, -1 on the right. */
+/* Place in the play at the last sample, by the best hypothesis: 1 on the left flank, -1 on the right. */
 double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking);
 
-/* The weighted mean over the hypotheses, and its spread. */
+/* The weighted mean over the hypotheses, and its standard deviation. */
 void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const oc_joint_design *design);
 
 #endif

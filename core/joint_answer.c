@@ -6,20 +6,20 @@
 #include "joint_model.h"
 
 /* Tuned. */
-/* Rows are those of bench/accuracy.py --tuning; drives are in CHANGELOG.md. */
+/* Rows are those of bench/accuracy.py --tuning; CHANGELOG.md has the drives. */
 static const float flank_s = 2.0f;         /* s of load until a flank counts as loaded: `cross_wind`, `motorway` */
-static const float no_play_share = 0.1f;   /* of that time counts without play: 131 drives of another simulator */
-static const float width_doubt_min = 0.3f; /* of the width's prior variance, with one flank loaded: `population` */
-static const float missing_flank_cost = 16.0f; /* of a flank not loaded since the hypothesis began: 3,550 drives */
-static const float width_error = 0.2f * 0.017453292f; /* rad, sd by the yaw rate's lag: `ordinary`, and by snow:
-                                                       * bench/effects.py, row `slippery_patches` */
-static const float rolling_share = 0.07f;  /* sd of K by K: a body that rolls lets the accelerometer feel more, bench/
-                                            * effects.py, row `trailer` */
-static const float doubt_min = 2.5f, flank_sure_s = 60.0f; /* bench/effects.py, rows `play_15`, `load_change` */
-static const float offset_error = 0.04f * 0.017453292f; /* rad, sd by what the model lacks: bench/two_parts.py, row
+static const float no_play_share = 0.1f;   /* of this time that counts without play: 131 drives of another simulator */
+static const float width_variance_min = 0.3f; /* of the width's prior variance, with one flank loaded: `population` */
+static const float missing_flank_cost = 16.0f; /* for a flank not loaded since the hypothesis began: 3,550 drives */
+static const float width_error = 0.2f * 0.017453292f; /* rad, sd by the yaw rate's lag: bench/two_parts.py, row
+                                                       * `ordinary`; by snow: bench/effects.py, `slippery_patches` */
+static const float rolling_share = 0.07f;  /* sd of K over K: body roll adds to the accelerometer's reading,
+                                            * bench/effects.py, row `trailer` */
+static const float implausible_cost = 2.5f, flank_sure_s = 60.0f; /* bench/effects.py, rows `play_15`, `load_change` */
+static const float offset_error = 0.04f * 0.017453292f;           /* rad, sd by model mismatch: bench/two_parts.py, row
                                                          * `ordinary` */
 static const float unloading_error = 0.006f; /* m/s^2, sd by compliance of the steering: `ordinary` */
-static const float gradient_doubt = 0.7f;  /* sd of K by K, without an accelerometer: `no_accelerometer_motorway` */
+static const float gradient_share_sd = 0.7f; /* sd of K over K, without an accelerometer: `no_accelerometer_motorway` */
 
 double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking) {
     const float half_width = joint->hypotheses[joint->best].play.half_width;
@@ -28,50 +28,53 @@ double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking) 
 
 double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side) {
     static const float moment_s = 1.0f; /* tuned: no bench on record */
-    const float loaded = side > 0 ? joint->to_left : joint->to_right;
+    const float loaded = side > 0 ? joint->loaded_left_s : joint->loaded_right_s;
     const bool wide = 2.0f * joint->hypotheses[joint->best].play.half_width > oc_joint_model_get()->little_play;
-    const bool found = wide && design->unseen <= 0.0f && loaded > moment_s;
+    const bool found = wide && design->bank_unmeasured <= 0.0f && loaded > moment_s;
     const float needed = wide ? flank_s : flank_s / no_play_share;
     return found ? 0.0 : (double)oc_max(needed - loaded, 0.0f);
 }
 
-bool oc_joint_is_doubtful(const oc_joint *joint) {
-    return joint->hypotheses[joint->best].doubt > doubt_min && oc_min(joint->to_left, joint->to_right) < flank_sure_s;
+bool oc_joint_is_implausible(const oc_joint *joint) {
+    return joint->hypotheses[joint->best].prior_cost > implausible_cost &&
+           oc_min(joint->loaded_left_s, joint->loaded_right_s) < flank_sure_s;
 }
 
+/* The share that a flank lacks of its required time. */
 static float missing(float share) {
     return oc_max(1.0f - share, 0.0f);
 }
 
-/* 1/s: correlated seconds need longer until a flank counts as loaded. */
+/* 1/s, one over the time until a flank counts as loaded: longer where seconds are correlated. */
 static float flank_rate(const oc_hypothesis *h) {
     return sqrtf(h->variance / oc_hypothesis_noise(h)) / flank_s;
 }
 
-/* Variance of the width by a flank that was not loaded long enough (docs/method.md, "The other flank"): with one flank,
- * free play and offset cannot be separated. A hypothesis without play needs longer, since seconds at the entries of
- * roundabouts look like outliers. `loaded`: time on the flank loaded for less, 1 where it suffices. */
-static float unloaded_width_variance(const oc_hypothesis *h, float width_sd, float hidden, float loaded) {
+/* Variance of the width where one flank was not loaded long enough (docs/method.md, "The other flank"): with one flank,
+ * free play and offset cannot be separated. A hypothesis without play needs longer, since the few seconds at the
+ * entries of roundabouts look like outliers. `loaded`: time on the flank loaded for the shorter time, 1 if
+ * sufficient. */
+static float unloaded_width_variance(const oc_hypothesis *h, float width_sd, float unloaded, float loaded) {
     const float little = missing(2.0f * h->play.half_width / oc_joint_model_get()->little_play);
     const float lacks = missing(loaded);
-    const float doubtful = lacks * oc_max(hidden, width_doubt_min * lacks * lacks);
+    const float doubtful = lacks * oc_max(unloaded, width_variance_min * lacks * lacks);
     return oc_max(doubtful, little * missing(no_play_share * loaded)) * width_sd * width_sd;
 }
 
-/* Mean of values that each have a variance, and variance within and between. Relative to the best hypothesis's value,
- * since in single precision small differences would vanish. */
+/* Mean of a mixture, and its variance within and between. Values are relative to the best hypothesis's, since single
+ * precision would lose small differences. */
 typedef struct {
     float sum, squares, variances;
 } mixture;
 
-static void mix(mixture *mixture, float weight, float apart, float variance) {
-    const float weighted = weight * apart;
+static void mix(mixture *mixture, float weight, float difference, float variance) {
+    const float weighted = weight * difference;
     mixture->sum += weighted;
-    mixture->squares += weighted * apart;
+    mixture->squares += weighted * difference;
     mixture->variances += weight * variance;
 }
 
-/* `all`: sum of the weights. */
+/* `all`: the sum of the weights. */
 static float variance_of(const mixture *mixture, float all) {
     const float mean = mixture->sum / all;
     const float between = mixture->squares / all - mean * mean;
@@ -91,43 +94,48 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
     mixture of[OC_OF_COUNT] = {0};
     float about[OC_OF_COUNT], values[OC_OF_COUNT];
     values_of(best, about);
-    const float loaded = oc_min(joint->to_left, joint->to_right);
+    const float loaded = oc_min(joint->loaded_left_s, joint->loaded_right_s);
     const float width_sd = design->hypothesis.known.width_sd;
     const float prior_gradient = oc_joint_model_get()->terms[GRADIENT].mean;
     *answer = (oc_joint_answer){0};
-    float all = 0.0f, pulled = 0.0f, set_up = 0.0f, leaning = 0.0f, set_up_leaning = 0.0f, per_acceleration = 0.0f;
+    float all = 0.0f, pull_sum = 0.0f, set_up_sum = 0.0f, lean_sum = 0.0f, set_up_lean_sum = 0.0f;
+    float per_acceleration = 0.0f;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (oc_hypothesis_is_on_probation(h, &joint->second)) {
             continue;
         }
         const float per = flank_rate(h);
-        const float own_load = per * oc_min(joint->to_left - h->left_before, joint->to_right - h->right_before);
-        const float worse = oc_max(h->cost + h->doubt - best->cost - best->doubt, 0.0f);
-        const float weight = oc_likelihood(worse + missing_flank_cost * (missing(own_load) - missing(per * loaded)));
-        const float hidden = weight * unloaded_width_variance(h, width_sd, design->unseen, own_load);
-        const float borne = gradient_doubt * design->unseen * oc_max(h->gradient, prior_gradient);
+        const float own_left_s = joint->loaded_left_s - h->left_before;
+        const float own_right_s = joint->loaded_right_s - h->right_before;
+        const float own_loaded = per * oc_min(own_left_s, own_right_s);
+        const float excess_cost = oc_max(h->cost + h->prior_cost - best->cost - best->prior_cost, 0.0f);
+        const float flank_cost = missing_flank_cost * (missing(own_loaded) - missing(per * loaded));
+        const float weight = oc_likelihood(excess_cost + flank_cost);
+        const float unloaded = weight * unloaded_width_variance(h, width_sd, design->bank_unmeasured, own_loaded);
+        const float by_bank = gradient_share_sd * design->bank_unmeasured * oc_max(h->gradient, prior_gradient);
         values_of(h, values);
-        for (int32_t of_what = 0; of_what < OC_OF_COUNT; ++of_what) {
-            mix(&of[of_what], weight, values[of_what] - about[of_what], h->variances.of[of_what]);
+        for (int32_t quantity = 0; quantity < OC_OF_COUNT; ++quantity) {
+            mix(&of[quantity], weight, values[quantity] - about[quantity], h->variances.of[quantity]);
         }
-        for (int32_t of_what = 0; of_what < OC_OF_OFFSET; ++of_what) {
-            const float apart = (values[OC_OF_OFFSET] - about[OC_OF_OFFSET]) * (values[of_what] - about[of_what]);
-            answer->with_offset[of_what] += weight * (apart + h->with_offset[of_what]);
+        for (int32_t quantity = 0; quantity < OC_OF_OFFSET; ++quantity) {
+            const float product = (values[OC_OF_OFFSET] - about[OC_OF_OFFSET]) * (values[quantity] - about[quantity]);
+            answer->offset_covariance[quantity] += weight * (product + h->offset_covariance[quantity]);
         }
-        of[OC_OF_OFFSET].variances += 0.25f * hidden;
-        of[OC_OF_WIDTH].variances += hidden;
-        answer->with_offset[OC_OF_WIDTH] -= joint->to_left > joint->to_right ? 0.5f * hidden : -0.5f * hidden;
+        of[OC_OF_OFFSET].variances += 0.25f * unloaded;
+        of[OC_OF_WIDTH].variances += unloaded;
+        const bool rarer_right = joint->loaded_left_s > joint->loaded_right_s;
+        answer->offset_covariance[OC_OF_WIDTH] -= rarer_right ? 0.5f * unloaded : -0.5f * unloaded;
         const float rolling = rolling_share * h->gradient;
-        of[OC_OF_GRADIENT].variances += weight * (borne * borne + rolling * rolling);
+        of[OC_OF_GRADIENT].variances += weight * (by_bank * by_bank + rolling * rolling);
         all += weight;
-        pulled += weight * h->pulled_variance;
-        set_up += weight * h->set_up_variance;
-        leaning += weight * h->lean;
-        set_up_leaning += weight * h->set_up_lean;
+        pull_sum += weight * h->pull_variance;
+        set_up_sum += weight * h->set_up_variance;
+        lean_sum += weight * h->lean;
+        set_up_lean_sum += weight * h->set_up_lean;
         per_acceleration += weight * h->per_acceleration;
     }
-    const float lean = (1.0f - design->unseen) * leaning / all; /* most of an unmeasured bank is no pull */
+    const float lean = (1.0f - design->bank_unmeasured) * lean_sum / all; /* an unmeasured bank is mostly no pull */
     of[OC_OF_OFFSET].variances += all * (offset_error * offset_error);
     of[OC_OF_WIDTH].variances += all * (width_error * width_error);
     of[OC_OF_UNLOADING].variances += all * (unloading_error * unloading_error);
@@ -135,12 +143,13 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
         answer->of[k] = (oc_found){about[k] + of[k].sum / all, sqrtf(variance_of(&of[k], all))};
     }
     for (int32_t k = 0; k < OC_OF_OFFSET; ++k) {
-        answer->with_offset[k] = answer->with_offset[k] / all - of[OC_OF_OFFSET].sum / all * (of[k].sum / all);
+        answer->offset_covariance[k] =
+            answer->offset_covariance[k] / all - of[OC_OF_OFFSET].sum / all * (of[k].sum / all);
     }
-    const float pull_lean = lean - (1.0f - design->unseen) * set_up_leaning / all;
-    const float pull_variance = pulled / all + pull_lean * pull_lean;
-    const float both = (pulled + set_up) / all + lean * lean;
-    const float bank_share = 1.0f - design->alignment_share - design->wind_share; /* at least a rounding error */
+    const float pull_lean = lean - (1.0f - design->bank_unmeasured) * set_up_lean_sum / all;
+    const float pull_variance = pull_sum / all + pull_lean * pull_lean;
+    const float both = (pull_sum + set_up_sum) / all + lean * lean;
+    const float bank_share = 1.0f - design->alignment_share - design->wind_share; /* 0 with an accelerometer */
     const float drive_sd = answer->of[OC_OF_OFFSET].sd;
     answer->parts = (oc_offset_parts){
         .drive_sd = sqrtf(drive_sd * drive_sd + pull_variance * bank_share),
@@ -162,14 +171,14 @@ void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_est
         .change = *change,
     };
     ++joint->changes;
-    const float worth_s = joint->second.reference / (change->size_sd * change->size_sd); /* seconds of equal variance */
+    const float worth_s = joint->second.reference / (change->size_sd * change->size_sd); /* seconds of this variance */
     for (int32_t k = 0; k < joint->count; ++k) {
         oc_hypothesis *h = &joint->hypotheses[k];
         if (change->kind == OC_CHANGE_OFFSET) {
-            oc_hypothesis_remounted(h, change->size, worth_s);
+            oc_hypothesis_shift_offset(h, change->size, worth_s);
         } else {
-            oc_hypothesis_loaded(h);
+            oc_hypothesis_change_load(h);
         }
     }
-    joint->solves_all = 1; /* the offset's interval has the change's at once, even if no second ends for long */
+    joint->solves_all = 1; /* the interval includes the change's sd at once, even where the next second is far */
 }

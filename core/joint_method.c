@@ -2,14 +2,14 @@
 
 #include <math.h>
 
-/* The accelerometer's bias and the mean crown of the roads, m/s^2. */
+/* Accelerometer bias and mean crown of the roads, m/s^2. */
 typedef struct {
     float bias, crown;
     float bias_variance, crown_variance, covariance;
 } bank_estimate;
 
 /* Kalman update by a reading of bias + share * crown. */
-static void take_reading(bank_estimate *b, float reading, float share, float variance) {
+static void update_bank(bank_estimate *b, float reading, float share, float variance) {
     const float of_bias = b->bias_variance + share * b->covariance;
     const float of_crown = b->covariance + share * b->crown_variance;
     const float total = of_bias + share * of_crown + variance;
@@ -21,8 +21,8 @@ static void take_reading(bank_estimate *b, float reading, float share, float var
     b->crown_variance -= of_crown / total * of_crown;
 }
 
-/* The prior of a_0 (docs/method.md, "Regression"): the accelerometer's bias by its own prior, the roads' mean bank and
- * the ground at standstill. Without an accelerometer it is the unmeasured crown. */
+/* The prior of a_0 (docs/method.md, "Regression"): the accelerometer bias by its own prior, by the roads' mean bank and
+ * by standstills. Without an accelerometer the unmeasured crown. */
 static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) {
     const oc_params *p = &c->params;
     const oc_known_truck *known = &c->joint.hypothesis.known;
@@ -35,50 +35,50 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
     const float road = crown_sd * crown_sd + unknown_side * unknown_side + turning * turning;
     oc_prior prior = {
         .unloading_mean = known->pull - crown, .unloading_sd = sqrtf(road), .yaw_rate_bias_sd = yaw_rate_bias_sd};
-    if (c->joint.unseen > 0.0f) {
+    if (c->joint.bank_unmeasured > 0.0f) {
         return prior;
     }
-    const bool knows_bias = p->known_accelerometer_bias_sd_m_s2 > 0.0;
-    const float bias_sd = (float)(knows_bias ? p->known_accelerometer_bias_sd_m_s2 : p->accelerometer_bias_sd_m_s2);
-    const float bias_mean = knows_bias ? (float)p->known_accelerometer_bias_m_s2 : 0.0f;
-    bank_estimate belief = {
+    const bool has_known_bias = p->known_accelerometer_bias_sd_m_s2 > 0.0;
+    const float bias_sd = (float)(has_known_bias ? p->known_accelerometer_bias_sd_m_s2 : p->accelerometer_bias_sd_m_s2);
+    const float bias_mean = has_known_bias ? (float)p->known_accelerometer_bias_m_s2 : 0.0f;
+    bank_estimate estimate = {
         .bias = bias_mean, .crown = crown, .bias_variance = bias_sd * bias_sd, .crown_variance = road};
     if (evidence->joint.bank_samples > 0.0) {
-        /* the bank of a few seconds may be far from the mean crown */
-        take_reading(&belief, (float)evidence->joint.bank_mean, 1.0f,
+        /* the mean bank of a short drive may be far from the mean crown */
+        update_bank(&estimate, (float)evidence->joint.bank_mean, 1.0f,
                      road * 300.0f / (float)evidence->joint.bank_samples);
     }
     const oc_estimate standing =
         oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
     if (standing.status == OC_VALID && p->use_accelerometer) {
-        static const float wandered = 0.3f; /* m/s^2, sd since the standstill, tuned: bench/effects.py */
-        static const float crown_share_sd = 0.35f; /* of yards and of roads: standing_crown_share_1 is between */
+        static const float zero_walk_sd = 0.3f; /* m/s^2, since the standstill, tuned: bench/effects.py */
+        static const float crown_share_sd = 0.35f; /* standing_crown_share_1 is between yards and roads */
         const float slope_sd = (float)p->standing_slope_sd_m_s2, by_share = crown_share_sd * crown_size;
         const float stops = evidence->standstill.stops > 1 ? (float)evidence->standstill.stops : 1.0f;
-        const float since = oc_joint_wanders(&evidence->joint) ? wandered * wandered : 0.0f;
-        take_reading(&belief, (float)standing.value - evidence->torque.slow, (float)p->standing_crown_share_1,
+        const float since = oc_joint_wanders(&evidence->joint) ? zero_walk_sd * zero_walk_sd : 0.0f;
+        update_bank(&estimate, (float)standing.value - evidence->torque.slow, (float)p->standing_crown_share_1,
                      slope_sd * slope_sd / stops + by_share * by_share + since);
     }
     const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
     prior.crown = crown * known->set_up_share;
     prior.zero_information = oc_torque_zero_information(&evidence->torque, &c->torque);
-    prior.unloading_mean = belief.bias + known->pull;
-    prior.unloading_sd = sqrtf(belief.bias_variance > variance_min ? belief.bias_variance : variance_min);
+    prior.unloading_mean = estimate.bias + known->pull;
+    prior.unloading_sd = sqrtf(estimate.bias_variance > variance_min ? estimate.bias_variance : variance_min);
     return prior;
 }
 
-/* Applies the later estimate of the yaw rate's bias to all evidence (docs/method.md, "A bias told late"). */
+/* Applies the present estimate of the yaw rate bias to all evidence (docs/method.md). */
 static void correct_past_yaw_rates(const oc_joint_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
-    static const float correction_share = 0.01f; /* of the variance, numerical: a round of work for a tenth of the sd */
+    static const float correction_share = 0.01f; /* of the variance, numerical: a correction costs a round */
     oc_past_bias *past = &evidence->gyro_bias.past;
     if (past->bias * past->bias > correction_share * past->variance &&
-        oc_joint_correct(&evidence->joint, tracking, &c->joint, past->bias, c->joint.unseen <= 0.0f)) {
+        oc_joint_correct(&evidence->joint, tracking, &c->joint, past->bias, c->joint.bank_unmeasured <= 0.0f)) {
         past->bias = 0.0f;
     }
 }
 
 static oc_joint_tick joint_tick_of(const oc_tick *tick, const oc_params *p) {
-    /* without an accelerometer a has the yaw rate's noise, too, and no noise is removed */
+    /* without an accelerometer a and curvature share the yaw rate's noise: no noise is removed */
     const bool has_accelerometer = p->use_accelerometer != 0;
     return (oc_joint_tick){
         .angle = tick->filtered.steering_wheel_angle,
@@ -90,14 +90,14 @@ static oc_joint_tick joint_tick_of(const oc_tick *tick, const oc_params *p) {
         .curvature = tick->motion.curvature,
         .speed = tick->filtered.vehicle_speed,
         .usable = tick->reasons == 0,
-        .doubted = tick->doubted,
+        .suspected = tick->suspected,
     };
 }
 
 /* True when a round begins. */
 static bool collect(const oc_tick *tick, oc_joint_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
     if (tick->stands) {
-        return oc_joint_stand(&evidence->joint, tracking, &c->joint);
+        return oc_joint_standstill(&evidence->joint, tracking, &c->joint);
     }
     const oc_joint_tick collected = joint_tick_of(tick, &c->params);
     evidence->gyro_bias.past.waiting_s += collected.usable ? (float)c->tick_s : 0.0f;
@@ -113,7 +113,7 @@ bool oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence
         const oc_prior prior = prior_of(evidence, c);
         oc_joint_begin_round(joint, &tracking->joint, &c->joint, &prior);
     }
-    /* no turn while the gyro's filter works: each takes most of a tick's time */
+    /* defers the turn while the gyro's filter is busy: each takes most of a tick's time */
     const bool has_ended = !oc_gyro_bias_is_busy(&evidence->gyro_bias) &&
                            oc_joint_take_turn(joint, &tracking->joint, &c->joint, &learned->offset, tick->signals.time);
     if (has_ended) {

@@ -1,15 +1,16 @@
 #ifndef OC_JOINT_MODEL_H
 #define OC_JOINT_MODEL_H
-/* The joint method's model on one page: the observation equation (docs/method.md, "The joint method"),
+/* The joint method's model: the observation equation (docs/method.md, "The joint method"),
  *
  *     delta_m - i L kappa = o + i K (a - a_w - a_0) + (W/2) d + (B/2) c
  *                           + k_1 r' + k_2 a' + h f_h + u i L |kappa| + l i L kappa - (i L/v) b
  *
- * and each of its terms, estimated by least squares with these priors. A term's factor is its regressor; the slopes
- * of the play's terms are differences of operators (play.h). A prior weighs as one observation at its sd. Terms change
- * between seconds by forgetting (joint_memory_s), K and l also by another load, a_0 where it is believed to wander.
+ * and its terms, estimated by least squares with these priors. A term's regressor is its factor. The slopes of the
+ * play's terms are differences of operators (play.h). A prior has the weight of one observation at its sd. Terms change
+ * between seconds by forgetting (joint_memory_s), K and l by another load, too, and a_0 where it is modelled as a
+ * random walk.
  *
- *   term              symbol   what it is                                             regressor       prior: mean, sd
+ *   term              symbol   meaning                                                regressor       prior: mean, sd
  *   YAW_ACCELERATION  k_1      angle by yaw acceleration, rad/(rad/s^2)               r'              0, 100 deg     1
  *   JERK              k_2      angle by jerk, rad/(m/s^3)                             a'              0, 10 deg      1
  *   FIFTH_WHEEL       h        angle by a fifth wheel's full friction, rad            f_h             0, 1.5 deg     8
@@ -25,18 +26,18 @@
  *   WHEELBASE         l        share by which the equivalent wheelbase is longer      i L kappa       0, 0.05        6
  *   GRADIENT          K        understeer gradient, rad/(m/s^2)                       i a             0.4, 0.4 deg   7
  *
- * A truck may be known better (params.toml, "known"): then K, l and a_0 have other priors, B + W one more.
+ * Given values of the truck (params.toml, "known") replace the priors of K, l and a_0, and add one of B + W.
  *
- * Sources: 1 wide, ours: bench/accuracy.py's drives decide; 2 past_bias.h; 3 pull and wind of bench/population.py and
- * more; 4 and 5 bench/population.py: king pins hold 0.02 to 0.2 m/s^2, play is 0 to 15 deg, in most trucks little;
- * 6 errors of vehicle files, row `vehicle_off`; 7 the thesis's truck, 4.2;
- * 8 bench/effects.py, row `fifth_wheel`: 3 kNm of friction. f_h is the place in that friction, -1 to 1 (joint.c);
- * 9 a drag link turns one wheel, and its lever is not symmetric: 0.7 %. bench/effects.py, row
- * `minor_physics`, has 2 %, which seconds in bends outweigh; a real car's laps held 0.2 deg better than by 1.5 %. */
+ * Sources: 1 wide, so that the drives of bench/accuracy.py decide; 2 past_bias.h; 3 bench/population.py: pull and wind,
+ * with a margin; 4, 5 bench/population.py: king pins hold 0.02 to 0.2 m/s^2, play is 0 to 15 deg, little in most
+ * trucks; 6 errors of vehicle files, bench/accuracy.py, row `vehicle_off`; 7 the thesis's truck, 4.2; 8
+ * bench/effects.py, row `fifth_wheel`: 3 kNm of friction, f_h is its state, -1 to 1 (joint.c); 9 a drag link turns one
+ * wheel by an asymmetric lever. bench/effects.py, row `minor_physics`, has 2 %, which seconds in bends outweigh. On a
+ * real car's laps the offset was 0.2 deg better by 0.7 % than by 1.5 %. */
 
 #include "triangle.h"
 
-/* In this order: the play's as oc_slope has them. Terms whose variance is needed come last, since their triangular
+/* The play's terms are in the order of oc_slope. Terms whose variance is needed come last, since their triangular
  * solutions are the shortest. */
 enum {
     YAW_ACCELERATION,

@@ -5,10 +5,10 @@
 #include "methods.h"
 
 /* Tuned; rows without a bench have none on record. */
-static const float play_min = 0.5f * 0.017453292f; /* rad, that shows two flanks */
-static const float lately_rate = 1.0f / 80.0f;     /* of a second in the mean of the last offsets: row `motorway` */
+static const float play_min = 0.5f * 0.017453292f; /* rad, from which on two flanks are observable */
+static const float recent_share = 1.0f / 80.0f;    /* weight of a second in the recent offset: row `motorway` */
 
-/* The sd that decides the offset's status: the drive's, or by the offset's last movement (rad). */
+/* rad, sd that decides the offset's status: the drive's part, or more where the offset is still moving. */
 static float offset_status_sd(const oc_joint_answer *found, float moved) {
     static const float of_movement = 1.25f; /* tuned: bench/accuracy.py, rows `lift_axle`, `kicks` */
     return oc_max(of_movement * fabsf(moved), found->parts.drive_sd);
@@ -35,17 +35,17 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     }
     oc_joint_answer found;
     oc_joint_answer_get(&found, &evidence->joint, &c->joint);
-    if (!p->use_accelerometer && c->joint.unseen <= 0.0f) {
+    if (!p->use_accelerometer && c->joint.bank_unmeasured <= 0.0f) {
         const float by_bank = found.parts.per_acceleration * oc_torque_bank_sd(&evidence->torque, &c->torque);
         found.parts.drive_sd = both_of(found.parts.drive_sd, by_bank);
         found.of[OC_OF_OFFSET].sd = both_of(found.of[OC_OF_OFFSET].sd, by_bank);
     }
-    /* play imitates oversteer: 3 of 4 such valid answers were wrong (docs/method.md) */
+    /* unmodelled play looks like oversteer: 3 of 4 such valid answers were wrong (docs/method.md) */
     const bool understeers = found.of[OC_OF_GRADIENT].value > 0.0f;
     const bool enough = understeers && found.used >= (float)p->joint_evidence_min_s &&
-                        !oc_bank_watch_runs_away(&evidence->bank_watch) && !oc_joint_is_doubtful(&evidence->joint);
-    const float moved = enough ? found.of[OC_OF_OFFSET].value - verdicts->lately : 0.0f;
-    verdicts->lately = found.of[OC_OF_OFFSET].value - (1.0f - lately_rate) * moved;
+                        !oc_bank_watch_drifts(&evidence->bank_watch) && !oc_joint_is_implausible(&evidence->joint);
+    const float moved = enough ? found.of[OC_OF_OFFSET].value - verdicts->recent_offset : 0.0f;
+    verdicts->recent_offset = found.of[OC_OF_OFFSET].value - (1.0f - recent_share) * moved;
     const double narrow = p->offset_half_width_max_rad, steep = p->understeer_half_width_max_rad_m_s2;
     const oc_status offset = status_of(learned->offset.status, enough, offset_status_sd(&found, moved),
                                        p->offset_drive_half_width_max_rad);
@@ -57,7 +57,7 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     learned->parts = found.parts;
     learned->understeer_gradient = estimate_from(found.of[OC_OF_GRADIENT], found.used, gradient);
     learned->backlash = estimate_from(found.of[OC_OF_WIDTH], found.used, play);
-    /* a_0 is observable through play only */
+    /* a_0 is observable only through play */
     const bool plays = found.of[OC_OF_WIDTH].value - 1.96f * found.of[OC_OF_WIDTH].sd > play_min;
     learned->unloading_acceleration =
         estimate_from(found.of[OC_OF_UNLOADING], found.used, plays ? play : OC_UNOBSERVABLE);

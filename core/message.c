@@ -6,7 +6,7 @@
 static const double angle_step = 1.0 / 1024.0, angle_min = -31.374; /* rad, SPN 1807's */
 static const double offset_step = 1.0 / 4096.0, offset_min = -7.84375; /* rad, dbc/oncenter_result.dbc */
 static const double sd_step = 1.0 / 2048.0;                             /* rad, the same */
-static const uint32_t word_last = 0xFAFFu, byte_last = 0xFAu; /* J1939: larger ones are no numbers */
+static const uint32_t word_last = 0xFAFFu, byte_last = 0xFAu; /* J1939: larger values are no numbers */
 static const uint32_t no_word = 0xFFFFu, no_byte = 0xFFu; /* J1939: not available */
 
 const char *oc_angle_source_name(oc_angle_source source) {
@@ -47,7 +47,7 @@ static uint32_t word_of(double value, double step, double minimum) {
     return steps >= 0.0 && steps < (double)(word_last + 1u) ? (uint32_t)(int32_t)steps : no_word;
 }
 
-/* Rounded up, so that a receiver never sees a smaller sd. */
+/* Rounded up, so that a receiver never gets a smaller sd. */
 static uint32_t byte_of(double sd) {
     const double steps = sd / sd_step;
     if (!(steps >= 0.0)) {

@@ -1,11 +1,11 @@
 #ifndef OC_METHODS_H
 #define OC_METHODS_H
-/* The two methods from clean motion to estimates; the monitor selects one. */
+/* Two methods from clean motion to estimates; the monitor selects one. */
 
 #include "monitor.h"
 #include "tick.h"
 
-/* (36) to (38), the thesis's: from yaw rate and speed as measured, or from wheel speeds. True where evidence grew. */
+/* (36) to (38), the thesis's method, by measured yaw rate and speed or by wheel speeds. True where evidence grew. */
 bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence,
                                 const oc_coefficients *c);
 void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
@@ -20,8 +20,8 @@ oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficie
 /* Corrects a filtered tick's yaw rate for the wheels' radii. */
 void oc_correct_wheel_speeds(oc_tick *tick, oc_evidence *evidence, const oc_coefficients *c);
 
-/* Collects a second while the hypotheses take in the one before; at standstill they only make corrections. True where
- * evidence grew or was corrected; `learned` is the last answer. */
+/* Collects a second while the hypotheses process the previous one; at standstill they only make corrections. True where
+ * evidence grew or was corrected. `learned`: the last answer. */
 bool oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
                          const oc_coefficients *c);
 /* The weighted mean over the hypotheses, and its statuses. */
@@ -38,7 +38,7 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
 /* The offset's status: invalid while its sensor is at fault. */
 oc_status oc_offset_status(const oc_evidence *evidence, oc_status learned);
 
-/* Writes a tick's output. */
+/* Fills a tick's output. */
 void oc_publish(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_tick *tick);
 
 #endif

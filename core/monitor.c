@@ -9,7 +9,7 @@ void oc_init(oc_state *state) {
 }
 
 void oc_restart(oc_state *state) {
-    oc_joint_lose(&state->evidence.joint, &state->tracking.joint);
+    oc_joint_restart(&state->evidence.joint, &state->tracking.joint);
     state->tracking = (oc_tracking){0};
     state->evidence.standstill.still_ticks = 0;
     oc_gyro_bias_restart(&state->evidence.gyro_bias);
@@ -21,25 +21,25 @@ static void take_bias(oc_tick *tick, const oc_gyro_bias *gyro_bias, const oc_par
     tick->yaw_rate_bias_sd = bias.standard_deviation;
 }
 
-/* m/s^2, as on a road of the mean bank; 0 without yaw rate or speed. */
+/* m/s^2, on a road of the mean bank; 0 without yaw rate or speed. */
 static double usual_lateral_acceleration(const oc_signals *tick, const oc_evidence *evidence) {
     const uint32_t turning = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
     if ((tick->valid & turning) != turning) {
         return 0.0;
     }
-    const double yaw_rate = tick->yaw_rate - evidence->gyro_bias.x[0]; /* the bias; 0 before the first reading */
+    const double yaw_rate = tick->yaw_rate - evidence->gyro_bias.x[0]; /* the bias; 0 before a reading */
     return yaw_rate * tick->vehicle_speed + evidence->joint.bank_mean;
 }
 
-/* Whether to discard the angle. A sensor that was remounted or jumped has a new offset, and is used. The thesis's
- * methods discard a suspected sensor; the joint one predicts it, to find a changed offset. */
-static bool is_misleading(const oc_fault_watch *watch, bool doubted, oc_method method) {
+/* Whether to discard the angle. A sensor that was remounted or has jumped has a new offset, and is used. The thesis's
+ * methods discard a suspected sensor; the joint method predicts its angle to detect a changed offset. */
+static bool is_misleading(const oc_fault_watch *watch, bool suspected, oc_method method) {
     const bool elsewhere = watch->fault == OC_FAULT_REMOUNTED || watch->fault == OC_FAULT_JUMPED;
-    return (watch->fault != OC_FAULT_NONE && !elsewhere) || (method != OC_METHOD_JOINT && doubted);
+    return (watch->fault != OC_FAULT_NONE && !elsewhere) || (method != OC_METHOD_JOINT && suspected);
 }
 
-/* Clears the valid bits of unused measurements. The accelerometer is always used at standstill; where it is not
- * available, the usual lateral acceleration replaces it. */
+/* Clears the valid bits of unused measurements. The accelerometer is always used at standstill. Where it is not
+ * available, the lateral acceleration on a road of the mean bank replaces it. */
 static void select_signals(oc_tick *tick, const oc_fault_watch *watch, const oc_evidence *evidence,
                            const oc_params *p) {
     oc_signals *signals = &tick->signals;
@@ -52,8 +52,8 @@ static void select_signals(oc_tick *tick, const oc_fault_watch *watch, const oc_
         signals->lateral_acceleration = usual_lateral_acceleration(signals, evidence);
     }
     tick->measured = signals->valid;
-    tick->doubted = oc_fault_suspected(watch);
-    if (is_misleading(watch, tick->doubted, p->method)) {
+    tick->suspected = oc_fault_suspected(watch);
+    if (is_misleading(watch, tick->suspected, p->method)) {
         signals->valid &= ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE;
     }
 }
@@ -77,7 +77,7 @@ static uint32_t signals_needed(const oc_coefficients *c) {
     return needs_torque(c) ? always | OC_HAS_STEERING_WHEEL_TORQUE : always;
 }
 
-/* 5.5.4: speed and yaw rate of the axle, as if its wheels were of one radius. */
+/* 5.5.4: speed and yaw rate of the axle, for equal radii of its wheels. */
 static void sense_by_wheels(oc_tick *tick, const oc_coefficients *c) {
     const oc_signals *signals = &tick->signals;
     const bool rear = c->wheel_axle == OC_AXLE_REAR;
@@ -93,8 +93,8 @@ static void sense_by_wheels(oc_tick *tick, const oc_coefficients *c) {
     tick->sensed.use_accelerometer = false;
 }
 
-/* The torque's zero replaces the accelerometer's; without one the torque shows the bank. It learns in a tick that has
- * time for it. */
+/* The torque sensor's zero replaces the accelerometer's; without one the torque gives the bank. It learns in a tick
+ * that has time for it. */
 static void sense_by_torque(oc_tick *tick, const oc_tracking *tracking, oc_evidence *evidence,
                             const oc_coefficients *c) {
     const bool has_torque = (tick->signals.valid & OC_HAS_STEERING_WHEEL_TORQUE) != 0;
@@ -130,14 +130,14 @@ static void sense(oc_tick *tick, const oc_coefficients *c) {
     tick->sensed.lateral_acceleration = tick->sensed.use_accelerometer ? tick->signals.lateral_acceleration : 0.0;
 }
 
-/* Whether a hole precedes this tick, or the clock was set back. The half tick is a margin for rounded time stamps. */
+/* Whether a hole precedes this tick, or the clock was set back. Half a tick is a margin for rounded time stamps. */
 static bool is_after_hole(const oc_tracking *tracking, const oc_coefficients *c, double time) {
     const double hole = time - tracking->last_complete - 0.5 * c->tick_s;
     return tracking->has_complete && (hole < -c->tick_s || (hole > c->params.gap_max_s && hole > c->tick_s));
 }
 
-/* Whether the tick has all signals that the method needs. Without them the filters keep their state, and pending
- * blocks are dropped. */
+/* Whether the tick has all signals that the method needs. Without them the filters keep their state, and pending blocks
+ * are dropped. */
 static bool is_complete(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
     const uint32_t needed = signals_needed(c);
     const bool has_all = (tick->signals.valid & needed) == needed;
@@ -145,7 +145,7 @@ static bool is_complete(oc_tick *tick, oc_tracking *tracking, oc_evidence *evide
         sense(tick, c);
         sense_by_torque(tick, tracking, evidence, c);
     }
-    /* a torque that does not follow the lateral force counts as missing */
+    /* a torque that is not proportional to the lateral force counts as missing */
     if (!has_all || (needs_torque(c) && !oc_torque_is_trusted(&evidence->torque, &c->torque))) {
         oc_pending_drop(&tracking->straight);
         oc_pending_drop(&tracking->cornering);
@@ -159,8 +159,8 @@ static bool is_complete(oc_tick *tick, oc_tracking *tracking, oc_evidence *evide
     return true;
 }
 
-/* Averages the sensors' zero errors at standstill. Afterwards the filters begin anew, so that an ignition cycle there
- * loses nothing. */
+/* Averages the sensors' zero errors at standstill. Afterwards the filters begin anew, so that an ignition cycle during
+ * a standstill loses nothing. */
 static void stand_still(oc_tick *tick, oc_standstill *standstill, const oc_coefficients *c) {
     const oc_signals *signals = &tick->signals;
     if (tick->after_hole) {
@@ -193,7 +193,7 @@ static void preprocess(oc_tick *tick, oc_tracking *tracking, const oc_preprocess
     }
 }
 
-/* 5.1.2: how the truck moves, and the gate. */
+/* 5.1.2: the truck's motion, and the gate. */
 static void follow_motion(oc_tick *tick, oc_evidence *evidence, const oc_coefficients *c) {
     const oc_params *p = &c->params;
     oc_filtered *filtered = &tick->filtered;
@@ -225,7 +225,7 @@ static void count(oc_evidence *evidence, uint32_t reasons) {
     evidence->unused_motion += reasons != 0;
 }
 
-/* From clean motion to estimates, by the method in use. */
+/* From clean motion to estimates, by the selected method. */
 static void estimate(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, oc_learned *learned,
                      const oc_coefficients *c) {
     const bool jointly = c->params.method == OC_METHOD_JOINT;
@@ -242,15 +242,15 @@ static void estimate(const oc_tick *tick, oc_tracking *tracking, oc_evidence *ev
     oc_learn_truck(learned, &evidence->joint, c);
 }
 
-/* Figure 15. A tick that is refused, incomplete or at standstill does not reach the gate. */
+/* Figure 15. A tick that is rejected, incomplete or at standstill does not reach the gate. */
 static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     oc_tracking *tracking = &state->tracking;
     oc_evidence *evidence = &state->evidence;
     oc_gyro_bias *gyro_bias = &evidence->gyro_bias;
 
-    /* a tick whose time does not increase is refused */
+    /* a tick whose time does not increase is rejected */
     const oc_clock_verdict verdict = oc_clock_update(&tracking->clock, c->ticks_until_new_clock, tick->signals.time);
-    if (verdict == OC_CLOCK_REFUSES) {
+    if (verdict == OC_CLOCK_REJECTS) {
         tick->reasons = OC_REASON_TIME;
         ++evidence->rejected[1];
         return;
@@ -259,11 +259,11 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     ++evidence->ticks;
     select_signals(tick, &tracking->fault, evidence, &c->params);
 
-    /* 5.3.1: the gyro's bias, with or without an angle */
+    /* 5.3.1: the gyro's bias, also without an angle */
     oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals);
     take_bias(tick, gyro_bias, &c->params);
 
-    /* a tick without its signals keeps the filters' state and drops pending blocks */
+    /* without all signals the filters keep their state, and pending blocks are dropped */
     if (is_complete(tick, tracking, evidence, c)) {
         /* standstill: zero errors of the sensors */
         stand_still(tick, &evidence->standstill, c);

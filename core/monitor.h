@@ -3,7 +3,7 @@
 /* Figure 15 as one function, and the interface for firmware and Python.
  *
  * Coefficients follow from vehicle, params and rate, and are constant. State is plain data that may be copied, compared
- * and saved: Tracking (filters and pending blocks, lost at ignition), Evidence (kept) and Learned (the estimates). */
+ * and saved: tracking (filters and pending blocks, lost at ignition), evidence (kept) and learned (the estimates). */
 
 #include "angle.h"
 #include "clock.h"
@@ -24,7 +24,7 @@
 #include "vehicle.h"
 #include "wheel_speed.h"
 
-/* The one place of the version. */
+/* The version is defined here only. */
 enum { OC_VERSION_MAJOR = 0, OC_VERSION_MINOR = 2, OC_VERSION_PATCH = 0 };
 
 typedef enum {
@@ -46,17 +46,17 @@ typedef struct {
     double rate_hz, tick_s;
     double ratio_times_wheelbase; /* m, i*L */
     double ticks_per_batch;
-    int32_t wheel_axle;           /* the one whose speeds stand for the motion: the rear one where its track is known */
+    int32_t wheel_axle;           /* axle whose wheel speeds give the motion: the rear one if its track is given */
     double offset_per_mismatch;   /* rad of residual per r_l/r_r - 1 of that axle, i*L/track */
     int32_t ticks_per_block, blocks_until_final;
-    int32_t ticks_until_new_clock; /* refused ticks in order until the clock counts as set back */
+    int32_t ticks_until_new_clock; /* successive rejected ticks until the clock counts as set back */
 } oc_coefficients;
 
 typedef struct {
     oc_clock clock;
-    int32_t has_complete;       /* there was a tick that had all its signals */
+    int32_t has_complete;       /* a tick with all its signals has occurred */
     int32_t running;            /* the filters have a state; not at standstill */
-    double last_complete;       /* s, of the last tick that had all its signals */
+    double last_complete;       /* s, of the last tick with all its signals */
     oc_preprocess_state preprocess;
     oc_pending straight;        /* for the offset */
     oc_pending cornering;       /* for the understeer gradient */
@@ -65,10 +65,10 @@ typedef struct {
     oc_fault_watch fault;
 } oc_tracking;
 
-/* Memory of the last answers, beside their statuses. */
+/* Memory of the last answers, in addition to their statuses. */
 typedef struct {
-    float lately;                /* rad, recent mean of the joint method's offset */
-    int32_t offset_trusted;      /* once accurate enough to learn K_us */
+    float recent_offset;                /* rad, recent mean of the joint method's offset */
+    int32_t offset_trusted;             /* has been accurate enough to learn K_us */
 } oc_verdicts;
 
 typedef struct {
@@ -82,22 +82,22 @@ typedef struct {
     oc_angle_evidence angle;
     oc_fault_evidence fault;
     oc_verdicts verdicts;
-    uint64_t ticks;              /* all that advanced the clock */
+    uint64_t ticks;              /* all ticks that advanced the clock */
     uint64_t rejected[OC_REASON_COUNT]; /* ticks by reason bit; a tick may have several */
     uint64_t unused_motion;      /* ticks with any reason but a window */
-    double bank_ticks, bank_sum; /* (33) above the speed limit, m/s^2, for any other reason, too */
-    oc_bank_watch bank_watch;    /* the same by minutes */
+    double bank_ticks, bank_sum; /* m/s^2, sum of (33) above the minimum speed, whatever the other reasons */
+    oc_bank_watch bank_watch;    /* the same, by minutes */
 } oc_evidence;
 
 /* The current estimates. */
 typedef struct {
-    oc_estimate offset;              /* rad */
-    oc_estimate understeer_gradient; /* rad/(m/s^2), K_us/g at the road wheel */
-    oc_estimate backlash;            /* rad, full width, friction wind-up included; the joint method's */
-    oc_estimate unloading_acceleration; /* m/s^2, neutral lateral acceleration, as measured; the joint method's */
+    oc_estimate offset;                 /* rad */
+    oc_estimate understeer_gradient;    /* rad/(m/s^2), K_us/g at the road wheel */
+    oc_estimate backlash;               /* rad, full width, wind-up of the column included; joint method */
+    oc_estimate unloading_acceleration; /* m/s^2, neutral lateral acceleration, as measured; joint method */
     oc_estimate equivalent_wheelbase;   /* m, of (10); an error of the ratio counts as one of the wheelbase */
     oc_offset_parts parts;              /* of the offset's uncertainty */
-    oc_angle_truck truck;               /* these and the best play, for the angle without its sensor */
+    oc_angle_truck truck;               /* for the angle without its sensor */
 } oc_learned;
 
 enum { OC_LEARNED_ESTIMATES = 5 };
@@ -108,7 +108,7 @@ typedef struct {
     oc_learned learned; /* follows from evidence at each final block */
 } oc_state;
 
-/* Of the offset, with other estimates of the same drive: what many drives need to separate them. */
+/* Of the offset with other estimates of the same drive, to combine several drives. */
 typedef struct {
     double understeer_gradient;    /* rad^2/(m/s^2) */
     double unloading_acceleration; /* rad m/s^2 */
@@ -117,20 +117,20 @@ typedef struct {
 
 /* One tick's output. The motion is one filter delay old. */
 typedef struct {
-    double time;                 /* s, of the last tick that was not refused */
+    double time;                 /* s, of the last accepted tick */
     double vehicle_speed;        /* m/s */
     oc_motion motion;
     uint32_t reasons;            /* oc_reason, 0: clean */
-    float offset_lean;           /* rad, as oc_estimate has it */
-    oc_status offset_status;     /* invalid: the sensor is at fault, below */
+    float offset_lean;           /* rad, see oc_estimate */
+    oc_status offset_status;     /* invalid: the sensor is at fault (`fault`) */
     double offset;               /* rad, final evidence only */
-    double offset_sd;            /* rad, about it, both parts together */
+    double offset_sd;            /* rad, about the offset, all parts together */
     oc_offset_parts offset_parts; /* of its uncertainty */
     double understeer_gradient;  /* rad/(m/s^2), 0 until learned */
     double backlash;             /* rad, 0 until learned */
-    double place;                /* in the play, 1 on the left turn's flank, -1 on the right's; 0 until learned */
-    double unloading_acceleration; /* m/s^2, neutral, as measured; without play its prior */
-    double evidence;             /* s of driving behind the offset */
+    double place;                /* in the play: 1 left flank, -1 right flank; 0 until learned */
+    double unloading_acceleration; /* m/s^2, neutral lateral acceleration, as measured; without play its prior */
+    double evidence;             /* s of driving in the offset */
     double yaw_rate_bias;        /* rad/s, by wheels and standstill */
     double yaw_rate_bias_sd;     /* rad/s */
     oc_angle angle;              /* now, not delayed */
@@ -142,30 +142,30 @@ typedef struct {
 typedef struct {
     oc_estimate offset;                    /* rad */
     oc_offset_parts offset_parts;          /* of its uncertainty */
-    oc_offset_covariances offset_covariances; /* of its drive's part; the joint method's */
+    oc_offset_covariances offset_covariances; /* of the drive's part; joint method */
     double offset_temporary;               /* rad, pending blocks included */
     double offset_variance_if_independent; /* rad^2, (43) */
     oc_estimate understeer_gradient;       /* rad/(m/s^2) */
     oc_estimate backlash;                  /* rad, full width */
     oc_estimate unloading_acceleration;    /* m/s^2, neutral lateral acceleration, as measured */
     oc_estimate equivalent_wheelbase;      /* m; unobservable: the vehicle file's */
-    oc_fault fault;                        /* of the angle sensor; then the offset is invalid */
-    int32_t changes;                       /* found in the drive; the last of them are in */
-    oc_changed changed[OC_CHANGES_MAX];    /* the k-th at k modulo their number */
-    oc_estimate yaw_rate_bias;             /* rad/s, now; without wheel speeds, at standstill */
-    double yaw_rate_bias_wheel_time;       /* s of wheel speeds behind it; 0: standstill alone */
-    double yaw_rate_bias_alarm_time;       /* s during which it drifted faster than the filter */
+    oc_fault fault;                        /* of the angle sensor; during a fault the offset is invalid */
+    int32_t changes;                       /* found in the drive; the last OC_CHANGES_MAX are in */
+    oc_changed changed[OC_CHANGES_MAX];    /* the k-th at k modulo OC_CHANGES_MAX */
+    oc_estimate yaw_rate_bias;             /* rad/s, now; without wheel speeds, by standstill */
+    double yaw_rate_bias_wheel_time;       /* s of wheel speeds in it; 0: standstill alone */
+    double yaw_rate_bias_alarm_time;       /* s during which it changed faster than the filter follows */
     oc_estimate wheel_radius_mismatch_rear, wheel_radius_mismatch_front; /* r_l/r_r - 1 */
-    oc_estimate standstill_lateral_acceleration; /* m/s^2: bias and slope of the ground together */
-    double lacking_to_left, lacking_to_right; /* s of lateral force still needed on the play's flanks; joint */
-    double offset_per_yaw_rate_bias;       /* s: rad of offset per rad/s, mean of i*L/v, (48); jointly i*L/mean(v) */
-    double bank_mean;                      /* m/s^2, above the speed limit */
-    double bank_time;                      /* s behind it */
-    double bank_low, bank_high;            /* m/s^2, the minimum and the maximum of its minutes; 0: less than one */
-    int32_t accelerometer_wanders;         /* the joint method finds that its zero does */
-    int32_t accelerometer_runs_away;       /* minutes differ by more than roads bank */
+    oc_estimate standstill_lateral_acceleration; /* m/s^2: bias plus slope of the ground */
+    double lacking_to_left, lacking_to_right; /* s of lateral force that the flanks still need; joint method */
+    double offset_per_yaw_rate_bias; /* s: rad of offset per rad/s, mean of i*L/v, (48); joint method: i*L/mean(v) */
+    double bank_mean;                      /* m/s^2, above the minimum speed */
+    double bank_time;                      /* s in it */
+    double bank_low, bank_high;            /* m/s^2, minimum and maximum of its minutes; 0: less than one minute */
+    int32_t accelerometer_wanders;         /* the joint method models its zero as a random walk */
+    int32_t accelerometer_runs_away;       /* minutes differ by more than roads bank: its zero drifts */
     double duration, used, unused;         /* s; duration = used + unused */
-    double rejected[OC_REASON_COUNT];      /* s by reason bit; window includes what is pending */
+    double rejected[OC_REASON_COUNT];      /* s by reason bit; window includes pending ticks */
 } oc_answer;
 
 const char *oc_version(void);
@@ -175,7 +175,7 @@ const char *oc_status_name(oc_status status);
 const char *oc_method_name(oc_method method);
 const char *oc_angle_method_name(oc_angle_method method);
 
-/* The name of the first member out of its range, or NULL. */
+/* Name of the first member out of its range, or NULL. */
 const char *oc_vehicle_check(const oc_vehicle *vehicle);
 
 /* rate_hz: 20 to 200. The wheel speeds' method needs a track width, the angle by front wheel speeds the front's. */
@@ -183,12 +183,12 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
 
 void oc_init(oc_state *state);
 
-/* Ignition, or the next log: tracking is lost, evidence stays, time may begin anywhere. */
+/* Ignition, or the next log: tracking is lost, evidence stays, time may start at any value. */
 void oc_restart(oc_state *state);
 
 void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *tick, oc_output *output);
 
-/* As many steps as there are rows; `outputs` has as many, or is NULL. */
+/* One step per row; `outputs` has as many rows, or is NULL. */
 void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_columns *columns, oc_output *outputs);
 
 void oc_answer_get(const oc_state *state, const oc_coefficients *coefficients, oc_answer *answer);

@@ -3,8 +3,8 @@
 #include <math.h>
 
 /* Tuned. */
-static const double banks_at_most = 1.2; /* m/s^2 between two minutes' means, 7 % of superelevation to either side and
-                                          * more: bench/effects.py, row `accelerometer_drift_thesis` */
+static const double bank_difference_max = 1.2; /* m/s^2 between two minutes' means: exceeds 6 % of superelevation both
+                                                * ways; bench/effects.py, row `accelerometer_drift_thesis` */
 
 void oc_pending_drop(oc_pending *pending) {
     if (pending->ticks == 0 && pending->count == 0) {
@@ -24,7 +24,7 @@ bool oc_pending_add(oc_pending *pending, int32_t ticks_per_block, int32_t blocks
     const oc_moments whole = oc_moments_of(&pending->filling);
     pending->filling = (oc_sums){0};
     pending->ticks = 0;
-    const bool is_final = pending->count == blocks_until_final; /* clean blocks after the oldest, with this one */
+    const bool is_final = pending->count == blocks_until_final; /* clean blocks after the oldest one */
     if (is_final) {
         *final = pending->blocks[pending->first];
         pending->first = (pending->first + 1) % OC_PENDING_MAX;
@@ -69,8 +69,8 @@ uint32_t oc_joint_gate(const oc_params *params, const oc_motion *motion, double 
            (usual ? 0u : OC_REASON_BANK);
 }
 
-bool oc_bank_watch_runs_away(const oc_bank_watch *watch) {
-    return watch->high - watch->low > banks_at_most;
+bool oc_bank_watch_drifts(const oc_bank_watch *watch) {
+    return watch->high - watch->low > bank_difference_max;
 }
 
 void oc_bank_watch_update(oc_bank_watch *watch, double bank, double ticks_per_minute) {

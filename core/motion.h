@@ -1,6 +1,6 @@
 #ifndef OC_MOTION_H
 #define OC_MOTION_H
-/* 5.1.2: the truck's motion, the gate with its named reasons, and the queue of ticks that wait for the gate. */
+/* 5.1.2: the truck's motion, the gate with its named reasons, and the queue of ticks that are pending. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -14,7 +14,7 @@ enum {
     OC_PENDING_MAX = OC_BLOCKS_PER_CLEAN_TIME /* blocks that a ring holds */
 };
 
-/* Why a tick is not used. OC_REASON_WINDOW is of no single tick: it counts the ticks that t1 dropped or still holds. */
+/* Reasons for not using a tick. No tick has OC_REASON_WINDOW: it counts the ticks that t1 dropped or still holds. */
 typedef enum {
     OC_REASON_MISSING_SIGNAL = 1,
     OC_REASON_TIME = 2,      /* time did not increase, or is NaN */
@@ -25,18 +25,18 @@ typedef enum {
     OC_REASON_LONGITUDINAL_ACCELERATION = 64,
     OC_REASON_BANK = 128,
     OC_REASON_WINDOW = 256,
-    OC_REASON_YAW_RATE_BIAS = 512, /* it moves faster than the filter; not for the thesis's method */
-    OC_REASON_LATERAL_ACCELERATION = 1024, /* tyres and axles are not linear; not for the thesis's method */
+    OC_REASON_YAW_RATE_BIAS = 512, /* it changes faster than the filter follows; not in the thesis's method */
+    OC_REASON_LATERAL_ACCELERATION = 1024, /* tyres and axles are not linear; not in the thesis's method */
     OC_REASON_COUNT = 11
 } oc_reason;
 
 /* The truck's motion by the method's sensors. */
 typedef struct {
-    double yaw_rate, speed, lateral_acceleration; /* rad/s, m/s, m/s^2; the last 0 where it is not used */
+    double yaw_rate, speed, lateral_acceleration; /* rad/s, m/s, m/s^2; the last is 0 where not used */
     bool use_accelerometer;
 } oc_sensed;
 
-/* The motion at one tick. Below 1 m/s the curvature is r over 1 m/s: the gate is closed there. */
+/* The motion at one tick. Below 1 m/s, where the gate is closed, the curvature is r over 1 m/s. */
 typedef struct {
     double curvature;                 /* 1/m, (32) */
     double longitudinal_acceleration; /* m/s^2 */
@@ -45,7 +45,7 @@ typedef struct {
     double residual;                  /* rad: measured angle less i*L*r/v */
 } oc_motion;
 
-/* Clean ticks that wait until the t1 after them is clean too. */
+/* Clean ticks, pending until the t1 after them is clean, too. */
 typedef struct {
     int32_t ticks;                     /* in the growing block */
     int32_t first, count;              /* of the ring */
@@ -55,7 +55,7 @@ typedef struct {
 
 void oc_pending_drop(oc_pending *pending);
 
-/* Adds a clean tick; true if a block became final, which is then in *final. */
+/* Adds a clean tick. True if a block became final, which is then in *final. */
 bool oc_pending_add(oc_pending *pending, int32_t ticks_per_block, int32_t blocks_until_final, double y, double x,
                     double w, oc_moments *final);
 
@@ -66,18 +66,18 @@ oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase,
 /* (34), (35) and v > 10 m/s: the reason bits, 0 if the tick is clean. */
 uint32_t oc_gate(const oc_params *params, const oc_motion *motion, double speed);
 
-/* Means of (33) over a minute each: how low and how high the bank, as the accelerometer reads it, has been. */
+/* Means of (33) over a minute each, with their minimum and maximum. */
 typedef struct {
-    double ticks, sum; /* of the minute that fills, m/s^2 */
+    double ticks, sum; /* of the growing minute, m/s^2 */
     double minutes, low, high;
 } oc_bank_watch;
 
 void oc_bank_watch_update(oc_bank_watch *watch, double bank, double ticks_per_minute);
 
-/* Whether minutes differ by more than roads bank: then the accelerometer's zero has moved. */
-bool oc_bank_watch_runs_away(const oc_bank_watch *watch);
+/* Whether minutes differ by more than roads bank, which shows that the accelerometer's zero drifts. */
+bool oc_bank_watch_drifts(const oc_bank_watch *watch);
 
-/* The gate of the joint method, which models bends and banks: bank_mean is (33)'s, m/s^2, and speed in m/s. */
+/* The joint method's gate, which admits bends and banks. bank_mean: m/s^2, mean of (33); speed: m/s. */
 uint32_t oc_joint_gate(const oc_params *params, const oc_motion *motion, double speed, double bank_mean);
 
 #endif

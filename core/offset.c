@@ -1,7 +1,7 @@
 #include "offset.h"
 
 /* Numerical. */
-static const double offset_variance_unknown = 10.0; /* rad^2, unknown: 95 % within a turn to either side */
+static const double offset_variance_unknown = 10.0; /* rad^2, for unknown: 95 % within a turn either way */
 
 void oc_offset_update(oc_offset *offset, const oc_moments *block, double ticks_per_batch) {
     oc_moments_merge(&offset->ticks, block);

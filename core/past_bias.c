@@ -3,7 +3,7 @@
 #include <math.h>
 
 /* Numerical. */
-static const float mean_variance_min = 1e-12f; /* (rad/s)^2, against a mean's variance that rounding makes negative */
+static const float mean_variance_min = 1e-12f; /* (rad/s)^2, against a variance that is negative by rounding */
 
 void oc_past_bias_grow(oc_past_bias *past, const double *of_bias) {
     if (!(past->waiting_s > 0.0f)) {
@@ -12,7 +12,7 @@ void oc_past_bias_grow(oc_past_bias *past, const double *of_bias) {
     const float all_s = past->used_s + past->waiting_s;
     past->used_s = past->memory_s > 0.0f && past->memory_s < all_s ? past->memory_s : all_s;
     const float share = past->waiting_s / past->used_s, rest = 1.0f - share;
-    past->bias *= rest; /* the latest yaw rates have the whole correction */
+    past->bias *= rest; /* the waiting yaw rates have the present correction */
     past->variance = rest * (rest * past->variance + 2.0f * share * past->covariance[0]) +
                      share * share * (float)of_bias[0];
     for (int k = 0; k < OC_GYRO_BIAS_STATES; ++k) {

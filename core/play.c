@@ -3,17 +3,17 @@
 #include <stdbool.h>
 
 /* Derived. */
-static const float creep_factors_apart = 0.6729f;        /* 2 ln creep_factor */
+static const float creep_divisor = 0.6729f;        /* 2 ln creep_factor */
 
 /* Numerical. */
-/* Steps of the difference quotients, against the operators' kinks (docs/method.md, "Slopes"). */
+/* Steps of the difference quotients, wide enough to average over the operators' kinks (docs/method.md, "Slopes"). */
 static const float width_share = 0.1f;                   /* of half the width */
 static const float width_step_min = 0.1f * 0.017453292f; /* rad, of half the width */
-static const float half_width_min = 1e-4f;               /* rad, against half a width of 0 */
-static const float unloading_apart = 0.03f;              /* m/s^2 */
-static const float friction_apart = 0.03f;               /* m/s^2 */
+static const float half_width_min = 1e-4f;               /* rad, against a division by zero */
+static const float unloading_difference = 0.03f;         /* m/s^2 */
+static const float friction_difference = 0.03f;          /* m/s^2 */
 static const float creep_factor = 1.4f;                  /* 1 */
-static const float unwinding_apart = 0.2f;               /* 1/s */
+static const float unwinding_difference = 0.2f;          /* 1/s */
 
 static float not_below(float value, float low) {
     return value > low ? value : low;
@@ -38,17 +38,17 @@ float oc_play_load(const oc_play *play, const oc_motion_sample *sample) {
     return load;
 }
 
-/* A parameter's two values for a difference quotient. */
+/* Two values of a parameter, for a difference quotient. */
 typedef struct {
     float more, less;
-} around;
+} value_pair;
 
-static around around_of(float value, float step, float low) {
-    return (around){value + step, not_below(value - step, low)};
+static value_pair pair_of(float value, float step, float low) {
+    return (value_pair){value + step, not_below(value - step, low)};
 }
 
-static around around_width(float half_width) {
-    return around_of(half_width, oc_play_width_step(half_width), half_width_min);
+static value_pair width_pair(float half_width) {
+    return pair_of(half_width, oc_play_width_step(half_width), half_width_min);
 }
 
 static float wound_up(float wound, const oc_play_motion *by, float windup, float unwinding) {
@@ -56,7 +56,7 @@ static float wound_up(float wound, const oc_play_motion *by, float windup, float
     return clamped(unwound, by->angle - windup, by->angle + windup);
 }
 
-/* rad, by which lateral force beyond friction carries the wheels in a step; `creep`: rad per m/s^2 in it. */
+/* rad, creep of the wheels in a step by lateral force beyond friction; `creep`: rad per m/s^2 and step. */
 static float crept(float load, float friction, float creep) {
     return creep * (clamped(load, -friction, friction) - load);
 }
@@ -65,40 +65,40 @@ static float in_play(float inner, float wound, float half_width) {
     return clamped(inner, wound - half_width, wound + half_width);
 }
 
-/* Places at another creep, or another width of the play. */
+/* Places at varied creep and width of the play. */
 static void move_played(oc_places *p, const oc_play *play, float by_load) {
-    const around half = around_width(play->half_width);
-    const float by[OC_BESIDE] = {by_load * creep_factor, by_load, by_load * (1.0f / creep_factor), by_load};
-    const float half_width[OC_BESIDE] = {play->half_width, half.more, play->half_width, half.less};
-    for (int32_t k = 0; k < OC_BESIDE; ++k) {
+    const value_pair half = width_pair(play->half_width);
+    const float by[OC_VARIED] = {by_load * creep_factor, by_load, by_load * (1.0f / creep_factor), by_load};
+    const float half_width[OC_VARIED] = {play->half_width, half.more, play->half_width, half.less};
+    for (int32_t k = 0; k < OC_VARIED; ++k) {
         p->played[k] = in_play(p->played[k] + by[k], p->wound, half_width[k]);
     }
 }
 
-/* Places at another friction, or another a_0. */
+/* Places at varied friction and a_0. */
 static void move_loaded(oc_places *p, const oc_play *play, float load, float creep) {
-    const around rubs = around_of(play->friction, friction_apart, 0.0f);
-    const float friction[OC_BESIDE] = {rubs.more, play->friction, rubs.less, play->friction};
-    const float loads[OC_BESIDE] = {load, load - unloading_apart, load, load + unloading_apart};
-    for (int32_t k = 0; k < OC_BESIDE; ++k) {
+    const value_pair rubs = pair_of(play->friction, friction_difference, 0.0f);
+    const float friction[OC_VARIED] = {rubs.more, play->friction, rubs.less, play->friction};
+    const float loads[OC_VARIED] = {load, load - unloading_difference, load, load + unloading_difference};
+    for (int32_t k = 0; k < OC_VARIED; ++k) {
         p->loaded[k] = in_play(p->loaded[k] + crept(loads[k], friction[k], creep), p->wound, play->half_width);
     }
 }
 
-/* Places at another rate of unwinding, or another width of the wind-up. */
+/* Places at varied rate of unwinding and width of the wind-up. */
 static void move_unwound(oc_places *p, const oc_play *play, const oc_play_motion *by, float by_load) {
-    const around unwinds = around_of(play->unwinding, unwinding_apart, 0.0f);
-    const around winds = around_width(play->windup);
-    const float unwinding[OC_BESIDE] = {unwinds.more, play->unwinding, unwinds.less, play->unwinding};
-    const float windup[OC_BESIDE] = {play->windup, winds.more, play->windup, winds.less};
-    for (int32_t k = 0; k < OC_BESIDE; ++k) {
-        const float wound = wound_up(p->wound_beside[k], by, windup[k], unwinding[k]);
-        p->wound_beside[k] = wound;
+    const value_pair unwinds = pair_of(play->unwinding, unwinding_difference, 0.0f);
+    const value_pair winds = width_pair(play->windup);
+    const float unwinding[OC_VARIED] = {unwinds.more, play->unwinding, unwinds.less, play->unwinding};
+    const float windup[OC_VARIED] = {play->windup, winds.more, play->windup, winds.less};
+    for (int32_t k = 0; k < OC_VARIED; ++k) {
+        const float wound = wound_up(p->wound_varied[k], by, windup[k], unwinding[k]);
+        p->wound_varied[k] = wound;
         p->unwound[k] = in_play(p->unwound[k] + by_load, wound, play->half_width);
     }
 }
 
-/* rad, by which lateral force carries the wheels in a step. */
+/* rad, motion of the wheels by lateral force in a step. */
 static float carried(const oc_play *play, const oc_play_motion *by) {
     return play->friction >= 0.0f ? crept(by->load, play->friction, play->creep * by->step_s) : 0.0f;
 }
@@ -128,16 +128,17 @@ float oc_places_move(oc_places *p, const oc_play *play, const oc_play_motion *by
     return by_unloading;
 }
 
-static float apart_of(float value, float step, float low) {
+static float divisor_of(float value, float step, float low) {
     const float below = value - low;
     return step + (below < step ? below : step);
 }
 
-void oc_play_apart(const oc_play *play, float *apart) {
-    apart[OC_SLOPE_CREEP] = creep_factors_apart;
-    apart[OC_SLOPE_FRICTION] = apart_of(play->friction, friction_apart, 0.0f);
-    apart[OC_SLOPE_UNLOADING] = 2.0f * unloading_apart;
-    apart[OC_SLOPE_WIDTH] = 2.0f * apart_of(play->half_width, oc_play_width_step(play->half_width), half_width_min);
-    apart[OC_SLOPE_UNWINDING] = apart_of(play->unwinding, unwinding_apart, 0.0f);
-    apart[OC_SLOPE_WINDUP] = 2.0f * apart_of(play->windup, oc_play_width_step(play->windup), half_width_min);
+void oc_play_divisors(const oc_play *play, float *divisors) {
+    divisors[OC_SLOPE_CREEP] = creep_divisor;
+    divisors[OC_SLOPE_FRICTION] = divisor_of(play->friction, friction_difference, 0.0f);
+    divisors[OC_SLOPE_UNLOADING] = 2.0f * unloading_difference;
+    divisors[OC_SLOPE_WIDTH] =
+        2.0f * divisor_of(play->half_width, oc_play_width_step(play->half_width), half_width_min);
+    divisors[OC_SLOPE_UNWINDING] = divisor_of(play->unwinding, unwinding_difference, 0.0f);
+    divisors[OC_SLOPE_WINDUP] = 2.0f * divisor_of(play->windup, oc_play_width_step(play->windup), half_width_min);
 }

@@ -1,8 +1,8 @@
 #ifndef OC_PLAY_H
 #define OC_PLAY_H
-/* A hypothesis's model of the steering (docs/method.md, "Operators"). First the column winds up against its friction,
- * and a motor may unwind it. Behind it lies the free play, through which lateral force beyond friction carries the
- * wheels. Each is the operator of backlash.h, in single precision: a hypothesis set moves hundreds of them. */
+/* A hypothesis's model of the steering (docs/method.md, "Operators"). The column winds up against its friction, and a
+ * motor may unwind it. Then comes the free play, through which lateral force beyond friction carries the wheels. Both
+ * are the operator of backlash.h, in single precision: a hypothesis set advances hundreds of them. */
 
 #include <stdint.h>
 
@@ -16,17 +16,17 @@ typedef struct {
     float yaw_acceleration;     /* rad/s^2 */
     float jerk;                 /* m/s^3, lateral */
     float curvature;            /* 1/m */
-    float fifth_wheel;          /* place of a trailer's fifth wheel in its friction, -1 to 1 */
+    float fifth_wheel;          /* state of a trailer's fifth wheel in its friction, -1 to 1 */
     float per_speed;            /* s/m, 1 over the speed */
-    float tandem;               /* m/s^2, c times curvature: rear axles that resist turning */
+    float tandem;               /* m/s^2, c times curvature: of rear axles that resist turning */
     float wind[OC_WINDS];       /* v/20 cos psi and v/20 sin psi: share of a steady wind's lateral force, 1 at 20 m/s */
-    int32_t in_second;          /* its number in a second of usable samples, from 0; -1: the gate is shut */
+    int32_t in_second;          /* index in a second of usable samples, from 0; -1: the gate is closed */
 } oc_motion_sample;
 
 typedef struct {
     float half_width;     /* rad, of the play */
     float unloading;      /* m/s^2, a_0 */
-    float friction;       /* m/s^2; negative: no lateral force moves the wheels in their play */
+    float friction;       /* m/s^2; negative: rubbing, lateral force does not move the wheels in their play */
     float creep;          /* rad/s per m/s^2 */
     float windup;         /* rad, half of the column's wind-up */
     float unwinding;      /* 1/s, at which a motor turns the wheels back to the centre */
@@ -45,39 +45,39 @@ typedef enum {
     OC_SLOPE_COUNT
 } oc_slope;
 
-/* Of a pair of parameters: more of the first, more of the second, less of the first, less of the second. */
-enum { OC_BESIDE = 4 };
+/* Of a pair of parameters: larger first, larger second, smaller first, smaller second. */
+enum { OC_VARIED = 4 };
 
-/* Angles behind the wind-up (wound, w) and behind the play (inner, h): rad, at the sensor. In fours, for SIMD. */
+/* Angles behind the wind-up (wound, w) and behind the play (inner, h), rad at the sensor. Arrays of four, for SIMD. */
 typedef struct {
     float wound, inner;            /* at the hypothesis's own parameters */
-    float played[OC_BESIDE];       /* `inner` beside creep and width */
-    float loaded[OC_BESIDE];       /* `inner` beside friction and unloading */
-    float unwound[OC_BESIDE];      /* `inner` beside unwinding and wind-up */
-    float wound_beside[OC_BESIDE]; /* `wound` beside these two; all others leave it as it is */
+    float played[OC_VARIED];       /* `inner` at varied creep and width */
+    float loaded[OC_VARIED];       /* `inner` at varied friction and unloading */
+    float unwound[OC_VARIED];      /* `inner` at varied unwinding and wind-up */
+    float wound_varied[OC_VARIED]; /* `wound` at these two; the others do not change it */
 } oc_places;
 
 /* The operators' input at a sample. */
 typedef struct {
-    float angle, centre; /* rad, as measured; a motor turns the wind-up to the centre */
+    float angle, centre; /* rad, as measured; angle to which a motor unwinds the column */
     float load;          /* m/s^2, oc_play_load */
     float step_s;
 } oc_play_motion;
 
-/* Step of half a width's difference quotient, and the maximum of its move by one solution, rad. */
+/* rad, step of a difference quotient by half a width, and the maximum change of half a width by one solution. */
 float oc_play_width_step(float half_width);
 
 /* m/s^2, lateral force on the front tyres: a + kappa c + a_h f - a_w - a_0. */
 float oc_play_load(const oc_play *play, const oc_motion_sample *sample);
 
-/* Moves all places on. Adds to the sums the differences of `inner`, rad, at less minus at more of each parameter;
- * returns that of the unloading. Where no lateral force moves the wheels only the width has one. */
+/* Advances all places. Adds to the sums the difference of `inner`, rad, at the smaller less at the larger value of each
+ * parameter; returns the unloading's. A rubbing play has only the width's. */
 float oc_places_move(oc_places *places, const oc_play *play, const oc_play_motion *by, float *sums);
 
-/* The same of `wound` and `inner` alone, rad. */
+/* Advances `wound` and `inner` alone, rad. */
 void oc_play_follow(float *wound, float *inner, const oc_play *play, const oc_play_motion *by);
 
-/* Divisors of the difference quotients: whole widths in rad, m/s^2, creep as a share, 1/s. */
-void oc_play_apart(const oc_play *play, float *apart);
+/* Divisors of the difference quotients: full widths in rad, m/s^2, creep as a share, 1/s. */
+void oc_play_divisors(const oc_play *play, float *divisors);
 
 #endif

@@ -76,7 +76,7 @@ void oc_preprocess_restart(oc_preprocess_state *state, const oc_preprocess *desi
     }
 }
 
-/* Keeps every slope_every-th speed, and the slope of the line through them. */
+/* Stores every slope_every-th speed, and fits the slope of a line through them. */
 static void differentiate(oc_preprocess_state *state, const oc_preprocess *design, double speed) {
     if (state->slope_wait > 0) {
         --state->slope_wait;
@@ -94,7 +94,7 @@ static void differentiate(oc_preprocess_state *state, const oc_preprocess *desig
     state->speed_slope = sum * design->slope_scale;
 }
 
-/* The angle as it was delay_ticks + delay_fraction ago. */
+/* The angle delay_ticks + delay_fraction ago. */
 static double delayed(oc_preprocess_state *state, const oc_preprocess *design, double angle) {
     const int32_t ring = OC_DELAY_MAX - 1; /* bit mask of its index: OC_DELAY_MAX is a power of two */
     const int32_t now = state->angle_next;

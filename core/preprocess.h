@@ -39,8 +39,8 @@ typedef struct {
     int32_t ticks;              /* since the restart, clamped at settling_ticks */
 } oc_preprocess_state;
 
-/* One tick after filtering: all members belong to one moment, a group delay ago (dv/dt to half its window before, the
- * angle to the lag before). */
+/* One tick after filtering. All members belong to the time one group delay ago, dv/dt to half its window earlier, the
+ * angle to the lag earlier. */
 typedef struct {
     double steering_wheel_angle;      /* rad, delayed */
     double yaw_rate;                  /* rad/s, filtered */
@@ -55,18 +55,18 @@ oc_lowpass oc_lowpass_design(double cutoff_hz, double rate_hz);
 /* s; mean group delay from 0 to band_hz, which is minus the phase at band_hz over 2 pi band_hz. */
 double oc_lowpass_delay(double cutoff_hz, double band_hz, double rate_hz);
 
-/* Variance of the second difference, over so many ticks twice, of filtered white noise of variance 1. */
+/* Variance of the second difference of filtered white noise of variance 1; apart: ticks between its samples. */
 double oc_lowpass_second_difference(const oc_lowpass *design, int32_t apart);
 
-/* Delays the angle by the filters' delay plus lag_s, which the caller keeps below OC_DELAY_MAX - 1 ticks. */
+/* Delays the angle by the filters' delay plus lag_s, together below OC_DELAY_MAX - 1 ticks. */
 void oc_preprocess_design(oc_preprocess *design, double cutoff_hz, double delay_band_hz, double slope_window_s,
                           double lag_s, double rate_hz);
 
-/* The filters' steady state for the tick's values. */
+/* Sets the filters to the steady state of the tick's values. */
 void oc_preprocess_restart(oc_preprocess_state *state, const oc_preprocess *design, double angle, double yaw_rate,
                            double speed, double lateral_acceleration);
 
-/* Whether every member of oc_filtered has settled since the restart. */
+/* Whether all members of oc_filtered have settled since the restart. */
 bool oc_preprocess_settled(const oc_preprocess_state *state, const oc_preprocess *design);
 
 oc_filtered oc_preprocess_update(oc_preprocess_state *state, const oc_preprocess *design, double angle,

@@ -7,7 +7,7 @@
 
 /* Derived. */
 static const uint32_t magic = 0x5653434Fu; /* "OCSV" in ASCII, little-endian */
-/* Places of the image's format, save.h. */
+/* Offsets in the image, save.h. */
 enum { AT_MAGIC = 0, AT_LAYOUT = 4, AT_KEY = 8, AT_SEQUENCE = 12, AT_LENGTH = 16, AT_STATE = 20, CRC_BYTES = 4 };
 
 /* Numerical. */
@@ -39,7 +39,7 @@ static uint32_t got_word(const uint8_t *from) {
     return (uint32_t)got(from, 4);
 }
 
-/* CRC-32 of IEEE 802.3, four bits at a time: the table of all bytes would be a kilobyte of flash. */
+/* CRC-32 of IEEE 802.3, four bits at a time: a table of all bytes would take a kilobyte of flash. */
 static uint32_t crc_over(uint32_t crc, const uint8_t *bytes, size_t count) {
     static const uint32_t of[16] = {0x00000000u, 0x1DB71064u, 0x3B6E20C8u, 0x26D930ACu, 0x76DC4190u, 0x6B6B51F4u,
                                     0x4DB26158u, 0x5005713Cu, 0xEDB88320u, 0xF00F9344u, 0xD6D6A3E8u, 0xCB61B38Cu,
@@ -52,7 +52,7 @@ static uint32_t crc_over(uint32_t crc, const uint8_t *bytes, size_t count) {
     return ~crc;
 }
 
-/* Does not compile unless all enums have one size. */
+/* Compiles only if all enums have the same size. */
 enum { ENUMS_ARE_ALIKE = 1 / (sizeof(oc_status) == sizeof(oc_fault) && sizeof(oc_status) == sizeof(oc_change_kind)) };
 
 static oc_saved_kind kind_in(const oc_saved_run *run) {
@@ -72,7 +72,7 @@ static size_t bytes_in_memory(oc_saved_kind kind) {
     return kind == OC_SAVED_ENUM ? sizeof(oc_status) : bytes_saved(kind);
 }
 
-/* A number's bits; memcpy, since C99 forbids other access. */
+/* A number's bits; C99 allows memcpy only. */
 static uint64_t bits_at(const uint8_t *from, size_t bytes) {
     uint64_t wide = 0;
     uint32_t narrow = 0;
@@ -92,7 +92,7 @@ static void set_bits(uint8_t *to, size_t bytes, uint64_t bits) {
     }
 }
 
-/* Whether the bits are an acceptable number; integers begin at -1, as flags and places do. */
+/* Whether the bits are an acceptable number; integers are flags and indices, -1 at least. */
 static bool is_number(oc_saved_kind kind, uint64_t bits) {
     const uint32_t low = (uint32_t)bits, high = (uint32_t)(bits >> 32);
     switch (kind) {
@@ -104,7 +104,7 @@ static bool is_number(oc_saved_kind kind, uint64_t bits) {
     }
 }
 
-/* Writes a run's numbers to the image; returns the place after them. */
+/* Writes a run's numbers to the image; returns the end. */
 static uint8_t *save_run(const uint8_t *from, const oc_saved_run *run, uint8_t *to) {
     const size_t step = bytes_in_memory(kind_in(run)), bytes = bytes_saved(kind_in(run));
     for (size_t each = 0; each < run->times; ++each) {
@@ -116,7 +116,7 @@ static uint8_t *save_run(const uint8_t *from, const oc_saved_run *run, uint8_t *
     return to;
 }
 
-/* Reads them; NULL where one is not acceptable. */
+/* Reads a run's numbers; NULL where one is not acceptable. */
 static const uint8_t *restore_run(uint8_t *to, const oc_saved_run *run, const uint8_t *from) {
     const size_t step = bytes_in_memory(kind_in(run)), bytes = bytes_saved(kind_in(run));
     for (size_t each = 0; each < run->times; ++each) {
@@ -186,7 +186,7 @@ size_t oc_save(const oc_state *state, const oc_coefficients *c, uint32_t sequenc
     return length;
 }
 
-/* All checks but those of the numbers. */
+/* All checks except those of the numbers. */
 static oc_image_fault fault_of(const oc_coefficients *c, const uint8_t *image, size_t size) {
     if (size < AT_MAGIC + 4 || got_word(image + AT_MAGIC) != magic) {
         return OC_IMAGE_MISSING;

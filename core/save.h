@@ -3,22 +3,22 @@
 /* Saves the state over an ignition cycle: an image of bytes, the same on every machine.
  *
  * An image is, all little-endian: magic, layout, vehicle key, sequence and length (4 bytes each), the state's numbers
- * as saved_layout.c has them, of 4 or 8 bytes each, CRC-32 (IEEE 802.3) over all before. The layout is a hash of the
- * numbers' names and kinds, the key one of all that the estimates depend on: vehicle, params, methods and rate.
+ * in the order of saved_layout.c (4 or 8 bytes each), CRC-32 (IEEE 802.3) over all bytes before it. The layout is a
+ * hash of the numbers' names and kinds. The key is a hash of vehicle, params, methods and rate.
  *
- * The image has the whole state, tracking included. If the tick after the restoration is the next one, all outputs are
- * the same bit for bit as without the cut. If it is later, its time shows the hole, and the filters begin anew. Where
- * the ignition was off, call oc_restart.
+ * The image has the whole state, tracking included. If the tick after restoring is the next one, all outputs are bit
+ * for bit the same as without interruption. If it is later, its time reveals the hole, and the filters begin anew.
+ * Where the ignition was off, call oc_restart.
  *
- * Saving or restoring takes half a million instructions on a Cortex-M4F: run it outside a tick's task, and call no
+ * Saving or restoring takes half a million instructions on a Cortex-M4F: run it outside a tick's task, and do not call
  * oc_step meanwhile.
  *
- * For years of operation use OC_METHOD_JOINT, which forgets. The other methods weigh the first hour as the last, and
- * hardly follow a sensor that is remounted after a thousand. The key identifies the vehicle's kind, not the truck: keep
- * a serial number beside images that could get into another truck.
+ * For years of operation use OC_METHOD_JOINT, which forgets. In the other methods all hours have the same weight, so
+ * after a thousand hours they hardly follow a remounted sensor. The key identifies the type of vehicle, not the truck:
+ * store a serial number with images that may get into another truck.
  *
- * Two slots: an image goes to slot sequence modulo OC_SAVE_SLOTS, over the older one, so that a power cut while it is
- * written leaves the newer one whole. */
+ * There are two slots. An image goes to slot sequence modulo OC_SAVE_SLOTS and overwrites the older one, so that a
+ * power cut during writing leaves the newer one intact. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -30,7 +30,7 @@ enum {
     OC_SAVE_SLOTS = 2
 };
 
-/* Why an image is refused. */
+/* Reason for refusing an image. */
 typedef enum {
     OC_IMAGE_OK,
     OC_IMAGE_MISSING,     /* no magic: never written, or erased */
@@ -44,23 +44,23 @@ typedef enum {
 
 const char *oc_image_fault_name(oc_image_fault fault);
 
-/* A hash of all that the estimates depend on; images of another key are refused. */
+/* Hash of vehicle, params, methods and rate; images with another key are refused. */
 uint32_t oc_save_key(const oc_coefficients *coefficients);
 
 /* Bytes of an image. */
 size_t oc_save_size(void);
 
-/* Bytes written to `image`, 0 when `size` is too small. The sequence grows by one with each image of a vehicle. */
+/* Bytes written to `image`, 0 where `size` is too small. The sequence increases by one with each image of a vehicle. */
 size_t oc_save(const oc_state *state, const oc_coefficients *coefficients, uint32_t sequence, uint8_t *image,
                size_t size);
 
-/* Restores the saved state, or the one of oc_init when the image is refused. Bytes after the image are ignored. Call
- * oc_restart after it where the ignition was off or the clock began anew since the save: sensors, wheel and heading may
- * have moved. Sets the sequence to the image's, to 0 when it is refused. */
+/* Restores the saved state, or that of oc_init if the image is refused. Ignores bytes after the image. Call oc_restart
+ * afterwards if the ignition was off or the clock was reset since saving: sensors, steering wheel and heading may have
+ * changed. Sets the sequence to the image's, to 0 if it is refused. */
 oc_image_fault oc_restore(oc_state *state, const oc_coefficients *coefficients, const uint8_t *image, size_t size,
                           uint32_t *sequence);
 
-/* The same from two slots of `size` bytes each: the newer valid image. When both are refused, the newer one's fault. */
+/* The same from two slots of `size` bytes each: the newer valid image. If both are refused, the newer one's fault. */
 oc_image_fault oc_restore_newest(oc_state *state, const oc_coefficients *coefficients, const uint8_t *slot_0,
                                  const uint8_t *slot_1, size_t size, uint32_t *sequence);
 

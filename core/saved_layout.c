@@ -17,12 +17,12 @@
 #define INTEGERS_OF_EACH(type, first, count, structs) RUN_OF_EACH(type, first, count, structs, OC_SAVED_INT32)
 #define ENUMS_OF_EACH(type, first, count, structs) RUN_OF_EACH(type, first, count, structs, OC_SAVED_ENUM)
 
-/* docs/make_layout.py writes what follows from the headers. */
+/* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
 static const uint32_t layout_hash = 0xF81C8762u;
 
 static const oc_saved_run state_runs[] = {
-    DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.refused_in_order, 4),
+    DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 4),
     DOUBLES(oc_state, tracking.last_complete, 83), INTEGERS(oc_state, tracking.preprocess.angle_next, 7),
     DOUBLES(oc_state, tracking.straight.filling.weight, 147), INTEGERS(oc_state, tracking.cornering.ticks, 3),
     DOUBLES(oc_state, tracking.cornering.filling.weight, 147), INTEGERS(oc_state, tracking.joint.running, 3),
@@ -30,18 +30,18 @@ static const oc_saved_run state_runs[] = {
     FLOATS_OF_EACH(oc_state, tracking.joint.filling.samples[0].angle, 11, tracking.joint.filling.samples),
     INTEGERS_OF_EACH(oc_state, tracking.joint.filling.samples[0].in_second, 1, tracking.joint.filling.samples),
     INTEGERS(oc_state, tracking.joint.filling.count, 2), FLOATS(oc_state, tracking.joint.filling.curvature, 1),
-    FLOATS_OF_EACH(oc_state, tracking.joint.taken.samples[0].angle, 11, tracking.joint.taken.samples),
-    INTEGERS_OF_EACH(oc_state, tracking.joint.taken.samples[0].in_second, 1, tracking.joint.taken.samples),
-    INTEGERS(oc_state, tracking.joint.taken.count, 2), FLOATS(oc_state, tracking.joint.taken.curvature, 1),
+    FLOATS_OF_EACH(oc_state, tracking.joint.collected.samples[0].angle, 11, tracking.joint.collected.samples),
+    INTEGERS_OF_EACH(oc_state, tracking.joint.collected.samples[0].in_second, 1, tracking.joint.collected.samples),
+    INTEGERS(oc_state, tracking.joint.collected.count, 2), FLOATS(oc_state, tracking.joint.collected.curvature, 1),
     INTEGERS(oc_state, tracking.joint.turns, 5), FLOATS(oc_state, tracking.joint.min_error, 243),
     INTEGERS(oc_state, tracking.angle.running, 2), FLOATS(oc_state, tracking.angle.yaw_rate_first, 21),
     INTEGERS(oc_state, tracking.fault.running, 2), ENUMS(oc_state, tracking.fault.fault, 1),
-    DOUBLES(oc_state, tracking.fault.since, 7), FLOATS(oc_state, tracking.fault.apart, 24),
+    DOUBLES(oc_state, tracking.fault.since, 7), FLOATS(oc_state, tracking.fault.steady_difference, 24),
     DOUBLES(oc_state, evidence.offset.ticks.weight, 46), INTEGERS(oc_state, evidence.standstill.still_ticks, 3),
     DOUBLES(oc_state, evidence.gyro_bias.x[0], 72), FLOATS(oc_state, evidence.gyro_bias.past.used_s, 17),
     DOUBLES_OF_EACH(oc_state, evidence.gyro_bias.axles[0].weight, 18, evidence.gyro_bias.axles),
     INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].has_update, 1, evidence.gyro_bias.axles),
-    DOUBLES(oc_state, evidence.gyro_bias.level.blocks, 18), INTEGERS(oc_state, evidence.gyro_bias.due, 6),
+    DOUBLES(oc_state, evidence.gyro_bias.straights.blocks, 18), INTEGERS(oc_state, evidence.gyro_bias.due, 6),
     ENUMS(oc_state, evidence.gyro_bias.status, 1), DOUBLES(oc_state, evidence.wheel_speed.difference, 3),
     INTEGERS(oc_state, evidence.joint.started, 15), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 28),
     DOUBLES(oc_state, evidence.joint.speed_mean, 3),
@@ -61,7 +61,7 @@ static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, learned.unloading_acceleration.value, 3),
     ENUMS(oc_state, learned.unloading_acceleration.status, 1), FLOATS(oc_state, learned.unloading_acceleration.lean, 1),
     DOUBLES(oc_state, learned.equivalent_wheelbase.value, 3), ENUMS(oc_state, learned.equivalent_wheelbase.status, 1),
-    FLOATS(oc_state, learned.equivalent_wheelbase.lean, 19), INTEGERS(oc_state, learned.truck.known, 1),
+    FLOATS(oc_state, learned.equivalent_wheelbase.lean, 19), INTEGERS(oc_state, learned.truck.identified, 1),
 };
 
 static const oc_saved_run keyed_runs[] = {

@@ -1,6 +1,6 @@
 #ifndef OC_SAVED_LAYOUT_H
 #define OC_SAVED_LAYOUT_H
-/* The numbers of an image, in order: all of the state, as runs of one kind. */
+/* The numbers of an image in order: the whole state, as runs of one kind. */
 
 #include <stddef.h>
 #include <stdint.h>
@@ -16,13 +16,13 @@ typedef enum {
 enum { OC_SAVED_COUNT_MAX = 8191 };
 
 typedef struct {
-    uint16_t place; /* bytes, of the first in the state or the coefficients */
-    uint16_t count_and_kind;  /* the count plus the kind times (OC_SAVED_COUNT_MAX + 1) */
-    uint8_t step;   /* words of four bytes to the same in the next struct of an array; 0: there is one */
+    uint16_t place; /* bytes, offset of the first number in state or coefficients */
+    uint16_t count_and_kind; /* count + kind * (OC_SAVED_COUNT_MAX + 1) */
+    uint8_t step;   /* words of four bytes to the next struct of an array; 0: no array */
     uint8_t times;  /* number of structs */
 } oc_saved_run;
 
-/* A hash of every number's name and kind. */
+/* Hash of all numbers' names and kinds. */
 uint32_t oc_saved_layout(void);
 
 /* The runs of oc_state, and those of oc_coefficients for the key. */

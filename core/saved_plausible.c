@@ -7,7 +7,7 @@
 #include "bounds.h"
 
 /* Numerical. */
-/* Against overflow; wider than any drive needs. */
+/* Against overflow; wider than the values of any drive. */
 enum { NOT_NEGATIVE, SHARE, PLACE, SECOND, YAW_RATE, ACCELERATION, SPEED, ANGLE, ESTIMATE, TORQUE, SUM };
 static const struct {
     float low, high;
@@ -25,8 +25,8 @@ static const struct {
     [SUM] = {-1e6f, 1e6f}, /* over a second's ticks */
 };
 
-/* Numbers in the state: where the first is, how many follow one another, their range; the same in so many structs of an
- * array, with a step in words of four bytes from one to the next. */
+/* Consecutive numbers in the state: offset of the first in bytes, count, range; for an array also the number of structs
+ * and the step between two in words of four bytes. */
 typedef struct {
     uint16_t place;
     uint8_t numbers, range, structs, step;
@@ -41,7 +41,7 @@ enum {
     HYPOTHESES = sizeof(oc_hypothesis) / WORD
 };
 
-/* Does not compile unless the estimates follow one another, as an array of them would. */
+/* Compiles only if the estimates are consecutive, like an array. */
 enum {
     ESTIMATES_ARE_ONE_ARRAY = 1 / (offsetof(oc_learned, equivalent_wheelbase) - offsetof(oc_learned, offset) ==
                                    (OC_LEARNED_ESTIMATES - 1) * sizeof(oc_estimate))
@@ -94,7 +94,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.joint.hypotheses[0].long_blocks.factor), 1, NOT_NEGATIVE,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].age), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
-    {offsetof(oc_state, evidence.joint.hypotheses[0].pulled_variance), 1 + OC_OF_COUNT, NOT_NEGATIVE,
+    {offsetof(oc_state, evidence.joint.hypotheses[0].pull_variance), 1 + OC_OF_COUNT, NOT_NEGATIVE,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.torque.terms), OC_TORQUE_TERMS, TORQUE, 1, 0},
     {offsetof(oc_state, evidence.torque.covariance), OC_TORQUE_TERMS * (OC_TORQUE_TERMS + 1) / 2, TORQUE, 1, 0},
@@ -103,10 +103,10 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.torque.slow), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, evidence.torque.slow_s), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.torque.filling.torque), 3, SUM, 1, 0}, /* to place */
-    {offsetof(oc_state, evidence.angle.spread), 2, NOT_NEGATIVE, 1, 0}, /* and seconds */
+    {offsetof(oc_state, evidence.angle.error_scale), 2, NOT_NEGATIVE, 1, 0}, /* and seconds */
 };
 
-/* memcpy, since C99 forbids other access. */
+/* C99 allows memcpy only. */
 static float number_at(const uint8_t *from, size_t bytes) {
     double wide;
     float narrow;
@@ -118,7 +118,7 @@ static float number_at(const uint8_t *from, size_t bytes) {
     return narrow;
 }
 
-/* Whether all numbers of these members, of so many bytes each, are in their ranges. */
+/* Whether all numbers of these members are in their ranges; `bytes`: size of a number. */
 static bool are_in_range(const oc_state *state, const member *members, size_t count, size_t bytes) {
     for (const member *m = members; m < members + count; ++m) {
         for (size_t k = 0; k < (size_t)m->structs * m->numbers; ++k) {
@@ -136,8 +136,8 @@ typedef struct {
     float lower[OC_TERMS_TRIANGLE], inverse[OC_TERMS];
 } factor;
 
-/* Whether a triangle is positive semidefinite but for rounding; and its factor, with an information of 1. Where a pivot
- * was raised, a row of the factor has more squares than the diagonal. */
+/* Whether a triangle is positive semidefinite up to rounding; also gives its factor, with an information of 1. Where
+ * oc_triangle_factor raised a pivot, the squares of a row of the factor exceed the diagonal. */
 static bool are_sums_of_squares(const float *triangle, float noise, factor *f) {
     float information[OC_TERMS], longest[OC_TERMS];
     for (int32_t row = 0; row < OC_TERMS; ++row) {
@@ -158,10 +158,10 @@ static bool are_sums_of_squares(const float *triangle, float noise, factor *f) {
     return true;
 }
 
-/* Checks correlations, which have one scale; both triangles, since updates read rows of both. */
+/* Checks the correlations, which have one scale. Both triangles, since updates read rows of both. */
 static bool is_covariance(const oc_gyro_bias *gyro_bias) {
     static const float negligible = 1e-6f; /* of a correlation, against rounding */
-    static const double variance_max = 100.0; /* of a yaw rate beyond its range */
+    static const double variance_max = 100.0; /* beyond any yaw rate's */
     factor f = {{0.0f}, {0.0f}};
     float per_sd[OC_GYRO_BIAS_STATES];
     float *cell = f.lower; /* of correlations first, then of their factor */
@@ -183,14 +183,14 @@ static bool is_covariance(const oc_gyro_bias *gyro_bias) {
 
 /* Positive divisors, a positive semidefinite scatter, and products with the target within Cauchy-Schwarz. */
 static bool is_hypothesis(const oc_hypothesis *h) {
-    static const float target_squares = 1e9f; /* rad^2, numerical: a day's seconds, each a turn off */
+    static const float target_squares = 1e9f; /* rad^2, numerical: a day of seconds, each with an error of a turn */
     factor f;
-    float toward[OC_TERMS];
-    memcpy(toward, h->toward, sizeof toward);
+    float products[OC_TERMS];
+    memcpy(products, h->target_products, sizeof products);
     const float noise = oc_hypothesis_noise(h);
     return h->variance > 1e-8f && h->play.half_width > 0.0f && (h->play.friction < 0.0f || h->play.creep > 0.01f) &&
            are_sums_of_squares(h->scatter, noise, &f) &&
-           oc_triangle_variance(f.lower, f.inverse, 0, toward) <= target_squares * noise;
+           oc_triangle_variance(f.lower, f.inverse, 0, products) <= target_squares * noise;
 }
 
 static bool is_below(int32_t place, int32_t count) {
@@ -209,7 +209,7 @@ static bool are_hypotheses(const oc_joint *joint) {
         }
         age = oc_max(age, joint->hypotheses[k].age);
     }
-    /* at least one is not on probation at the next second, else no hypothesis counts */
+    /* at least one is not on probation at the next second, else the answer has no hypothesis */
     const float used_s = joint->second.used_s;
     return !(used_s > 60.0f && age <= oc_clamp(0.05f * used_s, 60.0f, 600.0f));
 }
@@ -242,13 +242,13 @@ static bool is_collected(const oc_collected *collected) {
 static bool is_joint_tracking(const oc_joint_tracking *tracking, const oc_joint *joint, const oc_joint_design *design) {
     return is_below(tracking->in_second + 1, OC_JOINT_SAMPLES + 1) && is_below(tracking->turns, 2 * joint->count + 2) &&
            is_below(tracking->next, OC_JOINT_SAMPLES + 1) &&
-           is_collected(&tracking->filling) && is_collected(&tracking->taken) &&
+           is_collected(&tracking->filling) && is_collected(&tracking->collected) &&
            tracking->filling.count < design->samples_per_second &&
            (tracking->turns == 0 ||
             (tracking->prior.unloading_sd > 1e-6f && tracking->prior.yaw_rate_bias_sd > 1e-7f));
 }
 
-/* Pending blocks are at most as many as make one final. */
+/* At most as many blocks are pending as make one final. */
 static bool is_pending(const oc_pending *pending, int32_t blocks_until_final) {
     return is_below(pending->first, OC_PENDING_MAX) && is_below(pending->count, blocks_until_final + 1) &&
            pending->ticks >= 0;

@@ -1,13 +1,13 @@
 #ifndef OC_SAVED_PLAUSIBLE_H
 #define OC_SAVED_PLAUSIBLE_H
-/* Whether an intact image's values can come from a drive. */
+/* Whether the values of an intact image can be the result of a drive. */
 
 #include <stdbool.h>
 
 #include "monitor.h"
 
-/* Rejects all that could crash the core or give NaN: places beyond arrays, negative sums of squares, invalid
- * covariances, equations without a solution. The state is not changed. */
+/* Rejects values that could crash the core or produce NaN: indices beyond arrays, negative sums of squares, invalid
+ * covariances, equations without a solution. Does not change the state. */
 bool oc_saved_plausible(const oc_state *state, const oc_coefficients *coefficients);
 
 #endif

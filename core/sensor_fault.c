@@ -9,45 +9,45 @@ static const float rad_in_deg = 0.017453292f; /* pi/180 */
 
 /* Tuned; rows without a bench have none on record. */
 static const float limit_deg = 10.0f, limit_sds = 5.5f; /* the limit is the larger of both */
-static const float within_share = 0.5f;           /* of the limit */
+static const float within_share = 0.5f;     /* of the limit */
 static const float borderline = 0.8f;       /* of the limit; bench/angle.py: 180 h healthy, 40 drifting */
-static const float counted_max = 1.2f;      /* of the limit: with much free play the estimate is a second late */
-static const float wrong_s = 0.9f;          /* limits x s, 2.3 s when far off, 4.5 s at the limit; the same rows */
-static const float wrong_after_step_s = 0.5f; /* the same after a step; bench/angle.py: jumped */
-static const float hidden_deg = 10.0f;      /* added, rarely loaded flank; bench/angle.py: 400 drifting, 200 h */
-static const float wrong_mean = 0.6f;       /* of the limit; as borderline: a flank can hide a lasting difference */
+static const float counted_max = 1.2f;      /* of the limit: with much free play the estimate lags by a second */
+static const float fault_s = 0.9f;          /* limits x s: 2.3 s far beyond the limit, 4.5 s at it; the same rows */
+static const float fault_after_step_s = 0.5f; /* the same after a step; bench/angle.py: jumped */
+static const float flank_deficit_deg = 10.0f; /* added on a rarely loaded flank; bench/angle.py: 400 drifting, 200 h */
+static const float fault_mean = 0.6f;       /* of the limit; as borderline: the play can mask a lasting difference */
 static const float mean_of_s = 20.0f;       /* as borderline */
-static const float suspended_max_s = 60.0f; /* then a change of the truck is likelier than a fault, */
-static const float regained = 0.05f;        /* of the time: the play's rarely loaded flank must be learned */
-static const float wider = 0.5f;            /* of the limit, for each drift that healed: the truck has changed */
-static const float wider_max = 2.0f;
+static const float suspended_max_s = 60.0f; /* then a change of the truck is likelier than a fault */
+static const float suspension_recovery = 0.05f; /* of the time: a rarely loaded flank must be learned */
+static const float limit_growth_step = 0.5f; /* of the limit, for each drift that ended: the truck has changed */
+static const float limit_growth_max = 2.0f;
 static const float stuck_min_s = 1.0f;
 static const float same_deg = 0.25f;        /* noise of a stuck sensor */
-static const float still_s = 10.0f;         /* at speed no driver is so still through bends of a few deg, */
+static const float still_s = 10.0f;         /* maximum stillness of a driver at speed, in bends of a few deg */
 static const float still_sds = 3.0f, still_deg = 4.0f;
-static const float frozen_s = 30.0f;        /* nor so long anywhere */
+static const float frozen_s = 30.0f;        /* the same anywhere */
 static const float healed_s = 20.0f;
-static const float lost_s = 4.95f, back_s = 1.0f; /* 5 s, by ticks whose sum is rounded */
-static const float driving_speed = 3.0f;     /* m/s: a sensor that ends as the truck stops was switched off */
-static const float judging_speed = 8.0f;    /* m/s */
+static const float lost_s = 4.95f, back_s = 1.0f; /* 5 s, less the rounding of summed ticks */
+static const float driving_speed = 3.0f;          /* m/s: below, a sensor without signal is switched off */
+static const float judging_speed = 8.0f;          /* m/s */
 static const float step_deg = 8.0f, hand_rate_deg_s = 800.0f;
 static const float settled_s = 1.0f;        /* after a gap or a step; ignitions and drives with gaps, CHANGELOG.md */
-static const float paired_max_s = 2.0f, unpaired_factor = 10.0f; /* 0.1 s cost 1; 64 drives with gaps, CHANGELOG.md */
-static const float mean_s = 8.0f;           /* bends are shorter */
-static const float noise_deg = 2.0f;        /* of measured and estimate, in addition to the sd */
-static const float flipped_min = 20.0f;     /* log of the odds */
-static const float flipped_some = 5.0f;     /* the same, of a suspicion; 40 drives with kerbs, CHANGELOG.md */
-static const float flipped_rate = 8.0f;     /* of it, 1/s: a kick is no bend; the same drives */
-static const float kick_max_deg = 10.0f;    /* that a mean follows, or the end of a kick is a bend; the same drives */
+static const float paired_max_s = 2.0f, unpaired_factor = 10.0f; /* 0.1 s of a gap costs 1 s; 64 drives, CHANGELOG.md */
+static const float mean_s = 8.0f;           /* longer than bends */
+static const float noise_deg = 2.0f;        /* of both angles, in addition to the sd */
+static const float reversed_min = 20.0f;    /* log of the odds */
+static const float reversed_some = 5.0f;    /* the same, for a suspicion; 40 drives with kerbs, CHANGELOG.md */
+static const float reversed_rate = 8.0f;    /* 1/s, its maximum rate: a kerb's kick is no bend; the same drives */
+static const float kick_max_deg = 10.0f;    /* in the means, or the end of a kick looks like a bend; the same drives */
 static const float error_s = 1.0f;          /* correlation time of the estimate's error */
-static const double sudden_s = 3.0;         /* a step or stop up to so long before the last small difference names it */
+static const double onset_s = 3.0;          /* maximum time from a step or stop to the last small difference */
 static const float offset_memory_s = 200.0f;
 static const float sd_memory_factor = 2.0f; /* bench/angle.py: 400 drifting, 200 h healthy */
-static const float leaning = 0.2f;          /* of the limit, in the mean: a possible drift; the same rows */
-static const float leaning_factor = 4.0f;   /* by which the offset then follows later; the same rows */
-static const float replaced_s = 300.0f;     /* over which a faulty sensor follows the truck at a constant difference */
-static const float undone = 5.0f;           /* s of it that a second at another difference costs */
-static const float apart_mean_s = 600.0f;   /* slow, so that it lags a drift */
+static const float drifting_mean = 0.2f;    /* mean, in limits, of a possible drift; the same rows */
+static const float drifting_factor = 4.0f;  /* by which the offset is then delayed more; the same rows */
+static const float replaced_s = 300.0f;     /* of a constant difference, until a faulty sensor counts as remounted */
+static const float steady_reset = 5.0f;     /* s of it that a second at another difference subtracts */
+static const float steady_memory_s = 600.0f; /* long, so that the mean lags a drift */
 
 const char *oc_fault_name(oc_fault fault) {
     static const char *const names[OC_FAULT_COUNT] = {"none",     "lost",       "stuck",    "jumped",
@@ -69,10 +69,10 @@ static void set_fault(oc_fault_watch *w, oc_fault fault, double since, float dif
 
 static void clear_fault(oc_fault_watch *w) {
     w->fault = OC_FAULT_NONE;
-    w->left = w->right = w->mean = w->rest_s = 0.0f;
+    w->left = w->right = w->mean = w->steady_s = 0.0f;
 }
 
-/* Signal lost and regained; true while it is missing. */
+/* Detects loss and return of the signal; true while it is missing. */
 static bool watch_presence(oc_fault_watch *w, const oc_fault_tick *tick) {
     if (tick->after_hole) {
         w->interruption_time = tick->time;
@@ -95,7 +95,7 @@ static bool watch_presence(oc_fault_watch *w, const oc_fault_tick *tick) {
     return false;
 }
 
-/* Finds steps that no driver makes, for which it returns true, and constant values. */
+/* Detects constant values and steps too fast for a driver; true for a step. */
 static bool watch_value(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float moved = fabsf(tick->measured - w->last);
     const bool returned = w->present_s < 2.0f * tick->tick_s;
@@ -114,7 +114,7 @@ static bool watch_value(oc_fault_watch *w, const oc_fault_tick *tick) {
     return steps && !returned;
 }
 
-/* Odds of a reversed sign, from both angles less their means of the last seconds: with a common noise the log of the
+/* Odds of a reversed sign, by both angles less their means over the last seconds. With a common noise the log of the
  * odds grows by 2 m e / sd^2 for each independent pair. */
 static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float share = tick->judged_s / mean_s;
@@ -126,20 +126,20 @@ static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float m = tick->measured - w->mean_measured, e = tick->estimate - w->mean_estimate;
     w->mean_measured += share * oc_clamp_size(m, kick_max_deg * rad_in_deg);
     w->mean_estimate += share * oc_clamp_size(e, kick_max_deg * rad_in_deg);
-    const float right = 2.0f * m * e / (tick->sd * tick->sd + noise * noise) / error_s;
-    w->flipped -= oc_clamp_size(right, flipped_rate) * tick->judged_s;
-    w->flipped = oc_clamp(w->flipped, 0.0f, 2.0f * flipped_min);
-    if (w->flipped <= 0.0f) {
+    const float agreement = 2.0f * m * e / (tick->sd * tick->sd + noise * noise) / error_s;
+    w->reversed -= oc_clamp_size(agreement, reversed_rate) * tick->judged_s;
+    w->reversed = oc_clamp(w->reversed, 0.0f, 2.0f * reversed_min);
+    if (w->reversed <= 0.0f) {
         w->last_agreement = tick->time;
     }
 }
 
 static bool has_recent_step(const oc_fault_watch *w) {
-    return w->step_time > w->last_within - sudden_s;
+    return w->step_time > w->last_within - onset_s;
 }
 
 static oc_fault fault_kind(const oc_fault_watch *w) {
-    if (w->flipped > 0.5f * flipped_min) {
+    if (w->reversed > 0.5f * reversed_min) {
         return OC_FAULT_WRONG_SIGN;
     }
     if (has_recent_step(w)) {
@@ -148,7 +148,7 @@ static oc_fault fault_kind(const oc_fault_watch *w) {
     if (w->held_s > stuck_min_s) {
         return OC_FAULT_STUCK;
     }
-    if (w->interruption_time > w->last_within - sudden_s) {
+    if (w->interruption_time > w->last_within - onset_s) {
         return OC_FAULT_REMOUNTED;
     }
     return OC_FAULT_DRIFTING;
@@ -159,8 +159,8 @@ static float summed(float sum, float share, float weight, float tick_s) {
     return oc_max(sum + (beyond < 0.0f ? weight * beyond : beyond) * tick_s, 0.0f);
 }
 
-/* A difference within a wide limit reduces the sum by less than one within a narrow limit. */
-static void count_beyond(oc_fault_watch *w, const oc_fault_tick *tick, float share, float limit) {
+/* A difference below a wide limit reduces the sum less than one below a narrow limit. */
+static void sum_excess(oc_fault_watch *w, const oc_fault_tick *tick, float share, float limit) {
     const bool counting = w->left > 0.0f || w->right > 0.0f;
     if (!counting && fabsf(share) <= borderline) {
         return;
@@ -168,20 +168,20 @@ static void count_beyond(oc_fault_watch *w, const oc_fault_tick *tick, float sha
     if (!counting) {
         w->suspicious_since = tick->time;
     }
-    const float weight = (1.0f + w->wider) * limit_deg * rad_in_deg / limit;
+    const float weight = (1.0f + w->limit_growth) * limit_deg * rad_in_deg / limit;
     w->left = summed(w->left, share, weight, tick->judged_s);
     w->right = summed(w->right, -share, weight, tick->judged_s);
 }
 
-static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
+static void follow_difference(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
     const float share = oc_clamp_size(difference / limit, counted_max);
-    count_beyond(w, tick, share, limit);
+    sum_excess(w, tick, share, limit);
     w->mean += (share - w->mean) * tick->judged_s / mean_of_s;
-    w->beyond = fabsf(share) > 1.0f;
+    w->exceeds_limit = fabsf(share) > 1.0f;
     if (fabsf(share) < within_share) {
         w->last_within = tick->time;
         w->within_s += tick->judged_s;
-        w->suspended_s = oc_max(w->suspended_s - regained * tick->judged_s, 0.0f);
+        w->suspended_s = oc_max(w->suspended_s - suspension_recovery * tick->judged_s, 0.0f);
     } else {
         w->within_s = 0.0f;
         w->suspended_s = oc_min(w->suspended_s + tick->judged_s, suspended_max_s);
@@ -190,7 +190,7 @@ static void count_wrong(oc_fault_watch *w, const oc_fault_tick *tick, float diff
 
 static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, float limit) {
     const float turned = fabsf(tick->estimate - w->held_estimate);
-    const bool misses_bend = w->beyond && turned > limit && w->held_s > stuck_min_s;
+    const bool misses_bend = w->exceeds_limit && turned > limit && w->held_s > stuck_min_s;
     const bool is_still = w->held_s > still_s && turned > oc_max(still_deg * rad_in_deg, still_sds * tick->sd);
     w->held_fast_s += tick->judged_s;
     w->stuck_s = misses_bend || is_still ? w->stuck_s + tick->judged_s : 0.0f;
@@ -198,79 +198,79 @@ static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, float limit) 
 }
 
 static bool follows_truck(const oc_fault_watch *w) {
-    return w->held_s < healed_s && w->flipped < flipped_some;
+    return w->held_s < healed_s && w->reversed < reversed_some;
 }
 
-/* rad; with the delayed offset's sd, since the current one grows while the offset follows a drifting sensor. */
+/* rad; with the delayed offset's sd, since the present one grows while the offset follows a drifting sensor. */
 static float judged_sd(const oc_fault_watch *w, const oc_fault_tick *tick) {
     const float grown = tick->offset_sd * tick->offset_sd - w->offset_sd * w->offset_sd;
     return grown > 0.0f ? sqrtf(oc_max(tick->sd * tick->sd - grown, 0.0f)) : tick->sd;
 }
 
-/* A faulty sensor that follows the truck again at a constant difference has been replaced or repaired, or its drift has
- * ended. It counts as remounted, and its offset is learned; a fault that persists is found again. A second at
- * another difference reduces the time at rest, so that a drift clears it. */
+/* A faulty sensor that follows the truck at a constant difference was replaced or repaired, or its drift has ended. It
+ * counts as remounted, and its offset is learned. A second at another difference reduces the steady time, so that a
+ * drift resets it. */
 static bool is_replaced(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit, bool follows) {
     if (!excludes_learning(w->fault)) {
-        w->rest_s = 0.0f;
+        w->steady_s = 0.0f;
         return false;
     }
-    if (!(w->rest_s > 0.0f)) {
-        w->apart = difference;
+    if (!(w->steady_s > 0.0f)) {
+        w->steady_difference = difference;
     }
-    const bool steady = follows && fabsf(difference - w->apart) < within_share * limit;
-    w->apart += steady ? (difference - w->apart) * tick->judged_s / apart_mean_s : 0.0f;
-    w->rest_s = oc_max(w->rest_s + (steady ? tick->judged_s : -undone * tick->judged_s), 0.0f);
-    return w->rest_s > replaced_s;
+    const bool steady = follows && fabsf(difference - w->steady_difference) < within_share * limit;
+    w->steady_difference += steady ? (difference - w->steady_difference) * tick->judged_s / steady_memory_s : 0.0f;
+    w->steady_s = oc_max(w->steady_s + (steady ? tick->judged_s : -steady_reset * tick->judged_s), 0.0f);
+    return w->steady_s > replaced_s;
 }
 
 static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
-    const float limit = (1.0f + w->wider) * oc_max(limit_deg * rad_in_deg, limit_sds * judged_sd(w, tick)) +
-                        hidden_deg * rad_in_deg * tick->hidden;
+    const float limit = (1.0f + w->limit_growth) * oc_max(limit_deg * rad_in_deg, limit_sds * judged_sd(w, tick)) +
+                        flank_deficit_deg * rad_in_deg * tick->flank_deficit;
     const float difference = tick->measured - w->offset - tick->estimate;
-    count_wrong(w, tick, difference, limit);
+    follow_difference(w, tick, difference, limit);
     compare_signs(w, tick);
     const bool stuck = is_stuck(w, tick, limit);
     const bool follows = follows_truck(w);
     if (w->fault == OC_FAULT_NONE) {
         if (stuck) {
             set_fault(w, OC_FAULT_STUCK, tick->time - (double)w->held_s, difference, tick->sd);
-        } else if (w->flipped > flipped_min) {
-            set_fault(w, OC_FAULT_WRONG_SIGN, w->last_agreement, 2.0f * flipped_min, 1.0f);
-        } else if (oc_max(w->left, w->right) > (has_recent_step(w) ? wrong_after_step_s : wrong_s)) {
+        } else if (w->reversed > reversed_min) {
+            set_fault(w, OC_FAULT_WRONG_SIGN, w->last_agreement, 2.0f * reversed_min, 1.0f);
+        } else if (oc_max(w->left, w->right) > (has_recent_step(w) ? fault_after_step_s : fault_s)) {
             const oc_fault kind = fault_kind(w);
             set_fault(w, kind, kind == OC_FAULT_JUMPED ? w->step_time : w->suspicious_since, difference, tick->sd);
-        } else if (fabsf(w->mean) > wrong_mean) {
+        } else if (fabsf(w->mean) > fault_mean) {
             set_fault(w, fault_kind(w), tick->time - (double)mean_of_s, difference, tick->sd);
         }
-    } else if (w->fault != OC_FAULT_LOST && w->fault != OC_FAULT_STUCK && w->flipped > flipped_min) {
+    } else if (w->fault != OC_FAULT_LOST && w->fault != OC_FAULT_STUCK && w->reversed > reversed_min) {
         w->fault = OC_FAULT_WRONG_SIGN;
     } else if (is_replaced(w, tick, difference, limit, follows)) {
         w->fault = OC_FAULT_REMOUNTED;
     } else if (w->within_s > healed_s && follows) {
         if (w->fault == OC_FAULT_DRIFTING) {
-            w->wider = oc_min(w->wider + wider, wider_max);
+            w->limit_growth = oc_min(w->limit_growth + limit_growth_step, limit_growth_max);
         }
         clear_fault(w);
     }
 }
 
-bool oc_fault_beyond(const oc_fault_watch *w) {
-    return w->fault != OC_FAULT_NONE || w->beyond != 0;
+bool oc_fault_excludes_angle(const oc_fault_watch *w) {
+    return w->fault != OC_FAULT_NONE || w->exceeds_limit != 0;
 }
 
 bool oc_fault_suspected(const oc_fault_watch *w) {
-    const bool off = w->suspended_s > 0.0f && w->suspended_s < suspended_max_s && w->within_s <= 0.0f;
-    return w->flipped > flipped_some || (w->fault == OC_FAULT_NONE && (off || w->held_fast_s > still_s));
+    const bool differs = w->suspended_s > 0.0f && w->suspended_s < suspended_max_s && w->within_s <= 0.0f;
+    return w->reversed > reversed_some || (w->fault == OC_FAULT_NONE && (differs || w->held_fast_s > still_s));
 }
 
-/* The learned offset, delayed; its sd decreases at once. */
+/* Delays the learned offset; its sd decreases without delay. */
 static void follow_offset(oc_fault_watch *w, const oc_fault_tick *tick) {
     if (excludes_learning(w->fault)) {
         return;
     }
     w->offset_s += tick->judged_s;
-    const float later = fabsf(w->mean) > leaning ? leaning_factor : 1.0f;
+    const float later = fabsf(w->mean) > drifting_mean ? drifting_factor : 1.0f;
     const float share = tick->judged_s / oc_min(w->offset_s, later * offset_memory_s);
     const float grown = tick->offset_sd - w->offset_sd;
     w->offset += (tick->offset - w->offset) * share;
@@ -283,7 +283,7 @@ static void begin_watch(oc_fault_watch *w, const oc_fault_evidence *kept, const 
         .fault = kept->fault,
         .since = tick->time,
         .confidence = kept->confidence,
-        .wider = kept->wider,
+        .limit_growth = kept->limit_growth,
         .offset = tick->offset,
         .offset_sd = tick->offset_sd,
         .step_time = -1e18,
@@ -314,7 +314,7 @@ static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
     if (tick->can_judge && is_due) {
         follow_offset(w, tick);
     }
-    w->beyond = 0;
+    w->exceeds_limit = 0;
     if (judges) {
         judge(w, tick);
     }
@@ -326,6 +326,6 @@ oc_fault oc_fault_update(oc_fault_watch *w, oc_fault_evidence *kept, const oc_fa
     }
     watch_sensor(w, tick);
     w->last_time = tick->time;
-    *kept = (oc_fault_evidence){.fault = w->fault, .confidence = w->confidence, .wider = w->wider};
+    *kept = (oc_fault_evidence){.fault = w->fault, .confidence = w->confidence, .limit_growth = w->limit_growth};
     return w->fault;
 }

@@ -3,11 +3,11 @@
 #include "bounds.h"
 
 /* Derived. */
-static const float kick_share = 9.0f; /* 3^2: beyond 3 standard deviations a second difference is a kerb's */
+static const float kick_share = 9.0f; /* 3^2: beyond 3 standard deviations the cause is a kerb */
 
 /* Tuned; rows without a bench have none on record. */
 static const double fast_hz = 80.0; /* second differences of slower ticks contain the truck's vibration */
-/* Squares of 0.1 m/s^2 and 0.1 deg/s, below which no second difference is a kerb's. */
+/* Squares of 0.1 m/s^2 and 0.1 deg/s: below, the cause is no kerb. */
 static const float kick_min[OC_NOISY] = {[OC_NOISE_OF_ACCELERATION] = 1e-2f, [OC_NOISE_OF_YAW_RATE] = 3e-6f};
 
 void oc_noise_setup(oc_noise_design *design, const oc_lowpass *lowpass, double rate_hz, int32_t ticks_per_sample) {

@@ -1,11 +1,11 @@
 #ifndef OC_SENSOR_NOISE_H
 #define OC_SENSOR_NOISE_H
-/* The noise of accelerometer and gyro in a second's means, where it flattens the slopes fitted to them.
+/* The noise of accelerometer and gyro in a second's means, where it flattens fitted slopes.
  *
- * A truck's motion is straight over three samples of a tenth of a second, and over three ticks, so second differences
- * are noise: of filtered signals at 2 to 4 Hz, of raw ones near half the tick rate. White noise gives both the same
- * variance, which holds below 1 Hz too. A truck's vibration is mostly in one of them, so the minimum counts. Below
- * 80 Hz no noise is identified. */
+ * A truck's motion is linear over three samples of 0.1 s and over three ticks, so second differences are noise: of
+ * filtered signals at 2 to 4 Hz, of raw ones near half the tick rate. White noise has the same variance in both, and
+ * below 1 Hz. A truck's vibration is mostly in one of them, so the minimum counts. Below 80 Hz no noise is
+ * identified. */
 
 #include <stdint.h>
 
@@ -17,7 +17,7 @@ typedef struct {
     float by_samples, by_ticks; /* variance of a second's mean over that of a second difference */
 } oc_noise_design;
 
-/* Both signals at the last two times: lateral acceleration, m/s^2, as a sample less r*v, and yaw rate, rad/s. */
+/* Both signals at the last two times: lateral acceleration, m/s^2 (of samples less r*v), and yaw rate, rad/s. */
 typedef struct {
     float last[OC_NOISY], before[OC_NOISY];
 } oc_noise_past;
@@ -37,7 +37,7 @@ void oc_noise_setup(oc_noise_design *design, const oc_lowpass *lowpass, double r
 /* The raw signals at either of the two ticks before a sample's. */
 void oc_noise_tick(oc_noise_watch *watch, const float *raw);
 
-/* At a sample's tick, which has this share in the variance; 0: none. */
+/* At a sample's tick; `share`: its weight in the variance, 0: none. */
 void oc_noise_update(oc_noise *noise, oc_noise_watch *watch, const oc_noise_design *design, const float *filtered,
                      const float *raw, float share);
 

@@ -6,15 +6,15 @@
 #include "joint_model.h"
 
 /* Numerical. */
-/* Minimum standard deviations, against sums that single precision would lose beside them. */
+/* Minimum standard deviations: single precision would lose sums beside larger information. */
 static const float play_sd_min = 1e-3f;      /* rad */
 static const float gradient_sd_min = 1e-4f;  /* rad/(m/s^2) */
 static const float wheelbase_sd_min = 1e-3f; /* share */
 
 /* Tuned; rows without a bench have none on record. */
-static const double new_clock_s = 1.0; /* s of ticks in order until a clock set back is the time */
-/* s, yaw rate after wheel: 0.1 s by yaw inertia and tyres, but lateral force is as much before a_y. Fixed by all rows
- * of bench/accuracy.py --tuning (CHANGELOG.md). */
+static const double new_clock_s = 1.0; /* s of ticks in order until a clock counts as set back */
+/* s, lag of the yaw rate behind the wheel: 0.1 s by yaw inertia and tyres, less the lead of the lateral force before
+ * a_y. By all rows of bench/accuracy.py --tuning (CHANGELOG.md). */
 static const double yaw_lag_s = 0.04;
 
 static bool is_between(double value, float low, float high) {
@@ -78,7 +78,7 @@ static oc_term_information information_of(double mean, double sd, float sd_min, 
     return (oc_term_information){accuracy * accuracy, accuracy * accuracy * (float)mean / scale};
 }
 
-/* What params know of the truck takes the place of the model's priors. */
+/* The given values of the truck replace the model's priors. */
 static void set_known(oc_hypothesis_design *design, const oc_params *p) {
     oc_known_truck *known = &design->known;
     if (p->known_play_sd_rad > 0.0) {
@@ -136,16 +136,16 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
     const bool has_accelerometer = params->use_accelerometer != 0;
     const bool by_torque = params->torque_for_accelerometer_1 > 0.5;
-    const bool sees_bank = has_accelerometer || by_torque || params->method != OC_METHOD_JOINT;
+    const bool measures_bank = has_accelerometer || by_torque || params->method != OC_METHOD_JOINT;
     oc_torque_setup(&c->torque, params->torque_slope_n_m_m_s2, params->torque_zero_sd_n_m, rate_hz,
                     params->joint_speed_min_m_s, has_accelerometer);
-    const bool knows_pull = params->known_pull_sd_m_s2 > 0.0;
-    const float pull = (float)(knows_pull ? params->known_pull_sd_m_s2 : params->pull_sd_m_s2);
+    const bool has_known_pull = params->known_pull_sd_m_s2 > 0.0;
+    const float pull = (float)(has_known_pull ? params->known_pull_sd_m_s2 : params->pull_sd_m_s2);
     const float wind = (float)params->wind_sd_m_s2;
-    const float bank = sees_bank ? 0.0f : (float)params->crown_sd_m_s2;
+    const float bank = measures_bank ? 0.0f : (float)params->crown_sd_m_s2;
     const float shifts = pull * pull + wind * wind + bank * bank;
     oc_joint_setup(&c->joint, &c->preprocess.lowpass, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
-                   sqrtf(shifts), sees_bank, params->joint_memory_s);
+                   sqrtf(shifts), measures_bank, params->joint_memory_s);
     set_known(&c->joint.hypothesis, params);
     c->joint.alignment_share = shifts > 0.0f ? pull * pull / shifts : 0.0f;
     c->joint.wind_share = shifts > 0.0f ? wind * wind / shifts : 0.0f;
@@ -155,6 +155,6 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     oc_ratio ratio = vehicle->ratio;
     ratio.ratio = vehicle->steering_ratio;
     oc_angle_setup(&c->angle, params->angle_method, &ratio, vehicle->wheelbase, rate_hz);
-    c->angle.pull = c->joint.hypothesis.known.pull / c->joint.borne;
+    c->angle.pull = c->joint.hypothesis.known.pull / c->joint.tyre_share;
     return OC_OK;
 }

@@ -3,10 +3,10 @@
 #include <math.h>
 
 /* Tuned; rows without a bench have none on record. */
-static const double slip_noise = 0.005;       /* rad, of side slip and steering, as a mean over */
+static const double slip_noise = 0.005;       /* rad, of side slip and steering, as a mean over slip_noise_s */
 static const double slip_noise_s = 1.0;
-/* Priors: a receiver is levelled and turned by eye, rad; it is near the centre of gravity, as a share of the wheelbase;
- * tyre slip by 2.3, rad/(m/s^2). */
+/* Priors: misalignment of a receiver mounted by eye, rad; place near the centre of gravity, as a share of the
+ * wheelbase; tyre slip by 2.3, rad/(m/s^2). */
 static const double prior_mean[OC_SIDE_SLIP_TERMS] = {0.0, 0.5, 0.008};
 static const double prior_sd[OC_SIDE_SLIP_TERMS] = {0.02, 0.3, 0.005};
 

@@ -1,10 +1,10 @@
 #ifndef OC_SIDE_SLIP_H
 #define OC_SIDE_SLIP_H
-/* (23) and (24) with the front tyres' slip learned from a sensor: the front wheel angle by side slip over ground.
+/* (23) and (24): the front wheel angle by side slip over ground, with the front tyres' slip learned from the sensor.
  *
- * The thesis leaves alpha_f open, which is not identifiable without a sensor. With one, least squares give
- * delta - v_y/v = a + b r/v + c a_y: a is the yaw misalignment of the receiver, b its distance behind the front axle,
- * and c the slip of the front tyres per lateral acceleration. */
+ * The thesis leaves alpha_f open: it is not identifiable without the sensor. With it, least squares give delta - v_y/v
+ * = a + b r/v + c a_y. a is the yaw misalignment of the receiver, b its distance behind the front axle, c the slip of
+ * the front tyres per lateral acceleration. */
 
 #include "front_wheel.h"
 
@@ -22,7 +22,7 @@ typedef struct {
     double lateral_acceleration; /* m/s^2 */
 } oc_side_slip;
 
-/* front_wheel: rad, by the sensor; memory_s: after which a tick's weight is 1/e. */
+/* front_wheel: rad, by the sensor; memory_s: time until a tick's weight is 1/e. */
 void oc_side_slip_learn(oc_side_slip_evidence *evidence, const oc_side_slip *tick, double front_wheel, double tick_s,
                         double memory_s);
 

@@ -3,7 +3,7 @@
 #include <math.h>
 
 /* Numerical. */
-/* Against implausible values and NaN; in the order of the signals, which is that of their bits. */
+/* Against implausible values and NaN; in the order of the signals and their bits. */
 static const float signal_limits[] = {
     100.0f,                                 /* rad, 16 turns */
     10.0f,                                  /* rad/s */

@@ -2,9 +2,8 @@
 #define OC_SIGNALS_H
 /* One tick as the truck reports it.
  *
- * SI units and rad. ISO 8855: a left turn is positive for the angle, the yaw rate, the lateral acceleration and
- * the torque.
- * The accelerometer reports specific force: a road that falls to the right reads positive. */
+ * SI units and rad. ISO 8855: a left turn is positive for angle, yaw rate, lateral acceleration and torque. The
+ * accelerometer measures specific force: a road that falls to the right reads positive. */
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -31,13 +30,13 @@ typedef struct {
     double vehicle_speed;        /* m/s */
     double lateral_acceleration; /* m/s^2, specific force */
     double wheel_speed_front_left, wheel_speed_front_right; /* m/s at the tread, by a nominal radius */
-    double wheel_speed_rear_left, wheel_speed_rear_right;   /* m/s */
-    double lateral_speed;        /* m/s over ground, by GNSS; for the angle by side slip alone */
+    double wheel_speed_rear_left, wheel_speed_rear_right; /* m/s */
+    double lateral_speed;        /* m/s over ground, by GNSS; only for the angle by side slip */
     double steering_wheel_torque; /* N m, that the driver applies */
     uint32_t valid;              /* oc_signal_bit */
 } oc_signals;
 
-/* The same as columns of a table: NaN is not available, NULL a missing column (not time). */
+/* The same as columns of a table: NaN: not available, NULL: missing column (not time). */
 typedef struct {
     size_t count;
     const double *time;                 /* s */
@@ -46,13 +45,13 @@ typedef struct {
     const double *vehicle_speed;        /* m/s */
     const double *lateral_acceleration; /* m/s^2 */
     const double *wheel_speed_front_left, *wheel_speed_front_right; /* m/s */
-    const double *wheel_speed_rear_left, *wheel_speed_rear_right;   /* m/s */
+    const double *wheel_speed_rear_left, *wheel_speed_rear_right; /* m/s */
     const double *lateral_speed;        /* m/s */
     const double *steering_wheel_torque; /* N m */
 } oc_columns;
 
-/* The valid bits without those of implausible values for a road vehicle: 16 turns of the wheel, 10 rad/s, 150 m/s or
- * 100 m/s^2, 1e5 N m and more, or NaN. */
+/* The valid bits less those of NaN and of values implausible for a road vehicle: from 16 turns of the wheel, 10 rad/s,
+ * 150 m/s, 100 m/s^2 or 1e5 N m on. */
 uint32_t oc_signals_measured(const oc_signals *tick);
 
 #endif

@@ -3,15 +3,15 @@
 #include <math.h>
 
 /* Derived. */
-static const double sensor_fade_s = 1.0;      /* takeover_s of angle.c, by which the sensor's last angle fades */
+static const double sensor_fade_s = 1.0;      /* takeover_s of angle.c, with which the sensor's last angle fades */
 
 /* Tuned; rows without a bench have none on record. */
 static const double hand_acceleration = 0.35; /* rad/s^2 over sqrt(Hz), of drivers */
-static const double noise_s = 0.02;           /* sd^2 times this is the white part of the estimate's error */
+static const double noise_s = 0.02;           /* sd^2 times this: white part of the estimate's error */
 static const double hand_rate_s = 0.1;        /* time constant of a measured angle's rate */
 
-/* For white acceleration and white noise the steady-state Kalman smoother is Butterworth's low-pass of second order,
- * run along the column both ways. */
+/* For white acceleration and white noise the steady-state Kalman smoother is a second-order Butterworth low-pass, run
+ * forward and backward. */
 static void pass(double *angle, double *rate, const double *sd, const uint8_t *measured, size_t count, double tick_s,
                  int backward) {
     double x = 0.0, v = 0.0;
@@ -34,17 +34,17 @@ static void pass(double *angle, double *rate, const double *sd, const uint8_t *m
 }
 
 void oc_smooth_angle(double *angle, double *rate, const double *sd, const uint8_t *measured, size_t count,
-                     double tick_s, double late_s) {
+                     double tick_s, double delay_s) {
     pass(angle, rate, sd, measured, count, tick_s, 0);
     pass(angle, rate, sd, measured, count, tick_s, 1);
-    double ahead_s = late_s, gap = 0.0;
+    double ahead_s = delay_s, gap = 0.0;
     for (size_t k = 0; k < count; ++k) {
         const double fading = measured[k] ? 1.0 : tick_s / (sensor_fade_s + tick_s);
         if (k > 0 && measured[k - 1] && !measured[k]) {
             ahead_s = 0.0;
             gap = angle[k - 1] - angle[k];
         }
-        ahead_s += (late_s - ahead_s) * fading;
+        ahead_s += (delay_s - ahead_s) * fading;
         gap -= gap * fading;
         angle[k] += measured[k] ? 0.0 : ahead_s * rate[k] + gap;
     }

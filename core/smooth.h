@@ -1,14 +1,14 @@
 #ifndef OC_SMOOTH_H
 #define OC_SMOOTH_H
-/* 4.3: a Kalman smoother over an estimated steering wheel angle, for whole drives. The steering acceleration is assumed
- * white. It uses no memory but the given columns, and compensates the estimate's delay. */
+/* 4.3: a Kalman smoother for an estimated steering wheel angle, for whole drives. The steering acceleration is modelled
+ * as white noise. Compensates the estimate's delay. Needs no memory except the given columns. */
 
 #include <stddef.h>
 #include <stdint.h>
 
-/* angle (rad) is smoothed in place and gives rate (rad/s); sd (rad) is its standard deviation. An angle with measured
- * not 0 is the sensor's and stays. All have `count` rows. late_s: oc_angle_late_s. */
+/* Smooths `angle` (rad) in place and fills `rate` (rad/s). sd: rad, the angle's standard deviation. Where `measured` is
+ * not 0 the angle is the sensor's and does not change. All have `count` rows. delay_s: oc_angle_delay_s. */
 void oc_smooth_angle(double *angle, double *rate, const double *sd, const uint8_t *measured, size_t count,
-                     double tick_s, double late_s);
+                     double tick_s, double delay_s);
 
 #endif

@@ -1,12 +1,12 @@
 #ifndef OC_STANDSTILL_H
 #define OC_STANDSTILL_H
-/* Readings of yaw rate sensor and accelerometer at standstill, when the true motion is zero. */
+/* Yaw rate sensor and accelerometer at standstill, when the true motion is zero. */
 
 #include <stdint.h>
 
 #include "estimate.h"
 
-/* Updated by each reading. */
+/* A running mean. */
 typedef struct {
     double weight;       /* ticks */
     double squares;      /* of the deviations from the mean */
@@ -16,8 +16,8 @@ typedef struct {
 typedef struct {
     oc_still_mean yaw_rate, lateral_acceleration; /* the latter over ticks with an accelerometer */
     int32_t still_ticks;                          /* of this standstill */
-    int32_t stops;                                /* standstills, each elsewhere */
-    int32_t is_same_stop;                         /* it has not driven since the last of them */
+    int32_t stops;                                /* number of standstills, each at another place */
+    int32_t is_same_stop;                         /* the truck has not driven since the last one */
 } oc_standstill;
 
 void oc_still_mean_add(oc_still_mean *still, double reading);

@@ -3,9 +3,9 @@
 #include <math.h>
 
 /* Numerical. */
-static const double apart_min = 0.25; /* 1, against an ill-conditioned pair of offset and gradient */
+static const double separability_min = 0.25; /* against an ill-conditioned pair of offset and gradient */
 
-/* From the gyro's filter where there is a gyro. */
+/* By the gyro's filter where a gyro is available. */
 oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficients *c) {
     const int32_t axle = c->wheel_axle;
     if (evidence->gyro_bias.axles[axle].blocks > 0.0) {
@@ -14,7 +14,7 @@ oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficie
     return oc_wheel_speed_mismatch(&evidence->wheel_speed, &c->params, c->gyro_bias.track[axle]);
 }
 
-/* The offset's variance by the yaw rate's bias, uncorrected in the thesis's method: from standstill, else the prior. */
+/* The offset's variance by the yaw rate bias, which the thesis's method does not correct: by standstill, else prior. */
 static double yaw_rate_bias_variance(const oc_evidence *evidence, const oc_coefficients *c) {
     const oc_estimate bias =
         oc_standstill_yaw_rate(&evidence->standstill, c->tick_s, c->params.standstill_time_min_s);
@@ -32,24 +32,25 @@ static double wheels_variance(const oc_coefficients *c, const oc_estimate *misma
     return radii * radii + bank * bank;
 }
 
-/* (38): the understeer gradient; zero with its prior's sd until its evidence suffices. Errors of bends and offset both
- * grow where bends and straights are alike. */
+/* (38): the understeer gradient; zero with its prior's sd until there is enough evidence. Where bends and straights are
+ * alike, the errors of gradient and offset grow. */
 static oc_estimate understeer_of(const oc_evidence *evidence, oc_status before, const oc_coefficients *c,
-                                 double apart) {
+                                 double separability) {
     const oc_params *p = &c->params;
     const oc_understeer *understeer = &evidence->understeer;
     const oc_offset *offset = &evidence->offset;
     const double time = understeer->weight * c->tick_s;
-    /* without an accelerometer a superelevated bend is indistinguishable from a gentle one */
+    /* without an accelerometer a superelevated bend cannot be distinguished from a gentle one */
     const bool uses_bank = p->method != OC_METHOD_WHEEL_SPEED;
-    if (!uses_bank || !(time >= p->understeer_evidence_min_s) || !(understeer->batches > 1.0) || !(apart > apart_min)) {
+    if (!uses_bank || !(time >= p->understeer_evidence_min_s) || !(understeer->batches > 1.0) ||
+        !(separability > separability_min)) {
         return (oc_estimate){.standard_deviation = p->understeer_sd_rad_m_s2, .evidence = time};
     }
     const double K = oc_understeer_with_offset(understeer, offset->ticks.y, offset->ticks.x);
     const double per_offset = oc_understeer_per_offset(understeer);
     const double variance = oc_understeer_variance(understeer, oc_offset_value(offset, K), K) +
                             per_offset * per_offset * oc_offset_variance(offset, K);
-    const double sd = sqrt(variance) / apart;
+    const double sd = sqrt(variance) / separability;
     return (oc_estimate){
         .value = K,
         .standard_deviation = sd,
@@ -59,7 +60,7 @@ static oc_estimate understeer_of(const oc_evidence *evidence, oc_status before, 
 }
 
 /* The offset's variance by the gradient and by measurement scatter, without the gyro's part. */
-static double offset_variance(const oc_evidence *evidence, const oc_estimate *gradient, double apart) {
+static double offset_variance(const oc_evidence *evidence, const oc_estimate *gradient, double separability) {
     const double K = gradient->value;
     const double x = evidence->offset.ticks.x;
     const double scatter = oc_offset_variance(&evidence->offset, K);
@@ -67,7 +68,7 @@ static double offset_variance(const oc_evidence *evidence, const oc_estimate *gr
         return scatter + x * x * gradient->standard_deviation * gradient->standard_deviation;
     }
     const double bends = oc_understeer_variance(&evidence->understeer, oc_offset_value(&evidence->offset, K), K);
-    return (scatter + x * x * bends) / (apart * apart);
+    return (scatter + x * x * bends) / (separability * separability);
 }
 
 /* (36), (37), (38) */
@@ -76,12 +77,12 @@ void oc_learn_straight_ahead(const oc_evidence *evidence, oc_verdicts *verdicts,
     const oc_params *p = &c->params;
     const oc_offset *offset = &evidence->offset;
     const double time = offset->ticks.weight * c->tick_s;
-    const double apart = oc_understeer_apart(&evidence->understeer, offset->ticks.x);
-    const oc_estimate gradient = understeer_of(evidence, learned->understeer_gradient.status, c, apart);
+    const double separability = oc_understeer_separability(&evidence->understeer, offset->ticks.x);
+    const oc_estimate gradient = understeer_of(evidence, learned->understeer_gradient.status, c, separability);
     const bool by_wheels = p->method == OC_METHOD_WHEEL_SPEED;
     const oc_estimate mismatch = by_wheels ? oc_wheel_mismatch_of(evidence, c) : (oc_estimate){0};
     const double by_bias = by_wheels ? wheels_variance(c, &mismatch, &gradient) : yaw_rate_bias_variance(evidence, c);
-    const double sd = sqrt(offset_variance(evidence, &gradient, apart) + by_bias);
+    const double sd = sqrt(offset_variance(evidence, &gradient, separability) + by_bias);
 
     const bool enough = time >= p->offset_evidence_min_s;
     const double narrow = p->offset_half_width_max_rad;
@@ -109,7 +110,7 @@ void oc_correct_wheel_speeds(oc_tick *tick, oc_evidence *evidence, const oc_coef
     tick->filtered.yaw_rate -= tick->filtered.vehicle_speed * mismatch / track;
 }
 
-/* rad; with wheel speeds without the correction of their radii, which is applied later to all evidence. */
+/* rad; without the correction of the wheels' radii, which applies later to all evidence. */
 static double residual_of(const oc_tick *tick, const oc_evidence *evidence, const oc_coefficients *c) {
     return c->params.method == OC_METHOD_WHEEL_SPEED
                ? tick->motion.residual - c->offset_per_mismatch * oc_wheel_mismatch_of(evidence, c).value

@@ -1,6 +1,6 @@
 #ifndef OC_TICK_H
 #define OC_TICK_H
-/* One tick on its way through Figure 15: each step adds its values. */
+/* One tick in Figure 15: each step adds its values. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -12,19 +12,19 @@
 #include "signals.h"
 
 typedef struct {
-    oc_signals signals;          /* valid bits: measurements that may be used */
-    uint32_t measured;           /* valid bits of all measurements, also of an angle sensor at fault */
-    uint32_t reasons;            /* oc_reason, why the tick is unused; 0: used */
-    bool clock_set_back;         /* times before it are of another clock */
-    bool after_hole;             /* too long after the tick before it */
+    oc_signals signals;          /* valid bits: usable measurements */
+    uint32_t measured;           /* valid bits of all measurements, including an angle sensor at fault */
+    uint32_t reasons;            /* oc_reason bits of an unused tick; 0: used */
+    bool clock_set_back;         /* earlier times are of another clock */
+    bool after_hole;             /* first tick after a hole */
     bool stands;                 /* the truck stands */
-    bool moves;                  /* the filtered values and motion are of this tick; else zero */
-    bool doubted;                /* the angle's sensor may be at fault */
+    bool moves;                  /* filtered values and motion are of this tick; else zero */
+    bool suspected;              /* the angle sensor may be at fault */
     double yaw_rate_bias, yaw_rate_bias_sd; /* rad/s */
-    oc_sensed sensed;            /* by the method's sensors, not yet filtered */
+    oc_sensed sensed;            /* by the method's sensors, not filtered */
     oc_filtered filtered;        /* with the method's correction of the yaw rate */
     oc_motion motion;
-    oc_angle angle;              /* zero where the tick is refused */
+    oc_angle angle;              /* zero where the tick is rejected */
 } oc_tick;
 
 #endif

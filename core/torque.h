@@ -1,13 +1,14 @@
 #ifndef OC_TORQUE_H
 #define OC_TORQUE_H
-/* A steering wheel torque sensor as a second witness of the front tyres' lateral force (docs/method.md, "What a torque
- * signal adds"). On a flank of the play
+/* A steering wheel torque sensor as a second measurement of the front tyres' lateral force (docs/method.md, "What a
+ * torque signal adds"). On a flank of the play
  *
  *     T = T_1 + g a + f s
  *
- * a is the lateral acceleration of another sensor, g the slope, f the column's friction and s the place in it. Means of
- * a second identify all three. Then (T - f s)/g is the lateral acceleration with the torque's zero, but with friction
- * and gaps on it. So its slow part replaces that of the other sensor, whose zero may drift, or which lacks the bank. */
+ * a is the lateral acceleration of another sensor, g the slope, f the column's friction and s its state, -1 to 1. T_1,
+ * g and f are identified by means of a second. Then (T - f s)/g is the lateral acceleration with the torque sensor's
+ * zero, disturbed by friction and gaps. Therefore only its slow part is used. It replaces the slow part of the other
+ * sensor, whose zero may drift, or which does not measure the bank. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -20,11 +21,11 @@ typedef struct {
     float tick_s;
     float memory_s;        /* of the slow part */
     float speed_min;       /* m/s, from which on it learns */
-    float speed_max;       /* m/s, up to which the other sensor tells the slope */
+    float speed_max;       /* m/s, up to which the slope is identifiable by the other sensor */
     int32_t ticks_per_second;
 } oc_torque_design;
 
-/* Sums over the second that fills. */
+/* Sums over the growing second. */
 typedef struct {
     int32_t ticks;
     float torque, acceleration, place; /* N m, m/s^2, 1 */
@@ -33,14 +34,14 @@ typedef struct {
 typedef struct {
     int32_t started;
     int32_t has_angle;
-    int32_t due;           /* a second is full, and waits for a tick with time for it */
+    int32_t due;           /* a complete second waits for a tick that has time for it */
     oc_torque_second filling;
-    float angle;           /* rad, of the tick before */
+    float angle;           /* rad, of the previous tick */
     float place;           /* s, -1 to 1 */
-    float terms[OC_TORQUE_TERMS];  /* T_1, N m; g, N m per m/s^2; f, N m */
+    float terms[OC_TORQUE_TERMS]; /* T_1, N m; g, N m per m/s^2; f, N m */
     float covariance[OC_TORQUE_TERMS * (OC_TORQUE_TERMS + 1) / 2]; /* of these, by rows */
     float slow;            /* m/s^2, slow part of the other sensor less the torque's */
-    float slow_s;          /* s behind it, at most memory_s */
+    float slow_s;          /* s in it, memory_s at most */
 } oc_torque;
 
 /* One tick. */
@@ -55,19 +56,19 @@ typedef struct {
 void oc_torque_setup(oc_torque_design *design, double slope, double zero_sd, double rate_hz, double speed_min,
                      bool has_accelerometer);
 
-/* The lateral acceleration with the torque's zero, m/s^2. Without a torque the zero stays as it was. */
+/* m/s^2, lateral acceleration with the torque sensor's zero. Without a torque signal the zero is held. */
 double oc_torque_update(oc_torque *state, const oc_torque_design *design, const oc_torque_tick *tick);
 
 /* Learns from the second that is due. */
 void oc_torque_learn(oc_torque *state, const oc_torque_design *design);
 
-/* 1/(m/s^2)^2, of a_0 about 0 by the sensor's zero; 0 where the torque is not trusted. */
+/* 1/(m/s^2)^2, information of the sensor's zero about a_0 = 0; 0 where the torque is not trusted. */
 float oc_torque_zero_information(const oc_torque *state, const oc_torque_design *design);
 
-/* m/s^2, sd of the bank that a torque shows without an accelerometer; large until slow roads have shown the slope. */
+/* m/s^2, sd of the bank by the torque without an accelerometer; large until slow roads have identified the slope. */
 float oc_torque_bank_sd(const oc_torque *state, const oc_torque_design *design);
 
-/* Whether torque and lateral acceleration go together as those of a truck. */
+/* Whether the identified slope is that of a truck. */
 bool oc_torque_is_trusted(const oc_torque *state, const oc_torque_design *design);
 
 #endif

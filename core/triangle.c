@@ -10,13 +10,13 @@ static float minus_products(float sum, const float *a, const float *b, int32_t c
 }
 
 /* Numerical. */
-static const float rounding = 2e-6f; /* of a diagonal cell, by its many sums in single precision */
+static const float rounding = 2e-6f; /* of a diagonal cell, by many sums in single precision */
 
-/* Root of a pivot. It is at least the prior's information and its own rounding error: with less, the rows below grow
- * without limit. */
+/* Root of a pivot. Minimum: the prior's information plus the pivot's rounding error. Below it the following rows would
+ * grow without bound. */
 static float root_of(float square, float prior_information, float diagonal) {
-    const float least = prior_information + rounding * diagonal;
-    return sqrtf(square > least ? square : least);
+    const float pivot_min = prior_information + rounding * diagonal;
+    return sqrtf(square > pivot_min ? square : pivot_min);
 }
 
 void oc_triangle_factor(const float *scatter, const float *information, float noise, float *lower, float *inverse) {
@@ -24,7 +24,7 @@ void oc_triangle_factor(const float *scatter, const float *information, float no
     const float first = scatter[0] * weight;
     lower[0] = root_of(first + information[0], information[0], first);
     inverse[0] = 1.0f / lower[0];
-    /* then two rows at a time, which read the rows above once; OC_TERMS is odd */
+    /* then two rows at a time, which read the rows above them once; OC_TERMS is odd */
     for (int32_t i = 1; i < OC_TERMS; i += 2) {
         const float *cell = &scatter[i * (i + 1) / 2], *cell_below = cell + i + 1;
         float *row = &lower[i * (i + 1) / 2], *below = row + i + 1;

@@ -1,11 +1,11 @@
 #ifndef OC_TRIANGLE_H
 #define OC_TRIANGLE_H
-/* Symmetric matrices of the hypotheses' terms, the lower triangle row by row, and their Cholesky factors. */
+/* Symmetric matrices of the hypotheses' terms as lower triangles, row by row, and their Cholesky factors. */
 
 #include <stdint.h>
 
 enum {
-    OC_TERMS = 15,         /* of a hypothesis, beside the offset */
+    OC_TERMS = 15,         /* of a hypothesis, without the offset */
     OC_TERMS_TRIANGLE = 120 /* cells of such a matrix */
 };
 
@@ -14,7 +14,7 @@ float oc_triangle_cell(const float *triangle, int32_t row, int32_t column);
 /* vector -= times * row of the whole matrix. */
 void oc_triangle_subtract_row(const float *triangle, int32_t row, float times, float *vector);
 
-/* Multiplies a row and its column of the whole matrix, the diagonal by the square. */
+/* Multiplies a row and its column of the whole matrix by `by`, the diagonal by its square. */
 void oc_triangle_scale(float *triangle, int32_t row, float by);
 
 /* triangle -= times * row row^T; `row`: of the whole matrix. */
@@ -27,10 +27,10 @@ void oc_triangle_factor(const float *scatter, const float *information, float no
 void oc_triangle_solve_lower(const float *lower, const float *inverse, int32_t first, float *vector);
 void oc_triangle_solve_upper(const float *lower, const float *inverse, float *vector);
 
-/* Variance of a weighted sum of the terms. `first`: the first with a weight. Solves for the weights in place. */
+/* Variance of a weighted sum of the terms. `first`: index of the first weight. Solves for the weights in place. */
 float oc_triangle_variance(const float *lower, const float *inverse, int32_t first, float *weights);
 
-/* Of two such sums, by what that left of their weights; from `first` on both have some. */
+/* Covariance of two such sums, by their solved weights, from `first` on. */
 float oc_triangle_covariance(const float *a, const float *b, int32_t first);
 
 #endif

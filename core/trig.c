@@ -18,7 +18,7 @@ static int32_t quarter_turns(double angle, double *rest) {
     return (int32_t)((uint32_t)turns & 3u);
 }
 
-/* Lambert's continued fraction, |angle| <= pi/4: the first part left out is below 1e-19. */
+/* Lambert's continued fraction, |angle| <= pi/4: the first omitted part is below 1e-19. */
 static double tangent_near_zero(double angle) {
     const double z = angle * angle;
     double sum = 21.0;
@@ -35,7 +35,7 @@ double oc_tan(double angle) {
     return (quadrant % 2 == 0) ? tangent : -1.0 / tangent;
 }
 
-/* |ratio| <= 1/2; the rational approximation that fdlibm published (Sun Microsystems, 1993). */
+/* |ratio| <= 1/2; rational approximation of fdlibm (Sun Microsystems, 1993). */
 static double arcsine_near_zero(double ratio) {
     const double z = ratio * ratio;
     const double p = z * (1.66666666666666657415e-01 +

@@ -18,7 +18,7 @@ static oc_fmi fmi_of(const oc_output *output, const oc_signals *tick) {
     }
 }
 
-/* With hysteresis: from 1.96 standard deviations beyond the limit until the value is within. */
+/* With hysteresis: from 1.96 standard deviations beyond the limit until the value is below it. */
 static bool is_out_of_calibration(const oc_trouble *trouble, const oc_output *output, double offset_max) {
     const double size = fabs(output->offset);
     const bool was = trouble->active && trouble->by_offset;
@@ -48,7 +48,7 @@ void oc_trouble_encode(const oc_trouble *trouble, uint8_t *data) {
     const uint32_t spn = OC_SPN_STEERING_WHEEL_ANGLE;
     const bool active = trouble->active != 0;
     data[0] = active ? 0x04 : 0x00; /* lamps, two bits each: protect, amber warning, red stop, malfunction */
-    data[1] = 0xFF;                 /* none flashes */
+    data[1] = 0xFF;                 /* none of them flashes */
     data[2] = (uint8_t)(active ? spn & 0xFFu : 0u);
     data[3] = (uint8_t)(active ? spn >> 8 & 0xFFu : 0u);
     data[4] = (uint8_t)(active ? (uint32_t)trouble->fmi & 31u : 0u); /* and the SPN's high bits, none here */

@@ -12,26 +12,26 @@ enum {
     OC_DM1_PGN = 65226 /* 0xFECA, once a second and at each change */
 };
 
-/* J1939-73's failure mode identifiers that apply. */
+/* J1939-73's failure mode identifiers, as far as used. */
 typedef enum {
     OC_FMI_ERRATIC = 2,               /* stuck, or its sign is reversed */
     OC_FMI_ABNORMAL_UPDATE_RATE = 9,  /* lost */
     OC_FMI_ABNORMAL_CHANGE_RATE = 10, /* jumped */
-    OC_FMI_OUT_OF_CALIBRATION = 13,   /* the offset is too large, or new since a stop */
+    OC_FMI_OUT_OF_CALIBRATION = 13,   /* the offset is too large, or new: remounted */
     OC_FMI_DRIFTED_HIGH = 20,         /* to the left */
     OC_FMI_DRIFTED_LOW = 21           /* to the right */
 } oc_fmi;
 
-/* Begins as zeros: no trouble, now or before. */
+/* Initially zero: no trouble so far. */
 typedef struct {
     int32_t active;
-    int32_t by_offset;    /* while active: by the offset, and not by a fault */
+    int32_t by_offset;    /* while active: by the offset, not by a fault */
     oc_fmi fmi;           /* while active, or the last */
     uint32_t occurrences; /* activations, 126 at most */
 } oc_trouble;
 
-/* Active during a fault of the sensor; else from when a valid offset's 95 % interval is wholly beyond offset_max (rad)
- * until the offset is within. Once a tick. */
+/* Once a tick. Active during a fault of the sensor. Also active from when a valid offset's 95 % interval is entirely
+ * beyond offset_max (rad) until the offset is below it. */
 void oc_trouble_update(oc_trouble *trouble, const oc_output *output, const oc_signals *tick, double offset_max);
 
 /* DM1's payload, OC_DM1_BYTES: amber lamp and code while active, else no code. */

@@ -3,7 +3,7 @@
 #include "estimate.h"
 
 /* Numerical. */
-static const double gradient_variance_unknown = 1.0; /* (rad/(m/s^2))^2, unknown: sd 57 deg/(m/s^2) */
+static const double gradient_variance_unknown = 1.0; /* (rad/(m/s^2))^2, for unknown: sd 57 deg/(m/s^2) */
 
 void oc_understeer_update(oc_understeer *understeer, const oc_moments *block, double ticks_per_batch) {
     const double sum = block->weight * block->x;
@@ -39,12 +39,12 @@ double oc_understeer_per_offset(const oc_understeer *understeer) {
     return understeer->xx > 0.0 ? -understeer->x / understeer->xx : 0.0;
 }
 
-double oc_understeer_apart(const oc_understeer *understeer, double straight_x) {
+double oc_understeer_separability(const oc_understeer *understeer, double straight_x) {
     return understeer->xx > 0.0 ? 1.0 - straight_x * understeer->x / understeer->xx : 0.0;
 }
 
 double oc_understeer_with_offset(const oc_understeer *understeer, double straight_y, double straight_x) {
-    return oc_understeer_value(understeer, straight_y) / oc_understeer_apart(understeer, straight_x);
+    return oc_understeer_value(understeer, straight_y) / oc_understeer_separability(understeer, straight_x);
 }
 
 double oc_understeer_variance(const oc_understeer *understeer, double offset, double understeer_gradient) {

@@ -1,10 +1,10 @@
 #ifndef OC_WHEEL_SPEED_H
 #define OC_WHEEL_SPEED_H
-/* 5.5.4: the motion from the two wheel speeds of one axle alone.
+/* 5.5.4: the motion by the two wheel speeds of one axle.
  *
- * Speeds hold for a nominal wheel radius, (20); mismatch is r_l/r_r - 1, the left wheel's radius over the right's. A
- * mismatch looks like a bend of radius track/mismatch. Without a gyro only the net turn identifies it: over a long
- * distance the sum of all turning is small against the distance. */
+ * Speeds are for a nominal wheel radius, (20); mismatch is r_l/r_r - 1, of the left and right radius. A mismatch has
+ * the effect of a bend of radius track/mismatch. Without a gyro it is identifiable only by the net turn, which is small
+ * over a long distance. */
 
 #include <stdint.h>
 
@@ -12,8 +12,8 @@
 #include "params.h"
 
 typedef struct {
-    double difference; /* m, distance of the right wheel less the left's */
-    double distance;   /* m, of the axle's middle */
+    double difference; /* m, distance of the right wheel less that of the left */
+    double distance;   /* m, of the axle's centre */
     double time;       /* s */
 } oc_wheel_speed;
 
@@ -28,8 +28,8 @@ double oc_wheel_speed_front_curvature(double wheelbase, double track, double lef
 
 void oc_wheel_speed_update(oc_wheel_speed *state, double left, double right, double tick_s);
 
-/* The mismatch by its prior and the net turn's, for an axle of this track (m). Unobservable while the distance is short
- * and the prior dominates. */
+/* The mismatch by its prior and that of the net turn; track: m. Unobservable while the distance is short and the prior
+ * dominates. */
 oc_estimate oc_wheel_speed_mismatch(const oc_wheel_speed *state, const oc_params *params, double track);
 
 #endif

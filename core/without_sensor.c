@@ -3,10 +3,10 @@
 #include <math.h>
 
 /* Tuned; rows without a bench have none on record. */
-static const float flank_s_min = 8.0f;          /* below, half the play may be in the offset */
+static const float flank_s_min = 8.0f;          /* below, the offset may include half the play */
 static const float flank_share_min = 0.05f;     /* of both flanks' time; bench/angle.py: 400 drifting, 200 h healthy */
-static const float hidden_half_play_sd = 0.07f; /* rad, 4 deg: of half a play of up to 15 deg */
-static const float judge_after_s = 400.0f;      /* of comparison, after which the learned truck can judge the sensor */
+static const float unloaded_half_play_sd = 0.07f; /* rad, 4 deg: of half a play of up to 15 deg */
+static const float judge_after_s = 400.0f;      /* of comparison, until the learned truck is accurate enough */
 static const float unmeasured_bank_sd = 0.2f;   /* m/s^2, without an accelerometer */
 static const double gap_s_min = 0.3;            /* a gap after which the observer restarts */
 
@@ -15,30 +15,30 @@ static bool is_identified(const oc_learned *learned) {
     return status == OC_VALID || status == OC_CONVERGING;
 }
 
-/* Without an accelerometer the joint method uses a share of r*v as lateral force; here it is all of r*v. */
+/* Without an accelerometer the joint method's lateral force is a share of r*v, the observer's all of r*v. */
 void oc_learn_truck(oc_learned *l, const oc_joint *joint, const oc_coefficients *c) {
     const oc_play *play = &joint->hypotheses[joint->best].play;
     const bool creeps_by_load = play->friction >= 0.0f;
     const double L = c->vehicle.wheelbase;
-    const float flank_s = joint->to_left < joint->to_right ? joint->to_left : joint->to_right;
+    const float flank_s = joint->loaded_left_s < joint->loaded_right_s ? joint->loaded_left_s : joint->loaded_right_s;
     const float sd = (float)l->offset.standard_deviation;
-    const float hidden = flank_s < flank_s_min ? (1.0f - flank_s / flank_s_min) * hidden_half_play_sd : 0.0f;
-    const float borne = c->joint.borne;
+    const float unloaded = flank_s < flank_s_min ? (1.0f - flank_s / flank_s_min) * unloaded_half_play_sd : 0.0f;
+    const float tyre_share = c->joint.tyre_share;
     l->truck = (oc_angle_truck){
-        .offset_sd = sqrtf(sd * sd + hidden * hidden),
-        .gradient = borne * (float)l->understeer_gradient.value,
-        .gradient_sd = borne * (float)l->understeer_gradient.standard_deviation,
+        .offset_sd = sqrtf(sd * sd + unloaded * unloaded),
+        .gradient = tyre_share * (float)l->understeer_gradient.value,
+        .gradient_sd = tyre_share * (float)l->understeer_gradient.standard_deviation,
         .wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? (float)(l->equivalent_wheelbase.value / L - 1.0) : 0.0f,
         .backlash = (float)l->backlash.value,
-        .unloading = (float)l->unloading_acceleration.value / borne,
-        .unloading_sd = (float)l->unloading_acceleration.standard_deviation / borne,
-        .wander = oc_joint_wanders(joint) ? c->joint.hypothesis.wander / (borne * borne) : 0.0f,
-        .tandem = oc_joint_tandem(joint, &c->joint) / borne,
-        .friction = creeps_by_load ? play->friction / borne : 0.0f,
-        .creep = creeps_by_load ? play->creep * borne : 0.0f,
-        .left_s = joint->to_left,
-        .right_s = joint->to_right,
-        .known = is_identified(l),
+        .unloading = (float)l->unloading_acceleration.value / tyre_share,
+        .unloading_sd = (float)l->unloading_acceleration.standard_deviation / tyre_share,
+        .wander = oc_joint_wanders(joint) ? c->joint.hypothesis.wander / (tyre_share * tyre_share) : 0.0f,
+        .tandem = oc_joint_tandem(joint, &c->joint) / tyre_share,
+        .friction = creeps_by_load ? play->friction / tyre_share : 0.0f,
+        .creep = creeps_by_load ? play->creep * tyre_share : 0.0f,
+        .left_s = joint->loaded_left_s,
+        .right_s = joint->loaded_right_s,
+        .identified = is_identified(l),
     };
 }
 
@@ -59,7 +59,7 @@ typedef struct {
     bool angle, motion;
 } available;
 
-/* Whether the angle method's signals are measured; without an accelerometer the mean bank replaces it. */
+/* Whether the angle method's signals are available. The mean bank replaces a missing accelerometer. */
 static bool has_motion(const oc_params *p, uint32_t valid) {
     const uint32_t required = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED |
                             (by_wheel_speed(p) ? OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u) |
@@ -67,19 +67,19 @@ static bool has_motion(const oc_params *p, uint32_t valid) {
     return (valid & required) == required;
 }
 
-/* The share that the present flank lacks of its required time, 0 to 1: the play was identified on the other flank and
+/* The share that the present flank lacks of its required time, 0 to 1. The play was identified on the other flank, and
  * may be wider on this one. */
-static float hidden_share(const oc_angle_truck *truck, float place) {
+static float flank_deficit(const oc_angle_truck *truck, float place) {
     const float flank_s = place > 0.0f ? truck->left_s : truck->right_s;
     const float required = flank_s_min + flank_share_min * (truck->left_s + truck->right_s);
     return flank_s < required ? fabsf(place) * (1.0f - flank_s / required) : 0.0f;
 }
 
-/* The faulty sensor was remounted: its offset changed by the difference to the estimate. Only the joint method can
- * change an offset. */
+/* A remounted sensor: its offset changed by the difference to the estimate. Only the joint method can adapt an
+ * offset. */
 static void learn_remount(oc_tracking *tracking, oc_joint *joint, const oc_estimate *offset) {
     oc_fault_watch *watch = &tracking->fault;
-    watch->offset += watch->apart;
+    watch->offset += watch->steady_difference;
     const oc_change change = {
         .kind = OC_CHANGE_OFFSET,
         .size = watch->offset - (float)offset->value,
@@ -88,7 +88,7 @@ static void learn_remount(oc_tracking *tracking, oc_joint *joint, const oc_estim
     oc_joint_note_change(joint, &change, offset, watch->since);
 }
 
-/* By the estimate of the tick before, so that a jump is never published. */
+/* Uses the previous tick's estimate, so that a jump is never published. */
 static void judge_sensor(const oc_signals *tick, oc_tracking *tracking, oc_evidence *evidence,
                          const oc_learned *learned, const oc_coefficients *c, const available *has, bool after_hole) {
     const oc_angle_truck *truck = &learned->truck;
@@ -99,14 +99,14 @@ static void judge_sensor(const oc_signals *tick, oc_tracking *tracking, oc_evide
         .judged_s = oc_angle_is_due(angle) ? c->angle.check_s : 0.0f,
         .measured = has->angle ? (float)tick->steering_wheel_angle : 0.0f,
         .offset = (float)learned->offset.value,
-        .offset_sd = truck->known ? truck->offset_sd : hidden_half_play_sd,
+        .offset_sd = truck->identified ? truck->offset_sd : unloaded_half_play_sd,
         .estimate = angle->estimate,
         .sd = angle->sd,
-        .hidden = hidden_share(&learned->truck, angle->place),
+        .flank_deficit = flank_deficit(&learned->truck, angle->place),
         .speed = has->motion ? (float)tick->vehicle_speed : 0.0f,
         .has_measured = has->angle,
         .after_hole = after_hole,
-        .can_judge = has->motion && truck->known && evidence->angle.seconds > judge_after_s,
+        .can_judge = has->motion && truck->identified && evidence->angle.seconds > judge_after_s,
     };
     const oc_fault before = evidence->fault.fault;
     const oc_fault now = oc_fault_update(&tracking->fault, &evidence->fault, &judged);
@@ -119,12 +119,12 @@ static bool is_after_gap(const oc_fault_watch *watch, double time) {
     return watch->running && time - watch->last_time > gap_s_min;
 }
 
-/* An unmeasured signal may hold any number, even one beyond single precision. */
+/* A signal that is not available may have any value, even one beyond single precision. */
 static float measured_or_none(bool is_measured, double value) {
     return is_measured ? (float)value : 0.0f;
 }
 
-/* Chapter 4: judges the sensor, and estimates the angle without it. */
+/* Chapter 4: monitors the sensor, and estimates the angle without it. */
 void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
                      const oc_coefficients *c) {
     const oc_params *p = &c->params;
@@ -148,13 +148,14 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
         .yaw_rate_bias_sd = (float)tick->yaw_rate_bias_sd,
         .speed = measured_or_none(moves, signals->vehicle_speed),
         .lateral_acceleration = measured_or_none(moves, signals->lateral_acceleration),
-        .bank_sd = accelerometer_lost || (!p->use_accelerometer && !learned->truck.known) ? unmeasured_bank_sd : 0.0f,
+        .bank_sd = accelerometer_lost || (!p->use_accelerometer && !learned->truck.identified) ? unmeasured_bank_sd
+                                                                                               : 0.0f,
         .front_wheel =
             moves && by_wheel_speed(p) ? (float)front_wheel_by_wheels(c, &evidence->gyro_bias, signals) : 0.0f,
         .lateral_speed = measured_or_none(moves && p->angle_method == OC_ANGLE_SIDE_SLIP, signals->lateral_speed),
         .true_by_sensor = measured,
-        .has_sensor = has_angle && !oc_fault_beyond(&tracking->fault),
-        .teaches = has_angle && !accelerometer_lost && tracking->fault.fault == OC_FAULT_NONE &&
+        .has_sensor = has_angle && !oc_fault_excludes_angle(&tracking->fault),
+        .can_learn = has_angle && !accelerometer_lost && tracking->fault.fault == OC_FAULT_NONE &&
                    !oc_fault_suspected(&tracking->fault),
         .has_motion = moves,
         .accelerometer_lost = accelerometer_lost,

@@ -65,7 +65,7 @@ BLOCKS: dict[str, Callable[[], Iterator[str]]] = {
 
 
 def with_rows(source: str) -> str:
-    """C with each block between `/* params.toml: NAME */` and `/* end */` written anew."""
+    """C source with new text in each block between `/* params.toml: NAME */` and `/* end */`."""
 
     def block(found: re.Match[str]) -> str:
         return "\n".join([found[1], *BLOCKS[found[2]](), found[3]])
@@ -77,7 +77,7 @@ def page() -> str:
     lines = [
         "# Parameters",
         "",
-        "What an engineer may tune, in a vehicle file's `[params]` or by `params=` in Python. Names end in the unit;",
+        "Tuning parameters: set them in a vehicle file's `[params]` or by `params=` in Python. Names end in the unit;",
         "an angle may also be given in degrees, as `_deg`. Numbers such as 5.1.1, and tables, are the thesis's.",
         "This page is written by `docs/make_params.py` from `core/params.toml`.",
     ]
@@ -93,7 +93,7 @@ def page() -> str:
 
 
 def made() -> dict[Path, str]:
-    """What each file is to hold."""
+    """The text of each file."""
     sources = (ROOT / "core" / "params.h", ROOT / "core" / "params.c")
     return {path: with_rows(path.read_text(encoding="utf-8")) for path in sources} | {
         ROOT / "docs" / "params.md": page()

@@ -153,7 +153,7 @@ class Learner:
         self.h = ffi.new("oc_hypothesis *")
         self.design = ffi.new("oc_hypothesis_design *")
         lib.oc_hypothesis_setup(self.design, STEP_S, RATIO, RATIO_TIMES_WHEELBASE, PULL_SD)
-        self.design.most_doubt = 25.0  # as joint.c has it
+        self.design.prior_discount_max = 25.0  # as joint.c has it
         self.prior = ffi.new(
             "oc_prior *",
             {

@@ -78,8 +78,8 @@ def test_the_ratio_goes_there_and_back(terms: list[float]) -> None:
 
 
 def truck(**members: float) -> dict[str, float]:
-    known = {"known": True, "offset_sd": 0.005, "gradient": K_US, "gradient_sd": 0.0003, "creep": 1.7, "friction": 0.1}
-    return known | members
+    identified = {"identified": True, "offset_sd": 0.005, "gradient": K_US, "gradient_sd": 0.0003, "creep": 1.7, "friction": 0.1}
+    return identified | members
 
 
 def observe(
@@ -101,7 +101,7 @@ def observe(
                 "lateral_acceleration": acceleration[k],
                 "true_by_sensor": 0.0 if np.isnan(sensor[k]) else sensor[k],
                 "has_sensor": not np.isnan(sensor[k]),
-                "teaches": not np.isnan(sensor[k]),
+                "can_learn": not np.isnan(sensor[k]),
                 "has_motion": not np.isnan(yaw_rate[k]),
             },
         )
@@ -130,7 +130,7 @@ def test_steady_bends_give_the_angle_with_its_play() -> None:
 def test_without_a_sensor_ever_only_the_ackermann_angle_is_told_and_the_interval_says_so() -> None:
     """4.2."""
     r, v, a, angle = bends(40.0, 20.0)
-    found = observe(r, v, a, np.full_like(r, np.nan), known=False)
+    found = observe(r, v, a, np.full_like(r, np.nan), identified=False)
     assert set(found["status"]) == {_core.STATUSES.index("unobservable")}
     ackermann = RATIO * WHEELBASE * r / v
     assert np.sqrt(np.mean((found["angle"] - ackermann)[500:] ** 2)) < 1.0 * DEG
@@ -139,7 +139,7 @@ def test_without_a_sensor_ever_only_the_ackermann_angle_is_told_and_the_interval
 
 def test_an_offset_that_is_not_learned_yet_is_in_the_interval_of_what_the_sensor_says() -> None:
     r, v, a, angle = bends(20.0, 20.0)
-    found = observe(r, v, a, angle, known=False)
+    found = observe(r, v, a, angle, identified=False)
     assert found["standard_deviation"][500:] == pytest.approx(5.0 * DEG, rel=1e-3)
 
 

@@ -269,7 +269,7 @@ def test_a_remounted_sensor_shifts_the_offset_by_its_step_and_nothing_else() -> 
     learner = Learner(Play(), 0.1).learn(driven(10, Play(), 300))
     before = learner.h.offset
     known = learner.total, learner.h.gradient
-    lib.oc_hypothesis_remounted(learner.h, 5.0 * DEGREE, 30.0)
+    lib.oc_hypothesis_shift_offset(learner.h, 5.0 * DEGREE, 30.0)
     assert learner.h.offset == pytest.approx(before + 5.0 * DEGREE, abs=1e-5)
     assert (learner.total, learner.h.gradient) == known
     after = driven(11, Play(), 60)
@@ -282,7 +282,7 @@ def test_a_remounted_sensor_shifts_the_offset_by_its_step_and_nothing_else() -> 
 def test_a_step_told_wrongly_is_soon_put_right() -> None:
     """The step was 5 deg and not 4.5: so few seconds told it that a minute of driving says more."""
     learner = Learner(Play(), 0.1).learn(driven(10, Play(), 300))
-    lib.oc_hypothesis_remounted(learner.h, 4.5 * DEGREE, 30.0)
+    lib.oc_hypothesis_shift_offset(learner.h, 4.5 * DEGREE, 30.0)
     after = driven(11, Play(), 120)
     after.angle[:] += 5.0 * DEGREE
     after.residual[:] += 5.0 * DEGREE
@@ -294,7 +294,7 @@ def test_a_new_load_keeps_offset_and_play_and_asks_the_gradient_anew() -> None:
     learner = Learner(Play(), 0.1).learn(driven(12, Play(), 400))
     offset, gradient, sd = learner.h.offset, learner.h.gradient, math.sqrt(learner.h.variances.of[lib.OC_OF_GRADIENT])
     width = learner.total["width"]
-    lib.oc_hypothesis_loaded(learner.h)
+    lib.oc_hypothesis_change_load(learner.h)
     learner.learn(driven(13, Play(), 1))
     assert learner.h.offset == pytest.approx(offset, abs=0.05 * DEGREE)
     assert learner.h.gradient == pytest.approx(gradient, abs=0.02 * DEGREE)
@@ -309,7 +309,7 @@ def test_what_was_learned_survives_an_ignition() -> None:
     lib.oc_hypothesis_restart(learner.h, 1.0)
     assert (learner.h.offset, learner.h.cost) == (offset, cost)
     places = learner.h.places
-    assert places.inner == places.played[0] == places.loaded[3] == places.unwound[1] == places.wound_beside[2] == 1.0
+    assert places.inner == places.played[0] == places.loaded[3] == places.unwound[1] == places.wound_varied[2] == 1.0
 
 
 def test_a_second_in_doubt_is_foretold_and_not_learned_from() -> None:

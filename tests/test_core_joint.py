@@ -84,7 +84,7 @@ def test_some_seconds_on_the_other_flank_do_not_show_that_there_is_no_play() -> 
     for play_deg in (0.2, 8.0):
         joint.hypotheses[best].play.half_width = 0.5 * play_deg * DEGREE
         for seen_s in (1.0, 15.0, 1000.0):
-            joint.to_left, joint.to_right = 1000.0, seen_s
+            joint.loaded_left_s, joint.loaded_right_s = 1000.0, seen_s
             joint.hypotheses[best].left_before = joint.hypotheses[best].right_before = 0.0
             answer = core.answer()
             sds[play_deg, seen_s] = answer["offset"]["standard_deviation"]
@@ -236,8 +236,8 @@ def test_only_the_joint_method_without_an_accelerometer_takes_bends_for_banked(
     """And then lets no flank that banks may feign doubt where the roads' crown is."""
     _, truth = driven()
     design = core_for(truth, method=method, params={"use_accelerometer": hears})._coefficients.joint
-    assert design.borne == pytest.approx(borne)
-    assert design.hypothesis.most_doubt == doubt
+    assert design.tyre_share == pytest.approx(borne)
+    assert design.hypothesis.prior_discount_max == doubt
 
 
 @pytest.mark.parametrize(("unseen", "lacking_s"), [(0.0, 0.0), (1.0, 0.5)])
@@ -246,7 +246,7 @@ def test_play_that_was_found_shows_a_flank_that_was_hardly_seen_unless_banks_are
 ) -> None:
     joint, design = ffi.new("oc_joint *"), ffi.new("oc_joint_design *")
     joint.hypotheses[0].play.half_width = 3.0 * DEGREE
-    joint.to_right, design.unseen = 1.5, unseen
+    joint.loaded_right_s, design.bank_unmeasured = 1.5, unseen
     assert lib.oc_joint_flank_lacking(joint, design, -1) == lacking_s
     assert lib.oc_joint_flank_lacking(joint, design, 1) == 2.0
 
@@ -419,13 +419,13 @@ def test_equations_are_solved_each_second_at_first_then_every_fourth_and_of_newb
     for start in range(0, len(columns["time_s"]), 25):
         core.run({name: column[start : start + 25] for name, column in columns.items()})
         joint = state_of(core)["evidence"]["joint"]
-        used_s, trial_s = float(joint["second"]["used_s"]), float(joint["second"]["trial_s"])
+        used_s, probation_s = float(joint["second"]["used_s"]), float(joint["second"]["probation_s"])
         for k, hypothesis in enumerate(joint["hypotheses"][: joint["count"]]):
             age, constant = float(hypothesis["age"]), float(hypothesis["constant"])
             if k not in before or age < before[k][0] or age < 3.0 or joint["solves_all"]:
                 solved_at.pop(k, None)  # another one's place now, or a bias that was known late
             elif constant != before[k][1]:
-                kind = "first" if used_s < 119.0 else "newborn" if age < min(trial_s, 59.0) else "elder"
+                kind = "first" if used_s < 119.0 else "newborn" if age < min(probation_s, 59.0) else "elder"
                 seconds = round(age - solved_at[k]) if k in solved_at else 0
                 of_age[kind] += [seconds] if seconds else []
                 solved_at[k] = age
@@ -463,10 +463,10 @@ def test_who_began_after_a_flank_was_seen_knows_no_middle_of_the_play_and_leads_
         setattr(joint.hypotheses[other], name, getattr(joint.hypotheses[elder], name))
     joint.hypotheses[other].offset = joint.hypotheses[elder].offset + 3.0 * DEGREE
     as_good = core.answer()["offset"]
-    joint.hypotheses[other].right_before = joint.to_right
+    joint.hypotheses[other].right_before = joint.loaded_right_s
     late = core.answer()["offset"]
     for k in range(joint.count):
-        joint.hypotheses[k].right_before = joint.to_right
+        joint.hypotheses[k].right_before = joint.loaded_right_s
     unseen = core.answer()["offset"]
     assert as_good["value"] - before["value"] > 1.0 * DEGREE
     assert late["value"] == pytest.approx(before["value"], abs=0.1 * DEGREE)
@@ -480,7 +480,7 @@ def test_what_was_seen_before_a_hypothesis_began_is_marked_as_long_as_seconds_ca
         core = core_for(truth)
         core.run({name: column[:80_000] for name, column in columns.items()})
         joint = core._state.evidence.joint
-        joint.to_left, joint.to_right = joint.to_left + seen_s, joint.to_right + seen_s
+        joint.loaded_left_s, joint.loaded_right_s = joint.loaded_left_s + seen_s, joint.loaded_right_s + seen_s
         core.run({name: column[80_000:] for name, column in columns.items()})
         newest = min(joint.hypotheses[0 : joint.count], key=lambda h: h.age)
         assert newest.age < 350.0

@@ -145,9 +145,9 @@ def test_the_recursion_is_least_squares_over_the_whole_drive(friction: float, me
     offset_variance = slope @ C @ slope
     assert h.variances.of[lib.OC_OF_OFFSET] == pytest.approx(offset_variance, rel=0.02)
     # beside it what pull and wind leave of the bias
-    assert h.pulled_variance == pytest.approx((RATIO * gradient) ** 2 * of_pull, rel=0.02)
+    assert h.pull_variance == pytest.approx((RATIO * gradient) ** 2 * of_pull, rel=0.02)
     assert h.lean == pytest.approx(RATIO * gradient * (of_bias - h.unloading), rel=0.02)
-    assert h.offset == pytest.approx(offset, abs=0.05 * math.sqrt(offset_variance + h.pulled_variance))
+    assert h.offset == pytest.approx(offset, abs=0.05 * math.sqrt(offset_variance + h.pull_variance))
     of_offset = slope @ C
     for of_what, covariance in (
         (lib.OC_OF_GRADIENT, of_offset[1 + GRADIENT_TERM] * of_gradient),
@@ -155,7 +155,7 @@ def test_the_recursion_is_least_squares_over_the_whole_drive(friction: float, me
         (lib.OC_OF_WIDTH, of_offset @ both),
     ):
         size = math.sqrt(offset_variance * h.variances.of[of_what])
-        assert h.with_offset[of_what] == pytest.approx(covariance, abs=0.02 * size)
+        assert h.offset_covariance[of_what] == pytest.approx(covariance, abs=0.02 * size)
 
 
 def bias_by_prior_and_unloading(learner: Learner, variance: float) -> tuple[float, float]:
@@ -171,7 +171,7 @@ def bias_by_prior_and_unloading(learner: Learner, variance: float) -> tuple[floa
 
 def total_variance(h: Any) -> float:
     """Of the offset: the drive's part, pull and wind, an axle set up for the crown."""
-    return float(h.variances.of[lib.OC_OF_OFFSET] + h.pulled_variance + h.set_up_variance)
+    return float(h.variances.of[lib.OC_OF_OFFSET] + h.pull_variance + h.set_up_variance)
 
 
 @pytest.mark.parametrize("unloading_sd", [0.09, 0.1, 0.15])
@@ -223,7 +223,7 @@ def information_of(h: Any) -> tuple[Array, Array]:
     matrix = h.weight * np.outer(means, means)
     matrix[1:, 1:] += scatter
     vector = h.weight * h.target_mean * means
-    vector[1:] += list(h.toward)
+    vector[1:] += list(h.target_products)
     noise = lib.oc_hypothesis_noise(h)
     return matrix / noise, vector / noise
 
@@ -236,7 +236,7 @@ def test_a_new_load_adds_to_the_covariance_of_what_was_seen_and_moves_no_mean() 
     """A Kalman filter's step of time: in single precision, by another derivation."""
     learner = Learner(Play(), 0.1).learn(driven(12, Play(), 400))
     before, told = information_of(learner.h)
-    lib.oc_hypothesis_loaded(learner.h)
+    lib.oc_hypothesis_change_load(learner.h)
     wandered = np.zeros(len(before))
     wandered[1 + GRADIENT_TERM], wandered[1 + WHEELBASE_TERM] = 0.04, 1.0
     assert_step_of_time(learner, before, told, np.diag(wandered))

@@ -21,7 +21,7 @@ def judged(
     sd: float = 1.0 * DEG,
     offset: float = 0.0,
     offset_sd: Array | None = None,
-    hidden: float = 0.0,
+    flank_deficit: float = 0.0,
     speed: Array | None = None,
     holes: Sequence[int] = (),
     before: str = "none",
@@ -46,7 +46,7 @@ def judged(
                 "offset_sd": unsure[k],
                 "estimate": estimate[k],
                 "sd": np.hypot(sd, unsure[k]),
-                "hidden": hidden,
+                "flank_deficit": flank_deficit,
                 "speed": speed[k],
                 "has_measured": not np.isnan(measured[k]),
                 "after_hole": k in holes,
@@ -113,7 +113,7 @@ def test_a_drift_is_told_though_learning_follows_it_and_knows_less_and_less() ->
 def test_on_a_flank_that_was_hardly_seen_there_may_be_more_play() -> None:
     true = weaving()
     off = np.where(np.arange(len(true)) % 4000 > 3000, 11.0 * DEG, 0.0)
-    assert set(judged(true + off, true, hidden=1.0)) == {"none"}
+    assert set(judged(true + off, true, flank_deficit=1.0)) == {"none"}
     assert "none" not in judged(true + off, true)[3600:4000]
 
 
@@ -262,7 +262,7 @@ def test_a_sensor_far_off_is_not_believed_before_it_has_a_fault() -> None:
         fault = lib.oc_fault_update(
             watch, kept, ffi.new("oc_fault_tick *", tick | {"has_measured": True, "can_judge": True})
         )
-        seen.append((fault, lib.oc_fault_beyond(watch), lib.oc_fault_suspected(watch)))
+        seen.append((fault, lib.oc_fault_excludes_angle(watch), lib.oc_fault_suspected(watch)))
     assert seen[1990] == (lib.OC_FAULT_NONE, False, False)
     assert seen[2010] == (lib.OC_FAULT_NONE, True, True)
     assert seen[2400][:2] == (lib.OC_FAULT_JUMPED, True)

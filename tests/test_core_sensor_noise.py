@@ -134,7 +134,7 @@ def test_a_remounted_sensor_has_its_gyro_s_and_accelerometer_s_noise_taken_out_a
     learner.second.noise.by_samples = learner.second.noise.by_ticks = (3e-3, 1e-7)
     learner.solve()
     before = learner.h.gradient
-    lib.oc_hypothesis_remounted(learner.h, 2.0 * DEGREE, 5.0)
+    lib.oc_hypothesis_shift_offset(learner.h, 2.0 * DEGREE, 5.0)
     learner.solve()
     assert abs(before - quiet) > 0.01 * DEGREE
     assert learner.h.gradient == pytest.approx(before, rel=1e-6)

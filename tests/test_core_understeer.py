@@ -62,16 +62,16 @@ def test_bends_like_the_straights_do_not_part_gradient_and_offset() -> None:
     rows = bends(4, lean=0.0)
     understeer = gathered(rows)
     same = float(np.sum(rows[:, 1] ** 2) / np.sum(rows[:, 1]))
-    assert lib.oc_understeer_apart(understeer, same) == pytest.approx(0.0, abs=1e-12)
-    assert lib.oc_understeer_apart(understeer, 0.0) == 1.0
-    assert lib.oc_understeer_apart(understeer, -same) == pytest.approx(2.0)
+    assert lib.oc_understeer_separability(understeer, same) == pytest.approx(0.0, abs=1e-12)
+    assert lib.oc_understeer_separability(understeer, 0.0) == 1.0
+    assert lib.oc_understeer_separability(understeer, -same) == pytest.approx(2.0)
 
 
 def test_nothing_gathered_is_no_gradient() -> None:
     nothing = ffi.new("oc_understeer *")
     assert lib.oc_understeer_value(nothing, 0.1) == 0.0
     assert lib.oc_understeer_per_offset(nothing) == 0.0
-    assert lib.oc_understeer_apart(nothing, 1.0) == 0.0
+    assert lib.oc_understeer_separability(nothing, 1.0) == 0.0
     assert lib.oc_understeer_variance(nothing, 0.1, 0.0) >= 1.0
     one_batch = gathered(bends(0, count=200)[:100])
     assert lib.oc_understeer_variance(one_batch, 0.1, 0.0) >= 1.0

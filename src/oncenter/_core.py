@@ -288,7 +288,7 @@ class Core:
             ffi.from_buffer("uint8_t[]", np.ascontiguousarray(angles["by_sensor"])),
             len(smoothed),
             self._coefficients.tick_s,
-            lib.oc_angle_late_s(ffi.addressof(self._coefficients, "angle")),
+            lib.oc_angle_delay_s(ffi.addressof(self._coefficients, "angle")),
         )
         return smoothed, rate
 
@@ -328,8 +328,8 @@ class Core:
         lib.oc_answer_get(self._state, self._coefficients, native)
         joint = self._state.evidence.joint
         return _members(native) | {
-            "side_force_to_left": joint.to_left,
-            "side_force_to_right": joint.to_right,
+            "loaded_left_s": joint.loaded_left_s,
+            "loaded_right_s": joint.loaded_right_s,
             "unexplained": math.sqrt(joint.second.reference),
         }
 

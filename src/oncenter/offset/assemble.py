@@ -73,7 +73,7 @@ def answer_of(
         wheel_radius_mismatch_rear=_estimate(native["wheel_radius_mismatch_rear"], "1"),
         wheel_radius_mismatch_front=_estimate(native["wheel_radius_mismatch_front"], "1"),
         variance_if_independent_rad2=None if method == "joint" else native["offset_variance_if_independent"],
-        side_force_s=(native["side_force_to_left"], native["side_force_to_right"]),
+        side_force_s=(native["loaded_left_s"], native["loaded_right_s"]),
         missing_loading_s=(native["lacking_to_left"], native["lacking_to_right"]),
         changes=changes,
         sensor_fault=_core.FAULTS[native["fault"]],

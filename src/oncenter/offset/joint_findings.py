@@ -386,7 +386,7 @@ def _other_flank(native: Mapping[str, Any]) -> str:
     lacking = _lacking_sides(native)
     if lacking:
         return " and ".join(f"{math.ceil(s)} s of bends to the {side}" for side, s in lacking.items())
-    rarer = "left" if native["side_force_to_left"] < native["side_force_to_right"] else "right"
+    rarer = "left" if native["loaded_left_s"] < native["loaded_right_s"] else "right"
     return f"another minute of bends to the {rarer}"
 
 

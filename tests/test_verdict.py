@@ -125,7 +125,7 @@ def test_a_correction_that_is_applied_already_is_not_added_twice(answer: Answer)
 
 
 def test_an_interval_beyond_the_limit_says_so_before_it_is_exact(answer: Answer) -> None:
-    far = replace(with_offset(answer, 6.0, 1.5, 1.96, "converging"), side_force_s=(30.0, 0.0))
+    far = replace(with_offset(answer, 6.0, 1.5, 1.96, "converging"), missing_loading_s=(0.0, 2.0))
     found = about_offset(far)
     assert found.state == "over"
     assert found.headline == (
@@ -135,17 +135,17 @@ def test_an_interval_beyond_the_limit_says_so_before_it_is_exact(answer: Answer)
 
 
 @pytest.mark.parametrize(
-    ("loaded_s", "wanted"),
+    ("missing_s", "wanted"),
     [
-        ((30.0, 0.5), "drive 1 more minute of right-hand bends"),
-        ((0.0, 30.0), "drive 1 more minute of left-hand bends"),
-        ((0.0, 0.0), "drive 1 more minute of left-hand bends and 1 more minute of right-hand bends"),
+        ((0.0, 2.0), "drive 1 more minute of right-hand bends"),
+        ((70.0, 0.0), "drive 2 more minutes of left-hand bends"),
+        ((20.0, 20.0), "drive 1 more minute of left-hand bends and 1 more minute of right-hand bends"),
     ],
 )
 def test_a_side_that_was_never_loaded_is_the_driving_that_is_missing(
-    answer: Answer, loaded_s: tuple[float, float], wanted: str
+    answer: Answer, missing_s: tuple[float, float], wanted: str
 ) -> None:
-    one_sided = replace(with_offset(answer, 1.0, 4.0, 4.0, "converging"), side_force_s=loaded_s)
+    one_sided = replace(with_offset(answer, 1.0, 4.0, 4.0, "converging"), missing_loading_s=missing_s)
     found = about_offset(one_sided)
     assert (found.state, found.headline) == ("undecided", f"Undecided: {wanted}.")
     assert "+1.0 deg ± 4.0 (limit 2 deg)" in found.note and "both logs" in found.action

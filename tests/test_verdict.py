@@ -125,7 +125,7 @@ def test_a_correction_that_is_applied_already_is_not_added_twice(answer: Answer)
 
 
 def test_an_interval_beyond_the_limit_says_so_before_it_is_exact(answer: Answer) -> None:
-    far = replace(with_offset(answer, 6.0, 1.5, 1.96, "converging"), side_force_s=(30.0, 0.0))
+    far = replace(with_offset(answer, 6.0, 1.5, 1.96, "converging"), missing_loading_s=(0.0, 2.0))
     found = about_offset(far)
     assert found.state == "over"
     assert found.headline == (
@@ -135,17 +135,17 @@ def test_an_interval_beyond_the_limit_says_so_before_it_is_exact(answer: Answer)
 
 
 @pytest.mark.parametrize(
-    ("loaded_s", "wanted"),
+    ("missing_s", "wanted"),
     [
-        ((30.0, 0.5), "drive 1 more minute of right-hand bends"),
-        ((0.0, 30.0), "drive 1 more minute of left-hand bends"),
-        ((0.0, 0.0), "drive 1 more minute of left-hand bends and 1 more minute of right-hand bends"),
+        ((0.0, 2.0), "drive 1 more minute of right-hand bends"),
+        ((70.0, 0.0), "drive 2 more minutes of left-hand bends"),
+        ((20.0, 20.0), "drive 1 more minute of left-hand bends and 1 more minute of right-hand bends"),
     ],
 )
 def test_a_side_that_was_never_loaded_is_the_driving_that_is_missing(
-    answer: Answer, loaded_s: tuple[float, float], wanted: str
+    answer: Answer, missing_s: tuple[float, float], wanted: str
 ) -> None:
-    one_sided = replace(with_offset(answer, 1.0, 4.0, 4.0, "converging"), side_force_s=loaded_s)
+    one_sided = replace(with_offset(answer, 1.0, 4.0, 4.0, "converging"), missing_loading_s=missing_s)
     found = about_offset(one_sided)
     assert (found.state, found.headline) == ("undecided", f"Undecided: {wanted}.")
     assert "+1.0 deg ± 4.0 (limit 2 deg)" in found.note and "both logs" in found.action
@@ -322,3 +322,31 @@ def test_a_limit_out_of_range_in_a_vehicle_file_is_refused_by_name(tmp_path: Any
     file.write_text("wheelbase_m = 3.7\nsteering_ratio = 20.0\noffset_limit_deg = 0\n")
     with pytest.raises(OncenterError, match="offset_limit_deg"):
         oncenter.vehicle(file)
+
+
+def test_the_side_that_was_loaded_is_named_as_the_reason(answer: Answer) -> None:
+    one_sided = replace(with_offset(answer, 1.0, 4.0, 4.0, "converging"), missing_loading_s=(0.0, 2.0))
+    assert "Only left-hand bends loaded the steering so far." in about_offset(one_sided).note
+
+
+def test_a_signal_that_is_missing_matters_until_enough_was_driven(answer: Answer) -> None:
+    missing = {"missing_signal": 0.8 * answer.duration_s}
+    wide = replace(with_offset(answer, 1.0, 1.0, 1.2, "converging"), rejected_s=missing)
+    assert "log all signals" in about_offset(replace(wide, used_s=20.0)).headline
+    assert "log all signals" not in about_offset(wide).headline
+
+
+def test_an_accelerometer_is_accused_with_its_signal_and_not_judged_where_it_is_not_used(answer: Answer) -> None:
+    reversed_sign = Finding("sign_reversed", "error", "the lateral acceleration has its sign reversed: ...")
+    assert about(replace(answer, findings=(reversed_sign,)), "accelerometer").state == "check"
+    without = replace(answer, params={**answer.params, "use_accelerometer": 0.0})
+    assert about(without, "accelerometer").headline == "Not used by this answer."
+
+
+def test_a_bias_that_the_method_leaves_in_the_offset_or_that_moves_is_to_be_checked(answer: Answer) -> None:
+    small = replace(answer, yaw_rate_bias=replace(estimate(0.1, 0.01), unit="rad/s"))
+    assert about(with_finding(small, "yaw_rate_bias", 0.1), "yaw rate sensor").state == "ok"
+    by_thesis = replace(with_finding(small, "yaw_rate_bias", 0.1), method="thesis")
+    assert "not corrected" in about(by_thesis, "yaw rate sensor").headline
+    moving = replace(small, yaw_rate_bias=replace(small.yaw_rate_bias, status="invalid"))
+    assert about(moving, "yaw rate sensor").state == "check"

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
 _MINUTE_S = 60.0
 _TOO_WIDE = "The interval is still too wide."
-_FLANK_S = 2.0  # of lateral force to a side until that flank counts as loaded: core/joint_answer.c
 
 
 class Driving(NamedTuple):
@@ -93,7 +92,7 @@ def _accelerometer(answer: Answer) -> Driving | None:
 
 def _loading(answer: Answer) -> Driving | None:
     """Free play and offset are separated by lateral force to both sides."""
-    left_s, right_s = _missing_loading_s(answer)
+    left_s, right_s = answer.missing_loading_s
     sides = [(side, s) for side, s in (("left", left_s), ("right", right_s)) if s > 0.0]
     if answer.method != "joint" or not sides or _lacking_evidence_s(answer) > sum(s for _, s in sides) + _MINUTE_S:
         return None
@@ -103,13 +102,6 @@ def _loading(answer: Answer) -> Driving | None:
     else:
         why = f"Only {'right' if sides[0][0] == 'left' else 'left'}-hand bends loaded the steering so far."
     return Driving(f"drive {wanted}", f"{why} Free play and offset are not separated yet.")
-
-
-def _missing_loading_s(answer: Answer) -> tuple[float, float]:
-    if answer.used_s == 0.0:
-        return 0.0, 0.0
-    left_s, right_s = (max(_FLANK_S - loaded_s, 0.0) for loaded_s in answer.side_force_s)
-    return left_s, right_s
 
 
 def _lacking_evidence_s(answer: Answer) -> float:

@@ -132,7 +132,7 @@ def suffix_of(path: Path) -> str:
 
     known = ", ".join((*SUFFIXES, *suffixes_of_plugins()))
     raise OncenterError(
-        f"cannot read {path.name or path}: its suffix is none of {known}; export the log to one of these formats",
+        f"cannot read {path.name or path}: unknown format; export the log as one of {known}",
         code="unknown_format",
     )
 

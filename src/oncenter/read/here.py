@@ -139,7 +139,7 @@ def _no_signal_recognised(
             needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
         )
     if kept.standard_frames == kept.total and notes:
-        return OncenterError(f"no signal recognised in {path.name}: {'; '.join(notes)}", code="not_j1939")
+        return OncenterError(f"{path.name}: {'; '.join(notes)}", code="not_j1939")
     if kept.standard_frames == kept.total:
         return OncenterError(
             f"{path.name} has only 11-bit identifiers ({kept.total} frames), so it is not J1939: give the network's "

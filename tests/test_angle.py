@@ -432,7 +432,7 @@ def test_what_is_odd_about_a_log_is_told_as_offset_tells_it(tmp_path: Path, caps
     assert told["angle"] == told["offset"]
     logs = ["--taught-by", str(log), "--taught-by", str(tmp_path / "bad.csv")]
     assert run(["angle", str(log), "--vehicle", TRUCK, *logs]) == 0
-    assert "  warning: a log was left out: no known signal in bad.csv" in capsys.readouterr().out
+    assert "  warning: a log was left out: no signal recognised in bad.csv" in capsys.readouterr().out
 
 
 def test_a_car_on_a_proving_ground_does_without_its_sensor_for_its_second_half() -> None:

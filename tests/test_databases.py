@@ -212,4 +212,4 @@ def test_a_conversion_that_is_not_read_leaves_its_signal_out(category: str, tmp_
     )
     signals = oc.read(tmp_path / "drive.log", vehicle=oc.vehicle(tmp_path / "truck.toml"), dbc=[tmp_path / "net.arxml"])
     assert set(signals.sources) == {"steering_wheel_angle", "vehicle_speed", "lateral_acceleration"}
-    assert any(note.startswith("yaw_rate: DYNAMICS.YawRt has a scale") for note in signals.notes)
+    assert any(note.startswith("yaw_rate: DYNAMICS.YawRt has an unusable scale") for note in signals.notes)

@@ -96,20 +96,20 @@ def test_a_frame_gives_the_answer_of_its_drive() -> None:
 @pytest.mark.parametrize(
     ("frame", "says"),
     [
-        (pandas_with(vehicle_speed=10.0), "column vehicle_speed of dataframe has no unit: call it vehicle_speed_m_s"),
-        (pd.DataFrame({"a": [1, 2]}), "no known signal in dataframe: its columns are 'a'"),
+        (pandas_with(vehicle_speed=10.0), "column vehicle_speed of dataframe has no unit: rename it to vehicle_speed_m_s"),
+        (pd.DataFrame({"a": [1, 2]}), "no signal recognised in dataframe: its columns are 'a'"),
         (pd.DataFrame(COLUMNS).drop(columns="time_s"), "no time column 'time_s' in dataframe"),
         (
             pandas_with(vehicle_speed_km_h="fast"),
             "column vehicle_speed_km_h, row 1 of dataframe: 'fast' is not a number",
         ),
-        (pd.concat([pd.DataFrame(COLUMNS)] * 2, axis=1), "two columns are called time_s: which one is meant?"),
-        ({**COLUMNS, "yaw_rate_deg_s": [1.0]}, "columns must have one length, got time_s 400, "),
-        ({**COLUMNS, "yaw_rate_deg_s": np.zeros((ROWS, 2))}, "column yaw_rate_deg_s: one number a row is needed"),
+        (pd.concat([pd.DataFrame(COLUMNS)] * 2, axis=1), "two columns are called time_s: rename or delete one"),
+        ({**COLUMNS, "yaw_rate_deg_s": [1.0]}, "all columns must have the same length, got time_s 400, "),
+        ({**COLUMNS, "yaw_rate_deg_s": np.zeros((ROWS, 2))}, "column yaw_rate_deg_s: expected one number per row"),
         ({**COLUMNS, "yaw_rate_deg_s": [object()] * ROWS}, "column yaw_rate_deg_s"),
-        ([1, 2, 3], "a DataFrame, an Arrow table or a dict of arrays is needed, got list"),
-        ("drive.csv", "a DataFrame, an Arrow table or a dict of arrays is needed, got str"),
-        (pd.DataFrame(COLUMNS)[:1], "dataframe has 1 rows with a time, at least 2 are needed"),
+        ([1, 2, 3], "expected a DataFrame, an Arrow table or a dict of arrays, got list"),
+        ("drive.csv", "expected a DataFrame, an Arrow table or a dict of arrays, got str"),
+        (pd.DataFrame(COLUMNS)[:1], "dataframe is too short: 1 rows with a time, at least 2 are needed"),
     ],
 )
 def test_a_table_that_will_not_do_is_refused_in_one_line(frame: object, says: str) -> None:

@@ -109,7 +109,7 @@ def test_a_database_of_which_nothing_is_known_is_told_with_its_signals_the_likel
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     said = refusal(["signals", *network(tmp_path, dbc("°", "°/s", "km/h", "m/s²").encode(), "")], capsys)
-    assert "name them in a [signals] table; it has STEERING.SteerAng [°], " in said
+    assert "no signal recognised in the database net.dbc: it has STEERING.SteerAng [°], " in said
     assert all(f"{name} [" in said for name in NAMES)
 
 
@@ -119,7 +119,7 @@ def test_a_name_that_the_database_lacks_is_told_with_the_one_that_was_meant(
 ) -> None:
     arguments = network(tmp_path, dbc("deg", "deg/s", "km/h", "g").encode(), SIGNALS.replace("YawRt", written))
     said = refusal(["offset", *arguments], capsys)
-    assert f"no signal '{written}' in net.dbc, which [signals] names; did you mean " in said
+    assert f"[signals] names '{written}', which net.dbc does not have; did you mean " in said
     assert "YawRt" in said.split("did you mean ")[1].split("?")[0]
 
 
@@ -127,7 +127,7 @@ def test_a_column_that_a_table_lacks_is_told_with_the_one_that_was_meant(tmp_pat
     (tmp_path / "d.csv").write_text("time_s,SteerAng,yaw_rate_deg_s\n0,1,1\n0.01,1,1\n")
     names = {"steering_wheel_angle": oc.signals.SignalName("SteerAngle", "deg")}
     notes = oc.read(tmp_path / "d.csv", names=names).notes
-    assert notes == ("steering_wheel_angle: no column 'SteerAngle', which [signals] names; did you mean SteerAng?",)
+    assert notes == ("steering_wheel_angle: [signals] names column 'SteerAngle', which does not exist; did you mean SteerAng?",)
 
 
 @pytest.mark.parametrize(
@@ -135,9 +135,9 @@ def test_a_column_that_a_table_lacks_is_told_with_the_one_that_was_meant(tmp_pat
     [
         (
             SIGNALS.replace('"YawRt"', '"VehSpd"'),
-            "'VehSpd' has unit 'km/h', which is none of this signal: give unit = ",
+            "'VehSpd' has unit 'km/h', which does not fit: check the name, or give unit = ",
         ),
-        (SIGNALS.replace('"YawRt"', '"YawRt", unit = "degs"'), 'unknown unit \'degs\', "rad_s" or "deg_s" would do'),
+        (SIGNALS.replace('"YawRt"', '"YawRt", unit = "degs"'), 'unknown unit \'degs\', expected "rad_s" or "deg_s"'),
         ('[signals]\nyaw_rate = "YawRt"\n', "'signals.yaw_rate' must be a table such as { name = \"SteerAng\""),
         ('[signals]\nyaw_rate = ["YawRt"]\n', "'signals.yaw_rate' must be a table such as "),
         ('signals = ["YawRt"]\n', "'signals' must be a table, [signals], got ['YawRt']"),

@@ -80,7 +80,7 @@ def test_each_log_of_a_folder_is_a_line_with_its_answer_or_its_reason(
     assert first.startswith(str(folder / "a.csv")) and second.startswith(str(folder / "tuesday" / "b.csv"))
     for line in (first, second):
         assert " deg (" in line and " ± " in line and "converging" in line
-    assert "no answer" in bad and "no known signal in bad.csv" in bad and "deg (" not in bad
+    assert "no answer" in bad and "no signal recognised in bad.csv" in bad and "deg (" not in bad
     assert note.startswith("note: 2 files are no logs") and err == ""
 
 

@@ -256,7 +256,7 @@ def test_objects_are_padded_by_any_number_of_bytes_up_to_four(tmp_path: Path) ->
     for padding in range(5):
         contents = b"".join(one + bytes(padding) for one in [*odd, frame, *odd, frame])
         assert len(frames_of_file(tmp_path, blf_file(container(contents)))) == 2
-    assert "no object" in refusal_of(tmp_path, blf_file(container(frame + bytes(5) + frame)))
+    assert "outside any object" in refusal_of(tmp_path, blf_file(container(frame + bytes(5) + frame)))
 
 
 def test_containers_need_no_padding_and_other_objects_stand_between_them(tmp_path: Path) -> None:
@@ -390,7 +390,7 @@ def test_a_log_that_was_never_closed_is_read_up_to_where_it_was_cut(tmp_path: Pa
         path, notes = tmp_path / "open.blf", list[str]()
         path.write_bytes(whole[:cut])
         ours = our_frames(path, notes)
-        assert notes == ["open.blf was never closed by its logger: read up to its last whole part"]
+        assert notes == ["the logger did not close open.blf: it was read up to its last complete part"]
         with contextlib.suppress(struct.error):  # python-can wants whole headers
             assert_same(ours, python_can_frames(path))
         counts.append(len(ours))
@@ -401,7 +401,7 @@ def test_a_log_that_was_never_closed_is_read_up_to_where_it_was_cut(tmp_path: Pa
 def test_a_log_that_is_shorter_than_its_header_says_is_cut_off(tmp_path: Path) -> None:
     whole = blf_file(container(THREE))
     error = refusal_of(tmp_path, whole[:-10])
-    assert error == f"bad.blf is cut off: {len(whole) - 10} of {len(whole)} bytes are there"
+    assert f"bad.blf is cut off: its header says {len(whole)} bytes, the file has {len(whole) - 10};" in error
 
 
 def test_a_log_that_shrinks_while_it_is_read_is_refused(tmp_path: Path) -> None:
@@ -426,7 +426,7 @@ def test_an_object_of_no_size_is_refused_at_once(tmp_path: Path, version: int) -
     hostile = blf_file(container(blf_object(CAN_MESSAGE, classic(1, bytes(8)), version=version, size=0)))
     assert len(hostile) < 250
     error = refusal_of(tmp_path, hostile)
-    assert error.endswith("the container at byte 144 holds an object of 0 bytes")
+    assert "the container at byte 144 contains an object of 0 bytes" in error
     assert time.monotonic() - began < 1.0
 
 
@@ -436,46 +436,46 @@ def test_an_object_of_no_size_is_refused_at_once(tmp_path: Path, version: int) -
         (b"", "no BLF header"),
         (blf_file()[:71], "no BLF header"),
         (b"LOGH" + blf_file()[4:], "no BLF header"),
-        (blf_file(header=71), "a header of 71 bytes"),
-        (blf_file(header=145), "a header of 145 bytes"),
+        (blf_file(header=71), "its header has 71 bytes"),
+        (blf_file(header=145), "its header has 145 bytes"),
         (blf_file(b"x" * 40), "no object begins at byte 144"),
         (blf_file(b"x" * 3, container(FRAME)), "no object begins at byte 144"),
         (blf_file(container(FRAME), b"x" * 40), "no object begins at byte"),
         (blf_file(OBJECT.pack(b"LOBJ", 16, 1, 0, CONTAINER)), "the object at byte 144 has 0 bytes"),
         (blf_file(OBJECT.pack(b"LOBJ", 16, 1, 15, 7)), "the object at byte 144 has 15 bytes"),
-        (blf_file(OBJECT.pack(b"LOBJ", 16, 1, 500, 7)), "the object at byte 144 has 500 bytes, more than follow"),
+        (blf_file(OBJECT.pack(b"LOBJ", 16, 1, 500, 7)), "the object at byte 144 has 500 bytes, the file ends before"),
         (blf_file(OBJECT.pack(b"LOBJ", 16, 1, 20, CONTAINER) + bytes(4)), "the container at byte 144 has 20 bytes"),
         (blf_file(b"LOBJ" + bytes(8)), "the object at byte 144 is cut off"),
-        (blf_file(container(FRAME, size=900)), "the object at byte 144 has 900 bytes, more than follow"),
+        (blf_file(container(FRAME, size=900)), "the object at byte 144 has 900 bytes, the file ends before"),
         (blf_file(container(FRAME, method=1)), "the unknown compression 1"),
         (blf_file(container(FRAME, unpacked=47)), "does not unpack to its 47 bytes"),
         (blf_file(container(FRAME, unpacked=49)), "does not unpack to its 49 bytes"),
         (blf_file(container(FRAME, unpacked=0)), "does not unpack to its 0 bytes"),
         (blf_file(container(FRAME, size=60)), "does not unpack"),
         (blf_file(container(FRAME).replace(b"\x78\x9c", b"\x78\x9d")), "does not unpack: Error"),
-        (blf_file(container(FRAME + b"x" * 60)), "the container at byte 144 holds bytes that are no object"),
+        (blf_file(container(FRAME + b"x" * 60)), "the container at byte 144 contains bytes outside any object"),
         (blf_file(container(FRAME[:40])), "the last object, in the container at byte 144, is cut off"),
         *((blf_file(container(FRAME, unpacked=n)), f"would unpack to {n} bytes") for n in HUGE),
-        *((blf_file(container(FRAME, size=n)), f"has {n} bytes, more than follow") for n in HUGE),
+        *((blf_file(container(FRAME, size=n)), f"has {n} bytes, the file ends before") for n in HUGE),
         *((blf_file(container(FRAME, size=n), written=0), f"144 has {n} bytes") for n in HUGE),
         *(
-            (blf_file(container(FRAME), container(blf_object(MARKER, b"", size=n))), f"holds an object of {n} bytes")
+            (blf_file(container(FRAME), container(blf_object(MARKER, b"", size=n))), f"contains an object of {n} bytes")
             for n in (15, *HUGE)
         ),
-        (blf_file(container(blf_object(MARKER, b"", size=20)[:20])), "an object of type 96 in 20 bytes, 32 of them"),
-        (blf_file(container(blf_object(CAN_MESSAGE, bytes(15)))), "an object of type 1 in 47 bytes, 32 of them"),
-        (blf_file(container(blf_object(CAN_MESSAGE_2, bytes(15), version=2))), "an object of type 86 in 55 bytes"),
-        (blf_file(container(blf_object(CAN_FD, bytes(83)))), "an object of type 100 in 115 bytes"),
-        (blf_file(container(blf_object(CAN_FD_64, bytes(39)))), "an object of type 101 in 71 bytes"),
-        (blf_file(container(blf_object(CAN_FD_64, flexible_64(1, b"1", extension_at=74)))), "type 101 in 73 bytes"),
-        (blf_file(container(blf_object(CAN_FD_64, flexible_64(1, b"1", extension_at=71)))), "type 101 in 73 bytes"),
+        (blf_file(container(blf_object(MARKER, b"", size=20)[:20])), "an object of type 96 with 20 bytes, 32 of them"),
+        (blf_file(container(blf_object(CAN_MESSAGE, bytes(15)))), "an object of type 1 with 47 bytes, 32 of them"),
+        (blf_file(container(blf_object(CAN_MESSAGE_2, bytes(15), version=2))), "an object of type 86 with 55 bytes"),
+        (blf_file(container(blf_object(CAN_FD, bytes(83)))), "an object of type 100 with 115 bytes"),
+        (blf_file(container(blf_object(CAN_FD_64, bytes(39)))), "an object of type 101 with 71 bytes"),
+        (blf_file(container(blf_object(CAN_FD_64, flexible_64(1, b"1", extension_at=74)))), "type 101 with 73 bytes"),
+        (blf_file(container(blf_object(CAN_FD_64, flexible_64(1, b"1", extension_at=71)))), "type 101 with 73 bytes"),
         (blf_file(container(blf_object(CAN_MESSAGE, bytes(16), header_size=40))), "40 of them for header version 1"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_a_damaged_log_is_refused_in_one_line_that_says_where(tmp_path: Path, content: bytes, what: str) -> None:
     error = refusal_of(tmp_path, content)
-    assert error.startswith("cannot read bad.blf, it is damaged or of another format: ")
+    assert error.startswith("cannot read bad.blf: the file is damaged or has another format (")
     assert what in error
 
 
@@ -483,13 +483,13 @@ def test_damage_is_named_by_the_container_that_has_it(tmp_path: Path) -> None:
     good = container(THREE)
     objects = THREE + blf_object(CAN_MESSAGE, classic(1, bytes(8)), size=5)
     third = 144 + 2 * len(good)
-    assert f"at byte {third} holds an object of 5" in refusal_of(
+    assert f"at byte {third} contains an object of 5" in refusal_of(
         tmp_path, blf_file(good, good, container(objects), good)
     )
     begins, goes_on = FRAME[:20], FRAME[20:]
     split = [container(begins), container(goes_on + FRAME[:8] + b"\1\0\0\0" + FRAME[12:]), good]
     second = 144 + len(split[0])
-    assert f"at byte {second} holds an object of 1 bytes" in refusal_of(tmp_path, blf_file(*split))
+    assert f"at byte {second} contains an object of 1 bytes" in refusal_of(tmp_path, blf_file(*split))
 
 
 def memory_and_time(path: Path) -> tuple[int, float, OncenterError | None]:

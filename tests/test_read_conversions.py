@@ -135,7 +135,7 @@ def test_fields_of_a_frame_may_come_from_a_conversion_alone(tmp_path: Path) -> N
     texts = {"val_0": 1, "text_0": "J1939-1", "val_1": 2, "text_1": "J1939-2"}
     for name, conversion in (("constant", constant), ("texts", texts)):
         assert read(bus_log(tmp_path / f"{name}.mf4", {"BusChannel": conversion})).table.equals(plain)
-    assert "whole numbers" in refusal(bus_log(tmp_path / "half.mf4", {"ID": {"a": 0.5, "b": 0.0}}))
+    assert "integers" in refusal(bus_log(tmp_path / "half.mf4", {"ID": {"a": 0.5, "b": 0.0}}))
 
 
 @pytest.mark.parametrize("name", VERSIONS)
@@ -165,7 +165,7 @@ def test_a_formula_that_is_not_understood_is_an_error_of_one_printable_line(
     formula: str, name: str, tmp_path: Path
 ) -> None:
     said = refusal(written(tmp_path / name, {"steering_wheel_angle": {"formula": formula}}))
-    assert said.startswith(f"{name}: the conversion of channel 'steering_wheel_angle' is not understood: formula '")
+    assert said.startswith(f"{name}: the conversion of channel 'steering_wheel_angle' is not supported: formula '")
     assert said.isprintable()
     assert len(said) < 400
 
@@ -375,7 +375,7 @@ def test_tables_without_a_meaning_are_not_understood() -> None:
             physical(from_dict({**conversion}), WHOLE)
     lying = from_dict({"raw_0": 0.0, "phys_0": 1.0})
     lying.val_param_nr = 4
-    with pytest.raises(UnknownConversion, match="shorter than it says"):
+    with pytest.raises(UnknownConversion, match="shorter than its declared length"):
         physical(lying, WHOLE)
     strange = from_dict({"a": 1.0, "b": 0.0})
     strange.conversion_type = 77

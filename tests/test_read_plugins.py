@@ -83,15 +83,15 @@ def write_array(segment: Path, array: str, axes: int) -> None:
 @pytest.mark.parametrize(
     ("body", "says"),
     [
-        ("def read(path): raise KeyError('no channel 7')", "the plug-in broken-reader: KeyError: 'no channel 7'"),
-        ("def read(path): raise SystemExit(3)", "the plug-in broken-reader: SystemExit: 3"),
-        ("import nothing_of_that_name", "the plug-in broken-reader: ModuleNotFoundError: No module named 'nothing_of"),
-        ("x = 1", "the plug-in broken-reader: AttributeError: "),
+        ("def read(path): raise KeyError('no channel 7')", "the plug-in broken-reader failed: KeyError: 'no channel 7'"),
+        ("def read(path): raise SystemExit(3)", "the plug-in broken-reader failed: SystemExit: 3"),
+        ("import nothing_of_that_name", "the plug-in broken-reader failed: ModuleNotFoundError: No module named 'nothing"),
+        ("x = 1", "the plug-in broken-reader failed: AttributeError: "),
         (
             "def read(path): return None",
-            "the plug-in broken-reader of d.acme: a DataFrame, an Arrow table or a dict of",
+            "the plug-in broken-reader returned no usable table: expected a DataFrame",
         ),
-        ("def read(path): return {'time_s': [0, 1]}", "no known signal in d.acme: its columns are 'time_s'"),
+        ("def read(path): return {'time_s': [0, 1]}", "no signal recognised in d.acme: its columns are 'time_s'"),
         ("def read(path): return {'time_s': [0, 1], 'yaw_rate': [0, 1]}", "column yaw_rate of d.acme has no unit"),
         ("import os\ndef read(path): os.abort()", "cannot read d.acme: its reader crashed (SIGABRT)"),
     ],
@@ -102,7 +102,7 @@ def test_a_plugin_that_fails_is_named_in_one_line(tmp_path: Path, body: str, say
     plugin(tmp_path, body)
     code = (
         "missing_signal"
-        if "no known" in says
+        if "no signal" in says
         else "unit_missing"
         if "no unit" in says
         else "reader_crashed"
@@ -137,4 +137,4 @@ def test_a_suffix_that_nobody_reads_is_refused_with_those_of_plugins_too(tmp_pat
 def test_an_empty_log_of_a_plugin_is_empty(tmp_path: Path) -> None:
     (tmp_path / "d.acme").touch()
     plugin(tmp_path, "")
-    assert refused(tmp_path, tmp_path / "d.acme", "empty_log") == "d.acme is empty"
+    assert refused(tmp_path, tmp_path / "d.acme", "empty_log") == "d.acme is empty (0 bytes)"

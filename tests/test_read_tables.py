@@ -98,7 +98,7 @@ def test_a_part_that_is_there_twice_is_told_with_how_far_back_time_runs(
     path.write_text("\n".join([HEADER, *rows]) + "\n")
     if suffix == "parquet":
         pl.read_csv(path).write_parquet(path)
-    assert read(path).notes == (f"time of {path.name} {told}: what is there twice counts twice",)
+    assert read(path).notes == (f"time of {path.name} {told}: a part that was recorded twice is used twice",)
 
 
 def test_dates_are_seconds_since_1970_where_they_name_no_zone_too(tmp_path: Path) -> None:
@@ -203,7 +203,7 @@ def test_cells_left_empty_between_those_of_a_slower_signal_are_bridged_and_holes
 def test_an_angle_slower_than_its_table_is_as_slow_as_it_is(tmp_path: Path) -> None:
     every_25th = pl.when(pl.int_range(pl.len()) % 25 == 0).then("steering_wheel_angle_deg")
     TABLE.with_columns(every_25th.alias("steering_wheel_angle_deg")).write_csv(tmp_path / "drive.csv")
-    with pytest.raises(OncenterError, match="comes at 4 Hz") as refused:
+    with pytest.raises(OncenterError, match="is recorded at 4 Hz") as refused:
         read(tmp_path / "drive.csv")
     assert refused.value.code == "rate_too_low"
 

@@ -277,7 +277,7 @@ def test_what_our_reader_does_not_know_is_read_by_python_can_and_a_note_says_so(
     assert usual.notes == ()
     path.write_text(vector() + "base dec  timestamps absolute\n")
     signals = read(path)
-    assert signals.notes == ("drive.asc was read by python-can, which takes longer: the base of its numbers changes",)
+    assert signals.notes == ("drive.asc was read with python-can, which is slower: its number base changes within the file",)
     assert signals.table.equals(usual.table)
 
 
@@ -295,7 +295,7 @@ def test_frames_that_were_given_before_the_change_to_python_can_are_not_given_tw
     given = list(frames_of_log(path, notes, lambda fraction: None))
     assert len(given) > 3
     assert_same(joined(given), python_can_frames(path))
-    assert [note for note in notes if "a line is longer than a mebibyte" in note]
+    assert [note for note in notes if "a line is longer than 1 MiB" in note]
 
 
 def test_time_that_runs_backwards_is_given_as_it_stands(tmp_path: Path) -> None:
@@ -313,7 +313,7 @@ def test_one_mangled_frame_is_left_out_where_python_can_refuses_the_log(tmp_path
         python_can_frames(path)
     notes: list[str] = []
     assert len(our_frames(path, notes)) == 840
-    assert "1 lines of drive.asc are no frames and were left out, the first reads '0.100000 1  18F0093Ex" in notes[-1]
+    assert "1 lines of drive.asc are not CAN frames and were left out, the first reads '0.100000 1  18F0093Ex" in notes[-1]
 
 
 def test_data_that_a_line_lacks_are_not_taken_from_the_next_line(tmp_path: Path) -> None:
@@ -387,6 +387,6 @@ def test_a_file_of_other_lines_is_left_to_a_process_that_has_limits(suffix: str,
     path = tmp_path / f"drive{suffix}"
     path.write_bytes(b"x\n" * 2_000_000)
     began = time.process_time()
-    with pytest.raises(NeedsLibrary, match="most of its lines are no frames"):
+    with pytest.raises(NeedsLibrary, match="most of its lines are not frames"):
         our_frames(path)
     assert time.process_time() - began < 10.0

@@ -62,17 +62,17 @@ def again(lines: Lines, k: int) -> None:
 @pytest.mark.parametrize(
     ("suffix", "change", "told"),
     [
-        (".log", garbage, "1 lines of d.log are not candump's and were left out"),
-        (".log", half, "1 lines of d.log are not candump's and were left out"),
-        (".log", less, "1 frame of PGN 61449 in d.log is shorter than others: what was cut is not available"),
-        (".asc", garbage, "1 lines of d.asc are no frames and were left out, the first reads "),
-        (".asc", zeros, "1 lines of d.asc are no frames and were left out, the first reads "),
-        (".asc", half, "1 lines of d.asc are no frames and were left out, the first reads "),
+        (".log", garbage, "1 lines of d.log are not in candump format and were left out"),
+        (".log", half, "1 lines of d.log are not in candump format and were left out"),
+        (".log", less, "1 frame of PGN 61449 in d.log is shorter than others: the missing bytes count as not available"),
+        (".asc", garbage, "1 lines of d.asc are not CAN frames and were left out, the first reads "),
+        (".asc", zeros, "1 lines of d.asc are not CAN frames and were left out, the first reads "),
+        (".asc", half, "1 lines of d.asc are not CAN frames and were left out, the first reads "),
         (".trc", garbage, "1 lines of d.trc were left out"),
         (".trc", zeros, "1 lines of d.trc were left out"),
-        (".csv", half, "1 row of d.csv with fewer cells than the header left out, the first row 501"),
-        (".csv", zeros, "1 row of d.csv with fewer cells than the header left out, the first row 501"),
-        (".csv", again, "3 rows of d.csv with the time of the row before count for nothing"),
+        (".csv", half, "1 row of d.csv with fewer cells than the header were left out, first row 501"),
+        (".csv", zeros, "1 row of d.csv with fewer cells than the header were left out, first row 501"),
+        (".csv", again, "3 rows of d.csv repeat the time of the row before: ignored"),
     ],
 )
 def test_a_line_that_is_spoiled_is_told(
@@ -109,7 +109,7 @@ def test_a_binary_log_that_was_never_closed_says_how_many_seconds_were_read(tmp_
     content[16:24] = bytes(8)  # its size, which the logger writes last
     (tmp_path / "open.blf").write_bytes(content)
     (note,) = read(tmp_path / "open.blf").notes
-    assert note == "open.blf was never closed by its logger: read up to its last whole part; 4.0 s were read"
+    assert note == "the logger did not close open.blf: it was read up to its last complete part; 4.0 s were read"
 
 
 @pytest.mark.parametrize("suffix", [".log", ".asc"])
@@ -119,7 +119,7 @@ def test_frames_of_can_fd_that_are_passed_over_are_counted(suffix: str, tmp_path
         ".asc": b"   2.000300 CANFD   1 Rx 18F0093Ex   1 0 8  8 69 7D 7F 63 7D 57 7F 7D 130000 130 3000 0 0 0 0 0",
     }
     notes = damaged(tmp_path, suffix, lambda lines, k: lines.insert(k, flexible[suffix]))
-    assert notes == (f"1 CAN FD frames of d{suffix} are not read",)
+    assert notes == (f"1 CAN FD frames of d{suffix} were left out",)
 
 
 def test_what_was_cut_is_in_the_words_and_the_json_of_both_verbs(

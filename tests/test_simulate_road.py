@@ -567,5 +567,5 @@ def test_an_impossible_road_wind_or_manoeuvre_is_refused_by_name(tables: dict[st
 
 def test_a_manoeuvre_longer_than_the_drive_is_refused_by_name() -> None:
     late = {"kind": "weave", "begin_s": 20, "amplitude_deg": 9, "frequency_hz": [0.1], "cycles": 20, "pause_s": 0}
-    with pytest.raises(OncenterError, match="'manoeuvre' is over at 220 s"):
+    with pytest.raises(OncenterError, match="'manoeuvre' ends at 220 s"):
         driven(scenario(drive=SHORT, road=OPEN, manoeuvre=late))

@@ -1,6 +1,6 @@
-"""A log becomes a `Signals`, and nothing else: in this process or in one that may die, see `here` and `apart`.
+"""Reads a log into a `Signals`: in this process (`here`) or in a child process that may crash (`apart`).
 
-What is here imports nothing heavy: a child process reads beside the imports of this one.
+This module imports nothing heavy: the child process starts reading while this process still imports.
 """
 
 from __future__ import annotations
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 _NO_FRAMES = ("column ", "variable ", "field ")  # sources of files without frames
 
+# What a message says about a log whose signals have other names; it follows a list of the names.
+ASSIGN_THEM = "assign them in the [signals] table of a vehicle file (oncenter vehicle new truck.toml writes one)"
+
 __all__ = ["SUFFIXES", "read", "refuse_unreadable", "require"]
 
 
@@ -35,24 +38,24 @@ def read(
     take: Mapping[str, str] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Signals:
-    """The signals of a log, as many of `oncenter.signals.SIGNALS` as it has.
+    """Reads the signals of a log, as many of `oncenter.signals.SIGNALS` as it has.
 
     Args:
         path: a candump `.log`, `.asc`, `.blf`, `.trc`, `.mf4`, `.mdf`, INCA's `.dat`, `.csv`, `.csv.gz`, `.parquet`,
-            `.vbo`, `.mat`, `.bag`, `.mcap`, `.db3` or the folder of a ROS 2 bag; or what an installed plug-in reads, a
-            file or a folder (examples/README.md).
-        vehicle: what `oncenter.vehicle` gave: its `[signals]` table and its `dbc` are taken where `names` and `dbc`
-            are not given.
-        names: how this log calls signals and "time", where not as we do.
-        dbc: databases beside the J1939 messages that are known anyway.
-        take: by signal, or "all", the source to take: an address "0x3E", a message "VDC2", or both.
-        progress: is told the fraction read, 0 to 1, now and then.
+            `.vbo`, `.mat`, `.bag`, `.mcap`, `.db3` or the folder of a ROS 2 bag; or a file or folder that an installed
+            plug-in reads (examples/README.md).
+        vehicle: from `oncenter.vehicle`. Its `[signals]` table and its `dbc` apply where `names` and `dbc` are not
+            given.
+        names: by signal, or "time", its name in this log, where it differs from oncenter's.
+        dbc: databases of the network, in addition to the built-in J1939 messages.
+        take: by signal, or "all", the source to use: an address "0x3E", a message "VDC2", or both.
+        progress: called now and then with the fraction read, 0 to 1.
 
     Raises:
-        OncenterError: the log cannot be read, has no known signal, or has two that disagree; "reader_crashed",
-            "reader_time", "reader_memory": a library that reads such files crashed or was stopped; "plugin_failed",
-            "plugin_ambiguous"; "missing_extra": a package that reads such files is not installed; "vehicle_file",
-            exit code 2: a database that the vehicle names is not there.
+        OncenterError: the log cannot be read, no signal is recognised, or two sources of a signal disagree;
+            "reader_crashed", "reader_time", "reader_memory": a library crashed on the file or was stopped;
+            "plugin_failed", "plugin_ambiguous"; "missing_extra": the package that reads such files is not installed;
+            "vehicle_file", exit code 2: a database named in the vehicle file does not exist.
     """
     if vehicle is not None:
         names = vehicle.signal_names if names is None else names
@@ -75,10 +78,10 @@ def read(
 
 
 def require(signals: Signals, needed: Sequence[str]) -> None:
-    """Refuses a log that lacks a signal.
+    """Checks that a log has the signals needed.
 
     Raises:
-        OncenterError: code "missing_signal"; names each missing signal, where it would be, and what there is.
+        OncenterError: code "missing_signal"; names each missing signal, its usual source, and the signals found.
     """
     missing = [name for name in needed if SIGNALS[name].column not in signals.table.columns]
     if not missing:
@@ -88,8 +91,9 @@ def require(signals: Signals, needed: Sequence[str]) -> None:
     columns = any(source.description.startswith(_NO_FRAMES) for source in signals.sources.values())
     homes = "; ".join(f"no {_spoken(name)} ({_home(name, columns)})" for name in missing)
     why = [note for note in signals.notes if note.split(":")[0] in missing]
+    remedy = "assign columns" if columns else "give the network's DBC with --dbc and assign its signals"
     raise OncenterError(
-        "; ".join([f"{homes} in {log}", *why, f"found: {found}"]),
+        "; ".join([f"{homes} in {log}", *why, f"found: {found}", f"{remedy} in the [signals] table of a vehicle file"]),
         code="missing_signal",
         needs=tuple(missing),
     )
@@ -127,16 +131,19 @@ def suffix_of(path: Path) -> str:
     from oncenter.read.plugins import suffixes_of_plugins
 
     known = ", ".join((*SUFFIXES, *suffixes_of_plugins()))
-    raise OncenterError(f"{path.name or path} is no log that can be read: known are {known}", code="unknown_format")
+    raise OncenterError(
+        f"cannot read {path.name or path}: unknown format; export the log as one of {known}",
+        code="unknown_format",
+    )
 
 
 def refuse_unreadable(path: Path) -> None:
-    """A folder, a device, a pipe, what cannot be opened, and what is empty."""
+    """Refuses a folder, a device, a pipe, a file that cannot be opened, and an empty file."""
     refuse_what_is_no_regular_file(path)
     try:
         with open_regular_file(path) as file:
             if not file.read(1):
-                raise OncenterError(f"{path.name} is empty", code="empty_log")
+                raise OncenterError(f"{path.name} is empty (0 bytes)", code="empty_log")
     except (OSError, ValueError) as error:
         raise cannot_read(path, error) from error
 
@@ -144,3 +151,16 @@ def refuse_unreadable(path: Path) -> None:
 def cannot_read(path: Path, error: Exception) -> OncenterError:
     reason = getattr(error, "strerror", None) or str(error)
     return OncenterError(f"cannot read {path}: {reason}", code="unreadable_log")
+
+
+def damaged(name: str, reason: str, remedy: str = "copy or export it again") -> OncenterError:
+    """The error of a file whose content contradicts its format."""
+    return OncenterError(
+        f"cannot read {name}: the file is damaged or has another format ({reason[:160]}); {remedy}",
+        code="unreadable_log",
+    )
+
+
+def reason_of(error: BaseException) -> str:
+    """The first line of an exception's text, or its type if it has none."""
+    return (str(error).strip().splitlines() or [""])[0] or type(error).__name__

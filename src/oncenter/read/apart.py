@@ -1,6 +1,6 @@
-"""Logs whose formats other people's libraries read are read in a child process: what it gives, as this one has it.
+"""Reads logs that need third-party libraries in a child process, and receives the result here.
 
-The request is out before anything heavy is imported here.
+The request is sent before this process imports anything heavy.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def read_apart(
     names: Mapping[str, SignalName],
     dbc: Sequence[str | os.PathLike[str]],
     take: Mapping[str, str],
-    tell: Callable[[float], None],
+    progress: Callable[[float], None],
 ) -> Signals:
     """
     Raises:
@@ -43,21 +43,21 @@ def read_apart(
 
         for message in answer:
             if "progress" in message[0]:
-                tell(message[0]["progress"])
+                progress(message[0]["progress"])
     return _as_signals(*message)
 
 
 def frames(path: Path, notes: list[str]) -> Generator[Frames, None, None]:
-    """All frames of a log, many at a time; notes say what is left out.
+    """All frames of a log, many at a time. `notes` receives what was left out.
 
     Raises:
         OncenterError: as `oncenter.read`.
     """
     with borrowed(READER) as child, _named(path):
-        for said, payload in child.ask({"frames": os.fspath(path)}, limits_for(_size(path))):
-            notes += said.get("notes", ())
+        for header, payload in child.ask({"frames": os.fspath(path)}, limits_for(_size(path))):
+            notes += header.get("notes", ())
             if payload:
-                yield _as_frames(said["count"], payload)
+                yield _as_frames(header["count"], payload)
 
 
 @contextlib.contextmanager
@@ -75,15 +75,15 @@ def _size(file: str | os.PathLike[str]) -> int:
                 os.stat(os.path.join(folder, name)).st_size for folder, _, names in os.walk(file) for name in names
             )
         return os.stat(file).st_size
-    except (OSError, ValueError):  # reading says what is wrong with it
+    except (OSError, ValueError):  # the reader reports the error
         return 0
 
 
 def sent(given: Signals, send: Send) -> None:
-    """Signals as the last message."""
+    """Sends signals as the last message."""
     import numpy as np
 
-    said = {
+    header = {
         "columns": given.table.columns,
         "sources": {name: asdict(source) for name, source in given.sources.items()},
         "rate_hz": given.rate_hz,
@@ -92,27 +92,27 @@ def sent(given: Signals, send: Send) -> None:
         "vin": given.vin,
         "last": True,
     }
-    send(said, *(np.ascontiguousarray(column.to_numpy(), np.float64) for column in given.table))
+    send(header, *(np.ascontiguousarray(column.to_numpy(), np.float64) for column in given.table))
 
 
-def _as_signals(said: Mapping[str, Any], payload: bytes) -> Signals:
+def _as_signals(header: Mapping[str, Any], payload: bytes) -> Signals:
     import numpy as np
     import polars as pl
 
-    names = said["columns"]
+    names = header["columns"]
     columns = np.frombuffer(payload, np.float64).reshape(len(names), -1)
     return Signals(
         pl.DataFrame(dict(zip(names, columns, strict=True))),
-        {name: Source(**{**source, "others": tuple(source["others"])}) for name, source in said["sources"].items()},
-        said["rate_hz"],
-        said["log"],
-        tuple(said["notes"]),
-        said["vin"],
+        {name: Source(**{**source, "others": tuple(source["others"])}) for name, source in header["sources"].items()},
+        header["rate_hz"],
+        header["log"],
+        tuple(header["notes"]),
+        header["vin"],
     )
 
 
 def sent_frames(given: Frames, send: Send) -> None:
-    """Frames as a message."""
+    """Sends frames as one message."""
     import numpy as np
 
     from oncenter.read.frames import Frames

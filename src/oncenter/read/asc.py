@@ -1,7 +1,7 @@
 """Vector's `.asc` logs, a block of text at a time.
 
-Usual frames of classic CAN are read many at once. Every other line is read by itself: events are passed over, and an
-unusual frame becomes what python-can makes of it. A log that is written in an unknown way is left to python-can.
+Ordinary frames of classic CAN are parsed many at once. Every other line is parsed by itself: events are skipped, and an
+unusual frame gives the same result as python-can. A log with an unknown layout is left to python-can.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _LAYOUTS = {
 _MESSAGE = re.compile(  # as in python-can
     r"\d+\.\d+\s+(\d+\s+(\w+\s+(Tx|Rx)|ErrorFrame)|CANFD)", re.ASCII | re.IGNORECASE
 )
-_HEADS = b"bBdD"  # of lines that say how others are meant: base, begin, date
+_HEADS = b"bBdD"  # first letters of header lines: base, begin, date
 _DATE = re.compile(r"(?:date|begin\s+triggerblock)\s+\w+\s+(.+)", re.IGNORECASE)
 _MONTHS = {name: k for k, name in enumerate("jan feb mar apr may jun jul aug sep oct nov dec".split(), 1)} | {
     "mär": 3,
@@ -53,11 +53,11 @@ _DAY = re.compile(r"(\w+)\s+(\d\d?)\s+(\d\d?):(\d\d?):(\d\d?)(?:\.(\d{1,6}))?(?:
 
 
 def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
-    """Data frames of classic CAN, a block of text at a time; notes say what is left out.
+    """Data frames of classic CAN, a block of text at a time. `notes` receives what was left out.
 
     Raises:
-        OncenterError: "unreadable_log": messages have names and no identifiers.
-        NeedsLibrary: it is written in a way that is not known here.
+        OncenterError: "unreadable_log": messages have names instead of identifiers.
+        NeedsLibrary: this reader does not support the log's layout.
     """
     size = max(path.stat().st_size, 1)
     with path.open("rb") as file:
@@ -67,19 +67,19 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
             yield log.frames(block)
     if text.cut_off:
         notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
-    notes += log.others.notes("are no frames and were left out")
+    notes += log.others.notes("are not CAN frames and were left out")
 
 
 @dataclass
 class _Log:
-    """What the lines so far say about those to come.
+    """The header state that applies to the following lines.
 
     Attributes:
-        others: lines that are no usual frames.
-        base: whether numbers are decimal, and whether times count from the line before; None where not said so far.
-        start_s: what times count from, s since 1970.
-        passed_s: sum of the times that count from the line before.
-        starts: of a block, the lines from which on times count from another start.
+        others: lines that are not ordinary frames.
+        base: whether numbers are decimal, and whether times are relative to the line before; None before a `base` line.
+        start_s: origin of the times, s since 1970.
+        passed_s: sum of the relative times so far.
+        starts: for the current block, the lines at which the time origin changes.
     """
 
     others: OtherLines
@@ -107,7 +107,7 @@ class _Log:
         if base is not None:
             said = (base[1].lower() == "dec", (base[2] or "").lower() == "relative")
             if self.base not in (None, said):
-                raise NeedsLibrary("the base of its numbers changes")
+                raise NeedsLibrary("its number base changes within the file")
             self.base = said
             return
         date = _DATE.fullmatch(line)
@@ -117,7 +117,7 @@ class _Log:
             self.starts.append((number, self.start_s))
 
     def _start_at(self, numbers: Places) -> Column | float:
-        """Of lines, from when their times count."""
+        """The time origin of each line."""
         if len(self.starts) == 1:
             return self.start_s
         lines, starts = (np.array(column) for column in zip(*self.starts, strict=True))
@@ -125,7 +125,7 @@ class _Log:
         return given
 
     def _since_start(self, fields: Fields, steps: Column, numbers: Places) -> Column:
-        """Of times that count from the line before, be it a frame or not. With `begin` they start anew."""
+        """Absolute times from steps relative to the line before, frame or not. `begin` restarts them."""
         every = np.zeros(len(fields.line_ends))
         every[numbers] = steps
         is_frame = np.zeros(len(every), bool)
@@ -140,11 +140,11 @@ class _Log:
         return np.round(since, 9)[numbers]
 
     def _row(self, line: str) -> Row | None:
-        """The frame of any line, or None; as python-can reads it.
+        """The frame in a line, parsed as python-can does; None if it has none.
 
         Raises:
             OncenterError: as `chunks`.
-            ValueError: it begins as a frame and is none.
+            ValueError: it starts like a frame but cannot be parsed.
         """
         words = line.split(None, 4)
         if not words:
@@ -167,10 +167,10 @@ class _Log:
 
 
 def _classic(time: float, bus: int, text: str, base: int) -> Row | None:
-    """A frame of classic CAN; None of an error frame or a remote one.
+    """A frame of classic CAN; None for an error frame or a remote frame.
 
     Raises:
-        ValueError: it is none.
+        ValueError: it cannot be parsed.
     """
     if text[:10].lower() == "errorframe":
         return None
@@ -187,7 +187,7 @@ def _classic(time: float, bus: int, text: str, base: int) -> Row | None:
 
 
 def _step(line: str) -> float:
-    """s since the line before; 0 of a line that has no time."""
+    """s since the line before; 0 for a line without time."""
     words = line.split(None, 1)
     if len(words) < 2 or not words[0][:1].isdigit():
         return 0.0
@@ -198,10 +198,10 @@ def _step(line: str) -> float:
 
 
 def _seconds(date: str) -> float:
-    """Since 1970 of `Jun 15 02:13:20.000 pm 2016`, in this machine's time zone as the format has it.
+    """Seconds since 1970 of `Jun 15 02:13:20.000 pm 2016`. The format means local time.
 
     Raises:
-        NeedsLibrary: it is another date.
+        NeedsLibrary: the date has another form.
     """
     found = _DAY.fullmatch(date)
     try:
@@ -217,4 +217,4 @@ def _seconds(date: str) -> float:
         micros = int((fraction or "0").ljust(6, "0"))
         return datetime(int(year), months, int(day), hours, int(minute), int(second), micros).timestamp()
     except (ValueError, OverflowError) as error:
-        raise NeedsLibrary(f"its date reads {date[:40]!r}") from error
+        raise NeedsLibrary(f"its date {date[:40]!r} has an unknown form") from error

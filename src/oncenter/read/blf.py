@@ -1,11 +1,11 @@
 """Vector's Binary Logging Format (.blf), some containers at a time.
 
-A file is a header and objects. Objects of type 10 are containers: their contents, mostly compressed, are objects again.
-The contents continue from one container to the next, so that an object may begin in one and end in another. Up to four
-bytes of padding follow an object; their number depends on the writer, so that the reader searches for the next object.
+A file is a header and objects. Objects of type 10 are containers: their contents, usually compressed, are objects
+again. The contents continue from one container to the next, so an object may begin in one and end in another. Up to
+four bytes of padding follow an object; their number depends on the writer, so the reader searches for the next object.
 
-A file may be damaged or hostile. Every size in it is checked before it is used, and `MAX_CONTAINER_BYTES` limits the
-memory, whatever the size of the file.
+A file may be damaged or hostile. Every size in it is checked before use, and `MAX_CONTAINER_BYTES` limits the memory,
+whatever the size of the file.
 """
 
 from __future__ import annotations
@@ -23,19 +23,20 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
+from oncenter.read import damaged
 from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Frames, bus_code, joined
 
-BLOCK_BYTES = 1 << 20  # contents per step: their columns stay in the cache
-MAX_CONTAINER_BYTES = 32 << 20  # of a container, packed or not, and of an object; Vector's have 128 KiB
-MAX_EXPANSION = 100  # contents per byte of the file; drives have 3 to 10, zlib's limit is 1032
-ALWAYS_UNPACKED_BYTES = 64 << 20  # whatever that says of a small file
+BLOCK_BYTES = 1 << 20  # contents per step, so that their columns fit into the cache
+MAX_CONTAINER_BYTES = 32 << 20  # of a container, packed or unpacked, and of an object; Vector's have 128 KiB
+MAX_EXPANSION = 100  # unpacked bytes per byte of the file; recordings have 3 to 10, zlib's limit is 1032
+ALWAYS_UNPACKED_BYTES = 64 << 20  # allowed for any file, however small
 
 _FILE_HEADER = struct.Struct("<4sL8xQQLL8H16x")  # signature, header's size, file's size, ..., start as a SYSTEMTIME
 _OBJECT = struct.Struct("<4sHHLL")  # signature, header's size and version, object's size and type
 _CONTAINER = struct.Struct("<H6xL4x")  # compression, size of its contents
 _SIGNATURE = b"LOBJ"
-_PADDING = 4  # bytes after an object, at most
+_PADDING = 4  # maximum bytes after an object
 _STORED, _DEFLATED = 0, 2
 _LOG_CONTAINER = 10
 _HEADER_BYTES = np.array([0, 32, 40])  # of an object with time stamp, by header version
@@ -48,7 +49,7 @@ Numbers = npt.NDArray[np.unsignedinteger[Any]]
 
 
 def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
-    """Data frames of at most 8 bytes, CAN and CAN FD, some containers at a time; notes say what is left out.
+    """Data frames of at most 8 bytes, CAN and CAN FD, some containers at a time. `notes` receives what was left out.
 
     Raises:
         OncenterError: "unreadable_log": the file is damaged, cut off or of another format.
@@ -56,7 +57,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
     with path.open("rb") as file:
         log = _opened(file, path.name)
         if not log.closed:
-            notes.append(CutOff(f"{path.name} was never closed by its logger: read up to its last whole part"))
+            notes.append(CutOff(f"the logger did not close {path.name}: it was read up to its last complete part"))
         rest, left_out = _Contents(), _LeftOut()
         for parts in _blocks(log):
             contents = rest.followed_by(parts)
@@ -74,10 +75,10 @@ class _Log:
     """An open file.
 
     Attributes:
-        size: bytes that are there.
+        size: bytes in the file.
         header_size: bytes before the first object.
-        closed: whether its logger wrote the header at the end; only then every object must be whole.
-        start_s: seconds since 1970, 0 where it has no date.
+        closed: whether the logger completed the header at the end; only then must every object be complete.
+        start_s: seconds since 1970, 0 without a date.
     """
 
     file: BinaryIO
@@ -88,11 +89,7 @@ class _Log:
     start_s: float
 
     def damaged(self, what: str) -> OncenterError:
-        return _damaged(self.name, what)
-
-
-def _damaged(name: str, what: str) -> OncenterError:
-    return OncenterError(f"cannot read {name}, it is damaged or of another format: {what}", code="unreadable_log")
+        return damaged(self.name, what)
 
 
 @dataclass(frozen=True)
@@ -100,8 +97,9 @@ class _Contents:
     """Contents of containers, joined.
 
     Attributes:
-        begins: where in the data each container's contents begin, ascending; negative if the first part is used up.
-        places: where in the file each container begins.
+        begins: position in the data at which each container's contents begin, ascending; negative if the first part
+            is consumed.
+        places: position in the file at which each container begins.
     """
 
     data: bytes = b""
@@ -126,7 +124,7 @@ class _Contents:
 
 @dataclass
 class _LeftOut:
-    """Counts of frames that are left out."""
+    """Counts of frames left out."""
 
     long: int = 0
     unknown_header: int = 0
@@ -143,17 +141,20 @@ def _opened(file: BinaryIO, name: str) -> _Log:
     file.seek(0)
     head = file.read(_FILE_HEADER.size)
     if len(head) < _FILE_HEADER.size or head[:4] != b"LOGG":
-        raise _damaged(name, "it has no BLF header")
+        raise damaged(name, "it has no BLF header")
     _, header_size, written, _, _, _, *start = _FILE_HEADER.unpack(head)
     if not _FILE_HEADER.size <= header_size <= size:
-        raise _damaged(name, f"a header of {header_size} bytes")
+        raise damaged(name, f"its header has {header_size} bytes")
     if written > size:
-        raise OncenterError(f"{name} is cut off: {size} of {written} bytes are there", code="unreadable_log")
+        raise OncenterError(
+            f"{name} is cut off: its header says {written} bytes, the file has {size}; copy it again from the logger",
+            code="unreadable_log",
+        )
     return _Log(file, name, size, header_size, size - written <= _PADDING, _seconds(start))
 
 
 def _seconds(system_time: list[int]) -> float:
-    """Since 1970, of year, month, day of the week, day, hour, minute, second, millisecond. The zone is not logged."""
+    """Seconds since 1970 of year, month, weekday, day, hour, minute, second, millisecond. The zone is not logged."""
     year, month, _, day, hour, minute, second, millisecond = system_time
     try:
         return datetime(year, month, day, hour, minute, second, millisecond * 1000, UTC).timestamp()
@@ -162,7 +163,7 @@ def _seconds(system_time: list[int]) -> float:
 
 
 def _blocks(log: _Log) -> Iterator[list[tuple[int, bytes]]]:
-    """Contents with the places of their containers, as many as fill a block; a large container fills several."""
+    """Contents with the positions of their containers, a block at a time; a large container fills several blocks."""
     parts: list[tuple[int, bytes]] = []
     held = total = 0
     for place, contents in _containers(log):
@@ -172,7 +173,7 @@ def _blocks(log: _Log) -> Iterator[list[tuple[int, bytes]]]:
         for begin in range(0, len(contents), BLOCK_BYTES):
             part = contents[begin : begin + BLOCK_BYTES]
             parts.append((place, part))
-            held += max(len(part), 1 << 10)  # so that there are at most a thousand
+            held += max(len(part), 1 << 10)  # limits a block to a thousand parts
             if held >= BLOCK_BYTES:
                 yield parts
                 parts, held = [], 0
@@ -181,7 +182,7 @@ def _blocks(log: _Log) -> Iterator[list[tuple[int, bytes]]]:
 
 
 def _containers(log: _Log) -> Iterator[tuple[int, bytes]]:
-    """Place in the file and contents of each. Objects outside of containers are passed over."""
+    """Position in the file and contents of each. Objects outside containers are skipped."""
     place = log.header_size
     while True:
         log.file.seek(place)
@@ -201,19 +202,19 @@ def _containers(log: _Log) -> Iterator[tuple[int, bytes]]:
         if size < _OBJECT.size:
             raise log.damaged(f"the object at byte {place} has {size} bytes")
         if place + size > log.size and log.closed:
-            raise log.damaged(f"the object at byte {place} has {size} bytes, more than follow")
+            raise log.damaged(f"the object at byte {place} has {size} bytes, the file ends before")
         if kind == _LOG_CONTAINER:
             yield place, _contents(log, place, size)
         place += size
 
 
 def _contents(log: _Log, place: int, size: int) -> bytes:
-    """Contents of a container; if the end of the file cuts it, the part that is there."""
+    """Contents of a container; the available part if the file ends within it."""
     head_size = _OBJECT.size + _CONTAINER.size
     if not head_size <= size <= MAX_CONTAINER_BYTES:
         raise log.damaged(f"the container at byte {place} has {size} bytes")
     log.file.seek(place + _OBJECT.size)
-    packed = log.file.read(min(size, log.size - place) - _OBJECT.size)  # a wrong size takes no room
+    packed = log.file.read(min(size, log.size - place) - _OBJECT.size)  # a wrong size allocates nothing
     cut = len(packed) < size - _OBJECT.size
     if cut and log.closed:
         raise log.damaged(f"the container at byte {place} is cut off")
@@ -238,13 +239,13 @@ def _contents(log: _Log, place: int, size: int) -> bytes:
 
 
 def _objects(log: _Log, contents: _Contents) -> tuple[Places, int]:
-    """Where the whole objects begin, and the end of the last one."""
+    """Where the complete objects begin, and the end of the last one."""
     chained = _chained(contents.data)
     return _walked(log, contents) if chained is None else chained
 
 
 def _chained(data: bytes) -> tuple[Places, int] | None:
-    """All objects at once, if signatures are where objects begin and nowhere else, as is usual; else None."""
+    """All objects at once, if signatures occur only where objects begin, which is usual; else None."""
     characters = np.frombuffer(data, np.uint8)
     signed = np.ones(max(len(data) - _OBJECT.size + 1, 0), bool)
     for offset, character in enumerate(_SIGNATURE):
@@ -263,18 +264,18 @@ def _chained(data: bytes) -> tuple[Places, int] | None:
 
 
 def _walked(log: _Log, contents: _Contents) -> tuple[Places, int]:
-    """One object after another, for data that contain the signature by chance, and to find damage."""
+    """One object after another: for data that contain the signature by chance, and to locate damage."""
     data, at, end = contents.data, [], 0
     size_at = struct.Struct("<8xL").unpack_from
     while True:
         begin = data.find(_SIGNATURE, end, end + 2 * _PADDING)
         if begin < 0 and end + 2 * _PADDING <= len(data):
-            raise log.damaged(f"the container at byte {contents.place(end)} holds bytes that are no object")
+            raise log.damaged(f"the container at byte {contents.place(end)} contains bytes outside any object")
         if begin < 0 or begin + _OBJECT.size > len(data):
             break
         (size,) = size_at(data, begin)
         if not _OBJECT.size <= size <= MAX_CONTAINER_BYTES:
-            raise log.damaged(f"the container at byte {contents.place(begin)} holds an object of {size} bytes")
+            raise log.damaged(f"the container at byte {contents.place(begin)} contains an object of {size} bytes")
         if begin + size > len(data):
             break
         at.append(begin)
@@ -283,7 +284,7 @@ def _walked(log: _Log, contents: _Contents) -> tuple[Places, int]:
 
 
 def _field(data: bytes, places: Places, kind: str) -> Numbers:
-    """Numbers that begin at any byte."""
+    """Numbers at any byte, aligned or not."""
     width = np.dtype(kind).itemsize
     windows: npt.NDArray[np.void] = np.ndarray((max(len(data) - width + 1, 0),), f"V{width}", data, strides=(1,))
     found: Numbers = windows[places].view(kind)
@@ -292,15 +293,15 @@ def _field(data: bytes, places: Places, kind: str) -> Numbers:
 
 @dataclass(frozen=True)
 class _Layout:
-    """An object with a frame: where its fields are, in bytes after the object's header.
+    """Positions of the fields in an object with a frame, in bytes after the object's header.
 
     Attributes:
         kinds: object types.
         size: bytes, without data of variable length.
-        channel: type of the channel's number, which comes first. The identifier always is at byte 4.
+        channel: type of the channel number, at byte 0. The identifier is always at byte 4.
         remote: byte and bit that mark a remote frame.
-        length: byte that counts the data.
-        data: where they begin.
+        length: byte with the number of data bytes.
+        data: first data byte.
     """
 
     kinds: tuple[int, ...]
@@ -317,7 +318,7 @@ _FLEXIBLE_64 = _Layout((101,), 40, "u1", (12, 0x10), 2, 40)
 
 
 def _frames(log: _Log, contents: _Contents, at: Places, left_out: _LeftOut) -> Frames:
-    """Data frames among the objects that begin at these places."""
+    """Data frames among the objects that begin at these positions."""
     data = contents.data
     kind = _field(data, at + 12, "<u4")
     bad = _field(data, at + 4, "<u2") > _field(data, at + 8, "<u4")
@@ -340,7 +341,7 @@ def _frames_like(
     layout: _Layout, log: _Log, contents: _Contents, at: Places, left_out: _LeftOut
 ) -> tuple[Frames, Places]:
     """Data frames of one layout, and where their objects begin."""
-    data = contents.data + bytes(8)  # so that eight bytes can be taken wherever an object ends
+    data = contents.data + bytes(8)  # eight bytes can then be read at any object's end
     version = _field(data, at + 6, "<u2")
     known = (version == 1) | (version == 2)
     left_out.unknown_header += int(np.count_nonzero(~known))
@@ -355,7 +356,7 @@ def _frames_like(
     remote = _field(data, body + byte, "u1") & bit != 0
     length = _field(data, body + layout.length, "u1")
     if layout is _CLASSIC:
-        length = np.minimum(length, 8)  # a length code of 9 to 15 is one of 8
+        length = np.minimum(length, 8)  # length codes 9 to 15 mean 8
     long = ~remote & (length > 8)
     left_out.long += int(np.count_nonzero(long))
     ours = ~remote & ~long
@@ -377,9 +378,9 @@ def _frames_like(
 
 
 def _there(log: _Log, contents: _Contents, at: Places, header: Places, length: Numbers, sizes: Places) -> Places:
-    """Number of data bytes that each object holds: fewer than its frame has if the logger left out zeros at the end.
+    """Number of data bytes stored in each object: fewer than the frame has if the logger left out trailing zeros.
 
-    The data end where an extension begins, or with the object.
+    The data end at the extension, or at the end of the object.
     """
     head = header + _FLEXIBLE_64.size
     extension = _field(contents.data, at + header + 35, "u1").astype(np.int64)
@@ -393,13 +394,13 @@ def _there(log: _Log, contents: _Contents, at: Places, header: Places, length: N
 def _wrong_sizes(log: _Log, contents: _Contents, at: int) -> OncenterError:
     _, header_size, version, size, kind = _OBJECT.unpack_from(contents.data, at)
     return log.damaged(
-        f"the container at byte {contents.place(at)} holds an object of type {kind} in {size} bytes, "
+        f"the container at byte {contents.place(at)} contains an object of type {kind} with {size} bytes, "
         f"{header_size} of them for header version {version}"
     )
 
 
 def _buses(channel: Numbers) -> npt.NDArray[np.uint64]:
-    """Channels count from 1; our buses count from 0, as in logs that python-can reads."""
+    """BLF channels count from 1; bus numbers here count from 0, as in python-can."""
     there = np.bincount(channel)
     codes = np.zeros(len(there), np.uint64)
     for number in np.flatnonzero(there).tolist():

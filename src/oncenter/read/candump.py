@@ -1,7 +1,7 @@
-"""candump's two ways of writing: the log file and the console with time stamps.
+"""candump's two output styles: the log file (-l) and the console with time stamps (-ta).
 
-The log style is read a block at a time without a loop over lines: places of line ends, brackets and '#' first, then
-eight characters at once as one number. Lines that are written in any other way go through an expression, one by one.
+The log style is parsed a block at a time without a loop over lines: first the positions of line ends, brackets and '#',
+then eight characters at once as one number. All other lines go through a regular expression, one by one.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from oncenter.read.cut_off import CutOff
 from oncenter.read.digits import Places, Words, all_decimal, decimal, eight, packed, without_first
 from oncenter.read.frames import Frames, bus_code, frames_of_rows, joined
 
-BLOCK_BYTES = 1 << 20  # text per step: its columns stay in the cache
+BLOCK_BYTES = 1 << 20  # text per step, so that its columns fit into the cache
 _FULL_FRAME = 8  # bytes
-PAD = b"\0" * 32  # before and after a block, so that no look around a place leaves it
-BAD_LINES_SHARE = 0.01  # more than that is not a candump log with a scratch, but something else
+PAD = b"\0" * 32  # before and after a block, so that reads around a position stay inside
+BAD_LINES_SHARE = 0.01  # more bad lines mean another format, not local damage
 
 _NIBBLE = bytes(int(chr(c), 16) if chr(c) in "0123456789abcdefABCDEF" else 0xFF for c in range(256))
 _LOG_LINE = re.compile(
@@ -73,28 +73,30 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
     if rest.strip():
         frames, bad, count = _parse(rest + b"\n")
         lines += count
-        if bad or (
-            len(frames) and frames.length[-1] < _FULL_FRAME
-        ):  # a short frame without a line end: cut, most likely
+        # a short frame without a line end was probably cut
+        if bad or (len(frames) and frames.length[-1] < _FULL_FRAME):
             frames = frames.where(np.zeros(len(frames), bool))
             notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
         yield frames
     if bad_lines > BAD_LINES_SHARE * lines:
         raise _not_candump(path, first_bad)
     if flexible:
-        notes.append(f"{flexible} CAN FD frames of {path.name} are not read")
+        notes.append(f"{flexible} CAN FD frames of {path.name} were left out")
     if bad_lines:
-        notes.append(f"{bad_lines} lines of {path.name} are not candump's and were left out, the first {first_bad}")
+        notes.append(
+            f"{bad_lines} lines of {path.name} are not in candump format and were left out, first: {first_bad}"
+        )
 
 
 def _flexible_frames(text: bytes) -> int:
-    """`123##1AABB` is one of CAN FD."""
+    """Counts them: `123##1AABB` is a CAN FD frame."""
     return text.count(b"##")
 
 
 def _not_candump(path: Path, line: str) -> OncenterError:
     return OncenterError(
-        f"{path.name} is not a candump log with time stamps (candump -l, candump -ta): {line}", code="unreadable_log"
+        f"{path.name} is not a candump log with time stamps: {line}; record with candump -l or candump -ta",
+        code="unreadable_log",
     )
 
 
@@ -104,7 +106,7 @@ def _quoted(line: int, text: bytes) -> str:
 
 
 def _parse(block: bytes) -> tuple[Frames, list[tuple[int, bytes]], int]:
-    """Frames of whole lines, the lines (number, text) that are none, and how many lines there were."""
+    """The frames in complete lines, the lines without a frame (number, text), and the number of lines."""
     text = PAD + block + PAD
     characters = np.frombuffer(text, np.uint8)
     ends = np.flatnonzero(characters[: len(PAD) + len(block)] == ord("\n"))
@@ -121,7 +123,7 @@ def _parse(block: bytes) -> tuple[Frames, list[tuple[int, bytes]], int]:
 def _parse_log_style(
     text: bytes, characters: npt.NDArray[np.uint8], starts: Places, ends: Places
 ) -> tuple[Frames, npt.NDArray[np.bool_]]:
-    """`(1700000000.123456) can0 18F0093E#697D7F637D577F7D` and which lines were so."""
+    """Frames as `(1700000000.123456) can0 18F0093E#697D7F637D577F7D`, and which lines have this form."""
     nibbles = np.frombuffer(text.translate(_NIBBLE), np.uint8)
     bracket = _first_in_line(characters, ord(")"), starts, ends)
     hashed = _first_in_line(characters, ord("#"), starts, ends)
@@ -149,7 +151,7 @@ def _parse_log_style(
     numbers = identifier.astype(np.uint32).byteswap()
     good &= numbers < 1 << 29
     names = eight(characters, bus_end - 8)
-    # The name starts after the bracket and a blank: what stands before it goes.
+    # The name starts after the bracket and a blank; earlier characters are shifted out.
     missing = np.clip(8 - (bus_end - bracket - 2), 0, 7).astype(np.uint64) * np.uint64(8)
     frames = Frames(
         micros.astype(np.float64) / 1e6,
@@ -163,7 +165,7 @@ def _parse_log_style(
 
 
 def _first_in_line(characters: npt.NDArray[np.uint8], wanted: int, starts: Places, ends: Places) -> Places:
-    """Place of the first such character of each line; the line's end where it has none."""
+    """Position of the first such character in each line; the line's end without one."""
     places = np.flatnonzero(characters == wanted)
     if len(places) == len(ends) and bool(np.all(places < ends)) and bool(np.all(places >= starts)):
         return places
@@ -173,12 +175,12 @@ def _first_in_line(characters: npt.NDArray[np.uint8], wanted: int, starts: Place
 
 
 _FULL = np.uint64(0xFFFFFFFFFFFFFFFF)
-_NO_NIBBLE = np.uint64(0x8080808080808080)  # set in a byte that was no hexadecimal digit
+_NO_NIBBLE = np.uint64(0x8080808080808080)  # set in bytes that are not hexadecimal digits
 _ALL_F = np.uint64(0x0F0F0F0F0F0F0F0F)
 
 
 def _data(low: Words, high: Words) -> tuple[Words, npt.NDArray[np.int64]]:
-    """Up to sixteen digits as eight bytes, what is missing as 0xFF, and how many digits there were."""
+    """Up to sixteen digits as eight bytes, missing bytes as 0xFF, and the number of digits."""
     kept_low = _before_first_other(low)
     kept_high = np.where(kept_low == _FULL, _before_first_other(high), np.uint64(0))
     digits = _bytes_kept(kept_low) + _bytes_kept(kept_high)
@@ -188,20 +190,20 @@ def _data(low: Words, high: Words) -> tuple[Words, npt.NDArray[np.int64]]:
 
 
 def _bytes_kept(kept: Words) -> npt.NDArray[np.int64]:
-    """How many bytes of each word are full: a product adds up all of a word's bytes in its highest one."""
+    """Number of full bytes in each word: the product sums all bytes of the word into the highest one."""
     ones = np.uint64(0x0101010101010101)
     return ((kept & ones) * ones >> np.uint64(56)).astype(np.int64)
 
 
 def _before_first_other(nibbles: Words) -> Words:
-    """All bits of the bytes before the first one that is no digit."""
+    """All bits of the bytes before the first one that is not a digit."""
     other = nibbles & _NO_NIBBLE
     lowest = other & (~other + np.uint64(1))
     return (lowest >> np.uint64(7)) - np.uint64(1)
 
 
 def _time(nibbles: npt.NDArray[np.uint8], starts: Places, bracket: Places) -> tuple[Words, npt.NDArray[np.bool_]]:
-    """Microseconds of `(seconds.microseconds)`, and whether it was written so."""
+    """Microseconds of `(seconds.microseconds)`, and whether the stamp has this form."""
     width = bracket - 7 - (starts + 1)  # of the seconds
     missing = (np.clip(16 - width, 0, 16) * 8).astype(np.uint64)
     low_missing = np.minimum(missing, np.uint64(64))
@@ -216,7 +218,7 @@ def _time(nibbles: npt.NDArray[np.uint8], starts: Places, bracket: Places) -> tu
 
 
 def _seconds(stamp: bytes) -> float:
-    """Of seconds, or of a date (`candump -tA`), whose unknown time zone is taken for UTC: only differences count."""
+    """From seconds, or from a date (`candump -tA`), read as UTC: its zone is unknown, and only differences count."""
     if b"-" not in stamp:
         return float(stamp)
     return datetime.fromisoformat(stamp.decode()).replace(tzinfo=UTC).timestamp()
@@ -225,7 +227,7 @@ def _seconds(stamp: bytes) -> float:
 def _parse_one_by_one(
     text: bytes, starts: Places, ends: Places, lines: Places
 ) -> tuple[Frames, Places, list[tuple[int, bytes]]]:
-    """Frames of the given lines, in which lines they stood, and the lines that are none."""
+    """The frames in the given lines, their line numbers, and the lines without a frame."""
     rows: list[tuple[float, int, bool, int, int, int]] = []
     places: list[int] = []
     bad: list[tuple[int, bytes]] = []

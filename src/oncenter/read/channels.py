@@ -1,4 +1,4 @@
-"""Signals of files with many channels at several rasters: of MDF, of MATLAB (variables), of ROS (fields of topics)."""
+"""Signals from files with many channels at several rates: MDF, MATLAB (variables), ROS (fields of topics)."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 
 from oncenter.errors import OncenterError
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
+from oncenter.read import ASSIGN_THEM
 from oncenter.read.frames import Column
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
@@ -18,7 +19,7 @@ _NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed", "lateral_acceler
 
 
 class NoSamples(Exception):
-    """A channel cannot be taken; the message says why, as "holds no numbers"."""
+    """A channel cannot be used; the text gives the reason, as "contains no numbers"."""
 
 
 @dataclass(frozen=True)
@@ -26,12 +27,12 @@ class Channel:
     """One channel of a file.
 
     Attributes:
-        name: as the file calls it within `label`.
-        label: of the group, struct or topic that it is in; may be empty.
-        content: its time in s, which channels of one raster share as one array, its values in its unit, NaN where not
-            available, and that unit, empty where the file tells none. Raises `NoSamples`.
-        called: what the file's own tools call it: "channel", "variable", "field".
-        stamps: what the time is from, for people, where not from the channel itself.
+        name: in the file, within `label`.
+        label: name of the group, struct or topic that contains it; may be empty.
+        content: gives its time in s (one shared array for channels of one rate), its values in its unit, NaN where not
+            available, and the unit, empty if the file has none. Raises `NoSamples`.
+        called: the format's word for it: "channel", "variable", "field".
+        stamps: source of the time, for messages, if it is not the channel itself.
     """
 
     name: str
@@ -46,10 +47,10 @@ class Channel:
 
 
 def samples_of(channel: Channel, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
-    """Of a channel that `[signals]` names, or that is called as our signals are; notes say what was left out.
+    """Samples of a channel named in `[signals]`, or with the name of a signal. `notes` receives what was left out.
 
     Raises:
-        OncenterError: a channel that `[signals]` names has no unit, or none of its signal.
+        OncenterError: a channel named in `[signals]` has no unit, or a unit that does not fit the signal.
     """
     given = []
     for signal in SIGNALS:
@@ -68,7 +69,9 @@ def samples_of(channel: Channel, names: Mapping[str, SignalName], notes: list[st
             unit = suffix or unit_key(written, known) or ("1" if SIGNALS[signal].quantity is PURE_NUMBER else None)
             if unit is None:
                 would_do = " or ".join(known)
-                notes.append(f"{signal}: {channel.called} {channel.name} has unit {written!r}, {would_do} would do")
+                notes.append(
+                    f"{signal}: {channel.called} {channel.name} left out: it has unit {written!r}, expected {would_do}"
+                )
                 continue
             factor = known[unit]
         values = values * factor
@@ -96,13 +99,13 @@ def samples(
 
 
 def is_wanted(channel: Channel, names: Mapping[str, SignalName]) -> bool:
-    """Whether it is a signal of ours by its name, before anything of it is read."""
+    """Whether its name is that of a signal, before any of its data are read."""
     return any(_match(channel, signal, names) != (False, None) for signal in SIGNALS)
 
 
 def _match(channel: Channel, signal: str, names: Mapping[str, SignalName]) -> tuple[bool, str | None]:
-    """Whether `[signals]` names it, and the unit that its name ends with: "" where it is called as the signal alone,
-    None where it is called otherwise."""
+    """Whether `[signals]` names it, and the unit at the end of its name: "" if the name is the signal's alone, None for
+    any other name."""
     entry = names.get(signal)
     is_named = entry is not None and entry.name in (channel.name, channel.full_name)
     suffix = unit_by_suffix(channel.name, factors(signal))
@@ -112,28 +115,27 @@ def _match(channel: Channel, signal: str, names: Mapping[str, SignalName]) -> tu
 
 
 def not_there(channels: Sequence[Channel], names: Mapping[str, SignalName], called: str) -> list[str]:
-    """A note on each name of `[signals]` that no channel has."""
+    """A note for each name in `[signals]` that no channel has."""
     known = dict.fromkeys(name for channel in channels for name in (channel.full_name, channel.name))
     full = [channel.full_name for channel in channels]
     return [
-        f"{signal}: no {called} {entry.name!r}, which [signals] names{did_you_mean(entry.name, full)}"
+        f"{signal}: [signals] names {called} {entry.name!r}, which does not exist{did_you_mean(entry.name, full)}"
         for signal, entry in names.items()
         if signal in SIGNALS and entry.name not in known
     ]
 
 
-def nothing_known(
+def no_signal_recognised(
     path: Path, channels: Sequence[Channel], names: Mapping[str, SignalName], called: str, notes: Sequence[str]
 ) -> OncenterError:
-    """The refusal of a file in which no signal was found; it lists channels, those first that are called most like the
-    ones that are sought."""
+    """The error for a file without a recognised signal. It lists the channels, the most similar names first."""
     wanted = [entry.name for signal, entry in names.items() if signal in SIGNALS] or _NEEDED
     every = list(dict.fromkeys(channel.full_name for channel in channels))
     shown = ", ".join(repr(name[:80]) for name in in_order_of_likeness(every, wanted)[:_LISTED_MAX])
     more = f" and {len(every) - _LISTED_MAX} more" if len(every) > _LISTED_MAX else ""
-    there = f"its {called}s are {shown}{more}" if every else f"it has no {called}s with numbers"
+    there = f"its {called}s are {shown}{more}; {ASSIGN_THEM}" if every else f"it has no {called}s with numbers"
     return OncenterError(
-        f"{'; '.join(['no known signal', *notes])} in {path.name}: {there}; name them in a [signals] table",
+        "; ".join([f"no signal recognised in {path.name}", *notes, there]),
         code="missing_signal",
         needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
     )

@@ -1,4 +1,4 @@
-"""`python -m oncenter.read.child`: reads logs for a parent that watches it, see `oncenter.files.child`."""
+"""`python -m oncenter.read.child`: reads logs for a parent process, see `oncenter.files.child`."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ def _answer(request: Mapping[str, Any], send: Send) -> None:
     from oncenter.read.here import read_here
     from oncenter.signals import SignalName
 
-    def tell(fraction: float) -> None:
+    def progress(fraction: float) -> None:
         send({"progress": fraction})
 
     if "frames" in request:
         notes: list[str] = []
-        for frames in frames_of_log(Path(request["frames"]), notes, tell):
+        for frames in frames_of_log(Path(request["frames"]), notes, progress):
             sent_frames(frames, send)
         send({"notes": notes, "last": True})
         return
     names = {signal: SignalName(**name) for signal, name in request["names"].items()}
     dbc = [Path(file) for file in request["dbc"]]
-    sent(read_here(Path(request["signals"]), names, dbc, request["take"], tell), send)
+    sent(read_here(Path(request["signals"]), names, dbc, request["take"], progress), send)
 
 
 if __name__ == "__main__":

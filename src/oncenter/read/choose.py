@@ -1,4 +1,4 @@
-"""Which source a signal is taken from when several have it."""
+"""Selects the source of a signal when several have it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from oncenter.signals import ACCELERATION, ANGLE, ANGULAR_RATE, DEGREE, SIGNALS,
 
 DISAGREE = "sources_disagree"  # code of the error
 
-# Typical differences (median, SI) beyond which two sources of the same kind do not speak of the same thing.
+# Median difference in SI above which two sources of the same kind contradict each other.
 _MATERIAL = {
     ANGLE.unit: 1.0 * DEGREE,
     ANGULAR_RATE.unit: 0.5 * DEGREE,
@@ -23,27 +23,27 @@ _MATERIAL = {
 }
 
 
-# Signals that the answer rests on: who speaks the truth must be named. Without the others there is an answer as well.
+# Signals that decide the result: if their sources disagree, the user must choose one. Other signals are left out then.
 _NEEDED = (
     "steering_wheel_angle",
-    "steering_wheel_angle_sensor_type",  # says whether whole turns are to be taken out
+    "steering_wheel_angle_sensor_type",  # decides whether whole turns are removed
     "yaw_rate",
     "vehicle_speed",
     "lateral_acceleration",
 )
 
-_AS_MANY = 0.9  # of the most numbers: so many are as good, else one frame more would decide
+_AS_MANY = 0.9  # of the best source's valid samples count as equal, so that a single frame does not decide
 
 
 def choose(
     candidates: Sequence[Samples], take: Mapping[str, str], log: str, notes: list[str]
 ) -> tuple[list[Samples], dict[str, Source]]:
-    """One source per signal: the one named, else by stated order, then the lowest address among those with about as
-    many numbers as the best. A signal that the answer does not need is left out where its sources disagree.
+    """One source per signal: the one in `take`, else by rank, then the lowest address among those with about as many
+    valid samples as the best. A signal that is not needed is left out if its sources disagree.
 
     Raises:
-        OncenterError: "sources_disagree": two sources of the same kind disagree about a needed signal and none is
-            named; "unknown_source": a source is named that is not there.
+        OncenterError: "sources_disagree": two sources of the same kind disagree about a needed signal and `take` gives
+            none; "unknown_source": a source in `take` does not exist.
     """
     _refuse_unknown(candidates, take, log)
     chosen, sources = [], {}
@@ -54,7 +54,7 @@ def choose(
         numbered = [samples for samples in having if samples.not_available < len(samples.values)]
         if not numbered:
             silent = ", ".join(samples.description for samples in having)
-            notes.append(f"{signal}: {silent} never had a number")
+            notes.append(f"{signal}: no valid sample in {silent}")
             continue
         try:
             best = _named(numbered, signal, take, log) or _first(numbered, signal, log)
@@ -69,7 +69,7 @@ def choose(
 
 
 def without_number(candidates: Sequence[Samples]) -> list[tuple[Samples, Source]]:
-    """For each signal that so far no source has a number of, the source that would be taken."""
+    """For each signal without any valid sample so far, the source that would be used."""
     given = []
     for signal in SIGNALS:
         having = [samples for samples in candidates if samples.signal == signal]
@@ -105,7 +105,7 @@ def _matches(samples: Samples, named: str) -> bool:
 
 
 def _as_address(word: str) -> str:
-    """0x3e for 0x3E and for 0x003e; other words unchanged."""
+    """0x3e for 0x3E and 0x003e; other words unchanged."""
     try:
         return f"0x{int(word, 16):02x}" if word.startswith("0x") else word
     except ValueError:
@@ -113,15 +113,14 @@ def _as_address(word: str) -> str:
 
 
 def refuse_unknown_signals(take: Mapping[str, str]) -> None:
-    """A source that is named for a signal which does not exist.
-
+    """
     Raises:
-        OncenterError: "unknown_source".
+        OncenterError: "unknown_source": a source is given for a signal that does not exist.
     """
     for signal, named in take.items():
         if signal != "all" and signal not in SIGNALS:
             raise OncenterError(
-                f"--source {signal}={named}: no such signal, known are {', '.join(SIGNALS)}",
+                f"--source {signal}={named}: no such signal, available are {', '.join(SIGNALS)}",
                 code="unknown_source",
                 exit_code=WRONG_USAGE,
             )
@@ -134,7 +133,7 @@ def _refuse_unknown(candidates: Sequence[Samples], take: Mapping[str, str], log:
         if not any(_matches(samples, named) for samples in having):
             there = ", ".join(dict.fromkeys(samples.description for samples in having)) or "none"
             raise OncenterError(
-                f"--source {signal}={named}: no such source in {log}, there are: {there}",
+                f"--source {signal}={named}: no such source in {log}, available are: {there}",
                 code="unknown_source",
                 exit_code=WRONG_USAGE,
                 needs=() if signal == "all" else (signal,),
@@ -148,7 +147,7 @@ def _named(having: Sequence[Samples], signal: str, take: Mapping[str, str], log:
     matching = [samples for samples in having if _matches(samples, named)]
     if not matching and signal in take:
         raise OncenterError(
-            f"--source {signal}={named}: that source never had a number in {log}",
+            f"--source {signal}={named}: that source has no valid sample in {log}",
             code="missing_signal",
             needs=(signal,),
         )
@@ -161,7 +160,7 @@ def _first(having: Sequence[Samples], signal: str, log: str) -> Samples:
         if other is not best and other.kind == best.kind and _disagree(best, other):
             raise OncenterError(
                 f"{best.description} and {other.description} disagree about {signal} in {log}: "
-                f"name one with --source {_quoted(f'{signal}={_short(best)}')}",
+                f"choose one with --source {_quoted(f'{signal}={_short(best)}')}",
                 code=DISAGREE,
                 needs=(signal,),
             )
@@ -180,12 +179,12 @@ def _short(samples: Samples) -> str:
 
 
 def _quoted(pair: str) -> str:
-    """As a shell takes it for one word."""
+    """Quoted for a shell if it has a blank."""
     return f'"{pair}"' if " " in pair else pair
 
 
 def _disagree(one: Samples, other: Samples) -> bool:
-    """Whether the median difference where both have numbers at the same time is more than noise and bias."""
+    """Whether the median difference at common times is larger than noise and bias."""
     limit = _MATERIAL.get(SIGNALS[one.signal].quantity.unit)
     number = ~np.isnan(other.values)
     own = ~np.isnan(one.values)

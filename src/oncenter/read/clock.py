@@ -1,4 +1,4 @@
-"""Signals at their own rates become one table with a uniform tick, and nothing is invented where the log is silent."""
+"""Resamples signals of different rates to one table with a uniform tick. Gaps in the log stay gaps (NaN or no rows)."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from oncenter.read.frames import Column
 from oncenter.read.samples import Samples, steps_of
 from oncenter.signals import SIGNALS
 
-SLOWEST_HZ, FASTEST_HZ = 20.0, 200.0  # of a table: what the core takes
-RECORDED_MIN_HZ = 5.0  # of the angle in a log: it holds steering up to 2 Hz, which is nearly all of normal driving
-RATE_SLACK = 0.03  # a clock that is so much too slow still counts as 20 Hz
+SLOWEST_HZ, FASTEST_HZ = 20.0, 200.0  # of a table: range of the core
+RECORDED_MIN_HZ = 5.0  # of the angle in a log: it resolves steering up to 2 Hz, nearly all of normal driving
+RATE_SLACK = 0.03  # tolerance for clocks that run slow
 STEADY_JITTER = 0.05  # of the step
-HOLE_S = 5.0  # a longer silence of all signals has no rows
-BRIDGE_PERIODS, BRIDGE_MIN_S = 2.5, 0.05  # what interpolation may span between two samples
-SLOWER = 0.75  # of a table's rate: every second cell of the column is empty, or more
-ON_TICK_S = 1e-6  # a sample so near a tick is at it; epoch stamps resolve 0.24 us
-LATEST_S = 1e11  # beyond the year 5000: not seconds
-BACKWARD_SHARE = 0.1  # of the steps; more is not a scratch but a log that has no time
+HOLE_S = 5.0  # a longer gap in all signals has no rows
+BRIDGE_PERIODS, BRIDGE_MIN_S = 2.5, 0.05  # maximum distance of two samples for interpolation
+SLOWER = 0.75  # of a table's rate: at least every second cell of the column is then empty
+ON_TICK_S = 1e-6  # a sample this near to a tick is on it; epoch stamps resolve 0.24 us
+LATEST_S = 1e11  # year 5138: a larger stamp is not in seconds
+BACKWARD_SHARE = 0.1  # of the steps; more mean that the column is not a time
 
 _SET_BY_RATE = ("steering_wheel_angle", "yaw_rate")
 
@@ -32,10 +32,10 @@ _SET_BY_RATE = ("steering_wheel_angle", "yaw_rate")
 def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[pl.DataFrame, float]:
     """Table as `oncenter.signals.Signals.table` and its rate in Hz.
 
-    A table's one steady time vector for all goes through unchanged, with repeated and backward stamps for the core to
-    count and, where they run backward, a note; not so one whose angle, or without one whose yaw rate, has a number in
-    every second row or fewer. Frames do not either, since nobody who hears them one by one knows whether their stamps
-    will stay steady.
+    A table with one steady time column for all signals is passed on unchanged. The core counts its repeated and
+    backward stamps; backward ones also give a note. Exception: a table whose angle (or, without an angle, yaw rate) has
+    a number in at most every second row is resampled. Frames are always resampled: on a live bus it is not predictable
+    whether stamps stay steady, and a log must give the same result as the bus.
 
     Raises:
         OncenterError: too slow, too short, or time does not increase.
@@ -45,7 +45,7 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
         notes += _backward_notes(chosen[0], log)
         every = math.ceil(rate / FASTEST_HZ - 1e-3)
         if every > 1:
-            notes.append(f"{rate:.4g} Hz is more than needed: every {every}. row is taken")
+            notes.append(f"recorded at {rate:.4g} Hz, reduced to {rate / every:.4g} Hz: one row in {every} is used")
         columns = {SIGNALS[s.signal].column: _bridged_if_slower(s, rate)[::every] for s in chosen}
         return pl.DataFrame({"time_s": chosen[0].time[::every], **columns}), rate / every
     rate = resampling_rate(chosen, log)
@@ -54,7 +54,7 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
 
 
 def resampling_rate(chosen: Sequence[Samples], log: str) -> float:
-    """Hz of the ticks to which signals at rates of their own are brought.
+    """Tick rate in Hz for signals of different rates.
 
     Raises:
         OncenterError: too slow, or time does not increase.
@@ -63,12 +63,12 @@ def resampling_rate(chosen: Sequence[Samples], log: str) -> float:
 
 
 def is_too_slow_for_the_core(rate_hz: float) -> bool:
-    """Whether samples at that rate are resampled; not so where there is none, 0."""
+    """Whether samples of this rate are resampled; False for 0, no rate."""
     return 0.0 < rate_hz < SLOWEST_HZ * (1 - RATE_SLACK)
 
 
 def slow_notes(chosen: Sequence[Samples], rate_hz: float) -> list[str]:
-    """Where the signal that sets the rate comes more rarely than the ticks at `rate_hz`."""
+    """A note if the signal that sets the rate is slower than the ticks at `rate_hz`."""
     first = leading(chosen)
     if first.signal not in _SET_BY_RATE or not is_too_slow_for_the_core(first.rate_hz):
         return []
@@ -76,7 +76,7 @@ def slow_notes(chosen: Sequence[Samples], rate_hz: float) -> list[str]:
 
 
 def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
-    """The steering wheel angle's own rate, at least `SLOWEST_HZ`; without one, that of the best other signal."""
+    """The rate of the steering wheel angle, or without one of the best other signal; at least `SLOWEST_HZ`."""
     for samples in _first_of_each_time(chosen):
         _refuse_backward(samples, log)
     by_signal = {samples.signal: samples for samples in chosen}
@@ -86,8 +86,8 @@ def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
     rate = leading.rate_hz
     if rate < RECORDED_MIN_HZ * (1 - RATE_SLACK) and leading.signal == "steering_wheel_angle":
         raise OncenterError(
-            f"steering_wheel_angle ({leading.description}) in {log} comes at {rate:.3g} Hz, "
-            f"at least {RECORDED_MIN_HZ:.0f} Hz is needed",
+            f"steering_wheel_angle ({leading.description}) in {log} is recorded at {rate:.3g} Hz, "
+            f"at least {RECORDED_MIN_HZ:.0f} Hz is needed: record it faster",
             code="rate_too_low",
             needs=("steering_wheel_angle",),
         )
@@ -95,18 +95,17 @@ def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
 
 
 def refuse_time_out_of_range(candidates: Sequence[Samples], log: str) -> None:
-    """Stamps that cannot be seconds are milliseconds or dirt, and nothing can be computed from them.
-
+    """
     Raises:
-        OncenterError: a stamp is beyond `LATEST_S`.
+        OncenterError: a stamp is beyond `LATEST_S`, so it is in another unit, or damaged.
     """
     for samples in _first_of_each_time(candidates):
         first, last = _ends(samples)
         farthest = max(abs(first), abs(last))
         if farthest > LATEST_S:
             raise OncenterError(
-                f"time of {samples.time_description} in {log} runs to {farthest:.3g} s: give its unit (s, ms, us, ns) "
-                "as [signals] time",
+                f"time of {samples.time_description} in {log} reaches {farthest:.3g} s, so its unit is not s: give the "
+                "unit (ms, us, ns) in [signals] time",
                 code="time_out_of_range",
                 needs=("time",),
             )
@@ -119,13 +118,12 @@ def _ends(samples: Samples) -> tuple[float, float]:
 
 
 def _increases(samples: Samples) -> bool:
-    """Whether it is known that each stamp is later than the one before."""
+    """Whether each stamp is certainly later than the one before."""
     return samples.steps is not None and samples.steps.least_s > 0
 
 
 def _first_of_each_time(given: Sequence[Samples]) -> list[Samples]:
-    """One of all that share an array of times, as the columns of a table do, so that it is looked at once; none of
-    those without a sample, as a channel whose data are not to be found."""
+    """One of the samples for each shared time array, so that each array is checked once; without empty ones."""
     firsts: dict[int, Samples] = {}
     for samples in given:
         firsts.setdefault(id(samples.time), samples)
@@ -141,15 +139,15 @@ def _refuse_backward(samples: Samples, log: str) -> None:
     wrong = np.flatnonzero(~(steps > 0))
     if len(wrong) > max(1, BACKWARD_SHARE * len(steps)) or len(wrong) == len(steps) > 0:
         raise OncenterError(
-            f"time does not increase in {log}: {len(wrong)} of {len(steps)} steps of {samples.time_description} stand "
-            f"still or run backward, the first after row {wrong[0] + 1}",
+            f"time does not increase in {log}: {len(wrong)} of {len(steps)} steps of {samples.time_description} are "
+            f"zero or negative, the first after row {wrong[0] + 1}: check the time column, or sort the rows by time",
             code="time_backward",
             needs=("time",),
         )
 
 
 def _rows_are_ticks(chosen: Sequence[Samples]) -> bool:
-    """Whether all share one steady time, and whoever sets the rate has its numbers in more than every second row."""
+    """Whether all share one steady time, and the signal that sets the rate has numbers in over half of the rows."""
     if any(samples.of_frames for samples in chosen):
         return False
     time = chosen[0].time
@@ -174,7 +172,7 @@ def _is_steady(least_s: float, greatest_s: float, rate_hz: float) -> bool:
 
 
 def _backward_notes(samples: Samples, log: str) -> list[str]:
-    """Where time runs backward: a clock that was set back, or a part that is there twice. The core goes on after it."""
+    """Notes on backward time: a clock that was set back, or a repeated part. The core continues after it."""
     if _increases(samples):
         return []
     time = samples.time
@@ -182,17 +180,17 @@ def _backward_notes(samples: Samples, log: str) -> list[str]:
     if not len(backward):
         repeated = int(np.count_nonzero(time[1:] == time[:-1]))
         rows = "1 row" if repeated == 1 else f"{repeated} rows"
-        return [f"{rows} of {log} with the time of the row before count for nothing"] if repeated else []
+        return [f"{rows} of {log} repeat the time of the row before: ignored"] if repeated else []
     farthest = float(np.max(np.maximum.accumulate(time) - time))
     times = "once" if len(backward) == 1 else f"{len(backward)} times"
     return [
-        f"time of {log} runs backward {times}, by up to {farthest:.6g} s, first after row {backward[0] + 1}: what is "
-        "there twice counts twice"
+        f"time of {log} runs backward {times}, by up to {farthest:.6g} s, first after row {backward[0] + 1}: a part "
+        "that was recorded twice is used twice"
     ]
 
 
 def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:
-    """Without the samples whose time is not later than all before."""
+    """Without samples whose time is not later than all times before."""
     latest = np.maximum.accumulate(samples.time)
     later = np.concatenate(([True], samples.time[1:] > latest[:-1]))
     if later.all():
@@ -200,18 +198,21 @@ def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:
     dropped = len(later) - int(later.sum())
     if dropped > BACKWARD_SHARE * len(later):
         raise OncenterError(
-            f"time jumps in {log}: {dropped} of {len(later)} stamps of {samples.time_description} are earlier than "
-            f"ones before them, the first in row {int(np.flatnonzero(~later)[0]) + 1}",
+            f"time jumps backward in {log}: {dropped} of {len(later)} stamps of {samples.time_description} are earlier "
+            f"than a stamp before them, the first in row {int(np.flatnonzero(~later)[0]) + 1}: check the time column, "
+            "or split the log",
             code="time_backward",
             needs=("time",),
         )
-    notes.append(f"{samples.signal}: {dropped} samples of {samples.description} with repeated or earlier time left out")
+    notes.append(
+        f"{samples.signal}: {dropped} samples of {samples.description} with repeated or earlier time were left out"
+    )
     return replace(samples, time=samples.time[later], values=samples.values[later], steps=None)
 
 
 def _resampled(chosen: Sequence[Samples], rate: float) -> pl.DataFrame:
     ticks = _ticks(chosen, rate)
-    ways: dict[int, _Way] = {}  # signals of one message share their places between samples
+    ways: dict[int, _Way] = {}  # shared by the signals of one message
     columns = {}
     for samples in chosen:
         columns[SIGNALS[samples.signal].column] = _at(samples, ticks, ways)
@@ -219,7 +220,7 @@ def _resampled(chosen: Sequence[Samples], rate: float) -> pl.DataFrame:
 
 
 def _ticks(chosen: Sequence[Samples], rate: float) -> Column:
-    """Times k/rate after the leading signal's first sample, from the first sample of any signal to the last."""
+    """Times k/rate after the leading signal's first sample, from the first to the last sample of any signal."""
     origin = leading(chosen).time[0]
     distinct = {id(samples.time): samples.time for samples in chosen}
     times = np.sort(np.concatenate(list(distinct.values())))
@@ -243,7 +244,7 @@ def tick_numbers(times: Column, origin_s: float, rate_hz: float) -> npt.NDArray[
 
 
 def _bridged_if_slower(samples: Samples, rate: float) -> Column:
-    """A column of a table of that rate; one that is empty between the numbers of a slower signal, as its frames are."""
+    """A column of a table at the table's rate; a slower signal's column, empty between its numbers, is interpolated."""
     if not _is_slower(samples, rate) or not np.all(np.diff(samples.time) > 0):
         return samples.values
     return _at(samples, samples.time, {})
@@ -255,7 +256,7 @@ def _is_slower(samples: Samples, rate: float) -> bool:
 
 @dataclass(frozen=True)
 class _Way:
-    """From samples to ticks: the sample before each tick, the weight of the next one, and whether to trust both."""
+    """From samples to ticks: the sample before each tick, the weight of the next one, whether to interpolate."""
 
     before: npt.NDArray[np.int64]
     weight: Column
@@ -263,7 +264,7 @@ class _Way:
 
 
 def _at(samples: Samples, ticks: Column, ways: dict[int, _Way]) -> Column:
-    """A signal at the ticks: linear between two samples of its own that are near each other, NaN elsewhere."""
+    """A signal at the ticks: linear between two samples near each other, NaN elsewhere."""
     available = ~np.isnan(samples.values)
     if int(available.sum()) < 2:
         return np.full(len(ticks), np.nan)
@@ -276,13 +277,13 @@ def _at(samples: Samples, ticks: Column, ways: dict[int, _Way]) -> Column:
 
 
 def bridge_s(samples: Samples) -> float:
-    """How far apart two numbers of a signal may be that the ticks between them are interpolated."""
+    """Maximum distance in s of two samples between which ticks are interpolated."""
     rate = samples.rate_hz
     return max(BRIDGE_PERIODS / rate, BRIDGE_MIN_S) if rate else BRIDGE_MIN_S
 
 
 def at_ticks(signal: str, time: Column, values: Column, ticks: Column, span_s: float) -> Column:
-    """A signal's numbers, at least two, brought to the ticks; NaN where two are farther apart than the span."""
+    """At least two samples interpolated at the ticks; NaN where they are farther apart than the span."""
     return _along(signal, values, _way(time, ticks, span_s))
 
 

@@ -1,6 +1,6 @@
-"""From the numbers that an MDF file stores to physical ones: the conversion blocks of MDF 3 and 4, with numpy.
+"""From stored to physical values: the conversion blocks of MDF 3 and 4, with numpy.
 
-A block's fields come from the file. asammdf takes the blocks apart; nothing of a block is run as code.
+A block's fields come from the file. asammdf parses the blocks; nothing in a block is run as code.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ import numpy.typing as npt
 from oncenter.read import formula
 from oncenter.read.frames import Column
 
-MAX_NESTED = 8  # conversions that a table refers to, whose tables refer to others
+MAX_NESTED = 8  # levels of tables that refer to other conversions
 _Index = npt.NDArray[np.intp]
 
 
 class UnknownConversion(ValueError):
-    """A conversion that is not understood; its words say which."""
+    """An unsupported conversion; the text says which."""
 
 
 class NoNumbers(Exception):
-    """What a channel holds is text, a structure or an array."""
+    """The channel contains text, a structure or an array."""
 
 
 def physical(block: Any, raw: npt.NDArray[Any]) -> Column:
@@ -35,7 +35,7 @@ def physical(block: Any, raw: npt.NDArray[Any]) -> Column:
 
     Raises:
         NoNumbers: raw values are not one number each, or the conversion gives text only.
-        UnknownConversion: of a kind, a formula or a table that is not understood.
+        UnknownConversion: of an unsupported kind, formula or table.
     """
     if raw.ndim != 1 or raw.dtype.kind not in "iufb":
         raise NoNumbers
@@ -46,7 +46,7 @@ def physical(block: Any, raw: npt.NDArray[Any]) -> Column:
 
 
 def _converted(block: Any, x: Column, whole: bool, nested: int) -> Column:
-    """Of raw values x that are whole numbers or not: by that a range holds its upper end or does not."""
+    """Converts raw values x. `whole`: they are integers, whose ranges include the upper end."""
     if block is None:
         return x
     if nested > MAX_NESTED:
@@ -64,7 +64,7 @@ def _converted(block: Any, x: Column, whole: bool, nested: int) -> Column:
         return _text_of_range(block, x, whole)
     if kind in ((9, 10, 11) if mdf4 else (11, 132, 133)):  # from or to text, bit fields; date and time
         raise NoNumbers
-    raise UnknownConversion(f"conversion of kind {kind}")
+    raise UnknownConversion(f"kind {kind} of conversion")
 
 
 def _same(block: Any, x: Column) -> Column:
@@ -88,9 +88,9 @@ def _polynomial(block: Any, x: Column) -> Column:
 
 
 def _exponential(block: Any, x: Column) -> Column:
-    """Kind 7: its parameters are of the way back, from physical to raw, so that this way is the logarithm.
+    """Kind 7: its parameters describe physical to raw, so raw to physical is the logarithm.
 
-    So have the readers of openATFX, mdfr and asammdf up to 7.2; asammdf since then takes the exponential here.
+    The readers of openATFX, mdfr and asammdf up to 7.2 agree; later asammdf uses the exponential here.
     """
     return _by_inverse(np.log, block, x)
 
@@ -113,7 +113,7 @@ def _algebraic_4(block: Any, x: Column) -> Column:
 
 
 def _algebraic_3(block: Any, x: Column) -> Column:
-    # asammdf's `formula` turns each x into X1, that of `exp` as well.
+    # asammdf's `formula` replaces each x by X1, even the x of `exp`.
     return _by_formula(block.formula_field.split(b"\0")[0].decode("latin-1"), x)
 
 
@@ -121,7 +121,7 @@ def _by_formula(text: str, x: Column) -> Column:
     try:
         return formula.parse(text)(x)
     except formula.FormulaError as error:
-        raise UnknownConversion(f"formula {shown(text)} {error}; {formula.SYNTAX} would do") from None
+        raise UnknownConversion(f"formula {shown(text)} {error}; allowed are {formula.SYNTAX}") from None
 
 
 def _interpolated(block: Any, x: Column) -> Column:
@@ -130,7 +130,7 @@ def _interpolated(block: Any, x: Column) -> Column:
 
 
 def _nearest(block: Any, x: Column) -> Column:
-    """The value of the nearest key, of the lower one in the middle between two."""
+    """The value of the nearest key; midway between two, of the lower one."""
     keys, values = _pairs(block)
     upper = np.minimum(np.searchsorted(keys, x), len(keys) - 1)
     lower = np.maximum(upper - 1, 0)
@@ -139,7 +139,7 @@ def _nearest(block: Any, x: Column) -> Column:
 
 
 def _pairs(block: Any) -> tuple[Column, Column]:
-    """In the order of their keys; an unordered or empty table has no meaning."""
+    """Keys and values, ascending; an unordered or empty table is invalid."""
     count = block.val_param_nr // 2 if block.id == b"##CC" else block.ref_param_nr
     keys, values = _fields(block, "raw", count), _fields(block, "phys", count)
     if not count or not (np.diff(keys) >= 0).all() or np.isnan(keys).any():
@@ -154,7 +154,7 @@ def _value_of_range(block: Any, x: Column, whole: bool) -> Column:
 
 
 def _text_of_range(block: Any, x: Column, whole: bool) -> Column:
-    """MDF 3: texts, but for values outside of the ranges, for which CANape writes a formula like `"0.5*{X}+1"`."""
+    """MDF 3: texts for values within the ranges; outside, CANape writes a formula as `"0.5*{X}+1"`."""
     default = block.referenced_blocks.get("default_addr") or b""
     if b"{X}" not in default or default.count(b'"') < 2:
         raise NoNumbers
@@ -164,7 +164,7 @@ def _text_of_range(block: Any, x: Column, whole: bool) -> Column:
 
 
 def _range_of(block: Any, count: int, x: Column, whole: bool) -> _Index:
-    """Which range of a table each value is in, or -1. A range of whole numbers holds its upper end."""
+    """Index of the range that contains each value, or -1. A range of integers includes its upper end."""
     lower, upper = _fields(block, "lower", count), _fields(block, "upper", count)
     in_order = np.lexsort((upper, lower))
     lower, upper = lower[in_order], upper[in_order]
@@ -177,8 +177,8 @@ def _range_of(block: Any, count: int, x: Column, whole: bool) -> _Index:
 
 
 def _referred(block: Any, x: Column, whole: bool, nested: int) -> Column:
-    """MDF 4: by value (kind 7) or range (8) a text, which is no number, or another conversion."""
-    count = block.links_nr - 5  # besides name, unit, comment, the inverse and the default
+    """MDF 4: by value (kind 7) or range (8) a text, which gives NaN, or another conversion."""
+    count = block.links_nr - 5  # less name, unit, comment, inverse and default
     index = _range_of(block, count, x, whole) if block.conversion_type == 8 else _key_of(block, count, x)
     targets = [block.referenced_blocks.get(f"text_{i}") for i in range(count)]
     targets.append(block.referenced_blocks.get("default_addr"))
@@ -211,7 +211,7 @@ def _is_block(target: Any) -> bool:
 
 
 def _parameters(block: Any, count: int) -> list[np.float64]:
-    """P1 and so on, as numpy's numbers, whose division by zero gives no exception."""
+    """P1 and so on as numpy numbers: their division by zero raises no exception."""
     return [np.float64(getattr(block, f"P{i}")) for i in range(1, count + 1)]
 
 
@@ -219,7 +219,7 @@ def _fields(block: Any, name: str, count: int) -> Column:
     try:
         return np.array([getattr(block, f"{name}_{i}") for i in range(count)], np.float64)
     except AttributeError:
-        raise UnknownConversion("a table that is shorter than it says") from None
+        raise UnknownConversion("a table shorter than its declared length") from None
 
 
 _MDF_4: dict[int, Callable[[Any, Column], Column]] = {
@@ -244,5 +244,5 @@ _MDF_3: dict[int, Callable[[Any, Column], Column]] = {
 
 
 def shown(text: str) -> str:
-    """A text of a file, short and printable."""
+    """Text from a file, short and printable."""
     return repr(text if len(text) <= 80 else f"{text[:77]}...")

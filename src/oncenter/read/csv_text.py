@@ -1,4 +1,4 @@
-"""What stands between a CSV file's bytes and its header: packing, encoding, line ends and what programs put first."""
+"""From a CSV file's bytes to its header and rows: compression, encoding, line ends, preamble, cut-off rows."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ import numpy.typing as npt
 from oncenter.errors import OncenterError
 from oncenter.read.cut_off import CutOff
 
-_SHORT_ROWS_SHARE = 0.01  # of the rows; more is a program's habit, not damage
+_SHORT_ROWS_SHARE = 0.01  # of the rows; more mean that the program leaves out empty cells, not damage
 _GZIP = b"\x1f\x8b"
 _QUOTED = re.compile(rb'"[^"]*"?')
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def csv_text(path: Path) -> bytes:
-    """UTF-8 from the header on, lines ended by a line feed, packed or not whatever the name says.
+    """UTF-8 from the header on, lines ending in a line feed. Compressed or not is decided by content, not by name.
 
     Raises:
-        OncenterError: cut off, no text, or nothing in it.
+        OncenterError: cut off, not text, or empty.
     """
     data = path.read_bytes()
     if data.startswith(_GZIP):
@@ -38,23 +38,24 @@ def csv_text(path: Path) -> bytes:
     text = _from_header(data)
     header = text.split(b"\n", 1)[0]
     if not header.strip():
-        raise OncenterError(f"{path.name} is empty", code="empty_log")
+        raise OncenterError(f"{path.name} is empty: it has no header line", code="empty_log")
     if b"\0" in header:
         raise OncenterError(
-            f"cannot read {path.name}: its first line has zero bytes, so it is no text, or UTF-16 without its mark",
+            f"cannot read {path.name}: its first line contains zero bytes, so it is not text, or UTF-16 without a byte "
+            "order mark; save it as UTF-8",
             code="unreadable_log",
         )
     return text
 
 
 def separator_of(text: bytes) -> str:
-    """What parts the columns: the most frequent of , ; tab in the header."""
+    """The column separator: the most frequent of , ; tab in the header."""
     header = text.split(b"\n", 1)[0]
     return max(",;\t", key=lambda mark: header.count(mark.encode()))
 
 
 def with_header_as_long_as_rows(text: bytes, separator: str) -> bytes:
-    """Some programs end each row with a separator, but not the header."""
+    """Adds a separator to the header if only the rows end with one, as some programs write."""
     mark = separator.encode()
     header, *rest = text.split(b"\n", 2)
     first = rest[0].rstrip(b"\r") if rest else b""
@@ -64,7 +65,7 @@ def with_header_as_long_as_rows(text: bytes, separator: str) -> bytes:
 
 
 def without_cut_off_row(path: Path, text: bytes, separator: str, notes: list[str]) -> bytes:
-    """A recording that broke off ends in a row that lacks cells and its line end, and whose last number may be cut."""
+    """Drops a last row without line end and with missing cells: the recording broke off, its last number may be cut."""
     end = text.rfind(b"\n")
     last = text[end + 1 :]
     if end < 0 or not last.strip():
@@ -78,8 +79,8 @@ def without_cut_off_row(path: Path, text: bytes, separator: str, notes: list[str
 
 
 def whole_rows(text: bytes, separator: str) -> npt.NDArray[np.bool_] | None:
-    """Of each row, whether it has as many cells as the header; None where quotes hide what parts cells, or where so
-    many rows are shorter that their program leaves out empty cells."""
+    """Whether each row has as many cells as the header. None if quotes prevent counting, or if so many rows are short
+    that the program evidently leaves out empty cells."""
     if b'"' in text:
         return None
     characters = np.frombuffer(text if text.endswith(b"\n") else text + b"\n", np.uint8)
@@ -93,7 +94,7 @@ def whole_rows(text: bytes, separator: str) -> npt.NDArray[np.bool_] | None:
 
 
 def too_long_row(path: Path, text: bytes, separator: str) -> OncenterError | None:
-    """The refusal of the first row that has more cells than the header; None where no row has."""
+    """The error for the first row with more cells than the header; None without one."""
     lines = iter(io.BytesIO(text))
     cells_of_header = _cells(next(lines), separator)
     for row, line in enumerate(lines, 1):
@@ -108,7 +109,7 @@ def too_long_row(path: Path, text: bytes, separator: str) -> OncenterError | Non
 
 
 def _cells(line: bytes, separator: str) -> int:
-    """How many, quoted ones also where a separator is in them."""
+    """Number of cells; separators in quotes do not count."""
     return _QUOTED.sub(b"", line).count(separator.encode()) + 1
 
 
@@ -120,7 +121,7 @@ def _unpacked(path: Path, data: bytes) -> bytes:
 
 
 def _from_header(data: bytes) -> bytes:
-    """Without the empty lines, the comments and Excel's `sep=;` that may stand before it."""
+    """Without leading empty lines, comments and Excel's `sep=;`."""
     while data:
         line, _, rest = data.partition(b"\n")
         if line.strip() and not line.startswith((b"#", b"sep=")):

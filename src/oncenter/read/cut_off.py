@@ -1,4 +1,4 @@
-"""Notes of logs that end before their recording did: with the seconds that were read up to there."""
+"""Notes on logs that were cut off, with the duration that was read."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from oncenter.read.frames import Frames, pgn_of
 
 
 class CutOff(str):
-    """A note that the end of a log is not there."""
+    """A note that the end of a log is missing."""
 
 
 def with_seconds(notes: Sequence[str], duration_s: float) -> tuple[str, ...]:
-    """The notes; those of a log that is cut off say how much of it was read."""
+    """The notes; those on a cut-off log are completed by the duration read."""
     return tuple(f"{note}; {duration_s:.1f} s were read" if isinstance(note, CutOff) else note for note in notes)
 
 
 def short_frames_notes(frames: Frames, log: str) -> list[str]:
-    """Frames that have fewer bytes than the longest of their identifier, as a line has that was cut."""
+    """Notes on frames with fewer bytes than the longest of their identifier, as in a line that was cut."""
     if not len(frames) or int(frames.length.min()) == int(frames.length.max()):
         return []
     notes = []
@@ -30,5 +30,5 @@ def short_frames_notes(frames: Frames, log: str) -> list[str]:
             extended = bool(frames.extended[frames.identifier == identifier][0])
             name = f"PGN {int(pgn_of(np.array([identifier]))[0])}" if extended else f"0x{int(identifier):X}"
             which = f"1 frame of {name} in {log} is" if short == 1 else f"{short} frames of {name} in {log} are"
-            notes.append(f"{which} shorter than others: what was cut is not available")
+            notes.append(f"{which} shorter than others: the missing bytes count as not available")
     return notes

@@ -1,7 +1,7 @@
-"""A database's file becomes messages: DBC, KCD, SYM or ARXML by its suffix, read by cantools.
+"""Reads the messages of a database file with cantools: DBC, KCD, SYM or ARXML, by its suffix.
 
-A file that is made to harm is refused before cantools sees it. XML has no document type: without one it has no entities
-that expand and none that name other files.
+A hostile file is refused before cantools parses it. XML with a document type is refused: only a document type can
+define entities that expand or that name other files.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from xml.parsers import expat
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.regular_file import read_regular_file, refuse_what_is_no_regular_file
+from oncenter.read import reason_of
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -27,11 +28,11 @@ if TYPE_CHECKING:
 _XML = ("kcd", "arxml")
 _BYTES_MAX = 16 << 20  # J1939's whole digital annex has five million
 _BITS_MAX = 1 << 16  # of a message; J1939's longest by its usual transport protocol has 14,280
-_RANGES_MAX = 1 << 20  # values of all multiplexers
-_DEPTH_MAX = 200  # of elements in elements; AUTOSAR's own go some 20 deep
+_RANGES_MAX = 1 << 20  # multiplexer values of a whole file
+_DEPTH_MAX = 200  # of nested elements; AUTOSAR's own are some 20 deep
 _IDENTIFIERS_MAX = 1 << 12  # of one message of SYM
 
-_NOT_READ = re.compile(r'"(?:\\"|[^"])*"|//[^\n]*')  # text and remarks
+_NOT_READ = re.compile(r'"(?:\\"|[^"])*"|//[^\n]*')  # strings and comments
 _LONG_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\d{19}|\.?\d*[eE][-+]?\d{4})")
 _PLACE = re.compile(r":\s*([-+]?\d+)\s*\|\s*([-+]?\d+)")  # first bit and length of a signal
 _MESSAGE_LENGTH = re.compile(r"\bBO_\s+\d+\s+\w+\s*:\s*(\d+)")
@@ -43,15 +44,15 @@ _SYM_NUMBER = re.compile(r"(?<![\w.])\d+(?![\w.])")
 _SYM_IDENTIFIERS = re.compile(r"\bID\s*=\s*([0-9A-Fa-f]+)h\s*-\s*([0-9A-Fa-f]+)h")
 
 _LINEAR = ("LINEAR", "SCALE_LINEAR_AND_TEXTTABLE", "TEXTTABLE", "IDENTICAL", "BITFIELD_TEXTTABLE")  # or no conversion
-_XML_BITS = ("offset", "length", "LENGTH", "POSITION")  # attributes of KCD, and how elements of ARXML end
+_XML_BITS = ("offset", "length", "LENGTH", "POSITION")  # attributes of KCD, and endings of ARXML element names
 
 
 def messages_of(path: Path) -> list[Message]:
     """Its messages, at least one.
 
     Raises:
-        OncenterError: "bad_dbc", exit code 2: it cannot be read, is of another format, or is made to harm;
-            "missing_extra": cantools is not installed.
+        OncenterError: "bad_dbc", exit code 2: it cannot be read, has another format, or is hostile; "missing_extra":
+            cantools is not installed.
     """
     require_package("cantools", f"the database {path.name}")
     from cantools.database import load_string
@@ -62,24 +63,23 @@ def messages_of(path: Path) -> list[Message]:
     _REFUSALS[kind](text, path.name)
     logger = logging.getLogger("cantools")
     level = logger.level
-    logger.setLevel(logging.CRITICAL + 1)  # it would complain of two messages of one name beside our one line
+    logger.setLevel(logging.CRITICAL + 1)  # else it logs its own lines, as for two messages of one name
     try:
         database = load_string(text, database_format=kind, strict=False)
-    except Exception as error:  # cantools lets key, value and attribute errors of broken files through
-        reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
-        raise _bad(f"cannot read the database {path.name}: {printable(reason[:160])}") from error
+    except Exception as error:  # cantools raises key, value and attribute errors for broken files
+        raise _bad(f"cannot read the database {path.name}: {printable(reason_of(error)[:160])}") from error
     finally:
         logger.setLevel(level)
     if not isinstance(database, Database) or not database.messages:
-        raise _bad(f"the database {path.name} has no messages")
+        raise _bad(f"the database {path.name} has no messages: give a file that describes CAN messages")
     if kind == "arxml":
         _mark_unread_conversions(text, database.messages)
     return database.messages
 
 
 def _mark_unread_conversions(text: str, messages: list[Message]) -> None:
-    """Cantools takes a conversion of a category that it does not know for none, so that raw values pass for physical
-    ones. A signal that has one gets a scale that no signal has, with which it is left out."""
+    """Cantools ignores a conversion of an unknown category, so raw values would be used as physical ones. A signal with
+    such a conversion gets the scale NaN, and is left out because of it."""
     from xml.etree import ElementTree
 
     from cantools.database.conversion import BaseConversion
@@ -106,7 +106,7 @@ def _mark_unread_conversions(text: str, messages: list[Message]) -> None:
 
 
 def _elements(root: Element, kind: str) -> Iterator[dict[str, str]]:
-    """Each element of a kind that has a name: texts by tag, its own before those of what is in it."""
+    """Each named element of a kind: texts by tag, its own before those of nested elements."""
     for element in root.iter():
         if _tag(element) != kind:
             continue
@@ -127,7 +127,7 @@ def _last(path: str | None) -> str | None:
 
 
 def _kind(path: Path) -> str:
-    """As cantools calls it; a file of any other name is a DBC."""
+    """As cantools names it; any other suffix means DBC."""
     suffix = path.suffix.lower().removeprefix(".")
     return suffix if suffix in (*_XML, "sym") else "dbc"
 
@@ -139,12 +139,12 @@ def _text(path: Path) -> str:
     except OSError as error:
         raise _bad(f"cannot read the database {path.name}: {error.strerror}") from None
     if not content:
-        raise _bad(f"{path.name} is empty, not a database")
+        raise _bad(f"{path.name} is empty: give a DBC, KCD, SYM or ARXML file")
     return _decoded(content).replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _decoded(content: bytes) -> str:
-    """DBC and SYM say nothing of their encoding: UTF-8 is tried first, since hardly any other text passes for it."""
+    """DBC and SYM do not state their encoding. UTF-8 is tried first: other text is almost never valid UTF-8."""
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return content.decode("utf-16", "replace")
     try:
@@ -154,10 +154,10 @@ def _decoded(content: bytes) -> str:
 
 
 def _refuse_absurd_dbc(text: str, name: str) -> None:
-    """Cantools makes a list as long as a signal's first bit or a multiplexer's range, and integers of any exponent."""
+    """Cantools allocates lists as long as a first bit or a multiplexer's range, and integers of any exponent."""
     bare = _NOT_READ.sub(" ", text)
     if _LONG_NUMBER.search(bare):
-        raise _bad(f"the database {name} has an integer or an exponent of too many digits")
+        raise _bad(f"the database {name} has a number with too many digits")
     places = [int(number) for pair in _PLACE.findall(bare) for number in pair]
     lengths = [8 * int(number) for number in _MESSAGE_LENGTH.findall(bare)]
     _refuse_bits(name, (*places, *lengths))
@@ -167,29 +167,29 @@ def _refuse_absurd_dbc(text: str, name: str) -> None:
 
 
 def _refuse_absurd_sym(text: str, name: str) -> None:
-    """And a message for each of a range of identifiers."""
+    """As for DBC; also, cantools makes a message for each identifier of a range."""
     bare = _NOT_READ.sub(" ", text)
     if _LONG_NUMBER.search(bare):
-        raise _bad(f"the database {name} has an integer or an exponent of too many digits")
+        raise _bad(f"the database {name} has a number with too many digits")
     _refuse_bits(name, [int(number) for line in _SYM_PLACES.findall(bare) for number in _SYM_NUMBER.findall(line)])
     if any(int(high, 16) - int(low, 16) > _IDENTIFIERS_MAX for low, high in _SYM_IDENTIFIERS.findall(bare)):
         raise _bad(f"the database {name} has a message of more than {_IDENTIFIERS_MAX} identifiers")
 
 
 def _refuse_absurd_xml(text: str, name: str) -> None:
-    """A document type, elements without end, and places that no message has."""
+    """Refuses a document type, endless nesting, and impossible bit positions."""
     parser = expat.ParserCreate()
     parser.buffer_text = True
     open_elements: list[str] = []
     bits: list[int] = []
 
     def refuse_document_type(*given: object) -> None:
-        raise _bad(f"the database {name} has a document type (<!DOCTYPE>), which is not read: delete that line")
+        raise _bad(f"the database {name} has a document type (<!DOCTYPE>), which is not allowed: delete that line")
 
     def begin(element: str, attributes: Mapping[str, str]) -> None:
         open_elements.append(element.rpartition(":")[2])
         if len(open_elements) > _DEPTH_MAX:
-            raise _bad(f"the database {name} has elements in elements without end")
+            raise _bad(f"the database {name} nests elements deeper than {_DEPTH_MAX} levels")
         bits.extend(_whole(attributes[key]) for key in attributes if key in _XML_BITS)
 
     def text_in(given: str) -> None:
@@ -208,7 +208,7 @@ def _refuse_absurd_xml(text: str, name: str) -> None:
 
 
 def _whole(text: str) -> int:
-    """Also 0x10 and 1e3, as ARXML has them; 0 for what is no number: cantools says what is wrong with it."""
+    """Also 0x10 and 1e3, as in ARXML; 0 for text that is not a number: cantools reports it."""
     written = text.strip()
     try:
         return int(written, 16) if written.lower().startswith("0x") else min(int(float(written)), _BITS_MAX + 1)
@@ -234,5 +234,5 @@ def _bad(message: str) -> OncenterError:
 
 
 def printable(text: str) -> str:
-    """Text in which nothing moves or hides the rest."""
+    """Text without characters that control a terminal."""
     return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)

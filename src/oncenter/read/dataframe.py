@@ -1,4 +1,4 @@
-"""Tables in memory, of pandas, polars, pyarrow or plain arrays, by the rules of a CSV file."""
+"""Tables in memory (pandas, polars, pyarrow, plain arrays), by the rules for CSV files."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from oncenter.read.time_column import time_column
 from oncenter.signals import SignalName, Signals
 from oncenter.vehicle import Vehicle
 
-_NAME = Path("dataframe")  # as messages call it
+_NAME = Path("dataframe")  # in messages
 _INDEX_NAME = "time"  # of an index of dates without a name
-_Columns = dict[str, Callable[[], Any]]  # by name, what gives the values: only those that are needed are converted
+_Columns = dict[str, Callable[[], Any]]  # by name, a function that gives the values: only needed ones are converted
 
 
 def from_dataframe(frame: object, vehicle: Vehicle | None = None) -> Signals:
-    """The signals of a table in memory, as `oncenter.read` gives those of a CSV file.
+    """The signals of a table in memory, as `oncenter.read` gives them for a CSV file.
 
     Args:
-        frame: a DataFrame of pandas or polars, a table of pyarrow, anything else with Arrow's PyCapsule interface or
-            the dataframe interchange protocol, or a dict of arrays. Columns say their unit by their suffix, as
-            `time_s`, `steering_wheel_angle_deg`, `yaw_rate_deg_s`, `vehicle_speed_km_h`, `lateral_acceleration_m_s2`;
-            a column of dates, or pandas' index of dates, may be the time.
-        vehicle: its `[signals]` table says how columns with other names are meant.
+        frame: a DataFrame of pandas or polars, a table of pyarrow, any object with Arrow's PyCapsule interface or the
+            dataframe interchange protocol, or a dict of arrays. The suffix of a column is its unit: `time_s`,
+            `steering_wheel_angle_deg`, `yaw_rate_deg_s`, `vehicle_speed_km_h`, `lateral_acceleration_m_s2`. The time
+            may also be a column of dates, or pandas' index of dates.
+        vehicle: its `[signals]` table assigns columns with other names.
 
     Raises:
         OncenterError: "not_a_table", exit code 2; else as `oncenter.read`.
@@ -45,7 +45,7 @@ def from_dataframe(frame: object, vehicle: Vehicle | None = None) -> Signals:
 
 
 class NoTable(Exception):
-    """What was given is no table; the message says why, in one line."""
+    """The object given is not a table; the text gives the reason in one line."""
 
 
 def samples_of_frame(frame: object, name: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
@@ -53,12 +53,12 @@ def samples_of_frame(frame: object, name: Path, names: Mapping[str, SignalName],
 
     Args:
         frame: as for `from_dataframe`.
-        name: what messages call it.
-        names: of a vehicle's `[signals]` table.
-        notes: get what is left out.
+        name: its name in messages.
+        names: a vehicle's `[signals]` table.
+        notes: receives what was left out.
 
     Raises:
-        NoTable: it is none.
+        NoTable: it is not a table.
         OncenterError: as `oncenter.read` of a CSV file.
     """
     by_name = _columns(frame)
@@ -68,7 +68,7 @@ def samples_of_frame(frame: object, name: Path, names: Mapping[str, SignalName],
     series = [_series(column, by_name[column]()) for column in needed]
     if len({len(each) for each in series}) > 1:
         lengths = ", ".join(f"{each.name} {len(each)}" for each in series)
-        raise NoTable(f"columns must have one length, got {lengths}")
+        raise NoTable(f"all columns must have the same length, got {lengths}")
     return samples_of(name, pl.DataFrame(series), when, wanted, names, {}, notes)
 
 
@@ -89,7 +89,7 @@ def _columns(frame: object) -> _Columns:
             return _of_polars(pl.from_dataframe(given))
     except (pl.exceptions.PolarsError, ImportError, TypeError, ValueError) as error:
         raise NoTable((str(error).splitlines() or [type(error).__name__])[0]) from error
-    raise NoTable(f"a DataFrame, an Arrow table or a dict of arrays is needed, got {type(given).__name__}")
+    raise NoTable(f"expected a DataFrame, an Arrow table or a dict of arrays, got {type(given).__name__}")
 
 
 def _of_polars(frame: pl.DataFrame) -> _Columns:
@@ -97,11 +97,11 @@ def _of_polars(frame: pl.DataFrame) -> _Columns:
 
 
 def _of_pandas(frame: Any) -> _Columns:
-    """Without pandas or pyarrow: its columns are arrays. An index that has a name, or is of dates, is a column."""
+    """Works without importing pandas or pyarrow. An index with a name, or of dates, counts as a column."""
     columns: _Columns = {}
     for position, name in enumerate(frame.columns):
         if str(name) in columns:
-            raise NoTable(f"two columns are called {name}: which one is meant?")
+            raise NoTable(f"two columns are called {name}: rename or delete one")
         columns[str(name)] = partial(frame.iloc.__getitem__, (slice(None), position))
     index = frame.index
     is_of_dates = str(getattr(index, "dtype", "")).startswith(("datetime64", "timedelta64"))
@@ -112,7 +112,7 @@ def _of_pandas(frame: Any) -> _Columns:
 
 
 def _series(name: str, values: Any) -> pl.Series:
-    """A column, however it is kept."""
+    """A column as a polars series, from any kind of array."""
     if isinstance(values, pl.Series):
         return values.alias(name)
     try:
@@ -124,11 +124,11 @@ def _series(name: str, values: Any) -> pl.Series:
 
 def _of_array(name: str, values: Any) -> pl.Series:
     kind = str(getattr(values, "dtype", ""))
-    if kind.startswith(("datetime64", "timedelta64")):  # with pandas' zone, if any: its dates are of UTC
+    if kind.startswith(("datetime64", "timedelta64")):  # pandas keeps dates with a time zone in UTC
         return pl.Series(name, np.asarray(values, dtype=f"{kind[: kind.index('64')]}64[ns]"))
     array = np.asarray(values)
     if array.ndim != 1:
-        raise ValueError(f"one number a row is needed, got an array of shape {array.shape}")
+        raise ValueError(f"expected one number per row, got an array of shape {array.shape}")
     if array.dtype != object:
         return pl.Series(name, array)
     if all(isinstance(value, str) or value is None for value in array):

@@ -1,4 +1,4 @@
-"""Any database by option: its layouts decode whole columns of frames."""
+"""Signals by a database (DBC, KCD, SYM, ARXML): its layouts decode whole columns of frames."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
-from oncenter.read import j1939
+from oncenter.read import ASSIGN_THEM, j1939
 from oncenter.read.database_file import messages_of, printable
 from oncenter.read.frames import PGN_COUNT, Column, Frames, Kept, bus_name, pgn_of
 from oncenter.read.samples import Samples
@@ -34,7 +34,7 @@ _BY_NAME = {p.name.lower(): (m, p) for m in j1939.MESSAGES.values() for p in m.p
 
 @dataclass(frozen=True)
 class Field:
-    """A database's signal that is one of ours, or a J1939 parameter that helps to one."""
+    """A database signal that oncenter uses, directly or as a J1939 parameter of which a signal is computed."""
 
     layout: Signal
     factor: float  # to SI with sign, or to the J1939 parameter's unit
@@ -45,7 +45,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Definition:
-    """A database's message that carries something for us."""
+    """A database message with at least one signal that oncenter uses."""
 
     message: Message
     fields: tuple[Field, ...]
@@ -60,13 +60,14 @@ class Definition:
 def definitions(
     paths: Sequence[str | os.PathLike[str]], names: Mapping[str, SignalName], notes: list[str]
 ) -> list[Definition]:
-    """What the databases say about our signals: by `[signals]` first, else by SPN, else by name.
+    """The messages of the databases that oncenter uses: signals are found by `[signals]`, else by SPN, else by name.
 
     Raises:
-        OncenterError: a file is no database, or a named signal has no unit; "missing_extra": cantools is not installed.
+        OncenterError: a file is not a database, or a signal named in `[signals]` has no unit; "missing_extra": cantools
+            is not installed.
     """
     found: list[Definition] = []
-    there: dict[str, str] = {}  # by name with its message: the name alone
+    there: dict[str, str] = {}  # "Message.Signal": "Signal"
     for path in paths:
         before = len(found)
         messages = _messages_of(Path(path))
@@ -77,8 +78,8 @@ def definitions(
                 found.append(Definition(message, tuple(fields)))
         if len(found) == before:
             notes.append(
-                f"the database {Path(path).name} has none of our signals: name them in a [signals] table; "
-                f"it has {_signals_listed(messages)}"
+                f"no signal recognised in the database {Path(path).name}: it has {_signals_listed(messages)}; "
+                f"{ASSIGN_THEM}"
             )
     if paths:
         notes += _not_there(there, names, ", ".join(Path(path).name for path in paths))
@@ -86,10 +87,10 @@ def definitions(
 
 
 def _messages_of(path: Path) -> list[Message]:
-    """Parsed once as long as the file stays as it is: a fleet's child reads one log after the other with it."""
+    """Parsed once while the file does not change: a fleet's child process reads many logs with it."""
     try:
         status = os.stat(path)
-    except (OSError, ValueError):  # reading it says why
+    except (OSError, ValueError):  # messages_of reports the error
         return messages_of(path)
     return _parsed(path, (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns))
 
@@ -100,17 +101,17 @@ def _parsed(path: Path, state: tuple[int, ...]) -> list[Message]:
 
 
 def _not_there(there: Mapping[str, str], names: Mapping[str, SignalName], files: str) -> list[str]:
-    """A note on each name of `[signals]` that no database has."""
+    """A note for each name in `[signals]` that no database has."""
     known = {*there, *there.values()}
     return [
-        f"{signal}: no signal {entry.name!r} in {files}, which [signals] names{did_you_mean(entry.name, known)}"
+        f"{signal}: [signals] names {entry.name!r}, which {files} does not have{did_you_mean(entry.name, known)}"
         for signal, entry in names.items()
         if signal in SIGNALS and entry.name not in known
     ]
 
 
 def _signals_listed(messages: Sequence[Message]) -> str:
-    """With their units, those first that are called most like the ones that every answer needs."""
+    """Signals with units, those with names most similar to the needed signals first."""
     units = {f"{message.name}.{layout.name}": layout.unit or "" for message in messages for layout in message.signals}
     wanted = ("steering_wheel_angle", "yaw_rate", "vehicle_speed", "lateral_acceleration")
     names = in_order_of_likeness(units, wanted)[:_LISTED_MAX]
@@ -120,7 +121,7 @@ def _signals_listed(messages: Sequence[Message]) -> str:
 
 
 def _fields(message: Message, layout: Signal, names: Mapping[str, SignalName], notes: list[str]) -> list[Field]:
-    """What a database's signal is for us; nothing, mostly."""
+    """The uses of a database signal; usually none."""
     by_names = [
         Field(layout, entry.sign * factors(signal)[named_unit(signal, entry, factors(signal), layout.unit)], signal)
         for signal, entry in names.items()
@@ -135,25 +136,25 @@ def _fields(message: Message, layout: Signal, names: Mapping[str, SignalName], n
 
 
 def _impossible(layout: Signal, selectors: Sequence[Signal] | None) -> str | None:
-    """Why a signal, or a multiplexer before it, can be in no frame of eight bytes; None where it can."""
+    """Why a signal, or a multiplexer that selects it, cannot be in a frame of eight bytes; None if it can."""
     if selectors is None:
-        return "has a multiplexer that its message lacks"
+        return "refers to a multiplexer that its message does not have"
     for part in (layout, *selectors):
         if not 1 <= part.length <= 64:
             return f"has {part.length} bits"
         if part.start < 0:
             return f"begins at bit {part.start}"
         if _place(part)[1] > 64:
-            return "is beyond eight bytes"
+            return "ends after the eighth byte"
         if part.is_float and part.length not in (16, 32, 64):
             return f"is a floating-point number of {part.length} bits"
     if not 0.0 < abs(_float(layout.scale)) < _NUMBER_MAX or not abs(_float(layout.offset)) < _NUMBER_MAX:
-        return "has a scale or an offset that no signal has"
+        return "has an unusable scale or offset"
     return None
 
 
 def _float(number: float | None) -> float:
-    """Cantools gives integers of any size."""
+    """Cantools may give integers of any size."""
     try:
         return float(number or 0.0)
     except OverflowError:
@@ -161,7 +162,7 @@ def _float(number: float | None) -> float:
 
 
 def _selectors(message: Message, layout: Signal) -> list[Signal] | None:
-    """The multiplexers that decide whether a frame has a signal, the nearest first; None where they lead nowhere."""
+    """The multiplexers that select a signal, the nearest first; None if one is missing or they form a circle."""
     by_name = {signal.name: signal for signal in message.signals}
     selectors: list[Signal] = []
     part: Signal | None = layout
@@ -179,7 +180,10 @@ def _by_spn_or_name(layout: Signal, notes: list[str]) -> list[Field]:
         known = factors(parameter.signal)
         unit = unit_key(layout.unit, known) if layout.unit else parameter.unit
         if unit is None:
-            notes.append(f"{parameter.signal}: {layout.name} has unit {layout.unit!r}, {' or '.join(known)} would do")
+            notes.append(
+                f"{parameter.signal}: {layout.name} left out: it has unit {layout.unit!r}, "
+                f"expected {' or '.join(known)}"
+            )
             return []
         return [Field(layout, known[unit] / known[parameter.unit], None, parameter, group)]
     for signal in SIGNALS:
@@ -191,14 +195,16 @@ def _by_spn_or_name(layout: Signal, notes: list[str]) -> list[Field]:
             unit_key(layout.unit or "", known) or suffixed or ("1" if SIGNALS[signal].quantity is PURE_NUMBER else None)
         )
         if unit is None:
-            notes.append(f"{signal}: {layout.name} has unit {layout.unit!r}, {' or '.join(known)} would do")
+            notes.append(
+                f"{signal}: {layout.name} left out: it has unit {layout.unit!r}, expected {' or '.join(known)}"
+            )
             return []
         return [Field(layout, known[unit], signal)]
     return []
 
 
 def samples(kept: Kept, found: Sequence[Definition]) -> list[Samples]:
-    """Every signal of every source that the databases describe."""
+    """Every signal of every source described by the databases."""
     pgn = np.where(kept.frames.extended, pgn_of(kept.frames.identifier), PGN_COUNT)
     given: list[Samples] = []
     for definition in found:
@@ -206,7 +212,7 @@ def samples(kept: Kept, found: Sequence[Definition]) -> list[Samples]:
         if definition.pgn is None:
             matching = ~kept.frames.extended & (kept.frames.identifier == message.frame_id)
         else:
-            # Two messages of one group (a J1939 DBC has one) can only be told apart by the whole identifier.
+            # Two messages of one parameter group differ only in the rest of the identifier.
             rivals = sum(other.pgn == definition.pgn for other in found)
             matching = pgn == definition.pgn
             if rivals > 1:
@@ -243,12 +249,12 @@ def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
 
 
 def _values(definition: Definition, frames: Frames) -> list[tuple[str, Column, Column, int]]:
-    """Signals of one source with their time, in SI, and their rank: named ones come before all others."""
+    """Signals of one source: name, time, values in SI, and rank. Signals named in `[signals]` rank first."""
     message, direct = definition.message, []
     for field in definition.fields:
         if field.signal is not None:
             having = frames.where(_has(message, field.layout, frames))
-            if not len(having):  # its multiplexer never says so
+            if not len(having):  # its multiplexer never selects it
                 continue
             direct.append((field.signal, having.time, decode(field.layout, having) * field.factor, -1))
     groups: dict[int, dict[int, Column]] = {}
@@ -265,7 +271,7 @@ def _values(definition: Definition, frames: Frames) -> list[tuple[str, Column, C
 
 
 def _has(message: Message, layout: Signal, frames: Frames) -> npt.NDArray[np.bool_]:
-    """Which frames have a signal, as their multiplexers say."""
+    """Which frames contain a signal, by their multiplexers."""
     has = np.ones(len(frames), bool)
     for part, selector in pairwise([layout, *(_selectors(message, layout) or ())]):
         has &= np.isin(_raw(selector, frames), part.multiplexer_ids or [])
@@ -273,10 +279,10 @@ def _has(message: Message, layout: Signal, frames: Frames) -> npt.NDArray[np.boo
 
 
 def decode(layout: Signal, frames: Frames) -> Column:
-    """A database's signal of many frames in its unit; NaN where the frame is too short or the value is no number.
+    """A database signal of many frames in its unit; NaN where the frame is too short or the value is invalid.
 
-    No number is, in 29-bit messages, what J1939 reserves (top byte 0xFB and above), and anything outside the range
-    that the database gives.
+    Invalid are, in 29-bit messages, the values that J1939 reserves (top byte 0xFB and above), and values outside the
+    range in the database.
     """
     raw = _raw(layout, frames)
     values = _number(raw, layout) * float(layout.scale) + float(layout.offset)
@@ -298,10 +304,10 @@ def _raw(layout: Signal, frames: Frames) -> npt.NDArray[np.uint64]:
 
 
 def _place(layout: Signal) -> tuple[int, int]:
-    """How far a signal is shifted in its eight bytes read in its byte order, and how many bits reach to its end."""
+    """The shift of a signal in its eight bytes read in its byte order, and the number of bits up to its end."""
     if layout.byte_order == "little_endian":
         return layout.start, layout.start + layout.length
-    # Here the start is the most significant bit, counted 7..0 in byte 0, 15..8 in byte 1, ...
+    # Big-endian: the start is the most significant bit, counted 7..0 in byte 0, 15..8 in byte 1, ...
     first = 8 * (layout.start // 8) + 7 - layout.start % 8
     return 64 - first - layout.length, first + layout.length
 
@@ -309,7 +315,7 @@ def _place(layout: Signal) -> tuple[int, int]:
 def _number(raw: npt.NDArray[np.uint64], layout: Signal) -> Column:
     if layout.is_float:
         whole = raw.astype(f"<u{layout.length // 8}")
-        with np.errstate(invalid="ignore"):  # a signalling NaN is no number either
+        with np.errstate(invalid="ignore"):  # from signalling NaNs
             numbers = whole.view(f"<f{layout.length // 8}").astype(np.float64)
         return np.where(np.isfinite(numbers), numbers, np.nan)
     if layout.is_signed:

@@ -1,4 +1,4 @@
-"""Frames become samples: what a DBC says about a message comes before what J1939 says."""
+"""Decodes frames to samples: for a message that a DBC describes, the DBC replaces the J1939 layout."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def wanted_by(described: Sequence[databases.Definition]) -> Wanted:
 
 
 def decode(kept: Kept, described: Sequence[databases.Definition], decoded: Sequence[Samples] = ()) -> list[Samples]:
-    """Every signal of every source in frames; `decoded` are samples that were no frames."""
+    """Every signal of every source in frames; `decoded` are samples from channels of the same log."""
     by_dbc = databases.samples(kept, described)
     described_signals = {(samples.signal, samples.kind) for samples in by_dbc}
     known = [samples for samples in j1939.samples(kept) if (samples.signal, samples.kind) not in described_signals]

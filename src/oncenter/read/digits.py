@@ -1,4 +1,4 @@
-"""Digits in text as numbers, many at once: eight characters are one 64-bit word, the first one its lowest byte."""
+"""Parses digits in text, many at once: eight characters form one 64-bit word, the first one its lowest byte."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def packed(nibbles: Words) -> Words:
 
 
 def without_first(digits: Words, bits: Words | np.uint64) -> Words:
-    """Zero in the first characters; 64 bits are all of them, which a shift cannot say."""
+    """Clears the first `bits` bits; two shifts, because one shift by 64 is undefined."""
     half = bits >> np.uint64(1)
     rest = bits - half
     shifted = digits >> half >> rest

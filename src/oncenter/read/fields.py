@@ -1,7 +1,7 @@
-"""Lines of text with a frame each, their fields divided by blanks: a block of them at once, without a loop over lines.
+"""Parses lines with one frame each and fields separated by blanks: a block at once, without a loop over lines.
 
-Where fields begin and end is one look at the whole block. What a line has in a field is then taken from all lines at
-once, eight characters as one number. Lines that hold anything else are left to whoever knows their format.
+One pass over the block finds the begin and end of all fields. A field is then read from all lines at once, eight
+characters as one number. Lines with other content are left to the caller.
 """
 
 from __future__ import annotations
@@ -14,8 +14,12 @@ import numpy.typing as npt
 from oncenter.read.digits import Bytes, Places, Words, all_decimal, decimal, eight, packed, without_first
 from oncenter.read.frames import Column, Frames, bus_code
 
-_PAD = b" " * 32  # before and after a block, so that no look around a place leaves it
-_BLANK, _LINE_END, _OTHER = 0x40, 0x60, 0x80  # what is no hexadecimal digit; a line's end is blank as well
+_PAD = b" " * 32  # before and after a block, so that reads around a position stay inside
+_BLANK, _LINE_END, _OTHER = (
+    0x40,
+    0x60,
+    0x80,
+)  # codes of other characters than hexadecimal digits; a line end is also blank
 _NO_DIGIT = np.uint64(0xC0C0C0C0C0C0C0C0)
 _BLANKS = np.uint64(0x4040404040404040)
 _HEX = "0123456789abcdefABCDEF"
@@ -35,16 +39,16 @@ Flags = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Layout:
-    """Which field of a line is what; they count from 0.
+    """The meaning of each field of a line; fields count from 0.
 
     Attributes:
-        words: by field, the words of one or two letters of which a frame has one there.
-        bus: None where lines name none: it is bus 1.
-        first_bus: the number of the bus that we call 0.
-        data: the first of as many fields as `length` says.
-        decimal: identifiers and data are decimal numbers, else hexadecimal ones.
-        marked: identifiers of 29 bits end in x; else they are those of more than four digits.
-        ends_with_data: nothing may follow.
+        words: by field, the words of one or two letters that a frame may have there.
+        bus: None for lines without a bus: it is bus 1.
+        first_bus: the number in the file of bus 0.
+        data: the first data field; `length` gives their number.
+        decimal: identifiers and data are decimal numbers, else hexadecimal.
+        marked: 29-bit identifiers end in x; else they have more than four digits.
+        ends_with_data: no further field may follow.
     """
 
     time: int
@@ -60,17 +64,17 @@ class Layout:
 
     @property
     def head_fields(self) -> int:
-        """As many as a frame without data has at least."""
+        """Minimum number of fields of a frame without data."""
         return 1 + max(self.time, self.identifier, self.length, self.bus or 0, *(place for place, _ in self.words))
 
 
 @dataclass(frozen=True)
 class Lines:
-    """A block's lines, and the frames that some of them are.
+    """The lines of a block, and the frames among them.
 
     Attributes:
-        is_frame: of each line, whether it is one of the frames.
-        frames: with times as written.
+        is_frame: for each line, whether it is one of the frames.
+        frames: with times as in the file.
     """
 
     fields: Fields
@@ -79,7 +83,7 @@ class Lines:
 
 
 class Fields:
-    """Where the fields of a block of whole lines are."""
+    """The positions of the fields in a block of complete lines."""
 
     def __init__(self, block: bytes) -> None:
         self.text = _PAD + block + _PAD
@@ -88,7 +92,9 @@ class Fields:
         self.line_ends = np.flatnonzero(self.kinds == _LINE_END)
         self.line_begins = np.concatenate(([len(_PAD)], self.line_ends[:-1] + 1))
         blank = self.kinds & _BLANK != 0
-        edges = np.flatnonzero(blank[:-1] != blank[1:])  # a field begins behind the first, ends with the second, ...
+        edges = np.flatnonzero(
+            blank[:-1] != blank[1:]
+        )  # fields begin after the 1st, 3rd, ..., and end with the 2nd, 4th, ...
         self._before, self._last = edges[0::2], edges[1::2]
         self._first = np.searchsorted(self._before, self.line_begins - 1)
         self.counts = np.diff(np.append(self._first, len(self._before)))  # of fields
@@ -127,9 +133,9 @@ class Fields:
         return self._before[at] + 1, self._last[at] + 1
 
     def _number(self, rows: Places, field: int) -> tuple[Column, Flags]:
-        """Of digits with as many behind the point as the first such line has, and whether it is such a number."""
+        """Numbers with as many decimals as the first line has, and whether each is such a number."""
         begins, ends = self._field(rows, field)
-        behind = self._digits_behind_point(begins, ends)
+        behind = self._decimals(begins, ends)
         before = ends - behind - (behind > 0)
         whole, good = self._whole(begins, before)
         good &= before - begins <= _EXACT_DIGITS - behind
@@ -139,7 +145,7 @@ class Fields:
         good &= fraction_good & (self.characters[before] == ord("."))
         return (whole * np.uint64(10**behind) + fraction).astype(np.float64) / 10.0**behind, good
 
-    def _digits_behind_point(self, begins: Places, ends: Places) -> int:
+    def _decimals(self, begins: Places, ends: Places) -> int:
         for begin, end in zip(begins[:100].tolist(), ends[:100].tolist(), strict=True):
             whole, point, fraction = self.text[begin:end].partition(b".")
             if whole.isdigit() and (fraction.isdigit() or not point) and len(fraction) < _EXACT_DIGITS:
@@ -161,7 +167,7 @@ class Fields:
         return value, good
 
     def _identifier(self, rows: Places, layout: Layout) -> tuple[npt.NDArray[np.uint32], Flags, Flags]:
-        """Identifiers, which of them have 29 bits, and whether they are such numbers."""
+        """Identifiers, whether they have 29 bits, and whether they are valid numbers."""
         begins, ends = self._field(rows, layout.identifier)
         width = ends - begins
         extended = width > 4
@@ -177,13 +183,13 @@ class Fields:
         return packed(digits).astype(np.uint32).byteswap(), extended, good
 
     def _length(self, rows: Places, field: int) -> tuple[Bytes, Flags]:
-        """One digit up to 8; 8 where it is none."""
+        """One digit up to 8, and whether it is one; 8 if not."""
         begins, ends = self._field(rows, field)
         digit = self.kinds[begins]
         return np.minimum(digit, np.uint8(8)), (ends - begins == 1) & (digit <= 8)
 
     def _bus(self, rows: Places, field: int, first: int) -> tuple[Words, Flags]:
-        """Codes of buses with numbers of up to two digits."""
+        """Codes of buses, numbers of up to two digits, and whether they are valid."""
         begins, ends = self._field(rows, field)
         width, digit = ends - begins, self.kinds[begins]
         good = (width <= 2) & (digit <= 9)
@@ -205,7 +211,7 @@ class Fields:
         return good
 
     def _data(self, rows: Places, field: int, length: Bytes) -> tuple[Words, Flags]:
-        """Bytes of two hexadecimal digits with one blank between them; those beyond the length are 0xFF."""
+        """Bytes of two hexadecimal digits separated by one blank; bytes beyond the length are 0xFF."""
         begins = self._before[np.minimum(self._first[rows] + field, len(self._before) - 1)] + 1
         begins = np.where(length > 0, begins, len(_PAD))
         windows: npt.NDArray[np.void] = np.ndarray((len(self.kinds) - 23,), "V24", self.kinds, strides=(1,))
@@ -218,7 +224,7 @@ class Fields:
         return _words(high << np.uint8(4) | low) & there | ~there, good
 
     def _decimal_data(self, rows: Places, field: int, length: Bytes) -> tuple[Words, Flags]:
-        """Bytes of up to three decimal digits; those beyond the length are 0xFF."""
+        """Bytes of up to three decimal digits; bytes beyond the length are 0xFF."""
         good = self.counts[rows] >= field + length.astype(np.int64)
         last = len(self._before) - 1
         data = np.zeros(len(rows), np.uint64)

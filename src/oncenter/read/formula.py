@@ -1,4 +1,4 @@
-"""The formula of an algebraic conversion, as text in a log, becomes numbers without being run as code.
+"""Evaluates the formula of an algebraic conversion, text from a log, without running it as code.
 
     sum      = product {("+" | "-") product}
     product  = signed {("*" | "/") signed}
@@ -6,7 +6,7 @@
     power    = atom [("^" | "**") signed]
     atom     = number | "X" | "X1" | "(" sum ")" | function "(" sum {"," sum} ")"
 
-Names are of any case: asammdf turns each x of a formula into X, that of `exp` as well.
+Case is ignored: asammdf replaces each x of a formula by X, even the x of `exp`.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ import numpy as np
 from oncenter.read.frames import Column
 
 MAX_LENGTH = 1000  # characters; a bit field's formula of 32 terms has some 400
-MAX_DEPTH = 32  # of parentheses, signs and powers inside each other: so many columns wait while one is computed
-SYNTAX = "numbers, X, + - * / ^, parentheses and sin, cos, tan, exp, log, log10, sqrt, abs, pow and the like"
-# The functions of an ASAM MCD-2 MC formula, which MDF refers to, and the other names under which numexpr, and so
-# asammdf, knows them. `log` is the natural one: `log10` is beside it.
+MAX_DEPTH = 32  # of nested parentheses, signs and powers: limits the columns held in memory
+SYNTAX = "numbers, X, + - * / ^, parentheses, sin, cos, tan, exp, log, log10, sqrt, abs, pow"
+# The functions of an ASAM MCD-2 MC formula, which MDF refers to, and their other names in numexpr and asammdf.
+# `log` is the natural logarithm.
 FUNCTIONS: dict[str, np.ufunc] = {
     "abs": np.fabs,
     "fabs": np.fabs,
@@ -62,14 +62,14 @@ _Step = Callable[[list[_Value], Column], None]
 
 
 class FormulaError(ValueError):
-    """A formula that this grammar does not have; its words go on after "the formula"."""
+    """A formula outside the grammar; the text continues a sentence "the formula ..."."""
 
 
 def parse(text: str) -> Callable[[Column], Column]:
-    """A function of the raw values: float64, NaN or inf where the formula has no number.
+    """The formula as a function of the raw values: float64, NaN or inf where it is undefined.
 
     Raises:
-        FormulaError: longer or deeper than the bounds above, or of another grammar.
+        FormulaError: longer or deeper than the bounds above, or outside the grammar.
     """
     steps = _Parser(text).steps
 
@@ -84,7 +84,7 @@ def parse(text: str) -> Callable[[Column], Column]:
 
 
 class _Parser:
-    """Recursive descent, which leaves steps for a stack: so a formula's depth is no recursion when it is computed."""
+    """Recursive descent that emits steps for a stack machine, so that evaluation does not recurse."""
 
     def __init__(self, text: str) -> None:
         if len(text) > MAX_LENGTH:
@@ -170,21 +170,21 @@ class _Parser:
 
     def _expect(self, sign: str) -> None:
         if self._taken(sign) is None:
-            raise self._unexpected(f" where {sign!r} would do")
+            raise self._unexpected(f", expected {sign!r}")
 
     def _unexpected(self, instead: str = "") -> FormulaError:
         token = self._tokens[0]
-        return FormulaError(f"{f'at {token[:20]!r}' if token else 'ends too early'}{instead}")
+        return FormulaError(f"{f'has an error at {token[:20]!r}' if token else 'ends too early'}{instead}")
 
 
 def _tokens(text: str) -> list[str]:
-    """In lower case; an empty one is the end."""
+    """Tokens in lower case; an empty one marks the end."""
     tokens, at = [], 0
     text = text.rstrip()
     while at < len(text):
         match = _TOKEN.match(text, at)
         if match is None:
-            raise FormulaError(f"at {text[at:].lstrip()[:1]!r}")
+            raise FormulaError(f"has an error at {text[at:].lstrip()[:1]!r}")
         tokens.append(match[match.lastgroup or 0].lower())
         at = match.end()
     return [*tokens, ""]

@@ -1,4 +1,4 @@
-"""CAN frames as columns, whatever file they came from, and what is kept of them while a log streams by."""
+"""CAN frames as columns, the same for every file format, and the selection kept while a log is read."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class Frames:
     """Data frames in the order of the log, one row each.
 
     Attributes:
-        time: s, as logged.
+        time: s, as recorded.
         identifier: 29 or 11 bits.
         extended: whether the identifier has 29 bits.
-        data: eight bytes as a little-endian number; bytes that the frame does not have are 0xFF, "not available".
-        length: bytes that the frame has, 0 to 8.
+        data: eight bytes as a little-endian number; missing bytes are 0xFF, "not available".
+        length: data bytes, 0 to 8.
         bus: name of the bus, see `bus_code`.
     """
 
@@ -38,7 +38,7 @@ class Frames:
         return len(self.time)
 
     def where(self, chosen: npt.NDArray[np.bool_] | npt.NDArray[np.int64]) -> Frames:
-        """Those that are chosen, or in the order of places."""
+        """The frames chosen by a mask, or at the given positions."""
         if chosen.dtype == bool:
             if chosen.all():
                 return self
@@ -63,7 +63,7 @@ def joined(parts: list[Frames]) -> Frames:
 
 
 def bus_code(name: str) -> int:
-    """A bus's name as a number: its last eight characters, so that a column of names stays a column of numbers."""
+    """A bus name as a number, from its last eight characters, so that the column holds numbers."""
     return int.from_bytes(name.encode("ascii", "replace")[-8:].ljust(8, b"\0"), "little")
 
 
@@ -80,23 +80,23 @@ def pgn_of(identifier: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
 
 @dataclass(frozen=True)
 class Wanted:
-    """Which frames are worth keeping: by parameter group, and by 11-bit identifier."""
+    """Which frames to keep: by parameter group, and by 11-bit identifier."""
 
     pgns: frozenset[int]
     standard_ids: frozenset[int] = frozenset()
 
 
 def with_groups(frames: Frames, pgns: Collection[int]) -> npt.NDArray[np.bool_]:
-    """Which frames are of one of the parameter groups."""
+    """Which frames belong to one of the parameter groups."""
     return frames.extended & np.isin(pgn_of(frames.identifier), list(pgns))
 
 
 @dataclass(frozen=True)
 class Kept:
-    """What is left of a log: the wanted frames, and a count of all.
+    """The wanted frames of a log, and a count of all frames.
 
     Attributes:
-        frames: the wanted ones.
+        frames: the wanted frames.
         pgn_frames: shape (2^18,), number of extended frames by parameter group.
         standard_frames: number of frames with 11-bit identifiers.
         notes: about frames and lines that could not be used.
@@ -113,7 +113,7 @@ class Kept:
 
 
 def frames_of_rows(rows: Sequence[tuple[float, int, bool, int, int, int]]) -> Frames:
-    """Rows of the attributes, in their order; there may be none."""
+    """Frames from rows of their attributes in order; there may be none."""
     columns = list(zip(*rows, strict=True)) if rows else [()] * 6
     return Frames(
         np.array(columns[0], np.float64),
@@ -126,7 +126,7 @@ def frames_of_rows(rows: Sequence[tuple[float, int, bool, int, int, int]]) -> Fr
 
 
 def keep(chunks: Iterable[Frames] | Iterator[Frames], wanted: Wanted) -> Kept:
-    """Runs through a log once and holds on to the wanted frames only."""
+    """Reads a log once and keeps only the wanted frames."""
     is_wanted_pgn = np.zeros(PGN_COUNT, bool)
     is_wanted_pgn[list(wanted.pgns)] = True
     is_wanted_id = np.zeros(STANDARD_ID_COUNT, bool)

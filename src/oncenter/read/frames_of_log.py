@@ -1,4 +1,4 @@
-"""The frames of a log of a bus, many at a time, whichever program wrote it."""
+"""The frames of a bus log, many at a time, for every format."""
 
 from __future__ import annotations
 
@@ -12,39 +12,38 @@ from oncenter.read.frames import Frames, Wanted
 def frames_of_log(
     path: Path,
     notes: list[str],
-    tell: Callable[[float], None],
+    progress: Callable[[float], None],
     wanted: Wanted | None = None,
     *,
     by_library: bool = True,
 ) -> Iterator[Frames]:
-    """In this process, by whatever library reads that format.
+    """Reads in this process, with the library for that format.
 
     Args:
-        path: of one of `log_formats.OF_FRAMES`.
-        notes: get what is left out.
-        tell: is told the fraction read.
-        wanted: of an MF4 log only these are given; None: those that carry signals of J1939.
-
-        by_library: whether python-can may read what our own code does not know of an .asc or .trc log.
+        path: a log of one of `log_formats.OF_FRAMES`.
+        notes: receives what was left out.
+        progress: called with the fraction read.
+        wanted: frames to read of an MF4 log; None for those that carry J1939 signals.
+        by_library: whether python-can may read an .asc or .trc log with a layout unknown to this package.
 
     Raises:
-        NeedsLibrary: it may not, and would be needed.
-        OncenterError: it cannot be read, or is shorter than it says.
+        NeedsLibrary: python-can is needed and not allowed.
+        OncenterError: it cannot be read, or is shorter than its header says.
     """
     suffix = path.suffix.lower()
     if suffix == ".log":
         from oncenter.read import candump
 
-        return candump.chunks(path, notes, tell)
+        return candump.chunks(path, notes, progress)
     if suffix == ".blf":
         from oncenter.read import blf
 
-        return blf.chunks(path, notes, tell)
+        return blf.chunks(path, notes, progress)
     if suffix in MDF:
         from oncenter.read import mf4
         from oncenter.read.decode import wanted_by
 
-        return iter((mf4.read(path, {}, wanted or wanted_by(()), notes, tell)[0].frames,))
+        return iter((mf4.read(path, {}, wanted or wanted_by(()), notes, progress)[0].frames,))
     from oncenter.read import vector_peak
 
-    return vector_peak.chunks(path, suffix, notes, tell, by_library=by_library)
+    return vector_peak.chunks(path, suffix, notes, progress, by_library=by_library)

@@ -1,4 +1,4 @@
-"""A log becomes a `Signals` in this process. One format a file; `clock` brings many rates to one tick."""
+"""Reads a log into a `Signals` in this process. Each format has its module; `clock` resamples to one tick."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ def read_here(
     names: Mapping[str, SignalName],
     dbc: Sequence[str | os.PathLike[str]],
     take: Mapping[str, str],
-    tell: Callable[[float], None],
+    progress: Callable[[float], None],
     *,
     by_library: bool = True,
 ) -> Signals:
-    """As `read`, in this process, whatever library reads that format: for a child process, or for a file of ours.
+    """As `read`, but always in this process, with the library for that format.
 
     Raises:
-        NeedsLibrary: python-can is needed and may not be used, see `frames_of_log`.
+        NeedsLibrary: python-can is needed and not allowed, see `frames_of_log`.
         OncenterError: as `read`.
     """
     plugin = plugin_for(path)
@@ -41,7 +41,7 @@ def read_here(
     notes: list[str] = []
     vin: str | None = None
     before = path.stat()
-    tell(0.0)
+    progress(0.0)
     if plugin is not None:
         candidates = read_plugin(path, plugin, names, notes)
     elif suffix in (".csv", ".csv.gz"):
@@ -65,17 +65,17 @@ def read_here(
 
         candidates = ros.read(path, names, notes)
     else:
-        candidates, vin = _from_bus(path, suffix, names, dbc, notes, tell, by_library=by_library)
+        candidates, vin = _from_bus(path, suffix, names, dbc, notes, progress, by_library=by_library)
     _note_a_change(path, before, notes)
     signals = as_signals(path, candidates, take, notes)
-    tell(1.0)
+    progress(1.0)
     return replace(signals, vin=vin)
 
 
 def _note_a_change(path: Path, before: os.stat_result, notes: list[str]) -> None:
     """
     Raises:
-        OncenterError: the file is shorter than when reading began, so that some of it was not read.
+        OncenterError: the file became shorter during reading, so a part of it was not read.
     """
     try:
         after = path.stat()
@@ -83,11 +83,11 @@ def _note_a_change(path: Path, before: os.stat_result, notes: list[str]) -> None
         raise cannot_read(path, error) from error
     if after.st_size < before.st_size:
         raise OncenterError(
-            f"{path.name} shrank while it was read, from {before.st_size} to {after.st_size} bytes: read it again",
+            f"{path.name} became shorter during reading, from {before.st_size} to {after.st_size} bytes: read it again",
             code="unreadable_log",
         )
     if (after.st_size, after.st_mtime_ns, after.st_ino) != (before.st_size, before.st_mtime_ns, before.st_ino):
-        notes.append(f"{path.name} was written to while it was read: read it again for the rest")
+        notes.append(f"{path.name} changed during reading: read it again for the rest")
 
 
 def _from_bus(
@@ -96,12 +96,11 @@ def _from_bus(
     names: Mapping[str, SignalName],
     dbc: Sequence[str | os.PathLike[str]],
     notes: list[str],
-    tell: Callable[[float], None],
+    progress: Callable[[float], None],
     *,
     by_library: bool,
 ) -> tuple[list[Samples], str | None]:
-    """Signals of a log of frames, and the VIN in them: what a database says about a message comes before what we know
-    about it."""
+    """Signals of a log of frames, and its VIN. A database replaces the J1939 layout of the messages it describes."""
     described = databases.definitions(dbc, names, notes)
     wanted = wanted_by(described)
     others = identity.PGNS - wanted.pgns
@@ -110,9 +109,9 @@ def _from_bus(
     if suffix in MDF:
         from oncenter.read import mf4
 
-        kept, decoded = mf4.read(path, names, both, notes, tell)
+        kept, decoded = mf4.read(path, names, both, notes, progress)
     else:
-        kept = keep(frames_of_log(path, notes, tell, by_library=by_library), both)
+        kept = keep(frames_of_log(path, notes, progress, by_library=by_library), both)
     of_truck = with_groups(kept.frames, identity.PGNS)
     vin = identity.assembled((kept.frames.where(of_truck),))
     if others:
@@ -120,11 +119,11 @@ def _from_bus(
     notes += short_frames_notes(kept.frames, path.name)
     candidates = decode(kept, described, decoded)
     if not candidates:
-        raise _nothing_known(path, kept, described, notes)
+        raise _no_signal_recognised(path, kept, described, notes)
     return candidates, vin
 
 
-def _nothing_known(
+def _no_signal_recognised(
     path: Path, kept: Kept, described: Sequence[databases.Definition], notes: Sequence[str]
 ) -> OncenterError:
     if kept.total == 0:
@@ -134,21 +133,23 @@ def _nothing_known(
     if described:
         messages = ", ".join(f"{d.message.name} (0x{d.message.frame_id:X})" for d in described)
         return OncenterError(
-            f"{path.name} has none of the messages in which the database has our signals: {messages}",
+            f"{path.name} has none of the messages that the database describes: {messages}; check that the database is "
+            "of this network",
             code="missing_signal",
             needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
         )
     if kept.standard_frames == kept.total and notes:
-        return OncenterError(f"no known signal in {path.name}: {'; '.join(notes)}", code="not_j1939")
+        return OncenterError(f"{path.name}: {'; '.join(notes)}", code="not_j1939")
     if kept.standard_frames == kept.total:
         return OncenterError(
-            f"{path.name} has only 11-bit identifiers ({kept.total} frames): that is not J1939; "
-            "give its database with --dbc",
+            f"{path.name} has only 11-bit identifiers ({kept.total} frames), so it is not J1939: give the network's "
+            "DBC with --dbc and assign its signals in the [signals] table of a vehicle file",
             code="not_j1939",
         )
     return OncenterError(
-        f"no steering wheel angle ({j1939.home('steering_wheel_angle')}) and no other known signal in {path.name}; "
-        f"found: PGN {j1939.found_groups(kept)}",
+        f"no steering wheel angle ({j1939.home('steering_wheel_angle')}) and no other signal recognised in "
+        f"{path.name}; found: PGN {j1939.found_groups(kept)}; "
+        "if one of them has the angle, describe it in a DBC (--dbc)",
         code="missing_signal",
         needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
     )
@@ -159,12 +160,12 @@ def as_signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str
     chosen, sources = choose.choose(candidates, take, path.name, notes)
     if not chosen:
         raise OncenterError(
-            f"no signal in {path.name} ever has a number: {'; '.join(notes)}",
+            f'all samples in {path.name} are "not available": {"; ".join(notes)}',
             code="missing_signal",
             needs=tuple(dict.fromkeys(samples.signal for samples in candidates)),
         )
     table, rate = clock.to_one_tick(chosen, path.name, notes)
     if table.height < 2:
-        raise OncenterError(f"{path.name} has {table.height} ticks, at least 2 are needed", code="too_short")
+        raise OncenterError(f"{path.name} is too short: {table.height} ticks, at least 2 are needed", code="too_short")
     time = table["time_s"]
     return Signals(table, sources, rate, os.fspath(path), with_seconds(notes, float(time[-1] - time[0])))

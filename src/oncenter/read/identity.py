@@ -1,4 +1,4 @@
-"""Which truck a log is of and when it began, where the log itself says so beside its signals."""
+"""The truck and the start time of a log, where the log contains them."""
 
 from __future__ import annotations
 
@@ -23,44 +23,43 @@ _START_NAMES = ("start_time", "start_time_s")
 
 
 def vin_of(path: Path) -> str | None:
-    """The vehicle identification number that a log tells.
+    """The vehicle identification number in a log; None without one, or if the log cannot be read.
 
-    Of frames from VI, PGN 65260, alone or in packets; of Parquet from its metadata `vin` or its column `vin`; of CSV
-    from its column `vin`. None where it tells none or cannot be read.
+    Frames: from VI, PGN 65260, in one frame or in packets. Parquet: metadata `vin` or column `vin`. CSV: column `vin`.
     """
     name = path.name.lower()
     try:
         if name.endswith((".parquet", ".csv", ".csv.gz")):
-            return _plain(_told(path, ("vin", "VIN")))
+            return _plain(_stated(path, ("vin", "VIN")))
         if not name.endswith(OF_FRAMES):
             return None
         return assembled(frames_of_log(path, [], lambda fraction: None, Wanted(PGNS)))
     except (OncenterError, OSError, ValueError, pl.exceptions.PolarsError):
-        return None  # whoever reads its signals says what is wrong with it
+        return None  # reading its signals reports the error
 
 
 def start_of(path: Path) -> float | None:
-    """Seconds since 1970 at which a table began, by its metadata or column `start_time`; None where it tells none.
+    """Start of a table in seconds since 1970, from its metadata or column `start_time`; None without one.
 
-    An ISO date, UTC where it names no zone, or seconds since 1970.
+    It may be an ISO date (UTC if it names no zone), or seconds since 1970.
     """
     if not path.name.lower().endswith((".parquet", ".csv", ".csv.gz")):
         return None
     try:
-        told = _told(path, _START_NAMES)
-        if told is None:
+        stated = _stated(path, _START_NAMES)
+        if stated is None:
             return None
         try:
-            return float(told)
+            return float(stated)
         except ValueError:
-            given = datetime.fromisoformat(told)
+            given = datetime.fromisoformat(stated)
             return (given if given.tzinfo else given.replace(tzinfo=UTC)).timestamp()
     except (OSError, ValueError, pl.exceptions.PolarsError):
         return None
 
 
-def _told(path: Path, names: tuple[str, ...]) -> str | None:
-    """What a table's metadata say, or the first cell of a column."""
+def _stated(path: Path, names: tuple[str, ...]) -> str | None:
+    """A value from a table's metadata, or from the first cell of a column."""
     from oncenter.read.tabular import for_polars
 
     source = for_polars(path)
@@ -80,7 +79,7 @@ def _first_cell(table: pl.DataFrame, names: tuple[str, ...]) -> str | None:
 
 
 def assembled(chunks: Iterable[Frames]) -> str | None:
-    """The first VIN that is complete in frames of `PGNS`, others aside: packets are gathered by who sends to whom."""
+    """The first complete VIN in frames of `PGNS`, others ignored. Packets are joined by source and destination."""
     open_messages: dict[int, tuple[int, dict[int, bytes]]] = {}  # by source and destination: length, packets
     for frames in chunks:
         pgns = pgn_of(frames.identifier)
@@ -93,8 +92,8 @@ def assembled(chunks: Iterable[Frames]) -> str | None:
 
 
 def _taken(pgn: int, between: int, data: bytes, open_messages: dict[int, tuple[int, dict[int, bytes]]]) -> str | None:
-    """One frame into what is open; a VIN that it completes."""
-    if pgn == _VEHICLE_IDENTIFICATION:  # whole, for it fits
+    """Adds one frame to the open messages; returns a VIN that it completes."""
+    if pgn == _VEHICLE_IDENTIFICATION:  # short enough for one frame
         return _plain(data.rstrip(b"\xff").decode("latin-1"))
     if pgn == _CONNECTION:
         if data[0] in _ANNOUNCED and int.from_bytes(data[5:8], "little") == _VEHICLE_IDENTIFICATION:
@@ -114,6 +113,6 @@ def _taken(pgn: int, between: int, data: bytes, open_messages: dict[int, tuple[i
 
 
 def _plain(vin: str | None) -> str | None:
-    """Without what closes or fills it; None where nothing is left that may name a truck."""
+    """Without terminator and padding; None unless letters and digits are left."""
     text = (vin or "").split("*")[0].strip("\0 \xff").strip()
     return text if text and text.isascii() and text.isalnum() else None

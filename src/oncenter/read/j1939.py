@@ -1,6 +1,6 @@
-"""The J1939 messages that carry our signals: layout, decoding of whole columns, and what each message gives.
+"""The J1939 messages with the signals that oncenter uses: layout, decoding of whole columns, signals of each message.
 
-Layouts as public documentation gives them; `dbc/oncenter_j1939.dbc` says the same for other tools.
+Layouts from public documentation. `dbc/oncenter_j1939.dbc` describes them for other tools.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from oncenter.read.units import factors
 class Parameter:
     """A suspect parameter (SPN) in its message: bytes and bits count from 1, the lowest byte comes first.
 
-    `signal` is what it is for us: directly, or, with `relative`, after the message's first parameter is added.
+    `signal` is the signal that it gives: directly, or, with `relative`, after the message's first parameter is added.
     """
 
     spn: int
@@ -39,7 +39,7 @@ class Parameter:
 
     @property
     def largest_number(self) -> int:
-        """Above it is no number: 0xFB to 0xFD are reserved, 0xFE is an error, 0xFF not available (of the top byte)."""
+        """The largest valid number. Above it, by top byte: 0xFB to 0xFD reserved, 0xFE error, 0xFF not available."""
         return {32: 0xFAFFFFFF, 16: 0xFAFF, 8: 0xFA, 6: 0x3D, 2: 1}[self.bits]
 
 
@@ -129,14 +129,14 @@ VDS = Message(
 )
 MESSAGES = {message.pgn: message for message in (VDC2, EBC2, HRW, CCVS1, TCO1, VP, VDS)}
 
-# The first message that has a signal is taken: the speed from where it is filtered for driving, wheel speeds from
-# where they are finest.
+# The first available message is used: for the speed the one filtered for driving, for wheel speeds the one with the
+# finest resolution.
 PREFERENCE = {
     "vehicle_speed": ("CCVS1", "EBC2", "TCO1", "HRW", "VDS"),
     **{f"wheel_speed_{wheel}": ("HRW", "EBC2") for wheel in ("front_left", "front_right", "rear_left", "rear_right")},
 }
 
-# Groups often seen, so that a log without our signals can be described in its own words.
+# Names of frequent parameter groups, to describe a log in which no signal is recognised.
 NAMES = {
     0: "TSC1",
     1024: "XBR",
@@ -169,7 +169,7 @@ NAMES = {
 
 
 def home(signal: str) -> str:
-    """Where J1939 has a signal, for people: "PGN 61449 VDC2, SPN 1807". Empty when it has none here."""
+    """Where J1939 carries a signal, for messages: "PGN 61449 VDC2, SPN 1807". Empty if nowhere."""
     found = [
         (message, parameter)
         for message in MESSAGES.values()
@@ -182,7 +182,7 @@ def home(signal: str) -> str:
 
 
 def decode(parameter: Parameter, frames: Frames) -> Column:
-    """A parameter of many frames in its own unit, NaN where it is no number."""
+    """A parameter of many frames in its own unit, NaN where it is not a valid number."""
     mask = np.uint64((1 << parameter.bits) - 1)
     raw = (frames.data >> np.uint64(parameter.shift)) & mask
     values = raw.astype(np.float64) * parameter.scale + parameter.offset
@@ -191,7 +191,7 @@ def decode(parameter: Parameter, frames: Frames) -> Column:
 
 
 def signals_of(message: Message, values: Mapping[int, Column]) -> dict[str, Column]:
-    """What a message's parameters (by SPN, in its units) are for us, in SI."""
+    """The signals in SI of a message's parameters (by SPN, in their units)."""
     given: dict[str, Column] = {}
     base = message.parameters[0]
     for parameter in message.parameters:
@@ -210,7 +210,7 @@ def signals_of(message: Message, values: Mapping[int, Column]) -> dict[str, Colu
 
 
 def rank(signal: str, message: str) -> int:
-    """Place of a message in the stated order for a signal."""
+    """Position of a message in `PREFERENCE` for a signal; 0 is used first."""
     order = PREFERENCE.get(signal, ())
     return order.index(message) if message in order else len(order)
 
@@ -226,10 +226,12 @@ def samples(kept: Kept) -> list[Samples]:
         if message is None:
             continue
         from_source = key == source
-        seen_on = [int(bus) for bus in buses if bool(np.any(frames.bus[from_source] == bus))]
-        for bus in seen_on:
-            on_bus = frames.where(from_source & (frames.bus == bus)) if len(seen_on) > 1 else frames.where(from_source)
-            name = bus_name(bus) if len(seen_on) > 1 else ""
+        its_buses = [int(bus) for bus in buses if bool(np.any(frames.bus[from_source] == bus))]
+        for bus in its_buses:
+            on_bus = (
+                frames.where(from_source & (frames.bus == bus)) if len(its_buses) > 1 else frames.where(from_source)
+            )
+            name = bus_name(bus) if len(its_buses) > 1 else ""
             given += _samples_of_source(message, source & 0xFF, name, on_bus)
     return given
 
@@ -254,7 +256,7 @@ def _samples_of_source(message: Message, address: int, bus: str, frames: Frames)
 
 
 def found_groups(kept: Kept) -> str:
-    """The parameter groups of a log, the most frequent first, for people."""
+    """The parameter groups of a log, the most frequent first, for messages."""
     pgns = np.flatnonzero(kept.pgn_frames)
     pgns = pgns[np.argsort(-kept.pgn_frames[pgns], kind="stable")]
     shown = [f"{pgn} {NAMES[pgn]}" if pgn in NAMES else str(pgn) for pgn in pgns.tolist()]

@@ -1,6 +1,6 @@
-"""MATLAB's `.mat`: vectors, structs of vectors, timeseries and "Structure with time", by the rules of a CSV file.
+"""MATLAB's `.mat`: vectors, structs of vectors, timeseries and "Structure with time", by the rules for CSV files.
 
-A value in a struct is called `struct.field`. Versions 4 to 7 come through scipy; 7.3 is HDF5, see `mat_hdf5.py`.
+A value in a struct is called `struct.field`. Versions 4 to 7 are read by scipy; 7.3 is HDF5, see `mat_hdf5.py`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ import polars as pl
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.regular_file import open_regular_file
-from oncenter.read.channels import Channel, NoSamples, not_there, nothing_known, samples_of
+from oncenter.read import damaged, reason_of
+from oncenter.read.channels import Channel, NoSamples, no_signal_recognised, not_there, samples_of
 from oncenter.read.frames import Column
 from oncenter.read.mat_values import Budget, Opaque, Value
 from oncenter.read.samples import Samples
@@ -28,7 +29,7 @@ from oncenter.signals import SignalName
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # bytes before HDF5 in what MATLAB writes
-_COLUMNS_MAX = 64  # of a matrix that is taken for a table
+_COLUMNS_MAX = 64  # of a matrix that is read as a table
 _HOW_TO_SAVE = (
     "save its columns as numbers: s.time_s = seconds(tt.Time); s.yaw_rate_deg_s = tt.YawRate; "
     "save('drive.mat', '-struct', 's')"
@@ -39,8 +40,8 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
     """Signals of a `.mat`.
 
     Raises:
-        OncenterError: it cannot be read, its time is missing or has no unit, or as of a CSV file; "matlab_object": it
-            has MATLAB's objects alone; "missing_extra".
+        OncenterError: it cannot be read, its time is missing or has no unit, or as for a CSV file; "matlab_object": it
+            contains only MATLAB objects; "missing_extra".
     """
     variables = _variables(path)
     objects = sorted({value.kind for value in _every(variables) if isinstance(value, Opaque)})
@@ -50,9 +51,9 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
     given = [samples for channel in channels for samples in samples_of(channel, names, notes)]
     missing = not_there(channels, names, "variable")
     if objects:
-        missing.append(f"{_objects(path, objects)} left out: {_HOW_TO_SAVE}")
+        missing.append(f"{_objects(path, objects)} they were left out; {_HOW_TO_SAVE}")
     if not given:
-        raise nothing_known(path, channels, names, "variable", [*notes, *missing])
+        raise no_signal_recognised(path, channels, names, "variable", [*notes, *missing])
     notes += missing
     return given
 
@@ -75,15 +76,8 @@ def _variables(path: Path) -> dict[str, Value]:
         return {str(name): _of_scipy(value, budget) for name, value in loaded.items() if not _is_of_scipy(str(name))}
     except OncenterError:
         raise
-    except Exception as error:  # scipy lets value, type, index and zlib errors of broken files through
-        reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
-        raise _damaged(path, reason) from None
-
-
-def _damaged(path: Path, reason: str) -> OncenterError:
-    return OncenterError(
-        f"cannot read {path.name}, it is damaged or of another format: {reason[:160]}", code="unreadable_log"
-    )
+    except Exception as error:  # scipy raises value, type, index and zlib errors for broken files
+        raise damaged(path.name, reason_of(error)) from None
 
 
 def _is_of_scipy(name: str) -> bool:
@@ -121,7 +115,7 @@ def _every(value: Value) -> Iterator[Value]:
 
 def _objects(path: Path, objects: Sequence[str]) -> str:
     kinds = ", ".join(filter(None, objects))
-    return f"{path.name} has objects of MATLAB ({kinds or 'of unknown class'}) that only MATLAB reads;"
+    return f"{path.name} has MATLAB objects ({kinds or 'of unknown class'}) that only MATLAB can read;"
 
 
 def _without_channels(
@@ -135,16 +129,18 @@ def _without_channels(
         time_column(path, list(variables), names)
     except OncenterError as error:
         return error
-    return OncenterError(f"{path.name} has no vectors of one length with their time", code="missing_signal")
+    return OncenterError(
+        f"{path.name} has no vectors with the same length as a time vector: {_HOW_TO_SAVE}", code="missing_signal"
+    )
 
 
 class _Time:
-    """Stamps that channels share; what is wrong with them is said when one of those is taken.
+    """A time vector shared by channels. Its errors are raised only when such a channel is read.
 
     Args:
-        name: of the variable, as people write it.
-        rows: how many stamps there are.
-        in_s: gives them in s.
+        name: of the variable, for messages.
+        rows: number of stamps.
+        in_s: gives the stamps in s.
     """
 
     def __init__(self, name: str, rows: int, in_s: Callable[[], Column]) -> None:
@@ -152,14 +148,14 @@ class _Time:
 
     @cached_property
     def kept(self) -> npt.NDArray[np.bool_]:
-        """Which stamps are numbers."""
+        """Which stamps are finite."""
         return np.isfinite(self._all)
 
     @cached_property
     def seconds(self) -> Column:
-        """Those that are."""
+        """The finite stamps in s."""
         if np.count_nonzero(self.kept) < 2:
-            raise NoSamples(f"has no time: {self.name} has fewer than two numbers")
+            raise NoSamples(f"has no time: {self.name} has fewer than two valid stamps")
         return self._all[self.kept]
 
     @cached_property
@@ -168,7 +164,7 @@ class _Time:
 
 
 class _Walk:
-    """Variables and fields of structs as channels, each with the time nearest to it: of its struct, or around that."""
+    """Variables and struct fields as channels, each with the time of its struct or of the next enclosing one."""
 
     def __init__(self, path: Path, names: Mapping[str, SignalName]) -> None:
         self._path, self._names = path, names
@@ -176,8 +172,8 @@ class _Walk:
     def channels(self, label: str, fields: Mapping[str, Value], around: _Time | None) -> Iterator[Channel]:
         """
         Args:
-            label: of the struct that has these fields; empty for variables.
-            around: the time of what holds the struct.
+            label: of the struct with these fields; empty for variables.
+            around: the time of the enclosing struct.
         """
         simulink, series = _simulink(fields), _timeseries(fields)
         if simulink is not None:
@@ -196,7 +192,7 @@ class _Walk:
                 yield from self.channels(_full(label, name) + place, struct, nearest)
 
     def _columns(self, label: str, values: Mapping[str, Any], time: _Time, unit: str = "") -> Iterator[Channel]:
-        """A vector is one channel, a matrix with a row or a column per stamp several, as MATLAB indexes them."""
+        """A vector is one channel; a matrix with a row or column per stamp is several, indexed as in MATLAB."""
         for name, value in values.items():
             for place, column in _columns_of(value, time.rows):
                 if _full(label, name) + place != time.name:
@@ -204,7 +200,7 @@ class _Walk:
                     yield Channel(name + place, label, content, "variable", f"variable {time.name}")
 
     def _time(self, label: str, fields: Mapping[str, Value]) -> _Time | None:
-        """By the rules of a CSV file; None where these fields have none."""
+        """The time among these fields, by the rules for CSV files; None without one."""
         vectors = _vectors(fields)
         names = self._names
         if label and "time" in names and names["time"].name.startswith(f"{label}."):
@@ -233,7 +229,7 @@ def _vectors(fields: Mapping[str, Value]) -> dict[str, Any]:
 
 
 def _structs(value: Value) -> Iterator[tuple[str, Mapping[str, Value]]]:
-    """A struct, or those of a struct array by their index in MATLAB."""
+    """A struct, or the elements of a struct array with their MATLAB index."""
     if isinstance(value, dict):
         yield "", value
     elif isinstance(value, list):
@@ -242,7 +238,7 @@ def _structs(value: Value) -> Iterator[tuple[str, Mapping[str, Value]]]:
 
 
 def _simulink(fields: Mapping[str, Value]) -> dict[str, Any] | None:
-    """Values by label of Simulink's "Structure with time": `time` in s, and a struct a signal; None of all else."""
+    """Values by label of Simulink's "Structure with time": `time` in s and one struct per signal; else None."""
     signals = fields.get("signals")
     if not isinstance(fields.get("time"), np.ndarray) or not isinstance(signals, dict | list):
         return None
@@ -255,7 +251,7 @@ def _simulink(fields: Mapping[str, Value]) -> dict[str, Any] | None:
 
 
 def _timeseries(fields: Mapping[str, Value]) -> str | None:
-    """The unit of a timeseries as a struct: `Time` in s and `Data`; empty where it tells none, None of all else."""
+    """The unit of a timeseries saved as a struct (`Time` in s, `Data`); "" without a unit, None for other structs."""
     if not isinstance(fields.get("Time"), np.ndarray) or not isinstance(fields.get("Data"), np.ndarray):
         return None
     info = fields.get("DataInfo")
@@ -264,7 +260,7 @@ def _timeseries(fields: Mapping[str, Value]) -> str | None:
 
 
 def _columns_of(value: Any, rows: int) -> list[tuple[str, Any]]:
-    """By how MATLAB indexes it; of a matrix the longer side is the time's where neither is."""
+    """Columns with their MATLAB index. If no side has `rows` elements, the longer side of a matrix is the time."""
     if value.size == rows or value.ndim != 2 or min(value.shape) == 1:
         return [("", np.ravel(value))]
     high, wide = value.shape
@@ -275,6 +271,6 @@ def _columns_of(value: Any, rows: int) -> list[tuple[str, Any]]:
 
 def _content(column: Any, time: _Time, unit: str) -> tuple[Column, Column, str]:
     if len(column) != time.rows:
-        raise NoSamples(f"has {len(column)} values, and {time.name} {time.rows}")
+        raise NoSamples(f"has {len(column)} values, but {time.name} has {time.rows}")
     values = column.astype(np.float64)[time.kept]
     return time.seconds, np.where(np.isfinite(values), values, np.nan), unit

@@ -1,6 +1,6 @@
-"""MATLAB 7.3, which is HDF5: a dataset a matrix, transposed; a group a struct; references for the rest.
+"""MATLAB 7.3, which is HDF5: a dataset is a transposed matrix, a group is a struct, the rest are references.
 
-Nothing outside the file is read: links, virtual datasets and external storage that lead there are left out.
+Nothing outside the file is read: external links, virtual datasets and external storage are left out.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
+from oncenter.read import damaged, reason_of
 from oncenter.read.mat_values import Budget, Opaque, Value
 
 
@@ -26,15 +26,12 @@ def variables(path: Path) -> dict[str, Value]:
     try:
         with h5py.File(path, "r") as file:
             return _fields(file, file, Budget())
-    except Exception as error:  # h5py lets key, value, type, OS and runtime errors of broken files through
-        reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
-        raise OncenterError(
-            f"cannot read {path.name}, it is damaged or of another format: {reason[:160]}", code="unreadable_log"
-        ) from None
+    except Exception as error:  # h5py raises key, value, type, OS and runtime errors for broken files
+        raise damaged(path.name, reason_of(error)) from None
 
 
 def _fields(file: Any, group: Any, budget: Budget) -> dict[str, Value]:
-    """By name; those whose names begin with # are MATLAB's own."""
+    """Values by name, without MATLAB's internal ones, whose names begin with #."""
     import h5py
 
     with budget.deeper():
@@ -63,7 +60,7 @@ def _value(file: Any, found: Any, budget: Budget) -> Value:
 
 
 def _struct(file: Any, group: Any, budget: Budget) -> Value:
-    """A struct, or an array of them, whose fields are references."""
+    """A struct, or an array of structs, whose fields are references."""
     import h5py
 
     members = [group[name] for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)]

@@ -1,4 +1,4 @@
-"""What MATLAB's variables are here, whichever of its formats they come from."""
+"""The values of MATLAB variables, the same for all versions of its format."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ _DEPTH_MAX, _STRUCTS_MAX = 32, 100_000
 
 @dataclass(frozen=True)
 class Opaque:
-    """An object that only MATLAB can read; `kind` is its class, as "timetable", empty where nobody tells."""
+    """An object that only MATLAB can read; `kind` is its class, as "timetable", or empty if unknown."""
 
     kind: str
 
 
-# A matrix of numbers as MATLAB orders it, a struct, a struct array, text, an object; None for all else.
+# A matrix of numbers in MATLAB's order, a struct, a struct array, text, or an object; None for anything else.
 Value = Any
 
 
 class Budget:
-    """How many structs a file may have, and how deep: a damaged one may hold itself."""
+    """Limits the number and depth of structs: in a damaged file a struct may contain itself."""
 
     def __init__(self) -> None:
         self._depth = self._structs = 0
@@ -31,12 +31,12 @@ class Budget:
     def deeper(self, structs: int = 1) -> Iterator[None]:
         """
         Raises:
-            ValueError: there are too many.
+            ValueError: the limit is exceeded.
         """
         self._depth += 1
         self._structs += structs
         if self._depth > _DEPTH_MAX or self._structs > _STRUCTS_MAX:
-            raise ValueError("it has too many structs in structs")
+            raise ValueError("it has too many nested structs")
         try:
             yield
         finally:

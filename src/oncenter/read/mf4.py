@@ -1,7 +1,7 @@
-"""ASAM MDF 3 and 4 through asammdf: raw CAN frames of bus logging, and decoded channels at their own rasters.
+"""ASAM MDF 3 and 4 through asammdf: raw CAN frames of bus logging, and decoded channels at their own rates.
 
-asammdf hands out stored numbers only. Conversions to physical ones are in `conversions.py`: asammdf would run a formula
-of the file as code, and would leave out one that it cannot run.
+asammdf is used for stored values only. `conversions.py` computes physical values: asammdf would run a formula from the
+file as code, and would skip one that it cannot run.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
-from oncenter.read import j1939
+from oncenter.read import ASSIGN_THEM, damaged, j1939, reason_of
 from oncenter.read.channels import Channel, NoSamples, samples, samples_of
 from oncenter.read.conversions import NoNumbers, UnknownConversion, physical, shown
 from oncenter.read.cut_off import CutOff
@@ -53,23 +53,23 @@ def read(
     """Wanted frames, in order of time, and signals of decoded channels.
 
     Raises:
-        OncenterError: asammdf cannot read it, or it is shorter than it says; "missing_extra": asammdf is not installed;
-            "unknown_conversion": that of a channel that is needed is not understood.
+        OncenterError: asammdf cannot read it, or it is shorter than its header says; "missing_extra": asammdf is not
+            installed; "unknown_conversion": the conversion of a needed channel is not supported.
     """
     with _asammdf(path) as mdf:
         log = _Log(path, mdf)
         if _was_never_closed(path):
-            notes.append(CutOff(f"{path.name} was never closed by its logger: read up to its last whole record"))
+            notes.append(CutOff(f"the logger did not close {path.name}: it was read up to its last complete record"))
         kept = keep(_frames(log, progress), wanted)
         decoded = _decoded(log, names, notes)
         if not decoded and not kept.total:
-            raise _nothing_known(path, mdf, notes)
+            raise _no_signal_recognised(path, mdf, notes)
     in_time = np.argsort(kept.frames.time, kind="stable")
     frames = Frames(*(getattr(kept.frames, column)[in_time] for column in Frames.__dataclass_fields__))
     return Kept(frames, kept.pgn_frames, kept.standard_frames), decoded
 
 
-def _nothing_known(path: Path, mdf: MDF, notes: list[str]) -> OncenterError:
+def _no_signal_recognised(path: Path, mdf: MDF, notes: list[str]) -> OncenterError:
     names = {channel.name for group in _filled_groups(mdf) for channel in mdf.groups[group].channels}
     channels = sorted(names - {"time", "t", "timestamps"})
     if not channels:
@@ -77,8 +77,13 @@ def _nothing_known(path: Path, mdf: MDF, notes: list[str]) -> OncenterError:
     more = f" and {len(channels) - 12} more" if len(channels) > 12 else ""
     shown = ", ".join(repr(name[:40]) for name in channels[:12]) + more
     return OncenterError(
-        f"{'; '.join(['no CAN data frames and no known signal', *notes])} in {path.name}: its channels are {shown}; "
-        "name them in a [signals] table",
+        "; ".join(
+            [
+                f"no CAN data frames and no signal recognised in {path.name}",
+                *notes,
+                f"its channels are {shown}; {ASSIGN_THEM}",
+            ]
+        ),
         code="missing_signal",
         needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
     )
@@ -86,30 +91,30 @@ def _nothing_known(path: Path, mdf: MDF, notes: list[str]) -> OncenterError:
 
 @contextlib.contextmanager
 def _asammdf(path: Path) -> Iterator[MDF]:
-    """A file that asammdf has opened.
+    """Opens a file with asammdf.
 
-    asammdf logs, prints and lets many kinds of errors through: it is quiet here, and has one error.
-    One thread at a time: streams, warnings, garbage and asammdf are the whole process's.
+    asammdf logs, prints and raises many kinds of errors: here its output is suppressed, and its errors become one kind.
+    One thread at a time, because streams, warnings, garbage collection and asammdf are global to the process.
     """
     require_package("asammdf", path.name)
     with _ALONE, _quiet_asammdf(path):
         opened = _mdf_without_eval()
-        # Bus logging: asammdf would convert while it opens the file, and would load a DBC that the log holds or names.
+        # With bus logging asammdf would convert while opening, and would load a DBC that the log contains or names.
         with opened(path, process_bus_logging=False) as mdf:
             yield mdf
 
 
 def _mdf_without_eval() -> Callable[..., MDF]:
-    """asammdf's class, in which nothing can run a formula as code.
+    """asammdf's class, modified so that it cannot run a formula as code.
 
-    asammdf hands formulas to numexpr, and those that fail there to sympy; both hand them to Python's `eval`. No formula
-    gets that far, because a `_Log` takes all conversions off before anything is read. This is a second wall, for a
-    place that we overlooked or that a later asammdf has. It stands until this process ends, which only reads logs.
+    asammdf passes formulas to numexpr, and to sympy if that fails; both pass them to Python's `eval`. No formula gets
+    there, because `_Log` removes all conversions before anything is read. This is a second barrier, in case a code path
+    was overlooked or a later asammdf adds one. It stays for the life of this process, which only reads logs.
     """
     if sys.modules.get("numexpr") is None:
         stand_in: Any = ModuleType("numexpr")
         stand_in.evaluate = _refuse_to_evaluate
-        stand_in.__version__ = "0"  # pandas asks for numexpr as well, and does without one that is too old
+        stand_in.__version__ = "0"  # pandas also imports numexpr, and ignores a version that is too old
         sys.modules["numexpr"] = stand_in
     from asammdf import MDF
     from asammdf.blocks import v2_v3_blocks, v4_blocks
@@ -131,7 +136,7 @@ def _quiet_asammdf(path: Path) -> Iterator[None]:
     logger.setLevel(logging.CRITICAL + 1)
     frozen_by_others = gc.get_freeze_count() > 0
     if not frozen_by_others:
-        gc.freeze()  # what was there before need not be searched when asammdf fails
+        gc.freeze()  # the collection after a failure of asammdf then skips older objects
     try:
         with (
             warnings.catch_warnings(),
@@ -143,11 +148,9 @@ def _quiet_asammdf(path: Path) -> Iterator[None]:
     except OncenterError:
         raise
     except Exception as error:
-        reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
-        _let_go(error)
-        raise OncenterError(
-            f"cannot read {path.name}, it is damaged or of another format: {reason[:160]}", code="unreadable_log"
-        ) from None
+        reason = reason_of(error)
+        _release(error)
+        raise damaged(path.name, reason) from None
     finally:
         if not frozen_by_others:
             gc.unfreeze()
@@ -155,21 +158,21 @@ def _quiet_asammdf(path: Path) -> Iterator[None]:
 
 
 def _was_never_closed(path: Path) -> bool:
-    """Loggers that lose power leave files whose end nobody knows; MDF has a name for them, and they are read."""
+    """Whether the file is marked as unfinished: its logger lost power. Such a file is read up to its end."""
     with path.open("rb") as file:
         return file.read(8) == b"UnFinMF "
 
 
-def _let_go(error: Exception) -> None:
-    """Drops asammdf's half-made objects now, while nobody hears that their `__del__` fails on what they lack."""
-    heard = sys.unraisablehook
+def _release(error: Exception) -> None:
+    """Deletes asammdf's incomplete objects now, with the errors of their `__del__` suppressed."""
+    before = sys.unraisablehook
     sys.unraisablehook = lambda unraisable: None
     try:
         traceback.clear_frames(error.__traceback__)
         error.__traceback__ = error.__context__ = error.__cause__ = None
         gc.collect()
     finally:
-        sys.unraisablehook = heard
+        sys.unraisablehook = before
 
 
 def _filled_groups(mdf: MDF) -> list[int]:
@@ -178,10 +181,10 @@ def _filled_groups(mdf: MDF) -> list[int]:
 
 
 class _Log:
-    """An open file whose conversions are taken off its channels, so that asammdf has none to apply.
+    """An open file. The conversions are removed from its channels, so that asammdf cannot apply them.
 
     Attributes:
-        conversions: blocks by group and index of the channel; None for a block that asammdf could not read.
+        conversions: blocks by group and index of the channel; None for one that asammdf could not read.
     """
 
     def __init__(self, path: Path, mdf: MDF) -> None:
@@ -196,7 +199,7 @@ class _Log:
                 channel.conversion = None
 
     def raw(self, group: int, index: int) -> tuple[npt.NDArray[Any], npt.NDArray[np.bool_] | None]:
-        """What a channel stores, and which of it is invalid."""
+        """The stored values of a channel, and which of them are invalid."""
         stored, invalid = self.mdf.get(
             group=group, index=index, raw=True, samples_only=True, ignore_invalidation_bits=True
         )
@@ -209,17 +212,18 @@ class _Log:
                 return physical(None, raw)
             block = self.conversions[group, index]
             if block is None:
-                raise UnknownConversion("a conversion block that is damaged")
+                raise UnknownConversion("a damaged conversion block")
             return physical(block, raw)
         except UnknownConversion as error:
             name = self.mdf.groups[group].channels[index].name
             raise OncenterError(
-                f"{self.path.name}: the conversion of channel {shown(name)} is not understood: {error}",
+                f"{self.path.name}: the conversion of channel {shown(name)} is not supported: {error}; export the log "
+                "with physical values",
                 code="unknown_conversion",
             ) from None
 
     def unit(self, group: int, index: int) -> str:
-        """The channel's own, or else its conversion's."""
+        """The unit of the channel, else of its conversion."""
         channel = self.mdf.groups[group].channels[index]
         return str(getattr(channel, "unit", "") or getattr(self.conversions.get((group, index)), "unit", "") or "")
 
@@ -231,7 +235,7 @@ class _Log:
         return (raw.astype(np.float64) if index is None else self.physical(group, index, raw)) + self.start
 
     def _group_of_time(self, group: int) -> int:
-        """MDF 4.2 may keep the time of a group in another; asammdf has followed that before, so that it ends."""
+        """MDF 4.2 may store the time of a group in another group. asammdf has checked that the chain ends."""
         from asammdf.blocks.v4_constants import FLAG_CG_REMOTE_MASTER
 
         acquired: Any = self.mdf.groups[group].channel_group
@@ -287,9 +291,9 @@ def _frames_of_group(log: _Log, group: int, channels: list[str]) -> Frames:
 
 
 def _field(log: _Log, group: int, index: int, stored: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Whole numbers from 0 to 2^32 - 1, the stored ones where a conversion has texts for them.
+    """Integers from 0 to 2^32 - 1; the stored ones where a conversion gives texts.
 
-    Some loggers store no bit of what is the same in all frames: then a conversion gives it.
+    Some loggers store a field that is constant in all frames only as a conversion.
     """
     if (group, index) not in log.conversions:
         return stored
@@ -301,7 +305,7 @@ def _field(log: _Log, group: int, index: int, stored: npt.NDArray[Any]) -> npt.N
     if not ((values >= 0) & (values < 1 << 32) & (values % 1 == 0)).all():
         name = log.mdf.groups[group].channels[index].name
         raise OncenterError(
-            f"{log.path.name}: the conversion of {name} does not give whole numbers from 0 to 2^32 - 1",
+            f"{log.path.name}: the conversion of {name} does not give integers from 0 to 2^32 - 1",
             code="unknown_conversion",
         )
     return values.astype(np.int64)
@@ -317,7 +321,7 @@ def _decoded(log: _Log, names: Mapping[str, SignalName], notes: list[str]) -> li
             continue
         reader = _Group(log, group)
         if not reader.label and any(count[name] > 1 for name in channels[1:]):
-            reader.label = f"group {group}"  # or else its channels could not be told from others of their name
+            reader.label = f"group {group}"  # distinguishes its channels from others with the same name
         for index, name in enumerate(channels):
             given += samples_of(Channel(name, reader.label, partial(reader.content, index)), names, notes)
         given += _j1939_channels(reader, channels, names, notes)
@@ -325,7 +329,7 @@ def _decoded(log: _Log, names: Mapping[str, SignalName], notes: list[str]) -> li
 
 
 class _Group:
-    """Channels of one raster; its time is one array, so that the clock sees that they share it."""
+    """Channels of one rate. Their time is one array, by which the clock recognises that they share it."""
 
     def __init__(self, log: _Log, group: int) -> None:
         self._log, self._group = log, group
@@ -337,26 +341,26 @@ class _Group:
         """Time, values and unit of a channel, NaN where invalid.
 
         Raises:
-            NoSamples: it holds no numbers.
+            NoSamples: it contains no numbers.
         """
         raw, invalid = self._log.raw(self._group, index)
         try:
             values = self._log.physical(self._group, index, raw)
         except NoNumbers:
-            raise NoSamples("holds no numbers") from None
+            raise NoSamples("contains no numbers") from None
         if invalid is not None:
             values[invalid] = np.nan
         if self._time is None:
             self._time = self._log.time(self._group)
         if len(self._time) != len(values):
-            raise ValueError(f"{len(values)} values at {len(self._time)} times")
+            raise ValueError(f"a channel has {len(values)} values for {len(self._time)} times")
         return self._time, values, self._log.unit(self._group, index)
 
 
 def _j1939_channels(
     reader: _Group, channels: list[str], names: Mapping[str, SignalName], notes: list[str]
 ) -> list[Samples]:
-    """Channels that are called as J1939 parameters are, as a decoder with a J1939 DBC writes them."""
+    """Channels with names of J1939 parameters, as a decoder with a J1939 DBC writes them."""
     by_message: dict[int, dict[int, Column]] = {}
     time: Column | None = None
     for index, name in enumerate(channels):
@@ -370,7 +374,10 @@ def _j1939_channels(
         known = factors(parameter.signal)
         unit = unit_key(content[2], known) if content[2] else parameter.unit
         if unit is None:
-            notes.append(f"{parameter.signal}: channel {name} has unit {content[2]!r}, {' or '.join(known)} would do")
+            notes.append(
+                f"{parameter.signal}: channel {name} left out: it has unit {content[2]!r}, "
+                f"expected {' or '.join(known)}"
+            )
             continue
         time = content[0]
         values = _in_range(content[1] * (known[unit] / known[parameter.unit]), parameter)
@@ -393,7 +400,7 @@ def _j1939_channels(
 
 
 def _in_range(values: Column, parameter: j1939.Parameter) -> Column:
-    """NaN where a decoder took error and not available for numbers."""
+    """NaN where a decoder converted the codes for error and not available to numbers."""
     highest = parameter.offset + parameter.scale * (parameter.largest_number + 0.5)
     lowest = parameter.offset - parameter.scale * 0.5
     return np.where((values > highest) | (values < lowest), np.nan, values)

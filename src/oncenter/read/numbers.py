@@ -9,20 +9,20 @@ import polars as pl
 from oncenter.errors import OncenterError
 from oncenter.read.frames import Column
 
-_NO_NUMBER = ("", "na", "n/a", "#n/a", "nan", "null", "none", "-", "--")  # what CSV writers put for "not available"
+_NO_NUMBER = ("", "na", "n/a", "#n/a", "nan", "null", "none", "-", "--")  # CSV writers' "not available"
 
 
 def numbers(path: Path, column: pl.Series) -> Column:
-    """A column as numbers, NaN where empty; not to be written to, it may be the column itself.
+    """A column as numbers, NaN where empty. Do not modify the result: it may share memory with the column.
 
     Raises:
-        OncenterError: text where a number belongs.
+        OncenterError: a cell is text.
     """
     if column.dtype.is_numeric() or column.dtype in (pl.Boolean, pl.Null):
-        return _filled(column.rechunk().cast(pl.Float64))  # parts are put together while they are narrow
+        return _filled(column.rechunk().cast(pl.Float64))  # joins the parts before the cast, while they are narrow
     if column.dtype != pl.String:
         raise OncenterError(
-            f"column {column.name} of {path.name} is {column.dtype}, numbers are needed", code="not_a_number"
+            f"column {column.name} of {path.name} has type {column.dtype}, expected numbers", code="not_a_number"
         )
     text = column.str.strip_chars()
     read = text.cast(pl.Float64, strict=False)
@@ -42,5 +42,5 @@ def _filled(column: pl.Series) -> Column:
 
 
 def in_si(values: Column, factor: float) -> Column:
-    """Times a factor; the same array where there is nothing to do."""
+    """Multiplies by a factor; returns the same array for a factor of 1."""
     return values if factor == 1.0 else values * factor

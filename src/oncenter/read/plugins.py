@@ -1,8 +1,8 @@
-"""Formats of others: an installed package says by an entry point that it reads them.
+"""Plug-ins: an installed package adds a log format by an entry point.
 
 The group is `oncenter.readers`. An entry point's name is the suffix of the files that it reads, as `.acme`. A name
-without a leading dot is for drives that are folders: that of a file or folder in them, as `processed_log`. It is loaded
-only when such a log is read, and never asked about a format that this package reads itself.
+without a leading dot is for drives stored as folders: the name of a file or folder in them, as `processed_log`. A
+plug-in is loaded only when such a log is read, and never for a format that this package reads itself.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ GROUP = "oncenter.readers"
 
 
 def plugin_for(path: Path) -> EntryPoint | None:
-    """Whose log that is; None where it is of a format of ours, or of nobody's.
+    """The plug-in that reads a log; None if this package reads it, or if there is none.
 
     Raises:
-        OncenterError: "plugin_ambiguous": two packages say that they read it.
+        OncenterError: "plugin_ambiguous": two packages read it.
     """
     name = path.name.lower()
     if name.endswith(SUFFIXES) or is_bag_folder(path):
@@ -39,7 +39,7 @@ def plugin_for(path: Path) -> EntryPoint | None:
     first, *others = (point for point in having if len(point.name) == longest)
     if any(other.value != first.value for other in others):
         packages = " and ".join(map(_called, (first, *others)))
-        raise OncenterError(f"{path.name} is read by {packages}: uninstall all but one", code="plugin_ambiguous")
+        raise OncenterError(f"{path.name} can be read by {packages}: uninstall all but one", code="plugin_ambiguous")
     return first
 
 
@@ -48,10 +48,10 @@ def suffixes_of_plugins() -> list[str]:
 
 
 def read_plugin(path: Path, plugin: EntryPoint, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
-    """What a plug-in gives of a log, by the rules of a CSV file.
+    """Signals of a log that a plug-in reads, by the rules for CSV files.
 
     Raises:
-        OncenterError: "plugin_failed": it raised, or gave no table; else as `oncenter.read` of a CSV file.
+        OncenterError: "plugin_failed": it raised, or returned no table; else as `oncenter.read` of a CSV file.
     """
     from oncenter.read.dataframe import NoTable, samples_of_frame
 
@@ -60,15 +60,19 @@ def read_plugin(path: Path, plugin: EntryPoint, names: Mapping[str, SignalName],
     except (Exception, SystemExit) as error:
         first = (str(error).splitlines() or [""])[0][:200]
         what = str(error) if isinstance(error, OncenterError) else f"{type(error).__name__}: {first}"
-        raise OncenterError(f"cannot read {path.name}: {_called(plugin)}: {what}", code="plugin_failed") from error
+        raise OncenterError(
+            f"cannot read {path.name}: {_called(plugin)} failed: {what}", code="plugin_failed"
+        ) from error
     try:
         return samples_of_frame(frame, path, names, notes)
     except NoTable as wrong:
-        raise OncenterError(f"{_called(plugin)} of {path.name}: {wrong}", code="plugin_failed") from None
+        raise OncenterError(
+            f"cannot read {path.name}: {_called(plugin)} returned no usable table: {wrong}", code="plugin_failed"
+        ) from None
 
 
 def _installed() -> tuple[EntryPoint, ...]:
-    from importlib.metadata import entry_points  # late: most logs are of formats of ours
+    from importlib.metadata import entry_points  # late import: most logs need no plug-in
 
     return tuple(entry_points(group=GROUP))
 

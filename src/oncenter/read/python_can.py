@@ -1,4 +1,4 @@
-"""Vector `.asc` and PEAK `.trc` of kinds that our own reader does not know, frame by frame through python-can."""
+"""Vector `.asc` and PEAK `.trc` with layouts that `asc` and `trc` do not support, frame by frame through python-can."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
+from oncenter.read import damaged, reason_of
 from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Frames, bus_code
 from oncenter.read.text_lines import AscLines, TextLines
@@ -24,7 +25,7 @@ FRAMES_PER_CHUNK = 100_000
 
 
 def chunks(path: Path, suffix: str, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
-    """Frames of a log, many at a time; notes say what is left out.
+    """Frames of a log, many at a time. `notes` receives what was left out.
 
     Raises:
         OncenterError: python-can cannot read it; "missing_extra": it is not installed.
@@ -41,36 +42,34 @@ def chunks(path: Path, suffix: str, notes: list[str], progress: Callable[[float]
         notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
     if text.strange:
         first = f"the first reads {text.first_strange!r}"
-        notes.append(f"{text.strange} lines of {path.name} are no frames and were left out, {first}")
+        notes.append(f"{text.strange} lines of {path.name} are not CAN frames and were left out, {first}")
     if skipped.flexible:
-        notes.append(f"{skipped.flexible} CAN FD frames of {path.name} are not read")
+        notes.append(f"{skipped.flexible} CAN FD frames of {path.name} were left out")
     if complaints:
-        notes.append(
-            f"{len(complaints)} lines of {path.name} were left out, the first as python-can says: {complaints[0]}"
-        )
+        notes.append(f"python-can left out {len(complaints)} lines of {path.name}, its first message: {complaints[0]}")
 
 
 class _Complaints(logging.Handler):
-    """What python-can logs about single lines that it leaves out."""
+    """Collects python-can's log messages about lines that it leaves out."""
 
     def __init__(self) -> None:
         super().__init__(logging.WARNING)
-        self.said: list[str] = []
+        self.messages: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        self.said.append(record.getMessage()[:100])
+        self.messages.append(record.getMessage()[:100])
 
 
 @contextlib.contextmanager
 def _complaints() -> Iterator[list[str]]:
-    """Kept from the terminal, for our notes."""
-    logger, heard = logging.getLogger("can"), _Complaints()
+    """Redirects python-can's log messages from the terminal to the notes."""
+    logger, handler = logging.getLogger("can"), _Complaints()
     before, logger.propagate = logger.propagate, False
-    logger.addHandler(heard)
+    logger.addHandler(handler)
     try:
-        yield heard.said
+        yield handler.messages
     finally:
-        logger.removeHandler(heard)
+        logger.removeHandler(handler)
         logger.propagate = before
 
 
@@ -84,13 +83,13 @@ def _messages(path: Path, text: TextLines) -> Iterator[can.Message]:
         return iter(trc.TRCReader(text))
     except OncenterError:
         raise
-    except Exception as error:  # python-can's readers let value and index errors through
-        raise _unreadable(path, error) from error
+    except Exception as error:  # python-can's readers raise value and index errors
+        raise damaged(path.name, reason_of(error)) from error
 
 
 @dataclass
 class _Skipped:
-    """Counts of frames that are not read."""
+    """Counts of frames left out."""
 
     flexible: int = 0
 
@@ -110,11 +109,11 @@ def _some(path: Path, messages: Iterator[can.Message], skipped: _Skipped) -> Fra
     except OncenterError:
         raise
     except Exception as error:  # as above
-        raise _unreadable(path, error) from error
+        raise damaged(path.name, reason_of(error)) from error
 
 
 def is_data(message: can.Message) -> bool:
-    """Of classic CAN; no error, no request, no CAN FD."""
+    """Whether it is a data frame of classic CAN: no error frame, remote frame or CAN FD."""
     return not (message.is_error_frame or message.is_remote_frame or message.is_fd)
 
 
@@ -131,11 +130,4 @@ def frames_of(messages: Iterable[can.Message]) -> Frames:
         np.frombuffer(b"".join(bytes(d[:8]).ljust(8, b"\xff") for d in data), "<u8"),
         np.array([len(d) for d in data], np.uint8),
         np.array([codes[name] for name in channel], np.uint64),
-    )
-
-
-def _unreadable(path: Path, error: Exception) -> OncenterError:
-    reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
-    return OncenterError(
-        f"cannot read {path.name}, it is damaged or of another format: {reason[:160]}", code="unreadable_log"
     )

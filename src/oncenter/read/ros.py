@@ -1,6 +1,6 @@
-"""Bags of ROS: `.bag` of ROS 1, `.mcap` and `.db3` of ROS 2, or the folder of one. A signal is `/topic.field`.
+"""ROS bags: `.bag` of ROS 1, `.mcap` and `.db3` of ROS 2, or the folder of a ROS 2 bag. A signal is `/topic.field`.
 
-rosbags opens them, without ROS. Messages are decoded in `ros_messages.py`, by the definitions that a bag holds.
+rosbags opens them, without ROS. `ros_messages.py` decodes messages by the definitions stored in the bag.
 """
 
 from __future__ import annotations
@@ -23,26 +23,27 @@ import numpy as np
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.folder import BAG_PARTS
-from oncenter.read.channels import Channel, NoSamples, is_wanted, not_there, nothing_known, samples_of
+from oncenter.read import damaged, reason_of
+from oncenter.read.channels import Channel, NoSamples, is_wanted, no_signal_recognised, not_there, samples_of
 from oncenter.read.frames import Column
 from oncenter.read.ros_messages import Field, Layout, NotDecoded, Types
 from oncenter.read.samples import Samples
 from oncenter.signals import SignalName
 
-_CLOCKS_AGREE_S = 5.0  # more than messages wait for the recorder
+_CLOCKS_AGREE_S = 5.0  # longer than the recorder's delay
 _ZSTD = b"\x28\xb5\x2f\xfd"
-_HINTS = {"not indexed": "rosbag reindex repairs it", "end magic": "mcap recover repairs what was not closed"}
+_REMEDIES = {"not indexed": "repair it with: rosbag reindex", "end magic": "repair it with: mcap recover"}
 
 
 @dataclass
 class _Topic:
-    """Messages of one type under one name.
+    """The messages of one type under one name.
 
     Attributes:
-        sources: connections, each with the reader that has it.
-        layout: None where its messages are not decoded; `why` says why.
-        numbers: of each message the recorder's time in s, its stamp where it has one, and what is wanted of it.
-        damaged: how many messages were not decoded.
+        sources: connections, each with its reader.
+        layout: None if its messages cannot be decoded; `why` gives the reason.
+        numbers: for each message the recorder's time in s, its stamp if it has one, and the wanted fields.
+        damaged: number of messages that could not be decoded.
     """
 
     name: str
@@ -55,10 +56,10 @@ class _Topic:
 
 
 def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
-    """Signals of a bag; notes say by which clock.
+    """Signals of a bag. `notes` receives which clock was used.
 
     Raises:
-        OncenterError: it cannot be read, or has no known signal; "missing_extra".
+        OncenterError: it cannot be read, or no signal is recognised; "missing_extra".
     """
     with _opened(path, notes) as (readers, is_first):
         topics = _topics(readers, is_first)
@@ -81,7 +82,7 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
             given += samples_of(channel, names, notes)
     missing = _not_there(every, taken, wanted, topics, names)
     if not given:
-        raise nothing_known(path, every, names, "field", [*notes, *missing])
+        raise no_signal_recognised(path, every, names, "field", [*notes, *missing])
     notes += [*missing, _of_clocks(clocks)]
     return given
 
@@ -95,7 +96,7 @@ def _fields(topic: _Topic) -> list[Field]:
 
 
 def _wanted_fields(topic: _Topic, names: Mapping[str, SignalName]) -> list[Field]:
-    """Those that are signals, and elements of sequences that `[signals]` names."""
+    """Fields that are signals, and elements of sequences named in `[signals]`."""
     if topic.layout is None:
         return []
     fields = [each for each in topic.layout.fields if is_wanted(Channel(each.path, topic.name, _never), names)]
@@ -115,7 +116,7 @@ def _not_there(
     topics: Sequence[_Topic],
     names: Mapping[str, SignalName],
 ) -> list[str]:
-    """Notes on names of `[signals]` that no topic has, and on those of topics that are not decoded."""
+    """Notes on names in `[signals]` that no topic has, or whose topic cannot be decoded."""
     elements = [Channel(each.path, topic.name, _never) for topic in taken for each in wanted[topic.name + topic.kind]]
     notes = []
     for note in not_there([*every, *elements], names, "field"):
@@ -132,7 +133,7 @@ def _not_there(
 
 @contextmanager
 def _opened(path: Path, notes: list[str]) -> Iterator[tuple[list[Any], bool]]:
-    """Its parts, open, and whether ROS 1 wrote them; what the library raises becomes one line."""
+    """Opens its parts; gives their readers and whether ROS 1 wrote them. Errors of the library become one line."""
     require_package("rosbags", path.name)
     try:
         with ExitStack() as stack:
@@ -145,12 +146,10 @@ def _opened(path: Path, notes: list[str]) -> Iterator[tuple[list[Any], bool]]:
             yield readers, path.suffix.lower() == ".bag" and not path.is_dir()
     except OncenterError:
         raise
-    except Exception as error:  # rosbags lets index, key, assertion and struct errors of broken files through
-        reason = (str(error).strip().splitlines() or [""])[0] or type(error).__name__
-        hint = next((f"; {hint}" for sign, hint in _HINTS.items() if sign in reason), "")
-        raise OncenterError(
-            f"cannot read {path.name}, it is damaged or of another format: {reason[:160]}{hint}", code="unreadable_log"
-        ) from None
+    except Exception as error:  # rosbags raises index, key, assertion and struct errors for broken files
+        reason = reason_of(error)
+        remedy = next((remedy for sign, remedy in _REMEDIES.items() if sign in reason), "copy or export it again")
+        raise damaged(path.name, reason, remedy) from None
 
 
 def _closed(reader: Any) -> None:
@@ -187,8 +186,10 @@ def _reader(part: Path, notes: list[str]) -> Any:
         return McapReader(part)
     unsaved = Path(f"{part}-wal")
     if unsaved.exists() and unsaved.stat().st_size:
-        notes.append(f"{unsaved.name} beside {part.name} was not read: the recorder did not end as it should")
-    return Sqlite3Reader(Path(quote(os.fsencode(part), safe="/\\:")))  # it makes a URI of the name as it is
+        notes.append(f"{unsaved.name} was not read: the recorder was not closed, so the last messages are missing")
+    return Sqlite3Reader(
+        Path(quote(os.fsencode(part), safe="/\\:"))
+    )  # the reader puts the name into a URI without quoting
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -217,21 +218,21 @@ def _topics(readers: Sequence[Any], is_first: bool) -> list[_Topic]:
 
 
 def _layout(topic: _Topic, is_first: bool) -> Layout | str:
-    """Or why there is none."""
+    """The layout of a topic's messages, or why there is none."""
     connection = topic.sources[0][1]
     serialized = "ros1" if is_first else connection.ext.serialization_format
     if serialized not in ("ros1", "cdr"):
-        return f"is serialized as {serialized}, which is not read"
+        return f"is serialized as {serialized}, which is not supported"
     try:
         return Layout(topic.kind, _types(connection), not is_first)
     except NotDecoded as why:
         return str(why)
-    except Exception as error:  # rosbags lets assertion and recursion errors of broken definitions through
-        return f"has a definition that is not understood: {(str(error).splitlines() or [''])[0][:80]}"
+    except Exception as error:  # rosbags raises assertion and recursion errors for broken definitions
+        return f"has an invalid definition: {(str(error).splitlines() or [''])[0][:80]}"
 
 
 def _types(connection: Any) -> Types:
-    """Of a connection, beside those that all know; a bag of an older ROS 2 holds none."""
+    """Type definitions of a connection; a bag of an older ROS 2 contains none, then those of ROS 2 Humble."""
     from rosbags.interfaces import MessageDefinitionFormat
     from rosbags.typesys import get_types_from_idl, get_types_from_msg
     from rosbags.typesys.stores import empty, ros2_humble
@@ -255,7 +256,7 @@ def _types(connection: Any) -> Types:
 
 
 def _gather(readers: Sequence[Any], wanted: Mapping[int, Sequence[Field]], topics: Sequence[_Topic]) -> None:
-    """Each file is read once."""
+    """Reads each file once, and appends the wanted numbers to the topics."""
     decoders: dict[int, Callable[[bytes], list[float]]] = {}
     for topic in topics:
         assert topic.layout is not None
@@ -278,7 +279,7 @@ def _gather(readers: Sequence[Any], wanted: Mapping[int, Sequence[Field]], topic
 
 
 def _unpacked(message: bytes) -> bytes:
-    """ROS 2 may compress each message."""
+    """The message; ROS 2 may compress each one."""
     if bytes(message[:4]) != _ZSTD:
         return message
     if sys.version_info >= (3, 14):
@@ -290,10 +291,10 @@ def _unpacked(message: bytes) -> bytes:
 
 
 def _columns(topic: _Topic, count: int) -> tuple[Column, str, Column]:
-    """Time in s, what it is from, and values by field, in order of time.
+    """Time in s, its source, and values by field, in order of time.
 
-    A header's stamp is when it was measured; the recorder's time when it came. A stamp that nobody set, or that is of
-    another clock than the recorder's, is not taken: signals of several topics must share one.
+    A header's stamp is the time of measurement, the recorder's time that of arrival. A stamp that was not set, or that
+    is of another clock than the recorder's, is not used: signals of several topics must share one clock.
     """
     assert topic.layout is not None
     before = 3 if topic.layout.stamp else 1
@@ -319,5 +320,5 @@ def _of_clocks(clocks: Sequence[tuple[str, str]]) -> str:
     by_clock: dict[str, list[str]] = {}
     for clock, topic in clocks:
         by_clock.setdefault(clock, []).append(topic)
-    told = "; ".join(f"{clock} for {', '.join(dict.fromkeys(topics))}" for clock, topics in by_clock.items())
-    return f"time is {told}"
+    used = "; ".join(f"{clock} for {', '.join(dict.fromkeys(topics))}" for clock, topics in by_clock.items())
+    return f"time used: {used}"

@@ -1,7 +1,7 @@
-"""Numbers in serialized messages of ROS, by the definitions that a bag holds.
+"""Decodes numbers in serialized ROS messages by the definitions stored in a bag.
 
-The library that opens bags decodes messages by code which it generates and runs. Here a definition becomes a list of
-steps, each a reader of bytes, so that nothing of a bag is ever run.
+The library that opens bags decodes messages with code that it generates and runs. Here a definition becomes a list of
+steps that read bytes, so that nothing from a bag is run as code.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-_EACH_MAX = 16  # elements of an array that are fields by themselves
-_DEPTH_MAX, _STEPS_MAX = 32, 20_000  # of types within types
+_EACH_MAX = 16  # arrays up to this length have one field per element
+_DEPTH_MAX, _STEPS_MAX = 32, 20_000  # of nested types
 _FORMATS = {
     **{"bool": "B", "byte": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H"},
     **{"int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d"},
@@ -23,7 +23,7 @@ _TIME, _DURATION, _HEADER = "builtin_interfaces/msg/Time", "builtin_interfaces/m
 _NO_SIGNALS = (_TIME, _DURATION, _HEADER)
 _INDEX = re.compile(r"\[(\d{1,6})\]$")
 
-# What the documentation of ROS's own messages says; of all others [signals] says it.
+# Units in the documentation of ROS's standard messages; for other messages [signals] gives the unit.
 _UNITS = {
     ("sensor_msgs/msg/Imu", "angular_velocity"): "rad/s",
     ("sensor_msgs/msg/Imu", "linear_acceleration"): "m/s2",
@@ -38,12 +38,12 @@ Types = Mapping[str, tuple[Any, Sequence[tuple[str, Any]]]]  # by name: constant
 
 
 class NotDecoded(Exception):
-    """A definition or a message cannot be decoded; the message says why."""
+    """A definition or a message cannot be decoded; the text gives the reason."""
 
 
 @dataclass(frozen=True)
 class Field:
-    """A number of a message; `unit` is empty where its definition tells none."""
+    """A number in a message; `unit` is empty if unknown."""
 
     path: str
     unit: str
@@ -55,14 +55,14 @@ class Layout:
     Args:
         name: of the type, as `sensor_msgs/msg/Imu`.
         types: all definitions.
-        aligned: as ROS 2 serializes (CDR); ROS 1 leaves no gaps.
+        aligned: True for ROS 2's serialization (CDR); ROS 1 does not align.
 
     Attributes:
-        fields: its numbers; of a sequence the first.
-        stamp: path of the time at which it was measured; empty where it has none.
+        fields: its numbers; for a sequence only the first.
+        stamp: path of the time of measurement; empty without one.
 
     Raises:
-        NotDecoded: a definition is missing, or has what is not read.
+        NotDecoded: a definition is missing, or is not supported.
     """
 
     def __init__(self, name: str, types: Types, aligned: bool) -> None:
@@ -75,14 +75,14 @@ class Layout:
         self.stamp = next(iter(headers), "stamp" if own.get("stamp") == _TIME else "")
 
     def has(self, path: str) -> bool:
-        """Whether it is the path of a number; sequences have elements of any index."""
+        """Whether the path is that of a number; elements of sequences may have any index."""
         first = _INDEX.sub("[0]", path)
         return any(path == field.path or first == field.path for field in self.fields)
 
     def decoder(self, paths: Sequence[str]) -> Callable[[bytes], list[float]]:
-        """Decodes one message to the numbers at these paths, NaN where a sequence is too short.
+        """A function that decodes one message to the numbers at these paths, NaN where a sequence is too short.
 
-        It raises `NotDecoded` for a message that is shorter than its definition, or serialized otherwise.
+        It raises `NotDecoded` for a message that is shorter than its definition, or serialized in another way.
         """
         slots = {path: place for place, path in enumerate(paths)}
         steps = {order: _Compiler(self._types, self._aligned, order, slots).up_to_last(self._name) for order in "<>"}
@@ -108,16 +108,16 @@ class _Step:
     """Reads a part of a message.
 
     Attributes:
-        keeps: whether any of it goes into the row.
+        keeps: whether it writes a value into the row.
     """
 
     keeps = False
 
     def read(self, data: memoryview, place: int, row: list[float]) -> int:
-        """The place after it.
+        """Reads at `place`; returns the place after it.
 
         Raises:
-            struct.error: the message ends before.
+            struct.error: the message ends within it.
         """
         raise NotImplementedError
 
@@ -152,7 +152,7 @@ class _Text(_Step):
 
 
 class _Numbers(_Step):
-    """A sequence of numbers, of which some are kept: by index its slot."""
+    """A sequence of numbers; `slots` maps the indices to keep to places in the row."""
 
     def __init__(self, form: str, aligned: bool, slots: Mapping[int, int]) -> None:
         self._length, self._number = struct.Struct(f"{form[0]}I"), struct.Struct(form)
@@ -171,7 +171,7 @@ class _Numbers(_Step):
 
 
 class _Repeated(_Step):
-    """An array, or where `count` is None a sequence, of what has no size of its own."""
+    """An array (or a sequence if `count` is None) of elements without a fixed size."""
 
     def __init__(self, steps: Sequence[_Step], count: int | None, order: str, aligned: bool) -> None:
         self._steps, self._count = steps, count
@@ -189,16 +189,16 @@ class _Repeated(_Step):
                 place = step.read(data, place, row)
             if place > len(data):
                 raise struct.error
-            if place == before:  # nothing in it, however many there are
+            if place == before:  # empty elements
                 break
         return place
 
 
 class _Compiler:
-    """Definitions become steps; paths that are None are of no one number.
+    """Compiles definitions to steps. A path of None means that the number is not addressable.
 
     Attributes:
-        fields: those that were met.
+        fields: the numbers found.
     """
 
     def __init__(self, types: Types, aligned: bool, order: str, slots: Mapping[str, int]) -> None:
@@ -207,7 +207,7 @@ class _Compiler:
         self._depth = self._steps = 0
 
     def up_to_last(self, name: str) -> list[_Step]:
-        """Up to the last that keeps anything."""
+        """The steps up to the last one that keeps a value."""
         steps = self.of_type(name, "", "")
         return steps[: max((place + 1 for place, step in enumerate(steps) if step.keeps), default=0)]
 
@@ -216,7 +216,7 @@ class _Compiler:
             raise NotDecoded(f"has no definition of {name}")
         self._depth += 1
         if self._depth > _DEPTH_MAX:
-            raise NotDecoded("has types within types without end")
+            raise NotDecoded(f"has types nested deeper than {_DEPTH_MAX} levels")
         steps: list[_Step] = []
         for inner, description in self._types[name][1]:
             within = None if path is None or inner.endswith("covariance") else f"{path}.{inner}" if path else inner
@@ -257,7 +257,7 @@ class _Compiler:
         return steps
 
     def _form(self, description: Any) -> str:
-        """How struct calls a number; empty for all else."""
+        """The `struct` format of a number; empty for other types."""
         is_base = description[0].name == "BASE"
         return self._order + _FORMATS[description[1][0]] if is_base and description[1][0] in _FORMATS else ""
 
@@ -265,7 +265,7 @@ class _Compiler:
         if kind == "string":
             return _Text(self._order, self._aligned)
         if kind not in _FORMATS:
-            raise NotDecoded(f"has {kind}, which is not read")
+            raise NotDecoded(f"has fields of type {kind}, which is not supported")
         if path is not None:
             self.fields.append(Field(path, unit))
         return _Number(self._order + _FORMATS[kind], self._aligned, self._slots.get(path or ""))

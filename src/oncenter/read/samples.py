@@ -1,4 +1,4 @@
-"""One signal from one source at its own rate, in SI: what every format gives and the clock takes."""
+"""One signal from one source at its own rate, in SI: the output of every format and the input of `clock`."""
 
 from __future__ import annotations
 
@@ -9,19 +9,18 @@ import numpy as np
 
 from oncenter.read.frames import Column
 
-SHORTEST_STEP_S = 1e-9  # less is the same stamp, rounded
-RATE_S = 3.0  # of a sender's frames tell its rate: who listens to a bus knows no more of it than that
-_USUAL = 0.2  # of the median step, how far others may be from it to count
-_SILENCE_S = 1.25  # a longer step tells nothing of a sender's rate
-_NOMINAL_HZ = (1000.0, 500.0, 200.0, 100.0, 50.0, 40.0, 25.0, 20.0, 10.0, 5.0, 4.0, 2.0, 1.0)  # as senders are built
-_NEAR_NOMINAL = 0.1  # stamps that tremble and frames that are lost move a rate by so much
-_SHARP, _SHARP_SHARE = 0.05, 0.3  # of the steps so many are so near the usual one: it is no accident
+SHORTEST_STEP_S = 1e-9  # smaller steps are rounding of equal stamps
+RATE_S = 3.0  # of frames that give a sender's rate: on a live bus it must be settled after this time
+_USUAL = 0.2  # of the median step: maximum deviation of the steps that count
+_SILENCE_S = 1.25  # a longer step is a gap and does not count
+_NOMINAL_HZ = (1000.0, 500.0, 200.0, 100.0, 50.0, 40.0, 25.0, 20.0, 10.0, 5.0, 4.0, 2.0, 1.0)  # usual design rates
+_NEAR_NOMINAL = 0.1  # jitter and lost frames shift a rate by up to this share
+_SHARP, _SHARP_SHARE = 0.05, 0.3  # if this share of the steps is this near to the median, the median is the rate
 
 
 @dataclass(frozen=True)
 class Steps:
-    """How stamps follow each other: their rate as `median_rate` has it, and the least and the greatest step; at least
-    two stamps."""
+    """Rate of at least two stamps, as `median_rate`, with the minimum and maximum step."""
 
     rate_hz: float
     least_s: float
@@ -30,21 +29,21 @@ class Steps:
 
 @dataclass(frozen=True)
 class Samples:
-    """A signal as one source has it.
+    """A signal from one source.
 
     Attributes:
         signal: key of `oncenter.signals.SIGNALS`.
-        time: s, as logged; signals of one message share one array.
+        time: s, as recorded; signals of one message share one array.
         values: SI, as long as `time`; NaN where not available.
-        kind: what sources must share to be compared: the message's name, or "column".
-        description: for people, "VDC2 from 0x3E", "column swa_deg".
-        rank: place in the stated order of kinds, the first is taken.
-        address: J1939 source address where there is one.
-        labels: what `take` may call this source besides its description, in lower case.
-        steps: of `time` where they are known, as by a table whose columns share their time.
-        of_frames: `time` are stamps of frames on a bus, which tremble.
-        stamps: what `time` is from, for people, where not from the source itself: "column time_s".
-        complete: whoever made it knows that no value is NaN.
+        kind: the message's name, or "column"; only sources of the same kind are compared.
+        description: for messages, "VDC2 from 0x3E", "column swa_deg".
+        rank: order of preference among kinds, the lowest is used.
+        address: J1939 source address, if any.
+        labels: lower-case names for `take`, besides the description.
+        steps: of `time`, if already computed, as for the columns of a table.
+        of_frames: `time` are stamps of frames on a bus, which have jitter.
+        stamps: source of `time` for messages, if it is not the source itself: "column time_s".
+        complete: no value is NaN; saves the check.
     """
 
     signal: str
@@ -62,7 +61,7 @@ class Samples:
 
     @property
     def time_description(self) -> str:
-        """Where `time` is from, for people."""
+        """Source of `time`, for messages."""
         return self.stamps or self.description
 
     @cached_property
@@ -71,9 +70,9 @@ class Samples:
 
     @cached_property
     def rate_hz(self) -> float:
-        """Rate of the source's own numbers, of frames the nominal one; 0 below two.
+        """Rate of the source's valid numbers; for frames the nominal rate; 0 for fewer than two.
 
-        Cells that a table leaves empty are no samples. A sender that never had a number has the rate of its frames.
+        Empty cells of a table are not samples. A sender without any valid number has the rate of its frames.
         """
         rate_of = nominal_rate if self.of_frames else median_rate
         never = self.not_available == len(self.values)
@@ -82,19 +81,19 @@ class Samples:
         return rate_of(self.time) if self.steps is None else self.steps.rate_hz
 
     @property
-    def rate_is_told(self) -> bool:
-        """Whether the rate stays the same whatever frames come later."""
+    def rate_is_settled(self) -> bool:
+        """Whether later frames can no longer change the rate."""
         return _first_steps(self.time[~np.isnan(self.values)])[1]
 
 
 def median_rate(time: Column) -> float:
-    """Hz; from the steps near the median one, so that rounded stamps do not move it. 0 where there are none."""
+    """Hz, from the steps near the median, so that rounded stamps do not shift it; 0 without steps."""
     return steps_of(time).rate_hz if len(time) > 1 else 0.0
 
 
 def steps_of(time: Column) -> Steps:
-    """Of at least two stamps, s."""
-    with np.errstate(over="ignore"):  # damaged stamps are refused elsewhere
+    """The steps of at least two stamps in s."""
+    with np.errstate(over="ignore"):  # damaged stamps are rejected elsewhere
         steps = np.diff(time)
     least, greatest = float(steps.min()), float(steps.max())
     if not (least > SHORTEST_STEP_S and greatest < np.inf):
@@ -103,10 +102,10 @@ def steps_of(time: Column) -> Steps:
 
 
 def nominal_rate(time: Column) -> float:
-    """Hz at which a sender was built to send, from its first `RATE_S`: the same whether more has come by now or not.
+    """The design rate of a sender in Hz, from its first `RATE_S` only, so that later frames do not change it.
 
-    The usual nominal rate that is near the rate of the usual step, which lost frames do not change, or near the mean
-    rate, which trembling and bursts do not; of a sender that keeps to none of them what it keeps to.
+    It is the rate of `_NOMINAL_HZ` near the median rate, which lost frames do not change, or near the mean rate, which
+    jitter and bursts do not change. Without one nearby it is the median rate.
     """
     steps, _ = _first_steps(time)
     if not len(steps):
@@ -120,8 +119,8 @@ def nominal_rate(time: Column) -> float:
 
 
 def _first_steps(time: Column) -> tuple[Column, bool]:
-    """Steps, s, until a sender was heard for `RATE_S`, its silences left out; whether it was for so long."""
-    count = 1000  # of stamps to look at: a log has millions, of which the first tell
+    """Steps in s of the first `RATE_S` of a sender, without gaps, and whether there are that many."""
+    count = 1000  # a log has millions of stamps, only the first ones matter
     while True:
         steps = np.diff(np.maximum.accumulate(time[:count]))
         steps = steps[(steps > SHORTEST_STEP_S) & (steps <= _SILENCE_S)]
@@ -134,7 +133,7 @@ def _first_steps(time: Column) -> tuple[Column, bool]:
 
 
 def _nominal_near(rate: float) -> float:
-    """The nominal rate that another may be meant to be; 0 where there is none."""
+    """The nominal rate near a rate; 0 without one."""
     nominal = min(_NOMINAL_HZ, key=lambda hz: abs(np.log(hz / rate)))
     return nominal if abs(rate / nominal - 1.0) <= _NEAR_NOMINAL else 0.0
 
@@ -152,5 +151,5 @@ def _usual_rate(steps: Column) -> float:
 
 def _near_median(steps: Column) -> Column:
     middle = (len(steps) - 1) // 2
-    median = float(np.partition(steps, middle)[middle])  # a step that occurs, unlike the mean of two
+    median = float(np.partition(steps, middle)[middle])  # an actual step, not the mean of two
     return steps[np.abs(steps - median) <= _USUAL * median]

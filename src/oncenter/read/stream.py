@@ -1,8 +1,8 @@
-"""Frames of a bus, as they come, become the ticks that `read` gives of their log: the same decoding, the same clock.
+"""Converts live frames of a bus to ticks, identical to those that `read` gives for a log of the same frames.
 
-A bus is listened to for a while first. Then sources and rates are fixed, and every tick is given out as soon as no
-later frame can change it: when each signal has a number after it, or has been silent for too long to be bridged. Ticks
-wait once more where a signal begins later, until it is known whose it is and how often it comes.
+At first the stream only listens. Then it fixes sources and rates, and gives out each tick as soon as no later frame can
+change it: each signal has a sample after the tick, or a gap too long for interpolation. If a signal starts later, ticks
+wait again until its source and rate are fixed.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from oncenter.read.frames import Column, Frames, Kept, bus_name, joined, pgn_of
 from oncenter.read.samples import RATE_S, Samples
 from oncenter.signals import SIGNALS, SignalName, Source
 
-LISTEN_S = 5.0  # senders that begin in the first 2 s have told their rates by then
-LISTEN_LONGER_S = 5.0  # at most, for those that began later
-LISTEN_AGAIN_S = 1.0  # when something needed was not there
-LISTENED_FRAMES_MAX = 50_000  # of those with signals; without the needed ones the oldest are forgotten
-LATE_S = 0.1  # a frame may come so long after another one that is younger
-CLOCK_SET_BACK_S = 1.0  # more is no disorder but another clock
+LISTEN_S = 5.0  # settles the rates of senders that start in the first 2 s (RATE_S)
+LISTEN_LONGER_S = 5.0  # maximum extension for senders that start later
+LISTEN_AGAIN_S = 1.0  # until the next attempt if a needed signal is missing
+LISTENED_FRAMES_MAX = 50_000  # with signals; the oldest are dropped while needed signals are missing
+LATE_S = 0.1  # maximum delay of a frame behind one with a later stamp
+CLOCK_SET_BACK_S = 1.0  # a larger backward step means that the clock was set back
 
-# They come once in some seconds, and nobody who looks at ticks one by one needs them: not waited for, not given.
+# Slow signals that a live estimate does not use: not waited for, not given out.
 _LEFT_OUT = ("latitude", "longitude", "heading", "course", "lateral_speed")
 
 Ticks = dict[str, Column]  # by column, time_s first; all of one length
@@ -38,14 +38,14 @@ Ticks = dict[str, Column]  # by column, time_s first; all of one length
 
 @dataclass
 class _Sender:
-    """One signal of one source: what has come and may still be needed."""
+    """One signal of one source, with the samples that may still be needed."""
 
-    samples: Samples  # as listened to; says who it is
+    samples: Samples  # from the listening phase; identifies the source
     bridge_s: float
-    followed: bool  # else it only tells that the bus is not silent
+    followed: bool  # False: used only to detect gaps of the whole bus
     time: Column = field(default_factory=lambda: np.empty(0))
     values: Column = field(default_factory=lambda: np.empty(0))
-    first_s: float = math.nan  # of all its samples, those without a number too
+    first_s: float = math.nan  # of all its samples, valid or not
     latest_s: float = -math.inf
     numbered: bool = False
 
@@ -55,7 +55,7 @@ class _Sender:
         return same and (len(own.labels) < 3 or own.labels[2] == bus)
 
     def take(self, samples: Samples) -> Column:
-        """Those later than all before; disorder is left out as `clock` leaves it out. Times of what was taken."""
+        """Adds samples later than all before; earlier ones are left out, as in `clock`. Returns the times added."""
         latest = np.maximum.accumulate(np.concatenate(([self.latest_s], samples.time)))
         later = samples.time > latest[:-1]
         good = later & ~np.isnan(samples.values)
@@ -70,16 +70,16 @@ class _Sender:
     def begin_anew(self) -> None:
         self.time, self.values, self.first_s, self.latest_s = np.empty(0), np.empty(0), math.nan, -math.inf
 
-    def undecided_from_s(self, heard_s: float) -> float:
-        """Ticks before it cannot change any more, whatever comes after `heard_s`."""
+    def undecided_from_s(self, received_s: float) -> float:
+        """Ticks before this time no longer change, whatever arrives after `received_s`."""
         newest = float(self.time[-1]) if len(self.time) else -math.inf
-        certain = max(heard_s - LATE_S, self.latest_s)
+        certain = max(received_s - LATE_S, self.latest_s)
         if certain > newest + self.bridge_s * (1 + 1e-6):
             return max(newest, certain - 2 * clock.ON_TICK_S)
         return newest
 
     def at(self, ticks: Column, *, to_the_end: bool) -> Column:
-        """`to_the_end`: nothing comes any more. Else a sample in the far future stands for what will."""
+        """The signal at the ticks. `to_the_end`: no further frames; else a far sample stands for the next one."""
         time, values = self.time, self.values
         if not to_the_end and len(time):
             time, values = np.append(time, time[-1] + 1e6), np.append(values, values[-1])
@@ -96,17 +96,17 @@ class Stream:
     """One bus.
 
     Args:
-        name: for people.
-        needed: signals without which there is nothing to begin with.
+        name: for messages.
+        needed: signals that must be present before the first tick.
         names, dbc, take: as for `oncenter.read`.
 
     Attributes:
-        sources: by signal, once listened; empty before.
-        rate_hz: of the ticks, once listened.
+        sources: by signal; empty while listening.
+        rate_hz: of the ticks; 0 while listening.
         notes: one line each about choices made.
-        last_s: time of the newest frame with a signal, as stamped; -inf before.
-        paused: while listening, why it cannot begin although all needed signals are there: senders disagree, a sender
-            that was named is not there, or the angle comes too rarely. None otherwise. It is tried again all the time.
+        last_s: stamp of the newest frame with a signal; -inf before the first.
+        paused: while listening, why it cannot start although all needed signals are present: sources disagree, a source
+            given in `take` is missing, or the angle is too slow. None otherwise. It retries continuously.
 
     Raises:
         OncenterError: from the constructor, a database that cannot be read, or a source named for a signal that does
@@ -137,15 +137,15 @@ class Stream:
         self._standard_ids = np.array(sorted(wanted.standard_ids), np.uint32)
         self._listened: list[Frames] = []
         self._settle_s = self._settle_at_last_s = -math.inf
-        self._silent: dict[str, Source] = {}  # of signals that have not had a number yet
-        self._new: list[Frames] = []  # since a signal began that nobody follows
+        self._silent: dict[str, Source] = {}  # of signals without a valid sample so far
+        self._new: list[Frames] = []  # since a signal started that is not followed
         self._new_from_s = math.inf
-        self._never: set[str] = set(_LEFT_OUT)  # signals that are not followed, whoever sends them
-        self._pgns_heard: dict[int, int] = {}
+        self._never: set[str] = set(_LEFT_OUT)  # signals that are never followed
+        self._pgns_received: dict[int, int] = {}
         self._senders: list[_Sender] = []
         self._origin_s = math.nan
         self._next_tick = 0
-        self._waiting = np.empty(0, np.int64)  # ticks that there are, but not yet decided
+        self._waiting = np.empty(0, np.int64)  # ticks not yet decided
         self._sampled_to_s = -math.inf  # newest sample of a chosen signal
 
     @property
@@ -153,20 +153,19 @@ class Stream:
         return not self._senders
 
     def missing(self) -> str:
-        """While listening: what is not there yet and what is, or why it is paused, for people; empty when it is only a
-        matter of time."""
+        """While listening: the missing and the received signals, or why it is paused; empty if nothing is missing."""
         if self.paused is not None:
             return f"paused: {self.paused}"
-        if not self.listening or not self._pgns_heard:
+        if not self.listening or not self._pgns_received:
             return ""
         found = {samples.signal for samples in self._candidates(joined(self._listened))}
         lacking = [f"no {name.replace('_', ' ')} ({j1939.home(name)})" for name in self._needed if name not in found]
-        seen = sorted(self._pgns_heard, key=lambda pgn: -self._pgns_heard[pgn])[:8]
-        groups = ", ".join(f"{pgn} {j1939.NAMES[pgn]}" if pgn in j1939.NAMES else str(pgn) for pgn in seen)
+        received = sorted(self._pgns_received, key=lambda pgn: -self._pgns_received[pgn])[:8]
+        groups = ", ".join(f"{pgn} {j1939.NAMES[pgn]}" if pgn in j1939.NAMES else str(pgn) for pgn in received)
         return f"{'; '.join(lacking)}; on the bus: PGN {groups}" if lacking else ""
 
     def add(self, frames: Frames) -> Ticks:
-        """Takes frames in the order in which they came; the ticks that are decided now, maybe none."""
+        """Adds frames in their order of arrival. Returns the ticks that are now decided, possibly none."""
         frames = self._with_signals(frames)
         if not len(frames):
             return self._none()
@@ -177,7 +176,7 @@ class Stream:
             self._sort_in(frames)
             return self._decided()
         self._listened.append(frames)
-        self._hear(frames)
+        self._count_groups(frames)
         if math.isinf(self._settle_s):
             self._settle_s = float(frames.time[0]) + LISTEN_S
         if self.last_s < self._settle_s:
@@ -191,7 +190,7 @@ class Stream:
         return self._decided()
 
     def finish(self) -> Ticks:
-        """Nothing comes any more: the rest of the ticks. The next frame begins a new time."""
+        """The remaining ticks, when no further frames follow. The next frame starts a new time."""
         if self.listening:
             return self._none()
         if self._new:
@@ -204,7 +203,7 @@ class Stream:
         return bool(len(frames)) and float(frames.time.max()) < self.last_s - CLOCK_SET_BACK_S
 
     def newest(self, signal: str) -> tuple[float, float]:
-        """Time, s, and value, SI, of a signal's last number; NaN where there is none."""
+        """Time in s and value in SI of a signal's last valid sample; NaN without one."""
         for sender in self._senders:
             if sender.samples.signal == signal and len(sender.time):
                 return float(sender.time[-1]), float(sender.values[-1])
@@ -215,20 +214,20 @@ class Stream:
         if len(self._standard_ids):
             wanted |= ~frames.extended & np.isin(frames.identifier, self._standard_ids)
         if self.listening:
-            self._hear(frames.where(frames.extended & ~wanted))
+            self._count_groups(frames.where(frames.extended & ~wanted))
         in_range = np.isfinite(frames.time) & (np.abs(frames.time) < clock.LATEST_S)
         return frames.where(wanted & in_range)
 
-    def _hear(self, frames: Frames) -> None:
+    def _count_groups(self, frames: Frames) -> None:
         for pgn, count in zip(*np.unique(pgn_of(frames.identifier), return_counts=True), strict=True):
-            if len(self._pgns_heard) < 1000 or int(pgn) in self._pgns_heard:
-                self._pgns_heard[int(pgn)] = self._pgns_heard.get(int(pgn), 0) + int(count)
+            if len(self._pgns_received) < 1000 or int(pgn) in self._pgns_received:
+                self._pgns_received[int(pgn)] = self._pgns_received.get(int(pgn), 0) + int(count)
 
     def _candidates(self, frames: Frames) -> list[Samples]:
         return decode(_kept(frames), self._described)
 
     def _settle(self, frames: Frames) -> bool:
-        """Fixes sources and rates once all that is needed is there."""
+        """Fixes sources and rates once all needed signals are present."""
         candidates = self._candidates(frames)
         numbered = {s.signal for s in candidates if len(s.values) - s.not_available >= 2}
         if not numbered.issuperset(self._needed):
@@ -236,7 +235,7 @@ class Stream:
             return False
         try:
             return self._settle_with(candidates)
-        except OncenterError as reason:  # of these senders: others may come, or these may come to agree
+        except OncenterError as reason:  # of these sources: others may appear, or these may agree later
             self.paused = reason
             self._listened = [frames.where(frames.time > self.last_s - LISTEN_S)]
             return False
@@ -245,8 +244,8 @@ class Stream:
         chosen, sources, left_out = self._chosen(candidates, self._take)
         if math.isinf(self._settle_at_last_s):
             self._settle_at_last_s = self.last_s + LISTEN_LONGER_S
-        untold = [s for s in chosen if s.signal not in _LEFT_OUT and not s.rate_is_told]
-        if untold and self.last_s < self._settle_at_last_s:
+        unsettled = [s for s in chosen if s.signal not in _LEFT_OUT and not s.rate_is_settled]
+        if unsettled and self.last_s < self._settle_at_last_s:
             self.paused = None
             return False
         self.rate_hz, self.sources = clock.resampling_rate(chosen, self.name), sources
@@ -261,7 +260,7 @@ class Stream:
     def _chosen(
         self, candidates: Sequence[Samples], take: Mapping[str, str]
     ) -> tuple[list[Samples], dict[str, Source], dict[str, str]]:
-        """As `choose`, and the signals that it left out although they have numbers, each with its note."""
+        """As `choose`, with the signals that it left out although they have valid samples, each with its note."""
         notes: list[str] = []
         chosen, sources = choose.choose(candidates, take, self.name, notes)
         numbered = {samples.signal for samples in candidates if samples.not_available < len(samples.values)}
@@ -278,21 +277,21 @@ class Stream:
         return added
 
     def _take_in_new(self, *, now: bool = False) -> None:
-        """Follows the signals that began later, once their senders have told their rates."""
+        """Follows signals that started later, once their rates are settled."""
         held = joined(self._new)
         waited = self.last_s - self._new_from_s
         now = now or waited >= LISTEN_S or len(held) > LISTENED_FRAMES_MAX
         if not now and waited < RATE_S:
             return
         candidates = [samples for samples in self._candidates(held) if self._is_new(samples.signal)]
-        if not now and not all(samples.rate_is_told for samples in candidates):
+        if not now and not all(samples.rate_is_settled for samples in candidates):
             return
         self._new, self._new_from_s = [], math.inf
         signals = {samples.signal for samples in candidates}
         take = {signal: source for signal, source in self._take.items() if signal in signals}
         try:
             chosen, sources, left_out = self._chosen(candidates, take)
-        except OncenterError as disagreement:  # no reason to end what goes on without them
+        except OncenterError as disagreement:  # the other signals continue
             self._leave_out(dict.fromkeys(signals, str(disagreement)))
             return
         self._leave_out(left_out)
@@ -328,19 +327,19 @@ class Stream:
                 if self._is_new(samples.signal):
                     self._new_from_s = min(self._new_from_s, float(samples.time[0]))
         self._count_ticks(np.sort(np.concatenate(times)))
-        self._know_sources()
+        self._add_sources()
 
-    def _know_sources(self) -> None:
+    def _add_sources(self) -> None:
         for name in [s.samples.signal for s in self._senders if s.numbered and s.samples.signal in self._silent]:
             self.sources = _in_order({**self.sources, name: self._silent.pop(name)})
 
     def _count_ticks(self, times: Column) -> None:
-        """There is a tick wherever there is a sample near it, of any signal."""
+        """Adds the ticks near which any signal has a sample."""
         if math.isnan(self._origin_s):
             first = clock.leading([sender.samples for sender in self._senders])
             self._origin_s = next(sender.first_s for sender in self._senders if sender.samples is first)
             if math.isnan(self._origin_s) or not len(times):
-                return  # what comes before it is as if it had not
+                return  # samples before the leading signal's first one are ignored
             self._next_tick = math.ceil((float(times[0]) - self._origin_s - clock.ON_TICK_S) * self.rate_hz)
         times = times[times > self._sampled_to_s]
         if not len(times):

@@ -1,4 +1,4 @@
-"""CSV and Parquet: columns whose names say their units, or that a `[signals]` table or a row of units names."""
+"""CSV and Parquet: the unit of a column comes from its name, a `[signals]` table, or a row of units."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import polars as pl
 
 from oncenter.errors import OncenterError
 from oncenter.nearest_name import did_you_mean
+from oncenter.read import ASSIGN_THEM
 from oncenter.read.csv_text import (
     csv_text,
     separator_of,
@@ -22,16 +23,24 @@ from oncenter.read.csv_text import (
 from oncenter.read.numbers import in_si, numbers
 from oncenter.read.samples import Samples, steps_of
 from oncenter.read.time_column import seconds, time_column
-from oncenter.read.units import columns_that_would_do, factors, is_unit, named_unit, unit_by_suffix, unit_key
+from oncenter.read.units import (
+    NOMINAL_WHEEL_RADIUS_M,
+    columns_that_would_do,
+    factors,
+    is_unit,
+    named_unit,
+    unit_by_suffix,
+    unit_key,
+)
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
 
 _POLARS_ERRORS = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
-_SECOND = "_duplicated_0"  # what polars adds to a column of a name that was there before
+_SECOND = "_duplicated_0"  # polars' suffix for a repeated column name
 Wanted = tuple[str, str, float]  # column, signal, factor to SI with sign
 
 
 def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
-    """Signals of a `.csv` or `.csv.gz`; separators , ; tab; a decimal comma where ; or tab separates."""
+    """Signals of a `.csv` or `.csv.gz`: separators , ; tab; decimal commas only with ; or tab."""
     text = csv_text(path)
     separator = separator_of(text)
     text = with_header_as_long_as_rows(text, separator)
@@ -64,7 +73,7 @@ def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) 
 
 
 def for_polars(path: Path) -> Path | bytes:
-    """A file as polars can read it: by its name, or its content where the name holds bytes that are no text."""
+    """The path, or the content if the path is not valid text, which polars needs."""
     try:
         os.fspath(path).encode()
     except UnicodeEncodeError:
@@ -77,7 +86,7 @@ def _distinct(columns: Sequence[str]) -> bool:
 
 
 def _without_short_rows(path: Path, frame: pl.DataFrame, text: bytes, separator: str, notes: list[str]) -> pl.DataFrame:
-    """Without rows that were cut: their last number may be cut as well, and still look like one."""
+    """Without rows that were cut: their last number may also be cut and still look valid."""
     if not frame.width or not frame[frame.columns[-1]].null_count():
         return frame
     whole = whole_rows(text, separator)
@@ -85,12 +94,12 @@ def _without_short_rows(path: Path, frame: pl.DataFrame, text: bytes, separator:
         return frame
     short = np.flatnonzero(~whole)
     rows = "1 row" if len(short) == 1 else f"{len(short)} rows"
-    notes.append(f"{rows} of {path.name} with fewer cells than the header left out, the first row {short[0] + 1}")
+    notes.append(f"{rows} of {path.name} with fewer cells than the header were left out, first row {short[0] + 1}")
     return frame.filter(pl.Series(whole))
 
 
 def _without_units_row(frame: pl.DataFrame) -> tuple[pl.DataFrame, dict[str, str]]:
-    """Some loggers write a row of units below the header: the rest, and the units by column."""
+    """Separates the row of units that some loggers write below the header: the other rows, and units by column."""
     first = frame.head(1)
     if not first.height or any(number is not None for number in first.cast(pl.Float64, strict=False).row(0)):
         return frame, {}
@@ -101,7 +110,7 @@ def _without_units_row(frame: pl.DataFrame) -> tuple[pl.DataFrame, dict[str, str
 
 
 def _with_decimal_points(frame: pl.DataFrame) -> pl.DataFrame:
-    """Decimal points for commas, but in columns that have points as well: there a comma parts thousands, or is dirt."""
+    """Replaces decimal commas by points, except in columns that also have points: there a comma groups thousands."""
     pointed = frame.select(pl.all().str.contains(".", literal=True).any()).row(0) if frame.height else ()
     commas = [name for name, has_point in zip(frame.columns, pointed, strict=False) if not has_point]
     return frame.with_columns(pl.col(commas).str.replace(",", ".", literal=True))
@@ -125,7 +134,7 @@ def samples_of(
     for column in (when, *(column for column, _, _ in wanted)):
         if column + _SECOND in frame.columns:
             raise OncenterError(
-                f"two columns of {path.name} are called {column}: which one is meant?", code="ambiguous_column"
+                f"two columns of {path.name} are called {column}: rename or delete one", code="ambiguous_column"
             )
     time = seconds(path, frame[when], names, units.get(when))
     stamped = np.isfinite(time)
@@ -134,7 +143,9 @@ def samples_of(
         notes.append(f"{empty} rows of {path.name} have no time and were left out")
     time = time[stamped] if empty else time
     if len(time) < 2:
-        raise OncenterError(f"{path.name} has {len(time)} rows with a time, at least 2 are needed", code="too_short")
+        raise OncenterError(
+            f"{path.name} is too short: {len(time)} rows with a time, at least 2 are needed", code="too_short"
+        )
     steps = steps_of(time)
     given = []
     for column, signal, factor in wanted:
@@ -164,14 +175,14 @@ def samples_of(
 
 
 def _has_content(frame: pl.DataFrame) -> list[pl.Expr]:
-    """By column, whether its cells hold anything: an empty line of a CSV file is no row."""
+    """By column, whether a cell has content: an empty line of a CSV file is not a row."""
     return [pl.col(name).is_not_null() for name in frame.columns]
 
 
 def columns_of(
     path: Path, columns: Sequence[str], names: Mapping[str, SignalName], units: Mapping[str, str], notes: list[str]
 ) -> list[Wanted]:
-    """Every column that is a signal."""
+    """The columns that are signals."""
     wanted: list[Wanted] = []
     for signal in SIGNALS:
         named = names.get(signal)
@@ -182,20 +193,20 @@ def columns_of(
             continue
         if named is not None:
             meant = did_you_mean(named.name, columns)
-            notes.append(f"{signal}: no column {named.name!r}, which [signals] names{meant}")
+            notes.append(f"{signal}: [signals] names column {named.name!r}, which does not exist{meant}")
         suffixed = _unit_suffixed(path, columns, signal, units)
         if not suffixed:
             notes += _nearly(columns, signal)
         wanted += suffixed
     if not wanted:
         raise OncenterError(
-            f"no known signal in {path.name}: its columns are {_listed(columns)}; name them in a [signals] table, or "
-            "call them steering_wheel_angle_deg, yaw_rate_deg_s, vehicle_speed_km_h, ...",
+            f"no signal recognised in {path.name}: its columns are {_listed(columns)}; {ASSIGN_THEM}, or rename them "
+            "to steering_wheel_angle_deg, yaw_rate_deg_s, vehicle_speed_km_h, ...",
             code="missing_signal",
             needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
         )
     for signal in {signal for column, signal, _ in wanted if _is_wheel_rate(column, signal, names)}:
-        notes.append(f"{signal}: rad/s taken as speed with a nominal wheel radius of 0.5 m")
+        notes.append(f"{signal}: converted from rad/s with a nominal wheel radius of {NOMINAL_WHEEL_RADIUS_M:g} m")
     return wanted
 
 
@@ -208,10 +219,10 @@ def _is_wheel_rate(column: str, signal: str, names: Mapping[str, SignalName]) ->
 
 
 def _unit_suffixed(path: Path, columns: Sequence[str], signal: str, units: Mapping[str, str]) -> list[Wanted]:
-    """Columns of a signal that are called as the contract says, or without the unit that the row of units gives.
+    """Columns of a signal with its name and unit, or with its name alone if the row of units has the unit.
 
     Raises:
-        OncenterError: the signal's column has no unit, or two that contradict each other.
+        OncenterError: the signal's column has no unit, or two contradictory units.
     """
     known = factors(signal)
     if SIGNALS[signal].quantity is PURE_NUMBER:
@@ -221,7 +232,8 @@ def _unit_suffixed(path: Path, columns: Sequence[str], signal: str, units: Mappi
         written = unit_key(units.get(column, ""), known)
         if written is not None and known[written] != factor:
             raise OncenterError(
-                f"column {column} of {path.name} is in {units[column]!r} by its row of units: which one is meant?",
+                f"column {column} of {path.name} has {units[column]!r} in the row of units, which contradicts its "
+                "name: correct one of them",
                 code="unit_ambiguous",
             )
     if found or signal not in columns:
@@ -231,21 +243,21 @@ def _unit_suffixed(path: Path, columns: Sequence[str], signal: str, units: Mappi
         return [(signal, signal, known[written])]
     would_do = columns_that_would_do(signal)
     raise OncenterError(
-        f"column {signal} of {path.name} has no unit: call it {' or '.join(would_do)}",
+        f"column {signal} of {path.name} has no unit: rename it to {' or '.join(would_do)}",
         code="unit_missing",
         needs=would_do,
     )
 
 
 def _nearly(columns: Sequence[str], signal: str) -> list[str]:
-    """Notes on columns that are called like the signal, with a unit that nobody knows."""
+    """Notes on columns with the signal's name and an unknown unit."""
     strange = [
         column
         for column in columns
         if column.startswith(f"{signal}_") and column not in SIGNALS and not unit_by_suffix(column, factors(signal))
     ]
     would_do = " or ".join(columns_that_would_do(signal))
-    return [f"{signal}: column {column} has no known unit, {would_do} would do" for column in strange]
+    return [f"{signal}: column {column} left out: its unit is unknown, rename it to {would_do}" for column in strange]
 
 
 def _listed(columns: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""Whole lines of a text log, about a mebibyte at a time; every line ends with a line feed, however it was written."""
+"""Complete lines of a text log, about 1 MiB at a time. All line ends become line feeds."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import BinaryIO
 
 from oncenter.errors import NeedsLibrary
 
-BLOCK_BYTES = 1 << 20  # its columns stay in the cache
+BLOCK_BYTES = 1 << 20  # its columns fit into the cache
 _LONGEST_LINE_BYTES = 1 << 20
 
 
 class TextBlocks:
-    """Iterates over blocks of lines. A last line without a line end is left out and told in `cut_off`."""
+    """Iterates over blocks of lines. A last line without a line end is left out, and sets `cut_off`."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
@@ -22,16 +22,18 @@ class TextBlocks:
     def __iter__(self) -> Iterator[bytes]:
         """
         Raises:
-            NeedsLibrary: a line is longer than a mebibyte.
+            NeedsLibrary: a line is longer than 1 MiB.
         """
         rest = self._file.read(len(BOM_UTF8))
         rest = b"" if rest == BOM_UTF8 else rest
         while block := self._file.read(BLOCK_BYTES):
             block = rest + block
-            end = max(block.rfind(b"\n"), block.rfind(b"\r")) + 1  # of a pair that it parts an empty line is left
+            end = (
+                max(block.rfind(b"\n"), block.rfind(b"\r")) + 1
+            )  # splitting a CR LF pair leaves an empty line, which is harmless
             rest = block[end:]
             if len(rest) > _LONGEST_LINE_BYTES:
-                raise NeedsLibrary("a line is longer than a mebibyte")
+                raise NeedsLibrary("a line is longer than 1 MiB")
             if end:
                 yield _with_line_feeds(block[:end])
         self.cut_off = bool(rest.strip())

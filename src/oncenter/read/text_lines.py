@@ -1,4 +1,4 @@
-"""Lines of `.asc` and `.trc` as python-can reads them: without a last one that is cut off, and in absolute time."""
+"""Prepares lines of `.asc` and `.trc` for python-can: drops a cut-off last line, makes times absolute."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from oncenter.errors import OncenterError
 
 BASE = re.compile(r"\s*base\s+(hex|dec)(?:\s+timestamps\s+(absolute|relative))?", re.IGNORECASE)
 _STAMP = re.compile(r"\d+\.?\d*")
-_HEADS = ("date", "base", "internal", "no", "begin", "end", "//", "-")  # of lines without a time
+_HEADS = ("date", "base", "internal", "no", "begin", "end", "//", "-")  # begins of lines without a time
 _IDENTIFIER = re.compile(r"[0-9A-Fa-f]+x?", re.IGNORECASE)
 _DECIMAL_IDENTIFIER = re.compile(r"\bID = (\d+)(x?)")
 
 
 class TextLines(io.TextIOWrapper):
-    """A text log to iterate over; what does not end in a line end is left out and told in `cut_off`.
+    """Iterates over the lines of a text log. A last line without a line end is left out, and sets `cut_off`.
 
-    `strange` counts the lines that python-can passes over without a word though they are no event of a log, and
-    `first_strange` is the first one.
+    `strange` counts the lines that are not part of the format and that python-can skips silently; `first_strange` is
+    the first one.
     """
 
     def __init__(self, file: BinaryIO) -> None:
@@ -37,7 +37,7 @@ class TextLines(io.TextIOWrapper):
 
 
 def is_strange(words: list[str]) -> bool:
-    """Whether a line of an .asc log begins as no line does, or ends before a frame's identifier and direction."""
+    """Whether a line of an .asc log has an unknown begin, or ends before a frame's identifier and direction."""
     if not words[0][:1].isdigit():
         return not words[0].lower().startswith(_HEADS)
     if not _STAMP.fullmatch(words[0]) or len(words) == 1:
@@ -46,7 +46,7 @@ def is_strange(words: list[str]) -> bool:
 
 
 class AscLines(TextLines):
-    """A Vector log as if it had been written with absolute times and with identifiers, not with messages' names."""
+    """The lines of a Vector log with absolute times, and with identifiers instead of message names."""
 
     def __init__(self, file: BinaryIO, name: str) -> None:
         super().__init__(file)
@@ -60,7 +60,7 @@ class AscLines(TextLines):
         if base:
             self._decimal = base[1].lower() == "dec"
             self._relative = (base[2] or "").lower() == "relative"
-        elif line[:5].lower() == "begin":  # a trigger block brings its own date
+        elif line[:5].lower() == "begin":  # a trigger block has its own date
             self._time = 0.0
         words = line.split(None, 4)
         if words and is_strange(words):
@@ -82,11 +82,11 @@ class AscLines(TextLines):
 
 
 def with_identifier(line: str, words: list[str], log: str, *, decimal: bool) -> str:
-    """An .asc log's line, whose first words are these. Identifiers that are written as names stand, in decimal, at the
-    line's end.
+    """An .asc line, split into `words`, with a numeric identifier: with message names, Vector writes it at the line's
+    end, in decimal.
 
     Raises:
-        OncenterError: this one does not.
+        OncenterError: the line has a message name and no identifier.
     """
     is_frame = len(words) == 5 and words[1].isdigit() and words[3] in ("Rx", "Tx") and words[4][:2] == "d "
     if not is_frame or _IDENTIFIER.fullmatch(words[2]):
@@ -94,7 +94,7 @@ def with_identifier(line: str, words: list[str], log: str, *, decimal: bool) -> 
     written = _DECIMAL_IDENTIFIER.search(words[4])
     if written is None:
         raise OncenterError(
-            f"{log} names messages ({words[2][:40]!r}) and not their identifiers: export it without names",
+            f"{log} has message names ({words[2][:40]!r}) instead of identifiers: export it with numeric identifiers",
             code="unreadable_log",
         )
     number = int(written[1])

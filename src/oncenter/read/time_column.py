@@ -1,4 +1,4 @@
-"""The time of a table: which column it is, and its seconds, whether numbers, dates or the time of day."""
+"""The time of a table: selects its column, and converts numbers, dates or times of day to seconds."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _SECONDS_PER = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 def time_column(path: Path, columns: Sequence[str], names: Mapping[str, SignalName]) -> str:
-    """The column that [signals] names, else one with a unit, else one that may hold dates.
+    """The column named in [signals], else one with a unit, else one that may contain dates.
 
     Raises:
-        OncenterError: there is none.
+        OncenterError: there is no such column.
     """
     named = (names["time"].name,) if "time" in names else ()
     for column in (*named, *_WITH_UNIT):
@@ -39,17 +39,18 @@ def time_column(path: Path, columns: Sequence[str], names: Mapping[str, SignalNa
     shown = ", ".join(repr(name[:40]) for name in columns[:12])
     more = f" and {len(columns) - 12} more" if len(columns) > 12 else ""
     raise OncenterError(
-        f"no time column {wanted!r} in {path.name}: its columns are {shown}{more}",
+        f"no time column {wanted!r} in {path.name}: its columns are {shown}{more}; rename the time column, or assign "
+        'it in [signals]: time = { name = "...", unit = "s" }',
         code="missing_time",
         needs=("time_s",),
     )
 
 
 def seconds(path: Path, column: pl.Series, names: Mapping[str, SignalName], unit_in_file: str | None) -> Column:
-    """The time column in s, NaN where it is empty; dates since 1970 (UTC where they name no zone).
+    """The time column in s, NaN where it is empty; dates since 1970 (UTC if they name no zone).
 
     Raises:
-        OncenterError: it is neither numbers with a unit nor dates nor times of day.
+        OncenterError: it contains neither numbers with a unit nor dates nor times of day.
     """
     dated = _dates(path, column)
     if dated is not None:
@@ -58,7 +59,7 @@ def seconds(path: Path, column: pl.Series, names: Mapping[str, SignalName], unit
 
 
 def _dates(path: Path, column: pl.Series) -> Column | None:
-    """Seconds of dates or times of day, as text or as such; None for anything else."""
+    """Seconds of dates or times of day, as text or as date types; None for anything else."""
     if isinstance(column.dtype, pl.Datetime | pl.Duration):
         return _filled(column.cast(pl.Int64)) * _SECONDS_PER[column.dtype.time_unit]
     if column.dtype == pl.Time:
@@ -76,7 +77,7 @@ def _dates(path: Path, column: pl.Series) -> Column | None:
 
 
 def _of_date(text: pl.Series) -> pl.Series:
-    """With a zone where there was none."""
+    """Parses dates; those without a zone are UTC."""
     given = pl.col("text").str.replace(" ", "T").str.replace(r"\s*[Zz]$", "+00:00")
     given = given.str.replace(r"\s*([+-]\d\d):?(\d\d)$", "$1:$2")
     zoned = pl.when(given.str.contains(r"[+-]\d\d:\d\d$")).then(given).otherwise(given + "+00:00")
@@ -89,15 +90,15 @@ def _read(path: Path, text: pl.Series, parsed: pl.Series) -> pl.Series:
     if wrong.any():
         row = wrong.arg_max() or 0
         raise OncenterError(
-            f"column {text.name}, row {row + 1} of {path.name}: {text[row][:40]!r} is neither an ISO date with its "
-            "time of day nor hh:mm:ss",
+            f"column {text.name}, row {row + 1} of {path.name}: {text[row][:40]!r} is neither an ISO date and time nor "
+            "hh:mm:ss",
             code="not_a_time",
         )
     return parsed
 
 
 def _unwrapped(of_day: Column) -> Column:
-    """A drive past midnight goes on."""
+    """Adds a day after each midnight."""
     known = np.isfinite(of_day)
     steps = np.diff(of_day[known], prepend=of_day[known][:1])
     of_day[known] += _DAY_S * np.cumsum(np.where(steps < -_DAY_S / 2, 1.0, 0.0))
@@ -105,7 +106,7 @@ def _unwrapped(of_day: Column) -> Column:
 
 
 def _factor(path: Path, column: str, names: Mapping[str, SignalName], unit_in_file: str | None) -> float:
-    """To seconds; the unit that [signals] gives is that of the column it names."""
+    """Factor to seconds. A unit in [signals] applies only to the column named there."""
     known = dict(TIME.factors)
     entry = names.get("time")
     if entry is not None and entry.name == column:
@@ -115,7 +116,7 @@ def _factor(path: Path, column: str, names: Mapping[str, SignalName], unit_in_fi
     unit = unit_key(unit_in_file or "", known)
     if unit is None:
         raise OncenterError(
-            f"column {column} of {path.name} has no unit: call it {' or '.join(_WITH_UNIT)}",
+            f"column {column} of {path.name} has no unit: rename it to {' or '.join(_WITH_UNIT)}",
             code="unit_missing",
             needs=_WITH_UNIT,
         )

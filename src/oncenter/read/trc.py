@@ -1,7 +1,7 @@
 """PEAK's `.trc` logs of all versions, a block of text at a time.
 
-Usual frames of classic CAN are read many at once. Every other line is read by itself: events are passed over, and an
-unusual frame becomes what python-can makes of it. A log that is written in an unknown way is left to python-can.
+Ordinary frames of classic CAN are parsed many at once. Every other line is parsed by itself: events are skipped, and an
+unusual frame gives the same result as python-can. A log with an unknown layout is left to python-can.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from oncenter.read.frames import Frames
 from oncenter.read.other_lines import OtherLines, Row, row
 from oncenter.read.text_blocks import TextBlocks
 
-_OLD = {  # versions 1: places of fields
+_OLD = {  # versions 1: positions of fields
     "1.0": {"identifier": 2, "length": 3, "data": 4},
     "1.1": {"kind": 2, "identifier": 3, "length": 4, "data": 5},
     "1.2": {"bus": 2, "kind": 3, "identifier": 4, "length": 5, "data": 6},
     "1.3": {"bus": 2, "kind": 3, "identifier": 4, "length": 6, "data": 7},
 }
 _DIRECTIONS = (b"Rx", b"Tx")
-_BUS_INFORMATION = "FFFFFFFF"  # version 1.0 has it in place of an identifier
+_BUS_INFORMATION = "FFFFFFFF"  # in version 1.0 in place of an identifier
 _NEEDED = "OTIdD"  # columns of versions 2: time, type, identifier, direction, data
-_DATA, _FLEXIBLE = "DT", ("FD", "FB", "FE", "BI")  # their types of frames that matter
+_DATA, _FLEXIBLE = "DT", ("FD", "FB", "FE", "BI")  # frame types that are read or counted
 _DAY_0 = datetime(1899, 12, 30, tzinfo=UTC)
 
 
 def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
-    """Data frames of classic CAN, a block of text at a time; notes say what is left out.
+    """Data frames of classic CAN, a block of text at a time. `notes` receives what was left out.
 
     Raises:
-        NeedsLibrary: it is written in a way that is not known here.
+        NeedsLibrary: this reader does not support the log's layout.
     """
     size = max(path.stat().st_size, 1)
     head, log = _Head(), None
@@ -56,14 +56,14 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
 
 @dataclass
 class _Head:
-    """What the lines before the first frame say."""
+    """The header, the lines before the first frame."""
 
-    version: str = "1.0"  # which does not name itself
+    version: str = "1.0"  # the only version without a $FILEVERSION line
     start: str = ""
     columns: str = ""
 
     def without(self, block: bytes) -> bytes:
-        """The block from the first frame on; empty where it has none yet."""
+        """The block from the first frame on; empty if all of it is header."""
         begin = 0
         while begin < len(block):
             end = block.index(b"\n", begin) + 1
@@ -80,7 +80,7 @@ class _Head:
     def log(self, others: OtherLines) -> _Version1 | _Version2:
         """
         Raises:
-            NeedsLibrary: another version, columns or start.
+            NeedsLibrary: unknown version, columns or start time.
         """
         if self.version == "1.0":
             return _Version1(others, _OLD[self.version], 0.0)
@@ -88,32 +88,32 @@ class _Head:
             return _Version1(others, _OLD[self.version], self._start_s())
         if self.version in ("2.0", "2.1"):
             return _Version2(others, self._places(), self._start_s())
-        raise NeedsLibrary(f"its version is {self.version[:40]!r}")
+        raise NeedsLibrary(f"its file version {self.version[:40]!r} is unknown")
 
     def _start_s(self) -> float:
-        """Since 1970; the format counts days."""
+        """Seconds since 1970; the format counts days since 1899-12-30."""
         if not self.start:
             return 0.0
         try:
             return (_DAY_0 + timedelta(days=float(self.start))).timestamp()
         except (ValueError, OverflowError) as error:
-            raise NeedsLibrary(f"its start time reads {self.start[:40]!r}") from error
+            raise NeedsLibrary(f"its start time {self.start[:40]!r} is not a number of days") from error
 
     def _places(self) -> dict[str, int]:
         columns = self.columns.split(",")
         lacks = [name for name in _NEEDED if name not in columns] or ("l" not in columns and "L" not in columns)
         if lacks or columns[-1] != "D" or len(set(columns)) < len(columns):
-            raise NeedsLibrary(f"its columns are {self.columns[:40]!r}")
+            raise NeedsLibrary(f"its columns {self.columns[:40]!r} are in an unknown order")
         return {name: place for place, name in enumerate(columns)}
 
 
 def _in_seconds(frames: Frames, start_s: float) -> Frames:
-    """Of frames whose times are ms since the start."""
+    """Converts times from ms since the start to s since 1970."""
     return replace(frames, time=frames.time / 1000 + start_s)
 
 
 class _Version1:
-    """Lines whose data end where their length says."""
+    """Lines of versions 1, whose length field gives the number of data bytes."""
 
     def __init__(self, others: OtherLines, places: dict[str, int], start_s: float) -> None:
         self._others, self._places, self._start_s = others, places, start_s
@@ -151,7 +151,7 @@ class _Version1:
 
 
 class _Version2:
-    """Lines of the columns that the head names, data last."""
+    """Lines of versions 2, with the columns given in the header, data last."""
 
     def __init__(self, others: OtherLines, places: dict[str, int], start_s: float) -> None:
         self._others, self._places, self._start_s = others, places, start_s

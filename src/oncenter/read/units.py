@@ -1,4 +1,4 @@
-"""How files spell units, and what they are in SI."""
+"""The spellings of units in files, and their factors to SI."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from oncenter.signals import PURE_NUMBER, SIGNALS, Quantity, SignalName
 
 TIME = Quantity("s", {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9})
 
-NOMINAL_WHEEL_RADIUS_M = 0.5  # 295/80 R22.5 rolls on some 0.5 m
+NOMINAL_WHEEL_RADIUS_M = 0.5  # rolling radius of a 295/80 R22.5 tyre, rounded
 
-# As `_plain` leaves them.
+# Spellings in the form that `_plain` gives.
 _SPELLINGS = {
     "°": "deg",
     "degree": "deg",
     "degrees": "deg",
-    "grad": "deg",  # German; nobody measures steering in 400ths of a turn
+    "grad": "deg",  # German for degree; gon (1/400 turn) is not used for steering
     "radian": "rad",
     "radians": "rad",
     "deg/s": "deg_s",
@@ -57,10 +57,10 @@ _SECOND = re.compile(r"/(?:sec|second|sek)(?![a-z])")
 
 
 def _plain(written: str) -> str:
-    """A unit without case, blanks, brackets and the ways of writing degrees, squares and seconds.
+    """A unit without case, blanks and brackets, and with one spelling for degrees, squares and seconds.
 
-    A degree sign or a square may come as two characters, of UTF-8 that was read as Latin-1 (once or twice), or as the
-    mark of a byte that was no UTF-8.
+    A degree sign or a square may arrive as two characters (UTF-8 decoded as Latin-1, once or twice), or as the
+    replacement character of a byte that is not UTF-8.
     """
     text = written.strip().strip("[]()").lower().replace(" ", "")
     for mangled, meant in _MANGLED:
@@ -74,7 +74,7 @@ def _plain(written: str) -> str:
 
 
 def _encoded_again(sign: str) -> list[str]:
-    """How UTF-8 looks in lower case that was read as Latin-1 or Windows' code page, after a second time and a first."""
+    """Lower-case spellings of a sign whose UTF-8 was decoded as Latin-1 or Windows-1252, twice first, then once."""
     once = sign.encode().decode("latin-1")
     twice = [once.encode().decode(encoding, "replace") for encoding in ("latin-1", "cp1252")]
     return [text.lower() for text in (*twice, once)]
@@ -84,7 +84,7 @@ _MANGLED = [(mangled, sign) for sign in "°²µ" for mangled in _encoded_again(s
 
 
 def factors(signal: str) -> dict[str, float]:
-    """Units that files may use for a signal, each with its factor to SI."""
+    """The units that files may use for a signal, each with its factor to SI."""
     known = dict(SIGNALS[signal].quantity.factors)
     if signal.startswith("wheel_speed_"):
         known["rad_s"] = NOMINAL_WHEEL_RADIUS_M
@@ -92,7 +92,7 @@ def factors(signal: str) -> dict[str, float]:
 
 
 def unit_key(written: str, known: dict[str, float]) -> str | None:
-    """The key of `known` that a unit as written in a file means, or None."""
+    """The key of `known` for a unit as spelled in a file, or None."""
     text = written.strip()
     for candidate in (text, text.lower(), _plain(text), _SPELLINGS.get(_plain(text), "")):
         if candidate in known:
@@ -101,7 +101,7 @@ def unit_key(written: str, known: dict[str, float]) -> str | None:
 
 
 def is_unit(written: str) -> bool:
-    """Whether any quantity is measured in it."""
+    """Whether it is a unit of any quantity."""
     quantities = (TIME, *(signal.quantity for signal in SIGNALS.values() if signal.quantity is not PURE_NUMBER))
     return any(unit_key(written, dict(quantity.factors)) is not None for quantity in quantities)
 
@@ -113,24 +113,24 @@ def unit_by_suffix(name: str, known: dict[str, float]) -> str | None:
 
 
 def columns_that_would_do(signal: str) -> tuple[str, ...]:
-    """What a file's column of this signal may be called."""
+    """The possible names of a file's column for this signal."""
     if SIGNALS[signal].quantity is PURE_NUMBER:
         return (signal,)
     return tuple(f"{signal}_{unit}" for unit in factors(signal))
 
 
 def named_unit(signal: str, entry: SignalName, known: dict[str, float], unit_in_file: str | None = None) -> str:
-    """The unit of a `[signals]` entry: its own, else the file's, else the name's suffix.
+    """The unit of a `[signals]` entry: its own, else the file's, else the suffix of its name.
 
     Raises:
-        OncenterError: there is none, or it is none of this signal's units.
+        OncenterError: there is no unit, or it does not fit the signal.
     """
     choices = " or ".join(f'"{unit}"' for unit in known)
     if entry.unit is not None:
         unit = unit_key(entry.unit, known)
         if unit is None:
             raise OncenterError(
-                f"[signals] {signal}: unknown unit {entry.unit!r}, {choices} would do",
+                f"[signals] {signal}: unknown unit {entry.unit!r}, expected {choices}",
                 code="unknown_unit",
                 exit_code=WRONG_USAGE,
                 needs=(signal,),
@@ -140,9 +140,9 @@ def named_unit(signal: str, entry: SignalName, known: dict[str, float], unit_in_
     if unit is None:
         if list(known) == ["1"]:
             return "1"
-        has = f"has unit {unit_in_file!r}, which is none of this signal" if unit_in_file else "has no unit"
+        has = f"has unit {unit_in_file!r}, which does not fit: check the name, or" if unit_in_file else "has no unit:"
         raise OncenterError(
-            f"[signals] {signal}: {entry.name!r} {has}: give unit = {choices}",
+            f"[signals] {signal}: {entry.name!r} {has} give unit = {choices}",
             code="unit_missing",
             exit_code=WRONG_USAGE,
             needs=(signal,),

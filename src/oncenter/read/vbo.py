@@ -1,7 +1,7 @@
-"""Racelogic's `.vbo`: sections of text, then rows of numbers between blanks.
+"""Racelogic's `.vbo`: sections of text, then rows of numbers separated by blanks.
 
-By Racelogic's description of the format: latitude and longitude are in minutes, longitude is positive to the west, the
-time is hhmmss.ss UTC, and the units listed are those of the last channels, for the standard ones have none.
+From Racelogic's description of the format: latitude and longitude are in minutes, longitude is positive to the west,
+the time is hhmmss.ss UTC, and the listed units belong to the last channels: the standard channels have none.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _TIME = "time_s"
 _NO_UNIT = ("", "(null)")
 
 
-# Without case, blanks, _ and -.
+# Standard channels, without case, blanks, _ and -.
 _STANDARD = frozenset(
     "sats time lat long velocity heading height vertvel verticalvelocity tsample sampleperiod solutiontype "
     "avifileindex avitime avisynctime event1 event1time longacc latacc pordistance distance date".split()
@@ -42,14 +42,15 @@ _STANDARD = frozenset(
 
 @dataclass(frozen=True)
 class _Known:
-    """A channel whose name says what it is.
+    """A channel recognised by its name.
 
     Attributes:
-        signal, unit: what it is, where the file gives no unit.
-        names: as files call it, without case, blanks, _ and -; the first that is there is taken.
-        sign: -1 where it is positive to the right, or to the west.
-        per_unit: how many of `unit` one of the file's is.
-        note: for people, where what it is needs saying.
+        signal: that it gives.
+        unit: if the file gives no unit.
+        names: in files, without case, blanks, _ and -; the first available one is used.
+        sign: -1 if it is positive to the right, or to the west.
+        per_unit: `unit` per unit of the file.
+        note: for the user, if the meaning is not certain.
     """
 
     signal: str
@@ -63,20 +64,20 @@ class _Known:
 _KNOWN = (
     _Known("latitude", "deg", ("lat", "latitude"), 1, 1 / 60),
     _Known("longitude", "deg", ("long", "longitude"), -1, 1 / 60),
-    _Known("course", "deg", ("heading",)),  # of the velocity: one antenna tells no other
+    _Known("course", "deg", ("heading",)),  # direction of the velocity: one antenna does not measure heading
     _Known(
         "yaw_rate",
         "deg_s",
         ("yawrate", "imuyawrate", "yawrateimu"),
         -1,
-        note="is taken as positive clockwise, as Racelogic's IMU gives it; if left is positive, name it in [signals]",
+        note="is read as positive clockwise, as Racelogic's IMU gives it; if left is positive, assign it in [signals]",
     ),
     _Known("lateral_acceleration", "g", ("yaccel", "yacceleration", "imuyaccel")),
     _Known(
         "lateral_acceleration",
         "g",
         ("latacc", "lataccel", "lateralacceleration"),
-        note="is computed from speed and course by GNSS: it does not feel the road's bank",
+        note="is computed from GNSS speed and course, so it does not contain the road bank",
     ),
     _Known("longitudinal_acceleration", "g", ("xaccel", "xacceleration", "imuxaccel")),
     _Known("steering_wheel_angle", "deg", ("steeringwheelangle", "steeringangle")),
@@ -85,7 +86,7 @@ _KNOWN = (
 
 @dataclass
 class _File:
-    """What stands before the rows."""
+    """The sections before the rows."""
 
     header: list[str] = field(default_factory=list)
     units: list[str] = field(default_factory=list)
@@ -94,10 +95,10 @@ class _File:
 
 
 def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
-    """Signals of a `.vbo`: the standard channels by their names, all others by `[signals]`.
+    """Signals of a `.vbo`: standard channels by name, all others by `[signals]`.
 
     Raises:
-        OncenterError: it is no such file, has no rows, or as of a CSV file.
+        OncenterError: it is not a .vbo file, has no rows, or as for a CSV file.
     """
     head, body = _parted(path)
     file = _described(path, head)
@@ -110,7 +111,7 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
 
 
 def _with_unit(entry: SignalName, units: Mapping[str, str]) -> SignalName:
-    """With the unit that the file gives, where `[signals]` gives none."""
+    """Adds the unit from the file if `[signals]` gives none."""
     return replace(entry, unit=entry.unit or units.get(entry.name) or None)
 
 
@@ -119,7 +120,7 @@ def _parted(path: Path) -> tuple[list[bytes], bytes]:
     content = path.read_bytes().removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     head, mark, body = content.partition(b"\n" + _DATA)
     if not mark:
-        raise _unreadable(path, "it has no [data], so it is cut off or of another format")
+        raise _unreadable(path, "it has no [data] section: the file is cut off or has another format")
     return [line.strip() for line in head.split(b"\n")], body.partition(b"\n")[2]
 
 
@@ -131,7 +132,7 @@ def _described(path: Path, head: Sequence[bytes]) -> _File:
             file.midnight_s = _midnight(created)
         if line.startswith(b"["):
             if section == _UNITS and file.units and not file.units[-1]:
-                file.units.pop()  # a blank line parts sections
+                file.units.pop()  # the blank line between sections
             section = line.lower()
             continue
         text = line.decode("utf-8", "replace") if _is_utf8(line) else line.decode("cp1252", "replace")
@@ -142,17 +143,17 @@ def _described(path: Path, head: Sequence[bytes]) -> _File:
         elif section == _NAMES:
             file.columns += text.split()
     if not file.columns:
-        raise _unreadable(path, "it has no [column names]")
+        raise _unreadable(path, "it has no [column names] section")
     if len(set(file.columns)) < len(file.columns):
         twice = next(name for name in file.columns if file.columns.count(name) > 1)
         raise OncenterError(
-            f"two columns of {path.name} are called {twice}: which one is meant?", code="ambiguous_column"
+            f"two columns of {path.name} are called {twice}: rename or delete one", code="ambiguous_column"
         )
     return file
 
 
 def _units_by_column(path: Path, file: _File, notes: list[str]) -> dict[str, str]:
-    """The channels that are not standard have a line each, which may be blank."""
+    """Units by column. Each channel that is not standard has one line, which may be blank."""
     columns = [name for name in file.columns if _plain(name) not in _STANDARD]
     units = list(file.units)
     while len(units) > len(columns) and not units[-1]:
@@ -160,7 +161,10 @@ def _units_by_column(path: Path, file: _File, notes: list[str]) -> dict[str, str
     if not any(units):
         return {}
     if len(units) != len(columns):
-        notes.append(f"the {len(units)} [channel units] of {path.name} are not those of its columns, and were not used")
+        notes.append(
+            f"{path.name} has {len(units)} [channel units] for {len(columns)} channels: the units were ignored, "
+            "give them in [signals]"
+        )
         return {}
     return {name: unit for name, unit in zip(columns, units, strict=True) if unit not in _NO_UNIT}
 
@@ -182,16 +186,16 @@ def _midnight(created: re.Match[bytes]) -> float:
 
 
 def _rows(path: Path, body: bytes, columns: Sequence[str], notes: list[str]) -> pl.DataFrame:
-    """All as text; rows of another number of cells are left out with a note."""
+    """All cells as text. Rows with another number of cells are left out with a note."""
     ends_whole = body.endswith(b"\n")
     lines = [line for line in (_BLANKS.sub(b" ", line.strip()) for line in body.split(b"\n")) if line]
     if lines and not ends_whole and lines[-1].count(b" ") + 1 <= len(columns):
-        lines.pop()  # its last number may be cut and still look like one
+        lines.pop()  # its last number may be cut and still look valid
         notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
     whole = [line for line in lines if line.count(b" ") + 1 == len(columns)]
     if len(whole) < len(lines):
         rows = "1 row" if len(lines) - len(whole) == 1 else f"{len(lines) - len(whole)} rows"
-        notes.append(f"{rows} of {path.name} that do not have its {len(columns)} columns left out")
+        notes.append(f"{rows} of {path.name} without all {len(columns)} columns were left out")
     if not whole:
         raise OncenterError(f"{path.name} has no rows", code="empty_log")
     try:
@@ -209,7 +213,7 @@ def _rows(path: Path, body: bytes, columns: Sequence[str], notes: list[str]) -> 
 
 
 def _with_time(path: Path, frame: pl.DataFrame, midnight_s: float) -> pl.DataFrame:
-    """hhmmss.ss UTC as seconds since 1970 where the file says of which day; a drive past midnight goes on."""
+    """Converts hhmmss.ss UTC to seconds since 1970 if the file has a date; continues past midnight."""
     if "time" not in frame.columns:
         raise OncenterError(f"{path.name} has no column 'time'", code="missing_time", needs=("time_s",))
     stamp = numbers(path, frame["time"]).copy()
@@ -218,7 +222,7 @@ def _with_time(path: Path, frame: pl.DataFrame, midnight_s: float) -> pl.DataFra
     if not is_time[np.isfinite(stamp)].all():
         row = int(np.argmax(~is_time & np.isfinite(stamp)))
         raise OncenterError(
-            f"column time, row {row + 1} of {path.name}: {frame['time'][row][:40]!r} is no time hhmmss.ss",
+            f"column time, row {row + 1} of {path.name}: {frame['time'][row][:40]!r} is not a time hhmmss.ss",
             code="not_a_time",
         )
     of_day = hours * 3600 + minutes * 60 + seconds
@@ -236,7 +240,7 @@ def _with_known(
     named: Mapping[str, SignalName],
     notes: list[str],
 ) -> pl.DataFrame:
-    """And columns of the channels that are known, but of signals that `[signals]` names."""
+    """Adds columns for recognised channels, except for signals assigned in `[signals]`."""
     by_plain = {_plain(name): name for name in file.columns}
     for known in (*_KNOWN, *_speed(file)):
         column = f"{known.signal}_{known.unit}"
@@ -247,16 +251,21 @@ def _with_known(
         of_file = factors(known.signal)
         unit = unit_key(units[name], of_file) if name in units else known.unit
         if unit is None:
-            notes.append(f"{known.signal}: column {name} has unit {units[name]!r}, {' or '.join(of_file)} would do")
+            notes.append(
+                f"{known.signal}: column {name} left out: it has unit {units[name]!r}, expected {' or '.join(of_file)}"
+            )
             continue
         factor = known.sign * known.per_unit * of_file[unit] / of_file[known.unit]
         frame = frame.with_columns(pl.Series(column, numbers(path, frame[name]) * factor))
         if known.note:
             notes.append(f"{known.signal}: column {name} {known.note}")
     if "velocity" in by_plain and not _speed(file) and "vehicle_speed" not in named:
-        notes.append(f"vehicle_speed: the [header] of {path.name} does not say the unit of velocity")
+        notes.append(
+            f"vehicle_speed: the [header] of {path.name} has no unit of velocity: "
+            "assign velocity in [signals] with its unit"
+        )
     taken = {entry.name for entry in named.values()}
-    misleading = [name for name in SIGNALS if name in frame.columns and name not in taken]  # minutes, and no degrees
+    misleading = [name for name in SIGNALS if name in frame.columns and name not in taken]  # in minutes, not in degrees
     return frame.drop(misleading)
 
 
@@ -265,9 +274,9 @@ def _plain(name: str) -> str:
 
 
 def _speed(file: _File) -> list[_Known]:
-    """The header says the speed's unit: velocity kmh."""
-    told = next((found for line in file.header if (found := _SPEED.match(line.lower()))), None)
-    return [] if told is None else [_Known("vehicle_speed", "km_h", ("velocity", "speed"), 1, _KM_H_PER[told[1]])]
+    """The speed channel, with its unit from the header: velocity kmh."""
+    stated = next((found for line in file.header if (found := _SPEED.match(line.lower()))), None)
+    return [] if stated is None else [_Known("vehicle_speed", "km_h", ("velocity", "speed"), 1, _KM_H_PER[stated[1]])]
 
 
 def _unreadable(path: Path, reason: str) -> OncenterError:

@@ -1,4 +1,4 @@
-"""Vector `.asc` and PEAK `.trc`: by our own code, and by python-can where that does not know how one is written."""
+"""Vector `.asc` and PEAK `.trc`: with the own readers, or with python-can for layouts unknown to them."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from oncenter.read.frames import Frames
 def chunks(
     path: Path, suffix: str, notes: list[str], progress: Callable[[float], None], *, by_library: bool
 ) -> Iterator[Frames]:
-    """Data frames of classic CAN, many at a time; notes say what is left out.
+    """Data frames of classic CAN, many at a time. `notes` receives what was left out.
 
     Args:
-        by_library: whether python-can may be used; it needs a process that may crash.
+        by_library: whether python-can may be used; only in a process that may crash.
 
     Raises:
-        NeedsLibrary: it may not, and would be needed.
+        NeedsLibrary: python-can is needed and not allowed.
         OncenterError: the log cannot be read.
     """
-    ours, given = list[str](), 0
+    own_notes, given = list[str](), 0
     try:
-        for frames in (asc if suffix == ".asc" else trc).chunks(path, ours, progress):
+        for frames in (asc if suffix == ".asc" else trc).chunks(path, own_notes, progress):
             given += len(frames)
             yield frames
     except NeedsLibrary as why:
         if not by_library:
             raise
-        notes.append(f"{path.name} was read by python-can, which takes longer: {why}")
+        notes.append(f"{path.name} was read with python-can, which is slower: {why}")
     else:
-        notes += ours
+        notes += own_notes
         return
     from oncenter.read import python_can
 
@@ -42,7 +42,7 @@ def chunks(
 
 
 def _after(count: int, chunks: Iterator[Frames]) -> Iterator[Frames]:
-    """Without the first so many frames."""
+    """The frames without the first `count`."""
     for frames in chunks:
         yield frames.where(np.arange(len(frames)) >= count)
         count -= min(len(frames), count)

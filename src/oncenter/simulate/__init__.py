@@ -1,4 +1,4 @@
-"""A drive whose truth is known: scenario -> road -> driver, steering, truck -> sensors -> signals, log."""
+"""Simulates a drive with its true values: scenario -> road -> driver, steering, truck -> sensors -> signals, log."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ __all__ = ["Fault", "Truth", "simulate", "simulate_to_log", "truth_files"]
 
 
 def simulate(scenario: str | os.PathLike[str], seed: int = 1) -> tuple[Signals, Truth]:
-    """Drives a scenario.
+    """Simulates a scenario.
 
     Args:
-        scenario: the name of a shipped one, as "thesis_drive", or a TOML file.
-        seed: not negative; the same scenario and seed give the same drive, bit for bit.
+        scenario: the name of a shipped scenario, as "thesis_drive", or a TOML file.
+        seed: not negative; the same scenario and seed give an identical drive, bit for bit.
 
     Returns:
-        The signals as the truck's sensors report them, at 100 Hz, and what was true.
+        The signals as the truck's sensors report them, at 100 Hz, and the true values.
 
     Raises:
-        OncenterError: "scenario_file", exit code 2: no such scenario, or a value is missing, unknown or impossible.
+        OncenterError: "scenario_file", exit code 2: no such scenario, or a value is missing, unknown or invalid.
             "seed", exit code 2: the seed is negative.
     """
     sensed, truth = _simulate(read_scenario(scenario), seed)
@@ -41,7 +41,7 @@ def simulate(scenario: str | os.PathLike[str], seed: int = 1) -> tuple[Signals, 
 
 
 def simulate_to_log(scenario: str | os.PathLike[str], seed: int, output: str | os.PathLike[str]) -> Truth:
-    """Drives a scenario and writes its log, with `.truth.parquet` and `.truth.toml` beside it.
+    """Simulates a scenario and writes its log, with `.truth.parquet` and `.truth.toml` beside it.
 
     Args:
         scenario: as for `simulate`.
@@ -50,8 +50,8 @@ def simulate_to_log(scenario: str | os.PathLike[str], seed: int, output: str | o
             `.parquet` for the table of signals at 100 Hz.
 
     Raises:
-        OncenterError: as `simulate`; and "output", exit code 2: another suffix, or it cannot be written;
-            "missing_extra": the package that writes this format is not installed.
+        OncenterError: as `simulate`; "output", exit code 2: unknown suffix, or it cannot be written; "missing_extra":
+            the package that writes this format is not installed.
     """
     log = Path(output)
     table, summary = truth_files(log)
@@ -69,14 +69,14 @@ def truth_files(log: Path) -> tuple[Path, Path]:
     """`drive.truth.parquet` and `drive.truth.toml` beside a log `drive.log` or `drive.csv.gz`.
 
     Raises:
-        OncenterError: "output", exit code 2: the log's suffix is none that can be written.
+        OncenterError: "output", exit code 2: logs with this suffix cannot be written.
     """
     stem = log.name.removesuffix(suffix_of(log))
     return log.with_name(f"{stem}.truth.parquet"), log.with_name(f"{stem}.truth.toml")
 
 
 def _simulate(scenario: Scenario, seed: int) -> tuple[Sensed, Truth]:
-    """Each room has its own chances, so that a change in one leaves the others' as they were."""
+    """Road, driver, sensors and wind each have their own random numbers, so that a change in one leaves the others."""
     if seed < 0:
         raise OncenterError(f"'seed' must not be negative, got {seed}", code="seed", exit_code=WRONG_USAGE)
     check_holdable(scenario)

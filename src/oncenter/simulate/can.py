@@ -1,8 +1,7 @@
-"""A drive as the truck's J1939 bus would carry it: frames, each message at its own rate.
+"""A drive as frames on the truck's J1939 bus, each message at its own rate.
 
-VDC2 each 10 ms, HRW 20 ms, CCVS1 and EBC2 100 ms, and EEC1, which concerns nobody here, each 20 ms; VP and VDS each
-100 ms where there is a GNSS receiver. A frame holds the signals of the tick at which it was due and leaves a little
-late, each message by its own jitter.
+VDC2 every 10 ms, HRW every 20 ms, CCVS1 and EBC2 every 100 ms, VP and VDS every 100 ms with a GNSS receiver; EEC1 every
+20 ms as an unrelated message. A frame contains the signals at its due time and is sent a little later, with jitter.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
 
 START_S = 1_466_000_000  # of every simulated log, since 1970: one day in June 2016
-_LATENCY_S = 0.001  # mean way from the sensor to the bus
+_LATENCY_S = 0.001  # mean delay from the sensor to the bus
 _KM_H = 3.6  # per m/s
 
 _NOT_AVAILABLE_1, _NOT_AVAILABLE_2, _NOT_AVAILABLE_4 = 0xFF, 0xFFFF, 0xFFFFFFFF
@@ -35,11 +34,11 @@ _SENSOR_TYPE_BIT = 6  # SPN 1812, two bits of the same byte
 
 @dataclass(frozen=True)
 class BusFrames:
-    """What was on the bus, in order of time: 29-bit identifiers, eight bytes each.
+    """The frames on the bus in order of time: 29-bit identifiers, eight bytes each.
 
     Attributes:
         microseconds: since `START_S`, not negative, ascending.
-        identifier: with priority, group and source address.
+        identifier: with priority, parameter group and source address.
         payload: shape (n, 8).
     """
 
@@ -59,8 +58,8 @@ def frames(sensed: Sensed, *, jitter_sd_s: float, seed: int) -> BusFrames:
     """The drive on the bus.
 
     Args:
-        sensed: what the sensors report; a failed one's error and not-available codes are told apart by its faults.
-        jitter_sd_s: of each frame's delay, 0 to 0.002.
+        sensed: the sensors' output; its faults decide between the codes for error and not available.
+        jitter_sd_s: standard deviation of each frame's delay, 0 to 0.002.
         seed: of the jitter.
     """
     random = np.random.default_rng(seed)
@@ -102,7 +101,7 @@ def _messages(sensed: Sensed) -> Iterator[_Message]:
     yield _Message(0x18FEF100, 0.1, ccvs1)  # PGN 65265 from the engine
 
     front_axle = each(0.1, (wheels[0] + wheels[1]) / 2.0)
-    no_number = ~np.isfinite(front_axle)  # and then the wheels say the same as their axle
+    no_number = ~np.isfinite(front_axle)  # the wheels then have the same code as their axle
     ebc2 = np.full((len(slow), 8), _NOT_AVAILABLE_1, np.uint8)  # SPN 909, 910: there is no second rear axle
     ebc2[:, 0:2] = two_bytes(front_axle, 1 / 256, 0.0)
     for byte, wheel in enumerate(wheels, start=2):
@@ -127,20 +126,20 @@ def _messages(sensed: Sensed) -> Iterator[_Message]:
 
 
 def _columns(sensed: Sensed) -> dict[str, Array]:
-    """Signals by name, infinite where the sensor says that it has an error."""
+    """Signals by name, infinite where the sensor reports an error."""
     table = sensed.signals.table
     column = {name: table[SIGNALS[name].column].to_numpy() for name in sensed.signals.sources}
     if sensed.speed_over_ground_m_s is not None:
         column["speed_over_ground"] = sensed.speed_over_ground_m_s
     for fault in sensed.faults:
         if fault.kind == "error":
-            for name in _said_by(fault.signal):
+            for name in _columns_of(fault.signal):
                 column[name] = column[name].copy()
                 column[name][ticks(fault.begin_s, fault.end_s - fault.begin_s)] = np.inf
     return column
 
 
-def _said_by(signal: str) -> list[str]:
+def _columns_of(signal: str) -> list[str]:
     """The columns of one signal, of the four wheels, or of the receiver."""
     if signal == "gnss":
         return ["latitude", "longitude", "heading", "speed_over_ground"]
@@ -148,7 +147,7 @@ def _said_by(signal: str) -> list[str]:
 
 
 def two_bytes(value: Array, scale: float, offset: float) -> Bytes:
-    """J1939's little-endian two-byte encoding, shape (n, 2): NaN is not available, beyond the range is an error."""
+    """J1939's little-endian two-byte encoding, shape (n, 2): NaN becomes not available, beyond the range error."""
     raw = _raw(value, scale, offset, _LARGEST_2, _ERROR_2, _NOT_AVAILABLE_2).astype("<u2")
     return raw.view(np.uint8).reshape(-1, 2)
 

@@ -1,4 +1,4 @@
-"""Driver, steering, truck and road in one call into the native loop. Alone touches native memory."""
+"""Runs driver, steering, truck and road in the native loop. The only module of simulate that uses native memory."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ Array = npt.NDArray[np.float64]
 
 RATE_HZ = 100.0
 _STEPS_PER_TICK = 4  # 2.5 ms: the stiffest mode, yaw and side slip at 2 m/s, is 40 1/s
-_OFF_THE_ROAD_M = 8.0  # from the lane's middle
-_TIPS_OVER_M_S2 = 7.0  # a tractor alone; whatever has a higher centre of gravity does long before
+_OFF_THE_ROAD_M = 8.0  # from the middle of the lane
+_TIPS_OVER_M_S2 = 7.0  # tractor without trailer; trucks with a higher centre of gravity tip over earlier
 
 ROW_DTYPE = np.dtype([(name, np.float64) for name, _ in ffi.typeof("sim_row").fields])
 assert ROW_DTYPE.itemsize == ffi.sizeof("sim_row")  # doubles only, as the header promises
@@ -42,18 +42,19 @@ def run(
     gust_normals: Array | None = None,
     bump_normals: Array | None = None,
 ) -> npt.NDArray[np.void]:
-    """Drives the whole scenario.
+    """Simulates the whole scenario.
 
     Args:
         scenario: the truck, its steering and its driver.
-        road: what `lay_road` made of the scenario, or that mirrored.
-        lane_normals: standard normal numbers, one a tick: where in the lane the driver means to be.
-        hand_normals: as many: the hands' small corrections.
-        gust_normals: as many: the wind's gusts; needed where the scenario has wind.
-        bump_normals: as many: the springs' travel; needed where it steers.
+        road: from `lay_road`, or mirrored.
+        lane_normals: standard normal numbers, one per tick: the driver's intended lateral position.
+        hand_normals: one per tick: small corrections of the hands.
+        gust_normals: one per tick: gusts; needed for a scenario with wind.
+        bump_normals: one per tick: spring travel; needed for a scenario with bump steer.
 
     Returns:
-        `ROW_DTYPE`, one a tick at `RATE_HZ` from time 0: what is true, in SI and rad, as `sim_row` in native/drive.h.
+        `ROW_DTYPE`, one row per tick at `RATE_HZ` from time 0: true values in SI and rad, as `sim_row` in
+        native/drive.h.
 
     Raises:
         OncenterError: "scenario_file", exit code 2: this driver cannot hold this truck on this road, or the road is
@@ -88,7 +89,7 @@ def run(
 
 
 class _Lent:
-    """Columns that native memory points into, kept for as long as it does."""
+    """Keeps columns alive while native memory points into them."""
 
     def __init__(self) -> None:
         self._kept: list[Array] = []
@@ -99,7 +100,7 @@ class _Lent:
 
 
 def _native_drive(scenario: Scenario, road: LaidRoad, lent: _Lent) -> Any:
-    """Everything that does not change from tick to tick, as a `sim_drive`."""
+    """Everything that is constant over the drive, as a `sim_drive`."""
     drive = ffi.new("sim_drive *")
     drive.truck = native_truck(scenario.truck, scenario.steering)[0]
     drive.steering = native_steering(scenario.steering, scenario.truck)[0]
@@ -142,8 +143,8 @@ def _check_upright(scenario: Scenario, rows: npt.NDArray[np.void]) -> None:
         return
     raise OncenterError(
         f"scenario {scenario.name}: the truck tips over after {rows['time'][np.argmax(over)]:.1f} s, at a lateral "
-        f"acceleration above {_TIPS_OVER_M_S2:g} m/s^2; a lower 'driver.speed_km_h' or a gentler 'road' or 'manoeuvre' "
-        "would do",
+        f"acceleration above {_TIPS_OVER_M_S2:g} m/s^2; reduce 'driver.speed_km_h', or give a gentler 'road' or "
+        "'manoeuvre'",
         code="scenario_file",
         exit_code=WRONG_USAGE,
     )
@@ -156,8 +157,8 @@ def _check_held(scenario: Scenario, rows: npt.NDArray[np.void]) -> None:
     if held.all():
         return
     raise OncenterError(
-        f"scenario {scenario.name}: the truck leaves the road after {rows['time'][np.argmin(held)]:.1f} s; a lower "
-        "'driver.preview_gain', 'steering.backlash_deg' or 'driver.speed_km_h', or another 'truck', would hold it",
+        f"scenario {scenario.name}: the truck leaves the road after {rows['time'][np.argmin(held)]:.1f} s; reduce "
+        "'driver.preview_gain', 'steering.backlash_deg' or 'driver.speed_km_h', or change 'truck'",
         code="scenario_file",
         exit_code=WRONG_USAGE,
     )
@@ -168,8 +169,8 @@ def _check_long_enough(scenario: Scenario, road: LaidRoad, rows: npt.NDArray[np.
     if on_road.all():
         return
     raise OncenterError(
-        f"scenario {scenario.name}: 'road' is shorter than the drive: its {road.length_m:g} m are driven after "
-        f"{rows['time'][np.argmin(on_road)]:.1f} s; a shorter 'drive.duration_s' or a longer road would do",
+        f"scenario {scenario.name}: 'road' is shorter than the drive: its {road.length_m:g} m end after "
+        f"{rows['time'][np.argmin(on_road)]:.1f} s; reduce 'drive.duration_s' or give a longer road",
         code="scenario_file",
         exit_code=WRONG_USAGE,
     )

@@ -1,4 +1,4 @@
-"""What the driver needs of a scenario."""
+"""The driver's parameters from a scenario."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from oncenter.simulate.truck import equivalent_wheelbase_m, first_axle_distance_
 
 
 def native_driver(scenario: Scenario, tick_s: float) -> Any:
-    """The driver as a `sim_driver`, who knows the truck, but not yet when to stand."""
+    """The driver as a `sim_driver`, without the times of standstill."""
     driver, ratio = scenario.driver, scenario.steering.ratio_near_centre
     wheelbase_m = equivalent_wheelbase_m(scenario.truck, scenario.steering)
     return ffi.new(

@@ -1,4 +1,4 @@
-"""What a machine at the steering wheel does, tick by tick."""
+"""The steering wheel angle of a steering machine, tick by tick."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = npt.NDArray[np.float64]
 
 
 def check_fits(scenario: Scenario, manoeuvre: Manoeuvre) -> None:
-    """Refuses a manoeuvre that is not over when the truck has to stand.
+    """Refuses a manoeuvre that lasts into the standstill at the end.
 
     Raises:
         OncenterError: "scenario_file", exit code 2.
@@ -22,15 +22,15 @@ def check_fits(scenario: Scenario, manoeuvre: Manoeuvre) -> None:
     ends_s, stands_s = manoeuvre_ends_s(manoeuvre), scenario.drive.duration_s - scenario.drive.standing_at_end_s
     if ends_s > stands_s:
         raise OncenterError(
-            f"scenario {scenario.name}: 'manoeuvre' is over at {ends_s:g} s, but the truck stands from {stands_s:g} s "
-            "on; a longer 'drive.duration_s' would do",
+            f"scenario {scenario.name}: 'manoeuvre' ends at {ends_s:g} s, but the truck stands from {stands_s:g} s on; "
+            "increase 'drive.duration_s'",
             code="scenario_file",
             exit_code=WRONG_USAGE,
         )
 
 
 def machine_angles_rad(manoeuvre: Manoeuvre, time_s: Array) -> Array:
-    """Steering wheel angles at those times; before the manoeuvre zero, after it as it ended."""
+    """Steering wheel angles at given times; zero before the manoeuvre, its last angle after it."""
     if isinstance(manoeuvre, WeaveManoeuvre):
         return _weave(manoeuvre, time_s)
     knots_s, knots_deg = _ramp(manoeuvre) if isinstance(manoeuvre, RampManoeuvre) else _profile(manoeuvre)
@@ -38,7 +38,7 @@ def machine_angles_rad(manoeuvre: Manoeuvre, time_s: Array) -> Array:
 
 
 def manoeuvre_ends_s(manoeuvre: Manoeuvre) -> float:
-    """When the last movement of the wheel is over."""
+    """Time of the last movement of the steering wheel."""
     if isinstance(manoeuvre, WeaveManoeuvre):
         return _weave_begins_s(manoeuvre)[-1] + manoeuvre.cycles / manoeuvre.frequency_hz[-1]
     return (_ramp(manoeuvre) if isinstance(manoeuvre, RampManoeuvre) else _profile(manoeuvre))[0][-1]

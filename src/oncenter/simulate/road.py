@@ -1,5 +1,4 @@
-"""Roads: by chance, section by section, from a file or none at all; their banks, their stops and how fast they are
-driven."""
+"""Roads: random, by sections, from a file, or open ground; with banks, stops and driven speeds."""
 
 from __future__ import annotations
 
@@ -21,14 +20,14 @@ Array = npt.NDArray[np.float64]
 
 _COARSE_M, _FINE_M = 5.0, 1.0  # between the points of a road
 _FINE_BELOW_RADIUS_M = 100.0
-_DECELERATION_SHARE = 0.6  # of the driver's limit is planned with: feet answer late
+_DECELERATION_SHARE = 0.6  # of the driver's limit used for planning, because the driver reacts late
 _CSV_COLUMNS = ("station_m", "curvature_1_m", "cross_slope_1", "speed_m_s")
 _CSV_RANGES = {"curvature_1_m": (-0.1, 0.1), "cross_slope_1": (-0.15, 0.15), "speed_m_s": (0.5, 42.0)}
 
 
 @dataclass(frozen=True)
 class LaidRoad:
-    """Columns over the road's length, at every `spacing_m`; and where on it the truck stops."""
+    """Columns along the road at every `spacing_m`, and the stops on it."""
 
     curvature_1_m: Array  # left positive
     cross_slope: Array  # sine of the bank, positive where the road falls to the right
@@ -36,18 +35,18 @@ class LaidRoad:
     spacing_m: float
     stop_station_m: Array
     stop_duration_s: Array
-    length_m: float  # infinite where a longer drive would have had a longer road
-    patch: Array | None = None  # 0 where the grip is good, 1 in a patch; None: good everywhere
-    exposure: Array | None = None  # 0 where the road is sheltered from the wind, 1 where it is open; None: open
+    length_m: float  # infinite for a road made as long as the drive needs
+    patch: Array | None = None  # 0 for good grip, 1 in a patch; None: good everywhere
+    exposure: Array | None = None  # 0 for sheltered from the wind, 1 for open; None: open everywhere
 
     @property
     def mirrored(self) -> LaidRoad:
-        """The same road with left and right exchanged."""
+        """The same road with left and right swapped."""
         return replace(self, curvature_1_m=-self.curvature_1_m, cross_slope=-self.cross_slope)
 
 
 def lay_road(scenario: Scenario, random: np.random.Generator) -> LaidRoad:
-    """The road of a scenario, long enough for the whole drive unless it is given with an end.
+    """The road of a scenario, long enough for the whole drive unless the scenario gives its length.
 
     Raises:
         OncenterError: "scenario_file", exit code 2: its CSV file cannot be used.
@@ -71,7 +70,7 @@ def lay_road(scenario: Scenario, random: np.random.Generator) -> LaidRoad:
 
 
 def _reach_m(scenario: Scenario) -> float:
-    """How far the fastest drive would come."""
+    """Distance of the whole drive at maximum speed."""
     return scenario.driver.speed_km_h[1] / 3.6 * scenario.drive.duration_s
 
 
@@ -108,7 +107,7 @@ def _random_curvature(road: BendsRoad, station_m: Array, random: np.random.Gener
 
 
 def _bank(road: BendsRoad, curvature_1_m: Array) -> Array:
-    """The crown, which a bend turns toward its inside, wholly so at the smallest radius: never more than either."""
+    """The crown, blended into superelevation toward the inside of a bend, fully at the smallest radius."""
     crown = np.full_like(curvature_1_m, road.crown_percent / 100.0)
     if road.superelevation_max_percent is None:
         return crown
@@ -117,7 +116,7 @@ def _bank(road: BendsRoad, curvature_1_m: Array) -> Array:
 
 
 def _random_speed(scenario: Scenario, station_m: Array, random: np.random.Generator) -> Array:
-    """m/s: stretches of even speed."""
+    """m/s: stretches of constant speed."""
     driver = scenario.driver
     ends_m, speeds_m_s = [], []
     end_m = 0.0
@@ -129,7 +128,7 @@ def _random_speed(scenario: Scenario, station_m: Array, random: np.random.Genera
 
 
 def _braked_in_time(scenario: Scenario, station_m: Array, curvature_1_m: Array, speed_m_s: Array) -> Array:
-    """m/s: slower where a bend asks for it, and before whatever is slower."""
+    """m/s: reduced in bends, and before slower stretches for braking."""
     driver = scenario.driver
     squared = np.minimum(
         speed_m_s**2, driver.bend_lateral_acceleration_max_m_s2 / np.maximum(np.abs(curvature_1_m), 1e-9)
@@ -139,7 +138,7 @@ def _braked_in_time(scenario: Scenario, station_m: Array, curvature_1_m: Array, 
 
 
 def _sections(scenario: Scenario, road: SectionsRoad, random: np.random.Generator) -> LaidRoad:
-    """Each section turns by itself: its curvature goes from zero and back to zero over a clothoid."""
+    """Each section starts and ends with zero curvature, over a clothoid."""
     round_m = sum(section.length_m for section in road.sections)
     rounds = math.ceil((_reach_m(scenario) + 2 * _FINE_M) / round_m) if road.repeat else 1
     knots_m, knots_1_m, slope_m, slope, ends_m, speeds_m_s = [0.0], [0.0], [0.0], [], [], []
@@ -168,7 +167,7 @@ def _sections(scenario: Scenario, road: SectionsRoad, random: np.random.Generato
 
 
 def _measured(scenario: Scenario, road: CsvRoad) -> LaidRoad:
-    """As the file has it, in straight lines between its rows, no faster than the driver's fastest."""
+    """The road in the file, linear between its rows, limited to the driver's maximum speed."""
     station_m, *columns = _read_csv(road.file)
     length_m = station_m[-1] - station_m[0]
     at_m = np.arange(0.0, min(length_m, _reach_m(scenario)) + _FINE_M, _FINE_M)
@@ -178,7 +177,7 @@ def _measured(scenario: Scenario, road: CsvRoad) -> LaidRoad:
 
 
 def _read_csv(file: Path) -> list[Array]:
-    if not file.is_file():  # polars would read every file of a folder
+    if not file.is_file():  # polars would read all files of a folder
         raise _refusal(file, "cannot be read: there is no such file")
     try:
         table = pl.read_csv(file, schema_overrides=dict.fromkeys(_CSV_COLUMNS, pl.Float64))
@@ -188,19 +187,19 @@ def _read_csv(file: Path) -> list[Array]:
         raise _refusal(file, f"is not a table of numbers: {str(error).splitlines()[0]}") from None
     for column in _CSV_COLUMNS:
         if column not in table.columns:
-            raise _refusal(file, f"lacks the column '{column}'; it needs {', '.join(_CSV_COLUMNS)}")
+            raise _refusal(file, f"has no column '{column}'; needed are {', '.join(_CSV_COLUMNS)}")
         if not np.isfinite(table[column].to_numpy()).all():
             raise _refusal(file, f"has a row without a number in '{column}'")
     if len(table) < 2 or (np.diff(table["station_m"].to_numpy()) <= 0.0).any():
-        raise _refusal(file, "must have two rows or more, with 'station_m' ascending")
+        raise _refusal(file, "must have at least two rows, with 'station_m' ascending")
     for column, (low, high) in _CSV_RANGES.items():
         if not table[column].is_between(low, high).all():
             raise _refusal(file, f"has '{column}' outside {low:g} to {high:g}")
     return [table[column].to_numpy() for column in _CSV_COLUMNS]
 
 
-def _refusal(file: Path, says: str) -> OncenterError:
-    return OncenterError(f"'road.file' {file} {says}", code="scenario_file", exit_code=WRONG_USAGE)
+def _refusal(file: Path, reason: str) -> OncenterError:
+    return OncenterError(f"'road.file' {file} {reason}", code="scenario_file", exit_code=WRONG_USAGE)
 
 
 def _open(scenario: Scenario, road: OpenRoad) -> LaidRoad:
@@ -209,7 +208,7 @@ def _open(scenario: Scenario, road: OpenRoad) -> LaidRoad:
 
 
 def _rough_bank(scenario: Scenario, laid: LaidRoad, random: np.random.Generator) -> Array:
-    """What wear and repairs add to the cross slope: wanders about zero, never further than three deviations."""
+    """Cross slope from wear and repairs: a random walk about zero, clipped at three standard deviations."""
     road = scenario.road
     sd, count = road.rough_bank_sd_percent / 100.0, len(laid.cross_slope)
     if sd == 0.0:
@@ -224,14 +223,14 @@ def _rough_bank(scenario: Scenario, laid: LaidRoad, random: np.random.Generator)
 def _exposure(laid: LaidRoad, wind: Wind, random: np.random.Generator) -> Array:
     assert wind.open_length_m is not None
     shortest_m, longest_m = wind.open_length_m
-    sheltered = (1.0 - wind.open_share) / wind.open_share  # m for each open one
+    sheltered = (1.0 - wind.open_share) / wind.open_share  # sheltered metres per open metre
     return _stretches(laid, (sheltered * shortest_m, sheltered * longest_m), wind.open_length_m, random)
 
 
 def _stretches(
     laid: LaidRoad, between_m: tuple[float, float], length_m: tuple[float, float], random: np.random.Generator
 ) -> Array:
-    """1 on stretches of a length by chance, 0 between them."""
+    """1 on stretches of random length, 0 between them."""
     station_m = np.arange(len(laid.curvature_1_m)) * laid.spacing_m
     count = math.ceil(station_m[-1] / (between_m[0] + length_m[0])) + 1
     lengths_m = random.uniform(*length_m, size=count)

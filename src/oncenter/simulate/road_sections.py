@@ -1,4 +1,4 @@
-"""What a scenario file says of the road, the wind over it, and the driver or the machine that steers."""
+"""The tables of a scenario file for road, stops, wind, driver and steering machine."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class Patches(Section):
 
     spacing_m: LengthRange  # from the end of one to the begin of the next
     length_m: LengthRange
-    front_stiffness_percent: _LessStiffness  # by which that of all steered tyres changes
-    rear_stiffness_percent: _LessStiffness  # the same of all others, a trailer's too
+    front_stiffness_percent: _LessStiffness  # change of the steered tyres' cornering stiffness
+    rear_stiffness_percent: _LessStiffness  # change for all other tyres, trailer included
 
 
 class _Road(Section):
-    """What every road has."""
+    """The keys common to all roads."""
 
     heading_deg: Annotated[Number, Field(ge=0, lt=360)] = 0.0
     rough_bank_sd_percent: Annotated[Number, Field(ge=0, le=2)] = 0.0
@@ -47,7 +47,7 @@ class _Road(Section):
 
 
 class BendsRoad(_Road):
-    """Straights and bends by chance, without end."""
+    """Random straights and bends, as long as the drive."""
 
     kind: Literal["bends"] = "bends"
     crown_percent: CrossSlope
@@ -87,22 +87,24 @@ class SectionsRoad(_Road):
     def _can_be_steered(self) -> SectionsRoad:
         for number, section in enumerate(self.sections, start=1):
             if section.length_m < 2.0 * self.clothoid_length_m:
-                raise ValueError(f"'sections' number {number} must be longer than both its clothoids together")
+                raise ValueError(f"'sections' number {number} must be longer than its two clothoids together")
             radius_m = (section.length_m - self.clothoid_length_m) / max(abs(section.turn_deg) * DEGREE, 1e-9)
             if radius_m < 10:
-                raise ValueError(f"'sections' number {number} must not bend closer than 10 m, got {radius_m:.1f} m")
+                raise ValueError(
+                    f"'sections' number {number} must have a radius of at least 10 m, got {radius_m:.1f} m"
+                )
         return self
 
 
 class CsvRoad(_Road):
-    """As measured: a CSV file with station_m, curvature_1_m, cross_slope_1 and speed_m_s."""
+    """A measured road: a CSV file with station_m, curvature_1_m, cross_slope_1 and speed_m_s."""
 
     kind: Literal["csv"]
     file: Path
 
 
 class OpenRoad(_Road):
-    """Open ground without lanes, for a machine that steers."""
+    """Open ground without lanes, for a steering machine."""
 
     kind: Literal["open"]
     crown_percent: CrossSlope
@@ -110,7 +112,7 @@ class OpenRoad(_Road):
     @model_validator(mode="after")
     def _is_alike_everywhere(self) -> OpenRoad:
         if self.patches is not None:
-            raise ValueError("'patches' cannot be given for kind \"open\", which has no stations")
+            raise ValueError("'patches' cannot be given for kind \"open\": open ground has no stations")
         return self
 
 
@@ -135,14 +137,14 @@ Road = Annotated[
 
 
 class Stops(Section):
-    """Where the road makes the truck stop and stand."""
+    """Stops on the road, with times of standing."""
 
     spacing_m: LengthRange
     duration_s: PositiveRange
 
 
 class Wind(Section):
-    """Blows where the land is open; its force acts in front of the centre of gravity."""
+    """Wind on open stretches; its force acts in front of the centre of gravity."""
 
     mean_m_s: Annotated[Number, Field(ge=0, le=30)]
     from_deg: Annotated[Number, Field(ge=0, lt=360)]
@@ -151,13 +153,13 @@ class Wind(Section):
     side_area_m2: Positive
     side_force_coefficient: Annotated[Number, Field(gt=0, le=3)]
     force_arm_m: Annotated[Number, Field(ge=-10, le=10)]
-    open_share: Annotated[Number, Field(ge=0.05, le=1)] = 1.0  # of the way; forest and cuttings shelter the rest
+    open_share: Annotated[Number, Field(ge=0.05, le=1)] = 1.0  # of the distance; forest and cuttings shelter the rest
     open_length_m: LengthRange | None = None  # of an open stretch
 
     @model_validator(mode="after")
     def _alternates_with_shelter(self) -> Wind:
         if (self.open_share < 1.0) != (self.open_length_m is not None):
-            raise ValueError("'open_length_m' goes with an 'open_share' below 1, and only with that")
+            raise ValueError("'open_length_m' must be given exactly if 'open_share' is below 1")
         return self
 
 
@@ -165,7 +167,7 @@ _MachineAngle = Annotated[Number, Field(ge=-1000, le=1000)]
 
 
 class ProfileManoeuvre(Section):
-    """Steering wheel angles at given times, straight lines between them."""
+    """Steering wheel angles at given times, linear between them."""
 
     kind: Literal["profile"]
     time_s: Annotated[tuple[NotNegative, ...], Field(min_length=2)]
@@ -174,14 +176,14 @@ class ProfileManoeuvre(Section):
     @model_validator(mode="after")
     def _is_a_course(self) -> ProfileManoeuvre:
         if len(self.angle_deg) != len(self.time_s):
-            raise ValueError(f"'angle_deg' must be as many as 'time_s', got {len(self.angle_deg)}")
+            raise ValueError(f"'angle_deg' must have as many values as 'time_s', got {len(self.angle_deg)}")
         if any(after <= before for before, after in pairwise(self.time_s)):
             raise ValueError("'time_s' must ascend")
         return self
 
 
 class RampManoeuvre(Section):
-    """From zero to one angle, held, and on to another, both at one rate: Figure 12; a step steer when from zero."""
+    """From zero to a first angle, hold, then to a second, at one rate (Figure 12); with from_deg = 0 a step steer."""
 
     kind: Literal["ramp"]
     begin_s: NotNegative

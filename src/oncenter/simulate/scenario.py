@@ -1,7 +1,7 @@
-"""Scenario files: everything a simulated drive is made of, each value under a name that says its unit.
+"""Scenario files: all parameters of a simulated drive. The name of each key contains its unit.
 
-The keys are explained in scenarios/thesis_drive.toml, where each has a value that goes with the others, and in
-scenarios/README.md. A file with a `base` says only what is different from that one.
+scenarios/thesis_drive.toml (a consistent set of values) and scenarios/README.md explain the keys. A file with a `base`
+contains only the differences from that one.
 """
 
 from __future__ import annotations
@@ -37,21 +37,25 @@ class Drive(Section):
 
     @property
     def all_standing_s(self) -> tuple[tuple[float, float], ...]:
-        """From and until when: before the start, breaks, after the end."""
+        """Begin and end of each standstill: before the start, breaks, after the end."""
         end_s = self.duration_s - self.standing_at_end_s
         return (-1.0, self.standing_at_start_s), *self.standing_s, (end_s, math.inf)
 
     @model_validator(mode="after")
     def _drives_at_all(self) -> Drive:
         if self.standing_at_start_s + self.standing_at_end_s >= self.duration_s:
-            raise ValueError(f"'duration_s' must exceed the time standing, got {self.duration_s:g}")
+            raise ValueError(
+                f"'duration_s' must be longer than the standstill at start and end, got {self.duration_s:g}"
+            )
         if any(after <= before for before, after in pairwise(sum(self.all_standing_s, ()))):
-            raise ValueError("'standing_s' must be times from and until, ascending, after the start and before the end")
+            raise ValueError(
+                "'standing_s' must be [begin, end] pairs, ascending, between the standstill at start and at end"
+            )
         return self
 
 
 class Scenario(Section):
-    """A drive as a scenario file describes it: units as the names say, lateral quantities positive to the left."""
+    """A scenario file: the names contain the units, lateral quantities are positive to the left."""
 
     name: str
     about: str
@@ -83,7 +87,7 @@ class Scenario(Section):
     @model_validator(mode="after")
     def _has_shelter_beside_a_road(self) -> Scenario:
         if self.wind is not None and self.wind.open_share < 1.0 and self.road.kind == "open":
-            raise ValueError("'wind.open_share' must be 1 where 'road.kind' is \"open\"")
+            raise ValueError("'wind.open_share' must be 1 for 'road.kind' = \"open\"")
         return self
 
     @model_validator(mode="after")
@@ -94,7 +98,7 @@ class Scenario(Section):
         stands = any(from_s <= change.begin_s <= until_s for from_s, until_s in self.drive.all_standing_s)
         if not stands or change.begin_s >= self.drive.duration_s:
             raise ValueError(
-                "'truck.load_change.begin_s' must lie in a standstill of 'drive', as 'drive.standing_s' has them, "
+                "'truck.load_change.begin_s' must be within a standstill (see 'drive.standing_s'), "
                 f"got {change.begin_s:g}"
             )
         return self
@@ -113,7 +117,7 @@ class Scenario(Section):
     @model_validator(mode="after")
     def _has_a_lane_or_a_machine(self) -> Scenario:
         if (self.manoeuvre is None) == (self.road.kind == "open"):
-            raise ValueError("'manoeuvre' goes with 'road.kind' = \"open\", and only with that")
+            raise ValueError("'manoeuvre' must be given exactly if 'road.kind' is \"open\"")
         return self
 
     @model_validator(mode="after")
@@ -122,17 +126,18 @@ class Scenario(Section):
         for number, section in enumerate(getattr(self.road, "sections", ()), start=1):
             if section.speed_km_h is not None and section.speed_km_h > fastest:
                 raise ValueError(
-                    f"'road.sections' number {number} is faster than 'driver.speed_km_h': {section.speed_km_h:g}"
+                    f"'road.sections' number {number} is faster than the maximum of 'driver.speed_km_h': "
+                    f"{section.speed_km_h:g}"
                 )
         return self
 
 
 def read_scenario(scenario: str | os.PathLike[str]) -> Scenario:
-    """A scenario by the name it is shipped under, or from a TOML file.
+    """A shipped scenario by its name, or one from a TOML file.
 
     Raises:
-        OncenterError: "scenario_file", exit code 2: there is none, it is no TOML, or a value is missing, unknown or
-            impossible; the message names it.
+        OncenterError: "scenario_file", exit code 2: it does not exist, is not TOML, or a value is missing, unknown or
+            invalid; the message names it.
     """
     file = _find(scenario)
     values = _values(file, ())
@@ -140,7 +145,7 @@ def read_scenario(scenario: str | os.PathLike[str]) -> Scenario:
 
 
 def _values(file: Path, heirs: tuple[Path, ...]) -> dict[str, Any]:
-    """What the file says, on top of what its `base` says: a shipped scenario or a file beside it."""
+    """The values of a file over those of its `base`, a shipped scenario or a file beside it."""
     values = read_toml(file, f"scenario file {file}", code=_CODE)
     if isinstance(road := values.get("road"), dict) and isinstance(road.get("file"), str):
         road["file"] = str(file.parent / road["file"])
@@ -150,14 +155,14 @@ def _values(file: Path, heirs: tuple[Path, ...]) -> dict[str, Any]:
     if not isinstance(base, str):
         raise _refusal(f"scenario file {file}: 'base' must be the name of a scenario, got {base!r}")
     heirs = (*heirs, file.resolve())
-    beneath = _find(str(file.parent / base) if base.endswith(".toml") else base)
-    if beneath.resolve() in heirs:
-        raise _refusal(f"scenario file {file}: 'base' must not lead back to itself, got {base!r}")
-    return _laid_over(_values(beneath, heirs), values)
+    below = _find(str(file.parent / base) if base.endswith(".toml") else base)
+    if below.resolve() in heirs:
+        raise _refusal(f"scenario file {file}: 'base' {base!r} leads back to this file: remove one of the 'base' keys")
+    return _merged(_values(below, heirs), values)
 
 
-def _laid_over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
-    """Table by table and key by key; a table that names another kind takes nothing from below."""
+def _merged(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
+    """Merges table by table and key by key; a table of another kind replaces the one below."""
     result = dict(below)
     for key, value in above.items():
         beneath = result.get(key)
@@ -165,12 +170,12 @@ def _laid_over(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
         if isinstance(value, dict) and isinstance(beneath, dict):
             kind = beneath.get("kind")
             if value.get("kind", kind) == kind:
-                result[key] = _laid_over(beneath, value)
+                result[key] = _merged(beneath, value)
     return result
 
 
 def scenario_from(values: dict[str, Any], origin: str) -> Scenario:
-    """A scenario from a mapping as a scenario file holds it; raises as `read_scenario` does, naming `origin`."""
+    """A scenario from the content of a scenario file; raises as `read_scenario`, naming `origin`."""
     try:
         return Scenario.model_validate(values)
     except ValidationError as error:
@@ -184,7 +189,7 @@ def _find(scenario: str | os.PathLike[str]) -> Path:
     file = Path(scenario)
     if file.suffix == ".toml":
         return file
-    raise _refusal(f"no scenario '{scenario}': give a .toml file or one of {', '.join(sorted(by_name))}")
+    raise _refusal(f"no scenario called '{scenario}': give a .toml file or one of {', '.join(sorted(by_name))}")
 
 
 def _shipped() -> dict[str, Path]:
@@ -193,19 +198,19 @@ def _shipped() -> dict[str, Path]:
 
 
 def _in_file(location: tuple[int | str, ...]) -> list[str]:
-    """A location without the kind that pydantic puts behind a table that has several."""
+    """A location without the kind that pydantic inserts after a table with several kinds."""
     parts = [str(part) for part in location]
     return parts[:1] + parts[2:] if parts[:1] in (["road"], ["manoeuvre"]) else parts
 
 
 def _first_error(error: ValidationError) -> str:
-    """The first complaint in one line, by the key as the file has it."""
+    """The first error in one line, with the key as in the file."""
     first = error.errors()[0]
     key = ".".join(_in_file(first["loc"]))
     if first["type"] == "missing":
         return f"'{key}' is missing"
     if first["type"] == "extra_forbidden":
-        return f"'{key}' is not known"
+        return f"'{key}' is not a key of a scenario file"
     if first["type"] == "road_kind":
         return f"[{key}] {first['msg']}"
     if first["type"] == "value_error":

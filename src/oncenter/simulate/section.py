@@ -1,4 +1,4 @@
-"""What the tables of a scenario file are made of: numbers with their limits, and no key that nobody knows."""
+"""Building blocks of the tables of a scenario file: numbers with limits; unknown keys are errors."""
 
 from __future__ import annotations
 
@@ -14,7 +14,11 @@ NotNegative = Annotated[Number, Field(ge=0)]
 
 
 def in_order(interval: tuple[float, float]) -> tuple[float, float]:
-    """[low, high], or a ValueError that says so."""
+    """Checks [low, high].
+
+    Raises:
+        ValueError: low is above high.
+    """
     if interval[0] > interval[1]:
         raise ValueError(f"must be [low, high], got [{interval[0]:g}, {interval[1]:g}]")
     return interval

@@ -1,7 +1,7 @@
-"""The `[sensors]` of a scenario file: what each sensor can do, and what goes wrong with it.
+"""The `[sensors]` tables of a scenario file: properties and faults of each sensor.
 
-Noise, resolution, range and repeated frames have the defaults of real sensors, measured on two real trucks' loggers and
-a car; the ranges are J1939's. All else has a neutral default: what a file does not say does not happen.
+Noise, resolution and repeated frames have defaults measured on two real trucks' loggers and a car; the ranges are
+J1939's. All other keys default to no fault.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ _KM_H = 3.6  # per m/s
 
 
 class Dropouts(Section):
-    """Short silences at random."""
+    """Short random gaps without a value."""
 
     rate_1_h: Annotated[Number, Field(gt=0, le=3600)]
     length_s: PositiveRange
 
 
 class Failure(Section):
-    """No number comes from a time on: for a time, or for good."""
+    """No valid value from a time on: for a while, or to the end."""
 
     begin_s: NotNegative
     length_s: Positive | None = None
@@ -40,14 +40,14 @@ class Failure(Section):
 
 
 class Stuck(Section):
-    """The last number comes again and again from a time on: for a time, or for good."""
+    """The last value is repeated from a time on: for a while, or to the end."""
 
     begin_s: NotNegative
     length_s: Positive | None = None
 
 
 class Sensor(Section):
-    """What every sensor may do wrong."""
+    """The faults that every sensor may have."""
 
     latency_s: Annotated[Number, Field(ge=0, le=0.5)] = 0.0  # age of the true value in the reading
     filter_time_s: Annotated[Number, Field(ge=0, le=5)] = 0.0  # time constant of a first-order low pass
@@ -58,9 +58,9 @@ class Sensor(Section):
 
 
 def _check_reads_zero(range_: float, resolution: float, farthest: float, unit: str) -> None:
-    """Whatever happens to a sensor, it has steps enough to tell nought, and nought is within its range."""
+    """Checks that zero stays within the range and can be resolved, whatever the faults add."""
     if farthest >= range_:
-        raise ValueError(f"'range_{unit}' must exceed all that is added to nought, {farthest:g} together")
+        raise ValueError(f"'range_{unit}' must be larger than all offsets and steps together, {farthest:g}")
     if resolution >= range_:
         raise ValueError(f"'resolution_{unit}' must be below the range, got {resolution:g}")
 
@@ -71,7 +71,7 @@ class AngleRemount(Section):
 
 
 class SelfCorrection(Section):
-    """A stability control that finds the offset by itself and takes it out of what it sends, gradually or at once."""
+    """A stability control that estimates the offset and subtracts it from the angle it sends, gradually or at once."""
 
     begin_s: NotNegative
     length_s: NotNegative = 0.0
@@ -79,7 +79,7 @@ class SelfCorrection(Section):
 
 
 class Ignition(Section):
-    """Off for some seconds, and then off by other whole turns."""
+    """Ignition off for some seconds; afterwards the angle has another number of whole turns."""
 
     begin_s: NotNegative
     off_s: Positive
@@ -87,7 +87,7 @@ class Ignition(Section):
 
 
 class RelativeAngle(Section):
-    """A sensor that does not know which turn it is in: SPN 1812 is 0."""
+    """A relative sensor, SPN 1812 = 0: its angle is ambiguous by whole turns."""
 
     turns: _Turns = 0
     ignitions: tuple[Ignition, ...] = ()
@@ -95,7 +95,7 @@ class RelativeAngle(Section):
     @model_validator(mode="after")
     def _is_off_before_it_is_off_again(self) -> RelativeAngle:
         if any(after.begin_s < before.begin_s + before.off_s for before, after in pairwise(self.ignitions)):
-            raise ValueError("'ignitions' must come one after the other, each when the one before is over")
+            raise ValueError("'ignitions' must be in order of time, each after the end of the one before")
         return self
 
 
@@ -111,7 +111,7 @@ class SteeringWheelAngleSensor(Sensor):
 
     @model_validator(mode="after")
     def _reads_straight_ahead(self) -> SteeringWheelAngleSensor:
-        """Whatever happens to it, straight ahead is within its range."""
+        """Straight ahead stays within the range."""
         turns = 0
         if self.relative is not None:
             turns = max(abs(t) for t in (self.relative.turns, *(i.turns for i in self.relative.ignitions)))
@@ -131,12 +131,12 @@ class YawRateSensor(Sensor):
     resolution_deg_s: NotNegative = 0.028  # the same: 1/2048 rad/s
     range_deg_s: Positive = 224.0  # SPN 1808: -3.92 to 3.92 rad/s
     drift_deg_s_min: Number = 0.0
-    drift_ends_min: Positive | None = None  # after which the bias stays; to the drive's end without it
+    drift_ends_min: Positive | None = None  # the bias is constant afterwards; None: drifts to the end of the drive
     random_walk_sd_deg_s_min: NotNegative = 0.0  # of the bias's change in one minute
-    warm_up_deg_s: Number = 0.0  # what there is besides the bias when switched on
-    warm_up_time_min: Positive = 15.0  # until only 5 % of that is left, 2.5
+    warm_up_deg_s: Number = 0.0  # added to the bias at switch-on
+    warm_up_time_min: Positive = 15.0  # until 5 % of it remains, 2.5
     scale_error_percent: _Percent = 0.0
-    scale_warm_up_percent: _Percent = 0.0  # besides the scale error when switched on; fades as warm_up_deg_s
+    scale_warm_up_percent: _Percent = 0.0  # added to the scale error at switch-on; decays as warm_up_deg_s
     bank_shift_mrad_s_percent: Annotated[Number, Field(ge=-1, le=1)] = 0.0  # of cross slope, 2.5: 0.05
     remounts: tuple[YawRateRemount, ...] = ()
 
@@ -153,14 +153,14 @@ class AccelerometerRemount(Section):
 
 
 class Accelerometer(Sensor):
-    """The longitudinal one, and what the lateral one has in common with it."""
+    """The longitudinal accelerometer; base of the lateral one."""
 
     bias_m_s2: Number = 0.0
     noise_sd_m_s2: NotNegative = 0.1  # measured on two real trucks' loggers and a car
     resolution_m_s2: NotNegative = 0.1  # SPN 1810
     range_m_s2: Positive = 12.5  # SPN 1810
     drift_m_s2_min: Number = 0.0
-    drift_ends_min: Positive | None = None  # after which the bias stays; to the drive's end without it
+    drift_ends_min: Positive | None = None  # the bias is constant afterwards; None: drifts to the end of the drive
     random_walk_sd_m_s2_min: NotNegative = 0.0
     warm_up_m_s2: Number = 0.0
     warm_up_time_min: Positive = 15.0
@@ -168,7 +168,7 @@ class Accelerometer(Sensor):
 
     @property
     def constants_m_s2(self) -> dict[str, float]:
-        """What is added to the reading all the time, by its kind."""
+        """Constant additions to the reading, by kind."""
         return {"bias": self.bias_m_s2}
 
     @model_validator(mode="after")
@@ -180,7 +180,7 @@ class Accelerometer(Sensor):
 
 
 class LateralAccelerometer(Accelerometer):
-    """Where and how it is mounted. Angles are small: the lateral acceleration itself is read in full."""
+    """With its mounting. Angles are small: the lateral acceleration itself is read in full."""
 
     resolution_m_s2: NotNegative = 1.0 / 2048.0  # SPN 1809
     range_m_s2: Positive = 15.687  # SPN 1809
@@ -196,9 +196,9 @@ class LateralAccelerometer(Accelerometer):
 
 class SteeringWheelTorqueSensor(Sensor):
     zero_error_n_m: Annotated[Number, Field(ge=-5, le=5)] = 0.0
-    noise_sd_n_m: NotNegative = 0.05  # ours
-    resolution_n_m: NotNegative = 0.02  # ours
-    range_n_m: Positive = 20.0  # ours
+    noise_sd_n_m: NotNegative = 0.05  # assumed, as the next two
+    resolution_n_m: NotNegative = 0.02
+    range_n_m: Positive = 20.0
 
     @model_validator(mode="after")
     def _reads_zero(self) -> Self:
@@ -222,29 +222,29 @@ class RadiusErrors(Section):
 
 
 class WheelSpeedSensors(Sensor):
-    """The four wheels' as HRW sends them, measured on two real trucks' loggers and a car.
+    """The four wheel speeds as in HRW, measured on two real trucks' loggers and a car.
 
-    Noise or resolution None is `[sensors.speed]`'s.
+    For noise or resolution None, the value of `[sensors.speed]` applies.
     """
 
     noise_sd_m_s: NotNegative | None = 0.04  # of each wheel: left less right has 0.05 to 0.065
     resolution_m_s: _SpeedStep | None = 0.125 / _KM_H
-    repeat_share: Annotated[Number, Field(ge=0, lt=1)] = 0.3  # of frames, that repeat all four last values
+    repeat_share: Annotated[Number, Field(ge=0, lt=1)] = 0.3  # of frames that repeat all four last values
     scale_error_percent: _Percent = 0.0
     radius_error_percent: RadiusErrors = RadiusErrors()
-    radius_warm_up_percent: RadiusErrors = RadiusErrors()  # growth of the radius, by sun or by running
-    radius_warm_up_time_min: Positive = 10.0  # until only 5 % of the growth is left to come
+    radius_warm_up_percent: RadiusErrors = RadiusErrors()  # growth of the radius by sun or running
+    radius_warm_up_time_min: Positive = 10.0  # until 95 % of the growth has happened
     radius_warm_up_begin_s: NotNegative = 0.0
     load_transfer_percent_m_s2: Annotated[Number, Field(ge=0, le=2)] = 0.0  # of the radius, per lateral acceleration
-    pulses_per_turn: Annotated[Whole, Field(ge=0, le=1000)] = 0  # 0: speed comes without pulses
+    pulses_per_turn: Annotated[Whole, Field(ge=0, le=1000)] = 0  # 0: speed without pulses
     rolling_radius_m: Annotated[Number, Field(ge=0.1, le=2)] = 0.5
     pulse_window_s: Annotated[Number, Field(ge=0.01, le=1)] = 0.02  # in which pulses are counted and timed
 
 
 class Gnss(Sensor):
-    """A receiver with inertial sensors, as the thesis's RT3040; its errors fade as their correlation times say."""
+    """A receiver with inertial sensors, as the thesis's RT3040; errors with given correlation times."""
 
-    latitude_deg: Annotated[Number, Field(ge=-80, le=80)]  # where the drive begins
+    latitude_deg: Annotated[Number, Field(ge=-80, le=80)]  # at the start of the drive
     longitude_deg: Annotated[Number, Field(ge=-180, le=180)]
     position_sd_m: NotNegative = 0.5
     position_time_s: Positive = 60.0
@@ -268,7 +268,7 @@ class Can(Section):
 
 
 def begins_s(section: Section, name: str) -> Iterator[tuple[str, float]]:
-    """When something happens to a sensor, by its key in the file: "sensors.yaw_rate.stuck.begin_s", 600.0."""
+    """The begin of each sensor event, by its key in the file: "sensors.yaw_rate.stuck.begin_s", 600.0."""
     for key in type(section).model_fields:
         value = getattr(section, key)
         if key.endswith("begin_s"):

@@ -1,4 +1,4 @@
-"""What the steering needs of a scenario, and where it would rather go than straight ahead."""
+"""The steering's parameters from a scenario, and its pull."""
 
 from __future__ import annotations
 
@@ -17,16 +17,15 @@ _LASH_FRICTION_N_M = 5.0  # about the king pins: bearings of the column, small a
 
 
 def set_moment_n_m(truck: Truck, steering: Steering) -> float:
-    """About the king pins, towards the left, always there: the pull and what unloads the steering on the crown."""
+    """Constant moment about the king pins, positive to the left: the pull, and the setting for the road crown."""
     crown = steering.unloads_on_crown_percent / 100.0 * STANDARD_GRAVITY
     return steering.pull_n_m + steering.trail_m * steered_force_n(truck, steering, crown)
 
 
 def unloading_acceleration_m_s2(truck: Truck, steering: Steering) -> float:
-    """Lateral acceleration, without a bend, at which the play changes its flank: no moment is left at the king pins.
+    """Neutral lateral acceleration, without a bend: there the king-pin moment is zero and the play changes its flank.
 
-    0 where side force has no lever arm about them and nothing pulls either; pull without lever arm has no such point
-    and gives NaN.
+    0 without trail and without pull; NaN for a pull without trail, which has no such point.
     """
     moment_n_m = set_moment_n_m(truck, steering)
     if moment_n_m == 0.0:
@@ -36,10 +35,10 @@ def unloading_acceleration_m_s2(truck: Truck, steering: Steering) -> float:
 
 
 def straight_ahead_rad(truck: Truck, steering: Steering, *, load_changed: bool = False) -> float:
-    """Steering wheel angle, at the middle of play and wind-up, that drives straight on a level road at even speed.
+    """Steering wheel angle, at mid-play and without wind-up, for driving straight on a level road at constant speed.
 
-    Zero but for what the alignment pulls, which looks like a sensor's offset and is none, and for a ratio's polynomial
-    that does not go through zero. After a load change, another ride height adds to it.
+    Zero, except for the pull of the alignment, which looks like a sensor offset but is not, and for a ratio polynomial
+    that does not pass through zero. After a load change, the changed ride height adds to it.
     """
     at_wheels_rad = _set_angle_rad(truck, steering) + _compliance_rad_n_m(steering) * set_moment_n_m(truck, steering)
     gear_rad = (0.0 - at_wheels_rad - steering.ratio_polynomial[0]) * steering.ratio_near_centre
@@ -103,7 +102,7 @@ def native_steering(steering: Steering, truck: Truck) -> Any:
 
 
 def _twist_rad(steering: Steering, moment_n_m: float) -> float:
-    """By which the torsion bar lets the steering wheel lead the gear."""
+    """Twist of the torsion bar: steering wheel angle less gear angle."""
     if steering.torsion_bar_half_moment_n_m is None:
         return 0.0
     return steering.torsion_bar_twist_deg * DEGREE * math.tanh(moment_n_m / steering.torsion_bar_half_moment_n_m)
@@ -119,5 +118,5 @@ def _compliance_rad_n_m(steering: Steering) -> float:
 
 
 def _set_angle_rad(truck: Truck, steering: Steering) -> float:
-    """By which the wheels would have to be turned for the side force that they give without slip."""
+    """Front wheel angle equivalent to the lateral force that the wheels give without slip."""
     return steering.pull_n / steered_stiffness_n_rad(truck, steering)

@@ -1,9 +1,9 @@
-"""What the single-track truck needs of a scenario: its axles as loaded, and what follows from them by (10).
+"""The single-track truck's parameters from a scenario: its loaded axles, and what follows from them by (10).
 
-Each axle's tyres get stiffer with the load on it, by a power (2.3 says: about in proportion). Axles of a group share
-its load by their suspension. A truck with several axles that are not steered turns like one with two axles and another,
-equivalent wheelbase (Winkler [8]): L_e = L (1 + T/L^2 (1 + C_r/C_f)), where T is the mean square of the rear axles'
-distances from their middle, to which dual tyres add. A semitrailer's axles bear on it through the hitch.
+Cornering stiffness grows with axle load by a power (2.3: about in proportion). The axles of a group share its load by
+their suspension. A truck with several unsteered axles turns like a two-axle truck with the equivalent wheelbase
+(Winkler [8]) L_e = L (1 + T/L^2 (1 + C_r/C_f)), where T is the mean square of the rear axles' distances from their
+centre; dual tyres add to T. A semitrailer's axles act through the hitch.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from oncenter.simulate.road_sections import Patches
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.truck_sections import LIFTING_S, Payload, Steering, Trailer, Truck, Tyres
 
-_SPEED_MARGIN = 0.8  # of the critical speed, above which a driver no longer holds an oversteering truck
+_SPEED_MARGIN = 0.8  # of the critical speed; above it the driver cannot control an oversteering truck
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class _Axle:
 
 @dataclass(frozen=True)
 class _Body:
-    """Mass, inertia about its centre of gravity, and where that is behind the first axle, or behind the hitch."""
+    """Mass, inertia about the centre of gravity, and the distance of that behind the first axle or the hitch."""
 
     mass_kg: float
     yaw_inertia_kg_m2: float
@@ -48,7 +48,7 @@ class _Body:
         return self.with_goods(payload.mass_kg, payload.distance_m, payload.length_m)
 
     def with_goods(self, mass_kg: float, distance_m: float, length_m: float) -> _Body:
-        """mass_kg: negative where goods leave."""
+        """mass_kg: negative for goods that are unloaded."""
         mass = self.mass_kg + mass_kg
         behind = (self.mass_kg * self.behind_m + mass_kg * distance_m) / mass
         inertia = self.yaw_inertia_kg_m2 + mass_kg * length_m**2 / 12.0
@@ -63,7 +63,7 @@ def first_axle_distance_m(truck: Truck) -> float:
 
 
 def equivalent_wheelbase_m(truck: Truck, steering: Steering, *, lifted: bool = False) -> float:
-    """Winkler's [8]: what (10) takes for L with any row of axles, dual tyres and semitrailer; tyres near zero slip.
+    """Winkler's equivalent wheelbase [8]: L of (10) for any axles, dual tyres and semitrailer; tyres near zero slip.
 
     Args:
         truck, steering: the steering's compliance softens the front axles.
@@ -81,21 +81,20 @@ def understeer_gradient(truck: Truck, steering: Steering, *, lifted: bool = Fals
 def steered_force_n(
     truck: Truck, steering: Steering, lateral_acceleration_m_s2: float, curvature_1_m: float = 0.0
 ) -> float:
-    """Side force of the steered wheels that goes with a lateral acceleration, without a bend as on a banked road, and
-    with a bend's curvature by itself, which axles behind resist."""
+    """Lateral force of the steered wheels for a lateral acceleration without a bend, as on a banked road, plus that for
+    a curvature alone, against which the rear axles scrub."""
     return float(_stance(truck, steering, False, curvature_1_m, lateral_acceleration_m_s2).steered_force)
 
 
 def steered_stiffness_n_rad(truck: Truck, steering: Steering) -> float:
-    """Side force of all steered wheels per front wheel angle, as loaded, the steering's compliance included."""
+    """Lateral force of all steered wheels per front wheel angle, as loaded, steering compliance included."""
     native = native_truck(truck, steering)
     axles = [native.axles[k] for k in range(truck.front_axle_count)]
     return float(sum(axle.steer_share * lib.sim_axle_stiffness(ffi.addressof(axle)) for axle in axles))
 
 
 def check_holdable(scenario: Scenario) -> None:
-    """Refuses a truck that does not stand on all its axles, and an oversteering one that is to be driven near its
-    critical speed or beyond.
+    """Refuses a truck without load on one of its axles, and an oversteering truck near or above its critical speed.
 
     Raises:
         OncenterError: "scenario_file", exit code 2.
@@ -122,8 +121,8 @@ def _check_drivable(scenario: Scenario, truck: Truck, lifted: bool) -> None:
     if scenario.driver.speed_km_h[1] > _SPEED_MARGIN * critical_km_h:
         raise _refusal(
             scenario.name,
-            f"'truck' oversteers and cannot be held above {critical_km_h:.0f} km/h; lower "
-            "'driver.speed_km_h' or raise 'truck.rear_cornering_stiffness_n_rad'",
+            f"'truck' oversteers and has a critical speed of {critical_km_h:.0f} km/h; reduce 'driver.speed_km_h' or "
+            "increase 'truck.rear_cornering_stiffness_n_rad'",
         )
 
 
@@ -132,13 +131,13 @@ def _check_goods(name: str, truck: Truck) -> None:
     if trailer is None:
         return
     if _goods_place_m(trailer) >= trailer.axles_m:
-        raise _refusal(name, "'truck.load_change' needs goods in front of the trailer's axles")
+        raise _refusal(name, "'truck.load_change' needs the payload in front of the trailer's axles")
     payload_kg = trailer.payload.mass_kg if trailer.payload is not None else 0.0
     if -_goods_kg(truck) > payload_kg:
         raise _refusal(
             name,
-            f"'truck.load_change.load_percent' takes {-_goods_kg(truck):.0f} kg from 'truck.trailer.payload', "
-            f"which has {payload_kg:.0f} kg",
+            f"'truck.load_change.load_percent' removes {-_goods_kg(truck):.0f} kg, but 'truck.trailer.payload' has "
+            f"only {payload_kg:.0f} kg",
         )
 
 
@@ -146,16 +145,16 @@ def _check_stands(name: str, truck: Truck, lifted: bool) -> None:
     if truck.trailer is not None:
         if _trailer_body(truck.trailer).behind_m >= truck.trailer.axles_m:
             raise _refusal(
-                name, "'truck.trailer' has its centre of gravity behind its axles and would tip the hitch up"
+                name, "'truck.trailer' has its centre of gravity behind its axles, so the hitch load is negative"
             )
         if _hitch_load_kg(truck.trailer) < 0.0:
             raise _refusal(name, "'truck.trailer' has its centre of gravity in front of the hitch")
     if min(_group_loads_n(truck, lifted)) <= 0.0:
-        raise _refusal(name, "'truck' does not stand on all its axles; move 'front_axle_distance_m' or 'payload'")
+        raise _refusal(name, "'truck' has an axle without load; change 'front_axle_distance_m' or 'payload'")
 
 
 def axle_lift(truck: Truck, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Share by which the last axle is lifted at each time, 0 to 1: it begins to move at the scenario's times."""
+    """Lift of the last axle at each time, 0 to 1; it starts to move at the scenario's times."""
     knots_s, shares = [-1.0], [0.0]
     for up_s, down_s in truck.lift_axle_up_s:
         knots_s += [up_s, up_s + LIFTING_S, down_s, down_s + LIFTING_S]
@@ -170,7 +169,7 @@ def load_changes(truck: Truck, time_s: npt.NDArray[np.float64]) -> npt.NDArray[n
 
 
 def load_changed(truck: Truck) -> Truck:
-    """The truck from its load change on, whose goods count as mass of its own."""
+    """The truck after its load change, with the goods merged into its own mass."""
     assert truck.load_change is not None
     if truck.trailer is not None:
         return truck.model_copy(update={"load_change": None, "trailer": _reloaded(truck.trailer, truck)})
@@ -190,7 +189,7 @@ def load_changed(truck: Truck) -> Truck:
 
 
 def on_patch(truck: Truck, patches: Patches) -> Truck:
-    """The truck with its tyres as in one of the road's patches."""
+    """The truck with the tyre stiffness of the road patches."""
     front, rear = 1.0 + patches.front_stiffness_percent / 100.0, 1.0 + patches.rear_stiffness_percent / 100.0
     changes: dict[str, Any] = {
         "front_cornering_stiffness_n_rad": truck.front_cornering_stiffness_n_rad * front,
@@ -203,7 +202,7 @@ def on_patch(truck: Truck, patches: Patches) -> Truck:
 
 
 def _reloaded(trailer: Trailer, truck: Truck) -> Trailer:
-    """The trailer with other goods, which count as mass of its own."""
+    """The trailer after the load change, with the goods merged into its own mass."""
     length_m = trailer.payload.length_m if trailer.payload is not None else 0.0
     body = _trailer_body(trailer).with_goods(_goods_kg(truck), _goods_place_m(trailer), length_m)
     by_load = body.mass_kg * body.behind_m / (trailer.mass_kg * trailer.gravity_centre_m)
@@ -217,7 +216,7 @@ def _reloaded(trailer: Trailer, truck: Truck) -> Trailer:
 
 
 def _goods_kg(truck: Truck) -> float:
-    """Goods that come so that the load on the rear axles changes as it says; negative where they leave."""
+    """Mass of goods for the given change of the rear axle load; negative for unloading."""
     assert truck.load_change is not None
     rear_kg = _group_loads_n(truck, False)[1] / STANDARD_GRAVITY * truck.load_change.load_percent / 100.0
     if truck.trailer is None:
@@ -287,7 +286,7 @@ def _native_axle(axle: _Axle, from_m: float, truck: Truck, compliance_rad_n: flo
 
 
 def _frictions(tyres: Tyres | None) -> tuple[float, float]:
-    """Of the truck's steered tyres and a trailer's, and of the truck's others."""
+    """Friction of the truck's steered tyres and a trailer's, and of the truck's other tyres."""
     if tyres is None:
         return 0.0, 0.0
     return tyres.friction, tyres.friction if tyres.rear_friction is None else tyres.rear_friction
@@ -323,7 +322,7 @@ def _hitch_load_kg(trailer: Trailer) -> float:
 
 
 def _axles(truck: Truck, lifted: bool) -> list[_Axle]:
-    """First to last, as loaded."""
+    """Axles from first to last, as loaded."""
     in_front = truck.front_axle_count
     empty = _loads_n(truck, _group_loads_of(truck, truck.mass_kg, truck.mass_kg * truck.front_axle_distance_m, False))
     loads = _loads_n(truck, _group_loads_n(truck, lifted), lifted)
@@ -347,7 +346,7 @@ def _places_m(truck: Truck) -> list[float]:
 
 
 def _steer_share(truck: Truck, k: int) -> float:
-    """The second steered axle points, if not told otherwise, to where the middle of the rear axles lets it turn."""
+    """Steering angle of axle k per angle of the first: by default both point to one turning centre (Ackermann)."""
     if k == 0:
         return 1.0
     if k >= truck.front_axle_count:
@@ -363,7 +362,7 @@ def _rear_middle_m(truck: Truck) -> float:
 
 
 def _load_shares(truck: Truck, lifted: bool) -> list[float]:
-    """Of each axle in its group."""
+    """Load share of each axle in its group."""
     front = [1.0 / truck.front_axle_count] * truck.front_axle_count
     if truck.rear_axle_count == 1:
         return [*front, 1.0]
@@ -376,7 +375,7 @@ def _centre(places_m: Sequence[float], shares: Sequence[float], group: slice) ->
 
 
 def _group_loads_n(truck: Truck, lifted: bool) -> tuple[float, float]:
-    """All front and all rear axles, with payload and what a trailer lays on the hitch."""
+    """Load on all front and on all rear axles, with payload and hitch load."""
     body = _body(truck)
     mass, moment = body.mass_kg, body.mass_kg * body.behind_m
     if truck.trailer is not None:
@@ -400,7 +399,7 @@ def _loads_n(truck: Truck, groups_n: tuple[float, float], lifted: bool = False) 
 
 
 def _trailer_axles(trailer: Trailer, load_exponent: float) -> list[_Axle]:
-    """An even group about `axles_m`."""
+    """Equally loaded axles, centred at `axles_m`."""
     n, body = trailer.axle_count, _trailer_body(trailer)
     empty_kg = trailer.mass_kg * trailer.gravity_centre_m / trailer.axles_m
     carried_kg = body.mass_kg * body.behind_m / trailer.axles_m

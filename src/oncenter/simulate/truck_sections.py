@@ -1,6 +1,6 @@
-"""The `[truck]` and `[steering]` of a scenario file: axles, payload, trailer, and what a steering does beside steering.
+"""The `[truck]` and `[steering]` tables of a scenario file: axles, payload, trailer, and imperfections of the steering.
 
-What a file does not say does not happen: every key beyond a plain 4x2 tractor has a neutral default.
+Every key beyond a plain 4x2 tractor has a neutral default.
 """
 
 from __future__ import annotations
@@ -15,38 +15,40 @@ from oncenter.signals import DEGREE
 from oncenter.simulate.section import NotNegative, Number, Positive, Section, Whole
 from oncenter.steering_ratio import SteeringRatio, near_centre, polynomial_of
 
-LIFTING_S = 4.0  # an axle on its way up or down
+LIFTING_S = 4.0  # duration of lifting or lowering an axle
 
 _Percent = Annotated[Number, Field(ge=-15, le=15)]
 _Mass = Annotated[Number, Field(ge=500, le=100_000)]
 _Stiffness = Annotated[Number, Field(ge=10_000, le=5_000_000)]
 _TrackWidth = Annotated[Number, Field(ge=1, le=3)]
 _GYRATION_MIN_M, _GYRATION_MAX_M = 0.5, 6.0  # radii of gyration that a truck or a trailer can have
-_RELAXATION_MIN_M = 0.05  # shorter, the tyres' lag would be over between two steps of the integration
+_RELAXATION_MIN_M = 0.05  # a shorter tyre lag would be below the integration step
 
 
 def _check_inertia(mass_kg: float, yaw_inertia_kg_m2: float) -> None:
     radius_m = math.sqrt(yaw_inertia_kg_m2 / mass_kg)
     if not _GYRATION_MIN_M <= radius_m <= _GYRATION_MAX_M:
         raise ValueError(
-            f"'yaw_inertia_kg_m2' does not go with 'mass_kg': the radius of gyration must be {_GYRATION_MIN_M:g} to "
+            f"'yaw_inertia_kg_m2' does not fit 'mass_kg': the radius of gyration must be {_GYRATION_MIN_M:g} to "
             f"{_GYRATION_MAX_M:g} m, got {radius_m:.3g}"
         )
 
 
 class Payload(Section):
-    """Goods as an even box."""
+    """Payload as a box of uniform density."""
 
     mass_kg: Annotated[Number, Field(gt=0, le=100_000)]
-    distance_m: Annotated[Number, Field(ge=-5, le=20)]  # its middle behind the truck's first axle, the trailer's hitch
+    distance_m: Annotated[
+        Number, Field(ge=-5, le=20)
+    ]  # of its middle behind the truck's first axle, or the trailer's hitch
     length_m: Annotated[Number, Field(gt=0, le=20)]
 
 
 class Tyres(Section):
-    """What bounds the side force. B of the Magic Formula follows from the axle's stiffness, which is B C D."""
+    """Limits of the lateral force. B of the Magic Formula follows from the axle's stiffness, which is B C D."""
 
     model: Literal["brush", "magic_formula"]
-    friction: Annotated[Number, Field(gt=0, le=2)]  # times the load is the largest side force, the Magic Formula's D
+    friction: Annotated[Number, Field(gt=0, le=2)]  # times the load: the maximum lateral force, D of the Magic Formula
     rear_friction: Annotated[Number, Field(gt=0, le=2)] | None = None  # of the truck's tyres not steered; as `friction`
     C: Annotated[Number, Field(ge=1, le=2)] | None = None  # shape, magic_formula only; trucks some 1.3
     E: Annotated[Number, Field(ge=-10, le=1)] | None = None  # curvature, magic_formula only; trucks some -1
@@ -55,7 +57,7 @@ class Tyres(Section):
     def _has_its_shape(self) -> Tyres:
         for key, value in (("C", self.C), ("E", self.E)):
             if (value is None) != (self.model == "brush"):
-                raise ValueError(f"'{key}' is of the magic_formula, and must be given there")
+                raise ValueError(f"'{key}' must be given exactly if 'model' is \"magic_formula\"")
         return self
 
 
@@ -83,11 +85,13 @@ class Trailer(Section):
 
 
 class LoadChange(Section):
-    """Goods leave or come in a standstill: over the middle of the rear axles, or where the trailer's goods lie."""
+    """Loading or unloading at standstill: above the rear axles, or at the trailer's payload."""
 
     begin_s: NotNegative
-    load_percent: Annotated[Number, Field(ge=-60, le=60)]  # what the load on all rear axles changes by
-    ride_height_steer_deg: Annotated[Number, Field(ge=-20, le=20)] = 0.0  # of the straight-ahead steering wheel angle
+    load_percent: Annotated[Number, Field(ge=-60, le=60)]  # change of the load on all rear axles
+    ride_height_steer_deg: Annotated[Number, Field(ge=-20, le=20)] = (
+        0.0  # change of the straight-ahead steering wheel angle
+    )
 
 
 _FrontAndRearAxles = {"4x2": (1, 1), "6x2": (1, 2), "6x4": (1, 2), "8x4": (2, 2)}
@@ -114,7 +118,7 @@ class Truck(Section):
     dual_tyre_spacing_m: Annotated[Number, Field(ge=0, le=0.6)] = 0.0  # middle to middle; a tag axle has single tyres
     dual_tyre_longitudinal_stiffness_n: NotNegative = 0.0  # of one tyre, N per unit of slip
     stiffness_load_exponent: Annotated[Number, Field(ge=0, le=1)] = 1.0  # 1: stiffness in proportion to load, 2.3
-    roll_deg_m_s2: Annotated[Number, Field(ge=0, le=5)] = 0.0  # how far the body leans in a steady bend
+    roll_deg_m_s2: Annotated[Number, Field(ge=0, le=5)] = 0.0  # body roll in a steady bend
     roll_frequency_hz: Annotated[Number, Field(gt=0, le=5)] = 0.7
     roll_damping: Annotated[Number, Field(gt=0, le=2)] = 0.3  # share of critical
     tyres: Tyres | None = None  # None: linear (4)
@@ -153,7 +157,9 @@ class Truck(Section):
         if self.lift_axle_up_s and self.axle_layout != "6x2":
             raise ValueError(f"'lift_axle_up_s' needs axle_layout 6x2, got {self.axle_layout}")
         if any(after - before < LIFTING_S for before, after in pairwise(sum(self.lift_axle_up_s, ()))):
-            raise ValueError(f"'lift_axle_up_s' must ascend by at least {LIFTING_S:g} s, which a way up or down takes")
+            raise ValueError(
+                f"'lift_axle_up_s' must ascend by at least {LIFTING_S:g} s, the time for lifting or lowering"
+            )
         if self.lift_axle_up_s and self.load_change is not None:
             raise ValueError("'load_change' and 'lift_axle_up_s' cannot be given together")
         return self
@@ -161,9 +167,9 @@ class Truck(Section):
     @model_validator(mode="after")
     def _has_tyres_of_one_kind(self) -> Truck:
         if (self.dual_tyre_spacing_m > 0) != (self.dual_tyre_longitudinal_stiffness_n > 0):
-            raise ValueError("'dual_tyre_spacing_m' and 'dual_tyre_longitudinal_stiffness_n' go together")
+            raise ValueError("'dual_tyre_spacing_m' and 'dual_tyre_longitudinal_stiffness_n' must be given together")
         if self.tyres is not None and self.relaxation_length_m <= 0:
-            raise ValueError("'relaxation_length_m' must be positive where 'tyres' saturate, got 0")
+            raise ValueError("'relaxation_length_m' must be positive with 'tyres', got 0")
         if 0.0 < self.relaxation_length_m < _RELAXATION_MIN_M:
             raise ValueError(
                 f"'relaxation_length_m' must be 0 or at least {_RELAXATION_MIN_M:g}, got {self.relaxation_length_m:g}"
@@ -171,57 +177,61 @@ class Truck(Section):
         return self
 
 
-_PLAY_AT_THE_WHEELS_MAX_DEG = 2.0  # beyond it nobody keeps a lane
+_PLAY_AT_THE_WHEELS_MAX_DEG = 2.0  # with more, the driver cannot keep the lane
 _Compliance = Annotated[Number, Field(ge=0, le=10)]
 _PullForce = Annotated[Number, Field(ge=-20_000, le=20_000)]
 _MomentPerAcceleration = Annotated[Number, Field(ge=-1000, le=1000)]
 
 
 class OverlayMotor(Section):
-    """A motor at the gear that keeps the lane or steers dynamically, behind some lash in the column."""
+    """A motor at the gear for lane keeping or dynamic steering, with lash between it and the steering wheel."""
 
     lash_deg: Annotated[Number, Field(ge=0, le=20)]  # full width, between steering wheel and gear
-    carries_s: tuple[tuple[NotNegative, NotNegative], ...] = ()  # times from and until which the motor steers
+    carries_s: tuple[tuple[NotNegative, NotNegative], ...] = ()  # [begin, end] of the times when the motor steers
 
     @model_validator(mode="after")
     def _carries_in_order(self) -> OverlayMotor:
         if any(after <= before for before, after in pairwise(sum(self.carries_s, ()))):
-            raise ValueError("'carries_s' must be times from and until, ascending")
+            raise ValueError("'carries_s' must be [begin, end] pairs, ascending")
         return self
 
 
 class Steering(Section):
-    """Moments are about the king pins, of both wheels together; whatever pulls does so to the left where positive."""
+    """Moments are about the king pins, both wheels together; pulls are positive to the left."""
 
     # a number; or a polynomial's coefficients from the steering wheel angle to the front wheel angle, both in rad,
     # lowest power first
     steering_ratio: SteeringRatio
     backlash_deg: Annotated[Number, Field(ge=0, le=20)]  # full width of the play, at the steering wheel
-    king_pin_friction_n_m: NotNegative  # what the aligning moment must beat to carry the wheels through the play
-    trail_m: Annotated[Number, Field(ge=0, le=0.5)]  # side force times trail is the aligning moment
-    creep_deg_s_n_m: NotNegative  # how fast the wheels go through the play: deg/s per N m beyond friction
+    king_pin_friction_n_m: NotNegative  # the aligning moment must exceed it to move the wheels through the play
+    trail_m: Annotated[Number, Field(ge=0, le=0.5)]  # lateral force times trail is the aligning moment
+    creep_deg_s_n_m: NotNegative  # speed of the wheels through the play: deg/s per N m above friction
     compliance_deg_kn_m: _Compliance  # of the front wheels, column and linkages together, under a moment
     windup_deg: Annotated[Number, Field(ge=0, le=5)] = 0.0  # of the column against friction, to either side
-    active_return_1_s: Annotated[Number, Field(ge=0, le=10)] = 0.0  # how fast a motor takes the wind-up back to centre
-    pull_n_m: Annotated[Number, Field(ge=-2000, le=2000)] = 0.0  # moment of a wrong alignment, always there
-    pull_n: _PullForce = 0.0  # side force of a wrong alignment (toe, camber) that the steered wheels give without slip
-    unloads_on_crown_percent: _Percent = 0.0  # crown on which the axle is set up to have no moment
+    active_return_1_s: Annotated[Number, Field(ge=0, le=10)] = (
+        0.0  # rate at which a motor returns the wind-up to centre
+    )
+    pull_n_m: Annotated[Number, Field(ge=-2000, le=2000)] = 0.0  # constant moment of a misalignment
+    pull_n: _PullForce = 0.0  # lateral force of a misalignment (toe, camber) at zero slip
+    unloads_on_crown_percent: _Percent = 0.0  # road crown for which the axle is adjusted to zero moment
     brake_pull_n_m_per_m_s2: _MomentPerAcceleration = 0.0  # moment per deceleration
     torque_steer_n_m_per_m_s2: _MomentPerAcceleration = 0.0  # moment per acceleration
     ratio_right_error_percent: Annotated[Number, Field(ge=-10, le=10)] = 0.0  # of the ratio in right turns
     universal_joint_ripple_deg: Annotated[Number, Field(ge=0, le=5)] = 0.0  # amplitude, twice a turn of the gear
-    universal_joint_phase_deg: Annotated[Number, Field(ge=-180, le=180)] = 0.0  # where it rises through its middle
-    torsion_bar_twist_deg: Annotated[Number, Field(ge=0, le=10)] = 0.0  # the steering wheel's lead at a large moment
+    universal_joint_phase_deg: Annotated[Number, Field(ge=-180, le=180)] = 0.0  # gear angle of its rising zero
+    torsion_bar_twist_deg: Annotated[Number, Field(ge=0, le=10)] = (
+        0.0  # maximum lead of the steering wheel, at a large moment
+    )
     torsion_bar_half_moment_n_m: Annotated[Number, Field(ge=5, le=5000)] | None = None  # about the king pins
     brake_steer_deg_m_s2: Annotated[Number, Field(ge=-1, le=1)] = 0.0  # of the front wheels per deceleration
     roll_steer_deg_deg: Annotated[Number, Field(ge=-0.5, le=0.5)] = 0.0  # of the front wheels per body roll
-    bump_steer_sd_deg: Annotated[Number, Field(ge=0, le=1)] = 0.0  # of the front wheels, by the springs' travel
-    bump_steer_time_s: Annotated[Number, Field(ge=0.02, le=60)] = 0.3  # how long that resembles itself
+    bump_steer_sd_deg: Annotated[Number, Field(ge=0, le=1)] = 0.0  # of the front wheels, by spring travel
+    bump_steer_time_s: Annotated[Number, Field(ge=0.02, le=60)] = 0.3  # its correlation time
     overlay_motor: OverlayMotor | None = None
-    # of the moment that turns the wheels over the hands' part of it: with 10, some 2 N m at the steering wheel hold
-    # 1 m/s^2 on the thesis's truck; ours: 1 to 3 N m are usual on centre
+    # Ratio of the whole moment to the driver's part of it. With 10, about 2 N m at the steering wheel hold 1 m/s^2 with
+    # the thesis's truck. Assumed: 1 to 3 N m are usual on centre.
     assistance: Annotated[Number, Field(ge=1, le=100)] = 10.0
-    column_friction_n_m: Annotated[Number, Field(ge=0, le=5)] = 0.3  # at the steering wheel; ours
+    column_friction_n_m: Annotated[Number, Field(ge=0, le=5)] = 0.3  # at the steering wheel; assumed
 
     @property
     def ratio_polynomial(self) -> tuple[float, ...]:
@@ -229,7 +239,7 @@ class Steering(Section):
 
     @property
     def ratio_near_centre(self) -> float:
-        """In left turns, with the universal joints' ripple."""
+        """In left turns, including the ripple of the universal joints."""
         ripple_rad = self.universal_joint_ripple_deg * DEGREE
         slope = 1.0 + 2.0 * ripple_rad * math.cos(2.0 * self.universal_joint_phase_deg * DEGREE)
         return near_centre(self.steering_ratio) / slope
@@ -250,7 +260,7 @@ class Steering(Section):
     @model_validator(mode="after")
     def _has_a_torsion_bar_or_none(self) -> Steering:
         if (self.torsion_bar_twist_deg > 0.0) != (self.torsion_bar_half_moment_n_m is not None):
-            raise ValueError("'torsion_bar_twist_deg' and 'torsion_bar_half_moment_n_m' go together")
+            raise ValueError("'torsion_bar_twist_deg' and 'torsion_bar_half_moment_n_m' must be given together")
         return self
 
     @model_validator(mode="after")

@@ -1,4 +1,4 @@
-"""What was true in a simulated drive, and the two files that say so."""
+"""The true values of a simulated drive, and the two files that contain them."""
 
 from __future__ import annotations
 
@@ -57,48 +57,46 @@ _UNITS_IN_FILES = {
 
 @dataclass(frozen=True)
 class Truth:
-    """What an estimator would have to find.
+    """The true values that an estimator should find.
 
     Attributes:
         scenario: its name.
-        seed: of its chances.
-        offset_rad: of the steering wheel angle sensor at the drive's end: measured less offset is true, but for whole
-            turns where the sensor is relative.
+        seed: of its random numbers.
+        offset_rad: of the steering wheel angle sensor at the end of the drive: measured less true angle, without the
+            whole turns of a relative sensor.
         understeer_gradient: K_us/g of (10) at the road wheel, compliance and roll steer included, rad/(m/s^2).
-        equivalent_wheelbase_m: L of (10), Winkler's; the wheelbase where two axles with single tyres are all.
-        lifted_understeer_gradient: K_us/g while the lift axle is up, rad/(m/s^2); None where it never is.
-        lifted_equivalent_wheelbase_m: L of (10) while the lift axle is up; None where it never is.
+        equivalent_wheelbase_m: L of (10), Winkler's; equal to the wheelbase for two axles with single tyres.
+        lifted_understeer_gradient: K_us/g while the lift axle is up, rad/(m/s^2); None if it never is.
+        lifted_equivalent_wheelbase_m: L of (10) while the lift axle is up; None if it never is.
         load_changed_understeer_gradient: K_us/g after the load change, rad/(m/s^2); None without one.
         load_changed_equivalent_wheelbase_m: L of (10) after the load change; None without one.
-        patch_understeer_gradient: K_us/g in the road's patches, as the truck began, rad/(m/s^2); None without them.
-        steering_ratio: near the centre, in left turns where right turns have another.
+        patch_understeer_gradient: K_us/g on road patches, with the initial load, rad/(m/s^2); None without patches.
+        steering_ratio: near the centre, in left turns.
         backlash_rad: full width of the play at the steering wheel while the driver steers: of the gear and, with an
-            overlay motor, of the column's lash.
-        windup_rad: full width of the column's wind-up against friction, which looks like play.
-        torsion_bar_rad: full width of the torsion bar's twist, which looks like play where its half moment is small.
-        unloading_acceleration_m_s2: lateral acceleration at which no moment is left at the king pins; NaN where there
-            is none.
-        straight_ahead_rad: true steering wheel angle that drives straight without lateral acceleration, at the middle
-            of play and wind-up, at the drive's end: 0 but for wheel alignment and a load change's ride height. The
-            sensor then reads this and `offset_rad`.
-        yaw_rate_bias_rad_s: of the yaw rate sensor at the drive's end.
-        lateral_acceleration_bias_m_s2: of the accelerometer at the drive's end.
-        faults: all that was wrong with the sensors, in order of time.
-        table: one row a tick at 100 Hz, units as the columns say: `time_s`, `steering_wheel_angle_rad` (at the wheel,
-            without offset), `place_in_play` (-1 to 1), `front_wheel_angle_rad` (as the steering sets the wheels,
-            without what gives way under side force), the motion of the centre of gravity without any sensor, and the
-            road (`road_cross_slope` is the sine of the bank, positive where the road falls to the right). The path of
-            the centre of gravity from where it began (`east_m`, `north_m`), where the truck points (`heading_rad`,
-            counter-clockwise from east, whole turns added up) and the wind's push (`wind_side_force_n`, left
-            positive). `lateral_error_m` is NaN where there is no lane. What the sensors added at every tick:
+            overlay motor, of the lash in the column.
+        windup_rad: full width of the column's elastic wind-up against friction, which looks like play.
+        torsion_bar_rad: full width of the torsion bar's twist, which looks like play if its half moment is small.
+        unloading_acceleration_m_s2: neutral lateral acceleration, with zero king-pin moment; NaN without one.
+        straight_ahead_rad: true steering wheel angle for driving straight without lateral acceleration, at mid-play and
+            without wind-up, at the end of the drive: 0, except for wheel alignment and the ride height after a load
+            change. The sensor then reads this plus `offset_rad`.
+        yaw_rate_bias_rad_s: of the yaw rate sensor at the end of the drive.
+        lateral_acceleration_bias_m_s2: of the accelerometer at the end of the drive.
+        faults: all sensor faults, in order of time.
+        table: one row per tick at 100 Hz, units in the column names: `time_s`, `steering_wheel_angle_rad` (without
+            offset), `place_in_play` (-1 to 1), `front_wheel_angle_rad` (set by the steering, without compliance under
+            lateral force), the true motion of the centre of gravity, and the road (`road_cross_slope` is the sine of
+            the bank, positive for a road that falls to the right). Further columns: the path of the centre of gravity
+            from the start (`east_m`, `north_m`), `heading_rad` (counter-clockwise from east, not wrapped),
+            `wind_side_force_n` (left positive), `lateral_error_m` (NaN without a lane). Sensor errors at every tick:
             `steering_wheel_angle_offset_rad` (whole turns included), `yaw_rate_bias_rad_s`,
-            `lateral_acceleration_bias_m_s2` and `longitudinal_acceleration_bias_m_s2`. An ideal accelerometer on the
-            leaning body feels `felt_lateral_acceleration_m_s2`; `roll_rad` is positive with the right side down.
-            `place_in_windup` is -1 to 1, `articulation_rad` the truck's heading less the trailer's, `axle_lift` 0 while
-            the last axle is down and 1 while it is up. With an overlay motor, `place_in_lash` is -1 to 1 and
-            `motor_carries` 1 while the motor steers. With a load change, `load_change` is 1 from then on and
-            `straight_ahead_rad` the straight-ahead angle at every tick. With patches, `road_patch` is 1 in them.
-            With a torque sensor, `hand_torque_nm` is what the driver applies, left positive.
+            `lateral_acceleration_bias_m_s2`, `longitudinal_acceleration_bias_m_s2`. An ideal accelerometer on the
+            rolling body measures `felt_lateral_acceleration_m_s2`; `roll_rad` is positive with the right side down.
+            `place_in_windup` is -1 to 1, `articulation_rad` the truck's heading less the trailer's, `axle_lift` 0 with
+            the last axle down and 1 with it up. With an overlay motor, `place_in_lash` is -1 to 1 and `motor_carries` 1
+            while the motor steers. With a load change, `load_change` is 1 from then on and `straight_ahead_rad` is the
+            straight-ahead angle at every tick. With patches, `road_patch` is 1 on them. With a torque sensor,
+            `hand_torque_nm` is the driver's torque, left positive.
     """
 
     scenario: str
@@ -166,7 +164,7 @@ def _true_columns(scenario: Scenario, rows: npt.NDArray[np.void]) -> dict[str, n
 
 
 def write_truth(truth: Truth, table: Path, summary: Path) -> None:
-    """Writes the truth's table as Parquet, and the rest as TOML with its angles in degrees.
+    """Writes the table as Parquet, and the other values as TOML with angles in degrees.
 
     Raises:
         OncenterError: "output", exit code 2: one of them cannot be written.

@@ -1,4 +1,4 @@
-"""What the wind needs of a scenario."""
+"""The wind's parameters from a scenario."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ AIR_DENSITY_KG_M3 = 1.225  # ISO 2533, at sea level and 15 degrees Celsius
 
 
 def native_wind(wind: Wind, tick_s: float) -> Any:
-    """The wind as a `sim_wind`: a compass direction becomes an angle counter-clockwise from east."""
+    """The wind as a `sim_wind`; converts a compass direction to an angle counter-clockwise from east."""
     return ffi.new(
         "sim_wind *",
         {

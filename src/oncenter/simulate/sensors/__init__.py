@@ -1,4 +1,4 @@
-"""What the truck's sensors make of what is true: Table 1's resolution, range, bias and noise, and their faults."""
+"""Simulates the sensors: resolution, range, bias and noise (Table 1), and faults."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Sensed:
     """A drive as its sensors report it.
 
     Attributes:
-        signals: at `RATE_HZ`, NaN where a sensor says nothing.
-        speed_over_ground_m_s: as a GNSS receiver says it; None without one.
-        faults: all that was wrong, in order of time.
-        offset_rad: of the steering wheel angle at the drive's end, without the whole turns of a relative sensor.
-        courses: what was added to a reading at every tick, by truth's column.
+        signals: at `RATE_HZ`, NaN where a sensor gives no value.
+        speed_over_ground_m_s: from a GNSS receiver; None without one.
+        faults: all sensor faults, in order of time.
+        offset_rad: of the steering wheel angle at the end of the drive, without the whole turns of a relative sensor.
+        courses: sensor errors at every tick, by column of the truth.
     """
 
     signals: Signals
@@ -46,15 +46,15 @@ class Sensed:
 def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Generator) -> Sensed:
     """The drive as its sensors report it.
 
-    The white noise of Table 1's sensors is drawn from `random`, always all of it and in this order; whatever else has
-    chances draws from a child of its own name.
+    The white noise of Table 1's sensors is always drawn completely, in this order, from `random`. Every other random
+    effect draws from a child generator with its own name.
     """
     sensors = scenario.sensors
     columns: dict[str, Array] = {}
     faults: list[Fault] = []
 
     def take(signal: str, read: Array, sensor: Sensor, own: list[Fault]) -> None:
-        """A signal as it comes through what its sensor's section says, and what was wrong with it."""
+        """Adds a signal after the faults of its sensor, and those faults."""
         silent = silences(signal, sensor, len(rows), random)
         faults.extend([*own, *delays(signal, sensor, len(rows)), *silent])
         columns[signal] = silenced(read, [*own, *silent])
@@ -99,7 +99,7 @@ def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Gene
 def _take_wheels(
     columns: dict[str, Array], rows: npt.NDArray[np.void], scenario: Scenario, random: np.random.Generator
 ) -> list[Fault]:
-    """The four wheels' speeds into the columns; what was wrong with them."""
+    """Adds the four wheel speeds to the columns; returns their faults."""
     sensor = scenario.sensors.wheel_speed
     wheels, faults = sense_wheel_speeds(scenario.truck, rows, sensor, scenario.sensors.speed, random)
     silent = silences("wheel_speed", sensor, len(rows), random)
@@ -110,7 +110,7 @@ def _take_wheels(
 def _take_gnss(
     columns: dict[str, Array], rows: npt.NDArray[np.void], gnss: Gnss | None, random: np.random.Generator
 ) -> tuple[Array | None, list[Fault]]:
-    """A receiver's signals into the columns; the true speed over ground while it receives, and when it does not."""
+    """Adds a receiver's signals to the columns; returns its speed over ground and its faults."""
     if gnss is None:
         return None, []
     received, over_ground = sense_gnss(rows, gnss, random)

@@ -1,4 +1,4 @@
-"""The steering wheel angle sensor: its offset, which may change, its whole turns and its hysteresis."""
+"""The steering wheel angle sensor: offset (which may change), whole turns, hysteresis."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TURN_DEG = 360.0
 def sense_angle(
     true_rad: Array, sensor: SteeringWheelAngleSensor, random: np.random.Generator
 ) -> tuple[Array, Array, Array, list[Fault]]:
-    """The angle as read, its offset without and its offset with whole turns, all rad, and what was wrong."""
+    """The measured angle, its offset without and with whole turns, all rad, and the faults."""
     offset_deg, faults = _offset(sensor, len(true_rad))
     turns_deg, of_turns = _whole_turns(sensor.relative, len(true_rad))
     played_deg = delayed(_with_hysteresis(true_rad / DEGREE, sensor.hysteresis_deg), sensor)
@@ -32,7 +32,7 @@ def sense_angle(
 
 
 def _offset(sensor: SteeringWheelAngleSensor, count: int) -> tuple[Array, list[Fault]]:
-    """deg, at every tick, without whole turns."""
+    """Offset in deg at every tick, without whole turns, and its faults."""
     offset = np.full(count, sensor.offset_deg)
     faults = lasting(SIGNAL, "offset", sensor.offset_deg * DEGREE, "rad", count)
     for remount in sensor.remounts:
@@ -48,7 +48,7 @@ def _offset(sensor: SteeringWheelAngleSensor, count: int) -> tuple[Array, list[F
 
 
 def _whole_turns(relative: RelativeAngle | None, count: int) -> tuple[Array, list[Fault]]:
-    """deg, at every tick, and the silences after ignition."""
+    """Whole turns in deg at every tick, and their faults, with the gaps after ignition."""
     turns = np.zeros(count)
     if relative is None:
         return turns, []
@@ -68,7 +68,7 @@ def _whole_turns(relative: RelativeAngle | None, count: int) -> tuple[Array, lis
 
 
 def _with_hysteresis(true_deg: Array, width_deg: float) -> Array:
-    """The sensor's wheel follows the column's only once its play is used up: +-half the width behind."""
+    """The sensor's gear follows the column only beyond its own play, half the width to either side."""
     if width_deg == 0.0:
         return true_deg
     half = width_deg / 2.0

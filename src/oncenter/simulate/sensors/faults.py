@@ -1,4 +1,4 @@
-"""What was wrong with a sensor, written down; and the ways in which any sensor falls silent or sticks."""
+"""Sensor faults: their record, and the gaps, failures and stuck values of any sensor."""
 
 from __future__ import annotations
 
@@ -15,17 +15,16 @@ from oncenter.simulate.sensors.reading import Array, ticks
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that a sensor said and was not so, or did not say.
+    """A sensor fault: a wrong value, or no value.
 
     Attributes:
-        signal: by its name without unit; "wheel_speed" and "gnss" for all that these say.
+        signal: name without unit; "wheel_speed" and "gnss" for all their signals.
         kind: "offset", "remount", "self_correction", "whole_turns", "hysteresis", "bias", "drift", "random_walk",
             "warm_up", "bank_shift", "tilt", "turned", "ahead_of_gravity_centre", "roll_share", "scale_error",
             "scale_warm_up", "radius_error", "radius_warm_up", "load_transfer", "repeats", "latency", "filter", "hold",
             "stuck", "not_available", "error", "zero_error".
-        begin_s, end_s: since the drive began; to the drive's end for what lasts.
-        size: what it adds to the reading, at its largest, in `unit`; a share of the reading where the unit is "1"; None
-            for what has no size.
+        begin_s, end_s: since the start of the drive; a lasting fault ends with the drive.
+        size: maximum addition to the reading in `unit`; a share of the reading for unit "1"; None without a size.
         unit: "rad", "rad_s", "m_s2", "n_m" or "1".
     """
 
@@ -38,20 +37,20 @@ class Fault:
 
 
 def lasting(signal: str, kind: str, added: Array | float, unit: str, count: int, begin_s: float = 0.0) -> list[Fault]:
-    """One fault from `begin_s` to the end of `count` ticks; none where nothing is ever added."""
+    """One fault from `begin_s` to the end of `count` ticks; none if nothing is ever added."""
     course = np.atleast_1d(added)
     size = float(course[np.argmax(np.abs(course))])
     return [Fault(signal, kind, begin_s, count / RATE_HZ, size, unit)] if size != 0.0 else []
 
 
 def delays(signal: str, sensor: Sensor, count: int) -> list[Fault]:
-    """How the sensor is late, as its section says."""
+    """The sensor's delays."""
     late = {"latency": sensor.latency_s, "filter": sensor.filter_time_s, "hold": sensor.hold_s}
     return [Fault(signal, kind, 0.0, count / RATE_HZ) for kind, time_s in late.items() if time_s > 0.0]
 
 
 def silences(signal: str, sensor: Sensor, count: int, random: np.random.Generator) -> list[Fault]:
-    """When the sensor sticks, fails and drops out, as its section and the chances of this signal say."""
+    """The times at which the sensor is stuck, fails, or drops out at random."""
     end_s = count / RATE_HZ
     faults = [Fault(signal, "stuck", s.begin_s, _end(s.begin_s, s.length_s, end_s)) for s in sensor.stuck]
     faults += [Fault(signal, f.says, f.begin_s, _end(f.begin_s, f.length_s, end_s)) for f in sensor.failures]
@@ -65,7 +64,7 @@ def silences(signal: str, sensor: Sensor, count: int, random: np.random.Generato
 
 
 def silenced(values: Array, faults: list[Fault]) -> Array:
-    """The values as they come through: stuck where stuck, NaN where there is none."""
+    """The values with stuck parts held, and NaN in gaps."""
     result = values.copy()
     for fault in faults:
         when = ticks(fault.begin_s, fault.end_s - fault.begin_s)

@@ -1,4 +1,4 @@
-"""A satellite receiver with inertial sensors, as the thesis's RT3040 (chapter 3): position, heading, speed."""
+"""A GNSS receiver with inertial sensors, as the thesis's RT3040 (chapter 3): position, heading, speed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Yaw rate sensor and accelerometers: a bias that drifts, wanders, settles as the sensor warms up, and jumps (2.5)."""
+"""Yaw rate sensor and accelerometers: a bias with drift, random walk, warm-up and steps (2.5)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _PERCENT = 0.01
 
 @dataclass(frozen=True)
 class _Bias:
-    """In the sensor's own unit, which is `si` of `unit`."""
+    """In the sensor's own unit; times `si` it is in `unit`."""
 
     signal: str
     constants: Mapping[str, float]  # by kind
@@ -29,7 +29,7 @@ class _Bias:
     random_walk_sd_min: float
     warm_up: float
     warm_up_time_min: float
-    steps: tuple[tuple[float, float], ...]  # when, s, and by how much
+    steps: tuple[tuple[float, float], ...]  # time in s, and size
     unit: str
     si: float
 
@@ -37,7 +37,7 @@ class _Bias:
 def sense_yaw_rate(
     rows: npt.NDArray[np.void], sensor: YawRateSensor, random: np.random.Generator
 ) -> tuple[Array, Array, list[Fault]]:
-    """The yaw rate as read and its bias, rad/s, and what was wrong."""
+    """The measured yaw rate and its bias, rad/s, and the faults."""
     bias_deg_s, faults = _course(
         _Bias(
             "yaw_rate",
@@ -70,7 +70,7 @@ def sense_yaw_rate(
 
 
 def _scale(sensor: YawRateSensor, count: int) -> tuple[Array, list[Fault]]:
-    """How many times the true yaw rate the gyro measures at every tick: its temperature changes that."""
+    """Scale factor of the gyro at every tick, which changes with temperature, and its faults."""
     minutes = np.arange(count) / RATE_HZ / 60.0
     error = sensor.scale_error_percent * _PERCENT
     cold = sensor.scale_warm_up_percent * _PERCENT * warming(minutes, sensor.warm_up_time_min)
@@ -81,7 +81,7 @@ def _scale(sensor: YawRateSensor, count: int) -> tuple[Array, list[Fault]]:
 def sense_lateral_acceleration(
     rows: npt.NDArray[np.void], sensor: LateralAccelerometer, random: np.random.Generator
 ) -> tuple[Array, Array, list[Fault]]:
-    """The lateral acceleration as read and its bias, m/s^2, and what was wrong: where the sensor is mounted, too."""
+    """The measured lateral acceleration and its bias, m/s^2, and the faults, including those of the mounting."""
     felt = rows["felt_lateral_acceleration"]
     added = {}
     if sensor.roll_share < 1.0:
@@ -100,7 +100,7 @@ def sense_lateral_acceleration(
 def sense_acceleration(
     signal: str, true_m_s2: Array, sensor: Accelerometer, random: np.random.Generator
 ) -> tuple[Array, Array, list[Fault]]:
-    """The acceleration as read and its bias, m/s^2, and what was wrong."""
+    """The measured acceleration and its bias, m/s^2, and the faults."""
     bias, faults = _course(
         _Bias(
             signal,
@@ -123,7 +123,7 @@ def sense_acceleration(
 
 
 def _course(bias: _Bias, count: int, random: np.random.Generator) -> tuple[Array, list[Fault]]:
-    """The bias at every tick, and what it is made of."""
+    """The bias at every tick, and its parts as faults."""
     minutes = np.arange(count) / RATE_HZ / 60.0
     parts = {kind: np.full(count, constant) for kind, constant in bias.constants.items()}
     if bias.drift_1_min != 0.0:

@@ -1,4 +1,4 @@
-"""What every sensor does with a true value: age, low pass, noise, range, steps, hold, and errors that fade."""
+"""From a true value to a reading: latency, low pass, noise, range, resolution, hold, correlated errors."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ _ROUNDING = 1e-9  # of a quotient or product that is a whole number
 
 
 def delayed(true: Array, sensor: Sensor) -> Array:
-    """The true value as old as the sensor's latency, and smoothed by its low pass.
+    """The true value after the sensor's latency and low pass.
 
-    Before the drive the value was what it is at the first tick.
+    Before the drive the value is that of the first tick.
     """
     return low_passed(aged(true, sensor.latency_s), sensor.filter_time_s)
 
 
 def aged(values: Array, latency_s: float) -> Array:
-    """The values of `latency_s` ago, on straight lines between ticks."""
+    """The values `latency_s` earlier, linear between ticks."""
     if latency_s == 0.0:
         return values
     time = np.arange(len(values)) / RATE_HZ
@@ -33,7 +33,7 @@ def aged(values: Array, latency_s: float) -> Array:
 
 
 def low_passed(values: Array, time_s: float) -> Array:
-    """First order, exact for values that go on straight lines between ticks: a ramp lags by `time_s`."""
+    """First-order low pass, exact for values that are linear between ticks: a ramp lags by `time_s`."""
     if time_s == 0.0:
         return values
     tick = 1.0 / (RATE_HZ * time_s)
@@ -54,20 +54,20 @@ def held(read: Array, hold_s: float) -> Array:
 
 
 def reading(value: Array, random: np.random.Generator, noise_sd: float, resolution: float, range_: float) -> Array:
-    """Noisy, within the range, in whole steps of the resolution (0: no steps); all in one unit."""
+    """Adds noise, clips to the range, rounds to the resolution (0: no rounding); all in one unit."""
     noisy = np.clip(value + noise_sd * random.standard_normal(len(value)), -range_, range_)
     return np.round(noisy / resolution) * resolution if resolution > 0.0 else noisy
 
 
 def warming(minutes: Array, time_min: float) -> Array:
-    """The share of a warm-up that is still to come: 5 % after its time."""
+    """The remaining share of a warm-up: 5 % after `time_min`."""
     return np.exp(-_SETTLED * minutes / time_min)
 
 
 def fading(count: int, random: np.random.Generator, sd: float, time_s: float) -> Array:
-    """An error whose correlation falls to 1/e in `time_s` (Gauss-Markov, first order).
+    """A first-order Gauss-Markov error, whose correlation falls to 1/e in `time_s`.
 
-    Drawn at most ten times per correlation time and joined by straight lines: a receiver's errors are smooth.
+    Drawn at most ten times per correlation time and interpolated linearly: a receiver's errors are smooth.
     """
     step_s = max(time_s / 10.0, 1.0 / RATE_HZ)
     keep = np.exp(-step_s / time_s)
@@ -81,6 +81,6 @@ def fading(count: int, random: np.random.Generator, sd: float, time_s: float) ->
 
 
 def ticks(begin_s: float, length_s: float | None) -> slice:
-    """The ticks of a time, to the drive's end where there is no length."""
+    """The ticks of an interval; to the end of the drive without a length."""
     begin = round(begin_s * RATE_HZ)
     return slice(begin, None if length_s is None else begin + round(length_s * RATE_HZ))

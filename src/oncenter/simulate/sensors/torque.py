@@ -1,4 +1,4 @@
-"""Steering wheel torque sensor: what the driver applies, and a zero error."""
+"""Steering wheel torque sensor: the driver's torque plus a zero error."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from oncenter.simulate.sensors.reading import Array, delayed, held, reading
 def sense_torque(
     rows: npt.NDArray[np.void], sensor: SteeringWheelTorqueSensor, random: np.random.Generator
 ) -> tuple[Array, list[Fault]]:
-    """The torque as read, N m, left positive, and what was wrong."""
+    """The measured torque, N m, left positive, and the faults."""
     chances = named_chances(random, "steering_wheel_torque")
     there = delayed(rows["hand_torque"], sensor) + sensor.zero_error_n_m
     read = reading(there, chances, sensor.noise_sd_n_m, sensor.resolution_n_m, sensor.range_n_m)

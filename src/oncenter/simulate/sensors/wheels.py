@@ -1,4 +1,4 @@
-"""Vehicle and wheel speeds: what passes under each wheel, and what its control unit makes of the wheel's turning."""
+"""Vehicle speed and wheel speeds: the true speed at each wheel, and the reading of the control unit."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from oncenter.simulate.truck_sections import Truck
 
 CORNERS = ("front_left", "front_right", "rear_left", "rear_right")
 _PERCENT = 0.01
-_TICKS_A_FRAME = round(0.02 * RATE_HZ)  # HRW comes every 20 ms
+_TICKS_A_FRAME = round(0.02 * RATE_HZ)  # HRW is sent every 20 ms
 
 
 def sense_vehicle_speed(true_m_s: Array, sensor: SpeedSensor, random: np.random.Generator) -> tuple[Array, list[Fault]]:
-    """The vehicle's speed as read, m/s, and what was wrong."""
+    """The measured vehicle speed, m/s, and its faults."""
     scale = sensor.scale_error_percent * _PERCENT
     faults = lasting("vehicle_speed", "scale_error", scale, "1", len(true_m_s))
     return _rolling(true_m_s * (1.0 + scale), sensor, random, sensor.noise_sd_m_s, sensor.resolution_m_s), faults
@@ -32,9 +32,9 @@ def sense_wheel_speeds(
     as_fine_as: SpeedSensor,
     random: np.random.Generator,
 ) -> tuple[dict[str, Array], list[Fault]]:
-    """The wheels' speeds as read, m/s by signal name, and what was wrong with them.
+    """The measured wheel speeds, m/s by signal name, and their faults.
 
-    Their noise and resolution are those of `as_fine_as` where their own section gives none.
+    Noise and resolution come from `as_fine_as` if their own section gives none.
     """
     noise_sd = as_fine_as.noise_sd_m_s if sensor.noise_sd_m_s is None else sensor.noise_sd_m_s
     resolution = as_fine_as.resolution_m_s if sensor.resolution_m_s is None else sensor.resolution_m_s
@@ -48,12 +48,12 @@ def sense_wheel_speeds(
         corner = name.removeprefix("wheel_speed_")
         larger, of_radius = _radius_factor(name, corner, sensor, len(rows))
         faults += of_radius
-        said = speed * (1.0 + scale) / larger
-        if sensor.load_transfer_percent_m_s2 > 0.0:  # the load goes to the right in a left turn and flattens its tyres
-            said = said / (1.0 + shares if corner.endswith("left") else 1.0 - shares)
+        measured = speed * (1.0 + scale) / larger
+        if sensor.load_transfer_percent_m_s2 > 0.0:  # a left turn loads the right tyres, whose radius decreases
+            measured = measured / (1.0 + shares if corner.endswith("left") else 1.0 - shares)
         if sensor.pulses_per_turn > 0:
-            said = _by_pulses(said, sensor)
-        columns[name] = _rolling(said, sensor, random, noise_sd, resolution)
+            measured = _by_pulses(measured, sensor)
+        columns[name] = _rolling(measured, sensor, random, noise_sd, resolution)
     if sensor.repeat_share > 0.0:
         faults.append(Fault("wheel_speed", "repeats", 0.0, len(rows) / RATE_HZ))
         sent = _sent_at(len(rows), sensor.repeat_share, named_chances(random, "wheel_speed repeats"))
@@ -62,7 +62,7 @@ def sense_wheel_speeds(
 
 
 def wheel_speeds(truck: Truck, rows: npt.NDArray[np.void]) -> dict[str, Array]:
-    """m/s by signal name: how fast the ground passes under each wheel, along the wheel."""
+    """Ground speed at each wheel along the wheel's plane, m/s by signal name."""
     v, r = rows["vehicle_speed"], rows["yaw_rate"]
     half_front, half_rear = truck.track_width_front_m / 2.0, truck.track_width_rear_m / 2.0
     cos, sin = np.cos(rows["front_wheel_angle"]), np.sin(rows["front_wheel_angle"])
@@ -76,7 +76,7 @@ def wheel_speeds(truck: Truck, rows: npt.NDArray[np.void]) -> dict[str, Array]:
 
 
 def _by_pulses(speed: Array, sensor: WheelSpeedSensors) -> Array:
-    """What a control unit says that times the teeth of a pole wheel: nought where none passed within its window."""
+    """The speed from timing the teeth of a pole wheel: 0 if no tooth passed within the window."""
     per_pulse_m = 2.0 * np.pi * sensor.rolling_radius_m / sensor.pulses_per_turn
     time = np.arange(len(speed)) / RATE_HZ
     rolled = np.concatenate(([0.0], np.cumsum(np.abs(speed[:-1]) / RATE_HZ))) / per_pulse_m  # pulses and parts
@@ -90,7 +90,7 @@ def _by_pulses(speed: Array, sensor: WheelSpeedSensors) -> Array:
 
 
 def _radius_factor(name: str, corner: str, sensor: WheelSpeedSensors, count: int) -> tuple[Array, list[Fault]]:
-    """How many times the believed radius a wheel has at every tick, and the faults that this is."""
+    """Ratio of a wheel's actual radius to the control unit's value at every tick, and its faults."""
     error = getattr(sensor.radius_error_percent, corner) * _PERCENT
     growth = getattr(sensor.radius_warm_up_percent, corner) * _PERCENT
     begin_s = sensor.radius_warm_up_begin_s
@@ -102,7 +102,7 @@ def _radius_factor(name: str, corner: str, sensor: WheelSpeedSensors, count: int
 
 
 def _sent_at(count: int, repeat_share: float, random: np.random.Generator) -> npt.NDArray[np.intp]:
-    """At every tick, the tick at which its frame's values were new: a repeating frame sends the frame before's."""
+    """For every tick, the tick at which the values of its frame were new: some frames repeat the one before."""
     frame = np.arange(count) // _TICKS_A_FRAME
     is_new = random.random(frame[-1] + 1) >= repeat_share
     is_new[0] = True
@@ -111,9 +111,9 @@ def _sent_at(count: int, repeat_share: float, random: np.random.Generator) -> np
 
 
 def _rolling(true: Array, sensor: Sensor, random: np.random.Generator, noise_sd: float, resolution: float) -> Array:
-    """A speed sensor counts teeth: it reads nought at a wheel that stands, and never less.
+    """A speed sensor counts teeth: it reads 0 at standstill, and never a negative speed.
 
-    A low pass does not outlast the teeth: without them the reading is nought at once.
+    Without teeth the reading is 0 at once, even behind a low pass.
     """
     counted = aged(true, sensor.latency_s)
     read = reading(low_passed(counted, sensor.filter_time_s), random, noise_sd, resolution, np.inf)

@@ -1,4 +1,4 @@
-"""Logs of a simulated drive, one format a file; the same drive gives the same bytes wherever and whenever."""
+"""Writes logs of a simulated drive, one module per format. The same drive always gives the same bytes."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ __all__ = ["SUFFIXES", "require_writer", "suffix_of", "write_log"]
 
 
 def suffix_of(log: Path) -> str:
-    """The one of `SUFFIXES` that a log's name ends in.
+    """The suffix of a log's name, one of `SUFFIXES`.
 
     Raises:
-        OncenterError: "output", exit code 2: it ends in none of them.
+        OncenterError: "output", exit code 2: it has none of them.
     """
     for suffix in SUFFIXES:
         if log.name.endswith(suffix):
@@ -43,7 +43,7 @@ def suffix_of(log: Path) -> str:
 
 
 def require_writer(log: Path) -> None:
-    """Asks, before a drive is simulated, for the package that writes its log.
+    """Checks, before a drive is simulated, that the package that writes its log is installed.
 
     Raises:
         OncenterError: as `suffix_of`; "missing_extra": the package is not installed.
@@ -54,10 +54,10 @@ def require_writer(log: Path) -> None:
 
 
 def write_log(sensed: Sensed, log: Path, *, jitter_sd_s: float, seed: int) -> None:
-    """Writes a drive in the format that the log's name ends in, overwriting what is there.
+    """Writes a drive in the format given by the log's suffix, overwriting an existing file.
 
     Args:
-        sensed: what the sensors report.
+        sensed: the sensors' output.
         log: ends in one of `SUFFIXES`.
         jitter_sd_s: of the frames' delays, 0 to 0.002; tables have none.
         seed: of the jitter.

@@ -1,4 +1,4 @@
-"""The log file of candump (`candump -L`) of one channel, `can0`, many lines at once."""
+"""Writes a candump log (`candump -L`) with one channel, `can0`, many lines at once."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SECONDS, _FRACTION, _IDENTIFIER, _PAYLOAD = slice(1, 11), slice(12, 18), slice(
 
 
 def _lines(frames: BusFrames, some: slice) -> Bytes:
-    """The log's text, shape (n, 51): every line is as long as every other."""
+    """The log's text, shape (n, 51): all lines have the same length."""
     microseconds = frames.microseconds[some]
     text = np.tile(np.frombuffer(_TEMPLATE, np.uint8), (len(microseconds), 1))
     text[:, _SECONDS] = _decimal(START_S + microseconds // 1_000_000, 10)

@@ -1,4 +1,4 @@
-"""ASAM MDF 4 with raw frames in the layout of its bus logging standard: one group, one structured channel."""
+"""Writes ASAM MDF 4 with raw frames in its bus logging layout: one group, one structured channel."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _TRANSPOSED_AND_DEFLATED: Final = 2
 
 
 def write_mf4(frames: BusFrames, path: Path) -> None:
-    """Its file history says the drive's time, where asammdf would put the time of writing."""
+    """The file history contains the time of the drive; asammdf would use the time of writing."""
     from asammdf import MDF, Signal
     from asammdf.blocks.v4_blocks import FileHistory, SourceInformation
     from asammdf.blocks.v4_constants import BUS_TYPE_CAN, SOURCE_BUS

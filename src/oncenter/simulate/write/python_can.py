@@ -1,4 +1,4 @@
-"""Vector `.asc` and `.blf` and PEAK `.trc`, frame by frame through python-can, without its traces of here and now."""
+"""Writes Vector `.asc` and `.blf` and PEAK `.trc` through python-can, without the machine's time zone or paths."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _CHANNEL = 1
 
 
 def write_asc(frames: BusFrames, path: Path) -> None:
-    """Its header says UTC, where the format leaves the zone open and python-can would say the writer's own."""
+    """The header is in UTC: the format has no time zone, and python-can would use local time."""
     from can.io.asc import ASCWriter
 
     class OfTheDrive(ASCWriter):
@@ -37,7 +37,7 @@ def write_blf(frames: BusFrames, path: Path) -> None:
 
 
 def write_trc(frames: BusFrames, path: Path) -> None:
-    """Its header names the same file whatever the log is called; python-can would give the path on this machine."""
+    """The header contains a fixed file name; python-can would write the path on this machine."""
     from can.io.trc import TRCWriter
 
     with path.open("w", encoding="ascii", newline="\n") as file, TRCWriter(file, channel=_CHANNEL) as writer:

@@ -1,4 +1,4 @@
-"""The table of signals as CSV and Parquet; the columns' names say their units."""
+"""Writes the table of signals as CSV and Parquet; column names contain the units."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def write_csv(table: pl.DataFrame, path: Path) -> None:
 
 
 def write_csv_gz(table: pl.DataFrame, path: Path) -> None:
-    """Without the time of day that gzip's header would hold."""
+    """Without a time stamp in the gzip header."""
     text = io.BytesIO()
     table.write_csv(text)
     path.write_bytes(gzip.compress(text.getvalue(), compresslevel=6, mtime=0))

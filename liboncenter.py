@@ -16,10 +16,8 @@ import cffi
 
 ROOT = Path(__file__).parent
 CORE, SIMULATOR = Path("core"), Path("src/oncenter/simulate/native")  # within ROOT, where build backends run
-CORE_HEADERS, SIMULATOR_HEADERS = (
-    ("monitor.h", "save.h", "message.h", "trouble.h"),
-    ("drive.h",),
-)  # firmware includes these
+CORE_HEADERS = ("monitor.h", "save.h", "message.h", "trouble.h")  # firmware includes these
+SIMULATOR_HEADERS = ("drive.h",)
 INCLUDE_DIRS = [str(CORE), str(SIMULATOR)]
 COMPILE_ARGS = ["-std=c99", "-O2", "-ffp-contract=off"]
 MSVC_ARGS = ["/std:c11", "/O2", "/fp:precise"]

@@ -1,7 +1,8 @@
-"""What the shared library `liboncenter` is made of: the C core and the simulator, and how Python sees them.
+"""The shared library `liboncenter`: the sources of the C core and of the simulator, and their declarations for Python.
 
-The C headers that firmware includes are the one declaration of it: cffi reads them here, when the package is built, and
-the package loads the library by what cffi wrote down (its ABI mode). So one library a platform does for every Python.
+The C headers that firmware includes are the only declarations: cffi reads them here, when the package is built. The
+package loads the library with the declarations that cffi wrote (ABI mode), so one library per platform serves every
+Python.
 """
 
 from __future__ import annotations
@@ -15,17 +16,18 @@ import cffi
 
 ROOT = Path(__file__).parent
 CORE, SIMULATOR = Path("core"), Path("src/oncenter/simulate/native")  # within ROOT, where build backends run
-CORE_DOORS, SIMULATOR_DOORS = ("monitor.h", "save.h", "message.h", "trouble.h"), ("drive.h",)  # what firmware includes
+CORE_HEADERS = ("monitor.h", "save.h", "message.h", "trouble.h")  # firmware includes these
+SIMULATOR_HEADERS = ("drive.h",)
 INCLUDE_DIRS = [str(CORE), str(SIMULATOR)]
 COMPILE_ARGS = ["-std=c99", "-O2", "-ffp-contract=off"]
 MSVC_ARGS = ["/std:c11", "/O2", "/fp:precise"]
 
-# The core's code may be long here: some tenth more ticks a second by functions that gcc puts where they are called. And
-# nobody puts functions of their own in place of ours, for which gcc else gives up a fifth of the speed. Neither changes
-# a bit of what comes out; other compilers do so unasked.
+# Code size does not matter here: more inlining gives a tenth more ticks a second. No program replaces the library's
+# functions by its own (semantic interposition), a possibility that costs gcc a fifth of the speed. Neither option
+# changes a bit of the results; other compilers do both by default.
 FASTER_GCC = ["-finline-limit=2000", "-fno-semantic-interposition"]
 
-# Of the project's root, carried inside the package.
+# Folders of the project's root that are shipped inside the package.
 SHIPPED = {
     "core": ("*.[ch]", "params.toml"),
     "dbc": ("*.dbc",),
@@ -38,7 +40,7 @@ _PROTOTYPE = re.compile(r"^\w[\w \*]*?\b(\w+)\(", re.MULTILINE)
 
 
 def _declarations(header: Path, seen: set[Path]) -> str:
-    """One header after the headers of ours that it includes, without directives."""
+    """The included headers of oncenter, then this one, without directives."""
     if header in seen:
         return ""
     seen.add(header)
@@ -51,14 +53,14 @@ def _found(name: str) -> Path:
     return next(folder / name for folder in (SIMULATOR, CORE) if (ROOT / folder / name).is_file())
 
 
-def declared(doors: tuple[str, ...]) -> str:
-    """What these headers declare, and all that they include, as cffi takes it."""
+def declared(headers: tuple[str, ...]) -> str:
+    """The declarations of these headers and of all that they include, in the form for cffi."""
     seen: set[Path] = set()
-    return "".join(_declarations(_found(door), seen) for door in doors)
+    return "".join(_declarations(_found(header), seen) for header in headers)
 
 
-_ALL = declared(CORE_DOORS + SIMULATOR_DOORS)
-FUNCTIONS = _PROTOTYPE.findall(re.sub(r"/\*.*?\*/", "", _ALL, flags=re.DOTALL))  # what the library exports
+_ALL = declared(CORE_HEADERS + SIMULATOR_HEADERS)
+FUNCTIONS = _PROTOTYPE.findall(re.sub(r"/\*.*?\*/", "", _ALL, flags=re.DOTALL))  # the exports of the library
 
 ffi = cffi.FFI()
 ffi.cdef(_ALL)
@@ -66,27 +68,27 @@ ffi.set_source("oncenter._declarations", None)
 
 
 def write_sources(folder: Path) -> list[str]:
-    """The C files to compile; that which is made goes to `folder`."""
+    """The C files to compile; the generated one is written to `folder`."""
     core = folder / "liboncenter.c"
     core.write_text("\n".join(_core_in_one()) + "\n", encoding="utf-8")
     return [str(core), *(str(file.relative_to(ROOT)) for file in sorted((ROOT / SIMULATOR).glob("*.c")))]
 
 
 def sources_read() -> list[str]:
-    """All files that the library is made of, for those who compile again when one has changed."""
+    """All source files of the library; it is compiled again when one has changed."""
     files = [file for folder in (CORE, SIMULATOR) for file in sorted((ROOT / folder).glob("*.[ch]"))]
     return [str(file.relative_to(ROOT)) for file in files]
 
 
 def _core_in_one() -> Iterator[str]:
-    """One translation unit: the compiler sees from room to room, as with link-time optimisation, with any compiler."""
+    """One translation unit, so that any compiler can inline across files, as with link-time optimisation."""
     yield from (f'#include "{file.name}"' for file in sorted((ROOT / CORE).glob("*.c")))
-    yield from (f'#include "{door}"' for door in SIMULATOR_DOORS)  # for the check of its structs
+    yield from (f'#include "{header}"' for header in SIMULATOR_HEADERS)  # for the check of its structs
     yield from _layout_checks()
 
 
 def _layout_checks() -> Iterator[str]:
-    """No compilation where the compiler lays out a struct otherwise than cffi, which reads and writes its members."""
+    """Stops the compilation if the compiler's layout of a struct differs from cffi's, which accesses its members."""
     yield "#include <stddef.h>"
     for name in ffi.list_types()[0]:
         kind = ffi.typeof(name)

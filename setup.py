@@ -1,4 +1,4 @@
-"""What pyproject.toml cannot say: the version that the C header holds, the shared library, and what else is shipped."""
+"""The parts of the build that pyproject.toml cannot describe: version in a C header, shared library, more files."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ sys.path.insert(0, str(ROOT))
 
 import liboncenter  # noqa: E402
 
-# A wheel's platform tag, and the command of a C compiler for another machine than this (wheels/build.py).
+# A wheel's platform tag, and the command of a cross compiler (wheels/build.py).
 PLATFORM = os.environ.get("ONCENTER_PLATFORM", sysconfig.get_platform()).replace("-", "_").replace(".", "_")
 OTHER_COMPILER = shlex.split(os.environ.get("ONCENTER_CC", ""))
 
 NO_COMPILER = (
-    "oncenter's core is written in C, and the C compiler failed (above is what it said). Install one: on Debian "
+    "oncenter's core is written in C, and the C compiler failed (see its message above). Install one: on Debian "
     "`apt-get install gcc libc6-dev`, on macOS `xcode-select --install`, on Windows the Visual Studio Build Tools; "
     "or take a wheel, which needs none: `pip install --only-binary oncenter oncenter`"
 )
@@ -39,7 +39,7 @@ def version() -> str:
 
 
 class BuildPackage(build_py):
-    """With the folders of the root that are shipped inside the package."""
+    """Adds the folders of the root that are shipped inside the package."""
 
     def run(self) -> None:
         super().run()
@@ -63,7 +63,7 @@ class BuildPackage(build_py):
 
 
 class BuildLibrary(build_ext):
-    """One plain shared library, and what cffi says of it; no extension module of one Python."""
+    """A plain shared library and cffi's description of it, instead of an extension module for one Python."""
 
     def run(self) -> None:
         super().run()
@@ -96,12 +96,12 @@ class BuildLibrary(build_ext):
     def _arguments(self) -> list[str]:
         if self.compiler.compiler_type == "msvc":
             return liboncenter.MSVC_ARGS
-        asked = [*self.compiler.compiler_so, "--version"]
-        says = subprocess.run(asked, capture_output=True, text=True, check=False).stdout
-        return liboncenter.COMPILE_ARGS + ([] if "clang" in says else liboncenter.FASTER_GCC)
+        command = [*self.compiler.compiler_so, "--version"]
+        compiler = subprocess.run(command, capture_output=True, text=True, check=False).stdout
+        return liboncenter.COMPILE_ARGS + ([] if "clang" in compiler else liboncenter.FASTER_GCC)
 
     def _link_arguments(self) -> list[str]:
-        """Windows' import library, which nobody needs, goes aside; Apple's name of the library is no path of ours."""
+        """Windows' unused import library goes to the build folder; Apple's library gets a name without a path."""
         if PLATFORM.startswith("win"):
             return [f"-Wl,--out-implib,{Path(self.build_temp) / 'liboncenter.lib'}"]
         return ["-Wl,-install_name,@rpath/liboncenter.dylib"] if PLATFORM.startswith("macosx") else []
@@ -112,18 +112,18 @@ class BuildLibrary(build_ext):
 
 
 class Build(build):
-    """Fails by the name of the file where the package lacks one, or has one too many, of what CONTENTS lists."""
+    """Fails if the files of the package differ from CONTENTS, and names them."""
 
     def run(self) -> None:
         super().run()
         if self.get_finalized_command("build_py").editable_mode:
             return
         package = Path(self.build_lib)
-        there = {file.relative_to(package).as_posix() for file in package.rglob("*") if file.is_file()}
-        there -= {f"oncenter/{file}" for file in ("liboncenter.so", "liboncenter.dylib", "liboncenter.dll")}
+        built = {file.relative_to(package).as_posix() for file in package.rglob("*") if file.is_file()}
+        built -= {f"oncenter/{file}" for file in ("liboncenter.so", "liboncenter.dylib", "liboncenter.dll")}
         listed = set((ROOT / "CONTENTS").read_text(encoding="utf-8").split())
-        wrong = [f"lacks {file}" for file in sorted(listed - there)]
-        wrong += [f"has {file} that CONTENTS lacks" for file in sorted(there - listed) if "__pycache__" not in file]
+        wrong = [f"lacks {file}" for file in sorted(listed - built)]
+        wrong += [f"has {file} that CONTENTS lacks" for file in sorted(built - listed) if "__pycache__" not in file]
         if wrong:
             raise SystemExit("the package " + "; ".join(wrong))
 

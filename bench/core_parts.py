@@ -37,7 +37,7 @@ def compiled(name: str, begin: str, left_out: str, folder: str) -> Any:
     """The module of one translation unit; its headers and options are the package's."""
     build = runpy.run_path(str(ROOT / "liboncenter.py"))
     ffi = cffi.FFI()
-    ffi.cdef(build["declared"](build["CORE_DOORS"]))
+    ffi.cdef(build["declared"](build["CORE_HEADERS"]))
     files = [file.name for file in sorted((ROOT / "core").glob("*.c")) if file.name != left_out]
     ffi.set_source(
         name,

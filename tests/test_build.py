@@ -1,4 +1,4 @@
-"""The package is built whole or not at all, and the library is laid out as cffi takes it."""
+"""The package is built completely or not at all, and cffi uses the library's own struct layout."""
 
 import os
 import runpy
@@ -14,7 +14,7 @@ LIBRARY = runpy.run_path(str(ROOT / "liboncenter.py"))
 
 
 def project_in(folder: Path) -> Path:
-    """What a build reads, copied."""
+    """A copy of all files that a build reads."""
     for name in (ROOT / "MANIFEST.in").read_text(encoding="utf-8").split():
         if (ROOT / name).is_file():
             shutil.copy(ROOT / name, folder)
@@ -31,7 +31,7 @@ def built(project: Path, **variables: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.slow
-def test_a_wheel_is_built_from_what_the_project_keeps(tmp_path: Path) -> None:
+def test_a_wheel_is_built_from_the_files_of_the_project(tmp_path: Path) -> None:
     done = built(project_in(tmp_path))
     assert done.returncode == 0, done.stderr
     assert [wheel.name.split("-")[2:4] for wheel in tmp_path.glob("dist/*.whl")] == [["py3", "none"]]
@@ -39,7 +39,7 @@ def test_a_wheel_is_built_from_what_the_project_keeps(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("file", ["vehicles/rigid_6x2.toml", "src/oncenter/report/page.css"])
-def test_a_build_that_lacks_a_file_fails_by_its_name(tmp_path: Path, file: str) -> None:
+def test_a_build_without_a_file_of_the_package_names_it_and_fails(tmp_path: Path, file: str) -> None:
     project = project_in(tmp_path)
     (project / file).unlink()
     done = built(project)
@@ -61,7 +61,7 @@ def compiled(source: Path) -> int:
     return subprocess.run(["cc", "-fsyntax-only", *folders, source], capture_output=True, check=False).returncode
 
 
-def test_no_library_is_compiled_whose_structs_lie_otherwise_than_cffi_takes_them(tmp_path: Path) -> None:
+def test_a_library_with_another_struct_layout_than_cffis_is_not_compiled(tmp_path: Path) -> None:
     source = Path(LIBRARY["write_sources"](tmp_path)[0])
     assert compiled(source) == 0
     size = LIBRARY["ffi"].sizeof("oc_state")

@@ -1,4 +1,4 @@
-"""The core for firmware: C that proves itself, a program for an ECU, and what calibration tools are told of it."""
+"""The core for firmware: C with its own test, a program for an ECU, and its description for calibration tools."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return export.write_c(tmp_path_factory.mktemp("c") / "oncenter")
 
 
-def test_the_line_that_the_folders_readme_gives_builds_a_test_that_passes(folder: Path) -> None:
+def test_the_command_in_the_folders_readme_builds_a_test_that_passes(folder: Path) -> None:
     readme = (folder / "README.md").read_text(encoding="utf-8")
     (line,) = re.findall(r"^cc .*$", readme, re.MULTILINE)
     done = subprocess.run(line, shell=True, cwd=folder, capture_output=True, text=True, check=False)
@@ -38,7 +38,7 @@ def test_the_line_that_the_folders_readme_gives_builds_a_test_that_passes(folder
     assert (folder / "LICENSE").read_text(encoding="utf-8").startswith("MIT License")
 
 
-def test_a_core_that_differs_in_one_bit_fails_its_vectors_and_is_told_where(folder: Path) -> None:
+def test_a_core_that_differs_in_one_bit_fails_its_vectors_at_a_named_row(folder: Path) -> None:
     vectors = (folder / "test" / "vectors.h").read_text(encoding="utf-8")
     value = re.findall(r"(?<!-)0x1\.[0-9a-f]{12}[0-8]p-\d\b", vectors)[-1]
     last = value.index("p") - 1
@@ -85,7 +85,7 @@ def test_the_functions_for_simulink_give_the_offset_of_a_drive(folder: Path) -> 
 
 @pytest.fixture(scope="module")
 def ecu(folder: Path) -> Path:
-    """The ECU's program as a shared library, with debug information as calibration tools want it."""
+    """The ECU's program as a shared library, with the debug information that calibration tools need."""
     strict = ["-Wall", "-Wextra", "-Wconversion", "-Werror", "-g", "-shared", "-fPIC"]
     sources = [str(file.relative_to(folder)) for file in sorted(folder.glob("core/*.c"))]
     library = folder / "ecu.elf"
@@ -94,7 +94,7 @@ def ecu(folder: Path) -> Path:
     return library
 
 
-def test_an_ecu_that_is_calibrated_otherwise_forgets_what_it_had_learned(ecu: Path, tmp_path: Path) -> None:
+def test_an_ecu_with_another_calibration_discards_its_saved_estimates(ecu: Path, tmp_path: Path) -> None:
     library = ctypes.CDLL(shutil.copy(ecu, tmp_path / "own.elf"))  # with variables of its own
 
     def global_of(name: str, kind: str) -> Any:
@@ -121,7 +121,7 @@ def test_an_ecu_that_is_calibrated_otherwise_forgets_what_it_had_learned(ecu: Pa
 
 
 def items_of(a2l: Path) -> list[str]:
-    """Parameters and measurements without their addresses; the tool writes some signs otherwise."""
+    """Parameters and measurements without their addresses; the tool formats some signs differently."""
     text = a2l.read_text(encoding="utf-8").lower().replace("\\", "")
     blocks = re.findall(r"/begin (?:characteristic|measurement) .*?/end", text, re.DOTALL)
     blocks = [re.sub(r"(ecu_address|value) 0x[0-9a-f]+", r"\1", block) for block in blocks]
@@ -150,7 +150,7 @@ def a2ltool(*arguments: str | Path) -> str:
     return done.stdout + done.stderr
 
 
-def test_the_a2l_file_names_only_what_the_program_has_with_its_types(folder: Path, ecu: Path, tmp_path: Path) -> None:
+def test_the_a2l_file_names_only_variables_of_the_program(folder: Path, ecu: Path, tmp_path: Path) -> None:
     given = folder / "ecu" / "oncenter.a2l"
     assert "No problems found" in a2ltool("-v", given)
     linked = tmp_path / "linked.a2l"
@@ -166,7 +166,7 @@ def test_the_a2l_file_names_only_what_the_program_has_with_its_types(folder: Pat
     assert len(addresses) > 50 and all(int(address, 16) > 0 for address in addresses)
 
 
-def test_the_ecus_program_takes_no_tick_before_its_truck_is_calibrated(ecu: Path) -> None:
+def test_the_ecus_program_rejects_ticks_before_its_truck_is_calibrated(ecu: Path) -> None:
     program = ctypes.CDLL(str(ecu))
     program.oncenter_ecu_defaults()
     assert program.oncenter_ecu_start() != 0
@@ -177,7 +177,7 @@ def test_the_ecus_program_takes_no_tick_before_its_truck_is_calibrated(ecu: Path
     assert program.oncenter_ecu_start() == 0
 
 
-def test_a_folder_that_holds_something_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_that_is_not_empty_is_left_unchanged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
     assert run(["export", "c", "--output", str(tmp_path)]) == 2
     assert "is not empty" in capsys.readouterr().err

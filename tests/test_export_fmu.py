@@ -1,4 +1,4 @@
-"""The core for other tools: FMUs that say what `oncenter offset` says, to the bit."""
+"""The core for other tools: FMUs with the bits of `oncenter offset`."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def drive() -> Signals:
 
 
 class Fmu:
-    """An FMU as an importer holds it, by the names of its variables; what FMI 2.0 and 3.0 call differently is here."""
+    """An FMU in an importer, by the names of its variables; it hides the differences of FMI 2.0 and 3.0."""
 
     def __init__(self, path: Path, folder: Path) -> None:
         self.description: ModelDescription = fmpy.read_model_description(str(path))
@@ -117,7 +117,7 @@ def fmu(path: Path, tmp_path: Path) -> Iterator[Fmu]:
     instance.slave.freeInstance()
 
 
-def test_an_fmu_has_no_problem_that_fmpy_finds(path: Path) -> None:
+def test_fmpy_finds_no_problem_in_an_fmu(path: Path) -> None:
     assert validate_fmu(str(path)) == []
 
 
@@ -127,13 +127,13 @@ def bits(value: float | None) -> str:
 
 
 def about_value(estimate: Estimate) -> float:
-    """Standard deviation of the truth about the value, which is not the middle of its interval where it leans."""
+    """Standard deviation of the truth about the value, whose interval is not always centred on it."""
     assert estimate.value is not None and estimate.ci95 is not None
     low, high = estimate.ci95
     return math.hypot((high - low) / (2.0 * 1.96), 0.5 * (low + high) - estimate.value)
 
 
-def test_an_fmu_says_of_a_drive_what_offset_says_bit_for_bit(fmu: Fmu, drive: Signals) -> None:
+def test_an_fmu_gives_the_bits_of_offset_for_a_drive(fmu: Fmu, drive: Signals) -> None:
     fmu.has(drive.table)
     fmu.begin(drive.table["time_s"][0])
     fmu.drive(drive.table, drive.rate_hz)
@@ -219,7 +219,7 @@ def test_the_fmus_angle_without_its_sensor_is_that_of_angle_bit_for_bit(fmu: Fmu
     assert fmu.get("sensor_fault_since") == expected["sensor_fault_since_s"][-1]
 
 
-def test_each_variable_has_a_unit_or_a_type_and_says_what_it_is(path: Path) -> None:
+def test_each_variable_has_a_unit_or_a_type_and_a_description(path: Path) -> None:
     for variable in fmpy.read_model_description(str(path)).modelVariables:
         assert variable.description, variable.name
         if variable.type in ("Real", "Float64"):
@@ -230,7 +230,7 @@ def test_each_variable_has_a_unit_or_a_type_and_says_what_it_is(path: Path) -> N
             assert variable.displayUnit == variable.unit.replace("rad", "deg")
 
 
-def test_the_ranges_that_are_exported_are_the_cores_own() -> None:
+def test_the_exported_ranges_are_those_of_the_core() -> None:
     listed = list(params().values())
     assert {p.name for p in listed} == set(_core.default_params()) - {"use_accelerometer"}
     widest = {"delay_band_hz": {"cutoff_hz": 50.0}, "understeer_acceleration_min_m_s2": {}}
@@ -246,7 +246,7 @@ def test_the_ranges_that_are_exported_are_the_cores_own() -> None:
 
 
 @pytest.mark.parametrize(("step_s", "steps"), [(0.001, 10_000), (0.003, 3_333), (0.05, 200), (0.01, 1000)])
-def test_an_importer_that_steps_finer_or_coarser_gets_as_many_ticks(fmu: Fmu, step_s: float, steps: int) -> None:
+def test_the_number_of_ticks_does_not_depend_on_the_importers_step(fmu: Fmu, step_s: float, steps: int) -> None:
     fmu.begin()
     for k in range(steps):
         fmu.slave.doStep(k * step_s, step_s)
@@ -254,7 +254,7 @@ def test_an_importer_that_steps_finer_or_coarser_gets_as_many_ticks(fmu: Fmu, st
     assert fmu.get("time") == pytest.approx(steps * step_s)
 
 
-def test_an_importer_that_steps_by_ticks_gets_one_a_step_though_its_clock_drifts(fmu: Fmu) -> None:
+def test_a_step_of_one_tick_runs_one_tick_even_if_the_importers_clock_drifts(fmu: Fmu) -> None:
     fmu.begin()
     for k in range(1000):
         fmu.slave.doStep(k * 0.01004, 0.01004)
@@ -298,7 +298,7 @@ def test_the_torque_of_a_drive_is_an_input_of_the_fmu_too(fmu: Fmu, tmp_path: Pa
 
 
 def refused(call: object, *arguments: object) -> bool:
-    """Whether the FMU refuses; fmpy raises then."""
+    """True if the FMU rejects the call; fmpy raises then."""
     try:
         call(*arguments)  # type: ignore[operator]
     except Exception as error:
@@ -307,7 +307,7 @@ def refused(call: object, *arguments: object) -> bool:
     return False
 
 
-def test_what_cannot_be_is_refused_by_the_fmu(fmu: Fmu) -> None:
+def test_the_fmu_rejects_impossible_values(fmu: Fmu) -> None:
     assert refused(fmu.slave.doStep, 0.0, 0.01)
     fmu.set("params.cutoff_hz", 500.0)
     assert refused(fmu.begin)
@@ -322,7 +322,7 @@ def test_what_cannot_be_is_refused_by_the_fmu(fmu: Fmu) -> None:
     assert refused(fmu.slave.doStep, 5.0, 0.01)
 
 
-def test_a_wheel_speed_fmu_without_a_track_width_does_not_begin(tmp_path: Path, path: Path) -> None:
+def test_a_wheel_speed_fmu_without_a_track_width_does_not_start(tmp_path: Path, path: Path) -> None:
     fmu = Fmu(path, tmp_path / "unzipped")
     fmu.set("method", _core.METHODS.index("wheel-speed"))
     for axle in ("front", "rear"):
@@ -331,7 +331,7 @@ def test_a_wheel_speed_fmu_without_a_track_width_does_not_begin(tmp_path: Path, 
     fmu.slave.freeInstance()
 
 
-def test_a_run_that_is_saved_and_goes_on_elsewhere_ends_the_same(
+def test_a_run_that_is_saved_and_continued_in_another_instance_ends_the_same(
     fmu: Fmu, path: Path, tmp_path: Path, drive: Signals
 ) -> None:
     first, second = drive.table.head(9_000), drive.table.slice(9_000, 3_000)
@@ -394,7 +394,7 @@ TRUCK_FILE = "wheelbase_m = 3.7\nsteering_ratio = 19.3\n"
         (TRUCK_FILE, [], "--output"),
     ],
 )
-def test_an_fmu_that_cannot_be_is_one_line(
+def test_an_fmu_that_cannot_be_written_is_one_line(
     truck: str,
     arguments: list[str],
     complaint: str,
@@ -412,7 +412,7 @@ def test_an_fmu_that_cannot_be_is_one_line(
 
 
 @pytest.mark.parametrize("compiler", ["/nowhere/cc", "false"])
-def test_without_a_compiler_that_compiles_there_is_no_fmu_but_one_line(
+def test_without_a_working_compiler_there_is_one_line_and_no_fmu(
     compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("CC", compiler)
@@ -432,7 +432,7 @@ def test_without_a_compiler_that_compiles_there_is_no_fmu_but_one_line(
         ("darwin", "arm64", ("binaries/darwin64/oncenter.dylib", "binaries/aarch64-darwin/oncenter.dylib")),
     ],
 )
-def test_a_binary_lies_where_fmi_looks_for_this_machines(
+def test_this_machines_binary_is_at_the_path_of_the_fmi_standard(
     system: str, machine: str, expected: tuple[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sys.platform", system)
@@ -441,7 +441,7 @@ def test_a_binary_lies_where_fmi_looks_for_this_machines(
     assert (platform.path(2), platform.path(3)) == expected
 
 
-def test_without_zig_the_command_says_what_brings_the_other_platforms(
+def test_without_zig_the_command_names_the_extra_for_the_other_platforms(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["export", "fmu", "--vehicle", "scania_r730_4x2", "--output", str(tmp_path / "t.fmu")]) == 0
@@ -450,7 +450,7 @@ def test_without_zig_the_command_says_what_brings_the_other_platforms(
     assert said.err == "for all platforms: pip install 'oncenter[fmu]', then export again\n"
 
 
-def test_with_no_compiler_at_all_one_line_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_any_compiler_one_line_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "/nowhere/cc")
     with pytest.raises(oc.OncenterError, match=r"pip install 'oncenter\[fmu\]' brings one .*, or install gcc"):
         export.write_fmu(TRUCK, tmp_path / "t.fmu")
@@ -462,7 +462,7 @@ def test_export_alone_says_what_can_be_exported(capsys: pytest.CaptureFixture[st
     assert said.count("\n") == 1 and "export fmu" in said and "export c" in said
 
 
-def test_an_fmu_cannot_take_the_place_of_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_fmu_does_not_replace_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "t.fmu").mkdir()
     assert run(["export", "fmu", "--vehicle", "scania_r730_4x2", "--output", str(tmp_path / "t.fmu")]) == 2
     assert "cannot write" in capsys.readouterr().err

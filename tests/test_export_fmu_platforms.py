@@ -1,4 +1,4 @@
-"""The FMU's binaries for other platforms: what is in them, and that each gives the same bits as `oncenter offset`."""
+"""The FMU's binaries for other platforms: their contents, and the same bits as `oncenter offset`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from oncenter.signals import Signals
 pytest.importorskip("ziglang", reason="zig compiles for other platforms: make fmu, or pip install 'oncenter[fmu]'")
 
 FMI = Path(__file__).parents[1] / "src" / "oncenter" / "export" / "fmi"
-MAC = struct.pack("<8I", 0xFEEDFACF, 0x01000007, 3, 6, 0, 0, 0, 0)  # a library's head, and nothing in it
+MAC = struct.pack("<8I", 0xFEEDFACF, 0x01000007, 3, 6, 0, 0, 0, 0)  # the header of an empty library
 FOLDERS = {
     2: {"win64": ".dll", "linux64": ".so", "darwin64": ".dylib"},
     3: {
@@ -69,7 +69,7 @@ EACH = [(fmi, platform) for fmi, folders in FOLDERS.items() for platform in fold
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_an_fmu_has_a_binary_for_windows_linux_and_macos_where_fmi_looks_for_it(
+def test_an_fmu_has_a_binary_for_windows_linux_and_macos_at_the_paths_of_the_standard(
     fmi: int, written: dict[int, Path], unzipped: dict[int, Path]
 ) -> None:
     found = {path.parent.name: path.name for path in (unzipped[fmi] / "binaries").glob("*/*")}
@@ -77,7 +77,7 @@ def test_an_fmu_has_a_binary_for_windows_linux_and_macos_where_fmi_looks_for_it(
     assert validate_fmu(str(written[fmi])) == []
 
 
-def test_the_licences_of_what_zig_links_in_travel_with_the_binaries(unzipped: dict[int, Path]) -> None:
+def test_an_fmu_has_the_licences_of_the_runtimes_that_zig_links(unzipped: dict[int, Path]) -> None:
     texts = unzipped[2] / "documentation" / "licenses"
     assert "Zope Public License" in (texts / "mingw-w64.txt").read_text(encoding="utf-8")
     assert "Zig contributors" in (texts / "zig.txt").read_text(encoding="utf-8")
@@ -88,16 +88,16 @@ def test_a_binary_exports_each_function_of_the_standard_and_nothing_else(
     fmi: int, platform: str, unzipped: dict[int, Path]
 ) -> None:
     header = (FMI / f"fmi{fmi}Functions.h").read_text(encoding="utf-8")
-    before, _, rest = header.rpartition("Functions for FMI2 for Model Exchange")  # which the FMU is not for
+    before, _, rest = header.rpartition("Functions for FMI2 for Model Exchange")  # the FMU is for co-simulation only
     _, _, after = rest.rpartition("Functions for FMI2 for Co-Simulation")
     given = set(re.findall(rf"FMI{fmi}_Export \w+ +(\w+);", before + after))
     libraries = libraries_in(binary(unzipped[fmi], platform).read_bytes())
-    marks = {"__dso_handle", "_mh_dylib_header"} if "darwin" in platform else set()  # by zig's linker, of each library
+    marks = {"__dso_handle", "_mh_dylib_header"} if "darwin" in platform else set()  # zig adds them to each
     assert [library.exports ^ given for library in libraries] == [marks] * len(libraries)
 
 
 @pytest.mark.parametrize(("fmi", "platform"), EACH)
-def test_a_binary_needs_nothing_but_what_its_system_brings(fmi: int, platform: str, unzipped: dict[int, Path]) -> None:
+def test_a_binary_needs_only_libraries_of_its_system(fmi: int, platform: str, unzipped: dict[int, Path]) -> None:
     data = binary(unzipped[fmi], platform).read_bytes()
     for library in libraries_in(data):
         if ".dll" in FOLDERS[fmi][platform]:
@@ -118,7 +118,7 @@ def test_the_mac_binary_of_fmi_2_is_for_both_processors_and_runs_from_macos_11_o
     assert 0x1D in libraries[1].facts  # LC_CODE_SIGNATURE: macOS loads no other on its own processor
 
 
-def test_what_is_no_mac_binary_is_not_made_universal(unzipped: dict[int, Path]) -> None:
+def test_only_mac_binaries_are_made_universal(unzipped: dict[int, Path]) -> None:
     with pytest.raises(ValueError, match="Mach-O"):
         universal([binary(unzipped[2], "linux64").read_bytes()] * 2)
 
@@ -138,9 +138,7 @@ def test_the_command_names_the_platforms(
     assert said.err == "compiling for win64, linux64, darwin64; the first time takes minutes\n"
 
 
-def test_what_zig_cannot_compile_is_one_line_that_names_the_platform(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_error_of_zig_is_one_line_that_names_the_platform(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("oncenter.export.fmu._core_in_one", lambda sources: "#error of a test\n")
     with pytest.raises(oc.OncenterError) as raised:
         export.write_fmu(LEFT_HAND, tmp_path / "t.fmu")
@@ -208,7 +206,7 @@ def steps(command: list[str], fmi: int, folder: Path, platform: str, drive: Path
 
 @pytest.fixture(scope="module")
 def on_linux(unzipped: dict[int, Path], drives: dict[int, Path]) -> dict[int, list[str]]:
-    """What the binaries for Linux say, by FMI version."""
+    """The output of the Linux binaries, by FMI version."""
     if sys.platform != "linux" or os.uname().machine != "x86_64":
         pytest.skip("the binaries are compared with those for Linux on x86-64, which this machine cannot run")
     program = importer(unzipped[2].parent, "x86_64-linux-gnu.2.17")
@@ -216,7 +214,7 @@ def on_linux(unzipped: dict[int, Path], drives: dict[int, Path]) -> dict[int, li
     return {fmi: steps([str(program)], fmi, unzipped[fmi], names[fmi], drives[fmi]) for fmi in (2, 3)}
 
 
-def test_the_linux_binary_says_what_offset_says_bit_for_bit(on_linux: dict[int, list[str]], drive: Signals) -> None:
+def test_the_linux_binary_gives_the_bits_of_offset(on_linux: dict[int, list[str]], drive: Signals) -> None:
     columns = [name for name in drive.table.columns if not name.startswith("wheel_speed")]
     answer = oc.offset(Signals(drive.table.select(columns), drive.sources, drive.rate_hz, drive.log), LEFT_HAND)
     assert answer.offset.value is not None and answer.backlash.value is not None
@@ -243,7 +241,7 @@ def wine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[list[str], 
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_the_windows_binary_says_under_wine_what_the_linux_binary_says_bit_for_bit(
+def test_the_windows_binary_gives_the_bits_of_the_linux_binary_under_wine(
     fmi: int,
     wine: tuple[list[str], dict[str, str]],
     unzipped: dict[int, Path],
@@ -257,7 +255,7 @@ def test_the_windows_binary_says_under_wine_what_the_linux_binary_says_bit_for_b
     assert [line.rstrip("\r") for line in said] == on_linux[fmi]
 
 
-def test_the_arm_binary_says_what_the_x86_binary_says_bit_for_bit(
+def test_the_arm_binary_gives_the_bits_of_the_x86_binary(
     unzipped: dict[int, Path], drives: dict[int, Path], on_linux: dict[int, list[str]]
 ) -> None:
     system = Path("/usr/aarch64-linux-gnu")

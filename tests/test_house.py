@@ -1,4 +1,4 @@
-"""The house as its papers describe it: what they name exists, and what is said twice is said alike."""
+"""The project's pages against its files: named files exist, and statements in two places agree."""
 
 import fnmatch
 import re
@@ -23,7 +23,7 @@ def text(name: str) -> str:
 
 
 def kept_files() -> Iterator[Path]:
-    """All files that are ours to keep: what .gitignore names is not, nor what git keeps for itself."""
+    """All files of the project, without those in .gitignore and without git's own."""
     ignored = [line.strip("/") for line in text(".gitignore").split()]
     waiting = [ROOT]
     while waiting:
@@ -37,13 +37,13 @@ def kept_files() -> Iterator[Path]:
 
 
 def braces(name: str) -> list[str]:
-    """`mean.{h,c}` as mean.h and mean.c."""
+    """mean.h and mean.c, from `mean.{h,c}`."""
     whole = re.fullmatch(r"(.*)\{(.+)\}(.*)", name)
     return [whole[1] + part + whole[3] for part in whole[2].split(",")] if whole else [name]
 
 
 def named_in(page: str) -> set[str]:
-    """Paths that a page links to or gives as code; NAME stands for any name."""
+    """Paths in a page's links and code; a path with NAME is a pattern and left out."""
     prose = re.sub(r"^```.*?^```", "", page, flags=re.MULTILINE | re.DOTALL)
     links = {target for target in re.findall(r"\]\(([^)#]+)\)", page) if "://" not in target}
     code = set(re.findall(r"`([\w./{},*-]+/[\w./{},*-]*)`", prose))
@@ -65,7 +65,7 @@ def house_picture(page: str) -> set[str]:
 
 
 def declarations(header: Path, seen: set[Path]) -> str:
-    """One header after those of ours that it includes, without directives."""
+    """The included headers of oncenter, then this one, without directives."""
     if header in seen:
         return ""
     seen.add(header)
@@ -86,12 +86,12 @@ def test_a_page_names_only_files_that_exist(page: str) -> None:
     assert sorted(name for name in named_in(text(page)) if not any(ROOT.glob(name.rstrip("/")))) == []
 
 
-def test_the_picture_of_the_house_shows_only_rooms_that_exist() -> None:
+def test_the_picture_of_the_house_shows_only_files_that_exist() -> None:
     picture = house_picture(text("CONTRIBUTING.md"))
     assert sorted(name for name in picture if not any(ROOT.glob(name.rstrip("/")))) == []
 
 
-def test_the_picture_of_the_house_leaves_no_room_out() -> None:
+def test_the_picture_of_the_house_is_complete() -> None:
     picture = house_picture(text("CONTRIBUTING.md"))
     rooms = {p.relative_to(ROOT).as_posix() for p in ROOT.glob("core/*.[ch]")}
     rooms |= {p.relative_to(ROOT).as_posix() for p in kept_files() if p.match("src/oncenter/*.py")}
@@ -111,7 +111,7 @@ def test_the_version_is_the_same_everywhere() -> None:
     assert re.search(r"^version: (.+)$", text("CITATION.cff"), re.MULTILINE)[1] == ours
 
 
-def test_the_lock_pins_versions_and_tells_no_address() -> None:
+def test_the_lock_pins_versions_and_contains_no_address() -> None:
     lines = text("requirements.lock").splitlines()
     assert lines
     assert not [line for line in lines if not re.fullmatch(r"[\w.-]+==[\w.]+", line)]
@@ -176,7 +176,7 @@ def test_the_list_of_the_package_s_files_is_what_its_command_writes() -> None:
     assert text("CONTENTS") == runpy.run_path(str(ROOT / "docs" / "make_contents.py"))["made"]()
 
 
-def test_no_file_is_a_link_which_windows_would_not_check_out() -> None:
+def test_no_file_is_a_symbolic_link_since_windows_cannot_check_it_out() -> None:
     assert [path for path in kept_files() if path.is_symlink()] == []
 
 
@@ -189,7 +189,7 @@ def test_a_header_holds_guard_includes_types_and_prototypes_only(header: Path) -
     assert directives[-1] == "#endif"
     assert not [line for line in directives[2:-1] if not re.fullmatch(r'#include (<\w+\.h>|"\w+\.h")', line)]
     assert not re.search(r"\b(static|inline|extern|__attribute__)\b", re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL))
-    cffi.FFI().cdef(declarations(header, set()))  # refuses bodies and whatever else does not declare
+    cffi.FFI().cdef(declarations(header, set()))  # rejects bodies and other definitions
 
 
 HELP = "import sys; from oncenter.cli import main; sys.argv = ['oncenter', '--help']; main()"

@@ -1,4 +1,4 @@
-"""docs/simulink_carmaker.md: its tables are the FMU's, and what it says of a recording works."""
+"""docs/simulink_carmaker.md: its tables are those of the FMU, and its recipe for a recording works."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ def test_the_pages_tables_are_those_of_the_model_description(command: dict[str, 
     assert PAGE.read_text(encoding="utf-8") == command["made"](), "run docs/make_fmu_table.py"
 
 
-def test_each_input_has_a_sign_and_no_sign_is_of_a_variable_that_is_not_there(command: dict[str, Any]) -> None:
+def test_each_input_has_a_sign_and_each_sign_has_its_variable(command: dict[str, Any]) -> None:
     variables = {v.attrib["name"]: v.attrib["causality"] for v in command["described"]()}
     inputs = {name for name, role in variables.items() if role == "input" and not name.endswith("_available")}
     assert inputs <= set(command["POSITIVE"]) <= set(variables)
 
 
-def test_the_page_names_inputs_parameters_and_statuses_as_the_fmu_has_them(command: dict[str, Any]) -> None:
+def test_the_page_has_the_fmus_names_of_inputs_parameters_and_statuses(command: dict[str, Any]) -> None:
     names = {v.attrib["name"] for v in command["described"]()}
     prose = PAGE.read_text(encoding="utf-8").split(command["BEGIN"])[0]
     mapped = re.findall(r"^\| `(\w+)`", prose.split("## CANoe")[0], re.MULTILINE)

@@ -1,4 +1,4 @@
-"""The thesis's figures and tables: what each promises, their checks by other ways, and the page that shows them."""
+"""The thesis's figures and tables: their common rules, independent checks, and the page."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def claims(exhibits: list[Exhibit]) -> dict[str, Claim]:
     return {claim.text: claim for exhibit in exhibits for claim in exhibit.claims}
 
 
-# What every group promises
+# Rules of every group
 
 
 def test_every_module_with_a_run_is_a_group_and_the_other_way_round() -> None:
@@ -57,19 +57,19 @@ def test_no_two_exhibits_share_a_number(exhibits: list[Exhibit]) -> None:
     assert max(kinds.values()) == 1
 
 
-def test_every_claim_has_a_number_of_ours_that_is_one(exhibits: list[Exhibit]) -> None:
+def test_every_claim_has_a_finite_number_of_this_code(exhibits: list[Exhibit]) -> None:
     found = [claim for exhibit in exhibits for claim in exhibit.claims]
     assert len(found) > 30
     assert [claim for claim in found if claim.ours is None or not math.isfinite(claim.ours)] == []
 
 
-def test_every_misprint_is_borne_out_by_its_check(exhibits: list[Exhibit]) -> None:
+def test_every_misprint_is_confirmed_by_its_check(exhibits: list[Exhibit]) -> None:
     found: list[Misprint] = [misprint for exhibit in exhibits for misprint in exhibit.misprints]
     assert len(found) >= 10
     assert [misprint.check for misprint in found if not misprint.shown] == []
 
 
-def test_every_diagram_says_its_quantities_and_their_units(exhibits: list[Exhibit]) -> None:
+def test_every_axis_names_its_quantity_and_unit(exhibits: list[Exhibit]) -> None:
     for figure in exhibits:
         if not isinstance(figure, Figure):
             continue
@@ -88,26 +88,26 @@ def test_tables_have_a_cell_under_every_head(exhibits: list[Exhibit]) -> None:
     assert all(len(row) == len(table.columns) for table in tables for row in table.rows)
 
 
-# Their numbers, by other ways
+# Numbers checked in another way
 
 
-def test_what_the_thesis_says_of_a_banked_road_is_felt_there(exhibits: list[Exhibit]) -> None:
+def test_the_simulated_accelerometer_reads_the_thesiss_values_on_a_banked_road(exhibits: list[Exhibit]) -> None:
     for text, claim in claims(exhibits).items():
         if "cross slope" in text:
             assert claim.ours == pytest.approx(claim.thesis, rel=0.05), text
 
 
-def test_the_straight_driven_both_ways_tells_the_offset_between_both_ways_means() -> None:
+def test_the_offset_is_the_midpoint_of_both_directions_over_one_straight() -> None:
     _, figure = importlib.import_module("oncenter.thesis.validation_drives").run(lambda fraction: None)
     found = claims([figure])
     one, other, middle = (found[text] for text in found if text.startswith(("mean steering", "their midpoint")))
     assert one.ours is not None and other.ours is not None
-    assert one.ours - other.ours > 2.0  # play and crown part them
+    assert one.ours - other.ours > 2.0  # play and crown separate them
     assert middle.ours == pytest.approx(0.5 * (one.ours + other.ours))
-    assert middle.ours == pytest.approx(2.04, abs=0.15)  # what the simulated sensor is off by
+    assert middle.ours == pytest.approx(2.04, abs=0.15)  # the offset of the simulated sensor
 
 
-def test_the_thresholds_are_the_thesiss(exhibits: list[Exhibit]) -> None:
+def test_the_thresholds_are_those_of_the_thesis(exhibits: list[Exhibit]) -> None:
     (table,) = (e for e in exhibits if not isinstance(e, Figure) and e.number == "4")
     assert len(table.claims) == 8
     assert all(claim.ours == pytest.approx(claim.thesis) for claim in table.claims)
@@ -122,21 +122,21 @@ def test_a_steady_turn_solved_axle_by_axle_is_equation_10_with_winklers_wheelbas
         assert truck.front_wheel_angle(curvature, a_y) == pytest.approx(whole, rel=1e-6)
 
 
-def test_saturating_tyres_bend_the_handling_curve_only_where_they_are_asked_for_much() -> None:
+def test_saturating_tyres_bend_the_handling_curve_only_at_high_lateral_acceleration() -> None:
     linear, bent = steady_truck("4x2"), steady_truck("4x2", tyres=SATURATING["tyres"] | {"friction": 0.4})
     needed = [[truck.front_wheel_angle(1 / 300.0, a_y) for a_y in (0.3, 3.7)] for truck in (linear, bent)]
     assert needed[1][0] == pytest.approx(needed[0][0], rel=1e-3)
     assert needed[1][1] > 1.2 * needed[0][1]
-    assert math.isnan(bent.front_wheel_angle(1 / 300.0, 4.5))  # more than the friction gives
+    assert math.isnan(bent.front_wheel_angle(1 / 300.0, 4.5))  # beyond the friction limit
 
 
-def test_winklers_wheelbase_takes_away_most_of_what_the_radius_does(exhibits: list[Exhibit]) -> None:
+def test_winklers_wheelbase_removes_most_of_the_effect_of_the_radius(exhibits: list[Exhibit]) -> None:
     left = [claim.ours for text, claim in claims(exhibits).items() if "left with the equivalent wheelbase" in text]
     assert len(left) == 3
     assert all(share is not None and share < 15.0 for share in left)
 
 
-def test_wheels_that_turn_by_ackermann_give_their_angle_back() -> None:
+def test_wheel_speeds_by_ackermann_give_the_front_wheel_angle() -> None:
     angles = np.linspace(0.5, 40.0, 80) * DEGREE
     left, right = left_turn(3.7, 2.05, angles)
     assert (left < right).all()
@@ -144,7 +144,7 @@ def test_wheels_that_turn_by_ackermann_give_their_angle_back() -> None:
     assert _core.front_wheel_angles(3.7, 2.05, left, right, exact=False) == pytest.approx(angles, rel=0.06)
 
 
-def test_one_angle_has_two_independent_steady_states_and_two_angles_none_more() -> None:
+def test_the_steady_states_of_one_angle_or_of_two_have_rank_two() -> None:
     model = Model(2.0e5, 1.2e5, 1.2, 2.5, 9000.0, 3.0e4)
     one = np.array([(0.03, *model.steady(v, 0.03)) for v in np.linspace(3.0, 25.0, 30)])
     many = np.array(
@@ -153,7 +153,7 @@ def test_one_angle_has_two_independent_steady_states_and_two_angles_none_more() 
     assert rank(one) == rank(many) == 2
 
 
-def test_the_linear_model_rests_where_it_is_steady() -> None:
+def test_the_linear_model_stays_at_its_steady_state() -> None:
     model = Model(2.0e5, 1.2e5, 1.2, 2.5, 9000.0, 3.0e4)
     x_1, x_2, x_3, x_4 = (x[-1] for x in model.states(15.0, np.full(6000, 0.02)))
     assert (x_1, x_2, x_3) == pytest.approx(model.steady(15.0, 0.02), rel=1e-6)
@@ -178,7 +178,7 @@ def test_the_flowchart_follows_the_monitors_source() -> None:
 # The page
 
 
-def test_the_page_is_one_file_that_loads_nothing_and_whose_links_lead_somewhere(tmp_path: Path) -> None:
+def test_the_page_is_one_file_that_loads_nothing_and_has_no_dead_link(tmp_path: Path) -> None:
     done: list[float] = []
     html = write(tmp_path / "new" / "folder", done.append, {"geometry": 1.0, "tables": 1.0}).read_text(encoding="utf-8")
     assert done == sorted(done)
@@ -201,7 +201,7 @@ def test_each_figure_is_an_svg_and_a_png_of_its_own(tmp_path: Path) -> None:
         assert ElementTree.parse(tmp_path / f"{stem}.svg").getroot().tag.endswith("svg")
 
 
-def test_the_same_figure_is_the_same_bytes_and_takes_the_pages_ink(exhibits: list[Exhibit]) -> None:
+def test_the_same_figure_is_the_same_bytes_and_uses_the_pages_text_colour(exhibits: list[Exhibit]) -> None:
     figure = next(exhibit for exhibit in exhibits if isinstance(exhibit, Figure) and exhibit.number == "7")
     svg, png = drawn(figure)
     assert (svg, png) == drawn(figure)
@@ -211,7 +211,7 @@ def test_the_same_figure_is_the_same_bytes_and_takes_the_pages_ink(exhibits: lis
     assert "var(--text)" in element
 
 
-def test_the_page_has_both_numbers_of_a_claim_and_says_where_there_is_none(exhibits: list[Exhibit]) -> None:
+def test_the_page_has_both_numbers_of_a_claim_and_a_dash_for_a_missing_one(exhibits: list[Exhibit]) -> None:
     figure = Figure(
         "99",
         "a <b>",
@@ -225,7 +225,7 @@ def test_the_page_has_both_numbers_of_a_claim_and_says_where_there_is_none(exhib
     assert [("−0.5" in row, "—" in row) for row in rows] == [(False, True), (True, False)]  # by section
 
 
-def test_numbers_have_three_digits_that_count() -> None:
+def test_numbers_have_three_significant_digits() -> None:
     assert [number(v) for v in (None, 0.0, -2e-14, 1234.5, 0.000125, -0.05)] == [
         "—",
         "0",
@@ -249,7 +249,7 @@ def test_figures_come_before_tables_and_both_by_number(exhibits: list[Exhibit]) 
 # The verb
 
 
-def test_without_matplotlib_one_line_says_what_would_do(
+def test_without_matplotlib_one_line_names_the_extra(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
@@ -258,7 +258,7 @@ def test_without_matplotlib_one_line_says_what_would_do(
     assert not (tmp_path / "page").exists()
 
 
-def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_created_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(OncenterError, match=r"file.* cannot be written") as error:
         write(tmp_path / "file", groups={})

@@ -1,4 +1,4 @@
-"""Chapter 5's figures of errors, made again: what each is to show is what its run finds."""
+"""Chapter 5's figures of errors, reproduced: each run shows the effect of its figure."""
 
 import functools
 import importlib
@@ -34,25 +34,25 @@ def test_a_group_gives_its_figures_and_each_can_be_drawn(group: str) -> None:
 
 
 def test_simulation_agrees_with_the_corrected_error_budget_within_five_percent() -> None:
-    """Ten were asked for; five part it from a slip of lambda as well."""
+    """Ten would be enough for the formula; five also detect a misplaced lambda."""
     assert 0.0 < claim("error_budget", "16a", "simulation against").ours < 5.0
     assert claim("error_budget", "16a", "0.2 deg/s of yaw rate bias").ours < 1.5  # 5.3.1's bound holds
 
 
-def test_the_misprints_of_the_error_budget_are_borne_out() -> None:
+def test_the_misprints_of_the_error_budget_are_confirmed() -> None:
     misprints = [m for exhibit in exhibits("error_budget").values() for m in exhibit.misprints]
     assert len(misprints) == 3
     assert all(m.shown for m in misprints)
 
 
-def test_the_thesiss_filter_loses_a_drifting_bias_on_the_straight_and_ours_does_not() -> None:
+def test_the_thesiss_filter_loses_a_drifting_bias_on_the_straight_and_the_cores_does_not() -> None:
     lost = claim("gyro_drift", "17", "loses the drifting bias")
     assert abs(lost.ours - lost.thesis) < 1.5  # min
     assert claim("gyro_drift", "17", "largest error of the thesis's filter").ours > 1.0
-    assert claim("gyro_drift", "17", "largest error of this code").ours < 0.2  # 5.3.1 asks for no more
+    assert claim("gyro_drift", "17", "largest error of this code").ours < 0.2  # 5.3.1 requires no more
 
 
-def test_the_plays_mean_place_is_the_offsets_error() -> None:
+def test_the_mean_position_in_the_play_is_the_offsets_error() -> None:
     assert claim("distributions", "18", "less the play's mean place").ours < 0.05
     assert claim("distributions", "18", "hardly ever changes its sign").ours == pytest.approx(7.5, abs=0.1)
     assert 0.0 < claim("distributions", "18", "yaws to the left").ours < 7.5

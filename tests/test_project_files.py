@@ -1,4 +1,5 @@
-"""The forms of an issue: GitHub can show them, and the advice for sharing a log removes what identifies a truck."""
+"""Files of the project for GitHub and pre-commit: the issue forms are valid, the advice for sharing a log removes the
+truck's identity, and the hooks have the versions of the lock."""
 
 import re
 from pathlib import Path
@@ -10,7 +11,8 @@ from test_estimate import steady_drive
 
 import oncenter as oc
 
-FORMS = Path(__file__).parents[1] / ".github" / "ISSUE_TEMPLATE"
+ROOT = Path(__file__).parents[1]
+FORMS = ROOT / ".github" / "ISSUE_TEMPLATE"
 TRUCK = "scania_r730_4x2"
 
 
@@ -41,3 +43,10 @@ def test_the_advice_for_sharing_a_log_keeps_the_answer_and_removes_position_and_
     truck = oc.vehicle(TRUCK)
     answers = [oc.offset(oc.read(name), truck).offset.value for name in ("drive.csv", "shared.parquet")]
     assert answers[0] == pytest.approx(answers[1], abs=1e-6)
+
+
+def test_the_hooks_before_a_commit_have_the_versions_of_the_lock() -> None:
+    hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))
+    locked = dict(line.split("==") for line in (ROOT / "requirements.lock").read_text(encoding="utf-8").splitlines())
+    pinned = {repo["repo"].rpartition("/")[2].removesuffix("-pre-commit"): repo["rev"] for repo in hooks["repos"]}
+    assert pinned == {name: f"v{locked[name]}" for name in ("ruff", "typos")}

@@ -121,7 +121,8 @@ KEYS: dict[str, Key] = {
             high=3.0,
             usual=(1.7, 2.2),
             where="Data sheet of the axle, or measure from tyre middle to tyre middle. Usual: 2.0 to 2.1 m.",
-            without="1.9 m with a standard deviation of 0.1 m is assumed: front wheel speeds give the yaw rate's bias less accurately",
+            without="1.9 m with a standard deviation of 0.1 m, and front wheel speeds give the yaw rate's bias less "
+            "accurately",
         ),
         Key(
             "track_width_rear_m",
@@ -133,7 +134,8 @@ KEYS: dict[str, Key] = {
             high=3.0,
             usual=(1.6, 2.2),
             where="Data sheet of the axle, or measure from tyre middle to tyre middle. Usual: 1.8 to 1.9 m.",
-            without="1.9 m with a standard deviation of 0.1 m is assumed: rear wheel speeds give the yaw rate's bias less accurately",
+            without="1.9 m with a standard deviation of 0.1 m, and rear wheel speeds give the yaw rate's bias less "
+            "accurately",
         ),
         Key(
             "traffic_side",

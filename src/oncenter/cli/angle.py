@@ -30,7 +30,7 @@ Output = Annotated[
 Report = Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a report: one HTML page.")]
 Method = Annotated[
     Literal["observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "yaw-rate-understeer", "side-slip"],
-    typer.Option(help="observer, or one of the estimators of the thesis (chapter 4)."),
+    typer.Option(help="Method: the observer, or one of the estimators of the thesis (chapter 4)."),
 ]
 TaughtBy = Annotated[
     list[Path] | None,

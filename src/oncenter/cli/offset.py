@@ -39,8 +39,8 @@ def offset(
     method: Annotated[
         Literal["joint", "thesis", "wheel-speed"],
         typer.Option(
-            help="joint: offset, play and biases together. thesis: the mean of the thesis. wheel-speed: the same with "
-            "the yaw rate from wheel speeds."
+            help="Method: joint estimates offset, play and biases together; thesis is the mean of the thesis; "
+            "wheel-speed is the same with the yaw rate from wheel speeds."
         ),
     ] = "joint",
     no_accelerometer: Annotated[

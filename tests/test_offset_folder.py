@@ -52,7 +52,7 @@ def test_a_folder_is_all_its_logs_as_one_truck(folder: Path, capfd: pytest.Captu
     assert given["time"]["duration_s"] == pytest.approx(240.0)
     (left_out,) = [finding["text"] for finding in given["findings"] if finding["code"] == "log_left_out"]
     assert "bad.csv" in left_out
-    assert any("2 files are no logs and were skipped: .truth.parquet, .txt" in note for note in given["notes"])
+    assert any("2 files are not logs and were skipped: .truth.parquet, .txt" in note for note in given["notes"])
 
 
 def test_logs_of_a_folder_come_by_their_start_or_else_by_name(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -81,7 +81,7 @@ def test_each_log_of_a_folder_is_a_line_with_its_answer_or_its_reason(
     for line in (first, second):
         assert " deg (" in line and " ± " in line and "converging" in line
     assert "no answer" in bad and "no signal recognised in bad.csv" in bad and "deg (" not in bad
-    assert note.startswith("note: 2 files are no logs") and err == ""
+    assert note.startswith("note: 2 files are not logs") and err == ""
 
 
 def test_each_with_json_is_one_object_of_answers_and_reasons(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -139,12 +139,12 @@ def test_a_vin_in_the_frames_of_a_log_counts_as_well(tmp_path: Path, capfd: pyte
         (tmp_path / name).write_text(candump(frames))
     assert run(["offset", str(tmp_path), "--vehicle", TRUCK]) == 2
     err = capfd.readouterr().err
-    assert "a.log is of VIN SHORT1" in err and "b.log of VIN SHORT2" in err
+    assert "a.log has VIN SHORT1" in err and "b.log has VIN SHORT2" in err
 
 
 def test_what_is_no_log_among_logs_is_skipped_and_counted(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     given = answered([str(folder / "a.csv"), str(folder / "notes.txt")], capfd)
-    assert any("1 file is no log and was skipped: .txt" in note for note in given["notes"])
+    assert any("1 file is not a log and was skipped: .txt" in note for note in given["notes"])
     assert not any(finding["code"] == "log_left_out" for finding in given["findings"])
 
 
@@ -182,10 +182,10 @@ def test_an_output_in_the_folder_that_is_one_of_its_logs_is_refused(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["offset", str(folder), "--vehicle", TRUCK, "--report", str(folder / "a.csv")]) == 2
-    assert "would write over" in capfd.readouterr().err
+    assert "would overwrite" in capfd.readouterr().err
 
 
 def test_the_help_says_that_subfolders_are_in(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["offset", "--help"]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "all logs in it and its subfolders, in order of their start times" in said
+    assert "all logs in it and in its subfolders, in order of their start times" in said

@@ -68,7 +68,7 @@ def test_an_output_that_is_an_input_is_refused_before_anything_is_read(
     assert run(arguments.split()) == 2
     err = capfd.readouterr().err
     assert err.count("\n") == 1
-    assert "would write over" in err
+    assert "would overwrite" in err
     assert dict(contents(folder)) == before
 
 

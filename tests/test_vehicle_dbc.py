@@ -158,4 +158,4 @@ def test_a_page_is_not_written_over_the_vehicles_dbc(desk: Path, capfd: pytest.C
     (desk / "trucks" / "own.toml").write_text(VEHICLE.format(dbc='"own.html"'))
     verb = ["offset", "../logs/own/drive.log", "--vehicle", "../trucks/own.toml", "--report", "../trucks/own.html"]
     assert run(verb) == 2
-    assert "would write over" in capfd.readouterr().err
+    assert "would overwrite" in capfd.readouterr().err

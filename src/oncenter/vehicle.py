@@ -201,6 +201,11 @@ class Vehicle(BaseModel):
         return self.dbc
 
 
+def tandem_side_force_m2_s2() -> Mapping[str, float]:
+    """By axle layout, the parameter `tandem_side_force_m2_s2` where `[params]` does not give it."""
+    return _TANDEM_SIDE_FORCE_M2_S2
+
+
 def check_vehicle(given: object, verb: str) -> None:
     """
     Raises:

@@ -123,7 +123,8 @@ KEYS: dict[str, Key] = {
             high=3.0,
             usual=(1.7, 2.2),
             where="Data sheet of the axle, or measure from tyre middle to tyre middle. Usual: 2.0 to 2.1 m.",
-            without="1.9 m with a standard deviation of 0.1 m, so that wheel speeds give the yaw rate's bias less well",
+            without="1.9 m with a standard deviation of 0.1 m, and front wheel speeds give the yaw rate's bias less "
+            "accurately",
         ),
         Key(
             "track_width_rear_m",
@@ -135,7 +136,8 @@ KEYS: dict[str, Key] = {
             high=3.0,
             usual=(1.6, 2.2),
             where="Data sheet of the axle, or measure from tyre middle to tyre middle. Usual: 1.8 to 1.9 m.",
-            without="1.9 m with a standard deviation of 0.1 m, so that wheel speeds give the yaw rate's bias less well",
+            without="1.9 m with a standard deviation of 0.1 m, and rear wheel speeds give the yaw rate's bias less "
+            "accurately",
         ),
         Key(
             "traffic_side",

@@ -1,4 +1,4 @@
-"""oncenter angle: the steering wheel angle without its sensor, as a table."""
+"""oncenter angle: the steering wheel angle with and without its sensor, as a table."""
 
 from __future__ import annotations
 
@@ -14,26 +14,38 @@ from oncenter.files.log_formats import SUFFIXES
 if TYPE_CHECKING:
     from oncenter.offset.findings import Finding
 
-_LEAST_SHARE = 0.01  # of a drive, that is told as a number
-_WITHIN_MAX_DEG = 90.0  # a wheel that may be anywhere
-_NOTHING_TELLS = "in which nothing tells the angle: standing, or without what tells the motion"
+_SHARE_MIN = 0.01  # of a drive; a smaller share is not printed as a number
+_WITHIN_MAX_DEG = 90.0  # a wider interval says nothing about the angle
+_NOT_OBSERVABLE = "angle not observable: the truck stands, or its motion signals are missing"
 
 
-Log = Annotated[Path, typer.Argument(metavar="LOG", readable=False, help=f"A drive: {' '.join(SUFFIXES)}")]
+Log = Annotated[Path, typer.Argument(metavar="LOG", readable=False, help=f"A log: {' '.join(SUFFIXES)}")]
 LostAt = Annotated[
     float | None,
-    typer.Option(metavar="SECONDS", help="From then on, counted from the log's begin, do without the sensor."),
+    typer.Option(metavar="SECONDS", help="Ignore the sensor from this time on, counted from the begin of the log."),
 ]
-Output = Annotated[Path | None, typer.Option(metavar="OUT.parquet", help="Where the table goes, .parquet or .csv.")]
-Report = Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a page that shows it.")]
+Output = Annotated[
+    Path | None, typer.Option(metavar="OUT.parquet", help="Write the table to this file, .parquet or .csv.")
+]
+Report = Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a report: one HTML page.")]
 Method = Annotated[
     Literal["observer", "wheel-speed", "wheel-speed-exact", "yaw-rate", "yaw-rate-understeer", "side-slip"],
-    typer.Option(help="The observer, or one of the thesis's estimators."),
+    typer.Option(help="Method: the observer, or one of the estimators of the thesis (chapter 4)."),
 ]
 TaughtBy = Annotated[
-    list[Path] | None, typer.Option(metavar="LOG", help="A drive of the same truck before this one; repeatable.")
+    list[Path] | None,
+    typer.Option(
+        metavar="LOG",
+        help="Log of an earlier drive of the same truck, to learn its offset, play and ratio. Repeat the option for "
+        "several logs.",
+    ),
 ]
-Smooth = Annotated[bool, typer.Option("--smooth", help="Look ahead as well: for logs, not for a truck.")]
+Smooth = Annotated[
+    bool,
+    typer.Option(
+        "--smooth", help="Use the whole log for each instant, the time after it as well; not possible in a truck."
+    ),
+]
 
 
 def angle(
@@ -48,7 +60,10 @@ def angle(
     dbc: Dbc = None,
     source: Source = None,
 ) -> None:
-    """The true steering wheel angle, with its sensor while that can be believed and without it after."""
+    """Estimate the angle with and without its sensor.
+
+    The sensor is used while it is valid; after a fault, or after --sensor-lost-at, the other signals replace it.
+    """
     import oncenter as oc
     from oncenter.angle.run import findings_on, in_degrees, notes_on
     from oncenter.cli.logs import read_log, read_logs
@@ -72,7 +87,7 @@ def angle(
         check_report(report, "--report")
     drive = read_log(log, truck, dbc or (), sources_of(source))
     earlier = logs_named(taught_by or ())
-    taught, told = read_logs(earlier, truck, dbc or (), sources_of(source)) if taught_by else ([], [])
+    taught, left_out = read_logs(earlier, truck, dbc or (), sources_of(source)) if taught_by else ([], [])
     with progress_bar("estimating", log) as progress:
         table = oc.angle(
             drive,
@@ -84,8 +99,10 @@ def angle(
             progress=progress,
         )
     notes = notes_on(drive, truck, taught, sensor_lost_at)
-    findings = (*findings_on(drive, truck, taught), *told)
-    typer.echo("\n".join([_in_words(table), *_asides(findings, notes)]))  # before files that a full disk may refuse
+    findings = (*findings_on(drive, truck, taught), *left_out)
+    typer.echo(
+        "\n".join([_in_words(table), *_asides(findings, notes)])
+    )  # before the files, which a full disk may prevent
     if output is not None:
         with whole_file(output) as unfinished:
             given = in_degrees(table)
@@ -103,15 +120,15 @@ def angle(
         )
 
 
-def _asides(told: Sequence[Finding], notes: Sequence[str]) -> list[str]:
-    """What there is to say of the logs, below an empty line."""
-    lines = [f"  {finding.severity}: {finding.text}" for finding in told]
+def _asides(findings: Sequence[Finding], notes: Sequence[str]) -> list[str]:
+    """Findings and notes on the logs, below an empty line."""
+    lines = [f"  {finding.severity}: {finding.text}" for finding in findings]
     lines += [f"  note: {note}" for note in notes]
     return ["", *lines] if lines else []
 
 
 def _in_words(table: object) -> str:
-    """What a person wants to know of the drive: how sure, for how long, and what became of the sensor."""
+    """By status of the angle: its share of the drive and its accuracy; then faults of the sensor."""
     import polars as pl
 
     from oncenter.signals import DEGREE
@@ -123,8 +140,8 @@ def _in_words(table: object) -> str:
         sd = rows["standard_deviation_rad"].median()
         assert isinstance(sd, float)
         within_deg, share = 0.67 * sd / DEGREE, len(rows) / len(table)
-        how_much = f"{share:.0%}" if share >= _LEAST_SHARE else f"less than {_LEAST_SHARE:.0%}"
-        how_well = f"half of it within {within_deg:.1f} deg" if within_deg < _WITHIN_MAX_DEG else _NOTHING_TELLS
+        how_much = f"{share:.0%}" if share >= _SHARE_MIN else f"less than {_SHARE_MIN:.0%}"
+        how_well = f"half of it within {within_deg:.1f} deg" if within_deg < _WITHIN_MAX_DEG else _NOT_OBSERVABLE
         lines.append(f"{name}: {how_much} of the drive, {how_well}")
     begin_s = table["time_s"][0]
     faults = table.filter(pl.col("sensor_fault") != "none").group_by("sensor_fault", maintain_order=True).first()

@@ -1,4 +1,4 @@
-"""oncenter budget: what a truck's sensors may cost the offset."""
+"""oncenter budget: the contribution of each sensor error to the error of the offset."""
 
 from __future__ import annotations
 
@@ -12,14 +12,26 @@ from oncenter.cli.options import Json, VehicleFile
 def budget(
     vehicle_file: VehicleFile,
     speed: Annotated[
-        float | None, typer.Option("--speed-km-h", help="Mean speed of driving; else Figure 16's.")
+        float | None,
+        typer.Option(
+            "--speed-km-h", metavar="KM/H", help="Mean speed of the drives; by default that of Figure 16, 54."
+        ),
     ] = None,
     backlash: Annotated[
-        float | None, typer.Option("--backlash-deg", help="The steering's play, full width; else the standard's most.")
+        float | None,
+        typer.Option(
+            "--backlash-deg",
+            metavar="DEG",
+            help="Free play of the steering, full width; by default the maximum of the maintenance standard, 15.",
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """What each error of a truck's sensors costs the offset, (47) and (48), and which sensor to improve first."""
+    """Compute how each sensor error affects the offset.
+
+    The result names the sensor to improve first. The equations are (47) and (48) of the thesis; the sensor errors are
+    in the [sensors] table of the vehicle file.
+    """
     import oncenter as oc
     from oncenter.offset.budget import BACKLASH_RAD, MEAN_SPEED_M_S
     from oncenter.signals import DEGREE

@@ -1,4 +1,4 @@
-"""oncenter demo: a simulated drive, answered as a real one would be."""
+"""oncenter demo: a simulated drive, answered like a real one."""
 
 from __future__ import annotations
 
@@ -11,10 +11,14 @@ _SCENARIO = "thesis_drive"
 
 
 def demo(
-    output: Annotated[Path, typer.Option(metavar="DIR", help="Where log, truth and report go.")] = Path("demo"),
-    seed: Annotated[int, typer.Option(help="Another seed, another drive.")] = 1,
+    output: Annotated[Path, typer.Option(metavar="DIR", help="The folder for log, truth and report.")] = Path("demo"),
+    seed: Annotated[int, typer.Option(help="Seed of the random numbers; another seed gives another drive.")] = 1,
 ) -> None:
-    """Half an hour with the thesis's truck: simulate, write a candump log, read it back, answer, report."""
+    """Simulate a drive, estimate its offset, write a report.
+
+    The drive takes half an hour with the truck of the thesis, as a candump log. The true offset is printed below the
+    estimated one.
+    """
     import oncenter as oc
     from oncenter.cli.offset import as_table
     from oncenter.errors import WRONG_USAGE
@@ -27,7 +31,7 @@ def demo(
     except OSError as error:
         raise oc.OncenterError(f"--output {output}: {error.strerror}", code="output", exit_code=WRONG_USAGE) from None
     log, page = output / "drive.log", output / "report.html"
-    _check_nobody_elses(log, page)
+    _refuse_other_files(log, page)
     _begin("simulating half an hour of driving")
     truth = simulate_to_log(_SCENARIO, seed, log)
     truck = oc.vehicle("scania_r730_4x2")
@@ -44,12 +48,12 @@ def demo(
 
 
 def _begin(step: str) -> None:
-    """The steps are to be seen while they run, and are no part of the answer."""
+    """To standard error: a step is not part of the answer."""
     typer.echo(step, err=True)
 
 
-def _check_nobody_elses(log: Path, page: Path) -> None:
-    """A demo writes over what a demo wrote, and over nothing else.
+def _refuse_other_files(log: Path, page: Path) -> None:
+    """A demo overwrites the files of an earlier demo, and no others.
 
     Raises:
         OncenterError: "output", exit code 2.
@@ -61,17 +65,17 @@ def _check_nobody_elses(log: Path, page: Path) -> None:
     there = [path for path in (log, page, table, truth) if path.exists()]
     if there and not _wrote(log, truth):
         raise OncenterError(
-            f"--output {log.parent}: its {there[0].name} is no demo's and would be written over: "
-            "name another folder, or remove it",
+            f"--output {log.parent}: {there[0].name} in it is not from a demo and would be overwritten: "
+            "name another folder, or remove the file",
             code="output",
             exit_code=WRONG_USAGE,
         )
 
 
 def _wrote(log: Path, truth: Path) -> bool:
-    """Whether it was a demo: the truth beside the log names its scenario, and the log begins in the simulator's second.
+    """Whether a demo wrote the files: the truth names the scenario, and the log begins at the simulator's start time.
 
-    The second alone would do but for other scenarios' logs; the truth alone, but for a log put in the place of ours.
+    Both are needed: logs of other scenarios begin at the same time, and a user may have replaced the log alone.
     """
     import tomllib
 

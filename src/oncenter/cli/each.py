@@ -1,4 +1,4 @@
-"""oncenter offset --each: an answer or a reason for each log, one line a log, or one JSON object of all."""
+"""oncenter offset --each: an answer or an error for each log, one line a log, or one JSON object for all."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _NO_ANSWER = "no answer"  # in place of a status
 
 
 def answer_each(places: Places, answered: Callable[[Path], Answer], schema: Schema | None) -> list[str]:
-    """Says of each log its answer, or why it has none, as soon as it is known; with a schema of `Answer.to_dict` all in
-    one object at the end.
+    """Prints the answer or the error of each log as soon as it is there; with a schema of `Answer.to_dict`, all of them
+    in one object at the end.
 
     Returns:
         The status of each offset.
 
     Raises:
-        typer.Exit: no log can be answered: the exit code of them all, or 1 where they differ.
+        typer.Exit: no log can be answered: the exit code of all logs, or 1 if they differ.
     """
     width = min(max(len(str(log)) for log in places.logs), _NAME_MAX)
     objects: list[dict[str, Any]] = []
@@ -46,16 +46,16 @@ def answer_each(places: Places, answered: Callable[[Path], Answer], schema: Sche
             line = _line(str(log), width, _offset(answer), answer.offset.status, _first_warning(answer), _state(answer))
         if schema is None:
             typer.echo(line)
-    _say_the_rest(places, objects, schema)
+    _print_notes(places, objects, schema)
     if not statuses:
         raise typer.Exit(exit_codes.pop() if len(exit_codes) == 1 else LOG_CANNOT_BE_ANSWERED)
     return statuses
 
 
-def _say_the_rest(places: Places, objects: list[dict[str, Any]], schema: Schema | None) -> None:
-    """What is of no log; with a schema the object."""
+def _print_notes(places: Places, objects: list[dict[str, Any]], schema: Schema | None) -> None:
+    """Notes that belong to no single log; with a schema the object."""
     notes = [
-        *(f"{log} is given twice and is answered once" for log in places.twice),
+        *(f"{log} is given twice; it is answered once" for log in places.twice),
         *map(str, places.unlisted),
         *places.notes,
     ]
@@ -94,7 +94,7 @@ def _state(answer: Answer) -> str:
 
 
 def _offset(answer: Answer) -> str:
-    """With this drive's part of the interval, and the ends of all of it; no number that does not hold."""
+    """With this drive's part of the interval, and the ends of the whole interval; an invalid value is marked."""
     from oncenter.offset.answer import NOT_YET_OR_NO_MORE
     from oncenter.signals import DEGREE
 

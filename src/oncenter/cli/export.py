@@ -10,25 +10,33 @@ import typer
 from oncenter.cli.options import VehicleFile
 from oncenter.errors import WRONG_USAGE, OncenterError
 
+_EPILOG = "Example: oncenter export {}"
+
 export = typer.Typer(name="export")
 
 
 @export.callback(invoke_without_command=True)
 def _export(context: typer.Context) -> None:
-    """The core for other tools: an FMU, or a folder of C."""
+    """Export the core as an FMU or as C."""
     if context.invoked_subcommand is None:
         raise OncenterError(
-            "export what: oncenter export fmu, or oncenter export c", code="usage", exit_code=WRONG_USAGE
+            "export needs a command: oncenter export fmu, or oncenter export c", code="usage", exit_code=WRONG_USAGE
         )
 
 
-@export.command()
+@export.command(epilog=_EPILOG.format("fmu --vehicle truck.toml --output truck.fmu"))
 def fmu(
     vehicle_file: VehicleFile,
-    output: Annotated[Path, typer.Option(metavar="F.fmu", help="Where the FMU goes.")],
-    fmi: Annotated[Literal["2", "3"], typer.Option(help="FMI 2.0, which nearly all tools import, or 3.0.")] = "2",
+    output: Annotated[Path, typer.Option(metavar="F.fmu", help="The FMU to write.")],
+    fmi: Annotated[
+        Literal["2", "3"],
+        typer.Option(help="Version of FMI: 2 for FMI 2.0, which nearly all tools import, or 3 for FMI 3.0."),
+    ] = "2",
 ) -> None:
-    """A co-simulation FMU of one truck's monitor, with sources and binaries for Windows, Linux and macOS."""
+    """Write an FMU of one truck's monitor.
+
+    It is for co-simulation and holds sources, and binaries for Windows, Linux and macOS.
+    """
     import oncenter as oc
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.export import write_fmu
@@ -46,11 +54,14 @@ def fmu(
         typer.echo(f"for all platforms: {ALL_PLATFORMS}, then export again", err=True)
 
 
-@export.command()
+@export.command(epilog=_EPILOG.format("c --output oncenter_core"))
 def c(
-    output: Annotated[Path, typer.Option(metavar="DIR", help="A folder that is new or empty.")],
+    output: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write; it must be new or empty.")],
 ) -> None:
-    """The core as one folder of C with a test, and an A2L description for an ECU project."""
+    """Write the core as one folder of C.
+
+    The folder has a test and an A2L description, for an ECU project.
+    """
     from oncenter.export import write_c
 
     folder = write_c(output)

@@ -1,4 +1,4 @@
-"""--fail-on: an exit code for scripts that an offset's status decides."""
+"""--fail-on: an exit code for scripts, set by the status of the offset."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def statuses_of(given: str | None) -> frozenset[str]:
     """The statuses of a list with commas.
 
     Raises:
-        OncenterError: "usage", exit code 2: one is none.
+        OncenterError: "usage", exit code 2: a name is not a status.
     """
     if given is None:
         return frozenset()
@@ -25,7 +25,7 @@ def statuses_of(given: str | None) -> frozenset[str]:
     for status in named:
         if status not in STATUSES:
             raise OncenterError(
-                f"--fail-on takes {', '.join(STATUSES)}, with commas between several; got '{status}'",
+                f"--fail-on takes {', '.join(STATUSES)}, separated by commas; got '{status}'",
                 code="usage",
                 exit_code=WRONG_USAGE,
             )
@@ -33,10 +33,10 @@ def statuses_of(given: str | None) -> frozenset[str]:
 
 
 def fail_on_status(statuses: Iterable[str], failing: frozenset[str]) -> None:
-    """Ends with exit code 3 where an offset has one of the statuses to fail on; says so on standard error."""
+    """Exits with code 3 if an offset has one of the statuses to fail on, and prints them to standard error."""
     found = Counter(status for status in statuses if status in failing)
     if not found:
         return
-    told = ", ".join(f"{count} {status}" for status, count in found.items())
-    print(f"oncenter: --fail-on: {told}", file=sys.stderr)
+    counts = ", ".join(f"{count} {status}" for status, count in found.items())
+    print(f"oncenter: --fail-on: {counts}", file=sys.stderr)
     raise typer.Exit(STATUS_TO_FAIL_ON)

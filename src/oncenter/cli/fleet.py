@@ -29,7 +29,7 @@ def _fleet(context: typer.Context) -> None:
         )
 
 
-@fleet.command()
+@fleet.command(epilog="Example: oncenter fleet run logs --vehicles vehicles --output fleet")
 def run(
     logs: Annotated[list[str], typer.Argument(metavar="LOG…", help="Logs, folders of them, s3://bucket/folder.")],
     vehicles: Annotated[
@@ -75,7 +75,7 @@ def run(
     typer.echo((output / "metrics.json").read_text(encoding="utf-8").rstrip() if json else in_words(summary))
 
 
-@fleet.command()
+@fleet.command(epilog='Example: oncenter fleet query "select truck, verdict from trucks" --output fleet')
 def query(
     sql: Annotated[str, typer.Argument(metavar="SQL", help="One SELECT on drives, trucks, changes.")],
     output: Output,

@@ -1,4 +1,4 @@
-"""Logs of a command line, read. Of one truck's logs those that cannot be read are named, the others answered."""
+"""Reads the logs of a command line. Of several logs of a truck, those that cannot be read are named and left out."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from oncenter.signals import Signals
     from oncenter.vehicle import Vehicle
 
-_EPOCH_S = 1e8  # times beyond are of day and year, those below since the log's own start
+_EPOCH_S = 1e8  # larger times are since 1970, smaller ones since the begin of the log
 _ANGLE = ("steering_wheel_angle",)
 
 
 @dataclass(frozen=True)
 class _Log:
-    """A drive, with what its log says beside its signals: `start_s` since 1970; None where it says nothing."""
+    """A drive with VIN and start of its log, `start_s` since 1970; None where the log has none."""
 
     path: Path
     drive: Signals
@@ -46,15 +46,15 @@ def read_log(log: Path, truck: Vehicle | None, dbc: Sequence[Path], take: Mappin
 def read_logs(
     places: Places, truck: Vehicle, dbc: Sequence[Path], take: Mapping[str, str], wanted: Sequence[str] = _ANGLE
 ) -> tuple[list[Signals], list[Finding]]:
-    """Drives of one truck, and what to tell of logs that gave none. Of folders they are in order of their start times,
-    or of their names where one of them has none.
+    """Drives of one truck, and findings on logs that were left out. Drives of a folder are in order of their start
+    times, or of their names if a log has no start time.
 
     Args:
-        wanted: signals without which a log among others is left out.
+        wanted: signals without which one of several logs is left out.
 
     Raises:
-        OncenterError: there is one log only and it cannot be read, none of several can, two are of different trucks
-            ("different_trucks"), or usage is wrong.
+        OncenterError: a single log cannot be read, or none of several; two logs are of different trucks
+            ("different_trucks"); or the usage is wrong.
     """
     logs: list[_Log] = []
     refusals = list(places.unlisted)
@@ -76,7 +76,7 @@ def read_logs(
     if not drives:
         reasons = "; ".join(str(error) for error in refusals[:3])
         raise OncenterError(
-            f"none of {len(refusals)} logs can be read: {reasons}", code=refusals[0].code, needs=refusals[0].needs
+            f"none of {len(refusals)} logs can be used: {reasons}", code=refusals[0].code, needs=refusals[0].needs
         )
     return drives, [*_left_out(refusals), *_given_twice(places.twice), *_overlaps(drives)]
 
@@ -98,13 +98,13 @@ def _identified(path: Path, drive: Signals, file: Path) -> _Log:
 
 
 def _refuse_another_truck(logs: Sequence[_Log]) -> None:
-    """Of the last log; those before it are of one truck."""
-    told = [log for log in logs if log.vin is not None]
-    if not told or logs[-1].vin in (None, told[0].vin):
+    """Compares the last log; all logs before it are of one truck."""
+    named = [log for log in logs if log.vin is not None]
+    if not named or logs[-1].vin in (None, named[0].vin):
         return
     raise OncenterError(
-        f"logs of different trucks: {told[0].path} is of VIN {told[0].vin}, {told[-1].path} of VIN {told[-1].vin}; "
-        "give the logs of one truck, or --each for an answer of each log",
+        f"the logs are of different trucks: {named[0].path} has VIN {named[0].vin}, {named[-1].path} has VIN "
+        f"{named[-1].vin}; give the logs of one truck, or --each for one answer per log",
         code="different_trucks",
         exit_code=WRONG_USAGE,
     )
@@ -116,8 +116,8 @@ def _by_start(logs: Sequence[_Log]) -> list[_Log]:
 
 
 def _complete(drives: list[Signals], wanted: Sequence[str]) -> tuple[list[Signals], list[OncenterError]]:
-    """Of several drives those with all signals that are wanted, and what the others lack; where no drive has all, those
-    with an angle: whoever answers them knows what would do without."""
+    """Of several drives those with all wanted signals, and errors for the others. If no drive has all of them, those
+    with an angle: the estimator then names the method that works without the missing signals."""
     if len(drives) < 2:
         return drives, []
     complete, refusals = _with_all(drives, wanted)
@@ -146,11 +146,11 @@ def _left_out(refusals: Sequence[OncenterError]) -> list[Finding]:
 def _given_twice(twice: Sequence[Path]) -> list[Finding]:
     from oncenter.offset.findings import Finding
 
-    return [Finding("log_given_twice", "warning", f"{log} is given twice and counts once") for log in twice]
+    return [Finding("log_given_twice", "warning", f"{log} is given twice; it is used once") for log in twice]
 
 
 def _overlaps(drives: Sequence[Signals]) -> list[Finding]:
-    """Of drives that know the time of day: one truck cannot be on two of them at once."""
+    """Among drives with the time of day: one truck cannot be on two of them at once."""
     from oncenter.offset.findings import Finding
 
     def span(drive: Signals) -> tuple[float, float]:
@@ -162,7 +162,7 @@ def _overlaps(drives: Sequence[Signals]) -> list[Finding]:
             "logs_overlap",
             "warning",
             f"{one.log} and {other.log} overlap in time for {min(span(one)[1], span(other)[1]) - span(other)[0]:.0f} s:"
-            " what both have counts twice",
+            " this part is used twice",
         )
         for one, other in pairwise(dated)
         if span(other)[0] < span(one)[1]

@@ -1,4 +1,4 @@
-"""oncenter offset: from logs to the offset."""
+"""oncenter offset: the straight-ahead offset from logs."""
 
 from __future__ import annotations
 
@@ -22,32 +22,36 @@ def offset(
         list[str],
         typer.Argument(
             metavar="LOG…",
-            help=f"Drives of one truck, or a folder of them: {' '.join(SUFFIXES)}. Of a folder all "
-            "logs in it and its subfolders, in order of their start times, or of their names where a log has none.",
+            help=f"Logs of one truck, or a folder of them: {' '.join(SUFFIXES)}. From a folder oncenter takes all "
+            "logs in it and in its subfolders, in order of their start times, or of their names if a log has none.",
         ),
     ],
     vehicle_file: VehicleFile,
     each: Annotated[
         bool,
         typer.Option(
-            "--each", help="Answer each log by itself, one line a log. Else logs of different VINs are refused."
+            "--each", help="Answer each log by itself, one line a log. Without it all logs must have the same VIN."
         ),
     ] = False,
     json: Json = False,
     schema: Schema = "offset-2",
-    report: Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a page that shows why.")] = None,
+    report: Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a report: one HTML page.")] = None,
     method: Annotated[
         Literal["joint", "thesis", "wheel-speed"],
-        typer.Option(help="How: offset, play and biases jointly; the thesis's mean; the same from wheel speeds alone."),
+        typer.Option(
+            help="Method: joint estimates offset, play and biases together; thesis is the mean of the thesis; "
+            "wheel-speed is the same with the yaw rate from wheel speeds."
+        ),
     ] = "joint",
     no_accelerometer: Annotated[
-        bool, typer.Option("--no-accelerometer", help="Do without the lateral acceleration: yaw rate and speed alone.")
+        bool,
+        typer.Option("--no-accelerometer", help="Use yaw rate and speed alone, without the lateral acceleration."),
     ] = False,
     applied: Annotated[
         float | None,
         typer.Option(
             metavar="DEG",
-            help="A correction that the ECU already adds to the sensor's reading; in place of the vehicle file's.",
+            help="Correction that the ECU already adds to the sensor's reading. It replaces that of the vehicle file.",
         ),
     ] = None,
     limit: Annotated[
@@ -62,14 +66,18 @@ def offset(
         Path | None,
         typer.Option(
             metavar="TRUCK.toml",
-            help="What earlier drives of this truck found: the drive starts from it and adds to it. Made if missing.",
+            help="Memory of earlier drives of this truck: the estimate starts from it and is added to it. A missing "
+            "file is created.",
         ),
     ] = None,
     fail_on: FailOn = None,
     dbc: Dbc = None,
     source: Source = None,
 ) -> None:
-    """How far the steering wheel angle sensor is off, and how sure that is."""
+    """Estimate the straight-ahead offset of the angle sensor.
+
+    The answer is the offset with its 95 % interval, the free play, biases of other sensors, and findings.
+    """
     import oncenter as oc
     from oncenter.cli.each import answer_each
     from oncenter.cli.fail_on import fail_on_status, statuses_of
@@ -133,7 +141,7 @@ def _remembered(memory: Path, truck: oc.Vehicle) -> TruckMemory:
 
 
 def _wanted(method: Method, truck: oc.Vehicle, params: dict[str, float] | None) -> tuple[str, ...]:
-    """Signals without which a log among others is left out; which wheels stand for the motion, all logs decide."""
+    """Signals without which a log among others is left out; of wheel speeds, all logs together decide."""
     from oncenter.offset.inputs import needed, params_of
 
     if method == "wheel-speed":
@@ -151,14 +159,14 @@ def _refuse_of_one_answer(report: Path | None, memory: Path | None) -> None:
     for option, path in (("--report", report), ("--memory", memory)):
         if path is not None:
             raise OncenterError(
-                f"{option} is of one answer, --each gives one a log: leave one of them out",
+                f"{option} needs one answer, and --each gives one for each log: leave one of them out",
                 code="usage",
                 exit_code=WRONG_USAGE,
             )
 
 
 def refuse_one_place(report: Path | None, memory: Path | None) -> None:
-    """Of two outputs, either of which may not exist yet.
+    """Refuses one file for two outputs, of which either may not exist yet.
 
     Raises:
         OncenterError: "usage", exit code 2.
@@ -174,10 +182,10 @@ def refuse_one_place(report: Path | None, memory: Path | None) -> None:
 
 
 def with_applied(truck: oc.Vehicle, applied_deg: float | None) -> oc.Vehicle:
-    """With the correction that a command line gives in place of the vehicle file's.
+    """With the correction of the command line in place of that of the vehicle file.
 
     Raises:
-        OncenterError: "usage", exit code 2: beyond two turns, or no number.
+        OncenterError: "usage", exit code 2: beyond two turns, or not a number.
     """
     from oncenter.errors import WRONG_USAGE, OncenterError
     from oncenter.vehicle_keys import APPLIED_MAX_DEG
@@ -214,7 +222,7 @@ def with_limit(truck: oc.Vehicle, limit_deg: float | None) -> oc.Vehicle:
 
 
 def as_table(answer: oc.Answer) -> str:
-    """Verdicts, the answer in words, its quantities as a table, its findings: for a person at the prompt."""
+    """Verdicts, the answer in words, its quantities as a table, and its findings, for a person at the prompt."""
     from oncenter.signals import DEGREE
 
     lines = [*_verdicts(answer), _without_correction(answer), ""]

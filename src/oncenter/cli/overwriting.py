@@ -1,4 +1,4 @@
-"""What a verb is told to write is nothing of what it is told to read."""
+"""An output is never one of the inputs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 def spare_inputs(
     outputs: Mapping[str, str | os.PathLike[str] | None], inputs: Iterable[str | os.PathLike[str] | None]
 ) -> None:
-    """Refuses, before anything is read, an output that is the same file as an input, by whatever name or link.
+    """Refuses, before anything is read, an output that is the same file as an input, whatever its name or link.
 
     Args:
         outputs: by the option that names it; None where it is not given.
@@ -25,8 +25,7 @@ def spare_inputs(
         for path in read:
             if output is not None and _is_same_file(output, path):
                 raise OncenterError(
-                    f"{option} {os.fspath(output)} would write over {os.fspath(path)}, which is read here: "
-                    "name another file",
+                    f"{option} {os.fspath(output)} would overwrite the input {os.fspath(path)}: name another file",
                     code="output",
                     exit_code=WRONG_USAGE,
                 )
@@ -35,5 +34,5 @@ def spare_inputs(
 def _is_same_file(one: str | os.PathLike[str], other: str | os.PathLike[str]) -> bool:
     try:
         return os.path.samefile(one, other)
-    except (OSError, ValueError):  # one is not there, or cannot be looked at: it is not written over either
+    except (OSError, ValueError):  # one does not exist or cannot be accessed: it is not overwritten either
         return False

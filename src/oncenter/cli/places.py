@@ -1,4 +1,4 @@
-"""Logs as a command line names them, by themselves or by a folder that holds them."""
+"""The logs of a command line, named directly or by their folder."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _DIGITS = re.compile(r"(\d+)")
 
 @dataclass(frozen=True)
 class Places:
-    """What a command line names.
+    """The logs that a command line names.
 
     Attributes:
         logs: each once; of folders in order of their names, numbers in them by value.
-        has_folder: whether their order is ours to find: nobody gave one.
-        twice: those that are named more than once.
-        unlisted: folders that cannot be listed, as refusals.
-        notes: what was skipped.
+        has_folder: whether a folder was named, so that the user gave no order.
+        twice: logs that are named more than once.
+        unlisted: errors for folders that cannot be listed.
+        notes: on files that were skipped.
     """
 
     logs: tuple[Path, ...]
@@ -38,20 +38,20 @@ class Places:
 
 
 def logs_named(given: Sequence[Path]) -> Places:
-    """Where a folder is no log."""
+    """For an option that takes no folders."""
     return Places(tuple(dict.fromkeys(given)), False, _twice(given), (), ())
 
 
 def logs_at(names: Sequence[str]) -> Places:
-    """All logs of folders, at any depth, and those that are named themselves.
+    """All logs in folders, at any depth, and those that are named directly.
 
     Raises:
-        OncenterError: "no_such_log": folders alone are given, and no log is in them; "usage", exit code 2: a name is
-            empty, which as a path is the current folder.
+        OncenterError: "no_such_log": only folders are given, and they hold no log; "usage", exit code 2: a name is
+            empty, which as a path would be the current folder.
     """
     if "" in names:
         raise OncenterError(
-            "a LOG has an empty name, as of a shell's variable that is not set; . is the current folder",
+            "a LOG has an empty name, for example from a shell variable that is not set; for the current folder give .",
             code="usage",
             exit_code=WRONG_USAGE,
         )
@@ -66,7 +66,7 @@ def logs_at(names: Sequence[str]) -> Places:
     logs = [log for log in named if not _is_other_file(log)]
     skipped += [log for log in named if _is_other_file(log)]
     if not logs and not found:
-        if not folders:  # reading says of each what is wrong with it
+        if not folders:  # reading gives the reason for each
             return logs_named(named)
         raise _without_logs(folders, len(skipped), unlisted)
     every = sorted({*logs, *found}, key=_by_name) if folders else list(dict.fromkeys(logs))
@@ -101,7 +101,7 @@ def _without_logs(folders: Sequence[Path], others: int, unlisted: Sequence[Oncen
         return unlisted[0]
     there = f" among {others} {_files(others)}" if others else ""
     names = ", ".join(str(folder) for folder in folders)
-    return OncenterError(f"no logs in {names}{there}: known are {', '.join(SUFFIXES)}", code="no_such_log")
+    return OncenterError(f"no logs in {names}{there}: oncenter reads {', '.join(SUFFIXES)}", code="no_such_log")
 
 
 def _notes(skipped: Sequence[Path]) -> tuple[str, ...]:
@@ -110,12 +110,12 @@ def _notes(skipped: Sequence[Path]) -> tuple[str, ...]:
     endings = sorted({_ending(path.name) for path in skipped})
     more = ", …" if len(endings) > _ENDINGS_SHOWN else ""
     count = len(skipped)
-    verb = "is no log and was" if count == 1 else "are no logs and were"
+    verb = "is not a log and was" if count == 1 else "are not logs and were"
     return (f"{count} {_files(count)} {verb} skipped: {', '.join(endings[:_ENDINGS_SHOWN])}{more}",)
 
 
 def _ending(name: str) -> str:
-    """Of a name like a log's the last two parts: `.truth.parquet` is none."""
+    """The last part of a name; the last two if the name ends like a log, as `.truth.parquet` does."""
     parts = name.lower().split(".")
     tail = parts[-2:] if name.lower().endswith(SUFFIXES) else parts[-1:]
     return f".{'.'.join(tail)}" if len(parts) > 1 else name

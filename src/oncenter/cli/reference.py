@@ -8,23 +8,25 @@ from typing import Annotated
 import typer
 
 from oncenter.cli.logs import read_log
-from oncenter.cli.options import Dbc, Json, Source, sources_of
+from oncenter.cli.options import Dbc, Json, Source, VehicleFileIfAny, sources_of
 
 
 def reference(
     log: Annotated[
         Path,
-        typer.Argument(metavar="LOG", readable=False, help="A drive both ways over one straight, with GNSS positions."),
+        typer.Argument(
+            metavar="LOG", readable=False, help="A log of a drive both ways over one straight, with GNSS positions."
+        ),
     ],
-    vehicle_file: Annotated[
-        str | None,
-        typer.Option("--vehicle", metavar="FILE", help="For its [signals] and dbc, where the log has other names."),
-    ] = None,
+    vehicle_file: VehicleFileIfAny = None,
     json: Json = False,
     dbc: Dbc = None,
     source: Source = None,
 ) -> None:
-    """The offset measured by driving one straight both ways: without model, gyro or vehicle data."""
+    """Measure the offset by driving one straight both ways.
+
+    This needs GNSS positions, and no model, yaw rate or vehicle data (chapter 3 of the thesis).
+    """
     import oncenter as oc
 
     truck = None if vehicle_file is None else oc.vehicle(vehicle_file)

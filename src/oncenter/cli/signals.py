@@ -1,4 +1,4 @@
-"""oncenter signals: what a log has, and whether it fits together."""
+"""oncenter signals: the signals of a log, and whether they agree with each other."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from oncenter.cli.logs import read_log
-from oncenter.cli.options import Dbc, Json, Source, sources_of
+from oncenter.cli.options import Dbc, Json, Source, VehicleFileIfAny, sources_of
 from oncenter.files.log_formats import SUFFIXES
 
 if TYPE_CHECKING:
@@ -20,18 +20,17 @@ _WIDTH = 100  # characters of the table and of the words below it
 
 
 def signals(
-    log: Annotated[Path, typer.Argument(metavar="LOG", readable=False, help=f"A drive: {' '.join(SUFFIXES)}")],
-    vehicle_file: Annotated[
-        str | None,
-        typer.Option(
-            "--vehicle", metavar="FILE", help="What the truck is: its [signals] and dbc, and what fits its ratio."
-        ),
-    ] = None,
+    log: Annotated[Path, typer.Argument(metavar="LOG", readable=False, help=f"A log: {' '.join(SUFFIXES)}")],
+    vehicle_file: VehicleFileIfAny = None,
     json: Json = False,
     dbc: Dbc = None,
     source: Source = None,
 ) -> None:
-    """What a log has, from which sender, how much of it is missing, and whether it fits together."""
+    """List the signals of a log and check them.
+
+    The list has sender, rate, range and gaps of each signal. The check compares the signals with each other, and with
+    --vehicle also with the steering ratio and the wheelbase.
+    """
     import oncenter as oc
     from oncenter.plausibility import check
 
@@ -41,7 +40,7 @@ def signals(
     typer.echo(_to_json(drive, judged) if json else _as_text(drive, judged))
 
 
-# By SI unit: the unit of files as factors name it, as people read it, and the decimals that it deserves.
+# By SI unit: the unit in files, the unit for people, and the number of decimals.
 _FILE_UNITS = {
     "rad": ("deg", "deg", 1),
     "rad_s": ("deg_s", "deg/s", 2),
@@ -103,24 +102,24 @@ def _to_json(drive: oc.Signals, judged: Plausibility) -> str:
 
 
 def _as_text(drive: oc.Signals, judged: Plausibility) -> str:
-    """A table of what is there, then what is odd and what could not be judged, in words."""
+    """A table of the signals, then findings and checks that were not possible, in words."""
     lines = [f"{Path(drive.log).name}: {_duration_s(drive):.1f} s, brought to {drive.rate_hz:.4g} Hz", ""]
     lines += [*_table(drive), ""]
     for finding in judged.findings:
         lines += _wrapped(f"{finding.severity}: {finding.text}")
     if not any(finding.severity != "info" for finding in judged.findings):
-        lines.append("All that could be judged fits together.")
+        lines.append("All checks that were possible passed.")
     for why, checks in _by_reason(judged.cannot_tell).items():
-        lines += _wrapped(f"not judged: {', '.join(checks)} ({why})")
-    for note in drive.notes:  # sources that were not taken among them
+        lines += _wrapped(f"not checked: {', '.join(checks)} ({why})")
+    for note in drive.notes:  # among them the senders that were not taken
         lines += _wrapped(f"note: {note}")
     return "\n".join(lines)
 
 
 def _table(drive: oc.Signals) -> list[str]:
-    """A line a signal; n/a is the share of samples that say so themselves, gaps that of all ticks without a number.
+    """A line a signal; n/a is the share of samples marked not available, gaps the share of all ticks without a number.
 
-    Sources that are long cost the column of samples; those that are longer still stand below their signals.
+    Long sources replace the column of samples; longer ones are printed below their signals.
     """
     from oncenter.plausibility.recording import recorded
 

@@ -1,4 +1,4 @@
-"""oncenter simulate: a drive whose truth is known."""
+"""oncenter simulate: a drive with its true offset, play and sensor errors."""
 
 from __future__ import annotations
 
@@ -7,15 +7,27 @@ from typing import Annotated
 
 import typer
 
+from oncenter.cli.completion import scenarios
+
 
 def simulate(
-    scenario: Annotated[str, typer.Argument(help="A shipped scenario's name, or a TOML file.")],
-    output: Annotated[
-        Path, typer.Option(metavar="LOG", help="Where to write: .log .asc .blf .trc .mf4 .csv .csv.gz .parquet")
+    scenario: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENARIO",
+            help="Name of a shipped scenario, such as thesis_drive or heavy_play, or a TOML file.",
+            autocompletion=scenarios,
+        ),
     ],
-    seed: Annotated[int, typer.Option(help="The same seed gives the same bytes.")] = 1,
+    output: Annotated[
+        Path, typer.Option(metavar="LOG", help="The log to write: .log .asc .blf .trc .mf4 .csv .csv.gz .parquet")
+    ],
+    seed: Annotated[int, typer.Option(help="Seed of the random numbers; the same seed gives the same bytes.")] = 1,
 ) -> None:
-    """Drive a truck whose truth is known, and write its log and its truth."""
+    """Simulate a drive and write its log and its truth.
+
+    The true offset, play and sensor errors are in files beside the log.
+    """
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.simulate import simulate_to_log, truth_files
     from oncenter.simulate.scenario import read_scenario

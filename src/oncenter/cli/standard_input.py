@@ -1,4 +1,4 @@
-"""A log that comes by standard input, where a command line says `-`: as a file, for readers look into it twice."""
+"""A log from standard input, `-` on the command line, kept as a file because readers read it twice."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 
 STANDARD_INPUT = Path("-")
 
-_BEGINS = {  # how a format begins, and how its files are called
+_BEGINS = {  # first bytes of a format, and the suffix of its files
     b"MDF ": ".mf4",
     b"UnFinMF ": ".mf4",
     b"LOGG": ".blf",
@@ -33,10 +33,10 @@ _BEGINS = {  # how a format begins, and how its files are called
 
 @contextmanager
 def as_file(log: Path) -> Iterator[Path]:
-    """The log itself; of standard input a file that holds it, for as long as it is read.
+    """The log itself; for standard input a file that holds it while it is read.
 
     Raises:
-        OncenterError: "usage", exit code 2: standard input is a terminal; "unreadable_log": it cannot be kept.
+        OncenterError: "usage", exit code 2: standard input is a terminal; "unreadable_log": it cannot be stored.
     """
     if log != STANDARD_INPUT:
         yield log
@@ -60,5 +60,5 @@ def _kept(given: BinaryIO, folder: Path) -> Path:
             file.write(first)
             shutil.copyfileobj(given, file)
     except OSError as error:
-        raise OncenterError(f"cannot keep standard input: {error.strerror}", code="unreadable_log") from None
+        raise OncenterError(f"cannot store standard input: {error.strerror}", code="unreadable_log") from None
     return path

@@ -1,4 +1,4 @@
-"""oncenter thesis: its figures, tables and numbers again, as one page."""
+"""oncenter thesis: figures, tables and numbers of the thesis, reproduced on one page."""
 
 from __future__ import annotations
 
@@ -10,9 +10,12 @@ import typer
 
 
 def thesis(
-    output: Annotated[Path, typer.Option(metavar="DIR", help="Where the page and its figures go.")],
+    output: Annotated[Path, typer.Option(metavar="DIR", help="The folder for the page and its figures.")],
 ) -> None:
-    """The thesis line by line: its figures, tables and claims made again from this code, some three minutes."""
+    """Reproduce the figures and tables of the thesis.
+
+    The result is one page, with the claims of the thesis beside the numbers of this code. It takes about three minutes.
+    """
     from oncenter.files.extra import require_package
     from oncenter.thesis import write
 

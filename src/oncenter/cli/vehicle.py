@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from oncenter.cli.completion import signal_names, vehicle_files
 from oncenter.cli.options import Dbc
 from oncenter.errors import WRONG_USAGE, OncenterError
 
@@ -19,7 +20,7 @@ vehicle = typer.Typer(name="vehicle")
 
 @vehicle.callback(invoke_without_command=True)
 def _vehicle(context: typer.Context) -> None:
-    """Write a new vehicle file, check one, or list those that come with oncenter."""
+    """Write, check or list vehicle files."""
     if context.invoked_subcommand is None:
         raise OncenterError(
             "vehicle needs a command: oncenter vehicle new truck.toml, oncenter vehicle check truck.toml, or "
@@ -57,7 +58,9 @@ def new(
         list[str] | None,
         typer.Option(
             metavar=_SIGNAL,
-            help="Name of a signal in this truck's logs, e.g. yaw_rate=ESP.YawRate,deg_s,-1; repeatable.",
+            help="Name of a signal in this truck's logs, e.g. yaw_rate=ESP.YawRate,deg_s,-1. Repeat the "
+            "option for several signals.",
+            autocompletion=signal_names,
         ),
     ] = None,
     log: Annotated[
@@ -103,7 +106,12 @@ def new(
 
 @vehicle.command(epilog=_EPILOG.format("check truck.toml drive.mf4"))
 def check(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A vehicle file, or the name of a shipped one.")],
+    file: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE", help="A vehicle file, or the name of a shipped one.", autocompletion=vehicle_files
+        ),
+    ],
     log: Annotated[
         Path | None, typer.Argument(metavar="[LOG]", readable=False, help="A log in which to look for its signals.")
     ] = None,
@@ -129,7 +137,10 @@ def check(
 
 @vehicle.command("list", epilog=_EPILOG.format("list"))
 def list_() -> None:
-    """List the vehicle files that come with oncenter; --vehicle takes their names."""
+    """List the vehicle files that come with oncenter.
+
+    --vehicle takes their names.
+    """
     import oncenter as oc
     from oncenter.vehicle_file.shipped_files import shipped_files
 

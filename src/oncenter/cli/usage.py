@@ -1,0 +1,36 @@
+"""Usage errors in words: the error, and the command or option that helps."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from oncenter.nearest_name import did_you_mean
+
+_HELP = {  # for an option or argument that is missing
+    "--vehicle": "oncenter vehicle new truck.toml writes a vehicle file, oncenter vehicle list shows the shipped ones",
+    "--vehicles": "give a folder of vehicle files: oncenter vehicle new DIR/VIN.toml writes one",
+    "LOG…": "give a log, for example drive.mf4",
+    "SCENARIO": "give the name of a scenario, for example thesis_drive",
+}
+
+
+def usage_message(error: Any) -> str:
+    """One line for a usage error of click or Typer."""
+    message = str(error.format_message()).rstrip(".").replace("Value error, ", "")
+    context = getattr(error, "ctx", None)
+    command = re.fullmatch(r"No such command '(.*?)'.*", message)
+    if command and context is not None:
+        program = context.command_path
+        meant = did_you_mean(command[1], context.command.commands)
+        return f"there is no command '{command[1]}'{meant}{'' if meant else f'; {program} -h lists all commands'}"
+    option = re.match(r"No such option:? '?(-[\w-]+)'?", message)
+    if option and context is not None:
+        names = [name for parameter in context.command.params for name in parameter.opts if name.startswith("--")]
+        meant = did_you_mean(option[1], names)
+        return f"{context.command_path} has no option {option[1]}{meant or f'; {context.command_path} -h lists them'}"
+    missing = re.match(r"Missing (?:option|argument|parameter):? '(.+?)'", message)
+    if missing:
+        advice = _HELP.get(missing[1]) or (f"{context.command_path} -h shows the usage" if context is not None else "")
+        return f"{missing[1]} is missing{f': {advice}' if advice else ''}"
+    return message

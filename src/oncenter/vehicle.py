@@ -28,6 +28,9 @@ _NotNegative = Annotated[Number, Field(ge=0)]
 _TrackWidth = Annotated[Number, Field(ge=1, le=3)]
 _Gradient = Annotated[Number, Field(ge=-5, le=5)]  # of trucks some 0 to 1
 APPLIED_MAX_DEG = 720.0  # of a correction, either sign: two turns
+OFFSET_LIMIT_DEG = 2.0  # thesis 5.6: the accuracy of its method on a well serviced truck
+OFFSET_LIMIT_MAX_DEG = 30.0
+_OffsetLimit = Annotated[Number, Field(gt=0, le=OFFSET_LIMIT_MAX_DEG)]
 _AppliedOffset = Annotated[Number, Field(ge=-APPLIED_MAX_DEG, le=APPLIED_MAX_DEG)]
 _Play = Annotated[Number, Field(ge=0, le=30)]
 _PlaySd = Annotated[Number, Field(ge=0.1, le=30)]
@@ -113,6 +116,7 @@ class Vehicle(BaseModel):
         accelerometer_bias_m_s2, accelerometer_bias_sd_m_s2: what the lateral accelerometer reads on level ground.
         yaw_rate_bias_deg_s, yaw_rate_bias_sd_deg_s: what the yaw rate sensor reads at standstill.
         offset_applied_deg: a correction that the ECU already adds to the sensor's reading, so that logs contain it.
+        offset_limit_deg: a straight-ahead offset of this size or more, either sign, needs a recalibration.
         traffic_side: which side of the road is driven on: tells the side to which the crown falls.
         sensors: by how much they may be off, for `oncenter.budget`.
         signals: by signal name, how this truck's logs call it, for logs that use other names.
@@ -143,6 +147,7 @@ class Vehicle(BaseModel):
     yaw_rate_bias_deg_s: _YawRateBias | None = None
     yaw_rate_bias_sd_deg_s: _YawRateBiasSd | None = None
     offset_applied_deg: _AppliedOffset = 0.0
+    offset_limit_deg: _OffsetLimit = OFFSET_LIMIT_DEG
     traffic_side: Literal["right", "left"] | None = None
     sensors: Sensors = Sensors()
     signals: Mapping[str, _SignalEntry] = {}

@@ -27,18 +27,21 @@ def drive_csv(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_offset_prints_the_answer_in_words_first(drive_csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_offset_prints_the_verdict_first(drive_csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["offset", str(drive_csv), "--vehicle", TRUCK, "--method", "thesis"]) == 0
     out, err = capsys.readouterr()
-    assert out.startswith("straight-ahead offset 2.0")
+    verdict, _, words, *_ = out.splitlines()
+    assert verdict.startswith("Over the limit: straight-ahead offset +2.0")
+    assert words.startswith("straight-ahead offset 2.0")
     assert err == ""
 
 
 def test_the_readme_says_what_the_demo_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["demo", "--output", str(tmp_path / "demo")]) == 0
-    words, *_, truth, _ = capsys.readouterr().out.splitlines()
+    verdict, _, words, *_, truth, _ = capsys.readouterr().out.splitlines()
     readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-    assert f"```\n{words}\n```" in readme
+    assert verdict.startswith("Recalibrate: straight-ahead offset +2.0 deg ± 0.1 (limit 2 deg). Add -2.0 deg.")
+    assert all(part in readme for part in words.split("; "))
     assert "2.04 deg" in truth and "2.04°" in readme
     assert (tmp_path / "demo" / "report.html").stat().st_size > 1e6
 
@@ -46,9 +49,9 @@ def test_the_readme_says_what_the_demo_says(tmp_path: Path, capsys: pytest.Captu
 @pytest.mark.parametrize(
     ("scenario", "method", "said", "quoted"),
     [
-        ("heavy_play", "joint", r"offset (\S+) deg.* has (\S+) deg of play", "(`heavy_play`): {}°, and {}° of play"),
-        ("heavy_play", "thesis", r"offset (\S+) deg ± ([\d.]+)", "(`--method thesis`) says {} ± {}°:"),
-        ("bypass", "joint", r"offset (\S+) deg ± (\S+) from this drive \(converging\)", "`converging`, {} ± {}°"),
+        ("heavy_play", "joint", r"offset (\d\S+) deg.* has (\S+) deg of play", "(`heavy_play`): {}°, and {}° of play"),
+        ("heavy_play", "thesis", r"offset (\d\S+) deg ± ([\d.]+)", "(`--method thesis`) says {} ± {}°:"),
+        ("bypass", "joint", r"offset (\d\S+) deg ± (\S+) from this drive \(converging\)", "`converging`, {} ± {}°"),
         ("bypass", "joint", r"(needs \d+ s of bends, .* to the right)", '"{}"'),
         (
             "remounted_sensor",

@@ -433,6 +433,8 @@ def test_a_bypass_driven_one_way_is_not_believed_and_asks_for_the_other_side() -
     answer = oc.offset(simulated("bypass"), TRUCK)
     assert answer.offset.status != "valid"
     assert "to the right" in by_code(answer)["one_flank_seen"].text
+    to_left_s, to_right_s = answer.missing_loading_s
+    assert to_left_s == 0.0 and to_right_s > 0.0
 
 
 def test_a_truck_that_pulls_is_told_from_its_play() -> None:

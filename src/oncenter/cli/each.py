@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from oncenter.offset.answer import Answer, Schema
 
 _NAME_MAX = 60  # characters of a column
-_OFFSET_WIDTH, _STATUS_WIDTH = 38, 12
+_OFFSET_WIDTH, _STATUS_WIDTH, _STATE_WIDTH = 38, 12, 13
 _NO_ANSWER = "no answer"  # in place of a status
 
 
@@ -43,7 +43,7 @@ def answer_each(places: Places, answered: Callable[[Path], Answer], schema: Sche
         else:
             statuses.append(answer.offset.status)
             objects.append(answer.to_dict(schema) if schema else {})
-            line = _line(str(log), width, _offset(answer), answer.offset.status, _first_warning(answer))
+            line = _line(str(log), width, _offset(answer), answer.offset.status, _first_warning(answer), _state(answer))
         if schema is None:
             typer.echo(line)
     _say_the_rest(places, objects, schema)
@@ -81,8 +81,16 @@ def _refusal(log: str, error: OncenterError) -> dict[str, Any]:
     }
 
 
-def _line(log: str, width: int, offset: str, status: str, why: str) -> str:
-    return f"{log:{width}}  {offset:{_OFFSET_WIDTH}}  {status:{_STATUS_WIDTH}}  {_one_line(why)}".rstrip()
+def _line(log: str, width: int, offset: str, status: str, why: str, state: str = "") -> str:
+    columns = f"{log:{width}}  {offset:{_OFFSET_WIDTH}}  {status:{_STATUS_WIDTH}}  {state:{_STATE_WIDTH}}"
+    return f"{columns}  {_one_line(why)}".rstrip()
+
+
+def _state(answer: Answer) -> str:
+    """Of the verdict on the offset."""
+    from oncenter.verdict import verdicts_of
+
+    return verdicts_of(answer)[0].state.replace("_", " ")
 
 
 def _offset(answer: Answer) -> str:

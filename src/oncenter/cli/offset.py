@@ -50,6 +50,14 @@ def offset(
             help="A correction that the ECU already adds to the sensor's reading; in place of the vehicle file's.",
         ),
     ] = None,
+    limit: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEG",
+            help="Recalibrate from an offset of this size on, either sign; in place of the vehicle file's "
+            "offset_limit_deg, 2 where that has none.",
+        ),
+    ] = None,
     memory: Annotated[
         Path | None,
         typer.Option(
@@ -80,7 +88,7 @@ def offset(
     spare_inputs({"--memory": memory}, inputs)
     spare_inputs({"--report": report}, [*inputs, memory])
     refuse_one_place(report, memory)
-    truck = with_applied(oc.vehicle(vehicle_file), applied)
+    truck = with_limit(with_applied(oc.vehicle(vehicle_file), applied), limit)
     spare_inputs({"--memory": memory, "--report": report}, truck.dbc)
     if report is not None:
         check_report(report, "--report")
@@ -185,11 +193,31 @@ def with_applied(truck: oc.Vehicle, applied_deg: float | None) -> oc.Vehicle:
     return truck.model_copy(update={"offset_applied_deg": applied_deg})
 
 
+def with_limit(truck: oc.Vehicle, limit_deg: float | None) -> oc.Vehicle:
+    """With the limit that a command line gives in place of the vehicle file's.
+
+    Raises:
+        OncenterError: "usage", exit code 2: not positive, beyond 30 deg, or no number.
+    """
+    from oncenter.errors import WRONG_USAGE, OncenterError
+    from oncenter.vehicle import OFFSET_LIMIT_MAX_DEG
+
+    if limit_deg is None:
+        return truck
+    if not 0.0 < limit_deg <= OFFSET_LIMIT_MAX_DEG:
+        raise OncenterError(
+            f"--limit must be above 0 and at most {OFFSET_LIMIT_MAX_DEG:g} deg, got {limit_deg:g}",
+            code="usage",
+            exit_code=WRONG_USAGE,
+        )
+    return truck.model_copy(update={"offset_limit_deg": limit_deg})
+
+
 def as_table(answer: oc.Answer) -> str:
-    """The answer in words, its quantities as a table, its findings: what a person reads at the prompt."""
+    """Verdicts, the answer in words, its quantities as a table, its findings: for a person at the prompt."""
     from oncenter.signals import DEGREE
 
-    lines = [answer.words(), ""]
+    lines = [*_verdicts(answer), _without_correction(answer), ""]
     for name, estimate in answer.quantities.items():
         given = estimate.to_dict()
         value = "-" if given["value"] is None else f"{given['value']:.3f}"
@@ -202,3 +230,17 @@ def as_table(answer: oc.Answer) -> str:
     lines += [f"  {finding.severity}: {finding.text}" for finding in answer.findings]
     lines += [f"  note: {note}" for note in answer.notes]
     return "\n".join(lines).rstrip()
+
+
+def _verdicts(answer: oc.Answer) -> list[str]:
+    """That on the offset, then those on play and sensors that need a hand."""
+    from oncenter.verdict import verdicts_of
+
+    offset, *others = verdicts_of(answer)
+    to_do = [f"{each.about}: {each.words()}" for each in others if each.state in ("check", "repair")]
+    return [f"{offset.headline} {offset.action}", *filter(None, [offset.note]), *to_do]
+
+
+def _without_correction(answer: oc.Answer) -> str:
+    """The answer in words; the verdict names the correction already."""
+    return answer.words() if answer.correction is None else answer.words().replace(f"; {answer.correction.words()}", "")

@@ -82,6 +82,8 @@ class Answer:
     `equivalent_wheelbase` the one of (10) that bends ask for, an error of the steering ratio counted as one of it.
     `side_force_s` are the seconds of side force clearly to the left and to the right: which flank of the play was seen,
     and for how long; of the joint method.
+    `missing_loading_s` are the seconds of lateral force to the left and to the right that the joint method still needs
+    before it can separate play and offset there; zero where enough was driven, and for the other methods.
     `changes` are those that the drive proved, the first one first; of more than the core keeps, the last.
     `sensor_fault` is what is wrong with the angle sensor in the end, "none" or one of the core's names: the offset is
     `invalid` then and tells what was learned before.
@@ -90,6 +92,9 @@ class Answer:
     `not_identifiable` lists the causes that no single drive identifies. The other methods do not separate them: their
     list is empty and both intervals are one. `offset_per_acceleration` is the change of the offset by a pull or a mean
     crosswind, rad/(m/s^2).
+
+    `next_driving` is the driving that would narrow this drive's part of the offset's interval, in words, the most
+    useful first; of the joint method.
     """
 
     version: str
@@ -113,6 +118,7 @@ class Answer:
     wheel_radius_mismatch_front: Estimate
     variance_if_independent_rad2: float | None
     side_force_s: tuple[float, float]
+    missing_loading_s: tuple[float, float]
     changes: tuple[Change, ...]
     sensor_fault: str
     duration_s: float
@@ -122,6 +128,7 @@ class Answer:
     findings: tuple[Finding, ...]
     drives: tuple[Signals, ...]
     summary: Summary | None
+    next_driving: tuple[str, ...] = ()
 
     @property
     def correction(self) -> Correction | None:
@@ -220,6 +227,7 @@ class Answer:
                 **({} if schema == "offset-1" else self._parts()),
             },
             **({} if schema == "offset-1" else self._correction()),
+            **({} if schema == "offset-1" else self._verdicts()),
             "understeer_gradient": self.understeer_gradient.to_dict(),
             "backlash": self.backlash.to_dict(),
             "unloading_acceleration": self.unloading_acceleration.to_dict(),
@@ -249,6 +257,12 @@ class Answer:
 
     def _correction(self) -> dict[str, Any]:
         return {"correction": NO_CORRECTION if self.correction is None else self.correction.to_dict()}
+
+    def _verdicts(self) -> dict[str, Any]:
+        from oncenter.verdict import verdicts_of
+
+        verdicts = [verdict.to_dict() for verdict in verdicts_of(self)]
+        return {"limit_deg": self.vehicle.offset_limit_deg, "verdicts": verdicts}
 
     def to_json(self, schema: Schema = DEFAULT_SCHEMA) -> str:
         return json.dumps(self.to_dict(schema), ensure_ascii=False, allow_nan=False, indent=2)

@@ -14,7 +14,7 @@ from oncenter.offset.changes import Change, changes_of
 from oncenter.offset.core_findings import findings_of
 from oncenter.offset.findings import Finding
 from oncenter.offset.inputs import needed
-from oncenter.offset.joint_findings import joint_findings
+from oncenter.offset.joint_findings import joint_findings, next_driving
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import SIGNALS, Signals
 from oncenter.truck.drives import summary_of
@@ -74,6 +74,7 @@ def answer_of(
         wheel_radius_mismatch_front=_estimate(native["wheel_radius_mismatch_front"], "1"),
         variance_if_independent_rad2=None if method == "joint" else native["offset_variance_if_independent"],
         side_force_s=(native["side_force_to_left"], native["side_force_to_right"]),
+        missing_loading_s=(native["lacking_to_left"], native["lacking_to_right"]),
         changes=changes,
         sensor_fault=_core.FAULTS[native["fault"]],
         duration_s=native["duration"],
@@ -83,6 +84,7 @@ def answer_of(
         findings=_findings(native, changes, drives, vehicle, method, params),
         drives=drives,
         summary=summary_of(native, vehicle, params) if method == "joint" and native["used"] > 0.0 else None,
+        next_driving=_next_driving(native, vehicle, method, params),
     )
 
 
@@ -106,6 +108,14 @@ def _findings(
         sees_banks=bool(params["use_accelerometer"]) and (method != "wheel-speed" or has_acceleration),
         of_method=_joint_findings(native, params, changes, vehicle) if method == "joint" else (),
     )
+
+
+def _next_driving(
+    native: Mapping[str, Any], vehicle: Vehicle, method: Method, params: Mapping[str, float]
+) -> tuple[str, ...]:
+    if method != "joint":
+        return ()
+    return next_driving(native, params, steering_ratio=vehicle.ratio_near_centre, traffic_sign=vehicle.traffic_sign)
 
 
 def _joint_findings(

@@ -29,7 +29,7 @@ _FAULTS = {
     "wrong_sign": "takes left for right",
     "remounted": "sits elsewhere since a stop, a hole in the log or a drift",
 }
-_YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # beyond it a corrected one is worth a look at the sensor
+YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # beyond it a corrected one is worth a look at the sensor
 _ALARM_PASSING_S = 30.0  # left out: a CUSUM's chance, 15 s on one healthy motorway drive of 14
 
 
@@ -201,7 +201,7 @@ def _yaw_rate_bias(native: Mapping[str, Any], method: str, from_vdc2: bool) -> F
     if finding is None or native["used"] == 0 or method == "wheel-speed":
         return finding
     if method == "joint":
-        large = abs(bias["value"]) / DEGREE > _YAW_RATE_BIAS_LARGE_DEG_S
+        large = abs(bias["value"]) / DEGREE > YAW_RATE_BIAS_LARGE_DEG_S
         text = f"{finding.text}; it was corrected" + (": look at the sensor and its mounting" if large else "")
         return replace(finding, text=text, severity="warning" if large else "info")
     effect = abs(native["offset_per_yaw_rate_bias"] * bias["value"]) / DEGREE

@@ -70,6 +70,19 @@ def joint_findings(
     yield _interval(native, params, steering_ratio, traffic_sign)
 
 
+def next_driving(
+    native: Mapping[str, Any], params: Mapping[str, float], *, steering_ratio: float, traffic_sign: float
+) -> tuple[str, ...]:
+    """The driving that narrows this drive's part of the offset's interval, the most useful first; as for
+    `joint_findings`."""
+    if status_of(native["offset"]) == "unobservable":
+        return ()
+    params = _with_known_spreads(params)
+    drive = 1.96 * native["offset_parts"]["drive_sd"] / DEGREE
+    parts = _parts(native, params, steering_ratio)
+    return tuple(words for _, words in sorted(_gains(native, params, drive, parts, traffic_sign)))
+
+
 def _with_known_spreads(params: Mapping[str, float]) -> Mapping[str, float]:
     """Standard deviations that the truck's own take the place of."""
     own = {name: params[f"known_{name}"] for name in ("pull_sd_m_s2", "accelerometer_bias_sd_m_s2")}

@@ -1,0 +1,140 @@
+"""The driving that an undecided answer lacks, and the reason."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from oncenter.verdict.numbers import joined
+
+if TYPE_CHECKING:
+    from oncenter.offset.answer import Answer
+    from oncenter.offset.findings import Finding
+
+_MINUTE_S = 60.0
+_TOO_WIDE = "The interval is still too wide."
+
+
+class Driving(NamedTuple):
+    """`wanted` continues "Undecided: "; `why` is a sentence."""
+
+    wanted: str
+    why: str
+
+
+def next_driving(answer: Answer) -> Driving:
+    """The most pressing lack first."""
+    lacks = (_signal(answer), _speed(answer), _gate(answer), _accelerometer(answer), _loading(answer))
+    others = (_evidence(answer), _tighter_bends(answer), _narrower(answer))
+    found = next(filter(None, (*lacks, *others)), None)
+    return found or Driving(f"drive 10 more minutes {_both_sides(answer)}", _TOO_WIDE)
+
+
+def minutes(seconds: float) -> str:
+    """ "1 more minute": whole ones, since nobody drives by seconds."""
+    count = max(math.ceil(seconds / _MINUTE_S), 1)
+    return f"{count} more minute{'' if count == 1 else 's'}"
+
+
+def _finding(answer: Answer, code: str, severity: str | None = None) -> Finding | None:
+    matching = (each for each in answer.findings if each.code == code and severity in (None, each.severity))
+    return next(matching, None)
+
+
+def _speed_min_km_h(answer: Answer) -> float:
+    of = "joint_" if answer.method == "joint" else ""
+    return 3.6 * answer.params[f"{of}speed_min_m_s"]
+
+
+def _evidence_min_s(answer: Answer) -> float:
+    return answer.params["joint_evidence_min_s" if answer.method == "joint" else "offset_evidence_min_s"]
+
+
+def _both_sides(answer: Answer) -> str:
+    return "with bends to both sides" if answer.method == "joint" else "nearly straight ahead"
+
+
+def _signal(answer: Answer) -> Driving | None:
+    """A signal that is missing for most of the time."""
+    missing_s = answer.rejected_s.get("missing_signal", 0.0)
+    if answer.used_s >= _evidence_min_s(answer) or missing_s < 0.5 * answer.duration_s:
+        return None
+    return Driving(
+        "repeat the drive and log all signals",
+        f"For {missing_s:.0f} s of {answer.duration_s:.0f} s a signal is missing.",
+    )
+
+
+def _speed(answer: Answer) -> Driving | None:
+    """Nothing used, and most of it for want of speed."""
+    too_slow_s = answer.rejected_s.get("speed", 0.0)
+    if answer.used_s > 0.0 or too_slow_s < 0.5 * answer.duration_s:
+        return None
+    faster = f"faster than {_speed_min_km_h(answer):.0f} km/h"
+    return Driving(
+        f"drive {minutes(_evidence_min_s(answer))} {faster}, {_both_sides(answer)}",
+        f"The truck was not {faster} for long enough.",
+    )
+
+
+def _gate(answer: Answer) -> Driving | None:
+    finding = _finding(answer, "gate_shut")
+    return None if finding is None else Driving("check the signals, then repeat the drive", _sentence(finding.text))
+
+
+def _accelerometer(answer: Answer) -> Driving | None:
+    """A zero that moves makes every later second doubtful."""
+    finding = _finding(answer, "lateral_acceleration_moves", "warning")
+    if finding is None:
+        return None
+    return Driving("check the accelerometer, or answer without it (--no-accelerometer)", _sentence(finding.text))
+
+
+def _loading(answer: Answer) -> Driving | None:
+    """Free play and offset are separated by lateral force to both sides."""
+    left_s, right_s = answer.missing_loading_s
+    sides = [(side, s) for side, s in (("left", left_s), ("right", right_s)) if s > 0.0]
+    if answer.method != "joint" or not sides or _lacking_evidence_s(answer) > sum(s for _, s in sides) + _MINUTE_S:
+        return None
+    wanted = joined([f"{minutes(s)} of {side}-hand bends" for side, s in sides])
+    if len(sides) == 2:
+        why = "The bends so far were too few or too wide to load the steering to either side."
+    else:
+        why = f"Only {'right' if sides[0][0] == 'left' else 'left'}-hand bends loaded the steering so far."
+    return Driving(f"drive {wanted}", f"{why} Free play and offset are not separated yet.")
+
+
+def _lacking_evidence_s(answer: Answer) -> float:
+    return max(_evidence_min_s(answer) - answer.used_s, 0.0)
+
+
+def _evidence(answer: Answer) -> Driving | None:
+    lacking_s = _lacking_evidence_s(answer)
+    if lacking_s <= 0.0:
+        return None
+    return Driving(
+        f"drive {minutes(lacking_s)} faster than {_speed_min_km_h(answer):.0f} km/h, {_both_sides(answer)}",
+        f"Only {answer.used_s:.0f} s of the drive were usable.",
+    )
+
+
+def _tighter_bends(answer: Answer) -> Driving | None:
+    if _finding(answer, "no_understeer") is None:
+        return None
+    return Driving(
+        "drive 5 more minutes with tighter bends to both sides",
+        "Free play in gentle bends looks like oversteer, so offset and play are not separated yet.",
+    )
+
+
+def _narrower(answer: Answer) -> Driving | None:
+    """What narrows the drive's part of the interval most."""
+    if not answer.next_driving:
+        return None
+    wanted = answer.next_driving[0].partition(", or")[0]
+    is_driving = wanted[0].isdigit() or wanted.startswith("another")
+    return Driving(f"drive {wanted}" if is_driving else f"{wanted}, then drive on {_both_sides(answer)}", _TOO_WIDE)
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}."

@@ -1,0 +1,324 @@
+"""The verdicts: words and decision agree, no healthy truck is accused, and an undecided answer names the driving."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import polars as pl
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import oncenter
+from oncenter.cli import run
+from oncenter.errors import OncenterError
+from oncenter.offset.answer import Answer, Estimate
+from oncenter.offset.cause import Cause, Prior
+from oncenter.offset.changes import Change
+from oncenter.offset.findings import TABLE, Finding
+from oncenter.signals import DEGREE, Signals
+from oncenter.verdict import LIMIT_DEG, Verdict, verdicts_of
+
+TRUCK = oncenter.vehicle("scania_r730_4x2")
+
+
+@pytest.fixture(scope="module")
+def drive() -> Signals:
+    return oncenter.simulate("thesis_drive", seed=1)[0]
+
+
+@cache
+def some_answer() -> Answer:
+    """For tests whose fixture would be one for all of hypothesis's examples."""
+    return oncenter.offset(oncenter.simulate("step_steer", seed=1)[0], TRUCK)
+
+
+@pytest.fixture(scope="module")
+def answer(drive: Signals) -> Answer:
+    return oncenter.offset(drive, TRUCK)
+
+
+def estimate(value_deg: float, half_width_deg: float, status: str = "valid") -> Estimate:
+    around = (value_deg - half_width_deg, value_deg + half_width_deg)
+    return Estimate(value_deg * DEGREE, (around[0] * DEGREE, around[1] * DEGREE), status, "rad")
+
+
+def with_offset(
+    answer: Answer, value_deg: float, drive_deg: float = 0.1, whole_deg: float = 0.1, status: str = "valid"
+) -> Answer:
+    """An answer with this offset and half-widths, and a pull as the cause of what the drive does not separate."""
+    pull = Cause("pull", 0.05, (whole_deg - drive_deg) * DEGREE / 1.96, Prior(0.05, ""))
+    of_drive = ((value_deg - drive_deg) * DEGREE, (value_deg + drive_deg) * DEGREE)
+    offset = estimate(value_deg, whole_deg, status)
+    return replace(answer, offset=offset, offset_ci95_drive=of_drive, not_identifiable=(pull,), findings=(), changes=())
+
+
+def about_offset(answer: Answer, limit_deg: float | None = None) -> Verdict:
+    return verdicts_of(answer, limit_deg)[0]
+
+
+def about(answer: Answer, what: str) -> Verdict:
+    return next(each for each in verdicts_of(answer) if each.about == what)
+
+
+def with_finding(answer: Answer, code: str, value: float | None = None, severity: str = "warning") -> Answer:
+    text = f"the text of {code}"
+    return replace(answer, findings=(Finding(code, severity, text, value),))
+
+
+def test_an_offset_at_the_limit_is_recalibrated_by_the_number_that_is_shown(answer: Answer) -> None:
+    found = about_offset(with_offset(answer, 1.96))
+    assert found.state == "recalibrate"
+    assert found.headline == "Recalibrate: straight-ahead offset +2.0 deg ± 0.1 (limit 2 deg)."
+    assert found.action == "Add -2.0 deg."
+
+
+def test_an_offset_below_the_limit_needs_nothing(answer: Answer) -> None:
+    found = about_offset(with_offset(answer, 0.4))
+    assert found.state == "within"
+    assert found.headline == "Within the limit: straight-ahead offset +0.4 deg ± 0.1 (limit 2 deg)."
+    assert (found.action, found.note) == ("No action.", "")
+
+
+@given(value=st.floats(-6.0, 6.0), limit=st.sampled_from([0.5, 1.0, 1.95, 2.0, 2.04, 3.0]))
+def test_text_and_decision_never_disagree(value: float, limit: float) -> None:
+    found = about_offset(with_offset(some_answer(), value), limit)
+    shown = float(found.headline.partition("offset ")[2].split()[0])
+    assert found.state == ("within" if abs(shown) < limit else "recalibrate")
+    assert found.state == "within" or f"Add {-shown:+.1f} deg" in found.action
+
+
+@given(status=st.sampled_from(["converging", "unobservable", "invalid"]), value=st.floats(-30.0, 30.0))
+def test_only_a_valid_offset_is_recalibrated(status: str, value: float) -> None:
+    assert about_offset(with_offset(some_answer(), value, status=status)).state != "recalibrate"
+
+
+def test_an_interval_on_both_sides_of_the_limit_is_named(answer: Answer) -> None:
+    assert "interval 1.9 to 2.1 deg reaches below the limit" in about_offset(with_offset(answer, 2.0)).note
+    assert "interval -1.9 to -2.1 deg reaches below the limit" in about_offset(with_offset(answer, -2.0)).note
+    assert "interval 1.7 to 2.1 deg reaches the limit" in about_offset(with_offset(answer, 1.9, 0.2, 0.2)).note
+    assert "reaches" not in about_offset(with_offset(answer, 3.0)).note
+
+
+def test_a_pull_is_named_where_it_alone_crosses_the_limit(answer: Answer) -> None:
+    found = about_offset(with_offset(answer, 2.5, 0.1, 0.9))
+    assert found.state == "recalibrate"
+    assert found.note == (
+        "With a pull, which one drive cannot separate from the offset, the interval 1.6 to 3.4 deg reaches below the "
+        "limit."
+    )
+    assert about_offset(with_offset(answer, 4.0, 0.1, 0.9)).note == ""
+
+
+def test_an_offset_that_a_pull_alone_explains_is_not_recalibrated(answer: Answer) -> None:
+    found = about_offset(with_offset(answer, 2.5, 0.1, 2.6))
+    assert found.state == "over" and "pulls to one side" in found.action
+
+
+def test_a_correction_that_is_applied_already_is_not_added_twice(answer: Answer) -> None:
+    corrected = replace(answer, vehicle=TRUCK.model_copy(update={"offset_applied_deg": 1.5}))
+    found = about_offset(with_offset(corrected, 2.04))
+    assert found.action == "Add -2.0 deg to the +1.5 deg that is applied already: set -0.5 deg."
+
+
+def test_an_interval_beyond_the_limit_says_so_before_it_is_exact(answer: Answer) -> None:
+    far = replace(with_offset(answer, 6.0, 1.5, 1.96, "converging"), missing_loading_s=(0.0, 2.0))
+    found = about_offset(far)
+    assert found.state == "over"
+    assert found.headline == (
+        "Over the limit (at least 4.0 deg): drive 1 more minute of right-hand bends before you recalibrate."
+    )
+    assert about_offset(with_offset(answer, 3.0, 1.5, 1.96, "converging")).state == "undecided"
+
+
+@pytest.mark.parametrize(
+    ("missing_s", "wanted"),
+    [
+        ((0.0, 2.0), "drive 1 more minute of right-hand bends"),
+        ((70.0, 0.0), "drive 2 more minutes of left-hand bends"),
+        ((20.0, 20.0), "drive 1 more minute of left-hand bends and 1 more minute of right-hand bends"),
+    ],
+)
+def test_a_side_that_was_never_loaded_is_the_driving_that_is_missing(
+    answer: Answer, missing_s: tuple[float, float], wanted: str
+) -> None:
+    one_sided = replace(with_offset(answer, 1.0, 4.0, 4.0, "converging"), missing_loading_s=missing_s)
+    found = about_offset(one_sided)
+    assert (found.state, found.headline) == ("undecided", f"Undecided: {wanted}.")
+    assert "+1.0 deg ± 4.0 (limit 2 deg)" in found.note and "both logs" in found.action
+
+
+def test_a_wide_interval_asks_for_the_driving_that_narrows_it_most(answer: Answer) -> None:
+    wide = with_offset(answer, 1.0, 1.0, 1.2, "converging")
+    stand = replace(wide, next_driving=("stand still for 1 s", "another minute of such driving"))
+    assert about_offset(stand).headline.startswith("Undecided: stand still for 1 s")
+    more = replace(wide, next_driving=("another minute of bends to the left, or a known play",))
+    assert about_offset(more).headline == "Undecided: drive another minute of bends to the left."
+    assert "10 more minutes" in about_offset(replace(wide, next_driving=())).headline
+
+
+def test_a_truck_that_was_too_slow_is_asked_to_go_faster(drive: Signals) -> None:
+    parking = oncenter.offset(replace(drive, table=drive.table[:1500]), TRUCK)
+    found = about_offset(parking)
+    assert found.headline == "Undecided: drive 1 more minute faster than 11 km/h, with bends to both sides."
+
+
+def test_little_driving_asks_for_more_of_it(answer: Answer) -> None:
+    little = replace(with_offset(answer, 1.0, 3.0, 3.0, "converging"), used_s=20.0, rejected_s={})
+    assert about_offset(little).headline.startswith("Undecided: drive 1 more minute faster than 11 km/h")
+    assert "Only 20 s" in about_offset(little).note
+
+
+@pytest.mark.parametrize(
+    ("code", "wanted"),
+    [
+        ("gate_shut", "check the signals"),
+        ("lateral_acceleration_moves", "check the accelerometer"),
+        ("no_understeer", "drive 5 more minutes with tighter bends"),
+    ],
+)
+def test_the_cause_that_no_driving_of_the_same_kind_cures_comes_first(answer: Answer, code: str, wanted: str) -> None:
+    assert code in TABLE
+    found = about_offset(with_finding(with_offset(answer, 1.0, 1.0, 1.2, "converging"), code, 0.5))
+    assert found.headline.startswith(f"Undecided: {wanted}")
+
+
+@pytest.mark.parametrize("fault", ["lost", "stuck", "jumped", "drifting", "wrong_sign", "remounted"])
+def test_a_sensor_at_fault_is_repaired_and_its_offset_not_used(answer: Answer, fault: str) -> None:
+    broken = replace(with_offset(answer, 3.0, status="invalid"), sensor_fault=fault)
+    found = about_offset(broken)
+    assert found.state == "repair" and found.headline.startswith("Repair: the steering wheel angle sensor ")
+    assert found.note == "The straight-ahead offset +3.0 deg ± 0.1 is from before the fault: do not use it."
+    assert about(broken, "steering wheel angle sensor").state == "repair"
+
+
+def test_signals_that_contradict_each_other_give_no_verdict_and_name_the_one_at_fault(drive: Signals) -> None:
+    reversed_yaw_rate = drive.table.with_columns(-pl.col("yaw_rate_rad_s"))
+    found = oncenter.offset(replace(drive, table=reversed_yaw_rate), TRUCK)
+    verdict = about_offset(found)
+    assert (verdict.state, verdict.headline) == ("no_verdict", "No verdict: check the yaw rate signal.")
+    assert about(found, "yaw rate sensor").state == "check"
+    assert about(found, "accelerometer").state != "check" and about(found, "steering wheel angle sensor").state == "ok"
+
+
+def test_a_relative_sensor_gets_no_correction() -> None:
+    relative = oncenter.offset(oncenter.simulate("relative_angle", seed=1)[0], TRUCK)
+    found = about_offset(relative, 1.0)
+    assert found.state == "no_correction" and "Do not store a correction" in found.action
+
+
+@pytest.mark.parametrize("method", ["thesis", "wheel-speed"])
+def test_a_method_without_free_play_in_its_interval_never_recalibrates(answer: Answer, method: Any) -> None:
+    found = about_offset(replace(with_offset(answer, 3.0), method=method))
+    assert found.state == "over" and "does not include free play" in found.note and "7.5 deg" in found.note
+    assert "does not include free play" in about_offset(replace(with_offset(answer, 1.0), method=method)).note
+    assert about(replace(answer, method=method), "free play").state == "undecided"
+
+
+def test_after_a_change_the_value_is_the_one_after_it(answer: Answer) -> None:
+    change = Change("offset", 0, "a.log", 903.0, 900.0, 2 * DEGREE, -3 * DEGREE, -5 * DEGREE, 0.1 * DEGREE)
+    changed = replace(with_offset(answer, -3.0), changes=(change,))
+    assert about_offset(changed).note == (
+        "The offset changed by -5.0 deg 15.0 min into a.log, from +2.0 to -3.0 deg: use the value after."
+    )
+    passing = replace(change, size_rad=0.1 * DEGREE, sd_rad=0.2 * DEGREE)
+    assert about_offset(replace(changed, changes=(passing,))).note == ""
+
+
+def test_several_logs_are_given_together_again(answer: Answer) -> None:
+    two = replace(with_offset(answer, 1.0, 1.0, 1.2, "converging"), drives=answer.drives * 2)
+    assert "all logs" in about_offset(two).action
+
+
+@pytest.mark.parametrize(
+    ("width", "around", "status", "state"),
+    [
+        (3.0, 0.4, "valid", "ok"),
+        (14.94, 0.4, "valid", "ok"),
+        (14.96, 0.4, "valid", "check"),
+        (15.4, 0.5, "valid", "check"),
+        (17.0, 0.5, "valid", "repair"),
+        (17.0, 0.5, "converging", "undecided"),
+    ],
+)
+def test_free_play_is_judged_by_the_maintenance_standard(
+    answer: Answer, width: float, around: float, status: str, state: str
+) -> None:
+    found = about(replace(answer, backlash=estimate(width, around, status)), "free play")
+    assert found.state == state
+    assert state == "undecided" or f"{width:.1f} deg" in found.headline
+
+
+def test_play_that_may_be_none_is_given_as_at_most(answer: Answer) -> None:
+    assert "At most 0.9 deg" in about(replace(answer, backlash=estimate(0.5, 0.4)), "free play").headline
+
+
+@pytest.mark.parametrize(("bias_deg_s", "state"), [(0.05, "ok"), (-0.4, "ok"), (0.8, "check"), (-3.5, "repair")])
+def test_the_yaw_rate_sensor_is_judged_by_its_bias(answer: Answer, bias_deg_s: float, state: str) -> None:
+    biased = replace(answer, yaw_rate_bias=replace(estimate(bias_deg_s, 0.01), unit="rad/s"))
+    found = about(biased, "yaw rate sensor")
+    assert found.state == state and f"{bias_deg_s:+.2f} deg/s" in found.headline
+
+
+def test_a_yaw_rate_bias_that_nothing_measured_or_that_moves_is_no_ok(answer: Answer) -> None:
+    unmeasured = replace(answer, yaw_rate_bias=Estimate(None, None, "unobservable", "rad/s"))
+    assert about(unmeasured, "yaw rate sensor").state == "undecided"
+    assert about(with_finding(answer, "yaw_rate_bias_moves", 60.0), "yaw rate sensor").state == "check"
+    assert about(with_finding(answer, "yaw_rate_bias_moves", 20.0, "info"), "yaw rate sensor").state == "ok"
+
+
+@pytest.mark.parametrize(
+    ("code", "value", "state"),
+    [
+        ("lateral_acceleration_at_standstill", 0.44, "check"),
+        ("lateral_acceleration_at_standstill", -1.2, "repair"),
+        ("lateral_acceleration_moves", 1.4, "repair"),
+        ("unloading_off_zero", -0.15, "check"),
+    ],
+)
+def test_the_accelerometer_is_judged_by_the_findings(answer: Answer, code: str, value: float, state: str) -> None:
+    assert code in TABLE
+    assert about(with_finding(answer, code, value), "accelerometer").state == state
+    assert about(replace(answer, findings=()), "accelerometer").state == "ok"
+
+
+def test_each_verdict_is_about_another_thing_and_says_what_to_do(answer: Answer) -> None:
+    found = verdicts_of(answer)
+    assert len({each.about for each in found}) == len(found) == 5
+    assert all(each.headline.endswith(".") and each.action.endswith(".") for each in found)
+
+
+def test_the_limit_is_the_vehicle_files_unless_another_is_given(answer: Answer) -> None:
+    assert TRUCK.offset_limit_deg == LIMIT_DEG == 2.0
+    strict = oncenter.vehicle("scania_r730_4x2").model_copy(update={"offset_limit_deg": 0.3})
+    one = with_offset(replace(answer, vehicle=strict), 0.4)
+    assert about_offset(one).state == "recalibrate" and about_offset(one, 1.0).state == "within"
+
+
+def test_json_has_verdicts_and_limit_in_the_present_schema_alone(answer: Answer) -> None:
+    given = json.loads(answer.to_json())
+    assert given["limit_deg"] == 2.0
+    assert [each["about"] for each in given["verdicts"]] == [each.about for each in verdicts_of(answer)]
+    assert {"about", "state", "headline", "action", "note"} == set(given["verdicts"][0])
+    assert not {"verdicts", "limit_deg"} & set(json.loads(answer.to_json("offset-1")))
+
+
+def test_the_command_line_gives_another_limit(drive: Signals, tmp_path: Any, capsys: Any) -> None:
+    log = tmp_path / "drive.parquet"
+    drive.table.write_parquet(log)
+    offset = ["offset", str(log), "--vehicle", "scania_r730_4x2"]
+    assert run([*offset, "--limit", "3"]) == 0
+    assert capsys.readouterr().out.startswith("Within the limit: straight-ahead offset +2.0 deg ± 0.1 (limit 3 deg).")
+    for bad in ("0", "31", "nan"):
+        assert run([*offset, "--limit", bad]) == 2
+        assert f"--limit must be above 0 and at most 30 deg, got {bad}" in capsys.readouterr().err
+
+
+def test_a_limit_out_of_range_in_a_vehicle_file_is_refused_by_name(tmp_path: Any) -> None:
+    file = tmp_path / "truck.toml"
+    file.write_text("wheelbase_m = 3.7\nsteering_ratio = 20.0\noffset_limit_deg = 0\n")
+    with pytest.raises(OncenterError, match="offset_limit_deg"):
+        oncenter.vehicle(file)

@@ -14,7 +14,7 @@ from typing import Any
 
 import polars as pl
 import pytest
-from two_trucks import MONDAY_S, VIN, tables
+from two_trucks import MONDAY_S, VIN, histories, tables
 from watched import oncenter, watch
 
 from oncenter.cli import run as command
@@ -22,7 +22,6 @@ from oncenter.errors import OncenterError
 from oncenter.fleet import Summary, engines, run, watched
 from oncenter.fleet.files import LogFile, at_hand, find_logs
 from oncenter.fleet.ledger import LEDGER
-from oncenter.fleet.truck_data import script_name
 from oncenter.fleet.trucks import Trucks
 from oncenter.simulate import simulate_to_log
 
@@ -58,7 +57,7 @@ def put_what_is_no_log(folder: Path) -> dict[str, str]:
     (folder / "itself.log").symlink_to("itself.log")
     with contextlib.closing(socket.socket(socket.AF_UNIX)) as listening, contextlib.chdir(folder):
         listening.bind("socket.log")
-    device, link = "is a pipe, a socket or a device", "is a link that leads nowhere"
+    device, link = "is a pipe, a socket or a device", "is a link whose target does not exist"
     said = {"pipe.log": device, "zeros.log": device, "socket.log": device}
     return said | {"nowhere.log": link, "itself.log": link}
 
@@ -337,10 +336,8 @@ def test_files_named_after_a_truck_bear_any_vin_and_any_vehicle_file(fleet: Path
     summary = run([str(tmp_path / "logs")], vehicles, output, reports=True)
     assert (summary.logs_answered, summary.trucks) == (4, 4)
     page = (output / "index.html").read_text(encoding="utf-8")
-    for truck in trucks:
-        said = (output / "trucks" / script_name(truck)).read_text(encoding="utf-8")
-        assert json.loads(said.removeprefix("show(").removesuffix(");\n"))["truck"] == truck
-        assert truck == script_name(truck)[:-3] or f'value="{truck}" data-file="{script_name(truck)[:-3]}"' in page
+    assert set(histories(output / "index.html")) == {"depot-7", *trucks}
+    assert all(f'<option value="{truck}">' in page for truck in trucks)
 
 
 # -- all at once

@@ -5,18 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from oncenter.fleet.history import NOISE, Told, breaks, drift
+from oncenter.fleet.history import NOISE, Readings, breaks, drift
 from oncenter.fleet.offset_now import Offset
-from oncenter.fleet.ranking import rank, within
+from oncenter.fleet.ranking import OfTruck, histories, rank, within
 from oncenter.fleet.undecided import Driven, would_decide
 
 DAY_S = 86400.0
 MONDAY_S = 1_772_434_800.0  # 2026-03-02, 7:00 UTC
 
 
-def told(values: np.ndarray, sd: float | np.ndarray = 0.5) -> Told:
+def readings(values: np.ndarray, sd: float | np.ndarray = 0.5) -> Readings:
     count = len(values)
-    return Told(MONDAY_S + DAY_S * np.arange(count), values, np.broadcast_to(np.asarray(sd, float), (count,)).copy())
+    return Readings(
+        MONDAY_S + DAY_S * np.arange(count), values, np.broadcast_to(np.asarray(sd, float), (count,)).copy()
+    )
 
 
 # -- a night
@@ -25,21 +27,23 @@ def told(values: np.ndarray, sd: float | np.ndarray = 0.5) -> Told:
 def test_one_drive_that_is_off_alone_is_no_change() -> None:
     value = np.zeros(12)
     value[6] = 6.0
-    assert breaks(told(value), NOISE["backlash"]) == []
+    assert breaks(readings(value), NOISE["backlash"]) == []
 
 
 def test_a_change_that_hangs_on_one_drive_waits_for_another() -> None:
     sd = np.array([0.4] * 6 + [0.4, 2.5, 2.5])
     value = np.array([0.0] * 6 + [6.0, 0.5, 0.0])
-    assert breaks(told(value, sd), NOISE["backlash"]) == []
-    assert [broken.at for broken in breaks(told(np.append(value, 6.0), np.append(sd, 0.4)), NOISE["backlash"])] == [6]
+    assert breaks(readings(value, sd), NOISE["backlash"]) == []
+    assert [broken.at for broken in breaks(readings(np.append(value, 6.0), np.append(sd, 0.4)), NOISE["backlash"])] == [
+        6
+    ]
 
 
 def test_play_of_which_no_two_drives_differ_by_the_least_change_never_changed_and_one_a_little_larger_did() -> None:
     least = NOISE["backlash"].smallest
     for step, found in ((0.95 * least, []), (1.05 * least, [6])):
         value = np.repeat([3.0, 3.0 + step], 6)
-        assert [broken.at for broken in breaks(told(value, 0.01), NOISE["backlash"])] == found
+        assert [broken.at for broken in breaks(readings(value, 0.01), NOISE["backlash"])] == found
 
 
 def test_an_interval_of_a_changes_size_covers_the_truth_as_often_as_it_says() -> None:
@@ -48,7 +52,7 @@ def test_an_interval_of_a_changes_size_covers_the_truth_as_often_as_it_says() ->
     for _ in range(300):
         sd = random.uniform(0.3, 0.9, 24)
         value = NOISE["backlash"].scatter(sd) * random.normal(0.0, 1.0, 24) + np.where(np.arange(24) < 12, 0.0, 4.0)
-        (broken,) = breaks(told(value, sd), NOISE["backlash"])
+        (broken,) = breaks(readings(value, sd), NOISE["backlash"])
         covered.append(abs(broken.size - 4.0) < 1.96 * broken.sd)
     assert 0.92 <= np.mean(covered) <= 0.99
 
@@ -58,21 +62,21 @@ def test_a_drift_is_its_slope_with_an_interval_that_covers_it() -> None:
     covered = []
     for _ in range(300):
         value = 0.02 * np.arange(20) + NOISE["backlash"].scatter(np.full(20, 0.5)) * random.normal(0.0, 1.0, 20)
-        found = drift(told(value), 0)
+        found = drift(readings(value), 0)
         assert found is not None
         covered.append(abs(found[0] - 0.02) < 1.96 * found[1])
     assert 0.92 <= np.mean(covered) <= 0.99
-    assert drift(told(np.zeros(3)), 0) is None
+    assert drift(readings(np.zeros(3)), 0) is None
 
 
 def truck_row(name: str, value: float, sd: float, limit: float = 2.0) -> dict[str, object]:
     p_value = min(1.0, 2.0 * within(value, sd, limit))
-    return {"truck": name, "offset_deg": value, "offset_sd_deg": sd, "p_value": p_value}
+    return {"truck": name, "offset_deg": value, "offset_sd_deg": sd, "p_value": p_value, "limit_deg": limit}
 
 
 def test_trucks_are_ranked_by_evidence_not_by_value() -> None:
     ranked = rank(
-        [truck_row("wide", 4.0, 2.0), truck_row("sure", 2.8, 0.1), truck_row("fine", 0.5, 0.3), {"truck": "?"}], 2.0
+        [truck_row("wide", 4.0, 2.0), truck_row("sure", 2.8, 0.1), truck_row("fine", 0.5, 0.3), {"truck": "?"}]
     )
     assert [row["truck"] for row in ranked] == ["sure", "wide", "fine", "?"]
     assert [row["rank"] for row in ranked] == [1, 2, 3, 4]
@@ -90,14 +94,35 @@ def test_calibrate_and_fine_have_their_whole_interval_on_one_side_of_the_limit()
         "fine": (1.2, 0.4),
         "fine too": (-0.1, 0.9),
     }
-    ranked = rank([truck_row(name, value, sd) for name, (value, sd) in trucks.items()], 2.0)
+    ranked = rank([truck_row(name, value, sd) for name, (value, sd) in trucks.items()])
     assert {row["truck"]: row["verdict"] for row in ranked} == {name: name.split()[0] for name in trucks}
 
 
 def test_a_change_beyond_the_limit_makes_a_truck_one_to_watch_where_its_offset_is_within() -> None:
     moved = truck_row("moved", 1.4, 0.2) | {"p_value": 1e-6}
-    (row,) = rank([moved], 2.0)
+    (row,) = rank([moved])
     assert row["verdict"] == "watch"
+
+
+def rows_of(codes: str) -> list[dict[str, object]]:
+    """Two drives without an offset, the newer one with these findings."""
+    return [{"start": MONDAY_S + DAY_S * day, "findings": found} for day, found in ((0, ""), (1, codes))]
+
+
+def test_a_truck_whose_newest_drive_ended_with_a_fault_of_its_angle_sensor_needs_a_repair() -> None:
+    fault = "yaw_rate_bias steering_wheel_angle_sensor_at_fault"
+    trucks = {
+        "repair": rows_of(fault),
+        "no_offset": rows_of("yaw_rate_bias"),
+        "no_offset, repaired since": [*rows_of(fault), {"start": MONDAY_S + 3 * DAY_S, "findings": ""}],
+        "repair, and a log that cannot be read": [
+            *rows_of(fault),
+            {"start": MONDAY_S + 3 * DAY_S, "findings": None, "error_code": "unreadable_log"},
+        ],
+    }
+    of_trucks = [OfTruck(name, rows, 2.0) for name, rows in trucks.items()]
+    for name, history in zip(trucks, histories(of_trucks), strict=True):
+        assert history.truck["state"] == name.split(",")[0]
 
 
 def of_sd(sd: float, spread_sd: float, load_would_help: bool = True) -> Offset:
@@ -125,9 +150,9 @@ def test_ten_thousand_healthy_trucks_give_no_five_hundred_alarms() -> None:
     """At the limit itself, where an alarm at 5 % each would be 500; and of a mix, few of those named are healthy."""
     random = np.random.default_rng(8)
     healthy = [truck_row(f"h{k}", x, 0.3) for k, x in enumerate(2.0 + 0.3 * random.normal(size=10_000))]
-    assert sum(row["verdict"] == "calibrate" for row in rank(healthy, 2.0)) <= 3
+    assert sum(row["verdict"] == "calibrate" for row in rank(healthy)) <= 3
     ill = [truck_row(f"i{k}", x, 0.3) for k, x in enumerate(4.0 + 0.3 * random.normal(size=200))]
-    named = [row["truck"] for row in rank(healthy + ill, 2.0) if row["verdict"] == "calibrate"]
+    named = [row["truck"] for row in rank(healthy + ill) if row["verdict"] == "calibrate"]
     assert sum(str(name).startswith("i") for name in named) >= 198
     assert sum(str(name).startswith("h") for name in named) <= 0.08 * len(named)
 

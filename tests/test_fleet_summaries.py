@@ -65,7 +65,7 @@ def test_a_drive_that_tells_its_truck_nothing_has_no_summary(told: dict[str, Any
 
 def test_a_truck_whose_rows_are_of_version_0_1_is_unknown_until_they_are_answered_anew() -> None:
     old = {"log": "a.parquet", "key": "a", "offset_deg": 3.0, "offset_sd_deg": 0.2, **TOLD}
-    (history,) = histories([OfTruck("truck", [dict(old), dict(old)])], 2.0)
+    (history,) = histories([OfTruck("truck", [dict(old), dict(old)], 2.0)])
     assert history.truck["verdict"] == "unknown" and history.truck["told"] == 0 and history.changes == []
     assert history.truck.get("offset_deg") is None
 
@@ -75,7 +75,7 @@ def test_a_row_of_trucks_is_what_the_model_says_of_it_in_degrees() -> None:
         {**columns_of(SUMMARY, NOTHING_KNOWN), **TOLD, "start": 1.7e9 + 86400.0 * day, "log": str(day)}
         for day in range(6)
     ]
-    history, alone = histories([OfTruck("many", rows), OfTruck("one", rows[:1])], 2.0)
+    history, alone = histories([OfTruck("many", rows, 2.0), OfTruck("one", rows[:1], 2.0)])
     model = learn(together([[SUMMARY] * 6]), priors_of())
     assert history.truck["offset_deg"] == pytest.approx(model.offset[0] / DEGREE)
     assert history.truck["pull_m_s2"] == pytest.approx(model.pull[0])
@@ -102,6 +102,6 @@ def test_a_known_pull_is_taken_off_once() -> None:
     rows = [
         {**columns_of(replace(SUMMARY, unloading=0.0, bank=0.2), known), **TOLD, "start": 1.7e9 + k} for k in range(8)
     ]
-    (history,) = histories([OfTruck("truck", rows)], 2.0)
+    (history,) = histories([OfTruck("truck", rows, 2.0)])
     assert history.truck["offset_deg"] == pytest.approx(SUMMARY.offset / DEGREE, abs=0.05)
     assert history.truck["offset_sd_deg"] < 0.15

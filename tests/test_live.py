@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -279,8 +280,8 @@ def test_a_replay_says_what_offset_says(capsys: pytest.CaptureFixture[str]) -> N
 @pytest.mark.parametrize(
     ("arguments", "exit_code", "words"),
     [
-        ([], 2, "name a CHANNEL or --replay LOG"),
-        (["can0", "--interface", "telepathy"], 2, "python-can knows"),
+        ([], 2, "name either a CHANNEL or --replay LOG"),
+        (["can0", "--interface", "telepathy"], 2, "interfaces of python-can: "),
         pytest.param(["can99"], 1, "cannot open can99 (socketcan)", marks=pytest.mark.linux),
         (["--replay", "drive.csv"], 2, "for a table use oncenter offset"),
         (["--replay", "none.log"], 1, "cannot read none.log: No such file or directory"),
@@ -313,8 +314,10 @@ def test_ctrl_c_saves_and_answers(log: Path, tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=20)
     assert process.returncode == 0, err
-    assert err == "oncenter: ending, saving what was learned\n"
-    assert out.startswith("straight-ahead offset")
+    ending, finished = err.splitlines()
+    assert ending == "oncenter: ending, saving the learned state"
+    assert re.fullmatch(r"oncenter: finished at \d\d:\d\d:\d\d after .* of driving: final result\.", finished)
+    assert out.split(":")[0] in ("Undecided", "Within the limit", "Recalibrate")
     assert sorted(p.name for p in (tmp_path / "state").iterdir()) == ["vin%207.state"]
     assert pl.read_parquet(trace).height > 100
 
@@ -343,4 +346,4 @@ def test_the_terminal_tells_what_driving_is_still_missing(capsys: pytest.Capture
     assert "truck 7 on " in shown and "more above 11 km/h" in shown and "s of bends to the" in shown
     assert "13200 in all" in shown
     line = one_line(session.snapshot, params_of(truck, None))
-    assert "still missing: " in line and "more above 11 km/h" in line
+    assert line.startswith("Undecided: drive ") and "still needed: " in line and "more above 11 km/h" in line

@@ -118,7 +118,7 @@ def test_a_bus_that_falls_silent_is_told_once(monkeypatch: pytest.MonkeyPatch) -
         time.sleep(0.8)
         sending.send(message(drive(0.1)[0]))
         ended_with = [line.text for line in _stopped(session, lambda now: now.frames == 1).said]
-    assert ended_with[0] == "no frame on silent (virtual) for 0 s: cable, ignition or bitrate?"
+    assert ended_with[0] == "no frame on silent (virtual) for 0 s: check cable, ignition and bitrate"
     assert len(ended_with) == 2 and ended_with[1].startswith("frames again after ")
 
 
@@ -162,7 +162,7 @@ def test_frames_that_no_can_bus_can_carry_are_counted_said_once_and_not_recorded
     assert [line.text for line in said.all()] == [
         "gateway (virtual) gave a frame whose identifier, length or time no CAN frame can have: such frames are left "
         "out and counted",
-        f"of {len(good)} frames in all, left out: {len(wrong)} that are no CAN frames",
+        f"of {len(good)} frames in all, discarded: {len(wrong)} that are no CAN frames",
     ]
 
 

@@ -54,7 +54,7 @@ def test_a_full_disk_is_said_once_and_every_frame_is_there_after(
     until(lambda: len(said.all()) == 2)
     recorder.close()
     full, again = (line.text for line in said.all())
-    assert "No space left on device; frames are kept in memory, the estimate goes on" in full
+    assert "No space left on device; frames are kept in memory, the estimate continues" in full
     assert again.endswith("is recorded again, nothing is missing")
     assert frames_of_log(tmp_path / "kept.log").time.tolist() == [round(frame.time, 6) for frame in frames]
 
@@ -109,7 +109,7 @@ def test_what_was_learned_is_resumed_from_the_newer_of_two_slots(log: Path, tmp_
         kept = core_of(taught).answer()["offset"]
     memory.close()
     resumed, lines = _resumed(frames, tmp_path, "truck 7")
-    assert lines == ["resumed what was learned of truck 7"]
+    assert lines == ["resumed the saved state of truck 7"]
     assert core_of(resumed).answer()["offset"] == kept
 
     path = tmp_path / "truck%207.state"
@@ -118,7 +118,7 @@ def test_what_was_learned_is_resumed_from_the_newer_of_two_slots(log: Path, tmp_
     image[newer + 200] ^= 1
     path.write_bytes(image)
     older, lines = _resumed(frames, tmp_path, "truck 7")
-    assert lines == ["resumed what was learned of truck 7"]
+    assert lines == ["resumed the saved state of truck 7"]
     assert 0.0 < core_of(older).answer()["used"] < core_of(resumed).answer()["used"]
 
     path.write_bytes(bytes(len(image)))  # as one that was never written to: nothing is said
@@ -126,7 +126,7 @@ def test_what_was_learned_is_resumed_from_the_newer_of_two_slots(log: Path, tmp_
     path.write_bytes(b"no image at all, but long enough to be read as one" * 9)
     fresh, lines = _resumed(frames, tmp_path, "truck 7")
     assert lines == [
-        f"the saved state of truck 7 is not resumed ({path}: no saved state is in it); learning starts afresh"
+        f"the saved state of truck 7 is not resumed ({path}: it has no saved state); learning starts from zero"
     ]
     assert core_of(fresh).answer()["used"] == 0.0
 
@@ -149,10 +149,10 @@ def test_a_truck_whose_memory_is_in_use_is_watched_all_the_same(log: Path, tmp_p
     first = Memory(tmp_path, "one", said.say)
     first.resume(fed := _first_core(frames))
     _, lines = _resumed(frames, tmp_path, "one")
-    assert len(lines) == 1 and "neither resumed nor saved" in lines[0] and "another oncenter live has it" in lines[0]
+    assert len(lines) == 1 and "neither resumed nor saved" in lines[0] and "another oncenter live uses it" in lines[0]
     first.save(fed)
     first.close()
-    assert _resumed(frames, tmp_path, "one")[1] == ["resumed what was learned of one"]
+    assert _resumed(frames, tmp_path, "one")[1] == ["resumed the saved state of one"]
 
 
 def core_of(learner: Learner) -> Any:

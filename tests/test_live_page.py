@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from bokeh.document import Document
 from bokeh.util.token import generate_jwt_token
 from live_drive import TRUCK, cut, drive_log, frames_of_log, until
 from tornado.netutil import bind_sockets
@@ -27,6 +28,7 @@ import oncenter as oc
 from oncenter.errors import OncenterError
 from oncenter.live import page as live_page
 from oncenter.live import serve as live_serve
+from oncenter.live import words
 from oncenter.live.learner import Learner, needed
 from oncenter.live.replay import Replay
 from oncenter.live.session import Sayings, Session
@@ -180,7 +182,7 @@ def test_a_page_whose_process_dies_is_said_and_the_session_goes_on(log: Path) ->
         session.join()
     assert session.failure is None
     code = page._process.wait()
-    assert said == [f"the page is gone: its process ended with code {code}; all else goes on"]
+    assert said == [f"the page has ended: its process ended with code {code}; the session continues"]
 
 
 def test_the_page_s_process_ends_with_the_session_s() -> None:
@@ -291,7 +293,7 @@ def test_viewers_beyond_the_limit_are_told_so(here: tuple[Served, list[Any]], mo
     connection.request("GET", "/")
     answer = connection.getresponse()
     assert answer.status == 503
-    assert answer.read() == b"oncenter: 2 viewers look already, more are not served: come later\n"
+    assert answer.read() == b"oncenter: the limit of 2 viewers is reached: try again later\n"
     first.close()
     until(lambda: status(served, {"Host": own}) == 200)
 
@@ -347,8 +349,6 @@ def test_nothing_is_made_for_a_viewer_who_does_not_read(log: Path, monkeypatch: 
 
 
 def test_a_viewer_who_left_while_there_was_nothing_to_tell_is_no_failure(log: Path) -> None:
-    from bokeh.document import Document
-
     class Left(Document):
         """As of a session that was destroyed before its viewer's task woke."""
 
@@ -363,7 +363,7 @@ def test_a_viewer_who_left_while_there_was_nothing_to_tell_is_no_failure(log: Pa
         begun[0]()
         (following,) = news.followers
         await asyncio.sleep(0)
-        news.tell(snapshot)
+        news.update(snapshot)
         await asyncio.wait_for(following, 5.0)
 
     asyncio.run(told())
@@ -436,20 +436,76 @@ def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(l
             assert view.get_attribute("#offset", "class") == f"offset {status}"
         assert len(turned) == 4
         until(lambda: width() < 0.6 * widths[0])
-        until(lambda: view.text_content("#gate") == "This counts")
+        until(lambda: view.text_content("#gate") == "Recording: this driving is used")
         view.wait_for_selector("#findings li.info")
         assert "not identifiable from one drive" in view.text_content("#findings")
-        assert "a pull or crosswind, which no single drive identifies" in view.text_content("#beside")
+        assert "a pull or crosswind, which one drive cannot separate from the offset" in view.text_content("#beside")
         assert view.text_content("#flank-left-share") == "100 %"
         assert view.locator("canvas").count() >= 3
         _fits(view)
+        assert view.text_content("#verdict").startswith(words.verdict(session.snapshot).headline[:10])
+        assert view.is_hidden("#finished")
         session.stop()
         session.join()
         assert session.failure is None
-    view.wait_for_selector("#lost:not([hidden])")
+        last = session.snapshot
+    view.wait_for_selector("#finished:not([hidden])")
+    assert view.text_content("#finished") == words.sentence(words.finished(last))
+    verdict = words.verdict(last)
+    assert view.text_content("#verdict") == words.signed(verdict.headline + verdict.action)
+    time.sleep(4.0)  # longer than a page waits for news before it is lost
+    assert view.is_hidden("#lost") and view.is_hidden("#gate")
     assert wrong == []
     assert asked and all(url.startswith(page.url) for url in asked)
     view.close()
+
+
+def test_a_page_whose_server_is_gone_says_that_the_last_values_are_shown(log: Path, browser: Any) -> None:
+    session = session_of(log, 20.0)
+    with Page(session, PARAMS, "127.0.0.1", 0, lambda line: None) as page:
+        view = browser.new_page()
+        view.goto(page.url)
+        session.start()
+        view.wait_for_selector("#truck:not(:empty)")
+        page._process.kill()
+        view.wait_for_selector("#lost:not([hidden])")
+        assert re.match(r"Connection to oncenter lost at \d\d:\d\d:\d\d: the last", view.text_content("#lost"))
+        assert view.is_hidden("#finished")
+        session.stop()
+        session.join()
+    view.close()
+
+
+def test_a_slow_viewer_gets_the_last_state_as_well(log: Path) -> None:
+    """An update is on its way when the session ends: the last one follows it."""
+    first = session_of(log, 1.0).snapshot
+    shown: list[int] = []
+
+    class Slow:
+        """A viewer who takes a while for each update."""
+
+        async def with_locked_document(self, look: Any) -> None:
+            await asyncio.sleep(0.1)
+            await look(None)
+            shown.append(news.snapshot.number)
+
+    class Followed(Document):
+        session_context = Slow()
+
+    async def told() -> None:
+        doc, begun = Followed(), []
+        doc.add_next_tick_callback = begun.append
+        live_page.page(doc, news)
+        begun[0]()
+        await asyncio.sleep(0)
+        news.update(replace(first, number=first.number + 1))
+        await asyncio.sleep(0.05)
+        news.update(replace(first, number=first.number + 2))
+        await news.end()
+
+    news = live_page.News(first, PARAMS, lambda: None)
+    asyncio.run(told())
+    assert shown[-1] == first.number + 2
 
 
 def _fits(view: Any) -> None:

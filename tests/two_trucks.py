@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
+import json
+import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -33,5 +38,12 @@ def write_fleet(root: Path) -> None:
 
 def tables(output: Path) -> dict[str, bytes]:
     """All that must not depend on how a run went."""
-    names = [f"{name}.parquet" for name in _TABLES] + sorted(f"trucks/{p.name}" for p in (output / "trucks").iterdir())
-    return {name: (output / name).read_bytes() for name in names}
+    return {name: (output / name).read_bytes() for name in (*(f"{name}.parquet" for name in _TABLES), "index.html")}
+
+
+def histories(page: Path) -> dict[str, Any]:
+    """The trucks' histories that a page holds, by truck."""
+    found = re.search(r'<script type="text/plain" id="data">([^<]*)</script>', page.read_text(encoding="utf-8"))
+    assert found is not None
+    unpacked: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(found[1])))
+    return unpacked

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -14,48 +14,58 @@ if TYPE_CHECKING:
     from oncenter.fleet import Summary
 
 _POISONOUS_SHOWN = 20
+_STDOUT = "-"
 
 fleet = typer.Typer(name="fleet")
 
-Output = Annotated[Path, typer.Option(metavar="DIR", help="Tables and page: a folder that a run made or makes.")]
+Output = Annotated[Path, typer.Option(metavar="DIR", help="Folder of the tables and the page; made if missing.")]
+Tables = Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder that oncenter fleet run has written.")]
 
 
 @fleet.callback(invoke_without_command=True)
 def _fleet(context: typer.Context) -> None:
-    """Which trucks of a fleet need a calibration, since when, and how sure that is."""
+    """Find the trucks of a fleet that need a calibration, since when, and how certain that is."""
     if context.invoked_subcommand is None:
         raise OncenterError(
-            "fleet what: oncenter fleet run, or oncenter fleet query", code="usage", exit_code=WRONG_USAGE
+            "fleet needs a command: oncenter fleet run, fleet trucks or fleet query",
+            code="usage",
+            exit_code=WRONG_USAGE,
         )
 
 
 @fleet.command(epilog="Example: oncenter fleet run logs --vehicles vehicles --output fleet")
 def run(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG…", help="Logs, folders of them, s3://bucket/folder.")],
+    logs: Annotated[list[str], typer.Argument(metavar="LOG…", help="Logs, folders of logs, s3://bucket/folder.")],
     vehicles: Annotated[
         Path,
-        typer.Option(metavar="DIR", help="Vehicle files: NAME.toml is of the truck NAME, or of VINs that begin so."),
+        typer.Option(metavar="DIR", help="Vehicle files: NAME.toml is for the truck NAME and for VINs that begin so."),
     ],
     output: Output,
     engine: Annotated[
-        Literal["processes", "ray"], typer.Option(help="This machine's cores, or a Ray cluster.")
+        Literal["processes", "ray"], typer.Option(help="The cores of this machine, or a Ray cluster.")
     ] = "processes",
-    address: Annotated[str | None, typer.Option(help="Of the Ray cluster; without it one of this machine.")] = None,
+    address: Annotated[
+        str | None, typer.Option(help="Address of a running Ray cluster; without it one is started on this machine.")
+    ] = None,
     limit: Annotated[
-        float, typer.Option(metavar="DEG", help="The offset, either sign, beyond which a truck needs a calibration.")
-    ] = 2.0,
-    reports: Annotated[bool, typer.Option("--reports", help="A page for each drive as well, some 2 MB.")] = False,
+        float | None,
+        typer.Option(
+            metavar="DEG",
+            help="Recalibrate beyond this offset, either sign; by default offset_limit_deg of each vehicle file.",
+        ),
+    ] = None,
+    reports: Annotated[bool, typer.Option("--reports", help="Also write a report of each drive, about 2 MB.")] = False,
     retry: Annotated[
         bool, typer.Option("--retry", help="Read again the logs at which a reader crashed or was stopped.")
     ] = False,
     json: Json = False,
 ) -> None:
-    """Answer all logs that are new, rank the trucks, and write tables and page anew."""
-    from oncenter.fleet import run as run_night  # first: it asks for the extra
+    """Answer all new logs, rank the trucks, and write the tables and the page."""
+    from oncenter.fleet import run as run_night  # first: it checks that the extra is installed
     from oncenter.fleet.engines import on_ray, processes
 
     if address is not None and engine != "ray":
-        raise OncenterError("--address is of --engine ray", code="usage", exit_code=WRONG_USAGE)
+        raise OncenterError("--address needs --engine ray", code="usage", exit_code=WRONG_USAGE)
     try:
         summary = run_night(
             logs,
@@ -68,20 +78,40 @@ def run(
         )
     except KeyboardInterrupt:
         raise OncenterError(
-            "interrupted; what was put down is kept, the next run goes on from there",
+            "interrupted; the answers so far are kept, and the next run continues from there",
             code="interrupted",
             exit_code=INTERRUPTED,
         ) from None
     typer.echo((output / "metrics.json").read_text(encoding="utf-8").rstrip() if json else in_words(summary))
 
 
+@fleet.command(epilog="Example: oncenter fleet trucks --output fleet --csv trucks.csv")
+def trucks(
+    output: Tables,
+    csv: Annotated[
+        str | None,
+        typer.Option("--csv", metavar="FILE", help="Write all columns of the ranking as CSV instead; - is stdout."),
+    ] = None,
+) -> None:
+    """List the trucks by rank, with verdict, offset and next step."""
+    from oncenter.fleet.listing import as_csv, as_text, ranked, write_csv
+
+    rows = ranked(output)
+    if csv is None:
+        typer.echo(as_text(rows))
+    elif csv == _STDOUT:
+        typer.echo(as_csv(rows, "\n"), nl=False)
+    else:
+        write_csv(Path(csv), rows)
+
+
 @fleet.command(epilog='Example: oncenter fleet query "select truck, verdict from trucks" --output fleet')
 def query(
-    sql: Annotated[str, typer.Argument(metavar="SQL", help="One SELECT on drives, trucks, changes.")],
-    output: Output,
+    sql: Annotated[str, typer.Argument(metavar="SQL", help="One SELECT on the tables drives, trucks, changes.")],
+    output: Tables,
     json: Json = False,
 ) -> None:
-    """Ask a fleet's tables in SQL (polars')."""
+    """Run an SQL query (polars' dialect) on the fleet's tables."""
     import polars as pl
 
     from oncenter.fleet.sql import query as ask
@@ -95,35 +125,27 @@ def query(
 
 
 def in_words(summary: Summary) -> str:
-    """What was done, what stands, and which trucks come first, in less than a screen."""
-    verdicts = ", ".join(f"{count} {name}" for name, count in summary.verdicts.items() if count) or "none is judged"
+    """Counts of the run and of the fleet, and the first trucks of the ranking, on less than a screen."""
+    from oncenter.fleet.listing import STATE_WORDS, as_text
+
+    states = ", ".join(f"{count} {STATE_WORDS[name]}" for name, count in summary.states.items() if count)
+    unchanged = summary.logs_found - summary.logs_answered - summary.logs_refused
+    changes = "change" if summary.changes_of_offset == 1 else "changes"
     lines = [
-        f"{summary.logs_found} logs: {summary.logs_answered} answered now, {summary.logs_refused} refused, "
-        f"{summary.logs_found - summary.logs_answered - summary.logs_refused} known before; "
-        f"{summary.logs_per_second:.1f} logs/s, {summary.seconds:.0f} s",
-        f"{summary.trucks} trucks, {summary.drives} drives: {verdicts}; "
-        f"{summary.changes_of_offset} changes of an offset",
+        f"{summary.logs_found} logs: {summary.logs_answered} answered now, {summary.logs_refused} without an answer, "
+        f"{unchanged} unchanged; {summary.logs_per_second:.1f} logs/s, {summary.seconds:.0f} s",
+        f"{summary.trucks} trucks, {summary.drives} drives: {states or 'no truck'}; "
+        f"{summary.changes_of_offset} {changes} of an offset",
     ]
     if summary.refused:
         codes = ", ".join(f"{count} {code}" for code, count in summary.refused.items())
         lines.append(f"logs without an answer: {codes}")
     shown = summary.poisonous[:_POISONOUS_SHOWN]
-    lines += [f"skipped, readers crash or hang at it: {each['error']}" for each in shown]
+    lines += [f"skipped, a reader crashed or was stopped: {each['error']}" for each in shown]
     if len(summary.poisonous) > len(shown):
-        lines.append(f"skipped as well: {len(summary.poisonous) - len(shown)} more, named in drives.parquet")
-    named = [row for row in summary.worst if row["verdict"] in ("calibrate", "watch", "undecided")]
-    if named:
-        lines += ["", f"  {'truck':24}{'verdict':11}{'offset, 95 %':>24}   {'since':12}{'q':>8}"]
-        lines += [line for row in named for line in _lines(row)]
-    return "\n".join([*lines, "", f"wrote {Path(summary.output) / 'index.html'}"])
-
-
-def _lines(row: dict[str, Any]) -> list[str]:
-    from oncenter.utc import utc
-
-    value, half = row["offset_deg"], 1.96 * row["offset_sd_deg"]
-    offset = f"{value:+.1f} deg, {value - half:+.1f} to {value + half:+.1f}"
-    since = f"{utc(row['since']):%Y-%m-%d}" if row["changes"] else "its first"
-    line = f"  {row['truck'][:22]:24}{row['verdict']:11}{offset:>24}   {since:12}{row['q_value']:8.2g}"
-    decides = row.get("would_decide")
-    return [line, f"    would decide: {decides}"] if decides else [line]
+        lines.append(f"also skipped: {len(summary.poisonous) - len(shown)} more, see drives.parquet")
+    first = [row for row in summary.worst if row["state"] not in ("within", "no_offset") or row["verdict"] == "watch"]
+    if first:
+        lines += ["", as_text(first)]
+    page, tables = Path(summary.output) / "index.html", f"oncenter fleet trucks --output {summary.output}"
+    return "\n".join([*lines, "", f"wrote {page}; all trucks: {tables}"])

@@ -1,4 +1,4 @@
-"""oncenter live: the answer while it is driven."""
+"""oncenter live: the answer while the truck is driven."""
 
 from __future__ import annotations
 
@@ -29,28 +29,38 @@ Interface = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help="Of python-can: socketcan, pcan, vector, kvaser, udp_multicast …; on Linux socketcan by default.",
+        help="Interface of python-can: socketcan (default on Linux), pcan, vector, kvaser, udp_multicast …",
     ),
 ]
-Bitrate = Annotated[int | None, typer.Option(metavar="BIT/S", help="For interfaces that must be told.")]
+Bitrate = Annotated[int | None, typer.Option(metavar="BIT/S", help="Bit rate of the bus, for interfaces that need it.")]
 Replayed = Annotated[
-    Path | None, typer.Option(metavar="LOG", help="Play a log of frames instead: .log .asc .blf .trc .mf4 .dat")
+    Path | None, typer.Option(metavar="LOG", help="Replay a log of frames instead: .log .asc .blf .trc .mf4 .dat")
 ]
 Speed = Annotated[
-    float | None, typer.Option(metavar="TIMES", help="Of the replay, 1 to 100; as it was driven by default.")
+    float | None,
+    typer.Option(metavar="TIMES", help="Speed of the replay, 1 to 100 times that of the drive; 1 by default."),
 ]
-Web = Annotated[bool, typer.Option("--web", help="Serve a page as well.")]
-Address = Annotated[str, typer.Option(metavar="HOST", help="Where the page is served.")]
-Port = Annotated[int, typer.Option(metavar="PORT", min=0, max=65535, help="Of the page; 0 takes a free one.")]
-Record = Annotated[Path | None, typer.Option(metavar="OUT.log", help="Keep the raw frames, as candump does.")]
+Web = Annotated[bool, typer.Option("--web", help="Also serve a page for browsers.")]
+Address = Annotated[str, typer.Option(metavar="HOST", help="Address at which the page is served.")]
+Port = Annotated[int, typer.Option(metavar="PORT", min=0, max=65535, help="Port of the page; 0 takes a free one.")]
+Record = Annotated[Path | None, typer.Option(metavar="OUT.log", help="Record the raw frames in candump's format.")]
 Traced = Annotated[
-    Path | None, typer.Option(metavar="OUT", help="At the end, write all ticks with units: .parquet or .mf4")
+    Path | None, typer.Option(metavar="OUT", help="At the end, write all samples with their results: .parquet or .mf4")
 ]
 Truck = Annotated[
-    str | None, typer.Option(metavar="KEY", help="Whose memory it is; the vehicle file's name by default.")
+    str | None, typer.Option(metavar="KEY", help="Name of the saved state; by default the vehicle file's name.")
 ]
 State = Annotated[
-    Path | None, typer.Option(metavar="DIR", help="Where what was learned is kept; for a replay only when given.")
+    Path | None, typer.Option(metavar="DIR", help="Folder of the saved states; a replay saves only if it is given.")
+]
+
+
+Limit = Annotated[
+    float | None,
+    typer.Option(
+        metavar="DEG",
+        help="Recalibrate from this offset on, either sign; by default offset_limit_deg of the vehicle file.",
+    ),
 ]
 
 
@@ -68,14 +78,15 @@ def live(
     trace: Traced = None,
     truck: Truck = None,
     state: State = None,
+    limit: Limit = None,
     json: Json = False,
     schema: Schema = "offset-2",
     dbc: Dbc = None,
     source: Source = None,
 ) -> None:
-    """Watch the offset converge while the truck is driven. Ctrl-C ends it, saves all and gives the answer."""
+    """Watch the offset converge while the truck is driven. Ctrl-C ends the session, saves and prints the result."""
     import oncenter as oc
-    from oncenter.cli.offset import as_table
+    from oncenter.cli.offset import as_table, with_limit
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.files.extra import require_package
     from oncenter.live.learner import needed
@@ -88,7 +99,7 @@ def live(
         require_package("bokeh", "--web", "live")
     outputs = {"--record": record, "--trace": trace}
     spare_inputs(outputs, [replay, vehicle_file, *(dbc or ())])
-    vehicle = oc.vehicle(vehicle_file)
+    vehicle = with_limit(oc.vehicle(vehicle_file), limit)
     databases = dbc or vehicle.databases()
     spare_inputs(outputs, databases)
     said = Sayings()
@@ -117,13 +128,13 @@ def _check(
 
     said = ""
     if (channel is None) == (replay is None):
-        said = "name a CHANNEL or --replay LOG"
+        said = "name either a CHANNEL or --replay LOG"
     elif replay is not None and record is not None:
-        said = "--record is for a bus: the log is there already"
+        said = "--record is for a bus, not for --replay: the log exists already"
     elif replay is not None and bitrate is not None:
-        said = "--bitrate is for a bus: a log has its own"
+        said = "--bitrate is for a bus, not for --replay"
     elif channel is not None and speed is not None:
-        said = "--speed is for --replay: a bus is as fast as it is driven"
+        said = "--speed is for --replay, not for a bus"
     if said:
         raise OncenterError(said, code="usage", exit_code=WRONG_USAGE)
 
@@ -158,13 +169,17 @@ def _watch(session: Session, vehicle: Vehicle) -> None:
 
     with _ended_by_signals(session):
         gc.collect()
-        gc.freeze()  # what is loaded stays: a collector that walks through it holds up all threads for 0.2 s
+        gc.freeze()  # loaded modules stay: the collector would stop all threads for 0.2 s to scan them
         session.start()
         watch(session, params_of(vehicle, None))
 
 
 def _answer(session: Session, stream: Stream, signals: tuple[str, ...]) -> Answer:
-    """What it came to, or why to nothing; `signals` are those it needs."""
+    """The final answer; `signals` are those it needs.
+
+    Raises:
+        OncenterError: "no_usable_second", or the reason why the session ended.
+    """
     from oncenter.errors import OncenterError
 
     if session.failure is not None:
@@ -174,7 +189,7 @@ def _answer(session: Session, stream: Stream, signals: tuple[str, ...]) -> Answe
         return answer
     if stream.paused is not None:
         raise stream.paused
-    why = stream.missing() or "it was watched for too short a time"
+    why = stream.missing() or "the session was too short"
     raise OncenterError(f"no usable second on {stream.name}: {why}", code="no_usable_second", needs=signals)
 
 
@@ -205,8 +220,8 @@ def _interface(named: str | None) -> str:
         from oncenter.errors import WRONG_USAGE, OncenterError
 
         raise OncenterError(
-            "only Linux has SocketCAN: name the interface of your CAN adapter, --interface pcan, vector, kvaser, "
-            "ixxat, slcan, gs_usb or another of python-can's",
+            "only Linux has SocketCAN: name the interface of your CAN adapter with --interface: pcan, vector, kvaser, "
+            "ixxat, slcan, gs_usb or another one of python-can",
             code="usage",
             exit_code=WRONG_USAGE,
         )
@@ -215,15 +230,15 @@ def _interface(named: str | None) -> str:
 
 @contextmanager
 def _ended_by_signals(session: Session) -> Iterator[None]:
-    """Ctrl-C, and being told to end, are how a drive ends: nothing is lost by them. A second Ctrl-C is one too many."""
+    """Ctrl-C and SIGTERM end a session without loss; a second Ctrl-C interrupts the ending."""
 
     def end(number: int, frame: FrameType | None) -> None:
-        print("oncenter: ending, saving what was learned", file=sys.stderr)
+        print("oncenter: ending, saving the learned state", file=sys.stderr)
         session.stop()
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
     if sys.platform == "win32":
-        closed = signal.SIGBREAK  # of a console's window, and Ctrl-Break
+        closed = signal.SIGBREAK  # the console window closes, or Ctrl-Break
     else:
         closed = signal.SIGHUP
     before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM, closed)}

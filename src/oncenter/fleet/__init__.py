@@ -1,6 +1,6 @@
-"""Which trucks of a fleet need a calibration, since when, and how sure that is: logs by the million as three tables.
+"""Which trucks of a fleet need a calibration, since when, and how certain that is: millions of logs as three tables.
 
-`run` answers the logs that are new and writes the tables and the page anew; `query` asks the tables in SQL.
+`run` answers new logs and writes tables and page; `query` runs SQL on the tables.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["Summary", "query", "run"]
 
 
 def __getattr__(name: str) -> Any:
-    """Late: pyarrow takes longer to load than most command lines take to answer.
+    """Imports late: pyarrow takes longer to load than most commands run.
 
     Raises:
         OncenterError: "missing_extra": a package of the extra `fleet` is not installed.

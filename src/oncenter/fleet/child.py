@@ -16,7 +16,7 @@ from oncenter.fleet.trucks import Trucks
 
 @lru_cache(maxsize=1)
 def _work(night: str, vehicles: str, reports: str | None) -> Work:
-    """Vehicle files are read once a night: a child may live for several."""
+    """Vehicle files are read once a run: a child may live for several runs."""
     return Work(Trucks(Path(vehicles)), None if reports is None else Path(reports))
 
 
@@ -26,5 +26,5 @@ def _answer(request: Mapping[str, Any], send: Send) -> None:
 
 
 if __name__ == "__main__":
-    gc.freeze()  # what is loaded stays: no garbage to look for in it, drive after drive
+    gc.freeze()  # loaded modules stay, so the collector need not scan them after each drive
     serve(_answer)

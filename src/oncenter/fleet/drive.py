@@ -1,4 +1,4 @@
-"""One log becomes one row: read, answered, with its truck and its time, or with what is wrong with it."""
+"""One log becomes one row: read, answered, with its truck and its start time, or with its error."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from oncenter import _core
 from oncenter.errors import OncenterError
 from oncenter.files.file_name import printable, printable_name
 from oncenter.fleet.files import LogFile, at_hand
-from oncenter.fleet.start import known_start
+from oncenter.fleet.start import valid_start
 from oncenter.fleet.summaries import columns_of
 from oncenter.fleet.trucks import Truck, Trucks
 from oncenter.offset.answer import Answer, Estimate
@@ -26,7 +26,7 @@ from oncenter.read.identity import start_of, vin_of
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import Vehicle
 
-_EPOCH_S = 1e8  # times beyond are of day and year, those below since the log's own start
+_EPOCH_S = 1e8  # later times are absolute, since 1970; earlier ones are relative to the start of the log
 _DATE = re.compile(
     r"(?<!\d)((?:19|20)\d\d)-?([01]\d)-?([0-3]\d)[T_ -]?([0-2]\d)[-:.h]?([0-5]\d)(?:[-:.m]?([0-5]\d))?(?!\d)"
 )
@@ -34,18 +34,18 @@ _DATE = re.compile(
 
 @dataclass(frozen=True)
 class Work:
-    """What every log needs to be answered: plain data, so that it can be sent to another machine.
+    """The inputs of every answer: plain data, so that it can be sent to another machine.
 
     Attributes:
         trucks: the vehicle files.
-        reports: where each drive's page goes, or None.
+        reports: folder for each drive's page, or None.
     """
 
     trucks: Trucks
     reports: Path | None = None
 
     def __call__(self, log: LogFile) -> dict[str, Any]:
-        """The row of `tables.DRIVES`; times in s since 1970. A log that cannot be answered is a row as well."""
+        """The row of `tables.DRIVES`; times in s since 1970. A log without an answer gets a row with its error."""
         row: dict[str, Any] = {"log": printable_name(log.uri), "truck": "", "version": _core.version(), "key": ""}
         truck = self.trucks.by_path(log.uri)
         try:
@@ -55,7 +55,7 @@ class Work:
                 row |= {"truck": truck.name, "vehicle_file": truck.vehicle_file} if truck else {}
                 vehicle = self._vehicle(log, truck)
                 refuse_unreadable(path)
-                # here, since this is a watched child already: of two limits that are equal either may be the first
+                # in this process, which is a watched child already: a second child would have the same limits
                 signals = read_here(path, vehicle.signal_names, vehicle.databases(), {}, lambda fraction: None)
                 row |= when(log, path, signals)
                 answer = offset(signals, vehicle)
@@ -64,8 +64,8 @@ class Work:
                     _report(answer, self.reports, key)
         except OncenterError as error:
             row |= {"error_code": error.code, "error": printable(" ".join(str(error).split()))}
-        except Exception as error:  # a night is not lost for one log
-            row |= {"error_code": "bug", "error": printable(f"a bug of ours: {type(error).__name__}: {error}")}
+        except Exception as error:  # one log must not end the run
+            row |= {"error_code": "bug", "error": printable(f"internal error: {type(error).__name__}: {error}")}
         row["settings"] = self.trucks.settings(truck.vehicle_file if truck else None)
         return row
 
@@ -76,21 +76,21 @@ class Work:
     def _vehicle(self, log: LogFile, truck: Truck | None) -> Vehicle:
         if truck is None:
             raise OncenterError(
-                f"no vehicle file for {log.uri}: neither its path nor a VIN in it names one of --vehicles",
+                f"no vehicle file for {log.uri}: no part of its path and no VIN in it matches a file in --vehicles",
                 code="unknown_truck",
             )
         return self.trucks.vehicle(truck.vehicle_file)
 
 
 def _report(answer: Answer, folder: Path, key: str) -> None:
-    """Whole or not there."""
+    """Writes the drive's page, completely or not at all."""
     from oncenter.report import report
 
     report(answer, folder / f"{key}.html")
 
 
 def of_answer(answer: Answer) -> dict[str, Any]:
-    """Its columns of a drive's row."""
+    """The answer's columns of a drive's row."""
     row: dict[str, Any] = {
         "rate_hz": answer.drives[0].rate_hz,
         "duration_s": answer.duration_s,
@@ -106,7 +106,7 @@ def of_answer(answer: Answer) -> dict[str, Any]:
 
 
 def _parts(answer: Answer) -> dict[str, float]:
-    """Both parts of the offset's interval, deg; nothing where there is no offset."""
+    """Both parts of the offset's interval, deg; empty without an offset."""
     if answer.offset_half_width_rad is None:
         return {}
     return {
@@ -115,7 +115,7 @@ def _parts(answer: Answer) -> dict[str, float]:
     }
 
 
-# By quantity as `Answer` calls it, the unit in its columns.
+# By attribute of `Answer`, the unit in the columns.
 _UNITS: Mapping[str, str] = {
     "offset": "deg",
     "backlash": "deg",
@@ -125,8 +125,9 @@ _UNITS: Mapping[str, str] = {
 }
 
 
-# Toward where the offset is if the axle was set up to unload on the crown an interval leans by half the way, and has
-# 0.15 of its square more variance. That is the truck's in all its drives, and makes none differ from another.
+# The axle may be set up for the crown, with another offset. The interval leans toward that offset by half the distance
+# and has 0.15 times the squared distance more variance (core/joint_answer.c). The set-up is the same in all drives of a
+# truck, so this variance is taken out of each drive.
 _OF_LEAN = 0.15 / 0.5**2
 
 
@@ -136,18 +137,18 @@ def _columns(name: str, unit: str, estimate: Estimate) -> dict[str, Any]:
     sd = None
     if low is not None and high is not None:
         sd = (high - low) / (2.0 * 1.96)
-        # play's interval is not in its middle for being cut at zero, which is no lean
+        # the play's interval is clamped at zero, which is no lean
         lean = 0.5 * (low + high) - given["value"] if name == "offset" else 0.0
         sd = math.sqrt(max(sd**2 - _OF_LEAN * lean**2, 0.25 * sd**2))
     return {f"{name}_{unit}": given["value"], f"{name}_sd_{unit}": sd, f"{name}_status": given["status"]}
 
 
 def when(log: LogFile, path: Path, signals: Signals) -> dict[str, Any]:
-    """When the drive began, in s since 1970, by the first that tells: the log's own time stamps, a table's metadata or
-    column `start_time`, a date with its time of day in the name of the file or of a folder near it (UTC), the time at
-    which the file was last written less the drive's length. Empty where none tells a time of the years 1970 to 9999."""
+    """When the drive began, in s since 1970, from the first of these that has a time: the log's own time stamps; a
+    table's metadata or column `start_time`; a date with time of day in the name of the file or of a folder near it
+    (UTC); the time of the last write minus the drive's duration. Empty if none has a time of the years 1970 to 9999."""
     for source, start_s in _starts(log, path, signals):
-        if known_start(start_s) is not None:
+        if valid_start(start_s) is not None:
             return {"start": start_s, "start_source": source}
     return {}
 

@@ -1,6 +1,6 @@
-"""Who does the work: child processes of this one, or of the machines of a Ray cluster.
+"""Where the logs are answered: in child processes of this machine, or on the machines of a Ray cluster.
 
-Both take logs as they are free and give rows as they are done, a bounded number in flight.
+Both take logs when they are free and return rows in the order in which they finish, with a bounded number in flight.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ Row = dict[str, Any]
 Engine = Callable[[Callable[[LogFile], Row], Iterable[LogFile]], Iterator[tuple[LogFile, Row]]]
 
 _IN_FLIGHT_PER_WORKER = 2
-_LOGS_PER_TASK = 8  # of Ray: a task costs some milliseconds
+_LOGS_PER_TASK = 8  # of Ray: a task costs milliseconds
 _CALL_S = 10.0
-_LOGS_WHILE_RAY_BEGINS = 1000  # more than are answered by then
-_LOGS_WHILE_RAY_ENDS = 64  # some two cores answer in a second
+_LOGS_WHILE_RAY_BEGINS = 1000  # more than this machine answers in that time
+_LOGS_WHILE_RAY_ENDS = 64  # two cores answer about as many in a second
 
-_ray_ends: list[Thread] = []  # at most one: Ray is once in a process
+_ray_ends: list[Thread] = []  # at most one: a process has one Ray
 
 
 def processes(work: Callable[[LogFile], Row], logs: Iterable[LogFile]) -> Iterator[tuple[LogFile, Row]]:
-    """One child process a core, each watched by a thread, and one more: while one waits for a disk another works."""
+    """One child process per core and one more, each watched by a thread: while one waits for a disk another works."""
     workers = 1 + _cores()
     waiting = iter(logs)
     with ThreadPoolExecutor(workers, thread_name_prefix="fleet") as pool:
@@ -57,18 +57,18 @@ def _cores() -> int:
 
 
 def on_ray(address: str | None, workers: int | None = None) -> Engine:
-    """On a cluster that is there already (`address`), or one of this machine's cores that ends with the run.
+    """On a running cluster (`address`), or on a cluster of this machine's cores that is started and ended with the run.
 
-    Ray takes seconds to begin, in which this machine's own child processes answer, and one to end, in which they answer
-    the last logs where Ray began here, and those of tasks that were killed or whose machine went away.
-    Its machines need oncenter[fleet], and see logs and vehicle files under the same names.
+    Ray takes seconds to start; meanwhile this machine's own child processes answer logs. They also answer the last logs
+    while a cluster started here ends, and the logs of tasks that were killed or whose machine went away. The cluster's
+    machines need oncenter[fleet] and must have logs and vehicle files under the same names.
 
     Args:
-        address: as `ray.init` takes it, "auto" or "ray://host:10001"; None begins one here.
-        workers: of one begun here; None: one a core.
+        address: as `ray.init` takes it, "auto" or "ray://host:10001"; None starts a cluster on this machine.
+        workers: of a cluster started here; None: one per core.
 
     Raises:
-        OncenterError: "missing_extra": Ray is not installed; "ray", exit code 2: it does not begin, or there is no such
+        OncenterError: "missing_extra": Ray is not installed; "ray", exit code 2: it does not start, or there is no such
             cluster.
     """
     require_package("ray", "--engine ray")
@@ -89,7 +89,7 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
         try:
             try:
                 _answer_until_done(begin, work, first, answered)
-            finally:  # what is answered is kept, whether Ray begins or not
+            finally:  # answered logs are kept, whether Ray starts or not
                 yield from answered
             import ray
 
@@ -106,7 +106,7 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
 
 
 def _begin_ray(ray: Any, address: str | None, workers: int | None) -> None:
-    place = "Ray did not begin on this machine" if address is None else f"no Ray cluster at {address}"
+    place = "Ray did not start on this machine" if address is None else f"no Ray cluster at {address}"
     try:
         if address is None:
             ray.init(num_cpus=workers, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
@@ -114,13 +114,13 @@ def _begin_ray(ray: Any, address: str | None, workers: int | None) -> None:
             _call(address)
             ray.init(address, log_to_driver=False, logging_level=logging.ERROR)
         there = [ray.remote(num_cpus=1)(_is_there).remote() for _ in range(_ray_cores(ray))]
-        ray.wait(there, num_returns=1)  # a worker loads for a second
-    except Exception as error:  # a node that does not come up is one without a class of its own
+        ray.wait(there, num_returns=1)  # a worker takes a second to load
+    except Exception as error:  # Ray has no exception class for a node that does not start
         raise OncenterError(f"{place}: {' '.join(str(error).split())}", code="ray", exit_code=WRONG_USAGE) from None
 
 
 def _but_the_last(count: int, logs: Iterable[LogFile], last: deque[LogFile]) -> Iterator[LogFile]:
-    """All but the last `count`, which are then in `last`."""
+    """All but the last `count`, which are in `last` afterwards."""
     for log in logs:
         last.append(log)
         if len(last) > count:
@@ -128,7 +128,7 @@ def _but_the_last(count: int, logs: Iterable[LogFile], last: deque[LogFile]) -> 
 
 
 def _end() -> None:
-    """Beside whatever comes next: Ray's processes take a second to end."""
+    """In a thread: Ray's processes take a second to end."""
     import ray
 
     if ray.is_initialized() and not _ray_ends:
@@ -137,10 +137,10 @@ def _end() -> None:
 
 
 def _call(address: str) -> None:
-    """Ray would call a host that does not answer for a quarter of an hour.
+    """Checks the address, since Ray would try a host that does not answer for a quarter of an hour.
 
     Raises:
-        OSError: nobody answers there.
+        OSError: no answer.
     """
     place = urlsplit(address if "//" in address else f"//{address}")
     if place.hostname and place.port:
@@ -154,7 +154,7 @@ def _answer_until_done(
     logs: deque[LogFile],
     answered: deque[tuple[LogFile, Row]],
 ) -> None:
-    """Threads take logs, and put down rows, until `begin` returns."""
+    """Threads answer logs until `begin` returns."""
     begun = Event()
 
     def answer() -> None:
@@ -178,8 +178,8 @@ def _answer_until_done(
 def _by_tasks(
     ray: Any, work: Callable[[LogFile], Row], logs: Iterable[LogFile], lost: deque[LogFile]
 ) -> Iterator[tuple[LogFile, Row]]:
-    """Logs of a task that a machine of the cluster could not bring to its end are put into `lost`: Ray itself would try
-    one that its memory monitor kills for ever."""
+    """Logs of a task that failed on a machine of the cluster are put into `lost`: Ray itself would retry without
+    end a task that its memory monitor kills."""
     task = ray.remote(num_cpus=1, max_retries=0)(_several)
     shared = ray.put(work)
     limit = _IN_FLIGHT_PER_WORKER * _ray_cores(ray)
@@ -206,7 +206,7 @@ def _ray_cores(ray: Any) -> int:
 
 
 def _is_there() -> None:
-    """A worker that has loaded what it needs."""
+    """Loads a worker's modules."""
     import_module("oncenter.fleet.watched")
 
 

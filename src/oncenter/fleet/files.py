@@ -1,4 +1,4 @@
-"""Where logs lie: folders and files of this machine, or of an object store as `s3://bucket/folder`."""
+"""Where logs are: folders and files of this machine, or an object store as `s3://bucket/folder`."""
 
 from __future__ import annotations
 
@@ -20,13 +20,15 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.file_name import printable_name
 from oncenter.files.folder import files_below, is_log
 from oncenter.files.regular_file import open_regular_file
+from oncenter.files.whole_file import UNFINISHED
+from oncenter.read.plugins import suffixes_of_plugins
 
 if TYPE_CHECKING:
     from pyarrow.fs import FileInfo
 
-NOT_A_FILE, UNREADABLE_FOLDER = "not_a_file", "unreadable_folder"  # codes of what is no log
-_NOWHERE = (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)  # where a link's target is not
-# Before the path: a bucket's name has neither sign, a secret may hold a slash.
+NOT_A_FILE, UNREADABLE_FOLDER = "not_a_file", "unreadable_folder"  # error codes
+_NOWHERE = (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)  # the target of a link does not exist
+# Before the path. A bucket's name has neither @ nor colon; a secret may contain a slash.
 _CREDENTIALS = re.compile(r"[a-z][a-z0-9+.-]*://[^/?#]*[@:]", re.IGNORECASE)
 _BLOCK_BYTES = 1 << 18
 _KEY_BYTES = 16
@@ -34,7 +36,7 @@ _KEY_BYTES = 16
 
 @dataclass(frozen=True)
 class LogFile:
-    """One log. `uri` is a path (bytes that are no text as `os.fsdecode` gives them), or `s3://bucket/key`, which is
+    """One log. `uri` is a path (bytes that are no text are escaped by `os.fsdecode`), or `s3://bucket/key`, which is
     opened with its `options` (`scheme=http&endpoint_override=…`)."""
 
     uri: str
@@ -44,7 +46,7 @@ class LogFile:
 
 
 def refuse_credentials(places: Sequence[str]) -> None:
-    """Refuses a URI that holds a secret, which would be seen by all who see the command line, and does not repeat it.
+    """Refuses a URI that contains a secret, since command lines are public, and does not repeat it.
 
     Raises:
         OncenterError: "credentials", exit code 2.
@@ -52,25 +54,26 @@ def refuse_credentials(places: Sequence[str]) -> None:
     for number, place in enumerate(places, 1):
         if _CREDENTIALS.match(place):
             raise OncenterError(
-                f"log {number} is a URI with credentials in it: give them as AWS_ACCESS_KEY_ID and "
-                "AWS_SECRET_ACCESS_KEY in the environment, and the place as s3://bucket/folder",
+                f"log {number} is a URI that contains credentials: set them as AWS_ACCESS_KEY_ID and "
+                "AWS_SECRET_ACCESS_KEY in the environment, and name the place as s3://bucket/folder",
                 code="credentials",
                 exit_code=WRONG_USAGE,
             )
 
 
 def find_logs(places: Sequence[str]) -> Iterator[LogFile]:
-    """All logs below folders, by their suffix, and all files that are named themselves; one folder in memory at a time.
+    """All logs below the folders, by their suffix, and all files named directly; one folder in memory at a time.
 
-    Also what is named like a log and is no file, and folders that cannot be listed: see `refuse_no_file`.
+    The suffixes of installed reader plug-ins count as well; their formats that are folders do not. Entries with a
+    log's name that are no files, and folders that cannot be listed, are among them: see `refuse_no_file`.
 
     Raises:
         OncenterError: "no_such_log", exit code 2: a place does not exist.
     """
-    folders = []
+    folders, suffixes = [], tuple(name.lower() for name in suffixes_of_plugins())
     for place in places:
         if place.startswith("s3://"):
-            yield from _in_store(place)
+            yield from _in_store(place, suffixes)
         elif os.path.isdir(place):
             folders.append(place)
         else:
@@ -79,11 +82,11 @@ def find_logs(places: Sequence[str]) -> Iterator[LogFile]:
             except (OSError, ValueError) as error:
                 raise _missing(place, getattr(error, "strerror", None) or str(error)) from None
             yield _local(place)
-    yield from _in_folders(folders)
+    yield from _in_folders(folders, suffixes)
 
 
 def _local(path: str) -> LogFile:
-    """Size and time tell when it changes: of a link that leads nowhere its own, of what cannot be looked at none."""
+    """Size and time of last writing show later changes: the link's own if its target is missing, zero if unreadable."""
     for look in (os.stat, os.lstat):
         with suppress(OSError):
             status = look(path)
@@ -93,25 +96,30 @@ def _local(path: str) -> LogFile:
 
 def _missing(place: str, why: str | None) -> OncenterError:
     return OncenterError(
-        f"no logs at {printable_name(place)}: {why}; a file, a folder or s3://bucket/folder would do",
+        f"no logs at {printable_name(place)}: {why}; name a file, a folder or s3://bucket/folder",
         code="no_such_log",
         exit_code=WRONG_USAGE,
     )
 
 
-def _in_folders(folders: Sequence[str]) -> Iterator[LogFile]:
-    """A folder that cannot be listed is refused by name when its turn comes."""
+def _in_folders(folders: Sequence[str], suffixes: tuple[str, ...]) -> Iterator[LogFile]:
+    """A folder that cannot be listed gets a row of its own."""
     for path, is_unlisted in files_below(folders):
-        if is_unlisted or is_log(os.path.basename(path)):
+        if is_unlisted or _is_log(os.path.basename(path), suffixes):
             yield _local(path)
 
 
+def _is_log(name: str, suffixes: tuple[str, ...]) -> bool:
+    """`suffixes` are those of plug-ins."""
+    return is_log(name) or (name.lower().endswith(suffixes) and not name.startswith(UNFINISHED))
+
+
 def refuse_no_file(log: LogFile) -> None:
-    """Refuses what lies among the logs of this machine and is no file, without opening it.
+    """Refuses an entry among the logs of this machine that is no file, without opening it.
 
     Raises:
-        OncenterError: "not_a_file": a pipe, a device, a socket, a link that leads nowhere, or a path that is too long;
-            "unreadable_folder": one that cannot be listed; "unreadable_log": it is gone, or cannot be looked at.
+        OncenterError: "not_a_file": a pipe, a device, a socket, a link without a target, or a path that is too long;
+            "unreadable_folder": one that cannot be listed; "unreadable_log": it is gone, or has no readable status.
     """
     if log.uri.startswith("s3://"):
         return
@@ -120,7 +128,7 @@ def refuse_no_file(log: LogFile) -> None:
         mode = os.stat(log.uri).st_mode
     except OSError as error:
         if error.errno in _NOWHERE and os.path.islink(log.uri):
-            raise OncenterError(f"{name} is a link that leads nowhere", code=NOT_A_FILE) from None
+            raise OncenterError(f"{name} is a link whose target does not exist", code=NOT_A_FILE) from None
         code = NOT_A_FILE if error.errno == errno.ENAMETOOLONG else "unreadable_log"
         raise OncenterError(f"cannot read {name}: {error.strerror}", code=code) from None
     if stat.S_ISDIR(mode):
@@ -134,10 +142,10 @@ def _why_not(folder: str) -> str:
         os.scandir(folder).close()
     except OSError as error:
         return f": {error.strerror}"
-    return " when the logs were sought"
+    return " while logs were searched"
 
 
-def _in_store(place: str) -> Iterator[LogFile]:
+def _in_store(place: str, suffixes: tuple[str, ...]) -> Iterator[LogFile]:
     from pyarrow.fs import FileSelector, FileType
 
     bare, _, options = place.partition("?")
@@ -154,7 +162,7 @@ def _in_store(place: str) -> Iterator[LogFile]:
             infos = files.get_file_info(FileSelector(waiting.pop()))
             waiting += [info.path for info in infos if info.type == FileType.Directory]
             for info in infos:
-                if info.type == FileType.File and is_log(info.base_name):
+                if info.type == FileType.File and _is_log(info.base_name, suffixes):
                     yield _stored(info, options)
     except OSError as error:
         raise _missing(bare, " ".join(str(error).split())) from None
@@ -166,7 +174,7 @@ def _stored(info: FileInfo, options: str) -> LogFile:
 
 
 def _store(uri: str) -> tuple[Any, str]:
-    """The file system of a URI, and the path in it; credentials as pyarrow finds them, AWS_* among others."""
+    """The file system of a URI, and the path in it; pyarrow takes credentials from AWS_* and its other sources."""
     from pyarrow import ArrowInvalid
     from pyarrow.fs import FileSystem
 
@@ -179,7 +187,7 @@ def _store(uri: str) -> tuple[Any, str]:
 
 @contextmanager
 def at_hand(log: LogFile) -> Iterator[tuple[Path, str]]:
-    """The log as a file of this machine, for as long as it is read, and the key of its content.
+    """The log as a file of this machine while it is read, and the hash of its content.
 
     Raises:
         OncenterError: "unreadable_log": it cannot be read.
@@ -199,7 +207,7 @@ def at_hand(log: LogFile) -> Iterator[tuple[Path, str]]:
 
 @contextmanager
 def _fetched(log: LogFile) -> Iterator[tuple[Path, str]]:
-    """A copy that has the log's name, for its suffix says its format."""
+    """A copy with the log's name, whose suffix gives the format."""
     files, path = _store(f"{log.uri}?{log.options}" if log.options else log.uri)
     with tempfile.TemporaryDirectory(prefix="oncenter-", ignore_cleanup_errors=True) as folder:
         copy = Path(folder) / path.rpartition("/")[2]
@@ -209,7 +217,7 @@ def _fetched(log: LogFile) -> Iterator[tuple[Path, str]]:
 
 
 def _blocks(file: FileIO) -> Iterator[memoryview]:
-    """All in one place of memory: a new one for each takes longer than the key."""
+    """In one buffer: a new one for each block takes longer than hashing."""
     place = memoryview(bytearray(_BLOCK_BYTES))
     while count := file.readinto(place):
         yield place[:count]
@@ -222,7 +230,7 @@ def _copied(source: Any, target: Any) -> Iterator[bytes]:
 
 
 def _key(blocks: Iterator[bytes] | Iterator[memoryview]) -> str:
-    """Not hashlib's BLAKE2, which takes as long for a log as reading it."""
+    """BLAKE3: hashlib's BLAKE2 takes as long for a log as reading it."""
     hashed = blake3()
     for block in blocks:
         hashed.update(block)

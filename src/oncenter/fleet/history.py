@@ -1,7 +1,7 @@
-"""What a truck's drives say together of each other quantity than the offset: its mean now, and when it changed.
+"""Play, neutral lateral acceleration and gyro bias over a truck's drives: the mean now, and changes.
 
-The offset's are of the truck's model (oncenter.truck). Here a quantity is a mean with scatter; changes of it say what
-an offset's change came with. All numbers are in the tables' units.
+The offset comes from the truck's model (oncenter.truck). Here a quantity is a mean with scatter. Its changes give the
+cause of an offset's change. All numbers are in the tables' units.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ import numpy.typing as npt
 Numbers = npt.NDArray[np.float64]
 Places = npt.NDArray[np.int64]
 
-_SIDE_MIN = 2  # drives on either side of a change: one that is off alone is none
-_WITHOUT_ONE = 2.0  # standard deviations that a change must have left without any one drive
-_AS_IT_SHOULD = 2.0  # drives, taken to scatter as they should beside those there are: two alone say little of it
-_DRIFT_MIN = 4  # drives of a slope
+_SIDE_MIN = 2  # drives on either side of a change: a single outlier is no change
+_WITHOUT_ONE = 2.0  # standard deviations that a change must keep when any one drive is left out
+_AS_IT_SHOULD = 2.0  # prior weight, in drives, of the nominal scatter: two drives do not identify a scatter
+_DRIFT_MIN = 4  # drives that a slope needs
 _DAY_S = 86400.0
 
 
 @dataclass(frozen=True)
-class Told:
+class Readings:
     """One quantity of one truck, drive by drive in order of time: each of shape (n,).
 
-    `start_s` since 1970; `sd` the drive's own.
+    `start_s` since 1970; `sd` of this drive alone.
     """
 
     start_s: Numbers
@@ -37,11 +37,11 @@ class Told:
 
 @dataclass(frozen=True)
 class Noise:
-    """How a quantity scatters between drives of a truck that nobody touched.
+    """How a quantity scatters between drives of an untouched truck.
 
     Attributes:
-        floor: a drive scatters by hypot(floor, its own), one sd.
-        smallest: smaller changes are not told.
+        floor: the sd of a drive is hypot(floor, its own sd).
+        smallest: smaller changes are not reported.
         threshold: standard deviations by which the means before and after must differ.
     """
 
@@ -53,7 +53,7 @@ class Noise:
         return np.hypot(self.floor, sd)
 
 
-# Tuned on simulated trucks whose seeds bench/fleet.py does not use: see docs/fleet.md.
+# Tuned on simulated trucks with other seeds than those of bench/fleet.py: see docs/fleet.md.
 NOISE = {
     "backlash": Noise(floor=0.3, smallest=1.5, threshold=8.0),
     "unloading_acceleration": Noise(floor=0.03, smallest=0.15, threshold=6.0),
@@ -63,7 +63,7 @@ NOISE = {
 
 @dataclass(frozen=True)
 class Break:
-    """Between drives `at - 1` and `at`; proved by drive `found`. `before` and `after` are the drives' means."""
+    """A change between drives `at - 1` and `at`, detected at drive `found`; `before` and `after` are means."""
 
     at: int
     found: int
@@ -79,19 +79,19 @@ class Mean:
     sd: float
 
 
-def breaks(told: Told, noise: Noise) -> list[Break]:
-    """Changes in order of time, found as the drives came: none of a later drive moves one that was found.
+def breaks(readings: Readings, noise: Noise) -> list[Break]:
+    """Changes in order of time, detected drive by drive: a later drive never moves a change that was detected.
 
-    At each drive the likeliest place of a change since the last one is asked: where the means on both sides differ
-    most, in standard deviations of their difference. Each mean's is widened by what its drives scatter more than they
-    should (Birge's ratio, squared and not below one). What is left of a change must still show, at `_WITHOUT_ONE`
-    standard deviations, whichever drive is left out.
+    At each drive the most likely place of a change since the last one is tested: where the means on both sides differ
+    most, in standard deviations of their difference. Where a side's drives scatter more than nominally, its variance
+    is scaled by Birge's ratio squared, at least 1. With any one drive left out, `_WITHOUT_ONE` standard deviations of
+    the change must remain.
     """
-    if not len(told.value) or float(np.ptp(told.value)) < noise.smallest:
+    if not len(readings.value) or float(np.ptp(readings.value)) < noise.smallest:
         return []
     places, since = [], 0
-    runs = _Runs(told, noise)
-    for last in range(2 * _SIDE_MIN - 1, len(told.value)):
+    runs = _Runs(readings, noise)
+    for last in range(2 * _SIDE_MIN - 1, len(readings.value)):
         if last + 1 - since < 2 * _SIDE_MIN:
             continue
         at = _proved(runs, since, last, noise)
@@ -99,7 +99,7 @@ def breaks(told: Told, noise: Noise) -> list[Break]:
             places.append((at, last))
             since = at
     begins = np.array([0, *(at for at, _ in places)])
-    ends = np.array([*(at for at, _ in places), len(told.value)])
+    ends = np.array([*(at for at, _ in places), len(readings.value)])
     mean, variance = runs.of(begins, ends)
     return [
         Break(
@@ -131,21 +131,21 @@ def _proved(runs: _Runs, since: int, last: int, noise: Noise) -> int | None:
 
 
 class _Runs:
-    """Means of any runs of drives and their variances, by sums up to each."""
+    """Means and variances of runs of consecutive drives, from cumulative sums."""
 
-    def __init__(self, told: Told, noise: Noise) -> None:
-        weight = noise.scatter(told.sd) ** -2.0
-        self._near = float(told.value[0])  # so that squares lose no digits
-        x = told.value - self._near
+    def __init__(self, readings: Readings, noise: Noise) -> None:
+        weight = noise.scatter(readings.sd) ** -2.0
+        self._near = float(readings.value[0])  # keeps the digits of the squares
+        x = readings.value - self._near
         self._terms = weight * np.stack((np.ones_like(x), x, x * x))
         self._sums = np.concatenate((np.zeros((3, 1)), np.cumsum(self._terms, axis=1)), axis=1)
 
     def of(self, begin: Places, end: Places) -> tuple[Numbers, Numbers]:
-        """Drives `begin` up to before `end`."""
+        """Drives `begin` to `end - 1`."""
         return self._mean(self._sums[:, end] - self._sums[:, begin], (end - begin).astype(np.float64))
 
     def without_one(self, begin: int, end: int) -> tuple[Numbers, Numbers]:
-        """The same, each of them left out in turn."""
+        """The same, with each drive left out in turn."""
         whole = self._sums[:, [end]] - self._sums[:, [begin]]
         return self._mean(whole - self._terms[:, begin:end], np.full(end - begin, end - begin - 1.0))
 
@@ -156,21 +156,21 @@ class _Runs:
         return mean + self._near, np.maximum(excess, 1.0) / weight
 
 
-def now(told: Told, since: int, noise: Noise) -> Mean | None:
-    """The mean of all drives from `since` on; None without any."""
-    if since >= len(told.value):
+def now(readings: Readings, since: int, noise: Noise) -> Mean | None:
+    """The mean of all drives from `since` on; None if there are none."""
+    if since >= len(readings.value):
         return None
-    runs = _Runs(Told(told.start_s[since:], told.value[since:], told.sd[since:]), noise)
-    mean, variance = runs.of(np.array([0]), np.array([len(told.value) - since]))
+    runs = _Runs(Readings(readings.start_s[since:], readings.value[since:], readings.sd[since:]), noise)
+    mean, variance = runs.of(np.array([0]), np.array([len(readings.value) - since]))
     return Mean(float(mean[0]), math.sqrt(variance[0]))
 
 
-def drift(told: Told, since: int) -> tuple[float, float] | None:
+def drift(readings: Readings, since: int) -> tuple[float, float] | None:
     """Slope per day of all drives from `since` on, and its standard deviation; None below four drives."""
-    value, days = told.value[since:], (told.start_s[since:] - told.start_s[-1]) / _DAY_S
+    value, days = readings.value[since:], (readings.start_s[since:] - readings.start_s[-1]) / _DAY_S
     if len(value) < _DRIFT_MIN or np.ptp(days) == 0.0:
         return None
-    weight = told.sd[since:] ** -2
+    weight = readings.sd[since:] ** -2
     centred = days - np.average(days, weights=weight)
     squares = float(np.sum(weight * centred**2))
     slope = float(np.sum(weight * centred * value)) / squares
@@ -179,9 +179,9 @@ def drift(told: Told, since: int) -> tuple[float, float] | None:
     return slope, math.sqrt(excess / squares)
 
 
-def told_of(rows: Sequence[dict[str, object]], value: str, sd: str, status: str) -> Told:
-    """A quantity of a truck's rows (order of time). Neither what their prior decided counts nor a drive without a
-    begin."""
+def readings_of(rows: Sequence[dict[str, object]], value: str, sd: str, status: str) -> Readings:
+    """A quantity of a truck's rows (order of time). Values that are only a prior, and drives without a start time, are
+    left out."""
     kept = [
         row
         for row in rows
@@ -191,4 +191,4 @@ def told_of(rows: Sequence[dict[str, object]], value: str, sd: str, status: str)
     def column(name: str) -> Numbers:
         return np.array([row[name] for row in kept], np.float64)
 
-    return Told(column("start"), column(value), column(sd))
+    return Readings(column("start"), column(value), column(sd))

@@ -1,7 +1,7 @@
-"""What was seen and what it gave, on disk: the one thing that must outlive a power cut in the middle of a night.
+"""Logs found and rows answered, on disk: the only data that must survive a power cut in the middle of a run.
 
-SQLite with a write-ahead log: a row is in or it is not, and what is missing is found by a query, so that memory does
-not grow with the number of logs. The Parquet tables are made from it, whole, at the end of a run.
+SQLite with a write-ahead log: a row is written completely or not at all. A query finds the missing rows, so memory does
+not grow with the number of logs. At the end of a run the Parquet tables are written from it.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.child import READER_DEATHS
 from oncenter.files.file_name import printable_name
 from oncenter.fleet.files import NOT_A_FILE, UNREADABLE_FOLDER, LogFile
-from oncenter.fleet.start import known_start
+from oncenter.fleet.start import valid_start
 from oncenter.fleet.trucks import Trucks
 
 LEDGER = "ledger.sqlite"  # in an output folder
 
-_UNREAD = "unread "  # begins the key of a log whose content is not known
-_NAME = ("utf-8", "surrogatepass")  # keeps every name as Python has it
-# A row of a version that put down NaN is no JSON to SQLite.
+_UNREAD = "unread "  # begins the key of a log that was not read
+_NAME = ("utf-8", "surrogatepass")  # keeps every name that Python can hold
+# An early version wrote NaN, which SQLite does not accept as JSON.
 _ERROR_CODE = "CASE WHEN json_valid(row) THEN json_extract(row, '$.error_code') END"
-_AGAIN = ("output", "stopped", "missing_extra")  # next time it may go well
-# `uri` is a log's as `printable_name` shows it; `name` is its bytes, which need not be text.
+_AGAIN = ("output", "stopped", "missing_extra")  # errors that may be gone in the next run
+# `uri` is the log's name after `printable_name`; `name` is its bytes, which need not be text.
 _TABLES = """
 CREATE TABLE IF NOT EXISTS drive (key TEXT PRIMARY KEY, log TEXT, truck TEXT, start REAL, settings TEXT,
                                   vehicle_file TEXT, again INTEGER, row TEXT);
@@ -41,13 +41,13 @@ CREATE TEMP TABLE to_do (uri TEXT PRIMARY KEY, name BLOB, options TEXT, size INT
 
 
 def is_ledger(path: Path) -> bool:
-    """Whether a run made it: with our tables, or killed before it had any."""
+    """Whether a run made it: it has the ledger's tables, or the run was killed before it had any."""
     if not path.is_file():
         return False
     try:
         with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as file:
             tables = {name for (name,) in file.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-    except sqlite3.OperationalError:  # not for us to look at, or held by another run: opening it says so
+    except sqlite3.OperationalError:  # not readable, or held by another run: opening it reports that
         return True
     except sqlite3.DatabaseError:
         return False
@@ -57,21 +57,21 @@ def is_ledger(path: Path) -> bool:
 def _refusal(path: Path, error: sqlite3.Error) -> OncenterError:
     return OncenterError(
         f"cannot write {path}: {error}; --output takes a folder that is yours, that no other run is writing and whose "
-        "ledger nothing else has open",
+        "ledger no other program has open",
         code="output",
         exit_code=WRONG_USAGE,
     )
 
 
 def _may_go_well(row: dict[str, Any]) -> bool:
-    """Next time, though the file, this version and the vehicle file are the same: where it could not be opened."""
+    """In the next run, with the same file, version and vehicle file: the log could not be opened."""
     code = row.get("error_code")
     return code in _AGAIN or (code == "unreadable_log" and not row["key"])
 
 
-def _with_known_start(row: dict[str, Any]) -> dict[str, Any]:
-    """Earlier versions put down whatever a log said."""
-    return row if known_start(row.get("start")) is not None else row | {"start": None, "start_source": None}
+def _with_valid_start(row: dict[str, Any]) -> dict[str, Any]:
+    """Earlier versions wrote any start, valid or not."""
+    return row if valid_start(row.get("start")) is not None else row | {"start": None, "start_source": None}
 
 
 class Ledger:
@@ -98,10 +98,10 @@ class Ledger:
             raise _refusal(path, error) from None
 
     def plan(self, logs: Iterable[LogFile], trucks: Trucks, retry: bool = False) -> tuple[int, int]:
-        """Takes down all logs; how many there are, and how many must be answered.
+        """Stores all logs; returns how many there are, and how many must be answered.
 
-        One need not when it was seen as it is now (name, size, time of last writing) and its answer was made by this
-        version with the same vehicle file. With `retry` those at which a reader crashed or was stopped must.
+        A log need not be answered again if name, size and time of last writing are unchanged and this version answered
+        it with the same vehicle file. With `retry`, logs at which a reader crashed or was stopped are answered again.
         """
         if retry:
             deaths = ", ".join(f"'{code}'" for code in READER_DEATHS)
@@ -121,7 +121,7 @@ class Ledger:
         return int(all_logs), int(to_do)
 
     def _forget_outdated(self, trucks: Trucks) -> None:
-        """Rows stay in the tables until their logs are answered anew."""
+        """Rows stay in the tables until their logs are answered again."""
         pairs = self._file.execute("SELECT DISTINCT vehicle_file, settings FROM drive WHERE NOT again").fetchall()
         for vehicle_file, settings in pairs:
             if settings != trucks.settings(vehicle_file):
@@ -130,7 +130,7 @@ class Ledger:
                 )
 
     def _forget_what_is_no_log(self) -> None:
-        """What was no file when logs were sought before, and is gone, or is a folder that can be listed now."""
+        """Rows of entries that were no log files, and that are gone or are folders that can be listed now."""
         self._file.execute(
             f"DELETE FROM drive WHERE key BETWEEN ? AND ? AND {_ERROR_CODE} IN (?, ?)"
             " AND substr(key, ?) NOT IN (SELECT uri FROM planned)",
@@ -138,10 +138,10 @@ class Ledger:
         )
 
     def to_do(self) -> Iterator[LogFile]:
-        """What is planned and not done, by name; last those that were being read when a run before was ended.
+        """Planned logs without an answer, by name; last those that were being read when an earlier run was ended.
 
-        Each is taken down as begun before it is given out: should one take all of this machine with it, then only after
-        the others are answered.
+        Each is stored as begun before it is given out. So a log that brings the machine down comes after all others in
+        the next run.
         """
         before = {uri for (uri,) in self._file.execute("SELECT uri FROM begun")}
         for last in (False, True):
@@ -157,7 +157,7 @@ class Ledger:
                         yield LogFile(name.decode(*_NAME), *rest)
 
     def add(self, log: LogFile, row: dict[str, Any]) -> None:
-        """One answered log. Of copies of one drive the first by name is kept, whichever came first."""
+        """One answered log. Of several copies of one drive the first by name is kept, in whichever order they come."""
         uri = printable_name(log.uri)
         key = row["key"] or f"{_UNREAD}{uri}"
         kept = self._file.execute("SELECT log, settings, again FROM drive WHERE key = ?", (key,)).fetchone()
@@ -180,7 +180,7 @@ class Ledger:
         self.commit()
 
     def _see(self, uri: str, log: LogFile, key: str) -> None:
-        """A file that had another content before takes that one's row with it, unless a copy has it as well."""
+        """If the file's content changed, the row of its old content is deleted, unless a copy has that content."""
         before = self._file.execute("SELECT key FROM seen WHERE uri = ?", (uri,)).fetchone()
         self._file.execute("INSERT OR REPLACE INTO seen VALUES (?, ?, ?, ?)", (uri, log.size, log.modified_s, key))
         if before is not None and before[0] != key:
@@ -192,15 +192,19 @@ class Ledger:
         self._file.execute("COMMIT")
         self._file.execute("BEGIN IMMEDIATE")
 
+    def count_trucks(self) -> int:
+        (count,) = self._file.execute("SELECT count(DISTINCT truck) FROM drive WHERE truck != ''").fetchone()
+        return int(count)
+
     def by_truck(self) -> Iterator[tuple[str, list[dict[str, Any]]]]:
-        """Each truck's rows in order of time, one truck in memory at a time; first those that are of none."""
+        """Each truck's rows in order of time, one truck in memory at a time; first the rows without a truck."""
         trucks = [name for (name,) in self._file.execute("SELECT DISTINCT truck FROM drive ORDER BY truck")]
         for truck in trucks:
             rows = self._file.execute("SELECT row FROM drive WHERE truck = ? ORDER BY start, key", (truck,))
-            yield truck, [_with_known_start(json.loads(row)) for (row,) in rows]
+            yield truck, [_with_valid_start(json.loads(row)) for (row,) in rows]
 
     def close(self) -> None:
-        """What was added is kept; where a full disk undid it, the error that said so is not hidden by another."""
+        """Keeps the rows added. If a full disk has ended the transaction, nothing is committed: its error stands."""
         if self._file.in_transaction:
             self._file.execute("COMMIT")
         self._file.close()

@@ -1,4 +1,4 @@
-"""A night: which logs are new, each answered, rows put down as they come, then tables, ranking and page anew.
+"""A run: finds new logs, has each answered, stores the rows as they come, then writes tables, ranking and page.
 
 This process only supervises while child processes read: nothing heavy is imported before the tables are written.
 """
@@ -27,25 +27,25 @@ from oncenter.fleet.progress import Progress
 from oncenter.fleet.trucks import Trucks
 from oncenter.fleet.watched import ANSWERER, Watched
 
-LIMIT_DEG = 2.0  # some lane keeping systems call for calibration from there on
-_DRIVES_AT_ONCE = 150_000  # of trucks whose models are computed together: some 200 MB
+_DRIVES_AT_ONCE = 150_000  # of trucks whose models are computed together: about 200 MB
 _PAGE, _METRICS = "index.html", "metrics.json"
 _WRITTEN = (_PAGE, _METRICS, *(f"{name}.parquet" for name in ("drives", "trucks", "changes")))
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run did and what stands in the tables after it; `metrics.json` holds the same.
+    """Counts of a run, and of the tables after it; `metrics.json` holds the same.
 
-    `seconds` are of all, `logs_per_second` is the rate while logs were answered, `peak_memory_mb` is of the largest
-    process. `poisonous` are the logs at which a
-    reader crashed or was stopped, in this night or before, with what happened. `worst` are trucks' rows of
-    `tables.TRUCKS`, ranked, those to calibrate first; at most ten.
+    `limit_deg` is the limit given to the run, None where each truck has the limit of its vehicle file. `seconds` is the
+    duration of the run, `logs_per_second` the rate while logs were answered, `peak_memory_mb` that of the largest
+    process. `refused` counts logs without an answer by error code. `poisonous` are the logs at which a reader crashed
+    or was stopped, in this run or earlier, with their errors. `verdicts` and `states` count trucks, see
+    `tables.TRUCKS`. `worst` are the first ten trucks' rows of that table.
     """
 
     version: str
     output: str
-    limit_deg: float
+    limit_deg: float | None
     logs_found: int
     logs_answered: int
     logs_refused: int
@@ -58,6 +58,7 @@ class Summary:
     trucks: int
     changes_of_offset: int
     verdicts: dict[str, int]
+    states: dict[str, int]
     worst: tuple[dict[str, Any], ...]
 
 
@@ -67,47 +68,48 @@ def run(
     output: str | os.PathLike[str],
     *,
     engine: Engine = processes,
-    limit_deg: float = LIMIT_DEG,
+    limit_deg: float | None = None,
     reports: bool = False,
     retry: bool = False,
 ) -> Summary:
-    """Answers all logs that were not answered before, and writes `drives.parquet`, `trucks.parquet`,
-    `changes.parquet`, `index.html` and `metrics.json`.
+    """Answers all logs that have no answer yet, and writes `drives.parquet`, `trucks.parquet`, `changes.parquet`,
+    `index.html` and `metrics.json`.
 
-    May be stopped at any time, by whatever means: the next run does what is missing.
+    A run may be stopped at any time, by any means: the next run answers the missing logs.
 
     Args:
         logs: files, folders, and s3://bucket/folder.
         vehicles: folder of vehicle files, see `oncenter.fleet.trucks.Trucks`.
-        output: folder; made where there is none.
+        output: folder; made if missing.
         engine: see `oncenter.fleet.engines`.
-        limit_deg: what a truck's offset may be.
-        reports: whether each drive answered gets a page, some 2 MB.
-        retry: whether logs at which a reader crashed or was stopped are read again though nothing changed.
+        limit_deg: an offset beyond it, either sign, needs a calibration; above 0 deg. None: `offset_limit_deg` of each
+            truck's vehicle file.
+        reports: whether each drive answered gets a page of its own, about 2 MB.
+        retry: whether logs at which a reader crashed or was stopped are read again.
 
     Raises:
         OncenterError: exit code 2: "no_such_log", "credentials", "vehicle_file", "output", "limit", "ray".
     """
-    if not limit_deg > 0.0:
+    if limit_deg is not None and not limit_deg > 0.0:
         raise OncenterError(f"'limit_deg' must be positive, got {limit_deg:g}", code="limit", exit_code=WRONG_USAGE)
     refuse_credentials(logs)
     begin = time.monotonic()
     trucks = Trucks(Path(vehicles))
-    _check_nobody_elses(Path(output))
+    _check_is_ours_or_empty(Path(output))
     folder = _made(Path(output))
     work = Watched(trucks, _made(folder / "reports") if reports else None)
     try:
         with closing(Ledger(folder / LEDGER)) as ledger:
-            for part in (folder, *filter(Path.is_dir, folder.iterdir())):  # no other run writes there now
+            for part in (folder, *filter(Path.is_dir, folder.iterdir())):  # the lock is ours: no other run writes here
                 remove_unfinished(part)
             found, to_do = ledger.plan(find_logs(logs), trucks, retry)
             progress = Progress(to_do)
             rate = _answer_all(ledger, work, engine, progress)
             try:
-                facts = _write_tables(folder, ledger, limit_deg)
+                facts = _write_tables(folder, ledger, trucks, limit_deg)
             except OncenterError as error:
                 raise _stopped(str(error)) from None
-    except (sqlite3.Error, OSError) as error:  # a full disk, as a rule
+    except (sqlite3.Error, OSError) as error:  # usually a full disk
         raise _stopped(f"cannot write {folder}: {error}") from None
     summary = Summary(
         version=_core.version(),
@@ -126,13 +128,13 @@ def run(
 
 
 def _answer_all(ledger: Ledger, work: Watched, engine: Engine, progress: Progress) -> float:
-    """Logs a second; of answering, since tables and page take the same time however few logs were new."""
+    """Logs per second while answering: tables and page take the same time for any number of new logs."""
     try:
         for log, row in engine(work, ledger.to_do()):
             ledger.add(log, row)
             progress.one_more(row.get("error_code") is not None)
         rate = progress.rate
-    finally:  # also of a run that is interrupted: what follows begins a line
+    finally:  # also of an interrupted run: its message begins a new line
         progress.end()
     end_idle(ANSWERER)
     ledger.commit()
@@ -141,12 +143,14 @@ def _answer_all(ledger: Ledger, work: Watched, engine: Engine, progress: Progres
 
 def _stopped(why: str) -> OncenterError:
     return OncenterError(
-        f"{why}; what was put down is kept, the next run goes on from there", code="output", exit_code=WRONG_USAGE
+        f"{why}; the answers so far are kept, the next run continues from there",
+        code="output",
+        exit_code=WRONG_USAGE,
     )
 
 
-def _check_nobody_elses(folder: Path) -> None:
-    """What a run writes goes over what a run wrote, and over nothing else.
+def _check_is_ours_or_empty(folder: Path) -> None:
+    """Refuses a folder with files that a run would overwrite and that no run wrote.
 
     Raises:
         OncenterError: "output", exit code 2.
@@ -156,7 +160,7 @@ def _check_nobody_elses(folder: Path) -> None:
     there = [name for name in (LEDGER, *_WRITTEN) if (folder / name).exists()]
     if there:
         raise OncenterError(
-            f"--output {folder}: its {there[0]} is no run's of ours and would be written over: name another folder",
+            f"--output {folder}: its {there[0]} is not from a fleet run and would be overwritten; name another folder",
             code="output",
             exit_code=WRONG_USAGE,
         )
@@ -170,13 +174,15 @@ def _made(folder: Path) -> Path:
     return folder
 
 
-def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, Any]:
-    """All tables and the page from the ledger, truck by truck; what the summary says of them."""
-    from oncenter.fleet.page import write_page
-    from oncenter.fleet.ranking import OfTruck, histories, rank
+def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: float | None) -> dict[str, Any]:
+    """All tables and the page from the ledger, truck by truck; returns their part of the summary."""
+    from oncenter.fleet.page import Contents, write_page
+    from oncenter.fleet.page_data import PageData, drive_data
+    from oncenter.fleet.ranking import OfTruck, histories, rank, vehicle_file_of
     from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS, TableFile
-    from oncenter.fleet.truck_data import drive_data, write_truck
+    from oncenter.fleet.undecided import STATE_WORDS
 
+    data = PageData(ledger.count_trucks())
     trucks: list[dict[str, Any]] = []
     refused: dict[str, int] = {}
     poisonous: list[dict[str, str]] = []
@@ -184,10 +190,10 @@ def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, A
     count = 0
 
     def finish(some: Sequence[tuple[OfTruck, list[dict[str, Any]]]]) -> None:
-        for of_truck, (_, of_page) in zip(histories([one for one, _ in some], limit_deg), some, strict=True):
+        for of_truck, (_, of_page) in zip(histories([one for one, _ in some]), some, strict=True):
             trucks.append(of_truck.truck)
             changes.extend(of_truck.changes)
-            write_truck(folder, of_truck, of_page)
+            data.add(of_truck, of_page)
 
     with (
         TableFile(folder / "drives.parquet", DRIVES) as drives,
@@ -205,7 +211,9 @@ def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, A
                     poisonous.append({"log": row["log"], "error": row["error"]})
             count += len(rows)
             if truck:
-                waiting.append((OfTruck(truck, rows), [drive_data(folder, row) for row in rows]))
+                limit = limit_deg or vehicles.offset_limit_deg(vehicle_file_of(rows))
+                newest = rows[-data.drives_of_a_truck :]
+                waiting.append((OfTruck(truck, rows, limit), [drive_data(folder, row) for row in newest]))
                 held += len(rows)
             if held >= _DRIVES_AT_ONCE:
                 finish(waiting)
@@ -213,15 +221,16 @@ def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, A
         finish(waiting)
         for change in changes:
             table.add(change)
-    ranked = rank(trucks, limit_deg)
+    ranked = rank(trucks)
     with TableFile(folder / "trucks.parquet", TRUCKS) as table:
         for row in ranked:
             table.add(row)
-    write_page(folder / _PAGE, ranked, changes, count, refused, limit_deg)
+    write_page(folder / _PAGE, Contents(ranked, changes, count, refused, data))
     verdicts = {
         name: sum(row["verdict"] == name for row in ranked)
         for name in ("calibrate", "watch", "undecided", "fine", "unknown")
     }
+    states = {state: sum(row["state"] == state for row in ranked) for state in STATE_WORDS}
     return {
         "drives": count,
         "refused": dict(sorted(refused.items())),
@@ -229,12 +238,13 @@ def _write_tables(folder: Path, ledger: Ledger, limit_deg: float) -> dict[str, A
         "trucks": len(ranked),
         "changes_of_offset": sum(change["quantity"] == "offset" for change in changes),
         "verdicts": verdicts,
+        "states": states,
         "worst": tuple(ranked[:10]),
     }
 
 
 def _peak_memory_mb() -> float | None:
-    """Of the largest of our processes, where the system tells."""
+    """Of the largest process of the run; None on Windows, which does not report it."""
     if sys.platform == "win32":
         return None
     import resource

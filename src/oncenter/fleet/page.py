@@ -1,9 +1,10 @@
-"""The fleet's page: what to do first, then how the fleet stands; trucks and drives a click away, all of it offline."""
+"""The fleet's page: the trucks to act on first, then the fleet; each truck's drives a click away. One offline file."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -11,58 +12,66 @@ from typing import Any
 from urllib.parse import quote
 
 from oncenter import _core
-from oncenter.files.file_name import file_stem
 from oncenter.files.whole_file import write_whole
 from oncenter.fleet import pictures
+from oncenter.fleet.page_data import PageData
 from oncenter.fleet.ranking import SHARE_OF_FALSE_ALARMS
 from oncenter.fleet.tables import OFFSET
+from oncenter.fleet.undecided import STATE_WORDS
 from oncenter.report.canvas import COLOURS
 from oncenter.report.document import document, embedded, joined, key, nothing
 from oncenter.utc import utc
 
-_SHOWN, _LISTED = 20, 200  # trucks in the table at first, and when it is opened; all of them open by their name
-_VERDICTS = {
-    "calibrate": "whole interval beyond the limit",
-    "watch": "weaker evidence, or only a change",
+_SHOWN, _LISTED = 20, 200  # trucks in the table at first, and when it is opened; every truck opens by its name
+_ABOUT = {
+    "recalibrate": "whole interval beyond the limit",
+    "repair": "steering wheel angle sensor",
     "undecided": "limit inside the interval",
-    "fine": "whole interval within the limit",
-    "unknown": "no drive told an offset",
+    "within": "whole interval within the limit",
+    "no_offset": "more driving needed",
 }
 
 
-def write_page(
-    path: Path,
-    ranked: Sequence[dict[str, Any]],
-    changes: Sequence[dict[str, Any]],
-    drives: int,
-    refused: Mapping[str, int],
-    limit_deg: float,
-) -> None:
-    """`index.html`; `ranked` and `changes` are the rows of the tables, times in s since 1970; `drives` also
-    counts those of no truck that is known."""
-    write_whole(path, _page(ranked, changes, drives, refused, limit_deg))
+@dataclass(frozen=True)
+class Contents:
+    """Of a page.
+
+    Attributes:
+        ranked, changes: rows of the tables, times in s since 1970.
+        drives: all drives, those without a truck included.
+        refused: logs without an answer, by error code.
+        data: all trucks' histories.
+    """
+
+    ranked: Sequence[dict[str, Any]]
+    changes: Sequence[dict[str, Any]]
+    drives: int
+    refused: Mapping[str, int]
+    data: PageData
 
 
-def _page(
-    ranked: Sequence[dict[str, Any]],
-    changes: Sequence[dict[str, Any]],
-    drives: int,
-    refused: Mapping[str, int],
-    limit_deg: float,
-) -> str:
+def write_page(path: Path, contents: Contents) -> None:
+    """Writes `index.html`."""
+    write_whole(path, _page(contents))
+
+
+def _page(contents: Contents) -> str:
+    ranked, changes = contents.ranked, contents.changes
     drawn = {
-        "distribution": pictures.distribution(ranked, limit_deg),
-        "ranking": pictures.ranking(ranked, limit_deg),
+        "distribution": pictures.distribution(ranked),
+        "ranking": pictures.ranking(ranked),
         "calendar": pictures.calendar(changes),
-        "history": pictures.truck_history(limit_deg),
+        "history": pictures.truck_history(),
     }
     script, divs = embedded({name: picture for name, picture in drawn.items() if picture is not None})
-    body = f"""{_head(ranked, changes, drives, refused, limit_deg)}
-{_truck(divs["history"], ranked)}
+    body = f"""{_head(contents)}
+{_truck(divs["history"], contents)}
+{_at_fault(ranked)}
 {_ranking(ranked, changes, divs)}
-{_section("Distribution", _key(pictures.VERDICT_COLOURS) + divs.get("distribution", nothing("No offset yet.")))}
+{_section("Distribution", _states_key() + divs.get("distribution", nothing("No offset yet.")))}
 {_section("Changes of the offset", _calendar(divs))}
-{_produced(limit_deg)}"""
+{_produced(ranked)}
+<script type="text/plain" id="data">{contents.data.text()}</script>"""
     colours = json.dumps({name: COLOURS[name] for name in ("estimate", "rejected")})
     return document(
         f"Steering wheel angle offsets of {len(ranked)} trucks",
@@ -70,7 +79,6 @@ def _page(
         script,
         style=_asset("fleet.css"),
         program=f"const COLOURS = {colours};\n{_asset('fleet.js')}",
-        beside=True,  # the trucks' histories
     )
 
 
@@ -78,69 +86,90 @@ def _asset(name: str) -> str:
     return files("oncenter.fleet").joinpath(name).read_text(encoding="utf-8")
 
 
-def _section(title: str, inside: str, name: str = "") -> str:
-    return f"<section{f' id={name}' if name else ''}>\n<h2>{title}</h2>\n{inside}\n</section>"
+def _section(title: str, inside: str) -> str:
+    return f"<section>\n<h2>{title}</h2>\n{inside}\n</section>"
 
 
-def _key(colours: Mapping[str, str]) -> str:
-    return key(**{colour: name.replace("_", " ") for name, colour in colours.items()})
+def _states_key() -> str:
+    return key(**{colour: STATE_WORDS[state] for state, colour in pictures.STATE_COLOURS.items()})
 
 
-def _head(
-    ranked: Sequence[dict[str, Any]],
-    changes: Sequence[dict[str, Any]],
-    drives: int,
-    refused: Mapping[str, int],
-    limit_deg: float,
-) -> str:
-    counts = {verdict: sum(row["verdict"] == verdict for row in ranked) for verdict in _VERDICTS}
+def _head(contents: Contents) -> str:
+    ranked = contents.ranked
+    counts = {state: sum(row["state"] == state for row in ranked) for state in STATE_WORDS}
     days = [row[name] for row in ranked for name in ("first_drive", "last_drive") if row[name] is not None]
     span = f", {_day(min(days))} to {_day(max(days))}" if days else ""
-    of_offset = sum(change["quantity"] == "offset" for change in changes)
-    wrong = ", ".join(f"{count} {escape(code.replace('_', ' '))}" for code, count in refused.items())
+    of_offset = sum(change["quantity"] == "offset" for change in contents.changes)
+    wrong = ", ".join(f"{count} {escape(code.replace('_', ' '))}" for code, count in contents.refused.items())
+    found = f"{of_offset} {'change' if of_offset == 1 else 'changes'} of an offset detected."
     tiles = "".join(
-        f'<div class="tile {verdict}"><b>{count}</b><span>{verdict}</span><small>{_VERDICTS[verdict]}</small></div>'
-        for verdict, count in counts.items()
-        if count or verdict == "calibrate"
+        f'<div class="tile {state}"><b>{count}</b><span>{STATE_WORDS[state]}</span><small>{_ABOUT[state]}</small></div>'
+        for state, count in counts.items()
+        if count or state == "recalibrate"
     )
     return f"""<header>
-<p class="log">{len(ranked)} trucks · {drives} drives{span}</p>
+<p class="log">{len(ranked)} trucks · {contents.drives} drives{span}</p>
 <h1>Steering wheel angle offsets of the fleet</h1>
 <div class="tiles">{tiles}</div>
-<p>{of_offset} changes of an offset were found.{f" Logs without an answer: {wrong}." if wrong else ""}</p>
-<p class="quiet">The limit is ± {limit_deg:g} deg, and a truck is judged by the 95 % interval of its offset.
-Calibrate: all of it is beyond the limit, on such evidence that on average at most {100 * SHARE_OF_FALSE_ALARMS:g} % of
-those named are healthy (Benjamini–Hochberg). Watch: the evidence is weaker, or only the last change is larger than the
-limit. Undecided: the limit is inside the interval; the table names the drive that would narrow it.</p>
+<p>{found}{f" Logs without an answer: {wrong}." if wrong else ""}</p>
+<p class="quiet">{_limit(ranked)} The 95 % interval of a truck's offset decides. Recalibrate: the whole interval is
+beyond the limit. Within the limit: the whole interval is within it. Undecided: the limit is inside the interval, and
+the table names the drive that narrows it most. {_evidence(ranked)}</p>
 </header>"""
 
 
-def _truck(picture: str, ranked: Sequence[dict[str, Any]]) -> str:
-    names = "".join(_option(str(row["truck"])) for row in ranked)
+def _limit(ranked: Sequence[dict[str, Any]]) -> str:
+    limit_deg = pictures.common_limit_deg(ranked)
+    if limit_deg is None:
+        return "Each truck has the limit of its vehicle file."
+    return f"The limit is ±{limit_deg:g} deg."
+
+
+def _evidence(ranked: Sequence[dict[str, Any]]) -> str:
+    """A warning where some trucks to recalibrate may be healthy because many trucks were tested."""
+    weak = sum(row["state"] == "recalibrate" and row["q_value"] > SHARE_OF_FALSE_ALARMS for row in ranked)
+    if not weak:
+        return ""
+    trucks = "truck" if weak == 1 else "trucks"
+    return (
+        f"{weak} {trucks} to recalibrate may be a false alarm: q, the share of false alarms among the trucks down to "
+        f"that rank (Benjamini–Hochberg), is above {100 * SHARE_OF_FALSE_ALARMS:g} %."
+    )
+
+
+def _truck(picture: str, contents: Contents) -> str:
+    names = "".join(f'<option value="{escape(str(row["truck"]), quote=True)}">' for row in contents.ranked)
     keys = (
-        '<span><i class="swatch estimate"></i>one drive, 95 % interval; paler while still converging</span>'
+        '<span><i class="swatch estimate"></i>one drive, 95 % interval; paler: still converging</span>'
         '<span><i class="swatch measured"></i>mean between changes</span>'
         '<span><i class="swatch rejected"></i>change, dashed; a drive before a fault of its sensor</span>'
     )
     return f"""<section id="truck">
 <h2>One truck</h2>
 <p><label>Truck <input id="name" list="names" placeholder="name or VIN" autocomplete="off"></label>
-<datalist id="names">{names}</datalist> <span class="quiet" id="told"></span></p>
+<datalist id="names">{names}</datalist> <span class="quiet" id="summary"></span></p>
 <div id="history" hidden>
 <p class="key">{keys}</p>
 {picture}
-<p class="quiet">A click on a drive opens its report where one was written (oncenter fleet run --reports).</p>
 <table id="changes"></table>
 <details><summary>Drives</summary><table id="drives"></table></details>
 </div>
 </section>"""
 
 
-def _option(truck: str) -> str:
-    """Its name, and that of its file where it is another."""
-    stem = file_stem(truck)
-    of_file = "" if stem == truck else f' data-file="{escape(stem, quote=True)}"'
-    return f'<option value="{escape(truck, quote=True)}"{of_file}>'
+def _at_fault(ranked: Sequence[dict[str, Any]]) -> str:
+    """The trucks whose sensor needs a repair: their rank says nothing of that."""
+    rows = [row for row in ranked if row["state"] == "repair"]
+    if not rows:
+        return ""
+    items = [
+        f"<li>{_link(row)}: the newest drive, {_day(row['last_drive'])}, ended with a fault of the steering wheel "
+        "angle sensor.</li>"
+        for row in rows[:_LISTED]
+    ]
+    more = f'<p class="quiet">The first {_LISTED} of {len(rows)}.</p>' if len(rows) > _LISTED else ""
+    action = "<p>Check the sensor, its mounting and its connector; an offset from before the fault must not be set.</p>"
+    return _section("Sensor at fault", f"{action}<ul>{joined(items)}</ul>{more}")
 
 
 def _ranking(ranked: Sequence[dict[str, Any]], changes: Sequence[dict[str, Any]], divs: Mapping[str, str]) -> str:
@@ -150,7 +179,7 @@ def _ranking(ranked: Sequence[dict[str, Any]], changes: Sequence[dict[str, Any]]
     lines = [_line(row, last.get(row["truck"])) for row in ranked[:_LISTED]]
     more = f'<p class="quiet">The first {_LISTED} of {len(ranked)}.</p>' if len(ranked) > _LISTED else ""
     rest = f"<details><summary>The next trucks</summary>{_table(lines[_SHOWN:])}{more}</details>"
-    plot = _key(pictures.VERDICT_COLOURS) + divs["ranking"] if "ranking" in divs else ""
+    plot = _states_key() + divs["ranking"] if "ranking" in divs else ""
     return _section("Ranking by evidence", plot + _table(lines[:_SHOWN]) + (rest if len(lines) > _SHOWN else ""))
 
 
@@ -163,45 +192,55 @@ def _table(lines: Sequence[str]) -> str:
 </tbody></table>"""
 
 
+def _link(row: dict[str, Any]) -> str:
+    return f'<a href="#{quote(str(row["truck"]), safe="")}">{escape(str(row["truck"]))}</a>'
+
+
 def _line(row: dict[str, Any], change: dict[str, Any] | None) -> str:
-    truck = escape(str(row["truck"]))
-    link = f'<a href="#{quote(str(row["truck"]), safe="")}">{truck}</a>'
-    known = row.get("p_value") is not None
+    has_offset = row.get("p_value") is not None
     cells = ["—"] * 2
-    if known:
+    if has_offset:
         value, half = row[OFFSET.value], 1.96 * row[OFFSET.sd]
         cells = [_signed(value), f"{_signed(value - half)} to {_signed(value + half)}"]
-    told = "" if change is None else f"{_signed(change['size'])} deg, {change['cause'].replace('_', ' ')}"
-    since = _day(row["since"]) if change is not None and known else ""
+    size = "" if change is None else f"{_signed(change['size'])} deg, {change['cause'].replace('_', ' ')}"
+    since = _day(row["since"]) if change is not None and has_offset else ""
+    state = row["state"]
     return (
-        f'<tr><td class="number">{row["rank"]}</td><th scope="row">{link}</th>'
-        f'<td><span class="verdict {row["verdict"]}">{row["verdict"]}</span>{_would_decide(row)}</td>'
+        f'<tr><td class="number">{row["rank"]}</td><th scope="row">{_link(row)}</th>'
+        f'<td><span class="verdict {state}">{STATE_WORDS[state]}</span>{_next_step(row)}</td>'
         f'<td class="number">{cells[0]}</td>'
-        f'<td class="number interval">{cells[1]}</td><td>{since}</td><td>{told}</td>'
-        f'<td class="number interval">{_small(row["q_value"]) if known else "—"}</td></tr>'
+        f'<td class="number interval">{cells[1]}</td><td>{since}</td><td>{size}</td>'
+        f'<td class="number interval">{_small(row["q_value"]) if has_offset else "—"}</td></tr>'
     )
 
 
-def _would_decide(row: dict[str, Any]) -> str:
-    told = row.get("would_decide")
-    return f"<small>would decide: {escape(told)}</small>" if told else ""
+def _next_step(row: dict[str, Any]) -> str:
+    """Below the verdict: the drive that decides, or the reason to watch a truck within its limit."""
+    if row.get("would_decide"):
+        return f"<small>needs {escape(row['would_decide'])}</small>"
+    if row["verdict"] == "watch" and row["state"] == "within":
+        return "<small>watch: its last change exceeds the limit</small>"
+    return ""
 
 
 def _calendar(divs: Mapping[str, str]) -> str:
     if "calendar" not in divs:
         return nothing("No offset has changed.")
     return (
-        "<p>When, by how much, and what else changed with it. A sensor that was remounted and wheels that were aligned "
-        f"anew read alike.</p>{_key(pictures.CAUSE_COLOURS)}{divs['calendar']}"
+        "<p>Time and size of each change, and the quantity that changed with it. A remounted sensor and a new wheel "
+        f"alignment give the same change of the offset.</p>{key(**_CAUSES)}{divs['calendar']}"
     )
 
 
-def _produced(limit_deg: float) -> str:
+_CAUSES = {colour: name.replace("_", " ") for name, colour in pictures.CAUSE_COLOURS.items()}
+
+
+def _produced(ranked: Sequence[dict[str, Any]]) -> str:
     return _section(
-        "What produced it",
-        f"<p>oncenter {escape(_core.version())}, limit {limit_deg:g} deg. The numbers are in "
-        "<code>drives.parquet</code>, <code>trucks.parquet</code> and <code>changes.parquet</code> beside this page: "
-        "<code>oncenter fleet query</code> asks them.</p>",
+        "Provenance",
+        f"<p>oncenter {escape(_core.version())}. {_limit(ranked)} This page is complete in itself and can be mailed. "
+        "<code>oncenter fleet trucks --csv</code> exports the ranking; <code>oncenter fleet query</code> runs SQL on "
+        "all tables.</p>",
     )
 
 

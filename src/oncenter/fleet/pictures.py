@@ -1,4 +1,4 @@
-"""The fleet page's pictures, in the colours of a drive's report: blue what was estimated, orange what changed."""
+"""The fleet page's pictures, in the colours of a drive's report: blue for estimates, orange for changes."""
 
 from __future__ import annotations
 
@@ -20,9 +20,11 @@ from bokeh.models import (
 from bokeh.plotting import figure
 
 from oncenter.fleet.tables import OFFSET
+from oncenter.fleet.undecided import STATE_WORDS
 from oncenter.report.canvas import COLOURS, plain
+from oncenter.vehicle import OFFSET_LIMIT_DEG
 
-VERDICT_COLOURS = {"calibrate": "rejected", "watch": "right", "undecided": "estimate", "fine": "used"}
+STATE_COLOURS = {"recalibrate": "rejected", "repair": "right", "undecided": "estimate", "within": "used"}
 CAUSE_COLOURS = {
     "sensor_or_alignment": "rejected",
     "wheel_alignment": "right",
@@ -30,21 +32,21 @@ CAUSE_COLOURS = {
     "play": "used",
 }
 _TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
-_RANKED = 40  # trucks that fit a picture
+_RANKED = 40  # trucks that fit into a picture
 _BINS = 41
 
 
-def distribution(ranked: Sequence[dict[str, Any]], limit_deg: float) -> figure | None:
-    """How many trucks have which offset, by verdict."""
-    known = [row for row in ranked if row["verdict"] in VERDICT_COLOURS]
-    if not known:
+def distribution(ranked: Sequence[dict[str, Any]]) -> figure | None:
+    """The number of trucks by offset and state."""
+    estimated = _with_offset(ranked)
+    if not estimated:
         return None
-    farthest = max(1.25 * limit_deg, *(1.05 * abs(row[OFFSET.value]) for row in known))
+    farthest = max(max(1.25 * row["limit_deg"], 1.05 * abs(row[OFFSET.value])) for row in estimated)
     edges = np.linspace(-farthest, farthest, _BINS + 1)
     picture = plain(280, _TOOLS, x_range=Range1d(-farthest, farthest))
     below = np.zeros(_BINS)
-    for verdict in reversed(VERDICT_COLOURS):
-        count = np.histogram([row[OFFSET.value] for row in known if row["verdict"] == verdict], edges)[0]
+    for state in reversed(STATE_COLOURS):
+        count = np.histogram([row[OFFSET.value] for row in estimated if row["state"] == state], edges)[0]
         source = {
             "left": edges[:-1],
             "right": edges[1:],
@@ -53,12 +55,12 @@ def distribution(ranked: Sequence[dict[str, Any]], limit_deg: float) -> figure |
             "count": count,
         }
         bars = picture.quad(
-            "left", "right", "top", "bottom", source=source, color=COLOURS[VERDICT_COLOURS[verdict]], line_color=None
+            "left", "right", "top", "bottom", source=source, color=COLOURS[STATE_COLOURS[state]], line_color=None
         )
-        tips = [(verdict, "@count trucks"), ("offset", "@left{0.0} to @right{0.0} deg")]
+        tips = [(STATE_WORDS[state], "@count trucks"), ("offset", "@left{0.0} to @right{0.0} deg")]
         picture.add_tools(HoverTool(renderers=[bars], tooltips=tips))
         below = below + count
-    _limits(picture, limit_deg, "height")
+    _limits(picture, common_limit_deg(ranked), "height")
     picture.y_range.start = 0
     picture.xaxis.axis_label = "offset now, left positive (deg)"
     picture.yaxis.axis_label = "trucks"
@@ -67,9 +69,9 @@ def distribution(ranked: Sequence[dict[str, Any]], limit_deg: float) -> figure |
     return picture
 
 
-def ranking(ranked: Sequence[dict[str, Any]], limit_deg: float) -> figure | None:
+def ranking(ranked: Sequence[dict[str, Any]]) -> figure | None:
     """The offsets of the first trucks with their 95 % intervals, the strongest evidence on top; a tap opens one."""
-    first = [row for row in ranked if row["verdict"] in VERDICT_COLOURS][:_RANKED]
+    first = _with_offset(ranked)[:_RANKED]
     if not first:
         return None
     value = np.array([row[OFFSET.value] for row in first])
@@ -81,23 +83,23 @@ def ranking(ranked: Sequence[dict[str, Any]], limit_deg: float) -> figure | None
             "value": value,
             "low": value - half,
             "high": value + half,
-            "colour": [COLOURS[VERDICT_COLOURS[row["verdict"]]] for row in first],
-            "verdict": [row["verdict"] for row in first],
+            "colour": [COLOURS[STATE_COLOURS[row["state"]]] for row in first],
+            "state": [STATE_WORDS[row["state"]] for row in first],
         }
     )
     count = len(first)
-    farthest = max(1.25 * limit_deg, float(np.max(np.abs(value) + half)) * 1.03)
+    farthest = max(1.25 * max(row["limit_deg"] for row in first), float(np.max(np.abs(value) + half)) * 1.03)
     picture = plain(
         90 + 14 * count, "tap,reset,save", x_range=Range1d(-farthest, farthest), y_range=Range1d(count + 0.8, 0.2)
     )
-    _limits(picture, limit_deg, "height")
+    _limits(picture, common_limit_deg(ranked), "height")
     picture.hbar(y="place", left="low", right="high", height=0.22, color="colour", alpha=0.5, source=source)
     dots = picture.scatter("value", "place", size=8, color="colour", source=source)
-    tips = [("truck", "@truck"), ("offset", "@value{0.00} deg, 95 % @low{0.0} to @high{0.0}"), ("", "@verdict")]
+    tips = [("truck", "@truck"), ("offset", "@value{0.00} deg, 95 % @low{0.0} to @high{0.0}"), ("", "@state")]
     picture.add_tools(HoverTool(renderers=[dots], tooltips=tips))
     _opens_truck(picture, source)
     picture.xaxis.axis_label = "offset now with its 95 % interval (deg)"
-    picture.yaxis.axis_label = "rank"  # no longer than the picture of one truck is high
+    picture.yaxis.axis_label = "rank"  # short, since the picture of one truck is low
     picture.yaxis.formatter = NumeralTickFormatter(format="0")
     picture.yaxis.ticker.min_interval = 1
     picture.ygrid.grid_line_color = None
@@ -138,15 +140,15 @@ def calendar(changes: Sequence[dict[str, Any]]) -> figure | None:
     return picture
 
 
-def truck_history(limit_deg: float) -> figure:
-    """An empty history: fleet.js fills its sources `drives` and `means` with a truck's numbers."""
+def truck_history() -> figure:
+    """An empty history: fleet.js fills its sources `drives`, `means` and `breaks`, and moves its limits."""
     drives = ColumnDataSource(
-        {name: [] for name in ("time", "value", "low", "high", "log", "report", "colour", "status")}, name="drives"
+        {name: [] for name in ("time", "value", "low", "high", "log", "colour", "status")}, name="drives"
     )
     means = ColumnDataSource({name: [] for name in ("left", "right", "value")}, name="means")
     breaks = ColumnDataSource({"time": []}, name="breaks")
     picture = _over_days(340)
-    _limits(picture, limit_deg, "width")
+    _limits(picture, OFFSET_LIMIT_DEG, "width")
     _intervals(picture, drives)
     picture.vspan(x="time", source=breaks, line_color=COLOURS["rejected"], line_dash="dashed", line_width=1.5)
     picture.segment("left", "value", "right", "value", source=means, color=COLOURS["measured"], line_width=2.5)
@@ -158,13 +160,6 @@ def truck_history(limit_deg: float) -> figure:
         ("log", "@log"),
     ]
     picture.add_tools(HoverTool(renderers=[dots], tooltips=tips, formatters={"@time": "datetime"}))
-    opens = TapTool(renderers=[dots])
-    opens.callback = CustomJS(
-        args={"drives": drives},
-        code="const at = drives.selected.indices[0]; const page = at === undefined ? null : drives.data.report[at];"
-        " drives.selected.indices = []; if (page) window.open(page);",
-    )
-    picture.add_tools(opens)
     picture.yaxis.axis_label = "offset, left positive (deg)"
     return picture
 
@@ -172,25 +167,39 @@ def truck_history(limit_deg: float) -> figure:
 def _over_days(height: int) -> figure:
     picture = plain(height, _TOOLS, x_axis_type="datetime")
     picture.xaxis.formatter = DatetimeTickFormatter(hours="%d %b %H:%M", days="%d %b", months="%b %Y", years="%Y")
-    picture.xaxis.axis_label = "begin of the drive (UTC)"
+    picture.xaxis.axis_label = "start of the drive (UTC)"
     return picture
 
 
 def _intervals(picture: figure, source: ColumnDataSource) -> None:
-    """Bars, not whiskers: a range that fits itself heeds glyphs only."""
+    """Segments, not whiskers: an automatic range follows glyphs only."""
     picture.segment("time", "low", "time", "high", source=source, color=COLOURS["line"], line_width=1)
 
 
-def _limits(picture: figure, limit_deg: float, dimension: str) -> None:
-    """What an offset may be: a band across, dashed at its ends."""
+def common_limit_deg(trucks: Sequence[dict[str, Any]]) -> float | None:
+    """The limit of all trucks; None where their vehicle files give several."""
+    limits = {row["limit_deg"] for row in trucks}
+    return limits.pop() if len(limits) == 1 else None
+
+
+def _with_offset(ranked: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [row for row in ranked if row.get("p_value") is not None]
+
+
+def _limits(picture: figure, limit_deg: float | None, dimension: str) -> None:
+    """The band of offsets within the limit, dashed at its ends; fleet.js finds its parts by their names."""
+    if limit_deg is None:
+        return
     sides = (
         {"left": -limit_deg, "right": limit_deg} if dimension == "height" else {"bottom": -limit_deg, "top": limit_deg}
     )
-    picture.add_layout(BoxAnnotation(**sides, fill_color=COLOURS["used"], fill_alpha=0.07, line_color=None))
-    for side in (-limit_deg, limit_deg):
-        picture.add_layout(
-            Span(location=side, dimension=dimension, line_color=COLOURS["used"], line_dash="dashed", line_width=1)
-        )
+    picture.add_layout(
+        BoxAnnotation(**sides, fill_color=COLOURS["used"], fill_alpha=0.07, line_color=None, name=f"band {dimension}")
+    )
+    for side, name in ((-limit_deg, "lower"), (limit_deg, "upper")):
+        end = Span(location=side, dimension=dimension, line_color=COLOURS["used"], line_dash="dashed", line_width=1)
+        end.name = f"{name} {dimension}"
+        picture.add_layout(end)
 
 
 def _opens_truck(picture: figure, source: ColumnDataSource) -> None:

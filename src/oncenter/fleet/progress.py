@@ -1,4 +1,4 @@
-"""How far a run is, at what rate, and when it will be done: one line that is written over on a terminal."""
+"""Progress of a run: logs done, rate and time left, in one line that is overwritten on a terminal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Progress:
 
     def __init__(self, to_do: int) -> None:
         self._to_do = to_do
-        self._begin = self._told = time.monotonic()
+        self._begin = self._shown = time.monotonic()
         self._terminal = sys.stderr.isatty()
         self._width = 0
         self.done = self.errors = 0
@@ -25,15 +25,15 @@ class Progress:
 
     @property
     def rate(self) -> float:
-        """Logs a second so far."""
+        """Logs per second so far."""
         return self.done / max(self.seconds, 1e-9)
 
     def one_more(self, failed: bool) -> None:
         self.done += 1
         self.errors += failed
         every = _EVERY_S if self._terminal else _EVERY_S_IN_A_FILE
-        if time.monotonic() - self._told >= every:
-            self._told = time.monotonic()
+        if time.monotonic() - self._shown >= every:
+            self._shown = time.monotonic()
             if self._terminal:
                 self._write_over(self.line())
             else:
@@ -42,7 +42,7 @@ class Progress:
     def line(self) -> str:
         left_s = round((self._to_do - self.done) / max(self.rate, 1e-9))
         left = f"{left_s // 3600}:{left_s // 60 % 60:02}:{left_s % 60:02}"
-        failed = f", {self.errors} refused" if self.errors else ""
+        failed = f", {self.errors} without an answer" if self.errors else ""
         return f"{self.done} of {self._to_do} logs, {self.rate:.1f}/s, {left} left{failed}"
 
     def end(self) -> None:
@@ -51,6 +51,6 @@ class Progress:
             print("\r", end="", file=sys.stderr, flush=True)
 
     def _write_over(self, line: str) -> None:
-        """With blanks: not every console of Windows knows how to clear the rest of a line."""
+        """With blanks: not every Windows console can clear the rest of a line."""
         print(f"\r{line:{self._width}}", end="", file=sys.stderr, flush=True)
         self._width = len(line)

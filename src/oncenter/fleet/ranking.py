@@ -1,8 +1,8 @@
-"""Trucks by evidence, not by value: how likely an offset beyond the limit is, and how many of those named are healthy.
+"""Trucks ranked by evidence, not by value: the probability of an offset beyond the limit, and the false discovery rate.
 
-A p-value is the probability, from what was measured alone, that the offset, or its last change, is within the limit;
-a truck's is twice the smaller one, for it was asked twice. Benjamini and Hochberg (1995) then say how far down the list
-one may go so that on average at most `SHARE_OF_FALSE_ALARMS` of those named are healthy, however many trucks there are.
+A p-value is the probability, from the measurements alone, that the offset, or its last change, is within the limit. A
+truck's p-value is twice the smaller of the two (Bonferroni: two tests). Benjamini and Hochberg (1995) then give the
+length of the list: on average at most `SHARE_OF_FALSE_ALARMS` of the trucks on it are healthy, for any fleet size.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from oncenter.fleet.history import NOISE, Break, Mean, Numbers, Told, breaks, now, told_of
+from oncenter.fleet.history import NOISE, Break, Mean, Numbers, Readings, breaks, now, readings_of
 from oncenter.fleet.offset_now import Offset, offset_of
-from oncenter.fleet.summaries import known_of_row, summary_of_row
+from oncenter.fleet.summaries import priors_of_row, summary_of_row
 from oncenter.fleet.tables import OFFSET, QUANTITIES
-from oncenter.fleet.undecided import BEYOND, UNDECIDED, WITHIN, Driven, standing, would_decide
+from oncenter.fleet.undecided import NO_OFFSET, RECALIBRATE, REPAIR, UNDECIDED, WITHIN, Driven, standing, would_decide
 from oncenter.truck.drives import together
 from oncenter.truck.model import Trucks, learn
 from oncenter.truck.priors import Priors, priors_of
@@ -26,10 +26,11 @@ from oncenter.truck.priors import Priors, priors_of
 Rows = Sequence[dict[str, Any]]
 
 SHARE_OF_FALSE_ALARMS = 0.05
-_SUSPICIOUS = 0.05  # p-value from which on a truck is watched
+_SUSPICIOUS = 0.05  # p-value at or below which a truck is on watch
 _MOVED_TOO = 3.0  # standard deviations by which another quantity must have changed to be a cause
+_SENSOR_AT_FAULT = "steering_wheel_angle_sensor_at_fault"  # code of the finding
 
-# What an offset's change that comes with one of these is put down to, the first that fits.
+# Cause of an offset's change, by the quantity that changed with it; the first one that fits.
 _CAUSES = {
     "unloading_acceleration": "wheel_alignment",
     "yaw_rate_bias": "gyro",
@@ -40,7 +41,7 @@ SENSOR_OR_ALIGNMENT = "sensor_or_alignment"
 
 @dataclass(frozen=True)
 class History:
-    """What a truck's rows say together: its row of `tables.TRUCKS` without rank, and its changes."""
+    """The result of a truck's rows together: its row of `tables.TRUCKS` without rank, and its changes."""
 
     truck: dict[str, Any]
     changes: list[dict[str, Any]]
@@ -51,9 +52,9 @@ def within(mean: float, sd: float, limit: float) -> float:
     return 0.5 * (math.erf((limit - mean) / (sd * math.sqrt(2.0))) + math.erf((limit + mean) / (sd * math.sqrt(2.0))))
 
 
-def histories(trucks: Sequence[OfTruck], limit_deg: float) -> Iterator[History]:
-    """Of each truck; `limit_deg` is what an offset may be. The trucks that are given together are computed together,
-    and each comes out as if it were alone."""
+def histories(trucks: Sequence[OfTruck]) -> Iterator[History]:
+    """One per truck, in the same order. Trucks given together are computed together; the result does not depend on
+    that."""
     alike: dict[Priors, list[OfTruck]] = {}
     for one in trucks:
         if one.summaries:
@@ -63,37 +64,44 @@ def histories(trucks: Sequence[OfTruck], limit_deg: float) -> Iterator[History]:
         for place, one in enumerate(some):
             one.learned(model, place)
     for one in trucks:
-        yield one.history(limit_deg)
+        yield one.history()
 
 
 class OfTruck:
-    """What one truck's drives said, from their rows, which are in order of time, and what its model made of that."""
+    """One truck: its drives' rows, and the result of its model.
 
-    def __init__(self, name: str, rows: Rows) -> None:
-        self._name = name
+    Args:
+        name: of the truck.
+        rows: of its drives, in order of time.
+        limit_deg: the largest offset, either sign, that needs no calibration.
+    """
+
+    def __init__(self, name: str, rows: Rows, limit_deg: float) -> None:
+        self._name, self._limit_deg = name, limit_deg
         self._counts = _counts(name, rows)
-        self._told = {q.name: told_of(rows, q.value, q.sd, q.status) for q in QUANTITIES[1:]}
-        told = [(row, summary) for row in rows if (summary := summary_of_row(row)) is not None]
-        self.summaries = [summary for _, summary in told]
-        self.priors = priors_of(known_of_row(told[-1][0]) if told else None)
-        self._starts = np.array([row["start"] for row, _ in told])
-        self._drives = [row for row, _ in told]
+        self._is_at_fault = _is_at_fault(rows)
+        self._readings = {q.name: readings_of(rows, q.value, q.sd, q.status) for q in QUANTITIES[1:]}
+        usable = [(row, summary) for row in rows if (summary := summary_of_row(row)) is not None]
+        self.summaries = [summary for _, summary in usable]
+        self.priors = priors_of(priors_of_row(usable[-1][0]) if usable else None)
+        self._starts = np.array([row["start"] for row, _ in usable])
+        self._drives = [row for row, _ in usable]
         self._offset: Offset | None = None
 
     def learned(self, model: Trucks, place: int) -> None:
         self._offset = offset_of(model, place, self._starts)
 
-    def history(self, limit_deg: float) -> History:
-        told = self._told
-        found = {name: breaks(told[name], noise) for name, noise in NOISE.items()}
+    def history(self) -> History:
+        readings = self._readings
+        found = {name: breaks(readings[name], noise) for name, noise in NOISE.items()}
         of_offset = self._offset.changes if self._offset is not None else []
         changes = [
             _change(self._name, "offset", "deg", self._starts, one)
-            | {"cause": _cause(told, float(self._starts[one.at]))}
+            | {"cause": _cause(readings, float(self._starts[one.at]))}
             for one in of_offset
         ]
         changes += [
-            _change(self._name, q.name, q.unit, told[q.name].start_s, one)
+            _change(self._name, q.name, q.unit, readings[q.name].start_s, one)
             for q in QUANTITIES[1:]
             for one in found.get(q.name, ())
         ]
@@ -102,18 +110,27 @@ class OfTruck:
             "changes": len(of_offset),
             "cause": changes[len(of_offset) - 1]["cause"] if of_offset else None,
             "verdict": "unknown",
+            "state": self._state(),
+            "limit_deg": self._limit_deg,
         }
         for quantity in QUANTITIES[1:]:
-            mean = _mean_now(told[quantity.name], found.get(quantity.name, []), quantity.name)
+            mean = _mean_now(readings[quantity.name], found.get(quantity.name, []), quantity.name)
             row |= {quantity.value: mean and mean.value, quantity.sd: mean and mean.sd}
         if self._offset is not None:
-            row |= _of_offset(self._offset, limit_deg) | {"would_decide": self._would_decide(limit_deg)}
+            row |= _of_offset(self._offset, self._limit_deg) | {"would_decide": self._would_decide()}
         return History(row, changes)
 
-    def _would_decide(self, limit_deg: float) -> str | None:
-        """For people; None where the interval does not hold the limit."""
+    def _state(self) -> str:
+        if self._is_at_fault:
+            return REPAIR
+        if self._offset is None:
+            return NO_OFFSET
+        return standing(self._offset.value, self._offset.sd, self._limit_deg)
+
+    def _would_decide(self) -> str | None:
+        """For people; None where the limit is outside the interval."""
         assert self._offset is not None
-        if standing(self._offset.value, self._offset.sd, limit_deg) != UNDECIDED:
+        if standing(self._offset.value, self._offset.sd, self._limit_deg) != UNDECIDED:
             return None
         since = [row for row in self._drives if row["start"] >= self._offset.since]
         left_s, right_s = (sum(row.get(f"side_force_{side}_s") or 0.0 for row in since) for side in ("left", "right"))
@@ -129,24 +146,36 @@ def _counts(name: str, rows: Rows) -> dict[str, Any]:
         "errors": sum(row.get("error_code") is not None for row in rows),
         "first_drive": min(starts, default=None),
         "last_drive": max(starts, default=None),
-        "vehicle_file": next((r["vehicle_file"] for r in reversed(rows) if r.get("vehicle_file")), None),
+        "vehicle_file": vehicle_file_of(rows),
     }
 
 
-def _mean_now(told: Told, found: Sequence[Break], name: str) -> Mean | None:
+def vehicle_file_of(rows: Rows) -> str | None:
+    """Of the newest drive that has one."""
+    return next((row["vehicle_file"] for row in reversed(rows) if row.get("vehicle_file")), None)
+
+
+def _is_at_fault(rows: Rows) -> bool:
+    """Whether the newest drive with an answer ended with a fault of the angle sensor."""
+    answered = [row for row in rows if row.get("start") is not None and row.get("error_code") is None]
+    return bool(answered) and _SENSOR_AT_FAULT in (answered[-1].get("findings") or "").split()
+
+
+def _mean_now(readings: Readings, found: Sequence[Break], name: str) -> Mean | None:
     noise = NOISE.get(name)
     if noise is not None:
-        return now(told, found[-1].at if found else 0, noise)
-    if not len(told.value):
+        return now(readings, found[-1].at if found else 0, noise)
+    if not len(readings.value):
         return None
-    weight = told.sd**-2.0  # what changes with every load is no more than a mean
-    return Mean(float(np.average(told.value, weights=weight)), float(np.sqrt(np.average(told.sd**2, weights=weight))))
+    weight = readings.sd**-2.0  # a quantity that changes with every load has only a mean
+    variance = np.average(readings.sd**2, weights=weight)
+    return Mean(float(np.average(readings.value, weights=weight)), float(np.sqrt(variance)))
 
 
 def _of_offset(offset: Offset, limit_deg: float) -> dict[str, Any]:
     beyond = within(offset.value, offset.sd, limit_deg)
     p_value, last = beyond, offset.changes[-1] if offset.changes else None
-    if last is not None and abs(last.after) > abs(last.before):  # one that takes it out again is no alarm
+    if last is not None and abs(last.after) > abs(last.before):  # a change toward zero is no alarm
         p_value = min(p_value, within(last.size, last.sd, limit_deg))
     return {
         OFFSET.value: offset.value,
@@ -182,17 +211,18 @@ def _change(truck: str, name: str, unit: str, starts: Numbers, one: Break) -> di
     }
 
 
-def _cause(told: dict[str, Told], at_s: float) -> str:
-    """What else is another since that time, with half of what alone would be told as a change."""
+def _cause(readings: dict[str, Readings], at_s: float) -> str:
+    """The quantity whose mean changed at that time, by at least half of the smallest change that would be reported
+    alone."""
     for name, cause in _CAUSES.items():
-        noise, of_it = NOISE[name], told[name]
+        noise, of_it = NOISE[name], readings[name]
         before = of_it.start_s < at_s
         if not before.any() or before.all():
             continue
         (value_b, sd_b), (value_a, sd_a) = (
             (mean.value, mean.sd)
             for part in (before, ~before)
-            if (mean := now(Told(of_it.start_s[part], of_it.value[part], of_it.sd[part]), 0, noise)) is not None
+            if (mean := now(Readings(of_it.start_s[part], of_it.value[part], of_it.sd[part]), 0, noise)) is not None
         )
         moved = abs(value_a - value_b)
         if moved > noise.smallest / 2.0 and moved > _MOVED_TOO * math.hypot(sd_a, sd_b):
@@ -200,26 +230,25 @@ def _cause(told: dict[str, Told], at_s: float) -> str:
     return SENSOR_OR_ALIGNMENT
 
 
-def rank(trucks: Sequence[dict[str, Any]], limit_deg: float) -> list[dict[str, Any]]:
-    """The trucks with `rank`, `q_value` and `verdict`, the strongest evidence first; those of which nothing is known
-    last."""
-    known = sorted((row for row in trucks if row.get("p_value") is not None), key=_strongest_first)
-    unknown = sorted((row for row in trucks if row.get("p_value") is None), key=lambda row: str(row["truck"]))
-    q_values = _benjamini_hochberg([row["p_value"] for row in known])
+def rank(trucks: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The trucks with `rank`, `q_value` and `verdict`, the strongest evidence first; trucks without an offset last."""
+    estimated = sorted((row for row in trucks if row.get("p_value") is not None), key=_strongest_first)
+    others = sorted((row for row in trucks if row.get("p_value") is None), key=lambda row: str(row["truck"]))
+    q_values = _benjamini_hochberg([row["p_value"] for row in estimated])
     ranked = [
-        row | {"rank": place, "q_value": q, "verdict": _verdict(row, q, limit_deg)}
-        for place, (row, q) in enumerate(zip(known, q_values, strict=True), 1)
+        row | {"rank": place, "q_value": q, "verdict": _verdict(row, q)}
+        for place, (row, q) in enumerate(zip(estimated, q_values, strict=True), 1)
     ]
-    return ranked + [row | {"rank": len(known) + place} for place, row in enumerate(unknown, 1)]
+    return ranked + [row | {"rank": len(estimated) + place} for place, row in enumerate(others, 1)]
 
 
 def _strongest_first(row: dict[str, Any]) -> tuple[float, float, str]:
-    """Where both are certain, by how many standard deviations."""
+    """By p-value; where several are zero, by standard deviations from zero."""
     return row["p_value"], -abs(row[OFFSET.value]) / row[OFFSET.sd], str(row["truck"])
 
 
 def _benjamini_hochberg(p_values: Sequence[float]) -> list[float]:
-    """Of p-values in ascending order: the smallest share of false alarms at which each would be named."""
+    """q-values of p-values in ascending order: the smallest false discovery rate at which each would be listed."""
     count = len(p_values)
     q_values, smallest = [1.0] * count, 1.0
     for place in range(count, 0, -1):
@@ -228,11 +257,11 @@ def _benjamini_hochberg(p_values: Sequence[float]) -> list[float]:
     return q_values
 
 
-def _verdict(row: dict[str, Any], q_value: float, limit_deg: float) -> str:
-    """`calibrate` and `fine` have the whole 95 % interval on one side of the limit; a truck whose last change alone is
-    beyond the limit is one to watch."""
-    stands = standing(row[OFFSET.value], row[OFFSET.sd], limit_deg)
-    if stands == BEYOND and q_value <= SHARE_OF_FALSE_ALARMS:
+def _verdict(row: dict[str, Any], q_value: float) -> str:
+    """`calibrate` and `fine`: the whole 95 % interval is on one side of the limit. `watch`: only the last change is
+    beyond the limit, or q is too high."""
+    stands = standing(row[OFFSET.value], row[OFFSET.sd], row["limit_deg"])
+    if stands == RECALIBRATE and q_value <= SHARE_OF_FALSE_ALARMS:
         return "calibrate"
     if row["p_value"] <= _SUSPICIOUS:
         return "watch"

@@ -1,4 +1,4 @@
-"""A drive's summary for its truck's model as columns of a row: degrees in files, rad inside."""
+"""A drive's summary, the input of its truck's model, as columns of a row: degrees in files, rad inside."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from oncenter.truck.drives import Summary, is_usable
 
 @dataclass(frozen=True)
 class _Column:
-    """Of a row, and of a `Summary` with how much of its unit is one of the file's."""
+    """A column of a row, and its member of a `Summary`; `unit` is the column's unit in units of the member."""
 
     name: str
     member: str
@@ -23,57 +23,72 @@ class _Column:
 
 _DEGREES = DEGREE
 _COLUMNS = (
-    _Column("offset_deg", "offset", _DEGREES, "the offset, as offset_deg, where the steering unloads"),
-    _Column("offset_sd_deg", "offset_sd", _DEGREES, "of what this drive leaves open, without pull and wind"),
+    _Column("offset_deg", "offset", _DEGREES, "the offset, as offset_deg, at the neutral lateral acceleration"),
+    _Column("offset_sd_deg", "offset_sd", _DEGREES, "its standard deviation from this drive, without pull and wind"),
     _Column("gradient_deg_m_s2", "gradient", _DEGREES, "understeer gradient at the road wheel"),
     _Column("gradient_sd_deg_m_s2", "gradient_sd", _DEGREES, "its standard deviation"),
-    _Column("unloading_m_s2", "unloading", 1.0, "neutral lateral acceleration, be it observable or its prior"),
+    _Column("unloading_m_s2", "unloading", 1.0, "neutral lateral acceleration, estimated or prior"),
     _Column("unloading_sd_m_s2", "unloading_sd", 1.0, "its standard deviation"),
-    _Column("play_deg", "play", _DEGREES, "play and wind-up, full width"),
+    _Column("play_deg", "play", _DEGREES, "free play, column wind-up included, full width"),
     _Column("play_sd_deg", "play_sd", _DEGREES, "its standard deviation"),
-    _Column("with_unloading_deg_m_s2", "with_unloading", _DEGREES, "the offset's covariance with the former"),
-    _Column("with_play_deg2", "with_play", _DEGREES**2, "the offset's covariance with the play"),
-    _Column("bank_m_s2", "bank", 1.0, "mean lateral acceleration less yaw rate times speed, while driving"),
-    _Column("standing_m_s2", "standing", 1.0, "mean lateral acceleration at standstill; null: it never stood"),
+    _Column(
+        "with_unloading_deg_m_s2",
+        "with_unloading",
+        _DEGREES,
+        "covariance of offset and neutral acceleration",
+    ),
+    _Column("with_play_deg2", "with_play", _DEGREES**2, "covariance of the offset and the play"),
+    _Column("bank_m_s2", "bank", 1.0, "mean of lateral acceleration minus yaw rate times speed: road bank"),
+    _Column("standing_m_s2", "standing", 1.0, "mean lateral acceleration at standstill; null: no standstill"),
     _Column("ratio", "ratio", 1.0, "steering ratio near the centre"),
-    _Column("side", "side", 1.0, "of traffic: 1 right, -1 left, 0 not known"),
+    _Column("side", "side", 1.0, "side of traffic: 1 right, -1 left, 0 not given"),
 )
 _PREFIX = "summary_"
 _MAY_LACK = ("bank", "standing")
 
-# What the vehicle file knows of the truck, 0 where it does not: column, param of the core, unit, meaning.
-_KNOWN = (
-    ("known_pull_sd_m_s2", "known_pull_sd_m_s2", 1.0, "sd of the pull in the vehicle file; 0: none"),
-    ("known_bias_sd_m_s2", "known_accelerometer_bias_sd_m_s2", 1.0, "sd of its accelerometer bias; 0: none"),
-    ("known_play_deg", "known_play_rad", _DEGREES, "its free play"),
-    ("known_play_sd_deg", "known_play_sd_rad", _DEGREES, "sd of that; 0: none"),
+# Values given in the vehicle file, 0 where it gives none: column, param of the core, unit, meaning.
+_GIVEN = (
+    (
+        "known_pull_sd_m_s2",
+        "known_pull_sd_m_s2",
+        1.0,
+        "sd of the pull in the vehicle file; 0: not given",
+    ),
+    (
+        "known_bias_sd_m_s2",
+        "known_accelerometer_bias_sd_m_s2",
+        1.0,
+        "sd of the bias there; 0: not given",
+    ),
+    ("known_play_deg", "known_play_rad", _DEGREES, "free play in the vehicle file"),
+    ("known_play_sd_deg", "known_play_sd_rad", _DEGREES, "its standard deviation; 0: not given"),
 )
 COLUMNS: Mapping[str, tuple[str, str]] = {
     _PREFIX + name: ("number", f"for the truck's model: {about}")
     for name, about in (
         *((column.name, column.about) for column in _COLUMNS),
-        *((name, about) for name, _, _, about in _KNOWN),
+        *((name, about) for name, _, _, about in _GIVEN),
     )
 }
 
 
 def columns_of(summary: Summary | None, params: Mapping[str, float]) -> dict[str, float | None]:
-    """Of a drive's row, by the core's params; nothing where there is no summary, null for what is NaN."""
+    """Columns of a drive's row; `params` are the core's. Empty without a summary; null instead of NaN."""
     if summary is None:
         return {}
     values = {column.name: getattr(summary, column.member) / column.unit for column in _COLUMNS}
-    values |= {name: params[param] / unit for name, param, unit, _ in _KNOWN}
+    values |= {name: params[param] / unit for name, param, unit, _ in _GIVEN}
     return {_PREFIX + name: value if math.isfinite(value) else None for name, value in values.items()}
 
 
-def known_of_row(row: Mapping[str, Any]) -> dict[str, float]:
-    """The params by which the drive's truck is known; 0 where it is not."""
-    return {param: (row.get(_PREFIX + name) or 0.0) * unit for name, param, unit, _ in _KNOWN}
+def priors_of_row(row: Mapping[str, Any]) -> dict[str, float]:
+    """The params given in the vehicle file when the drive was answered; 0 where not given."""
+    return {param: (row.get(_PREFIX + name) or 0.0) * unit for name, param, unit, _ in _GIVEN}
 
 
 def summary_of_row(row: Mapping[str, Any]) -> Summary | None:
-    """None where the drive tells its truck nothing: no answer, no begin, a fault, no understeer, or a row of a version
-    before 0.2."""
+    """None where the drive adds nothing to its truck: no answer, no start time, a fault, no understeer gradient, or a
+    row of a version before 0.2."""
     values = {column.member: row.get(_PREFIX + column.name) for column in _COLUMNS}
     numbers = {
         column.member: math.nan if (value := values[column.member]) is None else value * column.unit

@@ -1,4 +1,4 @@
-"""The three tables: their columns with units and meanings, said once, and how they become Parquet."""
+"""The three tables: columns with units and meanings, defined once, and how they become Parquet."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _TYPES: Mapping[str, tuple[pl.DataType, pa.DataType]] = {
     "truth": (pl.Boolean(), pa.bool_()),
     "time": (pl.Datetime("ms", "UTC"), pa.timestamp("ms", "UTC")),
 }
-_ROWS_AT_ONCE = 20_000  # of a row group: so much is held in memory
+_ROWS_AT_ONCE = 20_000  # of a row group; they are in memory
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a drive tells beside the offset, as columns name it: value `NAME_UNIT`, standard deviation, status."""
+    """An estimated quantity and its columns: value `NAME_UNIT`, standard deviation `NAME_sd_UNIT`, status."""
 
     name: str
     unit: str
@@ -49,54 +49,57 @@ class Quantity:
         return f"{self.name}_status"
 
 
-OFFSET = Quantity("offset", "deg", "what the sensor reads driving straight, at the middle of the play")
+OFFSET = Quantity("offset", "deg", "straight-ahead offset: sensor reading at zero lateral force, mid-play")
 QUANTITIES = (
     OFFSET,
-    Quantity("backlash", "deg", "play and wind-up at the steering wheel, full width"),
-    Quantity("unloading_acceleration", "m_s2", "lateral acceleration at which the steering unloads: pull and bias"),
-    Quantity("yaw_rate_bias", "deg_s", "of the gyro"),
-    Quantity("understeer_gradient", "deg_m_s2", "at the road wheel"),
+    Quantity("backlash", "deg", "free play at the steering wheel, column wind-up included, full width"),
+    Quantity("unloading_acceleration", "m_s2", "neutral lateral acceleration: pull plus accelerometer bias"),
+    Quantity("yaw_rate_bias", "deg_s", "bias of the yaw rate sensor"),
+    Quantity("understeer_gradient", "deg_m_s2", "understeer gradient at the road wheel"),
 )
 
 
 def _of_drives() -> dict[str, tuple[str, str]]:
     columns = {
-        "truck": ("text", "VIN, or the part of the path that named it; empty where nothing did"),
+        "truck": ("text", "VIN, or the part of the path that names it; empty if neither"),
         "start": ("time", "when the drive began"),
-        "start_source": ("text", "how that is known: log, metadata, name, modified"),
-        "log": ("text", "path or URI; of copies the first by name"),
-        "key": ("text", "of the log's content (BLAKE3): what makes a drive one drive"),
-        "vehicle_file": ("text", "its stem in --vehicles"),
-        "settings": ("text", "key of version and vehicle file"),
-        "version": ("text", "of oncenter"),
-        "error_code": ("text", "why there is no answer; null where there is one"),
-        "error": ("text", "the same in words"),
-        "rate_hz": ("number", "of the ticks"),
-        "duration_s": ("number", "of the drive"),
-        "used_s": ("number", "of it, for the offset"),
+        "start_source": ("text", "source of the start: log, metadata, name, modified"),
+        "log": ("text", "path or URI; of several copies the first by name"),
+        "key": ("text", "hash of the log's content (BLAKE3), which identifies the drive"),
+        "vehicle_file": ("text", "name of the vehicle file in --vehicles, without .toml"),
+        "settings": ("text", "hash of version and vehicle file"),
+        "version": ("text", "version of oncenter"),
+        "error_code": ("text", "why there is no answer; null if there is one"),
+        "error": ("text", "the same as a sentence"),
+        "rate_hz": ("number", "tick rate"),
+        "duration_s": ("number", "duration of the drive"),
+        "used_s": ("number", "time used for the offset"),
     }
     for quantity in QUANTITIES:
         columns[quantity.value] = ("number", quantity.about)
-        interval = "1.96 of it on both sides is a 95 % interval"
-        common = ", of an axle not set up to unload on the crown" if quantity.name == "offset" else ""
+        interval = "standard deviation; ±1.96 of it is the 95 % interval"
+        common = ", for an axle that is not set up for the crown" if quantity.name == "offset" else ""
         columns[quantity.sd] = ("number", interval + common)
         columns[quantity.status] = ("text", "valid, converging, unobservable, invalid")
         if quantity is OFFSET:
-            columns["offset_drive_sd_deg"] = ("number", "of its part that this drive leaves open")
+            columns["offset_drive_sd_deg"] = (
+                "number",
+                "sd of the part from this drive's measurement scatter",
+            )
             columns["offset_not_identifiable_sd_deg"] = (
                 "number",
-                "of its part that no single drive identifies: pull, mean wind, axle set-up",
+                "sd of the part not identifiable from one drive: pull, mean wind, axle set-up",
             )
     for side in ("left", "right"):
         columns[f"side_force_{side}_s"] = (
             "number",
-            f"of side force clearly to the {side}, which shows the play's flank",
+            f"time with lateral force clearly to the {side}, which loads that flank of the play",
         )
     columns["changes_in_drive"] = (
         "count",
-        "that the drive proved while it lasted; the values are those after the last",
+        "changes detected within the drive; the values are those after the last change",
     )
-    columns["findings"] = ("text", "codes, parted by blanks")
+    columns["findings"] = ("text", "codes, separated by spaces")
     return columns | dict(SUMMARY)
 
 
@@ -104,54 +107,62 @@ DRIVES = _of_drives()
 CHANGES: dict[str, tuple[str, str]] = {
     "truck": ("text", "as in drives"),
     "quantity": ("text", "what changed: offset, backlash, unloading_acceleration, yaw_rate_bias"),
-    "unit": ("text", "of before, after, size and sd"),
-    "after_drive": ("time", "begin of the last drive before it"),
-    "by_drive": ("time", "begin of the first drive after it"),
-    "found": ("time", "begin of the drive that proved it"),
-    "drives_to_find": ("count", "after the change, until it was proved"),
-    "before": ("number", "mean of the drives since the change before"),
-    "after": ("number", "mean of the drives until the next change"),
-    "size": ("number", "after less before, without what roads that tell little put into either"),
-    "sd": ("number", "of the size"),
-    "cause": ("text", "of an offset's change: what else changed with it; see docs/fleet.md"),
+    "unit": ("text", "unit of before, after, size and sd"),
+    "after_drive": ("time", "start of the last drive before the change"),
+    "by_drive": ("time", "start of the first drive after the change"),
+    "found": ("time", "start of the drive at which the change was detected"),
+    "drives_to_find": ("count", "drives after the change until it was detected"),
+    "before": ("number", "mean of the drives between the previous change and this one"),
+    "after": ("number", "mean of the drives between this change and the next"),
+    "size": ("number", "after minus before; drives on roads with little excitation count less"),
+    "sd": ("number", "standard deviation of the size"),
+    "cause": ("text", "of an offset's change: the quantity that changed with it; see docs/fleet.md"),
 }
 TRUCKS: dict[str, tuple[str, str]] = {
     "truck": ("text", "as in drives"),
-    "rank": ("count", "by evidence, 1 the strongest"),
-    "verdict": ("text", "calibrate, watch, undecided, fine, unknown"),
-    "would_decide": ("text", "the drive that would narrow an interval which holds the limit, in words; else null"),
-    "p_value": ("number", "that all is within the limit: smaller is stronger evidence"),
-    "q_value": ("number", "Benjamini-Hochberg: share of false alarms among all trucks at least so suspicious"),
-    "since": ("time", "when what it now reads began: first drive of the present offset"),
-    "probability_beyond": ("number", "that the offset now is beyond the limit"),
-    "drives": ("count", "answered and refused"),
-    "errors": ("count", "refused"),
+    "rank": ("count", "by evidence, 1 is the strongest"),
+    "verdict": ("text", "calibrate, watch, undecided, fine, unknown: with the false discovery rate of the fleet"),
+    "state": ("text", "recalibrate, undecided, within, repair (sensor at fault), no_offset: of this truck alone"),
+    "limit_deg": ("number", "the limit of this truck: --limit, or offset_limit_deg of its vehicle file"),
+    "would_decide": ("text", "if the limit is inside the interval, the drive that would narrow it most; else null"),
+    "p_value": ("number", "probability that offset and last change are within the limit; smaller is stronger evidence"),
+    "q_value": ("number", "Benjamini-Hochberg: share of false alarms among the trucks down to this rank"),
+    "since": ("time", "start of the first drive with the present offset"),
+    "probability_beyond": ("number", "probability that the offset now is beyond the limit"),
+    "drives": ("count", "all drives, with and without an answer"),
+    "errors": ("count", "drives without an answer"),
     "told": ("count", "drives with an offset"),
-    "first_drive": ("time", "its begin"),
-    "last_drive": ("time", "its begin"),
-    "changes": ("count", "of the offset"),
+    "first_drive": ("time", "start of the first drive"),
+    "last_drive": ("time", "start of the last drive"),
+    "changes": ("count", "changes of the offset"),
     "drift_deg_day": ("number", "slope of the present offset; null below four drives"),
     "drift_sd_deg_day": ("number", "its standard deviation"),
-    "offset_deg": ("number", "now, at the truck's mean load, by all its drives together"),
+    "offset_deg": ("number", "straight-ahead offset now, at the truck's mean load, from all its drives together"),
     "offset_sd_deg": ("number", "its standard deviation, pull and accelerometer bias included"),
-    "offset_spread_sd_deg": ("number", "of the drives since the last change alone: without these"),
-    "pull_m_s2": ("number", "lateral acceleration at which the steering unloads, the accelerometer's bias taken off"),
-    "pull_sd_m_s2": ("number", "its standard deviation; the pull's prior where no drive tells it"),
-    "accelerometer_bias_m_s2": ("number", "now"),
+    "offset_spread_sd_deg": (
+        "number",
+        "the same from the drives since the last change, without pull and bias",
+    ),
+    "pull_m_s2": ("number", "neutral lateral acceleration minus accelerometer bias"),
+    "pull_sd_m_s2": ("number", "its standard deviation; the prior's where the pull is not identified"),
+    "accelerometer_bias_m_s2": ("number", "accelerometer bias now"),
     "accelerometer_bias_sd_m_s2": ("number", "its standard deviation"),
-    "load_would_help": ("truth", "all drives were at one load: another one separates a pull from that bias"),
+    "load_would_help": (
+        "truth",
+        "all drives were at one load; another load separates pull and accelerometer bias",
+    ),
     **{
         column: ("number", about)
         for quantity in QUANTITIES[1:]
         for column, about in ((quantity.value, f"{quantity.about}; now"), (quantity.sd, "its standard deviation"))
     },
-    "cause": ("text", "of the last change of the offset"),
-    "vehicle_file": ("text", "of the last drive"),
+    "cause": ("text", "cause of the last change of the offset"),
+    "vehicle_file": ("text", "vehicle file of the last drive"),
 }
 
 
 class TableFile:
-    """A Parquet file, see `whole_file`: it takes the place of the one before when all rows are in."""
+    """A Parquet file, see `whole_file`: it replaces the previous one when all rows are written."""
 
     def __init__(self, path: Path, columns: Mapping[str, tuple[str, str]]) -> None:
         self._path = path
@@ -173,7 +184,7 @@ class TableFile:
             self._write()
 
     def _write(self) -> None:
-        """By polars, since pyarrow would load pandas to look at lists."""
+        """By polars: pyarrow would load pandas to convert lists."""
         of_column = {name: [row.get(name) for row in self._rows] for name in self._types}
         for name, type_ in self._types.items():
             if isinstance(type_, pl.Datetime):

@@ -1,4 +1,4 @@
-"""Which truck drove a log, and which vehicle file says what it is."""
+"""The truck of a log, and its vehicle file."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from oncenter.files.file_name import printable_name
 from oncenter.files.log_formats import SUFFIXES
 from oncenter.files.regular_file import read_regular_file
 from oncenter.files.toml_file import BYTES_MAX
-from oncenter.vehicle import Vehicle, vehicle
+from oncenter.vehicle import OFFSET_LIMIT_DEG, Vehicle, vehicle
 
-_VIN = re.compile(r"(?<![0-9A-Za-z])[A-HJ-NPR-Z0-9]{17}(?![0-9A-Za-z])")  # I, O and Q are in none
-_DBC_BYTES_MAX = 16 << 20  # as it is read at most
+_VIN = re.compile(r"(?<![0-9A-Za-z])[A-HJ-NPR-Z0-9]{17}(?![0-9A-Za-z])")  # without I, O and Q: ISO 3779
+_DBC_BYTES_MAX = 16 << 20  # the rest is not read
 _SUFFIX = re.compile(rf"({'|'.join(map(re.escape, SUFFIXES))})$", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class Truck:
-    """`name` is the VIN, or the part of the path that named it; `vehicle_file` the stem of its vehicle file. Both are
-    as `printable_name` shows them."""
+    """`name` is the VIN, or the part of the path that names the truck; `vehicle_file` the stem of its vehicle file.
+    Both are results of `printable_name`."""
 
     name: str
     vehicle_file: str
 
 
 class Trucks:
-    """The vehicle files of a folder. A file `NAME.toml` describes the truck NAME, and all whose VIN begins with NAME.
+    """The vehicle files of a folder. `NAME.toml` describes the truck NAME, and all trucks whose VIN begins with NAME.
 
     Args:
         folder: of `*.toml`.
@@ -46,14 +46,14 @@ class Trucks:
         self._read: dict[str, Vehicle] = {}
         if not self._files:
             raise OncenterError(
-                f"no vehicle files in {folder}: --vehicles takes a folder of NAME.toml, one a truck or a model",
+                f"no vehicle files in {folder}: --vehicles takes a folder with one NAME.toml per truck or model",
                 code="vehicle_file",
                 exit_code=WRONG_USAGE,
             )
 
     def by_path(self, uri: str) -> Truck | None:
-        """By the file's name or the folder nearest to it that is a vehicle file's stem, begins with one and goes on
-        with no letter or digit, or has a VIN in it that some file describes."""
+        """From the file's name, or else the nearest folder's name, that equals a vehicle file's stem, begins with one
+        followed by neither letter nor digit, or contains a VIN that a file describes."""
         for part in reversed(PurePosixPath(uri.replace("\\", "/")).parts):
             truck = self._by_part(printable_name(part))
             if truck is not None:
@@ -75,7 +75,7 @@ class Trucks:
         return None
 
     def by_vin(self, vin: str) -> Truck | None:
-        """By the longest stem with which the VIN begins."""
+        """From the longest stem with which the VIN begins."""
         for end in range(len(vin), 0, -1):
             if vin[:end] in self._files:
                 return Truck(vin, vin[:end])
@@ -90,9 +90,16 @@ class Trucks:
             self._read[stem] = vehicle(self._files[stem])
         return self._read[stem]
 
+    def offset_limit_deg(self, stem: str | None) -> float:
+        """`offset_limit_deg` of a vehicle file; the default if the file is gone or unreadable."""
+        try:
+            return self.vehicle(stem).offset_limit_deg if stem in self._files else OFFSET_LIMIT_DEG
+        except OncenterError:  # reported for each log
+            return OFFSET_LIMIT_DEG
+
     def settings(self, stem: str | None) -> str:
-        """What an answer depends on beside its log, as a key: this version and the vehicle file with its DBCs, or which
-        vehicle files there are."""
+        """A hash of all that an answer depends on beside its log: this version, and the vehicle file with its DBCs; for
+        a log without a truck, the names of all vehicle files."""
         if stem is None or stem not in self._files:
             return self._without_vehicle
         try:
@@ -102,7 +109,7 @@ class Trucks:
         return _hashed(_core.version().encode(), described, *map(_content, self._dbc(stem)))
 
     def dbc_size(self, uri: str) -> int:
-        """Bytes of the DBCs with which a log is read; the most that there may be where its path tells no truck."""
+        """Bytes of the DBCs with which a log is read; if its path names no truck, of the largest set of DBCs."""
         truck = self.by_path(uri)
         if truck is None:
             return self._largest_dbc
@@ -115,7 +122,7 @@ class Trucks:
     def _dbc(self, stem: str) -> tuple[Path, ...]:
         try:
             return self.vehicle(stem).dbc
-        except OncenterError:  # said of each log
+        except OncenterError:  # reported for each log
             return ()
 
     @cached_property
@@ -126,14 +133,14 @@ class Trucks:
 def _content(path: Path) -> bytes:
     try:
         return read_regular_file(path, _DBC_BYTES_MAX)
-    except (OSError, ValueError):  # said of each log
+    except (OSError, ValueError):  # reported for each log
         return b"unreadable"
 
 
 def _size(path: Path) -> int:
     try:
         return path.stat().st_size
-    except (OSError, ValueError):  # said of each log
+    except (OSError, ValueError):  # reported for each log
         return 0
 
 

@@ -1,4 +1,8 @@
-"""Where a truck's interval lies to the limit; where it holds the limit, the drive that would narrow it most."""
+"""A truck's state: its interval against the limit, and for an undecided truck the drive that would narrow it most.
+
+The names of the states are those of `oncenter.verdict`. A single drive's verdict compares a valid offset itself with
+the limit; here the whole interval decides, since the truck's next drives narrow it.
+"""
 
 from __future__ import annotations
 
@@ -8,25 +12,32 @@ from dataclasses import dataclass
 
 from oncenter.fleet.offset_now import Offset
 
-BEYOND, WITHIN, UNDECIDED = "beyond", "within", "undecided"
-_FLANK_S = 2.0  # of lateral force to a side until that flank of the play counts as loaded: core/joint_answer.c
+RECALIBRATE, WITHIN, UNDECIDED, REPAIR, NO_OFFSET = "recalibrate", "within", "undecided", "repair", "no_offset"
+STATE_WORDS = {
+    RECALIBRATE: "recalibrate",
+    REPAIR: "sensor at fault",
+    UNDECIDED: "undecided",
+    WITHIN: "within the limit",
+    NO_OFFSET: "no offset yet",
+}
+_FLANK_S = 2.0  # of lateral force to a side, after which that flank of the play counts as loaded: core/joint_answer.c
 
 
 def standing(value: float, sd: float, limit: float) -> str:
-    """Of the whole 95 % interval to the limits on both sides; all in one unit."""
+    """Whether the whole 95 % interval is beyond the limit on either side, within it, or neither; all in one unit."""
     half_width = 1.96 * sd
     if abs(value) - half_width > limit:
-        return BEYOND
+        return RECALIBRATE
     return WITHIN if abs(value) + half_width < limit else UNDECIDED
 
 
 @dataclass(frozen=True)
 class Driven:
-    """What a truck's drives since the last change left open and showed.
+    """A truck's drives since the last change of its offset.
 
     Attributes:
-        sd: of each drive's own part of its interval, deg, above 0.
-        left_s, right_s: lateral force clearly to that side, in all of them.
+        sd: of the part of the interval that is each drive's own, deg, above 0.
+        left_s, right_s: total time with lateral force clearly to that side.
     """
 
     sd: Sequence[float]
@@ -35,8 +46,8 @@ class Driven:
 
 
 def would_decide(offset: Offset, driven: Driven) -> str:
-    """For people, by the larger part of the interval: the drives' own, or that which they have in common, a pull or the
-    accelerometer's bias."""
+    """For people, by the larger part of the interval: the drives' own part, or the part common to all drives (pull and
+    accelerometer bias)."""
     own = sum(sd**-2.0 for sd in driven.sd) ** -0.5 if driven.sd else offset.spread_sd
     in_common = math.sqrt(max(offset.sd**2 - own**2, 0.0))
     if in_common > own:

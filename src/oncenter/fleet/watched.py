@@ -1,4 +1,4 @@
-"""A log is answered in a child process: one that crashes its reader, hangs or grows costs one row, and is named."""
+"""A log is answered in a child process: one that crashes its reader, hangs or takes too much memory costs one row."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ ANSWERER = "oncenter.fleet.child"
 
 @dataclass(frozen=True)
 class Watched:
-    """What every log needs to be answered: plain data, so that it can be sent to another machine.
+    """The inputs of every answer: plain data, so that it can be sent to another machine.
 
     Attributes:
         trucks: the vehicle files.
-        reports: where each drive's page goes, or None.
+        reports: folder for each drive's page, or None.
         night: differs from one run to the next.
     """
 
@@ -33,7 +33,7 @@ class Watched:
     night: str = field(default_factory=lambda: str(time.time_ns()))
 
     def __call__(self, log: LogFile) -> dict[str, Any]:
-        """The row of `tables.DRIVES`; times in s since 1970. A log that cannot be answered is a row as well."""
+        """The row of `tables.DRIVES`; times in s since 1970. A log without an answer gets a row with its error."""
         try:
             refuse_no_file(log)
         except OncenterError as error:
@@ -43,7 +43,7 @@ class Watched:
         except ChildDied as died:
             if not died.by_kill:
                 return self._refused(log, died.of(printable_name(log.uri)))
-        try:  # the system kills whoever is largest when another process takes all memory: that may not be this log's
+        try:  # when memory runs out the system kills the largest process: that need not be the fault of this log
             return self._answered(log)
         except ChildDied as died:
             return self._refused(log, died.of(printable_name(log.uri)))

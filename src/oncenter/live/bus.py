@@ -1,4 +1,4 @@
-"""A CAN bus through python-can: a thread that only receives, so that no other work costs a frame."""
+"""A CAN bus through python-can: a thread only receives, so that other work loses no frame."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ from oncenter.read.clock import LATEST_S
 if TYPE_CHECKING:
     import can
 
-WAITING_MAX = 500_000  # frames, minutes of a full bus; beyond, frames are dropped and counted
+WAITING_MAX = 500_000  # frames, minutes of a full bus; later frames are dropped and counted
 TRY_AGAIN_S = 1.0  # after a bus was lost; twice as long after each failure
-TRY_AGAIN_MAX_S = 30.0  # a gateway that boots is found soon, one that is off for a night costs nothing
-COUNT_EVERY_S = 1.0  # how often the kernel is asked what it dropped
+TRY_AGAIN_MAX_S = 30.0  # short for a gateway that boots, cheap for one that is off all night
+COUNT_EVERY_S = 1.0  # between two readings of the kernel's loss counters
 _ANSWER_S = 5.0  # a gateway that accepts a connection and then says nothing counts as lost
-_RECEIVE_S = 0.25  # between two looks whether to stop
-_LAST_S = 0.5  # at the end, for the frames that the kernel still holds
-_STUCK_S = 10.0  # a driver that does not return is not waited for at the end
-_NAME = re.compile(r"[!-~]{1,64}")  # a channel's, as a line of a candump log can have it
+_RECEIVE_S = 0.25  # between two checks for the end
+_LAST_S = 0.5  # at the end, for frames still in the kernel
+_STUCK_S = 10.0  # at the end, after which a driver that does not return is left
+_NAME = re.compile(r"[!-~]{1,64}")  # of a channel, as candump's format allows it
 _EXTENDED_MAX, _STANDARD_MAX = (1 << 29) - 1, (1 << 11) - 1
 _BYTES_MAX, _FD_BYTES_MAX = 8, 64
 
 
 class Bus:
-    """One channel, received from as soon as it is made, opened again when it is lost.
+    """One channel. Receives from its construction on, and opens the bus again when it is lost.
 
     Args:
-        channel, interface: as python-can names them.
-        bitrate: bit/s, for interfaces that must be told.
-        say: is told in one line when the bus is lost and when frames come again.
+        channel, interface: python-can's names.
+        bitrate: bit/s, for interfaces that need it.
+        say: called with one line when the bus is lost, and when frames come again.
 
     Raises:
         OncenterError: "bus": the interface is unknown or cannot be opened; "missing_extra": python-can is not
@@ -57,10 +57,10 @@ class Bus:
         self._queue_lost = self._impossible = self._interface_lost = 0
         self._arrived = threading.Event()
         self._stopping = threading.Event()
-        self._lost_s: float | None = None  # since when no frame has come because the bus was lost
+        self._lost_s: float | None = None  # monotonic time of the loss of the bus
         self._again_s = TRY_AGAIN_S
         self._count_s = 0.0
-        logging.getLogger("can").addHandler(logging.NullHandler())  # what python-can logs, this class says once
+        logging.getLogger("can").addHandler(logging.NullHandler())  # this class reports python-can's messages once
         self._bus: can.BusABC | None = self._opened()
         self._thread = threading.Thread(target=self._receive, name="oncenter bus", daemon=True)
         self._thread.start()
@@ -70,7 +70,7 @@ class Bus:
         return Dropped(interface=self._interface_lost, queue=self._queue_lost, impossible=self._impossible)
 
     def take(self, timeout_s: float) -> list[can.Message]:
-        """All that has come since; waits for the first one."""
+        """All frames since the last call; waits for the first one."""
         self._arrived.wait(timeout_s)
         with self._lock:
             taken, self._waiting = self._waiting, []
@@ -90,15 +90,15 @@ class Bus:
                 bus = can.Bus(channel=self._channel, interface=self._interface, **options)
         except can.CanInterfaceNotImplementedError as error:
             raise self._cannot_open(error, WRONG_USAGE) from error
-        except Exception as error:  # each interface has its own
+        except Exception as error:  # each interface has its own exceptions
             raise self._cannot_open(error, LOG_CANNOT_BE_ANSWERED) from error
         self._losses = SocketLosses(bus, self._channel)
         return bus
 
     @contextlib.contextmanager
     def _answering_in_time(self) -> Iterator[None]:
-        """python-can's socketcand asks a peer that refuses without a pause for 10 s, and waits for ever for one that
-        says nothing."""
+        """python-can's socketcand retries a refusing peer for 10 s without a pause, and waits for a silent one for
+        ever."""
         if self._interface != "socketcand":
             yield
             return
@@ -117,16 +117,17 @@ class Bus:
     def _cannot_open(self, error: Exception, exit_code: int) -> OncenterError:
         import can
 
-        known = f"; python-can knows {', '.join(sorted(can.VALID_INTERFACES))}" if exit_code == WRONG_USAGE else ""
-        return OncenterError(f"cannot open {self.name}: {_reason(error)}{known}", code="bus", exit_code=exit_code)
+        names = ", ".join(sorted(can.VALID_INTERFACES))
+        interfaces = f"; interfaces of python-can: {names}" if exit_code == WRONG_USAGE else ""
+        return OncenterError(f"cannot open {self.name}: {_reason(error)}{interfaces}", code="bus", exit_code=exit_code)
 
     def _receive(self) -> None:
         while not self._stopping.is_set():
             try:
                 self._receive_one(_RECEIVE_S)
-            except Exception as error:  # of a driver, whatever it is
+            except Exception as error:  # drivers raise anything
                 if self._losses.is_of_one_datagram(error):
-                    self._leave_out("that cannot be read")
+                    self._discard("that cannot be read")
                 else:
                     self._come_back(error)
         with contextlib.suppress(Exception):
@@ -151,11 +152,11 @@ class Bus:
 
     def _keep(self, message: can.Message) -> None:
         if not _is_possible(message):
-            self._leave_out("whose identifier, length or time no CAN frame can have")
+            self._discard("with an identifier, length or time that is impossible on CAN")
             return
         if not _is_name(message.channel):
-            message.channel = None  # a gateway may send anything, and the name becomes part of the recording
-        message.timestamp = round(message.timestamp, 6)  # as a log has it
+            message.channel = None  # the name goes into the recording, and a gateway may send any
+        message.timestamp = round(message.timestamp, 6)  # to the resolution of a log
         with self._lock:
             if len(self._waiting) < WAITING_MAX:
                 self._waiting.append(message)
@@ -166,14 +167,14 @@ class Bus:
             self._say(f"{self.name} is back after {time.monotonic() - self._lost_s:.0f} s")
             self._lost_s, self._again_s = None, TRY_AGAIN_S
 
-    def _leave_out(self, what: str) -> None:
+    def _discard(self, what: str) -> None:
         self._impossible += 1
         if self._impossible == 1:
-            self._say(f"{self.name} gave a frame {what}: such frames are left out and counted")
+            self._say(f"{self.name} sent a frame {what}: such frames are discarded and counted")
 
     def _come_back(self, error: Exception) -> None:
-        """Until the bus can be opened again, or it is not wanted any more. A bus that opens but gives no frame before
-        it is lost again is still lost: it is said once."""
+        """Tries to open the bus again, until it opens or the session ends. The loss is reported once, also if the bus
+        opens and is lost again before a frame comes."""
         if self._lost_s is None:
             self._lost_s = time.monotonic()
             self._say(
@@ -192,19 +193,19 @@ class Bus:
             return
         self._interface_lost += self._losses.new()
         self._losses.close()
-        with contextlib.suppress(Exception):  # a lost one may fail to close
+        with contextlib.suppress(Exception):  # a lost bus may fail to close
             self._bus.shutdown()
         self._bus = None
 
 
 def _is_possible(message: can.Message) -> bool:
-    """Gateways hand over whatever a peer sent: numbers that no CAN frame has must reach neither columns nor files."""
+    """Gateways pass on anything: numbers that no CAN frame can have must reach neither columns nor files."""
     identifier = message.arbitration_id
     if type(identifier) is not int or type(message.data) is not bytearray:
         return False
-    most = _EXTENDED_MAX if message.is_extended_id else _STANDARD_MAX
+    identifier_max = _EXTENDED_MAX if message.is_extended_id else _STANDARD_MAX
     bytes_max = _FD_BYTES_MAX if message.is_fd else _BYTES_MAX
-    return 0 <= identifier <= most and len(message.data) <= bytes_max and abs(message.timestamp) < LATEST_S
+    return 0 <= identifier <= identifier_max and len(message.data) <= bytes_max and abs(message.timestamp) < LATEST_S
 
 
 def _is_name(channel: Any) -> bool:

@@ -1,7 +1,7 @@
-"""Sockets that a process hands to one which it starts.
+"""Passes sockets to a new process.
 
-Elsewhere the new process inherits them. On Windows each is duplicated for the new process's number, which it says first
-itself: the number of a virtual environment's `python.exe` is that of a process which starts another.
+On POSIX the new process inherits them. On Windows each is duplicated for the process number that the new process prints
+first, since a virtual environment's `python.exe` starts another process.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ _LENGTH_BYTES = 4
 
 
 def begin(module: str, sockets: Sequence[socket.socket]) -> subprocess.Popen[bytes]:
-    """`python -m module`, which finds the sockets with `taken`.
+    """Starts `python -m module`, which takes the sockets with `taken`.
 
-    In a process group of its own: Ctrl-C ends this process, which then ends the other. In the same session of
-    processes, because Linux weighs niceness only within one. `-P`: not from a module that lies in the current folder.
+    In its own process group: Ctrl-C ends this process, which then ends the other. In the same session, since Linux
+    compares niceness only within a session. `-P`: modules in the current folder are not imported.
     """
     command = [sys.executable, "-P", "-m", module]
     if sys.platform == "win32":
@@ -49,7 +49,7 @@ def begin(module: str, sockets: Sequence[socket.socket]) -> subprocess.Popen[byt
 
 
 def taken() -> list[socket.socket]:
-    """In the process that `begin` started: the sockets, in the same order."""
+    """In the process started by `begin`: the sockets, in the same order."""
     if sys.platform == "win32":
         print(os.getpid(), flush=True)
         sockets = [socket.fromshare(data) for data in _parts(sys.stdin.buffer.read())]
@@ -62,13 +62,13 @@ if sys.platform == "win32":
 
     def _share(process: subprocess.Popen[bytes], sockets: Sequence[socket.socket]) -> None:
         assert process.stdin is not None and process.stdout is not None
-        # whoever waits for a process that fails meanwhile sees its end
+        # if the process fails meanwhile, its end is handled by the caller that waits for it
         with process.stdout as answers, contextlib.suppress(OSError, ValueError):
             with process.stdin as given:
                 number = int(answers.readline())
                 for data in (own.share(number) for own in sockets):
                     given.write(len(data).to_bytes(_LENGTH_BYTES) + data)
-            answers.readline()  # they are there: ours may be closed
+            answers.readline()  # they arrived: this process may close its own
 
     def _parts(data: bytes) -> Iterator[bytes]:
         while data:

@@ -1,4 +1,4 @@
-"""What a drive has shown so far, in as much memory after an hour as after a minute."""
+"""The history of a drive for the page's figures, in constant memory."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from oncenter import _core
 from oncenter.live.learner import Stepped
 from oncenter.signals import DEGREE
 
-COURSE_POINTS = 600  # of the offset over the whole drive; twice as far apart each time it is full
+COURSE_POINTS = 600  # of the offset over the whole drive; when full, every other point is dropped
 STRIP_S = 120  # of the gate
 CLOUD_POINTS = 900  # of the last clean ones
 CLOUD_EVERY_S = 0.5
@@ -21,8 +21,7 @@ _UNOBSERVABLE = _core.STATUSES.index("unobservable")
 
 @dataclass(frozen=True)
 class Course:
-    """Offset over driving time with its 95 % interval and the half-width of the drive's part, deg and s: five values a
-    point."""
+    """Offset over driving time with its 95 % interval and the half-width of the drive's part, deg and s."""
 
     time_s: tuple[float, ...]
     offset_deg: tuple[float, ...]
@@ -33,7 +32,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Strip:
-    """The gate's last seconds, one cell each: by reason the share of the cell's ticks that it rejected."""
+    """The gate's last seconds, one cell each: by reason, the share of the cell's ticks rejected for it."""
 
     begin_s: tuple[float, ...]
     clean: tuple[float, ...]
@@ -50,7 +49,7 @@ class Cloud:
 
 
 class History:
-    """Takes what was stepped; gives copies that do not change any more."""
+    """Collects steps; returns immutable copies."""
 
     def __init__(self) -> None:
         self._begin_s: float | None = None

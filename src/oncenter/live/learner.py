@@ -1,4 +1,4 @@
-"""The core on a bus: frames in, ticks through the code that judges logs, what is known now out. No thread, no clock."""
+"""The core on a bus: takes frames, runs the code that also reads logs, gives the answer so far. No thread, no clock."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SENSOR_TYPE = "steering_wheel_angle_sensor_type"
 
 @dataclass(frozen=True)
 class Stepped:
-    """Ticks and what the core gave of each, an oc_output row."""
+    """Ticks, and the core's output of each, an oc_output row."""
 
     ticks: Ticks
     outputs: npt.NDArray[np.void]
@@ -38,12 +38,12 @@ class Stepped:
 
 @dataclass(frozen=True)
 class Known:
-    """What is known at one time. `answer` is None before the first usable second."""
+    """The result so far. `answer` is None before the first usable second."""
 
     answer: Answer | None
-    lacking_s: Mapping[str, float]  # of side force, by side, before the play's flank there has shown
+    lacking_s: Mapping[str, float]  # by side, lateral force that loads this flank of the play and is still missing
     evidence_lacking_s: float
-    flank_s: float = 1.0  # of side force, after which a flank has shown
+    flank_s: float = 1.0  # of lateral force, after which a flank counts as loaded
 
 
 class Learner:
@@ -52,7 +52,7 @@ class Learner:
     Args:
         stream: its frames.
         vehicle: its `[params]` apply.
-        resume: is given the core, once the bus has told its rates and before the first tick.
+        resume: called with the core when the rates are identified, before the first tick.
     """
 
     def __init__(self, stream: Stream, vehicle: Vehicle, resume: Callable[[_core.Core], None] | None = None) -> None:
@@ -69,16 +69,16 @@ class Learner:
     def take(self, frames: Frames) -> list[Stepped]:
         """Frames in the order in which they came."""
         set_back = not self.stream.listening and self.stream.clock_was_set_back(frames)
-        stepped = self.finish() if set_back else []  # the core sees for itself that it is another clock
+        stepped = self.finish() if set_back else []  # the core detects the other clock itself
         return [*stepped, *self._step(self.stream.add(frames))]
 
     def finish(self) -> list[Stepped]:
-        """The ticks that still wait for frames which will not come."""
+        """The ticks that still wait for later frames."""
         return self._step(self.stream.finish())
 
     @property
     def turned_rad(self) -> float:
-        """Whole turns that the sensor's angle is off, a relative one's; NaN while nobody knows."""
+        """Whole turns in a relative sensor's angle, rad; NaN while not identified; 0 for an absolute sensor."""
         if self._turns is None or not self._turns.relative:
             return 0.0
         return math.nan if self._turns.turns is None else self._turns.turns * TURN_RAD
@@ -91,7 +91,7 @@ class Learner:
         evidence_lacking_s = max(self.params["joint_evidence_min_s"] - native["used"], 0.0)
         answer: Answer | None
         try:
-            answer = answer_so_far(native, self._seen(), self.vehicle, self.params)
+            answer = answer_so_far(native, self._signals(), self.vehicle, self.params)
         except OncenterError:
             answer = None
         return Known(answer, lacking_s, evidence_lacking_s, self._flank_s)
@@ -103,7 +103,7 @@ class Learner:
         if self.core is None:
             self._turns = WholeTurns(self.stream.rate_hz)
             self.core = core_of(self.vehicle, self.stream.rate_hz)
-            self._flank_s = self.core.answer()["lacking_to_left"]  # nothing has shown yet
+            self._flank_s = self.core.answer()["lacking_to_left"]  # neither flank is loaded yet
             self._resume(self.core)
         if self.last is None:
             self._first_s = float(ticks["time_s"][0])
@@ -126,7 +126,7 @@ class Learner:
         ]
         return angle
 
-    def _seen(self) -> Signals:
+    def _signals(self) -> Signals:
         assert self.last is not None
         first_and_last = [self._first_s, float(self.last.ticks["time_s"][-1])]
         kind = [0.0 if self._turns is not None and self._turns.relative else 1.0] * 2
@@ -136,5 +136,5 @@ class Learner:
 
 
 def needed(vehicle: Vehicle) -> tuple[str, ...]:
-    """The signals without which there is no answer."""
+    """The signals that an answer needs."""
     return inputs.needed("joint", (), inputs.params_of(vehicle, None))

@@ -1,4 +1,4 @@
-"""What was learned of a truck, kept on disk between two drives: a file with two slots, as in the truck."""
+"""The learned state of a truck on disk, kept from one drive to the next: a file with two slots, as in an ECU."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _CONTENT_MAX_BYTES = 1 << 22
 
 
 def default_folder() -> Path:
-    """Where this system keeps what programs remember."""
+    """The system's folder for program state."""
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "oncenter"
     if sys.platform == "darwin":
@@ -31,9 +31,9 @@ class Memory:
     """The saved states of one truck.
 
     Args:
-        folder: is made where it is not there.
-        truck: the key; each has files of its own, see `oncenter.files.file_name`.
-        say: is told in one line what was resumed, and what could not be saved.
+        folder: made if missing.
+        truck: the key, see `oncenter.files.file_name` for the name of its file.
+        say: called with one line when a state is resumed, or cannot be saved.
 
     Raises:
         OncenterError: "state", exit code 2: the folder cannot be made.
@@ -51,11 +51,11 @@ class Memory:
         self._failing = False
 
     def resume(self, core: _core.Core) -> None:
-        """Gives the core what was learned before, and takes hold of the file."""
+        """Restores the core's saved state, and locks the file."""
         path = self._stem.with_name(f"{self._stem.name}.state")
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | O_BINARY, 0o644)
-            why = "" if lock.take(self._file) else "another oncenter live has it"
+            why = "" if lock.take(self._file) else "another oncenter live uses it"
             content = b"" if why else os.read(self._file, _CONTENT_MAX_BYTES)
         except OSError as error:
             why = error.strerror or str(error)
@@ -67,20 +67,20 @@ class Memory:
         fault, self._sequence = restored(core, _slots(content))
         if fault == "ok":
             core.restart()
-            self._say(f"resumed what was learned of {self._truck}")
-        elif fault != "missing" or any(content):  # one that is only reserved holds zeros
-            why = "no saved state is in it" if fault == "missing" else fault
-            self._say(f"the saved state of {self._truck} is not resumed ({path}: {why}); learning starts afresh")
+            self._say(f"resumed the saved state of {self._truck}")
+        elif fault != "missing" or any(content):  # a reserved file holds zeros
+            why = "it has no saved state" if fault == "missing" else fault
+            self._say(f"the saved state of {self._truck} is not resumed ({path}: {why}); learning starts from zero")
 
     def _reserve(self, there: int, size: int) -> None:
-        """Room for both slots, so that a disk that is full later does not matter."""
+        """Reserves both slots, so that a disk that is full later does not matter."""
         try:
             self._write(bytes(max(SLOTS * size - there, 0)), there)
         except OSError as error:
-            self._say(f"no room for the state of {self._truck}: {error.strerror}; tried again each minute")
+            self._say(f"no room for the state of {self._truck}: {error.strerror}; oncenter tries again each minute")
 
     def save(self, core: _core.Core) -> None:
-        """To the older slot, so that a power cut leaves the newer one; says so once when it fails."""
+        """Writes to the older slot, so that a power cut leaves the newer one. Reports a failure once."""
         if self._file is None:
             return
         sequence = (self._sequence + 1) % 2**32
@@ -90,7 +90,7 @@ class Memory:
             os.fsync(self._file)
         except OSError as error:
             if not self._failing:
-                self._say(f"the state of {self._truck} cannot be saved: {error.strerror}; trying again")
+                self._say(f"the state of {self._truck} cannot be saved: {error.strerror}; next try in a minute")
             self._failing = True
             return
         self._sequence = sequence
@@ -116,12 +116,12 @@ def _slots(content: bytes) -> list[bytes]:
 
 
 def restored(core: _core.Core, slots: list[bytes]) -> tuple[str, int]:
-    """The core as the newer image that is not refused has it; else what is wrong with one."""
+    """Restores the newer valid image into the core; else returns the fault of one."""
     found = {k: core.restore(image) for k, image in enumerate(slots) if image}
     good = {k: sequence for k, (fault, sequence) in found.items() if fault == "ok"}
     if not good:
         faults = [fault for fault, _ in found.values() if fault != "missing"]
         return (faults[0] if faults else "missing"), 0
     any_of_them = next(iter(good.values()))
-    newest = max(good, key=lambda k: (good[k] - any_of_them + 2**31) % 2**32)  # they may have gone round
+    newest = max(good, key=lambda k: (good[k] - any_of_them + 2**31) % 2**32)  # sequence numbers wrap around
     return core.restore(slots[newest])

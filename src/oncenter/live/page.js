@@ -1,8 +1,8 @@
-// What the server said last, shown: words and marks here, the pictures are Bokeh's own.
+// Shows the newest state of the session: words and marks here, the figures are Bokeh's.
 const at = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
 const SCALES_DEG = [10, 30, 90, 270, 900], HALF_PX = 100, KEEP_WIDE_MS = 3000, OFF_DEG = 30;
-let newest = 0, scale = 0, neededMs = 0;
+let newest = 0, finished = false, scale = 0, neededMs = 0;
 
 const svg = (name, attributes, parent, text) => {
   const made = document.createElementNS(SVG, name);
@@ -12,8 +12,8 @@ const svg = (name, attributes, parent, text) => {
 };
 for (let k = 0; k < 24; k++) svg("line", {y1: -106, y2: k % 6 ? -100 : -94, transform: `rotate(${15 * k})`}, document.querySelector(".dial"));
 
-// As wide as the angles need it, wider at once, narrower when they have not for a while. A sensor that is far off, as by
-// whole turns, stands at the end.
+// The scale grows at once with the angles, and shrinks after a while. A measured angle with a large offset, as of whole
+// turns, stays at the end of the ruler.
 const ruler = ({measured, corrected, estimated}) => {
   const near = corrected === null || Math.abs(measured - corrected) < OFF_DEG ? measured : null;
   const farthest = Math.max(...[near, corrected, estimated].map(Math.abs));
@@ -51,6 +51,18 @@ const element = (name, text, className) => {
 
 const show = (now) => {
   newest = Date.now();
+  finished = now.phase === "ended";
+  put("finished", capital(now.finished));
+  at("finished").hidden = !now.finished;
+  at("gate").hidden = finished;
+  list("verdict", now.verdict ? [now.verdict] : [], ({headline, action}) => {
+    const made = document.createDocumentFragment();
+    made.append(headline);
+    if (action) made.append(element("span", action));
+    return made;
+  });
+  at("verdict").className = `verdict ${now.verdict?.state ?? ""}`;
+  at("verdict").hidden = !now.verdict;
   put("truck", now.truck);
   put("bus", now.bus);
   put("offset-value", now.offset.value);
@@ -58,14 +70,14 @@ const show = (now) => {
   put("offset-unit", now.offset.but ? `deg, ${now.offset.but}` : "deg");
   at("offset-unit").hidden = !now.offset.of_drive;
   put("interval", now.offset.of_drive ? `${now.offset.of_drive} deg from this drive` : "no offset yet");
-  put("beside", now.offset.beside ? `${now.offset.whole} deg with ${now.offset.beside}, which no single drive identifies` : "");
+  put("beside", now.offset.beside ? `${now.offset.whole} deg with ${now.offset.beside}, which one drive cannot separate from the offset` : "");
   at("beside").hidden = !now.offset.beside;
   put("status", now.offset.status);
   at("status").hidden = now.offset.status === "unobservable";
   at("status").className = `status ${now.offset.status}`;
   put("gate", capital(now.gate.why));
   at("gate").classList.toggle("counts", now.gate.counts);
-  put("fault", now.fault ? `The angle sensor: ${now.fault}` : "");
+  put("fault", now.fault ? `Fault of the angle sensor: ${now.fault}` : "");
   at("fault").hidden = !now.fault;
   put("losses", now.losses ? `Frames ${now.losses}` : "");
   at("losses").hidden = !now.losses;
@@ -88,8 +100,8 @@ const show = (now) => {
     at(`flank-${side}`).style.width = `${100 * share}%`;
     put(`flank-${side}-share`, `${Math.round(100 * share)} %`);
   }
-  const lacking = now.missing.length ? now.missing : ["Nothing: you may stop."];
-  list("missing", lacking, (line) => element("li", capital(line), now.missing.length ? "" : "done"));
+  const needed = now.missing.length ? now.missing : [finished ? "None." : "None: you can stop."];
+  list("missing", needed, (line) => element("li", capital(line), now.missing.length ? "" : "done"));
   list("quantities", Object.entries(now.quantities), ([name, text]) => {
     const row = document.createElement("tr");
     row.append(element("th", capital(name)), element("td", text));
@@ -115,11 +127,12 @@ const follow = () => {
 };
 follow();
 
-// The server went away: say so, and come again when it is back.
+// Without a new state for a while, unless the session has ended: the page says so, and reloads when the server is back.
 setInterval(async () => {
-  const silent = newest > 0 && Date.now() - newest > 2500;
-  at("lost").hidden = !silent;
-  if (!silent) return;
+  const lost = !finished && newest > 0 && Date.now() - newest > 2500;
+  at("lost").hidden = !lost;
+  if (!lost) return;
+  put("lost", `Connection to oncenter lost at ${new Date(newest).toLocaleTimeString("sv-SE")}: the last values are shown. The page reconnects by itself.`);
   try {
     if ((await fetch(location.href, {cache: "no-store"})).ok) location.reload();
   } catch { /* not yet */ }

@@ -1,7 +1,6 @@
-"""One viewer's page as a Bokeh document: it takes the newest snapshot once it has time to.
+"""One viewer's page as a Bokeh document, updated with the newest snapshot.
 
-A change is waited for until the viewer has taken it, before the next is made: one who is slow sees fewer, and costs
-nobody.
+The next update is made after the viewer has received the last one: a slow viewer gets fewer updates and delays nobody.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from oncenter.live.pictures import Pictures
 from oncenter.live.snapshot import Snapshot
 from oncenter.report.canvas import COLOURS
 from oncenter.signals import DEGREE
+from oncenter.verdict import Verdict
 
 if TYPE_CHECKING:
     from bokeh.application.application import SessionContext
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from bokeh.resources import Resources
 
 _SAID_SHOWN = 6
-_TOKEN = "TOKEN-OF-THE-VIEWER"  # stands where the page's HTML has it
-_LAST_S = 0.5  # for what is on its way when it ends
+_TOKEN = "TOKEN-OF-THE-VIEWER"  # placeholder in the page's HTML
+_LAST_S = 0.5  # for updates on their way at the end
 
-# The browser is told to fetch nothing but from here, whatever the page or a library in it should try.
+# The browser may load from this server only, whatever the page or a library in it tries.
 _POLICY = (
     "default-src 'none'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; img-src 'self' data: "
     "blob:; connect-src 'self'; font-src 'self' data:"
@@ -39,18 +39,18 @@ _POLICY = (
 
 
 class News:
-    """The newest snapshot of the session, in the page's process. A viewer who has shown it waits here for the next,
-    and only then the next is asked for. All on one event loop.
+    """The newest snapshot of the session, in the page's process. The next one is requested when a viewer who has the
+    newest one waits for it. All on one event loop.
 
     Args:
-        first: what is shown until another one comes.
+        first: shown until another one comes.
         params: of the session's core.
-        ask: asks the session for its next snapshot; returns at once.
+        ask: requests the session's next snapshot; returns at once.
 
     Attributes:
         snapshot: the newest.
-        over: nothing comes any more.
-        followers: one task a viewer, who waits for it.
+        over: no further snapshot will come.
+        followers: one task per viewer.
     """
 
     def __init__(self, first: Snapshot, params: Mapping[str, float], ask: Callable[[], None]) -> None:
@@ -62,12 +62,12 @@ class News:
         self._json: tuple[int, str] = (-1, "")
         self._next = asyncio.Event()
 
-    def tell(self, newest: Snapshot) -> None:
+    def update(self, newest: Snapshot) -> None:
         self.snapshot, self._asked = newest, False
         self._wake()
 
     def json(self) -> str:
-        """What the page's script shows, made once for all viewers."""
+        """The state for the page's script, made once for all viewers."""
         if self._json[0] != self.snapshot.number:
             self._json = self.snapshot.number, as_json(self.snapshot, self._params)
         return self._json[1]
@@ -79,7 +79,7 @@ class News:
         await self._next.wait()
 
     async def end(self) -> None:
-        """Viewers get what is on its way to them; one who does not take it, does not."""
+        """Waits `_LAST_S` for viewers to receive the last snapshot, then cancels them."""
         self.over = True
         self._wake()
         if self.followers:
@@ -93,7 +93,7 @@ class News:
 
 
 def page(doc: Document, news: News) -> None:
-    """Makes the document of one viewer and keeps it up to date as long as he stays."""
+    """Makes the document of one viewer and keeps it up to date until the viewer leaves."""
     first = news.snapshot
     now, pictures = _empty_page(doc, news)
     shown, here = first.number, True
@@ -103,16 +103,20 @@ def page(doc: Document, news: News) -> None:
         newest = news.snapshot
         shown = newest.number
         now.data = {"json": [news.json()]}
-        for _ in range(len(pictures.figures) if newest.phase == "ended" else 1):  # nothing comes after the end
+        for _ in range(len(pictures.figures) if newest.phase == "ended" else 1):  # no update comes after the end
             pictures.show_next(newest)
 
     async def follow() -> None:
-        while here and not news.over:
+        while here:
             if news.snapshot.number == shown:
+                if news.over:
+                    return
                 await news.wait()
             context = doc.session_context
-            if context is None:  # the viewer left while there was nothing to tell
+            if context is None:  # the viewer has left
                 return
+            if news.snapshot.number == shown:  # the end, without a newer one
+                continue
             await context.with_locked_document(look)
 
     def begin() -> None:
@@ -131,8 +135,8 @@ def page(doc: Document, news: News) -> None:
 
 
 def rendered(news: News, resources: Resources) -> tuple[bytes, bytes]:
-    """The page's HTML before and after a viewer's token: rendered once for all, since nothing in it is a viewer's but
-    that. What a viewer sees comes through his socket, when it is open."""
+    """The page's HTML before and after a viewer's token: rendered once, since only the token differs. The content comes
+    through the viewer's socket."""
     from bokeh.document import Document
     from bokeh.embed.bundle import bundle_for_objs_and_resources
     from bokeh.embed.elements import html_page_for_render_items
@@ -148,7 +152,7 @@ def rendered(news: News, resources: Resources) -> tuple[bytes, bytes]:
 
 
 def _empty_page(doc: Document, news: News) -> tuple[ColumnDataSource, Pictures]:
-    """The figures, by the same identifiers in every document, so that one rendered page finds each viewer's."""
+    """The figures, with the same identifiers in every document, so that one rendered page fits all viewers."""
     from bokeh.core.types import ID
     from bokeh.models import ColumnDataSource
 
@@ -176,9 +180,10 @@ def _template() -> str:
 
 
 def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
-    """What the page's script shows: words and degrees, null for what is not known."""
+    """The state for the page's script: words and degrees, null where not available."""
     offset = words.offset(now)
     counts, why = words.gate(now)
+    verdict = words.verdict(now)
     angles = now.angles
     answer = now.known.answer
     state: dict[str, Any] = {
@@ -188,6 +193,8 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
         "truck": now.truck,
         "bus": now.bus,
         "offset": asdict(offset),
+        "verdict": None if verdict is None else _verdict(verdict, now.phase),
+        "finished": words.finished(now),
         "gate": {"counts": counts, "why": why},
         "angles": {
             "measured": _number(angles.measured_rad / DEGREE),
@@ -196,7 +203,7 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
         },
         "estimated_half_width": _number(1.96 * angles.estimated_sd_rad / DEGREE),
         "speed_km_h": _number(3.6 * angles.vehicle_speed_m_s),
-        "flanks": {side: words.seen_share(now, side) for side in ("left", "right")},
+        "flanks": {side: words.loaded_share(now, side) for side in ("left", "right")},
         "missing": words.still_missing(now, params),
         "quantities": words.quantities(now),
         "losses": words.losses(now.dropped),
@@ -211,6 +218,12 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
         "traffic": f"{words.bus(now)}; driven {words.duration(now.driven_s)}",
     }
     return json.dumps(state, allow_nan=False, ensure_ascii=False)
+
+
+def _verdict(verdict: Verdict, phase: str) -> dict[str, str]:
+    """The action follows at the end: while driving, the next step is to drive on."""
+    action = verdict.action if phase == "ended" else ""
+    return {"state": verdict.state, "headline": words.signed(verdict.headline), "action": words.signed(action)}
 
 
 def _number(value: float) -> float | None:

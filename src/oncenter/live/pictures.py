@@ -1,4 +1,4 @@
-"""The live page's pictures: offset over time, the gate's last minutes, the two flanks. The report's colours."""
+"""The live page's figures: offset over time, the gate's last minutes, the two flanks; in the report's colours."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from oncenter.report.canvas import COLOURS, as_source, plain
 from oncenter.report.plots import STRIP_NAMES
 from oncenter.signals import DEGREE
 
-_ON_A_FLANK = 0.5  # of the way from the play's middle, as in the report
+_ON_A_FLANK = 0.5  # of half the play, from its middle; as in the report
 _ROW_PX, _AXES_PX = 20, 62
 _USED = "clean"
 
@@ -24,7 +24,7 @@ class Pictures:
     """Three figures of one viewer.
 
     Args:
-        carried: a source that goes to the browser with them.
+        carried: a source sent to the browser with them.
 
     Attributes:
         figures: of Bokeh.
@@ -39,7 +39,7 @@ class Pictures:
         self._waiting: list[_Course | _Strip | _Flanks] = []
 
     def show_next(self, now: Snapshot) -> None:
-        """One figure that is not up to date, if any: a browser that paints all three at once holds up the needle."""
+        """Updates one outdated figure, if any: a browser that paints all three at once would delay the needle."""
         if now.pictures.number != self._number:
             self._number, self._waiting = now.pictures.number, [self._course, self._strip, self._flanks]
         if self._waiting:
@@ -70,13 +70,13 @@ class _Course:
         )
         _span(self.figure.x_range, 0.0, max(now.driven_s / 60.0, 1.0))
         if len(offset):
-            later = slice(len(offset) // 4, None)  # the first ones are wide
+            later = slice(len(offset) // 4, None)  # the first intervals are wide
             below, above = (1.3 * float(np.median(reach[later])) + 0.3 for reach in (offset - low, high - offset))
             _span(self.figure.y_range, float(offset[later].min()) - below, float(offset[later].max()) + above)
 
 
 class _Strip:
-    """The gate's last two minutes: a row a reason, as opaque as the share of ticks that it rejects."""
+    """The gate's last two minutes: one row per reason, as opaque as the share of ticks rejected for it."""
 
     def __init__(self) -> None:
         self._rows = [_USED]
@@ -107,12 +107,12 @@ class _Strip:
         if not strip.begin_s:
             return
         ago = np.array(strip.begin_s) - strip.begin_s[-1] - 1.0
-        seen = [name for name in STRIP_NAMES if name in strip.rejected]
-        self._rows += [STRIP_NAMES[name] for name in seen if STRIP_NAMES[name] not in self._rows]
+        present = [name for name in STRIP_NAMES if name in strip.rejected]
+        self._rows += [STRIP_NAMES[name] for name in present if STRIP_NAMES[name] not in self._rows]
         bars: list[tuple[float, float, str, float, str]] = []
         for row, share, colour in (
             (_USED, strip.clean, COLOURS["used"]),
-            *((STRIP_NAMES[name], strip.rejected[name], COLOURS["rejected"]) for name in seen),
+            *((STRIP_NAMES[name], strip.rejected[name], COLOURS["rejected"]) for name in present),
         ):
             bars += [(low, high, row, alpha, colour) for low, high, alpha in _runs(ago, np.array(share))]
         factors = list(reversed(self._rows))
@@ -124,7 +124,7 @@ class _Strip:
 
 
 def _runs(begin_s: npt.NDArray[Any], share: npt.NDArray[Any]) -> list[tuple[float, float, float]]:
-    """Begin, end and share of neighbouring cells of one share; none where it is zero."""
+    """Start, end and share of runs of cells with equal share; runs of zero are left out."""
     new = np.flatnonzero((np.diff(share) != 0) | (np.diff(begin_s) > 1.5)) + 1
     first, last = np.concatenate(([0], new)), np.concatenate((new, [len(share)])) - 1
     runs = zip(begin_s[first].tolist(), (begin_s[last] + 1.0).tolist(), share[first].tolist(), strict=True)
@@ -132,7 +132,7 @@ def _runs(begin_s: npt.NDArray[Any], share: npt.NDArray[Any]) -> list[tuple[floa
 
 
 class _Flanks:
-    """Residual against lateral acceleration: play shows as two parallel lines."""
+    """Residual against lateral acceleration: free play gives two parallel lines."""
 
     def __init__(self) -> None:
         self.figure = plain(300, "", name="flanks", x_range=Range1d(-1.5, 1.5), y_range=Range1d(-5.0, 5.0))
@@ -167,14 +167,14 @@ class _Flanks:
         offset = answer.offset.value / DEGREE
         self._offset.update(location=offset, visible=True)
         ends = np.array([-20.0, 20.0])
-        unloads_at = answer.unloading_acceleration.value or 0.0
+        neutral = answer.unloading_acceleration.value or 0.0
         slope = answer.vehicle.ratio_near_centre * (answer.understeer_gradient.value or 0.0) / DEGREE
-        middle = offset + slope * (ends - unloads_at)
+        middle = offset + slope * (ends - neutral)
         half_play = 0.5 * (answer.backlash.value or 0.0) / DEGREE
         self._lines.data = as_source(x=ends, upper=middle + half_play, lower=middle - half_play)
 
 
 def _span(axis: Range1d, low: float, high: float) -> None:
-    """Moves an axis when that can be seen: less would only make it tremble."""
+    """Moves an axis only by a visible amount, so that it does not tremble."""
     if max(abs(low - axis.start), abs(high - axis.end)) > 0.04 * (axis.end - axis.start):
         axis.update(start=low, end=high)

@@ -1,6 +1,6 @@
-"""Raw frames on disk as candump writes them: a line a frame, whole lines only, whatever happens to us meanwhile.
+"""Raw frames on disk in candump's format: one line per frame, whole lines only, even if the program is killed.
 
-candump and not MF4: an MF4 file is whole only once it is closed; of a candump log a power cut costs a second.
+Not MF4: an MF4 file is valid only after it is closed. A power cut costs one second of a candump log.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from oncenter.files.regular_file import O_BINARY
 if TYPE_CHECKING:
     import can
 
-WAITING_MAX_BYTES = 64 << 20  # while the disk is full: a quarter of an hour of 2,000 frames/s
+WAITING_MAX_BYTES = 64 << 20  # while the disk is full: 15 min of 2,000 frames/s
 _EVERY_S = 0.2
-_SYNC_EVERY_S = 1.0  # what a power cut may cost
+_SYNC_EVERY_S = 1.0  # the loss at a power cut
 _AGAIN_S = 1.0
 
 
 class Recorder:
-    """Writes in a thread of its own: a slow or full disk holds up nobody.
+    """Writes in its own thread, so that a slow or full disk delays no frame.
 
     Args:
-        path: of a log that does not exist yet.
-        say: is told in one line when the disk takes no more, and when it does again.
+        path: of a new log.
+        say: called with one line when the disk is full, and when writing continues.
 
     Attributes:
-        lost: frames that are missing in the file for good, so far.
+        lost: frames missing in the file, so far.
 
     Raises:
         OncenterError: "output", exit code 2: the file is there already, or cannot be made.
@@ -57,9 +57,9 @@ class Recorder:
         self._writer = CanutilsLogWriter(self._text)
         self._lock = threading.Lock()
         self._given: list[can.Message] = []
-        self._pending = bytearray()  # whole lines, but for what is written of the first
+        self._pending = bytearray()  # whole lines; of the first line a part may be written
         self.lost = 0
-        self._told_lost = 0
+        self._reported_lost = 0
         self._full = False
         self._next_sync_s = 0.0
         self._stopping = threading.Event()
@@ -95,12 +95,12 @@ class Recorder:
                 os.fsync(self._file)
                 self._next_sync_s = time.monotonic() + _SYNC_EVERY_S
         except OSError as error:
-            self._tell_full(error)
+            self._report_full(error)
             return
         if self._full:
             self._full = False
-            missing = self.lost - self._told_lost
-            self._told_lost = self.lost
+            missing = self.lost - self._reported_lost
+            self._reported_lost = self.lost
             lost = f", {missing} frames are missing" if missing else ", nothing is missing"
             self._say(f"{self._path} is recorded again{lost}")
 
@@ -114,9 +114,9 @@ class Recorder:
         self._text.seek(0)
         self._text.truncate()
 
-    def _tell_full(self, error: OSError) -> None:
+    def _report_full(self, error: OSError) -> None:
         if not self._full:
             self._full = True
             self._say(
-                f"cannot record to {self._path}: {error.strerror}; frames are kept in memory, the estimate goes on"
+                f"cannot record to {self._path}: {error.strerror}; frames are kept in memory, the estimate continues"
             )

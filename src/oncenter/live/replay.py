@@ -1,4 +1,4 @@
-"""A log of frames played at its own pace or faster, as if it were the bus."""
+"""A log of frames, replayed at its own speed or faster, in place of a bus."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ SLOWEST, FASTEST = 1.0, 100.0
 
 
 class Replay:
-    """A log's frames when their time has come. Pauses longer than a few seconds are not waited for.
+    """A log's frames at their times. Pauses longer than a few seconds are skipped.
 
     Args:
         log: a log of CAN frames.
         speed: 1 to 100 times that of the log.
 
     Raises:
-        OncenterError: "replay", exit code 2: no log of frames, or another speed; exit code 1 as of `oncenter.read`:
-            the log is not there or cannot be read.
+        OncenterError: "replay", exit code 2: no log of frames, or another speed; exit code 1 as for `oncenter.read`:
+            the log is missing or cannot be read.
     """
 
     def __init__(self, log: Path, speed: float) -> None:
@@ -49,13 +49,13 @@ class Replay:
         self._speed = speed
         self._chunks = frames(log, self.notes)
         self._waiting = joined([])
-        self._started_s = self._log_time_s = 0.0  # the log's time at that wall time
+        self._started_s = self._log_time_s = 0.0  # the log time at that wall time
         self._load()
         if len(self._waiting):
             self._started_s, self._log_time_s = time.monotonic(), float(self._waiting.time[0])
 
     def take(self, timeout_s: float) -> Frames:
-        """The frames that are due, after the timeout at the latest; none once ended."""
+        """The frames that are due after the timeout; none after the end."""
         time.sleep(timeout_s)
         due_s = self._log_time_s + (time.monotonic() - self._started_s) * self._speed
         return self._until(due_s)

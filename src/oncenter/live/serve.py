@@ -1,8 +1,8 @@
-"""The page's own process: Bokeh's server, for this machine alone unless told otherwise, behind what follows.
+"""The page's process: Bokeh's server, by default for this machine only, behind the checks below.
 
-A page of another site must not read what is driven here, nor may it come by a name that it has bent to our address:
-each request says by `Host` whom it means and by `Origin` whose page asks, and both must be us. A request costs next to
-nothing, and there is no more than so many of them; a document is made only for a viewer whose socket is open.
+A page of another site must not read the drive, not even under a name that resolves to this address (DNS rebinding). So
+`Host` and, if present, `Origin` of each request must name this server. Requests are cheap and limited in number; a
+document is made only for a viewer with an open socket.
 """
 
 from __future__ import annotations
@@ -38,21 +38,21 @@ if TYPE_CHECKING:
     from tornado.httputil import HTTPServerRequest
     from tornado.iostream import IOStream
 
-NICE = 10  # recording and estimation get nine tenths of a core that this process wants as well
-VIEWERS_MAX = 32  # a workshop's; at ten pictures a second each they fill one core
-REQUESTS_PER_S = 20.0  # of one address; a page that is opened asks for ten
-REQUESTS_AT_ONCE = 400  # of one address: as many as 32 browsers behind one router ask for, when all open it at once
-REFUSAL_S = 1.0  # after which a request too many is refused: who asks without end waits without end
-ADDRESSES_MAX = 1024  # whose requests are counted; the one that was silent for longest is forgotten
+NICE = 10  # recording and estimation get nine tenths of a core that this process competes for
+VIEWERS_MAX = 32  # enough for a workshop; at ten updates a second each they fill one core
+REQUESTS_PER_S = 20.0  # of one address; opening a page takes ten
+REQUESTS_AT_ONCE = 400  # of one address: 32 browsers behind one router that open the page at once
+REFUSAL_S = 1.0  # delay of a refusal, which slows down endless requests
+ADDRESSES_MAX = 1024  # whose requests are counted; the one silent for longest is dropped
 CONNECTIONS_MAX = 256  # open ones; a browser keeps six
-_IDLE_S = 10.0  # after which a connection that asks for nothing is closed
-_MESSAGE_MAX_BYTES = 1 << 16  # from a viewer, who has little to say
-_FORGET_MS = 200  # how often documents are looked for whose viewer is gone
+_IDLE_S = 10.0  # after which an idle connection is closed
+_MESSAGE_MAX_BYTES = 1 << 16  # from a viewer
+_FORGET_MS = 200  # between two searches for documents without a viewer
 
 
 def main() -> None:
-    """Takes the pipe and the listening sockets; ends when the other end of the pipe is closed."""
-    if sys.platform != "win32":  # there it begins with a lower priority
+    """Takes the pipe and the listening sockets; ends when the other end of the pipe closes."""
+    if sys.platform != "win32":  # Windows starts it with a lower priority
         os.nice(NICE)
     pipe, *listening = taken()
     serve(Connection(pipe.detach()), listening)
@@ -60,10 +60,10 @@ def main() -> None:
 
 def serve(pipe: Connection, sockets: list[socket.socket]) -> None:
     for name in ("bokeh", "tornado"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # a viewer that leaves is no news
-    warnings.filterwarnings("ignore", "coroutine 'WSHandler.send_message' was never awaited")  # nor one who is left
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # a viewer that leaves is no error
+    warnings.filterwarnings("ignore", "coroutine 'WSHandler.send_message' was never awaited")  # the same at the end
     hello: Hello = pipe.recv()
-    asyncio.set_event_loop(asyncio.SelectorEventLoop())  # Windows' own loop does not watch sockets by number
+    asyncio.set_event_loop(asyncio.SelectorEventLoop())  # Windows' default loop cannot watch sockets by number
     loop = IOLoop.current()
     news = News(hello.first, hello.params, lambda: pipe.send_bytes(NEXT))
     web = Web(news, hello.names)
@@ -74,14 +74,14 @@ def serve(pipe: Connection, sockets: list[socket.socket]) -> None:
     server = BaseServer(loop, web, http)
     server.start()
 
-    def hear(number: int, events: int) -> None:
+    def receive(number: int, events: int) -> None:
         try:
-            news.tell(pipe.recv())
+            news.update(pipe.recv())
         except (EOFError, OSError):
             loop.remove_handler(number)
             loop.stop()
 
-    loop.add_handler(pipe.fileno(), hear, IOLoop.READ)
+    loop.add_handler(pipe.fileno(), receive, IOLoop.READ)
     pipe.send_bytes(READY)
     loop.start()
     loop.run_sync(news.end)
@@ -90,19 +90,19 @@ def serve(pipe: Connection, sockets: list[socket.socket]) -> None:
 
 
 class Allowance:
-    """So many requests a second for each address, and so many at once after a rest.
+    """A rate limit for each address, with a burst after a pause (token bucket).
 
     Args:
-        per_s, at_once: of one address.
+        per_s, at_once: requests of one address.
         clock: s.
     """
 
     def __init__(self, per_s: float, at_once: float, clock: Callable[[], float] = time.monotonic) -> None:
         self._per_s, self._at_once, self._clock = per_s, at_once, clock
-        self._left: dict[str, tuple[float, float]] = {}  # by address: how many, when; the last one to ask is last
+        self._left: dict[str, tuple[float, float]] = {}  # by address: tokens left, time; in order of the last request
 
     def take(self, address: str) -> bool:
-        """Whether one more is allowed."""
+        """Whether one more request is allowed."""
         now = self._clock()
         left, then = self._left.pop(address, (self._at_once, now))
         left = min(left + (now - then) * self._per_s, self._at_once)
@@ -114,12 +114,12 @@ class Allowance:
 
 
 class Web(BokehTornado):  # type: ignore[misc]
-    """Refuses whom it does not know before anything else looks at the request, and has nothing but the page, its socket
-    and Bokeh's scripts: each other address of Bokeh's makes a document for who only asks.
+    """Checks each request first, and serves only the page, its socket and Bokeh's scripts: Bokeh's other addresses
+    would make a document for each request.
 
     Args:
         news: of the session.
-        names: by which this server may be called.
+        names: the host names accepted.
     """
 
     def __init__(self, news: News, names: frozenset[str] | None) -> None:
@@ -128,7 +128,7 @@ class Web(BokehTornado):  # type: ignore[misc]
 
         super().__init__(
             {"/": Application(FunctionHandler(document))},
-            extra_websocket_origins=["*"],  # find_handler has judged it before, more strictly
+            extra_websocket_origins=["*"],  # find_handler has a stricter check before
             websocket_max_message_size_bytes=_MESSAGE_MAX_BYTES,
             unused_session_lifetime_milliseconds=1,
             check_unused_sessions_milliseconds=_FORGET_MS,
@@ -142,11 +142,11 @@ class Web(BokehTornado):  # type: ignore[misc]
 
     def find_handler(self, request: HTTPServerRequest, **options: Any) -> Any:
         if not self._allowance.take(request.remote_ip or ""):
-            return self._refusal(request, 429, "too many requests: ask again later", REFUSAL_S)
-        if not is_ours(request, self._own_names):
-            return self._refusal(request, 403, "this page does not answer to that name, or to that site")
+            return self._refusal(request, 429, "too many requests: try again later", REFUSAL_S)
+        if not is_allowed(request, self._own_names):
+            return self._refusal(request, 403, "this host name or this site is not allowed here")
         if request.path in ("/", "/ws") and self.viewers >= VIEWERS_MAX:
-            return self._refusal(request, 503, f"{VIEWERS_MAX} viewers look already, more are not served: come later")
+            return self._refusal(request, 503, f"the limit of {VIEWERS_MAX} viewers is reached: try again later")
         if request.path == "/":
             return self.get_handler_delegate(request, _Start)
         if request.path == "/ws":
@@ -156,7 +156,7 @@ class Web(BokehTornado):  # type: ignore[misc]
             )
         if request.path.startswith("/static/"):
             return super().find_handler(request, **options)
-        return self._refusal(request, 404, "there is nothing here")
+        return self._refusal(request, 404, "not found")
 
     def page_for(self, token: str) -> bytes:
         before, after = self._html
@@ -167,7 +167,7 @@ class Web(BokehTornado):  # type: ignore[misc]
 
 
 class _Start(RequestHandler):
-    """The page, which then opens its socket with a token of its own."""
+    """The page, which then opens its socket with its own token."""
 
     application: Web
 
@@ -214,12 +214,12 @@ class _Server(HTTPServer):
         super().handle_stream(stream, address)
 
 
-def is_ours(request: HTTPServerRequest, names: frozenset[str] | None) -> bool:
-    """Whether `Host` is one of the names (the address of the connection itself where there are none), with our port,
-    and `Origin`, where there is one, the same."""
+def is_allowed(request: HTTPServerRequest, names: frozenset[str] | None) -> bool:
+    """Whether `Host` is one of the names (if None, the address of the connection) with this port, and `Origin`, if
+    present, is the same."""
     headers = request.headers
     if headers.get("Sec-Fetch-Site") == "cross-site" and headers.get("Sec-Fetch-Dest") != "document":
-        return False  # a frame, an image, a script in another site's page; a link there is no harm
+        return False  # a frame, image or script in another site's page; a link from there is harmless
     host = headers.get_list("Host")
     origin = headers.get_list("Origin")
     stream = getattr(request.connection, "stream", None)
@@ -231,8 +231,8 @@ def is_ours(request: HTTPServerRequest, names: frozenset[str] | None) -> bool:
         name, port = asked.hostname, asked.port or 80
     except ValueError:
         return False
-    known = names if names is not None else {_plain(own_address), socket.gethostname().lower()}
-    if name not in known or port != own_port:
+    accepted = names if names is not None else {_plain(own_address), socket.gethostname().lower()}
+    if name not in accepted or port != own_port:
         return False
     return not origin or origin[0].lower() == f"http://{host[0].lower()}"
 

@@ -1,6 +1,6 @@
-"""One sitting: frames from a bus or a log through the learner, in one thread, and what follows from each step.
+"""One session: a thread takes frames from a bus or a log through the learner, records and saves.
 
-Displays read `snapshot`; nothing here waits for them.
+Displays read `snapshot`; the session never waits for them.
 """
 
 from __future__ import annotations
@@ -29,31 +29,31 @@ if TYPE_CHECKING:
     from oncenter.live.replay import Replay
     from oncenter.live.trace import Trace
 
-SHOW_EVERY_S = 0.02  # a needle's step
+SHOW_EVERY_S = 0.02  # smooth for a needle
 KNOW_EVERY_S = 0.2
 PICTURE_EVERY_S = 1.0
 SAVE_EVERY_S = 60.0
 SILENT_S = 3.0
-LOSSES_OVER_S = 60.0  # without a lost frame, before the next one is said again
+LOSSES_OVER_S = 60.0  # without a lost frame, after which the next loss is reported again
 SAID_MAX = 100
-ESTIMATE_SD_MAX_RAD = 10.0 * DEGREE  # wider is no estimate: standing, motion says nothing of the wheels
+ESTIMATE_SD_MAX_RAD = 10.0 * DEGREE  # wider is no estimate: at standstill the motion has no steering angle in it
 _TAKE_S = 0.01
 
 
 class Session(threading.Thread):
-    """Runs until `stop`, or until a replayed log ends; then all is saved and written.
+    """Runs until `stop`, or until a replayed log ends; then saves and writes everything.
 
     Args:
         source: a bus or a log, open.
         learner: of the truck.
-        truck: its key, for people.
-        said: lines that were said before, and those to come; of the newest `SAID_MAX`.
-        memory, recorder, trace: where wanted.
+        truck: its key, for display.
+        said: lines for people, earlier ones and those of the session.
+        memory, recorder, trace: optional.
 
     Attributes:
-        snapshot: the newest; replaced, never changed.
-        when_shown: called from the session's thread whenever there is a new one; returns at once.
-        failure: what ended it, where something did that should not.
+        snapshot: the newest; replaced, never modified.
+        when_shown: called from the session's thread for each new snapshot; must return at once.
+        failure: the exception that ended the session, if any.
     """
 
     def __init__(
@@ -81,8 +81,8 @@ class Session(threading.Thread):
         self._missing = ""
         self._last_frame_s = time.monotonic()
         self._silent = False
-        self._told_paused = ""
-        self._told_dropped = Dropped()
+        self._reported_paused = ""
+        self._reported_dropped = Dropped()
         self._loss_s = -math.inf  # when the last frame was lost
         self._due = {"show": 0.0, "know": 0.0, "picture": 0.0, "save": time.monotonic() + SAVE_EVERY_S}
         self._pictures = Pictures(0, self._history.course(), self._history.strip(), self._history.cloud())
@@ -120,7 +120,7 @@ class Session(threading.Thread):
         if taken and self._recorder is not None:
             self._recorder.take(taken)
         data = [message for message in taken if is_data(message)]
-        time.sleep(_TAKE_S if taken else 0.0)  # many at once cost little more than one
+        time.sleep(_TAKE_S if taken else 0.0)  # a batch costs little more than one frame
         return frames_of(data) if data else joined([])
 
     def _keep(self, stepped: Stepped) -> None:
@@ -136,22 +136,22 @@ class Session(threading.Thread):
             self._silent, self._last_frame_s = False, now
         elif not self._silent and now - self._last_frame_s > SILENT_S:
             self._silent = True
-            self._said.say(f"no frame on {self._source.name} for {SILENT_S:.0f} s: cable, ignition or bitrate?")
+            self._said.say(f"no frame on {self._source.name} for {SILENT_S:.0f} s: check cable, ignition and bitrate")
 
     def _watch_pause(self) -> None:
         paused = self._learner.stream.paused
-        told, self._told_paused = self._told_paused, "" if paused is None else str(paused)
-        if self._told_paused and not told:
-            self._said.say(f"the estimate is paused, recording goes on: {paused}")
-        if told and not self._told_paused:
-            self._said.say("the estimate goes on: what paused it is over")
+        before, self._reported_paused = self._reported_paused, "" if paused is None else str(paused)
+        if self._reported_paused and not before:
+            self._said.say(f"the estimate is paused, recording continues: {paused}")
+        if before and not self._reported_paused:
+            self._said.say("the estimate continues")
 
     def _watch_losses(self, dropped: Dropped, now: float) -> None:
-        if dropped.lost == self._told_dropped.lost:
+        if dropped.lost == self._reported_dropped.lost:
             return
         if now - self._loss_s > LOSSES_OVER_S:
             self._said.say(f"frames are being lost: {words.losses(dropped)}")
-        self._loss_s, self._told_dropped = now, dropped
+        self._loss_s, self._reported_dropped = now, dropped
 
     def _refresh(self, now: float) -> None:
         if self._is_due("know", KNOW_EVERY_S, now):
@@ -217,15 +217,15 @@ class Session(threading.Thread):
         if last is None:
             return Angles(frame_s=frame_s, measured_rad=measured)
         offset, angle = last.outputs[-1], last.outputs[-1]["angle"]
-        told = _core.STATUSES[offset["offset_status"]] != "unobservable"
+        has_offset = _core.STATUSES[offset["offset_status"]] != "unobservable"
         sd = float(angle["estimate_sd"])
-        judged = _core.STATUSES[angle["status"]] != "unobservable" and sd < ESTIMATE_SD_MAX_RAD
+        is_estimated = _core.STATUSES[angle["status"]] != "unobservable" and sd < ESTIMATE_SD_MAX_RAD
         return Angles(
             frame_s=frame_s,
             measured_rad=measured,
-            corrected_rad=measured - self._learner.turned_rad - float(offset["offset"]) if told else math.nan,
-            estimated_rad=float(angle["estimate"]) if judged else math.nan,
-            estimated_sd_rad=sd if judged else math.nan,
+            corrected_rad=measured - self._learner.turned_rad - float(offset["offset"]) if has_offset else math.nan,
+            estimated_rad=float(angle["estimate"]) if is_estimated else math.nan,
+            estimated_sd_rad=sd if is_estimated else math.nan,
             vehicle_speed_m_s=stream.newest("vehicle_speed")[1],
         )
 
@@ -236,17 +236,17 @@ class Session(threading.Thread):
         return tuple(name for name, bit in _core.REASONS.items() if bits & bit)
 
     def _end(self) -> None:
-        """Whatever ended it, what there is goes to where it belongs; one that fails does not stop the next."""
+        """Drains, saves and closes; a step that fails does not stop the next."""
         for step in (self._source.close, self._drain, self._save, self._close_others):
             try:
                 step()
             except BaseException as failure:
                 self.failure = self.failure or failure
-        self._tell_losses()
-        self.snapshot = self._show("ended")
+        self._report_losses()
+        self.snapshot = replace(self._show("ended"), ended_s=time.time())
         self.when_shown()
 
-    def _tell_losses(self) -> None:
+    def _report_losses(self) -> None:
         dropped = words.losses(self._dropped())
         if dropped:
             self._said.say(f"of {self._frames} frames in all, {dropped}")
@@ -265,7 +265,7 @@ class Session(threading.Thread):
 
 
 class Sayings:
-    """Lines for people from any thread; the newest are kept."""
+    """Lines for people from any thread; keeps the newest `SAID_MAX`."""
 
     def __init__(self) -> None:
         self._lines: deque[Said] = deque(maxlen=SAID_MAX)

@@ -1,4 +1,4 @@
-"""All that displays need to know at one time: made by one thread, read by many, never changed."""
+"""The state of a session at one time, for displays: made by one thread, read by many, never changed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from oncenter.live.learner import Known
 
 @dataclass(frozen=True)
 class Said:
-    """A line for people: the number counts all that were said."""
+    """A line for people; `number` counts all lines from 1."""
 
     number: int
     time_s: float  # s since 1970
@@ -19,10 +19,10 @@ class Said:
 
 @dataclass(frozen=True)
 class Angles:
-    """The steering wheel now, rad, left positive; NaN where it is not known.
+    """The steering wheel now, rad, left positive; NaN where not available.
 
-    `measured_rad` is of the frame stamped `frame_s`; `corrected_rad` is it less the offset; `estimated_rad` and its
-    standard deviation are what the truck's motion alone says, a tenth of a second old.
+    `measured_rad` comes from the frame with the time stamp `frame_s`; `corrected_rad` is `measured_rad` minus the
+    offset. `estimated_rad` and its standard deviation come from the truck's motion alone, 0.1 s ago.
     """
 
     frame_s: float = float("nan")
@@ -35,10 +35,10 @@ class Angles:
 
 @dataclass(frozen=True)
 class Dropped:
-    """Frames that were lost since the beginning, by the place where they were lost."""
+    """Frames lost since the start, by the place of the loss."""
 
-    interface: int = 0  # in the adapter or in the kernel's buffer: oncenter never got them
-    queue: int = 0  # in our queue of received frames: the estimate was too slow for too long
+    interface: int = 0  # in the adapter or in the kernel's buffer
+    queue: int = 0  # in the queue of received frames: the estimate was too slow for too long
     recording: int = 0  # used by the estimate, but not in the recorded file
     impossible: int = 0  # no CAN frame: an identifier above 29 bits, a time that is no number
 
@@ -49,7 +49,7 @@ class Dropped:
 
 @dataclass(frozen=True)
 class Pictures:
-    """What changes slowly; `number` grows with each."""
+    """The data of the page's figures; `number` grows with each."""
 
     number: int
     course: Course
@@ -59,8 +59,8 @@ class Pictures:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """`phase` is "listening", "paused" (of the estimate: `missing` says why), "running", "silent" (no frame for long)
-    or "ended"."""
+    """`phase` is "listening", "paused" (the estimate is paused, `missing` has the reason), "running", "silent" (no
+    frame for 3 s) or "ended", at `ended_s`, s since 1970."""
 
     number: int
     bus: str
@@ -77,3 +77,4 @@ class Snapshot:
     known: Known
     pictures: Pictures
     said: tuple[Said, ...] = field(default=())
+    ended_s: float | None = None

@@ -1,4 +1,4 @@
-"""The kernel's side of a bus that is a socket: what it dropped, how much it may hold, whether the peer closed it."""
+"""The kernel's side of a bus that is a socket: frames dropped, buffer size, and a closed peer."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ import sys
 from pathlib import Path
 from typing import Any
 
-HOLD_BYTES = 16 << 20  # what the kernel holds while this process does not run: some seconds of a full bus
+HOLD_BYTES = 16 << 20  # the kernel's buffer while this process does not run: seconds of a full bus
 _NETWORK = Path("/sys/class/net")
-_OF_INTERFACE = ("rx_dropped", "rx_over_errors")  # in the driver, before any socket gets the frame
-_SO_RCVBUFFORCE = 33  # Linux, asm-generic/socket.h: beyond the system's limit, where the rights are there
+_OF_INTERFACE = ("rx_dropped", "rx_over_errors")  # in the driver, before the frame reaches a socket
+_SO_RCVBUFFORCE = 33  # Linux, asm-generic/socket.h: above the system's limit, with the rights for it
 _SO_MEMINFO = 55  # Linux: nine counters of a socket, linux/sock_diag.h
 _MEMINFO = struct.Struct("=9I")
 _MEMINFO_DROPS = 8
 
 
 class SocketLosses:
-    """Of one opened bus; of an interface that is no socket it says nothing.
+    """Of one open bus; zero for an interface that is no socket.
 
     Args:
         bus: of python-can.
-        channel: its name, the network interface's for SocketCAN.
+        channel: its name; for SocketCAN that of the network interface.
     """
 
     def __init__(self, bus: Any, channel: str) -> None:
@@ -36,12 +36,12 @@ class SocketLosses:
         self._counted = self._count()
 
     def new(self) -> int:
-        """Frames that were dropped since the last call."""
+        """Frames dropped since the last call."""
         before, self._counted = self._counted, self._count()
         return max(self._counted - before, 0)
 
     def raise_if_the_peer_closed(self) -> None:
-        """A stream that the peer closed: python-can's socketcand gives no frame for ever, and never says so.
+        """Detects a stream closed by the peer, which python-can's socketcand does not report.
 
         Raises:
             ConnectionError: it is closed.
@@ -56,7 +56,7 @@ class SocketLosses:
             raise ConnectionError("the peer closed the connection")
 
     def is_of_one_datagram(self, error: Exception) -> bool:
-        """Whether an error of `recv` is about one datagram, which anybody may have sent; the bus itself is well."""
+        """Whether an error of `recv` concerns one datagram, which anybody may have sent, and not the bus."""
         if self._socket is None or self._socket.type == socket.SOCK_STREAM:
             return False
         return error.__cause__ is not None and not isinstance(error.__cause__, OSError)
@@ -72,7 +72,7 @@ class SocketLosses:
                 count += int(file.read_text(encoding="ascii"))
         if sys.platform != "linux" or self._socket is None:
             return count
-        if self._socket.type != socket.SOCK_STREAM:  # a stream's drops are sent again
+        if self._socket.type != socket.SOCK_STREAM:  # a stream sends dropped data again
             with contextlib.suppress(OSError, struct.error):
                 counters = self._socket.getsockopt(socket.SOL_SOCKET, _SO_MEMINFO, _MEMINFO.size)
                 count += _MEMINFO.unpack(counters)[_MEMINFO_DROPS]
@@ -80,14 +80,14 @@ class SocketLosses:
 
 
 def _socket_of(bus: Any) -> socket.socket | None:
-    """A second handle of the bus's socket. Interfaces that do not tell its number have it among their members."""
+    """A second handle of the bus's socket. Interfaces without `fileno` have it among their members."""
     try:
         number = bus.fileno()
-    except Exception:  # each interface has its own
+    except Exception:  # each interface has its own exceptions
         members = getattr(bus, "__dict__", {}).values()
         number = next((member.fileno() for member in members if isinstance(member, socket.socket)), -1)
     try:
-        return socket.fromfd(number, -1, -1, -1)  # which finds out family, type and protocol
+        return socket.fromfd(number, -1, -1, -1)  # detects family, type and protocol
     except (OSError, ValueError, OverflowError):  # it is no socket
         return None
 

@@ -1,4 +1,4 @@
-"""What is known, on a terminal: a panel that is drawn anew; elsewhere a line now and then."""
+"""A session on a terminal: a panel that is redrawn; without a terminal, a line every 10 s."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def watch(session: Session, params: Mapping[str, float]) -> None:
     if sys.stderr.isatty():
         _draw(session, params)
     else:
-        _tell(session, sys.stderr, params)
+        _print_lines(session, sys.stderr, params)
 
 
 def _draw(session: Session, params: Mapping[str, float]) -> None:
@@ -34,28 +34,29 @@ def _draw(session: Session, params: Mapping[str, float]) -> None:
 
     console = Console(stderr=True)
     with Live(console=console, auto_refresh=False) as display:
-        told = 0
+        shown = 0
         while True:
             ended = not session.is_alive()
             now = session.snapshot
-            for said in _new(now, told):
+            for said in _new(now, shown):
                 console.print(_line(said), markup=False, highlight=False)
-                told = said.number
+                shown = said.number
             display.update(panel(now, params), refresh=True)
             if ended:
                 return
             session.join(_DRAW_EVERY_S)
 
 
-def _tell(session: Session, stream: TextIO, params: Mapping[str, float]) -> None:
-    told, next_line_s = 0, time.monotonic() + _LINE_EVERY_S
+def _print_lines(session: Session, stream: TextIO, params: Mapping[str, float]) -> None:
+    shown, next_line_s = 0, time.monotonic() + _LINE_EVERY_S
     while True:
         ended = not session.is_alive()
         now = session.snapshot
-        for said in _new(now, told):
+        for said in _new(now, shown):
             print(f"oncenter: {said.text}", file=stream, flush=True)
-            told = said.number
+            shown = said.number
         if ended:
+            print(f"oncenter: {words.finished(now)}", file=stream, flush=True)
             return
         if time.monotonic() >= next_line_s:
             next_line_s += _LINE_EVERY_S
@@ -63,8 +64,8 @@ def _tell(session: Session, stream: TextIO, params: Mapping[str, float]) -> None
         session.join(_DRAW_EVERY_S)
 
 
-def _new(now: Snapshot, told: int) -> list[Said]:
-    return [said for said in now.said if said.number > told]
+def _new(now: Snapshot, shown: int) -> list[Said]:
+    return [said for said in now.said if said.number > shown]
 
 
 def _line(said: Said) -> str:
@@ -72,10 +73,11 @@ def _line(said: Said) -> str:
 
 
 def one_line(now: Snapshot, params: Mapping[str, float]) -> str:
-    told = _offset(words.offset(now))
+    verdict = words.verdict(now)
+    headline = f"{verdict.headline} " if verdict is not None else ""
     missing = words.still_missing(now, params)
-    lacking = f"; still missing: {', '.join(missing)}" if missing else ""
-    return f"{told}; {words.gate(now)[1]}; {words.bus(now)}{lacking}"
+    needed = f"; still needed: {', '.join(missing)}" if missing else ""
+    return f"{headline}{_offset(words.offset(now))}; {words.gate(now)[1]}; {words.bus(now)}{needed}"
 
 
 def _offset(given: words.Offset) -> str:
@@ -83,8 +85,8 @@ def _offset(given: words.Offset) -> str:
         return f"no straight-ahead offset yet ({given.status})"
     begin = f"{given.status}, {given.but}: " if given.but else ""
     end = "" if given.but else f" ({given.status})"
-    told = f"straight-ahead offset {begin}{given.value} deg {given.of_drive} from this drive{end}"
-    return f"{told}, {given.whole} with {given.beside}" if given.beside else told
+    text = f"straight-ahead offset {begin}{given.value} deg {given.of_drive} from this drive{end}"
+    return f"{text}, {given.whole} with {given.beside}" if given.beside else text
 
 
 def panel(now: Snapshot, params: Mapping[str, float]) -> Panel:
@@ -93,10 +95,16 @@ def panel(now: Snapshot, params: Mapping[str, float]) -> Panel:
     from rich.text import Text
 
     offset = words.offset(now)
-    counts, why = words.gate(now)
+    is_used, why = words.gate(now)
     rows = Table.grid(padding=(0, 2))
     rows.add_column(style="dim", no_wrap=True)
     rows.add_column(overflow="fold")
+    if now.ended_s is not None:
+        rows.add_row("", Text(words.sentence(words.finished(now)), style="bold"))
+    verdict = words.verdict(now)
+    if verdict is not None:
+        action = f" {verdict.action}" if now.ended_s is not None else ""
+        rows.add_row("verdict", Text(f"{words.signed(verdict.headline)}{words.signed(action)}", style="bold"))
     value = f"{offset.value} deg, {offset.but}" if offset.but else f"{offset.value} deg"
     standing = Text(value, style="dim" if offset.but else "bold")
     standing.append(f"  {offset.of_drive} from this drive" if offset.of_drive else "", style="blue")
@@ -114,11 +122,13 @@ def panel(now: Snapshot, params: Mapping[str, float]) -> Panel:
             f"estimated {words.number(angles.estimated_rad)} deg"
         ),
     )
-    rows.add_row("gate", Text(why, style="green" if counts else "yellow"))
+    if now.ended_s is None:
+        rows.add_row("this driving", Text(why, style="green" if is_used else "yellow"))
     missing = words.still_missing(now, params)
-    rows.add_row("still missing", Text("; ".join(missing) or "nothing: you may stop", style="" if missing else "green"))
+    nothing = "none" if now.ended_s is not None else "none: you can stop"
+    rows.add_row("still needed", Text("; ".join(missing) or nothing, style="" if missing else "green"))
     if now.fault != "none":
-        rows.add_row("sensor", Text(now.fault.replace("_", " "), style="bold red"))
+        rows.add_row("sensor fault", Text(now.fault.replace("_", " "), style="bold red"))
     for finding in now.known.answer.findings if now.known.answer is not None else ():
         rows.add_row(
             finding.severity,

@@ -1,7 +1,7 @@
-"""What was live, tick by tick, as a table for other tools: Parquet or MF4, each column with its unit.
+"""A live session tick by tick, as a table for other tools: Parquet or MF4, each column with its unit.
 
-Ticks wait in a file beside it, not in memory. The signals are among the columns as `oncenter.read` takes them, so
-that the trace can be answered again.
+Ticks are collected in a file beside it, not in memory. The columns contain the signals under the names that
+`oncenter.read` takes, so that the trace can be answered again.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from oncenter.live.learner import Stepped
 from oncenter.signals import DEGREE
 from oncenter.utc import utc
 
-_EPOCH_S = 1e8  # times beyond are of day and year
+_EPOCH_S = 1e8  # later times are absolute, since 1970
 _UNITS = {"s": "s", "deg": "deg", "deg_s": "deg/s", "m_s": "m/s", "m_s2": "m/s^2", "deg_m_s2": "deg/(m/s^2)"}
 
-# By column, deg for rad: the unit is the name's end.
+# By column, with deg for rad: the name ends in the unit.
 _SIGNALS = {name: name.replace("rad", "deg") for name in _core.COLUMNS}
 _OFFSET = {
     "offset_deg": ("offset", DEGREE),
@@ -51,14 +51,14 @@ _COLUMNS = (*_SIGNALS.values(), *_OFFSET, *_ANGLE, *_CODES)
 
 
 class Trace:
-    """Takes what was stepped; `close` writes the table.
+    """Collects steps; `close` writes the table.
 
     Args:
-        path: `.parquet` or `.mf4`, in a folder that is there; overwritten.
-        say: is told in one line what went wrong.
+        path: `.parquet` or `.mf4`, in an existing folder; overwritten.
+        say: called with one line for each failure.
 
     Raises:
-        OncenterError: "output", exit code 2: another suffix, or nothing can be written there; "missing_extra": asammdf
+        OncenterError: "output", exit code 2: another suffix, or the file cannot be written; "missing_extra": asammdf
             is not installed.
     """
 
@@ -97,13 +97,13 @@ class Trace:
             data = data[os.write(self._rows.fileno(), data) :]
 
     def close(self) -> None:
-        """Writes what there is; where that fails, what was at the path before stays."""
+        """Writes the table; if that fails, an earlier file at the path stays."""
         try:
             columns = self._columns()
-            self._rows.close()  # first, so that its room can be had
+            self._rows.close()  # first, to free its disk space
             if self._count:
                 self._write(columns)
-        except Exception as error:  # polars and asammdf have each their own
+        except Exception as error:  # polars and asammdf have exceptions of their own
             self._say(f"the trace {self._path} could not be written: {' '.join(str(error).split())[:160]}")
 
     def _columns(self) -> dict[str, Any]:
@@ -128,7 +128,7 @@ class Trace:
 
 
 def unit_of(column: str) -> str:
-    """By the column's end, as people write it; empty where it has none."""
+    """From the end of the column's name; empty if it has none."""
     ends = [end for end in _UNITS if column.endswith(f"_{end}")]
     return _UNITS[max(ends, key=len)] if ends else ""
 
@@ -147,10 +147,10 @@ def _rows(stepped: Stepped) -> npt.NDArray[np.float64]:
     rows[:, at["offset_status"]] = stepped.outputs["offset_status"]
     rows[:, at["rejected_by"]] = stepped.outputs["reasons"]
     rows[:, at["sensor_fault"]] = stepped.outputs["fault"]
-    told = stepped.outputs["offset_status"] != _core.STATUSES.index("unobservable")
+    has_offset = stepped.outputs["offset_status"] != _core.STATUSES.index("unobservable")
     for name in _OFFSET:
         if name.startswith("offset"):
-            rows[~told, at[name]] = np.nan
+            rows[~has_offset, at[name]] = np.nan
     return rows
 
 

@@ -1,7 +1,7 @@
-"""The page, seen from the session: a process of its own serves it, so that no viewer can hold up a frame.
+"""The session's side of the page: another process serves it, so that no viewer can delay a frame.
 
-The page's process asks for a snapshot when one of its viewers waits for it; then the newest one goes there in a thread
-of its own. A page that is slow asks less often, and without a viewer nothing is made at all.
+The page's process requests a snapshot when one of its viewers waits for it; a thread then sends the newest one. A slow
+page requests fewer, and without a viewer nothing is sent.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from oncenter.live.snapshot import Snapshot
 if TYPE_CHECKING:
     from oncenter.live.session import Session
 
-READY, NEXT = b"ready", b"next"  # what the page's process says
-_END_S = 3.0  # for the last snapshot to come to the viewers; then the page's process is ended
-_ASKED_EVERY_S = 0.25  # how often a page without a viewer is looked after
+READY, NEXT = b"ready", b"next"  # messages of the page's process
+_END_S = 3.0  # for the last snapshot to reach the viewers; then the page's process is killed
+_ASKED_EVERY_S = 0.25  # between two checks for the end while no viewer waits
 
 
 @dataclass(frozen=True)
 class Hello:
-    """What the page's process is given first."""
+    """The first message to the page's process."""
 
     first: Snapshot
     params: Mapping[str, float]
@@ -42,17 +42,17 @@ class Hello:
 
 
 class Page:
-    """Serves a session's snapshots; as a context it ends with it.
+    """Serves a session's snapshots; ends when its context ends.
 
     Args:
-        session: whose snapshots.
+        session: its snapshots are shown.
         params: of its core.
-        address: a name or address of this machine; "0.0.0.0" or "::" are all of them.
-        port: 0 takes a free one.
-        say: is told in one line when the page is gone before the session ends.
+        address: a name or address of this machine; "0.0.0.0" or "::" for all.
+        port: 0 for any free port.
+        say: called with one line if the page's process ends before the session.
 
     Raises:
-        OncenterError: "web", exit code 2: it cannot be served there.
+        OncenterError: "web", exit code 2: the page cannot be served there.
     """
 
     def __init__(
@@ -114,8 +114,8 @@ class Page:
         return process, ours
 
     def _send(self) -> None:
-        """Pickled, because both ends are this program and nobody else has the pipe; only in this direction, so that
-        the process which strangers can reach gives nothing that is unpickled here."""
+        """Pickled, since both ends are this program and the pipe is private; only in this direction, so that nothing
+        from the process that strangers can reach is unpickled here."""
         sent = 0
         with contextlib.suppress(ConnectionError):
             while self._is_asked():
@@ -129,7 +129,7 @@ class Page:
             if self._over:
                 self._pipe.send(self._session.snapshot)
         if not self._over:
-            self._say(f"the page is gone: its process ended with code {self._process.wait()}; all else goes on")
+            self._say(f"the page has ended: its process ended with code {self._process.wait()}; the session continues")
         self._pipe.close()
 
     def _is_asked(self) -> bool:
@@ -145,7 +145,7 @@ class Page:
 
 
 def names_of(address: str) -> frozenset[str] | None:
-    """By which names a server at the address may be called; None where it has all of the machine's."""
+    """The host names accepted for a server at the address; None for all of the machine's."""
     try:
         given = ipaddress.ip_address(address)
     except ValueError:
@@ -156,7 +156,7 @@ def names_of(address: str) -> frozenset[str] | None:
 
 
 def _is_of_address(error: Exception) -> bool:
-    """Nobody is called so, no name can be so, or it is another machine's; else the port is taken or not for us."""
+    """Whether the address is at fault: unknown, malformed or of another machine. Else the port is."""
     return isinstance(error, (socket.gaierror, UnicodeError)) or getattr(error, "errno", None) == errno.EADDRNOTAVAIL
 
 

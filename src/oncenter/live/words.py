@@ -1,9 +1,10 @@
-"""A snapshot in words and degrees, for the terminal and the page alike."""
+"""A snapshot in words and degrees, for both the terminal and the page."""
 
 from __future__ import annotations
 
 import math
 import re
+import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -12,36 +13,37 @@ from oncenter.offset.answer import NOT_YET_OR_NO_MORE, Estimate
 from oncenter.offset.cause import in_words
 from oncenter.offset.findings import capitalised
 from oncenter.signals import DEGREE
+from oncenter.verdict import Verdict, verdicts_of
 
 REASONS = {
     "missing_signal": "a signal is not available",
-    "time": "time stood still or ran backward",
-    "gap": "first tick after a hole",
-    "settling": "filters settling",
+    "time": "time does not increase",
+    "gap": "first sample after a gap",
+    "settling": "filters are settling",
     "speed": "too slow",
     "curvature": "bend too tight",
-    "longitudinal_acceleration": "braking or speeding up",
-    "bank": "kerb or sudden bank",
-    "lateral_acceleration": "too fast in the bend",
-    "yaw_rate_bias": "gyro bias moves",
-    "window": "not clean for long enough",
+    "longitudinal_acceleration": "braking or accelerating",
+    "bank": "kerb or sudden road bank",
+    "lateral_acceleration": "lateral acceleration too high",
+    "yaw_rate_bias": "yaw rate bias is changing",
+    "window": "usable driving too short so far",
 }
 _QUANTITIES = {
-    "play": "backlash",
-    "gyro bias": "yaw_rate_bias",
+    "free play": "backlash",
+    "yaw rate bias": "yaw_rate_bias",
     "understeer gradient": "understeer_gradient",
-    "steering unloads at": "unloading_acceleration",
+    "neutral lateral acceleration": "unloading_acceleration",
 }
 _PHASES = {
     "listening": "listening to the bus",
     "paused": "the estimate is paused",
-    "silent": "no frames",
-    "ended": "ended",
+    "silent": "no frames on the bus",
+    "ended": "finished",
 }
 
 
 def number(value_rad: float | None, digits: int = 1) -> str:
-    """Degrees with a sign; a dash for what there is not."""
+    """Degrees with a sign; a dash for None and NaN."""
     if value_rad is None or math.isnan(value_rad):
         return "—"
     return f"{value_rad / DEGREE:+.{digits}f}".replace("-", "−")
@@ -49,10 +51,10 @@ def number(value_rad: float | None, digits: int = 1) -> str:
 
 @dataclass(frozen=True)
 class Offset:
-    """Of the straight-ahead offset, degrees in words; the intervals are empty while there is none.
+    """The straight-ahead offset, degrees in words; the intervals are empty while there is none.
 
-    `of_drive` is the part of the 95 % interval that this drive leaves open, `whole` the ends of all of it, and `beside`
-    what of it no single drive identifies. `but` stands beside a value that is not to be set.
+    `of_drive` is this drive's part of the 95 % interval, `whole` the ends of the whole interval, and `beside` names the
+    causes that are not identifiable from one drive. `but` qualifies a value that must not be set.
     """
 
     value: str
@@ -80,17 +82,30 @@ def offset(now: Snapshot) -> Offset:
     )
 
 
+def verdict(now: Snapshot) -> Verdict | None:
+    """On the straight-ahead offset; None before there is an answer."""
+    return None if now.known.answer is None else verdicts_of(now.known.answer)[0]
+
+
+def finished(now: Snapshot) -> str:
+    """When the session ended, and its result; empty before."""
+    if now.ended_s is None:
+        return ""
+    at = f"finished at {time.strftime('%H:%M:%S', time.localtime(now.ended_s))}"
+    return f"{at} after {duration(now.driven_s)} of driving: {'no result' if verdict(now) is None else 'final result'}."
+
+
 def gate(now: Snapshot) -> tuple[bool, str]:
-    """Whether what is driven now counts, and why not."""
+    """Whether the driving at this time is used, and the reason if not."""
     if now.phase != "running":
         return False, _PHASES[now.phase]
     if now.reasons:
         return False, "not used: " + ", ".join(REASONS[name] for name in now.reasons)
-    return True, "this counts" if now.known.answer is not None else "clean so far"
+    return True, "recording: this driving is used"
 
 
 def quantities(now: Snapshot) -> dict[str, str]:
-    """What else is known, by name; a dash for what is not."""
+    """The other quantities, by name; a dash before there is an answer."""
     answer = now.known.answer
     if answer is None:
         return dict.fromkeys(_QUANTITIES, "—")
@@ -98,13 +113,13 @@ def quantities(now: Snapshot) -> dict[str, str]:
 
 
 def _quantity(estimate: Estimate) -> str:
-    return "not known yet" if estimate.status == "unobservable" else _signed(str(estimate))
+    return "not identified yet" if estimate.status == "unobservable" else signed(str(estimate))
 
 
 def still_missing(now: Snapshot, params: Mapping[str, float]) -> list[str]:
-    """What driving would still help, one line each; empty when the workshop may stop."""
+    """The driving that is still needed, one line each; empty when none is."""
     if now.phase in ("listening", "paused"):
-        return [now.missing or "listening: which senders there are, and how often they send"]
+        return [now.missing or "listening for 5 s: senders and their rates"]
     return list(_lacking(now, params))
 
 
@@ -120,15 +135,15 @@ def _lacking(now: Snapshot, params: Mapping[str, float]) -> Iterator[str]:
         return
     offset = known.answer.offset
     if offset.status == "converging" and offset.ci95 is not None:
-        yield "bends to both sides: the offset is not identified closely enough yet"
+        yield "bends to both sides: the interval of the offset is still too wide"
     elif offset.status == "unobservable":
         yield "bends to both sides, at a steady speed"
     elif offset.status == "invalid":
-        yield "a signal that is not at fault: see the findings"
+        yield "signals without a fault: see the findings"
 
 
-def seen_share(now: Snapshot, side: str) -> float:
-    """How much of the flank on that side has shown, 0 to 1."""
+def loaded_share(now: Snapshot, side: str) -> float:
+    """The share of the loading that the flank on that side needs, 0 to 1."""
     known = now.known
     return 1.0 - min(known.lacking_s.get(side, known.flank_s) / known.flank_s, 1.0)
 
@@ -139,16 +154,16 @@ def bus(now: Snapshot) -> str:
 
 
 def losses(dropped: Dropped) -> str:
-    """How many frames were lost or left out, and where; empty when none was."""
+    """How many frames were lost or discarded, and where; empty if none."""
     lost = {
-        "before oncenter got them": dropped.interface,
+        "before oncenter received them": dropped.interface,
         "in oncenter's queue": dropped.queue,
         "not recorded": dropped.recording,
     }
-    told = [f"lost: {', '.join(f'{count} {where}' for where, count in lost.items() if count)}"] if dropped.lost else []
+    words = [f"lost: {', '.join(f'{count} {where}' for where, count in lost.items() if count)}"] if dropped.lost else []
     if dropped.impossible:
-        told.append(f"left out: {dropped.impossible} that are no CAN frames")
-    return "; ".join(told)
+        words.append(f"discarded: {dropped.impossible} that are no CAN frames")
+    return "; ".join(words)
 
 
 def duration(seconds: float) -> str:
@@ -161,10 +176,10 @@ def _long(seconds: float) -> str:
 
 
 def sentence(text: str) -> str:
-    """As a page shows it: a capital, a full stop, a true minus."""
-    signed = _signed(text)
-    return capitalised(signed) + ("" if signed.endswith((".", "!", "?")) else ".")
+    """For a page: a capital, a full stop, a minus sign."""
+    typeset = signed(text)
+    return capitalised(typeset) + ("" if typeset.endswith((".", "!", "?")) else ".")
 
 
-def _signed(text: str) -> str:
+def signed(text: str) -> str:
     return re.sub(r"(?<![\w.])-(?=\d)", "−", text.replace("^2", "²").replace("+-", "±"))

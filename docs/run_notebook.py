@@ -38,11 +38,10 @@ def run_cell(source: str, namespace: dict[str, Any]) -> tuple[str, Any]:
 
 
 def shown(printed: str, value: Any) -> str:
-    """Text and value as a page has them."""
+    """Text, pictures and value as a page has them."""
     parts = [f"<pre>{html.escape(printed.rstrip())}</pre>"] if printed.strip() else []
-    if hasattr(value, "savefig"):
-        parts.append(_picture(value))
-    elif hasattr(value, "_repr_html_"):
+    parts += _pictures()
+    if hasattr(value, "_repr_html_"):
         # pymdownx leaves HTML alone as long as no blank line ends the block.
         parts.append(re.sub(r"\n\s*\n", "\n", value._repr_html_()))
     elif value is not None:
@@ -50,10 +49,19 @@ def shown(printed: str, value: Any) -> str:
     return f'<div class="notebook-output">{"".join(parts)}</div>\n' if parts else ""
 
 
-def _picture(figure: Any) -> str:
-    image = io.BytesIO()
-    figure.savefig(image, format="png", dpi=110)
-    return f'<img alt="" src="data:image/png;base64,{base64.b64encode(image.getvalue()).decode()}">'
+def _pictures() -> list[str]:
+    """The figures that pyplot holds, which it then forgets, as Jupyter does after each cell."""
+    if "matplotlib.pyplot" not in sys.modules:
+        return []
+    import matplotlib.pyplot as plt
+
+    pictures = []
+    for number in plt.get_fignums():
+        image = io.BytesIO()
+        plt.figure(number).savefig(image, format="png", dpi=110)
+        pictures.append(f'<img alt="" src="data:image/png;base64,{base64.b64encode(image.getvalue()).decode()}">')
+    plt.close("all")
+    return pictures
 
 
 def as_page(notebook: Path) -> str:
@@ -62,18 +70,15 @@ def as_page(notebook: Path) -> str:
     Raises:
         Exception: whatever a cell raises.
     """
+    os.environ["MPLBACKEND"] = "agg"
     namespace: dict[str, Any] = {"__name__": "__main__"}
-    page, before = [], os.getcwd()
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        try:
-            for kind, source in cells(notebook):
-                if kind == "markdown":
-                    page.append(source + "\n")
-                else:
-                    page.append(f"```python\n{source}\n```\n\n" + shown(*run_cell(source, namespace)))
-        finally:
-            os.chdir(before)
+    page, given = [], cells(notebook)
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        for kind, source in given:
+            if kind == "markdown":
+                page.append(source + "\n")
+            else:
+                page.append(f"```python\n{source}\n```\n\n" + shown(*run_cell(source, namespace)))
     return "\n".join(page)
 
 

@@ -38,7 +38,7 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
         if "://" in target or target.startswith("mailto:"):
             return found[0]
         path = posixpath.normpath(posixpath.join(here, target))
-        uri = path if path in OUTSIDE else path.removeprefix("docs/")
+        uri = path if path in OUTSIDE else path.removeprefix("docs/").replace(".ipynb", ".md")
         if path in ("README.md", "docs/index.md"):
             uri = "index.md"
         if files.get_file_from_path(uri) is not None and (path.startswith("docs/") or path in (*OUTSIDE, "README.md")):

@@ -22,7 +22,7 @@ from bokeh.plotting import figure
 from oncenter.fleet.tables import OFFSET
 from oncenter.fleet.undecided import STATE_WORDS
 from oncenter.report.canvas import COLOURS, plain
-from oncenter.vehicle import OFFSET_LIMIT_DEG
+from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
 
 STATE_COLOURS = {"recalibrate": "rejected", "repair": "right", "undecided": "estimate", "within": "used"}
 CAUSE_COLOURS = {

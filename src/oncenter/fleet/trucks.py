@@ -14,7 +14,8 @@ from oncenter.files.file_name import printable_name
 from oncenter.files.log_formats import SUFFIXES
 from oncenter.files.regular_file import read_regular_file
 from oncenter.files.toml_file import BYTES_MAX
-from oncenter.vehicle import OFFSET_LIMIT_DEG, Vehicle, vehicle
+from oncenter.vehicle import Vehicle, vehicle
+from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
 
 _VIN = re.compile(r"(?<![0-9A-Za-z])[A-HJ-NPR-Z0-9]{17}(?![0-9A-Za-z])")  # without I, O and Q: ISO 3779
 _DBC_BYTES_MAX = 16 << 20  # the rest is not read

@@ -7,8 +7,8 @@
  * as much or more;  6 status of the offset (bits 1-4) and source of the angle (5-8);  7 fault of the sensor (1-4) and
  * counter (5-8). All bits set: not available.
  *
- * The offset is subtracted once, by the sender, from each tick's measured angle. The source states whether the offset in
- * the message is subtracted. A core that receives this angle in place of the sensor's passes oc_message_measured to
+ * The sender subtracts the offset once, from each tick's measured angle. The source states whether the offset in the
+ * message is subtracted. A core that receives this angle in place of the sensor's passes oc_message_measured to
  * oc_step.
  *
  * The second frame splits the offset's standard deviation:  1 this drive's part, then causes that are not identifiable

@@ -4,7 +4,7 @@
 #include <stddef.h>
 #include <string.h>
 
-#define DEGREE (3.14159265358979323846 / 180.0) /* in constants; rad */
+#define DEGREE (3.14159265358979323846 / 180.0) /* rad, for constants */
 
 static const oc_params defaults = {
     .method = OC_METHOD_THESIS,
@@ -85,7 +85,7 @@ void oc_params_defaults(oc_params *params) {
     *params = defaults;
 }
 
-/* Within what, in single precision, the params that are doubles are sane; in the order in which oc_params has them. */
+/* Ranges of the params that are doubles, in single precision and in the order of oc_params. */
 static const struct {
     float low, high;
 } ranges[] = {
@@ -160,7 +160,7 @@ static const struct {
     /* end */
 };
 
-/* How many, and what follows them among the names. */
+/* Their number, and the names after theirs. */
 enum { DOUBLES = sizeof ranges / sizeof ranges[0], METHOD = DOUBLES, ANGLE_METHOD, USE_ACCELEROMETER, SOUND };
 
 static size_t number_of_param(size_t place) {
@@ -171,7 +171,7 @@ static bool is_outside(const oc_params *params, size_t number) {
     double exact;
     (void)memcpy(&exact, (const char *)params + offsetof(oc_params, cutoff_hz) + number * sizeof exact, sizeof exact);
     const float value = (float)exact;
-    return !(value >= ranges[number].low && value <= ranges[number].high); /* NaN is out, too */
+    return !(value >= ranges[number].low && value <= ranges[number].high); /* true for NaN */
 }
 
 static size_t first_fault(const oc_params *p) {
@@ -199,7 +199,7 @@ bool oc_params_are_sound(const oc_params *params) {
     return first_fault(params) == SOUND;
 }
 
-/* In the order in which first_fault counts. */
+/* In the order of first_fault. */
 static const char *const names[] = {
     /* params.toml: names */
     "cutoff_hz",

@@ -1,8 +1,8 @@
 #ifndef OC_PARAMS_H
 #define OC_PARAMS_H
-/* Tuning parameters, independent of the sample rate. Each name ends in its unit. The comment has the meaning, the effect
- * of small and large values, the default and its source. docs/make_params.py writes the doubles here and their rows in
- * params.c from params.toml. */
+/* Tuning parameters, independent of the sample rate. Each name ends in its unit. The comment has the meaning, the
+ * effect of small and large values, the default and its source. docs/make_params.py writes the doubles here and their
+ * rows in params.c from params.toml. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -141,16 +141,16 @@ typedef struct {
     /* 1: without an accelerometer (use_accelerometer 0) a torque signal replaces it and is required. 0, ours */
     double torque_for_accelerometer_1;
     /* end */
-    /* whether the accelerometer is used at all (5.3.2, 5.5.3): 1, or 0 for r*v alone and no bank limit */
+    /* 1: the accelerometer is used (5.3.2, 5.5.3); 0: r*v alone, without a bank limit */
     int32_t use_accelerometer;
 } oc_params;
 
 void oc_params_defaults(oc_params *params);
 
-/* Whether each is within its range. */
+/* Whether all are within their ranges. */
 bool oc_params_are_sound(const oc_params *params);
 
-/* The name of the first that is not, or NULL; the names are a kilobyte of flash where this is called. */
+/* Name of the first one out of its range, or NULL. A program that calls it has the names in flash, a kilobyte. */
 const char *oc_params_check(const oc_params *params);
 
 #endif

@@ -45,7 +45,7 @@ int32_t board_open(const char *name, int32_t to_write) {
 
 static int32_t transfer(int32_t operation, int32_t file, const void *bytes, uint32_t count) {
     const uint32_t arguments[3] = {(uint32_t)file, (uint32_t)bytes, count};
-    return semihost(operation, arguments) == 0; /* how many bytes were left over */
+    return semihost(operation, arguments) == 0; /* semihosting returns the number of bytes not transferred */
 }
 
 int32_t board_read(int32_t file, void *bytes, uint32_t count) {

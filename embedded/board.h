@@ -1,13 +1,13 @@
 #ifndef OC_EMBEDDED_BOARD_H
 #define OC_EMBEDDED_BOARD_H
-/* What a replay needs of the emulated board: files of the host by ARM semihosting, a count of instructions, and how
- * deep the stack went. */
+/* Functions of the emulated board for a replay: files of the host by ARM semihosting, count of instructions, depth of
+ * the stack. */
 
 #include <stdint.h>
 
-enum { BOARD_STACK_WATCHED = 16384 /* bytes below the caller that board_stack_used looks at */ };
+enum { BOARD_STACK_WATCHED = 16384 /* bytes below the caller that board_stack_used checks */ };
 
-/* A file of the host, in the folder QEMU runs in; negative where it cannot be opened. */
+/* A file of the host, in QEMU's working folder; negative if it cannot be opened. */
 int32_t board_open(const char *name, int32_t to_write);
 /* Whether all bytes were read or written. */
 int32_t board_read(int32_t file, void *bytes, uint32_t count);
@@ -15,12 +15,12 @@ int32_t board_write(int32_t file, const void *bytes, uint32_t count);
 void board_close(int32_t file);
 void board_exit(int32_t code);
 
-/* Counts down, modulo 2^24. */
+/* Counts down modulo 2^24. */
 uint32_t board_clock(void);
-/* Instructions between two readings, `before` and `after`, at most some ten million of them. */
+/* Instructions between two readings, up to some ten million. */
 uint32_t board_instructions(uint32_t before, uint32_t after);
 
-/* Paints what lies below the stack pointer; later, how many bytes of it were overwritten. */
+/* Fills the memory below the stack pointer with a pattern; returns later how many bytes of it were overwritten. */
 void board_stack_paint(void);
 uint32_t board_stack_used(void);
 

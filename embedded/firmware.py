@@ -1,4 +1,4 @@
-"""The core compiled for a board, and what the compiler and the linker know of it: flash, stack, what it calls."""
+"""Compiles the core for a board and reads flash, stack and called functions from compiler and linker."""
 
 import re
 import subprocess
@@ -9,27 +9,27 @@ from replay import HERE, Board
 
 CORE = HERE.parent / "core"
 GCC = "arm-none-eabi-gcc"
-# -fno-short-enums: structs are laid out as on the host, so that its bytes can be compared. -fno-math-errno: no errno,
-# which alone would cost a kilobyte.
+# -fno-short-enums: the struct layout of the host, so that bytes can be compared. -fno-math-errno: errno would take a
+# kilobyte.
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-fno-short-enums", "-mthumb", "-mfloat-abi=hard",
          "-ffunction-sections", "-fdata-sections", "-fno-inline-functions-called-once")  # fmt: skip
 STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Werror")
 # newlib's sqrt without the wrapper that sets errno
 LINK = ("-nostartfiles", "-Wl,--gc-sections", "-Wl,--no-enum-size-warning", "-Wl,--defsym=sqrt=__ieee754_sqrt")
-# All that the core may call: the compiler's own arithmetic, three functions of libm, and what copies structs.
+# Functions that the core may call: the compiler's arithmetic, three functions of libm, copies of structs.
 ALLOWED = re.compile(r"(oc_|__aeabi_)\w+|sqrtf?|floorf?|fabsf?|mem(cpy|set|move)")
-# What firmware calls: the monitor alone, with its answer in full and the names of what it says;
+# Functions that firmware calls: the monitor with its full answer and names;
 MONITOR = ("oc_params_defaults", "oc_params_check", "oc_vehicle_check", "oc_setup", "oc_init", "oc_restart", "oc_step",
            "oc_answer_get", "oc_error_name", "oc_reason_name", "oc_status_name", "oc_fault_name")  # fmt: skip
-# an ECU that keeps it over ignition and tells the bus, as examples/integration.c does;
+# an ECU that saves the state over ignition and sends the result on the bus, as examples/integration.c;
 ECU = ("oc_params_defaults", "oc_setup", "oc_restore_newest", "oc_restart", "oc_step", "oc_save", "oc_message_of",
        "oc_message_encode", "oc_message_parts_of", "oc_message_parts_encode", "oc_trouble_update",
        "oc_trouble_encode")  # fmt: skip
-# and the rest of the headers, but for what serves whole logs.
+# and all other public functions except those for whole logs.
 ALL = (*MONITOR, *ECU, "oc_version", "oc_method_name", "oc_angle_method_name", "oc_save_size", "oc_restore",
        "oc_image_fault_name", "oc_message_decode", "oc_message_measured", "oc_message_parts_decode",
        "oc_angle_source_name")  # fmt: skip
-# Files of which no tick calls anything, or only one that has little else to do: their speed matters nowhere.
+# Files whose functions no tick calls, or only ticks with little other work: their speed does not matter.
 COLD = (
     "answer", "change", "joint_verdict", "message", "names", "params", "past_bias", "save",
     "saved_layout", "saved_plausible", "setup", "straight_ahead", "trouble", "understeer", "wheel_speed",
@@ -58,39 +58,40 @@ def compiled(board: Board, sources: Sequence[Path], folder: Path) -> list[Path]:
 
 
 def linked(board: Board, objects: Sequence[Path], target: Path, called: Sequence[str], *more: str) -> Path:
-    """An image for the board with its call graph (`.ci`) beside it; the functions called keep their names."""
+    """An image for the board, with its call graph (`.ci`) next to it; the functions in `called` keep their names."""
     for graph in target.parent.glob(f"{target.name}.*.ci"):
         graph.unlink()
     kept = [f"-Wl,-u,{name}" for name in called]
-    how = (*FLAGS, *board.flags, "-fcallgraph-info=su", *LINK, *more, *kept)  # the linker optimises, and is told how
+    how = (*FLAGS, *board.flags, "-fcallgraph-info=su", *LINK, *more, *kept)  # for link-time optimisation
     _run(GCC, *how, "-T", HERE / "mps2.ld", *objects, "-lm", "-o", target)
     return target
 
 
 def flash_bytes(board: Board, core_objects: Sequence[Path], target: Path, called: Sequence[str]) -> int:
-    """Of the core with all it needs of libgcc and libm, as firmware links it that calls these: code and constants."""
+    """Code and constants of a firmware that calls these functions, including libgcc and libm."""
     linked(board, core_objects, target, called, "-e", "oc_step")
     text, data = _run("arm-none-eabi-size", target).splitlines()[1].split()[:2]
     return int(text) + int(data)
 
 
-def strangers(core_objects: Sequence[Path]) -> list[str]:
-    """Symbols that the core calls and may not: heap, files, clocks, the rest of libm.
+def forbidden_calls(core_objects: Sequence[Path]) -> list[str]:
+    """Called symbols that are not allowed: heap, files, clocks, other functions of libm.
 
-    By readelf, which looks at the machine code: nm lists what the linker is to optimise, without the compiler's own.
+    By readelf, which reads the machine code. nm reads the input of link-time optimisation, which lacks the compiler's
+    own functions.
     """
     named = set(re.findall(r" UND (\w+)$", _run("arm-none-eabi-readelf", "-sW", *core_objects), re.MULTILINE))
     return sorted(name for name in named if not ALLOWED.fullmatch(name))
 
 
 def variables(core_objects: Sequence[Path]) -> int:
-    """Bytes of its own that the core writes to, of which there are to be none."""
+    """Bytes of static variables in the core; must be 0."""
     sizes = _run("arm-none-eabi-size", *core_objects).splitlines()[1:]
     return sum(int(size) for line in sizes for size in line.split()[1:3])
 
 
 class Stack:
-    """Worst stack by the compiler's frames, summed over the call graph; libraries' frames from their machine code."""
+    """Maximum stack: the compiler's frames summed over the call graph; libraries' frames from their machine code."""
 
     def __init__(self, image: Path) -> None:
         self._frames: dict[str, int] = {}
@@ -120,36 +121,36 @@ class Stack:
             self._calls[name] = {called for called in re.findall(r"\bbl\s+[0-9a-f]+ <(\w+)>", body) if called != name}
 
     def _read_second_names(self, symbols: str) -> None:
-        """libgcc's functions have two names; the disassembly shows one."""
+        """Functions of libgcc have two names; the disassembly has one of them."""
         names: dict[str, list[str]] = {}
         for address, name in re.findall(r"^([0-9a-f]+) [tTwW] (\w+)$", symbols, re.MULTILINE):
             names.setdefault(address, []).append(name)
         for alike in names.values():
-            for known in [name for name in alike if name in self._frames][:1]:
+            for first in [name for name in alike if name in self._frames][:1]:
                 for name in alike:
-                    self._frames[name], self._calls[name] = self._frames[known], self._calls[known]
+                    self._frames[name], self._calls[name] = self._frames[first], self._calls[first]
 
     def worst(self, function: str, callers: tuple[str, ...] = ()) -> int:
-        """Bytes, its own frame included.
+        """Bytes, including the function's own frame.
 
         Raises:
-            SystemExit: it calls itself, directly or by others, or what it calls is not known.
+            SystemExit: the function is recursive, or a called function is unknown.
         """
         if function in callers:
             raise SystemExit(f"recursion: {' -> '.join([*callers, function])}")
         if function not in self._frames:
-            raise SystemExit(f"{callers[-1] if callers else '?'} calls {function}, whose stack is not known")
+            raise SystemExit(f"{callers[-1] if callers else '?'} calls {function}, whose stack is unknown")
         if function not in self._worst:
             below = [self.worst(called, (*callers, function)) for called in self._calls[function]]
             self._worst[function] = self._frames[function] + max(below, default=0)
         return self._worst[function]
 
     def frame(self, function: str) -> int:
-        """Bytes of its own, or of the copy that the compiler made of it; 0 where it is in its caller."""
+        """Bytes of the function's own frame, or of its compiler-made copy; 0 if inlined."""
         return next((size for name, size in self._frames.items() if name.split(".")[0] == function), 0)
 
     def path(self, function: str) -> list[str]:
-        """The calls of which the worst stack is made, each with its frame in bytes."""
+        """The calls of the maximum stack, each with its frame in bytes."""
         found = [f"{function.rsplit(':', 1)[-1]} {self._frames[function]}"]
         if self._calls[function]:
             found += self.path(max(self._calls[function], key=self.worst))
@@ -157,7 +158,7 @@ class Stack:
 
 
 def _registers(group: str) -> int:
-    """How many registers `r4-r7, lr` names."""
+    """Number of registers in a list such as `r4-r7, lr`."""
     count = 0
     for part in group.split(","):
         ends = [int(n) for n in re.findall(r"\d+", part)]

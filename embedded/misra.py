@@ -1,4 +1,4 @@
-"""What cppcheck's MISRA add-on finds in the core, against the deviations that misra.md lists with their reasons."""
+"""Compares the findings of cppcheck's MISRA add-on in the core with the deviations listed in misra.md."""
 
 import re
 import subprocess
@@ -22,12 +22,12 @@ def main() -> None:
     listed = set(re.findall(r"^\| ([\d.]+) \|", (HERE / "misra.md").read_text(encoding="utf-8"), re.MULTILINE))
     places = found()
     for rule in sorted(places.keys() - listed):
-        print(f"MISRA {rule} is broken and not listed in embedded/misra.md: {', '.join(places[rule])}")
+        print(f"MISRA {rule} is violated and not listed in embedded/misra.md: {', '.join(places[rule])}")
     for rule in sorted(listed - places.keys()):
-        print(f"MISRA {rule} is listed in embedded/misra.md and nowhere broken")
+        print(f"MISRA {rule} is listed in embedded/misra.md without a violation")
     if places.keys() != listed:
         raise SystemExit(1)
-    print(f"MISRA C:2012: {sum(map(len, places.values()))} places by {len(listed)} rules, as embedded/misra.md lists")
+    print(f"MISRA C:2012: {sum(map(len, places.values()))} places by {len(listed)} rules of embedded/misra.md")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-/* Drives a recorded drive through the core, tick by tick as firmware does, and writes down what it says. */
+/* Replays a recorded drive through the core, tick by tick as firmware does, and writes its results. */
 
 #include <string.h>
 
@@ -6,14 +6,14 @@
 #include "monitor.h"
 #include "save.h"
 
-/* drive.bin, written by the host, begins with it; the structs and then the ticks follow. */
+/* Start of drive.bin, written by the host; the structs and the ticks follow. */
 typedef struct {
-    uint32_t vehicle_bytes, params_bytes, signals_bytes; /* as the host has them */
+    uint32_t vehicle_bytes, params_bytes, signals_bytes; /* on the host */
     uint32_t ticks;
     double rate_hz;
 } drive_head;
 
-/* result.bin: one for each tick, */
+/* result.bin: one per tick, */
 typedef struct {
     oc_output output;
     uint32_t instructions, unused;
@@ -25,10 +25,10 @@ typedef struct {
     oc_state state;
     oc_answer answer;
     uint32_t setup_instructions, answer_instructions;
-    uint32_t setup_stack, step_stack, answer_stack; /* bytes, deepest seen */
+    uint32_t setup_stack, step_stack, answer_stack; /* bytes, maximum */
     uint32_t save_instructions, restore_instructions, save_stack;
     uint32_t image_bytes;
-    uint32_t comes_back; /* restored and saved again, it is the same */
+    uint32_t comes_back; /* 1: the image is the same after restoring and saving */
     uint8_t image[sizeof(oc_state) + OC_SAVE_OVERHEAD];
 } result_tail;
 
@@ -38,13 +38,13 @@ static drive_head head;
 static oc_vehicle vehicle;
 static oc_params params;
 static result_tail tail;
-static uint32_t overhead; /* instructions that measuring itself takes */
+static uint32_t overhead; /* instructions of the measurement itself */
 
 static void nothing(oc_state *state, const oc_coefficients *coefficients, const oc_signals *tick, oc_output *output) {
     (void)state, (void)coefficients, (void)tick, (void)output;
 }
 
-/* Through a pointer, so that both are calls. */
+/* A pointer, so that the compiler inlines neither. */
 typedef void (*stepper)(oc_state *, const oc_coefficients *, const oc_signals *, oc_output *);
 
 static inline uint32_t measured(stepper step, const oc_signals *tick, oc_output *output) {

@@ -1,7 +1,7 @@
-"""A golden drive on an emulated board and on this machine: the same bits, and what a tick costs.
+"""Replays a golden drive on an emulated board and on this machine, compares all bits and counts instructions.
 
-The drive is simulated anew each time, from drive.toml and one seed. The host's side is the very library that judges
-logs; the board's is replay.c around the same core.
+The drive is simulated anew each time from drive.toml and one seed. The host runs the library that also evaluates logs;
+the board runs replay.c with the same core.
 """
 
 import subprocess
@@ -18,7 +18,7 @@ from oncenter._native import ffi
 HERE = Path(__file__).parent
 SEED = 7
 RATE_HZ = 100.0
-PARAMS = {"tandem_side_force_m2_s2": 12.0}  # a 6x2's; the others are the core's own
+PARAMS = {"tandem_side_force_m2_s2": 12.0}  # of a 6x2; all others are defaults
 TRUCK = {"track_width_front_m": 2.05, "track_width_rear_m": 1.83, "traffic_side": 1.0}
 _STRUCTS = ("oc_vehicle", "oc_params", "oc_signals", "oc_output", "oc_coefficients", "oc_state", "oc_answer")
 _TYPES = {name: _core.dtype_of(ffi.typeof(name)) for name in _STRUCTS}
@@ -33,27 +33,26 @@ _TAIL = np.dtype(
     align=True,
 )
 _FAULTS = {
-    1: "it found no drive",
-    2: "its structs are laid out otherwise",
-    3: "it refuses the vehicle or the params",
-    4: "the drive was cut short",
+    1: "the drive file is missing",
+    2: "its struct layout differs",
+    3: "vehicle or params are invalid",
+    4: "the drive file is truncated",
     100: "the processor faulted",
 }
 
 
 @dataclass(frozen=True)
 class Board:
-    """A board of QEMU's with the processor that its code is compiled for."""
+    """A board of QEMU and the compiler options for its processor."""
 
     name: str
     machine: str
     flags: tuple[str, ...]
 
 
-# All files at once, as the host's library is. For size where double is software, which takes the time whatever the
-# compiler does: computed where it stands, in the order it stands in, called the plain way, and no function within
-# another whose stack would grow by a tenth. For speed where it is not: short loops over what a hypothesis has are
-# written out, and nothing is computed earlier than its registers bear.
+# All files are compiled together, as for the host's library. The M4F's image is optimised for size, since software
+# doubles dominate its time: no reordering, no hoisting, no inlining that increases the stack by more than 10 %. The
+# M7's image is optimised for speed: short loops are unrolled, and early computation is avoided to save registers.
 WHOLE = ("-flto", "-flto-partition=one", "-ffat-lto-objects")
 SMALL = (
     *("-Os", "-fno-expensive-optimizations"),
@@ -71,7 +70,7 @@ BOARDS = (
 
 @dataclass(frozen=True)
 class Drive:
-    """Ticks as the core takes them, shape (n,) each, and by which methods."""
+    """The columns of a drive, shape (n,) each, and the methods for it."""
 
     columns: dict[str, npt.NDArray[np.float64]]
     method: str
@@ -80,7 +79,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Replayed:
-    """What a board made of a drive: rows and tail as replay.c has them."""
+    """A board's result: rows and tail as defined in replay.c."""
 
     rows: npt.NDArray[np.void]
     tail: np.void
@@ -110,10 +109,10 @@ def _ticks(columns: dict[str, npt.NDArray[np.float64]]) -> npt.NDArray[np.void]:
 
 
 def replay(board: Board, program: Path, drive: Drive, folder: Path) -> Replayed:
-    """Runs it in QEMU, an instruction being 64 ns of the board's time.
+    """Runs a drive in QEMU, where an instruction takes 64 ns of the board's time.
 
     Raises:
-        SystemExit: the board failed, in a line.
+        SystemExit: the board failed; one line.
     """
     core = _core_of(drive)
     ticks = _ticks(drive.columns)
@@ -134,7 +133,7 @@ def replay(board: Board, program: Path, drive: Drive, folder: Path) -> Replayed:
 
 
 def _differing(ours: npt.NDArray[np.void], theirs: npt.NDArray[np.void], path: str = "") -> list[tuple[str, int]]:
-    """Members that differ in a bit, each with the first row where it does."""
+    """Members that differ in a bit, each with its first differing row."""
     if ours.dtype.names is not None:
         return [found for name in ours.dtype.names for found in _differing(ours[name], theirs[name], f"{path}.{name}")]
     bits = np.ascontiguousarray(ours).view("u1") != np.ascontiguousarray(theirs).view("u1")
@@ -143,7 +142,7 @@ def _differing(ours: npt.NDArray[np.void], theirs: npt.NDArray[np.void], path: s
 
 
 def differences(drive: Drive, replayed: Replayed) -> list[str]:
-    """Where the board's numbers are not this machine's, bit by bit: outputs, coefficients, state, answer, image."""
+    """Bitwise differences to this machine: outputs, coefficients, state, answer, image."""
     core = _core_of(drive)
     outputs = np.zeros(len(replayed.rows), _TYPES["oc_output"])
     core.run(drive.columns, outputs)
@@ -156,5 +155,5 @@ def differences(drive: Drive, replayed: Replayed) -> list[str]:
         found += [f"{name}: {path}" for path, _ in _differing(ours, replayed.tail[name][None])]
     image = bytes(replayed.tail["image"][: int(replayed.tail["image_bytes"])])
     found += ["the saved image"] if image != core.save(1) else []
-    found += [] if replayed.tail["comes_back"] else ["the saved image does not come back as it was"]
+    found += [] if replayed.tail["comes_back"] else ["the saved image changes by restoring and saving"]
     return found

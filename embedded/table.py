@@ -1,7 +1,6 @@
-"""Builds, replays, compares and measures the core on both boards, and keeps the table of README.md as measured.
+"""Builds, replays, compares and measures the core on both boards, and updates the table of README.md.
 
-Ends with an error where a bit differs, the core calls what it may not, or the table was not as measured: it is
-renewed then.
+Fails where a bit differs, the core calls a forbidden function, or the table differed from the measurement.
 """
 
 import re
@@ -15,22 +14,22 @@ from replay import BOARDS, HERE, Board, Drive, Replayed, differences, golden_dri
 
 README = HERE / "README.md"
 SHORT = 12000  # ticks of the drives by other methods
-SAME = 0.02  # of a figure: another processor's last bits make another drive of the simulator's
+SAME = 0.02  # of a figure: the simulator's libm may differ in the last bits on another processor
 
-# What firmware asks for, by row of the table; instructions for each board. A saved image takes one KiB more than the
-# monitor: its matrices must be covariances and its equations have solutions, or else a number could become none.
+# Limits by row of the table, for each board. A saved image takes flash for its checks: its matrices must be covariances
+# and its equations must have solutions, or NaN could result.
 KIB = 1024
 ROWS = {
     "flash of the monitor, KiB": ("56", "56"),
     "flash with saved image, message and trouble code, KiB": ("56", "56"),
-    "flash of all there is, KiB": ("", ""),
+    "flash with all public functions, KiB": ("", ""),
     "RAM: state, KiB": ("20", "20"),
     "RAM: coefficients, KiB": ("", ""),
-    "worst stack of a tick, bytes": ("1,024", "1,024"),
-    "worst stack of setup, answer, saving and restoring, bytes": ("1,024", "1,024"),
+    "stack of a tick, maximum, bytes": ("1,024", "1,024"),
+    "stack of setup, answer, saving and restoring, maximum, bytes": ("1,024", "1,024"),
     "instructions a tick, mean": ("", ""),
-    "instructions a tick, 99 of 100 at most": ("", ""),
-    "instructions in the worst tick": ("60,000", "20,000"),
+    "instructions a tick, 99th percentile": ("", ""),
+    "instructions a tick, maximum": ("60,000", "20,000"),
     "instructions of an answer": ("", ""),
     "instructions to save": ("", ""),
     "instructions to restore": ("", ""),
@@ -65,11 +64,11 @@ def _compared(board: Board, program: Path, drive: Drive, folder: Path) -> Replay
 
 
 def measure(board: Board, folder: Path) -> Measured:
-    """Everything about one board; the drive with all that the monitor does is what is measured."""
+    """All figures of one board, measured on the golden drive."""
     core = firmware.compiled(board, sorted(firmware.CORE.glob("*.c")), folder / "core")
-    _fail([f"{board.name}: the core calls {name}" for name in firmware.strangers(core)])
+    _fail([f"{board.name}: the core calls {name}" for name in firmware.forbidden_calls(core)])
     written = firmware.variables(core)
-    _fail([f"{board.name}: the core has {written} bytes of variables"] if written else [])
+    _fail([f"{board.name}: the core has {written} bytes of static variables"] if written else [])
     own = firmware.compiled(board, sorted(HERE.glob("*.c")), folder)
     program = firmware.linked(board, [*core, *own], folder / "replay.elf", firmware.ALL)
     stack = firmware.Stack(program)
@@ -81,12 +80,12 @@ def measure(board: Board, folder: Path) -> Measured:
     whole = _compared(board, program, Drive(columns, "joint", "observer"), folder)
 
     tick = stack.worst("oc_step")
-    print(f"{board.name}: deepest in a tick: {', '.join(stack.path('oc_step'))}")
+    print(f"{board.name}: maximum stack of a tick: {', '.join(stack.path('oc_step'))}")
     rest = max(map(stack.worst, ("oc_setup", "oc_answer_get", "oc_save", "oc_restore")))
-    seen_rest = max(int(whole.tail[name]) for name in ("setup_stack", "answer_stack", "save_stack"))
-    seen_tick = int(whole.tail["step_stack"]) - stack.frame("measured")  # which calls oc_step in replay.c
-    for seen, by_graph in ((seen_tick, tick), (seen_rest, rest)):
-        _fail([f"{board.name}: {seen} bytes of stack seen, {by_graph} by the call graph"] if seen > by_graph else [])
+    measured_rest = max(int(whole.tail[name]) for name in ("setup_stack", "answer_stack", "save_stack"))
+    measured_tick = int(whole.tail["step_stack"]) - stack.frame("measured")  # which calls oc_step in replay.c
+    for used, by_graph in ((measured_tick, tick), (measured_rest, rest)):
+        _fail([f"{board.name}: {used} bytes of stack used, {by_graph} by the call graph"] if used > by_graph else [])
     instructions = whole.rows["instructions"]
     figures = [
         *(
@@ -109,7 +108,7 @@ def measure(board: Board, folder: Path) -> Measured:
 def table(columns: list[Measured]) -> str:
     """The table in Markdown."""
     names = [c.board.name for c in columns]
-    lines = [f"| | {' | '.join(f'{name} | asked, at most' for name in names)} |"]
+    lines = [f"| | {' | '.join(f'{name} | limit' for name in names)} |"]
     lines.append("|---" + "|--:|--:" * len(names) + "|")
     for k, (row, asked) in enumerate(ROWS.items()):
         cells = [cell for c, limit in zip(columns, asked, strict=True) for cell in (c.figures[k], limit)]
@@ -122,7 +121,7 @@ def _figures(text: str) -> list[float]:
 
 
 def same(old: str, new: str) -> bool:
-    """Whether two tables say the same, give or take the simulator's last bits."""
+    """Whether two tables are equal within SAME."""
     if re.sub(r"[\d,.]+", "", old) != re.sub(r"[\d,.]+", "", new):
         return False
     pairs = zip(_figures(old), _figures(new), strict=True)
@@ -130,10 +129,10 @@ def same(old: str, new: str) -> bool:
 
 
 def keep(new: str) -> None:
-    """Puts the table into README.md between its two marks.
+    """Writes the table into README.md between its two marks.
 
     Raises:
-        SystemExit: what was there is not what was measured.
+        SystemExit: the former table differed from the measurement.
     """
     page = README.read_text(encoding="utf-8")
     begin, end = "<!-- table: make embedded -->\n", "\n<!-- end -->"
@@ -141,7 +140,7 @@ def keep(new: str) -> None:
     old, after = rest.split(end)
     if not same(old, new):
         README.write_text(before + begin + new + end + after, encoding="utf-8")
-        raise SystemExit("the table of embedded/README.md was not as measured; it is now")
+        raise SystemExit("the table of embedded/README.md differed from the measurement; it is updated")
 
 
 def main() -> None:

@@ -102,7 +102,7 @@ def test_an_ecu_with_another_calibration_discards_its_saved_estimates(ecu: Path,
         return np.frombuffer((ctypes.c_char * dtype.itemsize).in_dll(library, name), dtype)[0:1]
 
     def answered_s() -> float:
-        library.oncenter_ecu_tell()
+        library.oncenter_ecu_update_answer()
         return float(global_of("oncenter_answer", "oc_answer")["duration"][0])
 
     library.oncenter_ecu_defaults()
@@ -171,7 +171,7 @@ def test_the_ecus_program_rejects_ticks_before_its_truck_is_calibrated(ecu: Path
     program.oncenter_ecu_defaults()
     assert program.oncenter_ecu_start() != 0
     program.oncenter_ecu_tick()
-    program.oncenter_ecu_tell()
+    program.oncenter_ecu_update_answer()
     wheelbase, ratio = (ctypes.c_double * 2).in_dll(program, "oncenter_vehicle"), 1
     wheelbase[0], wheelbase[ratio] = 3.7, 19.3
     assert program.oncenter_ecu_start() == 0

@@ -97,7 +97,7 @@ def by_c(ecu: ctypes.CDLL, drive: Signals) -> dict[str, Any]:
         setattr(params, name, value)
     assert ecu.oncenter_ecu_start() == lib.OC_OK
     ecu.ecu_ticks(ticks.ctypes.data_as(ctypes.c_void_p), ctypes.c_size_t(len(ticks)))
-    ecu.oncenter_ecu_tell()
+    ecu.oncenter_ecu_update_answer()
     answer = ffi.cast("oc_answer *", ctypes.addressof(ctypes.c_char.in_dll(ecu, "oncenter_answer")))
     return told(_core._members(answer))
 

@@ -236,7 +236,7 @@ def test_wind_pushes_to_the_side_that_its_compass_direction_and_the_truck_s_head
     given = ffi.new("sim_wind_input *", [(90.0 - heading_deg) * DEGREE, 20.0, 1.0])
     lib.sim_wind_blow(state, native_wind(of.wind, 0.01), given)
     force_n = 0.5 * 1.225 * 9.0 * 1.2 * math.hypot(20.0, 10.0) * 10.0  # dynamic pressure * area * coefficient * sine
-    assert state.side_force == pytest.approx(push * force_n, abs=1e-9 * force_n)
+    assert state.lateral_force == pytest.approx(push * force_n, abs=1e-9 * force_n)
 
 
 def test_mean_wind_turns_the_wheel_and_is_not_felt_by_the_accelerometer() -> None:

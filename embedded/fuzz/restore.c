@@ -1,4 +1,4 @@
-/* Bytes as a saved image: whatever they are, restoring ends; what is believed can be driven on with and saved again. */
+/* Fuzzes a saved image: restoring ends, and an accepted image can be driven on with and saved again. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -12,7 +12,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count);
 
 enum { IMAGE_MAX = 32768 };
 
-/* Some seconds on a weaving road. */
+/* Some seconds on a winding road. */
 static void drive(oc_state *state, const oc_coefficients *c, int ticks) {
     oc_signals tick = {.vehicle_speed = 20.0, .valid = 15};
     oc_output output;
@@ -32,7 +32,7 @@ static uint32_t crc_of(const uint8_t *bytes, size_t count) {
     return ~crc;
 }
 
-/* Half of the inputs are an image of ours with some bytes changed and sealed anew, lest the CRC stops all. */
+/* Half of the inputs are a valid image with some changed bytes and a new CRC, since the CRC check rejects others. */
 static size_t damaged(const oc_coefficients *c, const uint8_t *bytes, size_t count, uint8_t *image) {
     static uint8_t driven[OC_METHOD_COUNT][IMAGE_MAX];
     static size_t sizes[OC_METHOD_COUNT];

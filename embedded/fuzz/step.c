@@ -1,5 +1,5 @@
-/* Bytes as a truck, its params and a drive: whatever they are, a step ends, no sum overflows, no index is beyond its
- * array, and what is told as valid is a number. The sanitizers watch. */
+/* Fuzzes a truck, its params and a drive: a step ends, no sum overflows, no index exceeds its array (by sanitizers), and
+ * valid estimates are numbers. */
 
 #include <math.h>
 #include <stddef.h>
@@ -12,7 +12,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count);
 
-/* What is left of the input. */
+/* The remaining input. */
 typedef struct {
     const uint8_t *bytes;
     size_t count;
@@ -26,7 +26,7 @@ static uint8_t byte_of(input *from) {
     return *from->bytes++;
 }
 
-/* Of a usual size, now and then any double at all. */
+/* Mostly of this scale, sometimes any double. */
 static double number_of(input *from, double scale) {
     const uint8_t kind = byte_of(from);
     double any = 0.0;
@@ -39,13 +39,13 @@ static double number_of(input *from, double scale) {
     return scale * ((double)kind - 127.0 + byte_of(from) / 256.0) / 127.0;
 }
 
-static void told(const oc_estimate *estimate) {
+static void check_estimate(const oc_estimate *estimate) {
     if (estimate->status == OC_VALID && !(isfinite(estimate->value) && estimate->standard_deviation >= 0.0)) {
         abort();
     }
 }
 
-/* How a drive goes on from one tick to the next: bytes steer, brake, lose signals and stop the clock. */
+/* The next tick of the drive: bytes steer, brake, drop signals and stop the clock. */
 static void next(oc_signals *tick, input *from) {
     const uint8_t what = byte_of(from);
     tick->time += 0.01;
@@ -68,8 +68,8 @@ static void next(oc_signals *tick, input *from) {
     }
 }
 
-/* Whatever was driven, its image is believed, and saved again it is the same. */
-static bool comes_back(const oc_state *state, const oc_coefficients *c) {
+/* After any drive the image is accepted, and saved again it is the same. */
+static bool survives_restoring(const oc_state *state, const oc_coefficients *c) {
     static oc_state other;
     static uint8_t image[sizeof *state + OC_SAVE_OVERHEAD], again[sizeof image];
     uint32_t sequence = 0;
@@ -105,7 +105,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count) {
     oc_init(&state);
     while (from.count > 0) {
         next(&tick, &from);
-        const int held = 1 + byte_of(&from) % 64; /* the same again, so that seconds pass with few bytes */
+        const int held = 1 + byte_of(&from) % 64; /* repeats the tick, so that few bytes last for seconds */
         for (int k = 0; k < held; ++k) {
             oc_step(&state, &coefficients, &tick, &output);
             tick.time += 1.0 / rate_hz;
@@ -117,13 +117,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count) {
             abort();
         }
     }
-    if (!comes_back(&state, &coefficients)) {
+    if (!survives_restoring(&state, &coefficients)) {
         abort();
     }
     oc_answer_get(&state, &coefficients, &answer);
-    told(&answer.offset);
-    told(&answer.understeer_gradient);
-    told(&answer.backlash);
-    told(&answer.yaw_rate_bias);
+    check_estimate(&answer.offset);
+    check_estimate(&answer.understeer_gradient);
+    check_estimate(&answer.backlash);
+    check_estimate(&answer.yaw_rate_bias);
     return 0;
 }

@@ -10,7 +10,7 @@ oc_answer oncenter_answer;
 
 static oc_coefficients coefficients;
 static oc_state state;
-static uint32_t key; /* of the coefficients that the state was learned with */
+static uint32_t key; /* of the coefficients with which the state was learned */
 static bool started;
 
 void oncenter_ecu_defaults(void) {
@@ -39,7 +39,7 @@ void oncenter_ecu_tick(void) {
     }
 }
 
-void oncenter_ecu_tell(void) {
+void oncenter_ecu_update_answer(void) {
     if (started) {
         oc_answer_get(&state, &coefficients, &oncenter_answer);
     }

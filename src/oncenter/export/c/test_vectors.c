@@ -1,4 +1,4 @@
-/* The core on a recorded drive, against what it gave where this folder was written: equal to the last bit, or not. */
+/* Runs the core on a recorded drive and compares each value with the one at export, to the last bit. */
 
 #include <stdio.h>
 
@@ -10,7 +10,7 @@ enum { SIGNALS = 8 }; /* columns, by the bits of oc_signals.valid */
 static oc_coefficients coefficients;
 static oc_state state;
 
-/* One row of the drive; resolutions are powers of two, so that nothing is rounded. */
+/* One row of the drive; resolutions are powers of two, against rounding. */
 static oc_signals tick_of(size_t row) {
     static const double resolution[SIGNALS] = {
         1.0 / 1024, 1.0 / 8192, 1.0 / 512, 1.0 / 2048, 1.0 / 512, 1.0 / 512, 1.0 / 512, 1.0 / 512,
@@ -32,8 +32,8 @@ static oc_signals tick_of(size_t row) {
     return tick;
 }
 
-static void tell_output(const oc_output *o, double values[VECTORS_OUTPUTS]) {
-    const double told[VECTORS_OUTPUTS] = {
+static void list_output(const oc_output *o, double values[VECTORS_OUTPUTS]) {
+    const double listed[VECTORS_OUTPUTS] = {
         o->time,
         o->vehicle_speed,
         o->motion.curvature,
@@ -61,12 +61,12 @@ static void tell_output(const oc_output *o, double values[VECTORS_OUTPUTS]) {
         (double)o->fault,
     };
     for (unsigned k = 0; k < VECTORS_OUTPUTS; ++k) {
-        values[k] = told[k];
+        values[k] = listed[k];
     }
 }
 
-static void tell_answer(const oc_answer *a, double values[VECTORS_ANSWERS]) {
-    const double told[VECTORS_ANSWERS] = {
+static void list_answer(const oc_answer *a, double values[VECTORS_ANSWERS]) {
+    const double listed[VECTORS_ANSWERS] = {
         a->offset.value,
         a->offset.standard_deviation,
         (double)a->offset.status,
@@ -84,11 +84,11 @@ static void tell_answer(const oc_answer *a, double values[VECTORS_ANSWERS]) {
         a->unused,
     };
     for (unsigned k = 0; k < VECTORS_ANSWERS; ++k) {
-        values[k] = told[k];
+        values[k] = listed[k];
     }
 }
 
-/* How many values differ. */
+/* Number of differing values. */
 static int compare(const char *what, size_t row, const double *given, const double *expected, size_t count) {
     int differing = 0;
     for (size_t k = 0; k < count; ++k) {
@@ -115,7 +115,7 @@ static int run(const vectors_case *expected) {
     params.method = expected->method;
     params.angle_method = expected->angle_method;
     if (oc_setup(&coefficients, &vehicle, &params, vectors_rate_hz) != OC_OK) {
-        printf("%s: oc_setup refuses\n", oc_method_name(expected->method));
+        printf("%s: oc_setup failed\n", oc_method_name(expected->method));
         return 1;
     }
     oc_init(&state);
@@ -126,7 +126,7 @@ static int run(const vectors_case *expected) {
         oc_step(&state, &coefficients, &tick, &output);
         if (row % VECTORS_EVERY == 0) {
             double values[VECTORS_OUTPUTS];
-            tell_output(&output, values);
+            list_output(&output, values);
             differing += compare(oc_method_name(expected->method), row, values, expected->outputs[row / VECTORS_EVERY],
                                  VECTORS_OUTPUTS);
         }
@@ -134,7 +134,7 @@ static int run(const vectors_case *expected) {
     oc_answer answer;
     double values[VECTORS_ANSWERS];
     oc_answer_get(&state, &coefficients, &answer);
-    tell_answer(&answer, values);
+    list_answer(&answer, values);
     return differing + compare(oc_method_name(expected->method), VECTORS_ROWS, values, expected->answer,
                                VECTORS_ANSWERS);
 }

@@ -7,13 +7,13 @@
 #include "instance.h"
 
 typedef struct {
-    oc_fmu fmu; /* all that changes */
+    oc_fmu fmu; /* the whole state */
     fmi2CallbackLogger log;
     fmi2ComponentEnvironment environment;
     char *name;
 } component;
 
-static fmi2Status refuse(const component *c, const char *what, const char *which) {
+static fmi2Status fail(const component *c, const char *what, const char *which) {
     if (c->log != NULL) {
         c->log(c->environment, c->name, fmi2Error, "logStatusError", "%s%s", what, which);
     }
@@ -32,7 +32,7 @@ const char *fmi2GetVersion(void) {
 }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t count, const fmi2String categories[]) {
-    (void)c, (void)on, (void)count, (void)categories; /* errors are told always, and nothing else is */
+    (void)c, (void)on, (void)count, (void)categories; /* always logs errors, and nothing else */
     return fmi2OK;
 }
 
@@ -43,11 +43,11 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                        .environment = functions == NULL ? NULL : functions->componentEnvironment,
                        .name = (char[]){"oncenter"}};
     if (type != fmi2CoSimulation) {
-        refuse(&probe, "this FMU is for co-simulation only", "");
+        fail(&probe, "this FMU is for co-simulation only", "");
         return NULL;
     }
     if (guid == NULL || strcmp(guid, oc_fmu_token) != 0) {
-        refuse(&probe, "the GUID is not this FMU's: ", oc_fmu_token);
+        fail(&probe, "the GUID is not this FMU's: ", oc_fmu_token);
         return NULL;
     }
     component *c = calloc(1, sizeof *c);
@@ -87,7 +87,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component instance, fmi2Boolean tolerance_def
 fmi2Status fmi2EnterInitializationMode(fmi2Component instance) {
     component *c = instance;
     if (c->fmu.phase != OC_FMU_INSTANTIATED) {
-        return refuse(c, "fmi2EnterInitializationMode comes before the simulation", "");
+        return fail(c, "fmi2EnterInitializationMode comes before the simulation", "");
     }
     c->fmu.phase = OC_FMU_INITIALIZING;
     return fmi2OK;
@@ -96,10 +96,10 @@ fmi2Status fmi2EnterInitializationMode(fmi2Component instance) {
 fmi2Status fmi2ExitInitializationMode(fmi2Component instance) {
     component *c = instance;
     if (c->fmu.phase != OC_FMU_INITIALIZING) {
-        return refuse(c, "fmi2ExitInitializationMode follows fmi2EnterInitializationMode", "");
+        return fail(c, "fmi2ExitInitializationMode follows fmi2EnterInitializationMode", "");
     }
     const char *const wrong = oc_fmu_begin(&c->fmu);
-    return wrong == NULL ? fmi2OK : refuse(c, "parameter out of its range or missing: ", wrong);
+    return wrong == NULL ? fmi2OK : fail(c, "parameter out of its range or missing: ", wrong);
 }
 
 fmi2Status fmi2Terminate(fmi2Component instance) {
@@ -120,7 +120,7 @@ fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference referenc
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_REAL);
         if (variable == NULL) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         values[k] = oc_fmu_real(&c->fmu, variable);
     }
@@ -139,7 +139,7 @@ fmi2Status fmi2GetInteger(fmi2Component instance, const fmi2ValueReference refer
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = fmi2_integer(references[k]);
         if (variable == NULL) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         values[k] = oc_fmu_integer(&c->fmu, variable);
     }
@@ -152,7 +152,7 @@ fmi2Status fmi2GetBoolean(fmi2Component instance, const fmi2ValueReference refer
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_BOOLEAN);
         if (variable == NULL) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         values[k] = oc_fmu_integer(&c->fmu, variable) ? fmi2True : fmi2False;
     }
@@ -162,7 +162,7 @@ fmi2Status fmi2GetBoolean(fmi2Component instance, const fmi2ValueReference refer
 fmi2Status fmi2GetString(fmi2Component instance, const fmi2ValueReference references[], size_t count,
                          fmi2String values[]) {
     (void)references, (void)values;
-    return count == 0 ? fmi2OK : refuse(instance, bad_reference, "");
+    return count == 0 ? fmi2OK : fail(instance, bad_reference, "");
 }
 
 fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
@@ -171,10 +171,10 @@ fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference referenc
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_REAL);
         if (variable == NULL) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         if (!oc_fmu_settable(&c->fmu, variable)) {
-            return refuse(c, not_settable, variable->name);
+            return fail(c, not_settable, variable->name);
         }
         oc_fmu_set_real(&c->fmu, variable, values[k]);
     }
@@ -187,10 +187,10 @@ fmi2Status fmi2SetInteger(fmi2Component instance, const fmi2ValueReference refer
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = fmi2_integer(references[k]);
         if (variable == NULL) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         if (!oc_fmu_settable(&c->fmu, variable)) {
-            return refuse(c, not_settable, variable->name);
+            return fail(c, not_settable, variable->name);
         }
         oc_fmu_set_integer(&c->fmu, variable, values[k]);
     }
@@ -203,10 +203,10 @@ fmi2Status fmi2SetBoolean(fmi2Component instance, const fmi2ValueReference refer
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_BOOLEAN);
         if (variable == NULL) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         if (!oc_fmu_settable(&c->fmu, variable)) {
-            return refuse(c, not_settable, variable->name);
+            return fail(c, not_settable, variable->name);
         }
         oc_fmu_set_integer(&c->fmu, variable, values[k] != fmi2False);
     }
@@ -216,7 +216,7 @@ fmi2Status fmi2SetBoolean(fmi2Component instance, const fmi2ValueReference refer
 fmi2Status fmi2SetString(fmi2Component instance, const fmi2ValueReference references[], size_t count,
                          const fmi2String values[]) {
     (void)references, (void)values;
-    return count == 0 ? fmi2OK : refuse(instance, bad_reference, "");
+    return count == 0 ? fmi2OK : fail(instance, bad_reference, "");
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component instance, fmi2FMUstate *state) {
@@ -225,7 +225,7 @@ fmi2Status fmi2GetFMUstate(fmi2Component instance, fmi2FMUstate *state) {
         *state = malloc(sizeof c->fmu);
     }
     if (*state == NULL) {
-        return refuse(c, "no memory for a state", "");
+        return fail(c, "no memory for a state", "");
     }
     memcpy(*state, &c->fmu, sizeof c->fmu);
     return fmi2OK;
@@ -252,7 +252,7 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component instance, fmi2FMUstate state
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component instance, fmi2FMUstate state, fmi2Byte image[], size_t size) {
     if (size < oc_fmu_image_size()) {
-        return refuse(instance, "too little room for the state", "");
+        return fail(instance, "too little room for the state", "");
     }
     oc_fmu_to_image(state, (unsigned char *)image);
     return fmi2OK;
@@ -261,12 +261,12 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component instance, fmi2FMUstate state, fmi
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component instance, const fmi2Byte image[], size_t size, fmi2FMUstate *state) {
     oc_fmu *read = malloc(sizeof *read);
     if (read == NULL) {
-        return refuse(instance, "no memory for a state", "");
+        return fail(instance, "no memory for a state", "");
     }
     const char *const wrong = oc_fmu_from_image(read, (const unsigned char *)image, size);
     if (wrong != NULL) {
         free(read);
-        return refuse(instance, wrong, "");
+        return fail(instance, wrong, "");
     }
     *state = read;
     return fmi2OK;
@@ -276,43 +276,43 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance, const fmi2ValueR
                                         size_t unknown_count, const fmi2ValueReference knowns[], size_t known_count,
                                         const fmi2Real seed[], fmi2Real sensitivity[]) {
     (void)unknowns, (void)unknown_count, (void)knowns, (void)known_count, (void)seed, (void)sensitivity;
-    return refuse(instance, "derivatives are not provided", "");
+    return fail(instance, "derivatives are not provided", "");
 }
 
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance, const fmi2ValueReference references[], size_t count,
                                        const fmi2Integer order[], const fmi2Real values[]) {
     (void)references, (void)count, (void)order, (void)values;
-    return refuse(instance, "inputs are not interpolated", "");
+    return fail(instance, "inputs are not interpolated", "");
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component instance, const fmi2ValueReference references[], size_t count,
                                         const fmi2Integer order[], fmi2Real values[]) {
     (void)references, (void)count, (void)order, (void)values;
-    return refuse(instance, "derivatives are not provided", "");
+    return fail(instance, "derivatives are not provided", "");
 }
 
 fmi2Status fmi2DoStep(fmi2Component instance, fmi2Real time, fmi2Real step, fmi2Boolean no_going_back) {
     (void)no_going_back;
     component *c = instance;
     if (c->fmu.phase != OC_FMU_STEPPING) {
-        return refuse(c, "fmi2DoStep comes after fmi2ExitInitializationMode", "");
+        return fail(c, "fmi2DoStep comes after fmi2ExitInitializationMode", "");
     }
-    return oc_fmu_advance(&c->fmu, time, step) ? fmi2OK : refuse(c, "time must go forward by a positive step", "");
+    return oc_fmu_advance(&c->fmu, time, step) ? fmi2OK : fail(c, "time must go forward by a positive step", "");
 }
 
 fmi2Status fmi2CancelStep(fmi2Component instance) {
-    return refuse(instance, "a step is over when fmi2DoStep returns", "");
+    return fail(instance, "a step is over when fmi2DoStep returns", "");
 }
 
 fmi2Status fmi2GetStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Status *value) {
     (void)kind, (void)value;
-    return refuse(instance, "a step is over when fmi2DoStep returns", "");
+    return fail(instance, "a step is over when fmi2DoStep returns", "");
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Real *value) {
     const component *c = instance;
     if (kind != fmi2LastSuccessfulTime) {
-        return refuse(c, "a step is over when fmi2DoStep returns", "");
+        return fail(c, "a step is over when fmi2DoStep returns", "");
     }
     *value = c->fmu.now;
     return fmi2OK;
@@ -320,12 +320,12 @@ fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind kind, 
 
 fmi2Status fmi2GetIntegerStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Integer *value) {
     (void)kind, (void)value;
-    return refuse(instance, "a step is over when fmi2DoStep returns", "");
+    return fail(instance, "a step is over when fmi2DoStep returns", "");
 }
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2Boolean *value) {
     if (kind != fmi2Terminated) {
-        return refuse(instance, "a step is over when fmi2DoStep returns", "");
+        return fail(instance, "a step is over when fmi2DoStep returns", "");
     }
     *value = fmi2False;
     return fmi2OK;
@@ -333,5 +333,5 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component instance, const fmi2StatusKind kin
 
 fmi2Status fmi2GetStringStatus(fmi2Component instance, const fmi2StatusKind kind, fmi2String *value) {
     (void)kind, (void)value;
-    return refuse(instance, "a step is over when fmi2DoStep returns", "");
+    return fail(instance, "a step is over when fmi2DoStep returns", "");
 }

@@ -1,4 +1,4 @@
-/* The functions of FMI 3.0 that a co-simulation FMU without clocks or arrays has a use for. */
+/* The functions of FMI 3.0 that a co-simulation FMU without clocks or arrays needs. */
 
 #include <stdlib.h>
 #include <string.h>
@@ -7,14 +7,14 @@
 #include "instance.h"
 
 typedef struct {
-    oc_fmu fmu; /* all that changes */
+    oc_fmu fmu; /* the whole state */
     fmi3LogMessageCallback log;
     fmi3InstanceEnvironment environment;
 } component;
 
 enum { message_size = 160 };
 
-static fmi3Status refuse(const component *c, const char *what, const char *which) {
+static fmi3Status fail(const component *c, const char *what, const char *which) {
     if (c->log != NULL) {
         char message[message_size] = {0};
         strncpy(message, what, message_size - 1);
@@ -32,7 +32,7 @@ const char *fmi3GetVersion(void) {
 }
 
 fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean on, size_t count, const fmi3String categories[]) {
-    (void)instance, (void)on, (void)count, (void)categories; /* errors are told always, and nothing else is */
+    (void)instance, (void)on, (void)count, (void)categories; /* always logs errors, and nothing else */
     return fmi3OK;
 }
 
@@ -45,11 +45,11 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     (void)intermediate, (void)intermediate_count, (void)update;
     const component probe = {.log = log, .environment = environment};
     if (event_mode) {
-        refuse(&probe, "this FMU has no event mode", "");
+        fail(&probe, "this FMU has no event mode", "");
         return NULL;
     }
     if (token == NULL || strcmp(token, oc_fmu_token) != 0) {
-        refuse(&probe, "the instantiation token is not this FMU's: ", oc_fmu_token);
+        fail(&probe, "the instantiation token is not this FMU's: ", oc_fmu_token);
         return NULL;
     }
     component *c = calloc(1, sizeof *c);
@@ -71,7 +71,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
     (void)tolerance_defined, (void)tolerance, (void)stop_defined, (void)stop;
     component *c = instance;
     if (c->fmu.phase != OC_FMU_INSTANTIATED) {
-        return refuse(c, "fmi3EnterInitializationMode comes before the simulation", "");
+        return fail(c, "fmi3EnterInitializationMode comes before the simulation", "");
     }
     c->fmu.now = start;
     c->fmu.phase = OC_FMU_INITIALIZING;
@@ -81,10 +81,10 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
 fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {
     component *c = instance;
     if (c->fmu.phase != OC_FMU_INITIALIZING) {
-        return refuse(c, "fmi3ExitInitializationMode follows fmi3EnterInitializationMode", "");
+        return fail(c, "fmi3ExitInitializationMode follows fmi3EnterInitializationMode", "");
     }
     const char *const wrong = oc_fmu_begin(&c->fmu);
-    return wrong == NULL ? fmi3OK : refuse(c, "parameter out of its range or missing: ", wrong);
+    return wrong == NULL ? fmi3OK : fail(c, "parameter out of its range or missing: ", wrong);
 }
 
 fmi3Status fmi3Terminate(fmi3Instance instance) {
@@ -105,7 +105,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference refere
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_REAL);
         if (variable == NULL || value_count != count) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         values[k] = oc_fmu_real(&c->fmu, variable);
     }
@@ -118,7 +118,7 @@ fmi3Status fmi3GetInt32(fmi3Instance instance, const fmi3ValueReference referenc
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_INTEGER);
         if (variable == NULL || value_count != count) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         values[k] = oc_fmu_integer(&c->fmu, variable);
     }
@@ -132,7 +132,7 @@ fmi3Status fmi3GetInt64(fmi3Instance instance, const fmi3ValueReference referenc
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_ENUMERATION);
         if (variable == NULL || value_count != count) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         values[k] = oc_fmu_integer(&c->fmu, variable);
     }
@@ -145,7 +145,7 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference refere
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_BOOLEAN);
         if (variable == NULL || value_count != count) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         values[k] = oc_fmu_integer(&c->fmu, variable) != 0;
     }
@@ -158,10 +158,10 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference refere
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_REAL);
         if (variable == NULL || value_count != count) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         if (!oc_fmu_settable(&c->fmu, variable)) {
-            return refuse(c, not_settable, variable->name);
+            return fail(c, not_settable, variable->name);
         }
         oc_fmu_set_real(&c->fmu, variable, values[k]);
     }
@@ -174,10 +174,10 @@ fmi3Status fmi3SetInt32(fmi3Instance instance, const fmi3ValueReference referenc
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_INTEGER);
         if (variable == NULL || value_count != count) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         if (!oc_fmu_settable(&c->fmu, variable)) {
-            return refuse(c, not_settable, variable->name);
+            return fail(c, not_settable, variable->name);
         }
         oc_fmu_set_integer(&c->fmu, variable, values[k]);
     }
@@ -190,10 +190,10 @@ fmi3Status fmi3SetInt64(fmi3Instance instance, const fmi3ValueReference referenc
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_ENUMERATION);
         if (variable == NULL || value_count != count) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         if (!oc_fmu_settable(&c->fmu, variable) || values[k] < INT32_MIN || values[k] > INT32_MAX) {
-            return refuse(c, not_settable, variable->name);
+            return fail(c, not_settable, variable->name);
         }
         oc_fmu_set_integer(&c->fmu, variable, (int32_t)values[k]);
     }
@@ -206,10 +206,10 @@ fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference refere
     for (size_t k = 0; k < count; ++k) {
         const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_BOOLEAN);
         if (variable == NULL || value_count != count) {
-            return refuse(c, bad_reference, "");
+            return fail(c, bad_reference, "");
         }
         if (!oc_fmu_settable(&c->fmu, variable)) {
-            return refuse(c, not_settable, variable->name);
+            return fail(c, not_settable, variable->name);
         }
         oc_fmu_set_integer(&c->fmu, variable, values[k] ? 1 : 0);
     }
@@ -222,7 +222,7 @@ fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state) {
         *state = malloc(sizeof c->fmu);
     }
     if (*state == NULL) {
-        return refuse(c, "no memory for a state", "");
+        return fail(c, "no memory for a state", "");
     }
     memcpy(*state, &c->fmu, sizeof c->fmu);
     return fmi3OK;
@@ -249,7 +249,7 @@ fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state,
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte image[], size_t size) {
     if (size < oc_fmu_image_size()) {
-        return refuse(instance, "too little room for the state", "");
+        return fail(instance, "too little room for the state", "");
     }
     oc_fmu_to_image(state, image);
     return fmi3OK;
@@ -258,12 +258,12 @@ fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3
 fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte image[], size_t size, fmi3FMUState *state) {
     oc_fmu *read = malloc(sizeof *read);
     if (read == NULL) {
-        return refuse(instance, "no memory for a state", "");
+        return fail(instance, "no memory for a state", "");
     }
     const char *const wrong = oc_fmu_from_image(read, image, size);
     if (wrong != NULL) {
         free(read);
-        return refuse(instance, wrong, "");
+        return fail(instance, wrong, "");
     }
     *state = read;
     return fmi3OK;
@@ -278,10 +278,10 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 time, fmi3Float64 step,
     *early_return = fmi3False;
     *last = c->fmu.now;
     if (c->fmu.phase != OC_FMU_STEPPING) {
-        return refuse(c, "fmi3DoStep comes after fmi3ExitInitializationMode", "");
+        return fail(c, "fmi3DoStep comes after fmi3ExitInitializationMode", "");
     }
     if (!oc_fmu_advance(&c->fmu, time, step)) {
-        return refuse(c, "time must go forward by a positive step", "");
+        return fail(c, "time must go forward by a positive step", "");
     }
     *last = c->fmu.now;
     return fmi3OK;

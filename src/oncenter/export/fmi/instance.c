@@ -28,7 +28,7 @@ void oc_fmu_reset(oc_fmu *fmu) {
     }
 }
 
-static const char *complaint(const oc_fmu *fmu) {
+static const char *first_wrong_name(const oc_fmu *fmu) {
     if (fmu->vehicle.ratio.terms < 0 || fmu->vehicle.ratio.terms > OC_RATIO_TERMS_MAX) {
         return "steering_ratio_terms";
     }
@@ -47,7 +47,7 @@ const char *oc_fmu_begin(oc_fmu *fmu) {
     fmu->params.angle_method = (oc_angle_method)fmu->angle_method;
     fmu->vehicle.traffic_side = (double)fmu->traffic_side;
     fmu->vehicle.ratio.ratio = fmu->vehicle.steering_ratio;
-    const char *const wrong = complaint(fmu);
+    const char *const wrong = first_wrong_name(fmu);
     if (wrong != NULL) {
         return wrong;
     }
@@ -80,8 +80,8 @@ static void take_tick(oc_fmu *fmu, double time) {
     fmu->answer_is_current = 0;
 }
 
-/* An importer that steps tick by tick is taken at its own times, whose last bits and drift are its business. One that
- * steps finer or coarser gets the ticks that fall into its step, at the nominal rate. */
+/* For an importer that steps tick by tick, ticks have its times, with their rounding and drift. For finer or coarser
+ * steps, ticks at the nominal rate fall into its steps. */
 bool oc_fmu_advance(oc_fmu *fmu, double time, double step) {
     const double tick_s = fmu->coefficients.tick_s;
     if (!(step > 0.0 && step < 1e6 && fabs(time) < 1e12) || (fmu->clock_started && time < fmu->now - 0.5 * step)) {
@@ -116,8 +116,8 @@ bool oc_fmu_settable(const oc_fmu *fmu, const oc_fmu_variable *variable) {
     return variable->role == OC_FMU_PARAMETER && fmu->phase <= OC_FMU_INITIALIZING;
 }
 
-/* What all ticks say together is worked out when it is asked for. */
-static void bring_up_to_date(oc_fmu *fmu, const oc_fmu_variable *variable) {
+/* The answer is computed when the importer reads it. */
+static void update_answer(oc_fmu *fmu, const oc_fmu_variable *variable) {
     if (variable->role == OC_FMU_ANSWER && fmu->phase >= OC_FMU_STEPPING && !fmu->answer_is_current) {
         oc_answer_get(&fmu->state, &fmu->coefficients, &fmu->answer);
         const oc_offset_parts *parts = &fmu->answer.offset_parts;
@@ -132,14 +132,14 @@ static void bring_up_to_date(oc_fmu *fmu, const oc_fmu_variable *variable) {
 
 double oc_fmu_real(oc_fmu *fmu, const oc_fmu_variable *variable) {
     double value;
-    bring_up_to_date(fmu, variable);
+    update_answer(fmu, variable);
     memcpy(&value, member(fmu, variable), sizeof value);
     return value;
 }
 
 int32_t oc_fmu_integer(oc_fmu *fmu, const oc_fmu_variable *variable) {
     int32_t value;
-    bring_up_to_date(fmu, variable);
+    update_answer(fmu, variable);
     memcpy(&value, member(fmu, variable), sizeof value);
     return value;
 }

@@ -36,7 +36,7 @@ static sim_truck_input acting(const sim_state *state, const sim_drive *drive)
         .front_wheel_angle = state->steering.front_wheel_angle,
         .speed = state->driver.speed,
         .gravity_to_left = gravity_to_left(state, drive),
-        .wind_force = state->wind.side_force,
+        .wind_force = state->wind.lateral_force,
         .wind_arm = drive->wind.arm,
     };
     return input;
@@ -57,7 +57,7 @@ static void move_along(sim_state *state, const sim_drive *drive, double step_s)
     state->station += progress * step_s;
 }
 
-/* Over the ground, with the heading of the step's middle. */
+/* Over the ground, with the heading at the middle of the step. */
 static void move_over(sim_state *state, double step_s)
 {
     const double heading = state->heading + 0.5 * state->truck.yaw_rate * step_s;
@@ -93,7 +93,7 @@ static void write_row(const sim_state *state, const sim_drive *drive, const sim_
     row->east = state->east;
     row->north = state->north;
     row->heading = state->heading;
-    row->wind_force = state->wind.side_force;
+    row->wind_force = state->wind.lateral_force;
     row->place_in_windup = state->steering.place_in_windup;
     row->articulation = state->truck.trailer.articulation;
     row->place_in_lash = state->steering.place_in_lash;
@@ -108,7 +108,7 @@ void sim_init(sim_state *state, const sim_drive *drive)
     state->heading = drive->start_heading;
 }
 
-/* The driver looks at the lane and decides; a machine has decided long ago. */
+/* The driver decides by the lane; a machine's angles are given. */
 static void decide(sim_state *state, const sim_drive *drive, const sim_inputs *inputs, size_t tick)
 {
     if (inputs->machine_angles != NULL)
@@ -136,7 +136,7 @@ static void blow(sim_state *state, const sim_drive *drive, double normal)
     sim_wind_blow(&state->wind, &drive->wind, &input);
 }
 
-/* Wanders about zero while the truck moves. */
+/* A random process about zero while the truck moves. */
 static void bump(sim_state *state, const sim_drive *drive, double normal)
 {
     const double keep = drive->bump_steer_keep;
@@ -144,7 +144,7 @@ static void bump(sim_state *state, const sim_drive *drive, double normal)
         state->bump_steer = keep * state->bump_steer + sqrt(1.0 - keep * keep) * drive->bump_steer * normal;
 }
 
-/* Who takes over goes on from where gear or steering wheel are, so that neither jumps. */
+/* Driver or motor continue from the present angle of steering wheel or gear, so that neither jumps. */
 static void hand_over(sim_state *state, const sim_inputs *inputs, size_t tick)
 {
     const int32_t carries = inputs->motor_carries != NULL && inputs->motor_carries[tick] > 0.0;
@@ -207,7 +207,7 @@ void sim_run(const sim_drive *drive, const sim_inputs *inputs, size_t count, sim
     sim_state state;
     sim_init(&state, drive);
     for (size_t k = 0; k < count; ++k) {
-        state.time = (double)k * drive->tick; /* sums of ticks would drift */
+        state.time = (double)k * drive->tick; /* a sum of ticks would drift */
         sim_step(&state, drive, inputs, k, &rows[k]);
     }
 }

@@ -2,13 +2,13 @@
 
 #include <math.h>
 
-static const double LOOKS_AS_AT_M_S = 8.0;  /* slower, the driver looks no nearer, and corrects the more calmly */
-static const double FLANK_SURE_M_S2 = 0.15;  /* side force per mass that makes the driver fairly sure of it */
+static const double LOOKS_AS_AT_M_S = 8.0;  /* below it the preview distance is constant and corrections are smaller */
+static const double FLANK_SURE_M_S2 = 0.15;  /* lateral force per mass for a fairly certain flank */
 static const double STANDARD_GRAVITY = 9.80665; /* m/s^2 */
-static const double MOVES_ABOVE_M_S = 0.5;  /* slower, the hands rest */
+static const double MOVES_ABOVE_M_S = 0.5;  /* below it the hands rest */
 static const double PEDAL_ANSWERS_S = 0.5;
 static const double SPEED_ANSWERS_S = 2.0;
-static const double STOPPING_SHARE = 0.5;    /* of the greatest deceleration, on the way to a stop */
+static const double STOPPING_SHARE = 0.5;    /* of the maximum deceleration, before a stop */
 static const double STOPS_BEFORE_M = 2.0;
 static const double STANDS_BELOW_M_S = 0.05; /* the parking brake takes over */
 
@@ -19,13 +19,13 @@ static double limited(double value, double low, double high)
     return value > high ? high : value;
 }
 
-/* Ornstein-Uhlenbeck: wanders about zero with the given standard deviation. */
+/* Ornstein-Uhlenbeck process about zero with the given standard deviation. */
 static double wander(double now, double keep, double standard_deviation, double normal)
 {
     return keep * now + sqrt(1.0 - keep * keep) * standard_deviation * normal;
 }
 
-/* m; where the truck will be if nothing changes, left of the lane's middle. */
+/* m, predicted lateral position if nothing changes, left of the lane's centre. */
 static double error_ahead(const sim_view *view, const sim_road *road, double v, double T)
 {
     const double here = sim_road_at(road, road->curvature, view->station);
@@ -33,10 +33,10 @@ static double error_ahead(const sim_view *view, const sim_road *road, double v, 
     return view->lateral_error + view->lateral_error_rate * T + 0.5 * error_acceleration * T * T;
 }
 
-/* -1 to 1; on which flank of the play the wheels will hang. Hands that know the truck pass through it at once. */
-static double flank(double side_force)
+/* -1 to 1, the flank of the play that the wheels will be on. An experienced driver crosses the play at once. */
+static double flank(double lateral_force)
 {
-    return side_force / sqrt(side_force * side_force + FLANK_SURE_M_S2 * FLANK_SURE_M_S2);
+    return lateral_force / sqrt(lateral_force * lateral_force + FLANK_SURE_M_S2 * FLANK_SURE_M_S2);
 }
 
 void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const sim_road *road, const sim_view *view,
@@ -51,7 +51,7 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
     const double slowness = fmax(1.0, LOOKS_AS_AT_M_S / v);
     const double T = driver->preview_time * slowness;
 
-    /* The bend as it will be when the arms have moved, and the arc that takes the error away. */
+    /* The curvature at the end of the arms' motion, and the arc that removes the error. */
     const double until_moved = driver->reaction_time + 2.0 / driver->arm_frequency;
     const double there = view->station + v * until_moved - driver->turns_behind * (1.0 - 1.0 / slowness);
     const double ahead = sim_road_at(road, road->curvature, there);
@@ -59,16 +59,16 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
     const double correction = -driver->gain / slowness * 2.0 * error / (v * v * T * T);
     state->trim += (1.0 - driver->trim_keep) * correction;
     const double wanted = ahead + correction;
-    const double side_force = v * v * wanted + STANDARD_GRAVITY * sim_road_at(road, road->cross_slope, there);
+    const double lateral_force = v * v * wanted + STANDARD_GRAVITY * sim_road_at(road, road->cross_slope, there);
 
-    const double on_flank = flank(side_force);
+    const double on_flank = flank(lateral_force);
     state->flanks[state->next] = on_flank;
-    state->seen[state->next] = (driver->angle_per_curvature
+    state->decided[state->next] = (driver->angle_per_curvature
                                 + driver->angle_per_lateral_acceleration * v * v) * (wanted + state->trim)
                                + driver->backlash_half_width * on_flank + state->hand_motion;
     state->next = (state->next + 1) % (driver->reaction_ticks + 1);
-    const double lash = view->motor_carries ? 0.0 : driver->lash_half_width; /* a motor has none to cross */
-    state->wanted_angle = state->seen[state->next] + lash * state->flanks[state->next];
+    const double lash = view->motor_carries ? 0.0 : driver->lash_half_width; /* a motor has no lash to cross */
+    state->wanted_angle = state->decided[state->next] + lash * state->flanks[state->next];
 }
 
 void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double step_s)
@@ -80,7 +80,7 @@ void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double 
     state->steering_wheel_angle += state->steering_wheel_rate * step_s;
 }
 
-/* m/s; what still allows to stand in time. */
+/* m/s, maximum speed for standing in time. */
 static double speed_before_standing(sim_driver_state *state, const sim_driver *driver, double time, double answers_s)
 {
     if (state->next_standing < driver->standing_count && time >= driver->standing_end[state->next_standing])
@@ -91,7 +91,8 @@ static double speed_before_standing(sim_driver_state *state, const sim_driver *d
     return time >= begin ? 0.0 : driver->deceleration_max * (begin - time - 2.0 * answers_s);
 }
 
-/* m/s; what still allows to brake gently to the next stop. Having stood there long enough, the driver forgets it. */
+/* m/s, maximum speed for braking gently to the next stop. After standing there long enough, advances to the following
+ * one. */
 static double speed_before_stop(sim_driver_state *state, const sim_driver *driver, const sim_road *road, double station,
                                 double step_s)
 {
@@ -112,7 +113,7 @@ void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, const s
                       double time, double step_s)
 {
     const double answers_s = SPEED_ANSWERS_S + PEDAL_ANSWERS_S;
-    const double of_road = fmin(sim_road_at(road, road->speed, station), /* a bend is driven to its end */
+    const double of_road = fmin(sim_road_at(road, road->speed, station), /* holds a bend's speed up to its end */
                                 sim_road_at(road, road->speed, station + state->speed * answers_s));
     const double in_time = speed_before_standing(state, driver, time, answers_s);
     const double before_stop = speed_before_stop(state, driver, road, station, step_s);

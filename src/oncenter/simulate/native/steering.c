@@ -2,19 +2,19 @@
 
 #include <math.h>
 
-static const double COLUMN_SLIP = 0.5 * 0.017453292519943295; /* rad, that takes its friction from none to full */
-static const double KING_PIN_SLIP = 0.5 * 0.017453292519943295; /* rad at the steering wheel, likewise */
-static const double ON_FLANK = 1.0 - 1e-9; /* place in a play; 1 but for rounding */
-static const double TWIST_SETTLES_S = 0.05; /* so that neither steering wheel nor gear jump when hands let go */
+static const double COLUMN_SLIP = 0.5 * 0.017453292519943295; /* rad, from zero to full friction */
+static const double KING_PIN_SLIP = 0.5 * 0.017453292519943295; /* rad at the steering wheel, the same */
+static const double ON_FLANK = 1.0 - 1e-9; /* place in a play; 1 less rounding */
+static const double TWIST_SETTLES_S = 0.05; /* against a jump of steering wheel or gear when the hands let go */
 
-/* N m towards the left: all but the tyres' aligning moment. */
+/* N m to the left, without the tyres' aligning moment. */
 static double other_moments(const sim_steering *steering, double longitudinal_acceleration)
 {
     const double per_m_s2 = longitudinal_acceleration < 0.0 ? -steering->brake_pull : steering->torque_steer;
     return steering->set_moment + per_m_s2 * longitudinal_acceleration;
 }
 
-/* rad, zero where the gear stands straight. */
+/* rad, zero at the straight-ahead angle of the gear. */
 static double ripple(const sim_steering *steering, double gear_angle)
 {
     if (steering->ripple <= 0.0)
@@ -33,7 +33,7 @@ static double through_gear(const sim_steering *steering, double gear_angle)
     return turned + steering->ratio[0];
 }
 
-/* rad; drag link and axle move with springs and brakes and turn the front wheels. */
+/* rad, of the front wheels, by drag link and axle that move with springs and brakes. */
 static double turned_by_axle(const sim_steering *steering, const sim_steering_input *input)
 {
     const double deceleration = fmax(0.0, -input->longitudinal_acceleration);
@@ -41,7 +41,7 @@ static double turned_by_axle(const sim_steering *steering, const sim_steering_in
            + steering->brake_steer * deceleration + input->bump_steer;
 }
 
-/* load: N m about the king pins, that hands bear. */
+/* load: N m about the king pins, carried by the hands. */
 static void twist(sim_steering_state *state, const sim_steering *steering, double load, double step_s)
 {
     if (steering->twist <= 0.0)
@@ -61,8 +61,8 @@ static void turn_by_hand(sim_steering_state *state, const sim_steering *steering
     state->place_in_lash = oc_backlash_step(&state->lash, &steering->lash, state->windup.inner, load, step_s);
 }
 
-/* The motor turns the gear, whose flanks drag the column along: without hands it bears no moment, so that it creeps
- * nowhere and keeps its wind-up. */
+/* The motor turns the gear, whose flanks drag the column along. Without hands the column has no moment, so it does not
+ * creep and keeps its wind-up. */
 static void turn_by_motor(sim_steering_state *state, const sim_steering *steering, double gear_angle, double step_s)
 {
     const double half = steering->lash.half_width;
@@ -79,7 +79,7 @@ static double limited(double value)
     return fmin(1.0, fmax(-1.0, value));
 }
 
-/* The part of a moment that goes through some play: flanks push, and do not pull. */
+/* N m, the part of a moment that a play transmits: flanks push, they do not pull. */
 static double through_play(double moment, double half_width, double place)
 {
     if (half_width <= 0.0)
@@ -89,8 +89,8 @@ static double through_play(double moment, double half_width, double place)
     return place <= -ON_FLANK ? fmin(moment, 0.0) : 0.0;
 }
 
-/* What the hands hold. Dry friction opposes each motion, and is full after a little slip (Dahl). load: N m about the
- * king pins; before: the step's beginning. */
+/* The hands' torque. Dry friction opposes each motion, and is full after a small slip (Dahl). load: N m about the king
+ * pins; before: at the start of the step. */
 static void hold(sim_steering_state *state, const sim_steering *steering, const sim_steering_state *before, double load)
 {
     const double turned = state->steering_wheel_angle - before->steering_wheel_angle;

@@ -2,10 +2,10 @@
 
 #include <math.h>
 
-static const double COSINE_MIN = 0.1; /* the model ends before a right angle */
-static const double SLIDES_BY_RAD = 0.0035; /* 0.2 deg of articulation, over which friction builds up */
+static const double COSINE_MIN = 0.1; /* the model holds up to nearly a right angle */
+static const double SLIDES_BY_RAD = 0.0035; /* 0.2 deg of articulation, from zero to full friction */
 
-/* The axles by their stiffness: sum, mean distance behind the hitch, and the moment that a curvature asks for. */
+/* Of all axles: sum of stiffness, mean distance behind the hitch by stiffness, moment per curvature. */
 typedef struct {
     double stiffness; /* N/rad */
     double distance;  /* m */
@@ -33,7 +33,7 @@ double sim_trailer_friction(const sim_trailer_state *state, const sim_trailer *t
     return trailer->friction * state->friction_share;
 }
 
-/* 1/s; Dahl: the grease gives way like a spring until it slides, and holds what it holds at rest. */
+/* 1/s; Dahl: elastic until it slides, constant at rest. */
 static double friction_slope(const sim_trailer_state *state, const sim_trailer *trailer, double articulation_rate)
 {
     if (trailer->friction <= 0.0)
@@ -71,7 +71,7 @@ double sim_trailer_slope(const sim_trailer_state *state, const sim_trailer *trai
         slope->axle_forces[k] = sim_axle_force_slope(axle, lagging, 0.0, direction, forward);
     }
 
-    /* The hitch force at which truck and trailer move alike there; across the trailer. */
+    /* The hitch force, across the trailer, for equal acceleration of truck and trailer there. */
     const double free = cosine * hitch->lateral_acceleration - sine * hitch->lateral_speed * hitch->yaw_rate;
     const double missing = free - c * moment / trailer->yaw_inertia - force / trailer->mass
                            - cosine * hitch->gravity_to_left;

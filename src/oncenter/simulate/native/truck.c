@@ -1,10 +1,10 @@
 #include "truck.h"
 
-static const double ROLLS_BELOW_M_S = 0.5;   /* only the wheels' direction counts */
-static const double SLIPS_ABOVE_M_S = 2.0;   /* only the tyres' forces count */
-static const double ROLLING_SETTLES_S = 0.1; /* how soon rolling truck follows its wheels */
+static const double ROLLS_BELOW_M_S = 0.5;   /* below it only the wheels' direction counts */
+static const double SLIPS_ABOVE_M_S = 2.0;   /* above it only tyre forces count */
+static const double ROLLING_SETTLES_S = 0.1; /* time constant of a rolling truck */
 
-/* Share of the dynamic model: 0 to 1 with level ends. */
+/* Share of the dynamic model, 0 to 1, smooth at both ends. */
 static double dynamic_share(double speed)
 {
     const double x = (speed - ROLLS_BELOW_M_S) / (SLIPS_ABOVE_M_S - ROLLS_BELOW_M_S);
@@ -55,9 +55,9 @@ static void dynamic_slope(const sim_truck_state *state, const sim_truck *truck, 
     slope->yaw_rate = moment / truck->yaw_inertia;
 }
 
-/* The sums over the axles that a stance follows from: C stiffness, x place, s steer share. */
+/* Sums over the axles: C stiffness, x place, s steer share. */
 typedef struct {
-    double C, Cx, Cxx; /* Cxx with what dual tyres add */
+    double C, Cx, Cxx; /* Cxx includes the dual tyres' scrub */
     double Cs, Csx;
 } axle_sums;
 
@@ -76,7 +76,7 @@ static axle_sums sums_of(const sim_truck *truck)
     return sums;
 }
 
-/* The stance at which the tyres give that side force (N) and yaw moment (N m) in that bend. */
+/* The stance in which the tyres have this lateral force (N) and yaw moment (N m) at this curvature. */
 static sim_stance stance_of(const axle_sums *s, double curvature, double force, double moment)
 {
     const double f = force + s->Cx * curvature;
@@ -115,7 +115,7 @@ sim_stance sim_truck_stance(const sim_truck *truck, double curvature, double lat
     return stance;
 }
 
-/* (7): the truck rolls as its axles together point; they carry what that takes, each by its stiffness and place. */
+/* (7): the truck rolls as its axles point; the axle forces follow by stiffness and place. */
 static void rolling_slope(const sim_truck_state *state, const sim_truck *truck, const sim_truck_input *input,
                           sim_truck_state *slope)
 {
@@ -123,7 +123,7 @@ static void rolling_slope(const sim_truck_state *state, const sim_truck *truck, 
     const sim_trailer_load load = trailer_load(truck);
     const double x = truck->hitch_distance;
 
-    const sim_stance in_bend = stance_of(&sums, 1.0, load.scrub, x * load.scrub); /* of 1/m, at no speed */
+    const sim_stance in_bend = stance_of(&sums, 1.0, load.scrub, x * load.scrub); /* of 1/m, at zero speed */
     const double curvature = input->front_wheel_angle / in_bend.front_wheel_angle;
     slope->yaw_rate = (input->speed * curvature - state->yaw_rate) / ROLLING_SETTLES_S;
     slope->lateral_speed = (input->speed * curvature * in_bend.direction - state->lateral_speed) / ROLLING_SETTLES_S;
@@ -143,7 +143,7 @@ static void rolling_slope(const sim_truck_state *state, const sim_truck *truck, 
     sim_trailer_rolling_slope(&state->trailer, &truck->trailer, &hitch, ROLLING_SETTLES_S, &slope->trailer);
 }
 
-/* a + weight * b, for what Runge and Kutta integrate: all but the roll. */
+/* a + weight * b, of all members that Runge-Kutta integrates: all except roll. */
 static void add(const sim_truck *truck, const sim_truck_state *a, double weight, const sim_truck_state *b,
                 sim_truck_state *sum)
 {
@@ -183,7 +183,7 @@ static double acceleration_of(const sim_truck_state *state, const sim_truck_stat
     return slope->lateral_speed + input->speed * state->yaw_rate - input->gravity_to_left;
 }
 
-/* The body leans outward on its springs, by the side force that its axles carry. */
+/* The body rolls outward on its springs by the axles' lateral force. */
 static void roll_step(sim_truck_state *state, const sim_truck *truck, double lateral_acceleration, double step_s)
 {
     const double w = truck->roll_frequency;
@@ -192,7 +192,7 @@ static void roll_step(sim_truck_state *state, const sim_truck *truck, double lat
     state->roll += state->roll_rate * step_s;
 }
 
-/* Tyres that do not lag. */
+/* For tyres without lag. */
 static void settle_forces(sim_truck_state *state, const sim_truck *truck, const sim_truck_input *input)
 {
     const double v = input->speed;

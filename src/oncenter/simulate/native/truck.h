@@ -1,10 +1,10 @@
 #ifndef SIM_TRUCK_H
 #define SIM_TRUCK_H
-/* The dynamic single-track truck (13) with lagging tyres (5), (6), for any row of axles, with or without semitrailer.
+/* The dynamic single-track truck (13) with lagging tyres (5), (6), for several axles, with or without a semitrailer.
  *
- * Slip angles are small, the speed is what the driver makes it. Below walking speed slip angles mean nothing, so there
- * the truck rolls where its axles together point, which is (7) with the equivalent wheelbase; between 0.5 and 2 m/s
- * the two models are blended by their derivatives. */
+ * Slip angles are small, the speed is given. Below walking speed slip angles are undefined: there the truck rolls as
+ * its axles point, by (7) with the equivalent wheelbase. Between 0.5 and 2 m/s the time derivatives of both models are
+ * blended. */
 
 #include <stdint.h>
 
@@ -28,19 +28,19 @@ typedef struct {
 typedef struct {
     double lateral_speed; /* m/s, of the centre of gravity */
     double yaw_rate;      /* rad/s */
-    double axle_forces[SIM_AXLES_MAX]; /* N, side forces, left positive */
+    double axle_forces[SIM_AXLES_MAX]; /* N, lateral forces, left positive */
     double roll;          /* rad, of the body against the road, right side down positive */
     double roll_rate;     /* rad/s */
     sim_trailer_state trailer;
 } sim_truck_state;
 
-/* What acts on the truck from outside, constant over a step. */
+/* External inputs of the truck, constant over a step. */
 typedef struct {
-    double front_wheel_angle; /* rad, as the steering would set the wheels without side force */
+    double front_wheel_angle; /* rad, as set by the steering, without the axle's compliance */
     double speed;             /* m/s, not negative */
-    double gravity_to_left;   /* m/s^2, what of gravity a banked road turns to the left */
+    double gravity_to_left;   /* m/s^2, component of gravity to the left on a banked road */
     double wind_force;        /* N, from the side, left positive */
-    double wind_arm;          /* m, where it acts, ahead of the centre of gravity */
+    double wind_arm;          /* m, its place ahead of the centre of gravity */
 } sim_truck_input;
 
 /* One Runge-Kutta step. */
@@ -50,25 +50,25 @@ void sim_truck_step(sim_truck_state *state, const sim_truck *truck, const sim_tr
 double sim_truck_lateral_acceleration(const sim_truck_state *state, const sim_truck *truck,
                                       const sim_truck_input *input);
 
-/* How the truck with linear tyres goes in steady motion: (10) for any row of axles, by superposition of a curvature
- * (1/m) at no speed and a lateral acceleration (m/s^2, specific force) on no bend. */
+/* Steady motion with linear tyres: (10) for several axles, by superposition of a curvature (1/m) at zero speed and a
+ * lateral acceleration (m/s^2, specific force) on a straight. */
 typedef struct {
     double front_wheel_angle; /* rad */
-    double direction;         /* rad, of the centre of gravity's motion against the truck */
+    double direction;         /* rad, of the centre of gravity's motion relative to the truck */
     double steered_force;     /* N, of all steered wheels */
 } sim_stance;
 
 sim_stance sim_truck_stance(const sim_truck *truck, double curvature, double lateral_acceleration);
 
-/* N, side force of all steered wheels. */
+/* N, lateral force of all steered wheels. */
 double sim_truck_steered_force(const sim_truck_state *state, const sim_truck *truck);
 
-/* Tyres on another ground: `front` times the cornering stiffness of all steered axles, `rear` times that of all others,
- * a trailer's too. */
+/* For another ground: multiplies the cornering stiffness of all steered axles by `front`, that of all others, including
+ * the trailer's, by `rear`. */
 void sim_truck_scale_stiffness(sim_truck *truck, double front, double rear);
 
-/* A truck between two of the same axles and tyre models that carry another load or carry it otherwise, as while an axle
- * is lifted: share 0 is `first`, 1 is `second`. */
+/* Interpolates between two trucks with the same axles and tyre models but different loads, as while an axle is lifted:
+ * share 0 is `first`, 1 is `second`. */
 sim_truck sim_truck_between(const sim_truck *first, const sim_truck *second, double share);
 
 #endif

@@ -11,5 +11,6 @@ void sim_wind_blow(sim_wind_state *state, const sim_wind *wind, const sim_wind_i
     const double to_left = -strength * sin(wind->from - input->heading);
     const double against = input->speed + strength * cos(wind->from - input->heading);
     const double flow = sqrt(against * against + to_left * to_left);
-    state->side_force = wind->force_constant * flow * to_left; /* the coefficient goes with the flow's angle's sine */
+    /* the coefficient is proportional to the sine of the flow angle */
+    state->lateral_force = wind->force_constant * flow * to_left;
 }

@@ -1,23 +1,23 @@
 #ifndef SIM_WIND_H
 #define SIM_WIND_H
-/* Wind where the land is open: a mean with a compass direction, and gusts. The truck's heading decides how much of it
- * blows from the side. What it does is a side force; the tyres balance it, so that an accelerometer never feels it. */
+/* Wind on open land: a mean of constant direction, and gusts. The crosswind depends on the truck's heading. Its lateral
+ * force is balanced by the tyres, so that an accelerometer does not measure it. */
 
 typedef struct {
     double mean;           /* m/s */
-    double from;           /* rad, whence it blows, counter-clockwise from east */
-    double gust;           /* m/s, standard deviation of what gusts add to the mean */
-    double gust_keep;      /* of a gust from one tick to the next, 0 to 1 */
-    double force_constant; /* N/(m/s)^2, half of air density * side area * side force coefficient; 0: none */
-    double arm;            /* m, where the force acts, in front of the centre of gravity */
+    double from;           /* rad, origin of the wind, counter-clockwise from east */
+    double gust;           /* m/s, standard deviation of the gusts about the mean */
+    double gust_keep;      /* share of a gust kept from one tick to the next, 0 to 1 */
+    double force_constant; /* N/(m/s)^2, half of air density * side area * lateral force coefficient; 0: none */
+    double arm;            /* m, place of the force ahead of the centre of gravity */
 } sim_wind;
 
 typedef struct {
     double gust;       /* m/s, now */
-    double side_force; /* N, left positive */
+    double lateral_force; /* N, left positive */
 } sim_wind_state;
 
-/* What a tick brings. */
+/* Inputs of a tick. */
 typedef struct {
     double heading;  /* rad, counter-clockwise from east */
     double speed;    /* m/s, of the truck */

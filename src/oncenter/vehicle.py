@@ -172,6 +172,11 @@ class Vehicle(BaseModel):
     __str__ = __repr__
 
     @property
+    def origin(self) -> str:
+        """The vehicle file, as it was named; empty where there is none."""
+        return self._origin
+
+    @property
     def ratio_near_centre(self) -> float:
         return near_centre(self.steering_ratio)
 

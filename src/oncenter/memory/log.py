@@ -27,9 +27,17 @@ def key_of(drive: Signals) -> str:
     return digest.hexdigest()[:_KEY_DIGITS]
 
 
+def start_in_log(drive: Signals, path: Path | None) -> float | None:
+    """s since 1970: by the log's own time stamps, or by a table's `start_time`; None where it has neither."""
+    first = float(drive.table["time_s"][0])
+    if _EPOCH_S < first < _LAST_S:
+        return first
+    return None if path is None else start_of(path)
+
+
 def start_of_drive(drive: Signals, path: str | os.PathLike[str] | None = None) -> float:
-    """s since 1970: by the log's own time stamps, by a table's `start_time`, by the time at which the file was last
-    written less the drive's length; without a file now."""
+    """As `start_in_log`, else by the time at which the file was last written less the drive's length; without a file
+    now."""
     first, last = float(drive.table["time_s"][0]), float(drive.table["time_s"][-1])
     if _EPOCH_S < first < _LAST_S:
         return first

@@ -22,47 +22,69 @@ if TYPE_CHECKING:
 
 
 _SUFFIXES = (".html", ".htm")
+_PDF = ".pdf"
 
 
 def check_report(path: str | os.PathLike[str], by: str = "a report") -> None:
     """Refuses, before an answer is computed, a path to which no page can be written.
 
     Args:
-        path: of the page; a device or a pipe may have any name.
+        path: of the page, HTML or PDF; a device or a pipe may have any name.
         by: what names it, for the message.
 
     Raises:
         OncenterError: "output", exit code 2: no file can be written there, or its name promises another format;
-            "missing_extra": bokeh is not installed.
+            "missing_extra": bokeh is not installed; "missing_browser": a PDF, and no browser is installed that prints.
     """
     check_place(path)
     file = Path(path)
-    is_page = file.suffix.lower() in _SUFFIXES or (file.exists() and not file.is_file())
+    if _is_pdf(file):
+        from oncenter.report.browser import require_browser
+
+        require_browser(file.name, file.with_suffix(".html").name)
+    is_page = file.suffix.lower() in (*_SUFFIXES, _PDF) or (file.exists() and not file.is_file())
     if not is_page:
         raise OncenterError(
-            f"{by} writes HTML: name it {file.with_suffix('.html')}, not {file.name}",
+            f"{by} writes HTML or PDF: name it {file.with_suffix('.html')}, not {file.name}",
             code="output",
             exit_code=WRONG_USAGE,
         )
     require_package("bokeh", file.name)
 
 
+def _is_pdf(file: Path) -> bool:
+    return file.suffix.lower() == _PDF
+
+
 def report(answer: Answer, path: str | os.PathLike[str]) -> None:
-    """Writes the page: the answer in words, the drive, the gate, the offset over time, where it came from.
+    """Writes the page: the verdict and the action, truck and drive, numbers, findings, figures, provenance.
 
     Args:
         answer: as `oncenter.offset` gives it.
-        path: of the HTML file, `.html`, some 2 MB; overwritten where it exists.
+        path: of the HTML file, `.html`, some 2 MB, or of a PDF of two A4 pages, `.pdf`, which an installed Chromium,
+            Chrome or Edge prints; overwritten where it exists.
 
     Raises:
-        OncenterError: "output", exit code 2: the file cannot be written, or has another ending.
+        OncenterError: "output", exit code 2: the file cannot be written, or has another ending; "missing_browser" or
+            "browser", exit code 1: no browser is installed that prints, or it failed.
     """
     check_report(path)
     # late: bokeh takes longer to load than most answers take to find
     from oncenter.offset.run import trace
+    from oncenter.report.origin import origin_of
     from oncenter.report.page import page
 
-    write_whole(path, page(answer, trace(answer)))
+    _write(path, page(answer, trace(answer), origin_of(answer.drives)))
+
+
+def _write(path: str | os.PathLike[str], html: str) -> None:
+    file = Path(path)
+    if not _is_pdf(file):
+        write_whole(path, html)
+        return
+    from oncenter.report.browser import pdf_of, require_browser
+
+    write_whole(path, pdf_of(html, require_browser(file.name, file.with_suffix(".html").name), file))
 
 
 def report_angle(
@@ -81,7 +103,7 @@ def report_angle(
 
     Args:
         table: as `oncenter.angle` gives it for `signals` and `vehicle`, with these options.
-        path: of the HTML file, `.html`, some 2 MB; overwritten where it exists.
+        path: as of `report`.
         true_rad: the true angle, shape (n,), where a simulation knows it; else the sensor tells the error.
 
     Raises:
@@ -95,4 +117,4 @@ def report_angle(
     course = angle_course(table, signals, sensor_lost_at, true_rad)
     findings = [finding.text for finding in findings_on(signals, vehicle, taught_by)]
     notes = (*findings, *notes_on(signals, vehicle, taught_by, sensor_lost_at))
-    write_whole(path, angle_page(course, signals, vehicle, method, smooth, notes))
+    _write(path, angle_page(course, signals, vehicle, method, smooth, notes))

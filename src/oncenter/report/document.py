@@ -15,13 +15,13 @@ from oncenter.offset.findings import capitalised
 from oncenter.report.canvas import COLOURS
 
 _STATUSES = {
-    "converging": "not sure enough yet",
-    "unobservable": "this drive does not tell",
+    "converging": "not exact enough yet",
+    "unobservable": "not observable in this drive",
     "invalid": "a signal is at fault",
 }
 
-# The browser itself is told to fetch nothing, whatever the page or a library in it should try.
-_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
+# The browser fetches nothing, whatever the page or a library in it should try.
+_POLICY = "default-src 'none'; script-src 'unsafe-inline'{beside}; style-src 'unsafe-inline'; img-src data: blob:"
 
 _RANDOM_NAME = re.compile(r"(?:bk-)?[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 

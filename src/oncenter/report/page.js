@@ -1,4 +1,4 @@
-// Text, axes and grid of the plots follow the page from light to dark; on a touch screen a drag scrolls the page.
+// Text and axes of the plots follow the page from light to dark; on a touch screen a drag scrolls the page.
 const restyle = () => {
   const css = getComputedStyle(document.documentElement);
   const text = css.getPropertyValue("--muted").trim();
@@ -7,9 +7,6 @@ const restyle = () => {
     if (model.type.endsWith("Axis")) {
       model.setv({axis_label_text_color: text, major_label_text_color: text, axis_line_color: grid,
                   major_tick_line_color: grid});
-    } else if (model.type === "Grid") {
-      model.setv({grid_line_alpha: 1});
-      if (model.grid_line_color !== null) model.setv({grid_line_color: grid});
     } else if (model.type === "Toolbar" && matchMedia("(pointer: coarse)").matches) {
       model.setv({active_drag: null});
     }
@@ -18,3 +15,11 @@ const restyle = () => {
 const whenDrawn = () => (Bokeh.documents.length ? restyle() : setTimeout(whenDrawn, 20));
 whenDrawn();
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", restyle);
+
+// A picture keeps the size in which it was drawn, which is too wide for paper where the window is wider.
+const PRINTED_PX = 680; // of an A4 page less margins and paddings
+addEventListener("beforeprint", () => {
+  for (const picture of document.querySelectorAll(".bk-Figure")) {
+    picture.style.setProperty("--fit", Math.min(1, PRINTED_PX / Math.max(picture.clientWidth, 1)));
+  }
+});

@@ -1,4 +1,4 @@
-"""The page as text: the answer in words first, then the pictures, then what produced it."""
+"""The page as text: the verdict first, then truck and numbers, the two main figures, the rest, and the provenance."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy.typing as npt
 
 from oncenter.offset.answer import NOT_YET_OR_NO_MORE
-from oncenter.offset.cause import in_words
 from oncenter.report.course import Course, course
 from oncenter.report.document import (
     document,
@@ -24,70 +23,49 @@ from oncenter.report.document import (
     table,
     typeset,
 )
+from oncenter.report.legend import legend
+from oncenter.report.origin import Origin
 from oncenter.report.plots import STRIP_NAMES, figures
+from oncenter.report.truck_part import truck_section
+from oncenter.report.verdict_part import verdict_header
 from oncenter.signals import DEGREE, SIGNALS
+from oncenter.verdict import verdicts_of
 
 if TYPE_CHECKING:
     from oncenter.offset.answer import Answer, Estimate
 
 _QUANTITIES = {
-    "offset": "Straight-ahead offset of the steering wheel angle sensor",
-    "backlash": "Play in the steering, at the steering wheel",
+    "offset": "Straight-ahead offset",
+    "backlash": "Free play, at the steering wheel",
     "understeer_gradient": "Understeer gradient <i>K</i><sub>us</sub>/<i>g</i>, at the road wheel",
-    "unloading_acceleration": "Neutral lateral acceleration, at which the steering unloads",
+    "unloading_acceleration": "Neutral lateral acceleration",
     "yaw_rate_bias": "Yaw rate sensor bias",
     "lateral_acceleration_bias": "Accelerometer bias, lateral",
 }
 _CAUSES = {
     "pull": "by a pull, not identifiable from one drive",
-    "mean_wind": "by the mean crosswind, likewise",
-    "axle_set_up": "by an axle set up to unload on the crown, likewise",
+    "mean_wind": "by the mean crosswind, not identifiable either",
+    "axle_set_up": "by an axle set up for the crown, not identifiable either",
 }
 _UNSIGNED = ("backlash", "understeer_gradient")
 
 
-def page(answer: Answer, rows: npt.NDArray[Any]) -> str:
-    """The whole HTML document for an answer and its trace (`oncenter.offset.run.trace`)."""
+def page(answer: Answer, rows: npt.NDArray[Any], origin: Origin | None = None) -> str:
+    """The whole HTML document for an answer and its trace (`oncenter.offset.run.trace`); by default of no origin."""
     drive = course(answer, rows)
     pictures = figures(answer, drive)
     script, divs = embedded(pictures)
-    body = f"""{_answer_in_words(answer)}
+    body = f"""{verdict_header(verdicts_of(answer), f"{answer.vehicle.name} · {answer.log}")}
+<div class="facts">
+{truck_section(answer, origin or Origin())}
 {_quantities(answer)}
+</div>
 {_findings(answer)}
+{_main_pictures(answer, drive, divs)}
 {_time(answer)}
 {_pictures(answer, drive, divs)}
 {_provenance(answer)}"""
     return document(f"Straight-ahead offset: {answer.log}", body, script)
-
-
-def _answer_in_words(answer: Answer) -> str:
-    value, interval = _number_and_interval(answer.offset, signed=True)
-    looks = "" if value != "—" else " none"
-    unit = "<small>deg</small>" if value != "—" else ""
-    beside = NOT_YET_OR_NO_MORE.get(answer.offset.status, "") if unit else ""
-    if beside:
-        looks, unit = f" {answer.offset.status}", f"<small>deg, {beside}</small>"
-    return f"""<header>
-<p class="log">{escape(answer.vehicle.name)} · {escape(answer.log)}</p>
-<h1>Straight-ahead offset of the steering wheel angle</h1>
-<p class="offset{looks}">{value}{unit}</p>
-{_intervals(answer, interval)}
-<p class="words">{sentence(answer.words())}</p>
-<p class="quiet">The straight-ahead offset is what the sensor reads when the truck drives straight at zero lateral
-force, at the midpoint of the play; left is positive, and measured less offset is true.</p>
-</header>"""
-
-
-def _intervals(answer: Answer, interval: str) -> str:
-    """The lines of the offset's interval and status: where it has two parts, the drive's first."""
-    standing = status(answer.offset.status)
-    causes = in_words(answer.not_identifiable)
-    if interval == "—" or not causes:
-        return f'<p class="standing">{f"95 % interval {interval} deg · " if interval != "—" else ""}{standing}</p>'
-    of_drive = number((answer.offset_half_width_rad or 0.0) / DEGREE, 2, False)
-    return f"""<p class="standing">± {of_drive} deg from this drive · {standing}</p>
-<p class="quiet">95 % interval {interval} deg with {causes}, which no single drive
-identifies</p>"""
 
 
 def _quantities(answer: Answer) -> str:
@@ -105,7 +83,8 @@ def _quantities(answer: Answer) -> str:
         )
         if name == "offset" and answer.not_identifiable:
             lines += _parts(answer)
-    return f"""<section>
+    return f"""<section class="numbers">
+<h2>Numbers</h2>
 <table class="quantities">
 <thead><tr><th>Quantity</th><th class="number">Value</th><th class="number">95 % interval</th>
 <th>Status</th></tr></thead>
@@ -113,13 +92,15 @@ def _quantities(answer: Answer) -> str:
 {joined(lines)}
 </tbody>
 </table>
+<p class="quiet">The straight-ahead offset is the sensor's reading at zero lateral force, at the midpoint of the
+free play. Left is positive. The true angle is the measured angle less the offset.</p>
 </section>"""
 
 
 def _parts(answer: Answer) -> list[str]:
     """Rows of the offset's interval: the part of this drive, and each cause that no single drive identifies."""
     of_drive = answer.offset_half_width_rad or 0.0
-    rows = [("from this drive, where nothing pulls", of_drive, "")]
+    rows = [("from this drive, without a pull", of_drive, "")]
     rows += [
         (_CAUSES[cause.cause], 1.96 * cause.sd_rad, f"assumed: {cause.prior.sd_m_s2:.2g} m/s² (sd)")
         for cause in answer.not_identifiable
@@ -152,7 +133,7 @@ def _time(answer: Answer) -> str:
         for reason, seconds in sorted(answer.rejected_s.items(), key=lambda item: -item[1])
         if seconds > 0.0
     ]
-    return f"""<section>
+    return f"""<section class="screen-only">
 <h2>Time used and rejected</h2>
 <p>{duration(answer.used_s)} of {duration(answer.duration_s)} used for the offset, {duration(answer.unused_s)} not.
 Reasons overlap, so they may sum to more than that.</p>
@@ -201,24 +182,47 @@ def _reasons(answer: Answer) -> dict[str, str]:
     }
 
 
-def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
-    count = len(drive.starts)
-    several = f"<p>{count} drives, one after the other, parted by dotted lines.</p>" if count > 1 else ""
+def _main_pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
+    """The offset over time and the play: the second printed page."""
     jointly = answer.method == "joint"
-    clean = "Nothing to draw: no tick passed the gate. The strip above says why."
+    clean = "Nothing to draw: no tick passed the gate. The strip below gives the reasons."
     bands = (
         "; inner band: 95 % from this drive, outer band: with causes not identifiable from one drive"
         if answer.not_identifiable
         else ", with its 95 % interval"
     )
-    offset_key = {"estimate": f"offset as learned up to then{bands}"}
+    offset_key = {"estimate": f"offset as estimated up to then{bands}"}
     if drive.changes:
         offset_key["rejected"] = "a change, dashed"
-    return "\n".join(
+    return joined(
         [
-            "<section>\n<h2>The drive</h2>",
-            several,
-            key(measured="measured", estimate=f"expected from the motion without offset, {_expected(jointly)}"),
+            '<div class="main-figures">\n<section>\n<h2>Straight-ahead offset over time</h2>',
+            _several(drive),
+            key(**offset_key) if "offset" in divs else "",
+            divs.get("offset", nothing("No offset with an interval was estimated at any time.")),
+            "</section>\n<section>\n<h2>Free play: residual against lateral acceleration</h2>",
+            f"<p>The residual is the measured angle less the Ackermann angle i·L·r/v, at all ticks that passed the "
+            f"gate{_since(answer, drive)}. Free play shows as two parallel lines, one for each flank.</p>",
+            (_key_of_flanks(answer) if jointly else _key_of_cloud(answer)) if "cloud" in divs else "",
+            divs.get("cloud", nothing(clean)),
+            legend() if jointly else "",
+            '<p class="quiet print-only">The HTML page has further figures, the parameters and the sources.</p>',
+            "</section>\n</div>",
+        ]
+    )
+
+
+def _several(drive: Course) -> str:
+    count = len(drive.starts)
+    return f"<p>{count} drives, one after the other, separated by dotted lines.</p>" if count > 1 else ""
+
+
+def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
+    return joined(
+        [
+            '<section class="screen-only">\n<h2>The drive</h2>',
+            _several(drive),
+            key(measured="measured", estimate=f"expected from the motion without offset, {_expected(answer)}"),
             divs.get("angle", nothing("The log has no steering wheel angle.")),
             divs.get("speed", ""),
             divs.get("yaw_rate", ""),
@@ -226,33 +230,24 @@ def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:
             if drive.lateral_acceleration is not None
             else key(estimate="r·v, in place of an accelerometer"),
             divs.get("lateral_acceleration", ""),
-            "</section>\n<section>\n<h2>The gate</h2>",
-            key(used="used for the offset", rejected="rejected, one row per reason as named under Time above"),
-            divs.get("gate", nothing("The drive has no tick.")),
-            "</section>\n<section>\n<h2>Straight-ahead offset over time</h2>",
-            key(**offset_key) if "offset" in divs else "",
-            divs.get("offset", nothing("No offset with an interval was learned at any time.")),
-            key(estimate="yaw rate bias as known at the time, with its 95 % interval")
+            key(estimate="yaw rate bias as estimated at the time, with its 95 % interval")
             if "yaw_rate_bias" in divs
             else "",
             divs.get("yaw_rate_bias", ""),
-            "</section>\n<section>\n<h2>Residual against lateral acceleration</h2>",
-            f"<p>What is left of the measured angle when the Ackermann angle i·L·r/v is taken away, in ticks that "
-            f"passed the gate{_since(answer, drive)}. Play in the steering shows as two parallel lines, one on each "
-            "side of where the steering unloads.</p>",
-            (_key_of_flanks(answer) if jointly else _key_of_cloud(answer)) if "cloud" in divs else "",
-            divs.get("cloud", nothing(clean)),
-            "</section>\n<section>\n<h2>Understeer gradient</h2>",
+            '</section>\n<section class="screen-only">\n<h2>The gate</h2>',
+            key(used="used for the offset", rejected="rejected, one row per reason as named under Time above"),
+            divs.get("gate", nothing("The drive has no tick.")),
+            '</section>\n<section class="screen-only">\n<h2>Understeer gradient</h2>',
             _understeer(answer, divs),
             "</section>",
         ]
     )
 
 
-def _expected(jointly: bool) -> str:
-    if not jointly:
+def _expected(answer: Answer) -> str:
+    if answer.method != "joint":
         return "i·L·r/v + i·K<sub>us</sub>·a<sub>y</sub>"
-    return "i·L·r/v + i·K<sub>us</sub>·(a<sub>y</sub> − a<sub>0</sub>) + the place in the play; r corrected"
+    return "i·L·r/v + i·K<sub>us</sub>·(a<sub>y</sub> − a<sub>0</sub>) + the position in the play; r corrected"
 
 
 def _since(answer: Answer, drive: Course) -> str:
@@ -269,13 +264,13 @@ def _key_of_cloud(answer: Answer) -> str:
 
 def _key_of_flanks(answer: Answer) -> str:
     lines = {
-        "used": "on the left turn's flank of the play",
-        "right": "on the right turn's flank",
+        "used": "left flank of the play",
+        "right": "right flank",
         "measured": "in between",
     }
     if _known(answer.offset):
         lines["estimate"] = "offset ± half the play + i·K<sub>us</sub>·(a<sub>y</sub> − a<sub>0</sub>)"
-        lines["rejected"] = "offset, at a<sub>0</sub> where the steering unloads, with their 95 % intervals"
+        lines["rejected"] = "offset at the neutral lateral acceleration a<sub>0</sub>, with their 95 % intervals"
     return key(**lines)
 
 
@@ -284,15 +279,15 @@ def _understeer(answer: Answer, divs: Mapping[str, str]) -> str:
     low, high = (answer.params[f"understeer_acceleration_{end}_m_s2"] for end in ("min", "max"))
     if "bends" not in divs:
         return nothing(
-            "Not learned: no second was used."
+            "Not estimated: no second was used."
             if jointly
-            else f"Not learned: it needs a trusted offset and bends of {low:g} to {high:g} m/s² that are clean but for "
-            "their curvature. It was taken as zero."
+            else f"Not estimated: it needs a trusted offset, and bends of {low:g} to {high:g} m/s² that only the "
+            "curvature limit rejects. It was taken as zero."
         )
     ticks = "ticks used" if jointly else f"ticks in bends of {low:g} to {high:g} m/s²"
     line = f"i·K<sub>us</sub>·{'(a<sub>y</sub> − a<sub>0</sub>)' if jointly else 'a<sub>y</sub>'}, 95 %"
     return f"""<div class="pair">
-<div>{key(estimate="K<sub>us</sub>/g as learned up to then; band: 95 % interval of the last")}
+<div>{key(estimate="K<sub>us</sub>/g as estimated up to then; band: 95 % interval of the last")}
 {divs["understeer"]}</div>
 <div>{key(used=ticks, estimate=line)}
 {divs["bends"]}</div>
@@ -315,10 +310,10 @@ def _provenance(answer: Answer) -> str:
     sources = {_signal_name(name): escape(text) for name, text in answer.sources.items()}
     params = dict(_param(name, value) for name, value in answer.params.items())
     notes = "".join(f"<li>{escape(note)}</li>" for note in answer.notes)
-    return f"""<section class="provenance">
-<h2>What produced it</h2>
+    return f"""<section class="provenance screen-only">
+<h2>Provenance</h2>
 {table(truck)}
-<h3>Signals and where they came from</h3>
+<h3>Signals and their sources</h3>
 {table(sources)}
 {f"<h3>Notes</h3><ul>{notes}</ul>" if notes else ""}
 <details><summary>Parameters in force</summary>

@@ -1,0 +1,64 @@
+"""Facts about a report beside its answer: the truck's number, the start of each log, the user, the time."""
+
+from __future__ import annotations
+
+import getpass
+import time
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from oncenter.memory.log import start_in_log
+from oncenter.read.identity import vin_of
+from oncenter.utc import utc
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from oncenter.signals import Signals
+
+
+@dataclass(frozen=True)
+class Origin:
+    """`vin` and `start` (UTC, of the first drive) are None where no log gives them, `user` where none has a name."""
+
+    vin: str | None = None
+    start: datetime | None = None
+    user: str | None = None
+    written: datetime | None = None
+
+
+def origin_of(drives: Sequence[Signals]) -> Origin:
+    """Of drives whose `log` may be a file, which is asked for what its signals table lacks; now, by this user."""
+    vins = (drive.vin or _vin_in_file(drive.log) for drive in drives)
+    starts = [start for start in map(_start, drives) if start is not None]
+    return Origin(next(filter(None, vins), None), min(starts, default=None), _user(), utc(time.time()))
+
+
+def _vin_in_file(log: str) -> str | None:
+    """Of a table, whose signals are read without it; frames have given theirs."""
+    path = _file(log)
+    return None if path is None or not path.name.lower().endswith((".parquet", ".csv", ".csv.gz")) else vin_of(path)
+
+
+def _start(drive: Signals) -> datetime | None:
+    seconds = start_in_log(drive, _file(drive.log))
+    try:
+        return None if seconds is None else utc(seconds)
+    except OverflowError:
+        return None
+
+
+def _file(log: str) -> Path | None:
+    try:
+        return Path(log) if Path(log).is_file() else None
+    except (OSError, ValueError):  # the name of a table in memory may be no path
+        return None
+
+
+def _user() -> str | None:
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError, ImportError):  # a container may have a user without a name
+        return None

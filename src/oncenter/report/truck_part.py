@@ -1,0 +1,83 @@
+"""The truck and the drive: vehicle, VIN, date, place, distance, logs, and who made the page."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from oncenter.report.document import duration, table
+from oncenter.report.origin import Origin
+
+if TYPE_CHECKING:
+    from oncenter.offset.answer import Answer
+    from oncenter.signals import Signals
+
+_SPEED, _LATITUDE, _LONGITUDE = "vehicle_speed_m_s", "latitude_deg", "longitude_deg"
+
+
+def truck_section(answer: Answer, origin: Origin) -> str:
+    """One table; a row without a value is left out."""
+    vehicle = answer.vehicle
+    rows = {
+        "Vehicle": escape(vehicle.name),
+        "VIN": escape(origin.vin or ""),
+        "Vehicle file": escape(vehicle.origin),
+        "Start": "" if origin.start is None else _time(origin.start),
+        "Place": _place(answer.drives),
+        "Driven": f"{_distance_km(answer.drives):.1f} km in {duration(answer.duration_s)}",
+        "Logs" if len(answer.drives) > 1 else "Log": "<br>".join(escape(Path(d.log).name) for d in answer.drives),
+        "Report": _made(answer, origin),
+    }
+    return f"""<section class="truck">
+<h2>Truck and drive</h2>
+{table({name: value for name, value in rows.items() if value})}
+</section>"""
+
+
+def _made(answer: Answer, origin: Origin) -> str:
+    by = f" by {escape(origin.user)}" if origin.user else ""
+    when = "" if origin.written is None else f", {_time(origin.written)}"
+    return f"oncenter {escape(answer.version)}{by}{when}"
+
+
+def _time(at: datetime) -> str:
+    return f"{at:%Y-%m-%d %H:%M} UTC"
+
+
+def _distance_km(drives: tuple[Signals, ...]) -> float:
+    return sum(_distance_m(drive) for drive in drives) / 1000.0
+
+
+def _distance_m(drive: Signals) -> float:
+    """Without the time in which no speed is available."""
+    if _SPEED not in drive.table.columns:
+        return 0.0
+    speed = drive.table[_SPEED].to_numpy()
+    return float(np.abs(speed[np.isfinite(speed)]).sum()) / drive.rate_hz
+
+
+def _place(drives: tuple[Signals, ...]) -> str:
+    """The first position and the last one, where the logs have any."""
+    positions = [position for drive in drives for position in _ends(drive)]
+    if not positions:
+        return ""
+    first, last = positions[0], positions[-1]
+    return first if first == last else f"{first} to {last}"
+
+
+def _ends(drive: Signals) -> list[str]:
+    if _LATITUDE not in drive.table.columns or _LONGITUDE not in drive.table.columns:
+        return []
+    latitude, longitude = (drive.table[name].to_numpy() for name in (_LATITUDE, _LONGITUDE))
+    there = np.flatnonzero(np.isfinite(latitude) & np.isfinite(longitude))
+    return [_position(latitude[row], longitude[row]) for row in there[[0, -1]]] if len(there) else []
+
+
+def _position(latitude: float, longitude: float) -> str:
+    """To a thousandth of a degree, some 100 m."""
+    north, east = "N" if latitude >= 0.0 else "S", "E" if longitude >= 0.0 else "W"
+    return f"{abs(latitude):.3f}° {north}, {abs(longitude):.3f}° {east}"

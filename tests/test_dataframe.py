@@ -96,7 +96,10 @@ def test_a_frame_gives_the_answer_of_its_drive() -> None:
 @pytest.mark.parametrize(
     ("frame", "says"),
     [
-        (pandas_with(vehicle_speed=10.0), "column vehicle_speed of dataframe has no unit: rename it to vehicle_speed_m_s"),
+        (
+            pandas_with(vehicle_speed=10.0),
+            "column vehicle_speed of dataframe has no unit: rename it to vehicle_speed_m_s",
+        ),
         (pd.DataFrame({"a": [1, 2]}), "no signal recognised in dataframe: its columns are 'a'"),
         (pd.DataFrame(COLUMNS).drop(columns="time_s"), "no time column 'time_s' in dataframe"),
         (

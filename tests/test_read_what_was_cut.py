@@ -64,7 +64,11 @@ def again(lines: Lines, k: int) -> None:
     [
         (".log", garbage, "1 lines of d.log are not in candump format and were left out"),
         (".log", half, "1 lines of d.log are not in candump format and were left out"),
-        (".log", less, "1 frame of PGN 61449 in d.log is shorter than others: the missing bytes count as not available"),
+        (
+            ".log",
+            less,
+            "1 frame of PGN 61449 in d.log is shorter than others: the missing bytes count as not available",
+        ),
         (".asc", garbage, "1 lines of d.asc are not CAN frames and were left out, the first reads "),
         (".asc", zeros, "1 lines of d.asc are not CAN frames and were left out, the first reads "),
         (".asc", half, "1 lines of d.asc are not CAN frames and were left out, the first reads "),

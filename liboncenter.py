@@ -103,5 +103,5 @@ def _members(kind: Any) -> list[tuple[str, Any]]:
 
 
 def _check(condition: str, name: str) -> str:
-    """C99 has no static assertion: an array of no size is an error everywhere."""
+    """A static assertion for C99: an array of negative size is an error in every compiler."""
     return f"typedef char {name}[({condition}) ? 1 : -1];"

@@ -96,7 +96,10 @@ def test_a_frame_gives_the_answer_of_its_drive() -> None:
 @pytest.mark.parametrize(
     ("frame", "says"),
     [
-        (pandas_with(vehicle_speed=10.0), "column vehicle_speed of dataframe has no unit: rename it to vehicle_speed_m_s"),
+        (
+            pandas_with(vehicle_speed=10.0),
+            "column vehicle_speed of dataframe has no unit: rename it to vehicle_speed_m_s",
+        ),
         (pd.DataFrame({"a": [1, 2]}), "no signal recognised in dataframe: its columns are 'a'"),
         (pd.DataFrame(COLUMNS).drop(columns="time_s"), "no time column 'time_s' in dataframe"),
         (
@@ -109,7 +112,7 @@ def test_a_frame_gives_the_answer_of_its_drive() -> None:
         ({**COLUMNS, "yaw_rate_deg_s": [object()] * ROWS}, "column yaw_rate_deg_s"),
         ([1, 2, 3], "expected a DataFrame, an Arrow table or a dict of arrays, got list"),
         ("drive.csv", "expected a DataFrame, an Arrow table or a dict of arrays, got str"),
-        (pd.DataFrame(COLUMNS)[:1], "dataframe is too short: 1 rows with a time, at least 2 are needed"),
+        (pd.DataFrame(COLUMNS)[:1], "dataframe is too short: at least 2 rows with a time are needed, got 1"),
     ],
 )
 def test_a_table_that_will_not_do_is_refused_in_one_line(frame: object, says: str) -> None:

@@ -127,7 +127,9 @@ def test_a_column_that_a_table_lacks_is_told_with_the_one_that_was_meant(tmp_pat
     (tmp_path / "d.csv").write_text("time_s,SteerAng,yaw_rate_deg_s\n0,1,1\n0.01,1,1\n")
     names = {"steering_wheel_angle": oc.signals.SignalName("SteerAngle", "deg")}
     notes = oc.read(tmp_path / "d.csv", names=names).notes
-    assert notes == ("steering_wheel_angle: [signals] names column 'SteerAngle', which does not exist; did you mean SteerAng?",)
+    assert notes == (
+        "steering_wheel_angle: [signals] names column 'SteerAngle', which does not exist; did you mean SteerAng?",
+    )
 
 
 @pytest.mark.parametrize(

@@ -90,7 +90,9 @@ def test_a_log_that_shrinks_while_it_is_read_is_refused(tmp_path: Path, monkeypa
     log.write_text(candump(drive()))
     size = log.stat().st_size
     changed_meanwhile(monkeypatch, lambda path: os.truncate(path, size // 2))
-    with pytest.raises(OncenterError, match=rf"drive.log became shorter during reading, from {size} to {size // 2} bytes") as refusal:
+    with pytest.raises(
+        OncenterError, match=rf"drive.log became shorter during reading, from {size} to {size // 2} bytes"
+    ) as refusal:
         read(log)
     assert refusal.value.code == "unreadable_log"
 

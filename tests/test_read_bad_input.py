@@ -189,7 +189,9 @@ def test_a_column_without_a_unit_is_refused_with_the_names_that_would_do(tmp_pat
 
 def test_a_column_with_an_unknown_unit_is_told_when_the_signal_is_missed(tmp_path: Path) -> None:
     (tmp_path / "drive.csv").write_text(CSV.replace("yaw_rate_deg_s", "yaw_rate_dps"))
-    with pytest.raises(OncenterError, match="yaw_rate_dps left out: its unit is unknown, rename it to yaw_rate_rad_s or"):
+    with pytest.raises(
+        OncenterError, match="yaw_rate_dps left out: its unit is unknown, rename it to yaw_rate_rad_s or"
+    ):
         require(read(tmp_path / "drive.csv"), ["yaw_rate"])
 
 

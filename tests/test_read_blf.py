@@ -310,7 +310,7 @@ def test_long_can_fd_frames_are_left_out_and_counted(tmp_path: Path) -> None:
     )
     notes: list[str] = []
     assert len(frames_of_file(tmp_path, blf_file(container(contents)), notes)) == 1
-    assert notes == ["3 CAN FD frames of more than 8 bytes in drive.blf were left out"]
+    assert notes == ["left out 3 CAN FD frames of more than 8 bytes in drive.blf"]
 
 
 def test_a_log_of_nothing_but_long_can_fd_frames_says_so(tmp_path: Path) -> None:
@@ -320,7 +320,7 @@ def test_a_log_of_nothing_but_long_can_fd_frames_says_so(tmp_path: Path) -> None
         read(path)
     assert refused.value.code == "empty_log"
     assert str(refused.value) == (
-        "no CAN data frames in fd.blf: 9 CAN FD frames of more than 8 bytes in fd.blf were left out"
+        "no CAN data frames in fd.blf: left out 9 CAN FD frames of more than 8 bytes in fd.blf"
     )
 
 
@@ -332,7 +332,7 @@ def test_frames_with_an_unknown_object_header_are_left_out_and_counted(tmp_path:
     )
     notes: list[str] = []
     assert frames_of_file(tmp_path, blf_file(container(contents)), notes).identifier.tolist() == [2]
-    assert notes == ["1 frames of drive.blf with an unknown object header were left out"]
+    assert notes == ["left out 1 frame of drive.blf with an unknown object header"]
 
 
 def test_a_drive_on_can_fd_reads_like_one_on_can(tmp_path: Path) -> None:

@@ -211,6 +211,8 @@ def test_a_sender_has_its_nominal_rate_whatever_happens_to_its_stamps(hz: float,
 def test_once_a_rate_is_told_nothing_that_comes_later_changes_it(more: int, hz: float, trouble: str) -> None:
     time = stamps(hz, trouble, 20.0)
     sender = Samples("yaw_rate", time, np.zeros(len(time)), "VDC2", "VDC2 from 0x3E", of_frames=True)
-    told = next(n for n in range(10, len(time), 7) if replace(sender, time=time[:n], values=np.zeros(n)).rate_is_settled)
+    told = next(
+        n for n in range(10, len(time), 7) if replace(sender, time=time[:n], values=np.zeros(n)).rate_is_settled
+    )
     some = time[: min(told + more, len(time))]
     assert nominal_rate(some) == sender.rate_hz

@@ -118,7 +118,7 @@ def test_remote_error_and_fd_frames_are_passed_over(tmp_path: Path) -> None:
     log.write_text(others + candump(drive()))
     signals = read(log)
     assert_is_the_drive(signals)
-    assert signals.notes == ("1 CAN FD frames of a.log were left out",)
+    assert signals.notes == ("left out 1 CAN FD frame of a.log",)
 
 
 def test_a_log_cut_off_in_its_last_line_is_read_up_to_there_and_says_so(tmp_path: Path) -> None:
@@ -391,7 +391,7 @@ def test_a_line_that_python_can_leaves_out_is_told_in_a_note_and_not_on_the_term
     (tmp_path / "drive.trc").write_text("\n".join([*lines[:50], "51)   0.5  Rx", *lines[50:]]) + "\n")
     signals = read(tmp_path / "drive.trc")
     assert_is_the_drive(signals, quanta=0.7)
-    assert [note for note in signals.notes if "1 lines of drive.trc" in note]
+    assert [note for note in signals.notes if "1 line of drive.trc" in note]
     assert caplog.records == []
 
 

@@ -83,9 +83,15 @@ def write_array(segment: Path, array: str, axes: int) -> None:
 @pytest.mark.parametrize(
     ("body", "says"),
     [
-        ("def read(path): raise KeyError('no channel 7')", "the plug-in broken-reader failed: KeyError: 'no channel 7'"),
+        (
+            "def read(path): raise KeyError('no channel 7')",
+            "the plug-in broken-reader failed: KeyError: 'no channel 7'",
+        ),
         ("def read(path): raise SystemExit(3)", "the plug-in broken-reader failed: SystemExit: 3"),
-        ("import nothing_of_that_name", "the plug-in broken-reader failed: ModuleNotFoundError: No module named 'nothing"),
+        (
+            "import nothing_of_that_name",
+            "the plug-in broken-reader failed: ModuleNotFoundError: No module named 'nothing",
+        ),
         ("x = 1", "the plug-in broken-reader failed: AttributeError: "),
         (
             "def read(path): return None",

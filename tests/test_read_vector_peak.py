@@ -277,7 +277,9 @@ def test_what_our_reader_does_not_know_is_read_by_python_can_and_a_note_says_so(
     assert usual.notes == ()
     path.write_text(vector() + "base dec  timestamps absolute\n")
     signals = read(path)
-    assert signals.notes == ("drive.asc was read with python-can, which is slower: its number base changes within the file",)
+    assert signals.notes == (
+        "drive.asc was read with python-can, which is slower: its number base changes within the file",
+    )
     assert signals.table.equals(usual.table)
 
 
@@ -313,7 +315,7 @@ def test_one_mangled_frame_is_left_out_where_python_can_refuses_the_log(tmp_path
         python_can_frames(path)
     notes: list[str] = []
     assert len(our_frames(path, notes)) == 840
-    assert "1 lines of drive.asc are not CAN frames and were left out, the first reads '0.100000 1  18F0093Ex" in notes[-1]
+    assert "left out 1 line of drive.asc that are not CAN frames, the first reads '0.100000 1  18F0093Ex" in notes[-1]
 
 
 def test_data_that_a_line_lacks_are_not_taken_from_the_next_line(tmp_path: Path) -> None:

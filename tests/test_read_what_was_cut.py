@@ -62,17 +62,21 @@ def again(lines: Lines, k: int) -> None:
 @pytest.mark.parametrize(
     ("suffix", "change", "told"),
     [
-        (".log", garbage, "1 lines of d.log are not in candump format and were left out"),
-        (".log", half, "1 lines of d.log are not in candump format and were left out"),
-        (".log", less, "1 frame of PGN 61449 in d.log is shorter than others: the missing bytes count as not available"),
-        (".asc", garbage, "1 lines of d.asc are not CAN frames and were left out, the first reads "),
-        (".asc", zeros, "1 lines of d.asc are not CAN frames and were left out, the first reads "),
-        (".asc", half, "1 lines of d.asc are not CAN frames and were left out, the first reads "),
-        (".trc", garbage, "1 lines of d.trc were left out"),
-        (".trc", zeros, "1 lines of d.trc were left out"),
-        (".csv", half, "1 row of d.csv with fewer cells than the header were left out, first row 501"),
-        (".csv", zeros, "1 row of d.csv with fewer cells than the header were left out, first row 501"),
-        (".csv", again, "3 rows of d.csv repeat the time of the row before: ignored"),
+        (".log", garbage, "left out 1 line of d.log not in candump format"),
+        (".log", half, "left out 1 line of d.log not in candump format"),
+        (
+            ".log",
+            less,
+            "1 frame of PGN 61449 in d.log with fewer bytes than others: the missing bytes count as not available",
+        ),
+        (".asc", garbage, "left out 1 line of d.asc that are not CAN frames, the first reads "),
+        (".asc", zeros, "left out 1 line of d.asc that are not CAN frames, the first reads "),
+        (".asc", half, "left out 1 line of d.asc that are not CAN frames, the first reads "),
+        (".trc", garbage, "left out 1 line of d.trc"),
+        (".trc", zeros, "left out 1 line of d.trc"),
+        (".csv", half, "left out 1 row of d.csv with fewer cells than the header, first row 501"),
+        (".csv", zeros, "left out 1 row of d.csv with fewer cells than the header, first row 501"),
+        (".csv", again, "left out 3 rows of d.csv with the time of the row before"),
     ],
 )
 def test_a_line_that_is_spoiled_is_told(
@@ -119,7 +123,7 @@ def test_frames_of_can_fd_that_are_passed_over_are_counted(suffix: str, tmp_path
         ".asc": b"   2.000300 CANFD   1 Rx 18F0093Ex   1 0 8  8 69 7D 7F 63 7D 57 7F 7D 130000 130 3000 0 0 0 0 0",
     }
     notes = damaged(tmp_path, suffix, lambda lines, k: lines.insert(k, flexible[suffix]))
-    assert notes == (f"1 CAN FD frames of d{suffix} were left out",)
+    assert notes == (f"left out 1 CAN FD frame of d{suffix}",)
 
 
 def test_what_was_cut_is_in_the_words_and_the_json_of_both_verbs(

@@ -288,7 +288,10 @@ def test_a_field_that_is_missing_is_named_with_the_one_that_was_meant_and_all_ar
     signal_logs.mcap(short(), log)
     wrong = {"steering_wheel_angle": SignalName("/vehicle/steering.angel", "rad")}
     said = str(refusal(log, wrong))
-    assert "[signals] names field '/vehicle/steering.angel', which does not exist; did you mean /vehicle/steering.angle" in said
+    assert (
+        "[signals] names field '/vehicle/steering.angel', which does not exist; did you mean /vehicle/steering.angle"
+        in said
+    )
     assert "'/vehicle/steering.torque'" in said.split("its fields are")[1]
     others = {**signal_logs.TOPICS, **wrong}
     with pytest.raises(OncenterError, match=r"did you mean /vehicle/steering\.angle"):

@@ -1,4 +1,4 @@
-"""Builds the sdist, and from it a wheel for each platform, with zig as the compiler of all.
+"""Builds the sdist, and from it a wheel for each platform, with zig as the compiler.
 
 Usage: build.py OUTPUT; needs the packages build, setuptools, cffi and ziglang.
 """
@@ -20,17 +20,14 @@ ROOT = Path(__file__).parents[1]
 
 
 def sdist(folder: Path) -> Path:
-    """Of the project, into `folder`."""
+    """Builds the sdist of the project into `folder`."""
     _build(ROOT, folder, "--sdist")
     return next(folder.glob("oncenter-*.tar.gz"))
 
 
 def wheel(archive: Path, platform: Platform, folder: Path) -> Path:
-    """Of the sdist, for one platform, into `folder`."""
-    with (
-        tempfile.TemporaryDirectory() as place,
-        tarfile.open(archive) as packed,
-    ):  # what was built for another is no help
+    """Builds the wheel for one platform from the sdist into `folder`, without files of other platforms."""
+    with tempfile.TemporaryDirectory() as place, tarfile.open(archive) as packed:
         packed.extractall(place, filter="data")
         _build_wheel(next(Path(place).iterdir()), platform, folder)
     return next(folder.glob(f"oncenter-*-{platform.tag}.whl"))

@@ -1,8 +1,8 @@
-"""Checks the wheels: what is in them, what their libraries export and need, and what they give where they can run here.
+"""Checks the wheels: contents, exported and needed symbols, and results where they can run on this machine.
 
-Usage: check.py FOLDER, as build.py left it. Needs build, lief and ziglang; on Debian the packages qemu-user, wine,
-wine64, musl and mmdebstrap (`make wheels` installs all). A wheel for macOS, and that for Windows on ARM, cannot run
-here: contents and symbols alone.
+Usage: check.py FOLDER, from build.py. Needs build, lief and ziglang; on Debian the packages qemu-user, wine, wine64,
+musl and mmdebstrap (`make wheels` installs all). Wheels for macOS and for Windows on ARM cannot run here: only their
+contents and symbols are checked.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from platforms import PLATFORMS, Platform
 ROOT = Path(__file__).parents[1]
 FUNCTIONS = runpy.run_path(str(ROOT / "liboncenter.py"))["FUNCTIONS"]
 CONTENTS = set((ROOT / "CONTENTS").read_text(encoding="utf-8").split())
-MACHINE_LIBRARIES = {  # what a library may need: what every such machine has
+MACHINE_LIBRARIES = {  # allowed dependencies of a library: present on every such machine
     "manylinux": {"libc.so.6", "libm.so.6", "ld-linux-aarch64.so.1"},
     "musllinux": {"libc.so"},
     "macosx": {"/usr/lib/libSystem.B.dylib", "@rpath/liboncenter.dylib"},
     "win": {"KERNEL32.dll", "ntdll.dll"},
 }
 C_LIBRARY_OF_WINDOWS = "api-ms-win-crt-"
-OLDEST_GLIBC = (2, 17)  # manylinux2014's promise
-EMULATED = {  # how a program of that platform runs here, natively for the rest
+OLDEST_GLIBC = (2, 17)  # of manylinux2014
+EMULATED = {  # emulator for each platform that can run here; empty: natively
     "manylinux2014_x86_64": [],
     "manylinux2014_aarch64": ["qemu-aarch64"],
     "musllinux_1_1_x86_64": [],
@@ -40,7 +40,7 @@ EMULATED = {  # how a program of that platform runs here, natively for the rest
     "win_amd64": ["wine"],
 }
 SCENARIO, SEED = "thesis_drive", "1"
-CLOSE_ENOUGH = 1e-9  # of a value in the answer, where another machine's numpy may differ in a last bit
+CLOSE_ENOUGH = 1e-9  # difference of a value in the answer, by another machine's numpy
 
 
 def main() -> None:
@@ -56,18 +56,18 @@ def main() -> None:
             wheel = next(folder.glob(f"oncenter-*-{platform.tag}.whl"))
             library = check_contents(wheel, platform, work / platform.tag)
             check_library(library, platform)
-            said = "contents, symbols"
+            checked = "contents, symbols"
             if platform.tag in EMULATED:
                 run_vectors(library, platform, work)
-                said += ", test vectors bit for bit"
+                checked += ", test vectors bit for bit"
             if platform.tag == "manylinux2014_aarch64":
                 difference = emulated_answer(work, wheel, reference)
-                said += f", offset JSON within {difference:.1g}"
-            print(f"{platform.tag:22} {said}", flush=True)
+                checked += f", offset JSON within {difference:.1g}"
+            print(f"{platform.tag:22} {checked}", flush=True)
 
 
 def check_sdist(archive: Path) -> None:
-    """It has every file that git keeps."""
+    """Checks that it has every file in git."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split(
         "\n"
     )
@@ -79,13 +79,13 @@ def check_sdist(archive: Path) -> None:
 
 
 def check_contents(wheel: Path, platform: Platform, place: Path) -> Path:
-    """Unpacked to `place`; its library."""
+    """Unpacks to `place` and checks the list of files; returns the library."""
     with zipfile.ZipFile(wheel) as packed:
         there = {name for name in packed.namelist() if ".dist-info/" not in name}
         packed.extractall(place)
     expected = CONTENTS | {f"oncenter/{platform.library}"}
     if wrong := sorted(there ^ expected):
-        raise SystemExit(f"{wheel.name}: lacks, or has one too many: {', '.join(wrong)}")
+        raise SystemExit(f"{wheel.name}: missing or unexpected files: {', '.join(wrong)}")
     return place / "oncenter" / platform.library
 
 
@@ -101,7 +101,7 @@ def check_library(library: Path, platform: Platform) -> None:
     if platform.tag.startswith("manylinux") and (newer := [v for v in _glibc_versions(binary) if v > OLDEST_GLIBC]):
         raise SystemExit(f"{platform.tag}: the library needs glibc {newer}")
     if platform.tag == "macosx_11_0_arm64" and not binary.has_code_signature:
-        raise SystemExit(f"{platform.tag}: the library is not signed, which Apple's processors ask for")
+        raise SystemExit(f"{platform.tag}: the library is not signed, which Apple processors require")
 
 
 def _glibc_versions(binary: lief.ELF.Binary) -> list[tuple[int, ...]]:
@@ -114,7 +114,7 @@ def _glibc_versions(binary: lief.ELF.Binary) -> list[tuple[int, ...]]:
 
 
 def native_answer(work: Path, wheel: Path) -> bytes:
-    """By the wheel in an empty environment, the same bytes as this checkout gives; writes test vectors too."""
+    """The answer of the wheel in an empty environment, checked against this checkout; also writes test vectors."""
     python = work / "native" / "bin" / "python"
     venv.create(work / "native", with_pip=True)
     subprocess.run([python, "-m", "pip", "install", "-q", "--disable-pip-version-check", wheel], check=True)
@@ -128,18 +128,18 @@ def native_answer(work: Path, wheel: Path) -> bytes:
     given = _offset(command, work / "drive.log")
     own = _offset([ROOT / ".venv" / "bin" / "python", "-m", "oncenter"], work / "drive.log")
     if given != own:
-        raise SystemExit("the wheel's answer is not the checkout's")
-    print(f"{wheel.name}: installed, its offset JSON is the checkout's, byte for byte")
+        raise SystemExit("the wheel's answer differs from the checkout's")
+    print(f"{wheel.name}: installed, its offset JSON equals the checkout's, byte for byte")
     return given
 
 
 def _offset(command: list[str | Path], log: Path, **variables: str) -> bytes:
-    asked = [*command, "offset", log, "--vehicle", "scania_r730_4x2", "--json"]
-    return subprocess.run(asked, check=True, capture_output=True, env=os.environ | variables).stdout
+    command = [*command, "offset", log, "--vehicle", "scania_r730_4x2", "--json"]
+    return subprocess.run(command, check=True, capture_output=True, env=os.environ | variables).stdout
 
 
 def run_vectors(library: Path, platform: Platform, work: Path) -> None:
-    """The folder for firmware has vectors and a program that compares: here with the wheel's library for its core."""
+    """Runs the test vectors of the firmware folder with the wheel's library in place of its core."""
     place = library.parent
     program = place / ("vectors.exe" if platform.library.endswith(".dll") else "vectors")
     compiler = [
@@ -166,7 +166,7 @@ def run_vectors(library: Path, platform: Platform, work: Path) -> None:
 
 
 def arm64_root(folder: Path) -> None:
-    """Debian's Python and musl for ARM64, unpacked and not set up: qemu-user needs no more."""
+    """Debian's Python and musl for ARM64, unpacked without setup, which is enough for qemu-user."""
     command = [
         "mmdebstrap",
         "--quiet",
@@ -180,7 +180,7 @@ def arm64_root(folder: Path) -> None:
 
 
 def emulated_answer(work: Path, wheel: Path, reference: bytes) -> float:
-    """By the wheel and its dependencies' wheels on an emulated ARM64; the greatest difference of a value."""
+    """The maximum difference between the reference and the wheel's answer on an emulated ARM64."""
     site = work / "site"
     platforms = [f"--platform=manylinux{kind}_aarch64" for kind in ("2014", "_2_17", "_2_24", "_2_28")]
     pip = [sys.executable, "-m", "pip", "install", "-q", "--disable-pip-version-check", "--target", site, *platforms]
@@ -191,7 +191,7 @@ def emulated_answer(work: Path, wheel: Path, reference: bytes) -> float:
 
 
 def _greatest_difference(one: object, other: object) -> float:
-    """Between the numbers of two answers, which are alike in all else."""
+    """Maximum difference between the numbers of two answers, which must agree in everything else."""
     if isinstance(one, dict) and isinstance(other, dict) and one.keys() == other.keys():
         return max((_greatest_difference(one[key], other[key]) for key in one), default=0.0)
     if isinstance(one, list) and isinstance(other, list) and len(one) == len(other):

@@ -1,4 +1,4 @@
-"""The platforms that have a wheel, and how zig names them."""
+"""The platforms with a wheel, and their names in zig."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ class Platform(NamedTuple):
     """One wheel."""
 
     tag: str  # as pip names it
-    target: str  # as zig does; glibc's and macOS's versions are the oldest that the tag promises
+    target: str  # as zig names it; with the oldest glibc or macOS version that the tag allows
     library: str  # file name
 
 

@@ -1,4 +1,4 @@
-"""Drives of an invented logger: a mark of eight bytes, then records of twelve."""
+"""Reads drives of an invented logger: a mark of eight bytes, then records of twelve bytes."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ RECORD = np.dtype(
 
 
 def read(path: Path) -> dict[str, np.ndarray]:
-    """Columns that say their unit by their suffix."""
+    """Columns whose suffix is their unit."""
     content = path.read_bytes()
     if not content.startswith(MARK):
         raise ValueError("it does not begin with ACMELOG1")

@@ -1,4 +1,4 @@
-"""Segments of https://github.com/commaai/comma2k19: folders of numpy arrays with a clock each."""
+"""Reads segments of https://github.com/commaai/comma2k19: folders of numpy arrays with different sample times."""
 
 from pathlib import Path
 
@@ -6,9 +6,9 @@ import numpy as np
 
 RATE_HZ = 100.0
 
-# Column, array, its column, and what makes it the column's unit with left positive. The IMU's axes point forward, right
-# and down: gravity reads -9.7 m/s^2 on the third, the first follows the slope of the speed, and the third gyro follows
-# the steering wheel angle with its sign reversed. Wheels are front left, front right, rear left, rear right.
+# Column: array, its column, factor to the unit with left positive. The IMU's axes point forward, right and down:
+# gravity reads -9.7 m/s^2 on the third, the first follows the derivative of the speed, and the third gyro follows the
+# steering wheel angle with reversed sign. Wheels are front left, front right, rear left, rear right.
 ARRAYS = {
     "steering_wheel_angle_deg": ("CAN/steering_angle", 0, 1.0),
     "yaw_rate_rad_s": ("IMU/gyro", 2, -1.0),
@@ -23,8 +23,8 @@ ARRAYS = {
 
 
 def read(segment: Path) -> dict[str, np.ndarray]:
-    """The segment on one tick. All stamps are of one clock; samples come at 83 Hz or more without a hole, so straight
-    lines between them invent nothing."""
+    """Resamples the segment to one tick. All stamps are of one clock, and samples come at 83 Hz or more without gaps,
+    so linear interpolation is safe."""
     stamps, values = (
         {array: np.load(segment / "processed_log" / array / file) for array, _, _ in ARRAYS.values()}
         for file in ("t", "value")

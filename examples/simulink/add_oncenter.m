@@ -1,4 +1,4 @@
-% Gives the open model the C code behind a C Caller block; the current folder has oncenter-c (oncenter export c).
+% Adds the C code for a C Caller block to the open model; oncenter-c (oncenter export c) is in the current folder.
 % Then drag a C Caller into the model, choose oncenter_block_step, and set its sample time to 0.01.
 here = fileparts(mfilename('fullpath'));
 core = dir(fullfile('oncenter-c', 'core', '*.c'));

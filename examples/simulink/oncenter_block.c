@@ -11,7 +11,7 @@ int oncenter_block_start(double wheelbase_m, double steering_ratio) {
     memset(&oncenter_vehicle, 0, sizeof oncenter_vehicle);
     oncenter_vehicle.wheelbase = wheelbase_m;
     oncenter_vehicle.steering_ratio = steering_ratio;
-    oncenter_vehicle.traffic_side = 1.0; /* -1 where trucks drive on the left */
+    oncenter_vehicle.traffic_side = 1.0; /* -1 for left-hand traffic */
     oncenter_ecu_defaults();
     return (int)oncenter_ecu_start();
 }

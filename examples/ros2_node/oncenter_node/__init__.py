@@ -1,1 +1,1 @@
-"""oncenter as a ROS 2 node: what is published is worked out in estimate.py, node.py alone knows ROS."""
+"""oncenter as a ROS 2 node: estimate.py computes the published values, only node.py depends on ROS."""

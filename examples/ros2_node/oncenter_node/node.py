@@ -18,11 +18,11 @@ from std_msgs.msg import Float64, String
 import oncenter as oc
 from oncenter_node.estimate import SIGNALS, Estimate
 
-SAVE_EVERY_S = 60.0  # so much is lost at most where the power goes
+SAVE_EVERY_S = 60.0  # maximum loss at a power failure
 
 
 class OncenterNode(Node):
-    """Publishes `~/offset`, `~/offset_low`, `~/offset_high`, `~/status` and `~/sensor_fault` once a tick."""
+    """Publishes `~/offset`, `~/offset_low`, `~/offset_high`, `~/status` and `~/sensor_fault` once per tick."""
 
     def __init__(self) -> None:
         super().__init__("oncenter")
@@ -42,24 +42,24 @@ class OncenterNode(Node):
         self.create_timer(SAVE_EVERY_S, self.save)
 
     def save(self) -> None:
-        """Writes the monitor's image; a disk that refuses is logged, and the node goes on."""
+        """Writes the monitor's image; an error is logged, and the node continues."""
         try:
             self._estimate.save()
         except OSError as error:
-            self.get_logger().error(f"cannot save what was learned: {error}")
+            self.get_logger().error(f"cannot save the estimate: {error}")
 
     def _parameter(self, name: str, default: Any) -> Any:
         return self.declare_parameter(name, default).value
 
     def _subscribe(self, signal: str) -> None:
-        """By `SIGNAL.topic`, `.type`, `.field` and `.factor`; a signal without a topic is not available."""
+        """Subscribes by `SIGNAL.topic`, `.type`, `.field`, `.factor`; a signal without a topic is not available."""
         topic = self._parameter(f"{signal}.topic", "")
         kind = self._parameter(f"{signal}.type", "std_msgs/msg/Float64")
         path = self._parameter(f"{signal}.field", "data").split(".")
         factor = self._parameter(f"{signal}.factor", 1.0)
         if topic:
             receive = self._receiver(signal, path, factor)
-            # Best effort: it hears reliable publishers and the others alike.
+            # Best effort receives from reliable and from best-effort publishers.
             self.create_subscription(get_message(kind), topic, receive, qos_profile_sensor_data)
 
     def _receiver(self, signal: str, path: list[str], factor: float) -> Callable[[Any], None]:
@@ -73,12 +73,12 @@ class OncenterNode(Node):
         return float(self.get_clock().now().nanoseconds) * 1e-9
 
     def _tick(self) -> None:
-        told = self._estimate.tick(self._now_s())
-        self._offset.publish(Float64(data=told.offset_rad))
-        self._low.publish(Float64(data=told.low_rad))
-        self._high.publish(Float64(data=told.high_rad))
-        self._status.publish(String(data=told.status))
-        self._fault.publish(String(data=told.sensor_fault))
+        result = self._estimate.tick(self._now_s())
+        self._offset.publish(Float64(data=result.offset_rad))
+        self._low.publish(Float64(data=result.low_rad))
+        self._high.publish(Float64(data=result.high_rad))
+        self._status.publish(String(data=result.status))
+        self._fault.publish(String(data=result.sensor_fault))
 
 
 def main(args: list[str] | None = None) -> None:

@@ -1,1 +1,1 @@
-"""Files and child processes, within bounds; imports nothing heavy, so that a command line can ask at once."""
+"""Files and child processes, within limits. Imports nothing heavy, so that the command line starts fast."""

@@ -1,12 +1,13 @@
-"""A child process for work that may crash, hang or grow, and the parent that watches it.
+"""A child process for work that may crash, hang or grow, and the parent that monitors it.
 
-Logs come from strangers, and the libraries that read them are not made for hostile bytes. So they run in a process of
-its own, which the parent stops when it uses more computing time or more memory than a file of that size can need. A
-child's end costs one log and nothing else. Only Linux tells what another process uses: elsewhere memory is not limited,
-and on Windows computing time is limited by the time that passes alone.
+Logs may be hostile, and the libraries that read them are not hardened. So they run in a separate process, which the
+parent stops when it uses more CPU time or memory than a file of that size can need. A child's end costs one log and
+nothing else. Only Linux reports the usage of another process: elsewhere memory is not limited, and CPU time only by
+elapsed time.
 
-The parent starts it as `python -m MODULE` and writes one JSON line a request. The child answers with messages: a JSON
-line each, followed by as many bytes as it says. Nothing is unpickled on either side. This file imports nothing heavy.
+The parent starts it as `python -m MODULE` and writes one JSON line per request. The child answers with messages: a JSON
+line each, followed by the number of bytes given in it. Nothing is unpickled on either side. This file imports nothing
+heavy.
 """
 
 from __future__ import annotations
@@ -30,20 +31,20 @@ from typing import Any, BinaryIO
 
 from oncenter.errors import OncenterError
 
-Message = tuple[Mapping[str, Any], bytes]  # what it says, and the bytes that come with it
-Send = Callable[..., None]  # what a message says, then the buffers that come with it
+Message = tuple[Mapping[str, Any], bytes]  # header, and the bytes that follow it
+Send = Callable[..., None]  # takes a header, then the buffers that follow it
 
-# The slowest reader, python-can's of .asc, takes 0.17 s a MB (bench/logs.py): a slow laptop's twelve times as much.
+# The slowest reader, python-can's for .asc, takes 0.17 s/MB (bench/logs.py); the limit allows twelve times as much.
 _CPU_BASE_S, _CPU_S_PER_BYTE = 10.0, 2e-6
-# A table as text takes 8 times its size, a packed one (csv.gz) 30 times; imports some 0.2 GiB.
+# A table as text takes 8 times its size in memory, a compressed one (csv.gz) 30 times; imports take about 0.2 GiB.
 _RESIDENT_BASE, _RESIDENT_PER_BYTE = 1 << 30, 32
-_WAIT_PER_CPU = 3.0  # a child that computes nothing waits for a disk or for ever
-_LOOK_EVERY_S = 0.02  # at memory and time: what grows by 4 GB/s is stopped 80 MB late
-_LONGEST_LOOK_S = 0.5  # more than that between two looks, and it was the parent that stood still
-_RESIDENT_TO_KEEP = 400 << 20  # a child that holds more after its work is not used again
+_WAIT_PER_CPU = 3.0  # elapsed time per CPU time: allows waiting for a slow disk, but not for ever
+_CHECK_EVERY_S = 0.02  # memory and time: a growth of 4 GB/s is stopped 80 MB late
+_LONGEST_CHECK_S = 0.5  # a longer interval between checks means that the parent was suspended
+_RESIDENT_TO_KEEP = 400 << 20  # a child with more memory after its work is not reused
 _MESSAGES_AHEAD = 8
-_PARENT_EVERY_S = 0.5  # how often a child on macOS looks whether its parent is there
-_NT_STATUS = 0x80000000  # exit codes of Windows from there on say why a process crashed
+_PARENT_EVERY_S = 0.5  # interval at which a child on macOS checks that its parent is alive
+_NT_STATUS = 0x80000000  # on Windows, larger exit codes are crash reasons
 READER_DEATHS = ("reader_crashed", "reader_time", "reader_memory")
 _STOPPED_FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
 _KILLED = getattr(signal, "SIGKILL", None)  # Windows has no signals between processes
@@ -51,25 +52,25 @@ _KILLED = getattr(signal, "SIGKILL", None)  # Windows has no signals between pro
 
 @dataclass(frozen=True)
 class Limits:
-    """What one request may use."""
+    """Limits of one request."""
 
     cpu_s: float
     resident_bytes: int
 
 
 def limits_for(size: int) -> Limits:
-    """Limits that follow from a file's size in bytes; memory is at most half of this machine's."""
+    """Limits for a file's size in bytes; memory at most half of this machine's."""
     resident = _RESIDENT_BASE + _RESIDENT_PER_BYTE * size
     half = _half_of_memory()
     return Limits(_CPU_BASE_S + _CPU_S_PER_BYTE * size, resident if half is None else min(resident, half))
 
 
 class ChildDied(Exception):
-    """A child came to its end during a request.
+    """A child ended during a request.
 
     Attributes:
-        code: one of `READER_DEATHS`, or "stopped" where it was ended from outside or did not start.
-        by_kill: it was killed, and not by its parent: by the system for want of memory, or by a person.
+        code: one of `READER_DEATHS`, or "stopped" if it was ended from outside or did not start.
+        by_kill: it was killed, but not by its parent: by the system when out of memory, or by a user.
     """
 
     def __init__(self, code: str, what: str, *, by_kill: bool = False) -> None:
@@ -78,7 +79,7 @@ class ChildDied(Exception):
         self.by_kill = by_kill
 
     def of(self, file: str) -> OncenterError:
-        """As the error of the file that was read."""
+        """The error for the file that was read."""
         return OncenterError(f"cannot read {file}: {self}", code=self.code)
 
 
@@ -90,12 +91,12 @@ class Child:
     """
 
     def __init__(self, module: str) -> None:
-        # -P: the current folder may be a stranger's, and modules must not come from it
+        # -P: no modules from the current folder, which may not be trusted
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", module, str(os.getpid())],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,  # what a crashing library says there is not for people
+            stderr=subprocess.DEVNULL,  # output of a crashing library is not for users
             env=environment(),
         )
         self._messages: queue.Queue[Message | None] = queue.Queue(_MESSAGES_AHEAD)
@@ -103,10 +104,10 @@ class Child:
         threading.Thread(target=self._receive, name="child's messages", daemon=True).start()
 
     def ask(self, request: Mapping[str, Any], limits: Limits) -> Iterator[Message]:
-        """Sends a request at once, and gives the messages of its answer, the last one too, as they come.
+        """Sends a request at once, and gives the messages of its answer as they arrive, including the last one.
 
-        Paths in the request are as of the folder in which the caller is now, which need not be where the child began.
-        Whoever does not take them all must `kill`. The messages raise:
+        Relative paths in the request refer to the caller's current folder, which may differ from that at the child's
+        start. A caller that does not take all messages must call `kill`. Taking messages raises:
 
         Raises:
             ChildDied: it crashed, was stopped at a limit, or was stopped from outside.
@@ -121,11 +122,11 @@ class Child:
             message = self._next(watch)
             if message is None:
                 raise self._end()
-            said, _ = message
-            if "error" in said:
-                raise _raised(said["error"])
+            header, _ = message
+            if "error" in header:
+                raise _raised(header["error"])
             yield message
-            if said.get("last"):
+            if header.get("last"):
                 return
 
     def fit_for_more(self) -> bool:
@@ -135,13 +136,13 @@ class Child:
         self._process.kill()
 
     def kill(self) -> None:
-        """At once, whatever it does."""
+        """Ends the child at once."""
         self._killed = True
         self._process.kill()
         self._process.wait()
         with contextlib.suppress(OSError):
             self._stdin.close()
-        while True:  # whoever waits to put a message ends
+        while True:  # so that the receiving thread does not wait to put a message
             try:
                 self._messages.get_nowait()
             except queue.Empty:
@@ -153,7 +154,7 @@ class Child:
         return self._process.stdin  # type: ignore[return-value]
 
     def _send(self, request: Mapping[str, Any]) -> None:
-        with contextlib.suppress(OSError):  # one that is dead answers with its end
+        with contextlib.suppress(OSError):  # the end of a dead child is reported by the next message
             self._stdin.write(json.dumps(request).encode() + b"\n")
             self._stdin.flush()
 
@@ -161,15 +162,15 @@ class Child:
         out = self._process.stdout
         assert out is not None
         with out:
-            while (head := out.readline()).endswith(b"\n"):
-                said = json.loads(head)
-                if "ready" in said:
+            while (line := out.readline()).endswith(b"\n"):
+                header = json.loads(line)
+                if "ready" in header:
                     self._ready = True
                     continue
-                payload = out.read(said.get("bytes", 0))
-                if self._killed or len(payload) < said.get("bytes", 0):
+                payload = out.read(header.get("bytes", 0))
+                if self._killed or len(payload) < header.get("bytes", 0):
                     break
-                self._messages.put((said, payload))
+                self._messages.put((header, payload))
         self._messages.put(None)
 
     def _next(self, watch: _Watch) -> Message | None:
@@ -179,11 +180,11 @@ class Child:
                 self.kill()
                 raise why
             with contextlib.suppress(queue.Empty):
-                return self._messages.get(timeout=_LOOK_EVERY_S)
+                return self._messages.get(timeout=_CHECK_EVERY_S)
 
     def _end(self) -> ChildDied:
         if self._killed:
-            return ChildDied("stopped", "it was stopped")
+            return ChildDied("stopped", "its reader was stopped")
         code = self._process.wait()
         if -code in _STOPPED_FROM_OUTSIDE:
             return ChildDied("stopped", f"its reader was stopped from outside ({_signal_name(-code)})")
@@ -192,40 +193,43 @@ class Child:
             return ChildDied("stopped", f"the process that reads it did not start ({how})")
         return ChildDied(
             "reader_crashed",
-            f"its reader crashed ({how}): the file is damaged, or made to do that",
+            f"its reader crashed ({how}): the file is damaged or hostile; copy or export it again",
             by_kill=-code == _KILLED,
         )
 
 
 class _Watch:
-    """Time and memory of one request."""
+    """Monitors time and memory of one request."""
 
     def __init__(self, pid: int, limits: Limits) -> None:
         self._pid, self._limits = pid, limits
         self._cpu_before_s = _cpu_s(pid) or 0.0
         self._waited_s = 0.0
-        self._looked_s = time.monotonic()
+        self._checked_s = time.monotonic()
 
     def exceeded(self) -> ChildDied | None:
         now = time.monotonic()
-        if now - self._looked_s < _LOOK_EVERY_S:  # messages may come faster
+        if now - self._checked_s < _CHECK_EVERY_S:  # messages may arrive faster
             return None
-        # a parent that was stopped for an hour has not waited for an hour
-        self._waited_s += min(now - self._looked_s, _LONGEST_LOOK_S)
-        self._looked_s = now
+        # time in which the parent was suspended does not count
+        self._waited_s += min(now - self._checked_s, _LONGEST_CHECK_S)
+        self._checked_s = now
         resident = _resident_bytes(self._pid)
         if resident is not None and resident > self._limits.resident_bytes:
             at = f"{self._limits.resident_bytes / (1 << 30):.1f} GiB"
             return ChildDied(
-                "reader_memory", f"its reader was stopped at {at} of memory, more than a file of this size needs"
+                "reader_memory",
+                f"its reader was stopped at {at} of memory, more than a file of this size needs: the file is probably "
+                "damaged",
             )
         cpu_s = (_cpu_s(self._pid) or 0.0) - self._cpu_before_s
         if cpu_s > self._limits.cpu_s or self._waited_s > _WAIT_PER_CPU * self._limits.cpu_s:
-            # what was measured differs from night to night, and a table must not
+            # gives the limits, not the measured times: tables of a fleet must not differ from night to night
             return ChildDied(
                 "reader_time",
-                f"its reader was stopped at {self._limits.cpu_s:.0f} s of computing or "
-                f"{_WAIT_PER_CPU * self._limits.cpu_s:.0f} s in all, longer than a file of this size needs",
+                f"its reader was stopped after {self._limits.cpu_s:.0f} s of CPU time or "
+                f"{_WAIT_PER_CPU * self._limits.cpu_s:.0f} s in total, longer than a file of this size needs: the file "
+                "is probably damaged",
             )
         return None
 
@@ -243,13 +247,13 @@ _idle_of = os.getpid()
 
 
 def begin(module: str) -> None:
-    """Starts a child beside whatever the caller does next: it loads for a quarter of a second."""
+    """Starts a child in the background: its imports take a quarter of a second."""
     _give_back(module, Child(module))
 
 
 @contextlib.contextmanager
 def borrowed(module: str) -> Iterator[Child]:
-    """A child that is idle, or a new one; kept for the next who asks unless its work failed or it has grown."""
+    """An idle child, or a new one. It is kept for the next request unless its work failed or its memory has grown."""
     child = _take(module)
     try:
         yield child
@@ -266,7 +270,7 @@ def borrowed(module: str) -> Iterator[Child]:
 def _take(module: str) -> Child:
     global _idle_of
     with _idle_lock:
-        if _idle_of != os.getpid():  # a fork has its parent's children, whose pipes it must not share
+        if _idle_of != os.getpid():  # after a fork: the pipes of these children belong to the parent
             _idle.clear()
             _idle_of = os.getpid()
         waiting = _idle.get(module, [])
@@ -287,7 +291,7 @@ def _give_back(module: str, child: Child) -> None:
 
 
 def end_idle(module: str) -> None:
-    """Those that wait for work: their memory is free after."""
+    """Ends idle children and frees their memory."""
     with _idle_lock:
         waiting = _idle.pop(module, [])
     for child in waiting:
@@ -296,7 +300,7 @@ def end_idle(module: str) -> None:
 
 @atexit.register
 def _end_all_idle() -> None:
-    """Nobody waits for them: this process ends as well."""
+    """Ends idle children with this process, without waiting."""
     if _idle_of == os.getpid():
         for children in _idle.values():
             for child in children:
@@ -304,8 +308,8 @@ def _end_all_idle() -> None:
 
 
 def collect_rarely() -> None:
-    """Of a process that begins: its imports make some 100,000 objects that stay, and looking for garbage among them
-    time and again takes an eighth of the start."""
+    """Makes garbage collection rare at the start of a process: collecting among the 100,000 permanent objects of its
+    imports takes an eighth of the start time."""
     gc.set_threshold(100_000, 10, 10)
 
 
@@ -313,14 +317,14 @@ def serve(answer: Callable[[Mapping[str, Any], Send], None]) -> None:
     """The child's side: answers requests until the parent is gone.
 
     Args:
-        answer: sends the messages of one request; the last one has the key "last". What it raises goes to the parent.
+        answer: sends the messages of one request; the last one has the key "last". Exceptions go to the parent.
     """
     out = _own_output()
 
-    def send(said: Mapping[str, Any], *parts: Any) -> None:
-        _write(out, said, parts)
+    def send(header: Mapping[str, Any], *parts: Any) -> None:
+        _write(out, header, parts)
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to hear
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
     _no_core_dumps()
     threading.Thread(target=_end_with_the_parent, args=(int(sys.argv[1]),), daemon=True).start()
     send({"ready": True})
@@ -332,30 +336,30 @@ def serve(answer: Callable[[Mapping[str, Any], Send], None]) -> None:
                 os.chdir(request["folder"])
             answer(request, send)
         except Exception as error:
-            send({"error": _told(error)})
+            send({"error": _as_message(error)})
 
 
-def _write(out: BinaryIO, said: Mapping[str, Any], parts: Iterable[Any]) -> None:
+def _write(out: BinaryIO, header: Mapping[str, Any], parts: Iterable[Any]) -> None:
     buffers = [memoryview(part).cast("B") for part in parts]
     size = sum(len(buffer) for buffer in buffers)
-    out.write(json.dumps({**said, "bytes": size} if size else said).encode() + b"\n")
+    out.write(json.dumps({**header, "bytes": size} if size else header).encode() + b"\n")
     for buffer in buffers:
         out.write(buffer)
     out.flush()
 
 
 def _own_output() -> BinaryIO:
-    """Where the parent listens; what libraries print goes nowhere."""
+    """The pipe to the parent; output that libraries print is discarded."""
     own = os.dup(1)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
-    os.close(nowhere)
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.close(null)
     return os.fdopen(own, "wb")
 
 
 def _end_with_the_parent(parent: int) -> None:
-    """The parent may be killed during a request, when nobody reads its pipe."""
-    with contextlib.suppress(OSError):  # it is gone already
+    """Ends the child if the parent is killed during a request, when no one closes its pipe."""
+    with contextlib.suppress(OSError):  # already ended
         _wait_for_end_of(parent)
     os._exit(0)
 
@@ -366,7 +370,7 @@ def _wait_for_end_of(parent: int) -> None:
 
         handle = _winapi.OpenProcess(_winapi.SYNCHRONIZE, False, parent)
         _winapi.WaitForSingleObject(handle, _winapi.INFINITE)
-    elif sys.platform == "darwin":  # its poll does not tell the end of a pipe from which no event is asked
+    elif sys.platform == "darwin":  # its poll does not report a closed pipe without a requested event
         while os.getppid() == parent:
             time.sleep(_PARENT_EVERY_S)
     else:
@@ -386,7 +390,7 @@ def _no_core_dumps() -> None:
 
 
 def _limit_cpu(cpu_s: float) -> None:
-    """A second wall, for a child that loops in C while its parent is killed."""
+    """A second limit, for a child that loops in C after its parent was killed."""
     if sys.platform != "win32":
         import resource
 
@@ -395,28 +399,30 @@ def _limit_cpu(cpu_s: float) -> None:
             resource.setrlimit(resource.RLIMIT_CPU, (until, resource.getrlimit(resource.RLIMIT_CPU)[1]))
 
 
-def _told(error: Exception) -> dict[str, Any]:
+def _as_message(error: Exception) -> dict[str, Any]:
     if isinstance(error, OncenterError):
         return {"message": str(error), "code": error.code, "exit_code": error.exit_code, "needs": error.needs}
-    return {"bug": f"{type(error).__name__}: {error}", "traceback": traceback.format_exc()}
+    return {"internal": f"{type(error).__name__}: {error}", "traceback": traceback.format_exc()}
 
 
 class ChildFailed(Exception):
     """An internal error in a child; its traceback is a note of this one."""
 
 
-def _raised(told: Mapping[str, Any]) -> Exception:
-    if "bug" in told:
-        failed = ChildFailed(told["bug"])
-        failed.add_note(told["traceback"])
+def _raised(sent: Mapping[str, Any]) -> Exception:
+    if "internal" in sent:
+        failed = ChildFailed(sent["internal"])
+        failed.add_note(sent["traceback"])
         return failed
-    return OncenterError(told["message"], code=told["code"], exit_code=told["exit_code"], needs=tuple(told["needs"]))
+    return OncenterError(sent["message"], code=sent["code"], exit_code=sent["exit_code"], needs=tuple(sent["needs"]))
 
 
 def environment() -> dict[str, str]:
-    """This package comes first, for the parent may have found it in another way than by its installation."""
+    """Puts this package first on PYTHONPATH: the parent may not have imported it from an installation."""
     own = str(Path(__file__).resolve().parents[2])
-    given = [place for place in os.environ.get("PYTHONPATH", "").split(os.pathsep) if place]  # none is this folder
+    given = [
+        place for place in os.environ.get("PYTHONPATH", "").split(os.pathsep) if place
+    ]  # an empty entry would mean the current folder
     return os.environ | {"PYTHONPATH": os.pathsep.join([own, *given])}
 
 
@@ -433,7 +439,7 @@ def _signal_name(number: int) -> str:
 
 
 def _resident_bytes(pid: int) -> int | None:
-    """None where the system does not tell: then memory is not limited."""
+    """None if the system does not report it: then memory is not limited."""
     if sys.platform != "linux":
         return None
     try:
@@ -444,12 +450,12 @@ def _resident_bytes(pid: int) -> int | None:
 
 
 def _cpu_s(pid: int) -> float | None:
-    """Computing time so far; None where the system does not tell: then only the time that passes is limited."""
+    """CPU time so far; None if the system does not report it: then only elapsed time is limited."""
     if sys.platform != "linux":
         return None
     try:
         with open(f"/proc/{pid}/stat", "rb") as file:
-            fields = file.read().rpartition(b")")[2].split()  # the name before may hold blanks
+            fields = file.read().rpartition(b")")[2].split()  # the process name before it may contain blanks
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
     except (OSError, IndexError, ValueError):
         return None

@@ -1,6 +1,6 @@
-"""Packages that only some work needs: which extra brings each, and the one line that says so where it is missing.
+"""Optional packages: the extra that installs each, and the error if one is missing.
 
-Imports nothing heavy, so that a verb can ask before its work begins.
+Imports nothing heavy, so that a command can check before its work starts.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from importlib.util import find_spec
 
 from oncenter.errors import OncenterError
 
-# By the module that is imported: what the package is called, and the smallest extra that brings it.
+# By imported module: the name of the package, and the smallest extra that installs it.
 _BROUGHT_BY = {
     "asammdf": ("asammdf", "mf4"),
     "bokeh": ("bokeh", "report"),
@@ -27,7 +27,7 @@ _BROUGHT_BY = {
 
 
 def missing_extra(extra: str, what: str) -> OncenterError:
-    """What to say where an extra is not installed.
+    """The error for an extra that is not installed.
 
     Args:
         extra: its name in pyproject.toml, as "mf4".
@@ -37,12 +37,12 @@ def missing_extra(extra: str, what: str) -> OncenterError:
 
 
 def require_package(module: str, what: str, extra: str | None = None) -> None:
-    """Asks for a package before it is imported; costs next to nothing, for it is looked for and not loaded.
+    """Checks that a package is installed, without importing it.
 
     Args:
-        module: as it is imported, one of those that an extra brings.
+        module: imported name, one of those that an extra installs.
         what: the file or option that needs it, as "drive.mf4".
-        extra: that to name where a larger one is meant than the smallest that brings it.
+        extra: to be named instead of the smallest extra.
 
     Raises:
         OncenterError: "missing_extra", exit code 1: it is not installed.
@@ -55,5 +55,5 @@ def require_package(module: str, what: str, extra: str | None = None) -> None:
 def is_installed(module: str) -> bool:
     try:
         return find_spec(module) is not None
-    except (ImportError, ValueError):  # something keeps it from being imported
+    except (ImportError, ValueError):  # not importable
         return False

@@ -1,4 +1,4 @@
-"""What lies below folders, and which of it is named like a log."""
+"""Finds files below folders, and which of them are named like a log."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from oncenter.files.log_formats import SUFFIXES
 from oncenter.files.whole_file import UNFINISHED
 
-_NO_LOGS = (".truth.parquet",)  # what the simulator knows, beside its logs
+_NO_LOGS = (".truth.parquet",)  # true values of the simulator, beside its logs
 _BAG_MARK = "metadata.yaml"
 BAG_PARTS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 
@@ -21,20 +21,20 @@ def is_log(name: str) -> bool:
 
 
 def is_bag_folder(path: str | os.PathLike[str]) -> bool:
-    """Whether a folder is one recording of ROS 2: its parts beside what describes them."""
+    """Whether a folder is one ROS 2 recording: its parts beside their metadata."""
     try:
         names = os.listdir(path) if os.path.isdir(path) else []
-    except (OSError, ValueError):  # reading says what is wrong with it
+    except (OSError, ValueError):  # reading reports the error
         return False
     return _BAG_MARK in names and any(name.endswith(BAG_PARTS) for name in names)
 
 
 def files_below(folders: Sequence[str]) -> Iterator[tuple[str, bool]]:
-    """The path of whatever is no folder, at any depth, one folder in memory at a time; with True that of a folder which
+    """The paths of all files at any depth, each with False, one folder in memory at a time; with True, a folder that
     cannot be listed.
 
-    Each real folder once, so that links in a circle end. Links come last: a file has the name of its real folder where
-    that is found as well.
+    Each real folder is visited once, so that circular links end. Links are followed last, so that a file gets the name
+    of its real folder if that is also found.
     """
     waiting, links = list(folders), deque[str]()
     walked: set[tuple[int, int] | str] = set()
@@ -42,7 +42,9 @@ def files_below(folders: Sequence[str]) -> Iterator[tuple[str, bool]]:
         folder = waiting.pop() if waiting else links.popleft()
         try:
             status = os.stat(folder)
-            own = (status.st_dev, status.st_ino) if status.st_ino else os.path.realpath(folder)  # some shares have none
+            own = (
+                (status.st_dev, status.st_ino) if status.st_ino else os.path.realpath(folder)
+            )  # some network shares have none
             if own in walked:
                 continue
             walked.add(own)

@@ -1,15 +1,15 @@
-"""A file that one process at a time has for itself; it is let go when the file is closed or the process ends."""
+"""An exclusive lock on a file, released when the file is closed or the process ends."""
 
 from __future__ import annotations
 
 import os
 import sys
 
-_LOCKED_BYTE = 1 << 30  # of Windows, where nobody else reads a byte that is locked: far behind any content
+_LOCKED_BYTE = 1 << 30  # far beyond any content: on Windows others cannot read a locked byte
 
 
 def take(file: int) -> bool:
-    """Whether the open file is ours now; False where another process has it.
+    """Locks the open file; False if another process holds the lock.
 
     Raises:
         OSError: the file system has no locks.

@@ -1,4 +1,4 @@
-"""Opens regular files and nothing else: a named pipe or a device can block for ever or never end."""
+"""Opens regular files only: a named pipe or a device can block for ever or never end."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from oncenter.errors import LOG_CANNOT_BE_ANSWERED, OncenterError
 
 _AnyPath = str | os.PathLike[str]
 
-O_BINARY = getattr(os, "O_BINARY", 0)  # without it Windows changes line ends, and takes Ctrl-Z for a file's end
-O_NONBLOCK = getattr(os, "O_NONBLOCK", 0)  # opening a pipe of which nobody has the other end returns at once
+O_BINARY = getattr(os, "O_BINARY", 0)  # without it Windows converts line ends, and treats Ctrl-Z as end of file
+O_NONBLOCK = getattr(os, "O_NONBLOCK", 0)  # opening a pipe without a partner returns at once
 
 
 def open_regular_file(path: _AnyPath) -> FileIO:
-    """A regular file, unbuffered, for reading.
+    """Opens a regular file, unbuffered, for reading.
 
-    It is looked at before it is opened, because opening a device can have an effect, and after, because another file
-    can have taken its place.
+    The type is checked before opening, because opening a device can have side effects, and after opening, because the
+    file may have been replaced in between.
 
     Raises:
         OSError: it is a directory, a device or a pipe, or cannot be opened; `strerror` says which.
@@ -54,11 +54,11 @@ def read_regular_file(path: _AnyPath, bytes_max: int) -> bytes:
 def refuse_what_is_no_regular_file(
     path: _AnyPath, what: str = "log", *, code: str = "unreadable_log", exit_code: int = LOG_CANNOT_BE_ANSWERED
 ) -> None:
-    """Refuses a directory, a device, a pipe, or a path that leads nowhere, without opening it.
+    """Refuses a directory, a device, a pipe, or a path that does not exist, without opening it.
 
     Args:
         path: of the file.
-        what: the kind of file that is wanted, as the message calls it: "log", "DBC".
+        what: the expected kind of file for the message: "log", "DBC".
         code, exit_code: of the error.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Where the files lie that the package carries."""
+"""The location of the data files shipped with the package."""
 
 from __future__ import annotations
 

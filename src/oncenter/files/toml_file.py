@@ -1,4 +1,4 @@
-"""Reads a TOML file whose size, nesting and numbers are bounded, so that a message can quote whatever it holds."""
+"""Reads a TOML file with limits on size, nesting and numbers, so that a message can quote any value in it."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.regular_file import read_regular_file
 
 BYTES_MAX = 1 << 20
-_DEPTH_MAX = 16  # of tables and arrays in each other; ours have four
+_DEPTH_MAX = 16  # of nested tables and arrays; oncenter's files have four
 _INTEGER_BITS_MAX = 63  # what TOML guarantees
 _MESSAGE_MAX = 1000  # characters
 _KEY_PARTS_MAX = 16
-# tomllib needs memory with the square of a dotted key's parts: 200 kB of "a.a.a" need more than 4 GiB
+# tomllib's memory grows with the square of a dotted key's parts: 200 kB of "a.a.a" need more than 4 GiB
 _PART = r"""(?:[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')[ \t]*\.[ \t]*"""
 _LONG_KEY = re.compile(rf"""(?<![\w"'-])(?:{_PART}){{{_KEY_PARTS_MAX}}}""", re.ASCII)
-_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # a terminal obeys them
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # control characters of terminals
 
 
 def read_toml(file: str | os.PathLike[str], what: str, *, code: str) -> dict[str, Any]:
@@ -30,7 +30,7 @@ def read_toml(file: str | os.PathLike[str], what: str, *, code: str) -> dict[str
         code: of the error.
 
     Raises:
-        OncenterError: exit code 2: unreadable, no TOML, or beyond a bound; the message names it.
+        OncenterError: exit code 2: unreadable, not TOML, or beyond a limit; the message names it.
     """
     try:
         text = read_regular_file(file, BYTES_MAX).decode("utf-8-sig")
@@ -46,7 +46,7 @@ def read_toml(file: str | os.PathLike[str], what: str, *, code: str) -> dict[str
         values = tomllib.loads(text)
     except RecursionError:
         raise refusal(f"{what} nests tables or arrays deeper than {_DEPTH_MAX} levels", code) from None
-    except ValueError as error:  # tomllib lets the ones of numbers and times through
+    except ValueError as error:  # also those of numbers and times
         raise refusal(f"{what} is not TOML: {error}", code) from None
     why = _beyond_bounds(values)
     if why is not None:
@@ -55,7 +55,7 @@ def read_toml(file: str | os.PathLike[str], what: str, *, code: str) -> dict[str
 
 
 def refusal(message: str, code: str) -> OncenterError:
-    """One line of bounded length: a message may quote what the file holds."""
+    """An error with one line of limited length, because the message may quote the file."""
     line = " ".join(message.split())
     if len(line) > _MESSAGE_MAX:
         line = f"{line[:_MESSAGE_MAX]} …"
@@ -63,7 +63,7 @@ def refusal(message: str, code: str) -> OncenterError:
 
 
 def _beyond_bounds(values: dict[str, Any]) -> str | None:
-    """The first thing in a file that is beyond a bound, in words."""
+    """The first violation of a limit, in words."""
     level: list[Any] = [values]
     for _ in range(_DEPTH_MAX):
         below: list[Any] = []
@@ -72,9 +72,9 @@ def _beyond_bounds(values: dict[str, Any]) -> str | None:
             below += [inner for inner in inside if isinstance(inner, dict | list)]
             for leaf in inside:
                 if isinstance(leaf, str) and _CONTROL.search(leaf):
-                    return f"holds a control character: {leaf[:80]!r}"
+                    return f"contains a control character: {leaf[:80]!r}"
                 if isinstance(leaf, int) and leaf.bit_length() > _INTEGER_BITS_MAX:
-                    return f"holds an integer of more than {_INTEGER_BITS_MAX} bits"
+                    return f"contains an integer of more than {_INTEGER_BITS_MAX} bits"
         if not below:
             return None
         level = below

@@ -1,10 +1,10 @@
-"""A file that is written whole, or left as it was.
+"""Writes a file atomically: completely or not at all.
 
-The new content is written to a hidden file beside the path, forced to the disk, and renamed over the path. After a
-full disk, a kill or a power cut the path therefore holds the whole old file or the whole new one. A kill may leave the
-hidden file behind; `remove_unfinished` deletes such files in a folder that nobody else writes to.
+The new content is written to a hidden file beside the path, flushed to the disk, and renamed to the path. After a full
+disk, a kill or a power cut the path therefore holds the complete old or the complete new file. A kill may leave the
+hidden file behind; `remove_unfinished` deletes such files in a folder that no other process writes to.
 
-Windows does not rename over a file that a program has open: the old file then stays, and the refusal says so.
+Windows does not rename over a file that is open in a program: the old file then stays, and the error says so.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from pathlib import Path
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.regular_file import O_BINARY, O_NONBLOCK
 
-UNFINISHED = ".unfinished-"  # how the name of a hidden file begins
-_TAIL = 32  # characters of the path's name that the hidden file's name ends in: writers look at the suffix
+UNFINISHED = ".unfinished-"  # prefix of hidden files
+_TAIL = 32  # last characters of the name kept in the hidden file's name, because writers check the suffix
 _STDOUT = 1
-_RENAME_AGAIN_S = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)  # a virus scanner or an index has a new file open for a moment
+_RENAME_AGAIN_S = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)  # a virus scanner or indexer may keep a new file open briefly
 
 
 def check_place(path: str | os.PathLike[str]) -> None:
-    """Refuses, before an answer is computed, a path to which no file can be written.
+    """Refuses a path that cannot be written, before a result is computed.
 
     Raises:
         OncenterError: "output", exit code 2.
@@ -47,18 +47,18 @@ def check_place(path: str | os.PathLike[str]) -> None:
 
 @contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Gives the path of a new empty file, whose content takes the place of the file at `path` when the block ends.
+    """Gives the path of a new empty file, whose content replaces the file at `path` when the block ends.
 
-    When the block raises, the file at `path` stays as it was. A symbolic link at `path` stays a link, and an existing
-    file keeps its owner and mode. The content is copied through to a pipe that has a reader, a character device and
-    our own standard output, since nothing can be renamed over them.
+    If the block raises, the file at `path` stays unchanged. A symbolic link at `path` stays a link, and an existing
+    file keeps its owner and mode. For a pipe with a reader, a character device or this process's standard output, the
+    content is copied, since they cannot be replaced by a rename.
 
     Args:
         path: of the file to write; the given path ends in the same suffix.
 
     Raises:
-        OncenterError: "output", exit code 2: the file cannot be written; also in place of the OSError or PolarsError
-            of a writer in the block.
+        OncenterError: "output", exit code 2: the file cannot be written; also for an OSError or PolarsError raised in
+            the block.
     """
     check_place(path)
     try:
@@ -67,7 +67,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         with _beside(Path(os.path.realpath(path))) if is_renamed_over else _copied_through(Path(path)) as unfinished:
             yield unfinished
     except Exception as error:
-        import polars as pl  # late: it takes longer to load than most files to write
+        import polars as pl  # late import: it takes longer than writing most files
 
         if isinstance(error, (OSError, pl.exceptions.PolarsError)):
             raise _refusal(path, error) from None
@@ -75,7 +75,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def write_whole(path: str | os.PathLike[str], content: bytes | str) -> None:
-    """Writes a file as `whole_file` does; text as UTF-8, in which bytes that are no text become escapes.
+    """Writes a file as `whole_file` does; text as UTF-8, with invalid characters escaped.
 
     Raises:
         OncenterError: "output", exit code 2: the file cannot be written.
@@ -85,21 +85,21 @@ def write_whole(path: str | os.PathLike[str], content: bytes | str) -> None:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Deletes what killed writers left in a folder that nobody else writes to."""
+    """Deletes the remains of killed writers in a folder that no other process writes to."""
     for left in folder.glob(f"{UNFINISHED}*"):
-        with suppress(OSError):  # it takes room and harms nothing
+        with suppress(OSError):  # harmless if it stays
             left.unlink()
 
 
 def _refusal(path: str | os.PathLike[str], error: Exception | str) -> OncenterError:
-    number = error.errno if isinstance(error, OSError) else None  # whose words are shorter than some libraries'
-    text, *_ = " ".join(str(error).split()).split(" (os error ")  # after which polars names the hidden file
+    number = error.errno if isinstance(error, OSError) else None  # its text is shorter than that of some libraries
+    text, *_ = " ".join(str(error).split()).split(" (os error ")  # polars appends the hidden file's name
     why = os.strerror(number) if number and not isinstance(error, _IsOpen) else text
     return OncenterError(f"cannot write {os.fspath(path)}: {why}", code="output", exit_code=WRONG_USAGE)
 
 
 class _IsOpen(PermissionError):
-    """A file of Windows that cannot be replaced."""
+    """On Windows, a file that cannot be replaced because a program has it open."""
 
 
 def _status(path: str | os.PathLike[str]) -> os.stat_result | None:
@@ -113,25 +113,25 @@ def _check_existing(path: str | os.PathLike[str], there: os.stat_result) -> None
     if stat.S_ISDIR(there.st_mode):
         raise _refusal(path, "it is a folder; name a file")
     if not (stat.S_ISREG(there.st_mode) or stat.S_ISFIFO(there.st_mode) or stat.S_ISCHR(there.st_mode)):
-        raise _refusal(path, "it is no file, pipe or character device; name a file")
+        raise _refusal(path, "it is not a file, pipe or character device; name a file")
     if not os.access(path, os.W_OK):
         raise _refusal(path, "it is write-protected; name another file")
 
 
 def _check_folder(path: str | os.PathLike[str]) -> None:
-    """Of the file itself, where the path is a link to it."""
+    """Checks the folder of the file itself if the path is a link."""
     folder = Path(os.path.realpath(path)).parent
     if not folder.exists():
         raise _refusal(path, f"there is no folder {folder}")
     if not folder.is_dir():
         raise _refusal(path, f"{folder} is not a folder")
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise _refusal(path, f"no file can be made in {folder}; name a folder that is yours")
+        raise _refusal(path, f"{folder} is write-protected; name a folder that you may write to")
 
 
 @contextmanager
 def _beside(target: Path) -> Iterator[Path]:
-    """In the same folder, since a rename does not cross file systems."""
+    """A hidden file in the same folder, since a rename does not cross file systems."""
     unfinished = target.with_name(f"{UNFINISHED}{secrets.token_hex(4)}-{target.name[-_TAIL:]}")
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | O_BINARY
     os.close(os.open(unfinished, flags, 0o666))  # its mode follows the umask
@@ -140,7 +140,7 @@ def _beside(target: Path) -> Iterator[Path]:
         yield unfinished
         _finish(unfinished, mode, _status(target))
         _rename(unfinished, target)
-    except BaseException:  # an interruption as well
+    except BaseException:  # also for an interrupt
         with suppress(OSError):
             unfinished.unlink()
         raise
@@ -148,13 +148,13 @@ def _beside(target: Path) -> Iterator[Path]:
 
 
 def _finish(unfinished: Path, mode: int, replaced: os.stat_result | None) -> None:
-    """Owner, mode and content are on the disk before the rename: else a power cut may leave an empty file."""
+    """Sets owner and mode and flushes the content before the rename: else a power cut may leave an empty file."""
     file = os.open(unfinished, os.O_RDWR | O_BINARY)
     try:
-        if sys.platform != "win32":  # there a file has the rights of its folder
+        if sys.platform != "win32":  # there a file inherits the rights of its folder
             if replaced is not None:
                 mode = stat.S_IMODE(replaced.st_mode)
-                with suppress(OSError):  # only root may give a file away
+                with suppress(OSError):  # only root may change the owner
                     os.fchown(file, replaced.st_uid, replaced.st_gid)
             os.fchmod(file, mode)
         os.fsync(file)
@@ -177,12 +177,12 @@ def _rename(unfinished: Path, target: Path) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Makes the rename itself survive a power cut; Windows opens no folder, and needs none to be synchronised."""
+    """Makes the rename survive a power cut. Not possible on Windows, and not needed there."""
     if sys.platform == "win32":
         return
     try:
         file = os.open(folder, os.O_RDONLY)
-    except PermissionError:  # a folder may be written to and not read: old or new, the file is whole
+    except PermissionError:  # a folder may be writable but not readable; the file is complete either way
         return
     try:
         os.fsync(file)
@@ -192,7 +192,7 @@ def _sync_folder(folder: Path) -> None:
 
 def _is_stdout(there: os.stat_result) -> bool:
     try:
-        # all devices of Windows have the same number, 0
+        # on Windows all devices have inode 0
         return there.st_ino != 0 and os.path.samestat(there, os.fstat(_STDOUT))
     except OSError:  # closed
         return False
@@ -201,7 +201,7 @@ def _is_stdout(there: os.stat_result) -> bool:
 @contextmanager
 def _copied_through(special: Path) -> Iterator[Path]:
     with os.fdopen(_opened(special), "wb") as file, tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        unfinished = Path(folder) / f"{UNFINISHED}{special.name}"  # NUL alone is a device in any folder of Windows
+        unfinished = Path(folder) / f"{UNFINISHED}{special.name}"  # on Windows NUL is a device in any folder
         unfinished.touch()
         yield unfinished
         with unfinished.open("rb") as content:
@@ -209,15 +209,15 @@ def _copied_through(special: Path) -> Iterator[Path]:
 
 
 def _opened(special: Path) -> int:
-    """Never waits for a pipe's reader. Our standard output is shared: what is said later comes after."""
+    """Opens without waiting for a pipe's reader. Standard output is duplicated, so that later output follows."""
     if _is_stdout(special.stat()):
         return os.dup(_STDOUT)
     try:
         file = os.open(special, os.O_WRONLY | O_NONBLOCK | O_BINARY)
     except OSError as error:
         if stat.S_ISFIFO(special.stat().st_mode):
-            raise _refusal(special, f"nobody reads this pipe ({error.strerror})") from None
+            raise _refusal(special, f"this pipe has no reader ({error.strerror})") from None
         raise
     if sys.platform != "win32":
-        os.set_blocking(file, True)  # for a reader that is slow
+        os.set_blocking(file, True)  # for a slow reader
     return file

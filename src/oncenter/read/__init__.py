@@ -91,9 +91,10 @@ def require(signals: Signals, needed: Sequence[str]) -> None:
     columns = any(source.description.startswith(_NO_FRAMES) for source in signals.sources.values())
     homes = "; ".join(f"no {_spoken(name)} ({_home(name, columns)})" for name in missing)
     why = [note for note in signals.notes if note.split(":")[0] in missing]
-    remedy = "assign columns" if columns else "give the network's DBC with --dbc and assign its signals"
+    what = "assign columns" if columns else "give the network's DBC with --dbc and assign its signals"
+    remedy = [] if why else [f"{what} in the [signals] table of a vehicle file"]
     raise OncenterError(
-        "; ".join([f"{homes} in {log}", *why, f"found: {found}", f"{remedy} in the [signals] table of a vehicle file"]),
+        "; ".join([f"{homes} in {log}", *why, f"found: {found}", *remedy]),
         code="missing_signal",
         needs=tuple(missing),
     )
@@ -159,6 +160,11 @@ def damaged(name: str, reason: str, remedy: str = "copy or export it again") -> 
         f"cannot read {name}: the file is damaged or has another format ({reason[:160]}); {remedy}",
         code="unreadable_log",
     )
+
+
+def counted(number: int, noun: str) -> str:
+    """As "1 line" or "3 lines"."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def reason_of(error: BaseException) -> str:

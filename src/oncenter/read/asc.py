@@ -67,7 +67,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
             yield log.frames(block)
     if text.cut_off:
         notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
-    notes += log.others.notes("are not CAN frames and were left out")
+    notes += log.others.notes("that are not CAN frames")
 
 
 @dataclass

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
-from oncenter.read import damaged
+from oncenter.read import counted, damaged
 from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Frames, bus_code, joined
 
@@ -131,9 +131,9 @@ class _LeftOut:
 
     def notes(self, name: str) -> Iterator[str]:
         if self.long:
-            yield f"{self.long} CAN FD frames of more than 8 bytes in {name} were left out"
+            yield f"left out {counted(self.long, 'CAN FD frame')} of more than 8 bytes in {name}"
         if self.unknown_header:
-            yield f"{self.unknown_header} frames of {name} with an unknown object header were left out"
+            yield f"left out {counted(self.unknown_header, 'frame')} of {name} with an unknown object header"
 
 
 def _opened(file: BinaryIO, name: str) -> _Log:

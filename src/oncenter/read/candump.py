@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
+from oncenter.read import counted
 from oncenter.read.cut_off import CutOff
 from oncenter.read.digits import Places, Words, all_decimal, decimal, eight, packed, without_first
 from oncenter.read.frames import Frames, bus_code, frames_of_rows, joined
@@ -81,11 +82,9 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
     if bad_lines > BAD_LINES_SHARE * lines:
         raise _not_candump(path, first_bad)
     if flexible:
-        notes.append(f"{flexible} CAN FD frames of {path.name} were left out")
+        notes.append(f"left out {counted(flexible, 'CAN FD frame')} of {path.name}")
     if bad_lines:
-        notes.append(
-            f"{bad_lines} lines of {path.name} are not in candump format and were left out, first: {first_bad}"
-        )
+        notes.append(f"left out {counted(bad_lines, 'line')} of {path.name} not in candump format, first: {first_bad}")
 
 
 def _flexible_frames(text: bytes) -> int:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 import polars as pl
 
 from oncenter.errors import OncenterError
+from oncenter.read import counted
 from oncenter.read.frames import Column
 from oncenter.read.samples import Samples, steps_of
 from oncenter.signals import SIGNALS
@@ -179,8 +180,7 @@ def _backward_notes(samples: Samples, log: str) -> list[str]:
     backward = np.flatnonzero(time[1:] < time[:-1])
     if not len(backward):
         repeated = int(np.count_nonzero(time[1:] == time[:-1]))
-        rows = "1 row" if repeated == 1 else f"{repeated} rows"
-        return [f"{rows} of {log} repeat the time of the row before: ignored"] if repeated else []
+        return [f"left out {counted(repeated, 'row')} of {log} with the time of the row before"] if repeated else []
     farthest = float(np.max(np.maximum.accumulate(time) - time))
     times = "once" if len(backward) == 1 else f"{len(backward)} times"
     return [
@@ -205,7 +205,8 @@ def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:
             needs=("time",),
         )
     notes.append(
-        f"{samples.signal}: {dropped} samples of {samples.description} with repeated or earlier time were left out"
+        f"{samples.signal}: left out {counted(dropped, 'sample')} of {samples.description} "
+        "with repeated or earlier time"
     )
     return replace(samples, time=samples.time[later], values=samples.values[later], steps=None)
 

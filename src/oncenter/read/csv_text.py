@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
+from oncenter.read import damaged
 from oncenter.read.cut_off import CutOff
 
 _SHORT_ROWS_SHARE = 0.01  # of the rows; more mean that the program leaves out empty cells, not damage
@@ -117,7 +118,7 @@ def _unpacked(path: Path, data: bytes) -> bytes:
     try:
         return gzip.decompress(data)
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise OncenterError(f"cannot read {path.name}: {error}", code="unreadable_log") from error
+        raise damaged(path.name, str(error)) from error
 
 
 def _from_header(data: bytes) -> bytes:

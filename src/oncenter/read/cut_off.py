@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from oncenter.read import counted
 from oncenter.read.frames import Frames, pgn_of
 
 
@@ -29,6 +30,6 @@ def short_frames_notes(frames: Frames, log: str) -> list[str]:
         if short:
             extended = bool(frames.extended[frames.identifier == identifier][0])
             name = f"PGN {int(pgn_of(np.array([identifier]))[0])}" if extended else f"0x{int(identifier):X}"
-            which = f"1 frame of {name} in {log} is" if short == 1 else f"{short} frames of {name} in {log} are"
-            notes.append(f"{which} shorter than others: the missing bytes count as not available")
+            which = f"{counted(short, 'frame')} of {name} in {log}"
+            notes.append(f"{which} with fewer bytes than others: the missing bytes count as not available")
     return notes

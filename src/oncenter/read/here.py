@@ -166,6 +166,8 @@ def as_signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str
         )
     table, rate = clock.to_one_tick(chosen, path.name, notes)
     if table.height < 2:
-        raise OncenterError(f"{path.name} is too short: {table.height} ticks, at least 2 are needed", code="too_short")
+        raise OncenterError(
+            f"{path.name} is too short: at least 2 ticks are needed, got {table.height}", code="too_short"
+        )
     time = table["time_s"]
     return Signals(table, sources, rate, os.fspath(path), with_seconds(notes, float(time[-1] - time[0])))

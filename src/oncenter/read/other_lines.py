@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oncenter.errors import NeedsLibrary
+from oncenter.read import counted
 from oncenter.read.digits import Places
 from oncenter.read.fields import Lines
 from oncenter.read.frames import Frames, bus_code, frames_of_rows, joined
@@ -89,17 +90,17 @@ class OtherLines:
         if self.mangled > anyway + MANGLED_SHARE * self.lines:
             raise NeedsLibrary(f"{self.mangled} lines have an unknown layout, the first of them reads {self.first!r}")
 
-    def notes(self, left_out: str) -> Iterator[str]:
+    def notes(self, which: str) -> Iterator[str]:
         """Notes at the end of the log.
 
         Args:
-            left_out: predicate for the lines left out, as "were left out".
+            which: describes the lines left out, as "that are not CAN frames".
 
         Raises:
             NeedsLibrary: too many lines start like a frame but cannot be parsed.
         """
         self._refuse_mangled(0)
         if self.left_out:
-            yield f"{self.left_out} lines of {self.log} {left_out}, the first reads {self.first!r}"
+            yield f"left out {counted(self.left_out, 'line')} of {self.log} {which}, the first reads {self.first!r}"
         if self.flexible:
-            yield f"{self.flexible} CAN FD frames of {self.log} were left out"
+            yield f"left out {counted(self.flexible, 'CAN FD frame')} of {self.log}"

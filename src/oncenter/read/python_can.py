@@ -13,7 +13,7 @@ import numpy as np
 
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
-from oncenter.read import damaged, reason_of
+from oncenter.read import counted, damaged, reason_of
 from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Frames, bus_code
 from oncenter.read.text_lines import AscLines, TextLines
@@ -42,11 +42,13 @@ def chunks(path: Path, suffix: str, notes: list[str], progress: Callable[[float]
         notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
     if text.strange:
         first = f"the first reads {text.first_strange!r}"
-        notes.append(f"{text.strange} lines of {path.name} are not CAN frames and were left out, {first}")
+        notes.append(f"left out {counted(text.strange, 'line')} of {path.name} that are not CAN frames, {first}")
     if skipped.flexible:
-        notes.append(f"{skipped.flexible} CAN FD frames of {path.name} were left out")
+        notes.append(f"left out {counted(skipped.flexible, 'CAN FD frame')} of {path.name}")
     if complaints:
-        notes.append(f"python-can left out {len(complaints)} lines of {path.name}, its first message: {complaints[0]}")
+        notes.append(
+            f"python-can left out {counted(len(complaints), 'line')} of {path.name}, its first message: {complaints[0]}"
+        )
 
 
 class _Complaints(logging.Handler):

@@ -23,7 +23,7 @@ import numpy as np
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.folder import BAG_PARTS
-from oncenter.read import damaged, reason_of
+from oncenter.read import counted, damaged, reason_of
 from oncenter.read.channels import Channel, NoSamples, is_wanted, no_signal_recognised, not_there, samples_of
 from oncenter.read.frames import Column
 from oncenter.read.ros_messages import Field, Layout, NotDecoded, Types
@@ -74,7 +74,7 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
         fields = wanted[topic.name + topic.kind]
         time, clock, columns = _columns(topic, len(fields))
         if topic.damaged:
-            notes.append(f"{topic.damaged} messages of {topic.name} in {path.name} are damaged and were left out")
+            notes.append(f"left out {counted(topic.damaged, 'damaged message')} of {topic.name} in {path.name}")
         clocks.append((clock, topic.name))
         for place, each in enumerate(fields):
             content = partial(_content, time, columns, place, each.unit)

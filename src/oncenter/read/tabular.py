@@ -11,7 +11,7 @@ import polars as pl
 
 from oncenter.errors import OncenterError
 from oncenter.nearest_name import did_you_mean
-from oncenter.read import ASSIGN_THEM
+from oncenter.read import ASSIGN_THEM, counted, damaged, reason_of
 from oncenter.read.csv_text import (
     csv_text,
     separator_of,
@@ -68,7 +68,7 @@ def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) 
         needed = dict.fromkeys([when, *(column for column, _, _ in wanted)])
         frame = table.select(*needed).collect()
     except _POLARS_ERRORS as error:
-        raise _unreadable(path, error) from error
+        raise damaged(path.name, reason_of(error)) from error
     return samples_of(path, frame, when, wanted, names, {}, notes)
 
 
@@ -93,8 +93,8 @@ def _without_short_rows(path: Path, frame: pl.DataFrame, text: bytes, separator:
     if whole is None or len(whole) != frame.height or whole.all():
         return frame
     short = np.flatnonzero(~whole)
-    rows = "1 row" if len(short) == 1 else f"{len(short)} rows"
-    notes.append(f"{rows} of {path.name} with fewer cells than the header were left out, first row {short[0] + 1}")
+    rows = counted(len(short), "row")
+    notes.append(f"left out {rows} of {path.name} with fewer cells than the header, first row {short[0] + 1}")
     return frame.filter(pl.Series(whole))
 
 
@@ -117,8 +117,7 @@ def _with_decimal_points(frame: pl.DataFrame) -> pl.DataFrame:
 
 
 def _unreadable(path: Path, error: BaseException) -> OncenterError:
-    reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
-    return OncenterError(f"cannot read {path.name}: {reason}", code="unreadable_log")
+    return OncenterError(f"cannot read {path.name}: {reason_of(error)}", code="unreadable_log")
 
 
 def samples_of(
@@ -140,11 +139,11 @@ def samples_of(
     stamped = np.isfinite(time)
     empty = len(time) - int(np.count_nonzero(stamped))
     if empty and frame.filter(~stamped).select(pl.any_horizontal(_has_content(frame)).any()).item():
-        notes.append(f"{empty} rows of {path.name} have no time and were left out")
+        notes.append(f"left out {counted(empty, 'row')} of {path.name} without a time")
     time = time[stamped] if empty else time
     if len(time) < 2:
         raise OncenterError(
-            f"{path.name} is too short: {len(time)} rows with a time, at least 2 are needed", code="too_short"
+            f"{path.name} is too short: at least 2 rows with a time are needed, got {len(time)}", code="too_short"
         )
     steps = steps_of(time)
     given = []

@@ -51,7 +51,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
             yield log.frames(rest)
     if text.cut_off:
         notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
-    notes += others.notes("were left out")
+    notes += others.notes("that are not CAN frames")
 
 
 @dataclass

@@ -16,6 +16,7 @@ import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
+from oncenter.read import counted
 from oncenter.read.cut_off import CutOff
 from oncenter.read.numbers import numbers
 from oncenter.read.samples import Samples
@@ -194,8 +195,8 @@ def _rows(path: Path, body: bytes, columns: Sequence[str], notes: list[str]) -> 
         notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
     whole = [line for line in lines if line.count(b" ") + 1 == len(columns)]
     if len(whole) < len(lines):
-        rows = "1 row" if len(lines) - len(whole) == 1 else f"{len(lines) - len(whole)} rows"
-        notes.append(f"{rows} of {path.name} without all {len(columns)} columns were left out")
+        rows = counted(len(lines) - len(whole), "row")
+        notes.append(f"left out {rows} of {path.name} without all {len(columns)} columns")
     if not whole:
         raise OncenterError(f"{path.name} has no rows", code="empty_log")
     try:

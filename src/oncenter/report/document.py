@@ -26,11 +26,12 @@ _POLICY = "default-src 'none'; script-src 'unsafe-inline'{beside}; style-src 'un
 _RANDOM_NAME = re.compile(r"(?:bk-)?[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 
 
-def document(title: str, body: str, script: str, *, style: str = "", program: str = "") -> str:
+def document(title: str, body: str, script: str, *, style: str = "", program: str = "", beside: bool = False) -> str:
     """The whole HTML document. `script` is bokeh's for the pictures in the body, empty where there are none.
 
-    A page may bring CSS and, after bokeh's, JavaScript of its own.
+    A page may bring CSS and, after bokeh's, JavaScript of its own; `beside` lets it load scripts that lie beside it.
     """
+    policy = _POLICY.format(beside=" 'self' file:" if beside else "")
     colours = "".join(f"--{name}:{colour};" for name, colour in COLOURS.items())
     return f"""<!DOCTYPE html>
 <html lang="en">
@@ -38,7 +39,7 @@ def document(title: str, body: str, script: str, *, style: str = "", program: st
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
 <title>{escape(title)}</title>
 <style>:root{{{colours}}}
 {_asset("page.css")}{style}</style>

@@ -105,7 +105,7 @@ def angle(
 
 def _asides(told: Sequence[Finding], notes: Sequence[str]) -> list[str]:
     """What there is to say of the logs, below an empty line."""
-    lines = [f"  {finding.severity}: {finding.text}" for finding in told]
+    lines = [f"  {finding.line()}" for finding in told]
     lines += [f"  note: {note}" for note in notes]
     return ["", *lines] if lines else []
 

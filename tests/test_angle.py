@@ -396,8 +396,8 @@ def test_drives_with_and_without_an_accelerometer_are_learned_by_what_most_of_th
     signals, truth = drive
     blind = replace(signals, table=signals.table.drop("lateral_acceleration_m_s2"), log="blind")
     for teacher, then, word in (
-        (blind, signals, "no lateral acceleration in blind: yaw rate times speed stands for it"),
-        (signals, blind, "no lateral acceleration for 1800 s of blind: nothing is learned then"),
+        (blind, signals, "no lateral acceleration in blind: yaw rate times speed is used instead"),
+        (signals, blind, "no lateral acceleration for 1800 s of blind: this time is not used"),
     ):
         error, sd = after_loss(oc.angle(then, truck, taught_by=[teacher], sensor_lost_at=1.0), truth)
         assert np.sqrt(np.mean(error**2)) < 2.0 and np.mean(np.abs(error) < 1.96 * sd) > 0.92
@@ -415,7 +415,7 @@ def test_a_log_without_lateral_acceleration_is_answered_with_a_word_about_it(
     assert run(arguments) == 0
     said = capsys.readouterr().out
     assert "valid" in said
-    assert "note: no lateral acceleration in drive.parquet: yaw rate times speed stands for it" in said
+    assert "note: no lateral acceleration in drive.parquet: yaw rate times speed is used instead" in said
     assert "no lateral acceleration in drive.parquet" in page.read_text()
 
 

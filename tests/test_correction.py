@@ -41,9 +41,9 @@ def test_what_is_applied_and_what_remains_take_the_sensors_offset_out(signals: S
     ("applied", "remaining", "said"),
     [
         (0.0, -2.04, "recalibrate: add -2.0 deg"),
-        (1.5, -0.5, "recalibrate: add -0.5 deg to the +1.5 deg that is applied already: set +1 deg"),
-        (1.25, -0.46, "recalibrate: add -0.5 deg to the +1.25 deg that is applied already: set +0.75 deg"),
-        (-2.0, 2.0, "recalibrate: add +2.0 deg to the -2 deg that is applied already: set +0 deg"),
+        (1.5, -0.5, "recalibrate: add -0.5 deg to the applied correction of +1.5 deg, so set +1 deg"),
+        (1.25, -0.46, "recalibrate: add -0.5 deg to the applied correction of +1.25 deg, so set +0.75 deg"),
+        (-2.0, 2.0, "recalibrate: add +2.0 deg to the applied correction of -2 deg, so set +0 deg"),
     ],
 )
 def test_the_words_add_up(applied: float, remaining: float, said: str) -> None:

@@ -28,7 +28,7 @@ TABLE_2 = oc.vehicle("scania_r730_4x2")
 
 
 def thesis_drive(yaw_rate_bias_deg_s: float = 0.0) -> Signals:
-    """The shipped scenario, 3 deg of play, its gyro off by so much more than the 0.05 deg/s that it is."""
+    """The shipped scenario, 3 deg of play, with so much more gyro bias than its 0.05 deg/s."""
     drive = _thesis_drive()
     biased = pl.col("yaw_rate_rad_s") + yaw_rate_bias_deg_s * DEGREE
     return replace(drive, table=drive.table.with_columns(biased))
@@ -94,7 +94,7 @@ def test_used_and_unused_seconds_are_the_drive() -> None:
     assert sum(answer.rejected_s.values()) >= answer.unused_s - 1e-9
 
 
-def test_a_yaw_rate_bias_is_seen_at_standstill_and_told_with_its_effect() -> None:
+def test_a_yaw_rate_bias_at_standstill_is_reported_with_its_effect() -> None:
     biased = by_thesis(steady_drive(yaw_rate_bias_deg_s=0.25))
     plain = by_thesis(steady_drive())
     finding = next(f for f in biased.findings if f.code == "yaw_rate_bias")
@@ -107,7 +107,7 @@ def test_a_yaw_rate_bias_is_seen_at_standstill_and_told_with_its_effect() -> Non
     assert biased.offset.ci95 is not None and biased.offset.ci95[1] > 2.0 * DEGREE - 0.05 * DEGREE
 
 
-def test_an_accelerometer_bias_beyond_table_4_shuts_the_gate_and_is_named() -> None:
+def test_an_accelerometer_bias_beyond_table_4_rejects_all_driving_and_is_named() -> None:
     answer = by_thesis(steady_drive(acceleration_bias_m_s2=-0.6))
     assert (answer.offset.status, answer.offset.value, answer.offset.ci95) == ("unobservable", None, None)
     finding = next(f for f in answer.findings if f.code == "gate_shut")
@@ -130,7 +130,7 @@ def test_on_a_straight_road_the_understeer_gradient_is_unobservable() -> None:
     assert "understeer_gradient_unknown" in codes(answer)
 
 
-def test_two_logs_of_one_truck_are_one_evidence_whatever_their_order() -> None:
+def test_two_logs_of_one_truck_have_one_answer_in_any_order() -> None:
     first, second = steady_drive(), steady_drive(start_s=1000.0)
     there = oc.offset([first, second], TRUCK)
     back = oc.offset([second, first], TRUCK)
@@ -140,7 +140,7 @@ def test_two_logs_of_one_truck_are_one_evidence_whatever_their_order() -> None:
     assert there.used_s == pytest.approx(2 * alone_s, abs=12.0)  # an angle as still as here is doubted at first
 
 
-def test_logs_that_all_start_at_zero_are_taken_in_the_order_given() -> None:
+def test_logs_that_all_start_at_zero_are_used_in_the_given_order() -> None:
     twice = oc.offset([steady_drive(), steady_drive()], TRUCK)
     assert twice.rejected_s["time"] == 0.0
     assert twice.duration_s == pytest.approx(480.0)
@@ -216,7 +216,7 @@ def test_the_parts_of_the_interval_sum_to_it_by_their_squares() -> None:
     assert sum(answer.offset_ci95_drive) / 2 == pytest.approx(value)
 
 
-def test_each_cause_that_no_drive_identifies_comes_with_its_prior() -> None:
+def test_each_cause_not_identifiable_from_one_drive_comes_with_its_prior() -> None:
     truck = TABLE_2.model_copy(update={"traffic_side": "right"})
     given = oc.offset(thesis_drive(), truck).to_dict()["offset"]["not_identifiable"]
     priors = {cause["cause"]: cause["prior"] for cause in given}
@@ -228,37 +228,39 @@ def test_each_cause_that_no_drive_identifies_comes_with_its_prior() -> None:
     pull, wind = given[0], given[1]
     assert pull["sd_m_s2"] == pytest.approx(params["pull_sd_m_s2"], rel=0.3)  # the lean is in it
     assert pull["sd_deg"] / wind["sd_deg"] == pytest.approx(params["pull_sd_m_s2"] / params["wind_sd_m_s2"])
-    told = TABLE_2.model_copy(update={"params": {"pull_sd_m_s2": 0.0, "wind_sd_m_s2": 0.03}, "traffic_side": None})
-    (wind,) = oc.offset(thesis_drive(), told).to_dict()["offset"]["not_identifiable"]
+    configured = TABLE_2.model_copy(
+        update={"params": {"pull_sd_m_s2": 0.0, "wind_sd_m_s2": 0.03}, "traffic_side": None}
+    )
+    (wind,) = oc.offset(thesis_drive(), configured).to_dict()["offset"]["not_identifiable"]
     assert (wind["cause"], wind["prior"]["sd_m_s2"]) == ("mean_wind", 0.03)
     assert wind["prior"]["source"].endswith("given, parameter wind_sd_m_s2")
 
 
-def test_where_no_play_shows_the_neutral_point_a_pull_moves_nothing_and_is_not_spoken_of() -> None:
+def test_without_play_a_pull_has_no_effect_on_the_offset_and_is_not_mentioned() -> None:
     answer = oc.offset(steady_drive(), TRUCK)
     pull = answer.not_identifiable[0]
     assert answer.offset_per_acceleration < 0.1 * DEGREE
     assert pull.sd_rad < 0.03 * DEGREE
-    assert "could hide" not in answer.words()
+    assert "can add" not in answer.words()
 
 
 def test_the_methods_that_do_not_separate_the_parts_have_one_interval() -> None:
     answer = by_thesis(steady_drive())
     assert answer.not_identifiable == ()
     assert answer.offset_ci95_drive == pytest.approx(answer.offset.ci95)
-    assert "from this drive" not in answer.words() and "could hide" not in answer.words()
+    assert "from this drive" not in answer.words() and "can add" not in answer.words()
 
 
-def test_joint_is_the_method_where_none_is_asked_for() -> None:
+def test_joint_is_the_default_method() -> None:
     assert oc.offset(steady_drive(), TRUCK).method == "joint"
 
 
-def test_the_words_are_what_an_engineer_reads_first() -> None:
+def test_the_words_begin_with_the_offset_and_its_uncertainty() -> None:
     answer = oc.offset(thesis_drive(yaw_rate_bias_deg_s=0.2), TABLE_2)
     said = re.fullmatch(
-        r"straight-ahead offset (\S+) deg ± (\S+) from this drive; a pull or crosswind could hide ± (\S+) more; "
-        r"recalibrate: add -2\.\d deg; the steering has (\S+) deg of play; "
-        r"the gyro is off by (\S+) deg/s and was corrected; driven (\d+) of 30 minutes usable(, \d+ rejected for .+)?",
+        r"straight-ahead offset (\S+) ±(\S+) deg from this drive; a pull or crosswind can add ±(\S+) deg; "
+        r"recalibrate: add -2\.\d deg; free play (\S+) deg; "
+        r"corrected for a gyro bias of (\S+) deg/s; (\d+) of 30 minutes usable(, \d+ rejected for .+)?",
         answer.words(),
     )
     assert said is not None, answer.words()
@@ -268,27 +270,27 @@ def test_the_words_are_what_an_engineer_reads_first() -> None:
     assert minutes == pytest.approx(answer.used_s / 60, abs=0.5)
 
 
-def test_a_gyro_that_is_right_is_not_spoken_of() -> None:
+def test_a_gyro_without_bias_is_not_mentioned() -> None:
     assert "gyro" not in oc.offset(thesis_drive(yaw_rate_bias_deg_s=-0.05), TABLE_2).words()
 
 
-def test_a_number_that_rounds_to_nothing_has_no_sign() -> None:
+def test_a_number_that_rounds_to_zero_has_no_sign() -> None:
     assert str(Estimate(-1e-5, (-0.02, 0.0), "valid", "rad")) == "0.0 deg, -1.1 to 0.0"
 
 
-def test_play_that_may_be_none_is_told_as_a_bound() -> None:
+def test_play_that_may_be_zero_is_given_as_an_upper_limit() -> None:
     answer = oc.offset(steady_drive(), TRUCK)
     assert answer.backlash.ci95 is not None and 0.0 <= answer.backlash.ci95[0] < 0.5 * DEGREE
-    assert f"at most {answer.backlash.ci95[1] / DEGREE:.1f} deg of play" in answer.words()
+    assert f"free play at most {answer.backlash.ci95[1] / DEGREE:.1f} deg" in answer.words()
 
 
-def test_without_play_nothing_tells_where_the_steering_unloads() -> None:
+def test_without_play_the_neutral_lateral_acceleration_is_unobservable() -> None:
     answer = oc.offset(steady_drive(), TRUCK)
     assert (answer.unloading_acceleration.value, answer.unloading_acceleration.status) == (None, "unobservable")
 
 
 @pytest.mark.parametrize("minute", [6, 14, 23])
-def test_a_drive_cut_in_two_by_an_ignition_says_nearly_what_it_says_in_one(minute: int) -> None:
+def test_a_drive_cut_in_two_by_an_ignition_has_nearly_the_same_answer(minute: int) -> None:
     drive = thesis_drive()
     row = int(60 * minute * drive.rate_hz)
     one, two = oc.offset(drive, TABLE_2), oc.offset(cut(drive, row), TABLE_2)
@@ -313,7 +315,7 @@ def test_the_trace_ends_where_the_answer_stands() -> None:
     assert rejected_s == pytest.approx(answer.rejected_s["curvature"])
 
 
-def test_the_monitor_fed_tick_by_tick_says_what_the_log_says() -> None:
+def test_the_monitor_fed_tick_by_tick_gives_the_answer_of_the_log() -> None:
     drive = steady_drive(minutes=2.0)
     monitor = oc.Monitor(TRUCK, rate_hz=RATE_HZ)
     for row in drive.table.iter_rows(named=True):
@@ -324,7 +326,7 @@ def test_the_monitor_fed_tick_by_tick_says_what_the_log_says() -> None:
     assert now.backlash_rad == answer.backlash.value
 
 
-def test_the_monitor_says_why_a_tick_is_not_used() -> None:
+def test_the_monitor_names_the_reason_for_an_unused_tick() -> None:
     monitor = oc.Monitor(TRUCK)
     now = monitor.step(oc.Tick(0.0, 0.0, 0.0, 2.0, 0.0))
     assert set(now.reasons) == {"settling", "speed"}
@@ -332,21 +334,21 @@ def test_the_monitor_says_why_a_tick_is_not_used() -> None:
     assert monitor.step(oc.Tick(0.01, math.nan, 0.0, 5.0, 0.0)).reasons == ("missing_signal",)
 
 
-def test_without_drives_it_is_said_that_a_drive_is_needed() -> None:
-    with pytest.raises(oc.OncenterError, match="a drive is needed") as refused:
+def test_a_call_without_drives_is_refused() -> None:
+    with pytest.raises(oc.OncenterError, match="no drive was given") as refused:
         oc.offset([], TRUCK)
     assert (refused.value.code, refused.value.exit_code) == ("no_drive", WRONG_USAGE)
 
 
 @pytest.mark.parametrize("method", ["joint", "thesis"])
-def test_a_log_without_accelerometer_is_told_how_to_go_without(method: Method) -> None:
+def test_the_error_for_a_missing_accelerometer_names_the_option_for_it(method: Method) -> None:
     drive = steady_drive()
     blind = replace(drive, table=drive.table.drop("lateral_acceleration_m_s2"))
-    with pytest.raises(oc.OncenterError, match=r"--no-accelerometer .*use_accelerometer = 0") as refused:
+    with pytest.raises(oc.OncenterError, match=r"--no-accelerometer, or use_accelerometer = 0") as refused:
         oc.offset(blind, TRUCK, method=method)
     assert (refused.value.code, refused.value.needs) == ("missing_signal", ("lateral_acceleration",))
     oc.offset(blind, TRUCK, method=method, params={"use_accelerometer": 0})
-    with pytest.raises(oc.OncenterError, match=r"^(?!.*--no-accelerometer)"):  # which would not help there
+    with pytest.raises(oc.OncenterError, match=r"^(?!.*--no-accelerometer)"):  # of no use there
         oc.offset(replace(drive, table=blind.table.drop("yaw_rate_rad_s")), TRUCK, method=method)
 
 
@@ -374,7 +376,7 @@ def test_logs_of_different_rates_are_refused_together() -> None:
 
 
 def relative(drive: Signals, turns: np.ndarray) -> Signals:
-    """The drive as a relative angle sensor gives it that is off by so many whole turns."""
+    """The drive of a relative angle sensor whose zero is shifted by so many whole turns."""
     angle = drive.table["steering_wheel_angle_rad"].to_numpy() + 2 * math.pi * turns
     return replace(
         drive,
@@ -386,7 +388,7 @@ def relative(drive: Signals, turns: np.ndarray) -> Signals:
 
 @pytest.mark.parametrize("break_s", [0.0, 20.0])
 @pytest.mark.parametrize("offset_deg", [2.0, -170.0, 175.0])
-def test_whole_turns_that_ignitions_add_change_nothing(break_s: float, offset_deg: float) -> None:
+def test_whole_turns_added_at_ignitions_do_not_change_the_offset(break_s: float, offset_deg: float) -> None:
     drive = steady_drive(offset_deg=offset_deg)
     time = drive.table["time_s"].to_numpy()
     breaks = ((time >= 90.0) & (time < 90.0 + break_s)) | ((time >= 170.0) & (time < 170.0 + break_s))
@@ -404,7 +406,7 @@ def test_whole_turns_that_ignitions_add_change_nothing(break_s: float, offset_de
     assert np.nanmax(np.abs(oc.trace(jumped)["offset"] - oc.trace(absolute)["offset"])) < 1e-9
 
 
-def test_a_truck_of_whole_turns_in_each_of_its_logs_has_one_offset() -> None:
+def test_logs_with_different_whole_turns_have_one_offset() -> None:
     first, second = steady_drive(), steady_drive(start_s=1000.0)
     ones = np.ones(first.table.height)
     answer = by_thesis([relative(first, 3 * ones), relative(second, -2 * ones)])
@@ -413,13 +415,13 @@ def test_a_truck_of_whole_turns_in_each_of_its_logs_has_one_offset() -> None:
     assert sum("whole turns" in note for note in answer.notes) == 2
 
 
-def test_an_absolute_sensor_keeps_whatever_turns_it_shows() -> None:
+def test_an_absolute_sensor_keeps_its_whole_turns() -> None:
     answer = by_thesis(steady_drive(offset_deg=362.0))
     assert answer.offset.value == pytest.approx(362.0 * DEGREE, abs=0.05 * DEGREE)
     assert answer.notes == ()
 
 
-def test_whole_turns_are_taken_from_a_drive_that_does_not_know_its_speed() -> None:
+def test_whole_turns_are_removed_from_a_drive_without_vehicle_speed() -> None:
     drive = steady_drive()
     turns = np.where(drive.table["time_s"].to_numpy() < 90.0, -1, 2)
     blind = replace(relative(drive, turns), table=relative(drive, turns).table.drop("vehicle_speed_m_s"))
@@ -428,7 +430,7 @@ def test_whole_turns_are_taken_from_a_drive_that_does_not_know_its_speed() -> No
     assert off.abs().max() == pytest.approx(0.0, abs=1e-9)
 
 
-def test_an_error_comes_from_another_process_as_it_was() -> None:
+def test_an_error_from_another_process_arrives_unchanged() -> None:
     sent = OncenterError("no drive", code="no_drive", exit_code=2, needs=("yaw_rate",))
     came = pickle.loads(pickle.dumps(sent))
     assert (str(came), came.code, came.exit_code, came.needs) == ("no drive", "no_drive", 2, ("yaw_rate",))
@@ -449,19 +451,19 @@ def cause(name: str, sd_deg: float) -> Cause:
         ({}, ""),
     ],
 )
-def test_what_could_hide_more_is_named_by_what_matters(sds: dict[str, float], said: str) -> None:
+def test_the_words_name_the_causes_that_matter(sds: dict[str, float], said: str) -> None:
     causes = tuple(cause(name, sd) for name, sd in sds.items())
     assert in_words(causes) == said
     answer = replace(oc.offset(steady_drive(), TRUCK), not_identifiable=causes)
     more = 1.96 * math.hypot(*sds.values())
-    assert (f"; {said} could hide ± {more:.1f} more" in answer.words()) is bool(said)
+    assert (f"; {said} can add ±{more:.1f} deg" in answer.words()) is bool(said)
 
 
 @pytest.mark.parametrize(
-    ("half_width_deg", "said"), [(0.123, "2.0 deg ± 0.1 "), (0.05, "2.00 deg ± 0.05 "), (3.0, "2.0 deg ± 3.0 ")]
+    ("half_width_deg", "said"), [(0.123, "2.0 ±0.1 deg"), (0.05, "2.00 ±0.05 deg"), (3.0, "2.0 ±3.0 deg")]
 )
-def test_a_half_width_is_never_said_to_be_nothing(half_width_deg: float, said: str) -> None:
+def test_a_half_width_is_never_printed_as_zero(half_width_deg: float, said: str) -> None:
     given = oc.offset(steady_drive(), TRUCK)
     drive = tuple((2.0 + sign * half_width_deg) * DEGREE for sign in (-1.0, 1.0))
     answer = replace(given, offset=replace(given.offset, value=2.0 * DEGREE), offset_ci95_drive=drive)
-    assert answer.words().startswith(f"straight-ahead offset {said}from this drive")
+    assert answer.words().startswith(f"straight-ahead offset {said} from this drive")

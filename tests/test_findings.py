@@ -1,4 +1,4 @@
-"""What is said of a drive beyond its numbers: each finding where the world has it, and none where it has not."""
+"""Findings: each is reported where its cause exists, and only there, with its number and with the action."""
 
 import re
 from dataclasses import replace
@@ -42,7 +42,7 @@ def parts(drive: float, pull: float = 0.37, wind: float = 0.15, set_up: float = 
 
 
 def core_says(**others: Any) -> dict[str, Any]:
-    """What the core says of a healthy truck after half an hour, but for `others`."""
+    """The core's answer for a healthy truck after half an hour, except for `others`."""
     return {
         "offset": estimate(0.3 * DEGREE, 0.4 * DEGREE),
         "offset_parts": parts(0.1),
@@ -72,12 +72,14 @@ def core_says(**others: Any) -> dict[str, Any]:
     } | others
 
 
-def told(*changes: Change, traffic_sign: float = 0.0, accelerometer: bool = True, **others: Any) -> dict[str, Finding]:
+def findings(
+    *changes: Change, traffic_sign: float = 0.0, accelerometer: bool = True, **others: Any
+) -> dict[str, Finding]:
     """The joint method's findings by code."""
     native, params = core_says(**others), PARAMS | {"use_accelerometer": int(accelerometer)}
     truck = {"steering_ratio": 19.3, "wheelbase_m": 3.7}
     of_method = joint_findings(native, params, changes, **truck, traffic_sign=traffic_sign)
-    about = {"method": "joint", "yaw_rate_from_vdc2": False, "sees_banks": accelerometer, "of_method": of_method}
+    about = {"method": "joint", "yaw_rate_from_vdc2": False, "measures_banks": accelerometer, "of_method": of_method}
     found = findings_of(native, params, False, **about)
     return {finding.code: finding for finding in found}
 
@@ -105,111 +107,113 @@ def changed(before_deg: float, after_deg: float, kind: str = "offset", sd_deg: f
     )
 
 
-def test_of_a_healthy_truck_there_is_nothing_to_tell_but_whence_the_interval_comes() -> None:
-    assert set(told()) == {"interval"}
+def test_a_healthy_truck_has_no_finding_except_the_interval() -> None:
+    assert set(findings()) == {"interval"}
 
 
 def test_every_finding_has_a_severity_a_value_and_its_unit() -> None:
-    for finding in (*told(changed(2, -3)).values(), *told(changed(2, 2, "bends")).values()):
+    for finding in (*findings(changed(2, -3)).values(), *findings(changed(2, 2, "bends")).values()):
         assert finding.severity in ("info", "warning", "error")
         assert finding.value is not None and finding.unit
 
 
-def test_a_gyro_that_was_corrected_is_told_and_is_no_alarm_unless_it_is_far_off() -> None:
-    some = told(yaw_rate_bias=estimate(0.2 * DEGREE, 0.01 * DEGREE))["yaw_rate_bias"]
-    assert some.severity == "info" and "it was corrected" in some.text
+def test_a_corrected_gyro_bias_is_an_info_and_a_large_one_a_warning() -> None:
+    some = findings(yaw_rate_bias=estimate(0.2 * DEGREE, 0.01 * DEGREE))["yaw_rate_bias"]
+    assert some.severity == "info" and "The offset is corrected for this bias" in some.text
     assert some.value == pytest.approx(0.2)
-    much = told(yaw_rate_bias=estimate(-3.0 * DEGREE, 0.01 * DEGREE))["yaw_rate_bias"]
-    assert much.severity == "warning" and "look at the sensor" in much.text
+    much = findings(yaw_rate_bias=estimate(-3.0 * DEGREE, 0.01 * DEGREE))["yaw_rate_bias"]
+    assert much.severity == "warning" and "check the sensor" in much.text
 
 
-def test_a_gyro_that_runs_away_is_told_with_the_seconds_that_were_left_out() -> None:
-    moved = told(yaw_rate_bias_alarm_time=120.0)["yaw_rate_bias_moves"]
+def test_a_fast_change_of_the_gyro_bias_is_reported_with_the_unused_seconds() -> None:
+    moved = findings(yaw_rate_bias_alarm_time=120.0)["yaw_rate_bias_moves"]
     assert (moved.value, moved.unit, moved.severity) == (120.0, "s", "warning")
-    assert "not learned from them" in moved.text
+    assert "The offset does not use this time" in moved.text
 
 
-def test_a_moment_in_which_the_gyro_seemed_to_run_away_is_no_alarm_once_its_bias_is_known_again() -> None:
-    known, lost = estimate(0.2 * DEGREE, 0.01 * DEGREE), estimate(0.2 * DEGREE, 0.01 * DEGREE, "invalid")
-    for bias, severity in ((known, "info"), (lost, "warning")):
-        assert told(yaw_rate_bias_alarm_time=15.0, yaw_rate_bias=bias)["yaw_rate_bias_moves"].severity == severity
+def test_a_short_change_of_the_gyro_bias_is_an_info_once_the_bias_is_identified_again() -> None:
+    identified, lost = estimate(0.2 * DEGREE, 0.01 * DEGREE), estimate(0.2 * DEGREE, 0.01 * DEGREE, "invalid")
+    for bias, severity in ((identified, "info"), (lost, "warning")):
+        assert findings(yaw_rate_bias_alarm_time=15.0, yaw_rate_bias=bias)["yaw_rate_bias_moves"].severity == severity
 
 
-def test_wheels_that_lean_on_banks_that_nobody_measured_are_no_alarm() -> None:
-    moved = told(yaw_rate_bias_alarm_time=600.0, accelerometer=False)["yaw_rate_bias_moves"]
-    assert moved.severity == "info" and "the road's bank, which is not measured" in moved.text
+def test_wheel_speeds_on_unmeasured_banks_are_no_warning() -> None:
+    moved = findings(yaw_rate_bias_alarm_time=600.0, accelerometer=False)["yaw_rate_bias_moves"]
+    assert moved.severity == "info" and "the road bank (not measured)" in moved.text
 
 
-@pytest.mark.parametrize(("play_deg", "says"), [(14.8, None), (15.1, "is about"), (16.0, "is beyond")])
-def test_play_beyond_the_maintenance_standard_is_told_as_hysteresis(play_deg: float, says: str | None) -> None:
-    found = told(backlash=estimate(play_deg * DEGREE, 0.2 * DEGREE)).get("steering_play")
+@pytest.mark.parametrize(
+    ("play_deg", "says"), [(14.8, None), (15.1, "about the 15 deg"), (16.0, "more than the 15 deg")]
+)
+def test_play_beyond_the_maintenance_standard_is_a_warning(play_deg: float, says: str | None) -> None:
+    found = findings(backlash=estimate(play_deg * DEGREE, 0.2 * DEGREE)).get("steering_play")
     assert (found is None) == (says is None)
     if found is not None and says is not None:
-        assert says in found.text and "friction wind-up" in found.text
+        assert says in found.text and "friction included" in found.text
         assert found.value == pytest.approx(play_deg)
 
 
-def test_play_that_is_not_sure_is_no_finding() -> None:
-    assert "steering_play" not in told(backlash=estimate(20 * DEGREE, 5 * DEGREE, "converging"))
+def test_uncertain_play_is_no_finding() -> None:
+    assert "steering_play" not in findings(backlash=estimate(20 * DEGREE, 5 * DEGREE, "converging"))
 
 
-def test_steering_that_unloads_off_zero_names_all_that_may_be_behind_it() -> None:
-    found = told(unloading_acceleration=estimate(0.25, 0.01))["unloading_off_zero"]
+def test_a_neutral_lateral_acceleration_off_zero_names_all_its_causes() -> None:
+    found = findings(unloading_acceleration=estimate(0.25, 0.01))["unloading_off_zero"]
     assert (found.value, found.unit) == (0.25, "m/s^2")
     for cause in ("bias", "alignment", "wind"):
         assert cause in found.text
     assert "crown" not in found.text
-    assert "unloading_off_zero" not in told(unloading_acceleration=estimate(0.25, 0.1))
-    assert "unloading_off_zero" not in told(unloading_acceleration=estimate(0.25, 0.01, "unobservable"))
+    assert "unloading_off_zero" not in findings(unloading_acceleration=estimate(0.25, 0.1))
+    assert "unloading_off_zero" not in findings(unloading_acceleration=estimate(0.25, 0.01, "unobservable"))
 
 
-def test_without_an_accelerometer_nothing_is_said_of_what_it_reads() -> None:
-    found = told(accelerometer=False, unloading_acceleration=estimate(-0.25, 0.01))
+def test_without_an_accelerometer_its_readings_are_not_mentioned() -> None:
+    found = findings(accelerometer=False, unloading_acceleration=estimate(-0.25, 0.01))
     assert set(found) == {"interval"} and "accelerometer" not in found["interval"].text
 
 
-def test_an_axle_that_unloads_on_the_crown_is_a_cause_where_the_side_of_traffic_is_known() -> None:
+def test_an_axle_set_up_for_the_crown_explains_a_neutral_acceleration_where_traffic_side_is_given() -> None:
     unloads = estimate(0.2, 0.01)
-    right = told(unloading_acceleration=unloads, traffic_sign=1.0)["unloading_off_zero"].text
-    assert "crown" in right and f"{19.3 * 0.4 * 0.2:.1f} deg less" in right
-    assert "crown" not in told(unloading_acceleration=unloads, traffic_sign=-1.0)["unloading_off_zero"].text
+    right = findings(unloading_acceleration=unloads, traffic_sign=1.0)["unloading_off_zero"].text
+    assert "crown" in right and f"{19.3 * 0.4 * 0.2:.1f} deg lower" in right
+    assert "crown" not in findings(unloading_acceleration=unloads, traffic_sign=-1.0)["unloading_off_zero"].text
     falls = {"unloading_acceleration": estimate(-0.2, 0.01), "bank_mean": -0.2}
-    left = told(traffic_sign=-1.0, **falls)["unloading_off_zero"].text
-    assert "1.5 deg more" in left
+    left = findings(traffic_sign=-1.0, **falls)["unloading_off_zero"].text
+    assert "1.5 deg higher" in left
 
 
-def test_roads_that_fall_to_the_other_side_than_traffic_has_them_are_told() -> None:
-    """By where the steering unloads: the accelerometer's own zero moves both alike."""
+def test_roads_that_contradict_the_traffic_side_are_a_warning() -> None:
+    """Relative to the neutral lateral acceleration, so that the accelerometer's zero cancels."""
     for zero in (0.0, 0.3):
         falls = {"bank_mean": zero - 0.2, "unloading_acceleration": estimate(zero, 0.01)}
-        all_found = told(traffic_sign=1.0, **falls)
+        all_found = findings(traffic_sign=1.0, **falls)
         assert zero == 0.0 or "crown" not in all_found["unloading_off_zero"].text
         found = all_found["roads_fall_to_other_side"]
         assert (found.value, found.unit) == (pytest.approx(-2.04, abs=0.01), "%")
-        assert "to the left, by 2.0 +-1.1 %" in found.text and "'traffic_side'" in found.text
+        assert "to the left by 2.0 ±1.1 %" in found.text and "'traffic_side'" in found.text
         for sign in (0.0, -1.0):
-            assert "roads_fall_to_other_side" not in told(traffic_sign=sign, **falls)
+            assert "roads_fall_to_other_side" not in findings(traffic_sign=sign, **falls)
     little = {"bank_mean": -0.1, "unloading_acceleration": estimate(0.0, 0.01)}
-    assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, **little)
+    assert "roads_fall_to_other_side" not in findings(traffic_sign=1.0, **little)
     unsure = {"bank_mean": -0.2, "unloading_acceleration": estimate(0.0, 0.1)}
-    assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, **unsure)
+    assert "roads_fall_to_other_side" not in findings(traffic_sign=1.0, **unsure)
     unseen = {"bank_mean": -0.2, "unloading_acceleration": estimate(0.0, 0.01, "unobservable")}
-    assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, **unseen)
-    assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, accelerometer=False, **falls)
+    assert "roads_fall_to_other_side" not in findings(traffic_sign=1.0, **unseen)
+    assert "roads_fall_to_other_side" not in findings(traffic_sign=1.0, accelerometer=False, **falls)
     unbiased = {"yaw_rate_bias": estimate(0.0, 1.0, "unobservable")}
-    assert "roads_fall_to_other_side" not in told(traffic_sign=1.0, **unbiased, **falls)
+    assert "roads_fall_to_other_side" not in findings(traffic_sign=1.0, **unbiased, **falls)
 
 
-def test_an_accelerometer_whose_zero_moves_by_more_than_roads_bank_is_told() -> None:
+def test_an_accelerometer_zero_that_moves_more_than_road_bank_is_a_warning() -> None:
     for wanders in (0, 1):
         minutes = {"bank_low": -0.8, "bank_high": 0.6, "accelerometer_runs_away": 1}
-        found = told(**minutes, accelerometer_wanders=wanders)["lateral_acceleration_moves"]
+        found = findings(**minutes, accelerometer_wanders=wanders)["lateral_acceleration_moves"]
         assert (found.severity, found.unit) == ("warning", "m/s^2") and found.value == pytest.approx(1.4)
-        assert "1.4 m/s^2" in found.text and "look at the sensor" in found.text
+        assert "1.4 m/s^2" in found.text and "Check the sensor" in found.text
 
 
-def test_a_zero_that_seems_to_wander_is_an_info_where_minutes_read_otherwise_as_well() -> None:
-    found = told(bank_low=0.0, bank_high=0.5, accelerometer_wanders=1)["lateral_acceleration_moves"]
+def test_a_zero_that_seems_to_drift_is_an_info_where_minutes_differ_as_well() -> None:
+    found = findings(bank_low=0.0, bank_high=0.5, accelerometer_wanders=1)["lateral_acceleration_moves"]
     assert (found.severity, found.unit) == ("info", "m/s^2") and found.value == pytest.approx(0.5)
     assert "warms up" in found.text and "wind" in found.text
 
@@ -223,26 +227,26 @@ def test_a_zero_that_seems_to_wander_is_an_info_where_minutes_read_otherwise_as_
     ],
     ids=["roads", "minutes_alike", "not_used"],
 )
-def test_an_accelerometer_that_only_feels_roads_or_is_not_used_is_no_finding(given: dict[str, Any]) -> None:
-    assert "lateral_acceleration_moves" not in told(**given)
+def test_an_accelerometer_on_usual_roads_or_not_used_is_no_finding(given: dict[str, Any]) -> None:
+    assert "lateral_acceleration_moves" not in findings(**given)
 
 
-def test_a_change_of_the_offset_is_told_with_its_time_and_its_size() -> None:
-    found = told(changed(2.0, -3.0))["offset_changed"]
+def test_a_change_of_the_offset_is_reported_with_its_time_and_its_size() -> None:
+    found = findings(changed(2.0, -3.0))["offset_changed"]
     assert found.value == pytest.approx(-5.0)
-    assert "15.0 min into drive.log" in found.text and "-5.0 +-0.1 deg" in found.text
+    assert "15.0 min into drive.log" in found.text and "-5.0 ±0.1 deg" in found.text
     assert "from +2.0 to -3.0" in found.text
 
 
-def test_a_small_change_names_load_and_ride_height_and_accuses_nobody() -> None:
-    found = told(changed(2.0, 1.0, "straight_ahead"))
+def test_a_small_change_of_the_offset_names_load_and_ride_height() -> None:
+    found = findings(changed(2.0, 1.0, "straight_ahead"))
     assert "offset_changed" not in found
     assert found["straight_ahead_moved"].severity == "info"
-    assert "ride height" in found["straight_ahead_moved"].text and "wind" in found["straight_ahead_moved"].text
+    assert "ride height" in found["straight_ahead_moved"].text and "crosswind" in found["straight_ahead_moved"].text
 
 
 def test_a_change_that_did_not_last_is_no_finding() -> None:
-    assert set(told(changed(2.0, 2.3, sd_deg=0.5))) == {"interval"}
+    assert set(findings(changed(2.0, 2.3, sd_deg=0.5))) == {"interval"}
 
 
 @pytest.mark.parametrize(
@@ -254,38 +258,44 @@ def test_a_change_that_did_not_last_is_no_finding() -> None:
         (0.9, 0.0, "offset_changed"),
     ],
 )
-def test_an_offset_that_goes_away_by_itself_is_the_senders_own_correction(
+def test_an_offset_that_disappears_is_the_senders_own_correction(
     before_deg: float, after_deg: float, code: str
 ) -> None:
-    assert code in told(changed(before_deg, after_deg))
+    assert code in findings(changed(before_deg, after_deg))
 
 
-def test_bends_that_change_leave_the_offset_alone() -> None:
-    found = told(changed(2.0, 2.0, "bends"))["bends_changed"]
+def test_a_change_in_bends_does_not_affect_the_offset() -> None:
+    found = findings(changed(2.0, 2.0, "bends"))["bends_changed"]
     assert found.severity == "info"
     assert "lifting an axle" in found.text and "not affected" in found.text
 
 
-def test_too_little_driving_says_how_much_is_lacking_and_of_what() -> None:
-    found = told(used=20.0, bank_time=30.0)["not_enough_evidence"]
+def test_too_little_driving_asks_for_whole_minutes_above_a_speed() -> None:
+    found = findings(used=20.0, bank_time=30.0)["not_enough_evidence"]
     assert found.value == pytest.approx(PARAMS["joint_evidence_min_s"] - 20.0)
-    assert f"above {PARAMS['joint_speed_min_m_s']:g} m/s" in found.text
-    assert "40 s more" in found.text
+    assert "only 20 s of driving can be used; the estimate needs 60 s" in found.text
+    assert "Drive at least 60 s more above 11 km/h, with bends to both sides" in found.text
 
 
-def test_one_flank_says_to_which_side_the_next_bends_must_go() -> None:
-    found = told(lacking_to_right=3.2)["one_flank_seen"]
-    assert "4 s of bends" in found.text and "to the right" in found.text and "left" not in found.text
-    both = told(lacking_to_left=4.0, lacking_to_right=4.0)["one_flank_seen"]
-    assert "neither flank" in both.text and "left" in both.text and "right" in both.text
+def test_missing_loading_asks_for_bends_to_the_lacking_side() -> None:
+    none = findings(lacking_to_right=3.2, side_force_to_right=0.0)["one_flank_seen"]
+    assert none.value == 3.2
+    assert none.text == (
+        "only left-hand loading occurred, so free play and offset cannot be separated. Drive at least 60 s of "
+        "right-hand bends"
+    )
+    some = findings(lacking_to_left=3.2, side_force_to_left=12.0)["one_flank_seen"]
+    assert "the steering was loaded to the left for only 12 s" in some.text and "right" not in some.text
+    both = findings(lacking_to_left=4.0, lacking_to_right=70.0)["one_flank_seen"]
+    assert both.text.endswith("Drive at least 60 s of left-hand bends and 120 s of right-hand bends")
 
 
-def test_a_truck_that_seems_to_oversteer_says_what_would_tell_it_from_play() -> None:
+def test_apparent_oversteer_asks_for_tighter_bends() -> None:
     oversteers = {"understeer_gradient": estimate(-0.15 * DEGREE, 0.05 * DEGREE)}
-    found = told(**oversteers)["no_understeer"]
+    found = findings(**oversteers)["no_understeer"]
     assert (found.severity, found.unit) == ("warning", "deg/(m/s^2)") and found.value == pytest.approx(-0.15)
     assert "play" in found.text and "bends" in found.text
-    assert "no_understeer" not in told(**oversteers, used=PARAMS["joint_evidence_min_s"] - 1.0)
+    assert "no_understeer" not in findings(**oversteers, used=PARAMS["joint_evidence_min_s"] - 1.0)
 
 
 @pytest.mark.parametrize(
@@ -297,69 +307,68 @@ def test_a_truck_that_seems_to_oversteer_says_what_would_tell_it_from_play() -> 
         ("bank", "joint_bank_change_max_m_s2"),
     ],
 )
-def test_a_gate_that_stays_shut_names_the_limit_of_its_own_method(reason: str, limit: str) -> None:
+def test_a_gate_that_rejects_all_driving_names_the_limit_of_its_own_method(reason: str, limit: str) -> None:
     rejected = [1000.0 if name == reason else 0.0 for name in _core.REASONS]
-    found = told(used=0.0, rejected=rejected)["gate_shut"]
+    found = findings(used=0.0, rejected=rejected)["gate_shut"]
     assert f"{PARAMS[limit]:g}" in found.text and f"({limit})" in found.text
     assert found.value == PARAMS[limit]
 
 
 def interval(*, traffic_sign: float = 0.0, accelerometer: bool = True, **others: Any) -> str:
-    return told(traffic_sign=traffic_sign, accelerometer=accelerometer, **others)["interval"].text
+    return findings(traffic_sign=traffic_sign, accelerometer=accelerometer, **others)["interval"].text
 
 
-def test_the_interval_is_told_by_its_two_parts_the_largest_contribution_first() -> None:
-    found = told(offset=estimate(2 * DEGREE, 0.43 * DEGREE))["interval"]
+def test_the_interval_names_its_two_parts_the_largest_contribution_first() -> None:
+    found = findings(offset=estimate(2 * DEGREE, 0.43 * DEGREE))["interval"]
     assert found.value == pytest.approx(1.96 * 0.43)
-    assert found.text.startswith("uncertainty ±0.8 deg: ±0.2 from this drive (±0.1 measurement scatter")
-    assert "not identifiable from one drive: ±0.7 a pull by the wheel alignment, ±0.3 mean crosswind" in found.text
+    assert found.text.startswith("uncertainty ±0.8 deg: ±0.2 deg from this drive (measurement scatter ±0.1")
+    assert "No single drive can identify a pull by the wheel alignment (±0.7) or a mean crosswind (±0.3)" in found.text
 
 
-def test_a_prior_that_is_wide_is_no_scatter_of_the_measurement() -> None:
+def test_a_wide_prior_is_not_counted_as_measurement_scatter() -> None:
     for traffic_sign in (0.0, 1.0):
         text = interval(offset_parts=parts(0.1, pull=1.4), traffic_sign=traffic_sign)
-        assert "±2.7 a pull by the wheel alignment" in text and "±0.1 measurement scatter" in text
+        assert "a pull by the wheel alignment (±2.7)" in text and "measurement scatter ±0.1" in text
 
 
-def test_an_axle_set_up_for_the_crown_is_a_cause_where_the_side_of_traffic_is_known() -> None:
+def test_an_axle_set_up_for_the_crown_widens_the_interval_where_traffic_side_is_given() -> None:
     axle = parts(0.1, pull=0.3, set_up=0.9)
-    assert "±1.8 an axle set up to unload on the road's crown, ±0.6 a pull" in interval(
-        offset_parts=axle, traffic_sign=1.0
-    )
+    text = interval(offset_parts=axle, traffic_sign=1.0)
+    assert "an axle set up for the road crown (±1.8) or a pull by the wheel alignment (±0.6)" in text
     assert "axle" not in interval(offset_parts=axle, traffic_sign=0.0)
 
 
-def test_what_the_drive_leaves_open_is_named_by_its_cause() -> None:
+def test_the_uncertainty_of_the_drive_is_named_by_its_causes() -> None:
     wide = {"offset_parts": parts(3.0)}
-    assert "(±5.9 measurement scatter)" in interval(**wide)
-    assert "(±5.5 gyro bias, ±2.1 measurement scatter)" in interval(yaw_rate_bias=estimate(0.0, 0.7 * DEGREE), **wide)
+    assert "(measurement scatter ±5.9)" in interval(**wide)
+    assert "(gyro bias ±5.5, measurement scatter ±2.1)" in interval(yaw_rate_bias=estimate(0.0, 0.7 * DEGREE), **wide)
     zero = estimate(0.0, 0.38, "unobservable")
-    assert "(±5.7 accelerometer zero" in interval(unloading_acceleration=zero, **wide)
-    assert "(±5.7 road bank, which was not measured" in interval(
-        unloading_acceleration=zero, accelerometer=False, **wide
-    )
+    assert "(accelerometer zero ±5.7" in interval(unloading_acceleration=zero, **wide)
+    assert "(road bank (not measured) ±5.7" in interval(unloading_acceleration=zero, accelerometer=False, **wide)
     play = {"backlash": estimate(3.0 * DEGREE, 5.9 * DEGREE, "converging"), **wide}
-    assert "(±5.8 free play" in interval(**play)
-    assert "free play because only left-hand loading occurred" in interval(lacking_to_right=4.0, **play)
-    assert "free play because neither flank was loaded" in interval(lacking_to_left=4.0, lacking_to_right=4.0, **play)
-    # a gyro that nothing identified is behind what the scatter of the seconds does not explain
-    assert "(±5.9 gyro bias)" in interval(yaw_rate_bias=estimate(0.0, 0.0, "unobservable"), **wide)
+    assert "(free play ±5.8" in interval(**play)
+    assert "free play ±5.8 because of too little right-hand loading" in interval(lacking_to_right=4.0, **play)
+    both = interval(lacking_to_left=4.0, lacking_to_right=4.0, **play)
+    assert "because of too little left-hand and right-hand loading" in both
+    # a gyro bias without measurement explains the part that the scatter of the seconds does not explain
+    assert "(gyro bias ±5.9)" in interval(yaw_rate_bias=estimate(0.0, 0.0, "unobservable"), **wide)
 
 
-def test_the_interval_says_what_would_narrow_it_and_by_how_much() -> None:
+def test_the_interval_names_ways_to_reduce_it_and_by_how_much() -> None:
     settled = interval(yaw_rate_bias=estimate(0.0, 0.0), offset_parts=parts(0.045))
-    assert "to narrow" not in settled
+    assert "To reduce" not in settled
     gyro = interval(yaw_rate_bias=estimate(0.0, 0.3 * DEGREE, "converging"), offset_parts=parts(1.3))
-    assert gyro.endswith("to narrow this drive's part: stand still for 1 s (to ±1.0)")
+    assert gyro.endswith("To reduce this drive's part: stand still for 1 s (to ±1.0)")
     play = {"backlash": estimate(3.0 * DEGREE, 2.0 * DEGREE), "offset_parts": parts(1.1)}
-    assert "another minute of bends to the left, or a known play (to ±0.9)" in interval(**play)
-    assert "12 s of bends to the right, or a known play (to ±0.9)" in interval(lacking_to_right=12.0, **play)
+    or_given = ", or give the play in the vehicle file (to ±0.9)"
+    assert f"drive 60 s more of left-hand bends{or_given}" in interval(**play)
+    assert f"drive at least 60 s of right-hand bends{or_given}" in interval(lacking_to_right=12.0, **play)
     short = interval(used=60.0, offset_parts=parts(1.0))
-    assert "another minute of such driving (to ±1.4)" in short
-    assert "another minute" not in interval(used=600.0, offset_parts=parts(1.0))
+    assert "drive 60 s more like this (to ±1.4)" in short
+    assert "more like this" not in interval(used=600.0, offset_parts=parts(1.0))
 
 
-def test_standing_shows_the_accelerometers_zero_to_a_truck_that_has_not_stood() -> None:
+def test_standing_still_is_asked_for_where_it_identifies_the_accelerometer_zero() -> None:
     zero = {"unloading_acceleration": estimate(0.0, 0.5, "unobservable"), "offset_parts": parts(3.9)}
     never = {"standstill_lateral_acceleration": estimate(0.0, 0.0, "unobservable")}
     ground = np.hypot(PARAMS["standing_slope_sd_m_s2"], PARAMS["standing_crown_share_1"] * PARAMS["crown_sd_m_s2"])
@@ -388,7 +397,7 @@ def test_a_drive_without_standing_names_the_gyro_and_asks_to_stand_still(name: s
     text = by_code(answer)["interval"].text
     assert "gyro bias" in text and "stand still for 1 s (to ±" in text
     thesis = oc.offset(drive, TRUCK, method="thesis")
-    assert "by the gyro bias, which nothing measured: stand still for 1 s" in by_code(thesis)["play_not_seen"].text
+    assert "by the gyro bias, which was not measured: stand still for 1 s" in by_code(thesis)["play_not_seen"].text
     stood = oc.offset(simulated("thesis_drive"), TRUCK, method="thesis")
     assert "stand still" not in by_code(stood)["play_not_seen"].text
 
@@ -429,23 +438,23 @@ def test_a_sensor_remounted_in_the_second_log_is_dated_there() -> None:
     assert given["value"] == pytest.approx(-4.0, abs=0.3) and given["log"] == "second.log"
 
 
-def test_a_bypass_driven_one_way_is_not_believed_and_asks_for_the_other_side() -> None:
+def test_a_bypass_driven_one_way_is_not_valid_and_asks_for_bends_to_the_other_side() -> None:
     answer = oc.offset(simulated("bypass"), TRUCK)
     assert answer.offset.status != "valid"
-    assert "to the right" in by_code(answer)["one_flank_seen"].text
+    assert "of right-hand bends" in by_code(answer)["one_flank_seen"].text
     to_left_s, to_right_s = answer.missing_loading_s
     assert to_left_s == 0.0 and to_right_s > 0.0
 
 
-def test_a_truck_that_pulls_is_told_from_its_play() -> None:
+def test_a_pull_is_separated_from_the_play() -> None:
     answer = oc.offset(simulated("pulling_truck"), TRUCK)
     assert by_code(answer)["unloading_off_zero"].value == pytest.approx(-0.14, abs=0.05)
 
 
 @pytest.mark.parametrize(("wrong", "says"), [(1.08, "less"), (0.92, "more")])
 def test_a_wrong_wheelbase_in_the_vehicle_file_is_named_and_costs_no_offset(wrong: float, says: str) -> None:
-    """8 % off: the bends tell the right wheelbase, or the ratio that would do as well. Where a young hypothesis is as
-    good as the others the drive does not tell, and says so."""
+    """8 % off: the bends identify the right wheelbase, or an equivalent ratio. Where a hypothesis on probation is as
+    good as the others, the wheelbase is not observable."""
     named = 0
     for name, seed in (("country", 3), ("country", 4), ("thesis_drive", 1)):
         drive, truth = oc.simulate(name, seed=seed)
@@ -454,7 +463,7 @@ def test_a_wrong_wheelbase_in_the_vehicle_file_is_named_and_costs_no_offset(wron
         assert "wheelbase_or_ratio" not in by_code(oc.offset(drive, TRUCK))
         if answer.equivalent_wheelbase.status == "valid":
             assert answer.equivalent_wheelbase.value == pytest.approx(truth.equivalent_wheelbase_m, rel=0.02)
-            assert f"% {says} angle than" in by_code(answer)["wheelbase_or_ratio"].text
+            assert f"% {says} steering wheel angle than" in by_code(answer)["wheelbase_or_ratio"].text
             named += 1
     assert named >= 2
 
@@ -470,16 +479,18 @@ FAR_OFF = [
 
 
 @pytest.mark.parametrize(("key", "wrong"), FAR_OFF)
-def test_a_vehicle_file_that_is_far_off_is_named_first_and_accuses_no_sensor(key: str, wrong: float) -> None:
-    """The drive shows ratio times wheelbase, and the offset is as with the right file."""
+def test_a_wrong_vehicle_file_is_the_first_finding_and_no_sensor_is_blamed(key: str, wrong: float) -> None:
+    """The drive identifies ratio times wheelbase, and the offset is that of the right file."""
     for name, seed in (("country", 3), ("thesis_drive", 1), ("semitrailer_half", 1)):
         drive, truth = oc.simulate(name, seed=seed)
         answer = oc.offset(drive, TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)}))
         first = answer.findings[0]
         assert (first.code, first.severity) == ("wheelbase_or_ratio", "warning")
-        assert f"the vehicle file says {wrong * TRUCK.wheelbase_m * TRUCK.steering_ratio:.0f} m" in first.text
-        shown = float(re.findall(r"in the bends of this drive is (\d+) m", first.text)[0])
-        assert shown == pytest.approx(TRUCK.steering_ratio * truth.equivalent_wheelbase_m, rel=0.06)
+        pair = re.search(r"steering ratio \((\S+) fits, (\S+) given\)", first.text)
+        fits, given = float(pair[1]), float(pair[2])
+        asked = TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)})
+        assert given == pytest.approx(asked.steering_ratio, abs=0.05)
+        assert fits * asked.wheelbase_m == pytest.approx(TRUCK.steering_ratio * truth.equivalent_wheelbase_m, rel=0.06)
         assert answer.changes == () and answer.sensor_fault == "none"
         assert not {"offset_changed", "straight_ahead_moved", "bends_changed"} & set(by_code(answer))
         assert answer.offset.status == "valid"
@@ -487,7 +498,7 @@ def test_a_vehicle_file_that_is_far_off_is_named_first_and_accuses_no_sensor(key
 
 
 @pytest.mark.parametrize("wrong", [0.85, 1.15])
-def test_a_lifted_axle_is_no_error_of_the_vehicle_file(wrong: float) -> None:
+def test_a_lifted_axle_is_not_blamed_on_the_vehicle_file(wrong: float) -> None:
     drive, _ = oc.simulate("country", seed=3)
     answer = oc.offset(drive, TRUCK.model_copy(update={"wheelbase_m": wrong * TRUCK.wheelbase_m}))
     assert by_code(answer)["wheelbase_or_ratio"].severity == "info"
@@ -495,7 +506,7 @@ def test_a_lifted_axle_is_no_error_of_the_vehicle_file(wrong: float) -> None:
 
 
 @pytest.mark.parametrize("fault", [("vehicle_speed_m_s", 3.6), ("steering_wheel_angle_rad", 1.0 / DEGREE)])
-def test_a_unit_that_is_mixed_up_is_no_error_of_the_vehicle_file(fault: tuple[str, float]) -> None:
+def test_a_wrong_unit_is_not_blamed_on_the_vehicle_file(fault: tuple[str, float]) -> None:
     column, factor = fault
     drive, _ = oc.simulate("country", seed=3)
     answer = oc.offset(replace(drive, table=drive.table.with_columns(pl.col(column) * factor)), TRUCK)

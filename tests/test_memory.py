@@ -76,9 +76,9 @@ PLAY = f"{HEAD}[play]\ndate = 2026-01-01T00:00:00Z\n"
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('schema = "oncenter/truck-1"\ntruck = "other"\n', "is of truck 'other', not of 'truck'"),
-        ('schema = "oncenter/truck-2"\ntruck = "truck"\n', "is no oncenter/truck-1"),
-        ("wheelbase_m = 3.7\n", "is no oncenter/truck-1"),
+        ('schema = "oncenter/truck-1"\ntruck = "other"\n', "belongs to truck 'other', not to 'truck'"),
+        ('schema = "oncenter/truck-2"\ntruck = "truck"\n', "instead of 'oncenter/truck-1'"),
+        ("wheelbase_m = 3.7\n", "instead of 'oncenter/truck-1'"),
         (f"{HEAD}plays = 1\n", "'plays'"),
         (f"{PLAY}value_deg = nan\nsd_deg = 1\n", "'play.value_deg'"),
         (f"{PLAY}value_deg = 800\nsd_deg = 1\n", "'play.value_deg'"),

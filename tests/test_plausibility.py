@@ -48,9 +48,9 @@ def test_a_healthy_drive_seen_in_a_mirror_is_silent() -> None:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("steering_wheel_angle", "the steering wheel angle has its sign reversed"),
-        ("yaw_rate", "the yaw rate has its sign reversed"),
-        ("lateral_acceleration", "the lateral acceleration has its sign reversed"),
+        ("steering_wheel_angle", "the sign of the steering wheel angle is reversed"),
+        ("yaw_rate", "the sign of the yaw rate is reversed"),
+        ("lateral_acceleration", "the sign of the lateral acceleration is reversed"),
     ],
 )
 def test_the_reversed_witness_is_outvoted(name: str, said: str) -> None:
@@ -61,27 +61,31 @@ def test_the_reversed_witness_is_outvoted(name: str, said: str) -> None:
 
 def test_swapped_wheels_are_a_reversed_sign() -> None:
     finding = only(check(wheels_swapped(drive()), TRUCK).findings)
-    assert "rear wheel speeds has its sign reversed" in finding.text
+    assert "left and right are exchanged in the front and rear wheel speeds" in finding.text
 
 
 def test_two_witnesses_alone_cannot_say_who_is_reversed() -> None:
     pair = without(scaled("yaw_rate", -1.0)(drive()), *WHEELS, "lateral_acceleration")
     finding = check(pair, TRUCK).findings[0]
     assert finding.code == "sign_reversed"
-    assert finding.text.startswith("either the ")
+    assert finding.text.startswith("the sign of either the ")
 
 
 @pytest.mark.parametrize(
     ("name", "factor", "said"),
     [
-        ("steering_wheel_angle", 1 / DEGREE, "steering wheel angle is too large by 57.3 (deg taken for rad)"),
-        ("steering_wheel_angle", DEGREE, "steering wheel angle is too small by 57.3 (rad taken for deg)"),
-        ("yaw_rate", 1 / DEGREE, "yaw rate is too large by 57.3 (deg/s taken for rad/s)"),
-        ("yaw_rate", DEGREE, "yaw rate is too small by 57.3 (rad/s taken for deg/s)"),
-        ("vehicle_speed", 3.6, "vehicle speed is too large by 3.6 (km/h taken for m/s)"),
-        ("vehicle_speed", 1 / 3.6, "vehicle speed is too small by 3.6 (m/s taken for km/h)"),
-        ("lateral_acceleration", 9.80665, "lateral acceleration is too large by 9.81 (m/s^2 taken for g)"),
-        ("lateral_acceleration", 1 / 9.80665, "lateral acceleration is too small by 9.81 (g taken for m/s^2)"),
+        ("steering_wheel_angle", 1 / DEGREE, "steering wheel angle is too large by a factor of 57.3 (deg read as rad)"),
+        ("steering_wheel_angle", DEGREE, "steering wheel angle is too small by a factor of 57.3 (rad read as deg)"),
+        ("yaw_rate", 1 / DEGREE, "yaw rate is too large by a factor of 57.3 (deg/s read as rad/s)"),
+        ("yaw_rate", DEGREE, "yaw rate is too small by a factor of 57.3 (rad/s read as deg/s)"),
+        ("vehicle_speed", 3.6, "vehicle speed is too large by a factor of 3.6 (km/h read as m/s)"),
+        ("vehicle_speed", 1 / 3.6, "vehicle speed is too small by a factor of 3.6 (m/s read as km/h)"),
+        ("lateral_acceleration", 9.80665, "is too large by a factor of 9.81 (m/s^2 read as g)"),
+        (
+            "lateral_acceleration",
+            1 / 9.80665,
+            "is too small by a factor of 9.81 (g read as m/s^2)",
+        ),
     ],
 )
 @pytest.mark.parametrize("wheels", [True, False], ids=["with wheel speeds", "without"])
@@ -94,14 +98,14 @@ def test_a_unit_mix_up_is_named(name: str, factor: float, said: str, wheels: boo
 
 def test_wheel_speeds_in_km_h_are_named() -> None:
     fault = both(*(scaled(name, 3.6) for name in WHEELS))
-    assert "wheel speeds are too large by 3.6" in only(check(fault(drive()), TRUCK).findings).text
+    assert "wheel speeds are too large by a factor of 3.6" in only(check(fault(drive()), TRUCK).findings).text
 
 
 def test_angle_and_yaw_rate_alone_share_the_blame() -> None:
     pair = without(scaled("steering_wheel_angle", 1 / DEGREE)(drive()), *WHEELS, "lateral_acceleration")
     text = check(pair, TRUCK).findings[0].text
-    assert "steering wheel angle is too large by 57.3" in text
-    assert "yaw rate is too small by 57.3" in text
+    assert "steering wheel angle is too large by a factor of 57.3" in text
+    assert "yaw rate is too small by a factor of 57.3" in text
 
 
 @pytest.mark.parametrize(
@@ -186,7 +190,7 @@ def test_bends_that_something_else_outweighs_do_not_lack_time() -> None:
     noise = np.random.default_rng(1).normal(0.0, 0.5, len(drive().table))
     judged = check(changed(drive(), "lateral_acceleration", lambda x, t: x + noise), TRUCK)
     why = {verdict.check: verdict.why for verdict in judged.cannot_tell}
-    assert "larger than what else moves the two" in why["lag of the lateral acceleration behind the yaw rate"]
+    assert "that exceed play, road bank and noise" in why["lag of the lateral acceleration behind the yaw rate"]
     short = replace(drive(), table=drive().table.head(round(20 * RATE_HZ)))
     why = {verdict.check: verdict.why for verdict in check(short, TRUCK).cannot_tell}
     assert "needs 30 s" in why["lag of the lateral acceleration behind the yaw rate"]
@@ -266,7 +270,7 @@ def test_the_verb_prints_a_table_of_100_columns_and_then_words(log: Path, capsys
     assert set(rows) == set(drive().sources)
     assert rows["vehicle_speed"].split()[1:] == ["50", "Hz", "15000", "0%", "0%", "0.0..79.2", "km/h"]
     assert "    column vehicle_speed_m_s" in lines
-    assert [line for line in lines if line.startswith("warning: the yaw rate reads +0.2")]
+    assert [line for line in lines if line.startswith("warning: the yaw rate sensor reads +0.2")]
     assert [line for line in lines if line.startswith("warning: the lag of the yaw rate behind the angle is -2")]
 
 
@@ -292,7 +296,7 @@ def test_the_verb_works_without_a_vehicle_file(log: Path, capsys: pytest.Capture
 def test_a_standing_truck_without_an_angle_is_told_what_it_lacks(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["signals", str(real_drive("j1939_truck_stationary/truck_stationary.mf4"))]) == 0
     said = capsys.readouterr().out
-    assert "error: no steering wheel angle" in said
+    assert "error: the log has no steering wheel angle" in said
     assert "EBC2 from 0x0B" in said
 
 

@@ -63,18 +63,18 @@ def test_a_locked_axle_and_one_that_leads_leave_the_answer_as_without_wheel_spee
     front, rear = of_axles(answer.findings)
     assert front.severity == rear.severity == "warning"
     assert front.value == pytest.approx(-300.0, abs=15.0) and "ms before the yaw rate" in front.text
-    assert "rear wheel speeds is 0 % of track width times yaw rate" in rear.text
+    assert "rear wheel speeds is only 0 % of track width times yaw rate" in rear.text
 
 
 @pytest.mark.parametrize(
     ("fault", "gone", "says"),
     [
-        (axle_locked("rear"), REAR, "a locked differential"),
+        (axle_locked("rear"), REAR, "A locked differential"),
         (axle_locked("front"), FRONT, "one speed sent for both wheels"),
-        (axle_turns("rear", -1.0), REAR, "left and right are swapped"),
-        (axle_turns("front", -1.0), FRONT, "left and right are swapped"),
+        (axle_turns("rear", -1.0), REAR, "left and right are exchanged"),
+        (axle_turns("front", -1.0), FRONT, "left and right are exchanged"),
         (axle_turns("front", 4.0), FRONT, "4.0 times track width"),
-        (both(*(scaled(name, 3.6) for name in REAR)), REAR, "too large by 3.6 (km/h taken for m/s)"),
+        (both(*(scaled(name, 3.6) for name in REAR)), REAR, "too large by a factor of 3.6 (km/h read as m/s)"),
         (both(*(scaled(name, 19.1) for name in FRONT)), FRONT, "19.1 times the vehicle speed"),
         (
             both(*(scaled(name, 1 / 3.6) for name in WHEELS)),
@@ -82,7 +82,7 @@ def test_a_locked_axle_and_one_that_leads_leave_the_answer_as_without_wheel_spee
             "front and rear wheel speeds are too small",
         ),
         (axle_leads("front", -0.4), FRONT, " ms after the yaw rate"),
-        (delayed("yaw_rate", 0.3), (*FRONT, *REAR), "check the time stamps and filters of both"),
+        (delayed("yaw_rate", 0.3), (*FRONT, *REAR), "Check the time stamps and filters of both"),
     ],
     ids=["rear locked", "front locked", "rear swapped", "front swapped", "large", "km/h", "rpm", "m/s", "late", "gyro"],
 )
@@ -143,10 +143,10 @@ def test_the_wheel_speed_method_takes_the_other_axle_or_says_why_there_is_none()
     one = oc.offset(axle_locked("rear")(healthy), TRUCK, method="wheel-speed")
     assert "wheel_speed_front_left" in one.sources and "wheel_speed_rear_left" not in one.sources
     neither = both(axle_locked("rear"), axle_locked("front"))(healthy)
-    with pytest.raises(OncenterError, match="front and rear wheel speeds is 0 % of track width") as refused:
+    with pytest.raises(OncenterError, match="front and rear wheel speeds is only 0 % of track width") as refused:
         oc.offset(neither, TRUCK, method="wheel-speed")
     assert refused.value.code == "missing_signal"
-    with pytest.raises(OncenterError, match="front wheel speeds is 0 % of track width"):
+    with pytest.raises(OncenterError, match="front wheel speeds is only 0 % of track width"):
         oc.angle(axle_locked("front")(healthy), TRUCK, method="wheel-speed")
 
 
@@ -166,7 +166,7 @@ def test_a_bias_that_is_not_valid_was_not_corrected() -> None:
 
     answer = oc.offset(simulated("country", 1), TRUCK)
     bias = replace(answer.yaw_rate_bias, value=0.68 * DEGREE)
-    assert "was corrected" in replace(answer, yaw_rate_bias=bias).words()
+    assert "corrected for a gyro bias" in replace(answer, yaw_rate_bias=bias).words()
     for status in ("invalid", "unobservable"):
         assert "corrected" not in replace(answer, yaw_rate_bias=replace(bias, status=status)).words()
 

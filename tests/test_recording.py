@@ -45,7 +45,7 @@ def test_a_signal_that_ends_before_its_log_is_told_with_its_seconds(name: str, e
     ended = cut(drive(), name, early_s=early_s)
     for findings in (check(ended, TRUCK).findings, oc.offset(ended, TRUCK).findings):
         (found,) = of_code(findings, "signal_ended_early")
-        assert found.text == f"{name.replace('_', ' ')} ended {written} s before the log"
+        assert found.text == f"the {name.replace('_', ' ')} ends {written} s before the log"
         assert (found.severity, found.unit) == ("info", "s")
         assert found.value == pytest.approx(early_s)
 
@@ -54,7 +54,7 @@ def test_a_signal_that_begins_after_its_log_is_told_with_its_seconds() -> None:
     late = cut(drive(), "yaw_rate", late_s=2.0)
     for findings in (check(late, TRUCK).findings, oc.offset(late, TRUCK).findings):
         (found,) = of_code(findings, "signal_began_late")
-        assert found.text == "yaw rate began 2.0 s after the log"
+        assert found.text == "the yaw rate begins 2.0 s after the log"
 
 
 def test_a_signal_of_a_slow_sender_that_ends_within_its_period_is_not_told() -> None:
@@ -79,7 +79,7 @@ def test_a_log_with_holes_says_how_much_of_it_was_recorded() -> None:
     holed = with_holes(drive(duration_s=1300.0), 40.0, 10.0)
     for findings in (check(holed, TRUCK).findings, oc.offset(holed, TRUCK).findings):
         (found,) = of_code(findings, "recording_has_holes")
-        assert found.text == "recorded 16 of 22 minutes, 32 holes of up to 10 s"
+        assert found.text == "16 of 22 minutes are recorded; there are 32 gaps of up to 10 s"
         assert found.severity == "warning"
         assert found.value == pytest.approx(320.0)
 
@@ -101,7 +101,7 @@ def test_of_several_logs_the_one_that_has_the_hole_is_named() -> None:
     holed = replace(whole, table=with_holes(whole, 400.0, 150.0).table.with_columns(later), log="a/holed.csv")
     holed = replace(holed, table=holed.table.filter((pl.col("time_s") < 1100.0) | (pl.col("time_s") > 1150.0)))
     (found,) = of_code(oc.offset([whole, holed], TRUCK).findings, "recording_has_holes")
-    assert found.text.startswith("holed.csv: recorded ")
+    assert found.text.startswith("holed.csv: 3.3 of 4.2 minutes are recorded")
 
 
 def test_the_command_line_says_it_in_words_and_json_and_counts_holes_among_gaps(
@@ -113,8 +113,8 @@ def test_the_command_line_says_it_in_words_and_json_and_counts_holes_among_gaps(
     truck.write_text(VEHICLE)
     for verb in ("signals", "offset"):
         said = told([verb, str(log), "--vehicle", str(truck)], capsys)
-        assert "recorded 7.5 of 9.8 minutes, 14 holes of up to 10 s" in said
-        assert "steering wheel angle ended 1.0 s before the log" in said
+        assert "7.5 of 9.8 minutes are recorded; there are 14 gaps of up to 10 s" in said
+        assert "steering wheel angle ends 1.0 s before the log" in said
         codes = {
             each["code"]
             for each in json.loads(told([verb, str(log), "--vehicle", str(truck), "--json"], capsys))["findings"]
@@ -134,4 +134,4 @@ def told(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
 
 def test_the_report_says_it(tmp_path: Path) -> None:
     oc.report(oc.offset(cut(drive(), "steering_wheel_angle", early_s=1.0), TRUCK), tmp_path / "page.html")
-    assert "teering wheel angle ended 1.0 s before the log" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "teering wheel angle ends 1.0 s before the log" in (tmp_path / "page.html").read_text(encoding="utf-8")

@@ -155,7 +155,7 @@ def test_a_torque_of_reversed_sign_is_named(tmp_path: Path) -> None:
     reversed_ = dataclasses.replace(signals, table=signals.table.with_columns(-pl.col(TORQUE)))
     (named,) = [f for f in check(reversed_, TRUCK).findings if "torque" in f.text]
     assert named.code == "sign_reversed"
-    assert named.text.startswith("the steering wheel torque has its sign reversed")
+    assert named.text.startswith("the sign of the steering wheel torque is reversed")
 
 
 def test_a_torque_in_another_unit_is_named(tmp_path: Path) -> None:

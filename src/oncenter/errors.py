@@ -1,11 +1,11 @@
-"""Everything that may go wrong and is not our fault, as one exception with a code, an exit code and what would help."""
+"""Errors of input and usage: one exception with a message, a code and an exit code."""
 
 from functools import partial
 from typing import Any
 
 LOG_CANNOT_BE_ANSWERED = 1
 WRONG_USAGE = 2
-STATUS_TO_FAIL_ON = 3  # only where it was asked for
+STATUS_TO_FAIL_ON = 3  # only with --fail-on
 INTERRUPTED = 130
 
 
@@ -13,10 +13,10 @@ class OncenterError(Exception):
     """One line for people, a code for programs.
 
     Args:
-        message: one line that names the file, signal or parameter and what would do.
-        code: snake_case, stable; goes into the JSON error object.
+        message: one line that names the file, signal or parameter and the remedy.
+        code: snake_case, stable; in the JSON error object, and explained by `oncenter explain CODE`.
         exit_code: 1 the log cannot be answered, 2 wrong usage, vehicle file or DBC, 130 interrupted.
-        needs: names of signals, columns or parameters that would do.
+        needs: names of the missing signals, columns or parameters.
     """
 
     def __init__(
@@ -33,10 +33,10 @@ class OncenterError(Exception):
         self.needs = needs
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """From another process, too, it comes as it was: unpickled, an exception is called with its message alone."""
+        """Keeps the codes across processes: unpickling calls an exception with its message alone."""
         rest = partial(type(self), code=self.code, exit_code=self.exit_code, needs=self.needs)
         return rest, (str(self),)
 
 
 class NeedsLibrary(Exception):
-    """Our own reader does not know something in a log: python-can may, in a child process. Says what."""
+    """Names a part of a log that the built-in reader does not support; python-can reads it in a child process."""

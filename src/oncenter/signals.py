@@ -1,7 +1,7 @@
-"""The signals that all rooms hand on: one table of names, units, signs and thesis symbols, and the table type itself.
+"""The signals of a drive: one table of names, units, signs and thesis symbols, and the table type itself.
 
 ISO 8855: left turn positive for angle, yaw rate and lateral acceleration; the accelerometer reports specific force.
-Inside all is SI and rad; `time_s` is in seconds. Not available is NaN, never null.
+All values are SI and rad; `time_s` is in seconds. Not available is NaN, never null.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ STANDARD_GRAVITY = 9.80665  # m/s^2, exact by convention
 
 @dataclass(frozen=True)
 class Quantity:
-    """A unit in SI and the other units that files may use for it, each with its factor to SI."""
+    """The SI unit, and the units in files, each with its factor to SI."""
 
     unit: str
     factors: Mapping[str, float]
@@ -40,7 +40,7 @@ PURE_NUMBER = Quantity("1", {"1": 1.0})
 
 @dataclass(frozen=True)
 class Signal:
-    """A signal by its name without unit. `column` is how tables inside call it."""
+    """A signal by its name without unit; `column` is its name in tables."""
 
     name: str
     quantity: Quantity
@@ -64,7 +64,7 @@ SIGNALS: dict[str, Signal] = {
         Signal("wheel_speed_front_right", WHEEL_SPEED, "v_fr", "at the tread"),
         Signal("wheel_speed_rear_left", WHEEL_SPEED, "v_rl", "at the tread"),
         Signal("wheel_speed_rear_right", WHEEL_SPEED, "v_rr", "at the tread"),
-        Signal("steering_wheel_torque", TORQUE, "", "that the driver applies, left positive"),
+        Signal("steering_wheel_torque", TORQUE, "", "applied by the driver, left positive"),
         Signal("steering_wheel_angle_sensor_type", PURE_NUMBER, "", "SPN 1812: 0 relative, 1 absolute"),
         Signal("latitude", Quantity("deg", {"deg": 1.0}), "", "WGS 84"),
         Signal("longitude", Quantity("deg", {"deg": 1.0}), "", "WGS 84"),
@@ -77,10 +77,10 @@ SIGNALS: dict[str, Signal] = {
 
 @dataclass(frozen=True)
 class SignalName:
-    """How a log that is not ours calls a signal: an entry of a vehicle file's `[signals]` table.
+    """The name of a signal in a log: an entry of a vehicle file's `[signals]` table.
 
     `name` is the column, the MF4 channel, or `Message.Signal` of a DBC. `unit` is a key of the quantity's factors, or
-    None when the file's own unit is to be taken. `sign` is -1 where right is positive.
+    None for the file's own unit. `sign` is -1 where right is positive.
     """
 
     name: str
@@ -90,28 +90,28 @@ class SignalName:
 
 @dataclass(frozen=True)
 class Source:
-    """Where a signal came from and how good it was before it was brought to the common tick."""
+    """Origin of a signal, and its rate and availability before resampling to the common tick."""
 
     description: str  # "VDC2 from 0x3E", "column swa_deg", "channel YawRate (VDC2)"
     rate_hz: float  # of its own messages, median
     samples: int
     not_available: int  # of the samples
-    others: tuple[str, ...] = ()  # sources that also had it and were not taken
+    others: tuple[str, ...] = ()  # further sources of the signal, not used
 
 
 @dataclass(frozen=True, repr=False)
 class Signals:
-    """A drive as every room hands it on.
+    """A drive as a table of signals.
 
     Attributes:
-        table: polars DataFrame, `time_s` strictly increasing with step 1/rate_hz but for holes (a hole longer than a
-            few seconds has no rows), then one Float64 column per signal in SI, named `Signal.column`; NaN where not
+        table: polars DataFrame, `time_s` strictly increasing with step 1/rate_hz except at gaps (one longer than a few
+            seconds has no rows), then one Float64 column per signal in SI, named `Signal.column`; NaN where not
             available; a signal that the log lacks has no column.
         sources: by signal name, one for each column.
         rate_hz: of the table, 20 to 200.
-        log: what it was read from, for people.
+        log: name of the source, for people.
         notes: one line each about choices made while reading, for people.
-        vin: of the truck, where frames of the log tell it (J1939 VI).
+        vin: of the truck, where frames of the log contain it (J1939 VI).
     """
 
     table: pl.DataFrame
@@ -137,10 +137,10 @@ class Signals:
 
 
 def drives_of(given: object, verb: str) -> tuple[Signals, ...]:
-    """What was given to a verb, one drive or several.
+    """The drives given to a verb, one or several.
 
     Raises:
-        OncenterError: "not_signals", exit code 2: it is something else; says how that becomes Signals.
+        OncenterError: "not_signals", exit code 2: another type; the message names the conversion.
     """
     if isinstance(given, Signals):
         return (given,)
@@ -149,5 +149,5 @@ def drives_of(given: object, verb: str) -> tuple[Signals, ...]:
     is_file = isinstance(given, str | os.PathLike)
     how = "oncenter.read(path)" if is_file else "oncenter.from_dataframe(frame)"
     raise OncenterError(
-        f"{verb} takes Signals: {how}; got {type(given).__name__}", code="not_signals", exit_code=WRONG_USAGE
+        f"{verb} needs Signals, from {how}; got {type(given).__name__}", code="not_signals", exit_code=WRONG_USAGE
     )

@@ -135,7 +135,7 @@ def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: floa
 
     if method not in METHODS:
         raise OncenterError(
-            f"method '{method}' is not known; known are {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
+            f"method '{method}' does not exist; use one of {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
     drives_of(signals, "angle")
     check_vehicle(vehicle, "angle")
@@ -161,8 +161,8 @@ def _check_within(signals: Signals, sensor_lost_at: float) -> None:
     if math.isfinite(sensor_lost_at) and 0.0 <= sensor_lost_at <= length_s:
         return
     raise OncenterError(
-        f"'sensor_lost_at' must be seconds from the drive's begin, 0 to {length_s:.1f} as {Path(signals.log).name} is "
-        f"long, got {sensor_lost_at:g}",
+        f"'sensor_lost_at' must be 0 to {length_s:.1f} s after the begin of {Path(signals.log).name}, got "
+        f"{sensor_lost_at:g}",
         code="sensor_lost_at",
         exit_code=WRONG_USAGE,
     )

@@ -42,14 +42,13 @@ def side_force_notes(
         name = Path(drive.log).name
         if stands_in and missing > 0.5:
             notes.append(
-                f"no lateral acceleration in {name}: yaw rate times speed stands for it, and the road's bank is not "
-                "known"
+                f"no lateral acceleration in {name}: yaw rate times speed is used instead, without the road bank"
             )
         elif not stands_in and missing > _MISSING_SHARE_TOLD:
             silent_s = missing * drive.table.height / drive.rate_hz
             notes.append(
-                f"no lateral acceleration for {silent_s:.0f} s of {name}: nothing is learned then, and the usual bank "
-                "stands for it"
+                f"no lateral acceleration for {silent_s:.0f} s of {name}: this time is not used for the estimates, and "
+                "the usual bank is assumed"
             )
     return tuple(dict.fromkeys(notes))
 

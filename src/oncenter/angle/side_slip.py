@@ -36,8 +36,8 @@ def with_lateral_speed(signals: Signals) -> Signals:
     heading = _column(signals, "heading")
     if course is None or heading is None:
         raise OncenterError(
-            f"side slip needs 'lateral_speed_m_s', or 'heading_deg' with 'course_deg' or with 'latitude_deg' and "
-            f"'longitude_deg'; {signals.log} has none of these",
+            f"method 'side-slip' needs 'lateral_speed_m_s', or 'heading_deg' with 'course_deg' or with 'latitude_deg' "
+            f"and 'longitude_deg'; {signals.log} has none of these",
             code="missing_signal",
             needs=("lateral_speed",),
         )

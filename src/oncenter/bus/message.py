@@ -90,7 +90,7 @@ def decode(payload: bytes) -> Message:
 
 def _checked(payload: bytes, native: dict[str, Any] | None) -> dict[str, Any]:
     if native is None:
-        raise OncenterError(f"'{payload.hex()}' is no result message of oncenter: 8 bytes would do", code="message")
+        raise OncenterError(f"'{payload.hex()}' is not a result message of oncenter, which has 8 bytes", code="message")
     return native
 
 

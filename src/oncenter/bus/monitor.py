@@ -13,12 +13,12 @@ from oncenter.vehicle import Vehicle, core_of
 NOT_AVAILABLE = float("nan")
 
 _REFUSALS = {
-    "missing": "does not begin as one",
-    "truncated": "ends too soon",
-    "damaged": "is damaged: its CRC-32 does not fit",
-    "layout": "is of another version of oncenter",
-    "foreign": "is of another vehicle, or of other params, method or rate",
-    "implausible": "holds a value that no drive can have taught",
+    "missing": "has another begin than an image of oncenter",
+    "truncated": "is not complete",
+    "damaged": "is damaged: its CRC-32 is wrong",
+    "layout": "is from another version of oncenter",
+    "foreign": "is from another vehicle, or from other params, method or rate",
+    "implausible": "contains a value that no drive can give",
 }
 
 
@@ -89,9 +89,10 @@ class Monitor:
         params: Mapping[str, float] | None = None,
     ) -> None:
         if method not in METHODS:
-            known = ", ".join(METHODS)
             raise OncenterError(
-                f"method '{method}' is not known; known are {known}", code="method", exit_code=WRONG_USAGE
+                f"method '{method}' does not exist; use one of {', '.join(METHODS)}",
+                code="method",
+                exit_code=WRONG_USAGE,
             )
         if not _core.RATE_MIN_HZ <= rate_hz <= _core.RATE_MAX_HZ:
             raise OncenterError(f"'rate_hz' must be 20 to 200, got {rate_hz:g}", code="rate", exit_code=WRONG_USAGE)
@@ -142,7 +143,9 @@ class Monitor:
         """
         fault, self._sequence = self._core.restore(image)
         if fault != "ok":
-            raise OncenterError(f"the saved image {_REFUSALS[fault]}; learning starts afresh", code=f"image_{fault}")
+            raise OncenterError(
+                f"the saved image {_REFUSALS[fault]}; the estimates start without it", code=f"image_{fault}"
+            )
 
     def message(self, counter: int = 0) -> bytes:
         """The result message after the last `step`, 8 bytes (see `oncenter.bus.message.decode`); `counter` 0 to 15.

@@ -122,7 +122,7 @@ def angle(
 
 def _asides(findings: Sequence[Finding], notes: Sequence[str]) -> list[str]:
     """Findings and notes on the logs, below an empty line."""
-    lines = [f"  {finding.severity}: {finding.text}" for finding in findings]
+    lines = [f"  {finding.line()}" for finding in findings]
     lines += [f"  note: {note}" for note in notes]
     return ["", *lines] if lines else []
 

@@ -85,7 +85,7 @@ def offset(
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.cli.places import logs_at
     from oncenter.files.whole_file import check_place
-    from oncenter.offset.findings import gravest_first
+    from oncenter.offset.findings import most_severe_first
     from oncenter.report import check_report
 
     failing, take = statuses_of(fail_on), sources_of(source)
@@ -122,7 +122,7 @@ def offset(
             from oncenter.memory import offset_with_memory
 
             answer, after = offset_with_memory(drives, truck, before, method=method, params=params, progress=progress)
-    findings = gravest_first((*told, *answer.findings))
+    findings = most_severe_first((*told, *answer.findings))
     answer = replace(answer, findings=findings, notes=(*answer.notes, *places.notes))
     typer.echo(answer.to_json(schema) if json else as_table(answer))  # before a page that a full disk may refuse
     if memory is not None and after is not None and after != before:
@@ -223,6 +223,7 @@ def with_limit(truck: oc.Vehicle, limit_deg: float | None) -> oc.Vehicle:
 
 def as_table(answer: oc.Answer) -> str:
     """Verdicts, the answer in words, its quantities as a table, and its findings, for a person at the prompt."""
+    from oncenter.offset.findings import EXPLAINED
     from oncenter.signals import DEGREE
 
     lines = [*_verdicts(answer), _without_correction(answer), ""]
@@ -230,13 +231,14 @@ def as_table(answer: oc.Answer) -> str:
         given = estimate.to_dict()
         value = "-" if given["value"] is None else f"{given['value']:.3f}"
         interval = "" if given["ci95"] is None else "{:.3f} to {:.3f}".format(*given["ci95"])
-        lines.append(f"  {name:26}{value:>9} {given['unit']:<12}{interval:<22}{given['status']}")
+        lines.append(f"  {name:30}{value:>9} {given['unit']:<12}{interval:<22}{given['status']}")
         if estimate is answer.offset and answer.not_identifiable and answer.offset_ci95_drive is not None:
             of_drive = "{:.3f} to {:.3f}".format(*(bound / DEGREE for bound in answer.offset_ci95_drive))
-            lines.append(f"  {'  from this drive':26}{'':>9} {given['unit']:<12}{of_drive}")
+            lines.append(f"  {'  from this drive':30}{'':>9} {given['unit']:<12}{of_drive}")
     lines.append("")
-    lines += [f"  {finding.severity}: {finding.text}" for finding in answer.findings]
+    lines += [f"  {finding.line()}" for finding in answer.findings]
     lines += [f"  note: {note}" for note in answer.notes]
+    lines += ["", f"  {EXPLAINED}"] if answer.findings else []
     return "\n".join(lines).rstrip()
 
 

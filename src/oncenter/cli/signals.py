@@ -106,7 +106,7 @@ def _as_text(drive: oc.Signals, judged: Plausibility) -> str:
     lines = [f"{Path(drive.log).name}: {_duration_s(drive):.1f} s, brought to {drive.rate_hz:.4g} Hz", ""]
     lines += [*_table(drive), ""]
     for finding in judged.findings:
-        lines += _wrapped(f"{finding.severity}: {finding.text}")
+        lines += _wrapped(finding.line())
     if not any(finding.severity != "info" for finding in judged.findings):
         lines.append("All checks that were possible passed.")
     for why, checks in _by_reason(judged.cannot_tell).items():

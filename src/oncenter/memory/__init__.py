@@ -1,7 +1,7 @@
-"""What a truck is known to be: a small file per truck, from which each drive starts and to which it adds.
+"""Memory of a truck: a small file per truck, which gives each drive its priors and is updated by it.
 
-Play, understeer gradient by load, equivalent wheelbase and both sensors' zero errors belong to the truck and change
-slowly. The offset does not: it is to be found anew in each drive, so that a change shows, and is only listed.
+Play, understeer gradient by load, equivalent wheelbase and the zero errors of both sensors belong to the truck and
+change slowly. The offset is no prior: each drive estimates it anew, so that a change is found. It is only listed.
 """
 
 from __future__ import annotations

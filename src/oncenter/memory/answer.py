@@ -1,4 +1,4 @@
-"""The answer of drives that start from a truck's memory, and the memory after them."""
+"""The answer of drives that start with a truck's memory, and the memory after them."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from oncenter.offset.run import offset
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import Vehicle
 
-_KNOWS_MEMORY: Method = "joint"
-_NOTHING_ADDED = "nothing was added to the truck's memory, since a signal of this drive is at fault"
+_USES_MEMORY: Method = "joint"
+_NOTHING_ADDED = "this drive was not added to the truck's memory, since one of its signals is at fault"
 
 
 def offset_with_memory(
@@ -30,18 +30,18 @@ def offset_with_memory(
 ) -> tuple[Answer, TruckMemory]:
     """The answer of `oncenter.offset`, and the memory to keep.
 
-    Drives of which one is in the memory already start without it, since it contains what they say, and add nothing.
+    If one of the drives is in the memory already, all start without it and add nothing: it contains their evidence.
 
     Args:
-        drives, vehicle, method, params, progress: as for `oncenter.offset`; `params` are over the memory.
+        drives, vehicle, method, params, progress: as for `oncenter.offset`; `params` override the memory.
         memory: of this truck, before these drives.
 
     Raises:
         OncenterError: as `oncenter.offset`; "method", exit code 2: another method than "joint".
     """
-    if method != _KNOWS_MEMORY:
+    if method != _USES_MEMORY:
         raise OncenterError(
-            f"a memory needs method '{_KNOWS_MEMORY}', got '{method}'", code="method", exit_code=WRONG_USAGE
+            f"a memory needs method '{_USES_MEMORY}', got '{method}'", code="method", exit_code=WRONG_USAGE
         )
     keys = [key_of(drive) for drive in drives]
     if any(map(memory.has, keys)):
@@ -68,21 +68,22 @@ def _noted(answer: Answer, note: str) -> Answer:
 def _again(logs: Sequence[str]) -> str:
     is_one = len(logs) == 1
     return (
-        f"{', '.join(logs)} {'is' if is_one else 'are'} in the truck's memory already: this answer does without the "
-        "memory, and adds nothing to it"
+        f"{', '.join(logs)} {'is' if is_one else 'are'} in the truck's memory already: this answer does not use the "
+        "memory and adds nothing to it"
     )
 
 
-def _started(known: Mapping[str, float]) -> str:
-    """What the drive started from, with standard deviations; nothing where the memory was empty."""
+def _started(priors_used: Mapping[str, float]) -> str:
+    """The priors of the drive with standard deviations; empty where the memory was empty."""
     parts = [
-        f"{words} {known[name.format('')] / factor:.{digits}f} ± {known[name.format('_sd')] / factor:.{digits}f} {unit}"
+        f"{words} {priors_used[name.format('')] / factor:.{digits}f}"
+        f" ±{priors_used[name.format('_sd')] / factor:.{digits}f} {unit}"
         for words, name, factor, digits, unit in (
             ("play", "known_play{}_rad", DEGREE, 1, "deg"),
             ("understeer gradient", "known_understeer_gradient{}_rad_m_s2", DEGREE, 2, "deg/(m/s^2)"),
             ("yaw rate bias", "known_yaw_rate_bias{}_rad_s", DEGREE, 2, "deg/s"),
             ("accelerometer bias", "known_accelerometer_bias{}_m_s2", 1.0, 2, "m/s^2"),
         )
-        if name.format("") in known
+        if name.format("") in priors_used
     ]
-    return f"the truck's memory gave: {', '.join(parts)} (one standard deviation)" if parts else ""
+    return f"priors from the truck's memory: {', '.join(parts)} (one standard deviation)" if parts else ""

@@ -1,4 +1,4 @@
-"""A drive starts from a truck's memory, and adds to it. The drive's result contains the memory already, as a prior."""
+"""Priors of a drive from a truck's memory, and the memory after the drive, whose result contains those priors."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from oncenter.offset.inputs import params_of
 from oncenter.signals import DEGREE
 from oncenter.vehicle import Vehicle
 
-# How what is known ages: standard deviations of random walks, per root of a day. All ours, without a bench on record.
+# Ageing of remembered values: standard deviations of random walks, per root of a day. Tuned, without a bench on record.
 _PLAY_WALK = 0.1 * DEGREE  # rad: 1.9 deg in a year, by wear and adjustment
 _GRADIENT_WALK = 0.002 * DEGREE  # rad/(m/s^2): a tenth of a usual one in a year, by tyres
 _WHEELBASE_WALK = 0.001  # share: 2 % in a year
 _YAW_RATE_BIAS_WALK = 0.02 * DEGREE  # rad/s: 0.1 in a month; each ignition adds the core's own
 _ACCELERATION_WALK = 0.01  # m/s^2: 0.05 in a month
-# Below which many drives do not get, since they are wrong alike.
-_PLAY_SD_MIN = 0.3 * DEGREE  # rad: by which drives of a truck scatter, docs/fleet.md
+# Lower limits, since the errors of many drives have a common part.
+_PLAY_SD_MIN = 0.3 * DEGREE  # rad: scatter between drives of a truck, docs/fleet.md
 _WHEELBASE_BETWEEN = 0.03  # share, from drive to drive by load: docs/fleet.md
 _ACCELERATION_MAX = 0.9  # m/s^2, of a bias: the range of known_accelerometer_bias_m_s2
-_GROUND_COMMON = 0.7  # of the sd of the ground's slope: half of its variance is the yard's where a truck mostly stands
-_GRADIENT_SHARE_MIN = 0.05  # of K: two loads are never quite alike
-_ANOTHER_LOAD_SD, _ANOTHER_LOAD_SHARE = 3.0, 0.1  # a gradient further off by both begins another load
+_GROUND_COMMON = 0.7  # of the sd of the ground's slope: half of its variance belongs to the yard of the truck
+_GRADIENT_SHARE_MIN = 0.05  # of K: two loads are never exactly equal
+_ANOTHER_LOAD_SD, _ANOTHER_LOAD_SHARE = 3.0, 0.1  # a gradient beyond both limits begins another load
 _LOADS_MAX, _DRIVES_MAX = 8, 50
 _LIFTS = ("6x2",)  # axle layouts whose wheelbase changes when an axle is lifted
-_CONTRADICTS = 3.0  # sd of what is remembered, from which a wider result takes its place
+_CONTRADICTS = 3.0  # sd of the remembered value, beyond which a wider result replaces it
 _MODEL_GRADIENT = (0.4 * DEGREE, 0.4 * DEGREE)  # mean and sd of the core's own prior, core/joint_model.h
 
 
 def priors(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> dict[str, float]:
-    """What a drive at that time starts from, as params of the core; known values of the vehicle file come first."""
+    """Priors of a drive at that time, as params of the core; configured values of the vehicle file come first."""
     p = params_of(vehicle, None)
     found = {
         "known_play{}_rad": _aged_play(memory, at_s),
@@ -52,13 +52,13 @@ def priors(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> dict[str, floa
 def with_drive(
     memory: TruckMemory, answer: Answer, keys: Sequence[str], start_s: float, started_from: Mapping[str, float]
 ) -> TruckMemory:
-    """The memory after a drive; as it was where the angle sensor or another signal is at fault.
+    """The memory after a drive; unchanged where the angle sensor or another signal is at fault.
 
     Args:
-        memory: from before it.
-        answer: of the drive, or of several at once; by the joint method.
-        keys: of its logs' contents, none of which the memory has.
-        start_s: when it began.
+        memory: before the drive.
+        answer: of the drive, or of several at once, by the joint method.
+        keys: of the contents of its logs, none in the memory.
+        start_s: begin of the drive.
         started_from: the `priors` of the answer.
     """
     if answer.sensor_fault != "none" or answer.offset.status == "invalid":
@@ -66,7 +66,7 @@ def with_drive(
     vehicle, p = answer.vehicle, answer.params
     offset = _known(answer.offset, start_s, ("valid", "converging"))
     value, offset_sd = (None, None) if offset is None else (offset.value, offset.sd)
-    since = len(keys) - len(answer.drives)  # logs before a step of the offset: this one is not theirs
+    since = len(keys) - len(answer.drives)  # earlier logs are before a step, so this offset is not theirs
     added = [
         Drive(key, start_s, *((value, offset_sd) if k >= since else (None, None)), answer.offset.status)
         for k, key in enumerate(keys)
@@ -97,7 +97,7 @@ def _known(estimate: Estimate, date_s: float, statuses: Sequence[str] = ("valid"
 
 
 def _renewed(before: Known | None, prior: Known | None, result: Known | None) -> Known | None:
-    """A drive's result in place of what was remembered, where it knows more, or contradicts it."""
+    """The drive's result where it is more accurate than the remembered value, or contradicts it."""
     if result is None:
         return before
     if before is None or prior is None:
@@ -140,7 +140,7 @@ def _if_narrower(known: Known, sd: float) -> Known | None:
 
 
 def _gradient_of_next(memory: TruckMemory, at_s: float) -> Known | None:
-    """Of a drive at a load that is unknown: one of those so far, by their drives, or another, as one drive more."""
+    """For a drive at an unknown load: the loads so far weighted by their drives, and one drive of another load."""
     if not memory.loads:
         return None
     aged = [(load.drives, load.gradient.aged(at_s, _GRADIENT_WALK)) for load in memory.loads]
@@ -176,14 +176,14 @@ def _with_gradient(
 
 
 def _apart(known: Known, found: Known) -> float:
-    """Beyond 1 it is of another load."""
+    """Above 1 the gradient belongs to another load."""
     distance = abs(found.value - known.value)
     in_sds = distance / (_ANOTHER_LOAD_SD * math.hypot(known.sd, found.sd))
     return min(in_sds, distance / (_ANOTHER_LOAD_SHARE * abs(known.value) or 1.0))
 
 
 def _with_standstill(memory: TruckMemory, answer: Answer, start_s: float) -> Known | None:
-    """By the reading alone: it contains no prior."""
+    """From the reading alone, which contains no prior."""
     p = answer.params
     if answer.summary is None or math.isnan(answer.summary.standing) or not p["use_accelerometer"]:
         return memory.accelerometer_bias
@@ -196,6 +196,6 @@ def _with_standstill(memory: TruckMemory, answer: Answer, start_s: float) -> Kno
     found = Known(answer.summary.standing + known - side * crown, sd, start_s)
     aged = memory.accelerometer_bias and memory.accelerometer_bias.aged(start_s, _ACCELERATION_WALK)
     both = found if aged is None else aged.combined(found)
-    if abs(both.value) > _ACCELERATION_MAX:  # a truck that stands on its side, or a unit: no bias
+    if abs(both.value) > _ACCELERATION_MAX:  # extreme ground or a wrong unit, not a bias
         return memory.accelerometer_bias
     return replace(both, sd=max(both.sd, sd_min))

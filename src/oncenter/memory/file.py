@@ -1,4 +1,4 @@
-"""A truck's memory as a TOML file: degrees and dates, for people to read."""
+"""A truck's memory as a TOML file, in degrees and dates."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from oncenter.utc import utc
 
 SCHEMA = "oncenter/truck-1"
 _CODE = "memory_file"  # of errors
-_HEAD = "# What oncenter has learned of this truck: `oncenter offset --memory` reads it and adds to it.\n"
+_HEAD = "# Estimates of oncenter for this truck: `oncenter offset --memory` reads and updates this file.\n"
 
 _Value = Annotated[float, Field(allow_inf_nan=False)]
 
@@ -99,7 +99,7 @@ class _File(_Table):
 
 
 def read_memory(path: str | os.PathLike[str], truck: str) -> TruckMemory:
-    """A truck's memory; an empty one where there is no file yet.
+    """A truck's memory; empty where there is no file.
 
     Args:
         path: a TOML file of at most 1 MiB.
@@ -113,7 +113,7 @@ def read_memory(path: str | os.PathLike[str], truck: str) -> TruckMemory:
         return TruckMemory(truck)
     values = read_toml(path, what, code=_CODE)
     if values.get("schema") != SCHEMA:
-        raise refusal(f"{what} is no {SCHEMA}: its 'schema' is {values.get('schema')!r}", _CODE)
+        raise refusal(f"{what} has schema {values.get('schema')!r} instead of {SCHEMA!r}", _CODE)
     try:
         file = _File.model_validate(values)
     except ValidationError as error:
@@ -121,7 +121,9 @@ def read_memory(path: str | os.PathLike[str], truck: str) -> TruckMemory:
         key = ".".join(map(str, first["loc"]))
         raise refusal(f"{what}: '{key}': {first['msg']}", _CODE) from None
     if file.truck != truck:
-        raise refusal(f"{what} is of truck '{file.truck}', not of '{truck}': name a memory file of its own", _CODE)
+        raise refusal(
+            f"{what} belongs to truck '{file.truck}', not to '{truck}': give this truck its own memory file", _CODE
+        )
     return _memory_of(file, what)
 
 
@@ -136,12 +138,12 @@ def _memory_of(file: _File, what: str) -> TruckMemory:
             tuple(Load(each.known(), each.drives) for each in file.understeer_gradient),
             tuple(each.drive() for each in file.drives),
         )
-    except OverflowError as error:  # a date of no calendar
+    except OverflowError as error:  # a date outside the calendar
         raise _no_date(what, error) from None
 
 
 def _no_date(what: str, error: Exception) -> OncenterError:
-    return refusal(f"{what} has a date that is none: {error}", _CODE)
+    return refusal(f"{what} has an impossible date: {error}", _CODE)
 
 
 def _seconds(date: datetime) -> float:
@@ -153,7 +155,7 @@ def _rad(angle_deg: float | None) -> float | None:
 
 
 def write_memory(path: str | os.PathLike[str], memory: TruckMemory) -> None:
-    """Whole, or as it was.
+    """Replaces the file as a whole, or leaves it unchanged.
 
     Raises:
         OncenterError: "output", exit code 2: it cannot be written.

@@ -1,4 +1,4 @@
-"""Which log a drive is, and when it was."""
+"""Identity and begin of a drive's log."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ import numpy as np
 from oncenter.read.identity import start_of
 from oncenter.signals import SIGNALS, Signals
 
-_EPOCH_S = 1e8  # times beyond are of day and year, those below since the log's own start
-_LAST_S = 2.5e11  # of the year 9892; a file system may have any time
+_EPOCH_S = 1e8  # later times are of day and year, earlier ones since the log's start
+_LAST_S = 2.5e11  # year 9892; a file system can have any time
 _KEY_OF = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
 _KEY_DIGITS = 16
 
 
 def key_of(drive: Signals) -> str:
-    """Of the drive's content: a copy of a log, or one in another format without loss, has the same."""
+    """Of the drive's content: equal for a copy of a log, also in another format without loss."""
     digest = hashlib.sha256()
     for name in (SIGNALS[signal].column for signal in _KEY_OF):
         if name in drive.table.columns:
@@ -36,15 +36,13 @@ def start_in_log(drive: Signals, path: Path | None) -> float | None:
 
 
 def start_of_drive(drive: Signals, path: str | os.PathLike[str] | None = None) -> float:
-    """As `start_in_log`, else by the time at which the file was last written less the drive's length; without a file
-    now."""
+    """As `start_in_log`, else from the file's last change less the drive's length; the present time without a file."""
     first, last = float(drive.table["time_s"][0]), float(drive.table["time_s"][-1])
     if _EPOCH_S < first < _LAST_S:
         return first
     try:
-        told = None if path is None else start_of(Path(path))
+        start = None if path is None else start_of(Path(path))
         written = time.time() if path is None else os.stat(path).st_mtime
     except (OSError, ValueError):
-        told, written = None, time.time()
-    start = written - (last - first) if told is None else told
-    return min(max(start, 0.0), _LAST_S)
+        start, written = None, time.time()
+    return min(max(written - (last - first) if start is None else start, 0.0), _LAST_S)

@@ -1,4 +1,4 @@
-"""What is remembered of one truck, and how it ages. SI and rad; times in s since 1970."""
+"""Remembered values of one truck, and their ageing. SI and rad; times in s since 1970."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ DAY_S = 86400.0
 
 @dataclass(frozen=True)
 class Known:
-    """A quantity, its standard deviation, and the time of which both are true."""
+    """A quantity, its standard deviation, and the time at which both hold."""
 
     value: float
     sd: float
     date_s: float
 
     def aged(self, at_s: float, sd_per_root_day: float, sd_between: float = 0.0, sd_min: float = 0.0) -> Known:
-        """As another drive may rely on it.
+        """As prior of another drive.
 
         Args:
-            at_s: when that drive is; one before `date_s` is as far away as one after it.
+            at_s: begin of that drive; before `date_s` it counts like after it.
             sd_per_root_day: of a random walk, which grows with the square root of time.
-            sd_between: by which it differs from drive to drive besides.
-            sd_min: below which many drives do not get, since they are wrong alike.
+            sd_between: additional difference from drive to drive.
+            sd_min: lower limit, since the errors of many drives have a common part.
         """
         days = abs(at_s - self.date_s) / DAY_S
         sd = math.sqrt(self.sd**2 + sd_per_root_day**2 * days + sd_between**2)
         return Known(self.value, max(sd, sd_min), at_s)
 
     def combined(self, other: Known) -> Known:
-        """By Bayes, of two that do not contain each other; the date is the later one."""
+        """By Bayes, of two independent values; the date is the later one."""
         own, others = 1.0 / self.sd**2, 1.0 / other.sd**2
         total = own + others
         return Known(
@@ -38,7 +38,7 @@ class Known:
         )
 
     def without(self, prior: Known) -> Known | None:
-        """What a drive alone says, of a result that contains a prior; None where it says nothing."""
+        """The result of a drive without the prior that it contains; None where no evidence is left."""
         left = 1.0 / self.sd**2 - 1.0 / prior.sd**2
         if not left > 0.0:
             return None
@@ -48,7 +48,7 @@ class Known:
 
 @dataclass(frozen=True)
 class Load:
-    """The understeer gradient at one load, rad/(m/s^2), by so many drives."""
+    """The understeer gradient at one load, rad/(m/s^2), and its number of drives."""
 
     gradient: Known
     drives: int
@@ -56,7 +56,7 @@ class Load:
 
 @dataclass(frozen=True)
 class Drive:
-    """One that was added: the key of its log's content, its begin and its offset (rad), which is no prior."""
+    """A drive in the memory: the key of its log's content, its begin and its offset (rad), which is no prior."""
 
     key: str
     start_s: float
@@ -67,15 +67,15 @@ class Drive:
 
 @dataclass(frozen=True)
 class TruckMemory:
-    """What drives so far told of a truck; None what none told.
+    """Estimates from the drives of a truck; None where no drive identified a quantity.
 
     Attributes:
         truck: the vehicle file's name.
-        play: rad, full width at the steering wheel, wind-up included.
+        play: rad, full width at the steering wheel, friction hysteresis included.
         yaw_rate_bias: rad/s, at the end of the last drive.
-        accelerometer_bias: m/s^2, by standstills, the ground's slope in its standard deviation.
+        accelerometer_bias: m/s^2, from standstills; its standard deviation includes the slope of the ground.
         equivalent_wheelbase: m.
-        loads: gradients, one a load that differs.
+        loads: gradients, one per load.
         drives: the last ones, oldest first.
     """
 

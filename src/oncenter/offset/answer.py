@@ -1,4 +1,4 @@
-"""What a drive, or several of one truck, say: quantities with interval and standing, in words and as JSON.
+"""The answer of a drive, or of several of one truck: quantities with interval and status, in words and as JSON.
 
 SI and rad inside; degrees appear in `Answer.words`, `Answer.to_json` and in findings, which are for people and files.
 """
@@ -27,19 +27,19 @@ Schema = Literal["offset-1", "offset-2"]
 SCHEMAS: tuple[Schema, ...] = ("offset-1", "offset-2")
 DEFAULT_SCHEMA: Schema = "offset-2"
 
-# By status, what stands beside an offset that is not to be set. The core calls an offset with a value invalid where the
-# angle sensor is at fault: it was learned before.
+# By status, the words beside an offset that must not be set. An invalid offset with a value was estimated before the
+# fault of the angle sensor.
 NOT_YET_OR_NO_MORE: Mapping[str, str] = {"converging": "still converging", "invalid": "before the fault"}
-_NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none
-_CORRECTION_WORTH_TELLING_RAD_S = 0.05 * DEGREE
+_NO_PLAY_DEG = 0.5  # an interval that reaches below it includes no play at all
+_CORRECTION_REPORTED_FROM_RAD_S = 0.05 * DEGREE
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A quantity with its interval and standing; `value` and `ci95` are None where the drive gives none.
+    """A quantity with its 95 % interval and status; `value` and `ci95` are None where the drive gives none.
 
-    `unit` is the SI unit of value and ci95, whose middle need not be the value; `evidence_s` the seconds of driving
-    behind it.
+    `unit` is the SI unit of value and ci95. The interval need not be centred on the value. `evidence_s` are the seconds
+    of driving used for it.
     """
 
     value: float | None
@@ -49,7 +49,7 @@ class Estimate:
     evidence_s: float = 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """As files hold it: degrees for radians."""
+        """As in files: degrees instead of radians."""
         factor, unit = _file_unit(self.unit)
         return {
             "value": None if self.value is None else self.value / factor,
@@ -73,20 +73,20 @@ class Estimate:
 
 @dataclass(frozen=True, repr=False)
 class Answer:
-    """What a drive, or several of one truck, say of its steering wheel angle sensor.
+    """The answer of a drive, or of several of one truck, on its steering wheel angle sensor.
 
     `str(answer)` is the answer in words, `to_json` the contract's object. Times are in seconds of ticks;
     duration_s = used_s + unused_s, and the reasons in `rejected_s` overlap. `drives` are the tables answered, so that
     `trace` can run them again. The wheel radius mismatch of an axle is its left radius over its right less one;
-    `unloading_acceleration` is the lateral acceleration, as measured, at which the steering is without side force;
-    `equivalent_wheelbase` the one of (10) that bends ask for, an error of the steering ratio counted as one of it.
-    `side_force_s` are the seconds of side force clearly to the left and to the right: which flank of the play was seen,
-    and for how long; of the joint method.
+    `unloading_acceleration` is the neutral lateral acceleration: the measured one at which the steering carries no
+    load. `equivalent_wheelbase` is the one of (10) that fits the bends; it contains an error of the steering ratio.
+    `side_force_s` are the seconds of lateral force clearly to the left and to the right, which load the left and the
+    right flank of the play; of the joint method.
     `missing_loading_s` are the seconds of lateral force to the left and to the right that the joint method still needs
     before it can separate play and offset there; zero where enough was driven, and for the other methods.
-    `changes` are those that the drive proved, the first one first; of more than the core keeps, the last.
-    `sensor_fault` is what is wrong with the angle sensor in the end, "none" or one of the core's names: the offset is
-    `invalid` then and tells what was learned before.
+    `changes` are those found in the drive, in order of time; the core keeps only the last ones.
+    `sensor_fault` is the fault of the angle sensor at the end, "none" or one of the core's names. With a fault the
+    offset is `invalid`: it was estimated before the fault.
 
     `offset` is the straight-ahead offset. Its `ci95` has two parts: `offset_ci95_drive` is this drive's part, and
     `not_identifiable` lists the causes that no single drive identifies. The other methods do not separate them: their
@@ -132,7 +132,7 @@ class Answer:
 
     @property
     def correction(self) -> Correction | None:
-        """None unless the offset is valid; nor of a relative sensor, whose zero is another after each ignition."""
+        """None unless the offset is valid; None for a relative sensor, whose zero changes at each ignition."""
         if self.offset.value is None or self.offset.status != "valid" or any(map(is_relative, self.drives)):
             return None
         return Correction(self.vehicle.offset_applied_deg * DEGREE, -self.offset.value)
@@ -141,10 +141,10 @@ class Answer:
         """The answer in one paragraph."""
         parts = [self.offset_words(), *self._correction_words()]
         if self.backlash.value is not None:
-            parts.append(f"the steering has {_play(self.backlash)} of play")
+            parts.append(f"free play {_play(self.backlash)}")
         bias = self.yaw_rate_bias.value if self.yaw_rate_bias.status in ("valid", "converging") else None
-        if self.method == "joint" and bias is not None and abs(bias) > _CORRECTION_WORTH_TELLING_RAD_S:
-            parts.append(f"the gyro is off by {bias / DEGREE:.2g} deg/s and was corrected")
+        if self.method == "joint" and bias is not None and abs(bias) > _CORRECTION_REPORTED_FROM_RAD_S:
+            parts.append(f"corrected for a gyro bias of {bias / DEGREE:.2g} deg/s")
         return "; ".join([*parts, self._driven()])
 
     def offset_words(self) -> str:
@@ -157,20 +157,20 @@ class Answer:
         of_drive = f" from {'this drive' if len(self.drives) == 1 else 'these logs'}" if self.method == "joint" else ""
         status = "" if self.offset.status in ("valid", "invalid") else f" ({self.offset.status})"
         begin = f"invalid; {NOT_YET_OR_NO_MORE['invalid']} " if self.offset.status == "invalid" else ""
-        said = f"straight-ahead offset {begin}{number(value, digits)} deg ± {number(drive, digits)}{of_drive}{status}"
+        words = f"straight-ahead offset {begin}{number(value, digits)} ±{number(drive, digits)} deg{of_drive}{status}"
         causes = in_words(self.not_identifiable)
         if not causes:
-            return said
-        return f"{said}; {causes} could hide ± {number(more, digits)} more"
+            return words
+        return f"{words}; {causes} can add ±{number(more, digits)} deg"
 
     @property
     def quantities(self) -> dict[str, Estimate]:
-        """What people read of it, by the words for it."""
+        """By name, for people."""
         return {
             "straight-ahead offset": self.offset,
             "understeer gradient": self.understeer_gradient,
-            "play": self.backlash,
-            "steering unloads at": self.unloading_acceleration,
+            "free play": self.backlash,
+            "neutral lateral acceleration": self.unloading_acceleration,
             "yaw rate bias": self.yaw_rate_bias,
             "lateral acceleration bias": self.lateral_acceleration_bias,
         }
@@ -181,20 +181,20 @@ class Answer:
         return None if self.offset_ci95_drive is None else 0.5 * (self.offset_ci95_drive[1] - self.offset_ci95_drive[0])
 
     def _correction_words(self) -> list[str]:
-        """None where the interval holds zero, since a correction might then make it worse."""
+        """Empty where the interval contains zero: a correction could then increase the error."""
         ci95 = self.offset.ci95
         if self.correction is None or ci95 is None or ci95[0] <= 0.0 <= ci95[1]:
             return []
         return [self.correction.words()]
 
     def _driven(self) -> str:
-        """How much of the drive was of use, and what took the most of the rest."""
+        """The usable part of the drive, and the most frequent reasons for the rest."""
         unit, per_unit = ("minutes", 60.0) if self.duration_s >= 120.0 else ("seconds", 1.0)
         digits = 0 if self.duration_s / per_unit >= 10.0 else 1
         worst = sorted(((s, name) for name, s in self.rejected_s.items() if s > 0.05 * self.duration_s), reverse=True)
         rejected = [f"{s / per_unit:.{digits}f} rejected for {name.replace('_', ' ')}" for s, name in worst[:3]]
-        driven = f"driven {self.used_s / per_unit:.{digits}f} of {self.duration_s / per_unit:.{digits}f} {unit} usable"
-        return ", ".join([driven, *rejected])
+        usable = f"{self.used_s / per_unit:.{digits}f} of {self.duration_s / per_unit:.{digits}f} {unit} usable"
+        return ", ".join([usable, *rejected])
 
     def __repr__(self) -> str:
         return f"Answer({self.log!r}, offset {self.offset}, {len(self.findings)} findings)"
@@ -206,11 +206,11 @@ class Answer:
 
     def __str__(self) -> str:
         lines = [self.words()]
-        lines += [f"{finding.severity}: {finding.text}" for finding in self.findings]
+        lines += [finding.line() for finding in self.findings]
         return "\n".join(lines)
 
     def to_dict(self, schema: Schema = DEFAULT_SCHEMA) -> dict[str, Any]:
-        """The object of the schema oncenter/offset-2, or the one of before, which lacks the parts of the interval."""
+        """The object of the schema oncenter/offset-2, or of offset-1, which lacks the parts of the interval."""
         return {
             "schema": f"oncenter/{schema}",
             "version": self.version,
@@ -279,7 +279,7 @@ def _file_unit(unit: str) -> tuple[float, str]:
 
 
 def _play(play: Estimate) -> str:
-    """Its width in words, with the interval where that is more than a detail."""
+    """Its width in words, with the interval where that is wide."""
     assert play.value is not None and play.ci95 is not None
     low, high = (bound / DEGREE for bound in play.ci95)
     if low < _NO_PLAY_DEG:

@@ -1,10 +1,12 @@
-"""What the core answered becomes an `Answer`: its numbers in words, beside what the log and its sources say."""
+"""The core's answer becomes an `Answer`, with the findings and with the notes on logs and sources."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from oncenter import _core
 from oncenter.errors import OncenterError
@@ -20,15 +22,17 @@ from oncenter.signals import SIGNALS, Signals
 from oncenter.truck.drives import summary_of
 from oncenter.vehicle import Vehicle
 
+_WHOLE_FROM_ROWS = 3  # a core that still receives ticks has the first and the last row only
+
 
 def answer_so_far(native: Mapping[str, Any], seen: Signals, vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
-    """The joint method's answer of a core that is still being fed.
+    """The joint method's answer of a core that still receives ticks.
 
     Args:
         native: its oc_answer as a dict.
-        seen: tells log, rate and sources; of its table the first and the last row are enough.
-        vehicle: whose core it is.
-        params: all that are in force.
+        seen: log, rate and sources; the first and the last row of its table are enough.
+        vehicle: of the core.
+        params: in force.
 
     Raises:
         OncenterError: "no_usable_second".
@@ -48,7 +52,7 @@ def answer_of(
     rejected_s = dict(zip(_core.REASONS, native["rejected"], strict=True))
     if native["duration"] <= rejected_s["missing_signal"]:
         raise OncenterError(
-            f"{drives[0].log}: no usable second, at no time are all of its signals available together",
+            f"{drives[0].log}: no usable second, since its signals are never available at the same time",
             code="no_usable_second",
             needs=needed(method, drives, params),
         )
@@ -105,7 +109,8 @@ def _findings(
         yaw_rate_from_vdc2=all(
             "yaw_rate" in drive.sources and "VDC2" in drive.sources["yaw_rate"].description for drive in drives
         ),
-        sees_banks=bool(params["use_accelerometer"]) and (method != "wheel-speed" or has_acceleration),
+        angle_ends=_angle_ends(drives) if _core.FAULTS[native["fault"]] == "lost" else None,
+        measures_banks=bool(params["use_accelerometer"]) and (method != "wheel-speed" or has_acceleration),
         of_method=_joint_findings(native, params, changes, vehicle) if method == "joint" else (),
     )
 
@@ -116,6 +121,20 @@ def _next_driving(
     if method != "joint":
         return ()
     return next_driving(native, params, steering_ratio=vehicle.ratio_near_centre, traffic_sign=vehicle.traffic_sign)
+
+
+def _angle_ends(drives: Iterable[Signals]) -> str | None:
+    """Time and log of the last steering wheel angle; None where the tables do not have all rows."""
+    found = None
+    for drive in drives:
+        column = SIGNALS["steering_wheel_angle"].column
+        if column not in drive.table.columns or drive.table.height < _WHOLE_FROM_ROWS:
+            continue
+        time, angle = drive.table["time_s"].to_numpy(), drive.table[column].to_numpy()
+        available = np.flatnonzero(np.isfinite(angle))
+        if len(available):
+            found = f"{(time[available[-1]] - time[0]) / 60.0:.1f} min into {drive.log}"
+    return found
 
 
 def _joint_findings(
@@ -132,12 +151,12 @@ def _joint_findings(
 
 
 def notes_of(drives: Iterable[Signals]) -> tuple[str, ...]:
-    """What people should know of how logs were read: the sources that were believed, and what was left out."""
+    """How logs were read: the sources that were used, and the parts that were left out."""
     return tuple(dict.fromkeys(note for drive in drives for note in (*_choices(drive), *drive.notes)))
 
 
 def _choices(drive: Signals) -> list[str]:
-    """Which source was believed, of the signals that the core reads and several sources had; one line a choice."""
+    """The source that was used, for core signals with several sources; one line per choice."""
     chosen: dict[tuple[str, tuple[str, ...]], list[str]] = {}
     for name, source in drive.sources.items():
         if source.others and SIGNALS[name].column in _core.COLUMNS:
@@ -165,14 +184,14 @@ def _ci95_drive(native: Mapping[str, Any]) -> tuple[float, float] | None:
 def _not_identifiable(
     native: Mapping[str, Any], vehicle: Vehicle, method: Method, params: Mapping[str, float]
 ) -> tuple[Cause, ...]:
-    """The other methods' interval does not separate them, and an offset that is not observable has none."""
+    """Empty for the other methods, whose interval does not separate them, and for an unobservable offset."""
     if method != "joint" or _core.STATUSES[native["offset"]["status"]] == "unobservable":
         return ()
     return causes_of(native["offset_parts"], params, vehicle.traffic_sign)
 
 
 def _not_negative(estimate: Estimate) -> Estimate:
-    """With an interval that ends at zero, for what cannot be less."""
+    """With an interval that ends at zero, for a quantity that cannot be negative."""
     if estimate.value is None or estimate.ci95 is None:
         return estimate
     low, high = estimate.ci95

@@ -1,8 +1,8 @@
-"""What errors of a truck's sensors cost the thesis's offset: (47) and (48) for any truck, and what to mend first.
+"""Error budget of the thesis's offset: (47) and (48) for any truck, and the sensor to improve first.
 
-(48) lets the yaw rate's bias act through K_us as well. With an accelerometer that is not so: (33) takes r*v away and
-(37) adds it again, so that what acts through K_us is the measured lateral acceleration alone. As printed it holds
-without an accelerometer, the road's bank in the place of its bias. SI and rad; degrees appear in text and JSON.
+In (48) the yaw rate bias also acts through K_us. With an accelerometer it does not: (33) subtracts r*v and (37) adds it
+again, so that only the measured lateral acceleration acts through K_us. As printed, (48) holds without an
+accelerometer, with the road bank in place of its bias. SI and rad; degrees appear in text and JSON.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ BACKLASH_RAD = PLAY_STANDARD_DEG * DEGREE
 _SPEEDS_M_S = (1.0, 60.0)
 _BACKLASH_MAX_RAD = 60.0 * DEGREE
 _GOAL_RAD = 1.5 * DEGREE  # 5.3.1
-_WORTH_TELLING = 0.95  # of a total: a smaller gain is none
+_GAIN_REPORTED_BELOW = 0.95  # of a total: a smaller gain is not relevant
 
 
 @dataclass(frozen=True)
 class Truck:
-    """What (48) needs to know. `understeer_gradient` is K_us/g at the road wheel, rad/(m/s^2); `mean_speed_m_s` is the
-    true one; `speed_scale` is lambda of (45), by how much the measured speed is too high."""
+    """Inputs of (48). `understeer_gradient` is K_us/g at the road wheel, rad/(m/s^2); `mean_speed_m_s` is the true one;
+    `speed_scale` is lambda of (45), the share by which the measured speed is too high."""
 
     steering_ratio: float
     wheelbase_m: float
@@ -46,28 +46,28 @@ def as_printed_rad(truck: Truck, yaw_rate_bias_rad_s: float, acceleration_bias_m
 
 
 def as_corrected_rad(truck: Truck, yaw_rate_bias_rad_s: float, acceleration_bias_m_s2: float) -> float:
-    """The offset's error with (33) and (37) taken together, the accelerometer's bias in the place of the bank's."""
+    """The offset's error with (33) and (37) combined, with the accelerometer bias in place of that of the bank."""
     i, L, K, v = truck.steering_ratio, truck.wheelbase_m, truck.understeer_gradient, truck.mean_speed_m_s
     return i * L * yaw_rate_bias_rad_s / (v * (1.0 + truck.speed_scale)) + i * K * acceleration_bias_m_s2
 
 
 def speed_scale_rad(truck: Truck, mean_curvature_1_m: float) -> float:
-    """What (48) leaves out of (47): a wrong speed makes bends too wide or too narrow; nothing where they are even."""
+    """The part of (47) that (48) omits: a wrong speed changes the curvature; zero for bends to both sides equally."""
     scale = truck.speed_scale
     return abs(truck.steering_ratio * truck.wheelbase_m * scale / (1.0 + scale) * mean_curvature_1_m)
 
 
 @dataclass(frozen=True)
 class Contribution:
-    """One error and what it does to the offset.
+    """One sensor error and its effect on the offset.
 
     Attributes:
         name: snake_case.
-        sensor: whose error; None for the steering's play.
-        size, unit: as files give them.
-        printed_rad: by (48), or the text; corrected_rad: as it is.
-        enough: of the sensor that costs most and more than the 1.5 deg of 5.3.1: the size, in `unit`, at which it costs
-            no more than that or than the next one; None of all others.
+        sensor: with this error; None for the play of the steering.
+        size, unit: as in files.
+        printed_rad: by (48), or the thesis's text; corrected_rad: by the corrected equation.
+        enough: for the sensor with the largest effect, where that exceeds the 1.5 deg of 5.3.1: the size, in `unit`, at
+            which its effect is no larger than that limit or the next sensor's; None for all others.
     """
 
     name: str
@@ -90,11 +90,12 @@ class Contribution:
 
 @dataclass(frozen=True)
 class Budget:
-    """What each error contributes to the offset of (36) and (37).
+    """Effect of each error on the offset of (36) and (37).
 
-    `total_*` are roots of the sums of squares; `without_accelerometer_rad` is the total when r*v stands for the lateral
-    acceleration and a usual crown is not seen; `learned_bias_rad` what a yaw rate bias leaves that the joint method
-    calls valid. `next_sensor` is the one that would lessen the total most, None where none leads to more than 1.5 deg.
+    `total_*` are roots of the sums of squares. `without_accelerometer_rad` is the total with r*v as lateral
+    acceleration on roads with a usual crown. `learned_bias_rad` is the effect of the remaining yaw rate bias that the
+    joint method accepts as valid. `next_sensor` is the sensor with the largest effect, None where no effect exceeds
+    1.5 deg.
     """
 
     version: str
@@ -114,9 +115,9 @@ class Budget:
             (c.name.replace("_", " "), f"{c.size:.3g} {c.unit}", c.printed_rad, c.corrected_rad)
             for c in self.contributions
         ]
-        rows.append(("together, root of squares", "", self.total_printed_rad, self.total_corrected_rad))
+        rows.append(("total (root of squares)", "", self.total_printed_rad, self.total_corrected_rad))
         lines = [
-            f"what {self.vehicle}'s sensors may cost (36)'s offset at {speed_km_h:.0f} km/h",
+            f"error budget of the offset (36) for the sensors of {self.vehicle} at {speed_km_h:.0f} km/h",
             "",
             f"  {'error':33}{'size':>12}{'(48), printed':>17}{'corrected':>13}",
             *(f"  {name:33}{size:>12}{p / DEGREE:13.2f} deg{c / DEGREE:9.2f} deg" for name, size, p, c in rows),
@@ -127,25 +128,25 @@ class Budget:
         return "\n".join(lines)
 
     def advice(self) -> list[str]:
-        """What to do about it, a line each."""
+        """Recommended actions, a line each."""
         lines = []
         leading = next((c for c in self.contributions if c.sensor is not None and c.sensor == self.next_sensor), None)
         if leading is None:
-            lines.append(f"next: no sensor costs more than {_GOAL_RAD / DEGREE:g} deg")
+            lines.append(f"next: no sensor adds more than {_GOAL_RAD / DEGREE:g} deg")
         else:
             lines.append(
-                f"next: a better {leading.sensor}: within {leading.enough:.2g} {leading.unit} it costs no more than"
-                f" {_GOAL_RAD / DEGREE:g} deg, or than the next sensor does"
+                f"next: a better {leading.sensor}: with an error of at most {leading.enough:.2g} {leading.unit} it adds"
+                f" no more than {_GOAL_RAD / DEGREE:g} deg or than the next sensor"
             )
         if self.next_sensor == "yaw rate sensor":
             lines.append(
-                "or none: half a second standing still, or wheel speeds, tell its bias; where the joint method calls"
-                f" that valid, {self.learned_bias_rad / DEGREE:.2f} deg are left"
+                "instead of a better sensor: half a second at standstill, or wheel speeds, identify its bias; a valid"
+                f" estimate of the joint method leaves {self.learned_bias_rad / DEGREE:.2f} deg"
             )
-        if self.without_accelerometer_rad < _WORTH_TELLING * self.total_corrected_rad:
+        if self.without_accelerometer_rad < _GAIN_REPORTED_BELOW * self.total_corrected_rad:
             lines.append(
-                "the accelerometer costs more than it gives: without it, and with a usual crown of the road, all"
-                f" together is {self.without_accelerometer_rad / DEGREE:.2f} deg"
+                "do not use this accelerometer (--no-accelerometer): without it, on a usual road crown, the total is"
+                f" {self.without_accelerometer_rad / DEGREE:.2f} deg"
             )
         return lines
 
@@ -176,13 +177,13 @@ def budget(
     mean_speed_m_s: float = MEAN_SPEED_M_S,
     backlash_rad: float = BACKLASH_RAD,
 ) -> Budget:
-    """What each sensor error contributes to the offset by (36) and (37), for a truck and its sensors.
+    """Effect of each sensor error on the offset by (36) and (37), for a truck and its sensors.
 
     Args:
-        vehicle: what `oncenter.vehicle` gave; its `[sensors]` say how far off they may be. Without
-            `understeer_gradient_deg_m_s2` the core's prior is taken.
-        mean_speed_m_s: of driving, true, 1 to 60.
-        backlash_rad: the steering's play, full width, 0 to 60 deg; the maintenance standard unless said otherwise.
+        vehicle: from `oncenter.vehicle`; its `[sensors]` table gives the errors of its sensors. Without
+            `understeer_gradient_deg_m_s2` the core's prior is used.
+        mean_speed_m_s: true mean speed, 1 to 60.
+        backlash_rad: play of the steering, full width, 0 to 60 deg; the default is the maintenance standard.
 
     Raises:
         OncenterError: "mean_speed", "backlash" (exit 2).
@@ -196,15 +197,15 @@ def budget(
     contributions = _with_enough(_contributions(truck, vehicle, backlash_rad, params["curvature_max_1_m"]))
     corrected = {c.name: c.corrected_rad for c in contributions}
     bias_rad_s = vehicle.sensors.yaw_rate_bias_deg_s * DEGREE
-    unseen = corrected | {
+    without = corrected | {
         "yaw_rate_bias": as_printed_rad(truck, bias_rad_s, 0.0),
         "lateral_acceleration_bias": as_printed_rad(truck, 0.0, params["crown_m_s2"]),
     }
     notes = []
     if given is None:
         notes.append(
-            f"K_us/g is taken as {gradient / DEGREE:.2f} deg/(m/s^2); 'understeer_gradient_deg_m_s2' in the vehicle"
-            " file would say it"
+            f"the understeer gradient is assumed to be {gradient / DEGREE:.2f} deg/(m/s^2); give"
+            " 'understeer_gradient_deg_m_s2' in the vehicle file"
         )
     return Budget(
         version=_core.version(),
@@ -213,7 +214,7 @@ def budget(
         contributions=contributions,
         total_printed_rad=_root_of_squares(*(c.printed_rad for c in contributions)),
         total_corrected_rad=_root_of_squares(*corrected.values()),
-        without_accelerometer_rad=_root_of_squares(*unseen.values()),
+        without_accelerometer_rad=_root_of_squares(*without.values()),
         learned_bias_rad=as_corrected_rad(truck, params["gyro_bias_half_width_max_rad_s"], 0.0),
         next_sensor=_next_sensor(contributions),
         notes=tuple(notes),
@@ -233,8 +234,8 @@ def _check(mean_speed_m_s: float, backlash_rad: float) -> None:
 def _contributions(
     truck: Truck, vehicle: Vehicle, backlash_rad: float, curvature_max_1_m: float
 ) -> tuple[Contribution, ...]:
-    """Magnitudes. Play is at most its half, (51); the speed's scale at most what bends all to one side, each as close
-    as the gate lets in, make of it."""
+    """Magnitudes. Play has at most the effect of its half, (51). The speed scale has its largest effect in bends that
+    are all to one side and as tight as the gate accepts."""
     sensors = vehicle.sensors
     bias_rad_s, bias_m_s2 = sensors.yaw_rate_bias_deg_s * DEGREE, sensors.lateral_acceleration_bias_m_s2
     hysteresis_deg = sensors.steering_wheel_angle_hysteresis_deg
@@ -271,7 +272,7 @@ def _contributions(
 
 
 def _with_enough(contributions: tuple[Contribution, ...]) -> tuple[Contribution, ...]:
-    """All are in proportion to their sizes, but for the speed's scale, which is nearly so."""
+    """Each effect is in proportion to its size; that of the speed scale nearly."""
     whole = []
     for this in contributions:
         others_rad = [other.corrected_rad for other in contributions if other.sensor not in (None, this.sensor)]
@@ -282,7 +283,7 @@ def _with_enough(contributions: tuple[Contribution, ...]) -> tuple[Contribution,
 
 
 def _next_sensor(contributions: tuple[Contribution, ...]) -> str | None:
-    """The one whose absence lessens the root of squares most."""
+    """The sensor with the largest effect above the goal."""
     return next((c.sensor for c in contributions if c.enough is not None), None)
 
 

@@ -13,15 +13,15 @@ from oncenter.signals import DEGREE
 Name = Literal["pull", "mean_wind", "axle_set_up"]
 
 _SET_UP_PROBABILITY = 0.05  # core/hypothesis_equations.c, odds_against: one axle in twenty
-_PER_ACCELERATION_MIN = 1e-6  # rad/(m/s^2): with less no lateral force moves the offset
+_PER_ACCELERATION_MIN = 1e-6  # rad/(m/s^2): below it no lateral force changes the offset
 _IN_WORDS: Mapping[Name, str] = {"pull": "pull", "mean_wind": "crosswind", "axle_set_up": "axle set up for the crown"}
-_WORTH_TELLING_RAD = 0.05 * DEGREE  # of a half-width: less rounds to nothing
-_WORTH_NAMING = 0.25  # of what all causes make
+_REPORTED_FROM_RAD = 0.05 * DEGREE  # of a half-width: less rounds to zero
+_NAMED_FROM = 0.25  # of all causes together
 
 
 @dataclass(frozen=True)
 class Prior:
-    """What is assumed of a cause before any drive: its standard deviation in m/s^2, and where that is from."""
+    """Standard deviation of a cause before any drive, m/s^2, and its source."""
 
     sd_m_s2: float
     source: str
@@ -29,10 +29,10 @@ class Prior:
 
 @dataclass(frozen=True)
 class Cause:
-    """What shifts the neutral lateral acceleration beside the accelerometer's bias.
+    """A shift of the neutral lateral acceleration beside the accelerometer bias.
 
-    `sd_rad` is what it does to the offset, `sd_m_s2` the shift that does so, about the value; they are the prior's
-    unless the drive says more.
+    `sd_rad` is the standard deviation of its effect on the offset, `sd_m_s2` that of the shift itself; both follow from
+    the prior unless the drive identifies more.
     """
 
     cause: Name
@@ -50,21 +50,21 @@ class Cause:
 
 
 def causes_of(parts: Mapping[str, float], params: Mapping[str, float], traffic_sign: float) -> tuple[Cause, ...]:
-    """Those of the joint method, also where they do nothing to the offset; a cause whose prior excludes it is none.
+    """The causes of the joint method, also where they have no effect on the offset; none whose prior excludes it.
 
     Args:
         parts: the core's oc_offset_parts as a dict.
         params: in force.
-        traffic_sign: 1 where traffic keeps right, -1 left, 0 unknown.
+        traffic_sign: 1 where traffic keeps right, -1 left, 0 not configured.
     """
     return tuple(_causes(parts, params, traffic_sign))
 
 
 def _causes(parts: Mapping[str, float], params: Mapping[str, float], traffic_sign: float) -> Iterator[Cause]:
     per = parts["per_acceleration"]
-    knows_pull = params["known_pull_sd_m_s2"] > 0.0  # which then includes how the axle is set up
+    has_pull = params["known_pull_sd_m_s2"] > 0.0  # a configured pull includes the set-up of the axle
     for name, param, about in (
-        ("pull", "known_pull_sd_m_s2" if knows_pull else "pull_sd_m_s2", "lateral force by the wheel alignment"),
+        ("pull", "known_pull_sd_m_s2" if has_pull else "pull_sd_m_s2", "lateral force by the wheel alignment"),
         ("mean_wind", "wind_sd_m_s2", "a drive's mean crosswind"),
     ):
         prior = Prior(params[param], f"{about}: {_origin(param, params)}")
@@ -72,9 +72,9 @@ def _causes(parts: Mapping[str, float], params: Mapping[str, float], traffic_sig
         if prior.sd_m_s2 > 0.0:
             yield Cause("pull" if name == "pull" else "mean_wind", _shift(sd_rad, per, prior), sd_rad, prior)
     crown = params["crown_m_s2"]
-    if traffic_sign != 0.0 and crown > 0.0 and params["use_accelerometer"] and not knows_pull:
+    if traffic_sign != 0.0 and crown > 0.0 and params["use_accelerometer"] and not has_pull:
         sd_m_s2 = crown * math.sqrt(_SET_UP_PROBABILITY * (1.0 - _SET_UP_PROBABILITY))
-        about = f"one axle in twenty is set up to unload on a crown of {crown:g} m/s^2"
+        about = f"one axle in twenty is set up for a crown of {crown:g} m/s^2"
         prior = Prior(sd_m_s2, f"{about}: {_origin('crown_m_s2', params)}")
         yield Cause("axle_set_up", _shift(parts["set_up_sd"], per, prior), parts["set_up_sd"], prior)
 
@@ -94,10 +94,10 @@ def together_rad(causes: Sequence[Cause]) -> float:
 
 
 def in_words(causes: Sequence[Cause]) -> str:
-    """Those that matter, with an article: "a pull or crosswind"; empty where all do next to nothing."""
+    """Those with a relevant effect, "a pull or crosswind"; empty where there is none."""
     all_rad = together_rad(causes)
-    if 1.96 * all_rad < _WORTH_TELLING_RAD:
+    if 1.96 * all_rad < _REPORTED_FROM_RAD:
         return ""
-    names = [_IN_WORDS[cause.cause] for cause in causes if cause.sd_rad > _WORTH_NAMING * all_rad]
+    names = [_IN_WORDS[cause.cause] for cause in causes if cause.sd_rad > _NAMED_FROM * all_rad]
     named = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
     return f"{'an' if named[0] == 'a' else 'a'} {named}"

@@ -1,4 +1,4 @@
-"""What changed in mid-drive, as the joint method's watch has found it: when, what, by how much."""
+"""Changes during a drive, found by the change detection of the joint method: time, kind and size."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from typing import Any
 from oncenter.signals import DEGREE, Signals
 
 _KINDS = ("none", "offset", "bends")  # oc_change_kind
-SENSOR_MOVES_BY_DEG = 2.5  # load, ride height and wind move less: bench/effects.py, load_change_double, wind_moment
+SENSOR_MOVES_BY_DEG = 2.5  # load, ride height and wind change less: bench/effects.py, load_change_double, wind_moment
 
 
 @dataclass(frozen=True)
 class Change:
-    """One change that the drive proved; angles in rad, None where the kind has none.
+    """One change found in a drive; angles in rad, None where the kind has none.
 
-    `kind` is "offset" (the sensor reads more or less at all times: `size_rad` more than before, with its standard
-    deviation `sd_rad`), "straight_ahead" (the same, but not surely by SENSOR_MOVES_BY_DEG: load, ride height or wind do
-    as much) or "bends" (bends take another angle than before, straights the same). `time_s` is on the clock
-    of `log`, the `drive`-th of the answer's drives, and `into_log_s` since that log's begin. A change that came between
-    two logs is told at the later one's begin. `offset_after_rad` is the offset at the next change, or at the end.
+    `kind` is "offset" (the sensor reads `size_rad` more than before at all times, with standard deviation `sd_rad`),
+    "straight_ahead" (the same, but possibly less than SENSOR_MOVES_BY_DEG, as from load, ride height or wind) or
+    "bends" (the angle in bends changed, the one on straights did not). `time_s` is on the clock of `log`, the
+    `drive`-th of the answer's drives, and `into_log_s` since that log's begin. A change between two logs is dated to
+    the begin of the later one. `offset_after_rad` is the offset at the next change, or at the end.
     """
 
     kind: str
@@ -35,16 +35,16 @@ class Change:
     sd_rad: float | None
 
     def to_dict(self) -> dict[str, Any]:
-        """As files hold it: degrees for radians."""
-        told = self.size_rad is not None and self.sd_rad is not None
+        """As in files: degrees instead of radians."""
+        has_size = self.size_rad is not None and self.sd_rad is not None
         size, half_width = (self.size_rad or 0.0) / DEGREE, 1.96 * (self.sd_rad or 0.0) / DEGREE
         return {
             "kind": self.kind,
             "log": self.log,
             "time_s": self.time_s,
             "into_log_s": self.into_log_s,
-            "value": size if told else None,
-            "ci95": [size - half_width, size + half_width] if told else None,
+            "value": size if has_size else None,
+            "ci95": [size - half_width, size + half_width] if has_size else None,
             "unit": "deg",
             "offset_before": self.offset_before_rad / DEGREE,
             "offset_after": self.offset_after_rad / DEGREE,
@@ -52,12 +52,12 @@ class Change:
 
 
 def changes_of(native: Mapping[str, Any], found_by: Sequence[int], drives: Sequence[Signals]) -> tuple[Change, ...]:
-    """The changes that the core still holds, the first one first.
+    """The changes that the core keeps, in order of time.
 
     Args:
         native: the core's oc_answer as a dict.
         found_by: of each drive, how many changes had been found when it ended.
-        drives: in the order in which the core saw them.
+        drives: in the order of the run.
     """
     if native["changes"] == 0:
         return ()
@@ -76,7 +76,7 @@ def _change(raw: Mapping[str, Any], after: float, drive: int, drives: Sequence[S
     begin = float(drives[drive].table["time_s"][0])
     time = max(raw["time"], begin)
     size = after - raw["before"]
-    # what the offset went on to do after the proof counts as doubt of its size, as where it changed bit by bit
+    # where the offset went on changing after the detection, as in a gradual change, the size is less certain
     sd = math.hypot(raw["change"]["size_sd"], 0.5 * (size - raw["change"]["size"]))
     of_offset = kind == "offset"
     return Change(
@@ -93,5 +93,5 @@ def _change(raw: Mapping[str, Any], after: float, drive: int, drives: Sequence[S
 
 
 def kind_of_offset(size: float, sd: float) -> str:
-    """Of a change of the offset, rad: "offset" where it is surely more than load, ride height or wind do."""
+    """Of a change of the offset, rad: "offset" where load, ride height or wind cannot explain its size."""
     return "straight_ahead" if abs(size) - 1.96 * sd < SENSOR_MOVES_BY_DEG * DEGREE else "offset"

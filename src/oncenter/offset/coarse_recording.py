@@ -1,13 +1,13 @@
-"""What a coarse recording leaves open: steps of the yaw rate, and few samples a second.
+"""Uncertainty from a coarse recording: large steps of the yaw rate, and few samples a second.
 
-**Steps.** A reading is off by up to half a step. At standstill and on straights it stays within one step, so that its
-seconds are not independent and their scatter, which the core goes by, does not show the error: its standard deviation
-is that of a number rounded to the step, step/sqrt(12), however long the drive. It acts on the offset as a bias of the
-yaw rate does.
+**Steps.** A reading has an error of up to half a step. At standstill and on straights it stays within one step. The
+errors of its seconds are then not independent, and their scatter, which the core uses, does not contain the error. Its
+standard deviation is that of rounding to the step, step/sqrt(12), independent of the length of the drive. It acts on
+the offset like a bias of the yaw rate.
 
-**Rate.** The fewer samples a second has, the more of the sensors' noise is in its mean, which flattens the slopes that
-are fitted to it; the core corrects that from 80 Hz up (core/sensor_noise.c), since vibration hides the noise of slower
-ticks. What interpolation adds between two samples is no measurement either, nor is a value that is repeated.
+**Rate.** With fewer samples in a second, more sensor noise remains in its mean, which flattens the fitted slopes. The
+core corrects that from 80 Hz up (core/sensor_noise.c); below, vibration hides the noise. Interpolated and repeated
+values are no measurements.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from oncenter.signals import DEGREE, Signals
 
 _LIMIT = "gyro_bias_half_width_max_rad_s"
 _ROUNDED_SD = 1.0 / math.sqrt(12.0)  # of the step
-# Tuned: of 79 simulated drives of 30 minutes at 5 and 10 Hz (scenarios motorway, thesis_drive, heavy_play) the drive's
-# part of the interval holds the true offset of 78; without these it held that of 70 %.
+# Tuned: in 78 of 79 simulated drives of 30 minutes at 5 and 10 Hz (scenarios motorway, thesis_drive, heavy_play) the
+# drive's part of the interval contains the true offset; without these constants in 70 %.
 _FLATTENED_DEG_HZ = 1.5  # sd of the offset times the rate
 _SCATTER_HZ = 10.0  # the drive's sd grows by this over the rate
 
@@ -55,8 +55,8 @@ def coarseness_of(drives: Sequence[Signals]) -> Coarseness:
 
 
 def with_coarse_yaw_rate(params: Mapping[str, float], given: Mapping[str, float], step: float) -> dict[str, float]:
-    """The params in force: how well the yaw rate's bias need be known follows the steps (rad/s), else the core would
-    reject most of the drive because wheel speeds and rounded yaw rate differ. What `given` has stays.
+    """The params in force: the limit on the yaw rate bias follows the steps (rad/s). With the default limit the core
+    would reject most of the drive, since wheel speeds and a rounded yaw rate differ. A limit in `given` stays.
     """
     limit = 1.96 * _ROUNDED_SD * step
     if _LIMIT in given or limit <= params[_LIMIT]:
@@ -67,7 +67,7 @@ def with_coarse_yaw_rate(params: Mapping[str, float], given: Mapping[str, float]
 def widened(
     native: Mapping[str, Any], coarse: Coarseness, method: Method, params: Mapping[str, float]
 ) -> dict[str, Any]:
-    """An oc_answer with offset and yaw rate's bias as uncertain as so coarse a recording leaves them."""
+    """An oc_answer with the uncertainty of offset and yaw rate bias increased for a coarse recording."""
     answer = dict(native)
     bias_sd = 0.0 if method == "wheel-speed" else _ROUNDED_SD * coarse.yaw_rate_step
     if bias_sd == 0.0 and coarse.rate_hz == 0.0:
@@ -89,7 +89,7 @@ def widened(
 
 
 def _offset_sds(answer: Mapping[str, Any], bias_sd: float, before: float, rate_hz: float) -> tuple[float, float]:
-    """What steps and rate add to the offset's standard deviation, in squares, rad."""
+    """Standard deviations of the offset from steps and from the rate, rad; they add in squares."""
     by_step = abs(answer["offset_per_yaw_rate_bias"]) * bias_sd
     if rate_hz == 0.0:
         return by_step, 0.0
@@ -98,7 +98,7 @@ def _offset_sds(answer: Mapping[str, Any], bias_sd: float, before: float, rate_h
 
 
 def _wider(estimate: Mapping[str, Any], more_sd: float, judged_sd: float, half_width_max: float) -> dict[str, Any]:
-    """With a standard deviation more; no longer valid where `judged_sd` exceeds the limit."""
+    """With `more_sd` added in squares; no longer valid where `judged_sd` exceeds the limit."""
     wider = dict(estimate)
     wider["standard_deviation"] = math.hypot(wider["standard_deviation"], more_sd)
     if _core.STATUSES[wider["status"]] == "valid" and 1.96 * judged_sd > half_width_max:
@@ -107,23 +107,23 @@ def _wider(estimate: Mapping[str, Any], more_sd: float, judged_sd: float, half_w
 
 
 def coarse_recording_findings(native: Mapping[str, Any], coarse: Coarseness, method: Method) -> list[Finding]:
-    """Nothing where the recording is fine, or the method does without the yaw rate whose steps are coarse."""
+    """None where the recording is fine enough for the method."""
     found = []
     if coarse.yaw_rate_step > 0.0 and method != "wheel-speed":
         found.append(_of_steps(native, coarse.yaw_rate_step))
     if coarse.rate_hz > 0.0:
         times = 1.0 + _SCATTER_HZ / coarse.rate_hz
         text = (
-            f"recorded at {coarse.rate_hz:.3g} Hz: too few samples to tell the sensors' noise, so that the offset's "
-            f"interval is made {times:.2g} times as wide; log at 100 Hz"
+            f"recorded at {coarse.rate_hz:.3g} Hz, which is too slow to identify the sensor noise. The interval of the "
+            f"offset is therefore {times:.2g} times as wide. Record at 100 Hz"
         )
         found.append(from_table("recorded_slowly", text, coarse.rate_hz))
     return found
 
 
 def _of_steps(native: Mapping[str, Any], step: float) -> Finding:
-    text = f"the yaw rate comes in steps of {step / DEGREE:.2g} deg/s"
+    text = f"the yaw rate is recorded in steps of {step / DEGREE:.2g} deg/s"
     wider_deg = 1.96 * abs(native["offset_per_yaw_rate_bias"]) * _ROUNDED_SD * step / DEGREE
     if wider_deg > 0.0:
-        text += f": the offset's interval counts ±{wider_deg:.1f} deg for them, which longer driving does not narrow"
-    return from_table("yaw_rate_coarse", f"{text}; log the yaw rate in finer steps", step / DEGREE)
+        text += f". They add ±{wider_deg:.1f} deg to the interval of the offset, which longer driving does not reduce"
+    return from_table("yaw_rate_coarse", f"{text}. Record the yaw rate in finer steps", step / DEGREE)

@@ -1,6 +1,6 @@
-"""The correction that takes an offset out, with the one that the ECU applies already: neither is ever added twice.
+"""The correction of an offset, together with the correction that the ECU applies already, so that none is added twice.
 
-A logged angle is the sensor's reading plus the applied correction. The offset of a log is therefore what remains.
+A logged angle is the sensor's reading plus the applied correction. The offset of a log is therefore the remaining one.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ class Correction:
     """In rad, all added to the sensor's reading.
 
     Attributes:
-        applied: what the ECU adds already.
-        remaining: what must be added to that.
+        applied: added by the ECU already.
+        remaining: to be added to that.
     """
 
     applied: float
@@ -25,21 +25,21 @@ class Correction:
 
     @property
     def total(self) -> float:
-        """What the ECU must add in the end."""
+        """To be added by the ECU in total."""
         return self.applied + self.remaining
 
     def to_dict(self) -> dict[str, Any]:
         return {"remaining_deg": self.remaining / DEGREE, "total_deg": self.total / DEGREE}
 
     def words(self) -> str:
-        """What to set, for a workshop."""
+        """For a workshop."""
         remaining, applied = round(self.remaining / DEGREE, 1) + 0.0, round(self.applied / DEGREE, 3)  # no -0.0
         if applied == 0.0:
             return f"recalibrate: add {remaining:+.1f} deg"
         total = round(applied + remaining, 3) + 0.0
         return (
-            f"recalibrate: add {remaining:+.1f} deg to the {applied:+.4g} deg that is applied already: "
-            f"set {total:+.4g} deg"
+            f"recalibrate: add {remaining:+.1f} deg to the applied correction of {applied:+.4g} deg, so set "
+            f"{total:+.4g} deg"
         )
 
 

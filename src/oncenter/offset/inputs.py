@@ -1,4 +1,4 @@
-"""What an answer needs: params in force, drives in order and of one rate, their signals, and the track widths."""
+"""Inputs of an answer: params in force, drives in order and of one rate, their signals, and the track widths."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from oncenter.vehicle import Vehicle, core_params
 
 _NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
 _TORQUE_SWITCH = "torque_for_accelerometer_1"
-_AXLES = ("rear", "front")  # whose wheel speeds stand for the motion, the better one first
+_AXLES = ("rear", "front")  # by whose wheel speeds the motion is estimated, the better one first
 _RATES_ALIKE = 0.01  # of the rate; clocks differ by less
 
 
@@ -28,11 +28,11 @@ def params_of(vehicle: Vehicle, params: Mapping[str, float] | None) -> dict[str,
 def with_torque(
     params: Mapping[str, float], given: Mapping[str, float], method: Method, drives: Sequence[Signals]
 ) -> dict[str, float]:
-    """The params in force: where no accelerometer is used and all drives have a torque signal, that replaces it.
+    """The params in force: without an accelerometer, a torque signal of all drives takes its place.
 
     Args:
-        params: as `params_of` has them.
-        given: the vehicle's and the caller's own, which decide where they have the switch.
+        params: from `params_of`.
+        given: of the vehicle and the caller; a switch in them decides.
         method, drives: of the answer.
     """
     has_torque = all(SIGNALS["steering_wheel_torque"].column in drive.table.columns for drive in drives)
@@ -42,14 +42,14 @@ def with_torque(
 
 
 def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
-    """By their first time stamp, unless they overlap, as logs do that all start at zero: then as they were given.
+    """By their first time stamp; in the given order where they overlap, as logs do that all start at zero.
 
     Raises:
         OncenterError: "no_drive", exit code 2: there is none.
     """
     if not drives:
         raise OncenterError(
-            "a drive is needed, as oncenter.read gives it, and none was given", code="no_drive", exit_code=WRONG_USAGE
+            "no drive was given: give at least one from oncenter.read", code="no_drive", exit_code=WRONG_USAGE
         )
     by_time = sorted(drives, key=lambda drive: float(drive.table["time_s"][0]))
     apart = all(
@@ -71,7 +71,7 @@ def _wheels(axle: str) -> tuple[str, str]:
 
 
 def _axle(drives: Sequence[Signals]) -> str:
-    """The first axle of which all drives have both wheels; the first of all where none has."""
+    """The first axle with both wheel speeds in all drives; the first of all where there is none."""
 
     def has_both(axle: str) -> bool:
         return all(SIGNALS[wheel].column in drive.table.columns for drive in drives for wheel in _wheels(axle))
@@ -80,7 +80,7 @@ def _axle(drives: Sequence[Signals]) -> str:
 
 
 def track_widths(vehicle: Vehicle, method: Method, drives: Sequence[Signals]) -> dict[str, float]:
-    """As the core takes them, 0 where unknown; for wheel speeds alone only the axle's that is used."""
+    """For the core, 0 where not given; for method wheel-speed only that of the axle in use."""
     widths = {"front": vehicle.track_width_front_m or 0.0, "rear": vehicle.track_width_rear_m or 0.0}
     if method == "wheel-speed":
         axle = _axle(drives)
@@ -99,7 +99,7 @@ def track_widths(vehicle: Vehicle, method: Method, drives: Sequence[Signals]) ->
 def without_unfit_wheels(
     drives: Sequence[Signals], vehicle: Vehicle
 ) -> tuple[tuple[Signals, ...], tuple[Finding, ...]]:
-    """The drives without wheel speeds that do not turn with the truck, and the warnings about them."""
+    """The drives without the wheel speeds that contradict the yaw rate, and the warnings about them."""
     from oncenter.plausibility.axles import without_unfit_axles
 
     judged = [without_unfit_axles(drive, vehicle) for drive in drives]
@@ -108,7 +108,7 @@ def without_unfit_wheels(
 
 
 def check_without(unfit: Sequence[Finding], drives: Sequence[Signals], needed: Sequence[str]) -> None:
-    """As `check`; where a signal is lacking, what was left out is told with it."""
+    """As `check`; the error for a missing signal names the wheel speeds that were left out."""
     try:
         check(drives, needed)
     except OncenterError as error:
@@ -123,7 +123,7 @@ def check(drives: Sequence[Signals], needed: Sequence[str]) -> None:
         _require(drive, needed, drives)
         if abs(drive.rate_hz / drives[0].rate_hz - 1) > _RATES_ALIKE:
             raise OncenterError(
-                f"{drive.log} has {drive.rate_hz:g} Hz and {drives[0].log} {drives[0].rate_hz:g} Hz: "
+                f"{drive.log} has {drive.rate_hz:g} Hz and {drives[0].log} has {drives[0].rate_hz:g} Hz: "
                 "logs in one call must have one rate; answer them one by one",
                 code="rates_differ",
                 exit_code=WRONG_USAGE,
@@ -131,7 +131,7 @@ def check(drives: Sequence[Signals], needed: Sequence[str]) -> None:
 
 
 def _require(drive: Signals, needed: Sequence[str], drives: Sequence[Signals]) -> None:
-    """Refuses a drive that lacks a signal, and says so where it can be answered without."""
+    """Refuses a drive that lacks a signal; the message names a method that does not need it."""
     from oncenter.read import require
 
     try:
@@ -144,14 +144,13 @@ def _require(drive: Signals, needed: Sequence[str], drives: Sequence[Signals]) -
 
 
 def _instead(drives: Sequence[Signals], missing: Sequence[str]) -> str:
-    """What can answer all drives without them; nothing without the angle."""
+    """The way to answer all drives without them; empty where there is none."""
     if tuple(missing) == ("lateral_acceleration",):
         return (
-            "without an accelerometer --no-accelerometer would do, or use_accelerometer = 0 in the vehicle file's "
-            "[params]"
+            "without an accelerometer, use --no-accelerometer, or use_accelerometer = 0 in [params] of the vehicle file"
         )
     axle = _axle(drives)
     columns = {SIGNALS[wheel].column for wheel in _wheels(axle)}
     if "steering_wheel_angle" in missing or not all(columns <= set(drive.table.columns) for drive in drives):
         return ""
-    return f"the wheel speeds would do, with --method wheel-speed and track_width_{axle}_m in the vehicle file"
+    return f"with its wheel speeds, use --method wheel-speed and give track_width_{axle}_m in the vehicle file"

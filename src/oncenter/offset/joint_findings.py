@@ -1,4 +1,4 @@
-"""What the joint method alone can tell of a drive: play, where the steering unloads, what changed, what is lacking.
+"""Findings of the joint method: play, neutral lateral acceleration, changes, missing driving, uncertainty.
 
 Degrees here: findings are for people and files.
 """
@@ -11,19 +11,19 @@ from typing import Any
 
 from oncenter.offset.cause import Name, causes_of
 from oncenter.offset.changes import Change
-from oncenter.offset.core_findings import status_of
-from oncenter.offset.findings import PLAY_STANDARD_DEG, Finding, from_table
-from oncenter.offset.vehicle_file import FAR_OFF
+from oncenter.offset.core_findings import km_h, status_of
+from oncenter.offset.findings import PLAY_STANDARD_DEG, Finding, bends_demand, demand, from_table
+from oncenter.offset.vehicle_file import FAR_OFF, fit_words
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
-# Thresholds for speaking up, ours.
-_UNLOADING_WORTH_TELLING_M_S2 = 0.1  # half a usual crown
+# Smallest values that are reported; tuned.
+_NEUTRAL_REPORTED_FROM_M_S2 = 0.1  # half a usual crown
 _BANK_MOVED_M_S2 = 0.35  # between two minutes' means: bench/effects.py, rows `none` and `accelerometer_drift`
-_OFFSET_TAKEN_OUT_DEG = 0.5  # a sender that corrects itself ends so near to zero
-_OFFSET_LARGE_DEG = 1.0  # and had something to correct
-_PART_WORTH_TELLING = 0.25  # of the half-width
-_GAIN_WORTH_TELLING = 0.1  # of the same
-_ANOTHER_MINUTE_S = 60.0
+_OFFSET_CORRECTED_DEG = 0.5  # a sender that corrects its angle itself ends this near to zero
+_OFFSET_LARGE_DEG = 1.0  # and had more than this to correct
+_PART_REPORTED_FROM = 0.25  # of the half-width
+_GAIN_REPORTED_FROM = 0.1  # of the same
+_MORE_DRIVING_S = 60.0
 _MODEL_ERROR_RAD = 0.04 * DEGREE  # core/joint_answer.c, offset_error
 _WIDTH_ERROR_RAD = 0.2 * DEGREE  # core/joint_answer.c, width_error: of the play alone
 _STANDING_GYRO_SD_RAD_S = 3.5e-4  # core/standstill.c, yaw_rate_floor
@@ -31,10 +31,11 @@ _STAND_STILL = "stand still for 1 s"
 _GYRO, _PLAY, _SCATTER, _MODEL = "gyro bias", "free play", "measurement scatter", "limits of the model"
 _CAUSES: Mapping[Name, str] = {
     "pull": "a pull by the wheel alignment",
-    "mean_wind": "mean crosswind",
-    "axle_set_up": "an axle set up to unload on the road's crown",
+    "mean_wind": "a mean crosswind",
+    "axle_set_up": "an axle set up for the road crown",
 }
-_WHEELBASE_WORTH_TELLING = 0.04  # share: tyres and load move the one of (10) by less
+_WHEELBASE_REPORTED_FROM = 0.04  # share: tyres and load change the one of (10) by less
+_LOADED_FROM_S = 0.5  # less is printed as "only left-hand loading"
 
 
 def joint_findings(
@@ -46,17 +47,17 @@ def joint_findings(
     wheelbase_m: float,
     traffic_sign: float,
 ) -> Iterator[Finding | None]:
-    """Those of the joint method on one answer of the core; None for what is not worth telling.
+    """All of one answer of the core; None where there is nothing to report.
 
     Args:
         native: the core's oc_answer as a dict, SI and rad.
         params: in force.
-        changes: that the drive proved.
+        changes: found in the drive.
         steering_ratio: near the centre.
-        wheelbase_m: as the vehicle file has it, (10) applied.
-        traffic_sign: 1 where traffic keeps right, -1 left, 0 unknown.
+        wheelbase_m: of the vehicle file, (10) applied.
+        traffic_sign: 1 where traffic keeps right, -1 left, 0 not configured.
     """
-    params = _with_known_spreads(params)
+    params = _with_configured_sds(params)
     yield from map(_change, changes)
     yield _play(native)
     other_side = _crown(native, params, traffic_sign)
@@ -65,7 +66,7 @@ def joint_findings(
     yield _accelerometer_moves(native, params)
     yield _wheelbase(native, steering_ratio, wheelbase_m)
     yield _evidence(native, params)
-    yield _unseen_flank(native, params)
+    yield _missing_loading(native, params)
     yield _no_understeer(native, params)
     yield _interval(native, params, steering_ratio, traffic_sign)
 
@@ -77,50 +78,51 @@ def next_driving(
     `joint_findings`."""
     if status_of(native["offset"]) == "unobservable":
         return ()
-    params = _with_known_spreads(params)
+    params = _with_configured_sds(params)
     drive = 1.96 * native["offset_parts"]["drive_sd"] / DEGREE
     parts = _parts(native, params, steering_ratio)
     return tuple(words for _, words in sorted(_gains(native, params, drive, parts, traffic_sign)))
 
 
-def _with_known_spreads(params: Mapping[str, float]) -> Mapping[str, float]:
-    """Standard deviations that the truck's own take the place of."""
+def _with_configured_sds(params: Mapping[str, float]) -> Mapping[str, float]:
+    """The truck's own standard deviations in place of the general priors."""
     own = {name: params[f"known_{name}"] for name in ("pull_sd_m_s2", "accelerometer_bias_sd_m_s2")}
     return {**params, **{name: sd for name, sd in own.items() if sd > 0.0}}
 
 
 def _change(change: Change) -> Finding | None:
-    """None for one of the offset that did not last: what it is now may be what it was."""
+    """None for a change of the offset that did not last: the offset may be the same as before."""
     when = f"{change.into_log_s / 60:.1f} min into {change.log}"
     if change.size_rad is None or change.sd_rad is None:
         return from_table(
             "bends_changed",
-            f"{when} bends began to take another angle, as after loading or lifting an axle: the offset is not "
-            "affected, the understeer gradient was learned anew",
+            f"{when} the steering wheel angle in bends changed, as after loading the truck or lifting an axle. The "
+            "offset is not affected; the understeer gradient is estimated anew from there",
             change.into_log_s,
         )
     before, after = change.offset_before_rad / DEGREE, change.offset_after_rad / DEGREE
     size, half_width = change.size_rad / DEGREE, 1.96 * change.sd_rad / DEGREE
     if abs(size) < half_width:
         return None
-    course = f"by {size:+.1f} +-{half_width:.1f} deg, from {before:+.1f} to {after:+.1f} deg"
-    if abs(after) < _OFFSET_TAKEN_OUT_DEG and abs(before) > _OFFSET_LARGE_DEG:
+    course = f"by {size:+.1f} ±{half_width:.1f} deg, from {before:+.1f} to {after:+.1f} deg"
+    if abs(after) < _OFFSET_CORRECTED_DEG and abs(before) > _OFFSET_LARGE_DEG:
         return from_table(
             "offset_corrected_by_sender",
-            f"{when} the offset began to change {course}: the sender corrects its angle itself, or was calibrated; "
-            "do not correct it a second time",
+            f"{when} the offset began to change {course}. The sender corrects its angle itself, or the sensor was "
+            "calibrated. Do not correct it a second time",
             size,
         )
     if change.kind == "straight_ahead":
         return from_table(
             "straight_ahead_moved",
-            f"{when} the steering wheel angle that drives straight changed {course}, as after loading or unloading "
-            "(the ride height steers), or in a lasting side wind; the sensor may have moved, too, if it stays so",
+            f"{when} the straight-ahead offset changed {course}. Another load or ride height, or a lasting crosswind, "
+            "can do this. If it stays, check whether the sensor moved",
             size,
         )
     return from_table(
         "offset_changed",
-        f"{when} the offset changed {course}: the sensor or the steering wheel was remounted, or the wheels aligned",
+        f"{when} the offset changed {course}. The sensor or the steering wheel was remounted, or the wheels were "
+        "aligned. The reported offset is the one after the change",
         size,
     )
 
@@ -133,9 +135,9 @@ def _play(native: Mapping[str, Any]) -> Finding | None:
     sure = value - 1.96 * play["standard_deviation"] / DEGREE > PLAY_STANDARD_DEG
     return from_table(
         "steering_play",
-        f"{value:.1f} deg of on-centre hysteresis (play and friction wind-up) at the steering wheel "
-        f"{'is beyond' if sure else 'is about'} the {PLAY_STANDARD_DEG:g} deg of the maintenance standard: "
-        "look for worn joints",
+        f"the steering has {value:.1f} deg of free play at the steering wheel, friction included: "
+        f"{'more than' if sure else 'about'} the {PLAY_STANDARD_DEG:g} deg of the maintenance standard. Check the "
+        "steering joints for wear",
         value,
     )
 
@@ -143,88 +145,87 @@ def _play(native: Mapping[str, Any]) -> Finding | None:
 def _unloading(
     native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float, traffic_sign: float
 ) -> Finding | None:
-    """Where the side force is without effect on the steering, when that is not where the accelerometer reads zero."""
+    """A neutral lateral acceleration that is not zero."""
     found = native["unloading_acceleration"]
     a_0, half_width = found["value"], 1.96 * found["standard_deviation"]
     if (
         not params["use_accelerometer"]
         or status_of(found) != "valid"
-        or abs(a_0) - half_width < _UNLOADING_WORTH_TELLING_M_S2
+        or abs(a_0) - half_width < _NEUTRAL_REPORTED_FROM_M_S2
     ):
         return None
     text = (
-        f"the steering unloads where the accelerometer reads {a_0:+.2f} +-{max(half_width, 0.01):.2f} m/s^2, not at "
-        "zero: its bias, wheel alignment (the truck pulls) or a steady side wind, which one drive cannot tell apart"
+        f"the steering carries no load where the accelerometer reads {a_0:+.2f} ±{max(half_width, 0.01):.2f} m/s^2, "
+        "not at zero. The cause is an accelerometer bias, a pull by the wheel alignment or a steady crosswind. One "
+        "drive cannot separate them; drives at other loads can"
     )
     crown = traffic_sign * params["crown_m_s2"]
     doubt = 1.96 * math.hypot(found["standard_deviation"], params["crown_sd_m_s2"])
     if crown != 0.0 and abs(a_0 - crown) < doubt:
         moved = steering_ratio * native["understeer_gradient"]["value"] * a_0 / DEGREE
         text += (
-            f"; it may also be an axle set up to unload on the crown of the road, about {crown:+.1f} m/s^2 here: "
-            f"then the offset is {abs(moved):.1f} deg {'less' if moved > 0 else 'more'}"
+            f". An axle set up for the road crown (about {crown:+.1f} m/s^2 here) is possible as well: then the offset "
+            f"is {abs(moved):.1f} deg {'lower' if moved > 0 else 'higher'}"
         )
     return from_table("unloading_off_zero", text, a_0)
 
 
 def _crown(native: Mapping[str, Any], params: Mapping[str, float], traffic_sign: float) -> Finding | None:
-    """Roads that fell to the other side than the vehicle file's traffic has them: what the accelerometer read beyond
-    where the steering unloads."""
-    unloads = native["unloading_acceleration"]
-    believes = params["use_accelerometer"] and traffic_sign * params["crown_m_s2"] != 0.0
-    knows_bank = status_of(native["yaw_rate_bias"]) == "valid"  # by which a_y - r*v is off
-    if not believes or not knows_bank or status_of(unloads) != "valid":
+    """Roads that slope down to the other side than those of the vehicle file's traffic side. The slope is the mean bank
+    less the neutral lateral acceleration, so that the accelerometer's zero cancels."""
+    neutral = native["unloading_acceleration"]
+    uses_crown = params["use_accelerometer"] and traffic_sign * params["crown_m_s2"] != 0.0
+    has_bank = status_of(native["yaw_rate_bias"]) == "valid"  # a bias would be in a_y - r*v
+    if not uses_crown or not has_bank or status_of(neutral) != "valid":
         return None
-    fell = native["bank_mean"] - unloads["value"]
-    doubt = 1.96 * math.hypot(unloads["standard_deviation"], params["pull_sd_m_s2"], params["wind_sd_m_s2"])
+    fell = native["bank_mean"] - neutral["value"]
+    doubt = 1.96 * math.hypot(neutral["standard_deviation"], params["pull_sd_m_s2"], params["wind_sd_m_s2"])
     if -traffic_sign * fell < doubt:
         return None
     percent = 100.0 / STANDARD_GRAVITY
-    seen, believed = ("left", "right") if traffic_sign > 0.0 else ("right", "left")
+    observed, expected = ("left", "right") if traffic_sign > 0.0 else ("right", "left")
     return from_table(
         "roads_fall_to_other_side",
-        f"this drive's roads fell to the {seen}, by {abs(fell) * percent:.1f} +-{doubt * percent:.1f} %, and where "
-        f"traffic keeps {believed} they mostly fall to the {believed}: if other drives say so, too, 'traffic_side' is "
-        "wrong in the vehicle file",
+        f"the roads of this drive slope down to the {observed} by {abs(fell) * percent:.1f} ±{doubt * percent:.1f} %; "
+        f"where traffic keeps {expected}, most slope down to the {expected}. If other drives show the same, correct "
+        "'traffic_side' in the vehicle file",
         fell * percent,
     )
 
 
 def _wanders(native: Mapping[str, Any]) -> bool:
-    """By both: the steering that no longer goes with the accelerometer, and minutes that read otherwise."""
+    """Both signs together: the best hypothesis lets the zero wander, and the means of minutes differ."""
     return bool(native["accelerometer_wanders"] and native["bank_high"] - native["bank_low"] > _BANK_MOVED_M_S2)
 
 
 def _accelerometer_moves(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
-    """No road banks by so much for a minute; or the steering wheel angle does not follow the accelerometer."""
+    """No road banks that much for a minute, or the steering wheel angle does not follow the accelerometer."""
     moved = native["bank_high"] - native["bank_low"]
     if not params["use_accelerometer"] or not (native["accelerometer_runs_away"] or _wanders(native)):
         return None
     if native["accelerometer_runs_away"]:
         text = (
-            f"the lateral accelerometer's zero moved by about {moved:.1f} m/s^2, more than any road banks: look at the "
-            "sensor; it does not tell the offset"
+            f"the zero of the accelerometer moved by about {moved:.1f} m/s^2, more than road bank can explain. The "
+            "offset is not valid with it. Check the sensor, or use --no-accelerometer"
         )
         return from_table("lateral_acceleration_moves", text, moved)
     text = (
-        "the lateral accelerometer's zero seems to move in this drive, as a sensor does that warms up, or a wind that "
-        "comes and goes: the offset allows for it"
+        f"the zero of the accelerometer seems to drift: one-minute means differ by {moved:.1f} m/s^2. A sensor that "
+        "warms up or a changing wind does this. The interval of the offset includes it"
     )
     return from_table("lateral_acceleration_moves", text, moved, severity="info")
 
 
 def _wheelbase(native: Mapping[str, Any], steering_ratio: float, wheelbase_m: float) -> Finding | None:
-    """Bends that ask for another angle than vehicle file and gradient foretell."""
+    """Bends need another angle than vehicle file and understeer gradient predict."""
     found = native["equivalent_wheelbase"]
     share = found["value"] / wheelbase_m - 1.0
     doubt = 1.96 * found["standard_deviation"] / wheelbase_m
-    if status_of(found) != "valid" or abs(share) - doubt < _WHEELBASE_WORTH_TELLING:
+    if status_of(found) != "valid" or abs(share) - doubt < _WHEELBASE_REPORTED_FROM:
         return None
     return from_table(
         "wheelbase_or_ratio",
-        f"bends take {abs(share):.0%} {'more' if share > 0 else 'less'} angle than the vehicle file foretells: an "
-        f"equivalent wheelbase of {found['value']:.2f} m, not {wheelbase_m:.2f}, or a steering ratio of "
-        f"{steering_ratio * (1.0 + share):.1f}, not {steering_ratio:.1f}; the offset was found with it",
+        fit_words(share, wheelbase_m, steering_ratio),
         found["value"],
         severity="warning" if abs(share) > FAR_OFF else None,
     )
@@ -236,44 +237,55 @@ def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding
         return None
     return from_table(
         "not_enough_evidence",
-        f"not enough evidence yet: needs {_long(lacking)} more above {params['joint_speed_min_m_s']:g} m/s, "
-        "with some bends to either side",
+        f"only {native['used']:.0f} s of driving can be used; the estimate needs {params['joint_evidence_min_s']:g} s. "
+        f"Drive at least {demand(lacking)} more above {km_h(params['joint_speed_min_m_s'])}, with bends to both sides",
         lacking,
     )
 
 
-def _long(seconds: float) -> str:
-    return f"{math.ceil(seconds)} s" if seconds < 120 else f"{math.ceil(seconds / 60)} min"
-
-
 def _lacking_sides(native: Mapping[str, Any]) -> dict[str, float]:
-    """By side, the seconds of side force to it that are lacking before the play's flank there has shown."""
+    """Seconds of lateral force to a side that are lacking before play and offset are separated there."""
     sides = {"left": native["lacking_to_left"], "right": native["lacking_to_right"]}
     return {side: lacking for side, lacking in sides.items() if lacking > 0}
 
 
-def _unseen_flank(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+def _missing_loading(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
     lacking = _lacking_sides(native)
     if native["used"] < params["joint_evidence_min_s"] or not lacking:
         return None
-    needs = " and ".join(f"{math.ceil(s)} s of bends, or of side force, to the {side}" for side, s in lacking.items())
-    seen = "neither flank" if len(lacking) == 2 else "only one flank"
     return from_table(
         "one_flank_seen",
-        f"{seen} of any play in the steering was seen, so play may hide in the offset: needs {needs}",
+        f"{_loading_words(native, lacking)}, so free play and offset cannot be separated. Drive "
+        f"{bends_demand(lacking)}",
         sum(lacking.values()),
     )
 
 
+def _loading_words(native: Mapping[str, Any], lacking: Mapping[str, float]) -> str:
+    """How little the steering was loaded to the lacking sides."""
+    if len(lacking) == 2:
+        left, right = (f"{native[f'loaded_{side}_s']:.0f}" for side in ("left", "right"))
+        return f"the steering was loaded to the left for only {left} s and to the right for only {right} s"
+    (side,) = lacking
+    loaded_s = native[f"loaded_{side}_s"]
+    if loaded_s < _LOADED_FROM_S:
+        return f"only {_opposite(side)}-hand loading occurred"
+    return f"the steering was loaded to the {side} for only {loaded_s:.0f} s"
+
+
+def _opposite(side: str) -> str:
+    return "right" if side == "left" else "left"
+
+
 def _no_understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
-    """Why the core calls nothing valid then: play on gentle bends passes for a gradient."""
+    """The core calls no offset valid then: play in gentle bends looks like a gradient."""
     gradient_deg = native["understeer_gradient"]["value"] / DEGREE
     if native["used"] < params["joint_evidence_min_s"] or gradient_deg > 0:
         return None
     return from_table(
         "no_understeer",
-        f"the truck seems to oversteer by {-gradient_deg:.2g} deg/(m/s^2), which few do and play on gentle bends "
-        "imitates: needs tighter bends to either side",
+        f"the truck seems to oversteer by {-gradient_deg:.2g} deg/(m/s^2). Few trucks do; free play in gentle bends "
+        "looks the same, so the offset is not valid. Drive tighter bends to both sides",
         gradient_deg,
     )
 
@@ -281,24 +293,24 @@ def _no_understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Fi
 def _interval(
     native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float, traffic_sign: float
 ) -> Finding | None:
-    """Both parts of the offset's uncertainty with their contributions, the largest first, and what would narrow it."""
+    """Both parts of the offset's uncertainty with their contributions, the largest first, and ways to reduce it."""
     if status_of(native["offset"]) == "unobservable":
         return None
     whole = 1.96 * native["offset"]["standard_deviation"] / DEGREE
     drive = 1.96 * native["offset_parts"]["drive_sd"] / DEGREE
     parts = _parts(native, params, steering_ratio)
     gains = list(_gains(native, params, drive, parts, traffic_sign))
-    text = f"uncertainty ±{_deg(whole)} deg: ±{_deg(drive)} from this drive"
+    text = f"uncertainty ±{_deg(whole)} deg: ±{_deg(drive)} deg from this drive"
     text += f" ({_contributions(native, params, drive, parts)})"
     causes = causes_of(native["offset_parts"], params, traffic_sign)
     beside = [(1.96 * cause.sd_rad / DEGREE, _CAUSES[cause.cause]) for cause in causes]
-    beside = [(part, words) for part, words in beside if part > _PART_WORTH_TELLING * max(drive, whole - drive)]
+    beside = [(part, words) for part, words in beside if part > _PART_REPORTED_FROM * max(drive, whole - drive)]
     if beside:
-        of_causes = ", ".join(f"±{_deg(part)} {words}" for part, words in sorted(beside, reverse=True))
-        text += f"; not identifiable from one drive: {of_causes}"
+        of_causes = " or ".join(f"{words} (±{_deg(part)})" for part, words in sorted(beside, reverse=True))
+        text += f". No single drive can identify {of_causes}"
     if gains:
-        would = ", ".join(f"{words} (to ±{_deg(left)})" for left, words in sorted(gains))
-        text += f"; to narrow this drive's part: {would}"
+        ways = ", ".join(f"{words} (to ±{_deg(left)})" for left, words in sorted(gains))
+        text += f". To reduce this drive's part: {ways}"
     return from_table("interval", text, whole)
 
 
@@ -308,14 +320,14 @@ def _contributions(
     drive: float,
     parts: Mapping[str, float],
 ) -> str:
-    """To the drive's part, the largest first; a gyro that nothing measured is named in any case."""
+    """To the drive's part, the largest first; a gyro bias that was not measured is named in any case."""
     names_gyro = status_of(native["yaw_rate_bias"]) == "unobservable"
-    told = [
-        (part, _play_words(native) if words == _PLAY else words)
+    named = [
+        (part, f"{words} ±{_deg(part)}{_reason_of_play(native) if words == _PLAY else ''}")
         for words, part in _not_separated(native, params, parts).items()
-        if part > _PART_WORTH_TELLING * drive or (names_gyro and words.startswith(_GYRO))
+        if part > _PART_REPORTED_FROM * drive or (names_gyro and words.startswith(_GYRO))
     ]
-    return ", ".join(f"±{_deg(part)} {words}" for part, words in sorted(told, reverse=True))
+    return ", ".join(words for _, words in sorted(named, reverse=True))
 
 
 def _deg(half_width_deg: float) -> str:
@@ -331,9 +343,9 @@ def _parts(native: Mapping[str, Any], params: Mapping[str, float], steering_rati
         _GYRO: native["offset_per_yaw_rate_bias"] * gyro["standard_deviation"],
         _zero(params): slope * native["unloading_acceleration"]["standard_deviation"],
         _MODEL: _MODEL_ERROR_RAD,
-        _PLAY: 0.5 * math.sqrt(of_play),  # of a play whose one flank was not loaded, half is in the offset
+        _PLAY: 0.5 * math.sqrt(of_play),  # with loading to one side only, half of the play is in the offset
     }
-    if status_of(gyro) == "unobservable":  # only the prior limits it: all that scatter does not explain
+    if status_of(gyro) == "unobservable":  # only its prior limits it: it gets all that scatter does not explain
         spreads |= {_SCATTER: native["unexplained"] / math.sqrt(max(native["used"], 1.0)), _GYRO: math.inf}
         spreads[_GYRO] = spreads.pop(_GYRO)  # after the scatter
     left = native["offset_parts"]["drive_sd"] ** 2
@@ -349,14 +361,14 @@ def _parts(native: Mapping[str, Any], params: Mapping[str, float], steering_rati
 def _not_separated(
     native: Mapping[str, Any], params: Mapping[str, float], parts: Mapping[str, float]
 ) -> Mapping[str, float]:
-    """With gyro bias and accelerometer zero as one contribution where neither standstill nor wheel speeds measured the
-    former: both shift a_y - r*v, and what `_parts` gives to the one may be the other's."""
+    """Gyro bias and accelerometer zero as one contribution where neither standstill nor wheel speeds measured the gyro
+    bias: both shift a_y - r*v, and `_parts` splits them arbitrarily."""
     zero = _zero(params)
     both = math.hypot(parts[_GYRO], parts[zero])
-    if not _gyro_hides_zero(native, params) or parts[zero] < _PART_WORTH_TELLING * both:
+    if not _gyro_hides_zero(native, params) or parts[zero] < _PART_REPORTED_FROM * both:
         return parts
     return {words: part for words, part in parts.items() if words not in (_GYRO, zero)} | {
-        f"{_GYRO} and {zero}, which it does not separate": both
+        f"{_GYRO} and {zero} (not separated)": both
     }
 
 
@@ -367,27 +379,22 @@ def _gyro_hides_zero(native: Mapping[str, Any], params: Mapping[str, float]) -> 
 def _zero(params: Mapping[str, float]) -> str:
     if params["use_accelerometer"]:
         return "accelerometer zero"
-    return "torque zero" if params["torque_for_accelerometer_1"] else "road bank, which was not measured"
+    return "torque zero" if params["torque_for_accelerometer_1"] else "road bank (not measured)"
 
 
-def _play_words(native: Mapping[str, Any]) -> str:
-    """Free play with the loading that left it open."""
+def _reason_of_play(native: Mapping[str, Any]) -> str:
+    """The loading that is missing to identify it."""
     lacking = _lacking_sides(native)
-    if len(lacking) == 2:
-        return f"{_PLAY} because neither flank was loaded for long enough"
-    if lacking:
-        (side,) = lacking
-        return f"{_PLAY} because only {'right' if side == 'left' else 'left'}-hand loading occurred"
-    return _PLAY
+    return f" because of too little {' and '.join(f'{side}-hand' for side in lacking)} loading" if lacking else ""
 
 
-def _other_flank(native: Mapping[str, Any]) -> str:
-    """The driving that shows the flank that is lacking, or the rarer one."""
+def _more_loading(native: Mapping[str, Any]) -> str:
+    """The driving that loads the lacking side, or the less loaded one."""
     lacking = _lacking_sides(native)
     if lacking:
-        return " and ".join(f"{math.ceil(s)} s of bends to the {side}" for side, s in lacking.items())
+        return f"drive {bends_demand(lacking)}"
     rarer = "left" if native["loaded_left_s"] < native["loaded_right_s"] else "right"
-    return f"another minute of bends to the {rarer}"
+    return f"drive {demand(_MORE_DRIVING_S)} more of {rarer}-hand bends"
 
 
 def _gains(
@@ -397,30 +404,30 @@ def _gains(
     parts: Mapping[str, float],
     traffic_sign: float,
 ) -> Iterator[tuple[float, str]]:
-    """The half-width in deg that would be left of the drive's part, where that gains a tenth of it, and by what.
-    Standing still costs a second: where nothing measured the gyro's bias it is asked for in any case."""
+    """Ways to reduce the drive's part by a tenth or more, each with the half-width in deg that remains. Standing still
+    takes a second: it is listed in any case where the gyro bias was not measured."""
 
     def left(less: float) -> float:
         return math.sqrt(max(drive**2 - less, 0.0))
 
-    more_s = native["used"] + _ANOTHER_MINUTE_S
+    more_s = native["used"] + _MORE_DRIVING_S
     would = {
         _STAND_STILL: left(_by_standing(native, params, parts, traffic_sign)),
-        f"{_other_flank(native)}, or a known play": left(parts[_PLAY] ** 2),
-        "another minute of such driving": left(parts[_SCATTER] ** 2 * _ANOTHER_MINUTE_S / more_s),
+        f"{_more_loading(native)}, or give the play in the vehicle file": left(parts[_PLAY] ** 2),
+        f"drive {demand(_MORE_DRIVING_S)} more like this": left(parts[_SCATTER] ** 2 * _MORE_DRIVING_S / more_s),
     }
     never_stood = status_of(native["yaw_rate_bias"]) == "unobservable"
     for words, would_be in would.items():
-        if drive - would_be >= _GAIN_WORTH_TELLING * drive or (words == _STAND_STILL and never_stood):
+        if drive - would_be >= _GAIN_REPORTED_FROM * drive or (words == _STAND_STILL and never_stood):
             yield would_be, words
 
 
 def _by_standing(
     native: Mapping[str, Any], params: Mapping[str, float], parts: Mapping[str, float], traffic_sign: float
 ) -> float:
-    """Square of a half-width in deg that a second of standing takes away: the gyro's bias but for what a standstill
-    leaves of it, with the accelerometer's zero where the two were not separated. Otherwise also the accelerometer's
-    zero but for the ground's slope, where the truck has not stood yet."""
+    """Square of the half-width in deg that a second of standing removes: the gyro bias, except for its scatter at
+    standstill, together with the accelerometer zero where the two were not separated. Otherwise also the accelerometer
+    zero, except for the slope of the ground, where the truck has not stood still so far."""
     gyro = native["yaw_rate_bias"]
     gyro_sd = math.inf if status_of(gyro) == "unobservable" else gyro["standard_deviation"]
     standing_sd = math.hypot(_STANDING_GYRO_SD_RAD_S, native.get("yaw_rate_step_sd", 0.0))

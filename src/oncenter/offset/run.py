@@ -1,4 +1,4 @@
-"""Signals, vehicle and params become an answer and its trace: one run of the core per drive."""
+"""From signals, vehicle and params to an answer and its trace: one run of the core per drive."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from oncenter.offset.coarse_recording import (
     with_coarse_yaw_rate,
     yaw_rate_step_of,
 )
-from oncenter.offset.findings import Finding, gravest_first
+from oncenter.offset.findings import Finding, most_severe_first
 from oncenter.offset.inputs import (
     check_without,
     in_order,
@@ -33,7 +33,7 @@ from oncenter.offset.inputs import (
     without_unfit_wheels,
 )
 from oncenter.offset.several_logs import Together, across, with_logs, without_steps_within
-from oncenter.offset.signals_at_fault import without_what_faults_taught
+from oncenter.offset.signals_at_fault import without_faulty_estimates
 from oncenter.offset.vehicle_file import finding, fitted_vehicle
 from oncenter.plausibility.recording import recording_findings
 from oncenter.read.whole_turns import without_whole_turns
@@ -41,9 +41,9 @@ from oncenter.signals import DEGREE, Signals, drives_of
 from oncenter.vehicle import Vehicle, check_vehicle, core_of, core_params
 
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
-_GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): signs and scales that are wrong are beyond
-_UNEXPLAINED_MAX = 1.5 * DEGREE  # rad, of a second: several times what a healthy one leaves
-_MAY_BE_ANOTHER_SIGNAL = ("drifting", "wrong_sign")  # faults that a yaw rate of wrong sign or unit imitates
+_GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): wrong signs and scales are outside
+_UNEXPLAINED_MAX = 1.5 * DEGREE  # rad, of a second: several times that of a healthy drive
+_MAY_BE_ANOTHER_SIGNAL = ("drifting", "wrong_sign")  # a yaw rate of wrong sign or unit looks like these faults
 
 
 def offset(
@@ -57,13 +57,13 @@ def offset(
     """The steering wheel angle offset from one drive, or from several of one truck.
 
     Args:
-        signals: what `oncenter.read` or `oncenter.simulate` gave; several are put in order of time, and the offset is
-            that of those since its last step between two of them (joint method).
-        vehicle: what `oncenter.vehicle` gave; its `[params]` apply.
-        method: "joint", offset, understeer gradient, play and the gyro's bias together; "thesis", (36) to (38) of
-            docs/method.md; "wheel-speed", the same from the angle and the wheel speeds of one axle (the rear one's
-            where the log has them), whose track width the vehicle must tell.
-        params: over the vehicle's; names and units as in core/params.h.
+        signals: from `oncenter.read` or `oncenter.simulate`; several are put in order of time, and the joint method
+            gives the offset since its last step between two of them.
+        vehicle: from `oncenter.vehicle`; its `[params]` apply.
+        method: "joint", offset, understeer gradient, play and gyro bias together; "thesis", (36) to (38) of
+            docs/method.md; "wheel-speed", the same from the angle and the wheel speeds of one axle (the rear one
+            where the log has it), whose track width the vehicle file must give.
+        params: override the vehicle's; names and units as in core/params.h.
         progress: called with the fraction done.
 
     Raises:
@@ -72,7 +72,7 @@ def offset(
     """
     if method not in METHODS:
         raise OncenterError(
-            f"method '{method}' is not known; known are {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
+            f"method '{method}' does not exist; use one of {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
     check_vehicle(vehicle, "offset")
     recorded = in_order(drives_of(signals, "offset"))
@@ -83,7 +83,7 @@ def offset(
     names = needed(method, drives, used_params)
     check_without(unfit, drives, names)
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
-    return replace(answer, findings=gravest_first((*answer.findings, *unfit, *_recording(recorded, names))))
+    return replace(answer, findings=most_severe_first((*answer.findings, *unfit, *_recording(recorded, names))))
 
 
 def _of_all(
@@ -93,7 +93,7 @@ def _of_all(
     method: Method,
     progress: Callable[[float], None] | None,
 ) -> Answer:
-    """By the vehicle as the drives show it, where its file is far off; of several since the last step between two."""
+    """With the vehicle that fits the drives where its file is far off; of several, since the last step between two."""
     answer, native = _answered(drives, vehicle, params, method, progress)
     if method != "joint":
         return answer
@@ -104,7 +104,7 @@ def _of_all(
         answer, _ = _answered(drives, vehicle, params, method, None)
     if len(drives) > 1:
         answer = _together(answer, drives, vehicle, params)
-    return replace(answer, findings=gravest_first((*first, *answer.findings)))
+    return replace(answer, findings=most_severe_first((*first, *answer.findings)))
 
 
 def _fitted_vehicle(
@@ -117,7 +117,7 @@ def _fitted_vehicle(
 
 
 def _together(answer: Answer, drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
-    """Of several logs: since the last step between two of them."""
+    """Of several logs, since the last step between two of them."""
     logs = without_steps_within(_alone(drives, vehicle, params), answer.changes, drives)
     if logs.steps:
         answer, _ = _answered(drives[logs.since :], vehicle, params, "joint", None)
@@ -131,19 +131,19 @@ def _answered(
     method: Method,
     progress: Callable[[float], None] | None,
 ) -> tuple[Answer, Mapping[str, Any]]:
-    """By one run of the core over all drives, with its own answer."""
+    """From one run of the core over all drives; with the core's own answer."""
     core, changes_found = _run(drives, vehicle, params, method, progress, None)
     coarse = coarseness_of(drives)
     native = widened(core.answer(), coarse, method, params)
     answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
     contradicts = is_implausible(native) or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
-    answer = without_what_faults_taught(answer, contradicts=contradicts)
+    answer = without_faulty_estimates(answer, contradicts=contradicts)
     found = coarse_recording_findings(native, coarse, method)
-    return replace(answer, findings=gravest_first((*answer.findings, *found))), native
+    return replace(answer, findings=most_severe_first((*answer.findings, *found))), native
 
 
 def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]:
-    """How much of each drive was recorded; of several, with the log's name."""
+    """Gaps and late or early ends of each recording; with the log's name where there are several."""
     found = []
     for drive in drives:
         of_log = f"{Path(drive.log).name}: " if len(drives) > 1 else ""
@@ -152,7 +152,7 @@ def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]
 
 
 def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
-    """What logs say together that were answered one by one."""
+    """The common estimate of logs that are answered one by one."""
     natives = [
         widened(
             _run((drive,), vehicle, params, "joint", None, None)[0].answer(),
@@ -166,8 +166,7 @@ def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, flo
 
 
 def is_implausible(native: Mapping[str, Any]) -> bool:
-    """Whether hardly any truck drives as an oc_answer has it: its gradient is not that of a truck, or its angle is not
-    explained."""
+    """Whether an oc_answer fits hardly any truck: its gradient is not that of a truck, or its angle is unexplained."""
     gradient = native["understeer_gradient"]
     at_most = gradient["value"] + 2.0 * gradient["standard_deviation"]
     beyond = at_most < _GRADIENT_MIN or gradient["value"] > _GRADIENT_MAX
@@ -175,7 +174,7 @@ def is_implausible(native: Mapping[str, Any]) -> bool:
 
 
 def trace(answer: Answer) -> npt.NDArray[np.void]:
-    """What each tick of an answer gave: the core's oc_output, one row per row of all its drives, in order."""
+    """The core's output at each tick of an answer: oc_output, one row per row of all its drives, in order."""
     outputs = np.zeros(sum(drive.table.height for drive in answer.drives), _core.OUTPUT_DTYPE)
     _run(answer.drives, answer.vehicle, answer.params, answer.method, None, outputs)
     return outputs
@@ -189,7 +188,7 @@ def _run(
     progress: Callable[[float], None] | None,
     outputs: npt.NDArray[np.void] | None,
 ) -> tuple[_core.Core, list[int]]:
-    """The core after all drives, and how many changes it had found when each ended; fills `outputs`, one row a tick,
+    """The core after all drives, and the number of changes found by the end of each; fills `outputs`, one row per tick,
     when given."""
     widths = track_widths(vehicle, method, drives)
     core = core_of(vehicle, drives[0].rate_hz, method=method, params=params, track_widths=widths)

@@ -1,7 +1,7 @@
-"""Several logs of one truck: whether the offset changed between them, and what they say together.
+"""Several logs of one truck: whether the offset changed between them, and their common estimate.
 
-Each log is answered alone, and the truck's model (oncenter.truck) is asked about their summaries. With fewer than four
-of them it cannot tell a step from one drive that is off, and valid ones are compared two by two.
+Each log is answered alone, and the truck's model (oncenter.truck) combines their summaries. Fewer than four logs do not
+separate a step from one wrong drive; then valid neighbours are compared in pairs.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 from oncenter import _core
 from oncenter.offset.answer import Answer, Estimate, number
 from oncenter.offset.changes import Change, kind_of_offset
-from oncenter.offset.findings import Finding, from_table, gravest_first
+from oncenter.offset.findings import Finding, from_table, most_severe_first
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.drives import Summary, is_usable, summary_of, together
 from oncenter.truck.model import Trucks, learn
@@ -25,7 +25,7 @@ from oncenter.vehicle import Vehicle
 _MODEL_FROM = 4  # logs: two on either side of a step
 _STEP_SDS = 6.0  # of two valid logs: 2 of 2,064 neighbours of bench/trucks.py's months scatter by more
 _STEP_MIN_RAD = 1.0 * DEGREE
-_BEGIN_S, _DRIVES_M_S = 120.0, 8.0  # of driving in a log: a change that was found there may have come before it
+_BEGIN_S, _DRIVES_M_S = 120.0, 8.0  # of driving in a log: a change found in this time may be from before the log
 _AGREES_SDS = 3.0  # between the offset of all logs and the model's
 
 
@@ -52,20 +52,20 @@ class Together:
 
 
 def across(natives: Sequence[Mapping[str, Any]], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
-    """From each log's oc_answer of the joint method, in order of time."""
+    """From the oc_answer of each log by the joint method, in order of time."""
     priors = priors_of(params)
     summaries = [summary_of(native, vehicle, params) for native in natives]
-    told = [(k, one) for k, one in enumerate(summaries) if is_usable(_status(natives[k]), one.gradient)]
-    if len(told) < _MODEL_FROM:
-        return Together(tuple(_by_pairs(natives, told, priors)), None)
-    model = learn(together([[summary for _, summary in told]]), priors)
-    steps = [LogStep(told[step.at][0], step.size, step.sd) for step in model.steps]
+    usable = [(k, one) for k, one in enumerate(summaries) if is_usable(_status(natives[k]), one.gradient)]
+    if len(usable) < _MODEL_FROM:
+        return Together(tuple(_by_pairs(natives, usable, priors)), None)
+    model = learn(together([[summary for _, summary in usable]]), priors)
+    steps = [LogStep(usable[step.at][0], step.size, step.sd) for step in model.steps]
     return Together(tuple(steps), model)
 
 
 def without_steps_within(logs: Together, changes: Sequence[Change], drives: Sequence[Signals]) -> Together:
-    """Without those into a log in whose middle the run over all logs found such a change: it came there. One of another
-    size or side is what that run made of the step itself, which looks like the play's other flank at first."""
+    """Without a step before a log in whose middle the run over all logs found the same change: the change is there. A
+    change of another size or sign is that run's first reading of the step, which looks like the play at first."""
 
     def came_within(step: LogStep) -> bool:
         return any(
@@ -80,7 +80,7 @@ def without_steps_within(logs: Together, changes: Sequence[Change], drives: Sequ
 
 
 def _driven_s(drive: Signals, until_s: float) -> float:
-    """Seconds from its begin on in which the truck drove."""
+    """Seconds of driving since the begin of the log."""
     time, speed = drive.table["time_s"], drive.table["vehicle_speed_m_s"]
     return float(((time - time[0] < until_s) & (speed > _DRIVES_M_S)).sum()) / drive.rate_hz
 
@@ -90,9 +90,9 @@ def _status(native: Mapping[str, Any]) -> str:
 
 
 def _by_pairs(
-    natives: Sequence[Mapping[str, Any]], told: Sequence[tuple[int, Summary]], priors: Priors
+    natives: Sequence[Mapping[str, Any]], usable: Sequence[tuple[int, Summary]], priors: Priors
 ) -> list[LogStep]:
-    valid = [(k, one) for k, one in told if _status(natives[k]) == "valid"]
+    valid = [(k, one) for k, one in usable if _status(natives[k]) == "valid"]
     steps = []
     for (_, before), (k, after) in pairwise(valid):
         size = after.offset - before.offset
@@ -117,7 +117,7 @@ def with_logs(answer: Answer, logs: Together, before: Sequence[Signals]) -> Answ
         return answer
     later = next((c.offset_before_rad for c in answer.changes if c.kind != "bends"), answer.offset.value)
     change = _change(answer, later, logs.steps[-1])
-    findings = gravest_first((_finding(change, before), *answer.findings))
+    findings = most_severe_first((_finding(change, before), *answer.findings))
     return replace(answer, changes=(change, *answer.changes), findings=findings)
 
 
@@ -141,18 +141,18 @@ def _finding(change: Change, before: Sequence[Signals]) -> Finding:
     size = change.size_rad / DEGREE
     names = ", ".join(drive.log for drive in before)
     text = (
-        f"between {before[-1].log} and {change.log} the straight-ahead offset changed by {size:+.1f} deg"
-        f" ± {1.96 * change.sd_rad / DEGREE:.1f}, from {number(change.offset_before_rad, 1)} to"
-        f" {number(change.offset_after_rad, 1)} deg: the offset uses the logs since {change.log}; run {names}"
-        " separately for theirs"
+        f"between {before[-1].log} and {change.log} the straight-ahead offset changed by {size:+.1f}"
+        f" ±{1.96 * change.sd_rad / DEGREE:.1f} deg, from {number(change.offset_before_rad, 1)} to"
+        f" {number(change.offset_after_rad, 1)} deg. The reported offset uses the logs from {change.log} on. For the"
+        f" offset before, answer {names} separately"
     )
     return from_table("offset_changed" if change.kind == "offset" else "straight_ahead_moved", text, size)
 
 
 def _narrowed(answer: Answer, logs: Together) -> Answer:
-    """With the truck's offset by all logs where that is surer: loads that differ, or many roads, separate a pull from
-    the accelerometer's bias. Not where the logs' own run found a change that the model does not know: of few logs
-    since it may take the new offset for one log that is off."""
+    """With the truck's offset from all logs where its interval is narrower: different loads or many roads separate a
+    pull from the accelerometer bias. Not where the run over the logs found a change that is not in the model: with few
+    logs since then, the model may treat the new offset as an outlier."""
     model, offset, drive_rad = logs.model, answer.offset, answer.offset_half_width_rad
     changed = any(change.kind != "bends" for change in answer.changes)
     if model is None or changed or offset.value is None or offset.ci95 is None or drive_rad is None:
@@ -177,22 +177,22 @@ def _narrowed(answer: Answer, logs: Together) -> Answer:
         offset=Estimate(value, (value - 1.96 * sd, value + 1.96 * sd), offset.status, offset.unit, offset.evidence_s),
         offset_ci95_drive=(value - 1.96 * drive_sd, value + 1.96 * drive_sd),
         not_identifiable=tuple(pull),
-        findings=gravest_first(findings),
+        findings=most_severe_first(findings),
     )
 
 
 def _interval(sd: float, drive_sd: float, pull: float, pull_sd_m_s2: float) -> Finding:
     whole, own, by_pull = (number(1.96 * each, 1 if each > 0.05 * DEGREE else 2) for each in (sd, drive_sd, pull))
     text = (
-        f"uncertainty ±{whole} deg: ±{own} from these logs; ±{by_pull} by a pull, which they identify to"
-        f" ±{1.96 * pull_sd_m_s2:.2f} m/s^2"
+        f"uncertainty ±{whole} deg: ±{own} deg from the scatter of these logs, ±{by_pull} deg from a pull, which they"
+        f" identify to ±{1.96 * pull_sd_m_s2:.2f} m/s^2"
     )
     return from_table("interval", text, 1.96 * sd / DEGREE)
 
 
 def _another_load() -> Finding:
     text = (
-        "the logs do not differ in load by 20 % of the understeer gradient, so they hardly separate a pull from the"
-        " accelerometer's bias: add logs at another load"
+        "the understeer gradients of the logs differ by less than 20 %, so the loads are similar. A pull and an"
+        " accelerometer bias are hardly separated. Add logs at another load"
     )
     return from_table("another_load_would_help", text)

@@ -1,11 +1,11 @@
-"""An answer from signals that contradict each other is none: which are at fault, and what is left to say."""
+"""Signals that contradict each other: their errors become findings, and estimates that rest on them are invalid."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from oncenter.offset.answer import Answer
-from oncenter.offset.findings import Finding, gravest_first
+from oncenter.offset.findings import Finding, most_severe_first
 from oncenter.signals import Signals
 
 _LEARNED = ("offset", "understeer_gradient", "backlash", "unloading_acceleration", "equivalent_wheelbase")
@@ -19,31 +19,31 @@ _ABOUT_SIGNALS = (
     "yaw_rate_bias",
     "yaw_rate_bias_moves",
 )
-# What is true of a signal whatever another's sign or unit. The rest follows from these.
-_NOT_FOLLOWING = ("lateral_acceleration_at_standstill", "relative_angle_sensor")
+# Findings that do not depend on the sign or unit of another signal; all others follow from such an error.
+_INDEPENDENT = ("lateral_acceleration_at_standstill", "relative_angle_sensor")
 _AT_FAULT, _ANGLE = "steering_wheel_angle_sensor_at_fault", "steering wheel angle"
-_STUCK_SHARE = 0.25  # of the drive: a signal that stands still for less has told the rest
+_STUCK_SHARE = 0.25  # of the drive: below it, the rest of the drive is enough
 
 
-def without_what_faults_taught(answer: Answer, *, contradicts: bool) -> Answer:
-    """The answer with the errors that its signals show, and without numbers where these rest on such a signal.
+def without_faulty_estimates(answer: Answer, *, contradicts: bool) -> Answer:
+    """The answer with the errors of its signals as findings, and without values that rest on such a signal.
 
     Args:
         answer: of one run of the core.
-        contradicts: the answer is of no truck, so that all faults are looked for; else only those that can leave one
-            that looks right.
+        contradicts: no truck has such an answer, so all faults are checked; otherwise only those that can leave a
+            plausible answer.
     """
     from oncenter.plausibility import faults
 
     found_in = [faults(drive, answer.vehicle) if contradicts else _hidden(answer, drive) for drive in answer.drives]
     found = tuple(dict.fromkeys(fault for of_drive in found_in for fault in of_drive))
     if not any(_leaves_nothing(fault, answer) for fault in found):
-        return replace(answer, findings=gravest_first((*found, *answer.findings)))
+        return replace(answer, findings=most_severe_first((*found, *answer.findings)))
     explained = any(fault.code != "signal_stuck" for fault in found)
     accuses_angle = any(_ANGLE in fault.text for fault in found)
     gone = {name: replace(getattr(answer, name), value=None, ci95=None, status="invalid") for name in _LEARNED}
     stands = not any(fault.code == "vehicle_speed_zero" for fault in found)
-    about = (_NOT_FOLLOWING if stands else _NOT_FOLLOWING[1:]) if explained else _ABOUT_SIGNALS
+    about = (_INDEPENDENT if stands else _INDEPENDENT[1:]) if explained else _ABOUT_SIGNALS
     kept = (
         finding for finding in answer.findings if finding.code in about or (finding.code == _AT_FAULT and accuses_angle)
     )
@@ -54,12 +54,12 @@ def without_what_faults_taught(answer: Answer, *, contradicts: bool) -> Answer:
         offset_ci95_drive=None,
         not_identifiable=(),
         changes=(),
-        findings=gravest_first((*found, *kept)),
+        findings=most_severe_first((*found, *kept)),
     )
 
 
 def _hidden(answer: Answer, drive: Signals) -> tuple[Finding, ...]:
-    """A vehicle speed that stays, and where the offset does not converge, a wrong sign or unit."""
+    """A stuck vehicle speed; where the offset does not converge, also a wrong sign or unit."""
     from oncenter.plausibility import faults, stuck_speed
 
     if answer.method != "joint" or answer.offset.status != "converging":
@@ -69,7 +69,7 @@ def _hidden(answer: Answer, drive: Signals) -> tuple[Finding, ...]:
 
 
 def _leaves_nothing(fault: Finding, answer: Answer) -> bool:
-    """A sign or a unit is wrong from the first tick on; before an angle sensor was found stuck, all was learned."""
+    """A sign or unit is wrong from the first tick on; a stuck angle sensor leaves the estimates before that."""
     if fault.code != "signal_stuck":
         return True
     return answer.offset.status != "invalid" and (fault.value or 0.0) > _STUCK_SHARE * answer.duration_s

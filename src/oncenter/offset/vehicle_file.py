@@ -1,8 +1,8 @@
-"""A vehicle file whose wheelbase or steering ratio is far off: the drive itself shows their product.
+"""A vehicle file with a large error of its wheelbase or steering ratio: the drive itself identifies their product.
 
-The core looks for an equivalent wheelbase near the given one (prior sd 5 %). Where the file is off by far more, the
-core is run again with the wheelbase that it tended to, until the two agree. An axle that is lifted or a tyre changes
-the product by less and is left to the core.
+The core estimates an equivalent wheelbase near the given one (prior sd 5 %). Where the error is far larger, the core is
+run again with the wheelbase of its last answer until the two agree. A lifted axle or another tyre changes the product
+by less and is left to the core.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ FAR_OFF = 0.2  # share of the file's product; a lifted tag axle makes 15 %
 _DOUBTFUL = 0.05  # of the core's first run: worth another; its prior's sd is as much
 _AGREES = 0.04  # between the given wheelbase and the one that the core then finds
 _RUNS_MAX = 8
-_WORSE_MAX = 1.1  # of what the first run leaves unexplained: where it found the wheelbase, another explains no more
-_FACTOR_MAX = 4.0  # beyond it a unit is mixed up, no file
-_WHEELBASES_M = (1.0, 20.0)  # that the core takes
+_WORSE_MAX = 1.1  # of the first run's unexplained angle: another wheelbase must explain the drive as well
+_FACTOR_MAX = 4.0  # a larger factor is a wrong unit, not a wrong vehicle file
+_WHEELBASES_M = (1.0, 20.0)  # accepted by the core
 
 Native = Mapping[str, Any]
 
@@ -32,7 +32,7 @@ def fitted_vehicle(
     params: Mapping[str, float],
     run: Callable[[Vehicle], Native],
 ) -> Vehicle | None:
-    """The vehicle with the wheelbase that explains the drives; None where the file's own does, or nothing better shows.
+    """The vehicle with the wheelbase that explains the drives; None where the file's own does, or none is better.
 
     Args:
         first: the core's oc_answer of the joint method with `vehicle`.
@@ -40,8 +40,8 @@ def fitted_vehicle(
         run: the core's oc_answer with another vehicle.
     """
     share = _share(first, vehicle)
-    known = params["known_wheelbase_share_sd_1"] > 0.0
-    if known or (is_observable(first) and abs(share) < _DOUBTFUL):
+    configured = params["known_wheelbase_share_sd_1"] > 0.0
+    if configured or (is_observable(first) and abs(share) < _DOUBTFUL):
         return None
     start_m = _shown_m(drives, vehicle)
     if start_m is None or not _is_far(start_m, vehicle):
@@ -73,7 +73,7 @@ def _is_far(wheelbase_m: float, vehicle: Vehicle) -> bool:
 
 
 def _agreed(start_m: float, vehicle: Vehicle, run: Callable[[Vehicle], Native]) -> tuple[Vehicle, Native] | None:
-    """Vehicle and answer whose wheelbases agree, from a first guess on; None where none is found."""
+    """Vehicle and answer with the same wheelbase, from a first guess; None where none is found."""
     for _ in range(_RUNS_MAX):
         if not _WHEELBASES_M[0] < start_m < _WHEELBASES_M[1]:
             return None
@@ -86,7 +86,7 @@ def _agreed(start_m: float, vehicle: Vehicle, run: Callable[[Vehicle], Native]) 
 
 
 def _shown_m(drives: Sequence[Signals], vehicle: Vehicle) -> float | None:
-    """What the first drive whose bends tell it shows without the core, roughly."""
+    """Rough estimate without the core, from the first drive with enough bends."""
     from oncenter.plausibility import rough_ratio_times_wheelbase_m
 
     shown = next(filter(None, map(rough_ratio_times_wheelbase_m, drives)), None)
@@ -94,20 +94,24 @@ def _shown_m(drives: Sequence[Signals], vehicle: Vehicle) -> float | None:
 
 
 def _fit_together(drives: Sequence[Signals]) -> bool:
-    """Whether the signals have no sign or unit at fault, which would change the product as well."""
+    """Whether no signal has a wrong sign or unit, which would change the product as well."""
     from oncenter.plausibility import faults
 
     return not any(faults(drive) for drive in drives)
 
 
 def finding(fitted: Vehicle, given: Vehicle) -> Finding:
-    """What to correct in the vehicle file."""
-    ratio = given.ratio_near_centre
-    fits = fitted.wheelbase_m / given.wheelbase_m
-    text = (
-        f"ratio times wheelbase in the bends of this drive is {ratio * fitted.wheelbase_m:.0f} m, the vehicle file "
-        f"says {ratio * given.wheelbase_m:.0f} m: correct its wheelbase ({fitted.wheelbase_m:.2f} m fits, "
-        f"{given.wheelbase_m:.2f} given) or its steering ratio ({ratio * fits:.1f} fits, {ratio:.1f} given); "
-        "the offset uses the fitted value"
-    )
+    """The correction that the vehicle file needs."""
+    text = fit_words(fitted.wheelbase_m / given.wheelbase_m - 1.0, given.wheelbase_m, given.ratio_near_centre)
     return from_table("wheelbase_or_ratio", text, fitted.wheelbase_m, severity="warning")
+
+
+def fit_words(share: float, wheelbase_m: float, steering_ratio: float) -> str:
+    """Of a product that is larger than the vehicle file's by a share, negative where it is smaller."""
+    axle = "" if abs(share) > FAR_OFF else "; a lifted axle does the same"
+    return (
+        f"bends need {abs(share) * 100:.0f} % {'more' if share > 0 else 'less'} steering wheel angle than the vehicle "
+        f"file predicts. Check the wheelbase ({wheelbase_m * (1.0 + share):.2f} m fits, {wheelbase_m:.2f} m given) or "
+        f"the steering ratio ({steering_ratio * (1.0 + share):.1f} fits, {steering_ratio:.1f} given){axle}. The offset "
+        "uses the fitted value"
+    )

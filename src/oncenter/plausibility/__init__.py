@@ -1,8 +1,8 @@
 """Whether the signals of a drive fit together: sign, scale, lag, ratio times wheelbase, zero, resolution.
 
-A turn is told four times over: by the angle, the yaw rate, the lateral acceleration and the rear wheels' difference.
-Each check compares some of these witnesses and returns a finding, nothing (all is well), or `CannotTell` with the
-evidence that it lacks. Limits are ours unless a source is named; they are wide enough for any road vehicle.
+Four signals show a turn: the angle, the yaw rate, the lateral acceleration and the difference of the rear wheel speeds.
+Each check compares some of them and returns a finding, None (no objection), or `CannotTell` with the evidence that is
+missing. Limits without a source are tuned; they are wide enough for any road vehicle.
 
 SI and rad inside; findings are for people and files and hold degrees.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from oncenter.offset.findings import Finding, gravest_first
+from oncenter.offset.findings import Finding, most_severe_first
 from oncenter.plausibility import axles, lag, presence, ratio, signs_and_units, zeros
 from oncenter.plausibility.drive import USEFUL, Drive
 from oncenter.plausibility.recording import recording_findings
@@ -24,7 +24,7 @@ __all__ = ["CannotTell", "Plausibility", "check", "faults", "rough_ratio_times_w
 
 @dataclass(frozen=True)
 class Plausibility:
-    """`findings` the gravest first, empty when all that could be judged fits; `cannot_tell` what was not judged."""
+    """`findings`, the most severe first, empty where all judged checks passed; `cannot_tell`: checks not judged."""
 
     findings: tuple[Finding, ...]
     cannot_tell: tuple[CannotTell, ...]
@@ -34,8 +34,8 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
     """Judges the signals of a drive together.
 
     Args:
-        signals: of one drive; any of them may be missing, and what needs it is not judged.
-        vehicle: with it, ratio times wheelbase is judged; without, it is told as the drive shows it.
+        signals: of one drive; a check that needs a missing one is not judged.
+        vehicle: with it, ratio times wheelbase is judged; without, the drive's value is reported.
     """
     usable, unfit_axles = axles.without_unfit_axles(signals, vehicle)
     drive = Drive(usable, vehicle)
@@ -62,15 +62,15 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
         zeros.whole_turns(drive, comparable),
     ]
     return Plausibility(
-        gravest_first(verdict for verdict in verdicts if isinstance(verdict, Finding)),
+        most_severe_first(verdict for verdict in verdicts if isinstance(verdict, Finding)),
         tuple(verdict for verdict in verdicts if isinstance(verdict, CannotTell)),
     )
 
 
 def faults(signals: Signals, vehicle: Vehicle | None = None) -> tuple[Finding, ...]:
-    """Of what `check` finds the errors in signals that are there: a reversed sign, another unit, a value that stays.
+    """The errors of `check` in existing signals: a reversed sign, a wrong unit, a stuck value.
 
-    They leave little to be learned from a drive. A tenth of a second for hours of it.
+    With one of them, a drive gives no useful estimate. Takes a tenth of a second for hours of driving.
     """
     drive = Drive(signals, vehicle)
     units = signs_and_units.units(drive)
@@ -79,12 +79,12 @@ def faults(signals: Signals, vehicle: Vehicle | None = None) -> tuple[Finding, .
 
 
 def stuck_speed(signals: Signals) -> tuple[Finding, ...]:
-    """A vehicle speed that stays while the wheels' speed changes: that alone of what `faults` finds."""
+    """A vehicle speed that stays at one value while the wheel speeds change; the only check of `faults` made here."""
     return tuple(presence.speed_stuck_beside_wheels(Drive(signals, None)))
 
 
 def rough_ratio_times_wheelbase_m(signals: Signals) -> float | None:
-    """As the bends of a drive show it; None where they do not, or where signs or scales contradict each other."""
+    """From the bends of a drive; None where there are too few, or where signs or scales contradict each other."""
     drive = Drive(signals, None)
     if signs_and_units.sign(drive) is not None or signs_and_units.units(drive) is not None:
         return None

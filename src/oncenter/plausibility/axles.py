@@ -1,6 +1,6 @@
-"""Whether the wheel speeds of an axle turn with the truck: their difference against the yaw rate.
+"""Whether the wheel speeds of an axle agree with the yaw rate: their difference, right less left, against it.
 
-An axle that does not would teach the core a wrong yaw rate bias. So the core does not get its wheel speeds.
+Other wheel speeds would give the core a wrong yaw rate bias. So the core does not get them.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from oncenter.vehicle import Vehicle
 Axle = Literal["front", "rear"]
 AXLES: tuple[Axle, ...] = ("front", "rear")
 
-# Of track width times yaw rate: load transfer makes 1.7 of it (tests/test_simulate_multibody.py), coarse steps less.
+# Of track width times yaw rate: 1.7 with load transfer (tests/test_simulate_multibody.py), less with coarse steps.
 _PER_TRACK = (0.5, 2.2)
 _TRACKS_M = (1.6, 2.1)  # where the vehicle file has none
-_LAG_MAX_S = 0.2  # EBC2's messages and a filter make half of it
+_LAG_MAX_S = 0.2  # twice that of EBC2's messages and a filter
 _LAGS_ALIKE_S = 0.1  # of two axles
 _TURNING_MIN_RAD_S = 0.3 * DEGREE  # spread of the yaw rate; its noise hardly lowers the slope then
-_STEPS_MIN = 1.5  # of the difference, that the expected one spreads over: rounding hides less
+_STEPS_MIN = 1.5  # of the difference, as spread of the expected one: rounding can hide a smaller one
 _EBC2_STEP_M_S = 1.0 / 16.0 / 3.6
-_MEAN_PER_SPEED = (0.8, 1.25)  # tyre size and wear make far less
+_MEAN_PER_SPEED = (0.8, 1.25)  # tyre size and wear change far less
 _KM_H = 3.6
 _KM_H_WITHIN = 0.1
 
@@ -48,7 +48,7 @@ class _Mismatch:
 
 @dataclass(frozen=True)
 class Unfit:
-    """Axles whose wheel speeds are not to be used, and the warning about them."""
+    """Axles whose wheel speeds must not be used, and the warning about them."""
 
     axles: tuple[Axle, ...]
     finding: Finding
@@ -60,9 +60,9 @@ def columns(axle: Axle) -> tuple[str, str]:
 
 
 def without_unfit_axles(signals: Signals, vehicle: Vehicle | None) -> tuple[Signals, tuple[Unfit, ...]]:
-    """The drive without the wheel speeds of axles that do not turn with the truck, and which these are.
+    """The drive without the wheel speeds that contradict the yaw rate, and their axles.
 
-    Nothing is judged unless another signal confirms the yaw rate, nor where the truck hardly turns.
+    An axle is judged only where another signal confirms the yaw rate and the truck turns enough.
     """
     if not any(_has_both(signals, axle) for axle in AXLES):
         return signals, ()
@@ -83,7 +83,7 @@ def _without(signals: Signals, axles: tuple[Axle, ...]) -> Signals:
 
 
 def unfit(drive: Drive) -> tuple[Unfit, ...]:
-    """What `without_unfit_axles` leaves out; axles with the same mismatch together."""
+    """The axles that `without_unfit_axles` leaves out; those with the same mismatch together."""
     axles = [axle for axle in AXLES if _has_both(drive.signals, axle)]
     confirming = confirming_yaw_rate(drive) if axles else frozenset()
     if not confirming:
@@ -105,7 +105,7 @@ def _alike(one: _Mismatch, other: _Mismatch) -> bool:
 
 
 def _is_certain(mismatch: _Mismatch) -> bool:
-    """Of wheel speeds of which no other axle says that the vehicle speed is right: a unit, and no speed that is off."""
+    """Whether the factor is surely a wrong unit, where no other axle confirms the vehicle speed."""
     if mismatch.kind != "unit":
         return True
     factor = max(mismatch.value, 1.0 / max(mismatch.value, 1e-3))
@@ -113,8 +113,8 @@ def _is_certain(mismatch: _Mismatch) -> bool:
 
 
 def _shares(drive: Drive, axle: Axle, late: _Mismatch) -> bool:
-    """Whether another axle's difference comes as early or late as `late`, although it is too noisy to show a lag of its
-    own: with this lag the yaw rate explains more of it in both halves of the drive."""
+    """Whether the difference of another axle has the lag of `late`, although it is too noisy to estimate its own: with
+    this lag the yaw rate explains more of it in both halves of the drive."""
     left, right = drive.wheels(axle)
     difference = drive.driven(right - left)
     steps = round(late.value / drive.step_s)
@@ -133,14 +133,14 @@ def _shares(drive: Drive, axle: Axle, late: _Mismatch) -> bool:
 
 
 def _unexplained(difference: Column, yaw_rate: Column, speed: Column) -> float:
-    """Squares that remain after the unknowns of `_slope`."""
+    """Sum of squared residuals after a fit of the unknowns of `_slope`."""
     unknowns = np.column_stack([yaw_rate, speed, np.ones_like(speed)])
     found = np.linalg.lstsq(unknowns, difference, rcond=None)[0]
     return float(np.sum((difference - unknowns @ found) ** 2))
 
 
 def _mismatch(drive: Drive, axle: Axle) -> _Mismatch | None:
-    """The first that shows; None for an axle that fits, or that the drive does not let judge."""
+    """The first one found; None for an axle without mismatch, or with too little evidence."""
     left, right = drive.wheels(axle)
     per_speed = _mean_per_speed(drive, 0.5 * (left + right))
     low, high = _MEAN_PER_SPEED
@@ -172,7 +172,7 @@ def _mean_per_speed(drive: Drive, mean: Column) -> float | None:
 
 
 def _turns_enough(drive: Drive, axle: Axle, difference: Column) -> bool:
-    """Whether the truck turns so much that steps and noise cannot hide an axle's difference."""
+    """Whether the truck turns enough for the difference to be visible over steps and noise."""
     used = np.isfinite(difference * drive.yaw_rate)
     if not used.any():
         return False
@@ -183,7 +183,7 @@ def _turns_enough(drive: Drive, axle: Axle, difference: Column) -> bool:
 
 
 def _step_m_s(drive: Drive, axle: Axle) -> float:
-    """In which the difference comes. EBC2 has both wheels relative to the front axle, whose own steps are finer."""
+    """Resolution of the difference. EBC2 gives both wheels relative to the front axle, whose own steps are finer."""
     names = [f"wheel_speed_{axle}_{side}" for side in ("left", "right")]
     sources = [drive.signals.sources[name].description for name in names if name in drive.signals.sources]
     if any("EBC2" in source for source in sources):
@@ -193,8 +193,8 @@ def _step_m_s(drive: Drive, axle: Axle) -> float:
 
 
 def _slope(drive: Drive, difference: Column) -> tuple[float, float] | None:
-    """Of the difference over the yaw rate, m, with its 95 % half-width; tyres that are worn unlike and a yaw rate bias
-    are further unknowns."""
+    """Of the difference over the yaw rate, m, with its 95 % half-width; unequal tyre radii and a yaw rate bias are
+    further unknowns."""
     used = np.isfinite(difference * drive.yaw_rate)
     if used.sum() * drive.step_s < MIN_TIME_S:
         return None
@@ -208,7 +208,7 @@ def _tracks_m(drive: Drive, axle: Axle) -> tuple[float, float]:
     return _TRACKS_M if track is None else (track, track)
 
 
-_NOT_USED = "the yaw rate bias is estimated without them"
+_NOT_USED = "The yaw rate bias is estimated without them"
 
 
 def _finding(found: list[_Mismatch]) -> Finding:
@@ -216,38 +216,38 @@ def _finding(found: list[_Mismatch]) -> Finding:
     value = sum(each.value for each in found) / len(found)
     axles = " and ".join(each.axle for each in found)
     text, number, unit = _WORDS[found[0].kind](axles, value)
-    return Finding("wheel_speeds_of_axle", "warning", f"{text}; {_NOT_USED}", number, unit)
+    return Finding("wheel_speeds_of_axle", "warning", text.format(_NOT_USED), number, unit)
 
 
 def _unit(axles: str, value: float) -> tuple[str, float, str]:
-    for factor, mixed_up in ((_KM_H, "km/h taken for m/s"), (1.0 / _KM_H, "m/s taken for km/h")):
+    for factor, mistake in ((_KM_H, "km/h read as m/s"), (1.0 / _KM_H, "m/s read as km/h")):
         if abs(value / factor - 1.0) < _KM_H_WITHIN:
-            size = f"too {'large' if factor > 1.0 else 'small'} by {_KM_H:g} ({mixed_up})"
-            return f"the {axles} wheel speeds are {size}: correct their unit in [signals]", value, "1"
-    text = f"the {axles} wheel speeds are {value:.3g} times the vehicle speed: check their unit, e.g. rpm or rad/s"
+            size = f"too {'large' if factor > 1.0 else 'small'} by a factor of {_KM_H:g} ({mistake})"
+            return f"the {axles} wheel speeds are {size}. {{}}. Correct their unit in [signals]", value, "1"
+    text = f"the {axles} wheel speeds are {value:.3g} times the vehicle speed. {{}}. Check their unit, e.g. rpm"
     return text, value, "1"
 
 
 def _reversed(axles: str, value: float) -> tuple[str, float, str]:
     text = (
-        f"the difference of the {axles} wheel speeds has its sign reversed: left and right are swapped, exchange them "
-        "in [signals]"
+        f"left and right are exchanged in the {axles} wheel speeds: the sign of their difference is reversed. {{}}. "
+        "Exchange their names in [signals]"
     )
     return text, value, "1"
 
 
 def _small(axles: str, value: float) -> tuple[str, float, str]:
     text = (
-        f"the difference of the {axles} wheel speeds is {100 * value:.0f} % of track width times yaw rate: a locked "
-        "differential, or one speed sent for both wheels"
+        f"the difference of the {axles} wheel speeds is only {100 * value:.0f} % of track width times yaw rate. A "
+        "locked differential, or one speed sent for both wheels, does this. {}"
     )
     return text, value, "1"
 
 
 def _large(axles: str, value: float) -> tuple[str, float, str]:
     text = (
-        f"the difference of the {axles} wheel speeds is {value:.1f} times track width times yaw rate: check their unit "
-        "and the track width"
+        f"the difference of the {axles} wheel speeds is {value:.1f} times track width times yaw rate. {{}}. Check "
+        "their unit and the track width"
     )
     return text, value, "1"
 
@@ -255,8 +255,8 @@ def _large(axles: str, value: float) -> tuple[str, float, str]:
 def _lag(axles: str, value: float) -> tuple[str, float, str]:
     order = "after" if value > 0.0 else "before"
     text = (
-        f"the difference of the {axles} wheel speeds comes {1e3 * abs(value):.0f} ms {order} the yaw rate, at most "
-        f"{1e3 * _LAG_MAX_S:.0f} is plausible: check the time stamps and filters of both"
+        f"the difference of the {axles} wheel speeds comes {1e3 * abs(value):.0f} ms {order} the yaw rate; at most "
+        f"{1e3 * _LAG_MAX_S:.0f} ms is plausible. {{}}. Check the time stamps and filters of both"
     )
     return text, 1e3 * value, "ms"
 

@@ -1,4 +1,4 @@
-"""How alike two witnesses are: whether one follows the other, and how long after it.
+"""Correlation of two signals of a turn: whether one follows the other, and with which lag.
 
 A verdict needs both halves of the drive, so that no single event decides.
 """
@@ -9,18 +9,18 @@ import numpy as np
 
 from oncenter.plausibility.drive import GRID_HZ, MIN_TIME_S, Column
 
-_CORRELATION = 0.6  # less tells nothing
+_CORRELATION = 0.6  # a smaller one is no evidence
 _LAG_SEARCHED_S = 2.0
 _LAG_CORRELATION = 0.8
 
 
 def agreement(x: Column, y: Column) -> int:
-    """1 when two witnesses follow each other, -1 when they do so mirrored, 0 when the drive does not tell."""
+    """1 where two signals follow each other, -1 where they do so with opposite sign, 0 without enough evidence."""
     return agreement_of_means(x, y, _CORRELATION, round(MIN_TIME_S * GRID_HZ))
 
 
 def agreement_of_means(x: Column, y: Column, correlation: float, count: int) -> int:
-    """The same of any means, where at least `count` pairs correlate at least so much."""
+    """The same for any means; needs `count` pairs with a correlation of at least `correlation`."""
     both = np.isfinite(x) & np.isfinite(y)
     if both.sum() < count:
         return 0
@@ -37,7 +37,7 @@ def _correlation(x: Column, y: Column) -> float:
 
 
 def lags_s(early: Column, late: Column, step_s: float) -> tuple[float, float] | None:
-    """`lag_s` in each half of the drive; None unless both tell."""
+    """`lag_s` in each half of the drive; None unless both have one."""
     middle = len(early) // 2
     first = lag_s(early[:middle], late[:middle], step_s)
     second = lag_s(early[middle:], late[middle:], step_s)
@@ -45,7 +45,7 @@ def lags_s(early: Column, late: Column, step_s: float) -> tuple[float, float] | 
 
 
 def lag_s(early: Column, late: Column, step_s: float) -> float | None:
-    """How much `late` comes after `early`: where their changes are most alike, or None when they never are."""
+    """The delay of `late` behind `early`, where their changes correlate most; None where they do not correlate."""
     x, y = _increments(early), _increments(late)
     if np.isfinite(x * y).sum() * step_s < MIN_TIME_S / 2:
         return None
@@ -61,8 +61,8 @@ def lag_s(early: Column, late: Column, step_s: float) -> float | None:
 
 
 def _likeness(x: Column, y: Column) -> float:
-    """0 to 1, whatever their signs; over what both have. Without `np.dot`: its threads wait for each other where other
-    processes keep the cores busy, here a hundred times as long as the products take."""
+    """0 to 1, independent of sign, over the common samples. Without `np.dot`: on busy cores its threads wait for each
+    other, here a hundred times as long as the products take."""
     both = np.isfinite(x) & np.isfinite(y)
     x, y = x[both], y[both]
     energy = float(np.sqrt(np.sum(x * x) * np.sum(y * y)))
@@ -70,7 +70,7 @@ def _likeness(x: Column, y: Column) -> float:
 
 
 def _increments(values: Column) -> Column:
-    """Changes over 0.5 s of means over 0.2 s: level and drift are gone, noise is still low."""
+    """Changes over 0.5 s of means over 0.2 s: without level and drift, with little noise."""
     if len(values) < 4 + 10:
         return np.empty(0)
     smooth = np.convolve(values, np.full(4, 0.25), mode="valid")

@@ -1,4 +1,4 @@
-"""The witnesses of a drive on one grid, as all checks see them."""
+"""The signals of a drive on one grid, for all checks."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ Column = npt.NDArray[np.float64]
 NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
 USEFUL = (*NEEDED, "lateral_acceleration")
 
-GRID_HZ = 20.0  # checks run on means over 50 ms: noise is less, steering and yawing are all there
-ROLLING_M_S = 2.0  # r/v means something above it
+GRID_HZ = 20.0  # checks use means over 50 ms: less noise, with all of steering and yawing
+ROLLING_M_S = 2.0  # from which r/v is a curvature
 DRIVING_M_S = 5.0
-MIN_TIME_S = 30.0  # a comparison of two witnesses needs it
+MIN_TIME_S = 30.0  # for a comparison of two signals
 _ABSURD = 1e9  # SI
 
 
 class Drive:
-    """The witnesses on the 20 Hz grid; NaN where not available, all NaN where the log lacks a signal."""
+    """Signals on the 20 Hz grid; NaN where not available, all NaN where the log lacks a signal."""
 
     def __init__(self, signals: Signals, vehicle: Vehicle | None) -> None:
         self.signals = signals
@@ -62,22 +62,22 @@ class Drive:
         return self._means(f"wheel_speed_{axle}_left"), self._means(f"wheel_speed_{axle}_right")
 
     def wheel_pair(self) -> tuple[str, str]:
-        """Left and right of one axle, so that a bend does not change their mean; the axle without drive first."""
+        """Left and right of one axle, so that a bend does not change their mean; the undriven axle first."""
         front, rear = ((f"wheel_speed_{axle}_left", f"wheel_speed_{axle}_right") for axle in ("front", "rear"))
         return front if self.has(*front) else rear
 
     def ratio_times_wheelbase_m(self) -> float | None:
-        """As the vehicle file says it."""
+        """Of the vehicle file."""
         return None if self.vehicle is None else self.vehicle.ratio_near_centre * self.vehicle.wheelbase_m
 
     def _without_radii(self, difference: Column) -> Column:
-        """Right less left without what goes with the speed: tyres that are worn unlike differ by some per mille of it,
-        which on straight roads is more than turning makes."""
+        """Right less left without the part in proportion to speed: unequal tyre wear makes some per mille of it, which
+        on straight roads is more than turning makes."""
         columns = np.column_stack([self.speed, self.yaw_rate, difference])
-        known = columns[np.isfinite(columns).all(axis=1)]
-        if len(known) * self.step_s < MIN_TIME_S:
+        available = columns[np.isfinite(columns).all(axis=1)]
+        if len(available) * self.step_s < MIN_TIME_S:
             return difference
-        of_speed, _of_turning = np.linalg.lstsq(known[:, :2], known[:, 2], rcond=None)[0]
+        of_speed, _of_turning = np.linalg.lstsq(available[:, :2], available[:, 2], rcond=None)[0]
         return np.asarray(difference - of_speed * self.speed)
 
     def _means(self, name: str) -> Column:
@@ -89,6 +89,6 @@ class Drive:
 
 
 def without_absurd(values: Column) -> Column:
-    """NaN in place of a damaged log's numbers that are of no sensor: their squares may be no numbers."""
+    """NaN in place of impossible numbers from a damaged log: their squares may overflow."""
     beyond = np.abs(values) >= _ABSURD
     return np.where(beyond, np.nan, values) if beyond.any() else values

@@ -1,4 +1,4 @@
-"""Least squares with an interval that knows of neighbours alike: by leaving out one part of the drive at a time."""
+"""Least squares with an interval for correlated samples, by leaving out one part of the drive at a time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _STUDENT_T = 2.20  # 97.5 %, _PARTS - 1 degrees of freedom
 
 @dataclass(frozen=True)
 class Normal:
-    """Normal equations of each part of a drive: what squares and products sum up to."""
+    """Normal equations of each part of a drive: sums of squares and products."""
 
     squares: Column  # (parts, unknowns, unknowns)
     toward: Column  # (parts, unknowns)
@@ -33,8 +33,8 @@ def normal_equations(unknowns: Column, y: Column) -> Normal:
 
 
 def first_with_interval(guesses: Sequence[Normal]) -> tuple[float, float]:
-    """The first coefficient by the guess that leaves least, and its 95 % half-width. Without a part another guess may
-    be the best, which is in the interval, too."""
+    """The first coefficient of the guess with the smallest residual, and its 95 % half-width. The interval includes
+    that another guess may be best without a part of the drive."""
     without = np.array([_first(guesses, left_out) for left_out in range(_PARTS)])
     variance = (_PARTS - 1) / _PARTS * float(np.sum((without - without.mean()) ** 2))
     return _first(guesses, None), _STUDENT_T * variance**0.5
@@ -46,7 +46,7 @@ def _first(guesses: Sequence[Normal], left_out: int | None) -> float:
 
 
 def _left_and_first(guess: Normal, kept: Sequence[int]) -> tuple[float, float]:
-    """The squares that least squares leaves, and its first coefficient."""
+    """Sum of squared residuals, and the first coefficient."""
     toward = guess.toward[kept].sum(axis=0)
     found = np.linalg.lstsq(guess.squares[kept].sum(axis=0), toward, rcond=None)[0]
     return float(guess.target_squares[kept].sum() - toward @ found), float(found[0])

@@ -1,4 +1,4 @@
-"""Whether the witnesses of a turn come when they should: the yaw rate after the angle, the acceleration with it."""
+"""Lags between the signals of a turn: the yaw rate after the angle, the lateral acceleration with the yaw rate."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from oncenter.plausibility.correlation import lags_s
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
 from oncenter.plausibility.verdict import BENDS, CannotTell, Verdict, lacks
 
-_ANGLE_TO_YAW_S = (-0.05, 0.5)  # tyres, chassis and play make it late; a loaded truck at speed takes some 0.3 s
-_YAW_TO_ACCELERATION_S = (-0.2, 0.2)  # the sensor's place along the vehicle and the roll of the cab move it
-_ALIKE = "needs bends in both halves of the drive, larger than what else moves the two: play, banks, noise"
-_AHEAD_M = 4.0  # of the rear axle, where the vehicle file does not say how far it may be
+_ANGLE_TO_YAW_S = (-0.05, 0.5)  # tyres, chassis and play delay it, on a loaded truck at speed by some 0.3 s
+_YAW_TO_ACCELERATION_S = (-0.2, 0.2)  # depends on the sensor's position along the vehicle and the roll of the cab
+_ALIKE = "needs bends in both halves of the drive that exceed play, road bank and noise"
+_AHEAD_M = 4.0  # of the rear axle, without a vehicle file
 
 
 def yaw_rate(drive: Drive) -> Verdict:
@@ -34,13 +34,13 @@ def lateral_acceleration(drive: Drive) -> Verdict:
 
 
 def _why(drive: Drive, early: Column, late: Column) -> str:
-    """What a lag that is not told would need."""
+    """The missing evidence for a lag that is not judged."""
     both_s = float(np.isfinite(drive.driven(early) * late).sum()) * drive.step_s
     return BENDS if both_s < MIN_TIME_S else _ALIKE
 
 
 def _led_s(drive: Drive) -> float:
-    """How far what is measured at the front axle is ahead of r*v: the rear axle follows, as slow as the truck is."""
+    """The lead of a measurement at the front axle over r*v: the rear axle follows later, at low speed much later."""
     ahead_m = _AHEAD_M if drive.vehicle is None else drive.vehicle.wheelbase_m
     return ahead_m / float(np.nanmedian(drive.driven(drive.speed)))
 
@@ -52,7 +52,7 @@ def _beyond(subject: str, found_s: tuple[float, float], limits: tuple[float, flo
         return None
     lag_ms = 1e3 * sum(found_s) / 2
     text = (
-        f"the {subject} is {lag_ms:.0f} ms, plausible is {1e3 * low:.0f} to {1e3 * high:.0f}: "
-        "look at the time stamps, or at a filter in a sensor"
+        f"the {subject} is {lag_ms:.0f} ms; {1e3 * low:.0f} to {1e3 * high:.0f} ms is plausible. Check the time stamps "
+        "and the filters of the sensors"
     )
     return Finding(code, "warning", text, lag_ms, "ms")

@@ -1,4 +1,4 @@
-"""Whether each signal is there, often enough, moving, and fine enough."""
+"""Whether each signal is available, fast enough, not stuck, and fine enough."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from oncenter.signals import DEGREE, SIGNALS, Signals
 _NOT_AVAILABLE = 0.05  # of the ticks
 _SLOWEST_HZ = 9.5  # the 3 Hz low-pass of 5.1.1 needs more than twice its cut-off; EBC2 and CCVS1 come at 10
 
-# s of the very same number while rolling; a held wheel still moves by a bit of 1/1024 rad, a cruise control holds long
+# s at exactly one value while rolling; a held wheel still moves by a bit of 1/1024 rad, a cruise control holds longer
 _STUCK_S = {"steering_wheel_angle": 20.0, "yaw_rate": 20.0, "lateral_acceleration": 20.0, "vehicle_speed": 120.0}
 _RATIO_TIMES_WHEELBASE_M = 80.0  # of a truck: 20 times 4 m
 _FINE_M_S = 0.03  # a step of the vehicle speed: 0.1 km/h, where CCVS1 has 1/256
 _WHEELS_M_S = 0.3  # of wheel speeds: noise and slip
-_RECURRING_SHARE = 0.5  # of the numbers; fewer recur by chance, or while the truck stands
+_RECURRING_SHARE = 0.5  # of the values; fewer recur by chance, or while the truck stands
 _STANDING_M_S = 0.5
 _YAWS_RAD_S = 0.5 * DEGREE  # spread; a gyro's noise at standstill is a fifth of it
-_HELD_STEPS = 3.0  # that a signal which was held goes on by at once
+_HELD_STEPS = 3.0  # size of the change after a held value
 _HELD_CHANGES_MIN = 30  # fewer are dropouts
-_MANY = 100  # numbers, which show what a signal can say
+_MANY = 100  # different values, which show the resolution of a signal
 
-# coarsest step that does no harm: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
+# coarsest harmless step: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
 _COARSEST = {
     "steering_wheel_angle": (1.05, DEGREE, "deg"),
     "yaw_rate": (0.105, DEGREE, "deg/s"),
@@ -40,8 +40,12 @@ def missing(drive: Drive) -> list[Finding]:
         Finding(
             "missing_signal",
             "error" if name in NEEDED else "info",
-            f"no {words(name)}: "
-            + ("no answer without it" if name in NEEDED else "bank and understeer then rest on r*v alone"),
+            f"the log has no {words(name)}. "
+            + (
+                "The offset cannot be estimated without it"
+                if name in NEEDED
+                else "Road bank and understeer then rest on yaw rate times speed alone"
+            ),
         )
         for name in USEFUL
         if not drive.has(name)
@@ -53,25 +57,30 @@ def availability(drive: Drive) -> list[Finding]:
     for name in filter(drive.has, USEFUL):
         share = float(np.isnan(drive.ticks(name)).mean())
         if share > _NOT_AVAILABLE:
-            text = f"the {words(name)} has no number for {100 * share:.0f} % of the time"
+            text = (
+                f"the {words(name)} has no value for {100 * share:.0f} % of the time. Check its sender and the logger"
+            )
             found.append(Finding("signal_not_available", "warning", text, 100 * share, "%"))
         rate_hz = drive.signals.sources[name].rate_hz
         if 0 < rate_hz < _SLOWEST_HZ:
-            text = f"the {words(name)} comes at {rate_hz:.3g} Hz only: steering is faster than that"
+            text = f"the {words(name)} comes at only {rate_hz:.3g} Hz, too slow to follow steering. Record it faster"
             found.append(Finding("signal_slow", "warning", text, rate_hz, "Hz"))
         changes_hz = held_rate_hz(drive.signals, name)
         if changes_hz is not None:
-            text = f"the {words(name)} repeats its last value: it changes only {changes_hz:.2g} times a second"
+            text = (
+                f"the {words(name)} changes only {changes_hz:.2g} times a second and repeats its last value between. "
+                "Record it faster"
+            )
             found.append(Finding("signal_slow", "warning", text, changes_hz, "Hz"))
     return found
 
 
 def held_rate_hz(signals: Signals, name: str) -> float | None:
-    """How often a signal changes that is sent faster but repeats its last value; None where that is often enough, or
-    where too few changes show it.
+    """Rate of change of a signal that is sent faster but repeats its last value; None where it is fast enough, or
+    without enough changes.
 
-    A signal that stands still because nothing moves, or because its steps hide the motion, goes on by a step. One that
-    was held goes on by all that it missed. So only the time before changes of several steps counts.
+    After a time without motion, or with motion below its resolution, a signal changes by one step. A held signal
+    changes by all the motion in between. So only the time before changes of several steps counts.
     """
     column = SIGNALS[name].column
     if column not in signals.table.columns:
@@ -92,12 +101,15 @@ def held_rate_hz(signals: Signals, name: str) -> float | None:
 def stuck(drive: Drive) -> list[Finding]:
     found: list[Finding] = []
     if _yaws_while_standing(drive):
-        text = "the vehicle speed reads zero all the time while the yaw rate turns: no speed, or another signal's"
+        text = (
+            "the vehicle speed reads zero all the time while the yaw rate shows turns. Check its name and source in "
+            "[signals]"
+        )
         whole_s = (len(drive.ticks("vehicle_speed")) - 1) / drive.signals.rate_hz
         found.append(Finding("vehicle_speed_zero", "error", text, whole_s, "s"))
     for name in _STUCK_S:
         if name not in ("vehicle_speed", "yaw_rate") and _is_coarse(drive, name):
-            continue  # a step hides all that moves on a straight road; `coarse` says it
+            continue  # one step can hide all motion on a straight road; `coarse` reports it
         runs = _runs_of_one_number(drive, name)
         if name == "vehicle_speed":
             runs = [run for run in runs if _must_have_changed(drive, run)]
@@ -109,22 +121,25 @@ def stuck(drive: Drive) -> list[Finding]:
 
 
 def _runs_of_one_number(drive: Drive, name: str) -> list[slice]:
-    """Where the signal stays at one number for longer than its `_STUCK_S` while the vehicle rolls."""
+    """Where the signal stays at one value for longer than its `_STUCK_S` while the vehicle rolls."""
     rolling = (drive.ticks("vehicle_speed") > ROLLING_M_S)[1:]
     return _runs((np.diff(drive.ticks(name)) == 0.0) & rolling, _STUCK_S[name] * drive.signals.rate_hz)
 
 
 def _stuck(drive: Drive, name: str, runs: list[slice]) -> Finding:
     same_s = max(run.stop - run.start for run in runs) / drive.signals.rate_hz
-    text = f"the {words(name)} stands still at one number for {same_s:.0f} s while the vehicle rolls: stuck?"
+    text = (
+        f"the {words(name)} stays at one value for {same_s:.0f} s while the vehicle rolls. It seems stuck: check the "
+        "sensor and the recording"
+    )
     return Finding("signal_stuck", "error", text, same_s, "s")
 
 
 def _yaws_while_standing(drive: Drive) -> bool:
-    known = np.isfinite(drive.speed + drive.yaw_rate)
-    if known.sum() * drive.step_s < MIN_TIME_S:
+    available = np.isfinite(drive.speed + drive.yaw_rate)
+    if available.sum() * drive.step_s < MIN_TIME_S:
         return False
-    return bool(drive.speed[known].max() < _STANDING_M_S and np.std(drive.yaw_rate[known]) > _YAWS_RAD_S)
+    return bool(drive.speed[available].max() < _STANDING_M_S and np.std(drive.yaw_rate[available]) > _YAWS_RAD_S)
 
 
 def _is_coarse(drive: Drive, name: str) -> bool:
@@ -134,8 +149,8 @@ def _is_coarse(drive: Drive, name: str) -> bool:
 
 
 def _must_have_changed(drive: Drive, run: slice) -> bool:
-    """Whether the vehicle's speed moved meanwhile by more than its steps hide: the wheels say so, or its steps are so
-    fine that no cruise control stays within one. Wheels that stand at one number as well say nothing."""
+    """Whether the vehicle speed changed meanwhile by more than its resolution: by the wheel speeds, or because its
+    steps are so fine that no cruise control stays within one. Wheel speeds that are stuck as well are no evidence."""
     step = _step_of(np.delete(drive.ticks("vehicle_speed"), run))
     spread = _wheels_spread(drive, run)
     if spread > 0.0 and (step is None or step >= _FINE_M_S):
@@ -144,7 +159,7 @@ def _must_have_changed(drive: Drive, run: slice) -> bool:
 
 
 def _wheels_spread(drive: Drive, run: slice) -> float:
-    """Of the wheels' speed meanwhile, m/s; 0 where they stand at one number as well, or where there are too few."""
+    """Of the wheel speeds meanwhile, m/s; 0 where they are stuck as well, or where there are too few."""
     wheels = drive.wheel_speed[run.start // drive.ticks_per_step : run.stop // drive.ticks_per_step]
     wheels = wheels[np.isfinite(wheels)]
     if len(wheels) * drive.step_s <= MIN_TIME_S:
@@ -154,7 +169,7 @@ def _wheels_spread(drive: Drive, run: slice) -> float:
 
 
 def speed_stuck_beside_wheels(drive: Drive) -> list[Finding]:
-    """A vehicle speed that stays at one number while the wheels' speed moves by more than its steps hide."""
+    """A vehicle speed that stays at one value while the wheel speeds change by more than its resolution."""
     runs = _runs_of_one_number(drive, "vehicle_speed")
     if not runs:
         return []
@@ -164,7 +179,7 @@ def speed_stuck_beside_wheels(drive: Drive) -> list[Finding]:
 
 
 def _turns_by_more_than_a_step(drive: Drive, run: slice) -> bool:
-    """Whether the angle moved meanwhile by more than the yaw rate's steps hide; always where these are fine."""
+    """Whether the angle changed meanwhile by more than the resolution of the yaw rate; always where that is fine."""
     step = coarse_step(drive.signals, "yaw_rate")
     if step is None:
         return True
@@ -177,8 +192,7 @@ def _turns_by_more_than_a_step(drive: Drive, run: slice) -> bool:
 
 
 def _step_of(values: Column) -> float | None:
-    """The step in which a signal comes; 0 where its numbers are so fine that hardly any recurs, None where it has too
-    few of them to tell."""
+    """Resolution of a signal; 0 where its values hardly recur, None where there are too few of them."""
     step = resolution(values)
     many = len(np.unique(values[np.isfinite(values)])) > _MANY
     return 0.0 if step is None and many else step
@@ -196,16 +210,19 @@ def coarse(drive: Drive) -> list[Finding]:
     for name, (_, factor, unit) in _COARSEST.items():
         step = coarse_step(drive.signals, name)
         if step is not None:
-            text = f"the {words(name)} comes in steps of {step / factor:.3g} {unit}: coarse for this purpose"
+            text = (
+                f"the {words(name)} comes in steps of {step / factor:.3g} {unit}, which is coarse for this purpose. "
+                "Record it in finer steps"
+            )
             found.append(Finding("signal_coarse", "warning", text, step / factor, unit))
     return found
 
 
 def coarse_step(signals: Signals, name: str) -> float | None:
-    """The step in which a signal comes, in SI; None where it is not coarse for this purpose, or shows none.
+    """Resolution of a signal in SI; None where it is fine enough, or where the signal shows none.
 
-    Of a signal slower than the table every row may be interpolated but some: the step is that of the rows that are
-    samples, since between two samples a step apart half a step recurs as well.
+    Most rows of a signal slower than the table are interpolated, and between two samples a step apart half a step
+    recurs as well. So the resolution is that of the rows that are samples.
     """
     column = SIGNALS[name].column
     if column not in signals.table.columns or name not in signals.sources:
@@ -219,7 +236,7 @@ def coarse_step(signals: Signals, name: str) -> float | None:
 
 
 def _step_between(values: Column) -> float | None:
-    """As `resolution`, also of a signal that has no more than a few numbers."""
+    """As `resolution`, also of a signal with only a few different values."""
     numbers, counts = np.unique(np.round(values[np.isfinite(values)], 9), return_counts=True)
     recurring = counts >= 3
     if recurring.sum() < 2 or counts[recurring].sum() < _RECURRING_SHARE * counts.sum():
@@ -228,9 +245,9 @@ def _step_between(values: Column) -> float | None:
 
 
 def resolution(values: Column) -> float | None:
-    """The step in which a signal comes, in its unit; None where it shows none.
+    """Resolution of a signal in its unit; None where it shows none.
 
-    Only numbers that recur count: what was interpolated between two samples hardly does, what was measured does.
+    Only recurring values count: measured values recur, interpolated ones hardly do.
     """
     numbers, counts = np.unique(np.round(values[np.isfinite(values)], 9), return_counts=True)
     recurring = numbers[counts >= 3]

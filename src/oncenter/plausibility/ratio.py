@@ -1,4 +1,4 @@
-"""Steering ratio times wheelbase as the drive shows it, against what the vehicle file says."""
+"""Steering ratio times wheelbase of the drive, against that of the vehicle file."""
 
 from __future__ import annotations
 
@@ -12,50 +12,50 @@ from oncenter.plausibility.jackknife import first_with_interval, normal_equation
 from oncenter.plausibility.verdict import CannotTell, Verdict, lacks
 
 _SPEED_MIN_M_S = 3.0
-_CURVATURE_MAX_1_M = 1 / 15  # beyond it tan and a variable ratio bend the line
-_ACCELERATION_MAX_M_S2 = 3.0  # beyond it tyres do
-_BEND_1_M = 1 / 200  # tighter ones turn the wheel by several times any play
+_CURVATURE_MAX_1_M = 1 / 15  # beyond it tan and a variable ratio are not linear
+_ACCELERATION_MAX_M_S2 = 3.0  # beyond it tyres are not linear
+_BEND_1_M = 1 / 200  # tighter ones need several times the angle of any play
 _BEND_TIME_MIN_S = 10.0
 _SPEEDS_APART = 1.2  # between slow and fast bends; at one speed understeer and ratio are the same
 _OFF = 0.10
-_HALF_WIDTH_MAX = 0.15  # of the value; a wider interval judges nothing
-_SIDE_FORCE_S = 1.0  # over which the bank is a mean: the accelerometer's noise is shorter
-_UNLOADS_M_S2 = np.linspace(-0.6, 0.6, 25)  # from the mean bank, where the steering may change its flank
+_HALF_WIDTH_MAX = 0.15  # of the value; a wider interval is not judged
+_BANK_MEAN_S = 1.0  # of the bank, longer than the accelerometer's noise
+_NEUTRAL_M_S2 = np.linspace(-0.6, 0.6, 25)  # lateral acceleration from the mean bank at which the flank may change
 _SLOW_M_S = 12.0  # slower bends are hardly banked
 _QUARTERS = 4
-_ZERO_MOVES_M_S2 = 0.45  # between quarters of the drive: more is neither crown nor hard driving
-_FLANK_M_S2 = 0.05  # of side force, beyond which the wheels lie on one flank of the play
+_ZERO_MOVES_M_S2 = 0.45  # between quarters of the drive: more than crown or hard driving explain
+_FLANK_M_S2 = 0.05  # of lateral acceleration, beyond which one flank of the play is loaded
 
 
 def ratio_times_wheelbase(drive: Drive, comparable: bool) -> Verdict:
-    """Told without a vehicle file, judged with one; `comparable`: signs and scales let r/v be compared at all."""
+    """Reported without a vehicle file, judged with one; `comparable`: signs and scales have no error."""
     subject = "ratio times wheelbase"
     if not comparable:
-        return CannotTell(subject, "signs and scales first")
+        return CannotTell(subject, "signs or scales have an error")
     bank = _bank(drive)
     shown = _shown(drive, bank)
     if shown is None:
         bends = f"needs {_BEND_TIME_MIN_S:.0f} s in bends of less than {1 / _BEND_1_M:.0f} m, at several speeds"
-        slowly = "" if bank is not None else f" below {_SLOW_M_S:.0f} m/s, no accelerometer telling the bank"
+        slowly = "" if bank is not None else f" below {_SLOW_M_S:.0f} m/s, since no accelerometer measures the bank"
         return CannotTell(subject, lacks(drive, NEEDED, bends + slowly))
     value, half_width = shown
     low, high = value - half_width, value + half_width
-    told = f"ratio times wheelbase is {value:.1f} m in this drive ({low:.1f} to {high:.1f})"
+    found = f"steering ratio times wheelbase is {value:.1f} m in this drive ({low:.1f} to {high:.1f} m)"
     expected = drive.ratio_times_wheelbase_m()
     if expected is None or drive.vehicle is None:
-        return Finding("ratio_times_wheelbase", "info", told, value, "m")
+        return Finding("ratio_times_wheelbase", "info", found, value, "m")
     if abs(value / expected - 1) <= _OFF or low <= expected <= high:
         return None
     text = (
-        f"{told}, the vehicle file says {expected:.1f}: if its wheelbase is right and no axle was lifted, the ratio is "
-        f"{value / drive.vehicle.wheelbase_m:.1f}"
+        f"{found}; the vehicle file gives {expected:.1f} m. Check both values: with the given wheelbase and no lifted "
+        f"axle, the ratio is {value / drive.vehicle.wheelbase_m:.1f}"
     )
     return Finding("ratio_times_wheelbase", "warning", text, value, "m")
 
 
 def rough_m(drive: Drive) -> float | None:
     """i*L in m without an interval, in any bends: (10) with offset, understeer and gyro bias as further unknowns. Play,
-    lag and the yaw rate's noise make some tenths of it."""
+    lag and yaw rate noise cause errors of some tenths of it."""
     k, v = drive.curvature, drive.speed
     used = _usable(drive) & np.isfinite(drive.angle * k)
     if agreement(drive.angle, k) != 1 or used.sum() * drive.step_s < MIN_TIME_S:
@@ -68,8 +68,8 @@ def rough_m(drive: Drive) -> float | None:
 def _shown(drive: Drive, bank: Column | None) -> tuple[float, float] | None:
     """i*L in m and its 95 % half-width: (10) with offset, understeer, gyro bias, lag and play as further unknowns.
 
-    The wheels lie on the flank that side force says, less where the steering unloads, which is sought: the zero of the
-    accelerometer is in it.
+    The sign of the lateral force gives the loaded flank of the play. The neutral lateral acceleration, which contains
+    the accelerometer's zero, is a further unknown.
     """
     late_s = lag_s(drive.driven(drive.angle), drive.curvature, drive.step_s)
     angle = _later(drive.angle, late_s or 0.0, drive.step_s)
@@ -83,11 +83,11 @@ def _shown(drive: Drive, bank: Column | None) -> tuple[float, float] | None:
     slow, fast = np.quantile(v[bends], [0.1, 0.9])
     if fast < _SPEEDS_APART * slow:
         return None
-    at_rest, side_force = 0.0, drive.centripetal[used]
+    at_rest, lateral = 0.0, drive.centripetal[used]
     if bank is not None:
-        at_rest, side_force = _line_over(v[used], bank[used])[0], side_force + bank[used]
-    others = np.column_stack([k[used], np.ones_like(side_force), side_force, 1 / v[used], yaw_acceleration[used]])
-    flanks = (np.tanh((side_force - at_rest - unloads) / _FLANK_M_S2) for unloads in _UNLOADS_M_S2)
+        at_rest, lateral = _line_over(v[used], bank[used])[0], lateral + bank[used]
+    others = np.column_stack([k[used], np.ones_like(lateral), lateral, 1 / v[used], yaw_acceleration[used]])
+    flanks = (np.tanh((lateral - at_rest - neutral) / _FLANK_M_S2) for neutral in _NEUTRAL_M_S2)
     guesses = [normal_equations(np.column_stack([others, flank]), angle[used]) for flank in flanks]
     value, half_width = first_with_interval(guesses)
     return (value, half_width) if half_width < _HALF_WIDTH_MAX * abs(value) else None
@@ -103,31 +103,31 @@ def _rate_of(values: Column, step_s: float) -> Column:
 
 
 def _bank(drive: Drive) -> Column | None:
-    """a_y - r*v; None where no accelerometer that works says it: one that follows r*v, and whose zero stays."""
+    """a_y - r*v; None without an accelerometer that follows r*v with a constant zero."""
     bank = _smoothed(drive.lateral_acceleration - drive.centripetal, drive.step_s)
-    known = _usable(drive) & np.isfinite(bank)
-    if known.sum() * drive.step_s < MIN_TIME_S:
+    used = _usable(drive) & np.isfinite(bank)
+    if used.sum() * drive.step_s < MIN_TIME_S:
         return None
-    _, of_speed = _line_over(drive.speed[known], bank[known])
+    _, of_speed = _line_over(drive.speed[used], bank[used])
     if agreement(drive.lateral_acceleration, drive.centripetal + of_speed * drive.speed) != 1:
         return None
-    level = bank[known] - of_speed * drive.speed[known]
+    level = bank[used] - of_speed * drive.speed[used]
     means = [float(part.mean()) for part in np.array_split(level, _QUARTERS)]
     return bank if max(means) - min(means) < _ZERO_MOVES_M_S2 else None
 
 
 def _line_over(v: Column, bank: Column) -> tuple[float, float]:
-    """What of the bank is the same at any speed, and what goes with it, as a gyro's bias makes it go."""
+    """The constant part of the bank, and its slope over the speed, which a gyro bias causes."""
     at_rest, of_speed = np.linalg.lstsq(np.column_stack([np.ones_like(v), v]), bank, rcond=None)[0]
     return float(at_rest), float(of_speed)
 
 
 def _smoothed(values: Column, step_s: float) -> Column:
-    """Means of what is known; NaN where nothing is."""
-    steps = np.ones(max(1, min(round(_SIDE_FORCE_S / step_s), len(values))))
-    known = np.isfinite(values)
-    counts = np.convolve(known, steps, mode="same")
-    sums = np.convolve(np.where(known, values, 0.0), steps, mode="same")
+    """Means of the available values; NaN where there is none."""
+    steps = np.ones(max(1, min(round(_BANK_MEAN_S / step_s), len(values))))
+    available = np.isfinite(values)
+    counts = np.convolve(available, steps, mode="same")
+    sums = np.convolve(np.where(available, values, 0.0), steps, mode="same")
     return np.asarray(np.divide(sums, counts, out=np.full(len(values), np.nan), where=counts > 0.5))
 
 

@@ -1,4 +1,4 @@
-"""How much of a drive was recorded: holes without any signal, and signals that are not there at its ends."""
+"""Completeness of a recording: gaps without any signal, and signals that begin late or end early."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from oncenter.offset.findings import Finding
 from oncenter.plausibility.verdict import words
 from oncenter.signals import SIGNALS, Signals
 
-_HOLE_MIN_S = 1.0  # a shorter one is frames that got lost
+_HOLE_MIN_S = 1.0  # a shorter one is lost frames
 _LOST_SHARE_MAX = 0.05  # of the time from first to last tick; more is a warning
-_END_MIN_S, _END_PERIODS = 0.1, 2.5  # senders need not begin in one tick; what reading bridges is no end
+_END_MIN_S, _END_PERIODS = 0.1, 2.5  # senders do not begin in one tick; reading bridges shorter gaps
 _MINUTES_FROM_S = 120.0
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """`whole_s` from the first tick to the last, of which `recorded_s` outside the holes; `holes_s` in order, each
-    longer than a second."""
+    """`whole_s` from the first tick to the last, of which `recorded_s` outside the gaps; `holes_s`: the gaps in order,
+    each longer than a second."""
 
     whole_s: float
     recorded_s: float
@@ -29,7 +29,7 @@ class Recorded:
 
 
 def recorded(signals: Signals) -> Recorded:
-    """Of one drive; ticks whose time runs backward count as recorded."""
+    """Of one drive; ticks with decreasing time count as recorded."""
     time = signals.table["time_s"].to_numpy()[_has_a_number(signals)]
     steps = np.diff(time)
     holes = steps[steps > _HOLE_MIN_S] - 1.0 / signals.rate_hz
@@ -38,7 +38,7 @@ def recorded(signals: Signals) -> Recorded:
 
 
 def recording_findings(signals: Signals, names: Sequence[str]) -> list[Finding]:
-    """Holes of a drive, and which of these signals, of those that it has, begin late or end early."""
+    """Gaps of a drive, and the given signals that begin late or end early."""
     return [*_holes(recorded(signals)), *_ends(signals, names)]
 
 
@@ -54,17 +54,17 @@ def _holes(drive: Recorded) -> list[Finding]:
     if not drive.holes_s:
         return []
     unit, per_unit = ("minutes", 60.0) if drive.whole_s >= _MINUTES_FROM_S else ("seconds", 1.0)
-    of_whole = f"recorded {_short(drive.recorded_s / per_unit)} of {_short(drive.whole_s / per_unit)} {unit}"
+    of_whole = f"{_short(drive.recorded_s / per_unit)} of {_short(drive.whole_s / per_unit)} {unit} are recorded"
     longest = f"{_short(max(drive.holes_s))} s"
     count = len(drive.holes_s)
-    holes = f"1 hole of {longest}" if count == 1 else f"{count} holes of up to {longest}"
+    holes = f"there is 1 gap of {longest}" if count == 1 else f"there are {count} gaps of up to {longest}"
     lost_s = sum(drive.holes_s)
     severity = "warning" if lost_s > _LOST_SHARE_MAX * drive.whole_s else "info"
-    return [Finding("recording_has_holes", severity, f"{of_whole}, {holes}", lost_s, "s")]
+    return [Finding("recording_has_holes", severity, f"{of_whole}; {holes}", lost_s, "s")]
 
 
 def _ends(signals: Signals, names: Sequence[str]) -> list[Finding]:
-    """Ignition switches senders on and off one after the other, and the logger as well."""
+    """At ignition, senders and logger start and stop one after the other."""
     having = _has_a_number(signals)
     time = signals.table["time_s"].to_numpy()
     if not having.any():
@@ -79,17 +79,17 @@ def _ends(signals: Signals, names: Sequence[str]) -> list[Finding]:
         if not len(there):
             continue
         rate_hz = signals.sources[name].rate_hz if name in signals.sources else 0.0
-        worth_telling_s = max(_END_MIN_S, _END_PERIODS / rate_hz if rate_hz > 0.0 else 0.0)
+        reported_from_s = max(_END_MIN_S, _END_PERIODS / rate_hz if rate_hz > 0.0 else 0.0)
         late_s, early_s = float(there[0] - first_s), float(last_s - there[-1])
-        if late_s > worth_telling_s:
-            text = f"{words(name)} began {_short(late_s)} s after the log"
+        if late_s > reported_from_s:
+            text = f"the {words(name)} begins {_short(late_s)} s after the log"
             found.append(Finding("signal_began_late", "info", text, late_s, "s"))
-        if early_s > worth_telling_s:
-            text = f"{words(name)} ended {_short(early_s)} s before the log"
+        if early_s > reported_from_s:
+            text = f"the {words(name)} ends {_short(early_s)} s before the log"
             found.append(Finding("signal_ended_early", "info", text, early_s, "s"))
     return found
 
 
 def _short(number: float) -> str:
-    """Whole from 10 on; below with as many decimals as it is worth."""
+    """Whole from 10 on; below with one or two decimals."""
     return f"{number:.{0 if number >= 9.95 else 1 if number >= 0.95 else 2}f}"

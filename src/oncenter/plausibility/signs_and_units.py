@@ -1,4 +1,4 @@
-"""Whether left is positive everywhere, and every signal in the unit that it says: the witnesses of a turn compared."""
+"""Whether left is positive in all signals, and every signal has its stated unit: the signals of a turn compared."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 
 def sign(drive: Drive) -> Verdict:
-    """The witnesses of a turn vote; the minority is reversed."""
+    """The signals of a turn vote; the minority is reversed."""
     against = {
         "steering wheel angle": (drive.angle, drive.curvature),
         "lateral acceleration": (drive.lateral_acceleration, drive.centripetal),
@@ -30,23 +30,23 @@ def sign(drive: Drive) -> Verdict:
         return None
     minority, majority = sorted((like, unlike), key=len)
     if len(minority) == len(majority):
-        text = f"either the {_and(like)} or the {_and(unlike)} has its sign reversed: left turns are to be positive"
+        text = f"the sign of either the {_and(like)} or the {_and(unlike)} is reversed: left turns must be positive"
     else:
-        text = f"the {_and(minority)} has its sign reversed: left turns are positive in the {_and(majority)}"
-    return Finding("sign_reversed", "error", text + " (set sign = -1 in [signals])")
+        text = f"the sign of the {_and(minority)} is reversed: left turns are positive in the {_and(majority)}"
+    return Finding("sign_reversed", "error", text + ". Set sign = -1 for it in [signals]")
 
 
 def _and(names: list[str]) -> str:
     return " and the ".join(names)
 
 
-# Where a right scale puts each relation. Understeer turns more angle than i*L*r/v at speed: up to four times.
+# Ranges of each relation with right scales. At speed, understeer needs up to four times the angle i*L*r/v.
 _ANGLE_PER_IL = (0.5, 4.0)
-_ANGLE_PER_CURVATURE_M = (15.0, 400.0)  # i*L of cars 35 to heavy trucks 140 m, where no vehicle file says it
+_ANGLE_PER_CURVATURE_M = (15.0, 400.0)  # without a vehicle file: i*L is 35 m for cars to 140 m for heavy trucks
 _ACCELERATION_PER_RV = (1 / 1.8, 1.8)
-_ACCELERATION_PER_RV_ON_MOTORWAYS = (0.3, 1.8)  # which lean into their bends: the tyres are left a third
+_ACCELERATION_PER_RV_ON_MOTORWAYS = (0.3, 1.8)  # banked bends leave a third of r*v to the tyres
 _MOTORWAY_M_S = 20.0
-_WHEELS_PER_YAW_RATE_M = (0.9, 3.5)  # track width; twice the yaw rate makes half of it
+_WHEELS_PER_YAW_RATE_M = (0.9, 3.5)  # track width; half of it with a yaw rate twice too large
 _WHEELS_PER_SPEED = (0.8, 1.25)
 
 _RADIAN_IN_DEGREES = 1 / DEGREE
@@ -54,7 +54,7 @@ _RADIAN_IN_DEGREES = 1 / DEGREE
 
 @dataclass(frozen=True)
 class _UnitSlip:
-    """One signal read in the wrong unit: too large by `factor`, and how that moves each relation (its power)."""
+    """One signal read in a wrong unit: too large by `factor`, with the power of that factor in each relation."""
 
     signal: str
     factor: float
@@ -62,7 +62,7 @@ class _UnitSlip:
     powers: Mapping[str, int]
 
     def __str__(self) -> str:
-        size = f"{'large' if self.factor > 1 else 'small'} by {max(self.factor, 1 / self.factor):.3g}"
+        size = f"{'large' if self.factor > 1 else 'small'} by a factor of {max(self.factor, 1 / self.factor):.3g}"
         return f"the {self.signal} {'are' if self.signal.endswith('s') else 'is'} too {size} ({self.words})"
 
 
@@ -76,53 +76,56 @@ _MOVES = {
 _SLIPS = [
     _UnitSlip(signal, factor**power, words, _MOVES[signal])
     for signal, factor, read_large, read_small in (
-        ("steering wheel angle", _RADIAN_IN_DEGREES, "deg taken for rad", "rad taken for deg"),
-        ("yaw rate", _RADIAN_IN_DEGREES, "deg/s taken for rad/s", "rad/s taken for deg/s"),
-        ("vehicle speed", 3.6, "km/h taken for m/s", "m/s taken for km/h"),
-        ("lateral acceleration", STANDARD_GRAVITY, "m/s^2 taken for g", "g taken for m/s^2"),
-        ("wheel speeds", 3.6, "km/h taken for m/s", "m/s taken for km/h"),
+        ("steering wheel angle", _RADIAN_IN_DEGREES, "deg read as rad", "rad read as deg"),
+        ("yaw rate", _RADIAN_IN_DEGREES, "deg/s read as rad/s", "rad/s read as deg/s"),
+        ("vehicle speed", 3.6, "km/h read as m/s", "m/s read as km/h"),
+        ("lateral acceleration", STANDARD_GRAVITY, "m/s^2 read as g", "g read as m/s^2"),
+        ("wheel speeds", 3.6, "km/h read as m/s", "m/s read as km/h"),
     )
     for power, words in ((1, read_large), (-1, read_small))
 ]
 
 
-_OFF_BY_FAR = 1.5  # beyond what is usual; much play on straight roads, and gusts, make a tenth more than usual
+_FAR_BEYOND = 1.5  # times the usual range; much play on straight roads and gusts exceed it by a tenth
 
 
 def units(drive: Drive) -> Verdict:
-    """Each relation between witnesses against where it belongs; a slip of units must explain all of them at once."""
-    seen = _relations(drive)
-    if not seen:
+    """Each relation between signals against its range; a wrong unit must explain all of them at once."""
+    shown = _relations(drive)
+    if not shown:
         return CannotTell("scales", lacks(drive, NEEDED, BENDS))
     none = _UnitSlip("", 1.0, "", {})
-    if _explains(none, seen):
+    if _explains(none, shown):
         return None
-    slips = [slip for slip in _SLIPS if _explains(slip, seen)]
+    slips = [slip for slip in _SLIPS if _explains(slip, shown)]
     if not slips:
-        off = [name for name, (ratio, low, high) in seen.items() if not low <= ratio <= high]
+        off = [name for name, (ratio, low, high) in shown.items() if not low <= ratio <= high]
         if off == ["wheels"]:
-            return None  # `wheels` says it
-        text = "the scales do not fit together, and no single mix-up of units explains it: " + ", ".join(
-            f"{_RELATION[name]} is {seen[name][0]:.3g}, usual is {seen[name][1]:.3g} to {seen[name][2]:.3g}"
+            return None  # reported by `wheels`
+        text = "the scales of the signals contradict each other, and no single wrong unit explains it. "
+        text += "; ".join(
+            f"{_RELATION[name]} is {shown[name][0]:.3g}, usual is {shown[name][1]:.3g} to {shown[name][2]:.3g}"
             for name in off
         )
+        text += ". Check the units in [signals]"
         if "angle" in off and drive.vehicle is not None:
-            text += ", by the ratio and wheelbase of the vehicle file, which may be wrong"
-        worst = max(max(ratio / high, low / ratio) for ratio, low, high in map(seen.__getitem__, off))
-        return Finding("scale", "error" if worst > _OFF_BY_FAR else "warning", text)
-    return Finding("scale", "error", "a unit is mixed up: " + ", or ".join(map(str, slips)), slips[0].factor, "1")
+            text += ", and the ratio and wheelbase in the vehicle file"
+        worst = max(max(ratio / high, low / ratio) for ratio, low, high in map(shown.__getitem__, off))
+        return Finding("scale", "error" if worst > _FAR_BEYOND else "warning", text)
+    text = "a unit is wrong: " + ", or ".join(map(str, slips)) + ". Correct it in [signals]"
+    return Finding("scale", "error", text, slips[0].factor, "1")
 
 
 _RELATION = {
-    "angle": "angle over r/v in m",
-    "acceleration": "lateral acceleration over r*v",
-    "turning wheels": "rear wheel difference over yaw rate in m",
-    "wheels": "wheel speed over vehicle speed",
+    "angle": "Steering wheel angle divided by curvature, in m,",
+    "acceleration": "Lateral acceleration divided by yaw rate times speed",
+    "turning wheels": "Difference of the rear wheel speeds divided by yaw rate, in m,",
+    "wheels": "Wheel speed divided by vehicle speed",
 }
 
 
 def _relations(drive: Drive) -> dict[str, tuple[float, float, float]]:
-    """By name: the ratio that the drive shows, and between what it belongs."""
+    """By name: the ratio of the drive, and its usual range."""
     il = drive.ratio_times_wheelbase_m()
     angle_limits = _ANGLE_PER_CURVATURE_M if il is None else (_ANGLE_PER_IL[0] * il, _ANGLE_PER_IL[1] * il)
     pairs = {
@@ -130,21 +133,21 @@ def _relations(drive: Drive) -> dict[str, tuple[float, float, float]]:
         "acceleration": (_spread_ratio, drive.lateral_acceleration, drive.centripetal, _acceleration_limits(drive)),
         "turning wheels": (_slope, drive.rear_difference, drive.yaw_rate, _WHEELS_PER_YAW_RATE_M),
     }
-    seen = {name: (ratio(x, y), *limits) for name, (ratio, x, y, limits) in pairs.items() if agreement(x, y) != 0}
+    shown = {name: (ratio(x, y), *limits) for name, (ratio, x, y, limits) in pairs.items() if agreement(x, y) != 0}
     wheels = _wheel_speed_ratio(drive)
     if wheels is not None:
-        seen["wheels"] = (wheels, *_WHEELS_PER_SPEED)
-    return seen
+        shown["wheels"] = (wheels, *_WHEELS_PER_SPEED)
+    return shown
 
 
 def confirming_yaw_rate(drive: Drive) -> frozenset[str]:
-    """Which of "angle" and "acceleration" follow the yaw rate in sign and scale; none where one contradicts it."""
-    witnesses = {
+    """Those of "angle" and "acceleration" that follow the yaw rate in sign and scale; none where one contradicts it."""
+    others = {
         "angle": (drive.angle, drive.curvature, _ANGLE_PER_CURVATURE_M),
         "acceleration": (drive.lateral_acceleration, drive.centripetal, _acceleration_limits(drive)),
     }
     confirming = set()
-    for name, (x, y, (low, high)) in witnesses.items():
+    for name, (x, y, (low, high)) in others.items():
         agrees = agreement(x, y)
         if agrees > 0 and low <= _spread_ratio(x, y) <= high:
             confirming.add(name)
@@ -160,20 +163,20 @@ def _acceleration_limits(drive: Drive) -> tuple[float, float]:
 
 
 def _spread_ratio(x: Column, y: Column) -> float:
-    """How much x moves for y, whatever their signs."""
+    """Change of x per change of y, independent of sign."""
     both = np.isfinite(x) & np.isfinite(y)
     return float(np.std(x[both]) / np.std(y[both]))
 
 
 def _slope(x: Column, y: Column) -> float:
-    """How much x moves for y where x is by far the noisier, whatever their signs: by least squares."""
+    """The same by least squares, for an x with far more noise than y."""
     both = np.isfinite(x) & np.isfinite(y)
     return abs(float(np.cov(x[both], y[both])[0, 1] / np.var(y[both], ddof=1)))
 
 
-def _explains(slip: _UnitSlip, seen: Mapping[str, tuple[float, float, float]]) -> bool:
+def _explains(slip: _UnitSlip, shown: Mapping[str, tuple[float, float, float]]) -> bool:
     return all(
-        low <= ratio / slip.factor ** slip.powers.get(name, 0) <= high for name, (ratio, low, high) in seen.items()
+        low <= ratio / slip.factor ** slip.powers.get(name, 0) <= high for name, (ratio, low, high) in shown.items()
     )
 
 
@@ -181,7 +184,7 @@ _WHEELS_OFF = 0.05  # tyre wear and pressure make 3 %
 
 
 def wheels(drive: Drive, scale: Verdict) -> Verdict:
-    """`scale` is the verdict of `units`, which has the word where a mix-up explains the same difference."""
+    """`scale` is the verdict of `units`; where a wrong unit explains the same difference, only that is reported."""
     ratio = _wheel_speed_ratio(drive)
     if ratio is None:
         why = lacks(drive, ("vehicle_speed",), f"needs {MIN_TIME_S:.0f} s of rolling")
@@ -191,8 +194,13 @@ def wheels(drive: Drive, scale: Verdict) -> Verdict:
         return None
     faster = 100 * (ratio - 1)
     if faster > 1000:
-        return Finding("wheel_speed", "error", "the wheels turn while the vehicle speed reads next to nothing")
-    text = f"the wheels turn {faster:+.0f} % against the vehicle speed: tyre size, or the speed's calibration"
+        text = "the wheels turn while the vehicle speed reads nearly zero. Check the vehicle speed in [signals]"
+        return Finding("wheel_speed", "error", text)
+    order = "faster" if faster > 0 else "slower"
+    text = (
+        f"the wheel speeds are {abs(faster):.0f} % {order} than the vehicle speed. Check the tyre size and the "
+        "calibration of the vehicle speed"
+    )
     return Finding("wheel_speed", "warning", text, faster, "%")
 
 
@@ -212,7 +220,7 @@ _TORQUE_SLOPE_OFF = 10.0  # times the params' slope, or a share of it
 def torque(drive: Drive, comparable: bool) -> list[Verdict]:
     """The steering wheel torque against the lateral acceleration, or r*v without one; nothing where the log has none.
 
-    It has no vote on the other signs: friction and play make it the poorest witness of a turn.
+    It has no vote on the other signs, since friction and play make it the least reliable signal of a turn.
     """
     if not drive.has("steering_wheel_torque"):
         return []
@@ -228,15 +236,15 @@ def torque(drive: Drive, comparable: bool) -> list[Verdict]:
     slope = float(np.cov(x[both], y[both])[0, 1] / np.var(x[both], ddof=1))
     if slope < 0.0:
         text = (
-            "the steering wheel torque has its sign reversed: it must be positive where the driver steers left "
-            "(set sign = -1 in [signals])"
+            "the sign of the steering wheel torque is reversed: it must be positive where the driver steers left. Set "
+            "sign = -1 for it in [signals]"
         )
         return [Finding("sign_reversed", "error", text)]
     usual = drive.params["torque_slope_n_m_m_s2"]
     if usual / _TORQUE_SLOPE_OFF < slope < usual * _TORQUE_SLOPE_OFF:
         return []
     text = (
-        f"the steering wheel torque is {slope:.3g} N m per m/s^2 of lateral acceleration, usual is {usual:.3g}: check "
+        f"the steering wheel torque is {slope:.3g} N m per m/s^2 of lateral acceleration; usual is {usual:.3g}. Check "
         f"its unit, or set torque_slope_n_m_m_s2 = {slope:.3g} in [params]"
     )
     return [Finding("scale", "error", text, slope, "N m/(m/s^2)")]

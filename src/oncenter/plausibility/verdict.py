@@ -1,4 +1,4 @@
-"""What a check says: a finding, nothing, or that the drive does not tell, with what it lacks."""
+"""Result of a check: a finding, None, or not judged, with the missing evidence."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ BENDS = f"needs {MIN_TIME_S:.0f} s with bends to both sides"
 
 @dataclass(frozen=True)
 class CannotTell:
-    """A check that the drive does not decide, and what it would need."""
+    """A check that is not judged, and the evidence that it needs."""
 
     check: str
     why: str
@@ -24,7 +24,7 @@ Verdict = Finding | CannotTell | None
 
 
 def lacks(drive: Drive, names: tuple[str, ...], rolling: str) -> str:
-    """Why a check that takes these signals of a rolling vehicle is not judged, the plainest reason first."""
+    """The first reason why a check on these signals is not judged; `rolling` where the vehicle moves."""
     missing = [words(name) for name in names if not drive.has(name)]
     if missing:
         return f"no {', no '.join(missing)}"

@@ -1,4 +1,4 @@
-"""Whether the sensors read zero when there is nothing to read: at standstill, on average at speed, straight ahead."""
+"""Zero errors of the sensors: at standstill, on average at speed, and straight ahead."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ _NEARLY_STRAIGHT_1_M = 1 / 500
 
 
 def yaw_rate(drive: Drive) -> Verdict:
-    seen = _at_standstill(drive, "yaw_rate")
-    if seen is None:
+    standing = _at_standstill(drive, "yaw_rate")
+    if standing is None:
         return CannotTell("zero of the yaw rate", _lacks_standing(drive, "yaw_rate"))
     source = drive.signals.sources["yaw_rate"]
-    return core_findings.yaw_rate_at_standstill(*seen, from_vdc2="VDC2" in source.description)
+    return core_findings.yaw_rate_at_standstill(*standing, from_vdc2="VDC2" in source.description)
 
 
 def lateral_acceleration(drive: Drive) -> Verdict:
-    seen = _at_standstill(drive, "lateral_acceleration")
-    if seen is None:
+    standing = _at_standstill(drive, "lateral_acceleration")
+    if standing is None:
         return CannotTell("zero of the lateral acceleration", _lacks_standing(drive, "lateral_acceleration"))
-    return core_findings.lateral_acceleration_at_standstill(*seen)
+    return core_findings.lateral_acceleration_at_standstill(*standing)
 
 
 def _at_standstill(drive: Drive, name: str) -> tuple[float, float] | None:
-    """Mean reading and the time behind it in s."""
+    """Mean reading, and the time used for it in s."""
     values = drive.ticks(name)[_standing(drive)]
     values = values[np.isfinite(values)]
     time_s = len(values) / drive.signals.rate_hz
@@ -38,7 +38,7 @@ def _at_standstill(drive: Drive, name: str) -> tuple[float, float] | None:
 
 
 def _standing(drive: Drive) -> npt.NDArray[np.bool_]:
-    """Ticks at standstill, after the cab has come to rest."""
+    """Ticks at standstill, after the cab has settled."""
     slow = drive.ticks("vehicle_speed") < drive.params["standstill_speed_max_m_s"]
     settling = round(drive.params["standstill_settling_s"] * drive.signals.rate_hz)
     since_moving = np.arange(len(slow)) - np.maximum.accumulate(np.where(slow, -1, np.arange(len(slow))))
@@ -48,11 +48,11 @@ def _standing(drive: Drive) -> npt.NDArray[np.bool_]:
 def _lacks_standing(drive: Drive, name: str) -> str:
     if not drive.has(name):
         return f"no {words(name)}"
-    return f"needs {drive.params['standstill_time_min_s']:g} s of standing still"
+    return f"needs {drive.params['standstill_time_min_s']:g} s at standstill"
 
 
 def bank(drive: Drive, comparable: bool) -> Verdict:
-    """(33) averaged over all fast driving: banked bends come and go, a crown is some 0.2 m/s^2, the rest is bias."""
+    """(33) averaged over all fast driving: banked bends cancel, a crown is some 0.2 m/s^2, the rest is bias."""
     banks = (drive.lateral_acceleration - drive.centripetal)[drive.speed > drive.params["speed_min_m_s"]]
     banks = banks[np.isfinite(banks)]
     subject = "mean of a_y - r*v"
@@ -64,8 +64,9 @@ def bank(drive: Drive, comparable: bool) -> Verdict:
     if not comparable or abs(mean) <= limit:
         return None
     text = (
-        f"a_y - r*v averages {mean:+.2f} m/s^2 at speed, beyond the bank limit of {limit:g} m/s^2 (bank_max_m_s2): "
-        "an accelerometer bias, with which little or nothing passes the gate of --method thesis"
+        f"lateral acceleration minus yaw rate times speed is {mean:+.2f} m/s^2 on average; the bank limit is {limit:g} "
+        "m/s^2 (bank_max_m_s2). The accelerometer has a bias; --method thesis rejects most of this drive. Use --method "
+        "joint"
     )
     return Finding("bank", "warning", text, mean, "m/s^2")
 
@@ -83,5 +84,8 @@ def whole_turns(drive: Drive, comparable: bool) -> Verdict:
     middle_deg = float(np.median(straight)) / DEGREE
     if not comparable or abs(middle_deg) < 180:
         return None
-    text = f"the steering wheel angle reads {middle_deg:+.0f} deg when driving straight: off by a whole turn"
+    text = (
+        f"the steering wheel angle reads {middle_deg:+.0f} deg when the truck drives straight ahead. It contains whole "
+        "turns: check how the sensor counts them"
+    )
     return Finding("whole_turns", "warning", text, middle_deg, "deg")

@@ -1,7 +1,7 @@
-"""Chapter 3: the offset as a drive both ways over one straight measures it, without vehicle or gyro.
+"""Chapter 3: the offset measured by driving one straight both ways, without vehicle data or gyro.
 
-What pushes the truck to one hand on the way there pushes it to the other on the way back, so that crown, wind and play
-leave the midpoint of both ways' mean angles alone. What goes with the truck stays in: wheel alignment that pulls.
+Road crown and wind act to opposite sides on the way there and back. Their effect, and that of the play, cancels in the
+midpoint of the mean angles of both ways. A pull by the wheel alignment does not cancel.
 SI and rad; degrees appear in `Reference.to_dict` and in messages, which are for people and files.
 """
 
@@ -33,8 +33,8 @@ from oncenter.reference.straights import (
 from oncenter.signals import DEGREE, Signals, drives_of
 
 _NEEDED = ("steering_wheel_angle", "latitude", "longitude")
-_ENDS_M = 30.0  # left out at both: where the truck comes round and aligns itself
-_BATCHES = 8  # of the interval: each must outlast a swing about the line, which takes hands up to half a minute
+_ENDS_M = 30.0  # left out at both ends, where the truck turns in and aligns
+_BATCHES = 8  # of the interval: each must be longer than a swing about the line, up to half a minute
 _COMPASS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 
 
@@ -80,7 +80,7 @@ class Reference:
         offset: midpoint of the two ways' means, with its 95 % interval.
         standard_deviation_rad: of that midpoint.
         place_standard_deviation_rad: of the two ways' half sums, place by place: chapter 3's "standard deviation".
-        ways: there and back; the one that was driven first comes first.
+        ways: there and back, in order of time.
         length_m: of the straight on which both ways are compared.
         residual_sd_m: of positions across the line fitted to all passes.
         apart_m: how far the way back lies to the side of the way there, left positive.
@@ -106,20 +106,20 @@ class Reference:
             f"straight-ahead offset {self.offset}",
             "",
             *(
-                f"  to the {way.compass:<12}{way.mean_rad / DEGREE:8.2f} deg, places differ by"
-                f" {way.standard_deviation_rad / DEGREE:.2f} deg (sd), {_count(way.passes)}"
+                f"  to the {way.compass:<12}{way.mean_rad / DEGREE:8.2f} deg, sd along the straight"
+                f" {way.standard_deviation_rad / DEGREE:.2f} deg, {_count(way.passes)}"
                 for way in self.ways
             ),
-            f"  midpoint           {(there.mean_rad + back.mean_rad) / 2.0 / DEGREE:8.2f} deg, places differ by"
-            f" {self.place_standard_deviation_rad / DEGREE:.2f} deg (sd), its own sd"
+            f"  midpoint           {(there.mean_rad + back.mean_rad) / 2.0 / DEGREE:8.2f} deg, sd along the straight"
+            f" {self.place_standard_deviation_rad / DEGREE:.2f} deg, sd of the midpoint"
             f" {self.standard_deviation_rad / DEGREE:.2f} deg",
-            f"  straight of {self.length_m:.0f} m; positions lie {self.residual_sd_m:.2f} m (sd) off its line, the two"
-            f" ways {abs(self.apart_m):.2f} m apart",
+            f"  straight of {self.length_m:.0f} m; sd of the positions across its line {self.residual_sd_m:.2f} m;"
+            f" distance between the two ways {abs(self.apart_m):.2f} m",
         ]
         if there.lateral_acceleration_m_s2 is not None and back.lateral_acceleration_m_s2 is not None:
             lines.append(
                 f"  lateral acceleration {there.lateral_acceleration_m_s2:+.2f} and"
-                f" {back.lateral_acceleration_m_s2:+.2f} m/s^2: the road's crown, mirrored, and the sensor's bias"
+                f" {back.lateral_acceleration_m_s2:+.2f} m/s^2: the road crown with opposite signs plus the sensor bias"
             )
         lines += [f"  note: {note}" for note in self.notes]
         return "\n".join(lines)
@@ -146,15 +146,15 @@ class Reference:
 
 
 def reference(signals: Signals) -> Reference:
-    """The offset measured by driving one straight both ways, as chapter 3 does.
+    """The offset measured by driving one straight both ways, as in chapter 3.
 
     Args:
-        signals: a drive with `steering_wheel_angle`, `latitude` and `longitude`; `heading` tells passes in reverse
-            apart, `lateral_acceleration` shows the crown. The longest straight that was driven both ways is taken.
+        signals: a drive with `steering_wheel_angle`, `latitude` and `longitude`; `heading` separates passes in reverse,
+            `lateral_acceleration` shows the crown. The longest straight that was driven both ways is used.
 
     Raises:
-        OncenterError: exit 1: "missing_signal"; "no_straight", nowhere straight; "not_both_ways", or in another lane;
-            "no_usable_second", no angle there.
+        OncenterError: exit 1: "missing_signal"; "no_straight"; "not_both_ways", also for another lane back;
+            "no_usable_second", no position or no angle.
     """
     from oncenter.read import require
 
@@ -163,7 +163,7 @@ def reference(signals: Signals) -> Reference:
     (drive,) = without_whole_turns((signals,))
     table = drive.table
     if not (np.isfinite(table["latitude_deg"].to_numpy()) & np.isfinite(table["longitude_deg"].to_numpy())).any():
-        raise OncenterError(f"{drive.log}: no position in the whole log", code="no_usable_second", needs=_NEEDED[1:])
+        raise OncenterError(f"{drive.log}: the log has no position", code="no_usable_second", needs=_NEEDED[1:])
     east_m, north_m = plane_m(table["latitude_deg"].to_numpy(), table["longitude_deg"].to_numpy())
     straight, length_m = _both_ways(drive.log, straights(east_m, north_m))
     along_m, aside_m = along_and_aside_m(straight, east_m, north_m)
@@ -180,8 +180,8 @@ def _both_ways(log: str, found: Sequence[Straight]) -> tuple[Straight, float]:
     """The part of a straight that was driven both ways, ends left out, and its length in whole places."""
     if not found:
         raise OncenterError(
-            f"{log}: nowhere straight for {LENGTH_MIN_M:g} m within {WITHIN_M:g} m; a reference drive goes both ways"
-            " over one straight",
+            f"{log}: there is no straight of {LENGTH_MIN_M:g} m within {WITHIN_M:g} m; a reference needs one straight"
+            " driven both ways",
             code="no_straight",
         )
     pair = driven_back(found)

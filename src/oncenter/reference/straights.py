@@ -1,4 +1,4 @@
-"""Where positions tell that a straight was driven, and whether it was driven back."""
+"""Straights in the positions of a drive, and whether they were driven back."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from oncenter.wgs84 import radii_of_curvature_m
 
 Column = npt.NDArray[np.float64]
 
-WITHIN_M = 3.0  # of a straight line: a lane's wander and a receiver's error, and no bend below some kilometres
-LENGTH_MIN_M = 300.0  # shorter is over before the hands have found their middle, 5.5.1
-_STEP_M = 5.0  # between the positions looked at: further than a receiver wanders while the truck stands
+WITHIN_M = 3.0  # of a straight line: motion within a lane and receiver error, but no bend of less than some kilometres
+LENGTH_MIN_M = 300.0  # on a shorter one the steering does not settle, 5.5.1
+_STEP_M = 5.0  # between the positions used: more than the receiver's scatter at standstill
 _PARALLEL_RAD = 2.0 * DEGREE
-BESIDE_M = 20.0  # a straight further to the side is another road
+BESIDE_M = 20.0  # a straight at a larger lateral distance is another road
 
 
 @dataclass(frozen=True)
 class Straight:
-    """Rows of a drive within which it went straight: from the first to the last, and where these are (m, plane)."""
+    """First and last row of a straight part of a drive, and their positions (m, plane)."""
 
     first: int
     last: int
@@ -41,7 +41,7 @@ class Straight:
 
 
 def plane_m(latitude_deg: Column, longitude_deg: Column) -> tuple[Column, Column]:
-    """Metres east and north of the middle of all positions; NaN where there is none."""
+    """Metres east and north of the median of all positions; NaN where there is none."""
     latitude_0_deg, longitude_0_deg = float(np.nanmedian(latitude_deg)), float(np.nanmedian(longitude_deg))
     north_radius_m, east_radius_m = radii_of_curvature_m(latitude_0_deg)
     east_rad = (longitude_deg - longitude_0_deg + 180.0) % 360.0 - 180.0
@@ -52,7 +52,7 @@ def plane_m(latitude_deg: Column, longitude_deg: Column) -> tuple[Column, Column
 
 
 def straights(east_m: Column, north_m: Column) -> list[Straight]:
-    """All straights of a drive in order, by Douglas and Peucker's method; of `LENGTH_MIN_M` at least."""
+    """All straights of a drive in order, by Douglas and Peucker's method, each at least `LENGTH_MIN_M` long."""
     rows = _moved(east_m, north_m)
     path = np.column_stack((east_m[rows], north_m[rows]))
     found = []
@@ -69,7 +69,7 @@ def straights(east_m: Column, north_m: Column) -> list[Straight]:
 
 
 def driven_back(among: Sequence[Straight]) -> tuple[Straight, Straight] | None:
-    """The straight of which the longest part was driven both ways, and the one that was back; None if none was."""
+    """The straight with the longest part driven both ways, and the one back; None where there is none."""
     best: tuple[float, Straight, Straight] | None = None
     begin_m = np.array([straight.begin_m for straight in among]).reshape(-1, 2)
     end_m = np.array([straight.end_m for straight in among]).reshape(-1, 2)
@@ -106,7 +106,7 @@ def _moved(east_m: Column, north_m: Column) -> list[int]:
 
 
 def _farthest(path: npt.NDArray[np.float64], first: int, last: int) -> int | None:
-    """The position farthest from the line between two, or None where all are within `WITHIN_M` of it."""
+    """The position farthest from the line between two positions; None where all are within `WITHIN_M` of it."""
     way = path[last] - path[first]
     length_m = math.hypot(way[0], way[1])
     offset = path[first : last + 1] - path[first]

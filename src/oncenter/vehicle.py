@@ -22,8 +22,10 @@ from oncenter.param_table import params
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, SignalName
 from oncenter.steering_ratio import SteeringRatio, near_centre
 from oncenter.vehicle_keys import KEYS, bounds
+from oncenter.vehicle_keys import OFFSET_LIMIT_MAX_DEG as OFFSET_LIMIT_MAX_DEG
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]  # "3.7" and true are none
+OFFSET_LIMIT_DEG = 2.0  # thesis 5.6: the accuracy of its method on a well serviced truck
 _CODE = "vehicle_file"  # of errors
 _OUT_OF_RANGE = ("greater_than_equal", "less_than_equal")  # errors of pydantic
 _SWITCH = "use_accelerometer"  # the only parameter that is not a quantity
@@ -106,6 +108,7 @@ class Vehicle(BaseModel):
     yaw_rate_bias_deg_s: Annotated[Number, bounds("yaw_rate_bias_deg_s")] | None = None
     yaw_rate_bias_sd_deg_s: Annotated[Number, bounds("yaw_rate_bias_sd_deg_s")] | None = None
     offset_applied_deg: Annotated[Number, bounds("offset_applied_deg")] = 0.0
+    offset_limit_deg: Annotated[Number, bounds("offset_limit_deg")] = OFFSET_LIMIT_DEG
     traffic_side: Literal["right", "left"] | None = None
     sensors: Sensors = Sensors()
     signals: Mapping[str, _SignalEntry] = {}

@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import Field
 
 APPLIED_MAX_DEG = 720.0  # two turns of the steering wheel
+OFFSET_LIMIT_MAX_DEG = 30.0
 
 
 @dataclass(frozen=True)
@@ -72,9 +73,8 @@ KEYS: dict[str, Key] = {
     for key in (
         Key(
             "name",
-            "Name of the truck, for people. Memories of earlier drives are kept under it.",
+            "Name of the truck, for people. Memories of earlier drives are kept under it: two trucks need two names.",
             "truck 17",
-            where="Choose one; two trucks need two names.",
             without="the name of the file",
         ),
         Key(
@@ -165,6 +165,17 @@ KEYS: dict[str, Key] = {
             usual=(-30.0, 30.0),
             where="Workshop tool or parameter set of the ECU.",
             without="0 deg",
+        ),
+        Key(
+            "offset_limit_deg",
+            "Straight-ahead offset, either sign, from which on the angle sensor needs a recalibration.",
+            2.0,
+            unit="deg",
+            low=0.01,
+            high=OFFSET_LIMIT_MAX_DEG,
+            usual=(0.5, 10.0),
+            where="Service manual, or the requirement of the function that uses the angle.",
+            without="2 deg",
         ),
         Key(
             "mass_kg",

@@ -221,12 +221,12 @@ def _table_section(key: Key) -> Iterator[str]:
         yield ""
         yield from table(("key", "unit", "range", "default", "meaning"), iter(rows[key.name]))
     if key.name == "signals":
+        from oncenter.read.units import factors
         from oncenter.signals import SIGNALS
 
         yield "\nThe signals, and their units in logs:\n"
         cells = (
-            (f"`{s.name}`", ", ".join(f"`{unit}`" for unit in s.quantity.factors), f"{s.about}")
-            for s in SIGNALS.values()
+            (f"`{s.name}`", ", ".join(f"`{unit}`" for unit in factors(s.name)), f"{s.about}") for s in SIGNALS.values()
         )
         yield from table(("signal", "units", "meaning"), cells)
         yield "\n`time` names the time column; its units are `s`, `ms`, `us` and `ns`."

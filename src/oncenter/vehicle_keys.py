@@ -74,9 +74,8 @@ KEYS: dict[str, Key] = {
     for key in (
         Key(
             "name",
-            "Name of the truck, for people. Memories of earlier drives are kept under it.",
+            "Name of the truck, for people. Memories of earlier drives are kept under it: two trucks need two names.",
             "truck 17",
-            where="Choose one; two trucks need two names.",
             without="the name of the file",
         ),
         Key(
@@ -170,13 +169,13 @@ KEYS: dict[str, Key] = {
         ),
         Key(
             "offset_limit_deg",
-            "Straight-ahead offset, to either side, from which the verdict is to recalibrate.",
+            "Straight-ahead offset, either sign, from which on the angle sensor needs a recalibration.",
             OFFSET_LIMIT_DEG,
             unit="deg",
             low=0.1,
             high=OFFSET_LIMIT_MAX_DEG,
-            usual=(0.5, 5.0),
-            where="Service manual of the truck's maker.",
+            usual=(0.5, 10.0),
+            where="Service manual, or the requirement of the function that uses the angle.",
             without=f"{OFFSET_LIMIT_DEG:g} deg",
         ),
         Key(

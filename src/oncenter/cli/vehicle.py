@@ -139,7 +139,7 @@ def check(
 def list_() -> None:
     """List the vehicle files that come with oncenter.
 
-    --vehicle takes their names.
+    The option --vehicle takes their names.
     """
     import oncenter as oc
     from oncenter.vehicle_file.shipped_files import shipped_files

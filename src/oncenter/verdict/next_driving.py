@@ -132,8 +132,7 @@ def _narrower(answer: Answer) -> Driving | None:
     if not answer.next_driving:
         return None
     wanted = answer.next_driving[0].partition(", or")[0]
-    is_driving = wanted[0].isdigit() or wanted.startswith("another")
-    return Driving(f"drive {wanted}" if is_driving else f"{wanted}, then drive on {_both_sides(answer)}", _TOO_WIDE)
+    return Driving(wanted if wanted.startswith("drive") else f"{wanted}, then drive {_both_sides(answer)}", _TOO_WIDE)
 
 
 def _sentence(text: str) -> str:

@@ -278,13 +278,13 @@ def test_too_little_driving_asks_for_whole_minutes_above_a_speed() -> None:
 
 
 def test_missing_loading_asks_for_bends_to_the_lacking_side() -> None:
-    none = findings(lacking_to_right=3.2, side_force_to_right=0.0)["one_flank_seen"]
+    none = findings(lacking_to_right=3.2, loaded_right_s=0.0)["one_flank_seen"]
     assert none.value == 3.2
     assert none.text == (
         "only left-hand loading occurred, so free play and offset cannot be separated. Drive at least 60 s of "
         "right-hand bends"
     )
-    some = findings(lacking_to_left=3.2, side_force_to_left=12.0)["one_flank_seen"]
+    some = findings(lacking_to_left=3.2, loaded_left_s=12.0)["one_flank_seen"]
     assert "the steering was loaded to the left for only 12 s" in some.text and "right" not in some.text
     both = findings(lacking_to_left=4.0, lacking_to_right=70.0)["one_flank_seen"]
     assert both.text.endswith("Drive at least 60 s of left-hand bends and 120 s of right-hand bends")

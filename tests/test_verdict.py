@@ -153,10 +153,10 @@ def test_a_side_that_was_never_loaded_is_the_driving_that_is_missing(
 
 def test_a_wide_interval_asks_for_the_driving_that_narrows_it_most(answer: Answer) -> None:
     wide = with_offset(answer, 1.0, 1.0, 1.2, "converging")
-    stand = replace(wide, next_driving=("stand still for 1 s", "another minute of such driving"))
+    stand = replace(wide, next_driving=("stand still for 1 s", "drive 60 s more like this"))
     assert about_offset(stand).headline.startswith("Undecided: stand still for 1 s")
-    more = replace(wide, next_driving=("another minute of bends to the left, or a known play",))
-    assert about_offset(more).headline == "Undecided: drive another minute of bends to the left."
+    more = replace(wide, next_driving=("drive at least 60 s of left-hand bends, or give the play in the vehicle file",))
+    assert about_offset(more).headline == "Undecided: drive at least 60 s of left-hand bends."
     assert "10 more minutes" in about_offset(replace(wide, next_driving=())).headline
 
 

@@ -266,10 +266,10 @@ def test_a_late_yaw_rate_bias_is_as_good_as_an_early_one() -> None:
 def test_a_remounted_sensor_shifts_only_the_offset_by_its_step() -> None:
     learner = Learner(Play(), 0.1).learn(driven(10, Play(), 300))
     before = learner.h.offset
-    before = learner.total, learner.h.gradient
+    others = learner.total, learner.h.gradient
     lib.oc_hypothesis_shift_offset(learner.h, 5.0 * DEGREE, 30.0)
     assert learner.h.offset == pytest.approx(before + 5.0 * DEGREE, abs=1e-5)
-    assert (learner.total, learner.h.gradient) == before
+    assert (learner.total, learner.h.gradient) == others
     after = driven(11, Play(), 60)
     after.angle[:] += 5.0 * DEGREE
     after.residual[:] += 5.0 * DEGREE

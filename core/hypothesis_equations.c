@@ -19,8 +19,8 @@ static const float weight_min = 1e-6f;                     /* s, against a divis
 
 /* Tuned. */
 static const float gradient_min = 0.2f * 0.017453292f; /* rad/(m/s^2): bench/accuracy.py, row `population` */
-static const float front_slip = 0.7f * 0.017453292f;   /* rad of the wheels per m/s^2 of front tyre force: bench/
-                                                      * population.py; a fifth wheel's friction loads only these */
+static const float front_slip = 0.7f * 0.017453292f;   /* rad of the wheels per m/s^2 of front tyre force;
+                                                        * bench/population.py */
 static const float road_max = 0.6f; /* m/s^2, from crown to opposite crown plus pull: bench/effects.py, row `play_15` */
 static const float prior_cost_max = 8.0f; /* roads may fall to the other side: rows `play_15`, `wrong_side` */
 static const float two_ends_share = 0.15f; /* variance over squared distance of two points: row `unloads_on_crown` */

@@ -1,6 +1,6 @@
-"""Random drives with all that a core must stand: straights and bends, crown, noise, offsets, holes, standstill.
+"""Random drives with straights and bends, crown, noise, offsets, holes and standstill.
 
-They follow (10) with noise, nothing more: whoever needs a truck that moves by its forces takes the simulator.
+They follow (10) with noise. For a truck with dynamics use the simulator.
 """
 
 from __future__ import annotations

@@ -319,8 +319,8 @@ class Core:
         lib.oc_trouble_update(trouble.native, self._output, self._tick, offset_max_rad)
 
     def answer(self) -> dict[str, Any]:
-        """The oc_answer as a dict. The joint method adds the time of lateral force on either flank, s, and the sd of the
-        prediction error of a second's mean, rad."""
+        """The oc_answer as a dict. The joint method adds the times of lateral force on either flank, s, and the sd of
+        the prediction error of a second's mean, rad."""
         native = ffi.new("oc_answer *")
         lib.oc_answer_get(self._state, self._coefficients, native)
         joint = self._state.evidence.joint

@@ -130,17 +130,17 @@ static float gradient_sd_of(const oc_angle_truck *truck, const oc_angle_tick *ti
     return tick->accelerometer_lost ? truck->gradient_sd + unbanked_share * fabsf(truck->gradient) : truck->gradient_sd;
 }
 
-/* The flank of the play at which the steering wheel is, from the front wheels' motion and the lateral force. */
+/* Estimates the steering wheel's place in the play by the front wheels' motion and the lateral force. */
 static void follow_play(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck, float wheels,
                           float load, float unloading_sd) {
     const float half = 0.5f * truck->backlash;
     const float beyond = fabsf(load) - truck->friction;
     const float moved = wheels - t->reference;
-    const float clear = oc_clamp_size(moved, moved_min) - moved; /* minus the excess */
-    t->reference -= clear;
+    const float excess = oc_clamp_size(moved, moved_min) - moved; /* negated */
+    t->reference -= excess;
     float push = 0.0f;
-    if (beyond <= 0.0f || -clear * load > 0.0f) {
-        push -= clear / moved_clear;
+    if (beyond <= 0.0f || -excess * load > 0.0f) {
+        push -= excess / moved_clear;
     }
     if (beyond > 0.0f) {
         const float crept = backward_creep_factor * truck->creep * beyond * d->check_s / (half > 1e-3f ? half : 1e-3f);

@@ -3,7 +3,6 @@
 #include <math.h>
 
 enum { BIAS, DRIFT, FIRST_OF_AXLE };
-enum { MISMATCH, LOAD, SCALE, STATES_OF_AXLE };
 
 /* Derived. */
 static const double root_half = 0.70710678118654752440; /* sqrt(1/2), 1 over the sd of two innovations' difference */
@@ -11,30 +10,18 @@ static const double alarm_drift = 1.5e-4;               /* rad/s^2: 0.5 deg/s/mi
 
 /* Numerical. */
 static const double prediction_s_max = 3600.0; /* against unbounded variances after a long gap */
-static const double noise_min = 1e-12;         /* (rad/s)^2, against signals without noise, whose limit would stay 0 */
 
 /* Tuned; rows without a bench have none on record. */
 static const double block_s = 1.0;             /* bench/gyro_bias.py, seeds 1 to 12: the filter as a whole */
 static const double track_default = 1.9;       /* m, where the vehicle file has none */
 static const double track_default_sd = 0.1;    /* m */
-static const double wheel_speed_min = 3.0;     /* m/s; pole wheels miss pulses below */
 static const double signal_lost_s = 60.0;      /* until r*v plus the mean bank replaces the lateral acceleration */
-static const double slip_share = 0.05;         /* of the speed: a larger speed difference is slip, not radius */
-static const double slip_speed = 0.15;         /* m/s in addition: 3 deg/s of bias, and noise */
-static const double slip_turn = 0.2;           /* of the turn's own speed difference, in addition */
 static const double standstill_floor = 3.5e-4; /* rad/s, 0.02 deg/s: Genesis drives in docs/method.md */
 static const double correlated_ticks = 10.0;   /* successive ticks that count as one */
 static const double standstill_blocks_max = 10.0; /* the k-th block has the weight 1/k, up to this k */
 static const double standstill_spread_max = 0.01; /* rad/s; above it the truck rolls or shakes */
 static const double rolling_speed = 0.3;       /* m/s, of a rear wheel: above it the truck does not stand */
-static const double noise_initial = 0.0017;    /* rad/s of a block, 0.1 deg/s */
-static const double noise_blocks = 60.0;       /* memory */
-static const double model_noise = 2e-4;        /* rad/s of a block: tyres on an uneven road */
 static const double model_share = 0.02;        /* of the turn, in addition */
-static const double lag = 0.05;                /* s between gyro and wheels */
-static const double correlated_blocks = 6.0;   /* over which a rounding error of the wheel speeds persists */
-static const double straights_curvature = 0.001; /* 1/m: not identifiable on straights: bench/accuracy.py, `motorway` */
-static const double straights_blocks = 200.0;  /* memory of the mean bank: bench/effects.py, `accelerometer_drift` */
 static const double outlier = 3.0;             /* standard deviations: above it a block has less weight */
 static const float cusum_slack = 0.5f, cusum_limit = 8.0f; /* standard deviations */
 static const double cusum_clip = 4.0;          /* standard deviations */
@@ -49,7 +36,7 @@ bool oc_gyro_bias_alarmed(const oc_gyro_bias *state) {
 }
 
 static int state_of(int32_t axle, int which) {
-    return FIRST_OF_AXLE + STATES_OF_AXLE * axle + which;
+    return FIRST_OF_AXLE + OC_READING_STATES * axle + which;
 }
 
 /* The filter processes a block in several ticks, one step each, to limit the peak load of a tick. */
@@ -85,8 +72,7 @@ static void reset_block(oc_gyro_bias *state) {
     state->block_ticks = 0.0;
     state->due = NOTHING_DUE;
     for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
-        oc_gyro_bias_axle *a = &state->axles[axle];
-        a->weight = a->difference = a->speed = a->yaw_rate = a->acceleration = a->flat = 0.0;
+        oc_gyro_reading_begin(&state->axles[axle]);
     }
 }
 
@@ -102,11 +88,12 @@ static void begin(oc_gyro_bias *state, const oc_gyro_bias_design *design, const 
         state->x[BIAS] = is_known ? p->known_yaw_rate_bias_rad_s : 0.0;
         state->P[BIAS][BIAS] = squared(is_known ? p->known_yaw_rate_bias_sd_rad_s : p->gyro_bias_sd_rad_s);
         for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
-            const int m = state_of(axle, MISMATCH), l = state_of(axle, LOAD), s = state_of(axle, SCALE);
+            const int m = state_of(axle, OC_READING_MISMATCH), l = state_of(axle, OC_READING_LOAD);
+            const int s = state_of(axle, OC_READING_SCALE);
             state->P[m][m] = squared(p->wheel_radius_mismatch_sd_1);
             state->P[l][l] = squared(p->wheel_radius_load_sd_s2_m);
             state->P[s][s] = squared(design->track_sd[axle]);
-            state->axles[axle].noise = squared(noise_initial);
+            oc_gyro_reading_init(&state->axles[axle]);
         }
     } else {
         state->P[BIAS][BIAS] += squared(p->gyro_bias_ignition_sd_rad_s);
@@ -157,7 +144,7 @@ static void predict(oc_gyro_bias *state, const oc_params *p, double time) {
     state->P[BIAS][BIAS] += squared(p->gyro_bias_wander_sd_rad_s) * t / 60.0;
     state->P[DRIFT][DRIFT] += squared(drift_sd(state, p)) * (1.0 - kept * kept);
     for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
-        const int m = state_of(axle, MISMATCH);
+        const int m = state_of(axle, OC_READING_MISMATCH);
         state->P[m][m] += squared(p->wheel_radius_wander_sd_1) * t / 3600.0;
     }
 }
@@ -170,12 +157,12 @@ static double correct(oc_gyro_bias *state, int32_t axle, const double *h, double
     float past_covariance = state->past.covariance[BIAS];
     for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
         Ph[j] = state->P[j][BIAS];
-        for (int k = 0; k < STATES_OF_AXLE; ++k) {
+        for (int k = 0; k < OC_READING_STATES; ++k) {
             Ph[j] += state->P[j][first + k] * h[k];
         }
     }
     double hPh = Ph[BIAS], expected = state->x[BIAS];
-    for (int k = 0; k < STATES_OF_AXLE; ++k) {
+    for (int k = 0; k < OC_READING_STATES; ++k) {
         hPh += h[k] * Ph[first + k];
         past_covariance += (float)h[k] * state->past.covariance[first + k];
         expected += h[k] * state->x[first + k];
@@ -210,7 +197,7 @@ static void update_status(oc_gyro_bias *state, const oc_params *p) {
 /* At standstill a block's mean is the bias; a state far from it has changed. The blocks of a standstill share the error
  * standstill_floor, so the k-th has the weight 1/k. The limit of k lets the filter follow a drift. */
 static void learn_from_standstill(oc_gyro_bias *state, const oc_params *p, double time, double tick_s) {
-    static const double none[STATES_OF_AXLE] = {0.0};
+    static const double none[OC_READING_STATES] = {0.0};
     const double n = state->still.weight;
     const double variance = state->still.squares / n;
     if (variance <= squared(standstill_spread_max)) {
@@ -259,50 +246,6 @@ static void watch_standstill(oc_gyro_bias *state, const oc_gyro_bias_design *des
     }
 }
 
-/* A speed difference that is constant over a tick is at a quantisation level. */
-static void watch_quantum(oc_gyro_bias_axle *a, double difference) {
-    if (fabs(difference - a->last_difference) < 1e-6) {
-        const double step = fabs(difference - a->plateau);
-        if (step > 1e-6) {
-            a->quantum = a->quantum > 0.0 && a->quantum < step ? a->quantum : step;
-            a->held = 0.0;
-        }
-        a->plateau = difference;
-        a->flat += 1.0;
-    }
-    a->last_difference = difference;
-}
-
-static void add(oc_gyro_bias_axle *a, double track, double left, double right, double yaw_rate, double acceleration) {
-    const double difference = right - left;
-    const double speed = 0.5 * (left + right);
-    const double turn = track * yaw_rate;
-    if (!(speed >= wheel_speed_min) ||
-        !(fabs(difference - turn) <= slip_share * speed + slip_speed + slip_turn * fabs(turn))) {
-        return;
-    }
-    watch_quantum(a, difference);
-    a->weight += 1.0;
-    a->difference += difference;
-    a->speed += speed;
-    a->yaw_rate += yaw_rate;
-    a->acceleration += acceleration;
-}
-
-/* Rounding error of a speed difference that seldom changes: it persists for longer than a block. Under noise it
- * averages out and is part of the block's noise. `flat`: share of the ticks without a change. */
-static double rounding_variance(const oc_gyro_bias_axle *a, double per_track, double flat) {
-    return correlated_blocks / 12.0 * squared(a->quantum * per_track * flat) * (1.0 + a->held);
-}
-
-/* Noise of a block, from the difference of two successive ones less its part explained by the state. */
-static void learn_noise(oc_gyro_bias_axle *a, double unexplained) {
-    const double memory = a->blocks + 5.0 < noise_blocks ? a->blocks + 5.0 : noise_blocks;
-    const double measured = 0.5 * unexplained * unexplained;
-    const double limit = outlier * outlier * (a->noise > noise_min ? a->noise : noise_min);
-    a->noise += ((measured < limit ? measured : limit) - a->noise) / memory;
-}
-
 static double clamp_size(double value, double limit) {
     return value > limit ? limit : value < -limit ? -limit : value;
 }
@@ -328,7 +271,7 @@ static void raise_alarm(oc_gyro_bias *state, double share) {
 }
 
 static void inflate_mismatch(oc_gyro_bias *state, int32_t axle) {
-    const int m = state_of(axle, MISMATCH);
+    const int m = state_of(axle, OC_READING_MISMATCH);
     state->P[m][m] += squared(alarm_mismatch);
 }
 
@@ -364,69 +307,23 @@ static void watch_alarm(oc_gyro_bias *state, const oc_params *p) {
     }
 }
 
-/* m/s^2, mean bank of the last minutes' straights: the intercept of a line over curvature whose slope has a prior about
- * 0. */
-static double straights_bank(const oc_gyro_bias_straights *straights) {
-    const double squares = straights->squares + squared(straights_curvature);
-    const double apart = straights->blocks * squares - squared(straights->curvature);
-    return apart > 0.0 ? (straights->bank * squares - straights->product * straights->curvature) / apart : 0.0;
-}
-
-/* m/s^2, less the straights' bank, so that a drift of the accelerometer's zero changes no radius. */
-static double without_mean_bank(oc_gyro_bias_straights *straights, double acceleration, double speed, double yaw_rate) {
-    const double curvature = yaw_rate / speed, bank = acceleration - yaw_rate * speed;
-    const double keep = 1.0 - 1.0 / straights_blocks;
-    straights->blocks = keep * straights->blocks + 1.0;
-    straights->curvature = keep * straights->curvature + curvature;
-    straights->squares = keep * straights->squares + curvature * curvature;
-    straights->bank = keep * straights->bank + bank;
-    straights->product = keep * straights->product + bank * curvature;
-    return acceleration - straights_bank(straights);
-}
-
-static void read_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, int32_t axle) {
-    oc_gyro_bias_axle *a = &state->axles[axle];
-    a->innovation = 0.0;
-    a->has_update = a->weight >= 0.5 * design->ticks_per_block;
-    if (!a->has_update) {
-        return;
-    }
-    const double per_track = design->per_track[axle], per_tick = 1.0 / a->weight;
-    const double v = a->speed * per_tick;
-    const double r = a->yaw_rate * per_tick;
-    const double reading = r - a->difference * per_tick * per_track;
-    const double load = v * without_mean_bank(&state->straights, a->acceleration * per_tick, v, r - state->x[BIAS]);
-    double late = 0.0;
-    if (a->blocks > 0.0) {
-        late = lag / block_s * (r - a->last_yaw_rate);
-        const double explained = -(v - a->last_speed) * per_track * state->x[state_of(axle, MISMATCH)] -
-                                 (load - a->last_load) * per_track * state->x[state_of(axle, LOAD)] -
-                                 (r - a->last_yaw_rate) * state->x[state_of(axle, SCALE)];
-        learn_noise(a, reading - a->last_reading - explained);
-    }
-    a->last_reading = reading;
-    a->last_speed = v;
-    a->last_load = load;
-    a->last_yaw_rate = r;
-    a->blocks += 1.0;
-    a->held += 1.0;
-    a->variance = a->noise + squared(model_noise) + squared(late) + rounding_variance(a, per_track, a->flat * per_tick);
-}
-
 static void learn_axle(oc_gyro_bias *state, const oc_gyro_bias_design *design, int32_t axle) {
-    oc_gyro_bias_axle *a = &state->axles[axle];
+    oc_gyro_reading *a = &state->axles[axle];
     if (!a->has_update) {
         return;
     }
     const double per_track = design->per_track[axle];
     const double turn = a->last_yaw_rate - state->x[BIAS];
-    const double h[STATES_OF_AXLE] = {
-        [MISMATCH] = -a->last_speed * per_track, [LOAD] = -a->last_load * per_track, [SCALE] = -turn};
+    const double h[OC_READING_STATES] = {
+        [OC_READING_MISMATCH] = -a->last_speed * per_track,
+        [OC_READING_LOAD] = -a->last_load * per_track,
+        [OC_READING_SCALE] = -turn,
+    };
     a->innovation = correct(state, axle, h, a->last_reading, a->variance + squared(model_share * turn));
 }
 
 static void conclude_block(oc_gyro_bias *state, const oc_params *p) {
-    const oc_gyro_bias_axle *rear = &state->axles[OC_AXLE_REAR], *front = &state->axles[OC_AXLE_FRONT];
+    const oc_gyro_reading *rear = &state->axles[OC_AXLE_REAR], *front = &state->axles[OC_AXLE_FRONT];
     const int32_t axles = rear->has_update + front->has_update;
     if (axles > 0) {
         state->evidence += block_s;
@@ -441,8 +338,10 @@ static void conclude_block(oc_gyro_bias *state, const oc_params *p) {
 }
 
 static void end_block(oc_gyro_bias *state, const oc_gyro_bias_design *design, double time) {
-    read_axle(state, design, OC_AXLE_REAR);
-    read_axle(state, design, OC_AXLE_FRONT);
+    for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
+        oc_gyro_reading_end(&state->axles[axle], &state->straights, design->per_track[axle], design->ticks_per_block,
+                            state->x[BIAS], &state->x[state_of(axle, 0)]);
+    }
     reset_block(state);
     state->block_time = time;
     state->due = PREDICTION_DUE;
@@ -494,7 +393,8 @@ void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design,
     for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
         const bool is_rear = axle == OC_AXLE_REAR;
         if (adds && (tick->valid & wheels[axle]) == wheels[axle]) {
-            add(&state->axles[axle], design->track[axle],
+            oc_gyro_reading_add(
+                &state->axles[axle], design->track[axle],
                 is_rear ? tick->wheel_speed_rear_left : tick->wheel_speed_front_left,
                 is_rear ? tick->wheel_speed_rear_right : tick->wheel_speed_front_right, tick->yaw_rate,
                 tick->lateral_acceleration);
@@ -525,14 +425,14 @@ oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params)
 }
 
 oc_estimate oc_gyro_bias_mismatch(const oc_gyro_bias *state, const oc_params *params, int32_t axle) {
-    const int m = state_of(axle, MISMATCH);
+    const int m = state_of(axle, OC_READING_MISMATCH);
     const double prior = params->wheel_radius_mismatch_sd_1;
     if (!state->started || !(state->axles[axle].blocks > 0.0)) {
         return (oc_estimate){.standard_deviation = prior};
     }
     const double sd = sqrt(state->P[m][m]);
     return (oc_estimate){
-        .value = state->x[m] - state->x[state_of(axle, LOAD)] * straights_bank(&state->straights),
+        .value = state->x[m] - state->x[state_of(axle, OC_READING_LOAD)] * oc_mean_bank_of(&state->straights),
         .standard_deviation = sd,
         .evidence = state->axles[axle].blocks * block_s,
         .status = sd > 0.5 * prior ? OC_UNOBSERVABLE : OC_VALID,

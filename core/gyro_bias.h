@@ -16,6 +16,7 @@
 #include <stdint.h>
 
 #include "estimate.h"
+#include "gyro_reading.h"
 #include "params.h"
 #include "past_bias.h"
 #include "signals.h"
@@ -39,40 +40,18 @@ typedef struct {
     double standing_ticks;          /* of a standing block */
 } oc_gyro_bias_design;
 
-typedef struct {
-    double weight;              /* ticks of the growing block */
-    double flat;                /* those of them at which the difference did not change */
-    double quantum;             /* m/s, minimum step between plateaus; 0: none yet */
-    double held;                /* blocks since the difference last changed */
-    double noise;               /* (rad/s)^2, of one block, by differences of successive blocks */
-    double variance;            /* (rad/s)^2, of the last block, without the part by the turn */
-    double blocks;              /* so far */
-    double difference, speed, yaw_rate, acceleration; /* sums over the growing block */
-    double last_reading, last_load; /* rad/s, m^2/s^3: of the last whole block */
-    double innovation;          /* standard deviations, of the last block */
-    double last_difference;     /* m/s, at the previous tick */
-    double plateau;             /* m/s, last constant difference */
-    double last_speed, last_yaw_rate; /* of the last whole block */
-    int32_t has_update;         /* the last block had enough ticks */
-} oc_gyro_bias_axle;
-
 /* Sums of innovations beyond the slack. */
 typedef struct {
     float up, down; /* standard deviations */
 } oc_gyro_bias_cusum;
-
-/* Forgetting sums over the blocks of both axles: number, curvature (1/m), bank (m/s^2) and their products. */
-typedef struct {
-    double blocks, curvature, squares, bank, product;
-} oc_gyro_bias_straights;
 
 typedef struct {
     double x[OC_GYRO_BIAS_STATES];
     double P[OC_GYRO_BIAS_STATES][OC_GYRO_BIAS_STATES];
     oc_past_bias past;                       /* mean error of the yaw rates used so far */
     oc_gyro_bias_cusum common, opposite;     /* of the sum and of the difference of both axles' innovations */
-    oc_gyro_bias_axle axles[OC_AXLE_COUNT];
-    oc_gyro_bias_straights straights;
+    oc_gyro_reading axles[OC_AXLE_COUNT];
+    oc_mean_bank straights;
     double alarm_blocks;                     /* since the alarm; 0: no alarm */
     double alarm_time;                       /* s, of all alarms */
     double alarm_variance;                   /* (rad/s)^2, of the bias before it */

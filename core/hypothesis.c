@@ -38,11 +38,11 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
 /* Adds the wind's regressors: a wind reduces the tyres' lateral force and shifts the play's load, as a_0 does. Returns
  * the contribution of the estimated wind, rad. */
 static float add_wind(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample,
-                      float unloads) {
+                      float unloading_slope) {
     const float slope = design->steering_ratio * h->gradient;
     float by_wind = 0.0f;
     for (int32_t k = 0; k < OC_WINDS; ++k) {
-        h->sums[WIND + k] += (unloads - slope) * sample->wind[k];
+        h->sums[WIND + k] += (unloading_slope - slope) * sample->wind[k];
         by_wind -= slope * h->play.wind[k] * sample->wind[k];
     }
     return by_wind;
@@ -198,8 +198,8 @@ void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, 
     }
     add_motion(h->sums, sample);
     const float shifted = by.angle - h->places.inner; /* (B/2) c + (W/2) d, rad */
-    const float unloads = by_unloading * design->per_unloading;
-    h->target_sum += sample->residual - shifted - add_wind(h, design, sample, unloads);
+    const float unloading_slope = by_unloading * design->per_unloading;
+    h->target_sum += sample->residual - shifted - add_wind(h, design, sample, unloading_slope);
 }
 
 void oc_hypothesis_predict(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,

@@ -19,8 +19,8 @@ static const float weight_min = 1e-6f;                     /* s, against a divis
 
 /* Tuned. */
 static const float gradient_min = 0.2f * 0.017453292f; /* rad/(m/s^2): bench/accuracy.py, row `population` */
-static const float front_slip = 0.7f * 0.017453292f;   /* rad of the wheels per m/s^2 of front tyre force: bench/
-                                                      * population.py; a fifth wheel's friction loads only these */
+static const float front_slip = 0.7f * 0.017453292f;   /* rad of the wheels per m/s^2 of front tyre force;
+                                                        * bench/population.py */
 static const float road_max = 0.6f; /* m/s^2, from crown to opposite crown plus pull: bench/effects.py, row `play_15` */
 static const float prior_cost_max = 8.0f; /* roads may fall to the other side: rows `play_15`, `wrong_side` */
 static const float two_ends_share = 0.15f; /* variance over squared distance of two points: row `unloads_on_crown` */
@@ -182,34 +182,34 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
     }
     h->offset = h->constant + design->steering_ratio * h->gradient * (h->unloading - design->known.pull);
 
-    /* a_0 = accelerometer bias + pull + wind (docs/method.md, "Pull and wind"): bias is S^2, shown V, pull P^2, of_bias
-     * 1 - s. In little play V grows, since the lag of the steering has the effect of a_0. */
+    /* a_0 = accelerometer bias + pull + wind (docs/method.md, "Pull and wind"): bias is S^2, remaining V, pull P^2,
+     * of_bias 1 - s. In little play V grows, since the lag of the steering has the effect of a_0. */
     const float scale = design->scale[UNLOADING];
     const float squared_scale = scale * scale;
     const float bias = squared_scale / (equations->information[UNLOADING] - prior->zero_information * squared_scale);
     const float little = oc_max(1.0f - 2.0f * h->play.half_width / oc_joint_model_get()->little_play, 0.0f);
     const float variance = h->variances.of[OC_OF_UNLOADING], pull_prior = design->pull_sd * design->pull_sd;
-    const float shown = oc_min(variance + little * bias, bias);
-    const float identified = 1.0f - shown / bias;
+    const float remaining = oc_min(variance + little * bias, bias);
+    const float identified = 1.0f - remaining / bias;
     const float pull = pull_prior * identified;
     const float of_bias = bias / (bias + pull);
-    const float beyond = oc_max(of_bias * (shown + pull) - variance, 0.0f);
+    const float beyond = oc_max(of_bias * (remaining + pull) - variance, 0.0f);
     const float deviation = h->unloading - prior->unloading_mean;
     const float spread = prior->unloading_sd * prior->unloading_sd + pull_prior + variance;
     const float set_up = of_bias * identified * prior->crown; /* of such an axle, attributed to bias */
-    const float reached = crown_setup_share(deviation, prior->crown, spread) * set_up;
-    const float perhaps = two_ends_share * reached * set_up;
+    const float likely_set_up = crown_setup_share(deviation, prior->crown, spread) * set_up;
+    const float set_up_variance = two_ends_share * likely_set_up * set_up;
     /* i K with a minimum K: on some motorways bends are attributed to play */
-    const float pulled = design->steering_ratio * oc_max(h->gradient, gradient_min);
-    const float of_pull = pulled * pulled;
+    const float per_pull = design->steering_ratio * oc_max(h->gradient, gradient_min);
+    const float per_pull_squared = per_pull * per_pull;
     h->prior_cost = oc_min(0.5f * deviation * deviation / spread, prior_cost_max);
-    h->set_up_lean = -0.5f * pulled * reached;
-    h->lean = pulled * (of_bias * deviation - deviation) + h->set_up_lean;
-    h->per_acceleration = pulled * identified;
-    h->pull_variance = of_pull * oc_min(beyond, pull);
-    h->set_up_variance = of_pull * perhaps;
+    h->set_up_lean = -0.5f * per_pull * likely_set_up;
+    h->lean = per_pull * (of_bias * deviation - deviation) + h->set_up_lean;
+    h->per_acceleration = per_pull * identified;
+    h->pull_variance = per_pull_squared * oc_min(beyond, pull);
+    h->set_up_variance = per_pull_squared * set_up_variance;
     h->variances.of[OC_OF_OFFSET] += oc_hypothesis_noise(h) / oc_max(h->weight, weight_min) +
-                                  of_pull * oc_max(beyond - pull, 0.0f);
+                                  per_pull_squared * oc_max(beyond - pull, 0.0f);
 }
 
 static void set_up_equations(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,

@@ -8,7 +8,7 @@
 static const float one_degree = 0.017453292f; /* rad, pi/180 */
 
 /* Half the width of a start with a given play: its mean, and one standard deviation less and more. */
-static float known_half_width(int32_t k, const oc_known_truck *known) {
+static float given_half_width(int32_t k, const oc_known_truck *known) {
     return oc_max(0.5f * (known->play + (float)(k - 1) / known->play_accuracy), 0.25f * one_degree);
 }
 
@@ -20,7 +20,7 @@ oc_play oc_joint_start_of(int32_t k, const oc_known_truck *known) {
     const int32_t kind = k % 4;
     oc_play play = {.half_width = 0.5f * widths[k / 4] * one_degree, .friction = -1.0f};
     if (known->play_accuracy > 0.0f) {
-        play.half_width = known_half_width(k / 4, known);
+        play.half_width = given_half_width(k / 4, known);
     }
     if (kind > 0) {
         play.creep = creep;
@@ -57,14 +57,14 @@ static int32_t best_of(const oc_joint *joint) {
 }
 
 /* Whether both have converged to the same parameters. */
-static bool are_twins(const oc_hypothesis *a, const oc_hypothesis *b) {
+static bool are_alike(const oc_hypothesis *a, const oc_hypothesis *b) {
     static const float near = 0.1f * 0.017453292f; /* rad, tuned: no bench on record */
     return fabsf(a->play.half_width - b->play.half_width) < near && fabsf(a->play.windup - b->play.windup) < near &&
            fabsf(a->offset - b->offset) < near && (a->play.friction < 0.0f) == (b->play.friction < 0.0f) &&
            a->wanders == b->wanders;
 }
 
-/* The worst hypothesis if it is to be rejected, else a twin of the best; -1: none. */
+/* The worst hypothesis if it is to be rejected, else one like the best; -1: none. */
 static int32_t redundant(const oc_joint *joint) {
     int32_t worst = joint->best;
     for (int32_t k = 0; k < joint->count; ++k) {
@@ -79,7 +79,7 @@ static int32_t redundant(const oc_joint *joint) {
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (k != joint->best && !oc_hypothesis_is_on_probation(h, &joint->second) &&
-            are_twins(h, &joint->hypotheses[joint->best])) {
+            are_alike(h, &joint->hypotheses[joint->best])) {
             return k;
         }
     }
@@ -98,8 +98,8 @@ static void remove_hypothesis(oc_joint *joint, int32_t k) {
 }
 
 /* After a day of lateral force a new hypothesis counts from zero, since a sum in single precision would stall. */
-static float flank_mark(float seen_s) {
-    return seen_s < 1e5f ? seen_s : 0.0f;
+static float flank_time_before(float loaded_s) {
+    return loaded_s < 1e5f ? loaded_s : 0.0f;
 }
 
 /* Whether a hypothesis like the best, not yet rejected, makes the opposite assumption: the accelerometer's zero is a
@@ -132,7 +132,7 @@ static void start_counterpart(oc_joint *joint) {
 
 /* Starts a new hypothesis at intervals, later half as often, since all early ones may have converged to a wrong play.
  * Removes one redundant hypothesis each time, later two. */
-static void renew(oc_joint *joint, const oc_known_truck *known) {
+static void replace_redundant(oc_joint *joint, const oc_known_truck *known) {
     static const float single_until_s = 300.0f;   /* tuned: no bench on record */
     static const float frequent_until_s = 600.0f; /* CHANGELOG.md: same errors on 2,280 tuning drives */
     const bool later = joint->second.used_s > single_until_s;
@@ -145,8 +145,8 @@ static void renew(oc_joint *joint, const oc_known_truck *known) {
         const int32_t wanders = joint->hypotheses[joint->best].wanders;
         oc_hypothesis_start(h, &play, (double)joint->hypotheses[joint->best].places.inner);
         h->wanders = wanders;
-        h->left_before = flank_mark(joint->loaded_left_s);
-        h->right_before = flank_mark(joint->loaded_right_s);
+        h->left_before = flank_time_before(joint->loaded_left_s);
+        h->right_before = flank_time_before(joint->loaded_right_s);
     } else {
         remove_hypothesis(joint, replaced);
     }
@@ -171,7 +171,7 @@ void oc_joint_end_second(oc_joint *joint, const oc_joint_design *design) {
     second->used_s += second->second_s;
     second->probation_s = oc_clamp(0.05f * second->used_s, 60.0f, 600.0f);
     if (second->long_block_ends) {
-        renew(joint, &design->hypothesis.known);
+        replace_redundant(joint, &design->hypothesis.known);
     }
     second->blocks += second->block_ends;
     second->long_blocks += second->long_block_ends;

@@ -30,8 +30,8 @@ static const float fifth_wheel_slip = 0.2f * 0.017453292f; /* rad: bench/effects
 static const float tag_axle_shortening = 0.15f; /* share of the wheelbase at which the tag axle is up: `lift_axle` */
 static const float tag_axle_fade = 0.10f;     /* share over which c fades; up to 5 % is a vehicle file's error */
 static const float tyre_share_in_bends = 0.7f; /* `no_accelerometer_motorway`: roads are banked in bends */
-static const float bend_error = 0.002f; /* 1/rad, times the squared angle of a bend: 1 deg at 24 m, by a ratio that
-                                               * is not constant: bench/effects.py, `minor_physics_yard` */
+static const float bend_error = 0.002f;       /* 1/rad, times the squared angle of a bend: 1 deg at 24 m, since the
+                                               * ratio is not constant: bench/effects.py, `minor_physics_yard` */
 static const float unmeasured_bank = 0.2f;    /* m/s^2, by which an unmeasured bank may reduce the lateral force */
 
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,

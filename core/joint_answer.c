@@ -41,7 +41,7 @@ bool oc_joint_is_implausible(const oc_joint *joint) {
 }
 
 /* The share that a flank lacks of its required time. */
-static float missing(float share) {
+static float lack(float share) {
     return oc_max(1.0f - share, 0.0f);
 }
 
@@ -55,10 +55,10 @@ static float flank_rate(const oc_hypothesis *h) {
  * entries of roundabouts look like outliers. `loaded`: time on the flank loaded for the shorter time, 1 if
  * sufficient. */
 static float unloaded_width_variance(const oc_hypothesis *h, float width_sd, float unloaded, float loaded) {
-    const float little = missing(2.0f * h->play.half_width / oc_joint_model_get()->little_play);
-    const float lacks = missing(loaded);
-    const float doubtful = lacks * oc_max(unloaded, width_variance_min * lacks * lacks);
-    return oc_max(doubtful, little * missing(no_play_share * loaded)) * width_sd * width_sd;
+    const float little = lack(2.0f * h->play.half_width / oc_joint_model_get()->little_play);
+    const float lack_of_flank = lack(loaded);
+    const float doubtful = lack_of_flank * oc_max(unloaded, width_variance_min * lack_of_flank * lack_of_flank);
+    return oc_max(doubtful, little * lack(no_play_share * loaded)) * width_sd * width_sd;
 }
 
 /* Mean of a mixture, and its variance within and between. Values are relative to the best hypothesis's, since single
@@ -110,7 +110,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
         const float own_right_s = joint->loaded_right_s - h->right_before;
         const float own_loaded = per * oc_min(own_left_s, own_right_s);
         const float excess_cost = oc_max(h->cost + h->prior_cost - best->cost - best->prior_cost, 0.0f);
-        const float flank_cost = missing_flank_cost * (missing(own_loaded) - missing(per * loaded));
+        const float flank_cost = missing_flank_cost * (lack(own_loaded) - lack(per * loaded));
         const float weight = oc_likelihood(excess_cost + flank_cost);
         const float unloaded = weight * unloaded_width_variance(h, width_sd, design->bank_unmeasured, own_loaded);
         const float by_bank = gradient_share_sd * design->bank_unmeasured * oc_max(h->gradient, prior_gradient);

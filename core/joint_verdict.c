@@ -18,7 +18,7 @@ static oc_status status_of(oc_status before, bool enough, float sd, double narro
     return enough ? oc_status_next(before, (double)sd, narrow) : OC_CONVERGING;
 }
 
-static float both_of(float sd, float other_sd) {
+static float root_sum_square(float sd, float other_sd) {
     return sqrtf(sd * sd + other_sd * other_sd);
 }
 
@@ -37,8 +37,8 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     oc_joint_answer_get(&found, &evidence->joint, &c->joint);
     if (!p->use_accelerometer && c->joint.bank_unmeasured <= 0.0f) {
         const float by_bank = found.parts.per_acceleration * oc_torque_bank_sd(&evidence->torque, &c->torque);
-        found.parts.drive_sd = both_of(found.parts.drive_sd, by_bank);
-        found.of[OC_OF_OFFSET].sd = both_of(found.of[OC_OF_OFFSET].sd, by_bank);
+        found.parts.drive_sd = root_sum_square(found.parts.drive_sd, by_bank);
+        found.of[OC_OF_OFFSET].sd = root_sum_square(found.of[OC_OF_OFFSET].sd, by_bank);
     }
     /* unmodelled play looks like oversteer: 3 of 4 such valid answers were wrong (docs/method.md) */
     const bool understeers = found.of[OC_OF_GRADIENT].value > 0.0f;

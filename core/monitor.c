@@ -15,14 +15,14 @@ void oc_restart(oc_state *state) {
     oc_gyro_bias_restart(&state->evidence.gyro_bias);
 }
 
-static void take_bias(oc_tick *tick, const oc_gyro_bias *gyro_bias, const oc_params *p) {
+static void set_yaw_rate_bias(oc_tick *tick, const oc_gyro_bias *gyro_bias, const oc_params *p) {
     const oc_estimate bias = oc_gyro_bias_get(gyro_bias, p);
     tick->yaw_rate_bias = bias.value;
     tick->yaw_rate_bias_sd = bias.standard_deviation;
 }
 
 /* m/s^2, on a road of the mean bank; 0 without yaw rate or speed. */
-static double usual_lateral_acceleration(const oc_signals *tick, const oc_evidence *evidence) {
+static double lateral_acceleration_on_mean_bank(const oc_signals *tick, const oc_evidence *evidence) {
     const uint32_t turning = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
     if ((tick->valid & turning) != turning) {
         return 0.0;
@@ -33,9 +33,9 @@ static double usual_lateral_acceleration(const oc_signals *tick, const oc_eviden
 
 /* Whether to discard the angle. A sensor that was remounted or has jumped has a new offset, and is used. The thesis's
  * methods discard a suspected sensor; the joint method predicts its angle to detect a changed offset. */
-static bool is_misleading(const oc_fault_watch *watch, bool suspected, oc_method method) {
-    const bool elsewhere = watch->fault == OC_FAULT_REMOUNTED || watch->fault == OC_FAULT_JUMPED;
-    return (watch->fault != OC_FAULT_NONE && !elsewhere) || (method != OC_METHOD_JOINT && suspected);
+static bool is_angle_discarded(const oc_fault_watch *watch, bool suspected, oc_method method) {
+    const bool has_new_offset = watch->fault == OC_FAULT_REMOUNTED || watch->fault == OC_FAULT_JUMPED;
+    return (watch->fault != OC_FAULT_NONE && !has_new_offset) || (method != OC_METHOD_JOINT && suspected);
 }
 
 /* Clears the valid bits of unused measurements. The accelerometer is always used at standstill. Where it is not
@@ -49,11 +49,11 @@ static void select_signals(oc_tick *tick, const oc_fault_watch *watch, const oc_
         signals->valid &= ~(uint32_t)OC_HAS_LATERAL_ACCELERATION;
     }
     if ((signals->valid & OC_HAS_LATERAL_ACCELERATION) == 0) {
-        signals->lateral_acceleration = usual_lateral_acceleration(signals, evidence);
+        signals->lateral_acceleration = lateral_acceleration_on_mean_bank(signals, evidence);
     }
     tick->measured = signals->valid;
     tick->suspected = oc_fault_suspected(watch);
-    if (is_misleading(watch, tick->suspected, p->method)) {
+    if (is_angle_discarded(watch, tick->suspected, p->method)) {
         signals->valid &= ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE;
     }
 }
@@ -161,7 +161,7 @@ static bool is_complete(oc_tick *tick, oc_tracking *tracking, oc_evidence *evide
 
 /* Averages the sensors' zero errors at standstill. Afterwards the filters begin anew, so that an ignition cycle during
  * a standstill loses nothing. */
-static void stand_still(oc_tick *tick, oc_standstill *standstill, const oc_coefficients *c) {
+static void average_standstill(oc_tick *tick, oc_standstill *standstill, const oc_coefficients *c) {
     const oc_signals *signals = &tick->signals;
     if (tick->after_hole) {
         standstill->still_ticks = 0;
@@ -261,12 +261,12 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
 
     /* 5.3.1: the gyro's bias, also without an angle */
     oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals);
-    take_bias(tick, gyro_bias, &c->params);
+    set_yaw_rate_bias(tick, gyro_bias, &c->params);
 
     /* without all signals the filters keep their state, and pending blocks are dropped */
     if (is_complete(tick, tracking, evidence, c)) {
         /* standstill: zero errors of the sensors */
-        stand_still(tick, &evidence->standstill, c);
+        average_standstill(tick, &evidence->standstill, c);
         if (tick->stands) {
             tracking->running = 0;
         } else {

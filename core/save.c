@@ -21,13 +21,13 @@ const char *oc_image_fault_name(oc_image_fault fault) {
     return (unsigned)fault < OC_IMAGE_FAULT_COUNT ? names[fault] : "unknown";
 }
 
-static void put(uint8_t *to, uint64_t value, size_t bytes) {
+static void write_number(uint8_t *to, uint64_t value, size_t bytes) {
     for (size_t k = 0; k < bytes; ++k, value >>= 8) {
         to[k] = (uint8_t)(value & 0xFFu);
     }
 }
 
-static uint64_t got(const uint8_t *from, size_t bytes) {
+static uint64_t read_number(const uint8_t *from, size_t bytes) {
     uint64_t value = 0;
     for (size_t k = bytes; k > 0; --k) {
         value = value << 8 | from[k - 1];
@@ -35,8 +35,8 @@ static uint64_t got(const uint8_t *from, size_t bytes) {
     return value;
 }
 
-static uint32_t got_word(const uint8_t *from) {
-    return (uint32_t)got(from, 4);
+static uint32_t read_word(const uint8_t *from) {
+    return (uint32_t)read_number(from, 4);
 }
 
 /* CRC-32 of IEEE 802.3, four bits at a time: a table of all bytes would take a kilobyte of flash. */
@@ -110,7 +110,7 @@ static uint8_t *save_run(const uint8_t *from, const oc_saved_run *run, uint8_t *
     for (size_t each = 0; each < run->times; ++each) {
         const uint8_t *next = from + run->place + each * run->step * 4u;
         for (size_t k = 0; k < count_in(run); ++k, next += step, to += bytes) {
-            put(to, bits_at(next, step), bytes);
+            write_number(to, bits_at(next, step), bytes);
         }
     }
     return to;
@@ -122,7 +122,7 @@ static const uint8_t *restore_run(uint8_t *to, const oc_saved_run *run, const ui
     for (size_t each = 0; each < run->times; ++each) {
         uint8_t *next = to + run->place + each * run->step * 4u;
         for (size_t k = 0; k < count_in(run); ++k, next += step, from += bytes) {
-            const uint64_t bits = got(from, bytes);
+            const uint64_t bits = read_number(from, bytes);
             if (!is_number(kind_in(run), bits)) {
                 return NULL;
             }
@@ -150,7 +150,7 @@ uint32_t oc_save_key(const oc_coefficients *c) {
         const uint8_t *from = (const uint8_t *)c + run->place;
         for (size_t k = 0; k < count_in(run); ++k) {
             uint8_t word[8];
-            put(word, bits_at(from + k * step, step), sizeof word);
+            write_number(word, bits_at(from + k * step, step), sizeof word);
             crc = crc_over(crc, word, sizeof word);
         }
     }
@@ -171,38 +171,38 @@ size_t oc_save(const oc_state *state, const oc_coefficients *c, uint32_t sequenc
     if (size < length) {
         return 0;
     }
-    put(image + AT_MAGIC, magic, 4);
-    put(image + AT_LAYOUT, oc_saved_layout(), 4);
-    put(image + AT_KEY, oc_save_key(c), 4);
-    put(image + AT_SEQUENCE, sequence, 4);
-    put(image + AT_LENGTH, length, 4);
+    write_number(image + AT_MAGIC, magic, 4);
+    write_number(image + AT_LAYOUT, oc_saved_layout(), 4);
+    write_number(image + AT_KEY, oc_save_key(c), 4);
+    write_number(image + AT_SEQUENCE, sequence, 4);
+    write_number(image + AT_LENGTH, length, 4);
     uint8_t *to = image + AT_STATE;
     size_t count;
     const oc_saved_run *runs = oc_saved_state(&count);
     for (size_t k = 0; k < count; ++k) {
         to = save_run((const uint8_t *)state, &runs[k], to);
     }
-    put(to, crc_over(0, image, length - CRC_BYTES), CRC_BYTES);
+    write_number(to, crc_over(0, image, length - CRC_BYTES), CRC_BYTES);
     return length;
 }
 
 /* All checks except those of the numbers. */
 static oc_image_fault fault_of(const oc_coefficients *c, const uint8_t *image, size_t size) {
-    if (size < AT_MAGIC + 4 || got_word(image + AT_MAGIC) != magic) {
+    if (size < AT_MAGIC + 4 || read_word(image + AT_MAGIC) != magic) {
         return OC_IMAGE_MISSING;
     }
-    if (size < AT_STATE + CRC_BYTES || got_word(image + AT_LENGTH) > size) {
+    if (size < AT_STATE + CRC_BYTES || read_word(image + AT_LENGTH) > size) {
         return OC_IMAGE_TRUNCATED;
     }
-    const size_t length = got_word(image + AT_LENGTH);
+    const size_t length = read_word(image + AT_LENGTH);
     if (length < AT_STATE + CRC_BYTES ||
-        crc_over(0, image, length - CRC_BYTES) != got_word(image + length - CRC_BYTES)) {
+        crc_over(0, image, length - CRC_BYTES) != read_word(image + length - CRC_BYTES)) {
         return OC_IMAGE_DAMAGED;
     }
-    if (got_word(image + AT_LAYOUT) != oc_saved_layout() || length != oc_save_size()) {
+    if (read_word(image + AT_LAYOUT) != oc_saved_layout() || length != oc_save_size()) {
         return OC_IMAGE_LAYOUT;
     }
-    return got_word(image + AT_KEY) == oc_save_key(c) ? OC_IMAGE_OK : OC_IMAGE_FOREIGN;
+    return read_word(image + AT_KEY) == oc_save_key(c) ? OC_IMAGE_OK : OC_IMAGE_FOREIGN;
 }
 
 oc_image_fault oc_restore(oc_state *state, const oc_coefficients *c, const uint8_t *image, size_t size,
@@ -217,7 +217,7 @@ oc_image_fault oc_restore(oc_state *state, const oc_coefficients *c, const uint8
         oc_init(state);
         return OC_IMAGE_IMPLAUSIBLE;
     }
-    *sequence = got_word(image + AT_SEQUENCE);
+    *sequence = read_word(image + AT_SEQUENCE);
     return OC_IMAGE_OK;
 }
 
@@ -225,7 +225,7 @@ oc_image_fault oc_restore_newest(oc_state *state, const oc_coefficients *c, cons
                                  const uint8_t *slot_1, size_t size, uint32_t *sequence) {
     /* by the difference, so that the sequence may overflow */
     const bool second = size >= AT_STATE &&
-                        got_word(slot_1 + AT_SEQUENCE) - got_word(slot_0 + AT_SEQUENCE) - 1u < 0x7FFFFFFFu;
+                        read_word(slot_1 + AT_SEQUENCE) - read_word(slot_0 + AT_SEQUENCE) - 1u < 0x7FFFFFFFu;
     const oc_image_fault fault = oc_restore(state, c, second ? slot_1 : slot_0, size, sequence);
     if (fault == OC_IMAGE_OK) {
         return OC_IMAGE_OK;

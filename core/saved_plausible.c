@@ -36,7 +36,7 @@ typedef struct {
 enum {
     WORD = 4,
     MOMENTS = sizeof(oc_moments) / WORD,
-    AXLES = sizeof(oc_gyro_bias_axle) / WORD,
+    AXLES = sizeof(oc_gyro_reading) / WORD,
     ESTIMATES = sizeof(oc_estimate) / WORD,
     HYPOTHESES = sizeof(oc_hypothesis) / WORD
 };

@@ -26,7 +26,7 @@ static const float same_deg = 0.25f;        /* noise of a stuck sensor */
 static const float still_s = 10.0f;         /* maximum stillness of a driver at speed, in bends of a few deg */
 static const float still_sds = 3.0f, still_deg = 4.0f;
 static const float frozen_s = 30.0f;        /* the same anywhere */
-static const float healed_s = 20.0f;
+static const float recovered_s = 20.0f;
 static const float lost_s = 4.95f, back_s = 1.0f; /* 5 s, less the rounding of summed ticks */
 static const float driving_speed = 3.0f;          /* m/s: below, a sensor without signal is switched off */
 static const float judging_speed = 8.0f;          /* m/s */
@@ -198,7 +198,7 @@ static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, float limit) 
 }
 
 static bool follows_truck(const oc_fault_watch *w) {
-    return w->held_s < healed_s && w->reversed < reversed_some;
+    return w->held_s < recovered_s && w->reversed < reversed_some;
 }
 
 /* rad; with the delayed offset's sd, since the present one grows while the offset follows a drifting sensor. */
@@ -247,7 +247,7 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->fault = OC_FAULT_WRONG_SIGN;
     } else if (is_replaced(w, tick, difference, limit, follows)) {
         w->fault = OC_FAULT_REMOUNTED;
-    } else if (w->within_s > healed_s && follows) {
+    } else if (w->within_s > recovered_s && follows) {
         if (w->fault == OC_FAULT_DRIFTING) {
             w->limit_growth = oc_min(w->limit_growth + limit_growth_step, limit_growth_max);
         }

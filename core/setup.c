@@ -79,7 +79,7 @@ static oc_term_information information_of(double mean, double sd, float sd_min, 
 }
 
 /* The given values of the truck replace the model's priors. */
-static void set_known(oc_hypothesis_design *design, const oc_params *p) {
+static void set_given_values(oc_hypothesis_design *design, const oc_params *p) {
     oc_known_truck *known = &design->known;
     if (p->known_play_sd_rad > 0.0) {
         const float sd = oc_max((float)p->known_play_sd_rad, play_sd_min);
@@ -146,7 +146,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     const float shifts = pull * pull + wind * wind + bank * bank;
     oc_joint_setup(&c->joint, &c->preprocess.lowpass, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
                    sqrtf(shifts), measures_bank, params->joint_memory_s);
-    set_known(&c->joint.hypothesis, params);
+    set_given_values(&c->joint.hypothesis, params);
     c->joint.alignment_share = shifts > 0.0f ? pull * pull / shifts : 0.0f;
     c->joint.wind_share = shifts > 0.0f ? wind * wind / shifts : 0.0f;
     const float wander = (float)params->accelerometer_wander_sd_m_s2;

@@ -2,9 +2,10 @@
 #define OC_SIDE_SLIP_H
 /* (23) and (24): the front wheel angle by side slip over ground, with the front tyres' slip learned from the sensor.
  *
- * The thesis leaves alpha_f open: it is not identifiable without the sensor. With it, least squares give delta - v_y/v
- * = a + b r/v + c a_y. a is the yaw misalignment of the receiver, b its distance behind the front axle, c the slip of
- * the front tyres per lateral acceleration. */
+ * The thesis leaves alpha_f open: it is not identifiable without the sensor. With it, least squares give
+ *     delta - v_y/v = a + b r/v + c a_y
+ * a is the yaw misalignment of the receiver, b its distance behind the front axle, c the slip of the front tyres per
+ * lateral acceleration. */
 
 #include "front_wheel.h"
 

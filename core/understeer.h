@@ -1,8 +1,9 @@
 #ifndef OC_UNDERSTEER_H
 #define OC_UNDERSTEER_H
-/* (38): the understeer gradient, once the offset is trusted: the slope through the origin of (measured angle -
- * offset)/i - L*r/v over the lateral acceleration, in bends. Sums are at the steering wheel: y = angle - i*L*r/v and x
- * = i*a_y, so that their slope is K_us/g at the road wheel. */
+/* (38): the understeer gradient in bends, once the offset is trusted: the slope through the origin of
+ *     (measured angle - offset)/i - L*r/v
+ * over the lateral acceleration. Sums are at the steering wheel, of y = angle - i*L*r/v and x = i*a_y. So the slope of
+ * y over x is K_us/g at the road wheel. */
 
 #include "mean.h"
 

@@ -1,5 +1,5 @@
-"""Simulated drives for the bank of hypotheses, on the seeds that methods are tuned on: the thesis's of 15 minutes with
-other trucks, sensors and roads."""
+"""Simulated drives for the hypothesis set, with tuning seeds: 15 minutes of the thesis drive with other trucks, sensors
+and roads."""
 
 import functools
 import math

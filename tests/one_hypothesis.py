@@ -1,7 +1,7 @@
-"""A hypothesis of the core, and drives to learn from, for the tests of it.
+"""A hypothesis of the core, and drives for its tests.
 
-The truck here is made of random numbers, not simulated: steering wheel angle, lateral acceleration and curvature go
-their ways, and the residual is what the operators below, an offset, a gradient and a wind make of them.
+The drives are random numbers, not simulated: steering wheel angle, lateral acceleration and curvature are independent,
+and the residual follows from them by the operators below, an offset, a gradient and a wind.
 """
 
 import math
@@ -36,10 +36,10 @@ WINDUP_TERM, UNWINDING_TERM, WIND_TERMS = (
 )
 WHEELBASE_TERM, FIFTH_WHEEL_TERM, UNEVEN_TERM = (TERMS.index(name) for name in ("wheelbase", "fifth_wheel", "uneven"))
 WITHIN_PLAY = [UNLOADING_TERM, FRICTION_TERM, CREEP_TERM]
-# What trucks are like, docs/method.md.
+# Priors, docs/method.md.
 GRADIENT_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 0.1, 100.0 * DEGREE
 WINDUP_MEAN = 1.0 * DEGREE
-# A fifth wheel's friction asks for so much angle per m/s^2 that it loads the front tyres with.
+# Steering wheel angle per m/s^2 of front tyre force by a fifth wheel's friction.
 FIFTH_WHEEL_ANGLE = RATIO * 0.7 * DEGREE
 
 
@@ -55,7 +55,7 @@ class Play:
     fifth_wheel: float = 0.0  # m/s^2, by a fifth wheel's full friction
 
     def inner(self, angle: Array, lateral_acceleration: Array, blows: Array, centre: float = 0.0) -> Array:
-        """Wind-up and play once more, written from the page. `blows` (n, 2) is the share of each wind."""
+        """Wind-up and play, an independent implementation of docs/method.md. `blows` (n, 2): share of each wind."""
         wound = now = float(angle[0])
         course = np.empty_like(angle)
         carried = blows @ np.array(self.wind)
@@ -85,7 +85,7 @@ class Drive:
     wind: Array
 
     def mirrored(self) -> "Drive":
-        """As seen in a mirror: what is to the left is to the right; the winds are where they were."""
+        """Left and right exchanged; the winds are unchanged."""
         same = ("per_speed", "wind")
         return Drive(**{name: column if name in same else -column for name, column in vars(self).items()})
 
@@ -96,7 +96,7 @@ def knots(rng: np.random.Generator, t: Array, every_s: float) -> Array:
 
 
 def dry_friction(yaw_rate: Array, v: Array) -> Array:
-    """Of the fifth wheel of a trailer of 7 m, -1 to 1, written from the page: 0.2 deg take it from none to all."""
+    """Of the fifth wheel of a trailer of 7 m, -1 to 1, by docs/method.md: 0.2 deg from zero to full."""
     articulation = place = 0.0
     course = np.empty_like(yaw_rate)
     for k, (r, speed) in enumerate(zip(yaw_rate, v, strict=True)):
@@ -117,8 +117,8 @@ def driven(
     speed_swing: float = 5.0,
     uneven: float = 0.0,
 ) -> Drive:
-    """Bends to both sides on a crowned road. `yaw_rate_bias` in rad/s is what the residual was not corrected by,
-    `uneven` a share by which left turns take more angle, and right ones less."""
+    """Bends to both sides on a crowned road. `yaw_rate_bias`: rad/s, not corrected in the residual; `uneven`: share
+    by which left turns need more angle, and right ones less."""
     rng = np.random.default_rng(seed)
     t = np.arange(duration_s * SAMPLES) * STEP_S
     v = 18.0 + speed_swing * np.sin(t / 40.0 + seed)
@@ -128,10 +128,10 @@ def driven(
     angle = OFFSET + RATIO_TIMES_WHEELBASE * curvature + hands + 1.5 * play.half_width * knots(rng, t, 6.0)
     heading = np.cumsum(v * curvature) * STEP_S + t / 100.0
     blows = v[:, None] / 20.0 * np.column_stack([np.cos(heading), np.sin(heading)])
-    borne = a - play.unloading - blows @ np.array(play.wind)
+    lateral_force = a - play.unloading - blows @ np.array(play.wind)
     fifth_wheel = dry_friction(v * curvature, v)
     by_trailer = play.fifth_wheel * fifth_wheel
-    residual = OFFSET + RATIO * GRADIENT * borne + angle - play.inner(angle, a + by_trailer, blows, OFFSET)
+    residual = OFFSET + RATIO * GRADIENT * lateral_force + angle - play.inner(angle, a + by_trailer, blows, OFFSET)
     residual += FIFTH_WHEEL_ANGLE * by_trailer + uneven * RATIO_TIMES_WHEELBASE * np.abs(curvature)
     residual += noise * rng.standard_normal(len(t)) - RATIO_TIMES_WHEELBASE * yaw_rate_bias / v
     yaw_acceleration, jerk = np.gradient(v * curvature, STEP_S), np.gradient(a, STEP_S)
@@ -140,14 +140,14 @@ def driven(
 
 @dataclass
 class Learner:
-    """A hypothesis of the core with what it needs, and the rows that it learned from."""
+    """A hypothesis of the core with its design, priors and second."""
 
     play: Play
     unloading_mean: float = 0.0
     unloading_sd: float = 0.15
-    crown: float = 0.0  # for which the axle may have been set up
+    crown: float = 0.0  # for which the axle may be set up
     yaw_rate_bias_sd: float = 0.02 * DEGREE
-    memory_share: float | None = None  # None: short at first, as the bank has it
+    memory_share: float | None = None  # None: short at first, as in the hypothesis set
 
     def __post_init__(self) -> None:
         self.h = ffi.new("oc_hypothesis *")
@@ -206,12 +206,12 @@ class Learner:
 
     @property
     def now(self) -> Play:
-        told = {name: getattr(self.h.play, name) for name in vars(self.play)}
-        return Play(**{**told, "wind": tuple(told["wind"])})
+        members = {name: getattr(self.h.play, name) for name in vars(self.play)}
+        return Play(**{**members, "wind": tuple(members["wind"])})
 
     @property
     def total(self) -> dict[str, float]:
-        """What is believed of the play, terms that are still to be followed included."""
+        """The estimated play, including the remaining solution of its terms."""
         t, now = [self.h.terms[k] * self.scale[k] for k in range(len(TERMS))], self.now
         return {"width": 2 * now.half_width + t[WIDTH_TERM], "unloading": now.unloading + t[UNLOADING_TERM]}
 

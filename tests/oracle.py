@@ -1,8 +1,8 @@
 """The second implementation: the thesis in short, batch, literal NumPy, after docs/method.md.
 
-It shares no code with core/ but the default params. It works on a whole drive at once: masks, runs of clean ticks and
-plain sums take the place of the core's rings and running means, so that the two can agree only by both being right.
-SI and rad.
+It shares only the default params with core/. It processes a whole drive at once, with masks, runs of clean ticks and
+plain sums in place of the core's rings and running means. So agreement of both is evidence that both are correct. SI
+units and rad.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ NORMAL_95 = 1.96
 
 @dataclass(frozen=True)
 class Motion:
-    """(32), (33) and the regression quantities of every tick that had all its signals, in order."""
+    """(32), (33) and the regression quantities of all ticks with all signals, in order."""
 
     time: Array
     speed: Array  # m/s, filtered
@@ -41,19 +41,19 @@ class Motion:
 
 @dataclass(frozen=True)
 class Queue:
-    """What a queue of blocks made final: tick numbers in order."""
+    """Final ticks of a queue of blocks, as numbers in order."""
 
     final: npt.NDArray[np.int64]
     final_since: npt.NDArray[np.int64]  # of each block, the tick number that made it final
-    pending: npt.NDArray[np.int64]  # ticks that wait at the end of the drive
+    pending: npt.NDArray[np.int64]  # at the end of the drive
 
 
 @dataclass(frozen=True)
 class Answer:
     reasons: npt.NDArray[np.uint32]  # of each row, 0 clean
     motion: Motion
-    straight: npt.NDArray[np.int64]  # numbers, among the ticks of motion, of those used for the offset
-    bends: npt.NDArray[np.int64]  # for K_us
+    straight: npt.NDArray[np.int64]  # indices in `motion` of the ticks used for the offset
+    bends: npt.NDArray[np.int64]  # the same, for K_us
     offset: float  # rad
     offset_temporary: float
     offset_sd: float
@@ -81,25 +81,25 @@ def lowpass(cutoff_hz: float, rate_hz: float) -> tuple[Array, Array]:
 
 
 def mean_group_delay(cutoff_hz: float, band_hz: float, rate_hz: float) -> float:
-    """s; the phase at the band's end over its width is the mean of the group delay over the band."""
+    """s; the mean group delay over a band is the phase at its end over its width."""
     b, a = lowpass(cutoff_hz, rate_hz)
     _, response = signal.freqz(b, a, worN=[band_hz], fs=rate_hz)
     return float(-np.angle(response[0]) / (2 * np.pi * band_hz))
 
 
 def filtered(values: Array, b: Array, a: Array) -> Array:
-    """As if the first value had stood for ever."""
+    """From the steady state of the first value."""
     out, _ = signal.lfilter(b, a, values, zi=signal.lfilter_zi(b, a) * values[0])
     return np.asarray(out)
 
 
 def delayed(values: Array, ticks: float) -> Array:
     n = np.arange(len(values), dtype=float)
-    return np.interp(n - ticks, n, values)  # before the first value it had stood for ever
+    return np.interp(n - ticks, n, values)  # constant before the first value
 
 
 def slope(speed: Array, every: int, rate_hz: float) -> Array:
-    """dv/dt: the least-squares line through the last 11 speeds of every `every`-th tick, held in between."""
+    """dv/dt: slope of a least-squares line through the last 11 speeds of every `every`-th tick, held in between."""
     kept = speed[::every]
     padded = np.concatenate([np.full(10, kept[0]), kept])
     windows = np.lib.stride_tricks.sliding_window_view(padded, 11)
@@ -109,7 +109,7 @@ def slope(speed: Array, every: int, rate_hz: float) -> Array:
 
 
 def holes(time: Array, rate_hz: float, params: Mapping[str, float]) -> npt.NDArray[np.bool_]:
-    """Ticks before which there is a hole, the first among them."""
+    """Ticks after a hole, including the first tick."""
     hole = np.diff(time, prepend=-np.inf) - 0.5 / rate_hz
     return (hole > max(params["gap_max_s"], 1.0 / rate_hz)) | (hole < -1.0 / rate_hz)
 
@@ -128,7 +128,7 @@ def motion_of(
     every = max(1, int(params["speed_slope_window_s"] / 10 * rate_hz + 0.5))
     b, a = lowpass(params["cutoff_hz"], rate_hz)
     delay = mean_group_delay(params["cutoff_hz"], params["delay_band_hz"], rate_hz) * rate_hz
-    angle, r, v, a_y, dv, settling = np.zeros((6, len(time)))  # as they are where the truck stands
+    angle, r, v, a_y, dv, settling = np.zeros((6, len(time)))  # zero at standstill
     changed = restarted | (np.diff(stands, prepend=False) != 0)
     starts = np.flatnonzero(changed)
     for start, stop in zip(starts, [*starts[1:], len(time)], strict=True):
@@ -160,7 +160,7 @@ def motion_of(
 
 
 def gate(motion: Motion, params: Mapping[str, float]) -> npt.NDArray[np.uint32]:
-    """(34), (35) and condition 2 of 5.1, with what the filters say of themselves."""
+    """(34), (35) and condition 2 of 5.1."""
     bits = np.zeros(len(motion.time), np.uint32)
     bits[motion.speed <= params["speed_min_m_s"]] |= SPEED
     bits[np.abs(motion.curvature) >= params["curvature_max_1_m"]] |= CURVATURE
@@ -170,7 +170,7 @@ def gate(motion: Motion, params: Mapping[str, float]) -> npt.NDArray[np.uint32]:
 
 
 def queue(clean: npt.NDArray[np.bool_], ticks_per_block: int, blocks_until_final: int) -> Queue:
-    """Blocks of clean runs that so many clean blocks follow."""
+    """Blocks of clean runs that `blocks_until_final` clean blocks follow."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], clean, [False]]).astype(int)))
     final, since = [np.empty(0, int)], [np.empty(0, int)]
     pending = np.empty(0, int)
@@ -209,15 +209,15 @@ def understeer_literal(
 
 
 def forward(time: Array, ticks_until_new_clock: int) -> npt.NDArray[np.bool_]:
-    """Which ticks bring time forward, one after the other."""
+    """Ticks whose time increases, as the core accepts them."""
     accepted = np.zeros(len(time), bool)
-    newest, refused, in_order = -np.inf, 0.0, 0
+    newest, rejected, in_order = -np.inf, 0.0, 0
     for k, t in enumerate(time):
         if not abs(t) < 1e300:
             continue
         if t <= newest:
-            in_order = in_order + 1 if t > refused else 0
-            refused = t
+            in_order = in_order + 1 if t > rejected else 0
+            rejected = t
             if in_order < ticks_until_new_clock:
                 continue
         newest, in_order, accepted[k] = t, 0, True
@@ -225,7 +225,7 @@ def forward(time: Array, ticks_until_new_clock: int) -> npt.NDArray[np.bool_]:
 
 
 def stood(speed: Array, anew: npt.NDArray[np.bool_], params: Mapping[str, float]) -> npt.NDArray[np.int64]:
-    """For how many ticks, with this one, the truck has stood, counted from 1 where it is `anew`; 0: it moves."""
+    """Ticks of standstill up to each tick, starting at 1 where `anew`; 0: the truck moves."""
     still = np.abs(speed) <= params["standstill_speed_max_m_s"]
     number = np.arange(len(still))
     moved = np.maximum.accumulate(np.where(still, np.where(anew, number - 1, -1), number)) if len(still) else number
@@ -233,7 +233,7 @@ def stood(speed: Array, anew: npt.NDArray[np.bool_], params: Mapping[str, float]
 
 
 def standstill(values: Array, floor: float, rate_hz: float, params: Mapping[str, float]) -> tuple[float, float] | None:
-    """Mean and its standard deviation, when there is enough: ten ticks say as much as one, and no less than a floor."""
+    """Mean and its standard deviation, if long enough: ten ticks count as one, and the sd has a floor."""
     n = len(values)
     if n < 2 or n * (1.0 / rate_hz) < params["standstill_time_min_s"]:
         return None
@@ -272,7 +272,7 @@ def verdict(
         return values[: whole * blocks_per_batch].reshape(whole, blocks_per_batch)
 
     def scatter(K: float) -> float:
-        """rad^2, of the mean of y - K*x, from its batch means; knowing nothing below two."""
+        """rad^2, of the mean of y - K*x, by its batch means; 10 below two batches."""
         means = by_batch(straight["y"] - K * straight["x"]).mean(axis=1)
         n = len(means)
         return float(np.var(means, ddof=1)) / n * few_batches(n) ** 2 if n > 1 else 10.0
@@ -280,13 +280,13 @@ def verdict(
     K, K_variance, K_status = 0.0, params["understeer_sd_rad_m_s2"] ** 2, "unobservable"
     bends_variance, shared = K_variance, 1.0
     bend_time = len(bends["x"]) * ticks_per_block * (1.0 / rate_hz)
-    apart = 1 - x * Sx / Sxx if Sxx else 0.0  # how well bends part gradient and offset
-    if bend_time >= params["understeer_evidence_min_s"] and bend_batches > 1 and apart > 0.25:
+    separability = 1 - x * Sx / Sxx if Sxx else 0.0  # separability of gradient and offset
+    if bend_time >= params["understeer_evidence_min_s"] and bend_batches > 1 and separability > 0.25:
         K = (Sxy - y * Sx) / (Sxx - x * Sx)
         e = by_batch(bends["xy"] - (y - K * x) * bends["x"] - K * bends["xx"]).sum(axis=1)
         n = len(e)
         bends_variance = float(np.sum(e**2)) * n / (n - 1) * few_batches(n) ** 2 / by_batch(bends["xx"]).sum() ** 2
-        shared = apart**2
+        shared = separability**2
         K_variance = (bends_variance + (Sx / Sxx) ** 2 * scatter(K)) / shared
         K_status = status_next(before[1], NORMAL_95 * K_variance**0.5, params["understeer_half_width_max_rad_m_s2"])
 
@@ -309,7 +309,7 @@ def mean_or_zero(values: Array) -> float:
 def estimate(
     columns: Mapping[str, Array], wheelbase: float, ratio: float, params: Mapping[str, float], rate_hz: float
 ) -> Answer:
-    """The whole of docs/method.md on columns named as in tables (`time_s`, `yaw_rate_rad_s`, ...)."""
+    """The thesis's method of docs/method.md on columns named as in tables (`time_s`, `yaw_rate_rad_s`, ...)."""
     t = columns["time_s"]
     n = len(t)
     lacking = np.full(n, np.nan)
@@ -320,7 +320,7 @@ def estimate(
         "speed": columns.get("vehicle_speed_m_s", lacking),
         "acceleration": columns.get("lateral_acceleration_m_s2", lacking),
     }
-    # the door
+    # validity of ticks and signals
     accepted = forward(t, int(rate_hz))
     limits = {"angle": 100.0, "yaw_rate": 10.0, "speed": 150.0, "acceleration": 100.0}
     present = {name: np.abs(rows[name]) < limit for name, limit in limits.items()}
@@ -331,7 +331,7 @@ def estimate(
     complete = accepted & np.logical_and.reduce(list(present.values()))
     complete_rows = {name: np.asarray(values)[complete] for name, values in rows.items()}
 
-    # one tick after the other, all at once
+    # motion and gate
     after_missing = np.diff(np.cumsum(accepted & ~complete)[complete], prepend=0) > 0
     after_hole = holes(complete_rows["time"], rate_hz, params)
     ticks_stood = stood(complete_rows["speed"], after_hole | after_missing, params)
@@ -346,8 +346,8 @@ def estimate(
     reasons[accepted & ~complete] = MISSING_SIGNAL
     reasons[complete] = bits
 
-    # runs go over accepted ticks: one that lacks a signal ends them, a refused one never was
-    place = np.cumsum(complete) - 1  # of a row among complete ticks
+    # a run is of accepted ticks: a missing signal ends it, a rejected tick is ignored
+    place = np.cumsum(complete) - 1  # index of a row among complete ticks
     rows_in_order = np.flatnonzero(accepted)
     clean = reasons[rows_in_order] == 0
     t1_ticks = params["clean_time_s"] * rate_hz
@@ -365,7 +365,7 @@ def estimate(
     straight_blocks = {k: per_block(v[s]).mean(axis=1) for k, v in (("y", motion.y), ("x", motion.x), ("w", motion.w))}
     no_bends = {k: np.empty(0) for k in ("x", "xx", "xy")}
 
-    # standing still
+    # standstill
     standing = np.flatnonzero(ticks_stood > settled)
     standing_rows = np.flatnonzero(complete)[standing]
 
@@ -376,7 +376,7 @@ def estimate(
     def blocks_until(count: int, blocks: dict[str, Array]) -> dict[str, Array]:
         return {name: values[:count] for name, values in blocks.items()}
 
-    # trusted: from the tick after the block that made it so
+    # trusted from the tick after the decisive block on
     trusted_since = n + 1
     for count, since in enumerate(straight.final_since, start=1):
         if count * ticks_per_block * (1.0 / rate_hz) < params["offset_evidence_min_s"]:
@@ -401,7 +401,7 @@ def estimate(
     products = (("x", motion.x), ("xx", motion.x**2), ("xy", motion.x * motion.y))
     bend_blocks = {k: per_block(v[b]).sum(axis=1) for k, v in products}
 
-    # the standing of the answer as evidence grew; the last look has all of it
+    # the statuses as evidence grows; the last one has all of it
     now = verdict(blocks_until(0, straight_blocks), no_bends, ticks_per_block, None, ("", ""), params, rate_hz)
     for tick in [*np.unique(np.concatenate([straight.final_since, bends.final_since])), len(rows_in_order) - 1]:
         now = verdict(
@@ -415,7 +415,7 @@ def estimate(
         )
 
     tick_s = 1.0 / rate_hz
-    waiting = complete_ticks(np.concatenate([straight.final, straight.pending]))
+    with_pending = complete_ticks(np.concatenate([straight.final, straight.pending]))
     fast = (bits & (SETTLING | SPEED)) == 0
     rejected = {name: float(np.sum((reasons >> k) & 1)) * tick_s for k, name in enumerate(REASONS)}
     rejected["window"] = float(np.sum(clean) - len(s)) * tick_s
@@ -426,7 +426,7 @@ def estimate(
         straight=s,
         bends=b,
         offset=now.offset,
-        offset_temporary=mean_or_zero(motion.y[waiting] - now.understeer * motion.x[waiting]),
+        offset_temporary=mean_or_zero(motion.y[with_pending] - now.understeer * motion.x[with_pending]),
         offset_sd=now.offset_sd,
         offset_variance_if_independent=float(np.var(residual, ddof=1)) / len(s) if len(s) > 1 else 10.0,
         offset_status=now.offset_status,

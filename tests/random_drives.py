@@ -1,6 +1,6 @@
-"""Random drives with all that a core must stand: straights and bends, crown, noise, offsets, holes, standstill.
+"""Random drives with straights and bends, crown, noise, offsets, holes and standstill.
 
-They follow (10) with noise, nothing more: whoever needs a truck that moves by its forces takes the simulator.
+They follow (10) with noise. For a truck with dynamics use the simulator.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ class Truth:
 
 
 def smooth(rng: np.random.Generator, count: int, rate_hz: float, memory_s: float) -> Array:
-    """Noise of unit standard deviation that forgets within memory_s; the same shape at every rate."""
+    """Noise of unit standard deviation with the correlation time memory_s, the same at every rate."""
     knots = rng.standard_normal(int(count / rate_hz / memory_s) + 4)
     return np.interp(np.arange(count) / rate_hz / memory_s, np.arange(len(knots)), knots)
 
 
 def drive(seed: int, rate_hz: float, duration_s: float = 240.0, truth: Truth | None = None) -> dict[str, Array]:
-    """Columns by table name. Stands at first and at last, then straights and bends by turns, to either side."""
+    """Columns by table name: standstill at start and end, straights and bends to both sides in between."""
     truth = truth or Truth()
     rng = np.random.default_rng(seed)
     count = int(duration_s * rate_hz)

@@ -1,4 +1,4 @@
-"""Drives of which only what the wheels and the gyro say matters, with a known bias and known radii."""
+"""Drives for the gyro's filter: wheel speeds and yaw rate, with given bias and radii."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def rolling(
     turning: float = 1.0,
     banked: float = 0.0,
 ) -> dict[str, Array]:
-    """Columns by table name: stands, drives off, then changes its speed slowly and weaves through bends, which take
-    the share `banked` of r v."""
+    """Columns by table name: standstill, then slowly varying speed on a winding road. `banked`: share of r v that the
+    bends' bank takes."""
     truth = truth or Truth()
     rng = np.random.default_rng(seed)
     count = int(duration_s * RATE_HZ)
@@ -90,7 +90,7 @@ def core_of(
 
 
 def as_ebc2(columns: dict[str, Array]) -> dict[str, Array]:
-    """Every 100 ms the front axle's speed by 1/256 km/h and the wheels' relative to it by 1/16, then linear between."""
+    """Every 100 ms: front axle speed in steps of 1/256 km/h, relative wheel speeds in steps of 1/16; linear between."""
     rows = np.arange(len(columns["time_s"]))
     sent = rows[::10]
     km_h = {c: 3.6 * columns[f"wheel_speed_{c}_m_s"][sent] for c in CORNERS}

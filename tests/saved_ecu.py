@@ -1,4 +1,4 @@
-"""The core as firmware holds it, saved and restored, and days of driving for it."""
+"""The core as in firmware, saved and restored, and days of driving for it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TRACK = 1.9  # m
 
 
 class Ecu:
-    """Coefficients and state as firmware holds them."""
+    """Coefficients and state as in firmware."""
 
     def __init__(self, method: str = "joint", rate_hz: float = RATE_HZ, angle_method: str = "observer") -> None:
         self.coefficients, self.state = ffi.new("oc_coefficients *"), ffi.new("oc_state *")
@@ -44,7 +44,7 @@ class Ecu:
         return _core.IMAGE_FAULTS[fault]
 
     def whole(self) -> Any:
-        """Over the native memory itself."""
+        """A view of the native memory."""
         return np.frombuffer(ffi.buffer(self.state), _core.dtype_of(ffi.typeof("oc_state")))[0:1]
 
     def evidence(self) -> Any:
@@ -63,7 +63,7 @@ FRESH = Ecu().values()
 
 
 def legs(count: int, seconds: float = 150.0, seed: int = 1) -> dict[str, Array]:
-    """Drives one after the other, each of which begins and ends standing; with the rear wheels' speeds."""
+    """Consecutive drives, each from standstill to standstill, with rear wheel speeds."""
     drives = [drive(seed + k, RATE_HZ, seconds) for k in range(count)]
     columns = {name: np.concatenate([d[name] for d in drives]) for name in drives[0]}
     columns["time_s"] = np.arange(len(columns["time_s"])) / RATE_HZ
@@ -76,5 +76,5 @@ def sliced(columns: dict[str, Array], begin: int, end: int) -> dict[str, Array]:
 
 
 def sealed(image: bytes) -> bytes:
-    """With the CRC-32 that its bytes ask for."""
+    """The image with a valid CRC-32."""
     return image[:-4] + struct.pack("<I", zlib.crc32(image[:-4]))

@@ -1,4 +1,4 @@
-"""Chapter 4: front wheel angles, the ratio both ways, the observer on motion whose steering is known."""
+"""Chapter 4: front wheel angles, the ratio both ways, the observer on motion with given steering."""
 
 import math
 
@@ -17,14 +17,14 @@ Array = npt.NDArray[np.float64]
 
 
 def front_wheels(angle: float) -> tuple[float, float]:
-    """Speeds of left and right front wheel that roll about a point on the rear axle's line, at 1 m/s of its middle."""
+    """Speeds of the front wheels for a turn about a point on the rear axle's line, at 1 m/s of its centre."""
     rate = math.tan(angle) / WHEELBASE
     return tuple(math.hypot(1.0 - side * 0.5 * TRACK * rate, WHEELBASE * rate) for side in (1.0, -1.0))  # type: ignore[return-value]
 
 
 @pytest.mark.parametrize("degrees", [-40.0, -10.0, -0.5, 0.0, 2.0, 25.0, 40.0])
 def test_the_exact_formula_is_right_where_the_approximate_one_is_not(degrees: float) -> None:
-    """(2), there and back; (3) is some 10 % off at 40 deg."""
+    """(2) in both directions; (3) has an error of 10 % at 40 deg."""
     angle = degrees * DEG
     found = lib.oc_front_wheel_exact(WHEELBASE, TRACK, *front_wheels(angle), 0.0)
     assert found == pytest.approx(angle, abs=1e-9)
@@ -40,8 +40,8 @@ def test_a_left_turn_is_positive_by_every_formula() -> None:
     assert lib.oc_front_wheel_by_side_slip(10.0, 0.0, 0.1, WHEELBASE, -0.01) > 0.0
 
 
-def test_side_slip_and_steady_state_agree_on_the_front_wheels() -> None:
-    """(23) with (24) against (22): the same truck in the same bend, its slip angles from its stiffness."""
+def test_side_slip_and_steady_state_agree_on_the_front_wheel_angle() -> None:
+    """(23) with (24) against (22): the same truck in the same bend, slip angles by tyre stiffness."""
     v, r, front_m, mass, front_n, rear_n = 15.0, 0.08, 1.3, 9000.0, 4.0e5, 3.5e5
     rear_m, a = WHEELBASE - front_m, v * r
     front_slip, rear_slip = -mass * a * rear_m / WHEELBASE / front_n, -mass * a * front_m / WHEELBASE / rear_n
@@ -51,13 +51,13 @@ def test_side_slip_and_steady_state_agree_on_the_front_wheels() -> None:
     assert by_slip == pytest.approx(lib.oc_front_wheel_by_yaw_rate(WHEELBASE, r, v, gradient, a), abs=1e-5)
 
 
-def test_the_front_tyres_slip_is_learned_and_taken_away() -> None:
-    """(23): a receiver turned by 0.5 deg, 1.3 m behind the front axle, on tyres that slip 0.4 deg per m/s^2."""
+def test_the_front_tyres_slip_is_learned_and_subtracted() -> None:
+    """(23): a receiver misaligned by 0.5 deg, 1.3 m behind the front axle; tyre slip of 0.4 deg per m/s^2."""
     turned, behind, slip, v = 0.5 * DEG, 1.3, 0.4 * DEG, 20.0
     evidence = ffi.new("oc_side_slip_evidence *")
     ticks = []
     for k in range(6000):
-        r, a = 0.05 * math.sin(0.003 * k), math.sin(0.004 * k)  # by themselves, as bank and bends do
+        r, a = 0.05 * math.sin(0.003 * k), math.sin(0.004 * k)  # independent, as bank and bends are
         front = 0.02 * math.sin(0.001 * k)
         v_y = v * (math.tan(front - turned - slip * a) - behind * r / v)
         tick = {"speed": v, "lateral_speed": v_y, "yaw_rate": r, "lateral_acceleration": a}
@@ -78,14 +78,21 @@ def test_the_ratio_goes_there_and_back(terms: list[float]) -> None:
 
 
 def truck(**members: float) -> dict[str, float]:
-    identified = {"identified": True, "offset_sd": 0.005, "gradient": K_US, "gradient_sd": 0.0003, "creep": 1.7, "friction": 0.1}
-    return identified | members
+    truck = {
+        "identified": True,
+        "offset_sd": 0.005,
+        "gradient": K_US,
+        "gradient_sd": 0.0003,
+        "creep": 1.7,
+        "friction": 0.1,
+    }
+    return truck | members
 
 
 def observe(
     yaw_rate: Array, speed: Array, acceleration: Array, sensor: Array, **members: float
 ) -> npt.NDArray[np.void]:
-    """The observer over columns, NaN where there is no sensor; T of one second learned beforehand."""
+    """Runs the observer on columns, NaN without a sensor; T of one second is learned before."""
     design = ffi.new("oc_angle_design *")
     lib.oc_angle_setup(design, lib.OC_ANGLE_OBSERVER, ffi.new("oc_ratio *", {"ratio": RATIO}), WHEELBASE, RATE_HZ)
     tracking, evidence = ffi.new("oc_angle_tracking *"), ffi.new("oc_angle_evidence *")
@@ -111,7 +118,7 @@ def observe(
 
 
 def bends(seconds: float, speed: float, backlash: float = 0.0) -> tuple[Array, Array, Array, Array]:
-    """Slow bends both ways: yaw rate, speed, lateral acceleration and the steering wheel angle that goes with them."""
+    """Slow bends both ways: yaw rate, speed, lateral acceleration and the matching steering wheel angle."""
     t = np.arange(int(seconds * RATE_HZ)) / RATE_HZ
     r = 0.8 / speed * np.sin(2.0 * np.pi * t / 20.0)
     a = r * speed
@@ -119,7 +126,7 @@ def bends(seconds: float, speed: float, backlash: float = 0.0) -> tuple[Array, A
     return r, np.full_like(t, speed), a, angle
 
 
-def test_steady_bends_give_the_angle_with_its_play() -> None:
+def test_steady_bends_give_the_angle_including_the_play() -> None:
     for backlash in (0.0, 8.0 * DEG):
         r, v, a, angle = bends(40.0, 20.0, backlash)
         found = observe(r, v, a, np.full_like(r, np.nan), backlash=backlash)
@@ -127,7 +134,7 @@ def test_steady_bends_give_the_angle_with_its_play() -> None:
         assert np.abs(found["angle"] - angle)[clear][200:].max() < 1.0 * DEG
 
 
-def test_without_a_sensor_ever_only_the_ackermann_angle_is_told_and_the_interval_says_so() -> None:
+def test_without_any_sensor_the_angle_is_ackermanns_with_a_wide_interval() -> None:
     """4.2."""
     r, v, a, angle = bends(40.0, 20.0)
     found = observe(r, v, a, np.full_like(r, np.nan), identified=False)
@@ -137,13 +144,13 @@ def test_without_a_sensor_ever_only_the_ackermann_angle_is_told_and_the_interval
     assert np.all(np.abs(found["angle"] - angle)[500:] < 1.96 * found["standard_deviation"][500:])
 
 
-def test_an_offset_that_is_not_learned_yet_is_in_the_interval_of_what_the_sensor_says() -> None:
+def test_before_learning_the_interval_of_the_measured_angle_includes_the_offset() -> None:
     r, v, a, angle = bends(20.0, 20.0)
     found = observe(r, v, a, angle, identified=False)
     assert found["standard_deviation"][500:] == pytest.approx(5.0 * DEG, rel=1e-3)
 
 
-def test_the_estimate_takes_over_without_a_jump() -> None:
+def test_the_angle_does_not_jump_when_the_sensor_is_lost() -> None:
     r, v, a, angle = bends(60.0, 20.0)
     sensor = angle + 3.0 * DEG
     sensor[3500:] = np.nan
@@ -153,7 +160,7 @@ def test_the_estimate_takes_over_without_a_jump() -> None:
     assert found["angle"][4200] == pytest.approx(angle[4200], abs=1.0 * DEG)
 
 
-def test_at_a_standstill_the_angle_is_held_and_its_interval_opens() -> None:
+def test_at_standstill_the_angle_is_held_and_its_interval_widens() -> None:
     r, v, a, _ = bends(20.0, 10.0)
     r[1000:], v[1000:], a[1000:] = 0.0, 0.0, 0.0
     found = observe(r, v, a, np.full_like(r, np.nan))
@@ -162,8 +169,8 @@ def test_at_a_standstill_the_angle_is_held_and_its_interval_opens() -> None:
     assert np.ptp(found["angle"][1100:]) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_the_interval_has_what_no_sensor_could_have_said() -> None:
-    """An offset that was not well known, and bends that take another angle with another load."""
+def test_the_interval_includes_the_errors_of_the_learned_truck() -> None:
+    """An uncertain offset, and bends that need another angle after a change of load."""
     r, v, a, _ = bends(20.0, 20.0)
     sure, unsure, steep = (
         observe(r, v, a, np.full_like(r, np.nan), **members)["standard_deviation"]
@@ -174,8 +181,8 @@ def test_the_interval_has_what_no_sensor_could_have_said() -> None:
     assert np.all(steep[bend] ** 2 > sure[bend] ** 2 + 0.9 * (RATIO * 0.4 * 0.005) ** 2)
 
 
-def test_a_flank_is_in_doubt_where_the_unloading_point_is() -> None:
-    """Side force of 0.3 m/s^2 beyond friction 0.1: a flank for sure, unless a_0 may be off by as much."""
+def test_a_flank_is_uncertain_where_the_neutral_acceleration_is_uncertain() -> None:
+    """Lateral force of 0.3 m/s^2 with friction of 0.1: a certain flank, unless a_0 has an sd of as much."""
     v, a = np.full(2000, 20.0), np.full(2000, 0.4)
     sure, unsure = (
         observe(a / v, v, a, np.full_like(a, np.nan), backlash=15.0 * DEG, unloading_sd=sd)["standard_deviation"][-1]
@@ -184,8 +191,8 @@ def test_a_flank_is_in_doubt_where_the_unloading_point_is() -> None:
     assert unsure > 3.0 * sure
 
 
-def test_large_angles_are_learned_where_proportion_ends() -> None:
-    """The arctangent of (7) with a linkage that turns the wheels faster at its ends; learned from circles at 5 m/s."""
+def test_the_flattening_at_large_angles_is_learned() -> None:
+    """The arctangent of (7) and a progressive linkage; learned from circles at 5 m/s."""
     t = np.arange(12_000) / RATE_HZ
     front = 0.3 * np.sin(2.0 * np.pi * t / 40.0)
     speed = np.full_like(t, 5.0)
@@ -202,7 +209,7 @@ def test_large_angles_are_learned_where_proportion_ends() -> None:
     assert taught["standard_deviation"][judged].max() < 0.5 * untaught["standard_deviation"][judged].max()
 
 
-def test_motion_that_is_missing_for_a_while_leaves_numbers() -> None:
+def test_missing_motion_gives_finite_numbers() -> None:
     r, v, a, _ = bends(20.0, 15.0)
     r[700:720] = v[700:720] = a[700:720] = np.nan
     found = observe(r, v, a, np.full_like(r, np.nan))

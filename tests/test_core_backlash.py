@@ -1,4 +1,4 @@
-"""The play operator: what hysteresis promises, whoever steers. The simulator's rooms and the joint method share it."""
+"""Properties of the play operator (hysteresis), which the simulator and the joint method share."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ plays = st.fixed_dictionaries(
 
 
 def carried(angle: Any, load: Any = 0.0, *, inner: float | None = None, step_s: float = STEP_S, **play: float) -> Array:
-    """Where the inner element is after each step."""
+    """The inner element after each step."""
     native = ffi.new("oc_backlash *", play)
     now = float(angle[0]) if inner is None else inner
     course = np.empty(len(angle))
@@ -30,9 +30,7 @@ def carried(angle: Any, load: Any = 0.0, *, inner: float | None = None, step_s: 
 
 
 @given(angles, plays)
-def test_the_place_is_where_the_outer_element_is_in_the_play_that_carries_the_inner_one(
-    angle: list[float], play: dict[str, float]
-) -> None:
+def test_the_place_is_that_of_the_outer_element_in_the_play(angle: list[float], play: dict[str, float]) -> None:
     native = ffi.new("oc_backlash *", play)
     state = ffi.new("oc_backlash_state *", {"inner": angle[0]})
     for outer, inner in zip(angle, carried(angle, 0.7, **play), strict=True):
@@ -43,7 +41,7 @@ def test_the_place_is_where_the_outer_element_is_in_the_play_that_carries_the_in
 
 
 @given(angles, st.floats(0.0, 0.3), st.integers(1, 20))
-def test_without_a_load_only_the_turning_points_count_and_not_how_fast_they_are_reached(
+def test_without_a_load_only_the_turning_points_count_not_the_rate(
     angle: list[float], half_width: float, slower: int
 ) -> None:
     at = np.arange(len(angle))
@@ -53,10 +51,10 @@ def test_without_a_load_only_the_turning_points_count_and_not_how_fast_they_are_
 
 
 @given(angles, angles, plays)
-def test_a_small_motion_is_forgotten_once_a_larger_one_went_past_it(
+def test_a_larger_motion_erases_the_effect_of_a_smaller_one(
     before: list[float], after: list[float], play: dict[str, float]
 ) -> None:
-    """Whatever was done before, full lock to both sides leaves one state."""
+    """Full lock to both sides gives the same state after any history."""
     tail = [-6.0, 6.0, *after]
     here, there = (carried([*start, *tail], **play)[-len(after) :] for start in (before, [0.0]))
     assert (here == there).all()
@@ -68,13 +66,15 @@ def test_left_and_right_are_mirrored(angle: list[float], play: dict[str, float],
 
 
 @given(angles, st.floats(0.0, 0.15), st.floats(0.0, 0.15))
-def test_two_plays_in_a_row_without_load_are_one_of_both_widths(angle: list[float], one: float, other: float) -> None:
+def test_two_plays_in_series_without_load_are_one_of_the_summed_width(
+    angle: list[float], one: float, other: float
+) -> None:
     start = angle[0]
     through_both = carried(carried(angle, inner=start, half_width=one), inner=start, half_width=other)
     np.testing.assert_allclose(through_both, carried(angle, inner=start, half_width=one + other), atol=1e-12)
 
 
-def test_a_load_beyond_friction_carries_at_its_own_speed_whatever_the_step() -> None:
+def test_a_load_beyond_friction_carries_at_its_own_rate_whatever_the_step() -> None:
     """2 rad/s per unit, 0.3 units beyond friction: 0.06 rad in 0.1 s, then the end of the play."""
     play = {"half_width": 0.1, "friction": 0.2, "creep": 2.0}
     for step_s in (0.01, 0.02, 0.1):

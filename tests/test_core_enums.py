@@ -1,4 +1,4 @@
-"""Every value of every enum in the public headers is reached, by what makes it so in the world; none is dead."""
+"""Every value of every enum in the public headers is reached by a realistic cause."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from random_drives import Array, drive
 from saved_ecu import Ecu, legs, sealed
-from test_core_change import bends, noise, told
+from test_core_change import bends, detected, noise
 from test_core_reach import CAUSES, SPEED, WHEELS, YAW_RATE, core_of, refusal, steady
 from test_core_sensor_fault import DEG, judged, weaving
 from test_message import trouble_after
@@ -25,14 +25,14 @@ def outputs_of(columns: dict[str, Array], method: str = "joint", angle_method: s
 
 
 def ended(columns: dict[str, Array], method: str, angle_method: str) -> bytes:
-    """All that a drive leaves behind, and all that was told of it."""
+    """State and outputs after a drive."""
     outputs, core = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE), core_of(method, angle_method)
     core.run(columns, outputs)
     return core.state_bytes() + _core._values(outputs)
 
 
 def lost_for(begin: int, end: int) -> dict[str, Array]:
-    """A drive of 200 s whose sensor is silent for some ticks."""
+    """A drive of 200 s in which the sensor has no signal for some ticks."""
     columns = drive(1, 100.0, 200.0)
     columns["steering_wheel_angle_rad"][begin:end] = np.nan
     return columns
@@ -46,13 +46,13 @@ def with_all_signals() -> dict[str, Array]:
 
 
 def own_way(names: tuple[str, ...], methods: Callable[[str], tuple[str, str]]) -> set[int]:
-    """Those that make of a drive what none of the others does."""
+    """Methods whose result differs from those of all others."""
     made = [ended(with_all_signals(), *methods(name)) for name in names]
     return {k for k, end in enumerate(made) if made.count(end) == 1}
 
 
 def signal_bits() -> set[int]:
-    """Those whose signal is missed when its column is left out."""
+    """Bits of the signals whose absence changes the result."""
     columns = with_all_signals()
 
     def ends(left_out: str | None) -> bytes:
@@ -66,7 +66,7 @@ def reasons() -> set[int]:
     found = {int(np.bitwise_or.reduce(outputs_of(cause())["reasons"])) for cause in CAUSES.values()}
     core = core_of("thesis")
     core.run(steady())
-    waits = core.answer()["rejected"][list(_core.REASONS).index("window")] > 0.0  # no tick's own
+    waits = core.answer()["rejected"][list(_core.REASONS).index("window")] > 0.0  # no tick has this reason
     return {1 << k for bits in found for k in range(32) if bits >> k & 1} | ({lib.OC_REASON_WINDOW} if waits else set())
 
 
@@ -87,7 +87,9 @@ def faults() -> set[int]:
 def changes() -> set[int]:
     after = np.arange(600) >= 300
     offset, loaded = noise(1, 600) + after * 3.0 * DEG, noise(2, 600) + after * 2.0 * DEG * np.sign(bends(600))
-    return {lib.OC_CHANGE_NONE} | {change.kind for errors in (offset, loaded) for _, change in told(errors, bends(600))}
+    return {lib.OC_CHANGE_NONE} | {
+        change.kind for errors in (offset, loaded) for _, change in detected(errors, bends(600))
+    }
 
 
 def image_faults() -> set[int]:
@@ -102,7 +104,7 @@ def image_faults() -> set[int]:
 
 
 def sources() -> set[int]:
-    """By a sensor of a truck that is not learned, then is; and without it, where none is known before."""
+    """With a sensor before and after learning; without a sensor, with and without a learned truck."""
     outputs = outputs_of(lost_for(19_000, 19_500), "thesis", "observer")
     measured, nothing = ffi.new("oc_signals *", {"valid": lib.OC_HAS_STEERING_WHEEL_ANGLE}), ffi.new("oc_signals *")
     ticks = (
@@ -125,15 +127,15 @@ def clock_verdicts() -> set[int]:
 
 
 def slopes() -> set[int]:
-    """By which parameters a model of play, creep and wind-up is taken in a weaving drive."""
+    """Parameters with a slope in a model of play, creep and wind-up on a winding road."""
     places, out = ffi.new("oc_places *"), ffi.new("float[]", lib.OC_SLOPE_COUNT)
     play = ffi.new("oc_play *", {"half_width": 0.05, "friction": 0.05, "creep": 1.0, "windup": 0.02, "unwinding": 0.5})
-    seen = set()
+    with_slope = set()
     for k in range(400):
         by = {"angle": 0.2 * np.sin(k / 15.0), "centre": 0.0, "load": 0.5 * np.sin(k / 40.0), "step_s": 0.1}
         lib.oc_places_move(places, play, ffi.new("oc_play_motion *", by), out)
-        seen |= {slope for slope in range(lib.OC_SLOPE_COUNT) if out[slope] != 0.0}
-    return seen
+        with_slope |= {slope for slope in range(lib.OC_SLOPE_COUNT) if out[slope] != 0.0}
+    return with_slope
 
 
 REACHED: dict[str, Callable[[], set[int]]] = {
@@ -157,15 +159,15 @@ REACHED: dict[str, Callable[[], set[int]]] = {
 
 
 @pytest.mark.parametrize("name", ENUMS)
-def test_every_value_is_reached_and_none_that_has_no_name(name: str) -> None:
+def test_all_values_are_reached_and_all_have_names(name: str) -> None:
     named = {value for value, word in ffi.typeof(name).elements.items() if not word.endswith("_COUNT")}
     assert REACHED[name]() == named
 
 
-# What a fault does to the offset
+# Effect of a fault on the offset
 
 
-def test_an_offset_is_invalid_while_its_sensor_is_at_fault_and_what_it_was_before() -> None:
+def test_during_a_fault_the_offset_is_invalid_and_keeps_its_value() -> None:
     begin, end = 18_000, 18_700
     for method in ("thesis", "joint"):
         outputs = outputs_of(lost_for(begin, end), method, "observer")
@@ -182,7 +184,7 @@ def test_an_offset_is_invalid_while_its_sensor_is_at_fault_and_what_it_was_befor
         assert _core.FAULTS[core.answer()["fault"]] == "lost"
 
 
-def test_nothing_learned_is_unobservable_whatever_its_sensor() -> None:
+def test_an_offset_without_evidence_is_unobservable_even_during_a_fault() -> None:
     outputs = outputs_of(lost_for(0, 3_000), "joint", "observer")
     assert _core.FAULTS[outputs["fault"][2_000]] == "lost"
     assert _core.STATUSES[outputs["offset_status"][2_000]] == "unobservable"

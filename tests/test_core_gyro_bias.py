@@ -1,4 +1,4 @@
-"""5.3.1: the gyro's bias and the wheels' radii, found together, and how sure the core may be of them."""
+"""5.3.1: the gyro's bias and the wheels' radii, estimated together, and their intervals."""
 
 import dataclasses
 import math
@@ -49,7 +49,7 @@ def holds(estimate: Mapping[str, Any], truth: float, by: float = 1.96) -> bool:
     return abs(estimate["value"] - truth) < by * estimate["standard_deviation"]
 
 
-def test_bias_and_radii_are_found_together() -> None:
+def test_bias_and_radii_are_estimated_together() -> None:
     for seed in range(5):
         answer = ran(core_of(), rolling(seed))[0].answer()
         assert answer["yaw_rate_bias"]["value"] == pytest.approx(0.005, abs=0.05 * DEGREE)
@@ -59,7 +59,7 @@ def test_bias_and_radii_are_found_together() -> None:
 
 
 def test_the_filter_agrees_with_least_squares_over_the_whole_drive() -> None:
-    """Two derivations: nothing wanders, so that the recursion must end where all blocks at once do."""
+    """Two derivations: without random walks the recursion gives the result of all blocks at once."""
     columns = rolling(3, standing_s=0.0)
     rear_only = {name: c for name, c in columns.items() if "front" not in name}
     answer = ran(core_of(**NOTHING_WANDERS), rear_only)[0].answer()
@@ -70,7 +70,7 @@ def test_the_filter_agrees_with_least_squares_over_the_whole_drive() -> None:
     left, right = (columns[f"wheel_speed_rear_{side}_m_s"] for side in ("left", "right"))
     v, r = blocks(0.5 * (left + right)), blocks(columns[YAW_RATE])
     reading = r - blocks(right - left) / TRACK_REAR
-    bank = 0.2  # m/s^2, which the filter takes off, once it knows the bias: what is constant of it is of the mismatch
+    bank = 0.2  # m/s^2; the filter subtracts it once the bias is identified; its constant part is in the mismatch
     v_a = v * (blocks(columns["lateral_acceleration_m_s2"]) - bank)
     H = np.column_stack([np.ones_like(v), -v / TRACK_REAR, -v_a / TRACK_REAR, -(r - 0.005)])
     prior = np.diag([1.5 * DEGREE, 0.005, 0.003, 0.02]) ** 2
@@ -78,7 +78,7 @@ def test_the_filter_agrees_with_least_squares_over_the_whole_drive() -> None:
     P = np.linalg.inv(np.linalg.inv(prior) + H.T @ H / noise)
     x = P @ (H.T @ reading) / noise
     sd = math.sqrt(P[0, 0])
-    assert answer["yaw_rate_bias"]["value"] == pytest.approx(x[0], abs=1.5 * sd)  # the bank was not known at first
+    assert answer["yaw_rate_bias"]["value"] == pytest.approx(x[0], abs=1.5 * sd)  # the bank was unknown at first
     assert answer["yaw_rate_bias"]["standard_deviation"] == pytest.approx(sd, rel=0.7)
     level = x[1] - bank * x[2]
     assert answer["wheel_radius_mismatch_rear"]["value"] == pytest.approx(level, abs=3.0 * math.sqrt(P[1, 1]))
@@ -94,7 +94,7 @@ def test_a_mirrored_drive_has_the_mirrored_bias() -> None:
         assert back[name]["standard_deviation"] == there[name]["standard_deviation"]
 
 
-def test_half_a_second_of_standing_tells_the_bias() -> None:
+def test_half_a_second_of_standstill_identifies_the_bias() -> None:
     columns = {name: c[:80] for name, c in rolling(0).items()}
     outputs = ran(core_of(), columns)[1]
     assert outputs["yaw_rate_bias_sd"][60] > DEGREE
@@ -102,25 +102,25 @@ def test_half_a_second_of_standing_tells_the_bias() -> None:
     assert outputs["yaw_rate_bias_sd"][75] < 0.06 * DEGREE
 
 
-def test_standing_for_long_tells_little_more_than_standing() -> None:
-    """What quantisation and mounting leave does not average away."""
+def test_a_long_standstill_is_hardly_more_accurate_than_a_short_one() -> None:
+    """Errors by quantisation and mounting do not average out."""
     quiet = rolling(0, truth=Truth(gyro_noise=1e-4), standing_s=60.0)
     standing = {name: c[:6000] for name, c in quiet.items()}
     outputs = ran(core_of(**NOTHING_WANDERS), standing)[1]
     assert 0.004 * DEGREE < outputs["yaw_rate_bias_sd"][-1] < 0.02 * DEGREE
 
 
-def test_wheels_that_roll_are_no_standstill_whatever_the_vehicle_speed_says() -> None:
+def test_rolling_wheels_are_no_standstill_whatever_the_vehicle_speed() -> None:
     columns = {name: c[-500:] for name, c in rolling(0).items()}
     columns["vehicle_speed_m_s"] = np.zeros(500)
     columns |= {name: np.full(500, 1.0) for name in WHEELS}
-    assert bias_of(columns)["evidence"] == pytest.approx(4.8)  # the thesis's standstill believes the speed
+    assert bias_of(columns)["evidence"] == pytest.approx(4.8)  # the thesis's standstill uses the vehicle speed
     outputs = ran(core_of(), columns)[1]
     assert outputs["yaw_rate_bias_sd"][-1] > DEGREE
 
 
-def test_at_one_speed_and_never_standing_bias_and_radii_do_not_part() -> None:
-    """r - (v_r - v_l)/T is then one number for two unknowns: the interval must say so."""
+def test_at_constant_speed_without_standstill_bias_and_radii_are_not_separable() -> None:
+    """r - (v_r - v_l)/T is then one equation for two unknowns: the interval stays wide."""
     columns = rolling(2, standing_s=0.0, speeds_m_s=(22.0, 22.0))
     outputs = ran(core_of(), columns)[1]
     assert outputs["yaw_rate_bias_sd"][-1] > 0.5 * DEGREE
@@ -129,7 +129,7 @@ def test_at_one_speed_and_never_standing_bias_and_radii_do_not_part() -> None:
 
 
 def test_noise_in_the_wheels_does_not_narrow_the_track() -> None:
-    """Always the same bend, much noise: a track fitted to the wheels' difference would be biased, and the bias too."""
+    """A constant bend with much noise would bias a track fitted to the wheels' difference, and with it the bias."""
     columns = rolling(4, truth=Truth(wheel_noise=0.2))
     speed = np.maximum(columns["vehicle_speed_m_s"], 0.0)
     more = 0.002 * speed
@@ -142,7 +142,7 @@ def test_noise_in_the_wheels_does_not_narrow_the_track() -> None:
     assert holds(found, 0.005)
 
 
-def test_without_a_track_width_the_wheels_still_tell() -> None:
+def test_without_a_track_width_the_wheels_still_identify_the_bias() -> None:
     found = bias_of(rolling(1), core_of(rear=0.0, front=0.0))
     assert found["value"] == pytest.approx(0.005, abs=0.05 * DEGREE)
 
@@ -173,13 +173,13 @@ def hurt(columns: dict[str, Array], how: str) -> dict[str, Array]:
 
 
 @pytest.mark.parametrize("how", ["stuck", "gaps", "slip"])
-def test_a_hurt_wheel_speed_does_not_reach_the_bias(how: str) -> None:
+def test_a_faulty_wheel_speed_does_not_affect_the_bias(how: str) -> None:
     found = bias_of(hurt(rolling(5), how))
     assert found["value"] == pytest.approx(0.005, abs=0.06 * DEGREE)
     assert holds(found, 0.005, 2.5)
 
 
-def test_a_bias_that_jumps_is_named_and_found_again() -> None:
+def test_a_jump_of_the_bias_is_detected_and_followed() -> None:
     columns = rolling(6)
     columns[YAW_RATE][20_000:] += 0.6 * DEGREE
     core, outputs = ran(core_of("joint"), columns)
@@ -195,8 +195,8 @@ def test_a_bias_that_jumps_is_named_and_found_again() -> None:
     assert _core.STATUSES[core.answer()["yaw_rate_bias"]["status"]] == "invalid"
 
 
-def test_the_thesiss_method_asks_no_wheel() -> None:
-    """Bit for bit the same offset with and without them, whatever the gyro's bias does."""
+def test_the_thesiss_method_does_not_use_wheel_speeds() -> None:
+    """The same offset bit for bit with and without them, whatever the gyro's bias."""
     columns = rolling(6)
     columns[YAW_RATE][20_000:] += 0.6 * DEGREE
     without = {name: c for name, c in columns.items() if name not in WHEELS}
@@ -207,8 +207,8 @@ def test_the_thesiss_method_asks_no_wheel() -> None:
     }
 
 
-def test_a_tyre_that_loses_air_is_not_the_gyro() -> None:
-    """One wheel of four: the other axle holds the bias where it is."""
+def test_a_pressure_loss_is_not_attributed_to_the_gyro() -> None:
+    """One wheel of four: the other axle keeps the bias."""
     columns = rolling(7)
     columns[WHEELS[2]][20_000:] *= 1.003
     found = ran(core_of(), columns)[0].answer()
@@ -243,7 +243,7 @@ def errors(outputs: np.ndarray[Any, Any], true: Array) -> tuple[Array, Array]:
 
 
 def test_a_bias_that_drifts_on_a_long_straight_is_followed(tmp_path: Path) -> None:
-    """Figure 17, half a degree per second each minute: with HRW's fine wheel speeds."""
+    """Figure 17, half a degree per second per minute, with HRW's fine wheel speeds."""
     (tmp_path / "straight.toml").write_text(FIGURE_17)
     for seed in (31, 32):
         signals, truth = simulate(tmp_path / "straight.toml", seed=seed)
@@ -253,8 +253,8 @@ def test_a_bias_that_drifts_on_a_long_straight_is_followed(tmp_path: Path) -> No
         assert np.mean(np.abs(error) < 1.96 * sd) > 0.9
 
 
-def test_a_drift_that_begins_late_is_followed_or_named_with_coarse_wheel_speeds() -> None:
-    """EBC2: a quantum of half a degree per second. The filter lags until the CUSUM speaks, and never for long."""
+def test_with_coarse_wheel_speeds_a_late_drift_is_followed_or_raises_an_alarm() -> None:
+    """EBC2: steps of half a degree per second. The filter lags until the CUSUM's alarm, and only for a short time."""
     late = Truth(drift=0.5 * DEGREE / 60, drift_from_s=400.0)
     for seed in range(3):
         columns = as_ebc2(rolling(seed, 900.0, late, speeds_m_s=(22.0, 24.0), turning=0.3))
@@ -268,8 +268,8 @@ def test_a_drift_that_begins_late_is_followed_or_named_with_coarse_wheel_speeds(
 
 
 @pytest.mark.parametrize(("share", "within_deg_s"), [(0.002, 0.12), (-0.005, 0.3)])
-def test_a_tyre_that_loses_air_slowly_is_no_drift_of_the_gyro(share: float, within_deg_s: float) -> None:
-    """A rear radius that goes away in ten minutes: the axles contradict each other, and both are asked anew."""
+def test_a_slow_pressure_loss_is_not_attributed_to_a_gyro_drift(share: float, within_deg_s: float) -> None:
+    """A rear radius shrinks over ten minutes: the axles contradict each other, and both mismatches get variance."""
     off = []
     for seed in range(6):
         columns = rolling(seed, 900.0)
@@ -279,7 +279,7 @@ def test_a_tyre_that_loses_air_slowly_is_no_drift_of_the_gyro(share: float, with
 
 
 @pytest.mark.parametrize("banked", [0.0, 0.6])
-def test_an_accelerometer_that_is_silent_now_and_then_costs_those_ticks_and_no_bias(banked: float) -> None:
+def test_gaps_of_the_accelerometer_cost_their_ticks_and_add_no_bias(banked: float) -> None:
     off = []
     for seed in range(6):
         columns = rolling(seed, 600.0, banked=banked)
@@ -290,8 +290,8 @@ def test_an_accelerometer_that_is_silent_now_and_then_costs_those_ticks_and_no_b
 
 
 @pytest.mark.parametrize("method", ["joint", "wheel-speed"])
-def test_without_an_accelerometer_the_turning_tells_how_the_truck_leans_on_its_tyres(method: str) -> None:
-    """Whether one is there that is not to be used, or none."""
+def test_without_an_accelerometer_the_yaw_rate_gives_the_load_transfer(method: str) -> None:
+    """Both for an unused accelerometer and for none."""
     off = []
     for seed in range(6):
         columns = rolling(seed, 600.0)
@@ -304,7 +304,7 @@ def test_without_an_accelerometer_the_turning_tells_how_the_truck_leans_on_its_t
     assert max(off) < 0.06, off
 
 
-def test_an_accelerometer_that_is_gone_since_an_ignition_or_for_minutes_leaves_the_wheels_their_word() -> None:
+def test_the_wheels_are_used_without_an_accelerometer_since_ignition_or_for_minutes() -> None:
     for ignition in (True, False):
         core = core_of("joint")
         core.run(rolling(1, 300.0))
@@ -320,16 +320,16 @@ def test_an_accelerometer_that_is_gone_since_an_ignition_or_for_minutes_leaves_t
         assert found["evidence"] > before + (300.0 if ignition else 200.0)
 
 
-@pytest.mark.parametrize("hears", [0, 1])
-def test_without_a_lateral_acceleration_the_wheel_speeds_method_hears_the_turning(hears: int) -> None:
+@pytest.mark.parametrize("uses_accelerometer", [0, 1])
+def test_without_a_lateral_acceleration_the_wheel_speeds_method_uses_the_yaw_rate(uses_accelerometer: int) -> None:
     columns = rolling(1, 600.0)
     del columns["lateral_acceleration_m_s2"]
-    bias = bias_of(columns, core_of("wheel-speed", use_accelerometer=hears))
+    bias = bias_of(columns, core_of("wheel-speed", use_accelerometer=uses_accelerometer))
     assert bias["value"] == pytest.approx(0.005, abs=0.06 * DEGREE)
 
 
-def test_rounding_that_nothing_shakes_is_in_the_interval() -> None:
-    """Wheels without noise by EBC2's steps of half a degree per second: the same error for seconds on end."""
+def test_the_interval_includes_a_persistent_rounding_error() -> None:
+    """Noise-free wheels with EBC2's steps of half a degree per second: the same error for seconds."""
     for seed in range(6):
         rough = rolling(seed, 600.0, Truth(wheel_noise=0.0), speeds_m_s=(22.0, 22.5), turning=0.1)
         outputs = ran(core_of(), as_ebc2(rough))[1]
@@ -338,8 +338,8 @@ def test_rounding_that_nothing_shakes_is_in_the_interval() -> None:
         assert outputs["yaw_rate_bias_sd"][-1] > 0.05 * DEGREE
 
 
-def test_a_log_of_frames_gives_the_same_bias_from_either_message(tmp_path: Path) -> None:
-    """HRW's and EBC2's wheel speeds of one drive, there and back through a CAN log."""
+def test_a_log_of_frames_gives_the_same_bias_by_either_message(tmp_path: Path) -> None:
+    """HRW's and EBC2's wheel speeds of one drive, written to a CAN log and read."""
     scenario = tmp_path / "drive.toml"
     scenario.write_text('base = "thesis_drive"\n[drive]\nduration_s = 500.0\n')
     log = tmp_path / "drive.log"
@@ -350,12 +350,12 @@ def test_a_log_of_frames_gives_the_same_bias_from_either_message(tmp_path: Path)
         signals = read(log)
         assert source in signals.sources["wheel_speed_rear_left"].description
         columns = {name: signals.table[name].to_numpy() for name in _core.COLUMNS if name in signals.table.columns}
-        found = bias_of({name: c[: -20 * int(RATE_HZ)] for name, c in columns.items()})  # before it stands again
+        found = bias_of({name: c[: -20 * int(RATE_HZ)] for name, c in columns.items()})  # before the next standstill
         assert found["value"] / DEGREE == pytest.approx(truth.yaw_rate_bias_rad_s / DEGREE, abs=within)
         assert holds(found, truth.yaw_rate_bias_rad_s, 2.5)
 
 
-def test_the_intervals_hold_the_truth_as_often_as_they_say() -> None:
+def test_the_intervals_hold_the_truth_at_their_nominal_rate() -> None:
     inside = total = 0
     for seed in range(20):
         rng = np.random.default_rng(seed)
@@ -375,7 +375,7 @@ def test_the_intervals_hold_the_truth_as_often_as_they_say() -> None:
     assert inside > 0.9 * total, inside / total
 
 
-def test_without_wheels_the_last_standstill_fades() -> None:
+def test_without_wheels_the_uncertainty_grows_after_the_last_standstill() -> None:
     columns = {name: c for name, c in rolling(0).items() if name not in WHEELS}
     outputs = ran(core_of(), columns)[1]
     sd = outputs["yaw_rate_bias_sd"] / DEGREE
@@ -385,7 +385,7 @@ def test_without_wheels_the_last_standstill_fades() -> None:
     assert outputs["yaw_rate_bias"][-1] == pytest.approx(0.005, abs=0.02 * DEGREE)
 
 
-def test_after_ignition_the_bias_may_be_elsewhere() -> None:
+def test_an_ignition_adds_uncertainty_to_the_bias() -> None:
     core, outputs = ran(core_of(), rolling(0))
     before = outputs["yaw_rate_bias_sd"][-1]
     core.restart()
@@ -412,7 +412,7 @@ ODD = st.sampled_from([math.nan, math.inf, -math.inf, 1e308, -1e308, 0.0, 149.0,
 
 @settings(max_examples=100)
 @given(rows=st.lists(st.tuples(*[ODD] * 8), min_size=1, max_size=20), repeats=st.integers(1, 200))
-def test_no_wheel_speed_makes_a_number_that_is_none(rows: list[tuple[float, ...]], repeats: int) -> None:
+def test_no_wheel_speed_gives_a_nan(rows: list[tuple[float, ...]], repeats: int) -> None:
     table = np.repeat(np.array(rows), repeats, axis=0)
     others = ("time_s", "lateral_speed_m_s", "steering_wheel_torque_nm")
     names = [name for name in _core.COLUMNS if name not in others]
@@ -429,8 +429,8 @@ def test_no_wheel_speed_makes_a_number_that_is_none(rows: list[tuple[float, ...]
 @pytest.mark.parametrize(
     ("name", "bias"), [("cpg_fast_lap", 0.253), ("cpg_slow_lap", 0.292), ("rfs_2018-06-20_path3", 0.278)]
 )
-def test_a_real_car_that_stood_for_a_second_tells_its_bias(name: str, bias: float) -> None:
-    """deg/s; the OxTS heading says 0.257, 0.297 and 0.295."""
+def test_a_second_of_standstill_of_a_real_car_identifies_its_bias(name: str, bias: float) -> None:
+    """deg/s; by the OxTS heading 0.257, 0.297 and 0.295."""
     table = pl.read_csv(real_drive(f"genesis/{name}.csv.gz"))
     columns = {
         "time_s": table["t_s"].to_numpy(),

@@ -1,6 +1,4 @@
-"""One hypothesis of how the steering plays: its slopes against operators of its own, and what it must keep when sensor,
-load or gyro turn out to be others.
-"""
+"""One hypothesis: slopes against operators of this test, evidence after changes of sensor, load and bias."""
 
 import math
 import re
@@ -61,8 +59,8 @@ def moved(
     ],
     ids=["width", "unloading", "friction", "creep", "windup", "unwinding", "wind", "wind_across"],
 )
-def test_a_slope_predicts_what_a_little_more_of_its_parameter_does(term: int, change: dict[str, float]) -> None:
-    """Two operators of the test's own, a little apart, against the core's slope times that little."""
+def test_a_slope_predicts_the_effect_of_a_small_change_of_its_parameter(term: int, change: dict[str, float]) -> None:
+    """The difference of two operators of this test, against the core's slope times the change."""
     hypothesis = Play(creep=30.0 * DEGREE, windup=1.5 * DEGREE, unwinding=0.4)
     (name, by), drive = *change.items(), driven(4, Play(creep=30.0 * DEGREE, windup=1.5 * DEGREE), 300)
     more, less = (
@@ -79,17 +77,17 @@ def test_a_slope_predicts_what_a_little_more_of_its_parameter_does(term: int, ch
         if k % SAMPLES == SAMPLES - 1:
             lib.oc_hypothesis_predict(learner.h, learner.design, ffi.new("oc_second *"), SAMPLES)
             slope.append(learner.h.sums[term] / SAMPLES)
-    # the core's are of full widths, and of creep as a share of itself; no gradient is known yet that a wind works on
+    # the core's slopes are per full width and per share of creep; the gradient is still 0: wind acts on the play only
     by = max(by) if isinstance(by, tuple) else by
     by *= {WIDTH_TERM: 2.0, WINDUP_TERM: 2.0, CREEP_TERM: 1.0 / hypothesis.creep}.get(term, 1.0)
     foretold = by * np.array(slope)
     assert np.std(apart) > 1e-5
-    # a wind's is a_0's by the share that acts now, though the play still holds what blew before
+    # a wind's slope is a_0's times its present share, although the play still holds the effect of earlier wind
     assert np.corrcoef(foretold, apart)[0, 1] > (0.95 if term in WIND_TERMS else 0.97)
     assert np.abs(foretold).sum() == pytest.approx(np.abs(apart).sum(), rel=0.05)
 
 
-def test_where_side_force_moves_nothing_only_the_width_has_a_slope() -> None:
+def test_a_rubbing_play_has_a_slope_of_the_width_only() -> None:
     rubbing = Play(friction=-1.0)
     drive = driven(1, rubbing, 20)
     learner = Learner(rubbing)
@@ -100,12 +98,12 @@ def test_where_side_force_moves_nothing_only_the_width_has_a_slope() -> None:
 
 
 @pytest.mark.parametrize("friction", [0.05, -1.0], ids=["creeping", "rubbing"])
-def test_it_goes_to_the_play_that_made_the_drive(friction: float) -> None:
+def test_a_hypothesis_converges_to_the_play_of_the_drive(friction: float) -> None:
     truth = Play(half_width=4.0 * DEGREE, unloading=0.15 if friction >= 0.0 else 0.0, friction=friction)
     for seed in range(2, 6):
         start = Play(half_width=3.0 * DEGREE, unloading=0.1, friction=friction)
         learner = Learner(start).learn(driven(seed, truth, 900))
-        # the term of a fifth wheel, which this truck has not, takes seed 2 from 0.06 to 0.12 deg
+        # the fifth wheel's term, without a trailer, increases the error of seed 2 from 0.06 to 0.12 deg
         assert learner.h.offset == pytest.approx(OFFSET, abs=0.15 * DEGREE)
         assert learner.h.gradient == pytest.approx(GRADIENT, abs=0.02 * DEGREE)
         assert 2 * learner.now.half_width == pytest.approx(8.0 * DEGREE, abs=0.2 * DEGREE)
@@ -114,8 +112,8 @@ def test_it_goes_to_the_play_that_made_the_drive(friction: float) -> None:
             assert learner.now.friction == pytest.approx(0.05, abs=0.01)
 
 
-def test_it_tells_wind_up_from_play_and_a_wind_from_the_unloading_point() -> None:
-    """4 deg of wind-up before 6 deg of play, and a wind of 0.08 m/s^2: each by its own signature."""
+def test_wind_up_and_play_and_wind_and_neutral_acceleration_are_separated() -> None:
+    """4 deg of wind-up in front of 6 deg of play, and a wind of 0.08 m/s^2."""
     truth = Play(windup=2.0 * DEGREE, unloading=0.1, wind=(0.06, -0.05))
     for seed in range(2, 5):
         learner = Learner(Play(unloading=0.05)).learn(driven(seed, truth, 900))
@@ -126,15 +124,15 @@ def test_it_tells_wind_up_from_play_and_a_wind_from_the_unloading_point() -> Non
         assert learner.now.wind == pytest.approx(truth.wind, abs=0.015)
 
 
-def test_it_tells_how_fast_a_motor_unwinds_the_column() -> None:
+def test_the_rate_at_which_a_motor_unwinds_the_column_is_identified() -> None:
     truth = Play(windup=2.0 * DEGREE, unwinding=0.8)
     learner = Learner(Play(windup=1.5 * DEGREE)).learn(driven(3, truth, 900))
     assert learner.now.unwinding == pytest.approx(0.8, abs=0.15)
     assert learner.h.offset == pytest.approx(OFFSET, abs=0.15 * DEGREE)
 
 
-def test_it_tells_left_turns_that_take_more_angle_than_right_ones_from_an_offset() -> None:
-    """2 % of the ratio, on bends of 300 m: 0.3 deg, which a mean over bends would take for an offset."""
+def test_uneven_turns_and_offset_are_separated() -> None:
+    """2 % of the ratio in bends of 300 m: 0.3 deg, which a mean over bends attributes to the offset."""
     for seed in range(2, 5):
         learner = Learner(Play(unloading=0.05)).learn(driven(seed, Play(), 900, uneven=0.02))
         assert learner.h.terms[UNEVEN_TERM] * learner.scale[UNEVEN_TERM] == pytest.approx(
@@ -143,8 +141,8 @@ def test_it_tells_left_turns_that_take_more_angle_than_right_ones_from_an_offset
         assert learner.h.offset == pytest.approx(OFFSET, abs=0.15 * DEGREE)
 
 
-def test_a_second_of_little_weight_is_learned_from_as_if_it_were_so_much_noisier() -> None:
-    """A quarter of the weight is twice the noise: so much less evidence, and no other variance."""
+def test_a_second_of_lower_weight_has_the_effect_of_a_noisier_one() -> None:
+    """A quarter of the weight corresponds to twice the noise: less evidence, the same variance."""
     whole, quarter = Learner(Play()), Learner(Play())
     quarter.second.weight = 0.25
     whole.learn(driven(3, Play(), 400, noise=3.0 * DEGREE))
@@ -153,8 +151,8 @@ def test_a_second_of_little_weight_is_learned_from_as_if_it_were_so_much_noisier
     assert quarter.h.variance == pytest.approx(whole.h.variance, rel=0.1)
 
 
-def test_it_tells_the_dry_friction_of_a_fifth_wheel_from_gradient_and_play() -> None:
-    """1.35 deg of steering wheel to either side, and the load of 0.1 m/s^2 on the play that goes with it."""
+def test_fifth_wheel_friction_and_gradient_and_play_are_separated() -> None:
+    """1.35 deg of steering wheel angle to either side, and its load of 0.1 m/s^2 on the play."""
     truth = Play(unloading=0.1, fifth_wheel=0.1)
     for seed in range(2, 5):
         learner = Learner(Play(unloading=0.05)).learn(driven(seed, truth, 900))
@@ -169,13 +167,13 @@ def test_it_tells_the_dry_friction_of_a_fifth_wheel_from_gradient_and_play() -> 
 # The recursion
 
 
-def test_the_page_tells_the_priors_that_the_core_has() -> None:
+def test_the_documented_priors_are_those_of_the_core() -> None:
     page = (Path(__file__).parents[1] / "docs" / "method.md").read_text(encoding="utf-8")
     rows = {name: (mean, sd) for name, mean, sd in re.findall(r"^\| (\w+) \| (\S+) \| (\S+) \| [^|]+ \|$", page, re.M)}
     scale = dict(zip(TERMS, Learner(Play()).scale, strict=True))
     plain = ("unloading", "friction", "creep", "wheelbase", "uneven", "unwinding", "wind", "wind_across")
     unit = dict.fromkeys(TERMS, DEGREE) | dict.fromkeys(plain, 1.0)
-    for name in set(TERMS) - {"unloading", "yaw_rate_bias"}:  # whose priors come from elsewhere
+    for name in set(TERMS) - {"unloading", "yaw_rate_bias"}:  # these priors come from other filters
         assert float(rows[name][1]) * unit[name] == pytest.approx(scale[name], rel=1e-5), name
     asked = {"gradient": GRADIENT_MEAN / DEGREE, "friction": FRICTION_MEAN, "fifth_wheel": 0.0}
     asked |= {"creep": CREEP_MEAN / DEGREE, "windup": WINDUP_MEAN / DEGREE, "unwinding": 0.0}
@@ -194,8 +192,8 @@ def test_left_and_right_are_mirrored_to_the_last_bit() -> None:
     assert back.h.lean == -there.h.lean != 0.0
 
 
-def test_the_variance_knows_when_seconds_resemble_their_neighbours() -> None:
-    """The same scatter of a second, once anew each second and once slowly: only the blocks tell them apart."""
+def test_the_variance_includes_the_correlation_of_seconds() -> None:
+    """The same scatter of seconds, once independent, once slow: only the blocks differ."""
     rng = np.random.default_rng(1)
     noises = {}
     for name, wander in (("anew", rng.standard_normal(600)), ("slow", knots(rng, np.arange(600.0), 15.0) * 1.2)):
@@ -205,8 +203,8 @@ def test_the_variance_knows_when_seconds_resemble_their_neighbours() -> None:
     assert noises["slow"] > 2.0 * noises["anew"]
 
 
-def test_a_kerb_counts_by_its_sign_only() -> None:
-    """Ten seconds that are 30 deg off among 400 move a mean by 0.75 deg; here by a fraction of that."""
+def test_an_outlier_has_limited_influence() -> None:
+    """Ten seconds of 400 with an error of 30 deg move a mean by 0.75 deg, the estimate by a fraction of that."""
     drive = driven(9, Play(), 400)
     undisturbed = Learner(Play(), 0.1).learn(drive).h.offset
     for second in range(45, 400, 36):
@@ -214,8 +212,8 @@ def test_a_kerb_counts_by_its_sign_only() -> None:
     assert Learner(Play(), 0.1).learn(drive).h.offset == pytest.approx(undisturbed, abs=0.15 * DEGREE)
 
 
-def test_where_the_play_shows_nothing_the_priors_decide() -> None:
-    """Without a sample of motion the width's spread is its prior's, and the offset may be anywhere."""
+def test_without_evidence_the_priors_decide() -> None:
+    """Without samples the width has its prior's sd, and the offset an unbounded one."""
     learner = Learner(Play())
     still = driven(0, Play(), 1)
     for column in (still.angle, still.residual, still.lateral_acceleration, still.yaw_acceleration, still.jerk):
@@ -230,8 +228,8 @@ def test_where_the_play_shows_nothing_the_priors_decide() -> None:
 
 
 @pytest.mark.parametrize("began_deg", [1.0, 3.0, 6.0])
-def test_a_hypothesis_has_the_play_that_it_began_with_as_its_priors_mean(began_deg: float) -> None:
-    """Wherever it went meanwhile, as long as nothing tells the width."""
+def test_the_start_of_a_hypothesis_is_the_prior_mean_of_its_play(began_deg: float) -> None:
+    """Also after the play has changed, while the width has no evidence."""
     learner = Learner(Play(half_width=began_deg * DEGREE))
     still = driven(0, Play(), 1)
     for column in (still.angle, still.residual, still.lateral_acceleration, still.yaw_acceleration, still.jerk):
@@ -244,11 +242,11 @@ def test_a_hypothesis_has_the_play_that_it_began_with_as_its_priors_mean(began_d
         assert learner.total["width"] == pytest.approx(2.0 * began_deg * DEGREE, rel=1e-4)
 
 
-# What turns out to be otherwise
+# Corrections
 
 
-def test_a_bias_told_late_is_as_good_as_one_told_at_once() -> None:
-    """The yaw rates of one drive were corrected by 0.1 deg/s too little: iL times that over v, 0.4 deg of offset."""
+def test_a_late_yaw_rate_bias_is_as_good_as_an_early_one() -> None:
+    """One drive's yaw rates were corrected by 0.1 deg/s too little: iL/v times that is 0.4 deg of offset."""
     bias = 0.1 * DEGREE
     left, gradients = [], []
     for seed in range(5, 13):
@@ -262,16 +260,16 @@ def test_a_bias_told_late_is_as_good_as_one_told_at_once() -> None:
         left.append(abs(wrong.h.offset - right.h.offset) / before)
     assert np.median(left) < 0.15
     assert np.median(gradients) < 0.03 * DEGREE
-    assert max(left) < 0.4  # the play went another way meanwhile
+    assert max(left) < 0.4  # the play converged along another path
 
 
-def test_a_remounted_sensor_shifts_the_offset_by_its_step_and_nothing_else() -> None:
+def test_a_remounted_sensor_shifts_only_the_offset_by_its_step() -> None:
     learner = Learner(Play(), 0.1).learn(driven(10, Play(), 300))
     before = learner.h.offset
-    known = learner.total, learner.h.gradient
+    others = learner.total, learner.h.gradient
     lib.oc_hypothesis_shift_offset(learner.h, 5.0 * DEGREE, 30.0)
     assert learner.h.offset == pytest.approx(before + 5.0 * DEGREE, abs=1e-5)
-    assert (learner.total, learner.h.gradient) == known
+    assert (learner.total, learner.h.gradient) == others
     after = driven(11, Play(), 60)
     after.angle[:] += 5.0 * DEGREE
     after.residual[:] += 5.0 * DEGREE
@@ -279,8 +277,8 @@ def test_a_remounted_sensor_shifts_the_offset_by_its_step_and_nothing_else() -> 
     assert learner.h.offset == pytest.approx(OFFSET + 5.0 * DEGREE, abs=0.1 * DEGREE)
 
 
-def test_a_step_told_wrongly_is_soon_put_right() -> None:
-    """The step was 5 deg and not 4.5: so few seconds told it that a minute of driving says more."""
+def test_a_wrong_step_is_soon_corrected() -> None:
+    """The step was 5 deg instead of 4.5. Its weight is of so few seconds that a minute of driving corrects it."""
     learner = Learner(Play(), 0.1).learn(driven(10, Play(), 300))
     lib.oc_hypothesis_shift_offset(learner.h, 4.5 * DEGREE, 30.0)
     after = driven(11, Play(), 120)
@@ -290,7 +288,7 @@ def test_a_step_told_wrongly_is_soon_put_right() -> None:
     assert learner.h.offset == pytest.approx(OFFSET + 5.0 * DEGREE, abs=0.15 * DEGREE)
 
 
-def test_a_new_load_keeps_offset_and_play_and_asks_the_gradient_anew() -> None:
+def test_a_load_change_keeps_offset_and_play_and_reopens_the_gradient() -> None:
     learner = Learner(Play(), 0.1).learn(driven(12, Play(), 400))
     offset, gradient, sd = learner.h.offset, learner.h.gradient, math.sqrt(learner.h.variances.of[lib.OC_OF_GRADIENT])
     width = learner.total["width"]
@@ -302,8 +300,8 @@ def test_a_new_load_keeps_offset_and_play_and_asks_the_gradient_anew() -> None:
     assert math.sqrt(learner.h.variances.of[lib.OC_OF_GRADIENT]) > 5.0 * sd
 
 
-def test_what_was_learned_survives_an_ignition() -> None:
-    """The operators begin anew where the wheel now is; the belief does not move."""
+def test_the_evidence_survives_an_ignition() -> None:
+    """The operators restart at the present angle; the estimate does not change."""
     learner = Learner(Play(), 0.1).learn(driven(14, Play(), 200))
     offset, cost = learner.h.offset, learner.h.cost
     lib.oc_hypothesis_restart(learner.h, 1.0)
@@ -312,7 +310,7 @@ def test_what_was_learned_survives_an_ignition() -> None:
     assert places.inner == places.played[0] == places.loaded[3] == places.unwound[1] == places.wound_varied[2] == 1.0
 
 
-def test_a_second_in_doubt_is_foretold_and_not_learned_from() -> None:
+def test_a_suspected_second_is_predicted_but_not_learned_from() -> None:
     learner = Learner(Play(), 0.1).learn(driven(15, Play(), 100))
     offset = learner.h.offset
     learner.second.learns = 0

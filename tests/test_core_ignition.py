@@ -1,4 +1,4 @@
-"""Ignition cycles: two slots, power cuts wherever the truck is, and ignitions."""
+"""Ignition cycles: two slots, power cuts at any time, ignitions."""
 
 import itertools
 import math
@@ -41,7 +41,7 @@ def restore_newest(ecu: Ecu, slots: list[bytes]) -> tuple[str, int]:
     return _core.IMAGE_FAULTS[fault], sequence[0]
 
 
-def test_a_power_cut_while_an_image_is_written_loses_that_interval_and_no_more(day: dict[str, Array]) -> None:
+def test_a_power_cut_during_writing_loses_only_that_interval(day: dict[str, Array]) -> None:
     ecu = Ecu()
     slots = [b"", b""]
     before = FRESH
@@ -51,7 +51,7 @@ def test_a_power_cut_while_an_image_is_written_loses_that_interval_and_no_more(d
         for cut in [*range(24), *range(24, len(new), 997), len(new) - 1]:
             torn = list(slots)
             torn[sequence % 2] = new[:cut] + old[cut:]
-            if torn[sequence % 2] == new:  # what was not written was there by chance
+            if torn[sequence % 2] == new:  # the unwritten bytes were equal by chance
                 continue
             after = Ecu()
             fault, found = restore_newest(after, torn)
@@ -64,7 +64,7 @@ def test_a_power_cut_while_an_image_is_written_loses_that_interval_and_no_more(d
 
 
 @pytest.mark.parametrize("newer", [1, 6, 2**31, 2**32 - 1, 2**32])
-def test_the_newer_image_is_chosen_also_where_the_sequence_runs_over(newer: int, day: dict[str, Array]) -> None:
+def test_the_newer_image_is_restored_also_when_the_sequence_overflows(newer: int, day: dict[str, Array]) -> None:
     images = [b"", b""]
     images[(newer - 1) % 2] = Ecu().run(sliced(day, 0, 2_000)).save((newer - 1) % 2**32)
     images[newer % 2] = Ecu().run(sliced(day, 0, 3_000)).save(newer % 2**32)
@@ -77,7 +77,7 @@ def test_the_newer_image_is_chosen_also_where_the_sequence_runs_over(newer: int,
 
 
 def cycled(ways: tuple[str, str], columns: dict[str, Array], cuts: list[int], outputs: Any = None) -> Ecu:
-    """Power off after so many ticks each, and on again before the next one: another ECU goes on from the image."""
+    """Power cuts at these ticks, without a lost tick: another ECU continues from the image."""
     ecu = Ecu(ways[0], angle_method=ways[1])
     for begin, end in itertools.pairwise([0, *cuts, len(columns["time_s"])]):
         if begin:
@@ -89,7 +89,7 @@ def cycled(ways: tuple[str, str], columns: dict[str, Array], cuts: list[int], ou
 
 
 def whole_day(seed: int) -> tuple[dict[str, Array], Array]:
-    """Standing, crawling, reversing, hairpins, hard braking, a steep bank, a signal that goes away, a hole; the rows'
+    """Standstill, creeping, reversing, hairpins, hard braking, a steep bank, a lost signal, a hole; and the rows'
     reasons."""
     columns = legs(2, 150.0, seed)
     t = columns["time_s"] % 150.0
@@ -113,7 +113,7 @@ WAYS = [("joint", "observer"), ("thesis", "yaw-rate-understeer"), ("wheel-speed"
 
 @pytest.mark.parametrize("ways", WAYS)
 @pytest.mark.parametrize("seed", [11, 12])
-def test_cycles_while_the_gate_is_shut_change_no_bit_whatever_shuts_it(ways: tuple[str, str], seed: int) -> None:
+def test_cycles_while_the_gate_is_closed_change_no_bit_whatever_the_reason(ways: tuple[str, str], seed: int) -> None:
     columns, reasons = whole_day(seed)
     rng = np.random.default_rng(seed)
     cuts = [int(rng.choice(np.flatnonzero(reasons & bit))) + k for bit in REASONS_OF_A_DAY for k in (0, 1)]
@@ -125,7 +125,7 @@ def test_cycles_while_the_gate_is_shut_change_no_bit_whatever_shuts_it(ways: tup
 
 
 @pytest.mark.parametrize("ways", WAYS)
-def test_a_cut_on_the_open_road_that_costs_no_tick_changes_no_bit_either(
+def test_a_power_cut_while_driving_without_lost_ticks_changes_no_bit(
     ways: tuple[str, str], day: dict[str, Array]
 ) -> None:
     uninterrupted = cycled(ways, day, [])
@@ -135,10 +135,10 @@ def test_a_cut_on_the_open_road_that_costs_no_tick_changes_no_bit_either(
 
 @pytest.mark.parametrize("ways", WAYS)
 @pytest.mark.parametrize("lost", [20, 100])
-def test_a_cut_that_costs_ticks_costs_their_evidence_and_a_gate_window_of_more(
+def test_a_power_cut_with_lost_ticks_costs_their_evidence_and_a_gate_window(
     ways: tuple[str, str], lost: int, day: dict[str, Array]
 ) -> None:
-    """t1 of what was pending, the filters' settling of some 1.1 s, and the rest of a block at each end."""
+    """t1 of pending ticks, some 1.1 s of filter settling, and part of a block at each end."""
     uninterrupted = cycled(ways, day, []).answer()
     moved = []
     for cut in (2_500, 4_321, 7_003, 20_000, 33_333):
@@ -149,8 +149,8 @@ def test_a_cut_that_costs_ticks_costs_their_evidence_and_a_gate_window_of_more(
     assert np.sqrt(np.mean(np.square(moved))) < 0.25 * uninterrupted["offset"]["standard_deviation"]
 
 
-def test_time_tells_a_restored_state_that_ticks_were_lost() -> None:
-    """As after any hole: the filters settle anew and the heading is unknown."""
+def test_a_restored_state_detects_lost_ticks_by_their_time() -> None:
+    """As after any hole: the filters settle again and the heading is unknown."""
     columns = {name: np.delete(values, np.s_[6_000:6_500]) for name, values in legs(1).items()}
     outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
     cycled(("joint", "observer"), columns, [6_000], outputs)
@@ -159,8 +159,8 @@ def test_time_tells_a_restored_state_that_ticks_were_lost() -> None:
 
 
 @pytest.mark.parametrize("cut", [0, 1, 27, 31, 150])
-def test_a_bias_told_where_the_drive_ends_reaches_every_hypothesis_also_through_a_power_cut(cut: int) -> None:
-    """0.57 deg/s of gyro bias that nothing shows but the last standstill, cut so many ticks after it began."""
+def test_a_bias_identified_at_the_end_of_a_drive_corrects_all_hypotheses_also_after_a_power_cut(cut: int) -> None:
+    """0.57 deg/s of gyro bias, observable only at the last standstill; power cut `cut` ticks after its start."""
     truth = Truth(yaw_rate_bias=0.01)
     columns = sliced(drive(2, RATE_HZ, 240.0, truth), 2_000, 24_000)
     stop = int(np.flatnonzero(columns["vehicle_speed_m_s"] > 0.1)[-1]) + 1
@@ -170,13 +170,13 @@ def test_a_bias_told_where_the_drive_ends_reaches_every_hypothesis_also_through_
     assert other.restore(ecu.run(sliced(columns, stop, stop + cut)).save()) == "ok"
     after = other.run(sliced(columns, stop + cut, len(columns["time_s"]))).answer()["offset"]
     assert abs(after["value"] - truth.offset) < 0.4 * abs(before["value"] - truth.offset)
-    assert after["standard_deviation"] < 0.7 * before["standard_deviation"]  # nothing shows the play
+    assert after["standard_deviation"] < 0.7 * before["standard_deviation"]  # the play is not identified
 
 
-def test_a_correction_waits_for_the_end_of_a_round_and_then_reaches_all_hypotheses_at_once(
+def test_a_correction_applies_to_all_hypotheses_at_once_after_the_round(
     day: dict[str, Array],
 ) -> None:
-    """So that none of them takes samples in with another bias than the others."""
+    """So that all of them use samples with the same bias."""
     ecu = Ecu().run(sliced(day, 0, 5_000))
     joint, tracking = ffi.addressof(ecu.state.evidence, "joint"), ffi.addressof(ecu.state.tracking, "joint")
     design, k = ffi.addressof(ecu.coefficients, "joint"), 5_000
@@ -224,7 +224,9 @@ def test_an_ignition_is_the_same_with_and_without_a_loss_of_power(method: str, d
         assert kept.values() == lost.values()
 
 
-def test_an_ignition_leaves_the_gyro_less_sure_than_a_loss_of_power(image: bytes, day: dict[str, Array]) -> None:
+def test_an_ignition_adds_more_uncertainty_to_the_gyro_than_a_loss_of_power(
+    image: bytes, day: dict[str, Array]
+) -> None:
     spreads = []
     for restart in (False, True):
         ecu = Ecu()
@@ -237,7 +239,7 @@ def test_an_ignition_leaves_the_gyro_less_sure_than_a_loss_of_power(image: bytes
 
 
 def test_saving_and_restoring_over_and_over_changes_nothing(image: bytes) -> None:
-    """A correction is in the evidence once, however often that is read."""
+    """A correction is applied once, however often the evidence is restored."""
     ecu = Ecu()
     assert ecu.restore(image) == "ok"
     answer = ecu.answer()
@@ -249,7 +251,7 @@ def test_saving_and_restoring_over_and_over_changes_nothing(image: bytes) -> Non
         assert ecu.answer() == answer
 
 
-# Through Python's door
+# Python's interface
 
 
 @pytest.fixture(scope="module")
@@ -262,7 +264,7 @@ def stepped(monitor: oc.Monitor, columns: dict[str, Array]) -> list[Any]:
     return [monitor.step(oc.Tick(**dict(zip(columns, map(float, row), strict=True)))) for row in rows]
 
 
-def test_a_monitor_goes_on_after_a_power_cut_where_it_stood(truck: Vehicle, day: dict[str, Array]) -> None:
+def test_a_monitor_continues_after_a_power_cut(truck: Vehicle, day: dict[str, Array]) -> None:
     kept, lost = oc.Monitor(truck), oc.Monitor(truck)
     stepped(kept, sliced(day, 6_000, 15_000))
     lost.restore(kept.save())
@@ -272,9 +274,7 @@ def test_a_monitor_goes_on_after_a_power_cut_where_it_stood(truck: Vehicle, day:
     assert sequences == [2, 3, 2]
 
 
-def test_a_refused_image_says_why_in_a_line_and_leaves_a_monitor_that_knows_nothing(
-    truck: Vehicle, day: dict[str, Array]
-) -> None:
+def test_a_refused_image_gives_a_reason_and_an_initial_monitor(truck: Vehicle, day: dict[str, Array]) -> None:
     taught = oc.Monitor(truck)
     stepped(taught, sliced(day, 6_000, 7_000))
     image = taught.save()

@@ -1,4 +1,4 @@
-"""The bank of hypotheses on simulated drives: what it finds, what it must not claim, and what it must live through."""
+"""The hypothesis set on simulated drives: accuracy, validity, robustness."""
 
 import itertools
 import math
@@ -29,7 +29,7 @@ from joint_drives import (
 from oncenter import _core
 from oncenter._native import ffi, lib
 
-# What it finds
+# Accuracy
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ from oncenter._native import ffi, lib
     [(CREEPING, 0.2), (RUBBING, 0.5), ("", 0.2)],
     ids=["creeping", "rubbing", "little play"],
 )
-def test_offset_play_and_gradient_are_found_together(steering: str, within_deg: float) -> None:
+def test_offset_play_and_gradient_are_estimated_together(steering: str, within_deg: float) -> None:
     for seed in (1, 2, 3):
         columns, truth = driven(steering, seed)
         found = answer_of(columns, truth)
@@ -45,12 +45,12 @@ def test_offset_play_and_gradient_are_found_together(steering: str, within_deg: 
         assert found["backlash"]["value"] == pytest.approx(truth.backlash_rad, abs=0.3 * DEGREE)
         assert found["understeer_gradient"]["value"] == pytest.approx(truth.understeer_gradient, rel=0.12)
         assert holds(found["offset"], truth.offset_rad)
-        # where nothing unloads, the accelerometer's zero is left: 1.5 deg by the truck's gradient
+        # a rubbing play does not identify the accelerometer's zero: 1.5 deg by the truck's gradient
         assert (status(found["offset"]) == "valid") == (steering != RUBBING)
 
 
-def test_play_and_where_it_is_left_lie_within_their_own_intervals() -> None:
-    """A truck that yaws after its wheel seemed to play by a quarter of a degree more, and to know it to a tenth."""
+def test_the_intervals_of_play_and_neutral_acceleration_hold_the_truth() -> None:
+    """Without the lag of the yaw rate the play was 0.25 deg too large, with an sd of 0.1 deg."""
     play, unloading, wider = [], [], []
     for seed in range(1, 13):
         columns, truth = driven('base = "country"\n' + CREEPING, seed)
@@ -65,39 +65,39 @@ def test_play_and_where_it_is_left_lie_within_their_own_intervals() -> None:
 
 
 @pytest.mark.parametrize(("method", "lag_s"), [("joint", 0.04), ("thesis", 0.0), ("wheel-speed", 0.0)])
-def test_only_the_joint_method_lets_the_angle_wait_for_the_truck_to_yaw(method: str, lag_s: float) -> None:
+def test_only_the_joint_method_delays_the_angle_by_the_lag_of_the_yaw_rate(method: str, lag_s: float) -> None:
     design = core_for(driven()[1], method=method)._coefficients.preprocess
-    waits_s = (design.delay_ticks + design.delay_fraction) / RATE_HZ
-    assert waits_s - lib.oc_lowpass_delay(3.0, 2.0, RATE_HZ) == pytest.approx(lag_s, abs=1e-12)
+    delay_s = (design.delay_ticks + design.delay_fraction) / RATE_HZ
+    assert delay_s - lib.oc_lowpass_delay(3.0, 2.0, RATE_HZ) == pytest.approx(lag_s, abs=1e-12)
 
 
-def test_some_seconds_on_the_other_flank_do_not_show_that_there_is_no_play() -> None:
-    """As of roundabouts that are entered to the right alone, where 9 deg of play passed for none and half of it for
-    offset; that play which was found has another flank takes no more than that."""
+def test_a_few_seconds_on_the_other_flank_do_not_exclude_play() -> None:
+    """As at the entries of roundabouts: 9 deg of play were once estimated as none, and half of it as offset. Where play
+    was identified, a few seconds suffice."""
     columns, truth = driven(CREEPING, 1)
     core = core_for(truth)
     core.run(columns)
     joint = core._state.evidence.joint
     joint.hypotheses[0] = joint.hypotheses[joint.best]
-    best, joint.best, joint.count = 0, 0, 1  # as if all were of one mind
+    best, joint.best, joint.count = 0, 0, 1  # a set of one hypothesis
     sds = {}
     for play_deg in (0.2, 8.0):
         joint.hypotheses[best].play.half_width = 0.5 * play_deg * DEGREE
-        for seen_s in (1.0, 15.0, 1000.0):
-            joint.loaded_left_s, joint.loaded_right_s = 1000.0, seen_s
+        for loaded_s in (1.0, 15.0, 1000.0):
+            joint.loaded_left_s, joint.loaded_right_s = 1000.0, loaded_s
             joint.hypotheses[best].left_before = joint.hypotheses[best].right_before = 0.0
             answer = core.answer()
-            sds[play_deg, seen_s] = answer["offset"]["standard_deviation"]
-            needed_s = 20.0 if play_deg < 2.0 else 1.0 if seen_s > 1.0 else 2.0
-            assert answer["lacking_to_right"] == pytest.approx(max(needed_s - seen_s, 0.0))
+            sds[play_deg, loaded_s] = answer["offset"]["standard_deviation"]
+            needed_s = 20.0 if play_deg < 2.0 else 1.0 if loaded_s > 1.0 else 2.0
+            assert answer["lacking_to_right"] == pytest.approx(max(needed_s - loaded_s, 0.0))
     assert sds[0.2, 15.0] > 3.0 * sds[0.2, 1000.0]
     assert sds[8.0, 15.0] == pytest.approx(sds[8.0, 1000.0])
     assert sds[0.2, 1.0] > sds[0.2, 15.0]
     assert sds[8.0, 1.0] > sds[8.0, 15.0]
 
 
-def test_side_slip_that_changes_in_short_bends_is_not_taken_for_less_understeer() -> None:
-    """Where a_y - r*v came a second late, the gradient was 2 to 5 % too small."""
+def test_side_slip_in_short_bends_does_not_reduce_the_gradient() -> None:
+    """With a smoothed bank that lags by a second the gradient was 2 to 5 % too small."""
     shares = []
     for seed in range(1, 9):
         columns, truth = driven('base = "country"\n', seed)
@@ -106,8 +106,8 @@ def test_side_slip_that_changes_in_short_bends_is_not_taken_for_less_understeer(
 
 
 @pytest.mark.parametrize("bias", [0.3, -0.3])
-def test_an_accelerometers_bias_is_told_from_the_offset_by_where_the_play_is_left(bias: float) -> None:
-    """The thesis's method takes it for offset, play on top."""
+def test_play_separates_the_accelerometer_bias_from_the_offset(bias: float) -> None:
+    """The thesis's method attributes it to the offset, and play as well."""
     columns, truth = driven(CREEPING + accelerometer_bias(bias), 4)
     found = answer_of(columns, truth)
     assert found["unloading_acceleration"]["value"] == pytest.approx(bias, abs=0.05)
@@ -116,21 +116,21 @@ def test_an_accelerometers_bias_is_told_from_the_offset_by_where_the_play_is_lef
     assert abs(by_mean["value"] - truth.offset_rad) > 2.0 * DEGREE
 
 
-def test_play_is_not_talked_out_of_where_it_is_left_by_a_road_that_falls_to_the_wrong_side() -> None:
-    """Traffic told to keep left on roads that fall to the right: the accelerometer seems 0.4 m/s^2 off."""
-    held = found_right = 0
+def test_a_wrong_prior_of_the_crown_does_not_move_the_neutral_acceleration_of_a_play() -> None:
+    """Left-hand traffic is given, the roads fall to the right: an apparent accelerometer bias of 0.4 m/s^2."""
+    held = accurate = 0
     for seed in range(1, 25):
         columns, truth = driven(CREEPING, seed)
         found = answer_of(columns, truth, traffic_side=-1.0)
         held += holds(found["offset"], truth.offset_rad)
-        left_at = found["unloading_acceleration"]["value"] - truth.unloading_acceleration_m_s2
-        found_right += abs(left_at) < 0.05 and abs(found["offset"]["value"] - truth.offset_rad) < 0.2 * DEGREE
+        neutral_error = found["unloading_acceleration"]["value"] - truth.unloading_acceleration_m_s2
+        accurate += abs(neutral_error) < 0.05 and abs(found["offset"]["value"] - truth.offset_rad) < 0.2 * DEGREE
     assert held >= 22
-    assert found_right >= 18
+    assert accurate >= 18
 
 
 def test_a_mirrored_drive_has_the_mirrored_answer() -> None:
-    """Hypotheses stand in another order then, and are renewed in another one: not to the last digit."""
+    """Not to the last digit, since the order of the hypotheses and of their replacements differs."""
     columns, truth = driven(CREEPING, 2)
     mirrored = {n.replace("left", "?").replace("right", "left").replace("?", "right"): c for n, c in columns.items()}
     mirrored |= {name: -columns[name] for name in MIRRORED}
@@ -159,11 +159,11 @@ def test_the_sample_rate_does_not_decide(rate_hz: float) -> None:
     assert back["used"] == pytest.approx(there["used"], rel=0.05)
 
 
-# What it must not claim
+# Validity
 
 
-def test_with_one_flank_seen_the_offset_is_not_called_valid() -> None:
-    """8 deg of play, all bends to the left, on a crown to the right: where the other flank is nobody knows."""
+def test_with_one_flank_loaded_the_offset_is_not_valid() -> None:
+    """8 deg of play, left-hand bends only, crown to the right: the other flank is not identifiable."""
     for seed in (1, 2, 3):
         columns, truth = driven('base = "bypass"\n', seed)
         outputs = ran(columns, core_for(truth))
@@ -172,8 +172,8 @@ def test_with_one_flank_seen_the_offset_is_not_called_valid() -> None:
         assert (np.abs(late["offset"] - truth.offset_rad) < 1.96 * late["offset_sd"]).all()
 
 
-def test_a_middle_that_the_accelerometers_zero_decides_is_not_called_valid_however_wide_an_interval_may_be() -> None:
-    """A prior decides it, whatever the user asks for; a steering that side force moves is called valid then."""
+def test_an_offset_that_the_prior_of_the_accelerometer_decides_is_not_valid_whatever_the_limit() -> None:
+    """In a rubbing steering the prior decides; a creeping one is valid with the same limit."""
     wide = {"offset_half_width_max_rad": 3.0 * DEGREE}
     for steering, expected in ((RUBBING, "converging"), (CREEPING, "valid")):
         columns, truth = driven(steering, 2)
@@ -184,9 +184,9 @@ def test_a_middle_that_the_accelerometers_zero_decides_is_not_called_valid_howev
         assert status(found) == expected
 
 
-def test_a_play_whose_other_flank_showed_for_a_moment_is_not_told_to_a_degree() -> None:
-    """14 deg of play in towns on a crown of 4 %, tight bends left out: plays of 8 to 14 deg explain the drive alike,
-    the offset by 3 deg."""
+def test_a_moment_on_the_other_flank_does_not_give_a_narrow_interval_of_the_play() -> None:
+    """14 deg of play in towns on a crown of 4 %, without tight bends: plays of 8 to 14 deg fit equally well, and the
+    offset differs by 3 deg."""
     for seed in (1, 2, 3):
         steering = "[steering]\nbacklash_deg = 14.0\nking_pin_friction_n_m = 60.0\n"
         town = f'base = "town"\n{steering}[road]\ncrown_percent = 4.0\n'
@@ -198,8 +198,8 @@ def test_a_play_whose_other_flank_showed_for_a_moment_is_not_told_to_a_degree() 
         assert found["offset"]["standard_deviation"] > 0.7 * DEGREE
 
 
-def test_a_truck_that_seems_to_oversteer_is_found_but_not_called_valid() -> None:
-    """Of trucks that seem so on motorways most do not: play was taken for gradient."""
+def test_an_apparently_oversteering_truck_is_not_valid() -> None:
+    """On motorways most such estimates are wrong: play is attributed to the gradient."""
     columns, truth = driven(CREEPING, 1)
     turning = np.nan_to_num(columns[YAW_RATE] * columns["vehicle_speed_m_s"])
     measured = columns["lateral_acceleration_m_s2"] - truth.lateral_acceleration_bias_m_s2
@@ -212,9 +212,9 @@ def test_a_truck_that_seems_to_oversteer_is_found_but_not_called_valid() -> None
         assert holds(found["offset"], truth.offset_rad)
 
 
-def test_without_an_accelerometer_banked_bends_show_neither_a_flank_nor_the_gradient() -> None:
-    """8 deg of play on motorways that lean into their bends: what turns to the other side hardly leaves its flank, and
-    what takes no angle seems to be a truck that does not understeer."""
+def test_without_an_accelerometer_banked_bends_identify_neither_flanks_nor_gradient() -> None:
+    """8 deg of play on motorways with banked bends: bends to the other side hardly change the flank, and a bend that
+    needs little angle looks like a small gradient."""
     gradients_held = flanks_lacking = 0
     for seed in range(1, 7):
         columns, truth = driven('base = "motorway"\n' + CREEPING, seed)
@@ -228,30 +228,31 @@ def test_without_an_accelerometer_banked_bends_show_neither_a_flank_nor_the_grad
 
 
 @pytest.mark.parametrize(
-    ("method", "hears", "borne", "doubt"), [("joint", 1, 1.0, 25.0), ("joint", 0, 0.7, 1.0), ("thesis", 0, 1.0, 25.0)]
+    ("method", "uses_accelerometer", "tyre_share", "discount_max"),
+    [("joint", 1, 1.0, 25.0), ("joint", 0, 0.7, 1.0), ("thesis", 0, 1.0, 25.0)],
 )
-def test_only_the_joint_method_without_an_accelerometer_takes_bends_for_banked(
-    method: str, hears: int, borne: float, doubt: float
+def test_only_the_joint_method_without_an_accelerometer_assumes_banked_bends(
+    method: str, uses_accelerometer: int, tyre_share: float, discount_max: float
 ) -> None:
-    """And then lets no flank that banks may feign doubt where the roads' crown is."""
+    """It then does not discount the prior of the crown, since banked bends can imitate a flank."""
     _, truth = driven()
-    design = core_for(truth, method=method, params={"use_accelerometer": hears})._coefficients.joint
-    assert design.tyre_share == pytest.approx(borne)
-    assert design.hypothesis.prior_discount_max == doubt
+    design = core_for(truth, method=method, params={"use_accelerometer": uses_accelerometer})._coefficients.joint
+    assert design.tyre_share == pytest.approx(tyre_share)
+    assert design.hypothesis.prior_discount_max == discount_max
 
 
-@pytest.mark.parametrize(("unseen", "lacking_s"), [(0.0, 0.0), (1.0, 0.5)])
-def test_play_that_was_found_shows_a_flank_that_was_hardly_seen_unless_banks_are_not_seen(
-    unseen: float, lacking_s: float
+@pytest.mark.parametrize(("bank_unmeasured", "lacking_s"), [(0.0, 0.0), (1.0, 0.5)])
+def test_identified_play_needs_only_a_moment_on_a_flank_if_the_bank_is_measured(
+    bank_unmeasured: float, lacking_s: float
 ) -> None:
     joint, design = ffi.new("oc_joint *"), ffi.new("oc_joint_design *")
     joint.hypotheses[0].play.half_width = 3.0 * DEGREE
-    joint.loaded_right_s, design.bank_unmeasured = 1.5, unseen
+    joint.loaded_right_s, design.bank_unmeasured = 1.5, bank_unmeasured
     assert lib.oc_joint_flank_lacking(joint, design, -1) == lacking_s
     assert lib.oc_joint_flank_lacking(joint, design, 1) == 2.0
 
 
-def test_without_play_the_interval_covers_what_an_accelerometers_bias_hides() -> None:
+def test_without_play_the_interval_includes_the_effect_of_the_accelerometer_bias() -> None:
     errors = []
     for seed, bias in enumerate((0.2, -0.2, 0.1, -0.1), 1):
         columns, truth = driven(TIGHT + accelerometer_bias(bias) + "[road]\ncrown_percent = 3.0\n", seed)
@@ -260,13 +261,13 @@ def test_without_play_the_interval_covers_what_an_accelerometers_bias_hides() ->
         floor = truth.steering_ratio * truth.understeer_gradient * 0.08  # crown and bias, each 0.1 m/s^2
         assert found["offset"]["standard_deviation"] > floor
         errors.append(found["offset"]["value"] - truth.offset_rad)
-    assert max(map(abs, errors)) > 0.3 * DEGREE  # or there was nothing to cover
+    assert max(map(abs, errors)) > 0.3 * DEGREE  # else the test has no effect to cover
 
 
-# What it must live through
+# Robustness
 
 
-def test_it_does_not_matter_in_how_many_pieces_a_drive_arrives() -> None:
+def test_the_chunks_of_a_drive_do_not_matter() -> None:
     columns, truth = driven(CREEPING, 1)
     whole, pieces = core_for(truth), core_for(truth)
     whole.run(columns)
@@ -275,8 +276,8 @@ def test_it_does_not_matter_in_how_many_pieces_a_drive_arrives() -> None:
     assert pieces.state_bytes() == whole.state_bytes()
 
 
-def test_an_ignition_in_mid_drive_loses_little() -> None:
-    """A second or two by itself; when a change is suspected thereafter decides on another half minute either way."""
+def test_an_ignition_during_a_drive_loses_a_few_seconds() -> None:
+    """A second or two. A suspected change afterwards may cost half a minute more or less."""
     columns, truth = driven(CREEPING, 1)
     whole = core_for(truth)
     whole.run(columns)
@@ -292,7 +293,7 @@ def test_an_ignition_in_mid_drive_loses_little() -> None:
     assert min(used) > 0.93 * there["used"] and max(used) > 0.99 * there["used"]
 
 
-def test_values_that_are_missing_and_holes_in_time_cost_what_they_took() -> None:
+def test_missing_values_and_holes_cost_only_their_own_time() -> None:
     columns, truth = driven(CREEPING, 2)
     hurt = {name: column.copy() for name, column in columns.items()}
     rng = np.random.default_rng(1)
@@ -309,8 +310,8 @@ def test_values_that_are_missing_and_holes_in_time_cost_what_they_took() -> None
     assert found["changes"] == 0
 
 
-def test_a_gyro_that_is_off_otherwise_after_an_ignition_moves_nothing_of_what_was_learned() -> None:
-    """What corrects it holds since the ignition: taken for the drive before, it would move the offset by a degree."""
+def test_a_new_gyro_bias_after_an_ignition_does_not_change_the_evidence_before_it() -> None:
+    """Its correction holds since the ignition. Applied to the drive before, it would move the offset by a degree."""
     before, truth = driven(CREEPING, 1)
     after = driven(CREEPING, 5)[0]
     courses = []
@@ -324,15 +325,15 @@ def test_a_gyro_that_is_off_otherwise_after_an_ignition_moves_nothing_of_what_wa
 
 
 @pytest.mark.parametrize(("has_banks", "moved_m_s2"), [(True, 0.8), (False, 0.0)])
-def test_a_gyro_that_is_known_late_moves_the_banks_that_were_measured(has_banks: bool, moved_m_s2: float) -> None:
+def test_a_late_gyro_bias_corrects_measured_banks(has_banks: bool, moved_m_s2: float) -> None:
     joint = ffi.new("oc_joint *", {"started": 1, "speed_mean": 20.0})
     tracking, design = ffi.new("oc_joint_tracking *"), ffi.new("oc_joint_design *")
     assert lib.oc_joint_correct(joint, tracking, design, 0.04, has_banks)
     assert joint.bank_mean == pytest.approx(moved_m_s2)
 
 
-def test_a_gyro_that_is_known_late_moves_no_bank_that_nobody_measured() -> None:
-    """5 deg/s off, without wheel speeds or an accelerometer: known once the truck stands."""
+def test_a_late_gyro_bias_does_not_change_an_unmeasured_bank() -> None:
+    """A bias of 5 deg/s without wheel speeds or accelerometer, identified at the next standstill."""
     columns, truth = driven(CREEPING, 1)
     moving = columns["vehicle_speed_m_s"] > 8.0
     driving = {name: columns[name][moving][:30_000] for name in (ANGLE, YAW_RATE, "vehicle_speed_m_s")}
@@ -346,7 +347,7 @@ def test_a_gyro_that_is_known_late_moves_no_bank_that_nobody_measured() -> None:
     assert state_of(core)["evidence"]["joint"]["bank_mean"] == 0.0
 
 
-def test_a_gyro_that_jumps_moves_nothing_of_what_was_learned() -> None:
+def test_a_jump_of_the_gyro_bias_does_not_change_the_evidence() -> None:
     columns, truth = driven(CREEPING, 1)
     jumping = columns | {YAW_RATE: columns[YAW_RATE] + np.where(columns["time_s"] > 500.0, 0.6 * DEGREE, 0.0)}
     core = core_for(truth)
@@ -356,7 +357,7 @@ def test_a_gyro_that_jumps_moves_nothing_of_what_was_learned() -> None:
     assert core.answer()["changes"] == 0
 
 
-def test_a_day_of_driving_leaves_all_numbers_finite_and_the_answer_where_it_was() -> None:
+def test_after_a_day_of_driving_all_numbers_are_finite_and_the_answer_is_unchanged() -> None:
     columns, truth = driven(CREEPING, 1)
     core = core_for(truth)
     for k in range(96):
@@ -369,8 +370,8 @@ def test_a_day_of_driving_leaves_all_numbers_finite_and_the_answer_where_it_was(
 
 
 @pytest.mark.parametrize("steering_deg", [0.0, 20.0], ids=["a hand that never moves", "one that weaves"])
-def test_signals_without_any_noise_leave_numbers(steering_deg: float) -> None:
-    """As benches and FMUs send them: after a quarter of an hour nothing is left to explain, and no variance."""
+def test_signals_without_noise_give_finite_numbers(steering_deg: float) -> None:
+    """As from benches and FMUs: after 15 minutes the residual has no variance."""
     t = np.arange(0.0, 3_600.0, 1.0 / RATE_HZ)
     angle = steering_deg * DEGREE * np.sin(t / 3.0)
     core = _core.Core(3.7, 19.3, {}, RATE_HZ, method="joint", track_width_rear_m=1.8)
@@ -380,7 +381,7 @@ def test_signals_without_any_noise_leave_numbers(steering_deg: float) -> None:
     assert math.isfinite(core.answer()["offset"]["value"])
 
 
-def test_priors_far_apart_leave_numbers() -> None:
+def test_contradicting_priors_give_finite_numbers() -> None:
     columns, truth = driven(CREEPING, 1)
     odd = {"accelerometer_bias_sd_m_s2": 10.0, "crown_sd_m_s2": 0.001, "joint_speed_min_m_s": 1.0}
     core = core_for(truth, params=odd)
@@ -389,7 +390,7 @@ def test_priors_far_apart_leave_numbers() -> None:
 
 
 @pytest.mark.parametrize("rate_hz", [20.0, 22.0, 24.9, 25.0, 50.0, 100.0, 200.0])
-def test_one_hypothesis_takes_its_turn_at_a_time_and_all_have_had_theirs_before_the_next_second(rate_hz: float) -> None:
+def test_hypotheses_take_turns_and_complete_the_round_before_the_next_second(rate_hz: float) -> None:
     columns, truth = driven(CREEPING, 1)
     times = np.arange(30.0, 45.0, 1.0 / rate_hz)
     ticks = {name: np.interp(times, columns["time_s"], column) for name, column in columns.items()}
@@ -402,18 +403,18 @@ def test_one_hypothesis_takes_its_turn_at_a_time_and_all_have_had_theirs_before_
         collected.append(int(tracking["filling"]["count"]))
     steps = np.diff(turns)
     begins = np.flatnonzero(steps > 1)
-    at_once = rate_hz < 50.0  # a hypothesis takes in and solves in one tick then, else in two
+    at_once = rate_hz < 50.0  # a turn has one tick then, else two
     assert (np.delete(steps, begins) >= (-2 if at_once else -1)).all()
     assert all(turns[k] == 0 and collected[k + 1] == 0 for k in begins)
     assert len(begins) >= 11
     assert state_of(core)["evidence"]["joint"]["second"]["used_s"] >= 10.0
 
 
-def test_equations_are_solved_each_second_at_first_then_every_fourth_and_of_newborns_every_second_one() -> None:
-    """Seen by the model's constant, which moves with each solving, from tick to tick."""
+def test_equations_are_solved_each_second_at_first_then_every_fourth_and_on_probation_every_second_one() -> None:
+    """Observed by the model's constant, which changes with each solution."""
     columns, truth = driven(CREEPING, 1)
     core = core_for(truth)
-    of_age: dict[str, list[int]] = {"first": [], "newborn": [], "elder": []}
+    of_age: dict[str, list[int]] = {"first": [], "on probation": [], "old": []}
     before: dict[int, tuple[float, float]] = {}
     solved_at: dict[int, float] = {}
     for start in range(0, len(columns["time_s"]), 25):
@@ -423,65 +424,65 @@ def test_equations_are_solved_each_second_at_first_then_every_fourth_and_of_newb
         for k, hypothesis in enumerate(joint["hypotheses"][: joint["count"]]):
             age, constant = float(hypothesis["age"]), float(hypothesis["constant"])
             if k not in before or age < before[k][0] or age < 3.0 or joint["solves_all"]:
-                solved_at.pop(k, None)  # another one's place now, or a bias that was known late
+                solved_at.pop(k, None)  # replaced, or corrected by a late bias
             elif constant != before[k][1]:
-                kind = "first" if used_s < 119.0 else "newborn" if age < min(probation_s, 59.0) else "elder"
+                kind = "first" if used_s < 119.0 else "on probation" if age < min(probation_s, 59.0) else "old"
                 seconds = round(age - solved_at[k]) if k in solved_at else 0
                 of_age[kind] += [seconds] if seconds else []
                 solved_at[k] = age
             before[k] = (age, constant)
     usual = {kind: int(np.median(seconds)) for kind, seconds in of_age.items()}
-    assert usual == {"first": 1, "newborn": 2, "elder": 4}
+    assert usual == {"first": 1, "on probation": 2, "old": 4}
     assert min(map(len, of_age.values())) > 50
 
 
-def test_a_bank_that_has_settled_is_joined_by_others_half_as_often() -> None:
+def test_a_converged_hypothesis_set_gets_new_hypotheses_half_as_often() -> None:
     columns, truth = driven(CREEPING, 1, 1500.0)
     core = core_for(truth)
-    births: list[float] = []
-    born = 0
+    starts: list[float] = []
+    next_start = 0
     for start in range(0, len(columns["time_s"]), 200):
         core.run({name: column[start : start + 200] for name, column in columns.items()})
         joint = state_of(core)["evidence"]["joint"]
-        if joint["next_start"] != born:
-            births.append(float(joint["second"]["used_s"]))
-            born = int(joint["next_start"])
-    times = np.array(births)
+        if joint["next_start"] != next_start:
+            starts.append(float(joint["second"]["used_s"]))
+            next_start = int(joint["next_start"])
+    times = np.array(starts)
     assert np.diff(times[times < 600.0]).min() == pytest.approx(40.0, abs=4.0)
     assert np.diff(times[times > 640.0]) == pytest.approx(80.0, abs=4.0)
     assert (times > 640.0).sum() >= 5
 
 
-def test_who_began_after_a_flank_was_seen_knows_no_middle_of_the_play_and_leads_nobody_astray() -> None:
+def test_a_hypothesis_started_after_a_flank_was_loaded_has_little_weight() -> None:
     core = core_for(driven(CREEPING)[1])
     core.run(driven(CREEPING)[0])
     joint = core._state.evidence.joint
     before = core.answer()["offset"]
-    elder = joint.best
-    other = max(set(range(joint.count)) - {elder}, key=lambda k: joint.hypotheses[k].age)
+    oldest = joint.best
+    other = max(set(range(joint.count)) - {oldest}, key=lambda k: joint.hypotheses[k].age)
     for name in ("cost", "age", "variances"):
-        setattr(joint.hypotheses[other], name, getattr(joint.hypotheses[elder], name))
-    joint.hypotheses[other].offset = joint.hypotheses[elder].offset + 3.0 * DEGREE
+        setattr(joint.hypotheses[other], name, getattr(joint.hypotheses[oldest], name))
+    joint.hypotheses[other].offset = joint.hypotheses[oldest].offset + 3.0 * DEGREE
     as_good = core.answer()["offset"]
     joint.hypotheses[other].right_before = joint.loaded_right_s
     late = core.answer()["offset"]
     for k in range(joint.count):
         joint.hypotheses[k].right_before = joint.loaded_right_s
-    unseen = core.answer()["offset"]
+    one_flank = core.answer()["offset"]
     assert as_good["value"] - before["value"] > 1.0 * DEGREE
     assert late["value"] == pytest.approx(before["value"], abs=0.1 * DEGREE)
-    assert unseen["standard_deviation"] > as_good["standard_deviation"] > late["standard_deviation"]
+    assert one_flank["standard_deviation"] > as_good["standard_deviation"] > late["standard_deviation"]
 
 
-def test_what_was_seen_before_a_hypothesis_began_is_marked_as_long_as_seconds_can_be_counted() -> None:
-    """In single precision 0.1 s is nothing beyond 24 days of them: a mark would then never be left behind."""
+def test_the_flank_times_at_a_start_are_stored_up_to_the_limit_of_single_precision() -> None:
+    """Beyond 24 days, single precision loses 0.1 s, and the time since the start would stay zero."""
     columns, truth = driven(CREEPING, 1, 1200.0)
-    for seen_s, marks in ((0.0, True), (2.0**21, False)):
+    for loaded_s, stored in ((0.0, True), (2.0**21, False)):
         core = core_for(truth)
         core.run({name: column[:80_000] for name, column in columns.items()})
         joint = core._state.evidence.joint
-        joint.loaded_left_s, joint.loaded_right_s = joint.loaded_left_s + seen_s, joint.loaded_right_s + seen_s
+        joint.loaded_left_s, joint.loaded_right_s = joint.loaded_left_s + loaded_s, joint.loaded_right_s + loaded_s
         core.run({name: column[80_000:] for name, column in columns.items()})
         newest = min(joint.hypotheses[0 : joint.count], key=lambda h: h.age)
         assert newest.age < 350.0
-        assert (newest.left_before > 100.0, newest.right_before > 10.0) == (marks, marks)
+        assert (newest.left_before > 100.0, newest.right_before > 10.0) == (stored, stored)

@@ -37,9 +37,9 @@ from oncenter._native import lib
 
 
 def prior_of(play: Play, learner: Learner) -> tuple[Array, Array]:
-    """The terms that the priors ask for, and how surely: their information. In units of `scale`.
+    """Means and information of the priors, in units of `scale`.
 
-    Of the width it is the play that the learner began with."""
+    The width's mean is the start's play."""
     information = np.ones(len(TERMS))
     information[UNLOADING_TERM] = (learner.scale[UNLOADING_TERM] / learner.unloading_sd) ** 2
     information[BIAS_TERM] = (learner.scale[BIAS_TERM] / learner.yaw_rate_bias_sd) ** 2
@@ -58,7 +58,7 @@ def prior_of(play: Play, learner: Learner) -> tuple[Array, Array]:
 
 
 class Batch:
-    """All seconds kept, each as a row about where the play now is; NumPy does the rest."""
+    """Keeps all seconds as rows about the present play, for NumPy's least squares."""
 
     def __init__(self) -> None:
         self.terms: list[Array] = []
@@ -71,7 +71,7 @@ class Batch:
         self.targets.append(target)
 
     def move(self, before: Play, after: Play, scale: Array) -> None:
-        """About another play the same drive leaves another target; in a narrower one less happens."""
+        """Shifts the targets to another play; a narrower play has smaller slopes."""
         Z, y = np.array(self.terms), np.array(self.targets)
         y -= Z[:, WIDTH_TERM] * 2 * (after.half_width - before.half_width) / scale[WIDTH_TERM]
         Z[:, WITHIN_PLAY] *= min(after.half_width / before.half_width, 1.0)
@@ -128,7 +128,7 @@ def test_the_recursion_is_least_squares_over_the_whole_drive(friction: float, me
     variances = np.diag(C)[1:]
     unloading_variance = variances[UNLOADING_TERM] * of_unloading**2
     assert h.variances.of[lib.OC_OF_GRADIENT] == pytest.approx(variances[GRADIENT_TERM] * of_gradient**2, rel=0.02)
-    # the width that is told is play and wind-up together
+    # the published width is play plus wind-up
     both = np.zeros(len(found))
     both[1 + WIDTH_TERM], both[1 + WINDUP_TERM] = of_width, learner.scale[WINDUP_TERM]
     assert h.variances.of[lib.OC_OF_WIDTH] == pytest.approx(both @ C @ both, rel=0.02)
@@ -144,7 +144,7 @@ def test_the_recursion_is_least_squares_over_the_whole_drive(friction: float, me
     of_pull = variance_of_bias - unloading_variance
     offset_variance = slope @ C @ slope
     assert h.variances.of[lib.OC_OF_OFFSET] == pytest.approx(offset_variance, rel=0.02)
-    # beside it what pull and wind leave of the bias
+    # in addition the part of the bias that pull and wind leave open
     assert h.pull_variance == pytest.approx((RATIO * gradient) ** 2 * of_pull, rel=0.02)
     assert h.lean == pytest.approx(RATIO * gradient * (of_bias - h.unloading), rel=0.02)
     assert h.offset == pytest.approx(offset, abs=0.05 * math.sqrt(offset_variance + h.pull_variance))
@@ -159,39 +159,39 @@ def test_the_recursion_is_least_squares_over_the_whole_drive(friction: float, me
 
 
 def bias_by_prior_and_unloading(learner: Learner, variance: float) -> tuple[float, float]:
-    """Mean and variance of the accelerometer's bias, as one of two unknowns: of bias and pull, each by its prior, the
-    drive shows the sum. What it shows is what the solution has more than the prior of the bias."""
-    known, mean = 1.0 / learner.unloading_sd**2, learner.unloading_mean
-    shown = 1.0 / variance - known
-    information = np.diag([known, 1.0 / PULL_SD**2]) + shown
-    told = learner.h.unloading / variance - known * mean
-    of_bias, _ = np.linalg.solve(information, [known * mean + told, told])
+    """Mean and variance of the accelerometer's bias. The drive identifies only bias plus pull; each has a prior. The
+    drive's information is the solution's less the prior's."""
+    prior, mean = 1.0 / learner.unloading_sd**2, learner.unloading_mean
+    shown = 1.0 / variance - prior
+    information = np.diag([prior, 1.0 / PULL_SD**2]) + shown
+    of_drive = learner.h.unloading / variance - prior * mean
+    of_bias, _ = np.linalg.solve(information, [prior * mean + of_drive, of_drive])
     return float(of_bias), float(np.linalg.inv(information)[0, 0])
 
 
 def total_variance(h: Any) -> float:
-    """Of the offset: the drive's part, pull and wind, an axle set up for the crown."""
+    """Variance of the offset: the drive's part, pull and wind, an axle set up for the crown."""
     return float(h.variances.of[lib.OC_OF_OFFSET] + h.pull_variance + h.set_up_variance)
 
 
 @pytest.mark.parametrize("unloading_sd", [0.09, 0.1, 0.15])
-def test_an_axle_that_may_be_set_up_to_unload_on_the_crown_is_in_the_interval(unloading_sd: float) -> None:
-    """The interval of one hypothesis against all that may be, each by its prior and by how well it foretells where the
-    steering unloads: nothing, a set-up for 0.2 m/s^2, an accelerometer's zero that is off by twice the crown."""
+def test_the_interval_includes_an_axle_set_up_for_the_crown(unloading_sd: float) -> None:
+    """Coverage of one hypothesis's interval over three causes, each by its prior and by its likelihood of the neutral
+    acceleration: none, a set-up for 0.2 m/s^2, an accelerometer zero error of twice the crown."""
     truth, crown = Play(half_width=3.5 * DEGREE, unloading=0.1), 0.2
     learner = Learner(truth, 0.1, unloading_sd=unloading_sd, crown=crown).learn(driven(5, truth, 400))
     h, held = learner.h, []
-    for mean in np.linspace(0.2, -0.4, 25):  # where that zero is believed to be
+    for mean in np.linspace(0.2, -0.4, 25):  # prior mean of that zero
         learner.prior.unloading_mean = mean
         learner.solve()
         apart = h.unloading - mean
         variance = unloading_sd**2 + PULL_SD**2 + h.variances.of[lib.OC_OF_UNLOADING]
         shift = crown * np.arange(3.0)
         weights = np.array([0.9, 0.05, 0.05]) * stats.norm.pdf(apart, shift, math.sqrt(variance))
-        pull = shift * [0, 1, 0] + (apart - shift) * PULL_SD**2 / variance  # which the value takes for bias
-        told = h.variances.of[lib.OC_OF_OFFSET]
+        pull = shift * [0, 1, 0] + (apart - shift) * PULL_SD**2 / variance  # attributed to bias
+        of_drive = h.variances.of[lib.OC_OF_OFFSET]
         left = (RATIO * h.gradient) ** 2 * PULL_SD**2 * (1.0 - PULL_SD**2 / variance)
-        may_be = stats.norm(-RATIO * h.gradient * pull, math.sqrt(told + left))
+        may_be = stats.norm(-RATIO * h.gradient * pull, math.sqrt(of_drive + left))
         half_width = 1.96 * math.sqrt(total_variance(h))
         within = may_be.cdf(h.lean + half_width) - may_be.cdf(h.lean - half_width)
         held.append(weights @ within / np.sum(weights))
@@ -200,22 +200,22 @@ def test_an_axle_that_may_be_set_up_to_unload_on_the_crown_is_in_the_interval(un
     assert np.mean(held) > 0.93
 
 
-def test_an_axle_that_nothing_speaks_for_does_not_widen_the_interval() -> None:
-    """It unloads a little to the other side of the accelerometer's zero."""
+def test_an_unlikely_axle_set_up_does_not_widen_the_interval() -> None:
+    """The neutral acceleration is slightly on the other side of the accelerometer's zero."""
     learner = Learner(Play(half_width=3.5 * DEGREE, unloading=0.1), 0.1, unloading_sd=0.1, crown=0.2)
     h = learner.learn(driven(5, learner.play, 400)).h
     learner.prior.unloading_mean = 0.15
-    told = []
+    intervals = []
     for crown in (0.2, 0.0, -0.2):
         learner.prior.crown = crown
         learner.solve()
-        told.append((h.lean, total_variance(h)))
-    assert told[0] == told[1]
-    assert told[2][1] > told[1][1]  # for it speaks what it would be on roads that fall to the other side
+        intervals.append((h.lean, total_variance(h)))
+    assert intervals[0] == intervals[1]
+    assert intervals[2][1] > intervals[1][1]  # likely on roads that fall to the other side
 
 
 def information_of(h: Any) -> tuple[Array, Array]:
-    """Of the constant and all terms: the evidence as one matrix and vector, whose quotient is what it says of them."""
+    """Information matrix and vector of the constant and all terms."""
     scatter = np.zeros((len(TERMS), len(TERMS)))
     scatter[np.tril_indices(len(TERMS))] = list(h.scatter)
     scatter += np.tril(scatter, -1).T
@@ -232,40 +232,41 @@ def unloading_sd_of(learner: Learner) -> float:
     return math.sqrt(learner.h.variances.of[lib.OC_OF_UNLOADING])
 
 
-def test_a_new_load_adds_to_the_covariance_of_what_was_seen_and_moves_no_mean() -> None:
-    """A Kalman filter's step of time: in single precision, by another derivation."""
+def test_a_load_change_adds_covariance_and_changes_no_mean() -> None:
+    """The prediction step of a Kalman filter, in single precision, by another derivation."""
     learner = Learner(Play(), 0.1).learn(driven(12, Play(), 400))
-    before, told = information_of(learner.h)
+    before, vector = information_of(learner.h)
     lib.oc_hypothesis_change_load(learner.h)
-    wandered = np.zeros(len(before))
-    wandered[1 + GRADIENT_TERM], wandered[1 + WHEELBASE_TERM] = 0.04, 1.0
-    assert_step_of_time(learner, before, told, np.diag(wandered))
+    added = np.zeros(len(before))
+    added[1 + GRADIENT_TERM], added[1 + WHEELBASE_TERM] = 0.04, 1.0
+    assert_prediction_step(learner, before, vector, np.diag(added))
 
 
-def test_a_zero_that_wanders_adds_to_the_covariance_along_itself_and_the_constant() -> None:
-    """A Kalman filter's step of time: a_0 moves by chance, and the constant by -i K of that, so that no offset does."""
+def test_a_random_walk_of_the_zero_adds_covariance_to_itself_and_the_constant() -> None:
+    """The prediction step of a Kalman filter: a_0 changes at random, and the constant by -i K of that. The offset does
+    not change."""
     learner = Learner(Play(), 0.1).learn(driven(12, Play(), 400))
-    before, told = information_of(learner.h)
+    before, vector = information_of(learner.h)
     offset, offset_sd, unloading_sd = learner.h.offset, learner.offset_sd, unloading_sd_of(learner)
     learner.design.wander = 0.03**2
     learner.h.wanders = 1
-    learner.h.huber_weight = 0.0  # so that nothing is learned from the second, and nothing forgotten
+    learner.h.huber_weight = 0.0  # the second adds no evidence
     learner.second.memory_share, learner.second.block_ends, learner.second.long_block_ends = 1.0, 0, 0
     lib.oc_hypothesis_take_in(learner.h, learner.design, learner.second, SAMPLES)
     along = np.zeros(len(before))
     along[1 + UNLOADING_TERM] = 0.03 / learner.scale[UNLOADING_TERM]
     along[0] = -RATIO * learner.h.gradient * 0.03
-    assert_step_of_time(learner, before, told, np.outer(along, along))
+    assert_prediction_step(learner, before, vector, np.outer(along, along))
     learner.solve()
     assert learner.h.offset == pytest.approx(offset, abs=0.05 * offset_sd)
     assert unloading_sd_of(learner) > 2.0 * unloading_sd
 
 
-def assert_step_of_time(learner: Learner, before: Array, told: Array, added: Array) -> None:
-    """The evidence that was `before`, `told`, with `added` to its covariance, and the same means."""
+def assert_prediction_step(learner: Learner, before: Array, vector: Array, added: Array) -> None:
+    """Compares the evidence with `before` plus `added` in its covariance, and the same means."""
     after, then = information_of(learner.h)
     expected = np.linalg.inv(np.linalg.inv(before) + added)
     scale = np.sqrt(np.diag(before))
     np.testing.assert_allclose(after / np.outer(scale, scale), expected / np.outer(scale, scale), atol=2e-3)
-    mean = expected @ np.linalg.solve(before, told)
-    np.testing.assert_allclose(then / scale, mean / scale, atol=2e-3 * np.abs(told / scale).max())
+    mean = expected @ np.linalg.solve(before, vector)
+    np.testing.assert_allclose(then / scale, mean / scale, atol=2e-3 * np.abs(vector / scale).max())

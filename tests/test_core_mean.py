@@ -1,4 +1,4 @@
-"""Means by their innovation, (36), that merge: against batch NumPy, in any order, for ever."""
+"""Means by their innovation, (36), and their merging: against batch NumPy, in any order, over years."""
 
 from typing import Any
 
@@ -61,7 +61,7 @@ def test_merging_nothing_changes_nothing() -> None:
     assert members(moments_of(np.empty((0, 3)))) == [0.0] * 7
 
 
-def test_the_variance_is_of_what_the_slope_leaves() -> None:
+def test_the_variance_is_that_of_the_residual() -> None:
     rows = random_rows(3, 200)
     for slope in (0.0, 0.007, -2.0):
         left = rows[:, 0] - slope * rows[:, 1]
@@ -73,8 +73,8 @@ def test_one_tick_or_a_constant_has_no_variance() -> None:
     assert 0.0 <= lib.oc_moments_variance(moments_of(np.full((50, 3), 0.1)), 0.3) < 1e-16
 
 
-def test_the_mean_still_learns_after_years() -> None:
-    """In float32 (36) stops learning at some 10^7 ticks; here 10^10 are behind it when the angle moves by 1 mrad."""
+def test_the_mean_is_still_updated_after_years() -> None:
+    """In float32 (36) stops learning at some 10^7 ticks. Here the angle changes by 1 mrad after 10^10 ticks."""
     long_ago = ffi.new("oc_moments *", {"weight": 1e10, "y": 0.1, "x": 1.0, "w": 3.0})
     block = np.tile([0.101, 1.0, 3.0], (10, 1))
     for _ in range(1000):

@@ -1,4 +1,4 @@
-"""Figure 15 whole, through the public door: symmetries, chunks, silence, damage and what may never come out."""
+"""Figure 15 by the public interface: symmetries, chunks, missing and damaged signals, no NaN."""
 
 import itertools
 import math
@@ -48,7 +48,7 @@ def sliced(columns: Mapping[str, Array], rows: slice) -> dict[str, Array]:
 
 
 def straight(seconds: float = 60.0, rate_hz: float = RATE_HZ, **constant: float) -> dict[str, Array]:
-    """Nothing happens at 20 m/s but what is given by column."""
+    """Straight driving at 20 m/s, with the given columns."""
     t = np.arange(int(seconds * rate_hz)) / rate_hz
     values = {ANGLE: 0.0356, YAW_RATE: 0.0, SPEED: 20.0, ACCELERATION: 0.0} | constant
     return {"time_s": t} | {name: np.full_like(t, value) for name, value in values.items()}
@@ -84,7 +84,7 @@ def test_a_sensor_turned_on_its_shaft_turns_the_offset_as_much(whole: dict[str, 
 
 
 def test_a_gyro_bias_moves_the_offset_by_the_mean_of_iL_over_v() -> None:
-    """(45), (48) without understeer: every bit of the drive but the yaw rate stays, and the gate stays open."""
+    """(45), (48) without understeer: only the yaw rate changes, and the gate stays open."""
     b = 2e-4
     params = {"understeer_evidence_min_s": 1e5}
     columns = straight(**{ACCELERATION: 0.02}) | {SPEED: np.linspace(15.0, 25.0, 6000)}
@@ -96,7 +96,7 @@ def test_a_gyro_bias_moves_the_offset_by_the_mean_of_iL_over_v() -> None:
     assert back["offset"]["value"] - there["offset"]["value"] == pytest.approx(-per_bias * b, rel=1e-9)
 
 
-def test_an_understeer_gradient_learned_late_applies_to_all_that_was_gathered(whole: dict[str, Array]) -> None:
+def test_a_late_understeer_gradient_applies_to_all_evidence(whole: dict[str, Array]) -> None:
     answer = after(whole).answer()
     never = after(whole, understeer_evidence_min_s=1e5).answer()
     assert answer["used"] == never["used"]
@@ -129,7 +129,7 @@ def test_a_run_is_its_chunks_is_its_steps(seed: int) -> None:
 
 @settings(max_examples=10)
 @given(cut=st.floats(0.0, 1.0))
-def test_a_copied_state_goes_on_as_if_nothing_had_been(whole: dict[str, Array], cut: float) -> None:
+def test_a_copied_state_continues_identically(whole: dict[str, Array], cut: float) -> None:
     rows = int(cut * len(whole["time_s"]))
     first, second = after(sliced(whole, slice(0, rows))), core_of()
     second.copy_state_from(first)
@@ -137,7 +137,7 @@ def test_a_copied_state_goes_on_as_if_nothing_had_been(whole: dict[str, Array], 
     assert second.state_bytes() == after(whole).state_bytes()
 
 
-def test_asking_changes_nothing(whole: dict[str, Array]) -> None:
+def test_a_query_changes_nothing(whole: dict[str, Array]) -> None:
     core = after(sliced(whole, slice(0, 12_345)))
     before = core.state_bytes()
     assert core.answer() == core.answer()
@@ -145,7 +145,7 @@ def test_asking_changes_nothing(whole: dict[str, Array]) -> None:
 
 
 @pytest.mark.parametrize("time_s", [math.nan, math.inf, -math.inf, 59.99, 12.0, -1.0])
-def test_time_that_does_not_go_forward_touches_nothing_but_its_count(time_s: float) -> None:
+def test_time_that_does_not_increase_changes_only_its_count(time_s: float) -> None:
     columns = straight()
     core, other = after(columns), after(columns)
     out = core.step({"time_s": time_s, ANGLE: 5.0, YAW_RATE: 1.0, SPEED: 3.0, ACCELERATION: 9.0})
@@ -163,7 +163,7 @@ def test_time_that_does_not_go_forward_touches_nothing_but_its_count(time_s: flo
 
 @pytest.mark.parametrize("name", [ANGLE, YAW_RATE, SPEED, ACCELERATION])
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e308, -1e4])
-def test_a_signal_that_is_no_measurement_is_counted_and_goes_no_further(name: str, value: float) -> None:
+def test_an_invalid_signal_is_counted_and_not_used(name: str, value: float) -> None:
     columns = straight()
     columns[name][3000] = value
     core = core_of()
@@ -184,7 +184,7 @@ def test_a_missing_column_is_a_missing_signal_on_every_tick(name: str) -> None:
     assert status(answer["offset"]) == "unobservable"
 
 
-def test_a_hole_starts_the_filters_anew_and_drops_what_was_pending() -> None:
+def test_a_hole_restarts_the_filters_and_drops_pending_ticks() -> None:
     columns = straight(30.0)
     kept = np.ones(3000, bool)
     kept[1500:1520] = False
@@ -209,21 +209,21 @@ def test_a_short_hole_is_no_gap() -> None:
     assert after({name: values[kept] for name, values in columns.items()}).answer()["rejected"][2] == 0.0
 
 
-def test_while_the_filters_settle_no_braking_is_seen() -> None:
-    """After a hole on a straight nothing but the hole is to blame."""
+def test_while_the_filters_settle_there_is_no_braking_reason() -> None:
+    """After a hole on a straight the only reasons are those of the hole."""
     columns = straight(20.0)
     columns["time_s"][1000:] += 5.0
     rejected = dict(zip(_core.REASONS, after(columns).answer()["rejected"], strict=True))
     assert {name for name, seconds in rejected.items() if seconds} == {"gap", "settling", "window"}
 
 
-def test_ignition_loses_what_is_pending_and_keeps_what_is_learned() -> None:
+def test_ignition_loses_pending_ticks_and_keeps_the_evidence() -> None:
     core = after(straight())
     before = core.answer()
     core.restart()
     assert core.answer()["offset"] == before["offset"]
     assert core.answer()["offset_temporary"] == before["offset"]["value"]
-    again = straight(30.0, **{ANGLE: 0.05})  # its time begins at zero again
+    again = straight(30.0, **{ANGLE: 0.05})  # its time starts at zero again
     core.run(again)
     answer = core.answer()
     alone = after(again).answer()
@@ -233,8 +233,8 @@ def test_ignition_loses_what_is_pending_and_keeps_what_is_learned() -> None:
     assert answer["rejected"][1] == answer["rejected"][2] == 0.0
 
 
-def test_what_is_pending_shows_in_the_temporary_offset_to_the_last_tick() -> None:
-    """Till now straight on, in the last clean ticks another angle: only the temporary offset may know."""
+def test_the_temporary_offset_includes_pending_ticks_to_the_last_one() -> None:
+    """Another angle in the last clean ticks affects only the temporary offset."""
     columns = straight(20.0)
     columns[ANGLE][-105:] += 0.1
     answer = after(columns).answer()
@@ -244,8 +244,8 @@ def test_what_is_pending_shows_in_the_temporary_offset_to_the_last_tick() -> Non
     assert answer["offset_temporary"] - 0.0356 == pytest.approx(0.1 * (105 - delay) / clean, rel=1e-6)
 
 
-def test_one_wild_time_stamp_costs_a_second_and_no_more() -> None:
-    """A stamp far ahead is believed, as a hole is; then the clock seems set back, and a second in order proves it."""
+def test_one_wrong_time_stamp_costs_a_second() -> None:
+    """A time far ahead counts as a hole. Then the clock seems set back, and a second in order confirms it."""
     columns = straight(60.0)
     undisturbed = after(columns).answer()
     columns["time_s"][2000] = 1e9
@@ -257,7 +257,7 @@ def test_one_wild_time_stamp_costs_a_second_and_no_more() -> None:
 
 def test_time_stamps_in_disorder_never_become_a_new_clock() -> None:
     columns = straight(20.0)
-    columns["time_s"][1::2] = columns["time_s"][0:-1:2] - 5.0  # every other one is five seconds old
+    columns["time_s"][1::2] = columns["time_s"][0:-1:2] - 5.0  # every other one is five seconds late
     answer = after(columns).answer()
     assert answer["rejected"][1] == pytest.approx(10.0)
 
@@ -269,15 +269,15 @@ def test_the_longest_hole_is_bridged_whatever_the_last_bit_of_its_time_stamps() 
         assert after(columns).answer()["rejected"][2] == 0.0
 
 
-def test_after_a_hole_a_standstill_settles_anew() -> None:
-    """The truck may have moved in the hole, so what follows is a stop of its own."""
+def test_after_a_hole_a_standstill_settles_again() -> None:
+    """The truck may have moved in the hole, so a new stop follows."""
     stand = straight(2.0, **{SPEED: 0.0, YAW_RATE: 0.004})
     whole = after(stand).answer()["yaw_rate_bias"]["evidence"]
     stand["time_s"][100:] += 1.0
     assert after(stand).answer()["yaw_rate_bias"]["evidence"] == pytest.approx(whole - 0.2)
 
 
-def test_silence_changes_nothing() -> None:
+def test_missing_signals_change_nothing() -> None:
     core = after(straight())
     before = core.state_bytes()
     core.run(straight(0.0))
@@ -287,7 +287,7 @@ def test_silence_changes_nothing() -> None:
     assert all(map(math.isfinite, numbers(fresh.answer())))
 
 
-def test_a_run_shorter_than_the_clean_time_counts_nothing() -> None:
+def test_a_run_shorter_than_the_clean_time_is_not_used() -> None:
     design = core_of().coefficients()["preprocess"]
     settling = 10 * design["slope_every"] + design["delay_ticks"]
     for extra, used in ((209, 0.0), (210, 0.1)):
@@ -327,34 +327,34 @@ def reasons_of(columns: dict[str, Array], **params: float) -> npt.NDArray[np.uin
         ("settling", {}),
     ],
 )
-def test_each_reason_is_given_where_it_holds(reason: str, constant: dict[str, float]) -> None:
-    seen = reasons_of(straight(5.0, **constant))
+def test_each_reason_is_given_under_its_condition(reason: str, constant: dict[str, float]) -> None:
+    reasons = reasons_of(straight(5.0, **constant))
     bit = _core.REASONS[reason]
     if reason == "settling":
-        assert seen[0] == bit
-        assert not (seen[200:]).any()
+        assert reasons[0] == bit
+        assert not (reasons[200:]).any()
     else:
-        assert (seen[200:] == bit).all()
+        assert (reasons[200:] == bit).all()
 
 
-def test_braking_is_a_reason_to_wait() -> None:
+def test_braking_closes_the_gate() -> None:
     columns = straight(10.0)
     for braking, reason in ((0.31, lib.OC_REASON_LONGITUDINAL_ACCELERATION), (0.29, 0)):
         columns[SPEED] = 25.0 - braking * columns["time_s"]
         assert (reasons_of(columns)[300:] == reason).all()
 
 
-def test_every_reason_has_a_name_and_is_reached(whole: dict[str, Array]) -> None:
+def test_all_reasons_have_names_and_are_reached(whole: dict[str, Array]) -> None:
     assert list(_core.REASONS.values()) == [1 << k for k in range(lib.OC_REASON_COUNT)]
     columns = damaged(whole, 1)
     columns[ACCELERATION] = columns[ACCELERATION] + 0.2
     answer = after(columns).answer()
     reached = {name for name, seconds in zip(_core.REASONS, answer["rejected"], strict=True) if seconds > 0}
-    assert reached == set(oracle.REASONS)  # the others are other methods'
+    assert reached == set(oracle.REASONS)  # the others are of other methods
 
 
-def test_a_bank_limit_that_is_never_met_names_the_bank() -> None:
-    """The Genesis drives' case: an accelerometer 0.6 m/s^2 off shuts the gate for good."""
+def test_a_bank_always_above_the_limit_is_reported() -> None:
+    """As in the Genesis drives: an accelerometer bias of 0.6 m/s^2 closes the gate permanently."""
     answer = after(straight(**{ACCELERATION: -0.6})).answer()
     assert answer["used"] == 0.0
     assert status(answer["offset"]) == "unobservable"
@@ -362,8 +362,8 @@ def test_a_bank_limit_that_is_never_met_names_the_bank() -> None:
     assert answer["bank_time"] == pytest.approx(answer["rejected"][7], abs=1.2)
 
 
-def test_the_standing_at_the_end_counts_like_the_standing_before() -> None:
-    """5.3.1: a gyro bias that standstill showed belongs in the interval, whenever it showed."""
+def test_a_standstill_at_the_end_counts_like_one_at_the_start() -> None:
+    """5.3.1: the interval includes a gyro bias from any standstill of the drive."""
     stand = straight(3.0, **{SPEED: 0.0, YAW_RATE: 0.004})
     go = straight(**{YAW_RATE: 0.004})
 
@@ -391,8 +391,8 @@ def cornering(seed: int, straight_a_y: float, bend_a_y: tuple[float, float], noi
     return {"time_s": t, ANGLE: angle + wobble, YAW_RATE: r, SPEED: np.full(count, v), ACCELERATION: a_y}
 
 
-def test_bends_like_the_straights_leave_the_understeer_gradient_unobservable() -> None:
-    """Always the same pull to one side: K_us and offset do not part, and zero is not an answer."""
+def test_bends_similar_to_the_straights_leave_the_gradient_unobservable() -> None:
+    """Always the same lateral acceleration: K_us and offset are not separable, and K_us = 0 is no result."""
     answer = after(cornering(0, 0.35, (0.36, 0.42), noise=0.002)).answer()
     assert answer["understeer_gradient"]["evidence"] > 10.0
     assert status(answer["understeer_gradient"]) == "unobservable"
@@ -400,8 +400,8 @@ def test_bends_like_the_straights_leave_the_understeer_gradient_unobservable() -
 
 
 @pytest.mark.parametrize("straight_a_y", [0.05, 0.4])
-def test_the_intervals_hold_the_truth_as_often_as_they_say(straight_a_y: float) -> None:
-    """Where straights resemble bends, offset and K_us share their errors, and both intervals must say so."""
+def test_the_intervals_hold_the_truth_at_their_nominal_rate(straight_a_y: float) -> None:
+    """Where straights resemble bends, offset and K_us have common errors, which both intervals include."""
     held = {"offset": 0, "understeer_gradient": 0}
     drives = 60
     for seed in range(drives):
@@ -421,7 +421,7 @@ TICKS = st.lists(st.tuples(DOUBLES, DOUBLES, DOUBLES, DOUBLES), max_size=60)
 
 @settings(max_examples=200)
 @given(ticks=TICKS, repeats=st.integers(1, 40), accelerometer=st.integers(0, 1), rate_hz=st.sampled_from([20.0, 200.0]))
-def test_no_input_makes_a_number_that_is_none(
+def test_no_input_gives_a_nan(
     ticks: list[tuple[float, float, float, float]], repeats: int, accelerometer: int, rate_hz: float
 ) -> None:
     core = core_of(
@@ -444,14 +444,14 @@ def test_no_input_makes_a_number_that_is_none(
 
 @settings(max_examples=200)
 @given(times=st.lists(DOUBLES, max_size=100))
-def test_no_time_makes_a_number_that_is_none(times: list[float]) -> None:
+def test_no_time_gives_a_nan(times: list[float]) -> None:
     columns = straight(len(times) / RATE_HZ + 1.0) | {"time_s": np.array(times, float)}  # sliced to one length
     answer = after(sliced(columns, slice(0, len(times)))).answer()
     assert all(map(math.isfinite, numbers(answer)))
     assert answer["duration"] + answer["rejected"][1] == pytest.approx(len(times) / RATE_HZ)
 
 
-def test_the_enums_have_names_for_all_and_nothing_more() -> None:
+def test_all_enum_values_have_names_and_no_others() -> None:
     assert _core.STATUSES == ("unobservable", "converging", "valid", "invalid")
     assert len(_core.REASONS) == lib.OC_REASON_COUNT
     assert not lib.oc_reason_name(3)

@@ -1,4 +1,4 @@
-"""(32)-(35) in the core: the motion, the gate at its edges, and the blocks that wait for t1."""
+"""(32)-(35) in the core: the motion, the gate at its limits, and the blocks pending for t1."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ def motion_of(r: float, v: float, a_y: float = 0.0, angle: float = 0.0, accelero
     return lib.oc_motion_of(tick, 75.0, accelerometer)
 
 
-def test_the_motion_is_what_the_equations_say() -> None:
+def test_the_motion_follows_the_equations() -> None:
     m = motion_of(r=0.02, v=20.0, a_y=0.7, angle=0.5)
     assert m.curvature == pytest.approx(0.001)  # (32)
     assert m.bank == pytest.approx(0.3)  # (33): specific force, the road falls to the right
@@ -32,7 +32,7 @@ def test_without_an_accelerometer_the_lateral_acceleration_is_yaw_rate_times_spe
     assert m.bank == 0.0
 
 
-def test_below_one_metre_per_second_the_curvature_does_not_explode() -> None:
+def test_below_one_metre_per_second_the_curvature_is_bounded() -> None:
     for v in (1.0, 0.5, 0.0, -20.0):
         assert motion_of(r=0.01, v=v).curvature == 0.01
 
@@ -51,7 +51,7 @@ def gate(speed: float = 20.0, **motion: float) -> int:
         ("bank", 0.3, lib.OC_REASON_BANK),
     ],
 )
-def test_the_gate_shuts_at_its_limit_on_both_sides(name: str, limit: float, reason: int) -> None:
+def test_the_gate_closes_at_its_limit_on_both_sides(name: str, limit: float, reason: int) -> None:
     below = float(np.nextafter(limit, 0.0))
     assert gate(**{name: below}) == gate(**{name: -below}) == 0
     assert gate(**{name: limit}) == gate(**{name: -limit}) == reason
@@ -63,7 +63,7 @@ def test_the_gate_needs_more_than_ten_metres_per_second() -> None:
     assert gate(speed=-20.0) == lib.OC_REASON_SPEED
 
 
-def test_a_motion_that_is_no_number_is_never_clean() -> None:
+def test_a_nan_motion_is_never_clean() -> None:
     nan = float("nan")
     everything = gate(speed=nan, curvature=nan, longitudinal_acceleration=nan, bank=nan)
     assert everything == (
@@ -89,7 +89,7 @@ def final_ticks(clean: list[bool], per_block: int, until_final: int) -> list[int
 
 
 def by_definition(clean: list[bool], per_block: int, until_final: int) -> list[int]:
-    """A block of a clean run is final when as many whole blocks as cover t1 follow it in the same run."""
+    """A block of a clean run is final when blocks that cover t1 follow it in the same run."""
     final: list[int] = []
     start = 0
     for k in range(len(clean) + 1):
@@ -113,16 +113,16 @@ def test_a_block_is_final_exactly_when_the_clean_time_after_it_is_clean(
     assert final_ticks(clean, per_block, until_final) == by_definition(clean, per_block, until_final)
 
 
-def test_a_run_shorter_than_the_clean_time_counts_nothing() -> None:
+def test_a_run_shorter_than_the_clean_time_is_not_used() -> None:
     assert final_ticks([True] * 209 + [False], 10, 20) == []
     assert final_ticks([True] * 210 + [False], 10, 20) == list(range(10))
 
 
-def test_the_ring_forgets_nothing_in_a_long_run() -> None:
+def test_the_ring_loses_no_block_in_a_long_run() -> None:
     assert final_ticks([True] * 5000, 3, 20) == by_definition([True] * 5000, 3, 20)
 
 
-def test_a_block_carries_the_moments_of_its_ticks() -> None:
+def test_a_block_has_the_moments_of_its_ticks() -> None:
     pending, final = ffi.new("oc_pending *"), ffi.new("oc_moments *")
     rows = np.random.default_rng(5).standard_normal((8, 3))
     done = [bool(lib.oc_pending_add(pending, 4, 1, *row, final)) for row in rows.tolist()]

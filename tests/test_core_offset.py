@@ -9,7 +9,7 @@ from test_core_mean import moments_of, random_rows
 
 from oncenter._native import ffi, lib
 
-KNOWING_NOTHING = 10.0  # rad^2
+UNKNOWN_VARIANCE = 10.0  # rad^2
 
 
 def gathered(rows: npt.NDArray[np.float64], per_block: int = 10, per_batch: float = 50.0) -> Any:
@@ -20,7 +20,7 @@ def gathered(rows: npt.NDArray[np.float64], per_block: int = 10, per_batch: floa
 
 
 @pytest.mark.parametrize("K", [0.0, 0.007, -0.1])
-def test_the_offset_is_the_mean_of_what_is_left(K: float) -> None:
+def test_the_offset_is_the_mean_of_the_residual(K: float) -> None:
     rows = random_rows(11, 400)
     left = rows[:, 0] - K * rows[:, 1]
     offset = gathered(rows)
@@ -34,25 +34,25 @@ def test_the_offset_is_the_mean_of_what_is_left(K: float) -> None:
 
 
 def test_the_variance_comes_from_batch_means() -> None:
-    rows = random_rows(12, 430)  # the last 30 fill no batch
+    rows = random_rows(12, 430)  # the last 30 do not fill a batch
     means = (rows[:400, 0] - 0.01 * rows[:400, 1]).reshape(8, 50).mean(axis=1)
     expected = np.var(means, ddof=1) / 8 * lib.oc_few_batches_factor(8.0) ** 2
     assert lib.oc_offset_variance(gathered(rows), 0.01) == pytest.approx(expected, rel=1e-10)
 
 
-def test_a_batch_takes_whole_blocks_until_it_is_full() -> None:
+def test_a_batch_consists_of_whole_blocks() -> None:
     assert gathered(random_rows(1, 120), per_block=10, per_batch=35.0).batches.weight == 3.0
 
 
-def test_one_batch_knows_nothing_of_its_spread() -> None:
-    assert lib.oc_offset_variance(ffi.new("oc_offset *"), 0.0) == KNOWING_NOTHING
-    assert lib.oc_offset_variance(gathered(random_rows(1, 90)), 0.0) == KNOWING_NOTHING
-    assert lib.oc_offset_variance_if_independent(ffi.new("oc_offset *"), 0.0) == KNOWING_NOTHING
+def test_one_batch_has_the_unknown_variance() -> None:
+    assert lib.oc_offset_variance(ffi.new("oc_offset *"), 0.0) == UNKNOWN_VARIANCE
+    assert lib.oc_offset_variance(gathered(random_rows(1, 90)), 0.0) == UNKNOWN_VARIANCE
+    assert lib.oc_offset_variance_if_independent(ffi.new("oc_offset *"), 0.0) == UNKNOWN_VARIANCE
     assert lib.oc_offset_value(ffi.new("oc_offset *"), 0.0) == 0.0
 
 
-def test_batches_see_the_memory_that_43_denies() -> None:
-    """Residuals that stay alike for 2 s at 100 Hz: means of such drives scatter as batches say, not as (43) says."""
+def test_batches_include_the_correlation_that_43_ignores() -> None:
+    """Residuals constant for 2 s at 100 Hz: the scatter of such drives' means is that of batches, not that of (43)."""
     rng = np.random.default_rng(4)
     ticks, alike = 12_000, 200
     drives = []

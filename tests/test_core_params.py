@@ -1,4 +1,4 @@
-"""Params: defaults are Table 4's, and each one out of its range is refused by its name."""
+"""Params: the defaults are those of Table 4, and a value out of its range is refused by name."""
 
 import math
 import re
@@ -27,7 +27,7 @@ def test_the_defaults_are_the_thesiss() -> None:
     assert _core.bad_param({}) is None
 
 
-def test_every_name_says_its_unit() -> None:
+def test_every_name_ends_in_its_unit() -> None:
     endings = {re.sub(r"\W+", "_", f"/{unit}/").rstrip("_").lower(): unit for unit in UNITS}
     for name, param in params().items():
         said = max((ending for ending in endings if name.endswith(ending)), key=len)
@@ -36,7 +36,7 @@ def test_every_name_says_its_unit() -> None:
 
 
 @pytest.mark.parametrize("name", ["core/params.h", "core/params.c", "docs/params.md"])
-def test_the_core_and_its_page_hold_the_rows_of_the_one_table_of_params(name: str) -> None:
+def test_core_and_page_have_the_rows_of_the_params_table(name: str) -> None:
     made = runpy.run_path(str(ROOT / "docs" / "make_params.py"))["made"]()
     assert (ROOT / name).read_text(encoding="utf-8") == made[ROOT / name], "run docs/make_params.py"
 
@@ -51,7 +51,7 @@ def test_a_param_out_of_range_is_refused_by_name(name: str, value: float) -> Non
 
 
 def _blamed(name: str) -> set[str]:
-    """Whom the core may name: where one range hangs on another param, the first of the two."""
+    """The name that the core may give; where a range depends on another param, the first of both."""
     return {name, "delay_band_hz"} if name == "cutoff_hz" else {name}
 
 
@@ -68,7 +68,7 @@ def test_a_rate_out_of_range_is_refused(rate_hz: float) -> None:
         _core.Core(3.9, 19.3, {}, rate_hz)
 
 
-def test_a_cut_off_that_the_rate_cannot_carry_is_refused() -> None:
+def test_a_cut_off_too_high_for_the_rate_is_refused() -> None:
     with pytest.raises(ValueError, match="rate"):
         _core.Core(3.9, 19.3, {"cutoff_hz": 9.0}, 20.0)
     _core.Core(3.9, 19.3, {"cutoff_hz": 8.9}, 20.0)
@@ -83,7 +83,7 @@ def test_a_cut_off_that_the_rate_cannot_carry_is_refused() -> None:
         ("traffic_side", {"traffic_side": 2.0}),
     ],
 )
-def test_a_vehicle_that_cannot_be_is_refused_by_name(named: str, vehicle: dict[str, Any]) -> None:
+def test_an_impossible_vehicle_is_refused_by_name(named: str, vehicle: dict[str, Any]) -> None:
     native = _core._vehicle(3.9, 19.3, 0.0, 0.0, **vehicle)
     assert ffi.string(lib.oc_vehicle_check(native)).decode() == named
     with pytest.raises(ValueError, match="vehicle"):
@@ -91,7 +91,7 @@ def test_a_vehicle_that_cannot_be_is_refused_by_name(named: str, vehicle: dict[s
 
 
 @pytest.mark.parametrize("terms", [-1, 9])
-def test_a_ratio_of_more_terms_than_there_is_room_for_is_refused(terms: int) -> None:
+def test_a_ratio_with_too_many_terms_is_refused(terms: int) -> None:
     native = _core._vehicle(3.9, 19.3, 0.0, 0.0)
     native.ratio.terms = terms
     assert ffi.string(lib.oc_vehicle_check(native)).decode() == "ratio"

@@ -1,4 +1,4 @@
-"""What the yaw rates used so far are off by, once the gyro's bias is known better: a smoother's mean, recursively."""
+"""Mean error of the yaw rates used so far, by later estimates of the gyro's bias: a recursive smoother."""
 
 import math
 
@@ -16,8 +16,7 @@ KEPT = 0.98  # of the drift from one reading to the next
 
 
 def random_system(seed: int, readings: int) -> tuple[Array, Array, Array, Array, Array]:
-    """A bias that drifts, six states that stand still, and readings of them: step, its noise, prior, regressors and
-    their noise."""
+    """A drifting bias, six constant states, and readings: transition, its noise, prior, regressors and their noise."""
     rng = np.random.default_rng(seed)
     F = np.eye(STATES)
     F[BIAS, DRIFT], F[DRIFT, DRIFT] = 1.0, KEPT
@@ -29,7 +28,7 @@ def random_system(seed: int, readings: int) -> tuple[Array, Array, Array, Array,
 
 
 def fading(used_s: Array, memory_s: float) -> Array:
-    """Each one's share of the mean: alike up to the memory, then what is older fades."""
+    """Weights in the mean: equal up to the memory, then older ones fade."""
     share, so_far = np.zeros(len(used_s)), 0.0
     for k in np.flatnonzero(used_s):
         so_far = min(so_far + used_s[k], memory_s)
@@ -40,14 +39,14 @@ def fading(used_s: Array, memory_s: float) -> Array:
 
 @pytest.mark.parametrize("memory_s", [0.0, 15.0], ids=["all", "fading"])
 @pytest.mark.parametrize("seed", range(5))
-def test_it_is_what_all_readings_together_tell_of_the_mean(seed: int, memory_s: float) -> None:
+def test_the_mean_is_that_of_all_readings_at_once(seed: int, memory_s: float) -> None:
     """Two derivations: a recursion in fixed memory, and the mean's distribution given all readings at once."""
     readings, rng = 40, np.random.default_rng(100 + seed)
     F, Q, P, H, R = random_system(seed, readings)
-    used_s = rng.integers(0, 3, readings)  # none between some
+    used_s = rng.integers(0, 3, readings)  # between some none
     truth = np.linalg.cholesky(P) @ rng.standard_normal(STATES)
     x, past = np.zeros(STATES), ffi.new("oc_past_bias *", {"memory_s": memory_s})
-    # all at once: what a bias in use was, and each reading, as sums of the prior's and all steps' random numbers
+    # all at once: the biases in use and the readings, as linear functions of all random numbers
     numbers = STATES * (readings + 1)
     state = np.zeros((STATES, numbers))
     state[:, :STATES] = np.linalg.cholesky(P)
@@ -77,12 +76,11 @@ def test_it_is_what_all_readings_together_tell_of_the_mean(seed: int, memory_s: 
     gain = np.linalg.solve(A @ A.T + np.diag(R), A @ mean)
     assert past.bias == pytest.approx(gain @ z - share @ taken_off, abs=1e-4)
     assert past.variance == pytest.approx(mean @ mean - gain @ (A @ mean), rel=1e-3)
-    assert past.variance < 0.5 * P[BIAS, BIAS]  # than which a constant bias would be known no better
+    assert past.variance < 0.5 * P[BIAS, BIAS]  # the smoother is better than the filter
 
 
 def used(columns: dict[str, Array]) -> tuple[float, float, float]:
-    """By what the yaw rates are off on average if all are used, what the core says of it in the end, and its standard
-    deviation; rad/s."""
+    """rad/s: true mean error of all yaw rates, the core's final estimate of it, and its standard deviation."""
     ecu = Ecu()
     design, params = ffi.addressof(ecu.coefficients, "gyro_bias"), ffi.addressof(ecu.coefficients, "params")
     gyro = ffi.addressof(ecu.state, "evidence", "gyro_bias")
@@ -99,8 +97,8 @@ def used(columns: dict[str, Array]) -> tuple[float, float, float]:
     return Truth().bias - float(np.mean(taken_off)), past.bias, lib.oc_past_bias_sd(past, gyro.sd)
 
 
-def test_wheels_that_tell_the_bias_late_tell_what_was_used_before() -> None:
-    """By EBC2's coarse wheel speeds and no standstill, against what the yaw rates were truly off by."""
+def test_a_late_identification_by_wheels_gives_the_mean_error_before_it() -> None:
+    """With EBC2's coarse wheel speeds and no standstill, against the true mean error."""
     off, left, sd = np.array([used(as_ebc2(rolling(seed, 240.0, standing_s=0.0))) for seed in range(8)]).T
     rms = np.sqrt(np.mean(np.square([off, off - left, (off - left) / sd]), axis=1))
     assert rms[1] < 0.5 * rms[0]

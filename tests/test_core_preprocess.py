@@ -1,4 +1,4 @@
-"""5.1.1 in the core: low-pass, the angle's delay, dv/dt, against scipy and against signals whose answer is known."""
+"""5.1.1 in the core: low-pass, the angle's delay, dv/dt, against scipy and against signals with a given result."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -23,7 +23,7 @@ def design_of(
 
 
 def filtered(design: Any, angle: Array, yaw_rate: Array, speed: Array, acceleration: Array) -> Iterator[Any]:
-    """Each tick as an oc_filtered, after a restart at the first; with whether the filters have settled."""
+    """Each tick as an oc_filtered, after a restart at the first, and whether the filters have settled."""
     state = ffi.new("oc_preprocess_state *")
     lib.oc_preprocess_restart(state, design, angle[0], yaw_rate[0], speed[0], acceleration[0])
     for tick in zip(angle.tolist(), yaw_rate.tolist(), speed.tolist(), acceleration.tolist(), strict=True):
@@ -43,7 +43,7 @@ def test_the_low_pass_is_a_butterworth(rate_hz: float, cutoff_hz: float) -> None
 
 
 @pytest.mark.parametrize("rate_hz", RATES)
-def test_the_angle_waits_for_the_filters_mean_group_delay(rate_hz: float) -> None:
+def test_the_angle_is_delayed_by_the_filters_mean_group_delay(rate_hz: float) -> None:
     b, a = signal.butter(2, 3.0, fs=rate_hz)
     frequencies = np.linspace(1e-6, 2.0, 20_001)
     _, delay_ticks = signal.group_delay((b, a), frequencies, fs=rate_hz)
@@ -67,7 +67,7 @@ def test_every_signal_but_the_angle_passes_the_same_filter(rate_hz: float) -> No
 
 
 @pytest.mark.parametrize("rate_hz", RATES)
-def test_what_has_always_been_stays(rate_hz: float) -> None:
+def test_constant_signals_stay_constant(rate_hz: float) -> None:
     value = np.full(300, 17.3)
     for out, _ in filtered(design_of(rate_hz), value, value, value, value):
         assert [out.steering_wheel_angle, out.yaw_rate, out.vehicle_speed] == pytest.approx([17.3] * 3, rel=1e-13)
@@ -76,9 +76,7 @@ def test_what_has_always_been_stays(rate_hz: float) -> None:
 
 @pytest.mark.parametrize("lag_s", [0.0, 0.06])
 @pytest.mark.parametrize(("rate_hz", "cutoff_hz"), [(20.0, 3.0), (128.7, 3.0), (200.0, 1.0), (100.0, 8.0)])
-def test_a_turning_wheel_is_seen_one_delay_ago_to_the_fraction_of_a_tick(
-    rate_hz: float, cutoff_hz: float, lag_s: float
-) -> None:
+def test_a_turning_wheel_is_delayed_to_the_fraction_of_a_tick(rate_hz: float, cutoff_hz: float, lag_s: float) -> None:
     design = design_of(rate_hz, cutoff_hz, 0.99 * cutoff_hz, lag_s=lag_s)
     assert design.delay_ticks + 1 < lib.OC_DELAY_MAX
     ramp = np.arange(500) / rate_hz * 0.7
@@ -96,7 +94,7 @@ def test_the_slope_of_a_steady_braking_is_exact(rate_hz: float, window_s: float)
     speed: Array = 25.0 - 0.8 * np.arange(count, dtype=np.float64) / rate_hz
     zero = np.zeros(count)
     last = list(filtered(design_of(rate_hz, window_s=window_s), zero, zero, speed, zero))[-1][0]
-    assert last.longitudinal_acceleration == pytest.approx(-0.8, abs=1e-6)  # what the filter has not yet forgotten
+    assert last.longitudinal_acceleration == pytest.approx(-0.8, abs=1e-6)  # the filter's transient
 
 
 @pytest.mark.parametrize("rate_hz", [20.0, 100.0, 128.7])
@@ -115,7 +113,7 @@ def test_the_slope_is_the_least_squares_line_through_eleven_kept_speeds(rate_hz:
 
 
 @pytest.mark.parametrize("rate_hz", RATES)
-def test_the_filters_settle_when_every_member_has_seen_enough(rate_hz: float) -> None:
+def test_the_filters_settle_when_all_members_have_settled(rate_hz: float) -> None:
     design = design_of(rate_hz)
     zero = np.zeros(300)
     settled = [s for _, s in filtered(design, zero, zero, zero, zero)]
@@ -123,7 +121,7 @@ def test_the_filters_settle_when_every_member_has_seen_enough(rate_hz: float) ->
     assert all(settled[settled.index(True) :])
 
 
-def test_after_a_restart_nothing_of_before_is_left() -> None:
+def test_a_restart_clears_the_filters() -> None:
     design = design_of(100.0)
     fresh, used = ffi.new("oc_preprocess_state *"), ffi.new("oc_preprocess_state *")
     lib.oc_preprocess_restart(used, design, 9.0, 9.0, 9.0, 9.0)

@@ -1,4 +1,4 @@
-"""Nothing that the core can say is dead: every reason, status, error and method comes up, and its name with it."""
+"""All reasons, statuses, errors and methods of the core are reachable, and have names."""
 
 from collections.abc import Callable
 
@@ -25,7 +25,7 @@ def core_of(method: str = "joint", angle_method: str = "observer") -> _core.Core
 
 
 def steady(**columns: float | Array) -> dict[str, Array]:
-    """A minute at 20 m/s, straight ahead but for the columns given."""
+    """A minute at 20 m/s, straight ahead, with the given columns."""
     t = np.arange(6000) / RATE_HZ
     values: dict[str, float | Array] = {ANGLE: 0.03, YAW_RATE: 0.0, SPEED: 20.0, ACCELERATION: 0.0} | columns
     return {"time_s": t} | {name: value + np.zeros(len(t)) for name, value in values.items()}
@@ -36,12 +36,12 @@ def hole(columns: dict[str, Array]) -> dict[str, Array]:
 
 
 def running_away() -> dict[str, Array]:
-    """A bias that goes off by 2 deg/s within ten seconds, while the wheels say that nothing turns."""
+    """A bias that changes by 2 deg/s within ten seconds, while the wheels show a straight."""
     bias = 0.035 * np.clip((np.arange(6000) - 3000) / 1000.0, 0.0, 1.0)
     return steady(**{YAW_RATE: bias + 1e-4 * np.sin(np.arange(6000)), **dict.fromkeys(WHEELS, 20.0)})
 
 
-# What makes it so, by the joint method unless said otherwise.
+# Causes of the reasons, in the joint method unless noted.
 CAUSES: dict[str, Callable[[], dict[str, Array]]] = {
     "missing_signal": lambda: steady(**{YAW_RATE: np.nan}),
     "time": lambda: steady() | {"time_s": np.zeros(6000)},
@@ -58,7 +58,7 @@ CAUSES: dict[str, Callable[[], dict[str, Array]]] = {
 
 @pytest.mark.parametrize("reason", _core.REASONS)
 def test_there_is_a_drive_for_every_reason(reason: str) -> None:
-    if reason == "window":  # no tick's own, but what waits for its t1
+    if reason == "window":  # no tick has it: it counts pending ticks
         core = core_of("thesis")
         core.run(steady())
         assert core.answer()["rejected"][list(_core.REASONS).index("window")] > 0.0
@@ -69,18 +69,18 @@ def test_there_is_a_drive_for_every_reason(reason: str) -> None:
     assert (outputs["reasons"] & _core.REASONS[reason]).any()
 
 
-def test_an_estimate_is_unobservable_then_converges_then_is_valid() -> None:
+def test_an_estimate_is_first_unobservable_then_converging_then_valid() -> None:
     columns = drive(1, RATE_HZ, 200.0)
     outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
     core_of("thesis").run(columns, outputs)
     changes = np.flatnonzero(np.diff(outputs["offset_status"].astype(int)))
-    seen = [_core.STATUSES[outputs["offset_status"][k]] for k in (0, *(changes + 1))]
-    assert seen[:3] == ["unobservable", "converging", "valid"]
+    statuses = [_core.STATUSES[outputs["offset_status"][k]] for k in (0, *(changes + 1))]
+    assert statuses[:3] == ["unobservable", "converging", "valid"]
 
 
 @pytest.mark.parametrize("method", _core.METHODS)
 @pytest.mark.parametrize("angle_method", _core.ANGLE_METHODS)
-def test_every_method_goes_with_every_method_of_the_angle(method: str, angle_method: str) -> None:
+def test_all_methods_work_with_all_angle_methods(method: str, angle_method: str) -> None:
     columns = steady(**dict.fromkeys(WHEELS, 20.0))
     outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
     core = core_of(method, angle_method)
@@ -91,7 +91,7 @@ def test_every_method_goes_with_every_method_of_the_angle(method: str, angle_met
 
 
 def refusal(**wrong: float) -> str:
-    """What setup says of a vehicle, params or rate that cannot be."""
+    """Setup's error for an impossible vehicle, params or rate."""
     vehicle = ffi.new("oc_vehicle *", {"wheelbase": WHEELBASE, "steering_ratio": RATIO})
     params = ffi.new("oc_params *")
     lib.oc_params_defaults(params)
@@ -101,7 +101,7 @@ def refusal(**wrong: float) -> str:
     return str(ffi.string(lib.oc_error_name(error)).decode())
 
 
-def test_every_error_names_what_is_wrong() -> None:
+def test_all_errors_name_their_cause() -> None:
     given = [{}, {"wheelbase": 0.0}, {"speed_min_m_s": -1.0}, {"rate_hz": 5.0}]
     names = [refusal(**wrong) for wrong in given]
     assert names == ["ok", "vehicle", "params", "rate"]
@@ -118,12 +118,12 @@ def test_every_error_names_what_is_wrong() -> None:
         (lib.oc_fault_name, lib.OC_FAULT_COUNT),
     ],
 )
-def test_every_member_has_a_name_of_its_own_and_none_beyond(name_of: Callable[[int], object], count: int) -> None:
+def test_all_members_have_distinct_names_and_no_others(name_of: Callable[[int], object], count: int) -> None:
     names = [ffi.string(name_of(k)).decode() for k in range(count + 1)]
     assert len(set(names)) == len(names)
     assert names[count] == "unknown"
 
 
-def test_what_is_no_single_reason_has_no_name() -> None:
+def test_a_combination_of_reasons_has_no_name() -> None:
     assert lib.oc_reason_name(3) == ffi.NULL
     assert lib.oc_reason_name(1 << lib.OC_REASON_COUNT) == ffi.NULL

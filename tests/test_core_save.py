@@ -1,4 +1,4 @@
-"""What outlives an ignition cycle: every member there and back, and images that are refused."""
+"""Saving and restoring: all members survive, and bad images are refused."""
 
 import math
 import runpy
@@ -31,11 +31,11 @@ def image(day: dict[str, Array]) -> bytes:
     return Ecu().run(day).save(sequence=7)
 
 
-# There and back
+# Round trip
 
 
 def leaves(values: np.ndarray[Any, Any], name: str = "") -> Iterator[tuple[str, np.ndarray[Any, Any]]]:
-    """All numbers as arrays of one dimension that look at the same memory."""
+    """All numbers as one-dimensional views of the same memory."""
     if values.dtype.names is None:
         yield name, values
         return
@@ -52,7 +52,7 @@ def test_every_real_member_survives(day: dict[str, Array]) -> None:
                 count += 1
                 numbers[place] = count if numbers.dtype.kind == "u" else 0.125 + count * 2.0**-20
     covariance = ecu.evidence()["gyro_bias"]["P"]
-    covariance[:] = np.eye(lib.OC_GYRO_BIAS_STATES) + 1e-3 * covariance  # still symmetric but for rounding
+    covariance[:] = np.eye(lib.OC_GYRO_BIAS_STATES) + 1e-3 * covariance  # symmetric up to rounding
     understeer = ecu.evidence()["understeer"]
     understeer["xx_xx"] = understeer["batches_xx"] ** 2  # as the squares of one batch
     assert count > 3000
@@ -63,7 +63,7 @@ def test_every_real_member_survives(day: dict[str, Array]) -> None:
 
 
 def test_every_whole_member_survives() -> None:
-    """One after the other, since flags have little to differ by."""
+    """One after the other, since flags have few values."""
     names = [(name, n.shape) for name, n in leaves(Ecu().whole()) if n.dtype in (np.int32, np.uint32)]
     assert len(names) > 50
     for k, (name, shape) in enumerate(names):
@@ -82,7 +82,7 @@ def test_every_whole_member_survives() -> None:
 
 
 def make_plausible(ecu: Ecu) -> None:
-    """Hypotheses that divide by no zero."""
+    """Hypotheses without a division by zero."""
     joint = ecu.evidence()["joint"]
     joint["second"]["second_s"] = joint["second"]["reference"] = 1.0
     for name in ("half_width", "creep"):
@@ -92,7 +92,7 @@ def make_plausible(ecu: Ecu) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_whatever_a_drive_taught_is_believed_when_it_comes_back(method: str) -> None:
+def test_the_state_of_any_drive_is_restored(method: str) -> None:
     columns = damaged(legs(2, 100.0, seed=5), 5)
     ecu = Ecu(method)
     for begin in range(0, 20_000, 1_237):
@@ -103,7 +103,7 @@ def test_whatever_a_drive_taught_is_believed_when_it_comes_back(method: str) -> 
         assert other.answer()["offset"] == ecu.answer()["offset"]
 
 
-def test_an_image_is_believed_in_the_midst_of_a_round_and_while_hypotheses_begin_anew() -> None:
+def test_an_image_is_restored_during_a_round_and_during_restarts_of_hypotheses() -> None:
     columns = legs(3, seed=11)
     ecu, other = Ecu(angle_method="observer"), Ecu(angle_method="observer")
     for begin in range(0, 30_000, 101):
@@ -113,8 +113,8 @@ def test_an_image_is_believed_in_the_midst_of_a_round_and_while_hypotheses_begin
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_what_hardly_varies_is_believed_too(method: str) -> None:
-    """Sums of squares that rounding would make negative."""
+def test_a_state_of_nearly_constant_signals_is_restored(method: str) -> None:
+    """Rounding could make their sums of squares negative."""
     t = np.arange(1_000) / RATE_HZ
     columns = {name: np.full(1_000, 0.03) for name in ("steering_wheel_angle_rad", "lateral_acceleration_m_s2")}
     columns |= {name: np.full(1_000, 20.1) for name in ("vehicle_speed_m_s", "wheel_speed_rear_left_m_s")}
@@ -144,7 +144,7 @@ def test_the_layout_is_written_from_the_headers_as_they_are() -> None:
     assert made["LAYOUT"].read_text(encoding="utf-8") == made["made"](), "run docs/make_layout.py"
 
 
-def test_a_buffer_of_the_stated_size_holds_an_image_and_a_smaller_one_gets_none() -> None:
+def test_a_buffer_of_the_stated_size_suffices_and_a_smaller_one_does_not() -> None:
     ecu = Ecu()
     assert lib.oc_save_size() <= ffi.sizeof("oc_state") + lib.OC_SAVE_OVERHEAD
     small = bytearray(lib.oc_save_size() - 1)
@@ -156,60 +156,60 @@ def test_a_buffer_of_the_stated_size_holds_an_image_and_a_smaller_one_gets_none(
 
 
 def corrupted(image: bytes, rng: np.random.Generator) -> bytes:
-    """As flash, power cuts and bad software leave it; never the image itself."""
-    hurt = bytearray(image)
+    """Damage as by flash, power cuts and bad software; never the valid image."""
+    damaged_image = bytearray(image)
     begin, end = sorted(int(k) for k in rng.integers(0, len(image) + 1, 2))
     match int(rng.integers(0, 7)):
         case 0:
             for place in rng.integers(0, 8 * len(image), int(rng.integers(1, 9))):
-                hurt[place // 8] ^= 1 << place % 8
+                damaged_image[place // 8] ^= 1 << place % 8
         case 1:
-            del hurt[begin:]
+            del damaged_image[begin:]
         case 2:
-            hurt[begin:end] = b"\xff" * (end - begin)
+            damaged_image[begin:end] = b"\xff" * (end - begin)
         case 3:
-            hurt[begin:end] = bytes(end - begin)
+            damaged_image[begin:end] = bytes(end - begin)
         case 4:
-            hurt[begin:end] = rng.bytes(end - begin)
+            damaged_image[begin:end] = rng.bytes(end - begin)
         case 5:
-            del hurt[begin:end]
+            del damaged_image[begin:end]
         case 6:
-            hurt[begin:end] = hurt[begin:end][::-1]
-    return bytes(hurt) if hurt != image else image[:-1]
+            damaged_image[begin:end] = damaged_image[begin:end][::-1]
+    return bytes(damaged_image) if damaged_image != image else image[:-1]
 
 
-def test_of_a_thousand_corrupted_images_none_is_believed(image: bytes) -> None:
+def test_none_of_a_thousand_corrupted_images_is_restored(image: bytes) -> None:
     rng = np.random.default_rng(1)
-    seen = set()
+    faults = set()
     for _ in range(1_000):
         ecu = Ecu()
         fault = ecu.restore(corrupted(image, rng))
         assert fault != "ok"
         assert ecu.values() == FRESH
-        seen.add(fault)
-    assert {"truncated", "damaged"} <= seen <= {"missing", "truncated", "damaged"}
+        faults.add(fault)
+    assert {"truncated", "damaged"} <= faults <= {"missing", "truncated", "damaged"}
 
 
-def test_no_corrupted_image_that_is_sealed_anew_brings_the_core_down(image: bytes, day: dict[str, Array]) -> None:
-    """As from an attacker, or a bug before the CRC: what is believed is at least no number that crashes."""
+def test_no_corrupted_image_with_a_valid_crc_crashes_the_core(image: bytes, day: dict[str, Array]) -> None:
+    """As from an attacker or an error before the CRC: an accepted value does not crash the core."""
     rng = np.random.default_rng(2)
-    seen = set()
+    faults = set()
     for _ in range(300):
-        hurt = bytearray(image)
+        damaged_image = bytearray(image)
         for place in rng.integers(HEADER.size, len(image) - 4, int(rng.integers(1, 4))):
-            hurt[place] = int(rng.integers(0, 256))
+            damaged_image[place] = int(rng.integers(0, 256))
         ecu = Ecu()
-        seen.add(ecu.restore(sealed(bytes(hurt))))
+        faults.add(ecu.restore(sealed(bytes(damaged_image))))
         ecu.run(sliced(day, 5_000, 5_400))
         ecu.answer()
-    assert seen == {"ok", "implausible"}
+    assert faults == {"ok", "implausible"}
 
 
 EXTREMES = [math.nan, math.inf, *(s * x for x in (0.0, 1e-45, 1e-20, 1.0, 1e3, 1e6, 1e15, 3e38) for s in (1.0, -1.0))]
 
 
 def with_wrong_members(ecu: Ecu, rng: np.random.Generator) -> bytes:
-    """An image with a few numbers of one member huge, tiny, of the other sign or none at all."""
+    """An image in which a few numbers of one member are huge, tiny, negated or NaN."""
     members = [numbers for _, numbers in leaves(ecu.whole()) if numbers.dtype.kind == "f"]
     sizes = np.array([numbers.size for numbers in members])
     numbers = members[int(rng.choice(len(members), p=sizes / sizes.sum() if rng.random() < 0.5 else None))]
@@ -223,23 +223,23 @@ def with_wrong_members(ecu: Ecu, rng: np.random.Generator) -> bytes:
 
 
 def with_wrong_bits(image: bytes, rng: np.random.Generator) -> bytes:
-    hurt = bytearray(image)
+    damaged_image = bytearray(image)
     for place in rng.integers(8 * HEADER.size, 8 * (len(image) - 4), int(rng.integers(1, 9))):
-        hurt[place // 8] ^= 1 << place % 8
-    return sealed(bytes(hurt))
+        damaged_image[place // 8] ^= 1 << place % 8
+    return sealed(bytes(damaged_image))
 
 
-def numbers_of(told: Any) -> Iterator[float]:
-    """All numbers of an answer, those of its parts, too."""
-    if isinstance(told, float):
-        yield told
-    elif isinstance(told, dict | list):
-        for part in told.values() if isinstance(told, dict) else told:
+def numbers_of(answer: Any) -> Iterator[float]:
+    """All numbers of an answer, including its parts."""
+    if isinstance(answer, float):
+        yield answer
+    elif isinstance(answer, dict | list):
+        for part in answer.values() if isinstance(answer, dict) else answer:
             yield from numbers_of(part)
 
 
 def tells_numbers(ecu: Ecu, columns: dict[str, Array]) -> bool:
-    """Whether every output from now on is finite, and the answers before and after."""
+    """Whether all following outputs and the answers before and after are finite."""
     outputs = np.zeros(len(columns["time_s"]), _core.dtype_of(ffi.typeof("oc_output")))
     before = ecu.answer()
     after = ecu.run(columns, outputs).answer()
@@ -252,14 +252,14 @@ def tells_numbers(ecu: Ecu, columns: dict[str, Array]) -> bool:
     ("method", "angle_method", "count"),
     [("joint", "observer", 700), ("thesis", "yaw-rate-understeer", 150), ("wheel-speed", "wheel-speed-exact", 150)],
 )
-def test_an_image_sealed_anew_is_refused_or_all_that_follows_from_it_is_a_number(
+def test_a_corrupted_image_with_a_valid_crc_is_refused_or_gives_finite_numbers(
     method: str, angle_method: str, count: int
 ) -> None:
     columns = legs(3, 120.0, seed=11)
     for side in ("left", "right"):
         columns[f"wheel_speed_front_{side}_m_s"] = columns[f"wheel_speed_rear_{side}_m_s"]
     ecu, saved, at = Ecu(method, angle_method=angle_method), [], 0
-    for end in (2_000, 9_003, 16_050, 26_059):  # the second and the fourth in the midst of a hypothesis's equations
+    for end in (2_000, 9_003, 16_050, 26_059):  # the second and the fourth during a round
         saved.append((end, ecu.run(sliced(columns, at, end)).save()))
         at = end
     rng = np.random.default_rng(3)
@@ -268,8 +268,8 @@ def test_an_image_sealed_anew_is_refused_or_all_that_follows_from_it_is_a_number
         begin, image = saved[k % len(saved)]
         ecu = Ecu(method, angle_method=angle_method)
         assert ecu.restore(image) == "ok"
-        hurt = with_wrong_members(ecu, rng) if rng.random() < 0.6 else with_wrong_bits(image, rng)
-        if ecu.restore(hurt) == "ok":
+        damaged_image = with_wrong_members(ecu, rng) if rng.random() < 0.6 else with_wrong_bits(image, rng)
+        if ecu.restore(damaged_image) == "ok":
             accepted += 1
             if not tells_numbers(ecu, sliced(columns, begin, begin + 9_000)):
                 silent.append(k)
@@ -355,13 +355,13 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("tracking.fault.fault", lib.OC_FAULT_COUNT),
     ],
 )
-def test_a_value_that_no_drive_can_have_taught_is_implausible(path: str, value: float, day: dict[str, Array]) -> None:
+def test_a_value_that_no_drive_can_produce_is_implausible(path: str, value: float, day: dict[str, Array]) -> None:
     ecu = Ecu()
     assert ecu.restore(with_member(_set(path, value), day)) == "implausible"
     assert ecu.values() == FRESH
 
 
-def test_an_image_of_another_layout_is_refused_by_that_name(image: bytes) -> None:
+def test_an_image_of_another_layout_is_refused_by_name(image: bytes) -> None:
     older = bytearray(image)
     older[4] ^= 1
     assert Ecu().restore(sealed(bytes(older))) == "layout"
@@ -370,7 +370,7 @@ def test_an_image_of_another_layout_is_refused_by_that_name(image: bytes) -> Non
     assert Ecu().restore(sealed(bytes(shorter))) == "layout"
 
 
-def test_an_image_is_foreign_where_anything_differs_that_the_learned_depends_on(image: bytes) -> None:
+def test_an_image_of_other_vehicle_params_methods_or_rate_is_foreign(image: bytes) -> None:
     keyed = 0
     for struct_name in ("vehicle", "params"):
         dtype = _core.dtype_of(ffi.typeof("oc_coefficients"))
@@ -396,5 +396,5 @@ def test_a_slot_that_was_never_written_holds_no_image(bytes_: bytes, fault: str)
     assert Ecu().restore(bytes_) == fault
 
 
-def test_what_lies_behind_an_image_does_not_matter(image: bytes) -> None:
+def test_bytes_after_an_image_are_ignored(image: bytes) -> None:
     assert Ecu().restore(image + b"\xff" * 100) == "ok"

@@ -1,4 +1,4 @@
-"""The steering wheel angle sensor judged against an estimate: what is a fault, by which name, and what is none."""
+"""The monitor of the steering wheel angle sensor: faults, their names, and cases without a fault."""
 
 import math
 from collections.abc import Sequence
@@ -26,11 +26,11 @@ def judged(
     holes: Sequence[int] = (),
     before: str = "none",
 ) -> list[str]:
-    """The sensor's fault at each tick; what is not known of the offset is a part of the sd, `sd` the rest of it.
+    """The sensor's fault at each tick. The total sd is of `offset_sd` and `sd`.
 
     At 15 m/s where no speed is given; a hole before each tick of `holes`; `before` is the fault before this ignition.
     """
-    unsure = np.zeros(len(estimate)) if offset_sd is None else offset_sd
+    offset_sds = np.zeros(len(estimate)) if offset_sd is None else offset_sd
     speed = np.full(len(estimate), 15.0) if speed is None else speed
     watch, kept = ffi.new("oc_fault_watch *"), ffi.new("oc_fault_evidence *", {"fault": _core.FAULTS.index(before)})
     names = []
@@ -43,9 +43,9 @@ def judged(
                 "judged_s": 1.0 / RATE_HZ,
                 "measured": 0.0 if np.isnan(measured[k]) else measured[k],
                 "offset": offset,
-                "offset_sd": unsure[k],
+                "offset_sd": offset_sds[k],
                 "estimate": estimate[k],
-                "sd": np.hypot(sd, unsure[k]),
+                "sd": np.hypot(sd, offset_sds[k]),
                 "flank_deficit": flank_deficit,
                 "speed": speed[k],
                 "has_measured": not np.isnan(measured[k]),
@@ -62,7 +62,7 @@ def weaving() -> Array:
     return 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0)
 
 
-def test_a_healthy_sensor_is_left_alone_whatever_its_offset() -> None:
+def test_a_healthy_sensor_has_no_fault_whatever_its_offset() -> None:
     true = weaving()
     noisy = true + np.random.default_rng(1).normal(0.0, 1.5 * DEG, len(true))
     assert set(judged(true + 7.0 * DEG, noisy, offset=7.0 * DEG)) == {"none"}
@@ -72,7 +72,7 @@ def test_a_healthy_sensor_is_left_alone_whatever_its_offset() -> None:
     ("name", "within_s"),
     [("lost", 5.1), ("stuck", 6.0), ("jumped", 3.0), ("drifting", 60.0), ("wrong_sign", 12.0), ("remounted", 8.0)],
 )
-def test_a_fault_is_found_and_called_by_its_name(name: str, within_s: float) -> None:
+def test_a_fault_is_detected_with_its_name(name: str, within_s: float) -> None:
     true, at = weaving(), 4000
     after = np.arange(len(true)) >= at
     spoiled = {
@@ -87,13 +87,13 @@ def test_a_fault_is_found_and_called_by_its_name(name: str, within_s: float) -> 
     }[name]
     names = judged(spoiled, true)
     assert set(names[:at]) == {"none"}
-    told = names[at + round(within_s * RATE_HZ)]
-    assert told == name
+    found = names[at + round(within_s * RATE_HZ)]
+    assert found == name
     assert names[-1] == name
 
 
-def test_a_drift_that_play_hides_now_and_then_is_found_by_its_mean() -> None:
-    """Never beyond the limit of 10 deg, and half of the time well within it; as far to both sides there is nothing."""
+def test_a_drift_masked_by_play_is_detected_by_its_mean() -> None:
+    """Never beyond the limit of 10 deg, and half of the time far below it. The same to both sides gives no fault."""
     true = weaving()
     off = np.where(np.arange(len(true)) // 100 % 2, 9.5 * DEG, 4.5 * DEG)
     names = judged(true + off, true)
@@ -101,23 +101,23 @@ def test_a_drift_that_play_hides_now_and_then_is_found_by_its_mean() -> None:
     assert set(judged(true + off - 7.0 * DEG, true)) == {"none"}
 
 
-def test_a_drift_is_told_though_learning_follows_it_and_knows_less_and_less() -> None:
+def test_a_drift_is_detected_although_learning_follows_it_with_a_growing_sd() -> None:
     true, at = weaving(), 2000
     drift = 0.2 * DEG * np.maximum(np.arange(len(true)) - at, 0) / RATE_HZ
     names = judged(true + drift, true, offset_sd=0.5 * DEG + 0.3 * drift)
     assert set(names[: at + 4000]) == {"none"} and names[at + 6000] == "drifting"
-    # one that was not known so well before is within its limits
+    # with a larger sd before, the same drift is below the limit
     assert set(judged(true + drift, true, offset_sd=np.full(len(true), 7.0 * DEG))) == {"none"}
 
 
-def test_on_a_flank_that_was_hardly_seen_there_may_be_more_play() -> None:
+def test_a_rarely_loaded_flank_widens_the_limit() -> None:
     true = weaving()
     off = np.where(np.arange(len(true)) % 4000 > 3000, 11.0 * DEG, 0.0)
     assert set(judged(true + off, true, flank_deficit=1.0)) == {"none"}
     assert "none" not in judged(true + off, true)[3600:4000]
 
 
-def test_a_fault_that_is_over_is_forgotten_late() -> None:
+def test_a_fault_ends_late() -> None:
     true = weaving()
     spoiled = true.copy()
     spoiled[2000:3000] += 30.0 * DEG
@@ -125,8 +125,8 @@ def test_a_fault_that_is_over_is_forgotten_late() -> None:
     assert names[2900] == "jumped" and names[3500] == "jumped" and names[-1] == "none"
 
 
-def test_bends_of_a_few_degrees_show_that_left_is_right() -> None:
-    """Never 10 deg off, but the other way round."""
+def test_bends_of_a_few_degrees_reveal_a_reversed_sign() -> None:
+    """The difference is always below 10 deg."""
     true = 0.16 * weaving()
     after = np.arange(len(true)) >= 4000
     names = judged(np.where(after, -true, true), true + np.random.default_rng(2).normal(0.0, 1.0 * DEG, len(true)))
@@ -134,22 +134,22 @@ def test_bends_of_a_few_degrees_show_that_left_is_right() -> None:
     assert names[-1] == "wrong_sign"
 
 
-def test_a_wrong_sign_is_not_forgiven_on_a_straight() -> None:
+def test_a_reversed_sign_does_not_end_on_a_straight() -> None:
     true = weaving()
-    true[6000:] = np.random.default_rng(3).normal(0.0, 0.3 * DEG, 6000)  # a hand that is never still
+    true[6000:] = np.random.default_rng(3).normal(0.0, 0.3 * DEG, 6000)  # small motions of the hands
     names = judged(np.where(np.arange(len(true)) >= 2000, -true, true), true)
     assert set(names[5900:]) == {"wrong_sign"}
 
 
 @pytest.mark.parametrize("parked_deg", [-600.0, -100.0, 100.0])
-def test_a_wheel_that_was_parked_turned_makes_no_wrong_sign_of_the_first_bend(parked_deg: float) -> None:
+def test_a_wheel_parked_at_an_angle_gives_no_reversed_sign(parked_deg: float) -> None:
     true = weaving()
     true[:500] = parked_deg * DEG
     estimate, speed = np.where(np.arange(len(true)) < 500, 0.0, true), np.where(np.arange(len(true)) < 500, 0.0, 15.0)
     assert set(judged(true, estimate, speed=speed)) == {"none"}
 
 
-def test_an_estimate_that_begins_anew_after_a_hole_makes_no_wrong_sign() -> None:
+def test_a_restart_of_the_estimate_after_a_hole_gives_no_reversed_sign() -> None:
     true, holes = weaving(), range(500, 12_000, 500)
     estimate = true.copy()
     for k in holes:
@@ -158,8 +158,8 @@ def test_an_estimate_that_begins_anew_after_a_hole_makes_no_wrong_sign() -> None
 
 
 @pytest.mark.parametrize("frozen", ["motion", "all"])
-def test_what_follows_late_after_signals_that_stood_still_makes_no_wrong_sign(frozen: str) -> None:
-    """Now the motion alone was not measured for some seconds, now a busy bus held every signal as a bend ended."""
+def test_a_lag_after_frozen_signals_gives_no_reversed_sign(frozen: str) -> None:
+    """Either motion was missing for some seconds, or a busy bus held all signals at the end of a bend."""
     true = 0.3 * np.tile(weaving(), 3)
     begins, length = range(500, len(true) - 500, 1137), 300 if frozen == "motion" else 90
     for begin in begins:
@@ -177,8 +177,8 @@ def test_what_follows_late_after_signals_that_stood_still_makes_no_wrong_sign(fr
 
 
 @pytest.mark.parametrize("missing", ["motion", "angle"])
-def test_ticks_that_are_missing_one_by_one_hide_no_wrong_sign(missing: str) -> None:
-    """A tick in 0.9 s, of a speed or of the angle, costs itself and not the second after it."""
+def test_single_missing_ticks_do_not_mask_a_reversed_sign(missing: str) -> None:
+    """One missing tick of speed or angle in 0.9 s costs itself, not the following second."""
     true = 0.3 * weaving()
     measured, speed = np.where(np.arange(len(true)) >= 4000, -true, true), np.full(len(true), 15.0)
     (speed if missing == "motion" else measured)[::90] = 0.0 if missing == "motion" else np.nan
@@ -187,8 +187,8 @@ def test_ticks_that_are_missing_one_by_one_hide_no_wrong_sign(missing: str) -> N
     assert names[-1] == "wrong_sign"
 
 
-def test_kerbs_and_a_stability_control_make_no_wrong_sign() -> None:
-    """Each kicks the wheel by up to 40 deg and the truck as if by up to 30, both as they like."""
+def test_kerbs_and_stability_control_give_no_reversed_sign() -> None:
+    """Each kicks the wheel by up to 40 deg and the truck's motion by up to 30 deg, with independent signs."""
     random = np.random.default_rng(5)
     true = 0.3 * np.tile(weaving(), 5)
     measured, estimate = true.copy(), true + random.normal(0.0, 1.0 * DEG, len(true))
@@ -199,19 +199,19 @@ def test_kerbs_and_a_stability_control_make_no_wrong_sign() -> None:
     assert set(judged(measured, estimate)) == {"none"}
 
 
-def test_a_sensor_that_came_to_rest_after_a_drift_sits_elsewhere() -> None:
+def test_a_sensor_is_remounted_after_the_end_of_a_drift() -> None:
     t = np.arange(72_000) / RATE_HZ
     true = 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(6).normal(0.0, 0.3 * DEG, len(t))
-    for rate, end in [(0.4, "remounted"), (0.025, "drifting")]:  # deg/s; the second one never rests
+    for rate, end in [(0.4, "remounted"), (0.025, "drifting")]:  # deg/s; the second one never ends
         drift = np.minimum(rate * t, 24.0) * DEG
         names = judged(true + drift, true)
         assert names[-1] == end
-        told = names.index("drifting")
-        assert set(names[told : told + 29_000]) == {"drifting"}
+        first = names.index("drifting")
+        assert set(names[first : first + 29_000]) == {"drifting"}
 
 
-def test_kerbs_and_bends_do_not_undo_that_a_sensor_has_come_to_rest() -> None:
-    """A second in twenty is 8 deg further off, to either side; of one that is so every other second nothing rests."""
+def test_kerbs_and_bends_do_not_reset_the_steady_time() -> None:
+    """One second in twenty has 8 deg more, to either side. With every other second the sensor is not steady."""
     t = np.arange(66_000) / RATE_HZ
     true = 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(8).normal(0.0, 0.3 * DEG, len(t))
     drift = np.minimum(0.4 * t, 24.0) * DEG
@@ -221,7 +221,7 @@ def test_kerbs_and_bends_do_not_undo_that_a_sensor_has_come_to_rest() -> None:
         assert judged(true + drift + off, true)[-1] == end
 
 
-def test_how_long_an_earlier_fault_rested_counts_for_no_later_one() -> None:
+def test_the_steady_time_of_a_fault_does_not_count_for_the_next_one() -> None:
     t = np.arange(56_000) / RATE_HZ
     true = 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(7).normal(0.0, 0.3 * DEG, len(t))
     drift = np.interp(t, [0.0, 60.0, 340.0, 345.0, 370.0, 500.0], [0.0, 8.0, 8.0, 4.5, 4.5, 26.0]) * DEG
@@ -231,7 +231,7 @@ def test_how_long_an_earlier_fault_rested_counts_for_no_later_one() -> None:
 
 
 @pytest.mark.parametrize("before", ["stuck", "drifting", "wrong_sign"])
-def test_a_sensor_that_was_replaced_is_another_one_mounted_elsewhere(before: str) -> None:
+def test_a_replaced_sensor_is_remounted(before: str) -> None:
     true = np.tile(weaving(), 3)
     true += np.random.default_rng(4).normal(0.0, 0.3 * DEG, len(true))
     names = judged(true + 8.0 * DEG, true, before=before)
@@ -241,14 +241,14 @@ def test_a_sensor_that_was_replaced_is_another_one_mounted_elsewhere(before: str
         assert "remounted" not in judged(still_wrong, true, before=before)
 
 
-def test_no_hand_is_still_for_half_a_minute() -> None:
+def test_a_value_constant_for_half_a_minute_at_speed_is_stuck() -> None:
     names = judged(np.full(4000, 0.02), np.zeros(4000))
     assert names[2900] == "none" and names[3100] == "stuck"
 
 
-def test_a_sensor_far_off_is_not_believed_before_it_has_a_fault() -> None:
+def test_an_angle_beyond_the_limit_is_excluded_before_the_fault() -> None:
     watch, kept = ffi.new("oc_fault_watch *"), ffi.new("oc_fault_evidence *")
-    seen = []
+    states = []
     for k in range(3000):
         off = 12.0 * DEG if k >= 2000 else 0.0
         tick = {
@@ -262,7 +262,7 @@ def test_a_sensor_far_off_is_not_believed_before_it_has_a_fault() -> None:
         fault = lib.oc_fault_update(
             watch, kept, ffi.new("oc_fault_tick *", tick | {"has_measured": True, "can_judge": True})
         )
-        seen.append((fault, lib.oc_fault_excludes_angle(watch), lib.oc_fault_suspected(watch)))
-    assert seen[1990] == (lib.OC_FAULT_NONE, False, False)
-    assert seen[2010] == (lib.OC_FAULT_NONE, True, True)
-    assert seen[2400][:2] == (lib.OC_FAULT_JUMPED, True)
+        states.append((fault, lib.oc_fault_excludes_angle(watch), lib.oc_fault_suspected(watch)))
+    assert states[1990] == (lib.OC_FAULT_NONE, False, False)
+    assert states[2010] == (lib.OC_FAULT_NONE, True, True)
+    assert states[2400][:2] == (lib.OC_FAULT_JUMPED, True)

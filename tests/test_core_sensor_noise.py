@@ -1,4 +1,4 @@
-"""What sensors' noise puts into a second's means, and that it does not flatten what is fitted to them."""
+"""Sensor noise in a second's means: it is identified and does not flatten fitted slopes."""
 
 import math
 
@@ -23,14 +23,14 @@ NOISY_GYRO = "[sensors.yaw_rate]\nnoise_sd_deg_s = 0.6\nresolution_deg_s = 0.0\n
 
 
 def shaking(duration_s: float, band_hz: tuple[float, float], rms: float) -> Array:
-    """Noise in that band alone."""
+    """Noise in this band only."""
     white = np.random.default_rng(7).normal(0.0, 1.0, int(duration_s * RATE_HZ) + 1)
     narrow = sosfilt(butter(4, band_hz, "bandpass", fs=RATE_HZ, output="sos"), white)
     return np.asarray(narrow * rms / narrow.std())
 
 
 class Watch:
-    """The core's two ways to tell noise, of samples that all count alike."""
+    """The core's two estimates of noise, from samples of equal weight."""
 
     def __init__(self, cutoff_hz: float, rate_hz: float) -> None:
         self.ticks_per_sample = round(SAMPLE_S * rate_hz)
@@ -39,8 +39,8 @@ class Watch:
         lowpass = ffi.new("oc_lowpass *", lib.oc_lowpass_design(cutoff_hz, rate_hz))
         lib.oc_noise_setup(self.design, lowpass, rate_hz, self.ticks_per_sample)
 
-    def told(self, filtered: Array, raw: Array) -> tuple[Array, Array, Array]:
-        """Variances of a second's mean: by samples, by ticks, and what is made of them; signals of shape (n, 2)."""
+    def variances(self, filtered: Array, raw: Array) -> tuple[Array, Array, Array]:
+        """Variances of a second's mean: by samples, by ticks, and the combined one; signals of shape (n, 2)."""
         for count, last in enumerate(range(2, len(raw), self.ticks_per_sample), 1):
             lib.oc_noise_tick(self.watch, raw[last - 2].tolist())
             lib.oc_noise_tick(self.watch, raw[last - 1].tolist())
@@ -57,35 +57,35 @@ def lowpassed(signals: Array, cutoff_hz: float, rate_hz: float) -> Array:
 
 @pytest.mark.parametrize("rate_hz", [20.0, 50.0, 100.0, 200.0])
 @pytest.mark.parametrize("cutoff_hz", [2.0, 3.0, 5.0])
-def test_white_noise_in_a_second_s_mean_is_told_at_any_cut_off_and_by_ticks_that_are_fast(
+def test_white_noise_in_a_seconds_mean_is_identified_by_samples_and_fast_ticks(
     rate_hz: float, cutoff_hz: float
 ) -> None:
     white = np.random.default_rng(5).normal(0.0, 0.2, (int(1000 * rate_hz), 2))
-    by_samples, by_ticks, _ = Watch(cutoff_hz, rate_hz).told(lowpassed(white, cutoff_hz, rate_hz), white)
-    in_mean = 0.2**2 / rate_hz  # of so many that are independent
+    by_samples, by_ticks, _ = Watch(cutoff_hz, rate_hz).variances(lowpassed(white, cutoff_hz, rate_hz), white)
+    in_mean = 0.2**2 / rate_hz  # of independent ticks
     assert by_samples == pytest.approx([in_mean] * 2, rel=0.06)
     assert by_ticks == pytest.approx([in_mean] * 2 if rate_hz > 80.0 else [0.0] * 2, rel=0.06)
 
 
 @pytest.mark.parametrize("band_hz", [(1.5, 4.0), (8.0, 15.0)])
-def test_what_shakes_a_truck_is_hardly_taken_for_noise_of_its_sensors(band_hz: tuple[float, float]) -> None:
+def test_vibration_is_hardly_attributed_to_sensor_noise(band_hz: tuple[float, float]) -> None:
     shaken = shaking(1000.0, band_hz, 0.3)[:, np.newaxis] * [1.0, DEGREE]
-    _, _, told = Watch(3.0, RATE_HZ).told(lowpassed(shaken, 3.0, RATE_HZ), shaken)
+    _, _, identified = Watch(3.0, RATE_HZ).variances(lowpassed(shaken, 3.0, RATE_HZ), shaken)
     as_if_white = np.array([0.3, 0.3 * DEGREE]) ** 2 / RATE_HZ
-    assert np.all(told < 0.1 * as_if_white)
+    assert np.all(identified < 0.1 * as_if_white)
 
 
-def test_a_kick_is_no_noise() -> None:
+def test_a_kerb_is_no_noise() -> None:
     quiet = np.random.default_rng(6).normal(0.0, [0.1, 0.1 * DEGREE], (100_000, 2))
     kicked = quiet.copy()
     for begin in range(500, len(kicked), 3000):
         kicked[begin : begin + 20] += [3.0, 20.0 * DEGREE]
-    *_, of_quiet = Watch(3.0, RATE_HZ).told(lowpassed(quiet, 3.0, RATE_HZ), quiet)
-    *_, of_kicked = Watch(3.0, RATE_HZ).told(lowpassed(kicked, 3.0, RATE_HZ), kicked)
+    *_, of_quiet = Watch(3.0, RATE_HZ).variances(lowpassed(quiet, 3.0, RATE_HZ), quiet)
+    *_, of_kicked = Watch(3.0, RATE_HZ).variances(lowpassed(kicked, 3.0, RATE_HZ), kicked)
     assert of_kicked == pytest.approx(of_quiet, rel=0.2)
 
 
-def test_a_drive_tells_the_noise_that_its_sensors_have() -> None:
+def test_a_drive_identifies_the_noise_of_its_sensors() -> None:
     columns, truth = driven(TIGHT + NOISY_ACCELEROMETER + NOISY_GYRO, 1, DRIVE_S)
     core = core_for(truth)
     ran(columns, core)
@@ -100,23 +100,21 @@ def test_a_drive_tells_the_noise_that_its_sensors_have() -> None:
     assert of_yaw_rate == pytest.approx((0.6 * DEGREE) ** 2 / RATE_HZ, rel=0.15)
 
 
-def test_without_an_accelerometer_no_noise_is_told() -> None:
-    """Side force then has the yaw rate's, as bends have, and the two cannot be parted so simply."""
+def test_without_an_accelerometer_no_noise_is_identified() -> None:
+    """Lateral force and curvature then share the yaw rate's noise, which this method does not separate."""
     columns, truth = driven(TIGHT + NOISY_GYRO, 1, DRIVE_S)
     core = core_for(truth, params={"use_accelerometer": 0.0})
     ran(columns, core)
     noise = ffi.new("oc_noise *")
-    told = core.state()["evidence"]["joint"]["second"]["noise"]
+    identified = core.state()["evidence"]["joint"]["second"]["noise"]
     for member in ("by_samples", "by_ticks"):
-        setattr(noise, member, told[member].tolist())
+        setattr(noise, member, identified[member].tolist())
     assert [lib.oc_noise_in_mean(noise, k) for k in (0, 1)] == [0.0, 0.0]
 
 
 @pytest.mark.parametrize("bias_sd_deg_s", [0.02, 1.0])
 @pytest.mark.parametrize("variance", [1e-8, 1e-6, 1e-3, 1e3])
-def test_however_much_noise_is_told_half_of_what_tells_the_gradient_stays(
-    variance: float, bias_sd_deg_s: float
-) -> None:
+def test_half_of_the_gradients_information_stays_however_large_the_noise(variance: float, bias_sd_deg_s: float) -> None:
     learner = Learner(Play(), yaw_rate_bias_sd=bias_sd_deg_s * DEGREE).learn(hypothesis_drive(3, Play(), 120))
     learner.solve()
     gradient, quiet = learner.h.gradient, math.sqrt(learner.h.variances.of[lib.OC_OF_GRADIENT])
@@ -126,8 +124,8 @@ def test_however_much_noise_is_told_half_of_what_tells_the_gradient_stays(
     assert abs(learner.h.gradient) < 2.5 * abs(gradient)
 
 
-def test_a_remounted_sensor_has_its_gyro_s_and_accelerometer_s_noise_taken_out_as_before() -> None:
-    """What told the gradient is kept, and so is the noise in it, though little tells the new constant."""
+def test_the_noise_is_removed_after_a_remounting_as_before() -> None:
+    """The gradient's evidence and its noise are kept, although the new constant has little evidence."""
     learner = Learner(Play()).learn(hypothesis_drive(3, Play(), 300))
     learner.solve()
     quiet = learner.h.gradient
@@ -142,7 +140,7 @@ def test_a_remounted_sensor_has_its_gyro_s_and_accelerometer_s_noise_taken_out_a
 
 def errors_of(tables: str, shaken: str = "", rms: float = 0.0, every: int = 1) -> tuple[float, float]:
     """Means over drives: of the understeer gradient in deg/(m/s^2), and of the wheelbase as a share. `shaken`
-    names a signal; of so many ticks at 100 Hz as `every` says the first is heard."""
+    names a signal; only every `every`-th tick at 100 Hz is used."""
     errors = []
     for seed in SEEDS:
         columns, truth = driven(tables, seed, DRIVE_S)
@@ -156,23 +154,23 @@ def errors_of(tables: str, shaken: str = "", rms: float = 0.0, every: int = 1) -
     return float(gradient), float(wheelbase)
 
 
-def test_a_noisy_accelerometer_makes_no_truck_understeer_less() -> None:
+def test_accelerometer_noise_does_not_bias_the_gradient() -> None:
     gradient, wheelbase = errors_of(TIGHT + NOISY_ACCELEROMETER)
-    assert abs(gradient) < 0.02  # of 0.4; -0.05 where noise is taken for side force
+    assert abs(gradient) < 0.02  # of 0.4; -0.05 where noise is attributed to lateral force
     assert abs(wheelbase) < 0.02
 
 
-def test_a_noisy_gyro_makes_no_truck_shorter() -> None:
+def test_gyro_noise_does_not_bias_the_wheelbase() -> None:
     of_quiet, of_noisy = errors_of(TIGHT), errors_of(TIGHT + NOISY_GYRO)
     gradient, wheelbase = np.subtract(of_noisy, of_quiet)
-    assert abs(wheelbase) < 0.03  # -0.06 where noise is taken for bends
+    assert abs(wheelbase) < 0.03  # -0.06 where noise is attributed to bends
     assert abs(gradient) < 0.02
 
 
 @pytest.mark.parametrize(
     ("signal", "rms", "every"), [(LATERAL, 0.3, 1), (LATERAL, 0.3, 2), (YAW_RATE, 0.3 * DEGREE, 1)]
 )
-def test_a_body_that_shakes_makes_no_truck_understeer_more(signal: str, rms: float, every: int) -> None:
+def test_vibration_does_not_bias_the_gradient(signal: str, rms: float, every: int) -> None:
     of_shaken, of_quiet = errors_of(TIGHT, signal, rms, every), errors_of(TIGHT, every=every)
     gradient, wheelbase = np.subtract(of_shaken, of_quiet)
     assert abs(gradient) < 0.03

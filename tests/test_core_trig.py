@@ -1,4 +1,4 @@
-"""Own sine, tangent and arcsine against the C library's, and what makes them bit-identical everywhere."""
+"""The core's tangent and arcsine against the C library's, and their identical bits on all machines."""
 
 import math
 import shutil
@@ -31,12 +31,12 @@ def test_a_dense_sample_differs_by_few_units_in_the_last_place(ours, theirs, low
     assert worst <= 4.0
 
 
-def test_the_tangent_knows_all_turns() -> None:
+def test_the_tangent_is_periodic() -> None:
     for x in np.linspace(-100, 100, 20_011).tolist():
         assert lib.oc_tan(x) == pytest.approx(float(np.tan(x)), rel=1e-10)
 
 
-def test_the_arcsine_undoes_the_sine_and_stops_at_a_quarter_turn() -> None:
+def test_the_arcsine_inverts_the_sine_and_is_clamped() -> None:
     for x in np.linspace(-1.5, 1.5, 1001).tolist():
         assert lib.oc_asin(math.sin(x)) == pytest.approx(x, abs=1e-14)
     assert lib.oc_asin(1.0) == lib.oc_asin(7.0) == np.pi / 2
@@ -50,8 +50,8 @@ def test_left_and_right_are_the_same_bits() -> None:
         assert lib.oc_tan(-x) == -lib.oc_tan(x)
 
 
-def test_the_core_calls_nothing_but_what_every_machine_does_alike(tmp_path: Path) -> None:
-    """No heap, no I/O, no clock, and of libm only what IEEE 754 fixes to the last bit."""
+def test_the_core_calls_only_functions_with_the_same_bits_on_all_machines(tmp_path: Path) -> None:
+    """No heap, no I/O, no clock, and of libm only functions that IEEE 754 defines to the last bit."""
     compiler = shutil.which("cc")
     assert compiler and shutil.which("nm"), "needs a C compiler and binutils"
     objects = []

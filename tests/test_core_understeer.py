@@ -13,7 +13,7 @@ K, OFFSET = 0.0069, 0.0356  # rad/(m/s^2), rad: Fig. 14's truck and the thesis's
 
 
 def bends(seed: int, noise: float = 0.01, lean: float = 0.2, count: int = 2000) -> npt.NDArray[np.float64]:
-    """Columns y, x, w; `lean` of all bends are right-hand ones."""
+    """Columns y, x, w; `lean`: share of right-hand bends."""
     rng = np.random.default_rng(seed)
     sign = np.where(np.repeat(rng.random(count // 50), 50) < lean, -1.0, 1.0)
     x = 19.3 * rng.uniform(0.3, 1.5, count) * sign
@@ -40,7 +40,7 @@ def test_without_noise_the_gradient_is_exact() -> None:
     assert lib.oc_understeer_variance(understeer, OFFSET, K) < (1e-6) ** 2
 
 
-def test_the_gradient_moves_with_the_offset_as_it_says() -> None:
+def test_the_gradient_changes_with_the_offset_by_its_derivative() -> None:
     understeer = gathered(bends(2))
     moved = lib.oc_understeer_value(understeer, OFFSET + 0.01) - lib.oc_understeer_value(understeer, OFFSET)
     assert moved == pytest.approx(0.01 * lib.oc_understeer_per_offset(understeer), rel=1e-9)
@@ -49,7 +49,7 @@ def test_the_gradient_moves_with_the_offset_as_it_says() -> None:
 
 @pytest.mark.parametrize("straight_x", [0.0, 1.9, -3.0])
 def test_offset_and_gradient_solve_both_equations_at_once(straight_x: float) -> None:
-    """(37) on the straights and (38) in the bends, as a fixed point and as the truth."""
+    """(37) on straights and (38) in bends: a fixed point, and the truth."""
     straight_y = OFFSET + K * straight_x
     understeer = gathered(bends(3, noise=0.0))
     found = lib.oc_understeer_with_offset(understeer, straight_y, straight_x)
@@ -58,7 +58,7 @@ def test_offset_and_gradient_solve_both_equations_at_once(straight_x: float) -> 
     assert lib.oc_understeer_value(understeer, offset) == pytest.approx(found, rel=1e-10)
 
 
-def test_bends_like_the_straights_do_not_part_gradient_and_offset() -> None:
+def test_bends_similar_to_the_straights_do_not_separate_gradient_and_offset() -> None:
     rows = bends(4, lean=0.0)
     understeer = gathered(rows)
     same = float(np.sum(rows[:, 1] ** 2) / np.sum(rows[:, 1]))
@@ -67,7 +67,7 @@ def test_bends_like_the_straights_do_not_part_gradient_and_offset() -> None:
     assert lib.oc_understeer_separability(understeer, -same) == pytest.approx(2.0)
 
 
-def test_nothing_gathered_is_no_gradient() -> None:
+def test_without_evidence_there_is_no_gradient() -> None:
     nothing = ffi.new("oc_understeer *")
     assert lib.oc_understeer_value(nothing, 0.1) == 0.0
     assert lib.oc_understeer_per_offset(nothing) == 0.0

@@ -1,4 +1,4 @@
-"""(7), (10), (31) in the core, and the ranges in which a vehicle is believed."""
+"""(7), (10), (31) in the core, and the ranges of a vehicle's values."""
 
 import math
 
@@ -16,7 +16,7 @@ def front_wheel(curvature: float, speed: float, gradient: float) -> float:
     return float(lib.oc_front_wheel_by_yaw_rate(L, yaw_rate, speed, gradient, yaw_rate * speed))
 
 
-def test_at_walking_pace_the_wheels_point_along_the_ackermann_angle() -> None:
+def test_at_walking_speed_the_front_wheel_angle_is_ackermanns() -> None:
     assert front_wheel(1 / 50.0, 0.01, 0.007) == pytest.approx(L / 50.0, rel=1e-4)
     assert front_wheel(1 / 50.0, 15.0, 0.0) == pytest.approx(L / 50.0, rel=1e-6)
 

@@ -1,4 +1,4 @@
-"""5.5.4: curvature, front wheel angle and offset from wheel speeds, and what their radii do to it."""
+"""5.5.4: curvature, front wheel angle and offset by wheel speeds, and the effect of the radii."""
 
 import math
 from collections.abc import Mapping
@@ -32,8 +32,8 @@ def by_wheels(columns: Mapping[str, Array], *without: str, **core: Any) -> dict[
 
 
 @pytest.mark.parametrize("degrees", [-10.0, -2.0, 0.0, 0.1, 5.0, 20.0])
-def test_the_front_wheels_speeds_tell_their_angle(degrees: float) -> None:
-    """(21), there and back; it takes the wheels' paths for concentric, which costs 2 % at 20 deg."""
+def test_the_front_wheel_speeds_give_the_angle(degrees: float) -> None:
+    """(21) in both directions. It assumes concentric paths of the wheels: 2 % of error at 20 deg."""
     angle = math.radians(degrees)
     found = lib.oc_wheel_speed_front_angle(WHEELBASE, TRACK_FRONT, *front_wheels(angle), 0.0)
     assert found == pytest.approx(angle, rel=0.03 * abs(degrees) / 20 + 1e-4)
@@ -45,7 +45,7 @@ def test_the_front_wheels_speeds_tell_their_angle(degrees: float) -> None:
 
 
 @pytest.mark.parametrize("curvature", [-0.02, 0.0, 1e-4, 0.02])
-def test_the_rear_wheels_speeds_tell_the_curvature(curvature: float) -> None:
+def test_the_rear_wheel_speeds_give_the_curvature(curvature: float) -> None:
     left, right = (20.0 * (1 + side * 0.5 * TRACK_REAR * curvature) for side in (-1, 1))
     assert lib.oc_wheel_speed_rear_curvature(TRACK_REAR, left, right, 0.0) == pytest.approx(curvature, abs=1e-15)
     unequal = left / (1 + MISMATCH)  # a larger wheel reads less
@@ -54,7 +54,7 @@ def test_the_rear_wheels_speeds_tell_the_curvature(curvature: float) -> None:
     )
 
 
-def test_wheels_that_stand_turn_nowhere() -> None:
+def test_standing_wheels_give_no_curvature() -> None:
     for speeds in ((0.0, 0.0), (-1.0, 1.0), (-2.0, 1.0)):
         assert lib.oc_wheel_speed_rear_curvature(TRACK_REAR, *speeds, 0.0) == 0.0
         assert lib.oc_wheel_speed_front_angle(WHEELBASE, TRACK_FRONT, *speeds, 0.0) == 0.0
@@ -65,13 +65,13 @@ def test_left_is_positive() -> None:
 
 
 def flat(seed: int, **truth: float) -> dict[str, Array]:
-    """Without crown, which no wheel can tell, and without understeer, which rolling() has none of."""
+    """Without crown, which wheels do not measure, and without understeer, as in rolling()."""
     return rolling(seed, truth=Truth(load=0.0, **truth))
 
 
 @pytest.mark.parametrize("axle", ["rear", "front"])
 def test_angle_and_two_wheels_are_enough(axle: str) -> None:
-    """Wheels of one radius, and a prior that believes it."""
+    """Wheels of equal radius, and a prior of equal radii."""
     other = [f"wheel_speed_{'front' if axle == 'rear' else 'rear'}_{side}_m_s" for side in ("left", "right")]
     columns = flat(1, mismatch_rear=0.0, mismatch_front=0.0)
     answer = by_wheels(
@@ -81,8 +81,8 @@ def test_angle_and_two_wheels_are_enough(axle: str) -> None:
     assert answer["offset"]["value"] == pytest.approx(0.035, abs=math.radians(0.1))
 
 
-def test_with_perfect_wheels_it_is_the_thesiss_method_without_accelerometer() -> None:
-    """Two ways to the same motion; a gyro without bias against wheels of one radius."""
+def test_with_perfect_wheels_the_result_is_that_of_the_thesiss_method_without_accelerometer() -> None:
+    """Two derivations of the same motion: a gyro without bias, and wheels of equal radius."""
     columns = flat(2, bias=0.0, mismatch_rear=0.0, mismatch_front=0.0, gyro_noise=0.0, wheel_noise=0.0)
     gyro = core_of("thesis", use_accelerometer=0, understeer_evidence_min_s=1e5)
     gyro.run(columns)
@@ -91,18 +91,18 @@ def test_with_perfect_wheels_it_is_the_thesiss_method_without_accelerometer() ->
     assert wheels["used"] == pytest.approx(gyro.answer()["used"], abs=0.5)
 
 
-def test_a_gyro_in_the_log_teaches_the_radii() -> None:
-    """0.4 % is a bend of 460 m, or 9 deg of steering wheel: unknown, it shuts the gate; known, it is nothing."""
+def test_a_gyro_identifies_the_radii() -> None:
+    """0.4 % is a bend of 460 m, or 9 deg of steering wheel angle: unidentified it closes the gate."""
     columns = flat(3)
-    known = by_wheels(columns)
-    assert known["used"] > 100
-    assert known["offset"]["value"] == pytest.approx(0.035, abs=math.radians(0.3))
-    unknown = by_wheels(columns, *NO_GYRO, wheel_radius_mismatch_sd_1=1e-6)
-    assert unknown["used"] < known["used"] / 2
+    identified = by_wheels(columns)
+    assert identified["used"] > 100
+    assert identified["offset"]["value"] == pytest.approx(0.035, abs=math.radians(0.3))
+    unidentified = by_wheels(columns, *NO_GYRO, wheel_radius_mismatch_sd_1=1e-6)
+    assert unidentified["used"] < identified["used"] / 2
 
 
-def test_a_radius_learned_late_applies_to_all_that_was_gathered() -> None:
-    """What is gathered is free of the mismatch believed at the time: only the gate saw it."""
+def test_a_late_radius_applies_to_all_evidence() -> None:
+    """The evidence does not include the mismatch of its time; only the gate uses it."""
     columns = flat(4, mismatch_rear=3e-4, mismatch_front=0.0)
     wide = {"curvature_max_1_m": 0.1}
     answers = [by_wheels(columns, *NO_GYRO, wheel_radius_mismatch_sd_1=sd, **wide) for sd in (1e-6, 0.005)]
@@ -116,7 +116,7 @@ def test_a_radius_learned_late_applies_to_all_that_was_gathered() -> None:
     assert moved == pytest.approx(RATIO * WHEELBASE / TRACK_REAR * (believed[1] - believed[0]), rel=1e-3)
 
 
-def test_without_a_gyro_the_interval_holds_what_radii_and_a_mean_bend_share() -> None:
+def test_without_a_gyro_the_interval_includes_the_radii_and_the_net_turn() -> None:
     held, widths = 0, []
     for seed in range(20):
         mismatch = float(np.random.default_rng(seed).normal(0, 0.004))
@@ -131,21 +131,21 @@ def test_without_a_gyro_the_interval_holds_what_radii_and_a_mean_bend_share() ->
     assert longer["offset"]["standard_deviation"] < 0.6 * min(widths)
 
 
-def test_a_crown_that_no_accelerometer_sees_is_in_the_interval() -> None:
+def test_without_an_accelerometer_the_interval_includes_the_crown() -> None:
     """5.3.2: 0.2 m/s^2 of bank at K_us/g 0.4 deg/(m/s^2) and a ratio of 19.3 are 1.5 deg."""
     answer = by_wheels(flat(1))
     assert answer["offset"]["standard_deviation"] > math.radians(1.5)
     assert _core.STATUSES[answer["understeer_gradient"]["status"]] == "unobservable"
-    told = by_wheels(flat(1), bank_sd_m_s2=0.0)
-    assert told["offset"]["standard_deviation"] < math.radians(0.7)
+    given = by_wheels(flat(1), bank_sd_m_s2=0.0)
+    assert given["offset"]["standard_deviation"] < math.radians(0.7)
 
 
-def test_a_vehicle_without_a_track_cannot_be_judged_by_its_wheels() -> None:
+def test_the_wheel_speeds_method_needs_a_track_width() -> None:
     with pytest.raises(ValueError, match="vehicle"):
         core_of("wheel-speed", rear=0.0, front=0.0)
 
 
-def test_a_wheel_that_says_nothing_is_a_missing_signal() -> None:
+def test_a_wheel_without_signal_is_a_missing_signal() -> None:
     columns = flat(1)
     answer = by_wheels(columns, "wheel_speed_rear_left_m_s")
     assert answer["rejected"][0] == answer["duration"]

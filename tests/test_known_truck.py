@@ -166,7 +166,7 @@ def test_a_known_play_leaves_no_trace_in_the_evidence() -> None:
     learner.design.known.play, learner.design.known.play_accuracy = 9.0 * DEGREE, 1.0 / (0.5 * DEGREE)
     learner.solve()
     assert list(learner.h.scatter) == list(other.h.scatter)
-    assert list(learner.h.toward) == list(other.h.toward)
+    assert list(learner.h.target_products) == list(other.h.target_products)
 
 
 def test_a_known_gradient_and_wheelbase_are_what_bends_that_never_came_would_have_told(tmp_path: Path) -> None:

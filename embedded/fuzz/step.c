@@ -1,5 +1,5 @@
-/* Fuzzes a truck, its params and a drive: a step ends, no sum overflows, no index exceeds its array (by sanitizers), and
- * valid estimates are numbers. */
+/* Fuzzes a truck, its params and a drive. A step ends, no sum overflows, no index exceeds its array (checked by
+ * sanitizers), and valid estimates are numbers. */
 
 #include <math.h>
 #include <stddef.h>

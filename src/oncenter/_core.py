@@ -1,6 +1,6 @@
-"""The one place that touches native memory: the C core's structs as NumPy dtypes, its functions as Python's.
+"""The only access to native memory: the C core's structs as NumPy dtypes, its functions as Python functions.
 
-All in SI and rad. Nothing here decides anything: what the numbers mean is said in core/*.h.
+SI units and rad. core/*.h documents the members.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _NUMBERS = {"double": "f8", "float": "f4", "int32_t": "i4", "uint32_t": "u4", "u
 RATE_MIN_HZ, RATE_MAX_HZ = 20.0, 200.0
 RATIO_TERMS_MAX = int(lib.OC_RATIO_TERMS_MAX)
 
-# Columns that the core reads, by the name they have in tables and in oc_columns.
+# Columns of the core: names in tables and in oc_columns.
 COLUMNS = {
     "time_s": "time",
     "steering_wheel_angle_rad": "steering_wheel_angle",
@@ -56,7 +56,7 @@ REASONS: dict[str, int] = {_text(lib.oc_reason_name(1 << k)): 1 << k for k in ra
 
 
 def dtype_of(kind: Any) -> np.dtype[Any]:
-    """The NumPy dtype of any C struct, from the struct itself."""
+    """The NumPy dtype of a C type."""
     if kind.kind == "array":
         return np.dtype((dtype_of(kind.item), (kind.length,)))
     if kind.kind == "enum":
@@ -84,7 +84,7 @@ def _values(array: npt.NDArray[Any] | np.void) -> bytes:
 
 
 def _members(struct: Any) -> dict[str, Any]:
-    """A struct as a dict, nested structs and arrays alike."""
+    """A struct as a dict, including nested structs and arrays."""
 
     def plain(value: Any) -> Any:
         if not isinstance(value, ffi.CData):
@@ -98,34 +98,31 @@ def _members(struct: Any) -> dict[str, Any]:
 
 
 def interval_95(value: Any, sd: Any, lean: Any) -> tuple[Any, Any]:
-    """Low and high, of numbers or arrays: where an estimate leans, its middle is not the value that its sd is about."""
+    """Low and high, of numbers or arrays. The interval is not centred on the estimate; `lean` is its shift."""
     middle, half_width = value + lean, 1.96 * np.sqrt(np.maximum(sd * sd - lean * lean, 0.0))
     return middle - half_width, middle + half_width
 
 
 def ci95(estimate: Mapping[str, Any]) -> tuple[float, float]:
-    """Of an oc_estimate."""
+    """The 95 % interval of an oc_estimate."""
     low, high = interval_95(estimate["value"], estimate["standard_deviation"], estimate["lean"])
     return float(low), float(high)
 
 
 def few_batches_factor(batches: int) -> float:
-    """By how much a 95 % interval from the scatter of so few batches is wider than from many."""
+    """Factor of a 95 % interval for few batches: Student's over the normal quantile."""
     return float(lib.oc_few_batches_factor(float(batches)))
 
 
 def default_params() -> dict[str, float]:
-    """The params of the core by name, each name ending in its unit; the core's header says what they mean.
-
-    The methods are none of them: they are told by their names.
-    """
+    """The core's params by name, without the methods. Each name ends in its unit; core/params.h documents them."""
     params = ffi.new("oc_params *")
     lib.oc_params_defaults(params)
     return {name: value for name, value in _members(params).items() if name not in ("method", "angle_method")}
 
 
 def bad_param(params: Mapping[str, float]) -> str | None:
-    """The name of the first param out of its range, or None."""
+    """Name of the first param out of its range, or None."""
     name = lib.oc_params_check(_params(params, METHODS[0]))
     return None if name == ffi.NULL else _text(name)
 
@@ -133,7 +130,7 @@ def bad_param(params: Mapping[str, float]) -> str | None:
 def bad_vehicle(
     wheelbase_m: float, steering_ratio: float, track_width_front_m: float = 0.0, track_width_rear_m: float = 0.0
 ) -> str | None:
-    """The name of the first vehicle value out of its range, or None."""
+    """Name of the first vehicle value out of its range, or None."""
     name = lib.oc_vehicle_check(_vehicle(wheelbase_m, steering_ratio, track_width_front_m, track_width_rear_m))
     return None if name == ffi.NULL else _text(name)
 
@@ -173,42 +170,42 @@ def _vehicle(
 def front_wheel_angles(
     wheelbase_m: float, track_m: float, left: npt.NDArray[np.float64], right: npt.NDArray[np.float64], *, exact: bool
 ) -> npt.NDArray[np.float64]:
-    """The front wheels' mean angle from their speeds, rad, left positive: by (2) solved for R, or by (3)."""
+    """The front wheels' mean angle by their speeds, rad, left positive: by (2) solved for R, or by (3)."""
     of = lib.oc_front_wheel_exact if exact else lib.oc_wheel_speed_front_angle
     return np.array([of(wheelbase_m, track_m, v_l, v_r, 0.0) for v_l, v_r in zip(left, right, strict=True)])
 
 
 def decoded_message(payload: bytes) -> dict[str, Any] | None:
-    """The oc_message as a dict with `measured`, NaN where it does not tell; None where it is no such message."""
+    """The oc_message as a dict with `measured`, NaN where not available; None for an invalid payload."""
     message, measured = ffi.new("oc_message *"), ffi.new("double *")
     if len(payload) != lib.OC_MESSAGE_BYTES or not lib.oc_message_decode(message, ffi.from_buffer(payload)):
         return None
-    told = lib.oc_message_measured(message, measured)
-    return _members(message) | {"measured": measured[0] if told else float("nan")}
+    available = lib.oc_message_measured(message, measured)
+    return _members(message) | {"measured": measured[0] if available else float("nan")}
 
 
 def decoded_message_parts(payload: bytes) -> dict[str, Any] | None:
-    """The oc_message_parts as a dict, NaN for not available; None where it is no such message."""
+    """The oc_message_parts as a dict, NaN where not available; None for an invalid payload."""
     if len(payload) != lib.OC_MESSAGE_BYTES:
         return None
     return _members(ffi.new("oc_message_parts *", lib.oc_message_parts_decode(ffi.from_buffer(payload))))
 
 
 class Trouble:
-    """The sensor's diagnostic trouble code: none at first."""
+    """The sensor's diagnostic trouble code; initially none."""
 
     def __init__(self) -> None:
         self.native = ffi.new("oc_trouble *")
 
     def payload(self) -> bytes:
-        """DM1's."""
+        """The payload of DM1."""
         payload = bytearray(lib.OC_DM1_BYTES)
         lib.oc_trouble_encode(self.native, ffi.from_buffer(payload))
         return bytes(payload)
 
 
 def _refusal(error: int, params: Mapping[str, float], rate_hz: float) -> str:
-    """In words; the rate is also refused where it is too low for the low-pass."""
+    """The error as text. A rate that is too low for the low-pass is refused, too."""
     if error == lib.OC_ERROR_RATE and RATE_MIN_HZ <= rate_hz <= RATE_MAX_HZ:
         cutoff_hz = params.get("cutoff_hz", default_params()["cutoff_hz"])
         return f"parameter 'cutoff_hz' must be below {0.45 * rate_hz:g} at a rate of {rate_hz:g} Hz, got {cutoff_hz:g}"
@@ -221,7 +218,7 @@ class Core:
     Args:
         wheelbase_m: 1 to 20.
         steering_ratio: steering wheel angle per front wheel angle, 1 to 60.
-        params: what differs from `default_params`.
+        params: values that differ from `default_params`.
         rate_hz: ticks per second, 20 to 200.
         track_width_front_m, track_width_rear_m: 1 to 3; 0 where unknown.
         traffic_side: 1 right, -1 left, 0 unknown.
@@ -230,7 +227,7 @@ class Core:
         angle_method: one of ANGLE_METHODS.
 
     Raises:
-        ValueError: naming what the core refuses.
+        ValueError: the core refuses the vehicle, the params or the rate; the text names it.
     """
 
     def __init__(
@@ -256,16 +253,16 @@ class Core:
         if error != lib.OC_OK:
             raise ValueError(_refusal(error, params, rate_hz))
         lib.oc_init(self._state)
-        self._tick, self._output = ffi.new("oc_signals *"), ffi.new("oc_output *")  # the last of each
+        self._tick, self._output = ffi.new("oc_signals *"), ffi.new("oc_output *")  # of the last step
 
     def restart(self) -> None:
-        """Ignition, or the next log: filters are lost, evidence stays, time may begin anywhere."""
+        """Ignition, or the next log: filters are lost, evidence stays, time may start at any value."""
         lib.oc_restart(self._state)
 
     def run(self, columns: Mapping[str, npt.NDArray[np.float64]], outputs: npt.NDArray[np.void] | None = None) -> None:
-        """One step per row. `columns` by table name (COLUMNS), float64, shape (n,); one that is left out is missing.
+        """One step per row. `columns` by table name (COLUMNS), float64, shape (n,); an omitted one is missing.
 
-        `outputs`, dtype OUTPUT_DTYPE and shape (n,), is filled when given. The GIL is released meanwhile.
+        Fills `outputs`, dtype OUTPUT_DTYPE and shape (n,), if given. Releases the GIL.
         """
         kept = {COLUMNS[name]: np.ascontiguousarray(column, np.float64) for name, column in columns.items()}
         count = len(kept["time"])
@@ -277,7 +274,7 @@ class Core:
         lib.oc_run(self._state, self._coefficients, native, target)
 
     def smoothed(self, outputs: npt.NDArray[np.void]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        """Angle (rad) and rate (rad/s) of a run's outputs by a Kalman smoother over all of it, both of shape (n,)."""
+        """Angle (rad) and rate (rad/s) of a run's outputs by a Kalman smoother, both of shape (n,)."""
         angles = outputs["angle"]
         smoothed = np.array(angles["angle"], np.float64)
         rate = np.zeros_like(smoothed)
@@ -293,7 +290,7 @@ class Core:
         return smoothed, rate
 
     def step(self, tick: Mapping[str, float]) -> dict[str, Any]:
-        """One tick by table name (COLUMNS), NaN or left out for not available; the oc_output as a dict."""
+        """One tick by table name (COLUMNS), NaN or omitted: not available. Returns the oc_output as a dict."""
         native = ffi.new("oc_signals *")
         for name, value in tick.items():
             member = COLUMNS[name]
@@ -322,8 +319,8 @@ class Core:
         lib.oc_trouble_update(trouble.native, self._output, self._tick, offset_max_rad)
 
     def answer(self) -> dict[str, Any]:
-        """The oc_answer as a dict; by the joint method with the s of side force clearly to either side, and with what a
-        second's mean leaves unexplained, rad (sd)."""
+        """The oc_answer as a dict. The joint method adds the times of lateral force on either flank, s, and the sd of
+        the prediction error of a second's mean, rad."""
         native = ffi.new("oc_answer *")
         lib.oc_answer_get(self._state, self._coefficients, native)
         joint = self._state.evidence.joint
@@ -334,25 +331,25 @@ class Core:
         }
 
     def coefficients(self) -> dict[str, Any]:
-        """The oc_coefficients as a dict, for those who check the design."""
+        """The oc_coefficients as a dict, for checks of the design."""
         return _members(self._coefficients)
 
     def state(self) -> Any:
-        """A copy of the oc_state, its members by name."""
+        """A copy of the oc_state; members by name."""
         return np.frombuffer(bytes(ffi.buffer(self._state)), _STATE_DTYPE)[0]
 
     def state_bytes(self) -> bytes:
-        """The state's values, to compare two runs on this machine; what lies between them is no state."""
+        """The state's values without padding, to compare two runs on this machine."""
         return _values(self.state())
 
     def save(self, sequence: int) -> bytes:
-        """The state as an image; `sequence`, 32 bits, tells which of two is the newer."""
+        """The state as an image; `sequence`, 32 bits: the larger one of two images is newer."""
         image = bytearray(lib.oc_save_size())
         lib.oc_save(self._state, self._coefficients, sequence, ffi.from_buffer(image), len(image))
         return bytes(image)
 
     def restore(self, image: bytes) -> tuple[str, int]:
-        """One of IMAGE_FAULTS, and the image's sequence; unless "ok" the state is as it is at first."""
+        """One of IMAGE_FAULTS, and the image's sequence. Unless "ok", the state is the initial one."""
         sequence = ffi.new("uint32_t *")
         fault = lib.oc_restore(self._state, self._coefficients, ffi.from_buffer(image), len(image), sequence)
         return IMAGE_FAULTS[fault], sequence[0]

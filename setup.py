@@ -1,4 +1,4 @@
-"""The parts that pyproject.toml cannot express: version from the C header, shared library, shipped data files."""
+"""What pyproject.toml cannot say: the version that the C header holds, the shared library, and what else is shipped."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ PLATFORM = os.environ.get("ONCENTER_PLATFORM", sysconfig.get_platform()).replace
 OTHER_COMPILER = shlex.split(os.environ.get("ONCENTER_CC", ""))
 
 NO_COMPILER = (
-    "the C compiler failed (its output is above); oncenter's core is written in C and needs one. Install it: on Debian "
+    "oncenter's core is written in C, and the C compiler failed (above is what it said). Install one: on Debian "
     "`apt-get install gcc libc6-dev`, on macOS `xcode-select --install`, on Windows the Visual Studio Build Tools; "
-    "or install a wheel, which needs no compiler: `pip install --only-binary oncenter oncenter`"
+    "or take a wheel, which needs none: `pip install --only-binary oncenter oncenter`"
 )
 
 
@@ -39,7 +39,7 @@ def version() -> str:
 
 
 class BuildPackage(build_py):
-    """Builds the package with the folders of the root that are shipped inside it."""
+    """With the folders of the root that are shipped inside the package."""
 
     def run(self) -> None:
         super().run()
@@ -63,7 +63,7 @@ class BuildPackage(build_py):
 
 
 class BuildLibrary(build_ext):
-    """Builds a plain shared library and its cffi declarations, not an extension module for one Python version."""
+    """One plain shared library, and what cffi says of it; no extension module of one Python."""
 
     def run(self) -> None:
         super().run()
@@ -96,12 +96,12 @@ class BuildLibrary(build_ext):
     def _arguments(self) -> list[str]:
         if self.compiler.compiler_type == "msvc":
             return liboncenter.MSVC_ARGS
-        command = [*self.compiler.compiler_so, "--version"]
-        output = subprocess.run(command, capture_output=True, text=True, check=False).stdout
-        return liboncenter.COMPILE_ARGS + ([] if "clang" in output else liboncenter.FASTER_GCC)
+        asked = [*self.compiler.compiler_so, "--version"]
+        says = subprocess.run(asked, capture_output=True, text=True, check=False).stdout
+        return liboncenter.COMPILE_ARGS + ([] if "clang" in says else liboncenter.FASTER_GCC)
 
     def _link_arguments(self) -> list[str]:
-        """On Windows, keeps the unneeded import library out of the package; on macOS, sets a portable install name."""
+        """Windows' import library, which nobody needs, goes aside; Apple's name of the library is no path of ours."""
         if PLATFORM.startswith("win"):
             return [f"-Wl,--out-implib,{Path(self.build_temp) / 'liboncenter.lib'}"]
         return ["-Wl,-install_name,@rpath/liboncenter.dylib"] if PLATFORM.startswith("macosx") else []
@@ -112,7 +112,7 @@ class BuildLibrary(build_ext):
 
 
 class Build(build):
-    """Fails if a file listed in CONTENTS is missing in the package, or if the package has an unlisted file."""
+    """Fails by the name of the file where the package lacks one, or has one too many, of what CONTENTS lists."""
 
     def run(self) -> None:
         super().run()
@@ -123,9 +123,7 @@ class Build(build):
         there -= {f"oncenter/{file}" for file in ("liboncenter.so", "liboncenter.dylib", "liboncenter.dll")}
         listed = set((ROOT / "CONTENTS").read_text(encoding="utf-8").split())
         wrong = [f"lacks {file}" for file in sorted(listed - there)]
-        wrong += [
-            f"has {file}, which CONTENTS does not list" for file in sorted(there - listed) if "__pycache__" not in file
-        ]
+        wrong += [f"has {file} that CONTENTS lacks" for file in sorted(there - listed) if "__pycache__" not in file]
         if wrong:
             raise SystemExit("the package " + "; ".join(wrong))
 

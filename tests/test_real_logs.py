@@ -402,7 +402,7 @@ def refusal(cell: str) -> str | None:
     [(line, scenario) for line in lines() for scenario in SCENARIOS.get(line.signal, ("thesis_drive",))],
     ids=lambda given: given if isinstance(given, str) else ", ".join(given.key),
 )
-def test_a_line_of_the_table_is_true(line: Line, scenario: str) -> None:
+def test_a_row_of_the_table_is_true(line: Line, scenario: str) -> None:
     spoil = QUIRKS[line.key]
     if code := refusal(line.signals_tells):
         with pytest.raises(oc.OncenterError) as refused:
@@ -429,6 +429,6 @@ def test_a_line_of_the_table_is_true(line: Line, scenario: str) -> None:
         assert line.interval == "not always" and (line.offset_tells, line.signals_tells) != ("–", "–")
 
 
-def test_each_line_has_a_quirk_and_each_quirk_a_line() -> None:
+def test_each_row_has_a_fault_and_each_fault_a_row() -> None:
     assert sorted(line.key for line in lines()) == sorted(QUIRKS)
     assert set(MORE_DEG) <= set(QUIRKS)

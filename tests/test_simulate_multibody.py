@@ -130,7 +130,7 @@ def test_a_step_steer_ends_and_rises_as_in_a_multi_body_truck(speed: float) -> N
 
 
 @pytest.mark.parametrize("frequency_hz", [0.2, 0.4])
-def test_a_weave_is_as_large_and_as_late_as_in_a_multi_body_truck(frequency_hz: float) -> None:
+def test_a_weave_has_amplitude_and_lag_of_a_multi_body_truck(frequency_hz: float) -> None:
     p, period = truck_like(), round(1.0 / frequency_hz / STEP_S)
     once = np.exp(-2j * np.pi * np.arange(period) / period)
     theirs, ours = (
@@ -141,7 +141,7 @@ def test_a_weave_is_as_large_and_as_late_as_in_a_multi_body_truck(frequency_hz: 
     assert abs(np.angle(theirs / ours)) / (2 * np.pi * frequency_hz) < 0.03
 
 
-def test_the_van_that_comes_with_the_multi_body_model_turns_like_ours_of_its_size() -> None:
+def test_a_van_of_the_multi_body_model_turns_like_a_simulated_one_of_its_size() -> None:
     theirs, ours = (model(parameters_vehicle3(), 15.0, turned, 4.0) for model in (multi_body, single_track))
     assert theirs[-50:].mean() == pytest.approx(ours[-50:].mean(), rel=0.005)
     assert rise_s(theirs) == pytest.approx(rise_s(ours), abs=0.03)

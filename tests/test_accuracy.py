@@ -1,4 +1,4 @@
-"""The accuracy bench: its drives are what their rows say, and its figures what they are called."""
+"""The accuracy bench: its drives match their rows, and its figures match their names."""
 
 import dataclasses
 import math
@@ -112,7 +112,7 @@ def test_the_population_s_pull_and_crown_match_the_estimator_s_priors() -> None:
 
 
 def test_the_uncertainty_from_the_axle_setup_matches_the_population() -> None:
-    """Of many drawn from the priors, those that unload as far beside the believed zero as the crown makes it."""
+    """Among many trucks drawn from the priors, those whose neutral lateral acceleration deviates as on the crown."""
     params, random, count = _core.default_params(), np.random.default_rng(3), 2_000_000
     crown, bias_sd = params["crown_m_s2"], population.accelerometer_bias_sd_m_s2(stood=True)
     kind = random.choice(3, count, p=[0.9, 0.05, 0.05])  # as most are, set up, on roads that fall to the other side
@@ -228,7 +228,7 @@ DEG_PER_M_S2 = 7.722064264745321  # i K_us/g of the thesis drive's truck
 
 
 def machine_driven(folder: Path, *, friction_n_m: float, zero_m_s2: float) -> pl.DataFrame:
-    """A truck whose accelerometer is off by that much, and offset and crown with it, so that it reads the same."""
+    """A truck with another accelerometer bias, offset and crown, such that its readings stay the same."""
     at_s = np.arange(40.0, 200.0, 1.3)
     random = np.random.default_rng(3)
     measured_deg = 12.0 * np.sin(0.7 * np.arange(len(at_s))) + random.normal(0.0, 6.0, len(at_s))

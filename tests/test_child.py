@@ -1,4 +1,4 @@
-"""A child process may crash, hang or grow: its parent says so in one line, and goes on."""
+"""A child process may crash, hang or grow: its parent reports it in one line and continues."""
 
 from __future__ import annotations
 
@@ -215,7 +215,7 @@ def _is_running(pid: int) -> bool:
 
 
 def test_a_relative_path_refers_to_the_caller_s_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A notebook that changes its folder keeps its child."""
+    """A notebook may change its folder while the child lives."""
     from oncenter.read import read
 
     for name in ("one", "two"):
@@ -228,7 +228,7 @@ def test_a_relative_path_refers_to_the_caller_s_current_folder(tmp_path: Path, m
 
 
 def test_a_module_of_the_current_folder_is_not_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whoever sends logs may put a polars.py beside them."""
+    """An untrusted folder may contain a polars.py."""
     folder = tmp_path / "logs"
     folder.mkdir()
     (folder / "polars.py").write_text("open('IMPORTED', 'w')")

@@ -1,4 +1,4 @@
-"""KCD, SYM and ARXML say the same as the DBC of their network; a file that is made to harm is one line."""
+"""KCD, SYM and ARXML describe the same network as the DBC; a hostile file is refused in one line."""
 
 from __future__ import annotations
 
@@ -201,7 +201,7 @@ def test_a_file_that_is_not_a_database_is_refused_by_name(tmp_path: Path, capsys
 
 @pytest.mark.parametrize("category", ["RAT_FUNC", "TAB_NOINTP"])
 def test_an_unsupported_conversion_leaves_its_signal_out(category: str, tmp_path: Path) -> None:
-    """Or else raw values would pass for degrees."""
+    """Else raw values would be used as degrees."""
     (tmp_path / "drive.log").write_text(log())
     (tmp_path / "truck.toml").write_text(TRUCK + SIGNALS)
     (tmp_path / "net.arxml").write_text(

@@ -1,4 +1,4 @@
-"""Tables in memory are read as CSV files are, whoever made them; and a name at the prompt says what it is."""
+"""Tables in memory of any library are read like CSV files; objects have a readable repr at the prompt."""
 
 import re
 import subprocess
@@ -26,7 +26,7 @@ COLUMNS = {
 
 
 class OnlyArrow:
-    """Of a library that nobody knows."""
+    """A table of an unknown library."""
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         return pl.DataFrame(COLUMNS).__arrow_c_stream__(requested_schema)
@@ -140,7 +140,7 @@ def test_a_function_without_a_vehicle_says_how_to_read_one(verb: Any) -> None:
 
 
 def test_pandas_and_pyarrow_are_not_imported() -> None:
-    """And a frame of pandas needs no pyarrow."""
+    """A pandas frame needs no pyarrow."""
     code = (
         "import sys; import oncenter as oc\n"
         "oc.from_dataframe({'time_s': [0.0, 0.01, 0.02], 'yaw_rate_deg_s': [1.0, 2.0, 3.0]})\n"

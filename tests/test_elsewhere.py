@@ -1,4 +1,4 @@
-"""Windows and macOS: no machine of either runs these tests, so this one is shown to oncenter as one: `elsewhere/`."""
+"""Windows and macOS, emulated on this machine by `elsewhere/`: no real one runs these tests."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def test_a_crash_on_windows_is_named_by_its_status() -> None:
 
 
 def test_every_text_file_is_opened_by_its_encoding() -> None:
-    """Windows would take its code page."""
+    """Windows would use its code page."""
     assert not [place for path in SOURCES.rglob("*.py") for place in _without_encoding(path)]
 
 

@@ -1,4 +1,4 @@
-"""Every example runs and says what its README says."""
+"""Every example runs and gives the results in the README."""
 
 import json
 import re

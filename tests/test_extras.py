@@ -1,4 +1,4 @@
-"""A base install: each verb works with it, or says in one line which `pip install` would do."""
+"""A base install: each command works, or names in one line the `pip install` it needs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ READ_BY_ALL = ("drive.log", "drive.asc", "drive.blf", "drive.trc", "drive.csv", 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One drive in all formats that a base install reads; of the others only names."""
+    """One drive in all formats that a base install reads; only names of the others."""
     folder = tmp_path_factory.mktemp("drives")
     (folder / "short.toml").write_text(SHORT)
     for log in READ_BY_ALL:
@@ -47,7 +47,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Interpreter]:
 
 
 def line_of(said: Said) -> str:
-    """The one line of a refusal for want of an extra."""
+    """The one-line error for a missing extra."""
     assert (said.exit_code, said.out) == (1, "")
     assert said.err.count("\n") == 1
     return said.err.strip().removeprefix("oncenter: ")

@@ -1,4 +1,4 @@
-"""A file's name is bytes that a stranger chose: it is shown as text, and names made from it are short and its own."""
+"""File names are untrusted bytes: they are displayed safely, and names derived from them are short and unique."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A disk that is full at any one call of a run: every file is the old one or the new one, and one line says why."""
+"""A disk that is full at any one call of a run: every file is the old or the new one, and one line gives the reason."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def test_a_disk_full_at_any_call_is_one_line_that_names_the_path(
 
 
 def test_a_fleet_run_after_a_full_disk_completes_the_missing_part(seen: dict[str, list[dict[str, Any]]]) -> None:
-    """SQLite goes on without harm where what fails is its index in memory, a last sync or what is written twice."""
+    """SQLite continues without harm if its index in memory, a last sync or a duplicate write fails."""
     undisturbed, *disturbed = seen["fleet run"]
     tables = {name for name in undisturbed["files"] if name not in ("metrics.json", "index.html")}
     for run in disturbed:

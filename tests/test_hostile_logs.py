@@ -1,4 +1,4 @@
-"""Logs that were made to do harm: each ends in one line, soon, and with little memory."""
+"""Hostile logs: each ends in one line, soon, and with little memory."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def channel_block(mf4: bytes, number: int) -> int:
 
 
 def answered_as_if_whole_or_refused(damaged: bytes, whole: bytes, folder: Path) -> None:
-    """A reader that does not need the damaged field may go on, but then its answer is that of the whole file."""
+    """A reader that does not need the damaged field may continue, with the result of the intact file."""
     log = folder / "log.mf4"
     log.write_bytes(damaged)
     ended = answered(log)
@@ -242,7 +242,7 @@ def parquet_of_one_run(columns: Sequence[str], rows: int) -> bytes:
 
 
 def test_a_hand_made_parquet_file_is_one(tmp_path: Path) -> None:
-    """Or else those below are refused for another reason than their runs."""
+    """Else the files below would be refused for another reason than their runs."""
     import pyarrow.parquet as pq
 
     log = tmp_path / "log.parquet"
@@ -262,7 +262,7 @@ def test_a_parquet_file_of_one_huge_run_takes_little_memory(rows: int, tmp_path:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# What is no file
+# Not regular files
 # ---------------------------------------------------------------------------------------------------------------------
 
 SUFFIXES = (".log", ".mf4", ".csv.gz", ".parquet")

@@ -1,4 +1,4 @@
-"""A network never seen before: its DBC is read however it writes units, or the refusal says what is there."""
+"""An unknown network: its DBC is read with any spelling of units, or the error lists its content."""
 
 import struct
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A log gives the same signals whichever process reads it, and a file that changes meanwhile is not answered short."""
+"""A log gives the same signals in either process, and a file that becomes shorter during reading is refused."""
 
 from __future__ import annotations
 

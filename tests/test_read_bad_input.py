@@ -1,4 +1,4 @@
-"""Whatever is wrong with a log, it ends in one line that says so, and never in a number."""
+"""Every fault of a log gives one line that names it, and never a wrong value."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def test_a_truncated_binary_log_is_refused(
 
 
 def test_an_unclosed_log_of_a_real_truck_is_read_up_to_its_end(tmp_path: Path) -> None:
-    """Its file was never closed, so that a shorter one is a shorter drive; without its heading it is nothing."""
+    """The file was not closed, so a shorter one is a shorter drive; without its header it is unreadable."""
     content = real_drive("j1939_truck_stationary/truck_stationary.mf4").read_bytes()
     (tmp_path / "half.mf4").write_bytes(content[: len(content) // 2])
     half = read(tmp_path / "half.mf4")
@@ -328,7 +328,7 @@ def test_a_dbc_for_which_cantools_would_need_all_memory_is_refused(tmp_path: Pat
 
 
 def survives(suffix: str, content: bytes) -> Signals | None:
-    """The signals of a file with that content, or None when it is refused as bad input is."""
+    """The signals of a file with that content, or None if it is refused as bad input."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"drive{suffix}"
         path.write_bytes(content)
@@ -344,7 +344,7 @@ def survives(suffix: str, content: bytes) -> Signals | None:
     return signals
 
 
-# How a reader knows its format, so that half of the files get past the door.
+# The begin by which a reader recognises its format, so that half of the files pass the first check.
 DOORS = {
     ".blf": b"LOGG\x90\x00\x00\x00",
     ".mf4": b"MDF     4.10    TGT 15.0" + bytes(4) + (410).to_bytes(2, "little") + bytes(34),
@@ -419,7 +419,7 @@ def test_random_lines_give_a_refusal_or_a_table(lines: list[str]) -> None:
 
 @given(st.integers(0, 400 * 45), st.binary(min_size=1, max_size=20))
 def test_local_damage_in_a_candump_log_never_changes_a_value(place: int, scratch: bytes) -> None:
-    """Whatever a damaged stretch reads as, the undamaged frames around it keep their values."""
+    """The undamaged frames around a damaged stretch keep their values."""
     whole = candump(drive()).encode()
     signals = survives(".log", whole[:place] + scratch + whole[place + len(scratch) :])
     if signals is None:

@@ -106,7 +106,7 @@ def blf_file(
 
 
 def padded(*objects: bytes) -> bytes:
-    """As Vector's and python-can's writers do it: by size % 4 bytes, which aligns nothing."""
+    """Padding of Vector's and python-can's writers: size % 4 bytes, which does not align."""
     return b"".join(one + bytes(len(one) % 4) for one in objects)
 
 
@@ -122,14 +122,14 @@ def python_can_frames(path: Path) -> Frames:
 
 
 def assert_same(ours: Frames, theirs: Frames) -> None:
-    """Times but for a last bit: a damaged stamp above 2^53 ns is no double, and python-can takes it as a decimal."""
+    """Equal times up to the last bit: a damaged stamp above 2^53 ns is not exact as a double."""
     np.testing.assert_array_max_ulp(ours.time, theirs.time, maxulp=1)
     for column in Frames.__dataclass_fields__.keys() - {"time"}:
         np.testing.assert_array_equal(getattr(ours, column), getattr(theirs, column), err_msg=column)
 
 
 def frames_of_file(folder: Path, content: bytes, notes: list[str] | None = None) -> Frames:
-    """Ours, which are python-can's."""
+    """The frames of this reader, checked against python-can's."""
     path = folder / "drive.blf"
     path.write_bytes(content)
     ours = our_frames(path, notes)
@@ -382,7 +382,7 @@ THREE = padded(*(blf_object(CAN_MESSAGE, classic(k, bytes([k] * 8)), ticks=k) fo
 @pytest.mark.parametrize("written", [0, 144])
 @pytest.mark.parametrize("method", [STORED, DEFLATED])
 def test_an_unclosed_log_is_read_up_to_its_cut(tmp_path: Path, written: int, method: int) -> None:
-    """python-can's writer, when it is killed, leaves 144 as the size of the file."""
+    """A killed writer of python-can leaves 144 as the size of the file."""
     whole = blf_file(container(THREE, method=method), container(THREE, method=method), written=written)
     first = len(blf_file(container(THREE, method=method)))
     counts = []
@@ -421,7 +421,7 @@ FRAME = blf_object(CAN_MESSAGE, classic(1, bytes(8)))
 
 @pytest.mark.parametrize("version", [1, 9])
 def test_an_object_of_size_zero_is_refused_at_once(tmp_path: Path, version: int) -> None:
-    """python-can reads the first of these two for ever, and with the second its memory grows as well."""
+    """python-can reads both for ever; with the second, its memory also grows."""
     began = time.monotonic()
     hostile = blf_file(container(blf_object(CAN_MESSAGE, classic(1, bytes(8)), version=version, size=0)))
     assert len(hostile) < 250
@@ -493,7 +493,7 @@ def test_damage_is_located_by_its_container(tmp_path: Path) -> None:
 
 
 def memory_and_time(path: Path) -> tuple[int, float, OncenterError | None]:
-    """Peak of memory in bytes and time in seconds that reading takes."""
+    """Peak memory in bytes and time in seconds of reading."""
     error = None
     began = time.monotonic()
     tracemalloc.start()

@@ -1,4 +1,4 @@
-"""Many rates come to one tick, and nothing is invented where the log is silent."""
+"""Signals of different rates are resampled to one tick, and gaps stay gaps."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_a_straight_line_stays_straight_at_any_rates(
     exact = slope * table["time_s"] + level
     speed = table["vehicle_speed_m_s"]
     known = ~np.isnan(speed)
-    # A first or last sample stands for a tick that it misses by 1 us; between samples the line is exact.
+    # A first or last sample counts for a tick within 1 us; between samples the line is exact.
     between = known & (table["time_s"] > slow[0] + 1e-5) & (table["time_s"] < slow[-1] - 1e-5)
     assert np.allclose(speed[between], exact[between], atol=1e-9)
     assert np.allclose(speed[known], exact[known], atol=6e-6)
@@ -82,7 +82,7 @@ def test_a_straight_line_stays_straight_at_any_rates(
     silence=st.booleans(),
 )
 def test_no_number_appears_inside_a_gap(start: int, gap: int, silence: bool) -> None:
-    """Whether the messages stop or say "not available": what is further apart than 2.5 periods has nothing between."""
+    """For missing messages and for "not available": samples more than 2.5 periods apart are not interpolated."""
     fast, slow = np.arange(3000) / 100, np.arange(300) / 10
     values = np.sin(slow)
     lost = np.zeros(300, bool)

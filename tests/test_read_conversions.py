@@ -1,4 +1,4 @@
-"""Conversions of MDF files: the right numbers, nothing run as code, and an error where one is not understood."""
+"""Conversions of MDF files: the right values, nothing run as code, and an error for an unsupported one."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from oncenter.read import read
 from oncenter.read.conversions import MAX_NESTED, NoNumbers, UnknownConversion, physical
 from oncenter.read.formula import MAX_DEPTH, MAX_LENGTH, FormulaError, parse
 
-# numexpr's check of a formula drops what stands between quotation marks; then Python evaluates all of it.
+# numexpr's check of a formula ignores text in quotation marks; then Python evaluates all of it.
 ATTACK = '"\'" and (lambda: __import__("pathlib").Path("CODE_RAN").touch())() and "\'" or X'
 TIME = np.arange(400) / 100
 VERSIONS = {"old.mdf": "3.30", "new.mf4": "4.10"}
@@ -40,7 +40,7 @@ EVALUATORS = [
 
 @pytest.fixture(autouse=True)
 def asammdf_as_it_comes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Our reader walls off its evaluators in the process that it reads in, and another test may read in this one."""
+    """The reader disables asammdf's evaluators in its process; another test may read in this one."""
     for evaluator in EVALUATORS:
         monkeypatch.setattr(*evaluator)
 
@@ -104,7 +104,7 @@ def test_a_formula_of_the_time_channel_is_not_run_as_code(name: str, tmp_path: P
 
 
 def bus_log(path: Path, converted: dict[str, Any]) -> Path:
-    """Frames as bus logging has them; asammdf reads its fields while it opens a file."""
+    """Frames in bus logging layout; asammdf reads the fields while it opens a file."""
     frames = path.with_suffix(".raw.mf4")
     with MF4Writer(frames) as writer:
         for frame in drive():
@@ -228,7 +228,7 @@ def test_long_and_deep_formulas_are_refused_and_do_not_exhaust_the_stack() -> No
             parse(text)
 
 
-# asammdf's own conversion is the oracle where it is right.
+# asammdf's own conversion is the oracle where it is correct.
 
 WHOLE = np.concatenate([np.arange(-40, 300), [-1000, 5000]]).astype(np.int16)
 REAL = np.concatenate([np.linspace(-12, 40, 301), [-1e4, 1e4, 0.0]])
@@ -264,7 +264,7 @@ def of_mdf_4(kind: str) -> Any:
 def test_a_conversion_of_mdf_4_is_asammdfs(kind: str, raw: np.ndarray) -> None:
     block = of_mdf_4(kind)
     mixed = np.random.default_rng(1).permutation(raw)
-    # From 100 values on asammdf looks up ranges in another way, by which one of whole numbers has no upper end.
+    # From 100 values on, asammdf looks up ranges in another way, with an exclusive upper end also for integers.
     right = np.concatenate([block.convert(mixed[i : i + 90]).astype(float) for i in range(0, len(mixed), 90)])
     np.testing.assert_allclose(physical(block, mixed), right, rtol=1e-12, atol=1e-12)
 
@@ -423,7 +423,7 @@ def test_the_time_of_a_channel_is_converted_as_well(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", VERSIONS)
 def test_a_damaged_conversion_block_is_an_error(name: str, tmp_path: Path) -> None:
-    """asammdf leaves such a block out, and the stored number would be the answer."""
+    """asammdf ignores such a block, and the stored values would be used."""
     table = {"raw_0": 0.0, "phys_0": 4711.125, "raw_1": 1.0, "phys_1": 4711.125}
     path = written(tmp_path / name, {"steering_wheel_angle": table})
     content = bytearray(path.read_bytes())

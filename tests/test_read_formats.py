@@ -37,7 +37,7 @@ QUANTUM = {
     "vehicle_speed_m_s": 1 / 256 / 3.6,
     "lateral_acceleration_m_s2": 1 / 2048,
 }
-# Between two samples of a sine a straight line is off by h^2/8 of its second derivative: for the speed at 10 Hz.
+# The error of linear interpolation of a sine is h^2/8 times its second derivative: for the speed at 10 Hz.
 SAG = {"vehicle_speed_m_s": 0.1**2 / 8 * 2.0 * 0.3**2}
 
 
@@ -65,7 +65,7 @@ def assert_is_the_drive(signals: Signals, quanta: float = 0.51) -> None:
         error = np.abs(signals.table[column].to_numpy() - exact)
         allowed = quanta * QUANTUM[column] + SAG.get(column, 0.0)
         assert np.nanmax(error) < allowed, column
-        # The speed's first sample is 1 ms late, its last 99 ms early: nothing is said beyond them.
+        # The speed's first sample is 1 ms late, its last 99 ms early: there is no value beyond them.
         assert np.isnan(error).sum() <= (11 if column == "vehicle_speed_m_s" else 0), column
 
 
@@ -293,7 +293,7 @@ def test_a_real_truck_without_steering_angle_gives_missing_and_found_signals() -
 
 
 def asc(*, relative: bool = False, decimal: bool = False, named: bool = False, written: str = "ID = {}x") -> str:
-    """The drive as Vector tools write it, with an event that is no frame every now and then."""
+    """The drive as written by Vector tools, with an event line now and then."""
     lines = [
         "date Wed May 1 12:00:00.000 pm 2024",
         f"base {'dec' if decimal else 'hex'}  timestamps {'relative' if relative else 'absolute'}",
@@ -458,7 +458,7 @@ def test_a_channel_in_two_groups_can_be_selected_as_the_error_suggests(tmp_path:
 
 
 def test_a_channel_with_lost_data_has_no_valid_sample(tmp_path: Path) -> None:
-    """As where the kind of its data block is damaged."""
+    """As with a damaged type of its data block."""
     from asammdf import MDF, Signal
 
     path, time = tmp_path / "drive.mf4", np.arange(0.0, 30.0, 0.01)
@@ -491,7 +491,7 @@ def test_a_measurement_file_of_foreign_channels_lists_them(tmp_path: Path) -> No
 
 
 def test_measurement_files_read_in_parallel_do_not_lose_program_output(tmp_path: Path) -> None:
-    """asammdf's own are kept off the streams, which are the whole process's."""
+    """asammdf's output is suppressed on the streams, which are global to the process."""
     path = written(tmp_path, ".mf4")
     before = sys.stdout, sys.stderr
     with ThreadPoolExecutor(3) as pool:

@@ -1,4 +1,4 @@
-"""J1939 frames and those of any DBC become the numbers that the standard and cantools say, from the right source."""
+"""J1939 frames and frames of any DBC give the values of the standard and of cantools, from the right source."""
 
 from __future__ import annotations
 
@@ -285,7 +285,7 @@ SG_MUL_VAL_ 800 vehicle_speed SEL 1-1;
 
 
 def test_a_multiplexed_signal_is_read_from_its_own_frames(tmp_path: Path) -> None:
-    """Two multiplexers, one within the other, one of them with ranges: what is elsewhere in its place is not it."""
+    """Two nested multiplexers, one with ranges: other signals at the same position are not used."""
     (tmp_path / "mix.dbc").write_text(MIXED)
     frames = []
     for k in range(200):

@@ -1,4 +1,4 @@
-"""A logger that nobody here knows is read by a package of its maker's; what is wrong with that is one line."""
+"""An unknown logger's files are read by a plug-in of its maker; its faults give one line."""
 
 import importlib.util
 import json
@@ -15,7 +15,7 @@ TRUCK = "scania_r730_4x2"
 
 
 def acme_log(path: Path) -> None:
-    """A healthy drive as the invented logger writes it."""
+    """A healthy drive in the format of the invented logger."""
     spec = importlib.util.spec_from_file_location("acme_reader", EXAMPLES / "acme_reader" / "acme_reader.py")
     assert spec is not None and spec.loader is not None
     acme = importlib.util.module_from_spec(spec)

@@ -1,4 +1,4 @@
-"""Tables as spreadsheets, loggers and scripts write them: the same drive, or a refusal, never other numbers."""
+"""Tables written by spreadsheets, loggers and scripts: the same drive, or an error, never other values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Vector's `.asc` and PEAK's `.trc`: our own reader gives the frames that python-can finds, frame by frame."""
+"""Vector's `.asc` and PEAK's `.trc`: the built-in readers give the frames of python-can, frame by frame."""
 
 from __future__ import annotations
 

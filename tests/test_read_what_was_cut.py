@@ -1,4 +1,4 @@
-"""What a damaged log lacks is told with a count, or with the seconds that were read: no number comes in silence."""
+"""Missing parts of a damaged log are reported with a count, or with the seconds that were read."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def csv_lines() -> Lines:
 
 
 def damaged(folder: Path, suffix: str, change: Callable[[Lines, int], object]) -> tuple[str, ...]:
-    """The notes on a log of which `change` spoils the line in the middle, which is one of VDC2."""
+    """The notes on a log whose middle line, one of VDC2, is damaged by `change`."""
     whole = csv_lines() if suffix == ".csv" else written(folder, suffix).read_bytes().split(b"\n")
     assert read_back(folder, suffix, whole).notes == ()
     middle = next(

@@ -1,4 +1,4 @@
-"""The bench's rivals against their equations, each written here a second time or solved by hand."""
+"""The bench's rivals against their equations, implemented here a second time or solved by hand."""
 
 import math
 import sys
@@ -45,7 +45,7 @@ def curvature_of(minutes: int) -> tuple[Array, Array]:
 
 
 def kinematic_drive(minutes: int, speed: float = 20.0) -> dict[str, Array]:
-    """A truck without slip, whose sensors have no noise and whose angle is OFFSET off."""
+    """A truck without slip, sensors without noise, and an angle offset of OFFSET."""
     t, curvature = curvature_of(minutes)
     return {
         "time_s": t,
@@ -132,7 +132,7 @@ def test_openpilot_s_prediction_moves_by_axle_forces_and_spreads_by_their_numeri
 
 @pytest.mark.parametrize("which", range(STATES))
 def test_an_observation_of_openpilot_s_filter_is_one_of_more_information(which: int) -> None:
-    """P^-1 gains 1/R at the state seen, and the state moves to the minimum of both squares."""
+    """P^-1 gains 1/R at the observed state, and the state moves to the minimum of both squares."""
     x, P = some_state(7)
     before, information = x.copy(), np.linalg.inv(P)
     seen = np.zeros((STATES, STATES))
@@ -168,7 +168,7 @@ def test_on_its_own_model_openpilot_s_filter_finds_the_offset() -> None:
 def test_the_median_is_of_the_latest_2000_angles_read_nearly_straight() -> None:
     columns = kinematic_drive(10)
     columns["steering_wheel_angle_rad"] += 0.01 * np.random.default_rng(1).normal(size=60000)
-    columns["yaw_rate_rad_s"][::3] = 0.1  # a bend, of which nothing is taken
+    columns["yaw_rate_rad_s"][::3] = 0.1  # a bend, which is rejected
     taken = columns["steering_wheel_angle_rad"][::10][np.arange(0, 60000, 10) % 3 != 0]
     assert len(taken) > 2000
     assert median(columns, KNOWN).value_rad[-1] == pytest.approx(np.median(taken[-2000:]), abs=1e-15)
@@ -200,8 +200,8 @@ def test_the_mode_ignores_a_truck_that_hardly_moves() -> None:
 
 
 def play_drive(left_s: float, right_s: float, minutes: int, play: float) -> dict[str, Array]:
-    """Bends of 2000 m by turns, so long to the left and so long to the right, whose side force carries the wheels to
-    the flanks of a play; nothing but OFFSET is wrong with the sensors."""
+    """Alternating bends of 2000 m with given lengths to the left and right, whose lateral force moves the wheels to the
+    flanks of a play; the only sensor error is OFFSET."""
     t = np.arange(minutes * 6000) / 100.0
     to_left = t % (left_s + right_s) < left_s
     speed, curvature = 20.0, np.where(to_left, 1.0, -1.0) / 2000.0

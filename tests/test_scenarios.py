@@ -1,4 +1,4 @@
-"""The library of scenarios: each is described, runs, holds its lane and keeps to what it states."""
+"""The library of scenarios: each is described, runs, keeps its lane and its stated values."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TIGHT_1_M = 1 / 60
 
 
 def driven_alike(name: str) -> str:
-    """What decides how a scenario is driven, whatever its sensors make of it."""
+    """The tables that determine the drive, without the sensors."""
     given = read_scenario(name)
     return repr([getattr(given, table) for table in type(given).model_fields if table not in _NOT_DRIVEN])
 

@@ -1,4 +1,4 @@
-"""MATLAB, ROS, Racelogic and INCA: the drive that was saved is read, by each verb, and what cannot be is one line."""
+"""MATLAB, ROS, Racelogic and INCA: a saved drive is read by each command, and an unreadable one gives one line."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def mat(folder: Path, **variables: object) -> Path:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# There and back
+# Round trip
 # ---------------------------------------------------------------------------------------------------------------------
 
 
@@ -93,7 +93,7 @@ def test_a_saved_drive_is_read_back_unchanged(name: str, tmp_path: Path) -> None
 
 @pytest.fixture(scope="module")
 def answers(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], dict[str, object]]:
-    """What `oncenter offset --json` says of a drive of five minutes that was saved under a name."""
+    """The answer of `oncenter offset --json` for a saved drive of five minutes."""
     folder = tmp_path_factory.mktemp("drives")
     table = drive().table.select("time_s", *COLUMNS)
 
@@ -132,7 +132,7 @@ def test_the_offset_equals_that_of_the_same_drive_as_csv(
 
 
 def same(one: object, other: object) -> bool:
-    """Of numbers, to what is left of them in a text or beside a date."""
+    """Tolerance for numbers stored as text or beside a date."""
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
     if isinstance(one, list) and isinstance(other, list):
@@ -364,7 +364,7 @@ def test_a_message_of_either_byte_order_is_decoded_as_rosbags_does_and_a_short_o
     assert [each.unit for each in layout.fields if each.path == "twist.twist.angular.z"] == ["rad/s"]
 
 
-ENDLESS = {  # types that hold themselves, grow without end, or have no size
+ENDLESS = {  # types that contain themselves, grow without limit, or have no size
     "a/msg/A": ([], [("a", ("NAME", "a/msg/A"))]),
     "b/msg/B0": ([], [(f"x{k}", ("NAME", "b/msg/B1")) for k in range(16)]),
     **{f"b/msg/B{n}": ([], [(f"x{k}", ("NAME", f"b/msg/B{n + 1}")) for k in range(16)]) for n in range(1, 6)},
@@ -584,7 +584,7 @@ def test_each_signals_table_of_the_page_about_formats_is_a_vehicle_files(tmp_pat
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Files that are made to harm
+# Hostile files
 # ---------------------------------------------------------------------------------------------------------------------
 
 

@@ -1,4 +1,4 @@
-"""The simulator against closed forms, against itself in the mirror, and against its own log decoded by hand."""
+"""The simulator against closed forms, against its mirror image, and against its own log decoded by hand."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_a_mirrored_drive_is_driven_with_mirrored_angles_to_the_last_bit() -> No
 
 
 def test_there_and_back_on_a_crowned_straight_mirrors_the_acceleration_and_leaves_the_offset(variant: Variant) -> None:
-    """Chapter 3 and Figure 9: what the road does to the angle cancels, what the sensor does stays."""
+    """Chapter 3 and Figure 9: the effect of the road on the angle cancels, that of the sensor stays."""
     there, truth = simulate(variant("there", crown_percent="2.0", **STRAIGHT))
     back, truth_back = simulate(variant("back", crown_percent="-2.0", **STRAIGHT), seed=2)
     moving = slice(4000, 17000)
@@ -90,7 +90,7 @@ def test_there_and_back_on_a_crowned_straight_mirrors_the_acceleration_and_leave
     angles = [mean(drive, "steering_wheel_angle_rad") for drive in (there, back)]
     assert sum(angles) / 2 == pytest.approx(truth.offset_rad, abs=0.1 * DEGREE)
     places = [mean(t, "place_in_play") for t in (truth, truth_back)]
-    assert places == pytest.approx([1.0, -1.0], abs=0.2)  # hanging on the flank, but for what the hands do
+    assert places == pytest.approx([1.0, -1.0], abs=0.2)  # on the flank, except for small corrections
     play, slip = (places[0] - places[1]) / 2 * truth.backlash_rad / 2, 19.3 * truth.understeer_gradient * crown
     assert (angles[0] - angles[1]) / 2 == pytest.approx(play + slip, abs=0.05 * DEGREE)
 

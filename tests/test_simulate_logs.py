@@ -1,4 +1,4 @@
-"""Logs of simulated drives: every format says what the sensors said, in the same bytes whoever writes it when."""
+"""Logs of simulated drives: every format has the sensors' values, and the same bytes in every run."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ FRAME_LOGS = (".log", ".asc", ".blf", ".trc", ".mf4")
 
 STAMP_S = 1e-6  # resolution of the stamps, after which the reader interpolates
 
-# Half a step of what J1939 can say, in SI and deg, and how many ticks lie between two messages.
+# Half of J1939's resolution in SI and deg, and the number of ticks between two messages.
 HALF_STEP = {
     "steering_wheel_angle": (1 / 2048, 1),
     "steering_wheel_angle_sensor_type": (0.0, 1),

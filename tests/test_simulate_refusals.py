@@ -1,4 +1,4 @@
-"""Impossible and contradictory scenarios: each is refused in one line that names what is wrong, exit code 2."""
+"""Impossible and contradictory scenarios: each is refused in one line that names the error, exit code 2."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sensors and their faults: what the truth lists is what the readings show, and nothing else is."""
+"""Sensors and their faults: the readings show exactly the faults listed in the truth."""
 
 from __future__ import annotations
 
@@ -177,7 +177,7 @@ def test_a_stuck_sensor_repeats_its_last_value_and_then_recovers(
 
 
 def read_by_each(moving: np.ndarray, late: dict[str, float]) -> dict[str, np.ndarray]:
-    """What sensors without noise make of the same true value, in that value's unit."""
+    """Readings of sensors without noise for the same true value, in its unit."""
     fine = read_scenario("thesis_drive").sensors
     still = {"bias_deg_s": 0.0, "noise_sd_deg_s": 0.0, "resolution_deg_s": 0.0, "range_deg_s": 2000.0}
     yaw_rate, *_ = sense_yaw_rate(moving, YawRateSensor(**still, **late), chances())
@@ -380,7 +380,7 @@ def test_a_cold_gyro_s_scale_error_decays_and_does_not_affect_a_straight_drive()
 
 
 def felt_by(moving: np.ndarray, **mounted: float) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
-    """What a lateral accelerometer without noise reads, its bias, and the sizes of its faults by kind."""
+    """Readings of a lateral accelerometer without noise, its bias, and its fault sizes by kind."""
     exact = {"bias_m_s2": 0.1, "noise_sd_m_s2": 0.0, "resolution_m_s2": 0.0, "range_m_s2": 15.0}
     read, bias, faults = sense_lateral_acceleration(moving, LateralAccelerometer(**exact, **mounted), chances())
     return read, bias, {f.kind: f.size for f in faults}
@@ -519,7 +519,7 @@ HERE = {"latitude_deg": 59.2, "longitude_deg": 17.6}
 
 
 def test_latitude_longitude_and_heading_lead_along_the_road_driven(drive: Drive) -> None:
-    """Against speed and yaw rate integrated anew, and the ellipsoid's own definition."""
+    """Against integrated speed and yaw rate, and the definition of the ellipsoid."""
     signals, truth = drive(
         "[sensors.gnss]\nlatitude_deg = 59.2\nlongitude_deg = 17.6\nposition_sd_m = 0.0\nheading_sd_deg = 0.0\n"
     )

@@ -37,7 +37,7 @@ def steering(**changes: Any) -> Any:
 
 
 def turn_to(state: Any, system: Any, angle: float, force: float = 0.0, a_x: float = 0.0, seconds: float = 0.01) -> Any:
-    """Holds a steering wheel angle, a side force and a longitudinal acceleration."""
+    """Holds a steering wheel angle, a lateral force and a longitudinal acceleration."""
     for _ in range(round(seconds / TICK_S)):
         lib.sim_steering_step(state, system, ffi.new("sim_steering_input *", [angle, force, a_x]), TICK_S)
     return state
@@ -125,11 +125,11 @@ def test_active_return_winds_the_column_to_the_outer_side_of_any_bend() -> None:
     assert state.front_wheel_angle == pytest.approx(0.0, abs=1e-6)  # within the wind-up, straight ahead
 
 
-# What pulls
+# Pull
 
 
 def aligning(force: float, **changes: Any) -> float:
-    """Place in the play that some side force leads to, without king-pin friction."""
+    """Place in the play for a lateral force, without king-pin friction."""
     system = steering(**(ALIGNING_PLAY | changes))
     return float(turn_to(ffi.new("sim_steering_state *"), system, 0.0, force, seconds=5.0).place_in_play)
 
@@ -243,7 +243,7 @@ def test_in_a_weave_play_is_as_wide_at_any_frequency_and_lag_widens_with_it() ->
 
 
 def splits_deg(changes: dict[str, Any]) -> tuple[float, float]:
-    """Of the residual, in a slow weave and off its ends: steps with the steering rate's sign and the side force's."""
+    """Steps of the residual with the sign of steering rate and of lateral force, in a slow weave without its ends."""
     settings = scenario({"steering": changes})
     (run,) = weave(changes, [0.02], 20.0)
     L_e = equivalent_wheelbase_m(settings.truck, settings.steering)
@@ -329,7 +329,7 @@ def test_without_hands_the_torsion_bar_untwists_and_nothing_jumps() -> None:
     assert state.lash.inner == pytest.approx(gear, abs=0.41 * DEGREE)
 
 
-# What brakes and springs turn
+# Brake steer and bump steer
 
 
 def test_braking_turns_the_front_wheels_and_driving_does_not() -> None:

@@ -64,7 +64,7 @@ def specific_force(state: Any, truck: Any, given: Any) -> float:
 def test_a_steady_bend_takes_the_angle_of_equation_10_with_winklers_wheelbase(
     layout: str, speed: float, angle: float, to_left: float
 ) -> None:
-    """Articulation makes cosines of which (10) knows nothing: a few 1e-4 with the semitrailer."""
+    """Articulation adds cosines that are not in (10): a few 1e-4 with the semitrailer."""
     settings = scenario(layout=layout)
     truck, given = native_truck(settings.truck, settings.steering), acting(angle, speed, to_left)
     state = settled(truck, given, 60.0)

@@ -1,4 +1,4 @@
-"""The offset of each method for a car on a proving ground, whose true offset is known from a GNSS/INS heading."""
+"""The offset of each method for a car on a proving ground, with a reference offset from a GNSS/INS heading."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The matrix of bench/accuracy.py: the rows, and one drive of a row by its seed.
 
 Truck, road and sensors of a drive are drawn from population.py, except for the values that its row fixes. The reference
-is the sensor reading at mid-play and without wind-up when driving straight without lateral acceleration: the sensor's
+is the sensor reading at mid-play and without column twist when driving straight without lateral acceleration: the sensor's
 offset plus the angle that a misalignment needs to drive straight (truth.straight_ahead_rad); no log can separate the
 two. A pull that is a moment at the king pins also shifts the neutral lateral acceleration; a method that attributes
 this shift to the accelerometer bias has an error of i K_us pull.

@@ -305,7 +305,7 @@ def write_page(measured: dict[str, list[str]]) -> None:
     above, _, below = PAGE.read_text(encoding="utf-8").partition(MARK)
     stood = dict(part.split("\n", 1) for part in below.split("### ")[1:])
     titles = [title for title, _ in PARTS.values()]
-    new = {title: stood.get(title, "\nNot measured yet.\n").strip() for title in titles}
+    new = {title: stood.get(title, "\nNot measured.\n").strip() for title in titles}
     new |= {PARTS[name][0]: "\n".join(lines) for name, lines in measured.items()}
     PAGE.write_text(
         above + MARK + "".join(f"\n### {title}\n\n{text}\n" for title, text in new.items()), encoding="utf-8"

@@ -1,4 +1,4 @@
-"""The simulated steering: play, wind-up, pull and ratio, one at a time, then through whole manoeuvres of the truck."""
+"""The simulated steering: play, column twist, pull and ratio, one at a time, then through whole manoeuvres of the truck."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_a_polynomial_turns_the_wheels_as_it_says_and_a_number_by_its_ratio() ->
     )
 
 
-# Wind-up of the column
+# Twist of the column
 
 
 def test_wind_up_follows_the_hands_and_unwinds_only_when_they_turn_back() -> None:
@@ -122,7 +122,7 @@ def test_active_return_winds_the_column_to_the_outer_side_of_any_bend() -> None:
         angles.append(turn_to(state, system, 17 * DEGREE, seconds=5.0).front_wheel_angle * RATIO / DEGREE)
     assert angles == pytest.approx([18.0, 15.0], abs=0.01)
     state = turn_to(ffi.new("sim_steering_state *"), system, 1.0 * DEGREE, seconds=10.0)
-    assert state.front_wheel_angle == pytest.approx(0.0, abs=1e-6)  # within the wind-up, straight ahead
+    assert state.front_wheel_angle == pytest.approx(0.0, abs=1e-6)  # within the twist, straight ahead
 
 
 # Pull

@@ -1,5 +1,5 @@
 // The filters of autoware.py and openpilot.py in the language that their trucks run: the same steps in the same order.
-// For openpilot's, sizes are known to the compiler and a prediction touches what its Jacobian changes, as in the code
+// openpilot's has compile-time sizes, and a prediction changes only what its Jacobian changes, as in the code
 // that openpilot generates.
 
 #include <cmath>

@@ -206,7 +206,7 @@ class Steering(Section):
     creep_deg_s_n_m: NotNegative  # speed of the wheels through the play: deg/s per N m above friction
     compliance_deg_kn_m: _Compliance  # of the front wheels, column and linkages together, under a moment
     windup_deg: Annotated[Number, Field(ge=0, le=5)] = 0.0  # of the column against friction, to either side
-    active_return_1_s: Annotated[Number, Field(ge=0, le=10)] = 0.0  # return rate of the wind-up by a motor
+    active_return_1_s: Annotated[Number, Field(ge=0, le=10)] = 0.0  # return rate of the twist by a motor
     pull_n_m: Annotated[Number, Field(ge=-2000, le=2000)] = 0.0  # constant moment of a misalignment
     pull_n: _PullForce = 0.0  # lateral force of a misalignment (toe, camber) at zero slip
     unloads_on_crown_percent: _Percent = 0.0  # road crown for which the axle is adjusted to zero moment

@@ -1,10 +1,10 @@
 """The matrix of bench/accuracy.py: the rows, and one drive of a row by its seed.
 
 Truck, road and sensors of a drive are drawn from population.py, except for the values that its row fixes. The reference
-is the sensor reading at mid-play and without column twist when driving straight without lateral acceleration: the sensor's
-offset plus the angle that a misalignment needs to drive straight (truth.straight_ahead_rad); no log can separate the
-two. A pull that is a moment at the king pins also shifts the neutral lateral acceleration; a method that attributes
-this shift to the accelerometer bias has an error of i K_us pull.
+is the sensor reading at mid-play and without column twist when driving straight without lateral acceleration: the
+sensor's offset plus the angle that a misalignment needs to drive straight (truth.straight_ahead_rad); no log can
+separate the two. A pull that is a moment at the king pins also shifts the neutral lateral acceleration; a method that
+attributes this shift to the accelerometer bias has an error of i K_us pull.
 """
 
 from __future__ import annotations
@@ -77,10 +77,10 @@ class Row:
     one_flank: bool = False  # only one flank of the play is loaded
     set_up: bool = False  # the axle is adjusted for the crown
     traffic_side: str = "right"
-    told_side: str | None = ""  # traffic side in the vehicle file, if different; None: none given
+    given_side: str | None = ""  # traffic side in the vehicle file, if different; None: none given
     spoil: Callable[[Signals, Random], Signals] = lambda signals, random: signals
     times: int = 1
-    hears: bool = True  # the lateral acceleration is used; rivals always use it
+    uses_accelerometer: bool = True  # the lateral acceleration is used; rivals always use it
     torque: bool = False  # the truck has a steering wheel torque sensor
     like: str = ""  # another row with the same drives, except for the changes of this one
     vehicle_error: Distribution | None = None  # relative error of wheelbase and ratio in the vehicle file
@@ -133,7 +133,7 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
     unloads = has_play and row.fixed.get("king_pin_friction_m_s2") != FRICTION_NEVER_OVERCOME_M_S2
     stood = bool((truth.table["vehicle_speed_m_s"] < STANDING_M_S).any())
     angle_per_m_s2 = truth.steering_ratio * truth.understeer_gradient
-    not_told_rad = angle_per_m_s2 * cannot_be_told_apart_m_s2(unloads=unloads, stood=stood)
+    not_identifiable_rad = angle_per_m_s2 * cannot_be_told_apart_m_s2(unloads=unloads, stood=stood)
     flank_rad = 0.5 * PLAY_SD_DEG * DEGREE if row.one_flank else 0.0
     set_up_rad = angle_per_m_s2 * set_up_left_open_m_s2(stood=stood) if row.set_up else 0.0
     return Drive(
@@ -143,9 +143,9 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
         vehicle=vehicle,
         known=known_of(vehicle, scenario),
         target_rad=truth.table["steering_wheel_angle_offset_rad"].to_numpy()[ends] + truth.straight_ahead_rad,
-        told_all_rad=angle_per_m_s2 * _accelerometers_zero_off_by_m_s2(signals, truth, vehicle),
-        floor_rad=1.96 * math.hypot(not_told_rad, flank_rad, set_up_rad),
-        side_force_floor_rad=1.96 * not_told_rad,
+        told_all_rad=angle_per_m_s2 * _accelerometer_bias_error_m_s2(signals, truth, vehicle),
+        floor_rad=1.96 * math.hypot(not_identifiable_rad, flank_rad, set_up_rad),
+        side_force_floor_rad=1.96 * not_identifiable_rad,
         angle_per_m_s2=angle_per_m_s2,
         wind_m_s2=_unloading_point_moved_by_wind_m_s2(scenario, truth),
         redrawn=redrawn,
@@ -154,7 +154,7 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
     )
 
 
-def _accelerometers_zero_off_by_m_s2(signals: Signals, truth: Truth, vehicle: Vehicle) -> float:
+def _accelerometer_bias_error_m_s2(signals: Signals, truth: Truth, vehicle: Vehicle) -> float:
     """Best estimate of the accelerometer bias from the mean bank and the ground at standstill, less the true one."""
     table = signals.table.filter(pl.col("lateral_acceleration_m_s2").is_finite() & pl.col("yaw_rate_rad_s").is_finite())
     moving = table.filter(pl.col("vehicle_speed_m_s") > MOVING_M_S)
@@ -200,7 +200,7 @@ def _vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehic
     if row.vehicle_error is not None:
         wheelbase_m *= 1.0 + row.vehicle_error.draw(random)
         ratio *= 1.0 + row.vehicle_error.draw(random)
-    told_side = None if row.told_side is None else row.told_side or row.traffic_side
+    given_side = None if row.given_side is None else row.given_side or row.traffic_side
     return vehicle_from(
         {
             "wheelbase_m": round(wheelbase_m, 3),
@@ -208,8 +208,8 @@ def _vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehic
             "track_width_front_m": truck.track_width_front_m,
             "track_width_rear_m": truck.track_width_rear_m,
             "axle_layout": truck.axle_layout,
-            **({} if told_side is None else {"traffic_side": told_side}),
-            "params": {"use_accelerometer": row.hears},
+            **({} if given_side is None else {"traffic_side": given_side}),
+            "params": {"use_accelerometer": row.uses_accelerometer},
         },
         row.name,
     )
@@ -439,20 +439,26 @@ _ROWS = (
     Row("unloads_on_crown", "axle set up to unload on 2 %", asked="interval", extra=_unloads_on_crown, set_up=True),
     Row("ebc2", "wheel speeds in 1/16 km/h at 10 Hz, never stands", spoil=as_ebc2, extra=_never_stands),
     Row("no_wheel_speeds", "no wheel speeds on the bus", spoil=without_wheel_speeds),
-    Row("no_accelerometer", "lateral acceleration not used, but by rivals", asked="", hears=False),
-    Row("no_accelerometer_motorway", "the same on a motorway, banked in bends", asked="", hears=False, base="motorway"),
+    Row("no_accelerometer", "lateral acceleration not used, but by rivals", asked="", uses_accelerometer=False),
+    Row(
+        "no_accelerometer_motorway",
+        "the same on a motorway, banked in bends",
+        asked="",
+        uses_accelerometer=False,
+        base="motorway",
+    ),
     Row("torque_pull", "`pull` with a torque sensor", asked="interval", pulls=True, torque=True, like="pull"),
     Row(
         "torque_no_accelerometer",
         "`no_accelerometer`, and a torque sensor replaces it",
         asked="",
-        hears=False,
+        uses_accelerometer=False,
         torque=True,
         like="no_accelerometer",
     ),
     Row("kicks", "kerbs, and a stability control at work", spoil=with_kicks),
     Row("left_hand", "traffic on the left, crown mirrored", traffic_side="left"),
-    Row("wrong_side", "traffic_side is left, roads fall to the right", asked="", told_side="left"),
+    Row("wrong_side", "traffic_side is left, roads fall to the right", asked="", given_side="left"),
     Row("remounted", "sensor moves by 2 to 6 deg in minute 6 to 12", extra=_remounted),
     Row("self_correction", "sender takes its offset out in two minutes", extra=_corrected_by_itself),
     Row("vehicle_off", "vehicle file 3 % off in wheelbase and ratio (sd)", asked="", vehicle_error=Normal(0.0, 0.03)),

@@ -185,7 +185,7 @@ def sensors(drawn: Draw) -> dict[str, Any]:
 
 
 def cannot_be_told_apart_m_s2(*, unloads: bool, stood: bool) -> float:
-    """Standard deviation of the side force, as lateral acceleration, that no drive tells: the interval's floor.
+    """Standard deviation in lateral acceleration that is not identifiable from one drive: the interval's minimum.
 
     If lateral force moves the wheels in their play, the drive identifies the sum accelerometer bias + pull + wind by
     the neutral lateral acceleration. Without play, or if friction always holds the wheels, it identifies none of them,
@@ -200,7 +200,7 @@ def cannot_be_told_apart_m_s2(*, unloads: bool, stood: bool) -> float:
 
 
 def set_up_left_open_m_s2(*, stood: bool) -> float:
-    """Remaining standard deviation from the axle setup, if the neutral lateral acceleration deviates by the usual crown.
+    """Remaining standard deviation from the axle setup, if the neutral acceleration deviates by the usual crown.
 
     By Bayes' rule from the prior of the setup and the likelihoods of both cases, with the sd of bias and pull.
     """

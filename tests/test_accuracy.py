@@ -54,7 +54,7 @@ def test_every_row_can_be_driven_and_has_a_truth_for_each_minute(
         assert np.isfinite(driven.target_rad).all()
         assert 0.0 < driven.side_force_floor_rad < 4.0 * DEGREE
         assert (driven.floor_rad > driven.side_force_floor_rad) == (row.one_flank or row.set_up)
-        assert driven.vehicle.traffic_side == (row.told_side or row.traffic_side)
+        assert driven.vehicle.traffic_side == (row.given_side or row.traffic_side)
     assert not list(tmp_path.iterdir())
 
 

@@ -1,4 +1,4 @@
-"""The simulated steering: play, column twist, pull and ratio, one at a time, then through whole manoeuvres of the truck."""
+"""The simulated steering: play, column twist, pull and ratio, one at a time, then in whole manoeuvres."""
 
 from __future__ import annotations
 

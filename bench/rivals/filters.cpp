@@ -80,8 +80,8 @@ struct Paramsd {
             P[k][k] += dt * WANDER[k] * WANDER[k];
     }
 
-    void observe(int which, double seen, double sd) {
-        const double spread = P[which][which] + sd * sd, innovation = seen - x[which];
+    void observe(int which, double observed, double sd) {
+        const double spread = P[which][which] + sd * sd, innovation = observed - x[which];
         double gain[STATES], row[STATES];
         for (int k = 0; k < STATES; k++) {
             gain[k] = P[k][which] / spread;

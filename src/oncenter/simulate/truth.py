@@ -78,8 +78,8 @@ class Truth:
         torsion_bar_rad: full width of the torsion bar's twist, which looks like play if its half moment is small.
         unloading_acceleration_m_s2: neutral lateral acceleration, with zero king-pin moment; NaN without one.
         straight_ahead_rad: true steering wheel angle for driving straight without lateral acceleration, at mid-play and
-            without column twist, at the end of the drive: 0, except for wheel alignment and the ride height after a load
-            change. The sensor then reads this plus `offset_rad`.
+            without column twist, at the end of the drive: 0, except for wheel alignment and the ride height after a
+            load change. The sensor then reads this plus `offset_rad`.
         yaw_rate_bias_rad_s: of the yaw rate sensor at the end of the drive.
         lateral_acceleration_bias_m_s2: of the accelerometer at the end of the drive.
         faults: all sensor faults, in order of time.

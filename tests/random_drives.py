@@ -1,6 +1,6 @@
-"""Random drives with everything a core must handle: straights and bends, crown, noise, offsets, gaps, standstill.
+"""Random drives with all that a core must stand: straights and bends, crown, noise, offsets, holes, standstill.
 
-They follow only (10) with noise; the simulator has a truck that moves by its forces.
+They follow (10) with noise, nothing more: whoever needs a truck that moves by its forces takes the simulator.
 """
 
 from __future__ import annotations
@@ -68,9 +68,9 @@ def damaged(columns: dict[str, Array], seed: int) -> dict[str, Array]:
         for piece in places(4, 30):
             hurt[name][piece] = rng.choice([np.nan, np.inf, -1e9])
     for piece in places(3, 4):
-        hurt["time_s"][piece] = hurt["time_s"][piece.start]  # repeated stamps
+        hurt["time_s"][piece] = hurt["time_s"][piece.start]  # stands still
     for piece in places(3, 4):
-        hurt["time_s"][piece] -= 1.0  # backward stamps
+        hurt["time_s"][piece] -= 1.0  # runs backward
     hurt["time_s"][places(1, 2)[0]] = np.nan
     kept = np.ones(count, bool)
     for piece in places(3, 60):

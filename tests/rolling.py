@@ -1,4 +1,4 @@
-"""Drives for wheel speeds and gyro only, with a known bias and known radii."""
+"""Drives of which only what the wheels and the gyro say matters, with a known bias and known radii."""
 
 from __future__ import annotations
 

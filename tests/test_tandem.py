@@ -30,7 +30,7 @@ def by_curvature(layout: str, *, laden: bool) -> float:
     return steered_force_n(truck, settings.steering, 0.0, 1.0) / steered_force_n(truck, settings.steering, 1.0)
 
 
-def test_in_a_bend_the_front_tyres_turn_the_truck_against_its_tandem() -> None:
+def test_in_a_bend_the_front_tyres_turn_the_tandem_against_its_own() -> None:
     """Moments about where the tandem's tyres act as one: its axles' forces by turning alone against the front's."""
     settings = scenario({"truck": {"payload": {"mass_kg": 0.001, "distance_m": 4.5, "length_m": 7.5}}}, "6x2")
     truck = settings.truck
@@ -44,7 +44,7 @@ def test_in_a_bend_the_front_tyres_turn_the_truck_against_its_tandem() -> None:
 
 
 @pytest.mark.parametrize("layout", LOADED_IN_BENDS)
-def test_a_layout_fits_trucks_between_empty_and_laden(layout: str) -> None:
+def test_a_layout_stands_for_trucks_between_empty_and_laden(layout: str) -> None:
     assert by_curvature(layout, laden=False) < of_layout(layout).params[SIDE_FORCE] < by_curvature(layout, laden=True)
 
 
@@ -55,7 +55,7 @@ def test_two_axles_do_not_resist_and_a_param_says_more_than_a_layout() -> None:
     assert of_layout("6x4", params={"pull_sd_m_s2": 0.1}).params == {SIDE_FORCE: 19.0, "pull_sd_m_s2": 0.1}
 
 
-def test_a_lifted_axle_does_not_resist() -> None:
+def test_an_axle_that_is_up_resists_no_more() -> None:
     """Its truck turns as if it were 15 % shorter; a file that is 5 % off lifts none, nor adds one."""
     joint, design = ffi.new("oc_joint *"), ffi.new("oc_joint_design *", {"tandem": 12.0})
     joint.best = 3
@@ -66,7 +66,7 @@ def test_a_lifted_axle_does_not_resist() -> None:
 
 @pytest.mark.parametrize("v", [8.0, -8.0])
 @pytest.mark.parametrize(("tandem", "place"), [(0.0, 1.0), (40.0, -1.0)])
-def test_without_its_sensor_the_angle_is_on_the_flank_loaded_by_the_front_tyres(
+def test_without_its_sensor_the_wheel_is_on_the_flank_that_the_front_tyres_are_pushed_to(
     tandem: float, place: float, v: float
 ) -> None:
     """A slow turn to the right, banked so that it is no side force to the truck, but to its front axle, whether the
@@ -79,7 +79,7 @@ def test_without_its_sensor_the_angle_is_on_the_flank_loaded_by_the_front_tyres(
     assert found["angle"][-1] == pytest.approx(steady + 0.5 * place * play, abs=0.1 * DEG)
 
 
-def test_an_estimate_with_the_axle_layout_is_reported_with_it() -> None:
+def test_what_was_learned_with_its_axles_is_told_with_them() -> None:
     """Once the sensor is gone no hypothesis learns any more: what differs is where in its play the wheel is said to
     be."""
     columns, truth = driven("[steering]\nbacklash_deg = 8.0\n", duration_s=600.0)
@@ -94,7 +94,7 @@ def test_an_estimate_with_the_axle_layout_is_reported_with_it() -> None:
     assert np.abs(angles[0] - angles[1]).max() > 1.0 * DEG
 
 
-def test_the_axle_layout_improves_the_estimate_of_a_laden_three_axle_truck(tmp_path: Path) -> None:
+def test_a_laden_three_axle_truck_is_measured_the_better_for_its_layout(tmp_path: Path) -> None:
     """On a crowned road bends to one side alone take the side force away, so that what they add goes one way."""
     truck = {key: value for key, value in LAYOUTS["6x4"].items() if key != "payload"}
     lines = [f"{key} = {value!r}".replace("'", '"') for key, value in truck.items()]

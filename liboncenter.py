@@ -27,7 +27,7 @@ MSVC_ARGS = ["/std:c11", "/O2", "/fp:precise"]
 # changes a bit of the results; other compilers do both by default.
 FASTER_GCC = ["-finline-limit=2000", "-fno-semantic-interposition"]
 
-# Folders of the project's root that are shipped inside the package.
+# Of the project's root, carried inside the package.
 SHIPPED = {
     "core": ("*.[ch]", "params.toml"),
     "dbc": ("*.dbc",),
@@ -103,5 +103,5 @@ def _members(kind: Any) -> list[tuple[str, Any]]:
 
 
 def _check(condition: str, name: str) -> str:
-    """A static assertion for C99: an array of negative size is an error in every compiler."""
+    """C99 has no static assertion: an array of no size is an error everywhere."""
     return f"typedef char {name}[({condition}) ? 1 : -1];"

@@ -29,7 +29,7 @@ OTHER_COMPILER = shlex.split(os.environ.get("ONCENTER_CC", ""))
 NO_COMPILER = (
     "oncenter's core is written in C, and the C compiler failed (see its message above). Install one: on Debian "
     "`apt-get install gcc libc6-dev`, on macOS `xcode-select --install`, on Windows the Visual Studio Build Tools; "
-    "or install a wheel, which needs no compiler: `pip install --only-binary oncenter oncenter`"
+    "or take a wheel, which needs none: `pip install --only-binary oncenter oncenter`"
 )
 
 

@@ -1,11 +1,11 @@
-"""How far off, how sure and how soon: every method and every rival on drives whose truth is known, in one run.
+"""Error, interval and convergence time of every method and every rival, on simulated drives, in one run.
 
     python bench/accuracy.py [--drives N] [--rows a,b] [--methods a,b] [--jobs N] [--tuning] [--page]
 
-A row of the matrix (accuracy_rows.py) is so many drives of 20 minutes, of the population four times as many, each with
-its own truck, road and sensors, drawn from population.py. Seeds from 1001 on are for reporting, those from 1 on
-(--tuning) for whoever tunes a method: no threshold may be chosen on the reported ones. All that was computed goes to
-build/accuracy/, and with --page, which takes all rows and methods, docs/accuracy.md and its picture are written.
+A row of the matrix (accuracy_rows.py) is N drives of 20 minutes (the population: four times as many), each with its own
+truck, road and sensors, drawn from population.py. Seeds from 1001 on are for reporting. Seeds from 1 on (--tuning) are
+for tuning a method: no threshold may be chosen on the reported ones. All results go to build/accuracy/. --page, with
+all rows and methods, also writes docs/accuracy.md and its picture.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Record = dict[str, Any]
 
 
 def courses(drive: Drive, methods: Sequence[str]) -> Iterator[tuple[str, Course, float, str]]:
-    """Of each method: its name, what it says minute by minute, the processor time of a tick in ns, and its refusal."""
+    """For each method: name, values minute by minute, CPU time per tick in ns, and the reason if it gives no answer."""
     theirs = rivals()
     for name in methods:
         began = time.process_time_ns()
@@ -56,8 +56,8 @@ def courses(drive: Drive, methods: Sequence[str]) -> Iterator[tuple[str, Course,
 
 
 def our_course(drive: Drive, method: Any) -> tuple[Course, float, str]:
-    """What it says minute by minute, ns a tick, and why not if it refuses. The last minute is the answer's, whose sd is
-    about the middle of its interval, the others are the trace's."""
+    """Values minute by minute, ns per tick, and the reason if there is no answer. The last minute is from the answer,
+    whose sd is about the centre of its interval; the others are from the trace."""
     minutes = len(drive.target_rad)
     silent = Course(np.full(minutes, np.nan), np.full(minutes, np.nan), np.zeros(minutes, bool))
     began = time.process_time_ns()
@@ -81,7 +81,7 @@ def our_course(drive: Drive, method: Any) -> tuple[Course, float, str]:
 
 
 def records(row: str, seed: int, methods: Sequence[str], folder: Path) -> list[Record]:
-    """One drive, a record a method; angles in deg."""
+    """One drive, a record per method; angles in deg."""
     driven = drive(ROWS[row], seed, folder)
     return [
         {
@@ -111,14 +111,14 @@ def run(rows: Sequence[str], seeds: range, methods: Sequence[str], jobs: int) ->
     done: dict[tuple[str, int], list[Record]] = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        # The first drive compiles the rivals and touches all memory, and is not kept: times would be the compiler's.
+        # The first drive compiles the rivals and touches all memory; it is discarded, because its times include that.
         records(*wanted[0], methods, folder)
         if jobs == 1:
             for key in wanted:
                 done[key] = records(*key, methods, folder)
                 progress(len(done), len(wanted))
         else:
-            # Spawned: what polars keeps running does not survive a fork.
+            # Spawned: polars' threads do not survive a fork.
             with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
                 running = {pool.submit(records, *key, methods, folder): key for key in wanted}
                 for future in as_completed(running):
@@ -128,14 +128,14 @@ def run(rows: Sequence[str], seeds: range, methods: Sequence[str], jobs: int) ->
 
 
 def progress(done: int, count: int) -> None:
-    """A line at each tenth."""
+    """Prints a line at each tenth."""
     if done * 10 // count > (done - 1) * 10 // count:
         print(f"{done} of {count} drives", file=sys.stderr, flush=True)
 
 
 @dataclasses.dataclass(frozen=True)
 class Summary:
-    """A method in a row after the last minute; angles in deg, NaN where there is nothing to say."""
+    """A method in a row after the last minute; angles in deg, NaN without a value."""
 
     row: str
     method: str
@@ -145,11 +145,11 @@ class Summary:
     median: float  # |error| of all with a value
     p95: float
     largest: float
-    valid_median: float  # of those called valid
+    valid_median: float  # of the valid ones
     valid_p95: float
     valid_largest: float
     intervals: int  # drives with a ci95
-    covered: int  # of those, how many hold the truth
+    covered: int  # number of those that contain the truth
     coverage: float  # share
     half_width: float  # median
     of_floor: float  # median of half-width over floor
@@ -214,7 +214,7 @@ def _quantiles(values: Array) -> tuple[float, float, float]:
 
 
 def minutes_until_below(error_deg: Array, bound_deg: float) -> float:
-    """The first minute at whose end, and at all later ones, there is a value with less error; infinite if none."""
+    """The first minute from whose end on the error stays below the bound; infinite if there is none."""
     below = error_deg < bound_deg  # false for NaN as well
     if not below[-1]:
         return NEVER_MIN
@@ -237,14 +237,14 @@ def print_table(summaries: Sequence[Summary]) -> None:
 
 
 def print_refusals(table: pl.DataFrame) -> None:
-    """Once for each row and method, with the first one's words."""
+    """Missing answers, once per row and method, with the text of the first."""
     refused = table.filter(pl.col("refusal") != "").group_by("row", "method", maintain_order=True)
     for row, method, count, words in refused.agg(pl.len(), pl.col("refusal").first()).iter_rows():
-        print(f"{row}: {method} refuses {count} drives: {words}", file=sys.stderr)
+        print(f"{row}: {method} gives no answer for {count} drives: {words}", file=sys.stderr)
 
 
 def keep(table: pl.DataFrame, summaries: Sequence[Summary], name: str, settings: Record) -> None:
-    """Every drive as Parquet, the summary with what it was run with as JSON."""
+    """Writes every drive as Parquet, and the summary with its parameters as JSON."""
     BUILD.mkdir(parents=True, exist_ok=True)
     table.write_parquet(BUILD / f"{name}.parquet")
     numbers = [
@@ -257,11 +257,11 @@ def keep(table: pl.DataFrame, summaries: Sequence[Summary], name: str, settings:
 
 
 def names_of(text: str, known: Sequence[str], what: str) -> list[str]:
-    """Of a list with commas; all where it is empty. Ends the program where one is not known."""
+    """The names in a comma-separated list; all for an empty one. Exits on an unknown name."""
     names = text.split(",") if text else list(known)
     unknown = [name for name in names if name not in known]
     if unknown:
-        sys.exit(f"no {what} {', '.join(unknown)}; known are {', '.join(known)}")
+        sys.exit(f"no {what} {', '.join(unknown)}; available are {', '.join(known)}")
     return names
 
 
@@ -269,8 +269,8 @@ def main() -> None:
     known_methods = [*METHODS, *rivals()]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drives", type=int, default=60, help="of each row (60)")
-    parser.add_argument("--rows", default="", help="by name, with commas between; all")
-    parser.add_argument("--methods", default="", help="by name, with commas between; all")
+    parser.add_argument("--rows", default="", help="names separated by commas; default: all")
+    parser.add_argument("--methods", default="", help="names separated by commas; default: all")
     parser.add_argument("--jobs", type=int, default=1, help="processes (1)")
     parser.add_argument("--tuning", action="store_true", help="seeds from 1 on instead of the reported ones")
     parser.add_argument("--page", action="store_true", help="write docs/accuracy.md and docs/accuracy.png")

@@ -1,4 +1,4 @@
-"""docs/accuracy.png, from the records of bench/accuracy.py: large letters and few marks, so that it reads at 400 px."""
+"""Draws docs/accuracy.png from the records of bench/accuracy.py: large letters and few marks, legible at 400 px."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ COLOURS = {
     "mode": "#986a44",
 }
 BEST_RIVAL = "best rival"
-ANSWERED_MIN = 0.5  # share of a row's drives on which a rival must have a value to be its best
-DASHED = ("bins", "rls")  # of the same blue family as the thesis whose ideas they are
+ANSWERED_MIN = 0.5  # minimum share of a row's drives with a value for a rival to be the best of the row
+DASHED = ("bins", "rls")  # in the blues of the thesis, which proposes them
 
 
 def draw(table: pl.DataFrame, summaries: Sequence[Summary], points: Sequence[Point], file: Path, folder: Path) -> None:
-    """Errors by row, over time, and the gate's study, one below the other; `folder` takes what the browser needs."""
+    """Errors by row, errors over time, and the gate study, one below the other; `folder` is for the browser's files."""
     from bokeh.embed import file_html
     from bokeh.layouts import column, row
     from bokeh.resources import INLINE
@@ -84,8 +84,8 @@ def _legend(plot: Any, letters: str, **settings: Any) -> None:
 
 
 def _rows_plot(summaries: Sequence[Summary]) -> Any:
-    """Of each row the joint method, the thesis and whichever rival is best there: a dot at the median, a line on to the
-    95th percentile."""
+    """For each row the joint method, the thesis and the best rival: a dot at the median, a line to the 95th
+    percentile."""
     rows = list(dict.fromkeys(s.row for s in summaries))
     plot = _figure(
         ROWS_HEIGHT_PX,
@@ -120,13 +120,13 @@ def _rows_plot(summaries: Sequence[Summary]) -> Any:
 
 
 def best_rival(summaries: Sequence[Summary], row: str) -> Summary | None:
-    """Of those with a value on enough drives of the row, the one with the least median error."""
+    """The rival with the smallest median error among those with a value on enough drives of the row."""
     theirs = [s for s in summaries if s.row == row and s.method not in METHODS and s.answered >= ANSWERED_MIN]
     return min(theirs, key=lambda s: s.median, default=None)
 
 
 def _time_plot(table: pl.DataFrame) -> Any:
-    """Of the row `ordinary`: the median of the absolute error, minute by minute."""
+    """The median absolute error of the row `ordinary`, minute by minute."""
     plot = _figure(
         TIME_HEIGHT_PX,
         LETTERS,
@@ -156,7 +156,7 @@ def _time_plot(table: pl.DataFrame) -> Any:
 
 
 def _gate_plot(limit: str, points: Sequence[Point]) -> Any:
-    """Error over evidence as one limit moves: each value a point, Table 4's larger, both ends named."""
+    """Error over evidence while one limit varies: one point per value, Table 4's larger, both ends labelled."""
     from bokeh.models import BasicTickFormatter
 
     symbol, unit, values = LIMITS[limit]

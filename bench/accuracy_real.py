@@ -1,4 +1,4 @@
-"""A car on a proving ground, whose offset is known from a GNSS/INS's heading: what each method says of it."""
+"""The offset of each method for a car on a proving ground, with a reference offset from a GNSS/INS heading."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from oncenter.offset.answer import METHODS
 
 ROOT = Path(__file__).parents[1]
 REAL_DATA = Path(os.environ.get("ONCENTER_REAL_DATA", ROOT / ".." / "shared" / "data"))
-# deg, fitted in bends to the OxTS's heading instead of the gyro; the drives' own README.
+# deg, fitted in bends to the OxTS heading instead of the gyro; from the drives' README.
 OXTS_OFFSET_DEG = {"cpg_fast_lap": 0.27, "cpg_slow_lap": 0.34}
 
 
 @dataclass(frozen=True)
 class Said:
-    """In deg; `refusal` where there is no answer."""
+    """In deg; `refusal` is the reason if there is no answer."""
 
     drive: str
     method: str
@@ -31,7 +31,7 @@ class Said:
 
 
 def real_drives() -> Iterator[Said]:
-    """By drive and method; nothing where the drives are not there."""
+    """Results by drive and method; empty if the drives are not available."""
     vehicle = oc.vehicle(ROOT / "examples" / "genesis.toml")
     for drive, oxts_deg in OXTS_OFFSET_DEG.items():
         log = REAL_DATA / "genesis" / f"{drive}.csv.gz"

@@ -1,10 +1,10 @@
-"""The matrix of bench/accuracy.py: what each row drives, and one drive of it by its seed.
+"""The matrix of bench/accuracy.py: the rows, and one drive of a row by its seed.
 
-A drive's truck, road and sensors are drawn from population.py but for what its row fixes. What it counts against is
-what the sensor reads at the middle of play and wind-up when driving straight without lateral acceleration: the sensor's
-own offset, and what a wrong alignment needs to go straight (truth.straight_ahead_rad), which no log parts from it. A
-pull that is a moment at the king pins also moves the side force at which the steering unloads; a method that takes that
-for the accelerometer's bias is off by i K_us pull.
+Truck, road and sensors of a drive are drawn from population.py, except for the values that its row fixes. The reference
+is the sensor reading at mid-play and without column twist when driving straight without lateral acceleration: the
+sensor's offset plus the angle that a misalignment needs to drive straight (truth.straight_ahead_rad); no log can
+separate the two. A pull that is a moment at the king pins also shifts the neutral lateral acceleration; a method that
+attributes this shift to the accelerometer bias has an error of i K_us pull.
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ from oncenter.vehicle import Vehicle, vehicle_from
 
 DURATION_S = 1200.0
 TORQUE_ZERO_SD_N_M = 0.1  # of the torque sensor
-MOVING_M_S = 3.0  # from which on the joint method learns
+MOVING_M_S = 3.0  # minimum speed of the joint method
 STANDING_M_S = 0.1
-ATTEMPTS = 20  # a draw that no driver can hold is drawn anew
+ATTEMPTS = 20  # a draw that the driver cannot control is repeated
 
 Table = dict[str, Any]
 WHEEL_SPEEDS = [f"wheel_speed_{corner}" for corner in ("front_left", "front_right", "rear_left", "rear_right")]
@@ -62,8 +62,8 @@ WHEEL_SPEEDS = [f"wheel_speed_{corner}" for corner in ("front_left", "front_righ
 
 @dataclass(frozen=True)
 class Row:
-    """`asked` is what must be shown of it: "error", "interval", or "" where only coverage is. `times` as many drives as
-    other rows have, where a share is asked within a few per cent."""
+    """A row. `asked`: its requirement is on "error", "interval", or "" for coverage only. `times`: multiple of the
+    usual number of drives, for a requirement within a few per cent."""
 
     name: str
     about: str
@@ -71,36 +71,36 @@ class Row:
     base: str = "thesis_drive"
     fixed: Mapping[str, Distribution | float] = dataclasses.field(default_factory=dict)
     extra: Callable[[Random], Table] = lambda random: {}
-    front_axle_load_kg: float | None = None  # of a base that brings its own truck
+    front_axle_load_kg: float | None = None  # of a base with its own truck
     wind: bool = False
     pulls: bool = False
-    one_flank: bool = False  # of the play is all that the drive shows
-    set_up: bool = False  # the axle is, to unload on the crown
+    one_flank: bool = False  # only one flank of the play is loaded
+    set_up: bool = False  # the axle is adjusted for the crown
     traffic_side: str = "right"
-    told_side: str | None = ""  # by the vehicle file, where that is another; None: it names none
+    given_side: str | None = ""  # traffic side in the vehicle file, if different; None: none given
     spoil: Callable[[Signals, Random], Signals] = lambda signals, random: signals
     times: int = 1
-    hears: bool = True  # the lateral acceleration is used; rivals use it anyway
+    uses_accelerometer: bool = True  # the lateral acceleration is used; rivals always use it
     torque: bool = False  # the truck has a steering wheel torque sensor
-    like: str = ""  # another row, whose drives these are again, but for what this one adds
-    vehicle_error: Distribution | None = None  # share by which wheelbase and ratio of the vehicle file are wrong
+    like: str = ""  # another row with the same drives, except for the changes of this one
+    vehicle_error: Distribution | None = None  # relative error of wheelbase and ratio in the vehicle file
 
 
 @dataclass(frozen=True)
 class Drive:
-    """A drive, what the estimators are told of the truck, and what they would have to find.
+    """A drive, the vehicle data for the estimators, and the true values.
 
     Attributes:
         target_rad: the offset at the end of every minute.
-        told_all_rad: error of one who is told all of truck, play and gyro, but not where the accelerometer's zero is.
-        floor_rad: half-width that a 95 % interval needs for what no drive can tell apart: the side force at which the
-            steering unloads, and half the play where one flank is all that it shows.
-        side_force_floor_rad: of it the former.
-        angle_per_m_s2: i K_us, by which an unloading point that is taken wrongly moves the offset, rad/(m/s^2).
-        wind_m_s2: by how much the wind moved that point on average while the truck drove as fast as estimators ask.
-        redrawn: draws before this one that no driver could hold.
-        scenario: what was driven.
-        truth: all that was true.
+        told_all_rad: error of an estimator with exact data of truck, play and gyro, but without the accelerometer bias.
+        floor_rad: half-width of a 95 % interval for the part that is not identifiable from one drive: the neutral
+            lateral acceleration, and half the play if only one flank is loaded.
+        side_force_floor_rad: the first of these two.
+        angle_per_m_s2: i K_us, the shift of the offset per error of the neutral lateral acceleration, rad/(m/s^2).
+        wind_m_s2: mean shift of the neutral lateral acceleration by wind above the estimators' minimum speed.
+        redrawn: number of draws before this one that the driver could not control.
+        scenario: the simulated scenario.
+        truth: its true values.
     """
 
     row: str
@@ -124,7 +124,7 @@ class Drive:
 
 
 def drive(row: Row, seed: int, folder: Path) -> Drive:
-    """The row's drive of that seed. `folder` takes its scenario file for a while."""
+    """The row's drive with that seed. `folder` is for a temporary scenario file."""
     random = np.random.default_rng([seed, zlib.crc32((row.like or row.name).encode())])
     scenario, signals, truth, redrawn = _driven(row, seed, random, folder)
     vehicle = vehicle_file(row, scenario.truck, truth, random)
@@ -133,7 +133,7 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
     unloads = has_play and row.fixed.get("king_pin_friction_m_s2") != FRICTION_NEVER_OVERCOME_M_S2
     stood = bool((truth.table["vehicle_speed_m_s"] < STANDING_M_S).any())
     angle_per_m_s2 = truth.steering_ratio * truth.understeer_gradient
-    not_told_rad = angle_per_m_s2 * cannot_be_told_apart_m_s2(unloads=unloads, stood=stood)
+    not_identifiable_rad = angle_per_m_s2 * cannot_be_told_apart_m_s2(unloads=unloads, stood=stood)
     flank_rad = 0.5 * PLAY_SD_DEG * DEGREE if row.one_flank else 0.0
     set_up_rad = angle_per_m_s2 * set_up_left_open_m_s2(stood=stood) if row.set_up else 0.0
     return Drive(
@@ -143,9 +143,9 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
         vehicle=vehicle,
         known=known_of(vehicle, scenario),
         target_rad=truth.table["steering_wheel_angle_offset_rad"].to_numpy()[ends] + truth.straight_ahead_rad,
-        told_all_rad=angle_per_m_s2 * _accelerometers_zero_off_by_m_s2(signals, truth, vehicle),
-        floor_rad=1.96 * math.hypot(not_told_rad, flank_rad, set_up_rad),
-        side_force_floor_rad=1.96 * not_told_rad,
+        told_all_rad=angle_per_m_s2 * _accelerometer_bias_error_m_s2(signals, truth, vehicle),
+        floor_rad=1.96 * math.hypot(not_identifiable_rad, flank_rad, set_up_rad),
+        side_force_floor_rad=1.96 * not_identifiable_rad,
         angle_per_m_s2=angle_per_m_s2,
         wind_m_s2=_unloading_point_moved_by_wind_m_s2(scenario, truth),
         redrawn=redrawn,
@@ -154,8 +154,8 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
     )
 
 
-def _accelerometers_zero_off_by_m_s2(signals: Signals, truth: Truth, vehicle: Vehicle) -> float:
-    """As the mean bank and the ground stood on tell it at best, less the true one."""
+def _accelerometer_bias_error_m_s2(signals: Signals, truth: Truth, vehicle: Vehicle) -> float:
+    """Best estimate of the accelerometer bias from the mean bank and the ground at standstill, less the true one."""
     table = signals.table.filter(pl.col("lateral_acceleration_m_s2").is_finite() & pl.col("yaw_rate_rad_s").is_finite())
     moving = table.filter(pl.col("vehicle_speed_m_s") > MOVING_M_S)
     standing = table.filter(pl.col("vehicle_speed_m_s") < STANDING_M_S)["lateral_acceleration_m_s2"]
@@ -167,7 +167,7 @@ def _accelerometers_zero_off_by_m_s2(signals: Signals, truth: Truth, vehicle: Ve
 
 
 def _unloading_point_moved_by_wind_m_s2(scenario: Scenario, truth: Truth) -> float:
-    """Where the front tyres carry nothing: the wind's push and its turning moment, which the rear ones hold."""
+    """Lateral acceleration with zero force at the front tyres under wind force and moment."""
     if scenario.wind is None:
         return 0.0
     moving = truth.table.filter(pl.col("vehicle_speed_m_s") > MOVING_M_S)["wind_side_force_n"].to_numpy()
@@ -177,7 +177,7 @@ def _unloading_point_moved_by_wind_m_s2(scenario: Scenario, truth: Truth) -> flo
 
 
 def _driven(row: Row, seed: int, random: Random, folder: Path) -> tuple[Scenario, Signals, Truth, int]:
-    """Draws until a driver can hold what was drawn; at last, how many he could not."""
+    """Draws until the driver can control the truck; also gives the number of rejected draws."""
     file = folder / f"{row.name}_{seed}.toml"
     for redrawn in range(ATTEMPTS):
         drawn = draw(random, {**EVERY_ROW, **row.fixed})
@@ -194,13 +194,13 @@ def _driven(row: Row, seed: int, random: Random, folder: Path) -> tuple[Scenario
 
 
 def vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehicle:
-    """Winkler's equivalent wheelbase of the truck with all axles down, as a vehicle file has it, without a trailer."""
+    """Winkler's equivalent wheelbase for a vehicle file: all axles down, without trailer."""
     wheelbase_m = truth.equivalent_wheelbase_m if truck.trailer is None else truck.wheelbase_m
     ratio = truth.steering_ratio
     if row.vehicle_error is not None:
         wheelbase_m *= 1.0 + row.vehicle_error.draw(random)
         ratio *= 1.0 + row.vehicle_error.draw(random)
-    told_side = None if row.told_side is None else row.told_side or row.traffic_side
+    given_side = None if row.given_side is None else row.given_side or row.traffic_side
     return vehicle_from(
         {
             "wheelbase_m": round(wheelbase_m, 3),
@@ -208,8 +208,8 @@ def vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehicl
             "track_width_front_m": truck.track_width_front_m,
             "track_width_rear_m": truck.track_width_rear_m,
             "axle_layout": truck.axle_layout,
-            **({} if told_side is None else {"traffic_side": told_side}),
-            "params": {"use_accelerometer": row.hears},
+            **({} if given_side is None else {"traffic_side": given_side}),
+            "params": {"use_accelerometer": row.uses_accelerometer},
         },
         row.name,
     )
@@ -268,7 +268,7 @@ def laid_over(below: Table, above: Table) -> Table:
 
 
 def as_toml(values: Table, path: tuple[str, ...] = ()) -> str:
-    """Tables of numbers, texts and lists of them; JSON's are TOML's."""
+    """TOML of tables with numbers, texts and lists, whose JSON form is also valid TOML."""
     plain = [f"{key} = {_inline(value)}" for key, value in values.items() if not isinstance(value, dict)]
     text = "\n".join(([f"[{'.'.join(path)}]"] if path else []) + plain) + "\n"
     return text + "".join(as_toml(value, (*path, key)) for key, value in values.items() if isinstance(value, dict))
@@ -288,8 +288,8 @@ def _with_columns(signals: Signals, columns: Mapping[str, Array]) -> Signals:
 
 
 def as_ebc2(signals: Signals, random: Random) -> Signals:
-    """Wheel speeds as EBC2 sends them: the front axle's in 1/256 km/h, each wheel's relative to it in 1/16 km/h, every
-    100 ms, and between them what a reader's interpolation makes of them."""
+    """Wheel speeds as in EBC2: the front axle in 1/256 km/h, each wheel relative to it in 1/16 km/h, every 100 ms,
+    interpolated in between as a reader does."""
     time = signals.table["time_s"].to_numpy()
     wheels = {name: signals.table[f"{name}_m_s"].to_numpy()[::10] for name in WHEEL_SPEEDS}
     axle = _rounded((wheels["wheel_speed_front_left"] + wheels["wheel_speed_front_right"]) / 2.0, 1.0 / 256.0 / 3.6)
@@ -314,8 +314,8 @@ def without_wheel_speeds(signals: Signals, random: Random) -> Signals:
 
 
 def with_kicks(signals: Signals, random: Random) -> Signals:
-    """Kerbs, potholes and a stability control at work: once in forty seconds, for 0.2 to 1.5 s, half a sine of up to 40
-    deg on the angle, 6 deg/s on the yaw rate and 2 m/s^2 on the lateral acceleration, each of its own sign."""
+    """Adds kerbs, potholes and interventions of a stability control: every 40 s, for 0.2 to 1.5 s, half a sine of up to
+    40 deg, 6 deg/s and 2 m/s^2 on angle, yaw rate and lateral acceleration, with independent signs."""
     columns = {
         name: signals.table[name].to_numpy().copy()
         for name in ("steering_wheel_angle_rad", "yaw_rate_rad_s", "lateral_acceleration_m_s2")
@@ -361,7 +361,7 @@ def _unloads_on_crown(random: Random) -> Table:
 
 
 def _rigid(layout: str, about: str, front_axle_load_kg: float) -> Row:
-    """A rigid truck that is anything between empty and laden."""
+    """A rigid truck with a random load between empty and laden."""
 
     def loaded(random: Random) -> Table:
         goods = LAYOUTS[layout]["payload"]
@@ -377,8 +377,8 @@ def _population(random: Random) -> Table:
     return {**road, **standing, **(_unloads_on_crown(random) if random.random() < SET_UP_SHARE else {})}
 
 
-# What a row has that does not say otherwise: play as maintenance leaves it, carried through by the aligning moment, on
-# a road whose crown is near the usual 2 %.
+# Defaults of a row: play within maintenance limits, moved by the aligning moment, on a road with a crown near the usual
+# 2 %.
 EVERY_ROW: dict[str, Distribution | float] = {
     "backlash_deg": Uniform(2.0, 8.0),
     "king_pin_friction_m_s2": Uniform(0.02, 0.1),
@@ -386,7 +386,7 @@ EVERY_ROW: dict[str, Distribution | float] = {
 }
 POPULATED_BY = ("thesis_drive", "country", "motorway", "town")
 FRICTION_NEVER_OVERCOME_M_S2 = 10.0
-FRONT_OF_THESIS_KG, FRONT_OF_LIFT_AXLE_KG = 5900.0, 6660.0  # on the front axles of trucks that a base brings
+FRONT_OF_THESIS_KG, FRONT_OF_LIFT_AXLE_KG = 5900.0, 6660.0  # front axle loads of the trucks of base scenarios
 
 _ROWS = (
     Row("ordinary", "2 to 8 deg of play, aligning moment"),
@@ -439,20 +439,26 @@ _ROWS = (
     Row("unloads_on_crown", "axle set up to unload on 2 %", asked="interval", extra=_unloads_on_crown, set_up=True),
     Row("ebc2", "wheel speeds in 1/16 km/h at 10 Hz, never stands", spoil=as_ebc2, extra=_never_stands),
     Row("no_wheel_speeds", "no wheel speeds on the bus", spoil=without_wheel_speeds),
-    Row("no_accelerometer", "lateral acceleration not used, but by rivals", asked="", hears=False),
-    Row("no_accelerometer_motorway", "the same on a motorway, banked in bends", asked="", hears=False, base="motorway"),
+    Row("no_accelerometer", "lateral acceleration not used, but by rivals", asked="", uses_accelerometer=False),
+    Row(
+        "no_accelerometer_motorway",
+        "the same on a motorway, banked in bends",
+        asked="",
+        uses_accelerometer=False,
+        base="motorway",
+    ),
     Row("torque_pull", "`pull` with a torque sensor", asked="interval", pulls=True, torque=True, like="pull"),
     Row(
         "torque_no_accelerometer",
         "`no_accelerometer`, and a torque sensor replaces it",
         asked="",
-        hears=False,
+        uses_accelerometer=False,
         torque=True,
         like="no_accelerometer",
     ),
     Row("kicks", "kerbs, and a stability control at work", spoil=with_kicks),
     Row("left_hand", "traffic on the left, crown mirrored", traffic_side="left"),
-    Row("wrong_side", "traffic_side is left, roads fall to the right", asked="", told_side="left"),
+    Row("wrong_side", "traffic_side is left, roads fall to the right", asked="", given_side="left"),
     Row("remounted", "sensor moves by 2 to 6 deg in minute 6 to 12", extra=_remounted),
     Row("self_correction", "sender takes its offset out in two minutes", extra=_corrected_by_itself),
     Row("vehicle_off", "vehicle file 3 % off in wheelbase and ratio (sd)", asked="", vehicle_error=Normal(0.0, 0.03)),

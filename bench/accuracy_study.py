@@ -1,7 +1,7 @@
-"""5.5.2's study: how the gate of Table 4 trades evidence against error, for the thesis's method.
+"""The study of 5.5.2 for the thesis's method: trade-off of the gate of Table 4 between evidence and error.
 
-One limit at a time is moved, the others stay. `flawless` drives have no play and sensors without bias, so that what is
-left is the gate's doing; `ordinary` ones are the matrix's.
+One limit varies at a time. `flawless` drives have no play and sensors without bias, so the remaining error comes from
+the gate; `ordinary` drives are those of the matrix.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from accuracy_rows import ROWS, drive
 import oncenter as oc
 from oncenter.signals import DEGREE
 
-# Of each limit: as the thesis calls it, its unit, how the page shows a value, and the values; Table 4's is among them.
+# For each limit: its name in the thesis, its unit, its format on the page, and its values, including that of Table 4.
 LIMITS: dict[str, tuple[str, str, tuple[float, ...]]] = {
     "curvature_max_1_m": ("R_max", "m", (1 / 400, 1 / 600, 1 / 800, 1 / 1200, 1 / 2000)),
     "longitudinal_acceleration_max_m_s2": ("dv/dt_max", "m/s²", (0.1, 0.2, 0.3, 0.5, 1.0)),
@@ -38,7 +38,7 @@ STUDIED = {
 
 @dataclasses.dataclass(frozen=True)
 class Point:
-    """One limit at one value on one row; medians over its drives, the error of those with a value."""
+    """One limit at one value on one row: medians over its drives, the error over those with a value."""
 
     row: str
     limit: str
@@ -50,7 +50,7 @@ class Point:
 
 
 def shown(limit: str, value: float) -> float:
-    """As the thesis writes it: a radius for a curvature."""
+    """In the thesis's form: a radius for a curvature."""
     return 1.0 / value if limit == "curvature_max_1_m" else value
 
 

@@ -1,10 +1,10 @@
-"""How far off the steering wheel angle without its sensor is: the observer beside the thesis's estimators.
+"""Error of the steering wheel angle without its sensor: the observer compared with the thesis's estimators.
 
     python bench/angle.py [--drives N] [--tuning] [--only WORD,...] [--page]
 
 Ordinary drives of ten minutes with and an hour without the sensor, the manoeuvres of Figures 10, 11, 12 and 14, a
-payload that changed, real cars, sensors that fail and sensors that do not, and the speed. Seeds from 101 on are for
-reporting, those from 1 on (--tuning) for whoever tunes. --page writes what was run into docs/angle.md.
+changed payload, real cars, faulty and healthy sensors, and the speed. Seeds from 101 on are for reporting, seeds from 1
+on (--tuning) for tuning. --page writes the results into docs/angle.md.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from oncenter.angle.run import METHODS
 from oncenter.signals import DEGREE, SignalName, Signals
 
 TUNING_FROM, REPORTED_FROM = 1, 101
-FLANK_S = 5.0  # of the ten minutes, for which a flank of the play must be seen to know where its middle is
+FLANK_S = 5.0  # of the ten minutes: minimum time on each flank of the play to identify mid-play
 HEALTHY_FROM, HEALTHY_DRIVES = 2001, 100
 PAGE = Path(__file__).parents[1] / "docs" / "angle.md"
 REAL = Path(os.environ.get("ONCENTER_REAL_DATA", Path(__file__).parents[1] / ".." / "shared" / "data"))
@@ -100,7 +100,7 @@ def ordinary_lines(seeds: range, folder: Path) -> Iterator[Line]:
             f"where the ten minutes showed both flanks of the play, {FLANK_S:g} s each: {told}, in {within} of "
             f"{len(both)} at most {asked_deg:g}",
         )
-        # what is left where the learned offset is not off
+        # the error without that of the estimated offset
         told = f"about its own mean RMS {np.median(scatter):.2f} deg (median), {max(scatter):.2f} (worst)"
         yield Line(name, "observer", told)
         mean = float(np.mean(covered))
@@ -174,8 +174,8 @@ def _of_scenario(name: str, scenario: str, seeds: range, teachers: dict[int, Sig
 
 
 def _of_manoeuvre(drive: Drive, error: Array) -> tuple[float, float, float]:
-    """Relative error where more than 200 deg are steered, RMS in deg elsewhere, and bias in deg toward more angle in
-    bends beyond 0.8 m/s^2; 0 where there is none of it."""
+    """Relative error above 200 deg, RMS error in deg below, and bias in deg toward larger angles in bends above
+    0.8 m/s^2; 0 without such ticks."""
     moving = (np.arange(len(error)) > 2500) & (drive.speed_m_s > 1.0)
     deg = drive.true_rad / DEGREE
     turned, bends = moving & (np.abs(deg) > 200.0), moving & (np.abs(drive.lateral_acceleration_m_s2) > 0.8)
@@ -185,7 +185,7 @@ def _of_manoeuvre(drive: Drive, error: Array) -> tuple[float, float, float]:
 
 
 def _of_turn(drive: Drive, method: str, teacher: Signals) -> tuple[float, float]:
-    """Seconds from the turn's begin until 90 % of it, and the overshoot as its share."""
+    """Seconds from the begin of the turn until 90 % of it, and the relative overshoot."""
     table = oc.angle(drive.signals, drive.vehicle, method=method, taught_by=(teacher,), sensor_lost_at=0.0)
     begin = round(100 * RAMP_BEGIN_S)
     found = table["steering_wheel_angle_rad"].to_numpy()[begin : begin + 300] / DEGREE
@@ -207,7 +207,7 @@ def real_lines(seeds: range, folder: Path) -> Iterator[Line]:
         return
     drives = {file.name.removesuffix(".csv.gz"): oc.read(file, names=names) for file in files}
     for name, drive in drives.items():
-        # the whole drive with its sensor says what measured less offset is
+        # the offset from the whole drive with its sensor gives the reference angle
         told_by = [other for key, other in drives.items() if key != name] if name.startswith("rfs") else []
         lost_at = 0.0 if told_by else 0.5 * len(drive.table) / drive.rate_hz
         asked_deg = 3.0 if told_by else 2.5

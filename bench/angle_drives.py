@@ -1,7 +1,7 @@
-"""What bench/angle.py drives: trucks drawn from population.py, with a sensor first and without it after.
+"""The drives of bench/angle.py: trucks drawn from population.py, first with the sensor, then without.
 
-A truck whose steering lags is made of one that does not: what its driver holds is ahead of what the wheels were set to
-by lag times its rate, which is a first-order lag from hands to wheels.
+A truck with steering lag is derived from one without: the angle at the hands leads the angle at the wheels by lag times
+its rate, which is a first-order lag from hands to wheels.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import polars as pl
-from accuracy_rows import as_toml  # the same tables as the accuracy bench's
+from accuracy_rows import as_toml  # same tables as in the accuracy bench
 from population import Draw, Uniform, draw, sensors, steering, truck, wind
 
 import oncenter as oc
@@ -29,12 +29,12 @@ Table = dict[str, Any]
 LEARNING_S, WITHOUT_S = 600.0, 3600.0
 ROADS = ("thesis_drive", "country", "motorway")
 ATTEMPTS = 20
-GNSS_SD_M_S = 0.02  # of the speed sideways, as a good receiver with inertial sensors tells it
+GNSS_SD_M_S = 0.02  # of the lateral speed of a good receiver with inertial sensors
 
 
 @dataclass(frozen=True)
 class Drive:
-    """`true_rad` is the steering wheel's angle less what a wrong alignment needs to go straight."""
+    """`true_rad` is the steering wheel angle less the angle that a misalignment needs to drive straight."""
 
     signals: Signals
     true_rad: Array
@@ -44,7 +44,7 @@ class Drive:
 
 
 def simulated(values: Table, seed: int, folder: Path, lag_s: float = 0.0) -> Drive:
-    """A scenario given as tables, driven."""
+    """Simulates a scenario given as tables."""
     file = folder / "angle.toml"
     file.write_text(as_toml(values), encoding="utf-8")
     signals, truth = oc.simulate(file, seed)
@@ -52,7 +52,7 @@ def simulated(values: Table, seed: int, folder: Path, lag_s: float = 0.0) -> Dri
 
 
 def named(scenario: str, seed: int, lag_s: float = 0.0) -> Drive:
-    """A shipped scenario."""
+    """Simulates a shipped scenario."""
     return drive_of(*oc.simulate(scenario, seed), lag_s)
 
 
@@ -84,7 +84,7 @@ def drive_of(signals: Signals, truth: Truth, lag_s: float) -> Drive:
 
 
 def ordinary(seed: int, folder: Path, play_deg: Uniform | float, *, extra: Mapping[str, Any] | None = None) -> Drive:
-    """Ten minutes with and an hour without the sensor, on a road by chance."""
+    """Ten minutes with and an hour without the sensor, on a random road."""
     random = np.random.default_rng([seed, 5])
     fixed = {"backlash_deg": play_deg, "king_pin_friction_m_s2": Uniform(0.02, 0.1)}
     for _ in range(ATTEMPTS):
@@ -103,7 +103,7 @@ HEALTHY = ("motorway", "country", "town", "thesis_drive", "windy", "banked", "ki
 
 
 def healthy(seed: int, folder: Path) -> Drive:
-    """Ten minutes and an hour with a sensor that is well, all HEALTHY kinds of drives in turn."""
+    """Ten minutes and an hour with a healthy sensor, all HEALTHY kinds of drives in turn."""
     random = np.random.default_rng([seed, 8])
     kind = HEALTHY[seed % len(HEALTHY)]
     for _ in range(ATTEMPTS):
@@ -125,7 +125,7 @@ def healthy(seed: int, folder: Path) -> Drive:
 
 
 def payload_changed(seed: int, folder: Path) -> tuple[Drive, Drive]:
-    """The same truck twice: ten minutes with its goods, and half an hour with half as much or half more."""
+    """The same truck twice: ten minutes with its payload, and half an hour with 50 % less or more."""
     random = np.random.default_rng([seed, 6])
     drawn = draw(random, {"backlash_deg": Uniform(0.0, 8.0), "king_pin_friction_m_s2": Uniform(0.02, 0.1)})
     goods_kg = float(random.uniform(3000.0, 8000.0))
@@ -164,7 +164,7 @@ RAMP_BEGIN_S, RAMP_RATE_DEG_S, RAMP_FROM_DEG, RAMP_TO_DEG = 70.23, 260.0, 60.0, 
 
 
 def hard_turn(seed: int, folder: Path, lag_s: float) -> Drive:
-    """Figure 12, with the wheels behind the hands by lag_s."""
+    """Figure 12 with a lag of lag_s from hands to wheels."""
     time_s = np.arange(0.0, 120.0, 0.001)
     ramp = RAMP_FROM_DEG - RAMP_RATE_DEG_S * (time_s - RAMP_BEGIN_S)
     before = RAMP_FROM_DEG * np.clip(time_s - 61.0, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Sensors that fail and sensors that do not, for bench/angle.py."""
+"""Faulty and healthy sensors, for bench/angle.py."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from oncenter.signals import DEGREE
 FAST_M_S = 8.0
 WITHIN_S = 5.0
 LIMIT_DEG, LIMIT_SDS = 10.0, 5.5
-KICKED_ONE_IN = 9  # every kind of drive among them
-NAMED_AFTER_TICKS = 1000  # a sign shows in bends only
+KICKED_ONE_IN = 9  # includes every kind of drive
+NAMED_AFTER_TICKS = 1000  # a reversed sign is detectable only in bends
 
 
 def _stuck(measured: Array, at: int, random: np.random.Generator) -> Array:
@@ -63,7 +63,7 @@ FAULTS: dict[str, Callable[[Array, int, np.random.Generator], Array]] = {
 
 
 def fault_lines(seeds: range, folder: Path) -> Iterator[Line]:
-    """Found how long after being wrong by the larger of 10 deg and 5.5 sd, above 8 m/s."""
+    """Detection time after an error above the larger of 10 deg and 5.5 sd, above 8 m/s."""
     late: dict[str, list[float]] = {name: [] for name in FAULTS}
     names: dict[str, list[str]] = {name: [] for name in FAULTS}
     shown: dict[str, int] = dict.fromkeys(FAULTS, 0)
@@ -101,7 +101,7 @@ def fault_lines(seeds: range, folder: Path) -> Iterator[Line]:
 
 
 def healthy_lines(seeds: range, folder: Path) -> Iterator[Line]:
-    """All of them as they are, and one in nine with kerbs and a stability control at work besides."""
+    """All healthy drives, and one in nine also with kerbs and interventions of a stability control."""
     alarms: list[str] = []
     kicked_alarms: list[str] = []
     hours = kicked_hours = 0.0

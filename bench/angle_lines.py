@@ -1,4 +1,4 @@
-"""A line of what bench/angle.py finds, and lines as text or as a page's tables."""
+"""A result line of bench/angle.py, and lines as text or as tables of a page."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ BEGIN, END = "<!-- bench/angle.py --page -->", "<!-- end -->"
 
 @dataclass(frozen=True)
 class Line:
-    """`met` is None where nothing is asked."""
+    """`met` is None without a requirement."""
 
     what: str
     estimator: str
@@ -25,7 +25,7 @@ class Line:
 
 
 def write_tables(page: Path, sections: Mapping[str, Iterable[Line]]) -> None:
-    """Puts the tables between the page's two marks; those of other sections stay as they stood."""
+    """Writes the tables between the two marks of the page; tables of other sections stay unchanged."""
     before, rest = page.read_text(encoding="utf-8").split(BEGIN)
     stood, after = rest.split(END)
     tables = {part.split("\n", 1)[0]: f"### {part.strip()}" for part in stood.split("### ")[1:]}

@@ -1,10 +1,10 @@
-"""`oncenter offset` on one drive in each format, each time in a new process: time, processors, memory, and the steps.
+"""`oncenter offset` on one drive in each format, each time in a new process: wall time, CPU time, memory, and steps.
 
     python bench/cold.py [--scenario NAME] [--formats .log,.asc] [--rounds N] [--folder FOLDER] [--json]
 
-Processors and memory are those of all its processes: a child reads what other people's libraries read. Formats take
-turns; the first round, in which Python compiles what it imports, does not count. Steps are from runs of their own, in
-which `cold_steps.py` looks at the clock. This process imports nothing heavy: a child's peak begins at its parent's.
+CPU time and memory include child processes, which read the formats of third-party libraries. Formats take turns; the
+first round, in which Python compiles its imports, does not count. Steps are from separate runs with `cold_steps.py`.
+This process imports nothing heavy, because a child's peak memory starts at its parent's.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-MAX_S = {".log": 0.5, ".csv": 0.5, ".parquet": 0.5, ".mf4": 0.8, ".blf": 0.7, ".asc": 0.7, ".trc": 0.7}  # asked of us
-FLOORS = {"Python": "pass", "Python with numpy and polars": "import numpy, polars"}  # every answer imports them
+MAX_S = {".log": 0.5, ".csv": 0.5, ".parquet": 0.5, ".mf4": 0.8, ".blf": 0.7, ".asc": 0.7, ".trc": 0.7}  # requirements
+FLOORS = {"Python": "pass", "Python with numpy and polars": "import numpy, polars"}  # minimum imports of every answer
 STEPS = ("start_s", "reading_s", "answering_s")
 TRUCK = "scania_r730_4x2"
 _HERE = Path(__file__).parent
-_SUBREAPER = 36  # of prctl: a reader that outlives its parent is ours to wait for
+_SUBREAPER = 36  # of prctl: makes this process the parent of readers that outlive theirs
 
 Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Spent:
-    """What a process took, with all that it started."""
+    """Resources of a process and its children."""
 
     wall_s: float
     cpu_s: float
@@ -64,17 +64,17 @@ def timed(*command: str) -> Spent:
 
 
 def _children() -> set[int]:
-    """Of this process; none where no /proc tells, as no process is ours to wait for there."""
+    """The children of this process; none without /proc."""
     return {int(child) for file in Path("/proc/self/task").glob("*/children") for child in file.read_text().split()}
 
 
 def own_vehicle(log: Path) -> Path:
-    """Beside a log whose signals have names of its own."""
+    """The vehicle file beside a log whose signals have other names."""
     return log.with_name(f"{log.name}.toml")
 
 
 def vehicle_of(log: Path) -> str:
-    """A file, or the name of a shipped one."""
+    """A vehicle file, or the name of a shipped one."""
     own = own_vehicle(log)
     return str(own) if own.exists() else TRUCK
 
@@ -84,14 +84,14 @@ def asked(log: Path) -> tuple[str, ...]:
 
 
 def steps(log: Path, said: Path) -> dict[str, float]:
-    """Seconds: starting and importing, reading, answering; together the whole."""
+    """Seconds for start and imports, for reading, and for the answer; together the total."""
     spent = timed(str(_HERE / "cold_steps.py"), str(said), *asked(log))
     found: dict[str, float] = json.loads(said.read_text(encoding="utf-8"))
     return {"start_s": spent.wall_s - found["reading_s"] - found["answering_s"], **found}
 
 
 def table(logs: dict[str, Path], rounds: int, folder: Path) -> list[Row]:
-    """Medians of the rounds, by format and of what every answer imports."""
+    """Medians of the rounds, by format and for the minimum imports."""
     commands = {name: ("-c", code) for name, code in FLOORS.items()}
     commands |= {suffix: ("-m", "oncenter", *asked(log)) for suffix, log in logs.items()}
     spent: dict[str, list[Spent]] = {name: [] for name in commands}
@@ -131,7 +131,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, help="with logs drive.log, drive.csv, … of those formats")
     parser.add_argument("--json", action="store_true", help="print an object instead of a table")
     given = parser.parse_args()
-    with contextlib.suppress(OSError, AttributeError):  # Linux alone has it
+    with contextlib.suppress(OSError, AttributeError):  # only on Linux
         ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
     suffixes = given.formats.split(",")
     with tempfile.TemporaryDirectory() as name:

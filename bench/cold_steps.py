@@ -1,7 +1,6 @@
-"""`cold_steps.py SAID.json VERB …`: that command line of oncenter, and the seconds of its reading and its answering.
+"""`cold_steps.py STEPS.json VERB …`: runs that command of oncenter and writes the seconds of reading and answering.
 
-Imports meanwhile are no part of them: they are start, wherever they happen. A child process that reads is: this one
-waits for it.
+Imports during these steps are not included: they count as start. Waiting for a child process that reads is included.
 """
 
 from __future__ import annotations
@@ -22,10 +21,10 @@ from oncenter.cli import main as command_line
 
 
 class Imports:
-    """An `__import__` that adds up the seconds of this thread's imports, those within one another once.
+    """An `__import__` that sums the seconds of this thread's imports, nested ones only once.
 
     Args:
-        imported: the one that does the work.
+        imported: the original function.
     """
 
     def __init__(self, imported: Callable[..., Any]) -> None:

@@ -1,6 +1,6 @@
-"""What the benches are run on: a drive as columns of ticks with a known offset, and the same kind of drive as CAN logs.
+"""The drive of the benches: columns of ticks with a known offset.
 
-Made from a few sinusoids, so that every branch of the core is taken: straights, bends, stops, missing values, holes.
+Made of a few sinusoids so that every branch of the core is taken: straights, bends, stops, missing values, gaps.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ CROWN_M_S2 = 0.12
 
 
 def ticks(count: int, seed: int = 1) -> dict[str, Column]:
-    """Columns as the core takes them, `count` rows at RATE_HZ."""
+    """Input columns of the core, `count` rows at RATE_HZ."""
     noise = np.random.default_rng(seed).normal
     t = np.arange(count) / RATE_HZ
     speed = np.clip(15 + 10 * np.sin(t / 90) + 6 * np.sin(t / 37) + 1.2 * np.sin(t / 4), 0, 25)
@@ -33,7 +33,7 @@ def ticks(count: int, seed: int = 1) -> dict[str, Column]:
         "vehicle_speed_m_s": np.where(speed > 0, speed + noise(0, 0.02, count), 0.0),
         "lateral_acceleration_m_s2": acceleration + noise(0, 0.1, count),
     }
-    columns["time_s"] += np.arange(count) // 60_000  # a hole of a second every ten minutes
+    columns["time_s"] += np.arange(count) // 60_000  # a gap of one second every ten minutes
     columns["time_s"][40_000::60_000] = columns["time_s"][39_999 : count - 1 : 60_000]  # a repeated time stamp
     columns["steering_wheel_angle_rad"][np.arange(count) % 20_000 < 5] = np.nan
     return columns

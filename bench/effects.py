@@ -1,9 +1,9 @@
-"""What real trucks do beside the usual model, one effect at a time: what it does to the answer and to its intervals.
+"""Effects of real trucks outside the usual model, one at a time: their influence on answer and intervals.
 
     python bench/effects.py [--drives N] [--rows a,b] [--jobs N] [--tuning] [--page]
 
-A row of effects_rows.py is so many drives of 20 minutes. Seeds from 1001 on are for reporting, those from 1 on
-(--tuning) for whoever tunes. All records go to build/accuracy/; --page, which takes all rows, writes the section
+A row of effects_rows.py is N drives of 20 minutes. Seeds from 1001 on are for reporting, seeds from 1 on (--tuning) for
+tuning. All records go to build/accuracy/; --page, which takes all rows, writes the section
 "Real-truck effects" of docs/accuracy.md.
 """
 
@@ -28,7 +28,7 @@ import oncenter as oc
 from oncenter.offset.answer import Estimate
 from oncenter.signals import DEGREE
 
-LOST_AT_S = 600.0  # from when on the virtual angle has no sensor
+LOST_AT_S = 600.0  # the virtual angle has no sensor from here on
 FAST_M_S = 8.0
 WITH_ANGLE = ("none", "accelerometer_drift", "overlay_motor", "relearning", "wind_moment", "load_change")
 ACCUSING = ("offset_changed", "steering_wheel_angle_sensor_at_fault", "signals_at_fault")
@@ -60,14 +60,14 @@ def record(row: str, seed: int, folder: Path, with_angle: bool, params: Mapping[
 
 
 def _of_drive(answer: oc.Answer, target: float) -> Record:
-    """What the drive's own interval is off, over its half-width, once the pull has done what it does."""
+    """Error of the drive's own interval over its half-width, without the part caused by the pull."""
     if answer.offset.value is None or answer.offset_half_width_rad is None:
         return {"drive_ratio": None}
     return {"drive_ratio": abs(answer.offset.value - target) / answer.offset_half_width_rad}
 
 
 def _truths(driven: Drive) -> dict[str, tuple[float, float]]:
-    """From and to, at the drive's end: what twists and what lash a motor drags along is play in some motions only."""
+    """Range of the play at the end of the drive: twist and motor lash act as play only in some motions."""
     truth = driven.truth
     gradient = truth.load_changed_understeer_gradient or truth.understeer_gradient
     motor = driven.scenario.steering.overlay_motor
@@ -81,7 +81,7 @@ def _truths(driven: Drive) -> dict[str, tuple[float, float]]:
 
 
 def _judged(name: str, said: Estimate, least: float, most: float) -> Record:
-    """Error, half-width (both in files' unit) and whether the interval holds the truth, or some of it."""
+    """Error and half-width (in the unit of files), and whether the interval contains the truth or part of its range."""
     if said.value is None or said.ci95 is None:
         return {f"{name}_{key}": None for key in ("error", "half_width", "holds")} | {f"{name}_status": said.status}
     low, high = said.ci95
@@ -94,7 +94,7 @@ def _judged(name: str, said: Estimate, least: float, most: float) -> Record:
 
 
 def _angle(driven: Drive) -> Record:
-    """The virtual angle after the sensor was lost: RMS error in deg, and the share of ticks in its interval."""
+    """The virtual angle after the loss of the sensor: RMS error in deg, and share of ticks within its interval."""
     table = oc.angle(driven.signals, driven.vehicle, sensor_lost_at=LOST_AT_S)
     truth = driven.truth
     true = truth.table["steering_wheel_angle_rad"].to_numpy() - truth.straight_ahead_rad
@@ -110,7 +110,7 @@ def _angle(driven: Drive) -> Record:
 def run(rows: Sequence[str], seeds: range, jobs: int, params: Mapping[str, float]) -> pl.DataFrame:
     """All records, in the order of rows and seeds."""
     wanted = [(row, seed) for row in rows for seed in seeds]
-    # spawned: what polars keeps running does not survive a fork
+    # spawned: polars' threads do not survive a fork
     spawn = multiprocessing.get_context("spawn")
     with tempfile.TemporaryDirectory() as name, ProcessPoolExecutor(jobs, spawn) as pool:
         running = {pool.submit(record, *key, Path(name), key[0] in WITH_ANGLE, params): key for key in wanted}
@@ -122,7 +122,7 @@ def run(rows: Sequence[str], seeds: range, jobs: int, params: Mapping[str, float
 
 
 def judged(row: str, name: str) -> str:
-    """The column by which the row's offset is judged: less the pull where its truth has one."""
+    """The column that judges the row's offset: without the pull if its truth has one."""
     return f"less_pull_{name}" if row in PULLS else name
 
 
@@ -176,10 +176,10 @@ def print_table(summaries: Sequence[Record]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drives", type=int, default=60, help="of each row (60)")
-    parser.add_argument("--rows", default="", help="by name, with commas between; all")
+    parser.add_argument("--rows", default="", help="names separated by commas; default: all")
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--tuning", action="store_true", help="seeds from 1 on instead of the reported ones")
-    parser.add_argument("--params", default="", help="name=value of core/params.h, with commas between")
+    parser.add_argument("--params", default="", help="name=value of core/params.h, separated by commas")
     parser.add_argument("--page", action="store_true", help="write the section of docs/accuracy.md")
     given = parser.parse_args()
     if given.page and (given.tuning or given.rows or given.params):

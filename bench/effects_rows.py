@@ -23,7 +23,7 @@ from oncenter.simulate.sensor_sections import (
 SIZES = {"half": 0.5, "": 1.0, "double": 2.0}
 SPELL_S, BETWEEN_S = (60.0, 300.0), (30.0, 240.0)  # the motor carries the steering; the driver does
 STOP_S = (600.0, 640.0)
-PER_WIND_SPEED = 120.0  # N of side force per m/s of side wind at 20 m/s on 9 m^2
+PER_WIND_SPEED = 120.0  # N of lateral force per m/s of crosswind at 20 m/s on 9 m^2
 
 Extra = Callable[[Random], Table]
 
@@ -101,7 +101,7 @@ def patches_of_snow(size: float) -> Extra:
 
 
 def minor_physics(size: float) -> Extra:
-    """What each truck has some of: a torsion bar, a joint's ripple, ratios and steer that are not even."""
+    """Effects that every truck has: torsion bar, ripple of a joint, asymmetric ratios, brake and roll steer."""
 
     def extra(random: Random) -> Table:
         steering = {
@@ -159,7 +159,7 @@ def _row(name: str, about: str, *, extra: Extra = lambda random: {}, **keys: Any
     def with_sensors(random: Random) -> Table:
         return laid_over({"sensors": _real_sensors()}, extra(random))
 
-    return Row(name, about, asked="", told_side=None, extra=with_sensors, **keys)
+    return Row(name, about, asked="", given_side=None, extra=with_sensors, **keys)
 
 
 def _at_sizes(name: str, about: str, made: Callable[[float], Extra], **keys: Any) -> list[Row]:

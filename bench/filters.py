@@ -1,4 +1,4 @@
-"""Ticks a second of the core beside rivals' filters, each in its own language, over one drive in one thread."""
+"""Ticks per second of the core and of the rivals' filters, each in its own language, over one drive in one thread."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ import oncenter as oc
 from oncenter._core import Core
 from oncenter.simulate.scenario import read_scenario
 
-AGREES_DEG = 1e-6  # rounding in another order
-NO_COMPILER = "There is no g++ here, so that Autoware's and openpilot's filters run as numba compiles them."
+AGREES_DEG = 1e-6  # rounding differences
+NO_COMPILER = "There is no g++ here, so Autoware's and openpilot's filters run in numba."
 
 Row = dict[str, Any]
 
 
 def filters_table(ticks: int, rounds: int) -> list[Row]:
-    """M ticks/s by processor time, best of the rounds. A rival of two languages that give two offsets ends the run."""
-    ticks = max(ticks // MINUTE_TICKS, 4) * MINUTE_TICKS  # the rivals in numba answer at the end of a minute
+    """M ticks/s by CPU time, best of the rounds. Exits if a rival's offsets in its two languages differ."""
+    ticks = max(ticks // MINUTE_TICKS, 4) * MINUTE_TICKS  # the numba rivals give a value at the end of each minute
     columns = drives.ticks(ticks)
     known = known_of(oc.vehicle("scania_r730_4x2"), read_scenario("thesis_drive"))
 

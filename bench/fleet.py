@@ -1,11 +1,11 @@
-"""What a fleet's night must show, measured on drives whose truth is known.
+"""Measures the requirements on a nightly fleet run with simulated drives.
 
     python bench/fleet.py FOLDER [--part changes|speed|ray|memory|kill …] [--page | --smoke]
 
-FOLDER gets a fleet where it has none yet (fleet_drives.py, 4.5 GB, six minutes of two cores): 2,000 drives of 100
-trucks, half of which nobody touches, with seed 11, which was not used to tune anything: those were 101, 1, 2, 21 and
-22. What the nights wrote stays in FOLDER/out. `--page` writes what was measured into docs/fleet.md; parts that were not
-measured keep what stood there. `--smoke` is for whoever asks only whether the bench runs: a few drives, one round.
+If FOLDER has no fleet, one is made (fleet_drives.py, 4.5 GB, six minutes on two cores): 2,000 drives of 100 trucks,
+half of them without any change, with seed 11, which was not used for tuning (101, 1, 2, 21 and 22 were). Outputs stay
+in FOLDER/out. `--page` writes the results into docs/fleet.md; parts that were not measured keep their text. `--smoke`
+only checks that the bench runs: a few drives, one round.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def make(folder: Path, sizes: Sizes) -> None:
 
 
 def night(given: Path, output: Path, *, logs: list[str] | None = None, more: tuple[str, ...] = ()) -> dict[str, Any]:
-    """One run as a process of its own: its metrics, wall and CPU seconds of it and its children."""
+    """One run in its own process: its metrics, and wall and CPU seconds including children."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begin = time.perf_counter()
     places = logs or [str(given / "logs")]
@@ -71,7 +71,7 @@ def night(given: Path, output: Path, *, logs: list[str] | None = None, more: tup
 
 
 def some(given: Path, count: int) -> list[str]:
-    """Evenly from all trucks, so that every folder gives some."""
+    """Logs evenly from all trucks, so that every folder is represented."""
     logs = sorted(map(str, (given / "logs").rglob("*.parquet")))
     return logs[:: max(1, len(logs) // count)][:count]
 
@@ -104,7 +104,7 @@ def changes(folder: Path, work: Path, sizes: Sizes) -> list[str]:
 
 
 def _others(given: Path, output: Path) -> dict[str, int]:
-    """What else is said to have changed, but for gyros that did."""
+    """False alarms of other quantities, without gyros that did change."""
     planted = json.loads((given / "planted.json").read_text())
     gyros = {change["truck"] for change in planted if change["kind"] == "gyro"}
     found = pl.read_parquet(output / "changes.parquet").filter(pl.col("quantity") != "offset").to_dicts()
@@ -113,8 +113,8 @@ def _others(given: Path, output: Path) -> dict[str, int]:
 
 
 def _standing(given: Path, output: Path) -> list[dict[str, Any]]:
-    """By truck: whether its q names it, whether the interval of its offset holds the truth, and whether offset or
-    change is beyond the limit."""
+    """By truck: whether its q reports it, whether the interval of its offset contains the truth, and whether offset or
+    change exceeds the limit."""
     truth = pl.read_csv(given / "drives.csv").sort("drive").group_by("truck").last()
     planted = {change["truck"]: change for change in json.loads((given / "planted.json").read_text())}
     rows = []
@@ -133,8 +133,8 @@ def _standing(given: Path, output: Path) -> list[dict[str, Any]]:
 
 
 def _judged(given: Path, output: Path) -> dict[str, Any]:
-    """A change found belongs to the planted one of its truck if that came with or before its proof and it is placed at
-    most three drives from it; all others are false."""
+    """A detected change matches the planted one of its truck if that happened no later than its detection and is at
+    most three drives from its estimated time; all others are false."""
     planted = {change["truck"]: change for change in json.loads((given / "planted.json").read_text())}
     found = pl.read_parquet(output / "changes.parquet").filter(quantity="offset")
     drives = pl.read_parquet(output / "drives.parquet")
@@ -164,8 +164,8 @@ def _judged(given: Path, output: Path) -> dict[str, Any]:
 
 
 def speed(folder: Path, work: Path, sizes: Sizes) -> list[str]:
-    """The same logs on one core and on all in turn, from the command to its end: the slowest and the fastest round.
-    Then every log there is, on all cores, as a night has them."""
+    """The same logs on one core and on all cores in turn, for the whole command: the slowest and the fastest round.
+    Then all logs on all cores, as in a nightly run."""
     every = some(folder / "planted", sizes.trucks * sizes.drives)
     logs = some(folder / "planted", 500)
     _touch(logs)
@@ -194,24 +194,25 @@ def speed(folder: Path, work: Path, sizes: Sizes) -> list[str]:
 
 
 def _rates(folder: Path, work: Path, logs: list[str], cores: list[int], round_: int) -> tuple[float, float, float]:
-    """Drives a second from start to page and while answering, and ms of processor a drive."""
+    """Drives per second from start to page and while answering, and CPU ms per drive."""
     os.sched_setaffinity(0, cores)
     metrics = night(folder / "planted", work / f"cores{len(cores)}_{len(logs)}_{round_}", logs=logs)
     return len(logs) / metrics["wall_s"], metrics["logs_per_second"], 1000.0 * metrics["cpu_s"] / len(logs)
 
 
 def _touch(logs: list[str]) -> None:
-    """Read once, so that the disk is out of it."""
+    """Reads the logs once, so that the disk does not count."""
     for log in logs:
         Path(log).read_bytes()
 
 
 def on_ray(folder: Path, work: Path, sizes: Sizes) -> list[str]:
-    """Ray on this machine's cores beside processes, by turns, 500 drives: time and bytes."""
+    """Ray compared with processes on this machine's cores, taking turns, 500 drives: time, and equality of the
+    tables."""
     logs = some(folder / "planted", 500)
     _touch(logs)
     engines: dict[str, tuple[str, ...]] = {"processes": (), "ray": ("--engine", "ray")}
-    for engine, more in engines.items():  # once for nothing, lest the first be slow for being the first
+    for engine, more in engines.items():  # a warm-up run that does not count
         night(folder / "planted", work / engine, logs=logs[:100], more=more)
     turns: list[dict[str, dict[str, Any]]] = []
     for _ in range(sizes.ray_turns):
@@ -240,7 +241,7 @@ def _median(turns: list[dict[str, dict[str, Any]]], engine: str, quantity: str) 
 
 
 def _idle_ray_s() -> float:
-    """What Ray takes to begin and end with nothing to do."""
+    """Seconds for starting and ending Ray without work."""
     begin = time.perf_counter()
     idle = "import ray; ray.init(include_dashboard=False, log_to_driver=False); ray.shutdown()"
     subprocess.run([sys.executable, "-c", idle], check=True, stderr=subprocess.DEVNULL)
@@ -262,7 +263,7 @@ def memory(folder: Path, work: Path, sizes: Sizes) -> list[str]:
 
 
 def kill(folder: Path, work: Path, sizes: Sizes) -> list[str]:
-    """Killed ten times in the middle, then left alone: the bytes of a run that nobody disturbed."""
+    """Kills the run ten times, then lets it finish: the tables must equal those of an undisturbed run."""
     logs = some(folder / "planted", 700)
     undisturbed_s = night(folder / "planted", work / "undisturbed", logs=logs)["wall_s"]
     start_s = night(folder / "planted", work / "one", logs=logs[:1])["wall_s"]
@@ -304,7 +305,7 @@ def write_page(measured: dict[str, list[str]]) -> None:
     above, _, below = PAGE.read_text(encoding="utf-8").partition(MARK)
     stood = dict(part.split("\n", 1) for part in below.split("### ")[1:])
     titles = [title for title, _ in PARTS.values()]
-    new = {title: stood.get(title, "\nNot measured yet.\n").strip() for title in titles}
+    new = {title: stood.get(title, "\nNot measured.\n").strip() for title in titles}
     new |= {PARTS[name][0]: "\n".join(lines) for name, lines in measured.items()}
     PAGE.write_text(
         above + MARK + "".join(f"\n### {title}\n\n{text}\n" for title, text in new.items()), encoding="utf-8"
@@ -324,7 +325,7 @@ def main() -> None:
     measured = {}
     for name in given.part:
         work = given.folder / "out" / name
-        shutil.rmtree(work, ignore_errors=True)  # or what an older core of the same version answered would stay
+        shutil.rmtree(work, ignore_errors=True)  # else answers of an older core with the same version would stay
         work.mkdir(parents=True, exist_ok=True)
         measured[name] = PARTS[name][1](given.folder, work, sizes)
         print(f"\n### {PARTS[name][0]}\n\n" + "\n".join(measured[name]), flush=True)

@@ -1,7 +1,7 @@
-"""A fleet whose truth is known: trucks that are driven every working day, some remounted, aligned or with another gyro.
+"""A simulated fleet: trucks driven every working day, some with a remounted sensor, a new alignment or another gyro.
 
-What a truck is stays with it, as do its pull, its accelerometer's bias and its gyro's; road, load, wind and crown are
-another every drive. Each drive is one Parquet file of its truck's folder, 100 Hz, float32 in SI, time_s since 1970.
+A truck keeps its parameters, pull, accelerometer bias and gyro bias; road, load, wind and crown change with every
+drive. Each drive is one Parquet file of its truck's folder, 100 Hz, float32 in SI, time_s since 1970.
 
     python bench/fleet_drives.py FOLDER --trucks 100 --drives 20 --seed 1
 """
@@ -33,12 +33,12 @@ FIRST_DAY = datetime(2026, 3, 2, 6, 0, tzinfo=UTC)
 ROADS = ("thesis_drive", "country", "motorway", "town")
 PER_TRUCK = {**EVERY_ROW, "offset_deg": Normal(0.0, 0.5), "backlash_deg": Uniform(2.0, 8.0)}
 PER_DRIVE = ("rear_axle_load_kg", "wind_m_s", "gust_sd_m_s", "crown_percent", "rough_bank_sd_percent", "heading_deg")
-GYRO_WANDERS_SD_DEG_S = 0.03  # from drive to drive, as with temperature
+GYRO_WANDERS_SD_DEG_S = 0.03  # between drives, as by temperature
 
 
 @dataclass(frozen=True)
 class Planted:
-    """One change of a truck: before its `drive`-th drive, numbered from 0. `size` in deg, of the gyro in deg/s."""
+    """A change of a truck before drive number `drive` (from 0). `size` in deg; in deg/s for a gyro."""
 
     truck: str
     kind: str  # "remount", "alignment", "gyro"
@@ -48,7 +48,7 @@ class Planted:
 
 @dataclass(frozen=True)
 class Job:
-    """One drive. `offset_deg` and `gyro_deg_s` are what was planted so far, `aligned_deg` at the steering wheel."""
+    """One drive. `offset_deg` and `gyro_deg_s` are the sums planted so far, `aligned_deg` is at the steering wheel."""
 
     truck: str
     number: int
@@ -64,8 +64,8 @@ class Job:
 def fleet(trucks: int, drives: int, seed: int, *, healthy: bool = False) -> tuple[list[Job], list[Planted]]:
     """All drives of a fleet, truck by truck in order of time, and what was planted.
 
-    Of each ten trucks three are remounted by 2 to 6 deg, one is aligned by as much, one is moved by 0.5 to 2 deg, one
-    gets another gyro bias, four stay as they are; all of them do where `healthy`.
+    Of every ten trucks, three are remounted by 2 to 6 deg, one is aligned by as much, one is remounted by 0.5 to 2 deg,
+    one gets another gyro bias, and four do not change. With `healthy`, none changes.
     """
     jobs: list[Job] = []
     planted: list[Planted] = []
@@ -113,7 +113,7 @@ def _job(name: str, number: int, drawn: Draw, change: Planted | None, random: Ra
 
 
 def scenario(job: Job, random: Random) -> dict[str, Any]:
-    """What the simulator is asked for; an alignment is a side force of the wheels without slip."""
+    """The scenario; an alignment is a lateral force of the wheels at zero slip."""
     drawn = job.drawn
     its_truck = truck(drawn)
     its_steering = steering(drawn, drawn["front_axle_load_kg"], pulls=True)
@@ -143,10 +143,10 @@ def scenario(job: Job, random: Random) -> dict[str, Any]:
 
 
 def drive(job: Job, folder: Path) -> tuple[pl.DataFrame, float]:
-    """Its signals, and the offset in deg that an estimator would have to find. `folder` takes a file for a while.
+    """Its signals, and the true offset in deg. `folder` is for a temporary file.
 
     Raises:
-        OncenterError: no driver can hold the truck on any of the roads tried.
+        OncenterError: the driver cannot control the truck on any of the roads tried.
     """
     file = folder / f"{job.truck}-{job.number}.toml"
     for attempt in range(ATTEMPTS):
@@ -167,13 +167,13 @@ def drive(job: Job, folder: Path) -> tuple[pl.DataFrame, float]:
 
 
 def _write(job: Job, folder: Path) -> dict[str, Any] | None:
-    """A truck that nobody can hold that day stays at home."""
+    """Writes the log of a drive; none if the driver cannot control the truck that day."""
     log = folder / "logs" / job.truck / f"{datetime.fromtimestamp(job.start_s, UTC):%Y%m%dT%H%M%SZ}.parquet"
     try:
         table, offset_deg = drive(job, folder)
     except OncenterError:
         return None
-    pq.write_table(table.to_arrow(), log)  # Snappy and dictionaries, as pandas writes it, too
+    pq.write_table(table.to_arrow(), log)  # Snappy and dictionaries, as pandas writes
     return {"truck": job.truck, "drive": job.number, "start_s": job.start_s, "log": log.name, "offset_deg": offset_deg}
 
 
@@ -191,7 +191,7 @@ def vehicle_file(drawn: Draw) -> str:
 
 
 def write_fleet(folder: Path, jobs: list[Job], planted: list[Planted], processes: int) -> None:
-    """`logs/TRUCK/DATE.parquet`, `vehicles/TRUCK.toml`, and what is true: `drives.csv`, `planted.json`."""
+    """Writes `logs/TRUCK/DATE.parquet`, `vehicles/TRUCK.toml`, and the truth: `drives.csv`, `planted.json`."""
     (folder / "vehicles").mkdir(parents=True)
     for job in jobs:
         if job.number == 0:

@@ -1,8 +1,8 @@
-"""How far off the yaw rate's bias is, how sure of it the core is, and how often its gate is shut for it (5.3.1).
+"""Error of the estimated yaw rate bias, its sd, and the share of time with a closed gate (5.3.1).
 
     python bench/gyro_bias.py [--seeds N] [--page]
 
-A look each minute, from the third on, at drives whose bias is known. `--page` writes the table of docs/method.md.
+Evaluated every minute from the third on, for simulated drives. `--page` writes the table of docs/method.md.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def by_ebc2(drive: Drive) -> Drive:
 
 
 def at_speed(drive: Drive) -> Drive:
-    """From the first second that is fast to the last: no standstill tells the bias."""
+    """From the first fast second to the last: without a standstill to measure the bias."""
     signals, bias = drive
     fast = np.flatnonzero(signals.table["vehicle_speed_m_s"].to_numpy() > FAST_M_S)
     rows = slice(int(fast[0]), int(fast[-1]))

@@ -3,8 +3,8 @@
     python bench/live.py --seconds 600 --page           # renews the figures in docs/live.md
     python bench/live.py --seconds 600 --page --crowd   # renews those of the crowd
 
-Prints what was sent and recorded, how long a frame takes to the page, and what memory is needed over the time. With
---crowd it is a bus of 4,000 frames/s, twenty viewers in all, and a client that asks for the page without end.
+Prints frames sent and recorded, the delay from frame to page, and the memory over time. With --crowd: a bus of 4,000
+frames/s, twenty viewers in total, and a client that requests the page continuously.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ GROUP = "239.74.163.2"
 PORT = 5016
 FRAMES_PER_S, CROWD_FRAMES_PER_S = 2000, 4000
 CROWD = 18  # viewers beside the browser and the slow one
-FLOOD = 8  # connections of the client that asks without end
+FLOOD = 8  # connections of the client that requests continuously
 LOST_MAX = 0.001  # of the frames, in the crowd
 BURST_S = 0.002
 SLOW_BYTES_PER_S = 20_000
@@ -77,7 +77,7 @@ def main() -> None:
 
 
 def write(mark: str, figures: str) -> None:
-    """Between that mark and the next one."""
+    """Replaces the figures between that mark and the next one."""
     before, _, after = DOCS.read_text(encoding="utf-8").partition(mark)
     _, marked, rest = after.partition(CROWD_MARK if mark == MARK else "\0")
     DOCS.write_text(f"{before}{mark}\n\n{figures}{chr(10) if marked else ''}{marked}{rest}", encoding="utf-8")
@@ -126,7 +126,7 @@ def run(folder: Path, seconds: int, crowd: bool) -> str:
 
 
 def rows_of_crowd(sent: int, kept: int, said: str, shown: str, visited: dict[str, Any]) -> list[tuple[str, str, str]]:
-    """What became of the frames, and of the viewers and the client."""
+    """Results for the frames, the viewers and the client."""
     lost = sent - kept
     last = next((line for line in reversed(said.splitlines()) if "frames in all" in line), "")
     counted = sum(int(count) for count in re.findall(r"(\d+) (?:before oncenter|in oncenter|not recorded)", last))
@@ -138,7 +138,7 @@ def rows_of_crowd(sent: int, kept: int, said: str, shown: str, visited: dict[str
         ("shown on the page at the end", shown or "nothing", "what was lost: " + verdict(bool(shown) == bool(lost))),
         ("viewers", f"{CROWD} that read at once, a browser, a slow one", ""),
         ("states that each of them got a second", per_s, ""),
-        ("requests for the page, without end", f"{visited['asked']:,}, of which {visited['refused']:,} refused", ""),
+        ("continuous requests for the page", f"{visited['asked']:,}, of which {visited['refused']:,} refused", ""),
     ]
 
 
@@ -147,10 +147,10 @@ def verdict(is_so: bool) -> str:
 
 
 async def visit(seconds: int) -> None:
-    """Viewers as a browser is one, without painting, and then a client that asks for the page without end."""
+    """Viewers that read like a browser without painting, and a client that requests the page continuously."""
     viewers = [asyncio.create_task(view(seconds)) for _ in range(CROWD)]
     await asyncio.sleep(2.0)
-    with ThreadPoolExecutor(FLOOD) as pool:  # asyncio's own has fewer threads: some would begin when others end
+    with ThreadPoolExecutor(FLOOD) as pool:  # asyncio's default pool has fewer threads, which would delay some clients
         clients = [asyncio.get_running_loop().run_in_executor(pool, ask, seconds) for _ in range(FLOOD)]
         states = await asyncio.gather(*viewers)
         asked, refused = map(sum, zip(*await asyncio.gather(*clients), strict=True))
@@ -179,7 +179,7 @@ async def view(seconds: int) -> int:
 
 
 def ask(seconds: int) -> tuple[int, int]:
-    """How often, and how often that was refused."""
+    """Number of requests, and of those refused."""
     asked = refused = 0
     until_s = time.monotonic() + seconds
     connection = http.client.HTTPConnection("127.0.0.1", PORT, timeout=60)
@@ -221,7 +221,7 @@ def in_words(offset: dict[str, Any]) -> str:
 
 
 def send(drive: Path, seconds: int, frames_per_s: int) -> None:
-    """Frames of a drive at their time, and others' between them; prints how many in all."""
+    """Sends the frames of a drive at their time and unrelated frames between them; prints the total number."""
     bus = can.Bus(interface="udp_multicast", channel=GROUP)
     ours = joined(list(candump.chunks(drive, [], lambda fraction: None)))
     since = ours.time - ours.time[0]
@@ -247,7 +247,7 @@ def message(frames: Frames, k: int) -> can.Message:
 
 
 def fillers(chances: np.random.Generator) -> Iterator[can.Message]:
-    """What else is on a bus: groups that are not ours, for ever."""
+    """Endless unrelated frames: parameter groups that oncenter does not use."""
     groups = [0, 61440, 61441, 61443, 61444, 61445, 65247, 65248, 65262, 65263, 65266, 65269, 65270, 65271]
     some = [
         can.Message(
@@ -284,7 +284,7 @@ def watch_memory(pid: int, memory: list[tuple[float, float]], enough: threading.
 
 
 def slow_viewer(enough: threading.Event) -> None:
-    """Takes the socket as the page does, and reads it slower than it is written."""
+    """Opens the socket as the page does, and reads it slower than it is written."""
     token = token_of(first_page())
     with socket.socket() as connection:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 8192)
@@ -302,8 +302,8 @@ def slow_viewer(enough: threading.Event) -> None:
 
 
 def browser(sender: subprocess.Popen[str]) -> tuple[np.ndarray, str]:
-    """What was shown until the sender ends: wall time, s, and the stamp of the frame; shape (n, 2). And what the page
-    says of lost frames then."""
+    """Wall time in s and frame stamp of everything shown until the sender ends, shape (n, 2); and the page's text on
+    lost frames at the end."""
     from playwright.sync_api import sync_playwright
 
     keep = "window.kept = []; addEventListener('shown', (e) => window.kept.push([Date.now() / 1000, e.detail.frame_s]))"
@@ -322,8 +322,8 @@ def browser(sender: subprocess.Popen[str]) -> tuple[np.ndarray, str]:
 
 
 def latencies(frames: Frames, shown: np.ndarray) -> np.ndarray:
-    """Of each frame with an angle, the time until the page shows it or a newer one, s. The first seconds, in which the
-    bus is listened to, are left out."""
+    """For each frame with an angle, the time in s until the page shows it or a newer one. The first seconds, in which
+    oncenter only listens, are left out."""
     angle = frames.time[frames.extended & (pgn_of(frames.identifier) == 61449)]
     angle = angle[(angle > shown[0, 0] + 5.0) & (angle < shown[-1, 1])]
     newest = np.maximum.accumulate(shown[:, 1])

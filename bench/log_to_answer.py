@@ -1,7 +1,7 @@
-"""One log to one answer in a process of its own: `log_to_answer.py ours|rival LOG` prints seconds, peak memory, offset.
+"""One log to one answer in its own process: `log_to_answer.py ours|rival LOG` prints seconds, peak memory, offset.
 
-The clock starts when everything is imported. The rival is what one writes with python-can and cantools: read a frame,
-decode it if the database knows it, go on. It ends in the same core, so that the two differ in the reading alone.
+The clock starts after all imports. The rival is a usual loop with python-can and cantools: read a frame, decode it if
+its message is in the database. Both use the same core, so they differ only in reading.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def known_messages() -> dict[int, Any]:
 
 
 def decoded_frames(log: Path, known: dict[int, Any]) -> Iterator[tuple[float, str, dict[str, Any]]]:
-    """Time stamp, name and values of every message that is known, as python-can and cantools have them."""
+    """Time stamp, name and values of every message in the database, from python-can and cantools."""
     import can
 
     for frame in can.LogReader(log):
@@ -89,7 +89,7 @@ def offset_of(dynamics: list[tuple[float, dict[str, Any]]], speed: list[tuple[fl
 
 
 def peak_mb() -> float:
-    """Of this process alone: getrusage would count what the parent held when it started us."""
+    """Peak memory of this process alone; getrusage would include the parent's memory at the start."""
     import resource
 
     status = Path("/proc/self/status")

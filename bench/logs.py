@@ -1,4 +1,4 @@
-"""A drive as CAN logs of a busy J1939 bus: 600 frames/s, of which 17 in 60 carry signals that matter here."""
+"""Writes a drive as CAN logs of a busy J1939 bus: 600 frames/s, of which 17 in 60 carry used signals."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FRAMES_PER_PERIOD, TICKS_PER_PERIOD, PERIOD_S = 60, 10, 0.1
 EPOCH_S = 1.7e9
 
 VDC2, HRW, EBC2, CCVS1 = 0x18F0090B, 0x08FE6E0B, 0x18FEBF0B, 0x18FEF100
-EEC1, ETC1, EEC2 = 0x0CF00400, 0x0CF00203, 0x0CF00300  # engine and gearbox, which fill a truck's bus
+EEC1, ETC1, EEC2 = 0x0CF00400, 0x0CF00203, 0x0CF00300  # engine and gearbox, most of the traffic on a truck's bus
 OTHERS = (0x18FEF200, 0x18FEDF00, 0x18F00029, 0x18FEEE00, 0x0C000003, 0x18FEF700, 0x10FE6F2A, 0x18FF2127)
 
 Raw = npt.NDArray[np.uint64]
@@ -29,7 +29,7 @@ class Frames:
 
 
 def identifiers() -> npt.NDArray[np.uint32]:
-    """Of the frames in one period, in their order."""
+    """Identifiers of the frames in one period, in order."""
     slots = np.array([OTHERS[k % len(OTHERS)] for k in range(FRAMES_PER_PERIOD)], np.uint32)
     slots[0::6], slots[1::12], slots[2], slots[3] = VDC2, HRW, EBC2, CCVS1
     slots[4::6], slots[5::6], slots[[8, 38]] = EEC1, ETC1, EEC2
@@ -37,7 +37,7 @@ def identifiers() -> npt.NDArray[np.uint32]:
 
 
 def raw(values: drives.Column, scale: float, offset: float, bits: int, first_bit: int) -> Raw:
-    """J1939's numbers in their place; not available is all ones."""
+    """J1939 raw values at their bit position; not available is all ones."""
     none = (1 << bits) - 1
     number = np.where(np.isnan(values), none, np.rint((values - offset) / scale))
     return number.astype(np.uint64) << np.uint64(first_bit)
@@ -72,7 +72,7 @@ def write_candump(path: Path, frames: Frames) -> None:
 
 
 def write_asc(path: Path, frames: Frames) -> None:
-    """As Vector's tools and python-can's writer do it."""
+    """In the layout of Vector's tools and python-can's writer."""
     columns = frames.time.tolist(), frames.identifier.tolist(), frames.data.tolist()
     with path.open("w") as file:
         file.write("date Tue Nov 14 22:13:20.000 2023\nbase hex  timestamps absolute\ninternal events logged\n")
@@ -83,7 +83,7 @@ def write_asc(path: Path, frames: Frames) -> None:
 
 
 def write_trc(path: Path, frames: Frames) -> None:
-    """Version 2.1, as PEAK's tools and python-can's writer do it."""
+    """Version 2.1, in the layout of PEAK's tools and python-can's writer."""
     columns = frames.time.tolist(), frames.identifier.tolist(), frames.data.tolist()
     with path.open("w", newline="\r\n") as file:
         file.write(f";$FILEVERSION=2.1\n;$STARTTIME={25569 + EPOCH_S / 86400}\n;$COLUMNS=N,O,T,B,I,d,R,L,D\n")
@@ -104,7 +104,7 @@ def write_blf(path: Path, frames: Frames) -> None:
 
 
 def write_mf4(path: Path, frames: Frames) -> None:
-    """Bus logging as ASAM has it: one structured channel CAN_DataFrame."""
+    """ASAM bus logging: one structured channel CAN_DataFrame."""
     from asammdf import MDF, Signal
     from asammdf.blocks.v4_blocks import SourceInformation
     from asammdf.blocks.v4_constants import BUS_TYPE_CAN, SOURCE_BUS

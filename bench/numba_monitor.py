@@ -1,8 +1,7 @@
-"""The core's state machine in numba: what a careful Python programmer would write instead of C.
+"""The core's state machine in numba, as a careful Python programmer would write it instead of C.
 
-One loop, no fastmath, the same steps in the same order of operations as core/*.c and the same outputs; all that moves
-with the tick is a local variable, so that the compiler may keep it in a register. Unlike the core it cannot be stopped,
-saved and gone on with.
+One loop, no fastmath, the same operations in the same order as core/*.c and the same outputs. The state is in local
+variables, so the compiler can keep it in registers. Unlike the core, it cannot be stopped, saved and continued.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ PENDING = 48  # OC_PENDING_MAX
 MISSING, TIME, GAP, SETTLING, SPEED, CURVATURE, LONGITUDINAL, BANK = (1 << k for k in range(8))
 UNOBSERVABLE, CONVERGING, VALID = 0, 1, 2
 
-# oc_output with the nested oc_motion laid flat, as far as the thesis's method fills it: numba can write it.
+# The fields of oc_output that the thesis's method fills, with oc_motion flattened, in a form that numba can write.
 _MOTION = OUTPUT_DTYPE["motion"]
 _THESIS = ("time", "vehicle_speed", "reasons", "offset_status", "offset", "offset_sd", "understeer_gradient")
 FLAT_OUTPUT = np.dtype(
@@ -39,7 +38,7 @@ FLAT_OUTPUT = np.dtype(
 
 
 def flat(members: Mapping[str, Any]) -> Any:
-    """The core's coefficients as a named tuple of plain numbers, which is what numba takes."""
+    """The core's coefficients as a named tuple of plain numbers, for numba."""
     numbers: dict[str, Any] = {}
     for name, value in members.items():
         numbers.update(flat(value)._asdict() if isinstance(value, dict) else {name: value})
@@ -47,7 +46,7 @@ def flat(members: Mapping[str, Any]) -> Any:
 
 
 def coefficients(core: Core) -> Any:
-    """Those of the thesis's method."""
+    """The coefficients of the thesis's method."""
     all_of_them = core.coefficients()
     settling = all_of_them["gyro_bias"]["settling_ticks"]
     mine = {name: value for name, value in all_of_them.items() if name not in ("gyro_bias", "joint", "angle")}
@@ -75,7 +74,7 @@ def few_batches_factor(batches: float) -> float:
     freedom = batches - 1.0
     if not freedom > 1.5:
         return 12.706 / 1.96
-    one, f = np.float32(1.0), np.float32(1.0) / np.float32(freedom)  # single precision, as the core's
+    one, f = np.float32(1.0), np.float32(1.0) / np.float32(freedom)  # single precision, as in the core
     b, c, d, e = np.float32(2.3723), np.float32(2.8225), np.float32(2.5559), np.float32(1.5896)
     return np.float64(one + f * (b + f * (c + f * (d + f * e))) / np.float32(1.96))
 
@@ -135,7 +134,7 @@ def learn(c, offset, batches, bends, bend_batches, still_weight, still_mean, sti
 
 @njit
 def pend(c, ring, place, sums, final):
-    """A whole block enters the ring; true when the oldest became final. `place` is [first, count]."""
+    """Puts a complete block into the ring; True when the oldest became final. `place` is [first, count]."""
     n = sums[0]
     y, x = sums[1] / n, sums[2] / n
     ripe = place[1] == c.blocks_until_final

@@ -57,13 +57,13 @@ class Rayleigh:
 
 Distribution = Uniform | Normal | Rayleigh
 
-BELIEVED = _core.default_params()  # by the estimator before a drive
+BELIEVED = _core.default_params()  # the estimator's priors
 PLAY_SD_DEG = 6.0  # of the play's full width, before the drive: core/hypothesis.c
 PULL_SD_M_S2, WIND_SD_M_S2 = BELIEVED["pull_sd_m_s2"], BELIEVED["wind_sd_m_s2"]
 CROWN_M_S2, CROWN_SD_M_S2 = BELIEVED["crown_m_s2"], BELIEVED["crown_sd_m_s2"]
 CROWN_SHARE_STOOD_ON = BELIEVED["standing_crown_share_1"]
-SET_UP_SHARE = 1 / 20  # of axles that are set up to unload on the crown: core/hypothesis_equations.c
-OTHER_SIDE_SHARE = 1 / 20  # of drives on roads that fall to the other side than believed: the same
+SET_UP_SHARE = 1 / 20  # of axles that are adjusted for the crown: core/hypothesis_equations.c
+OTHER_SIDE_SHARE = 1 / 20  # of drives on roads that fall to the other side than in the prior: the same
 G_M_S2 = 9.80665
 PERCENT_PER_M_S2 = 100.0 / G_M_S2  # of a road's cross slope
 
@@ -185,13 +185,13 @@ def sensors(drawn: Draw) -> dict[str, Any]:
 
 
 def cannot_be_told_apart_m_s2(*, unloads: bool, stood: bool) -> float:
-    """Standard deviation of the side force, as lateral acceleration, that no drive tells: the interval's floor.
+    """Standard deviation in lateral acceleration that is not identifiable from one drive: the interval's minimum.
 
-    Where side force moves the wheels in their play, the drive shows accelerometer bias + pull + wind in one by where
-    that unloads; without play, or where friction always holds them, none of it, and an offset at zero lateral
-    acceleration lacks bias and wind. The bias is known three times: by its prior, by the roads' mean bank,
-    whose crown has a prior, and by the ground stood on, if it stood: it has a share of that crown, so that it tells the
-    rest of it alone.
+    If lateral force moves the wheels in their play, the drive identifies the sum accelerometer bias + pull + wind by
+    the neutral lateral acceleration. Without play, or if friction always holds the wheels, it identifies none of them,
+    and bias and wind add to the uncertainty of an offset at zero lateral acceleration. There are three sources for the
+    bias: its prior; the mean bank of the roads, whose crown has a prior; and the ground at standstill, if the truck
+    stood. The latter contains a share of the crown, so it is independent only in the rest.
     """
     bias = accelerometer_bias_sd_m_s2(stood=stood)
     if not unloads:
@@ -200,9 +200,10 @@ def cannot_be_told_apart_m_s2(*, unloads: bool, stood: bool) -> float:
 
 
 def set_up_left_open_m_s2(*, stood: bool) -> float:
-    """Standard deviation that is left, where the steering unloads beside the believed zero of the accelerometer by the
-    usual crown, of whether the axle is set up for that: what it is then by Bayes, from its prior and from how well
-    each foretells that, with the zero's and the pull's spread."""
+    """Remaining standard deviation from the axle setup, if the neutral acceleration deviates by the usual crown.
+
+    By Bayes' rule from the prior of the setup and the likelihoods of both cases, with the sd of bias and pull.
+    """
     bias = accelerometer_bias_sd_m_s2(stood=stood)
     variance = bias**2 + PULL_SD_M_S2**2 + WIND_SD_M_S2**2
     none = math.exp(-0.5 * CROWN_M_S2**2 / variance)  # as likely as that the roads fall to the other side
@@ -219,7 +220,7 @@ def accelerometer_bias_sd_m_s2(*, stood: bool) -> float:
 
 
 def believed_accelerometer_bias_m_s2(bank_m_s2: float, standing_m_s2: float | None, traffic_side: float) -> float:
-    """What the mean bank and, if the truck stood, what the accelerometer read there tell of its bias, at best.
+    """Best estimate of the accelerometer bias from the mean bank and, if the truck stood, from the reading there.
 
     Two unknowns, bias and crown, by weighted least squares over their priors and readings; `bank_m_s2` is their sum.
     `traffic_side` is 1 to the right.

@@ -1,4 +1,5 @@
-"""Frames a second of the readers of text logs and BLF, one process: ours, and python-can's on fewer frames."""
+"""Frames per second of the readers for text logs and BLF in one process: oncenter's, and python-can's on fewer
+frames."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from typing import Any
 import logs
 
 SUFFIXES = (".log", ".asc", ".trc", ".blf")
-MIN_MFRAMES_S = {".asc": 1.0, ".trc": 1.0, ".blf": 2.5}  # what is asked of us
+MIN_MFRAMES_S = {".asc": 1.0, ".trc": 1.0, ".blf": 2.5}  # requirements
 RIVAL_FRAMES = 20_000
 
 Row = dict[str, Any]
@@ -38,7 +39,7 @@ def rival(log: Path) -> int:
 
 
 def readers_table(frames: int, rounds: int) -> list[Row]:
-    """M frames/s by the clock on the wall and by processor time, best of the rounds."""
+    """M frames/s by wall time and by CPU time, best of the rounds."""
     rows: list[Row] = []
     made = logs.frames(frames)
     with tempfile.TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-"""The core's steps in scipy and numpy, a whole drive at a time: what an engineer writes in a notebook.
+"""The core's steps in scipy and numpy, a whole drive at a time, as an engineer writes them in a notebook.
 
 Vectorised throughout; the only loops are over the stretches between holes. It gives the end of the drive only: the
 offset as of each tick would need the evidence in the order in which it came.
@@ -73,13 +73,13 @@ def few_batches_factor(batches: Column) -> Column:
 
 
 def trusted_from(c: Any, y: Column, became_final: Rows) -> int:
-    """The row at which the offset became accurate enough for K_us; beyond all rows if never."""
+    """The row at which the offset became accurate enough for K_us; after the last row if never."""
     batches = in_batches(c, y)
     n = np.arange(1.0, len(batches) + 1.0)
     deviation = batches.mean(axis=1) - y[:1].sum()
     squares = np.cumsum(deviation**2) - np.cumsum(deviation) ** 2 / n
     variance = few_batches_factor(n) ** 2 * np.maximum(squares, 0.0) / np.maximum(n - 1.0, 1.0) / n
-    known = np.concatenate([[10.0, 10.0], variance[1:]])  # by whole batches, from none
+    known = np.concatenate([[10.0, 10.0], variance[1:]])  # by number of complete batches, from zero
     blocks = np.arange(1, len(y) + 1)
     accurate = 1.96 * np.sqrt(known[blocks // batches.shape[1]]) <= c.offset_half_width_max_rad
     good = np.flatnonzero(accurate & (blocks * c.ticks_per_block * c.tick_s >= c.offset_evidence_min_s))
@@ -93,7 +93,7 @@ def run(c: Any, time: Column, angle: Column, yaw_rate: Column, speed: Column, ac
         offset, its standard deviation, K_us/g, ticks by reason, standstill yaw rate bias, ticks.
     """
     nm = numba_monitor
-    # the door
+    # input checks
     forward = np.concatenate([[True], time[1:] > np.maximum.accumulate(time)[:-1]])
     present = (np.abs(angle) < 100) & (np.abs(yaw_rate) < 10) & (np.abs(speed) < 150) & (np.abs(acceleration) < 100)
     row = np.flatnonzero(forward & present)
@@ -106,7 +106,7 @@ def run(c: Any, time: Column, angle: Column, yaw_rate: Column, speed: Column, ac
 
     # standstill
     still = np.abs(v_m) <= c.standstill_speed_max_m_s
-    anew = breaks.copy()  # after a hole or a missing tick a standstill begins again
+    anew = breaks.copy()  # a standstill restarts after a gap or a missing tick
     anew[restarts] = True
     _, lengths = runs(still, anew)
     in_run = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
@@ -116,7 +116,7 @@ def run(c: Any, time: Column, angle: Column, yaw_rate: Column, speed: Column, ac
     stands = np.zeros(len(t), bool)
     stands[np.flatnonzero(still)[in_run >= c.standstill_settling_ticks - 1]] = True
 
-    # filters, from hole to hole and from one standstill to the next
+    # filters, between gaps and standstills
     edges = np.flatnonzero(np.diff(stands.astype(np.int8))) + 1
     begins = np.unique(np.concatenate([[0], restarts, edges]))
     ends = np.append(begins[1:], len(t))
@@ -161,7 +161,7 @@ def run(c: Any, time: Column, angle: Column, yaw_rate: Column, speed: Column, ac
     products = ((sxy, sxy), (sx, sx), (sxx, sxx), (sxy, sx), (sxy, sxx), (sx, sxx))
     bend_batches = np.array([float(len(sx)), sxx.sum(), *(p @ q for p, q in products)])
 
-    # the last lines of arithmetic are the numba rival's: once in a drive
+    # the final arithmetic, once per drive, is shared with the numba rival
     squares = float(((at_rest - still_mean) ** 2).sum())
     value, sd, K, _ = nm.learn(
         c, offset, offset_batches, bends, bend_batches, float(len(at_rest)), still_mean, squares, True, np.zeros(2, int)

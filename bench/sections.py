@@ -1,4 +1,4 @@
-"""Sections of docs/accuracy.md that other benches write than the one which writes the page."""
+"""Sections of docs/accuracy.md that are not written by bench/accuracy.py."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ TWO_PARTS = "## Both parts of the interval"  # bench/two_parts.py
 
 
 def section_of(page: str, heading: str) -> str:
-    """From its heading up to the next of the same level or the end; "" where there is none."""
+    """A section from its heading to the next one of the same level or the end; "" if missing."""
     lines = page.splitlines()
     if heading not in lines:
         return ""
@@ -18,7 +18,7 @@ def section_of(page: str, heading: str) -> str:
 
 
 def with_section(page: str, section: str) -> str:
-    """The page with this section in its old one's place, else at the end; "" leaves the page as it is."""
+    """The page with this section in place of the old one, else at the end; "" leaves the page unchanged."""
     if not section:
         return page
     lines, heading = page.splitlines(), section.splitlines()[0]

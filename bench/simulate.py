@@ -1,9 +1,9 @@
-"""How many times faster than real time drives are simulated: road, driver, truck, sensors and table, on one core.
+"""Speed of the simulation relative to real time: road, driver, truck, sensors and table, on one core.
 
     python bench/simulate.py [--minutes N] [--rounds N] [--json]
 
-The best of the rounds counts. Processor time of this one thread beside the clock on the wall: on a busy machine the
-former says what the program takes, the latter what one waits for.
+The best round counts. Both CPU time of this thread and wall time are given: on a busy machine the former measures the
+program, the latter the waiting time.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ASKED = {"4x2": 2000.0, "semitrailer": 500.0}  # times real time
 
 
 def scenario_file(layout: str, minutes: float, folder: Path) -> Path:
-    """The thesis drive with another truck and another length, as a file of its own."""
+    """The thesis drive with another truck and another length, as a separate file."""
     sections = {k: dict(v) if isinstance(v, dict) else v for k, v in THESIS_DRIVE.items()}
     sections["drive"]["duration_s"] = 60.0 * minutes
     sections["truck"] |= TRUCKS[layout]
@@ -34,7 +34,7 @@ def scenario_file(layout: str, minutes: float, folder: Path) -> Path:
 
 
 def toml(values: dict[str, object], table: str = "") -> str:
-    """Just what scenario files hold: numbers, words, lists, and tables in tables."""
+    """TOML of the types used in scenario files: numbers, texts, lists, and nested tables."""
     here = [f"{key} = {json.dumps(value)}" for key, value in values.items() if not isinstance(value, dict)]
     inner = [(f"{table}.{key}".strip("."), value) for key, value in values.items() if isinstance(value, dict)]
     return "\n".join([*here, *(f"\n[{name}]\n{toml(value, name)}" for name, value in inner)])
@@ -75,7 +75,7 @@ def main() -> None:
             missed = layout in ASKED and row["by_the_wall"] < ASKED[layout]
             asked = f"{ASKED[layout]:6.0f}{' MISSED' if missed else ''}" if layout in ASKED else ""
             print(f"{layout:12}  {row['by_the_wall']:15,.0f}  {row['of_processor']:12,.0f}  {asked}".rstrip())
-        print(f"polars works with {pl.thread_pool_size()} threads, the rest with one")
+        print(f"polars uses {pl.thread_pool_size()} threads, everything else one")
 
 
 if __name__ == "__main__":

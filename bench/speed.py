@@ -1,10 +1,9 @@
-"""How fast and how small, side by side in one run: the core against scipy and numba, whole logs against python-can.
+"""Speed and memory in one run: the core against scipy and numba, whole logs against python-can.
 
     python bench/speed.py [--ticks N] [--frames N] [--rounds N] [--json | --readme]
 
-Contenders take turns and the best of their rounds counts, so that a busy machine slows all of them alike. Ticks are
-timed by the processor time of this one thread, logs by the clock on the wall. A rival that gives another answer than
-the core's ends the run.
+Contenders take turns and the best round counts, so that a busy machine slows all of them equally. Ticks are timed by
+CPU time of this thread, logs by wall time. A rival with another answer than the core ends the run.
 """
 
 from __future__ import annotations
@@ -34,8 +33,8 @@ from oncenter._core import OUTPUT_DTYPE, Core
 HERE = Path(__file__).parent
 OFFSET_AGREES_DEG = 1e-9
 README_MARK = "<!-- below: written by speed.py --readme -->\n"
-LOG_OFFSETS_AGREE_DEG = 0.01  # the rival interpolates the speed in its own way
-THESIS_MIN_MTICKS_S, JOINT_MIN_MTICKS_S, CANDUMP_MAX_OF_RIVAL = 20.0, 6.0, 0.1  # what is asked of us
+LOG_OFFSETS_AGREE_DEG = 0.01  # the rival interpolates the speed differently
+THESIS_MIN_MTICKS_S, JOINT_MIN_MTICKS_S, CANDUMP_MAX_OF_RIVAL = 20.0, 6.0, 0.1  # requirements
 ALONE_MIN_OF_NUMBA = 0.7  # the rival has no sensor check
 DRIVE_TICKS = 180_000  # 30 minutes
 
@@ -47,9 +46,9 @@ def core() -> Core:
 
 
 def contenders(ticks: int) -> dict[tuple[str, str], Callable[[], float]]:
-    """By name and what is asked of it: a function that goes over the drive and returns the offset in rad.
+    """By name and output: a function that processes the drive and returns the offset in rad.
 
-    numba has compiled and all memory that they share has been touched before they are handed out.
+    numba has compiled and all shared memory has been touched before.
     """
     import numba_monitor
     import scipy_monitor
@@ -82,7 +81,7 @@ def contenders(ticks: int) -> dict[tuple[str, str], Callable[[], float]]:
 
 
 def check_agreement(ticks: int) -> None:
-    """Every output of every tick, and what scipy says in the end."""
+    """Compares every output of every tick, and the final result of scipy."""
     import numba_monitor
     import scipy_monitor
 
@@ -108,16 +107,16 @@ def check_agreement(ticks: int) -> None:
             sys.exit(f"{who} differs from the core by {differs:g} deg")
         np.testing.assert_allclose(sd, answer["offset"]["standard_deviation"], atol=1e-11, err_msg=who)
         np.testing.assert_allclose(gradient, answer["understeer_gradient"]["value"], atol=1e-11, err_msg=who)
-        of_thesis = rejected_s[: len(rejected)]  # the other reasons are other methods'
+        of_thesis = rejected_s[: len(rejected)]  # the other reasons belong to other methods
         np.testing.assert_allclose(rejected / drives.RATE_HZ, of_thesis, atol=1e-6, err_msg=who)
         np.testing.assert_allclose(still_yaw_rate, answer["yaw_rate_bias"]["value"], atol=1e-11, err_msg=who)
 
 
 def peak_beyond_mb(work: Callable[[], object]) -> float | None:
-    """What `work` needs at its peak beyond what is held before it; None where the system does not tell."""
+    """Peak memory of `work` above the memory before it; None if the system does not report it."""
     status, forget = Path("/proc/self/status"), Path("/proc/self/clear_refs")
     try:
-        forget.write_text("5")  # the peak starts anew from what is held now
+        forget.write_text("5")  # resets the peak to the current memory
         before = int(status.read_text().split("VmHWM:")[1].split()[0])
         work()
         return (int(status.read_text().split("VmHWM:")[1].split()[0]) - before) / 1024
@@ -186,7 +185,7 @@ def logs_table(frames: int, rounds: int) -> list[Row]:
 
 
 def drive_table(rounds: int) -> list[Row]:
-    """Processor ms that a drive of 30 minutes costs a fleet's process, which keeps its imports: best of the rounds."""
+    """CPU ms of a 30-minute drive in a fleet's process, which keeps its imports: best of the rounds."""
     import oncenter as oc
 
     truck = oc.vehicle("scania_r730_4x2")

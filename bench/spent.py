@@ -1,4 +1,4 @@
-"""Where the time of a log to its answer goes in one warm process, by file of the package."""
+"""Time from log to answer in one warm process, by file of the package."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OTHERS = "others"
 
 
 def spent(log: Path, rounds: int) -> tuple[float, dict[str, float]]:
-    """Seconds of one reading and answering, and the share of each file, the largest first."""
+    """Seconds for reading and answering once, and the share of each file, the largest first."""
     truck, shares = oc.vehicle(vehicle_of(log)), defaultdict[str, float](float)
     oc.offset(read_to_signals(log), truck)  # imports
     with looks(shares):
@@ -34,8 +34,8 @@ def spent(log: Path, rounds: int) -> tuple[float, dict[str, float]]:
 
 @contextmanager
 def looks(shares: dict[str, float]) -> Iterator[None]:
-    """A look now and then. The time since the last one goes to the file in whose function it finds this thread, so that
-    a long call of a library, during which there is no look, is that of its caller."""
+    """Samples periodically. The time since the last sample is assigned to the file whose function is running; a long
+    library call, which cannot be sampled, counts for its caller."""
     last = time.perf_counter()
 
     def look(_: int, frame: FrameType | None) -> None:

@@ -1,10 +1,10 @@
-"""What a steering wheel torque sensor adds: the same drives with it and without.
+"""Benefit of a steering wheel torque sensor: the same drives with and without it.
 
     python bench/torque.py [--drives N] [--rows a,b] [--seconds S]
 
-Rows of accuracy_rows.py and effects_rows.py, tuning seeds from 20001 on. Each drive is answered twice, by its log with
-the torque and by the same log without. `--seconds` cuts the drives short. The drive's own interval is judged on the
-error less what the pull did, the total one on the error.
+Rows of accuracy_rows.py and effects_rows.py, tuning seeds from 20001 on. Each drive is evaluated twice, with the
+torque signal and without. `--seconds` shortens the drives. The drive's own interval is judged by the error without the
+effect of the pull, the total one by the full error.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def without_torque(signals: Signals) -> Signals:
 
 
 def figures(row: Row, seed: int, folder: Path, seconds: float | None) -> tuple[Figures, Figures]:
-    """Of one drive without and with the torque: valid, error, own error, drive's and total half-width, total error."""
+    """For one drive without and with torque: valid, error, own error, drive's and total half-width, total error."""
     driven = drive(dataclasses.replace(row, torque=True, like=row.like or row.name), seed, folder)
     signals = driven.signals
     if seconds is not None:

@@ -1,4 +1,4 @@
-"""Trucks that drive several times: what stays with the truck, what with its load, and what each drive draws anew."""
+"""Trucks with several drives: values that belong to the truck, to its load, and to each drive."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from population import PRIORS, Normal, Random, Uniform
 ROADS = ("thesis_drive", "country", "motorway", "town")
 DRIVES = 8
 LOADS = 3
-# Of each drive; all other priors are the truck's.
+# Drawn for each drive; all other priors belong to the truck.
 OF_DRIVE = (
     "yaw_rate_bias_deg_s",
     "wind_m_s",
@@ -32,13 +32,13 @@ OF_TRUCK = {
     "king_pin_friction_m_s2": Uniform(0.02, 0.1),
     "pull_n": Normal(0.0, 0.0),
 }
-STIFFER = (1.0, 1.35, 1.8)  # understeer gradient of a load by that of the lightest
+STIFFER = (1.0, 1.35, 1.8)  # understeer gradient of a load relative to the lightest
 
 
 @dataclass(frozen=True)
 class Kind:
-    """`loads` of each truck in turn (`shuffled`: by chance), the angle by which each load's ride height steers (deg at
-    the road wheels, sd), and how many drives."""
+    """`loads` of each truck in turn (`shuffled`: in random order), the bump steer angle of each load's ride height (sd,
+    deg at the road wheels), and the number of drives."""
 
     loads: int = LOADS
     bump_steer_deg: float = 0.0

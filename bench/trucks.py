@@ -1,12 +1,11 @@
-"""What a truck's drives say together: its offset where loads change and where they do not, and steps between drives.
+"""Estimates over several drives of a truck: offset with and without load changes, and steps between drives.
 
     python bench/trucks.py FOLDER [--trucks N] [--months N] [--jobs N] [--tuning] [--page | --smoke]
 
-FOLDER keeps each truck's summaries, one small file a truck, so that a run that was stopped goes on: 60 trucks of eight
+FOLDER keeps the summaries, one small file per truck, so that a stopped run can continue: 60 trucks of eight
 drives at three loads, 60 at one load, 60 whose ride height steers by 0.03 deg with each load, and 1,000 truck-months of
-20 drives (80 minutes of one core a thousand). A step is planted into summaries: the estimator takes a sensor that is
-mounted otherwise for an offset that is other by as much. Seeds from 1001 on, of months from 1301 on, are for
-reporting, those from 1 on (--tuning) for whoever tunes.
+20 drives (80 minutes of one core per thousand). A step is planted into the summaries, since a remounted sensor only
+shifts the offset. Seeds from 1001 on (months: from 1301 on) are for reporting, those from 1 on (--tuning) for tuning.
 """
 
 from __future__ import annotations

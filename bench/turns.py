@@ -1,4 +1,4 @@
-"""Contenders that take turns, so that a busy machine slows all of them alike."""
+"""Runs contenders in turns, so that a busy machine slows all of them equally."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Key = TypeVar("Key")
 def best_of(
     field: Mapping[Key, Callable[[], object]], rounds: int, clock: Callable[[], float] = time.thread_time
 ) -> dict[Key, float]:
-    """Seconds of each contender, the best of its rounds; by the processor time of this thread, or by another clock."""
+    """Seconds of each contender, best of its rounds, by CPU time of this thread or by another clock."""
     best = dict.fromkeys(field, math.inf)
     for _ in range(rounds):
         for key, work in field.items():

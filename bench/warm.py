@@ -1,6 +1,6 @@
-"""Readers in one process, warm: ours beside the libraries that people read such logs with, and beside the machine.
+"""Readers in one warm process: oncenter's, the usual libraries for such logs, and the limit of the machine.
 
-*Frames* or *rows* are as columns of numbers, *signals* are decoded, on one clock and ready for an answer.
+*Frames* or *rows* are columns of numbers; *signals* are decoded, resampled and ready for an answer.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ MDF = (".mf4", ".dat")
 BAGS = (".bag", ".mcap")
 TEXT = (".log", ".asc", ".trc", ".csv", ".vbo")
 _NEWLINE = ord("\n")
-CHUNK_BYTES = 1 << 20  # bytes, which stay in the cache
+CHUNK_BYTES = 1 << 20  # fits into the cache
 
 Row = dict[str, Any]
 Work = Callable[[], object]
 
 
 def warm_table(logs: dict[str, Path], rounds: int) -> list[Row]:
-    """By format and contender seconds on the wall, best of the rounds, and how many frames or rows there are."""
+    """By format and contender: wall seconds, best of the rounds, and the number of frames or rows."""
     rows: list[Row] = []
     for suffix, log in logs.items():
         data = log.read_bytes()
@@ -47,12 +47,12 @@ def warm_table(logs: dict[str, Path], rounds: int) -> list[Row]:
 
 
 def read_to_signals(log: Path) -> oc.Signals:
-    """In this process, whatever library reads it."""
+    """Reads in this process, with any library."""
     return read_here(log, oc.vehicle(vehicle_of(log)).signal_names, (), {}, lambda fraction: None)
 
 
 def _has_frames(suffix: str) -> bool:
-    return suffix in OF_FRAMES and suffix != ".dat"  # ours has channels
+    return suffix in OF_FRAMES and suffix != ".dat"  # the bench's .dat has channels
 
 
 def _frames(log: Path) -> Iterator[Any]:
@@ -109,7 +109,8 @@ def _copy(data: bytes) -> Work:
 
 
 def _limit(suffix: str, data: bytes) -> tuple[str, Work]:
-    """What no reader of this format is spared, once its bytes are in memory, in words and done."""
+    """The minimum work of any reader of this format with its bytes in memory: a description, and a function that does
+    it."""
     if suffix in TEXT:
         return "find the line ends", lambda: line_ends(data)
     if suffix == ".parquet":
@@ -126,7 +127,7 @@ def line_ends(data: bytes) -> int:
 
 
 def packed(suffix: str, data: bytes) -> Iterator[bytes]:
-    """The deflated parts of a file."""
+    """The compressed parts of a file."""
     if suffix == ".csv.gz":
         yield data
     elif suffix == ".blf":

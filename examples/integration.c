@@ -1,5 +1,5 @@
-/* How an ECU uses the core: restore at power-on, step at 100 Hz, a result with its parts every 100 ms, DM1 every second,
- * an image every minute. The ECU provides the functions named ecu_. */
+/* How an ECU uses the core: restore at power-on, step at 100 Hz, a result with its parts every 100 ms, DM1 every
+ * second, an image every minute. The ECU provides the functions named ecu_. */
 
 #include "message.h"
 #include "save.h"

@@ -1,5 +1,5 @@
-"""An interpreter that has what `pip install oncenter` brings and nothing else: whatever else is installed here is kept
-from it and from its child processes. Commands run in it one after the other, because it takes a second to begin."""
+"""An interpreter with only the packages of `pip install oncenter`: all other installed packages are hidden from it and
+its child processes. Commands run in it one after the other, because it takes a second to start."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ sys.meta_path.insert(0, Blocker())
 
 @dataclass(frozen=True)
 class Said:
-    """What a command came to."""
+    """The result of a command."""
 
     exit_code: int
     out: str
@@ -62,11 +62,11 @@ class Interpreter:
         )
 
     def oncenter(self, *arguments: object, folder: Path) -> Said:
-        """A command line of oncenter, said in this folder."""
+        """Runs a command of oncenter in this folder."""
         return self._ask({"arguments": [str(argument) for argument in arguments], "folder": str(folder)})
 
     def python(self, program: str, folder: Path) -> Said:
-        """A program; `err` is what it raises."""
+        """Runs a program; `err` is its exception."""
         return self._ask({"program": program, "folder": str(folder)})
 
     def close(self) -> None:
@@ -80,7 +80,7 @@ class Interpreter:
 
 
 def not_of_the_base() -> set[str]:
-    """All modules installed here that a base install would not have."""
+    """All installed modules that a base install does not have."""
     from packaging.utils import canonicalize_name
 
     base = _with_what_they_need(PROJECT["dependencies"]) | {"oncenter"}

@@ -38,13 +38,13 @@ _SUFFIXES = (".log", ".asc", ".blf", ".trc", ".mf4", ".csv", ".csv.gz", ".parque
 _NEEDED = ("steering_wheel_angle_rad", "yaw_rate_rad_s", "vehicle_speed_m_s", "lateral_acceleration_m_s2")
 Writer = Callable[[pl.DataFrame, Path], None]
 _START = datetime(2016, 6, 15, 12, tzinfo=UTC)
-_SAVED = re.compile(rb"\w{3} \w{3} [ \d]\d \d\d:\d\d:\d\d \d{4}(?=: updated by)")  # asammdf writes when
+_SAVED = re.compile(rb"\w{3} \w{3} [ \d]\d \d\d:\d\d:\d\d \d{4}(?=: updated by)")  # asammdf writes the time
 _UNITS = {"rad": "rad", "rad_s": "rad/s", "m_s": "m/s", "m_s2": "m/s²"}
-_STEPS = {"rad": 1 / 1024, "rad_s": 1 / 8192, "m_s": 1 / 256, "m_s2": 1 / 2048}  # of channels that are whole numbers
+_STEPS = {"rad": 1 / 1024, "rad_s": 1 / 8192, "m_s": 1 / 256, "m_s2": 1 / 2048}  # of integer channels
 
 
 def write_base_logs(folder: Path) -> dict[str, tuple[Path, ...]]:
-    """By format; those of MF4 (frames, channels) and of MDF3 (numbers, whole numbers to convert) are two."""
+    """Logs by format; MF4 (frames, channels) and MDF3 (floats, integers with conversion) have two each."""
     scenario = folder / "five_minutes.toml"
     scenario.write_text(_SCENARIO, encoding="utf-8")
     logs = {suffix[1:]: (folder / f"drive{suffix}",) for suffix in _SUFFIXES}
@@ -62,7 +62,7 @@ def write_base_logs(folder: Path) -> dict[str, tuple[Path, ...]]:
 
 
 def _written_by_others(table: pl.DataFrame, folder: Path) -> dict[str, tuple[Path, ...]]:
-    """Those of MATLAB are one of each version and one of Simulink; bags have half of the messages, to be quick."""
+    """MATLAB: one of each version and one of Simulink. Bags have half of the messages, to be quick."""
     since = pl.col("time_s") - pl.col("time_s").min()
     needed = table.select(since, *_NEEDED).filter(pl.all_horizontal(pl.col(_NEEDED).is_not_nan()))
     writers: dict[str, list[Writer]] = {
@@ -89,7 +89,7 @@ def _write_channels(table: pl.DataFrame, path: Path, version: str, *, whole_numb
             log.file_history.append(written)
             log.save(path, overwrite=True, add_history_block=False)
         else:
-            log.header.author = "oncenter"  # or else the name of whoever runs this
+            log.header.author = "oncenter"  # instead of the user's name
             log.save(path, overwrite=True)
             path.write_bytes(_SAVED.sub(b"Wed Jun 15 12:00:00 2016", path.read_bytes()))
 

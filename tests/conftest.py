@@ -1,5 +1,5 @@
-"""How Hypothesis works here: as long as it needs (speed is measured in bench/), and the same in every run of CI. And
-the fleet that several files' tests look at."""
+"""Settings of Hypothesis (no deadline: speed is measured in bench/; reproducible in CI), and the fleet shared by
+several test files."""
 
 import os
 from pathlib import Path
@@ -17,7 +17,7 @@ settings.load_profile("oncenter")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Where this machine is shown as another (`tests/elsewhere`), what that one lacks is not tested."""
+    """Skips tests of features that an emulated platform (`tests/elsewhere`) does not have."""
     lacking = {"win32": ("posix", "linux"), "darwin": ("linux",)}.get(os.environ.get("ONCENTER_AS", ""), ())
     for item in items:
         for name in lacking:
@@ -27,7 +27,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """See `two_trucks`; not to be written to."""
+    """See `two_trucks`; read only."""
     root = tmp_path_factory.mktemp("fleet")
     write_fleet(root)
     return root
@@ -35,7 +35,7 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def undisturbed(fleet: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What a run makes of it that nothing disturbs."""
+    """The output of an undisturbed run."""
     output = tmp_path_factory.mktemp("undisturbed")
     run([str(fleet / "logs")], fleet / "vehicles", output)
     return output

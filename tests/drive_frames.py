@@ -1,4 +1,4 @@
-"""A short drive as J1939 frames, encoded by cantools from our DBC, and what must be read back."""
+"""A short drive as J1939 frames, encoded by cantools with the shipped DBC, and the expected signals."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def drive(duration_s: float = 4.0) -> list[Frame]:
 
 
 def candump(frames: list[Frame], bus: str = "can0") -> str:
-    """As candump -L writes it."""
+    """The frames in the layout of candump -L."""
     return "".join(
         f"({frame.time:.6f}) {bus} {frame.identifier:0{8 if frame.extended else 3}X}#{frame.data.hex().upper()}\n"
         for frame in frames

@@ -1,8 +1,7 @@
-"""Runs command lines while each call that takes room on the disk fails once; test_full_disk.py looks at what is left.
+"""Runs commands while each call that needs disk space fails once; test_full_disk.py checks the resulting files.
 
-`python full_disk.py FOLDER [--every-call]` prints an object: by case, what came of its runs. It is a program of its
-own, because full_disk.c is preloaded when a process begins. It is one process for all, because there are hundreds of
-runs.
+`python full_disk.py FOLDER [--every-call]` prints an object: by case, the results of its runs. It is a separate
+program, because full_disk.c is preloaded at the start of a process, and one process for all of the hundreds of runs.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ Run = dict[str, Any]
 
 
 def main(root: Path) -> dict[str, list[Run]]:
-    """By case, a run that nothing disturbs, and then a run for each of its calls, which fails in it."""
+    """By case: an undisturbed run, then one run for each of its calls, in which that call fails."""
     (root / "short.toml").write_text(SCENARIO)
     steady_drive(minutes=0.5).table.write_parquet(root / "drive.parquet")
     write_fleet(root)
@@ -110,7 +109,7 @@ def without_what_is_slow(root: Path) -> None:
 
 
 def of_fleet(root: Path, out: Path) -> tuple[str, Callable[[], None]]:
-    """A night with one new log, after one that answered all others."""
+    """A fleet run with one new log, after one that read all others."""
     words = f"fleet run {root}/logs --vehicles {root}/vehicles --output {out}"
     new, aside = root / "logs" / "depot-7" / "day0.parquet", root / "aside.parquet"
     new.rename(aside)
@@ -134,7 +133,7 @@ def put_old(out: Path, names: Sequence[str]) -> None:
 
 
 def calls_fail(words: str, begin: Callable[[], None], out: Path, *, and_then: bool = False) -> list[Run]:
-    """A run that nothing disturbs, then one for each call that fails; `and_then`: what one more run leaves after it."""
+    """An undisturbed run, then one for each failing call; `and_then`: a further run after each."""
     begin()
     before = digests(out)
     undisturbed = one_run(words, 0, out)
@@ -153,8 +152,8 @@ def every(calls: Sequence[str]) -> Sequence[int]:
 
 
 def chosen(calls: Sequence[str]) -> list[int]:
-    """Every call, but of many that are the same, one after another, the first, the middle and the last: a log in
-    text is thousands of writes of a line each."""
+    """Every call; of many equal calls in a row only the first, the middle and the last: a text log has thousands of
+    writes."""
     numbers = []
     for _, same in groupby(every(calls), key=lambda number: calls[number - 1]):
         run = list(same)
@@ -185,7 +184,7 @@ def one_run(words: str, failing: int, out: Path) -> Run:
 
 
 def digests(out: Path) -> dict[str, str]:
-    """Of each file but the ledger, which SQLite keeps whole."""
+    """The content of each file, except the ledger, which SQLite protects."""
     return {
         str(path.relative_to(out)): digest(path)
         for path in sorted(out.rglob("*"))

@@ -1,7 +1,7 @@
-"""Mutated logs against `oncenter offset`: no crash, no hang, no appetite, and no valid answer that is wrong.
+"""Mutated logs against `oncenter offset`: no crash, no hang, no excessive memory, and no wrong valid answer.
 
-Each mutant is answered as a user would have it answered, by a process of its own. Where the answer is valid, an
-independent reader decodes the same mutant and that table is answered here: the two offsets must agree.
+Each mutant is read as by a user, in a separate process. If the answer is valid, an independent reader decodes the same
+mutant and the offset is computed from its table here: the two offsets must agree.
 
 `make fuzz` runs this as a script. One mutant alone: `python tests/fuzz_logs.py --format mf4 --seed 17`.
 """
@@ -35,7 +35,7 @@ from oncenter.files.log_formats import ROS
 AGREE_DEG = 0.5
 _INDEPENDENT = Limits(cpu_s=KILL_S, resident_bytes=2 * KILL_MIB << 20)
 _TRUCK = vehicle(VEHICLE)
-# For children, who find the independent readers there.
+# So that child processes find the independent readers.
 os.environ["PYTHONPATH"] = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
 
 BaseLogs = Mapping[str, Sequence[Path]]
@@ -43,13 +43,13 @@ BaseLogs = Mapping[str, Sequence[Path]]
 
 @dataclass(frozen=True)
 class Tried:
-    """What became of one mutant.
+    """The result of one mutant.
 
     Attributes:
         code: the JSON error's code of a refusal, else empty.
         difference_deg: between the valid offset and the one from the independent reader's table; None where there is
             none.
-        wrong: why this is a failure, for people; empty where it is none.
+        wrong: the reason for a failure; empty without one.
     """
 
     log_format: str
@@ -67,7 +67,7 @@ class Tried:
 
 
 def mutant(base_logs: BaseLogs, log_format: str, seed: int, folder: Path) -> tuple[Path, str]:
-    """Writes it, and says what was done to it. The base logs of a format take turns."""
+    """Writes a mutant and returns a description of its damage. The base logs of a format take turns."""
     bases = base_logs[log_format]
     content, mutation = mutate(log_format, seed, bases[seed % len(bases)].read_bytes())
     path = folder / f"mutant-{seed}.{log_format}"
@@ -76,7 +76,7 @@ def mutant(base_logs: BaseLogs, log_format: str, seed: int, folder: Path) -> tup
 
 
 def tried(base_logs: BaseLogs, log_format: str, seed: int) -> Tried:
-    """One mutant, answered and judged."""
+    """Reads one mutant and judges the result."""
     with tempfile.TemporaryDirectory(prefix="mutant") as folder:
         log, mutation = mutant(base_logs, log_format, seed, Path(folder))
         ended = watch(answer_command(log))
@@ -113,7 +113,7 @@ def _judged(mutant: Tried, log: Path) -> Tried:
 
 
 def _spoken(ended: Ended) -> tuple[dict[str, Any], str]:
-    """The one JSON object of standard output, and what is wrong with how the command ended."""
+    """The JSON object of standard output, and the fault of the command's end, if any."""
     if ended.harm:
         return {}, ended.harm
     if ended.code not in (0, 1):
@@ -156,7 +156,7 @@ def difference_of(offset_deg: float, log: Path) -> tuple[float | None, str]:
 
 
 def trials(base_logs: BaseLogs, wanted: Sequence[tuple[str, int]], jobs: int) -> Iterator[Tried]:
-    """Formats and seeds, tried; in their order."""
+    """Runs formats and seeds in order."""
     with ThreadPoolExecutor(jobs) as pool:
         yield from pool.map(lambda one: tried(base_logs, *one), wanted)
 
@@ -215,7 +215,7 @@ def report(all_tried: Sequence[Tried]) -> str:
 
 
 def _one(base_logs: BaseLogs, log_format: str, seed: int, folder: Path) -> Tried:
-    """Tried again, with its log left where it can be looked at."""
+    """Runs a mutant again and keeps its log for inspection."""
     log, mutation = mutant(base_logs, log_format, seed, folder)
     print(f"{mutation}\n{shlex.join(answer_command(log))}")
     one = tried(base_logs, log_format, seed)

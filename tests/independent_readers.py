@@ -1,13 +1,13 @@
-"""A second reader for each format, plain and slow, without any code of `oncenter.read`: an oracle for its answers.
+"""A second reader for each format, simple and slow, without code of `oncenter.read`: the oracle for its results.
 
-As a child process (`oncenter.files.child`) it writes a log's signals as a table that oncenter reads: such readers may
-crash.
+It runs as a child process (`oncenter.files.child`), because such readers may crash, and writes a log's signals as a
+table that oncenter reads.
 
-It keeps to the same conventions, because a damaged log can be read in several ways:
-- a line that is no frame of the format is left out, and so are remote frames, error frames and CAN FD;
-- of frames, a sample whose stamp is not later than all before it is left out; a table's rows stay as they are;
-- a signal comes from the first message of a stated order, and of its senders from the one with the most numbers;
-- a signal is interpolated over at most 2.5 of its periods; beyond, it has no number.
+It follows the same conventions, because a damaged log can be read in several ways: - lines that are not frames of the
+format are left out, as are remote frames, error frames and CAN FD; - of frames, a sample whose stamp is not later than
+all before is left out; rows of a table stay unchanged; - a signal comes from the first message of a fixed order, and
+among its senders from the one with the most valid samples; - a signal is interpolated over at most 2.5 of its periods;
+in longer gaps it is NaN.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def answer(request: Mapping[str, Any], send: Send) -> None:
 
 
 def read(log: Path) -> dict[str, Column]:
-    """Columns, `time_s` among them, all of one length; their names say their units."""
+    """Columns including `time_s`, all of one length, with units in their names."""
     name = log.name.lower()
     if name.endswith((".csv", ".csv.gz")):
         return _csv_columns(log.read_bytes())
@@ -109,7 +109,7 @@ def _one_byte(data: bytes, byte: int, scale: float, offset: float) -> float:
 
 
 def _signals(group: int, data: bytes) -> dict[str, float]:
-    """What one frame of a group says; bytes that it lacks are not available."""
+    """The values in one frame of a group; missing bytes are not available."""
     data = data.ljust(8, b"\xff")
     if group == VDC2:
         kind = data[2] >> 6

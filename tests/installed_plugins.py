@@ -1,4 +1,4 @@
-"""The plug-ins of examples/ as an installer leaves them: a module, and metadata that names its entry points."""
+"""The plug-ins of examples/ in installed form: a module, and metadata with its entry points."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""Trucks of every axle layout for the simulator: what goes over the thesis drive's `[truck]`.
+"""Trucks of every axle layout for the simulator: replacements for the thesis drive's `[truck]`.
 
 The rigids are those of the thesis's page, the semitrailer carries 25 t.
 """

@@ -30,7 +30,7 @@ TEXT_FORMATS = ("log", "asc", "trc", "csv", "vbo")
 # Counts and addresses at which a reader's arithmetic overflows, or its memory does.
 _EDGES = (0, 1, 127, 128, 2**8 - 1, 2**16 - 1, 2**31 - 1, 2**31, 2**32 - 1, 2**40, 2**63 - 1, 2**63, 2**64 - 1)
 
-# Cells that some program once wrote, or that a parser may take for a number and should not.
+# Cells written by some programs, or that a parser might wrongly accept as a number.
 _BAD_CELLS = [
     *"nan NaN inf -inf 1e308 -1e308 1e18 -1e18 1e-310 1e999 0x1p3 1,5 \u0661\u0662 1_000 + --1 1e".split(),
     *("true", "null", "NA", "#N/A", "", "\0", "9" * 400, "9" * 5000, "- 3", "\t", '"', '"a', "3;4"),
@@ -38,7 +38,7 @@ _BAD_CELLS = [
 _NUMBER = re.compile(rb"-?\d+\.?\d*(?:[eE][-+]?\d+)?")
 
 Lines = list[bytes]
-Mutated = tuple[bytes, str]  # the log, and what was done to it, for people
+Mutated = tuple[bytes, str]  # the log, and a description of its damage
 ByteDamage = Callable[[bytearray, Random, str], None]  # in place
 TextDamage = Callable[[Lines, str, Random], bytes]  # of a log's lines and format
 BlockDamage = Callable[[bytearray, int, int, int, list[int], Random], None]  # block, its length and links, all blocks
@@ -556,7 +556,7 @@ _BLOCK_DAMAGES: dict[str, BlockDamage] = {
 
 
 def _column(base: bytes, chance: Random) -> Mutated:
-    """A readable Parquet file of which one column is of another type, or has values that nobody expects."""
+    """A readable Parquet file with one column of another type, or with unexpected values."""
     table = pl.read_parquet(base)
     name, kind = chance.choice(table.columns[:6]), chance.choice(tuple(_COLUMN_DAMAGES))
     written = io.BytesIO()

@@ -1,4 +1,4 @@
-"""Text files as a stranger may have changed them: by bytes, by lines, and by the values in them; a seed, a file."""
+"""Mutations of text files: of bytes, lines and values; one file per seed."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _lines(text: bytes, random: Random) -> bytes:
 
 
 def _value(text: bytes, random: Random) -> bytes:
-    """What stands behind an equals sign becomes something else."""
+    """Replaces the value after an equals sign."""
     lines = text.split(b"\n")
     with_value = [place for place, line in enumerate(lines) if b"=" in line]
     if not with_value:

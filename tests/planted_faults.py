@@ -1,4 +1,4 @@
-"""A drive in which all is well, and faults to plant in one."""
+"""A drive without faults, and faults to plant in it."""
 
 import re
 from collections.abc import Callable
@@ -72,7 +72,7 @@ def without(signals: Signals, *names: str) -> Signals:
 
 
 def wheels_swapped(signals: Signals) -> Signals:
-    """Left for right."""
+    """Swaps left and right."""
     other = {"left": "right", "right": "left"}
     swap = {name: re.sub("left|right", lambda side: other[side[0]], name) for name in signals.table.columns}
     return replace(signals, table=signals.table.rename(swap))
@@ -153,7 +153,7 @@ def dead(x: np.ndarray, t: np.ndarray) -> np.ndarray:
 
 
 def noisy(signals: Signals) -> Signals:
-    """A vehicle speed of which no number recurs, as an interpolated one."""
+    """A vehicle speed without repeated values, as after interpolation."""
     noise = 0.01 * np.random.default_rng(3).standard_normal(signals.table.height)
     return changed(signals, "vehicle_speed", lambda x, t: np.where(x > 0.0, x + noise, x))
 

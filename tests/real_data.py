@@ -1,4 +1,4 @@
-"""Where the real drives are, or why a test that needs one is skipped."""
+"""The location of the recorded drives; skips a test whose drive is missing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ROOT = Path(os.environ.get("ONCENTER_REAL_DATA", Path(__file__).parents[1] / "..
 
 
 def real_drive(name: str) -> Path:
-    """Path of a recorded drive such as "genesis/cpg_fast_lap.csv.gz"; skips the test where it is not there."""
+    """Path of a recorded drive such as "genesis/cpg_fast_lap.csv.gz"; skips the test if it is missing."""
     path = ROOT / name
     if not path.exists():
         pytest.skip(f"real drive {name} is not in {ROOT}; set ONCENTER_REAL_DATA to the folder that has it")

@@ -1,4 +1,4 @@
-"""What a shared library exports and needs, read from its bytes: ELF, PE and Mach-O, of 64 bits."""
+"""Reads the exports and dependencies of a shared library from its bytes: 64-bit ELF, PE and Mach-O."""
 
 from __future__ import annotations
 

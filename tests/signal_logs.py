@@ -1,4 +1,4 @@
-"""A table of signals as MATLAB, ROS, Racelogic and INCA would save it, each by an independent writer."""
+"""Writes a table of signals in the formats of MATLAB, ROS, Racelogic and INCA, each with an independent writer."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def _ros(table: pl.DataFrame, writer: Rosbag1 | Rosbag2, is_first: bool) -> None
             of[imu](header(ns, "imu"), quaternion, covariance, turn, covariance, push, covariance),
         )
         speed = of["geometry_msgs/msg/Twist"](vector(row["vehicle_speed_m_s"], 0.0, 0.0), vector(0.0, 0.0, 0.0))
-        send("/vehicle/speed", ns, of[twist](header(0, ""), speed))  # a stamp that nobody set
+        send("/vehicle/speed", ns, of[twist](header(0, ""), speed))  # a stamp that was not set
 
 
 WRITERS: Mapping[str, Callable[[pl.DataFrame, Path], None]] = {
@@ -210,5 +210,5 @@ WRITERS: Mapping[str, Callable[[pl.DataFrame, Path], None]] = {
 
 
 def names_for(suffix: str) -> dict[str, SignalName]:
-    """What a vehicle file must say of such a log."""
+    """The `[signals]` entries of a vehicle file for such a log."""
     return TOPICS if suffix in (".bag", ".mcap", ".db3") else {}

@@ -1,4 +1,4 @@
-"""The accuracy bench: its drives are what their rows say, and its figures what they are called."""
+"""The accuracy bench: its drives match their rows, and its figures match their names."""
 
 import dataclasses
 import math
@@ -39,7 +39,7 @@ def test_a_drawn_truck_has_the_understeer_gradient_that_was_drawn() -> None:
         assert understeer_gradient(truck, steering) == pytest.approx(wanted, rel=1e-9)
 
 
-def test_what_a_row_fixes_does_not_move_what_it_leaves_to_chance() -> None:
+def test_values_fixed_by_a_row_do_not_change_its_random_values() -> None:
     free = population.draw(np.random.default_rng(3))
     fixed = population.draw(np.random.default_rng(3), {"backlash_deg": 0.0, "trail_m": 0.05})
     assert {name for name in free.numbers if free[name] != fixed[name]} == {"backlash_deg", "trail_m"}
@@ -54,7 +54,7 @@ def test_every_row_can_be_driven_and_has_a_truth_for_each_minute(
         assert np.isfinite(driven.target_rad).all()
         assert 0.0 < driven.side_force_floor_rad < 4.0 * DEGREE
         assert (driven.floor_rad > driven.side_force_floor_rad) == (row.one_flank or row.set_up)
-        assert driven.vehicle.traffic_side == (row.told_side or row.traffic_side)
+        assert driven.vehicle.traffic_side == (row.given_side or row.traffic_side)
     assert not list(tmp_path.iterdir())
 
 
@@ -65,7 +65,7 @@ def test_the_same_row_and_seed_give_the_same_drive(tmp_path: Path) -> None:
     assert not first.signals.table.equals(drive(ROWS["population"], 8, tmp_path).signals.table)
 
 
-def test_a_remounted_sensor_is_judged_by_where_it_is_at_the_time(tmp_path: Path) -> None:
+def test_a_remounted_sensor_is_judged_by_its_current_offset(tmp_path: Path) -> None:
     remount = {"sensors": {"steering_wheel_angle": {"remounts": [{"begin_s": 630.0, "step_deg": 3.0}]}}}
     row = dataclasses.replace(ROWS["remounted"], extra=lambda random: remount)
     steps = np.diff(drive(row, 1, tmp_path).target_rad)
@@ -81,7 +81,7 @@ def test_ebc2_s_wheel_speeds_are_whole_sixteenths_about_the_front_axle_s(tmp_pat
     assert np.ptp(apart) > 5.0
 
 
-def test_the_floor_of_an_interval_is_what_accelerometer_pull_and_wind_leave() -> None:
+def test_the_minimum_interval_comes_from_accelerometer_pull_and_wind() -> None:
     # Bayes' rule as a least squares: unknown bias, crown, pull and wind, each with its prior; the mean bank is bias +
     # crown, the ground stood on bias + a share of it; with play bias + pull + wind is known, and what is sought is the
     # bias, without it bias + wind.
@@ -101,7 +101,7 @@ def test_the_floor_of_an_interval_is_what_accelerometer_pull_and_wind_leave() ->
         assert population.cannot_be_told_apart_m_s2(unloads=False, stood=stood) == pytest.approx(without, rel=1e-4)
 
 
-def test_the_population_s_pull_and_crown_are_what_the_estimator_believes() -> None:
+def test_the_population_s_pull_and_crown_match_the_estimator_s_priors() -> None:
     params = _core.default_params()
     random = np.random.default_rng(11)
     drawn = [population.draw(random) for _ in range(4000)]
@@ -111,8 +111,8 @@ def test_the_population_s_pull_and_crown_are_what_the_estimator_believes() -> No
     assert np.std(crown) == pytest.approx(params["crown_sd_m_s2"], rel=0.05)
 
 
-def test_what_an_axle_for_the_crown_leaves_open_is_as_wide_as_among_trucks_by_chance() -> None:
-    """Of many drawn from the priors, those that unload as far beside the believed zero as the crown makes it."""
+def test_the_uncertainty_from_the_axle_setup_matches_the_population() -> None:
+    """Among many trucks drawn from the priors, those whose neutral lateral acceleration deviates as on the crown."""
     params, random, count = _core.default_params(), np.random.default_rng(3), 2_000_000
     crown, bias_sd = params["crown_m_s2"], population.accelerometer_bias_sd_m_s2(stood=True)
     kind = random.choice(3, count, p=[0.9, 0.05, 0.05])  # as most are, set up, on roads that fall to the other side
@@ -124,7 +124,7 @@ def test_what_an_axle_for_the_crown_leaves_open_is_as_wide_as_among_trucks_by_ch
     assert np.std(pull[alike]) == pytest.approx(np.hypot(told, left), rel=0.1)
 
 
-def test_intervals_hold_axles_that_are_set_up_to_unload_on_the_crown(tmp_path: Path) -> None:
+def test_intervals_contain_the_offset_of_axles_adjusted_for_the_crown(tmp_path: Path) -> None:
     held, beside = 0, 0
     for seed in range(1, 13):
         offset, truth = offset_and_truth("unloads_on_crown", seed, tmp_path)
@@ -135,7 +135,7 @@ def test_intervals_hold_axles_that_are_set_up_to_unload_on_the_crown(tmp_path: P
     assert beside >= 8  # the value is that of an axle which is not
 
 
-def test_a_row_that_a_rival_wins_says_why_with_its_own_figures() -> None:
+def test_a_row_that_a_rival_wins_gives_the_reason_with_figures() -> None:
     import accuracy_page
 
     figures = {"row": "unloads_on_crown", "floor_deg": 0.9, "told_all_deg": 0.3, "lean_deg": 0.0, "ns_per_sample": 20.0}
@@ -154,9 +154,7 @@ def test_a_row_that_a_rival_wins_says_why_with_its_own_figures() -> None:
     assert not list(accuracy_page._why(table, accuracy.summarise(table.filter(pl.col("method") == "openpilot"))))
 
 
-def test_real_drives_that_are_not_there_are_said_not_to_have_been_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_missing_real_drives_are_reported_as_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import accuracy_page
     import accuracy_real
 
@@ -177,7 +175,7 @@ def test_real_drives_that_are_not_there_are_said_not_to_have_been_run(
         ([0.1, 0.1, np.nan], np.inf),
     ],
 )
-def test_the_time_to_a_bound_is_when_the_error_is_below_it_for_good(error_deg: list[float], minutes: float) -> None:
+def test_the_time_to_a_bound_is_when_the_error_stays_below_it(error_deg: list[float], minutes: float) -> None:
     assert accuracy.minutes_until_below(np.array(error_deg), 1.0) == minutes
 
 
@@ -214,14 +212,14 @@ def middle_rad(offset: Estimate) -> float:
     return 0.5 * (offset.ci95[0] + offset.ci95[1])
 
 
-def test_of_trucks_that_pull_the_intervals_middle_is_nearer_to_the_truth_than_the_value(tmp_path: Path) -> None:
+def test_for_trucks_with_pull_the_interval_s_centre_is_nearer_to_the_truth(tmp_path: Path) -> None:
     found = [offset_and_truth("pull", seed, tmp_path) for seed in range(1, 61)]
     of_value = np.array([(offset.value or 0.0) - truth for offset, truth in found]) / DEGREE
     of_middle = np.array([middle_rad(offset) - truth for offset, truth in found]) / DEGREE
     assert np.sqrt(np.mean(of_middle**2)) < 0.9 * np.sqrt(np.mean(of_value**2))  # 0.87 by the priors
 
 
-def test_without_an_accelerometer_the_intervals_middle_is_the_value(tmp_path: Path) -> None:
+def test_without_an_accelerometer_the_interval_is_centred_on_the_value(tmp_path: Path) -> None:
     offset, _ = offset_and_truth("no_accelerometer", 1, tmp_path)
     assert middle_rad(offset) == pytest.approx(offset.value, abs=1e-12)
 
@@ -230,7 +228,7 @@ DEG_PER_M_S2 = 7.722064264745321  # i K_us/g of the thesis drive's truck
 
 
 def machine_driven(folder: Path, *, friction_n_m: float, zero_m_s2: float) -> pl.DataFrame:
-    """A truck whose accelerometer is off by that much, and offset and crown with it, so that it reads the same."""
+    """A truck with another accelerometer bias, offset and crown, such that its readings stay the same."""
     at_s = np.arange(40.0, 200.0, 1.3)
     random = np.random.default_rng(3)
     measured_deg = 12.0 * np.sin(0.7 * np.arange(len(at_s))) + random.normal(0.0, 6.0, len(at_s))
@@ -262,7 +260,7 @@ bias_m_s2 = {zero_m_s2}
     return signals.table.drop("time_s", "steering_wheel_angle_sensor_type")[5000:]  # what differed at first is over
 
 
-def test_where_friction_holds_the_wheels_in_their_play_trucks_of_other_offsets_say_the_same(tmp_path: Path) -> None:
+def test_friction_in_the_play_makes_trucks_with_different_offsets_indistinguishable(tmp_path: Path) -> None:
     """0.8 deg apart, and equal but for single steps of the yaw rate's and the accelerometer's resolution."""
     apart, (holds, gives) = {}, (1e6, 20.0)
     for friction_n_m in (holds, gives):

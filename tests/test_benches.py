@@ -1,4 +1,4 @@
-"""Every bench runs: with sizes so small that its figures mean nothing, and without writing a page."""
+"""Every bench runs, with sizes too small for meaningful figures, and without writing a page."""
 
 import re
 import shutil

@@ -1,4 +1,4 @@
-"""A child process may crash, hang or grow: its parent says so in one line, and goes on."""
+"""A child process may crash, hang or grow: its parent reports it in one line and continues."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def end_of(limits: Limits = PATIENT, **request: Any) -> ChildDied:
     return died.value
 
 
-def test_messages_come_in_order_with_their_bytes_whatever_libraries_print() -> None:
+def test_messages_arrive_in_order_with_their_bytes_despite_prints_of_libraries() -> None:
     child = Child(MODULE)
     for text in ("one", "zwei\udcff"):  # the second as a file's name that is no UTF-8 has it
         progress, last = ask(child, do="echo", say=text)
@@ -79,7 +79,7 @@ def test_messages_come_in_order_with_their_bytes_whatever_libraries_print() -> N
     child.kill()
 
 
-def test_a_refusal_comes_as_the_child_raised_it_and_an_internal_error_with_its_traceback() -> None:
+def test_an_error_arrives_as_raised_and_an_internal_error_with_its_traceback() -> None:
     child = Child(MODULE)
     with pytest.raises(OncenterError, match=r"drive\.csv is wrong") as refusal:
         ask(child, do="refuse")
@@ -100,35 +100,35 @@ def test_a_crash_is_named_by_its_signal() -> None:
     assert (error.code, error.exit_code) == ("reader_crashed", 1)
 
 
-def test_a_child_that_does_not_start_is_not_the_files_fault() -> None:
+def test_a_child_that_does_not_start_is_not_blamed_on_the_file() -> None:
     with pytest.raises(ChildDied, match=r"did not start \(exit code 1\)") as died:
         ask(Child("no_such_module"), do="echo")
     assert died.value.code == "stopped"
 
 
-def test_an_exit_in_the_middle_of_an_answer_is_a_crash() -> None:
+def test_an_exit_during_an_answer_is_a_crash() -> None:
     assert "exit code 3" in str(end_of(do="exit"))
 
 
 @pytest.mark.parametrize("do", ["compute", "chatter"])
-def test_what_computes_without_end_is_stopped_whatever_it_says_meanwhile(do: str) -> None:
+def test_endless_computing_is_stopped_even_if_it_sends_messages(do: str) -> None:
     begin = time.monotonic()
     died = end_of(Limits(cpu_s=0.5, resident_bytes=2 << 30), do=do)
     assert died.code == "reader_time"
     assert time.monotonic() - begin < 30.0
 
 
-def test_what_waits_without_end_is_stopped() -> None:
+def test_endless_waiting_is_stopped() -> None:
     assert end_of(Limits(cpu_s=0.3, resident_bytes=2 << 30), do="wait").code == "reader_time"
 
 
-def test_what_is_said_of_a_time_limit_does_not_depend_on_how_busy_the_machine_is() -> None:
+def test_the_text_of_a_time_limit_does_not_depend_on_the_load() -> None:
     limits = Limits(cpu_s=0.6, resident_bytes=2 << 30)
     assert str(end_of(limits, do="compute")) == str(end_of(limits, do="wait"))
 
 
 @pytest.mark.linux
-def test_what_grows_without_end_is_stopped_before_it_is_much_larger() -> None:
+def test_endless_growth_is_stopped_soon_after_the_limit() -> None:
     died = end_of(Limits(cpu_s=60.0, resident_bytes=500 << 20), do="grow")
     assert died.code == "reader_memory"
     assert "0.5 GiB" in str(died)
@@ -138,14 +138,14 @@ def test_what_grows_without_end_is_stopped_before_it_is_much_larger() -> None:
 @pytest.mark.parametrize(
     ("number", "code", "by_kill"), [(signal.SIGTERM, "stopped", False), (signal.SIGKILL, "reader_crashed", True)]
 )
-def test_what_is_ended_from_outside_is_told_from_what_ends_by_itself(number: int, code: str, by_kill: bool) -> None:
+def test_an_end_from_outside_is_distinguished_from_a_crash(number: int, code: str, by_kill: bool) -> None:
     with pytest.raises(ChildDied) as died:
         for said, _ in Child(MODULE).ask({"do": "wait"}, PATIENT):
             os.kill(said["pid"], number)
     assert (died.value.code, died.value.by_kill) == (code, by_kill)
 
 
-def test_a_parent_that_stood_still_for_an_hour_has_not_waited_for_an_hour(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_time_in_which_the_parent_was_suspended_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
     watch = room._Watch(os.getpid(), Limits(cpu_s=10.0, resident_bytes=1 << 40))
     now = time.monotonic()
     monkeypatch.setattr(time, "monotonic", lambda: now + 3600.0)
@@ -156,7 +156,7 @@ def pid_of(child: Child) -> int:
     return int(ask(child, do="echo", say="")[-1][0]["pid"])
 
 
-def test_a_child_is_used_again_unless_it_died() -> None:
+def test_a_child_is_reused_unless_it_died() -> None:
     with borrowed(MODULE) as child:
         first = pid_of(child)
     with borrowed(MODULE) as child:
@@ -171,7 +171,7 @@ def test_a_child_is_used_again_unless_it_died() -> None:
 
 
 @pytest.mark.linux
-def test_a_child_that_grew_is_not_used_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_child_that_grew_is_not_reused(monkeypatch: pytest.MonkeyPatch) -> None:
     with borrowed(MODULE) as child:
         first = pid_of(child)
         monkeypatch.setattr(room, "_RESIDENT_TO_KEEP", 1 << 20)
@@ -214,8 +214,8 @@ def _is_running(pid: int) -> bool:
         return False
 
 
-def test_a_path_is_as_of_the_folder_in_which_the_caller_is_now(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A notebook that changes its folder keeps its child."""
+def test_a_relative_path_refers_to_the_caller_s_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A notebook may change its folder while the child lives."""
     from oncenter.read import read
 
     for name in ("one", "two"):
@@ -228,7 +228,7 @@ def test_a_path_is_as_of_the_folder_in_which_the_caller_is_now(tmp_path: Path, m
 
 
 def test_a_module_of_the_current_folder_is_not_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whoever sends logs may put a polars.py beside them."""
+    """An untrusted folder may contain a polars.py."""
     folder = tmp_path / "logs"
     folder.mkdir()
     (folder / "polars.py").write_text("open('IMPORTED', 'w')")

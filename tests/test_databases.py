@@ -1,4 +1,4 @@
-"""KCD, SYM and ARXML say the same as the DBC of their network; a file that is made to harm is one line."""
+"""KCD, SYM and ARXML describe the same network as the DBC; a hostile file is refused in one line."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def as_kind(kind: str) -> str:
 
 
 @pytest.mark.parametrize("kind", ["kcd", "sym", "arxml", "KCD"])
-def test_a_network_is_the_same_in_every_database(kind: str, tmp_path: Path) -> None:
+def test_every_database_format_describes_the_same_network(kind: str, tmp_path: Path) -> None:
     (tmp_path / "drive.log").write_text(log())
     (tmp_path / "truck.toml").write_text(TRUCK + SIGNALS)
     for each in ("dbc", kind):
@@ -151,14 +151,14 @@ HARM = {
 
 @pytest.mark.parametrize("name", HARM)
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
-def test_a_document_type_is_refused_before_an_entity_is_looked_at(name: str, encoding: str, tmp_path: Path) -> None:
+def test_a_document_type_is_refused_before_entities_are_expanded(name: str, encoding: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text(HARM[name], encoding=encoding)
     with pytest.raises(OncenterError, match=rf"^the database {name} has a document type \(<!DOCTYPE>\)") as refused:
         messages_of(tmp_path / name)
     assert (refused.value.code, refused.value.exit_code) == ("bad_dbc", 2)
 
 
-def test_a_database_without_end_is_refused_in_one_line(tmp_path: Path) -> None:
+def test_an_endless_database_is_refused_in_one_line(tmp_path: Path) -> None:
     huge = {
         "deep.kcd": "<a>" * 100_000 + "</a>" * 100_000,
         "wide.kcd": as_kind("kcd").replace('offset="16"', 'offset="1600000000"'),
@@ -189,7 +189,7 @@ def test_a_mutated_database_is_read_or_refused_in_one_line(kind: str, tmp_path: 
     assert taken
 
 
-def test_a_database_that_is_none_is_named_with_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_that_is_not_a_database_is_refused_by_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "drive.log").write_text(log())
     (tmp_path / "net.arxml").write_text("<AUTOSAR/>")
     said = refusal(
@@ -200,8 +200,8 @@ def test_a_database_that_is_none_is_named_with_its_file(tmp_path: Path, capsys: 
 
 
 @pytest.mark.parametrize("category", ["RAT_FUNC", "TAB_NOINTP"])
-def test_a_conversion_that_is_not_read_leaves_its_signal_out(category: str, tmp_path: Path) -> None:
-    """Or else raw values would pass for degrees."""
+def test_an_unsupported_conversion_leaves_its_signal_out(category: str, tmp_path: Path) -> None:
+    """Else raw values would be used as degrees."""
     (tmp_path / "drive.log").write_text(log())
     (tmp_path / "truck.toml").write_text(TRUCK + SIGNALS)
     (tmp_path / "net.arxml").write_text(

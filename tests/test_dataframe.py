@@ -1,4 +1,4 @@
-"""Tables in memory are read as CSV files are, whoever made them; and a name at the prompt says what it is."""
+"""Tables in memory of any library are read like CSV files; objects have a readable repr at the prompt."""
 
 import re
 import subprocess
@@ -26,7 +26,7 @@ COLUMNS = {
 
 
 class OnlyArrow:
-    """Of a library that nobody knows."""
+    """A table of an unknown library."""
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         return pl.DataFrame(COLUMNS).__arrow_c_stream__(requested_schema)
@@ -59,7 +59,7 @@ WAYS: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_whoever_made_a_table_it_is_the_same_drive(way: str) -> None:
+def test_tables_of_every_library_give_the_same_drive(way: str) -> None:
     signals = oc.from_dataframe(WAYS[way])
     assert signals.rate_hz == 100.0 and signals.notes == ()
     assert list(signals.sources) == ["steering_wheel_angle", "yaw_rate"]
@@ -68,14 +68,14 @@ def test_whoever_made_a_table_it_is_the_same_drive(way: str) -> None:
     assert np.allclose(signals.table["yaw_rate_rad_s"].to_numpy(), COLUMNS["yaw_rate_deg_s"] * DEGREE)
 
 
-def test_what_is_missing_is_not_a_number_however_pandas_says_so() -> None:
+def test_every_missing_value_of_pandas_is_not_a_number() -> None:
     for missing in (np.nan, None, pd.NA):
         frame = pandas_with(vehicle_speed_km_h=pd.Series([missing, *[36.0] * (ROWS - 1)], dtype=object))
         speed = oc.from_dataframe(frame).table["vehicle_speed_m_s"].to_numpy()
         assert np.isnan(speed[0]) and np.allclose(speed[1:], 10.0)
 
 
-def test_the_vehicles_names_hold_for_a_table_as_for_a_csv_file() -> None:
+def test_the_vehicles_names_apply_to_a_table_as_to_a_csv_file() -> None:
     truck = oc.Vehicle.model_validate(
         {
             "wheelbase_m": 3.7,
@@ -115,14 +115,14 @@ def test_a_frame_gives_the_answer_of_its_drive() -> None:
         (pd.DataFrame(COLUMNS)[:1], "dataframe is too short: at least 2 rows with a time are needed, got 1"),
     ],
 )
-def test_a_table_that_will_not_do_is_refused_in_one_line(frame: object, says: str) -> None:
+def test_an_unusable_table_is_refused_in_one_line(frame: object, says: str) -> None:
     with pytest.raises(oc.OncenterError) as refused:
         oc.from_dataframe(frame)
     assert says in str(refused.value) and "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("verb", [oc.offset, oc.angle, lambda given, truck: oc.reference(given)])
-def test_a_verb_that_gets_no_signals_says_how_to_make_some(verb: Any) -> None:
+def test_a_function_without_signals_says_how_to_read_them(verb: Any) -> None:
     for given, how in (
         (pd.DataFrame(COLUMNS), "takes Signals: oncenter.from_dataframe(frame); got DataFrame"),
         ("drive.csv", "takes Signals: oncenter.read(path); got str"),
@@ -134,13 +134,13 @@ def test_a_verb_that_gets_no_signals_says_how_to_make_some(verb: Any) -> None:
 
 
 @pytest.mark.parametrize("verb", [oc.offset, oc.angle])
-def test_a_verb_that_gets_no_vehicle_says_how_to_read_one(verb: Any) -> None:
+def test_a_function_without_a_vehicle_says_how_to_read_one(verb: Any) -> None:
     with pytest.raises(oc.OncenterError, match=r"takes a Vehicle: oncenter.vehicle\(path\); got str"):
         verb(drive(), "truck.toml")
 
 
-def test_pandas_and_pyarrow_are_not_imported_by_us() -> None:
-    """And a frame of pandas needs no pyarrow."""
+def test_pandas_and_pyarrow_are_not_imported() -> None:
+    """A pandas frame needs no pyarrow."""
     code = (
         "import sys; import oncenter as oc\n"
         "oc.from_dataframe({'time_s': [0.0, 0.01, 0.02], 'yaw_rate_deg_s': [1.0, 2.0, 3.0]})\n"
@@ -154,18 +154,18 @@ def test_pandas_and_pyarrow_are_not_imported_by_us() -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_only_public_names_are_offered_at_the_prompt() -> None:
+def test_completion_lists_only_public_names() -> None:
     assert dir(oc) == sorted(oc.__all__)
     assert all(hasattr(oc, name) for name in dir(oc))
 
 
-def test_help_names_every_verb_with_a_line() -> None:
+def test_help_lists_every_function_with_one_line() -> None:
     for name in oc.__all__:
         if name[0].islower():
             assert re.search(rf"^    {name}\(.*\)  ", oc.__doc__ or "", re.MULTILINE), name
 
 
-def test_an_object_says_in_a_line_what_it_is() -> None:
+def test_the_repr_of_an_object_is_one_line() -> None:
     signals = drive()
     answer = oc.offset(signals, TRUCK)
     assert repr(signals).startswith("Signals('synthetic', 300.0 s at 50 Hz: steering_wheel_angle, yaw_rate, ")

@@ -97,7 +97,7 @@ def test_half_and_double_are_half_and_double_of_the_full_size(name: str) -> None
     assert {key for key in full if double[key] != full[key]} == set(sized)
 
 
-def test_what_is_asked_of_a_row_names_a_row() -> None:
+def test_the_row_option_names_a_row() -> None:
     assert VALID_MIN.keys() <= EFFECTS.keys()
     assert set(AT_SIZE_1) <= EFFECTS.keys()
     assert {name for name in EFFECTS if name.startswith("combined")} <= set(AT_SIZE_1)
@@ -135,7 +135,7 @@ def test_coverage_counts_valid_drives_and_all_drives() -> None:
     assert s["valid_error"] == pytest.approx([0.3, 0.39, 0.4])
 
 
-def test_a_row_whose_truth_has_a_pull_is_judged_less_the_pull() -> None:
+def test_a_row_with_a_pull_is_judged_without_the_pull() -> None:
     drives = [{"error": 1.2, "pull": 1.1}, {"error": -0.1, "pull": 1.1}]
     table = pl.DataFrame([record(row, **drive) for row in ("pull", "wind_moment") for drive in drives])
     assert "pull" in PULLS
@@ -150,7 +150,7 @@ def test_a_row_whose_truth_has_a_pull_is_judged_less_the_pull() -> None:
     assert effects_page.off_by_more(table, "wind_moment", 1.0) == 1
 
 
-def test_a_drive_with_several_reports_is_accused_once() -> None:
+def test_a_drive_with_several_false_reports_counts_once() -> None:
     table = pl.DataFrame(
         [
             record("none"),
@@ -174,7 +174,7 @@ def test_an_estimate_of_the_truck_counts_where_its_own_status_is_valid() -> None
     assert s["understeer_gradient"] == (3, 3, pytest.approx(0.01))
 
 
-def test_the_bound_of_a_row_is_the_binomial_s_one_per_cent() -> None:
+def test_the_bound_of_a_row_is_the_binomial_1_percent_quantile() -> None:
     def below(count: int, held: int) -> float:
         from math import comb
 
@@ -186,7 +186,7 @@ def test_the_bound_of_a_row_is_the_binomial_s_one_per_cent() -> None:
     assert effects_page.bound(0) == 0
 
 
-def test_the_list_says_what_is_missed_and_why(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_list_gives_missed_rows_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(effects_page, "WHY", {("play_largest", "play_15"): "The play is wide."})
     table = pl.DataFrame([record("none"), record("play_12"), record("play_15", error=0.7, half_width=0.8)])
     lines = list(effects_page.section(table, summaries_of(table), range(1001, 1002)))
@@ -271,7 +271,7 @@ def answered(row: str, seeds: range, folder: Path, *, with_angle: bool = False) 
 
 
 @pytest.mark.slow
-def test_a_wide_play_whose_other_flank_comes_late_is_found_and_accuses_nobody(tmp_path: Path) -> None:
+def test_a_wide_play_with_a_late_second_flank_is_estimated_without_a_false_report(tmp_path: Path) -> None:
     """Of seeds 11 and 22 half of 12 deg was taken for offset, and the other flank for a sensor that was remounted."""
     drives = pl.concat([answered("play_12", range(seed, seed + 1), tmp_path) for seed in (8, 11, 22)])
     assert drives["backlash_error"].abs().max() < 1.0
@@ -280,7 +280,7 @@ def test_a_wide_play_whose_other_flank_comes_late_is_found_and_accuses_nobody(tm
 
 
 @pytest.mark.slow
-def test_an_accelerometer_that_drifts_moves_no_offset(tmp_path: Path) -> None:
+def test_a_drifting_accelerometer_does_not_shift_the_offset(tmp_path: Path) -> None:
     """By 0.45 m/s^2 in a quarter of an hour: a constant zero put the offset 1 to 8 deg off, and changes into it."""
     drives = answered("accelerometer_drift", range(1, 9), tmp_path)
     assert drives["offset_error"].abs().max() < 0.5
@@ -289,7 +289,7 @@ def test_an_accelerometer_that_drifts_moves_no_offset(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_an_accelerometer_that_runs_away_is_named_and_nothing_is_valid(tmp_path: Path) -> None:
+def test_a_strongly_drifting_accelerometer_is_reported_and_nothing_is_valid(tmp_path: Path) -> None:
     drives = answered("accelerometer_drift_thesis", range(1, 7), tmp_path)
     assert drives["names_accelerometer"].all()
     assert not drives["valid"].any()
@@ -297,7 +297,7 @@ def test_an_accelerometer_that_runs_away_is_named_and_nothing_is_valid(tmp_path:
 
 
 @pytest.mark.slow
-def test_goods_that_leave_are_told_as_the_truck_s_and_not_as_the_sensor_s(tmp_path: Path) -> None:
+def test_unloading_is_attributed_to_the_truck_and_not_to_the_sensor(tmp_path: Path) -> None:
     drives = answered("load_change", range(1, 9), tmp_path)
     assert not any("offset_changed" in findings for findings in drives["findings"])
     assert set(drives["fault"]) == {"none"}
@@ -305,7 +305,7 @@ def test_goods_that_leave_are_told_as_the_truck_s_and_not_as_the_sensor_s(tmp_pa
 
 
 @pytest.mark.slow
-def test_tyres_that_grow_in_the_sun_move_no_gyro_bias_out_of_its_interval(tmp_path: Path) -> None:
+def test_tyres_that_grow_in_the_sun_keep_the_gyro_bias_within_its_interval(tmp_path: Path) -> None:
     drives = answered("tyres_in_the_sun", range(1, 9), tmp_path)
     assert drives["yaw_rate_bias_holds"].sum() >= 7
     assert drives["offset_holds"].all()

@@ -1,4 +1,4 @@
-"""Windows and macOS: no machine of either runs these tests, so this one is shown to oncenter as one: `elsewhere/`."""
+"""Windows and macOS, emulated on this machine by `elsewhere/`: no real one runs these tests."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_every_module_loads_where_posix_modules_are_missing(platform: str) -> No
     printed(platform, IMPORTS)
 
 
-def test_what_a_system_lacks_is_missing_to_oncenter_and_to_nobody_else() -> None:
+def test_modules_missing_on_a_system_are_hidden_only_from_oncenter() -> None:
     said = "from oncenter.files import child; import os; print(hasattr(child.os, 'sysconf'), hasattr(os, 'sysconf'))"
     assert printed("win32", said) == "False True\n"
     assert printed("darwin", said) == "True True\n"
@@ -61,7 +61,7 @@ def test_a_system_without_socketcan_says_which_interface_to_name(platform: str, 
     assert "name the interface of your CAN adapter, --interface pcan, vector, kvaser" in line
 
 
-def test_windows_gets_utf8_where_its_output_is_a_file_whatever_signs_there_are(tmp_path: Path) -> None:
+def test_output_to_a_file_on_windows_is_utf8(tmp_path: Path) -> None:
     done = run("win32", "-m", "oncenter", "signals", "−5°±Ω.csv", "--json", folder=tmp_path)
     assert "−5°±Ω.csv" in json.loads(done.stdout.decode("utf-8"))["message"]
     assert "−5°±Ω.csv" in done.stderr.decode("utf-8")
@@ -76,7 +76,7 @@ def test_windows_shells_leave_patterns_to_the_program(tmp_path: Path) -> None:
     assert printed("darwin", said, tmp_path) == f"{['offset', '*.mf4', 'd[1].mf4', '*.blf', '--json']}\n"
 
 
-def test_a_file_that_windows_has_open_stays_and_the_refusal_says_so(tmp_path: Path) -> None:
+def test_a_file_open_on_windows_stays_and_the_error_says_so(tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     page.write_text("old", encoding="utf-8")
     program = f"""
@@ -93,7 +93,7 @@ with open({str(page)!r}):
     assert (page.read_text(encoding="utf-8"), os.listdir(tmp_path)) == ("old", [page.name])
 
 
-def test_a_file_that_windows_has_open_for_a_moment_is_replaced(tmp_path: Path) -> None:
+def test_a_file_open_on_windows_for_a_moment_is_replaced(tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     page.write_text("old", encoding="utf-8")
     program = f"""
@@ -108,7 +108,7 @@ write_whole({str(page)!r}, "new")
 
 
 @BOTH
-def test_two_processes_do_not_have_one_file_at_once(platform: str, tmp_path: Path) -> None:
+def test_two_processes_cannot_lock_one_file(platform: str, tmp_path: Path) -> None:
     program = f"""
 import os
 from oncenter.files import lock
@@ -120,7 +120,7 @@ print(lock.take(other))
     assert printed(platform, program) == "True False 0\nTrue\n"
 
 
-def test_what_was_learned_is_where_the_system_keeps_such_files() -> None:
+def test_the_state_is_stored_in_the_system_s_folder_for_it() -> None:
     said = "import os; os.environ |= {'LOCALAPPDATA': '/local', 'HOME': '/me'}; from oncenter.live import memory; "
     said += "print(memory.default_folder())"
     assert printed("win32", said) == "/local/oncenter\n"
@@ -128,7 +128,7 @@ def test_what_was_learned_is_where_the_system_keeps_such_files() -> None:
 
 
 @BOTH
-def test_files_of_two_trucks_are_two_where_capitals_are_no_other_letters(platform: str) -> None:
+def test_two_trucks_have_two_files_on_file_systems_that_ignore_case(platform: str) -> None:
     trucks = ["A1", "a1", "\N{LATIN SMALL LETTER E WITH ACUTE}", "e\N{COMBINING ACUTE ACCENT}", "con", "CON", "x" * 300]
     said = f"from oncenter.files.file_name import file_stem; print([file_stem(each) for each in {trucks!r}])"
     stems = ast.literal_eval(printed(platform, f"import sys; sys.stdout.reconfigure(encoding='utf-8'); {said}"))
@@ -143,7 +143,7 @@ def test_a_path_of_windows_is_shown_with_slashes() -> None:
     assert printed("win32", said) == "C:/logs/xa1/drive\\x1b.csv\n"
 
 
-def test_a_reader_that_has_seen_enough_is_no_error_on_windows_either() -> None:
+def test_a_closed_output_pipe_is_no_error_on_windows() -> None:
     said = "from oncenter.cli import _is_of_a_reader_that_left as left; print([left(OSError(k, '')) for k in (22, 28)])"
     assert printed("win32", said) == "[True, False]\n"
     assert printed("darwin", said) == "[False, False]\n"
@@ -162,7 +162,7 @@ def test_a_crash_on_windows_is_named_by_its_status() -> None:
 
 
 def test_every_text_file_is_opened_by_its_encoding() -> None:
-    """Windows would take its code page."""
+    """Windows would use its code page."""
     assert not [place for path in SOURCES.rglob("*.py") for place in _without_encoding(path)]
 
 

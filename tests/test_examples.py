@@ -1,4 +1,4 @@
-"""Every example runs and says what its README says."""
+"""Every example runs and gives the results in the README."""
 
 import json
 import re
@@ -51,7 +51,7 @@ def test_a_minute_nearly_straight_gives_an_offset_and_no_understeer_gradient(tmp
 
 # Fitted in bends against the GNSS/INS heading instead of the gyro, see the drives' own README.
 @pytest.mark.parametrize(("name", "offset_deg"), [("cpg_fast_lap", 0.27), ("cpg_slow_lap", 0.34)])
-def test_the_car_on_the_proving_ground_answers_as_its_oxts_would(name: str, offset_deg: float) -> None:
+def test_the_car_on_the_proving_ground_has_the_offset_of_its_oxts(name: str, offset_deg: float) -> None:
     vehicle = oc.vehicle(EXAMPLES / "genesis.toml")
     answer = oc.offset(oc.read(real_drive(f"genesis/{name}.csv.gz"), names=vehicle.signal_names), vehicle)
     assert answer.offset.to_dict()["value"] == pytest.approx(offset_deg, abs=0.3)
@@ -59,7 +59,7 @@ def test_the_car_on_the_proving_ground_answers_as_its_oxts_would(name: str, offs
 
 
 @pytest.mark.parametrize(("name", "offset_deg"), [("cpg_fast_lap", 0.27), ("cpg_slow_lap", 0.34)])
-def test_by_the_thesis_it_is_off_by_what_its_gyro_is_off(name: str, offset_deg: float) -> None:
+def test_with_the_thesis_method_the_gyro_bias_shifts_the_offset(name: str, offset_deg: float) -> None:
     vehicle = oc.vehicle(EXAMPLES / "genesis.toml")
     signals = oc.read(real_drive(f"genesis/{name}.csv.gz"), names=vehicle.signal_names)
     answer = oc.offset(signals, vehicle, method="thesis")
@@ -69,7 +69,7 @@ def test_by_the_thesis_it_is_off_by_what_its_gyro_is_off(name: str, offset_deg: 
 
 
 @pytest.mark.parametrize("name", ["cpg_fast_lap", "cpg_slow_lap"])
-def test_with_the_limits_of_table_4_its_biased_accelerometer_shuts_the_gate(name: str) -> None:
+def test_with_the_limits_of_table_4_its_biased_accelerometer_closes_the_gate(name: str) -> None:
     vehicle = oc.vehicle(EXAMPLES / "genesis.toml")
     signals = oc.read(real_drive(f"genesis/{name}.csv.gz"), names=vehicle.signal_names)
     answer = oc.offset(signals, vehicle.model_copy(update={"params": {}}), method="thesis")

@@ -1,4 +1,4 @@
-"""A base install: each verb works with it, or says in one line which `pip install` would do."""
+"""A base install: each command works, or names in one line the `pip install` it needs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ READ_BY_ALL = ("drive.log", "drive.asc", "drive.blf", "drive.trc", "drive.csv", 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One drive in all formats that a base install reads; of the others only names."""
+    """One drive in all formats that a base install reads; only names of the others."""
     folder = tmp_path_factory.mktemp("drives")
     (folder / "short.toml").write_text(SHORT)
     for log in READ_BY_ALL:
@@ -47,13 +47,13 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Interpreter]:
 
 
 def line_of(said: Said) -> str:
-    """The one line of a refusal for want of an extra."""
+    """The one-line error for a missing extra."""
     assert (said.exit_code, said.out) == (1, "")
     assert said.err.count("\n") == 1
     return said.err.strip().removeprefix("oncenter: ")
 
 
-def test_what_only_extras_bring_is_kept_from_it(base: Interpreter, folder: Path) -> None:
+def test_packages_of_extras_are_hidden_from_it(base: Interpreter, folder: Path) -> None:
     assert {"asammdf", "bokeh", "can", "cantools", "pandas", "pyarrow", "matplotlib"} <= not_of_the_base()
     assert base.python("import bokeh", folder).err == "ModuleNotFoundError: No module named 'bokeh'\n"
     in_a_child = "import subprocess, sys; print(subprocess.run([sys.executable, '-P', '-c', 'import can']).returncode)"
@@ -85,7 +85,7 @@ def test_it_reads_all_logs_but_mf4(base: Interpreter, folder: Path, verb: str, l
     ],
     ids=" ".join,
 )
-def test_it_does_all_that_needs_no_extra(base: Interpreter, folder: Path, arguments: tuple[str, ...]) -> None:
+def test_it_runs_all_commands_that_need_no_extra(base: Interpreter, folder: Path, arguments: tuple[str, ...]) -> None:
     said = base.oncenter(*arguments, folder=folder)
     assert said.exit_code == 0, said.err
     assert said.out
@@ -98,7 +98,7 @@ def test_it_measures_the_offset_on_a_straight(base: Interpreter, tmp_path: Path)
     assert (said.exit_code, said.err) == (0, "")
 
 
-def test_its_demo_answers_and_says_how_to_have_the_page(base: Interpreter, tmp_path: Path) -> None:
+def test_its_demo_gives_an_answer_and_the_command_for_the_page(base: Interpreter, tmp_path: Path) -> None:
     said = base.oncenter("demo", folder=tmp_path)
     assert said.exit_code == 0, said.err
     assert said.out.startswith("straight-ahead offset 2.0 deg")
@@ -139,7 +139,7 @@ def test_its_demo_answers_and_says_how_to_have_the_page(base: Interpreter, tmp_p
     ],
     ids=lambda given: " ".join(given) if isinstance(given, tuple) else "",
 )
-def test_for_the_rest_it_names_the_extra_in_one_line(
+def test_for_other_commands_it_names_the_extra_in_one_line(
     base: Interpreter, folder: Path, arguments: tuple[str, ...], needs: str
 ) -> None:
     what, _, name = needs.removesuffix("]").partition(" [")
@@ -173,7 +173,7 @@ def test_a_log_left_out_among_others_is_named_with_its_extra(base: Interpreter, 
     assert "pip install 'oncenter[mf4]'" in " ".join(said.out.split())
 
 
-def test_what_part_of_an_extra_needs_is_asked_for_as_well(folder: Path, tmp_path: Path) -> None:
+def test_a_partly_installed_extra_is_detected(folder: Path, tmp_path: Path) -> None:
     few = Interpreter(tmp_path, ["msgpack", "ray"])
     said = few.oncenter("live", "239.74.163.2", "--interface", "udp_multicast", *TRUCK, folder=folder)
     assert line_of(said).startswith("--interface udp_multicast needs msgpack, ")
@@ -182,7 +182,7 @@ def test_what_part_of_an_extra_needs_is_asked_for_as_well(folder: Path, tmp_path
     few.close()
 
 
-def test_a_fleet_reads_again_what_lacked_an_extra(folder: Path, tmp_path: Path) -> None:
+def test_a_fleet_rereads_logs_after_an_extra_is_installed(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "without").mkdir()
     (tmp_path / "with").mkdir()
     (tmp_path / "logs" / "drive").mkdir(parents=True)
@@ -207,13 +207,13 @@ def names(requirements: list[str]) -> set[str]:
     return direct.union(*(names(extras[name]) for name in own))
 
 
-def test_the_extra_that_is_named_brings_the_package() -> None:
+def test_the_named_extra_installs_the_package() -> None:
     extras = PROJECT["optional-dependencies"]
     for package, name in extra._BROUGHT_BY.values():
         assert canonicalize_name(package) in names(extras[name])
 
 
-def test_all_brings_what_any_extra_of_users_brings() -> None:
+def test_the_all_extra_includes_every_extra_for_users() -> None:
     extras = PROJECT["optional-dependencies"]
     of_users = set(extras) - {"all", "dev", "fmu"}  # a compiler of 400 MB is not what all users want
     assert names(extras["all"]) == set().union(*(names(extras[name]) for name in of_users))

@@ -1,4 +1,4 @@
-"""A file's name is bytes that a stranger chose: it is shown as text, and names made from it are short and its own."""
+"""File names are untrusted bytes: they are displayed safely, and names derived from them are short and unique."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from oncenter.files.file_name import STEM_BYTES_MAX, file_stem, printable, printable_name
 
 
-def test_each_text_has_files_of_its_own() -> None:
+def test_each_text_has_its_own_file_name() -> None:
     keys = ["A B", "a b", "A_B", "A  B", "A%20B", "A/B", "a.b-c_1", "..", "x" * 300]
     keys += ["\N{LATIN SMALL LETTER U WITH DIAERESIS}", "x" * 301, "\udcff", "~", "A~B"]
     stems = [file_stem(key) for key in keys]
@@ -20,7 +20,7 @@ def test_each_text_has_files_of_its_own() -> None:
         assert file_stem(plain) == plain
 
 
-def test_a_name_is_shown_as_text_that_no_terminal_obeys() -> None:
+def test_a_name_is_shown_without_terminal_control_characters() -> None:
     assert printable_name(os.fsdecode(b"bad\xff.csv")) == r"bad\xff.csv"
     assert printable_name("a\x1b[2J\n.csv") == r"a\x1b[2J\x0a.csv"
     assert printable_name("gpj\N{RIGHT-TO-LEFT OVERRIDE}.csv") == r"gpj\xe2\x80\xae.csv"

@@ -1,4 +1,4 @@
-"""A disk that is full at any one call of a run: every file is the old one or the new one, and one line says why."""
+"""A disk that is full at any one call of a run: every file is the old or the new one, and one line gives the reason."""
 
 from __future__ import annotations
 
@@ -80,8 +80,8 @@ def test_a_disk_full_at_any_call_is_one_line_that_names_the_path(
         assert run["out"] == (undisturbed["out"] if is_answer else ""), run["failed"]
 
 
-def test_a_night_on_a_full_disk_is_made_up_for_by_the_next(seen: dict[str, list[dict[str, Any]]]) -> None:
-    """SQLite goes on without harm where what fails is its index in memory, a last sync or what is written twice."""
+def test_a_fleet_run_after_a_full_disk_completes_the_missing_part(seen: dict[str, list[dict[str, Any]]]) -> None:
+    """SQLite continues without harm if its index in memory, a last sync or a duplicate write fails."""
     undisturbed, *disturbed = seen["fleet run"]
     tables = {name for name in undisturbed["files"] if name not in ("metrics.json", "index.html")}
     for run in disturbed:
@@ -99,7 +99,7 @@ def test_with_json_a_report_on_a_full_disk_leaves_one_object_which_is_the_answer
         assert json.loads(run["out"])["schema"] == "oncenter/offset-2"
 
 
-def test_a_program_of_its_own_ends_so_too(preload: str, tmp_path: Path) -> None:
+def test_a_separate_process_ends_in_the_same_way(preload: str, tmp_path: Path) -> None:
     """Without anything of it replaced, from its first call to its last."""
     steady_drive(minutes=0.5).table.write_parquet(tmp_path / "drive.parquet")
     page = tmp_path / "out" / "page.html"

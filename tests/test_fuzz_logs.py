@@ -28,7 +28,7 @@ def base_logs(tmp_path_factory: pytest.TempPathFactory) -> fuzz_logs.BaseLogs:
 
 
 @pytest.mark.parametrize("log_format", FORMATS)
-def test_a_damaged_log_does_no_harm_and_no_valid_answer_is_wrong(
+def test_a_damaged_log_does_no_harm_and_gives_no_wrong_valid_offset(
     base_logs: fuzz_logs.BaseLogs, log_format: str
 ) -> None:
     tried = fuzz_logs.trials(base_logs, [(log_format, seed) for seed in SEEDS], jobs=2)
@@ -47,16 +47,14 @@ def test_two_readers_that_share_no_code_read_a_good_log_alike(base_logs: fuzz_lo
 
 
 def test_the_offset_of_the_good_drive_is_valid(base_logs: fuzz_logs.BaseLogs) -> None:
-    """Or else no mutant's offset is, and nothing is compared."""
+    """Else no mutant's offset would be valid, and nothing would be compared."""
     (log,) = base_logs["parquet"]
     ended = watch(fuzz_logs.answer_command(log))
     assert json.loads(ended.out)["offset"]["status"] == "valid"
 
 
 @pytest.mark.parametrize("log_format", FORMATS)
-def test_a_mutant_is_the_same_each_time_and_another_for_another_seed(
-    base_logs: fuzz_logs.BaseLogs, log_format: str
-) -> None:
+def test_a_mutant_depends_only_on_its_seed(base_logs: fuzz_logs.BaseLogs, log_format: str) -> None:
     base = base_logs[log_format][0].read_bytes()
     mutants = [mutate(log_format, seed, base) for seed in (1, 1, 2)]
     assert mutants[0] == mutants[1] != mutants[2]
@@ -86,11 +84,11 @@ ENDLESS_CHILD = "import subprocess, sys; subprocess.run([sys.executable, '-c', '
         ("print(1)", ""),
     ],
 )
-def test_harm_is_seen_and_named(program: str, harm: str) -> None:
+def test_harm_is_detected_and_named(program: str, harm: str) -> None:
     assert watch([sys.executable, "-c", program], kill_s=0.5).harm.startswith(harm)
 
 
-def test_memory_of_all_processes_together_is_seen() -> None:
+def test_the_memory_of_all_processes_is_measured() -> None:
     hold = "import time; held = bytearray(150 << 20); time.sleep(60)"
     program = f"import subprocess, sys; one = subprocess.Popen([sys.executable, '-c', {hold!r}]); {hold}"
     ended = watch([sys.executable, "-c", program], kill_s=20.0, kill_mib=250.0)

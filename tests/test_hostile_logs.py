@@ -1,4 +1,4 @@
-"""Logs that were made to do harm: each ends in one line, soon, and with little memory."""
+"""Hostile logs: each ends in one line, soon, and with little memory."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def channel_block(mf4: bytes, number: int) -> int:
 
 
 def answered_as_if_whole_or_refused(damaged: bytes, whole: bytes, folder: Path) -> None:
-    """A reader that does not need the damaged field may go on, but then its answer is that of the whole file."""
+    """A reader that does not need the damaged field may continue, with the result of the intact file."""
     log = folder / "log.mf4"
     log.write_bytes(damaged)
     ended = answered(log)
@@ -107,7 +107,7 @@ def test_an_mf4_channel_block_with_a_wrong_length_is_no_crash(
     answered_as_if_whole_or_refused(bytes(damaged), small_mf4[kind], tmp_path)
 
 
-def test_an_mf4_channel_that_follows_itself_ends(small_mf4: dict[str, bytes], tmp_path: Path) -> None:
+def test_an_mf4_channel_that_links_to_itself_ends(small_mf4: dict[str, bytes], tmp_path: Path) -> None:
     damaged, log = bytearray(small_mf4["channels"]), tmp_path / "log.mf4"
     block = channel_block(damaged, 1)
     struct.pack_into("<Q", damaged, block + FIRST_LINK, block)
@@ -130,7 +130,7 @@ def blf_with_object_of_no_size(header_version: int) -> bytes:
 
 
 @pytest.mark.parametrize("header_version", [1, 2, 9])
-def test_a_blf_object_of_no_size_ends(header_version: int, tmp_path: Path) -> None:
+def test_a_blf_object_of_size_zero_ends(header_version: int, tmp_path: Path) -> None:
     log = tmp_path / "log.blf"
     log.write_bytes(blf_with_object_of_no_size(header_version) + bytes(16))
     refused(answered(log))
@@ -242,7 +242,7 @@ def parquet_of_one_run(columns: Sequence[str], rows: int) -> bytes:
 
 
 def test_a_hand_made_parquet_file_is_one(tmp_path: Path) -> None:
-    """Or else those below are refused for another reason than their runs."""
+    """Else the files below would be refused for another reason than their runs."""
     import pyarrow.parquet as pq
 
     log = tmp_path / "log.parquet"
@@ -262,14 +262,14 @@ def test_a_parquet_file_of_one_huge_run_takes_little_memory(rows: int, tmp_path:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# What is no file
+# Not regular files
 # ---------------------------------------------------------------------------------------------------------------------
 
 SUFFIXES = (".log", ".mf4", ".csv.gz", ".parquet")
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_a_named_pipe_that_nobody_writes_to_is_not_waited_for(suffix: str, tmp_path: Path) -> None:
+def test_a_named_pipe_without_a_writer_does_not_block(suffix: str, tmp_path: Path) -> None:
     pipe = tmp_path / f"a{suffix}"
     os.mkfifo(pipe)
     refused(answered(pipe))
@@ -295,13 +295,13 @@ def good_log(tmp_path: Path) -> Path:
     return log
 
 
-def test_a_named_pipe_as_vehicle_file_is_not_waited_for(good_log: Path, tmp_path: Path) -> None:
+def test_a_named_pipe_as_vehicle_file_does_not_block(good_log: Path, tmp_path: Path) -> None:
     pipe = tmp_path / "truck.toml"
     os.mkfifo(pipe)
     refused(watch(oncenter("offset", good_log, "--vehicle", pipe, "--json")), exit_code=2)
 
 
-def test_a_named_pipe_as_dbc_is_not_waited_for(tmp_path: Path) -> None:
+def test_a_named_pipe_as_dbc_does_not_block(tmp_path: Path) -> None:
     pipe, log = tmp_path / "bus.dbc", tmp_path / "bus.log"
     os.mkfifo(pipe)
     log.write_text("(1700000000.123456) can0 18F0093E#697D7F637D577F7D\n" * 10)

@@ -1,4 +1,4 @@
-"""A network never seen before: its DBC is read however it writes units, or the refusal says what is there."""
+"""An unknown network: its DBC is read with any spelling of units, or the error lists its content."""
 
 import struct
 from pathlib import Path
@@ -69,7 +69,7 @@ def test_degree_signs_and_squares_of_any_encoding_are_units(written: str, tmp_pa
     read_back(tmp_path, dbc("°", "°/s", "km/h", "m/s²").encode(written))
 
 
-def test_text_that_was_encoded_twice_has_units_too(tmp_path: Path) -> None:
+def test_units_in_text_that_was_encoded_twice_are_recognised(tmp_path: Path) -> None:
     read_back(tmp_path, dbc("°", "°/s", "km/h", "m/s²").encode().decode("latin-1").encode())
     thrice = dbc("°", "°/s", "km/h", "m/s²").encode().decode("latin-1").encode().decode("cp1252", "replace").encode()
     read_back(tmp_path, thrice)
@@ -99,13 +99,13 @@ def read_back(folder: Path, database: bytes) -> None:
         ("steering_wheel_torque", "nm", "Nm N*m N·m N.m NM"),
     ],
 )
-def test_a_unit_is_known_in_all_ways_of_writing_it(signal: str, key: str, ways: str) -> None:
+def test_every_spelling_of_a_unit_is_recognised(signal: str, key: str, ways: str) -> None:
     for written in ways.split():
         assert unit_key(written, factors(signal)) == key, written
     assert unit_key("furlong", factors(signal)) is None
 
 
-def test_a_database_of_which_nothing_is_known_is_told_with_its_signals_the_likeliest_first(
+def test_a_database_without_a_recognised_signal_lists_its_signals_best_match_first(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     said = refusal(["signals", *network(tmp_path, dbc("°", "°/s", "km/h", "m/s²").encode(), "")], capsys)
@@ -114,7 +114,7 @@ def test_a_database_of_which_nothing_is_known_is_told_with_its_signals_the_likel
 
 
 @pytest.mark.parametrize("written", ["YawRate", "yawrt", "DYNAMIC.YawRt", "Yaw_Rt"])
-def test_a_name_that_the_database_lacks_is_told_with_the_one_that_was_meant(
+def test_a_name_missing_in_the_database_gives_the_most_similar_names(
     written: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arguments = network(tmp_path, dbc("deg", "deg/s", "km/h", "g").encode(), SIGNALS.replace("YawRt", written))
@@ -123,7 +123,7 @@ def test_a_name_that_the_database_lacks_is_told_with_the_one_that_was_meant(
     assert "YawRt" in said.split("did you mean ")[1].split("?")[0]
 
 
-def test_a_column_that_a_table_lacks_is_told_with_the_one_that_was_meant(tmp_path: Path) -> None:
+def test_a_name_missing_in_a_table_gives_the_most_similar_column(tmp_path: Path) -> None:
     (tmp_path / "d.csv").write_text("time_s,SteerAng,yaw_rate_deg_s\n0,1,1\n0.01,1,1\n")
     names = {"steering_wheel_angle": oc.signals.SignalName("SteerAngle", "deg")}
     notes = oc.read(tmp_path / "d.csv", names=names).notes
@@ -149,11 +149,11 @@ def test_a_column_that_a_table_lacks_is_told_with_the_one_that_was_meant(tmp_pat
         ('[signals]\nyawrate = { name = "YawRt" }\n', "'yawrate' is no signal; did you mean yaw_rate?"),
     ],
 )
-def test_a_table_of_signals_that_will_not_do_is_refused_with_what_would(
+def test_an_invalid_signals_table_is_refused_with_the_allowed_values(
     signals: str, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert says in refusal(["offset", *network(tmp_path, dbc("°", "°/s", "km/h", "m/s²").encode(), signals)], capsys)
 
 
-def test_names_that_have_nothing_in_common_are_not_taken_for_each_other() -> None:
+def test_names_with_nothing_in_common_are_not_suggested() -> None:
     assert did_you_mean("qqq", NAMES) == ""

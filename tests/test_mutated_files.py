@@ -1,4 +1,4 @@
-"""Vehicle files, scenarios and DBCs as a stranger may have changed them: each is taken, or refused in one line."""
+"""Mutated vehicle files, scenarios and DBCs: each is accepted, or refused in one line."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def one_line(refused: OncenterError) -> bool:
 def survivors(
     read_file: Callable[[Path], object], originals: list[bytes], seeds: range, folder: Path, suffix: str
 ) -> list[Path]:
-    """The mutated files that were taken; anything but a refusal in one line is raised."""
+    """The accepted mutants; anything other than a one-line error is raised."""
     taken = []
     for seed in seeds:
         file = folder / f"seed{seed}{suffix}"

@@ -1,4 +1,4 @@
-"""A log gives the same signals whichever process reads it, and a file that changes meanwhile is not answered short."""
+"""A log gives the same signals in either process, and a file that becomes shorter during reading is refused."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_names_databases_and_the_chosen_source_reach_the_child(tmp_path: Path) -
     assert (refusal.value.code, refusal.value.exit_code, refusal.value.needs) == ("unknown_source", 2, ("yaw_rate",))
 
 
-def test_a_log_whose_name_is_no_text_is_read_in_either_process(tmp_path: Path) -> None:
+def test_a_log_with_a_name_that_is_not_text_is_read_in_both_processes(tmp_path: Path) -> None:
     table = "time_s,yaw_rate_deg_s\n" + "".join(f"{k / 100},1\n" for k in range(300))
     for name, content in (("a\udcff.csv", table), ("a\udcff.log", candump(drive()))):
         (tmp_path / name).write_text(content)
@@ -85,7 +85,7 @@ def changed_meanwhile(monkeypatch: pytest.MonkeyPatch, change: Callable[[Path], 
     monkeypatch.setattr(candump_reader, "chunks", changing)
 
 
-def test_a_log_that_shrinks_while_it_is_read_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_log_that_becomes_shorter_during_reading_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log = tmp_path / "drive.log"
     log.write_text(candump(drive()))
     size = log.stat().st_size
@@ -97,16 +97,14 @@ def test_a_log_that_shrinks_while_it_is_read_is_refused(tmp_path: Path, monkeypa
     assert refusal.value.code == "unreadable_log"
 
 
-def test_a_log_that_grows_while_it_is_read_is_answered_with_a_note(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_log_that_grows_during_reading_gives_a_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log = tmp_path / "drive.log"
     log.write_text(candump(drive()))
     changed_meanwhile(monkeypatch, lambda path: path.write_text(path.read_text() * 2))
     assert "drive.log changed during reading" in " ".join(read(log).notes)
 
 
-def test_a_log_that_is_gone_in_the_end_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_log_deleted_during_reading_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log = tmp_path / "drive.log"
     log.write_text(candump(drive()))
     changed_meanwhile(monkeypatch, Path.unlink)

@@ -1,4 +1,4 @@
-"""Whatever is wrong with a log, it ends in one line that says so, and never in a number."""
+"""Every fault of a log gives one line that names it, and never a wrong value."""
 
 from __future__ import annotations
 
@@ -56,19 +56,19 @@ def test_noise_under_any_name_is_refused(tmp_path: Path, suffix: str) -> None:
     assert f"drive{suffix}" in str(error)
 
 
-def test_stamps_so_far_apart_that_their_step_is_no_number_are_out_of_range(tmp_path: Path) -> None:
+def test_stamps_with_an_infinite_step_are_out_of_range(tmp_path: Path) -> None:
     head, first, second = CSV.splitlines(keepends=True)[:3]
     error = refusal_of(tmp_path, "drive.csv", head + "-1e308" + first[first.index(",") :] + "1e308" + second[4:])
     assert error.code == "time_out_of_range"
 
 
-def test_a_path_that_is_not_there_and_one_that_is_a_directory(tmp_path: Path) -> None:
+def test_a_missing_path_and_a_directory_are_refused(tmp_path: Path) -> None:
     assert "No such file" in str(refusal(tmp_path / "drive.log"))
     (tmp_path / "folder.log").mkdir()
     assert "is a directory" in str(refusal(tmp_path / "folder.log"))
 
 
-def test_a_file_that_may_not_be_read_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_without_read_permission_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "mine.log"
     path.write_text(candump(drive()))
 
@@ -109,8 +109,8 @@ def test_a_truncated_binary_log_is_refused(
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_log_of_a_real_truck_is_read_as_far_as_its_logger_got(tmp_path: Path) -> None:
-    """Its file was never closed, so that a shorter one is a shorter drive; without its heading it is nothing."""
+def test_an_unclosed_log_of_a_real_truck_is_read_up_to_its_end(tmp_path: Path) -> None:
+    """The file was not closed, so a shorter one is a shorter drive; without its header it is unreadable."""
     content = real_drive("j1939_truck_stationary/truck_stationary.mf4").read_bytes()
     (tmp_path / "half.mf4").write_bytes(content[: len(content) // 2])
     half = read(tmp_path / "half.mf4")
@@ -137,7 +137,7 @@ def test_a_measurement_file_whose_data_come_last_is_refused_when_they_are_cut(tm
     assert refusal_of(tmp_path, "cut.mf4", bytes(moved[: end + length // 2])).code == "unreadable_log"
 
 
-def test_nothing_but_our_one_line_is_said_about_a_damaged_measurement_file(tmp_path: Path) -> None:
+def test_a_damaged_measurement_file_prints_only_one_line(tmp_path: Path) -> None:
     (tmp_path / "cut.mf4").write_bytes(b"MDF     4.10    " + b"\1" * 500)
     code = (
         "from oncenter.read import read\n"
@@ -151,7 +151,7 @@ def test_nothing_but_our_one_line_is_said_about_a_damaged_measurement_file(tmp_p
 
 
 @pytest.mark.parametrize("end", ["2.00", "2.", "2.00,3", "2.00,3,1.", '2.00,3,"1,2'])
-def test_a_table_that_is_cut_in_its_last_line_loses_that_line_and_says_so(tmp_path: Path, end: str) -> None:
+def test_a_table_cut_in_its_last_line_loses_that_line_with_a_note(tmp_path: Path, end: str) -> None:
     (tmp_path / "drive.csv").write_text(CSV + end)
     cut = read(tmp_path / "drive.csv")
     assert cut.table.height == 200
@@ -159,13 +159,13 @@ def test_a_table_that_is_cut_in_its_last_line_loses_that_line_and_says_so(tmp_pa
 
 
 @pytest.mark.parametrize("last", ["2.00,3,1,60", "2.00,3,1,", '2.00,3,1,"60"'])
-def test_a_last_line_that_has_all_its_cells_is_whole_without_a_line_end(tmp_path: Path, last: str) -> None:
+def test_a_last_line_with_all_cells_is_complete_without_a_line_end(tmp_path: Path, last: str) -> None:
     (tmp_path / "drive.csv").write_text(CSV + last)
     whole = read(tmp_path / "drive.csv")
     assert (whole.table.height, whole.notes) == (201, ())
 
 
-def test_rows_that_all_leave_out_their_last_cells_are_whole(tmp_path: Path) -> None:
+def test_rows_are_complete_if_all_leave_out_their_last_cells(tmp_path: Path) -> None:
     (tmp_path / "drive.csv").write_text(CSV.replace(",60\n", "\n").rstrip())
     whole = read(tmp_path / "drive.csv")
     assert (whole.table.height, len([note for note in whole.notes if "cut off" in note])) == (200, 0)
@@ -180,14 +180,14 @@ def test_truncated_gzip_and_parquet_are_refused(tmp_path: Path, share: float) ->
     assert refusal_of(tmp_path, "cut.parquet", table[: int(share * len(table))]).code == "unreadable_log"
 
 
-def test_a_column_without_a_unit_is_refused_with_the_names_that_would_do(tmp_path: Path) -> None:
+def test_a_column_without_a_unit_is_refused_with_possible_names(tmp_path: Path) -> None:
     error = refusal_of(tmp_path, "drive.csv", CSV.replace("yaw_rate_deg_s", "yaw_rate"))
     assert error.code == "unit_missing"
     assert error.needs == ("yaw_rate_rad_s", "yaw_rate_deg_s")
     assert "yaw_rate_rad_s or yaw_rate_deg_s" in str(error)
 
 
-def test_a_column_with_an_unknown_unit_is_told_when_the_signal_is_missed(tmp_path: Path) -> None:
+def test_a_column_with_an_unknown_unit_is_named_if_its_signal_is_missing(tmp_path: Path) -> None:
     (tmp_path / "drive.csv").write_text(CSV.replace("yaw_rate_deg_s", "yaw_rate_dps"))
     with pytest.raises(
         OncenterError, match="yaw_rate_dps left out: its unit is unknown, rename it to yaw_rate_rad_s or"
@@ -195,7 +195,7 @@ def test_a_column_with_an_unknown_unit_is_told_when_the_signal_is_missed(tmp_pat
         require(read(tmp_path / "drive.csv"), ["yaw_rate"])
 
 
-def test_text_where_a_number_belongs_is_named_by_column_and_row(tmp_path: Path) -> None:
+def test_text_instead_of_a_number_is_named_by_column_and_row(tmp_path: Path) -> None:
     error = refusal_of(tmp_path, "drive.csv", CSV.replace("\n0.03,3,3,", "\n0.03,3,three,"))
     assert error.code == "not_a_number"
     assert "column yaw_rate_deg_s, row 4" in str(error)
@@ -209,7 +209,7 @@ def test_a_table_without_time_or_with_one_row_is_refused(tmp_path: Path) -> None
     assert refusal_of(tmp_path, "none.csv", CSV.splitlines()[0]).code == "too_short"
 
 
-def test_a_table_of_something_else_lists_what_it_has(tmp_path: Path) -> None:
+def test_a_table_without_signals_lists_its_columns(tmp_path: Path) -> None:
     error = refusal_of(tmp_path, "drive.csv", "time_s,oil_temperature\n0,80\n1,81\n")
     assert error.code == "missing_signal"
     assert "oil_temperature" in str(error)
@@ -228,21 +228,21 @@ def test_a_row_with_more_cells_than_the_header_is_named_by_its_number(tmp_path: 
     assert "row 4 has 5 cells, the header has 4" in str(error)
 
 
-def test_milliseconds_that_are_called_seconds_are_refused(tmp_path: Path) -> None:
+def test_milliseconds_labelled_as_seconds_are_refused(tmp_path: Path) -> None:
     rows = "".join(f"{1_700_000_000_000 + 10 * k},{k % 5}\n" for k in range(100))
     error = refusal_of(tmp_path, "drive.csv", "time_s,yaw_rate_deg_s\n" + rows)
     assert error.code == "time_out_of_range"
     assert "column time_s" in str(error)
 
 
-def test_a_log_of_another_protocol_says_so(tmp_path: Path) -> None:
+def test_a_log_of_another_protocol_is_refused_as_not_j1939(tmp_path: Path) -> None:
     car = [Frame(START_S + k / 100, 0x123, b"\1\2\3", extended=False) for k in range(50)]
     error = refusal_of(tmp_path, "car.log", candump(car))
     assert error.code == "not_j1939"
     assert "11-bit" in str(error)
 
 
-def test_a_truck_log_without_our_messages_lists_the_groups_it_has(tmp_path: Path) -> None:
+def test_a_truck_log_without_the_needed_messages_lists_its_groups(tmp_path: Path) -> None:
     frames = [Frame(START_S + k / 100, identifier(61444, 0), b"\1" * 8) for k in range(50)]
     frames += [Frame(START_S + 1 + k / 100, identifier(65103, 0x0B), b"\1" * 8) for k in range(9)]
     error = refusal_of(tmp_path, "truck.log", candump(frames))
@@ -261,7 +261,7 @@ def test_a_broken_dbc_is_wrong_usage(tmp_path: Path, content: str) -> None:
     assert refusal(tmp_path / "drive.log", dbc=[tmp_path / "none.dbc"]).exit_code == 2
 
 
-def test_a_pipe_is_no_dbc(tmp_path: Path) -> None:
+def test_a_pipe_is_refused_as_dbc(tmp_path: Path) -> None:
     (tmp_path / "drive.log").write_text(candump(drive()))
     os.mkfifo(tmp_path / "pipe.dbc")
     for path in (tmp_path / "pipe.dbc", tmp_path):
@@ -283,7 +283,7 @@ OF_ANGLE = 'BO_ 256 ANGLE: 8 X\n SG_ page M : 0|4@1+ (1,0) [0|15] "" X\n SG_ ste
         (" : 0|32@1+ (1e300,0) [0|0]", "has an unusable scale or offset"),
     ],
 )
-def test_a_layout_that_no_frame_can_have_is_left_out_with_a_note(tmp_path: Path, layout: str, told: str) -> None:
+def test_an_impossible_layout_is_left_out_with_a_note(tmp_path: Path, layout: str, told: str) -> None:
     log = tmp_path / "drive.log"
     log.write_text(candump(drive()) + candump([Frame(START_S + k / 100, 256, bytes(8), False) for k in range(100)]))
     dbc = OF_ANGLE.format(layout) + "SIG_VALTYPE_ 256 steering_wheel_angle : 1;\n"
@@ -301,7 +301,7 @@ def test_a_signal_without_a_bit_is_wrong_usage(tmp_path: Path) -> None:
     assert "length 0" in str(error)
 
 
-def test_a_multiplexed_signal_that_never_comes_is_none(tmp_path: Path) -> None:
+def test_a_multiplexed_signal_that_is_never_sent_is_missing(tmp_path: Path) -> None:
     log = tmp_path / "drive.log"
     log.write_text(candump(drive()) + candump([Frame(START_S + k / 100, 256, bytes(8), False) for k in range(100)]))
     (tmp_path / "other.dbc").write_text('VERSION ""\n' + OF_ANGLE.format(" m3 : 8|16@1- (1,0) [0|0]"))
@@ -328,7 +328,7 @@ def test_a_dbc_for_which_cantools_would_need_all_memory_is_refused(tmp_path: Pat
 
 
 def survives(suffix: str, content: bytes) -> Signals | None:
-    """The signals of a file with that content, or None when it is refused as bad input is."""
+    """The signals of a file with that content, or None if it is refused as bad input."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"drive{suffix}"
         path.write_bytes(content)
@@ -344,7 +344,7 @@ def survives(suffix: str, content: bytes) -> Signals | None:
     return signals
 
 
-# How a reader knows its format, so that half of the files get past the door.
+# The begin by which a reader recognises its format, so that half of the files pass the first check.
 DOORS = {
     ".blf": b"LOGG\x90\x00\x00\x00",
     ".mf4": b"MDF     4.10    TGT 15.0" + bytes(4) + (410).to_bytes(2, "little") + bytes(34),
@@ -418,8 +418,8 @@ def test_random_lines_give_a_refusal_or_a_table(lines: list[str]) -> None:
 
 
 @given(st.integers(0, 400 * 45), st.binary(min_size=1, max_size=20))
-def test_a_scratch_in_a_candump_log_never_moves_a_number(place: int, scratch: bytes) -> None:
-    """Whatever a damaged stretch reads as, the undamaged frames around it keep their values."""
+def test_local_damage_in_a_candump_log_never_changes_a_value(place: int, scratch: bytes) -> None:
+    """The undamaged frames around a damaged stretch keep their values."""
     whole = candump(drive()).encode()
     signals = survives(".log", whole[:place] + scratch + whole[place + len(scratch) :])
     if signals is None:

@@ -106,7 +106,7 @@ def blf_file(
 
 
 def padded(*objects: bytes) -> bytes:
-    """As Vector's and python-can's writers do it: by size % 4 bytes, which aligns nothing."""
+    """Padding of Vector's and python-can's writers: size % 4 bytes, which does not align."""
     return b"".join(one + bytes(len(one) % 4) for one in objects)
 
 
@@ -122,14 +122,14 @@ def python_can_frames(path: Path) -> Frames:
 
 
 def assert_same(ours: Frames, theirs: Frames) -> None:
-    """Times but for a last bit: a damaged stamp above 2^53 ns is no double, and python-can takes it as a decimal."""
+    """Equal times up to the last bit: a damaged stamp above 2^53 ns is not exact as a double."""
     np.testing.assert_array_max_ulp(ours.time, theirs.time, maxulp=1)
     for column in Frames.__dataclass_fields__.keys() - {"time"}:
         np.testing.assert_array_equal(getattr(ours, column), getattr(theirs, column), err_msg=column)
 
 
 def frames_of_file(folder: Path, content: bytes, notes: list[str] | None = None) -> Frames:
-    """Ours, which are python-can's."""
+    """The frames of this reader, checked against python-can's."""
     path = folder / "drive.blf"
     path.write_bytes(content)
     ours = our_frames(path, notes)
@@ -233,7 +233,7 @@ def test_time_stamps_count_ten_microseconds_or_nanoseconds_from_the_start(
     assert frames_of_file(tmp_path, blf_file(container(one))).time.tolist() == [START_S + seconds]
 
 
-def test_a_start_that_is_no_date_is_nought(tmp_path: Path) -> None:
+def test_an_invalid_start_date_is_zero(tmp_path: Path) -> None:
     one = blf_object(CAN_MESSAGE, classic(1, b"\1"), ticks=5_000_000_000)
     for start in ([0] * 8, [2023, 13, 1, 1, 1, 1, 1, 1], [2023, 1, 1, 1, 1, 1, 1, 65535]):
         assert frames_of_file(tmp_path, blf_file(container(one), start=start)).time.tolist() == [5.0]
@@ -259,7 +259,7 @@ def test_objects_are_padded_by_any_number_of_bytes_up_to_four(tmp_path: Path) ->
     assert "outside any object" in refusal_of(tmp_path, blf_file(container(frame + bytes(5) + frame)))
 
 
-def test_containers_need_no_padding_and_other_objects_stand_between_them(tmp_path: Path) -> None:
+def test_containers_need_no_padding_and_allow_other_objects_between_them(tmp_path: Path) -> None:
     frame = padded(blf_object(CAN_MESSAGE, classic(1, b"\1")))
     odd = next(k for k in range(100) if len(container(frame + blf_object(MARKER, bytes(k)), padding=False)) % 4)
     last = container(frame + blf_object(MARKER, bytes(odd)), padding=False)
@@ -269,13 +269,13 @@ def test_containers_need_no_padding_and_other_objects_stand_between_them(tmp_pat
     assert len(our_frames(tmp_path / "unpadded.blf")) == 2
 
 
-def test_data_that_spell_the_signature_are_data(tmp_path: Path) -> None:
+def test_data_equal_to_the_signature_are_data(tmp_path: Path) -> None:
     frames = padded(*(blf_object(CAN_MESSAGE, classic(k, b"LOBJLOBJ"[k % 3 :])) for k in range(200)))
     parts = [frames[k : k + 1001] for k in range(0, len(frames), 1001)]
     assert len(frames_of_file(tmp_path, blf_file(*map(container, parts)))) == 200
 
 
-def test_error_and_remote_frames_and_other_objects_are_passed_over(tmp_path: Path) -> None:
+def test_error_frames_remote_frames_and_other_objects_are_skipped(tmp_path: Path) -> None:
     contents = padded(
         blf_object(CAN_ERROR, struct.pack("<HHL", 1, 0, 0)),
         blf_object(CAN_ERROR_EXT, bytes(32)),
@@ -291,7 +291,7 @@ def test_error_and_remote_frames_and_other_objects_are_passed_over(tmp_path: Pat
     assert notes == []
 
 
-def test_zeros_that_a_long_format_leaves_out_are_zeros(tmp_path: Path) -> None:
+def test_trailing_zeros_left_out_by_the_logger_are_restored(tmp_path: Path) -> None:
     """An extension of the object, or its end, may come before the last bytes of data."""
     extended = flexible_64(3, b"\1\2", length=8, extension_at=32 + 40 + 2, extension=b"\x55" * 30)
     later = flexible_64(4, b"\1\2\3\4", length=4, extension_at=32 + 40 + 4, extension=b"\x55" * 12)
@@ -313,7 +313,7 @@ def test_long_can_fd_frames_are_left_out_and_counted(tmp_path: Path) -> None:
     assert notes == ["left out 3 CAN FD frames of more than 8 bytes in drive.blf"]
 
 
-def test_a_log_of_nothing_but_long_can_fd_frames_says_so(tmp_path: Path) -> None:
+def test_a_log_with_only_long_can_fd_frames_is_empty_with_a_note(tmp_path: Path) -> None:
     path = tmp_path / "fd.blf"
     path.write_bytes(blf_file(container(padded(*[blf_object(CAN_FD, flexible(1, bytes(64)))] * 9))))
     with pytest.raises(OncenterError) as refused:
@@ -381,8 +381,8 @@ THREE = padded(*(blf_object(CAN_MESSAGE, classic(k, bytes([k] * 8)), ticks=k) fo
 
 @pytest.mark.parametrize("written", [0, 144])
 @pytest.mark.parametrize("method", [STORED, DEFLATED])
-def test_a_log_that_was_never_closed_is_read_up_to_where_it_was_cut(tmp_path: Path, written: int, method: int) -> None:
-    """python-can's writer, when it is killed, leaves 144 as the size of the file."""
+def test_an_unclosed_log_is_read_up_to_its_cut(tmp_path: Path, written: int, method: int) -> None:
+    """A killed writer of python-can leaves 144 as the size of the file."""
     whole = blf_file(container(THREE, method=method), container(THREE, method=method), written=written)
     first = len(blf_file(container(THREE, method=method)))
     counts = []
@@ -398,13 +398,13 @@ def test_a_log_that_was_never_closed_is_read_up_to_where_it_was_cut(tmp_path: Pa
     assert counts == sorted(counts)
 
 
-def test_a_log_that_is_shorter_than_its_header_says_is_cut_off(tmp_path: Path) -> None:
+def test_a_log_shorter_than_its_header_says_is_refused_as_cut_off(tmp_path: Path) -> None:
     whole = blf_file(container(THREE))
     error = refusal_of(tmp_path, whole[:-10])
     assert f"bad.blf is cut off: its header says {len(whole)} bytes, the file has {len(whole) - 10};" in error
 
 
-def test_a_log_that_shrinks_while_it_is_read_is_refused(tmp_path: Path) -> None:
+def test_a_log_that_becomes_shorter_during_reading_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "shrinks.blf"
     path.write_bytes(blf_file(*[container(THREE * 8000)] * 4))
     chunks = blf.chunks(path, [], lambda fraction: None)
@@ -420,8 +420,8 @@ FRAME = blf_object(CAN_MESSAGE, classic(1, bytes(8)))
 
 
 @pytest.mark.parametrize("version", [1, 9])
-def test_an_object_of_no_size_is_refused_at_once(tmp_path: Path, version: int) -> None:
-    """python-can reads the first of these two for ever, and with the second its memory grows as well."""
+def test_an_object_of_size_zero_is_refused_at_once(tmp_path: Path, version: int) -> None:
+    """python-can reads both for ever; with the second, its memory also grows."""
     began = time.monotonic()
     hostile = blf_file(container(blf_object(CAN_MESSAGE, classic(1, bytes(8)), version=version, size=0)))
     assert len(hostile) < 250
@@ -473,13 +473,13 @@ def test_an_object_of_no_size_is_refused_at_once(tmp_path: Path, version: int) -
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_a_damaged_log_is_refused_in_one_line_that_says_where(tmp_path: Path, content: bytes, what: str) -> None:
+def test_a_damaged_log_is_refused_in_one_line_with_the_position(tmp_path: Path, content: bytes, what: str) -> None:
     error = refusal_of(tmp_path, content)
     assert error.startswith("cannot read bad.blf: the file is damaged or has another format (")
     assert what in error
 
 
-def test_damage_is_named_by_the_container_that_has_it(tmp_path: Path) -> None:
+def test_damage_is_located_by_its_container(tmp_path: Path) -> None:
     good = container(THREE)
     objects = THREE + blf_object(CAN_MESSAGE, classic(1, bytes(8)), size=5)
     third = 144 + 2 * len(good)
@@ -493,7 +493,7 @@ def test_damage_is_named_by_the_container_that_has_it(tmp_path: Path) -> None:
 
 
 def memory_and_time(path: Path) -> tuple[int, float, OncenterError | None]:
-    """Peak of memory in bytes and time in seconds that reading takes."""
+    """Peak memory in bytes and time in seconds of reading."""
     error = None
     began = time.monotonic()
     tracemalloc.start()
@@ -543,7 +543,7 @@ def test_a_hostile_log_takes_bounded_memory_and_time(tmp_path: Path, content: Ca
     assert seconds < 20.0
 
 
-def test_a_log_that_unpacks_to_far_more_than_drives_do_is_refused(tmp_path: Path) -> None:
+def test_a_log_that_unpacks_to_an_implausible_size_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "bomb.blf"
     path.write_bytes(blf_file(*[container(FRAME * 20_000)] * 200))
     assert path.stat().st_size < 2_000_000

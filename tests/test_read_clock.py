@@ -1,4 +1,4 @@
-"""Many rates come to one tick, and nothing is invented where the log is silent."""
+"""Signals of different rates are resampled to one tick, and gaps stay gaps."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def one_tick(*chosen: Samples) -> tuple[dict[str, np.ndarray], float]:
     return {name: table[name].to_numpy() for name in table.columns}, rate
 
 
-def test_one_steady_time_passes_through_untouched() -> None:
+def test_one_steady_time_column_is_passed_on_unchanged() -> None:
     rng = np.random.default_rng(1)
     time = 1.7e9 + np.arange(500) * 0.01
     angle, speed = rng.normal(size=500), rng.normal(size=500)
@@ -35,7 +35,7 @@ def test_one_steady_time_passes_through_untouched() -> None:
     assert np.array_equal(table["vehicle_speed_m_s"], speed)
 
 
-def test_a_single_sample_of_everything_is_one_tick() -> None:
+def test_a_single_sample_of_every_signal_is_one_tick() -> None:
     table, _ = one_tick(samples("yaw_rate", np.zeros(1), np.ones(1)), samples("vehicle_speed", np.zeros(1), np.ones(1)))
     assert table["time_s"].tolist() == [0.0]
 
@@ -55,7 +55,7 @@ def test_repeated_and_backward_stamps_of_a_steady_table_are_left_for_the_core_to
     late=st.lists(st.floats(-0.2, 0.2), min_size=60, max_size=60),
     rate=st.sampled_from([7.0, 10.0, 20.0, 50.0, 93.0]),
 )
-def test_a_straight_line_comes_out_straight_whatever_the_rates(
+def test_a_straight_line_stays_straight_at_any_rates(
     slope: float, level: float, late: list[float], rate: float
 ) -> None:
     fast = np.arange(500) / 100
@@ -67,7 +67,7 @@ def test_a_straight_line_comes_out_straight_whatever_the_rates(
     exact = slope * table["time_s"] + level
     speed = table["vehicle_speed_m_s"]
     known = ~np.isnan(speed)
-    # A first or last sample stands for a tick that it misses by 1 us; between samples the line is exact.
+    # A first or last sample counts for a tick within 1 us; between samples the line is exact.
     between = known & (table["time_s"] > slow[0] + 1e-5) & (table["time_s"] < slow[-1] - 1e-5)
     assert np.allclose(speed[between], exact[between], atol=1e-9)
     assert np.allclose(speed[known], exact[known], atol=6e-6)
@@ -82,7 +82,7 @@ def test_a_straight_line_comes_out_straight_whatever_the_rates(
     silence=st.booleans(),
 )
 def test_no_number_appears_inside_a_gap(start: int, gap: int, silence: bool) -> None:
-    """Whether the messages stop or say "not available": what is further apart than 2.5 periods has nothing between."""
+    """For missing messages and for "not available": samples more than 2.5 periods apart are not interpolated."""
     fast, slow = np.arange(3000) / 100, np.arange(300) / 10
     values = np.sin(slow)
     lost = np.zeros(300, bool)
@@ -101,7 +101,7 @@ def test_no_number_appears_inside_a_gap(start: int, gap: int, silence: bool) -> 
     assert not np.isnan(speed[outside]).any()
 
 
-def test_a_long_silence_of_everything_has_no_rows() -> None:
+def test_a_long_gap_in_all_signals_has_no_rows() -> None:
     time = np.concatenate((np.arange(300) / 100, 60 + np.arange(300) / 100))
     slow = np.concatenate((np.arange(30) / 10, 60 + np.arange(30) / 10))
     table, _ = one_tick(samples("steering_wheel_angle", time, time), samples("vehicle_speed", slow, slow))
@@ -132,7 +132,7 @@ def test_a_fast_angle_is_thinned_to_at_most_200_hz() -> None:
 
 
 @pytest.mark.parametrize("rate", [5.0, 7.0, 10.0, 19.0])
-def test_an_angle_from_5_hz_up_is_resampled_to_a_rate_that_the_core_takes(rate: float) -> None:
+def test_an_angle_of_at_least_5_hz_is_resampled_to_a_rate_of_the_core(rate: float) -> None:
     time, notes = np.arange(100) / rate, []
     angle = samples("steering_wheel_angle", time, 0.1 * time)
     table, rate_hz = to_one_tick([angle], "test", notes)
@@ -156,13 +156,13 @@ def test_a_nominal_20_hz_clock_that_runs_slow_is_still_20_hz() -> None:
 
 
 @pytest.mark.parametrize("time", [np.arange(300)[::-1] / 100, np.zeros(300), np.repeat(np.arange(150) / 50, 2)])
-def test_time_that_does_not_run_forward_is_refused(time: np.ndarray) -> None:
+def test_time_that_does_not_increase_is_refused(time: np.ndarray) -> None:
     with pytest.raises(OncenterError, match="time does not increase") as refused:
         one_tick(samples("steering_wheel_angle", time, time))
     assert refused.value.code == "time_backward"
 
 
-def test_a_sensor_type_is_never_something_in_between() -> None:
+def test_a_sensor_type_is_never_interpolated() -> None:
     time, rare = np.arange(300) / 100, np.arange(60) / 20
     kind = (np.arange(60) >= 30).astype(float)
     table, _ = one_tick(
@@ -172,7 +172,7 @@ def test_a_sensor_type_is_never_something_in_between() -> None:
     assert set(seen[~np.isnan(seen)]) == {0.0, 1.0}
 
 
-def test_a_heading_across_north_does_not_swing_through_south() -> None:
+def test_a_heading_across_north_is_interpolated_across_north() -> None:
     time, slow = np.arange(300) / 100, np.arange(30) / 10
     table, _ = one_tick(
         samples("steering_wheel_angle", time, time), samples("heading", slow, np.mod(350 + 10 * slow, 360))
@@ -202,13 +202,13 @@ def stamps(hz: float, trouble: str, duration_s: float = 8.0) -> np.ndarray:
 @pytest.mark.parametrize(
     "trouble", ["none", "trembling", "in fours", "a third lost", "silent", "earlier stamps", "slow by 3 %"]
 )
-def test_a_sender_has_its_nominal_rate_whatever_happens_to_its_stamps(hz: float, trouble: str) -> None:
+def test_a_sender_has_its_nominal_rate_for_any_disturbance_of_its_stamps(hz: float, trouble: str) -> None:
     assert nominal_rate(stamps(0.97 * hz if "slow" in trouble else hz, trouble)) == hz
 
 
 @settings(max_examples=30)
 @given(st.integers(0, 1000), st.floats(11.0, 190.0), st.sampled_from(["none", "trembling", "a third lost", "silent"]))
-def test_once_a_rate_is_told_nothing_that_comes_later_changes_it(more: int, hz: float, trouble: str) -> None:
+def test_a_settled_rate_does_not_change_with_later_frames(more: int, hz: float, trouble: str) -> None:
     time = stamps(hz, trouble, 20.0)
     sender = Samples("yaw_rate", time, np.zeros(len(time)), "VDC2", "VDC2 from 0x3E", of_frames=True)
     told = next(

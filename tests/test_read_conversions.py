@@ -1,4 +1,4 @@
-"""Conversions of MDF files: the right numbers, nothing run as code, and an error where one is not understood."""
+"""Conversions of MDF files: the right values, nothing run as code, and an error for an unsupported one."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from oncenter.read import read
 from oncenter.read.conversions import MAX_NESTED, NoNumbers, UnknownConversion, physical
 from oncenter.read.formula import MAX_DEPTH, MAX_LENGTH, FormulaError, parse
 
-# numexpr's check of a formula drops what stands between quotation marks; then Python evaluates all of it.
+# numexpr's check of a formula ignores text in quotation marks; then Python evaluates all of it.
 ATTACK = '"\'" and (lambda: __import__("pathlib").Path("CODE_RAN").touch())() and "\'" or X'
 TIME = np.arange(400) / 100
 VERSIONS = {"old.mdf": "3.30", "new.mf4": "4.10"}
@@ -40,7 +40,7 @@ EVALUATORS = [
 
 @pytest.fixture(autouse=True)
 def asammdf_as_it_comes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Our reader walls off its evaluators in the process that it reads in, and another test may read in this one."""
+    """The reader disables asammdf's evaluators in its process; another test may read in this one."""
     for evaluator in EVALUATORS:
         monkeypatch.setattr(*evaluator)
 
@@ -81,7 +81,7 @@ def refusal(path: Path) -> str:
 
 
 @pytest.mark.parametrize("name", VERSIONS)
-def test_a_formula_that_is_a_program_is_refused_and_does_not_run(name: str, tmp_path: Path) -> None:
+def test_a_formula_with_code_is_refused_and_not_run(name: str, tmp_path: Path) -> None:
     done = answered(written(tmp_path / name, {"yaw_rate": {"formula": ATTACK}}))
     assert not (tmp_path / "CODE_RAN").exists()
     assert done.returncode == 1
@@ -91,7 +91,7 @@ def test_a_formula_that_is_a_program_is_refused_and_does_not_run(name: str, tmp_
 
 
 @pytest.mark.parametrize("name", VERSIONS)
-def test_the_time_channel_runs_no_program_either(name: str, tmp_path: Path) -> None:
+def test_a_formula_of_the_time_channel_is_not_run_as_code(name: str, tmp_path: Path) -> None:
     def change(mdf: MDF) -> None:
         block = from_dict({"formula": ATTACK})
         for group in mdf.groups:
@@ -104,7 +104,7 @@ def test_the_time_channel_runs_no_program_either(name: str, tmp_path: Path) -> N
 
 
 def bus_log(path: Path, converted: dict[str, Any]) -> Path:
-    """Frames as bus logging has them; asammdf reads its fields while it opens a file."""
+    """Frames in bus logging layout; asammdf reads the fields while it opens a file."""
     frames = path.with_suffix(".raw.mf4")
     with MF4Writer(frames) as writer:
         for frame in drive():
@@ -122,7 +122,7 @@ def bus_log(path: Path, converted: dict[str, Any]) -> Path:
 
 
 @pytest.mark.parametrize("field", ["time", "ID", "BusChannel"])
-def test_a_bus_log_runs_no_program_while_it_is_opened(field: str, tmp_path: Path) -> None:
+def test_opening_a_bus_log_runs_no_code(field: str, tmp_path: Path) -> None:
     done = answered(bus_log(tmp_path / "bus.mf4", {field: {"formula": ATTACK}}))
     assert not (tmp_path / "CODE_RAN").exists()
     assert (done.returncode, done.stderr.count("\n")) == (1, 1)
@@ -142,7 +142,7 @@ def test_fields_of_a_frame_may_come_from_a_conversion_alone(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     "formula", ["pow(X,1)+0.1", "X1^1+0.1", "fabs(X)", "X**2", "exp(x)/10", "ln(x + 1.5)", "0.5*(X-32)/1.8", "-X^2"]
 )
-def test_a_formula_gives_the_numbers_that_it_says(formula: str, name: str, tmp_path: Path) -> None:
+def test_a_formula_gives_the_right_values(formula: str, name: str, tmp_path: Path) -> None:
     text = formula if name == "new.mf4" else formula.replace("X1", "X")  # of which asammdf makes X1 in MDF 3
     table = read(written(tmp_path / name, {"steering_wheel_angle": {"formula": text}})).table
     x = 0.4 * np.sin(TIME)
@@ -161,9 +161,7 @@ def test_a_formula_gives_the_numbers_that_it_says(formula: str, name: str, tmp_p
 
 @pytest.mark.parametrize("name", VERSIONS)
 @pytest.mark.parametrize("formula", ["X>0?X:0", "X2+1", "X; import os", "", "sysc(k)*X", "\x1b[2J\n" + "X " * 90])
-def test_a_formula_that_is_not_understood_is_an_error_of_one_printable_line(
-    formula: str, name: str, tmp_path: Path
-) -> None:
+def test_an_unsupported_formula_is_an_error_of_one_printable_line(formula: str, name: str, tmp_path: Path) -> None:
     said = refusal(written(tmp_path / name, {"steering_wheel_angle": {"formula": formula}}))
     assert said.startswith(f"{name}: the conversion of channel 'steering_wheel_angle' is not supported: formula '")
     assert said.isprintable()
@@ -171,7 +169,7 @@ def test_a_formula_that_is_not_understood_is_an_error_of_one_printable_line(
 
 
 @pytest.mark.parametrize("name", VERSIONS)
-def test_a_strange_formula_on_a_channel_that_nobody_needs_is_no_error(name: str, tmp_path: Path) -> None:
+def test_an_unsupported_formula_of_an_unused_channel_is_no_error(name: str, tmp_path: Path) -> None:
     path = written(tmp_path / name, {"lamp": {"formula": "X>0?X:0"}})
     assert read(path).table.equals(read(written(tmp_path / name, {})).table)
 
@@ -230,7 +228,7 @@ def test_long_and_deep_formulas_are_refused_and_do_not_exhaust_the_stack() -> No
             parse(text)
 
 
-# asammdf's own conversion is the oracle where it is right.
+# asammdf's own conversion is the oracle where it is correct.
 
 WHOLE = np.concatenate([np.arange(-40, 300), [-1000, 5000]]).astype(np.int16)
 REAL = np.concatenate([np.linspace(-12, 40, 301), [-1e4, 1e4, 0.0]])
@@ -266,7 +264,7 @@ def of_mdf_4(kind: str) -> Any:
 def test_a_conversion_of_mdf_4_is_asammdfs(kind: str, raw: np.ndarray) -> None:
     block = of_mdf_4(kind)
     mixed = np.random.default_rng(1).permutation(raw)
-    # From 100 values on asammdf looks up ranges in another way, by which one of whole numbers has no upper end.
+    # From 100 values on, asammdf looks up ranges in another way, with an exclusive upper end also for integers.
     right = np.concatenate([block.convert(mixed[i : i + 90]).astype(float) for i in range(0, len(mixed), 90)])
     np.testing.assert_allclose(physical(block, mixed), right, rtol=1e-12, atol=1e-12)
 
@@ -297,7 +295,7 @@ def test_a_conversion_of_mdf_3_is_asammdfs(kind: str, raw: np.ndarray) -> None:
     np.testing.assert_allclose(physical(OLD[kind], raw), right, rtol=1e-12, atol=1e-12)
 
 
-def test_exponential_and_logarithmic_conversions_undo_the_function_that_they_are_named_for() -> None:
+def test_exponential_and_logarithmic_conversions_apply_the_inverse_of_their_name() -> None:
     """Their parameters are of the way from physical to raw, raw = (P3 + P1 exp(P2 phys)) / P6 + P7 for kind 7."""
     speed, p = np.linspace(0.1, 3.0, 50), {"P1": 2.0, "P2": 0.7, "P3": 0.4, "P5": 0.0, "P6": 1.5, "P7": -2.0}
     raw = (p["P3"] + p["P1"] * np.exp(p["P2"] * speed)) / p["P6"] + p["P7"]
@@ -313,7 +311,7 @@ def test_exponential_and_logarithmic_conversions_undo_the_function_that_they_are
 RANGES = {"lower_0": 0, "upper_0": 9, "phys_0": 1.0, "lower_1": 10, "upper_1": 19, "phys_1": 2.0, "default": -1.0}
 
 
-def test_a_range_of_whole_numbers_holds_its_upper_end_and_one_of_others_does_not() -> None:
+def test_a_range_of_integers_includes_its_upper_end_and_one_of_floats_does_not() -> None:
     block = from_dict({**RANGES})
     assert physical(block, np.array([-1, 0, 5, 9, 10, 19, 20])).tolist() == [-1, 1, 1, 1, 2, 2, -1]
     values = physical(block, np.array([-0.5, 0.0, 8.9, 9.0, 9.5, 10.0, 18.9, 19.0, np.nan]))
@@ -327,7 +325,7 @@ def test_a_table_need_not_be_in_order_to_have_ranges() -> None:
 
 
 @pytest.mark.parametrize("kind", [9, 10, 11])
-def test_what_becomes_text_has_no_numbers(kind: int) -> None:
+def test_conversions_to_text_give_no_numbers(kind: int) -> None:
     block = from_dict({"a": 1.0, "b": 0.0})
     block.conversion_type = kind
     with pytest.raises(NoNumbers):
@@ -338,14 +336,14 @@ def test_what_becomes_text_has_no_numbers(kind: int) -> None:
 
 
 @pytest.mark.parametrize("raw", [np.zeros(3, "S4"), np.zeros((3, 8), np.uint8), np.zeros(3, [("a", "u1")])], ids=str)
-def test_what_is_no_number_has_no_numbers(raw: np.ndarray) -> None:
+def test_channels_that_are_not_numeric_give_no_numbers(raw: np.ndarray) -> None:
     for block in (None, from_dict({"a": 1.0, "b": 0.0})):
         with pytest.raises(NoNumbers):
             physical(block, raw)
 
 
 @pytest.mark.filterwarnings("error")
-def test_no_number_comes_of_a_division_by_zero_or_of_parameters_that_are_none() -> None:
+def test_division_by_zero_or_invalid_parameters_give_no_number() -> None:
     nan = math.nan
     for conversion in (
         {"a": nan, "b": 0.0},
@@ -362,7 +360,7 @@ def test_no_number_comes_of_a_division_by_zero_or_of_parameters_that_are_none() 
     assert np.isnan(physical(old(6, **dict.fromkeys((f"P{i}" for i in range(1, 7)), 0.0)), WHOLE)).all()
 
 
-def test_tables_without_a_meaning_are_not_understood() -> None:
+def test_invalid_tables_are_unsupported() -> None:
     unordered = {"raw_0": 5.0, "phys_0": 0.0, "raw_1": 1.0, "phys_1": 2.0}
     for conversion in (
         unordered,
@@ -383,7 +381,7 @@ def test_tables_without_a_meaning_are_not_understood() -> None:
         physical(strange, WHOLE)
 
 
-def test_conversions_of_conversions_end() -> None:
+def test_nested_conversions_are_limited() -> None:
     inner: dict[str, Any] = {"a": 3.0, "b": 0.0}
     for _ in range(MAX_NESTED):
         inner = {"val_0": 1000, "text_0": "n/a", "default_addr": inner}
@@ -405,7 +403,7 @@ def test_channels_of_a_file_have_the_numbers_that_asammdf_gives(kind: str, name:
     np.testing.assert_allclose(values, right.astype(float), rtol=1e-12, atol=1e-12)
 
 
-def test_what_a_table_says_is_not_available_is_none(tmp_path: Path) -> None:
+def test_values_that_a_table_marks_as_not_available_are_missing(tmp_path: Path) -> None:
     raw = np.full(400, 20, np.uint8)
     raw[100:300] = 255
     table = {"val_0": 255, "text_0": "not available", "default_addr": {"a": 0.01, "b": 0.0}}
@@ -424,8 +422,8 @@ def test_the_time_of_a_channel_is_converted_as_well(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", VERSIONS)
-def test_a_conversion_block_that_is_damaged_is_an_error_and_not_left_out(name: str, tmp_path: Path) -> None:
-    """asammdf leaves such a block out, and the stored number would be the answer."""
+def test_a_damaged_conversion_block_is_an_error(name: str, tmp_path: Path) -> None:
+    """asammdf ignores such a block, and the stored values would be used."""
     table = {"raw_0": 0.0, "phys_0": 4711.125, "raw_1": 1.0, "phys_1": 4711.125}
     path = written(tmp_path / name, {"steering_wheel_angle": table})
     content = bytearray(path.read_bytes())
@@ -440,7 +438,7 @@ def test_a_conversion_block_that_is_damaged_is_an_error_and_not_left_out(name: s
     assert "damaged" in refusal(path)
 
 
-def test_a_unit_may_stand_at_the_conversion_alone(tmp_path: Path) -> None:
+def test_a_unit_may_be_given_only_at_the_conversion(tmp_path: Path) -> None:
     def change(mdf: MDF) -> None:
         channel = mdf.groups[0].channels[1]
         channel.conversion = from_dict({"a": 1.0, "b": 0.0, "unit": "deg"})
@@ -450,7 +448,7 @@ def test_a_unit_may_stand_at_the_conversion_alone(tmp_path: Path) -> None:
     assert table["steering_wheel_angle_rad"][100] == pytest.approx(math.pi / 2)
 
 
-def test_what_a_logger_calls_invalid_is_not_available(tmp_path: Path) -> None:
+def test_samples_marked_invalid_are_not_available(tmp_path: Path) -> None:
     invalid = (TIME > 1) & (TIME < 3)
     path = tmp_path / "new.mf4"
     with MDF(version="4.10") as mdf:

@@ -37,7 +37,7 @@ QUANTUM = {
     "vehicle_speed_m_s": 1 / 256 / 3.6,
     "lateral_acceleration_m_s2": 1 / 2048,
 }
-# Between two samples of a sine a straight line is off by h^2/8 of its second derivative: for the speed at 10 Hz.
+# The error of linear interpolation of a sine is h^2/8 times its second derivative: for the speed at 10 Hz.
 SAG = {"vehicle_speed_m_s": 0.1**2 / 8 * 2.0 * 0.3**2}
 
 
@@ -65,7 +65,7 @@ def assert_is_the_drive(signals: Signals, quanta: float = 0.51) -> None:
         error = np.abs(signals.table[column].to_numpy() - exact)
         allowed = quanta * QUANTUM[column] + SAG.get(column, 0.0)
         assert np.nanmax(error) < allowed, column
-        # The speed's first sample is 1 ms late, its last 99 ms early: nothing is said beyond them.
+        # The speed's first sample is 1 ms late, its last 99 ms early: there is no value beyond them.
         assert np.isnan(error).sum() <= (11 if column == "vehicle_speed_m_s" else 0), column
 
 
@@ -83,7 +83,7 @@ def test_a_text_log_keeps_the_time_of_day(tmp_path: Path) -> None:
         assert read(written(tmp_path, suffix)).table["time_s"][0] == pytest.approx(START_S, abs=2e-3), suffix
 
 
-def test_both_ways_of_candump_say_the_same(tmp_path: Path) -> None:
+def test_both_candump_styles_give_the_same_drive(tmp_path: Path) -> None:
     log, console = tmp_path / "a.log", tmp_path / "b.log"
     log.write_text(candump(drive()))
     console.write_text(
@@ -110,7 +110,7 @@ def test_candump_of_any_bus_name_line_end_and_direction_reads_the_same(tmp_path:
     assert read(other).table.equals(read(log).table)
 
 
-def test_remote_error_and_fd_frames_are_passed_over(tmp_path: Path) -> None:
+def test_remote_error_and_fd_frames_are_skipped(tmp_path: Path) -> None:
     log = tmp_path / "a.log"
     others = "(1700000000.000100) can0 123#R\n(1700000000.000200) can0 20000004#0000000000000000\n"
     others += "(1700000000.000250) can0 38F0093E#2E8820857D577D7D\n"
@@ -121,7 +121,7 @@ def test_remote_error_and_fd_frames_are_passed_over(tmp_path: Path) -> None:
     assert signals.notes == ("left out 1 CAN FD frame of a.log",)
 
 
-def test_a_log_cut_off_in_its_last_line_is_read_up_to_there_and_says_so(tmp_path: Path) -> None:
+def test_a_log_cut_off_in_its_last_line_is_read_with_a_note(tmp_path: Path) -> None:
     log = tmp_path / "a.log"
     log.write_text(candump(drive())[:-20])
     signals = read(log)
@@ -129,7 +129,7 @@ def test_a_log_cut_off_in_its_last_line_is_read_up_to_there_and_says_so(tmp_path
     assert any("cut off" in note for note in signals.notes)
 
 
-def test_channels_decoded_by_asammdf_with_our_dbc_read_like_the_frames(tmp_path: Path) -> None:
+def test_channels_decoded_by_asammdf_with_the_shipped_dbc_equal_the_frames(tmp_path: Path) -> None:
     from asammdf import MDF
 
     raw, decoded = written(tmp_path, ".mf4"), tmp_path / "decoded.mf4"
@@ -140,7 +140,7 @@ def test_channels_decoded_by_asammdf_with_our_dbc_read_like_the_frames(tmp_path:
     assert signals.sources["yaw_rate"].description.startswith("channel YawRate (VDC2")
 
 
-def test_channels_at_several_rasters_keep_their_own_time_and_unit(tmp_path: Path) -> None:
+def test_channels_of_several_rates_keep_their_time_and_unit(tmp_path: Path) -> None:
     from asammdf import MDF, Signal
 
     path = tmp_path / "rasters.mf4"
@@ -166,7 +166,7 @@ def table_of_the_drive() -> pl.DataFrame:
     return pl.DataFrame({"time_s": time, **truth(time)})
 
 
-def test_csv_and_parquet_pass_through_to_the_last_bit(tmp_path: Path) -> None:
+def test_csv_and_parquet_are_read_to_the_last_bit(tmp_path: Path) -> None:
     table = table_of_the_drive()
     table.write_csv(tmp_path / "drive.csv")
     (tmp_path / "drive.csv.gz").write_bytes(gzip.compress((tmp_path / "drive.csv").read_bytes()))
@@ -177,7 +177,7 @@ def test_csv_and_parquet_pass_through_to_the_last_bit(tmp_path: Path) -> None:
         assert signals.rate_hz == 100.0
 
 
-def test_every_unit_of_the_contract_comes_in_as_si(tmp_path: Path) -> None:
+def test_every_documented_unit_is_converted_to_si(tmp_path: Path) -> None:
     path = tmp_path / "drive.csv"
     path.write_text(
         "time_s,steering_wheel_angle_deg,yaw_rate_deg_s,vehicle_speed_km_h,lateral_acceleration_g,"
@@ -205,7 +205,7 @@ def test_a_signals_table_names_columns_units_and_signs(tmp_path: Path, unit: str
     assert table.null_count().sum_horizontal()[0] == 0
 
 
-def test_names_of_another_log_do_no_harm_to_one_that_speaks_our_names(tmp_path: Path) -> None:
+def test_a_signals_table_for_another_log_does_not_affect_standard_names(tmp_path: Path) -> None:
     table_of_the_drive().write_parquet(tmp_path / "drive.parquet")
     names = {"time": SignalName("ms", "ms"), "yaw_rate": SignalName("gyro", "deg/s", -1)}
     signals = read(tmp_path / "drive.parquet", names=names)
@@ -226,7 +226,7 @@ def test_light_formats_load_no_heavy_library(tmp_path: Path) -> None:
     assert run.stdout.strip() == "[]"
 
 
-def test_progress_rises_from_nought_to_one(tmp_path: Path) -> None:
+def test_progress_rises_from_zero_to_one(tmp_path: Path) -> None:
     told: list[float] = []
     read(written(tmp_path, ".blf"), progress=told.append)
     assert told[0] == 0.0
@@ -243,7 +243,7 @@ GENESIS = {
 }
 
 
-def test_a_real_car_comes_in_with_its_units(tmp_path: Path) -> None:
+def test_a_log_of_a_real_car_is_read_with_its_units(tmp_path: Path) -> None:
     path = real_drive("genesis/cpg_fast_lap.csv.gz")
     signals = read(path, names=GENESIS)
     raw = pl.read_csv(path)
@@ -278,7 +278,7 @@ def test_a_real_car_logged_by_topic_gives_one_topic_a_file() -> None:
     assert imu.rate_hz == pytest.approx(100, rel=0.01)
 
 
-def test_a_real_truck_without_steering_angle_is_told_what_is_missing_and_what_is_there() -> None:
+def test_a_real_truck_without_steering_angle_gives_missing_and_found_signals() -> None:
     signals = read(real_drive("j1939_truck_stationary/truck_stationary.mf4"))
     assert signals.sources["vehicle_speed"].description == "CCVS1 from 0x00"
     assert signals.table["vehicle_speed_m_s"].drop_nans().max() == 0.0
@@ -293,7 +293,7 @@ def test_a_real_truck_without_steering_angle_is_told_what_is_missing_and_what_is
 
 
 def asc(*, relative: bool = False, decimal: bool = False, named: bool = False, written: str = "ID = {}x") -> str:
-    """The drive as Vector tools write it, with an event that is no frame every now and then."""
+    """The drive as written by Vector tools, with an event line now and then."""
     lines = [
         "date Wed May 1 12:00:00.000 pm 2024",
         f"base {'dec' if decimal else 'hex'}  timestamps {'relative' if relative else 'absolute'}",
@@ -333,7 +333,7 @@ def test_an_asc_log_may_be_relative_decimal_or_name_its_messages(way: dict[str, 
     assert_is_the_drive(read(tmp_path / "drive.asc"), quanta=0.7)
 
 
-def test_an_asc_log_that_names_messages_without_their_identifiers_is_refused_as_such(tmp_path: Path) -> None:
+def test_an_asc_log_with_message_names_instead_of_identifiers_is_refused(tmp_path: Path) -> None:
     (tmp_path / "drive.asc").write_text(asc(named=True, written=""))
     with pytest.raises(OncenterError, match=r"has message names .'VDC2'. instead of identifiers") as refused:
         read(tmp_path / "drive.asc")
@@ -373,7 +373,7 @@ def test_trc_of_each_version_is_the_drive(version: str, tmp_path: Path, capfd: p
 
 @pytest.mark.parametrize(("suffix", "text"), [(".asc", asc()), (".trc", trc("1.1")), (".trc", trc("2.1"))])
 @pytest.mark.parametrize("less", [18, 30, 55, 75])
-def test_a_text_log_that_is_cut_off_is_read_up_to_there_and_says_so(
+def test_a_text_log_that_is_cut_off_is_read_with_a_note(
     suffix: str, text: str, less: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / f"drive{suffix}"
@@ -384,7 +384,7 @@ def test_a_text_log_that_is_cut_off_is_read_up_to_there_and_says_so(
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_line_that_python_can_leaves_out_is_told_in_a_note_and_not_on_the_terminal(
+def test_a_line_that_python_can_leaves_out_gives_a_note_and_no_terminal_output(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     lines = trc("1.1").splitlines()
@@ -396,7 +396,7 @@ def test_a_line_that_python_can_leaves_out_is_told_in_a_note_and_not_on_the_term
 
 
 @pytest.mark.parametrize("suffix", [".blf", ".mf4"])
-def test_error_remote_and_fd_frames_of_binary_logs_are_passed_over(suffix: str, tmp_path: Path) -> None:
+def test_error_remote_and_fd_frames_of_binary_logs_are_skipped(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"drive{suffix}"
     with WRITERS[suffix](path) as writer:
         for k, frame in enumerate(drive()):
@@ -410,7 +410,7 @@ def test_error_remote_and_fd_frames_of_binary_logs_are_passed_over(suffix: str, 
     assert_is_the_drive(read(path))
 
 
-def test_a_blf_log_that_was_never_closed_is_read_and_says_so(tmp_path: Path) -> None:
+def test_an_unclosed_blf_log_is_read_with_a_note(tmp_path: Path) -> None:
     content = bytearray(written(tmp_path, ".blf").read_bytes())
     content[16:24] = bytes(8)  # its size, which the logger writes last
     (tmp_path / "open.blf").write_bytes(content)
@@ -443,7 +443,7 @@ def test_channels_of_mdf_3_read_like_those_of_mdf_4(tmp_path: Path) -> None:
     assert old.drop("time_s").equals(new.drop("time_s"))
 
 
-def test_a_channel_that_two_groups_have_can_be_named_as_the_refusal_says(tmp_path: Path) -> None:
+def test_a_channel_in_two_groups_can_be_selected_as_the_error_suggests(tmp_path: Path) -> None:
     from asammdf import MDF, Signal
 
     time, path = np.arange(400) / 100, tmp_path / "drive.mf4"
@@ -457,8 +457,8 @@ def test_a_channel_that_two_groups_have_can_be_named_as_the_refusal_says(tmp_pat
     assert (read(path, take={"yaw_rate": "channel yaw_rate (group 1)"}).table["yaw_rate_rad_s"] == 1.0).any()
 
 
-def test_a_channel_whose_data_are_not_to_be_found_never_had_a_number(tmp_path: Path) -> None:
-    """As where the kind of its data block is damaged."""
+def test_a_channel_with_lost_data_has_no_valid_sample(tmp_path: Path) -> None:
+    """As with a damaged type of its data block."""
     from asammdf import MDF, Signal
 
     path, time = tmp_path / "drive.mf4", np.arange(0.0, 30.0, 0.01)
@@ -490,8 +490,8 @@ def test_a_measurement_file_of_foreign_channels_lists_them(tmp_path: Path) -> No
     assert refused.value.code == "missing_signal"
 
 
-def test_measurement_files_read_at_once_leave_the_programs_words_alone(tmp_path: Path) -> None:
-    """asammdf's own are kept off the streams, which are the whole process's."""
+def test_measurement_files_read_in_parallel_do_not_lose_program_output(tmp_path: Path) -> None:
+    """asammdf's output is suppressed on the streams, which are global to the process."""
     path = written(tmp_path, ".mf4")
     before = sys.stdout, sys.stderr
     with ThreadPoolExecutor(3) as pool:

@@ -1,4 +1,4 @@
-"""J1939 frames and those of any DBC become the numbers that the standard and cantools say, from the right source."""
+"""J1939 frames and frames of any DBC give the values of the standard and of cantools, from the right source."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_frames_of_a_real_truck_read_as_published() -> None:
 
 
 @given(st.lists(st.binary(min_size=8, max_size=8), min_size=1, max_size=20))
-def test_our_layout_and_cantools_with_our_dbc_give_the_same_numbers(payloads: list[bytes]) -> None:
+def test_the_built_in_layout_and_cantools_with_the_shipped_dbc_agree(payloads: list[bytes]) -> None:
     frames = frames_of(payloads)
     for message in j1939.MESSAGES.values():
         described = database().get_message_by_name(message.name)
@@ -105,7 +105,7 @@ def test_float_signals_and_frames_that_are_too_short() -> None:
     assert np.isnan(values[1])
 
 
-def test_a_group_is_known_whatever_its_priority_source_and_destination() -> None:
+def test_a_group_is_recognised_at_any_priority_source_and_destination() -> None:
     broadcast = [0x18F0093E, 0x0CF00900, 0x00F009FE]
     assert pgn_of(np.array(broadcast, np.uint32)).tolist() == [61449] * 3
     # PDU1: the third byte is an address (TSC1 to the engine, XBR to the brakes), not part of the group.
@@ -140,7 +140,7 @@ def constant(name: str, pgn: int, values: dict[str, float], address: int, period
 WHEELS = ("FrontAxleLeftWheelSpeed", "FrontAxleRightWheelSpeed", "RearAxleLeftWheelSpeed", "RearAxleRightWheelSpeed")
 
 
-def test_speed_is_taken_in_the_stated_order_and_the_others_are_named(tmp_path: Path) -> None:
+def test_speed_is_selected_in_the_documented_order_and_other_sources_are_listed(tmp_path: Path) -> None:
     hrw = constant("HRW", 65134, dict(zip(WHEELS, (35.0, 37.0, 35.0, 37.0), strict=True)), 0x0B, 0.02)
     tco1 = constant("TCO1", 65132, {"TachographVehicleSpeed": 36.5}, 0xEE, 0.05)
     first = constant("CCVS1", 65265, {"WheelBasedVehicleSpeed": 37.0}, 0x00, 0.1)
@@ -155,13 +155,13 @@ def test_speed_is_taken_in_the_stated_order_and_the_others_are_named(tmp_path: P
     assert speed.sources["wheel_speed_rear_left"].description == "HRW from 0x0B"
 
 
-def test_a_source_that_never_has_a_number_is_passed_over(tmp_path: Path) -> None:
+def test_a_source_without_valid_samples_is_not_used(tmp_path: Path) -> None:
     silent = [Frame(START_S + k / 10, identifier(65265, 0x00), b"\xff" * 8) for k in range(40)]
     speed = read_frames(tmp_path, silent + constant("TCO1", 65132, {"TachographVehicleSpeed": 36.0}, 0xEE, 0.05))
     assert speed.sources["vehicle_speed"].description == "TCO1 from 0xEE"
 
 
-def test_an_angle_that_is_never_available_is_missing_and_the_message_says_why(tmp_path: Path) -> None:
+def test_an_angle_that_is_never_available_is_reported_missing_with_the_reason(tmp_path: Path) -> None:
     data = bytes.fromhex("FFFF7F8F7D877E7D")
     signals = read_frames(tmp_path, [Frame(START_S + k / 100, identifier(61449, 0x3E), data) for k in range(200)])
     assert "steering_wheel_angle_rad" not in signals.table.columns
@@ -186,13 +186,13 @@ def second_vdc2(turned_deg: float, address: int = 0x0B) -> list[Frame]:
     return frames
 
 
-def test_two_sources_that_agree_give_the_lowest_address(tmp_path: Path) -> None:
+def test_of_two_agreeing_sources_the_lowest_address_is_used(tmp_path: Path) -> None:
     signals = read_frames(tmp_path, drive() + second_vdc2(0.0))
     assert signals.sources["steering_wheel_angle"].description == "VDC2 from 0x0B"
     assert signals.sources["steering_wheel_angle"].others == ("VDC2 from 0x3E",)
 
 
-def test_two_sources_that_disagree_are_refused_until_one_is_named(tmp_path: Path) -> None:
+def test_two_disagreeing_sources_are_refused_until_one_is_chosen(tmp_path: Path) -> None:
     frames = drive() + second_vdc2(5.0)
     with pytest.raises(OncenterError, match="--source steering_wheel_angle=0x0B") as refused:
         read_frames(tmp_path, frames)
@@ -209,7 +209,7 @@ def test_two_sources_that_disagree_are_refused_until_one_is_named(tmp_path: Path
 
 
 @pytest.mark.parametrize("take", [{"yaw_rate": "0x77"}, {"yaw": "0x3E"}, {"all": "VDC9"}])
-def test_a_source_that_is_not_there_is_wrong_usage(tmp_path: Path, take: dict[str, str]) -> None:
+def test_a_missing_source_is_wrong_usage(tmp_path: Path, take: dict[str, str]) -> None:
     with pytest.raises(OncenterError, match="--source") as refused:
         read_frames(tmp_path, drive(), take=take)
     assert (refused.value.code, refused.value.exit_code) == ("unknown_source", 2)
@@ -245,7 +245,7 @@ BA_ "SPN" SG_ 2566852862 RoadSpeed 84;
 """
 
 
-def test_a_dbc_brings_in_what_j1939_does_not_have(tmp_path: Path) -> None:
+def test_a_dbc_adds_messages_outside_j1939(tmp_path: Path) -> None:
     (tmp_path / "other.dbc").write_text(OTHER_TRUCK)
     frames = []
     for k in range(200):
@@ -284,8 +284,8 @@ SG_MUL_VAL_ 800 vehicle_speed SEL 1-1;
 """
 
 
-def test_a_multiplexed_signal_is_read_from_the_frames_that_have_it(tmp_path: Path) -> None:
-    """Two multiplexers, one within the other, one of them with ranges: what is elsewhere in its place is not it."""
+def test_a_multiplexed_signal_is_read_from_its_own_frames(tmp_path: Path) -> None:
+    """Two nested multiplexers, one with ranges: other signals at the same position are not used."""
     (tmp_path / "mix.dbc").write_text(MIXED)
     frames = []
     for k in range(200):
@@ -306,21 +306,21 @@ def test_a_multiplexed_signal_is_read_from_the_frames_that_have_it(tmp_path: Pat
     }
 
 
-def test_a_dbc_of_another_car_is_told_by_the_messages_that_the_log_lacks(tmp_path: Path) -> None:
+def test_a_dbc_of_another_network_is_reported_by_its_messages(tmp_path: Path) -> None:
     (tmp_path / "mix.dbc").write_text(MIXED)
     car = [Frame(START_S + k / 100, 0x123, b"\1\2\3", extended=False) for k in range(50)]
     with pytest.raises(OncenterError, match=r"none of the messages that the database describes: MIX .0x320."):
         read_frames(tmp_path, car, dbc=[tmp_path / "mix.dbc"])
 
 
-def test_our_own_dbc_by_option_changes_nothing(tmp_path: Path) -> None:
+def test_the_shipped_dbc_by_option_changes_nothing(tmp_path: Path) -> None:
     plain = read_frames(tmp_path, drive())
     described = read_frames(tmp_path, drive(), dbc=[Path(__file__).parents[1] / "dbc" / "oncenter_j1939.dbc"])
     assert described.sources == plain.sources
     assert np.allclose(described.table.to_numpy(), plain.table.to_numpy(), atol=1e-12, rtol=0, equal_nan=True)
 
 
-def test_a_named_signal_needs_a_unit_from_somewhere(tmp_path: Path) -> None:
+def test_a_named_signal_needs_a_unit(tmp_path: Path) -> None:
     (tmp_path / "other.dbc").write_text(OTHER_TRUCK.replace('"deg"', '""'))
     with pytest.raises(OncenterError, match="steering_wheel_angle") as refused:
         read_frames(

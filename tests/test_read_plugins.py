@@ -1,4 +1,4 @@
-"""A logger that nobody here knows is read by a package of its maker's; what is wrong with that is one line."""
+"""An unknown logger's files are read by a plug-in of its maker; its faults give one line."""
 
 import importlib.util
 import json
@@ -15,7 +15,7 @@ TRUCK = "scania_r730_4x2"
 
 
 def acme_log(path: Path) -> None:
-    """A healthy drive as the invented logger writes it."""
+    """A healthy drive in the format of the invented logger."""
     spec = importlib.util.spec_from_file_location("acme_reader", EXAMPLES / "acme_reader" / "acme_reader.py")
     assert spec is not None and spec.loader is not None
     acme = importlib.util.module_from_spec(spec)
@@ -45,7 +45,7 @@ def refused(site: Path, log: Path, code: str) -> str:
     return str(error["message"])
 
 
-def test_a_plugin_reads_its_makers_logs_in_every_verb(tmp_path: Path) -> None:
+def test_a_plugin_format_works_in_every_command(tmp_path: Path) -> None:
     log = tmp_path / "drive.ACME"
     acme_log(log)
     oncenter = installed(tmp_path, "acme_reader")
@@ -56,7 +56,7 @@ def test_a_plugin_reads_its_makers_logs_in_every_verb(tmp_path: Path) -> None:
     assert signals["rate_hz"] == 50.0 and len(signals["signals"]) == 4
 
 
-def test_a_folder_is_a_drive_by_what_is_in_it(tmp_path: Path) -> None:
+def test_a_folder_is_a_drive_by_its_content(tmp_path: Path) -> None:
     folder = tmp_path / "segment"
     for array, axes in (("CAN/steering_angle", 1), ("CAN/speed", 1), ("CAN/wheel_speed", 4)):
         write_array(folder, array, axes)
@@ -118,7 +118,7 @@ def test_a_plugin_that_fails_is_named_in_one_line(tmp_path: Path, body: str, say
     assert says in refused(tmp_path, log, code)
 
 
-def test_a_plugin_never_stands_in_the_way_of_a_format_of_ours_nor_is_loaded_without_need(tmp_path: Path) -> None:
+def test_a_plugin_never_replaces_a_built_in_format_and_is_loaded_only_if_needed(tmp_path: Path) -> None:
     plugin(tmp_path, "raise SystemExit('loaded')", ".csv")
     plugin(tmp_path, "raise SystemExit('loaded')", ".acme", "other-reader")
     drive().table.write_csv(tmp_path / "d.csv")
@@ -134,7 +134,7 @@ def test_two_plugins_of_one_suffix_are_refused_by_name(tmp_path: Path) -> None:
     assert "one-reader" in said and "two-reader" in said and said.endswith("uninstall all but one")
 
 
-def test_a_suffix_that_nobody_reads_is_refused_with_those_of_plugins_too(tmp_path: Path) -> None:
+def test_an_unknown_suffix_is_refused_with_the_suffixes_of_plugins(tmp_path: Path) -> None:
     (tmp_path / "d.xyz").write_bytes(b"x")
     plugin(tmp_path, "")
     assert refused(tmp_path, tmp_path / "d.xyz", "unknown_format").endswith(".db3, .acme")

@@ -1,4 +1,4 @@
-"""No format's reader makes code of what a log holds: they all read while an audit hook listens for that."""
+"""No reader runs code from a log: all formats are read while an audit hook checks for it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from drive_frames import drive, truth
 from oncenter.files.log_formats import SUFFIXES
 from oncenter.read import read
 
-# What is loaded in the first round runs code of modules; in the second one only the logs are new.
+# The first round runs code of modules that are loaded; in the second one only the logs are new.
 PROGRAM = """
 import re
 import sys
@@ -106,7 +106,7 @@ def every_format(folder: Path) -> list[Path]:
     return sorted(folder.iterdir())
 
 
-def test_no_format_makes_code_of_a_log_and_none_needs_numexpr(tmp_path: Path) -> None:
+def test_no_format_runs_code_from_a_log_or_needs_numexpr(tmp_path: Path) -> None:
     logs = every_format(tmp_path)
     assert {suffix for suffix in SUFFIXES if any(log.name == f"drive{suffix}" for log in logs)} == set(SUFFIXES)
     path = os.pathsep.join(filter(None, (str(Path(__file__).parents[1] / "src"), os.environ.get("PYTHONPATH"))))
@@ -124,8 +124,8 @@ def test_no_format_makes_code_of_a_log_and_none_needs_numexpr(tmp_path: Path) ->
     assert answers["hostile.mdf"] == answers["hostile.mf4"] == "unknown_conversion"
 
 
-def test_asammdf_itself_can_run_no_formula_where_logs_are_read(tmp_path: Path) -> None:
-    """The second wall, for a place at which a conversion would be left on a channel."""
+def test_asammdf_cannot_run_a_formula_in_the_reading_process(tmp_path: Path) -> None:
+    """The second barrier, in case a conversion is left on a channel."""
     touch = f"__import__('pathlib').Path({str(tmp_path / 'CODE_RAN')!r}).touch()"
     program = f"""
 from oncenter.read.mf4 import _mdf_without_eval

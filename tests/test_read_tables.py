@@ -1,4 +1,4 @@
-"""Tables as spreadsheets, loggers and scripts write them: the same drive, or a refusal, never other numbers."""
+"""Tables written by spreadsheets, loggers and scripts: the same drive, or an error, never other values."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ WAYS: dict[str, str | bytes] = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_however_a_table_is_written_it_is_the_same_drive(way: str, tmp_path: Path) -> None:
+def test_every_way_of_writing_a_table_gives_the_same_drive(way: str, tmp_path: Path) -> None:
     content = WAYS[way]
     (tmp_path / "drive.csv").write_bytes(content.encode() if isinstance(content, str) else content)
     signals = read(tmp_path / "drive.csv")
@@ -91,7 +91,7 @@ def test_however_a_table_is_written_it_is_the_same_drive(way: str, tmp_path: Pat
     ],
 )
 @pytest.mark.parametrize("suffix", ["csv", "parquet"])
-def test_a_part_that_is_there_twice_is_told_with_how_far_back_time_runs(
+def test_a_part_recorded_twice_gives_a_note_with_the_backward_step(
     rows: list[str], told: str, suffix: str, tmp_path: Path
 ) -> None:
     path = tmp_path / f"drive.{suffix}"
@@ -101,7 +101,7 @@ def test_a_part_that_is_there_twice_is_told_with_how_far_back_time_runs(
     assert read(path).notes == (f"time of {path.name} {told}: a part that was recorded twice is used twice",)
 
 
-def test_dates_are_seconds_since_1970_where_they_name_no_zone_too(tmp_path: Path) -> None:
+def test_dates_without_a_zone_are_seconds_since_1970_in_utc(tmp_path: Path) -> None:
     for way, start in (("ISO dates", 0), ("ISO dates in UTC", 0), ("ISO dates of a zone", -7200)):
         (tmp_path / "drive.csv").write_text(str(WAYS[way]))
         assert read(tmp_path / "drive.csv").table["time_s"][0] == pytest.approx(NOON.timestamp() + start, abs=1e-6)
@@ -172,7 +172,7 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_what_can_be_read_in_two_ways_is_refused(what: str, tmp_path: Path) -> None:
+def test_ambiguous_tables_are_refused(what: str, tmp_path: Path) -> None:
     content, code, said = REFUSED[what]
     (tmp_path / "drive.csv").write_bytes(content.encode() if isinstance(content, str) else content)
     with pytest.raises(OncenterError) as refused:
@@ -181,13 +181,13 @@ def test_what_can_be_read_in_two_ways_is_refused(what: str, tmp_path: Path) -> N
     assert said in str(refused.value) and "drive.csv" in str(refused.value)
 
 
-def test_a_time_that_the_vehicle_file_names_may_be_a_date(tmp_path: Path) -> None:
+def test_a_time_column_named_in_the_vehicle_file_may_contain_dates(tmp_path: Path) -> None:
     (tmp_path / "drive.csv").write_text(with_time("Zeit", clock("%Y-%m-%d %H:%M:%S.%f")))
     table = read(tmp_path / "drive.csv", names={"time": SignalName("Zeit")}).table
     assert table["time_s"][0] == pytest.approx(NOON.timestamp(), abs=1e-6)
 
 
-def test_cells_left_empty_between_those_of_a_slower_signal_are_bridged_and_holes_are_not(tmp_path: Path) -> None:
+def test_empty_cells_of_a_slower_signal_are_interpolated_and_gaps_are_not(tmp_path: Path) -> None:
     row = pl.int_range(pl.len())
     slow = (row % 10 == 3) & ~row.is_between(60, 140)
     sparse = TABLE.with_columns(pl.when(slow).then(72.0 + row).alias("vehicle_speed_km_h"))
@@ -200,7 +200,7 @@ def test_cells_left_empty_between_those_of_a_slower_signal_are_bridged_and_holes
     assert np.isnan(np.delete(speed, known)).all()
 
 
-def test_an_angle_slower_than_its_table_is_as_slow_as_it_is(tmp_path: Path) -> None:
+def test_an_angle_slower_than_its_table_has_its_own_rate(tmp_path: Path) -> None:
     every_25th = pl.when(pl.int_range(pl.len()) % 25 == 0).then("steering_wheel_angle_deg")
     TABLE.with_columns(every_25th.alias("steering_wheel_angle_deg")).write_csv(tmp_path / "drive.csv")
     with pytest.raises(OncenterError, match="is recorded at 4 Hz") as refused:
@@ -209,9 +209,7 @@ def test_an_angle_slower_than_its_table_is_as_slow_as_it_is(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(("every", "rest"), [(2, 1), (4, 2)])
-def test_an_angle_in_every_second_row_or_fourth_sets_the_tick_and_the_others_are_bridged_to_it(
-    tmp_path: Path, every: int, rest: int
-) -> None:
+def test_an_angle_in_every_second_or_fourth_row_sets_the_tick(tmp_path: Path, every: int, rest: int) -> None:
     row = pl.int_range(pl.len())
     sparse = TABLE.with_columns(
         pl.when(row % every == 0).then("steering_wheel_angle_deg").alias("steering_wheel_angle_deg"),

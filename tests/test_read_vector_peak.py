@@ -1,4 +1,4 @@
-"""Vector's `.asc` and PEAK's `.trc`: our own reader gives the frames that python-can finds, frame by frame."""
+"""Vector's `.asc` and PEAK's `.trc`: the built-in readers give the frames of python-can, frame by frame."""
 
 from __future__ import annotations
 
@@ -245,7 +245,7 @@ def test_trc_1_0_drops_information_about_the_bus(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("columns", ["N,O,T,I,d,l,D", "N,O,T,B,I,d,R,l,D", "O,T,I,d,L,D", "N,T,O,B,I,d,L,D"])
-def test_columns_of_trc_2_stand_where_its_head_says(columns: str, tmp_path: Path) -> None:
+def test_columns_of_trc_2_follow_its_header(columns: str, tmp_path: Path) -> None:
     path = tmp_path / "drive.trc"
     cells = {"N": "7", "O": "12.345", "T": "DT", "B": "2", "I": "18F0093E", "d": "Rx", "R": "-", "L": "3", "l": "3"}
     line = " ".join({**cells, "D": "01 02 03"}[column] for column in columns.split(","))
@@ -270,7 +270,7 @@ def test_a_trc_log_of_an_unknown_kind_is_left_to_python_can(
         our_frames(tmp_path / "drive.trc")
 
 
-def test_what_our_reader_does_not_know_is_read_by_python_can_and_a_note_says_so(tmp_path: Path) -> None:
+def test_an_unsupported_layout_is_read_with_python_can_and_a_note(tmp_path: Path) -> None:
     path = tmp_path / "drive.asc"
     path.write_text(vector())
     usual = read(path)
@@ -283,9 +283,7 @@ def test_what_our_reader_does_not_know_is_read_by_python_can_and_a_note_says_so(
     assert signals.table.equals(usual.table)
 
 
-def test_frames_that_were_given_before_the_change_to_python_can_are_not_given_twice(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_switch_to_python_can_gives_no_frame_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from oncenter.read.frames_of_log import frames_of_log
 
     monkeypatch.setattr(text_blocks, "BLOCK_BYTES", 4000)
@@ -300,14 +298,14 @@ def test_frames_that_were_given_before_the_change_to_python_can_are_not_given_tw
     assert [note for note in notes if "a line is longer than 1 MiB" in note]
 
 
-def test_time_that_runs_backwards_is_given_as_it_stands(tmp_path: Path) -> None:
+def test_backward_time_is_passed_on_unchanged(tmp_path: Path) -> None:
     path = tmp_path / "drive.asc"
     lines = vector().splitlines()
     path.write_text("\n".join([*lines[:6], *lines[:5:-1]]) + "\n")
     assert np.diff(assert_read_as_python_can_does(path).time).max() <= 0
 
 
-def test_one_mangled_frame_is_left_out_where_python_can_refuses_the_log(tmp_path: Path) -> None:
+def test_one_damaged_frame_is_left_out_though_python_can_refuses_the_log(tmp_path: Path) -> None:
     path = tmp_path / "drive.asc"
     lines = vector().splitlines()
     path.write_text("\n".join([*lines[:50], "   0.100000 1  18F0093Ex  Rx   d 8 zz 7D 7F 63 7D 57 7F 7D", *lines[50:]]))
@@ -318,7 +316,7 @@ def test_one_mangled_frame_is_left_out_where_python_can_refuses_the_log(tmp_path
     assert "left out 1 line of drive.asc that are not CAN frames, the first reads '0.100000 1  18F0093Ex" in notes[-1]
 
 
-def test_data_that_a_line_lacks_are_not_taken_from_the_next_line(tmp_path: Path) -> None:
+def test_missing_data_of_a_line_are_not_taken_from_the_next_line(tmp_path: Path) -> None:
     path = tmp_path / "drive.asc"
     path.write_text(HEAD + "\n0.1 1 123 Rx d 3 01 02\n03 04 05\n0.2 1 123 Rx d 3 01 02 03\n")
     assert our_frames(path).length.tolist() == [2, 3]
@@ -334,7 +332,7 @@ def test_a_log_with_a_byte_order_mark_is_the_drive(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("block", [300, 1000, 4099])
 @pytest.mark.parametrize(("suffix", "text"), [(".asc", vector(relative=True)), (".trc", peak("1.1"))])
-def test_where_blocks_of_text_end_changes_nothing(
+def test_the_position_of_block_ends_changes_nothing(
     block: int, suffix: str, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / f"drive{suffix}"
@@ -346,7 +344,7 @@ def test_where_blocks_of_text_end_changes_nothing(
 
 @pytest.mark.parametrize("seed", range(60))
 @pytest.mark.parametrize("log_format", ["asc", "trc"])
-def test_a_damaged_log_gives_the_frames_that_python_can_finds_or_is_left_to_it(
+def test_a_damaged_log_gives_the_frames_of_python_can_or_is_left_to_it(
     log_format: str, seed: int, tmp_path: Path
 ) -> None:
     random = Random(seed)
@@ -385,7 +383,7 @@ def test_the_vin_comes_with_the_signals_and_the_log_is_read_once(suffix: str, tm
 
 
 @pytest.mark.parametrize("suffix", [".asc", ".trc"])
-def test_a_file_of_other_lines_is_left_to_a_process_that_has_limits(suffix: str, tmp_path: Path) -> None:
+def test_a_file_without_frames_is_left_to_a_limited_process(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"drive{suffix}"
     path.write_bytes(b"x\n" * 2_000_000)
     began = time.process_time()

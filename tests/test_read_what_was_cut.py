@@ -1,4 +1,4 @@
-"""What a damaged log lacks is told with a count, or with the seconds that were read: no number comes in silence."""
+"""Missing parts of a damaged log are reported with a count, or with the seconds that were read."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def csv_lines() -> Lines:
 
 
 def damaged(folder: Path, suffix: str, change: Callable[[Lines, int], object]) -> tuple[str, ...]:
-    """The notes on a log of which `change` spoils the line in the middle, which is one of VDC2."""
+    """The notes on a log whose middle line, one of VDC2, is damaged by `change`."""
     whole = csv_lines() if suffix == ".csv" else written(folder, suffix).read_bytes().split(b"\n")
     assert read_back(folder, suffix, whole).notes == ()
     middle = next(
@@ -79,13 +79,13 @@ def again(lines: Lines, k: int) -> None:
         (".csv", again, "left out 3 rows of d.csv with the time of the row before"),
     ],
 )
-def test_a_line_that_is_spoiled_is_told(
+def test_a_damaged_line_gives_a_note(
     suffix: str, change: Callable[[Lines, int], object], told: str, tmp_path: Path
 ) -> None:
     assert [note for note in damaged(tmp_path, suffix, change) if note.startswith(told)]
 
 
-def test_the_last_number_of_a_row_that_was_cut_is_not_believed(tmp_path: Path) -> None:
+def test_the_last_number_of_a_cut_row_is_not_used(tmp_path: Path) -> None:
     """50.123456789 km/h may have become 5."""
 
     def cut(lines: Lines, k: int) -> None:
@@ -97,7 +97,7 @@ def test_the_last_number_of_a_row_that_was_cut_is_not_believed(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("suffix", [".log", ".asc", ".trc", ".csv"])
-def test_a_log_that_breaks_off_says_after_how_many_seconds(suffix: str, tmp_path: Path) -> None:
+def test_a_cut_off_log_gives_the_seconds_that_were_read(suffix: str, tmp_path: Path) -> None:
     lines = csv_lines() if suffix == ".csv" else written(tmp_path, suffix).read_bytes().split(b"\n")
     begun = [*lines[: len(lines) // 2], lines[len(lines) // 2].rstrip()[:-8]]
     if suffix == ".csv":
@@ -108,7 +108,7 @@ def test_a_log_that_breaks_off_says_after_how_many_seconds(suffix: str, tmp_path
     assert note == f"the last line of d{suffix} is cut off and was left out; {seconds:.1f} s were read"
 
 
-def test_a_binary_log_that_was_never_closed_says_how_many_seconds_were_read(tmp_path: Path) -> None:
+def test_an_unclosed_binary_log_gives_the_seconds_that_were_read(tmp_path: Path) -> None:
     content = bytearray(written(tmp_path, ".blf").read_bytes())
     content[16:24] = bytes(8)  # its size, which the logger writes last
     (tmp_path / "open.blf").write_bytes(content)
@@ -117,7 +117,7 @@ def test_a_binary_log_that_was_never_closed_says_how_many_seconds_were_read(tmp_
 
 
 @pytest.mark.parametrize("suffix", [".log", ".asc"])
-def test_frames_of_can_fd_that_are_passed_over_are_counted(suffix: str, tmp_path: Path) -> None:
+def test_skipped_can_fd_frames_are_counted(suffix: str, tmp_path: Path) -> None:
     flexible = {
         ".log": b"(1700000002.000300) can0 18F0093E##1697D7F637D577F7D00112233",
         ".asc": b"   2.000300 CANFD   1 Rx 18F0093Ex   1 0 8  8 69 7D 7F 63 7D 57 7F 7D 130000 130 3000 0 0 0 0 0",
@@ -126,7 +126,7 @@ def test_frames_of_can_fd_that_are_passed_over_are_counted(suffix: str, tmp_path
     assert notes == (f"left out 1 CAN FD frame of d{suffix}",)
 
 
-def test_what_was_cut_is_in_the_words_and_the_json_of_both_verbs(
+def test_cut_off_notes_are_in_text_and_json_of_both_commands(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = tmp_path / "d.csv"

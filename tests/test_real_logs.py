@@ -1,4 +1,4 @@
-"""Each line of the table in docs/real_logs.md: a quirk of real sensors, planted in drives whose offset is known."""
+"""Each row of the table in docs/real_logs.md: a fault of real sensors, planted in drives with a known offset."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def drive(scenario: str) -> tuple[Signals, float]:
 
 @lru_cache
 def frames(scenario: str) -> tuple[str, ...]:
-    """The drive as candump has it."""
+    """The drive as a candump log."""
     with TemporaryDirectory() as folder:
         path, log = Path(folder) / "drive.toml", Path(folder) / "drive.log"
         path.write_text(scenario_text(scenario), encoding="utf-8")
@@ -353,7 +353,7 @@ QUIRKS: dict[tuple[str, str, str], Spoil] = {key: of_signals(fault) for key, fau
     ("the log", "a second sender of VDC2 that disagrees", "57 deg"): of_frames(second_sender(1024)),
     ("the log", "VDC2 from another address in mid-drive", "300 s"): of_frames(another_address),
 }
-# What the sensor then is off by more, deg; where a drive has two zeros, that of its end.
+# Additional offset of the sensor, deg; for a drive with two zeros, that at its end.
 MORE_DEG = {
     ("steering wheel angle", "constant zero error", "30 deg"): 30.0,
     ("steering wheel angle", "whole turn, absolute sensor", "360 deg"): 360.0,
@@ -377,7 +377,7 @@ def told(findings: tuple[Finding, ...], notes: tuple[str, ...]) -> Told:
 
 @lru_cache
 def of_healthy(scenario: str) -> set[str]:
-    """What the drive says without any quirk."""
+    """The findings of the drive without any fault."""
     signals, _ = drive(scenario)
     return {each.code for each in (*oc.offset(signals, TRUCK).findings, *check(signals, TRUCK).findings)}
 
@@ -402,7 +402,7 @@ def refusal(cell: str) -> str | None:
     [(line, scenario) for line in lines() for scenario in SCENARIOS.get(line.signal, ("thesis_drive",))],
     ids=lambda given: given if isinstance(given, str) else ", ".join(given.key),
 )
-def test_a_line_of_the_table_is_true(line: Line, scenario: str) -> None:
+def test_a_row_of_the_table_is_true(line: Line, scenario: str) -> None:
     spoil = QUIRKS[line.key]
     if code := refusal(line.signals_tells):
         with pytest.raises(oc.OncenterError) as refused:
@@ -429,6 +429,6 @@ def test_a_line_of_the_table_is_true(line: Line, scenario: str) -> None:
         assert line.interval == "not always" and (line.offset_tells, line.signals_tells) != ("–", "–")
 
 
-def test_each_line_has_a_quirk_and_each_quirk_a_line() -> None:
+def test_each_row_has_a_fault_and_each_fault_a_row() -> None:
     assert sorted(line.key for line in lines()) == sorted(QUIRKS)
     assert set(MORE_DEG) <= set(QUIRKS)

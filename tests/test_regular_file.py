@@ -37,7 +37,7 @@ def test_a_pipe_that_takes_the_place_of_a_file_does_not_block(pipe: Path, monkey
         open_regular_file(pipe)
 
 
-def test_a_path_that_leads_nowhere_is_named(tmp_path: Path) -> None:
+def test_a_missing_path_is_named(tmp_path: Path) -> None:
     for path in (str(tmp_path / "none"), "with\0zero"):
         with pytest.raises(OncenterError, match="cannot read") as refusal:
             refuse_what_is_no_regular_file(path)

@@ -1,4 +1,4 @@
-"""The bench's rivals against their equations, each written here a second time or solved by hand."""
+"""The bench's rivals against their equations, implemented here a second time or solved by hand."""
 
 import math
 import sys
@@ -45,7 +45,7 @@ def curvature_of(minutes: int) -> tuple[Array, Array]:
 
 
 def kinematic_drive(minutes: int, speed: float = 20.0) -> dict[str, Array]:
-    """A truck without slip, whose sensors have no noise and whose angle is OFFSET off."""
+    """A truck without slip, sensors without noise, and an angle offset of OFFSET."""
     t, curvature = curvature_of(minutes)
     return {
         "time_s": t,
@@ -70,14 +70,14 @@ def test_on_a_truck_without_slip_autoware_s_filter_ends_where_its_least_squares_
     assert course.value_rad[-1] == pytest.approx(OFFSET, rel=5e-3)
 
 
-def test_autoware_s_claimed_spread_settles_where_what_it_learns_equals_what_it_forgets() -> None:
+def test_autoware_s_sd_settles_where_new_information_equals_forgetting() -> None:
     claimed = autoware(kinematic_drive(10), KNOWN).sd_rad[-1] / KNOWN.steering_ratio
     phi = 20.0 / KNOWN.wheelbase_m
     before = (1e-6 + math.sqrt(1e-12 + 4.0 * 1e-6 * 0.5 / phi**2)) / 2.0  # P- of the scalar Riccati equation
     assert claimed**2 == pytest.approx(before - 1e-6, rel=1e-3)
 
 
-def test_autoware_learns_nothing_in_bends() -> None:
+def test_autoware_does_not_update_in_bends() -> None:
     columns = kinematic_drive(1)
     columns["yaw_rate_rad_s"] = np.full(6000, 0.021)
     assert np.isnan(autoware(columns, KNOWN).value_rad).all()
@@ -132,7 +132,7 @@ def test_openpilot_s_prediction_moves_by_axle_forces_and_spreads_by_their_numeri
 
 @pytest.mark.parametrize("which", range(STATES))
 def test_an_observation_of_openpilot_s_filter_is_one_of_more_information(which: int) -> None:
-    """P^-1 gains 1/R at the state seen, and the state moves to the minimum of both squares."""
+    """P^-1 gains 1/R at the observed state, and the state moves to the minimum of both squares."""
     x, P = some_state(7)
     before, information = x.copy(), np.linalg.inv(P)
     seen = np.zeros((STATES, STATES))
@@ -168,7 +168,7 @@ def test_on_its_own_model_openpilot_s_filter_finds_the_offset() -> None:
 def test_the_median_is_of_the_latest_2000_angles_read_nearly_straight() -> None:
     columns = kinematic_drive(10)
     columns["steering_wheel_angle_rad"] += 0.01 * np.random.default_rng(1).normal(size=60000)
-    columns["yaw_rate_rad_s"][::3] = 0.1  # a bend, of which nothing is taken
+    columns["yaw_rate_rad_s"][::3] = 0.1  # a bend, which is rejected
     taken = columns["steering_wheel_angle_rad"][::10][np.arange(0, 60000, 10) % 3 != 0]
     assert len(taken) > 2000
     assert median(columns, KNOWN).value_rad[-1] == pytest.approx(np.median(taken[-2000:]), abs=1e-15)
@@ -200,8 +200,8 @@ def test_the_mode_ignores_a_truck_that_hardly_moves() -> None:
 
 
 def play_drive(left_s: float, right_s: float, minutes: int, play: float) -> dict[str, Array]:
-    """Bends of 2000 m by turns, so long to the left and so long to the right, whose side force carries the wheels to
-    the flanks of a play; nothing but OFFSET is wrong with the sensors."""
+    """Alternating bends of 2000 m with given lengths to the left and right, whose lateral force moves the wheels to the
+    flanks of a play; the only sensor error is OFFSET."""
     t = np.arange(minutes * 6000) / 100.0
     to_left = t % (left_s + right_s) < left_s
     speed, curvature = 20.0, np.where(to_left, 1.0, -1.0) / 2000.0
@@ -218,7 +218,7 @@ def play_drive(left_s: float, right_s: float, minutes: int, play: float) -> dict
 
 
 @pytest.mark.parametrize("method", [bins, rls])
-def test_sorted_by_turn_the_play_s_middle_is_found_however_uneven_the_turns(method: Callable[..., Course]) -> None:
+def test_sorting_by_turn_finds_mid_play_for_uneven_turns(method: Callable[..., Course]) -> None:
     play = math.radians(8.0)
     columns = play_drive(600.0, 200.0, 20, play)
     assert straight(columns, KNOWN).residual_rad.mean() - OFFSET > play / 5.0  # where a mean over all would be
@@ -227,13 +227,13 @@ def test_sorted_by_turn_the_play_s_middle_is_found_however_uneven_the_turns(meth
 
 
 @pytest.mark.parametrize("method", [bins, rls])
-def test_of_one_side_alone_the_play_s_middle_is_not_given(method: Callable[..., Course]) -> None:
+def test_with_turns_to_one_side_only_mid_play_is_not_given(method: Callable[..., Course]) -> None:
     course = method(play_drive(1e9, 1.0, 5, math.radians(8.0)), KNOWN)
     assert np.isnan(course.value_rad).all()
     assert not course.valid.any()
 
 
-def test_what_the_gate_lets_through_speaks_of_2_s_ago_and_is_the_offset_where_there_is_no_play() -> None:
+def test_without_play_the_gated_angle_is_the_offset_with_2_s_delay() -> None:
     columns = play_drive(30.0, 20.0, 5, play=0.0)
     seen = straight(columns, KNOWN)
     before = np.roll(columns["lateral_acceleration_m_s2"], 200)
@@ -243,7 +243,7 @@ def test_what_the_gate_lets_through_speaks_of_2_s_ago_and_is_the_offset_where_th
     np.testing.assert_allclose(seen.residual_rad[steady], OFFSET, rtol=1e-3)
 
 
-def test_an_estimation_of_the_bins_is_20_s_long_and_goes_where_the_truck_turned_on_the_whole() -> None:
+def test_a_bin_estimate_takes_20_s_and_is_sorted_by_the_net_turn() -> None:
     columns = play_drive(13.0, 31.0, 10, math.radians(6.0))
     seen = straight(columns, KNOWN)
     residual, turning = seen.residual_rad[seen.passed], seen.turning_m_s2[seen.passed]
@@ -276,7 +276,7 @@ def test_the_gate_of_the_bins_filters_as_scipy_does() -> None:
     assert (ramp - filtered(ramp, b0, a1, a2))[-1] == pytest.approx(late, rel=1e-4)
 
 
-def test_the_gate_of_the_bins_lets_through_what_the_thesis_s_does() -> None:
+def test_the_gate_of_the_bins_passes_the_same_ticks_as_the_thesis_s() -> None:
     signals, _ = oc.simulate("thesis_drive", seed=3)
     columns = {name: signals.table[name].to_numpy() for name in signals.table.columns}
     answer = oc.offset(signals, oc.vehicle(VEHICLE), method="thesis")
@@ -285,7 +285,7 @@ def test_the_gate_of_the_bins_lets_through_what_the_thesis_s_does() -> None:
     assert passed == pytest.approx(answer.used_s, rel=0.02)  # the core takes whole blocks of 0.1 s
 
 
-def test_the_gradient_told_is_that_of_tyres_which_share_the_axle_loads() -> None:
+def test_the_configured_gradient_is_that_of_equal_tyres_on_both_axles() -> None:
     """(10): front slip less rear slip for each m/s^2, each from its load and stiffness."""
     a, b = KNOWN.front_axle_distance_m, KNOWN.wheelbase_m - KNOWN.front_axle_distance_m
     front_kg, rear_kg = KNOWN.mass_kg * b / KNOWN.wheelbase_m, KNOWN.mass_kg * a / KNOWN.wheelbase_m

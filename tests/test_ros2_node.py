@@ -1,4 +1,4 @@
-"""examples/ros2_node: what it publishes of a simulated drive, and what it keeps; tests/ros2 stands in for rclpy."""
+"""examples/ros2_node: its published values for a simulated drive, and its stored state; tests/ros2 replaces rclpy."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ NEEDED = ("steering_wheel_angle_rad", "yaw_rate_rad_s", "vehicle_speed_m_s", "la
 
 @dataclass(frozen=True)
 class Ros:
-    """The modules of the example, and of what stands in for ROS."""
+    """The modules of the example and of the ROS replacement."""
 
     estimate: Any
     node: Any
@@ -60,7 +60,7 @@ def drive() -> Signals:
 
 
 def driven(estimate: Any, table: pl.DataFrame) -> Any:
-    """What is published last, where all signals arrive a millisecond before each tick."""
+    """The last published values, if all signals arrive 1 ms before each tick."""
     told = None
     for time, *values in table.select("time_s", *NEEDED).iter_rows():
         for name, value in zip(NEEDED, values, strict=True):
@@ -77,7 +77,7 @@ def monitored(table: pl.DataFrame, monitor: oc.Monitor | None = None) -> Any:
     return now
 
 
-def test_the_node_publishes_what_the_monitor_says_of_a_drive(ros: Ros, drive: Signals) -> None:
+def test_the_node_publishes_the_monitor_s_result(ros: Ros, drive: Signals) -> None:
     told = driven(ros.estimate.Estimate(TRUCK, RATE_HZ, None), drive.table)
     now = monitored(drive.table)
     assert told.status == now.offset_status != "unobservable"
@@ -86,13 +86,13 @@ def test_the_node_publishes_what_the_monitor_says_of_a_drive(ros: Ros, drive: Si
     assert told.low_rad == now.offset_rad - 1.96 * now.offset_sd_rad < told.offset_rad < told.high_rad
 
 
-def test_before_anything_is_known_numbers_are_none(ros: Ros) -> None:
+def test_before_an_estimate_exists_numbers_are_nan(ros: Ros) -> None:
     told = ros.estimate.Estimate(TRUCK, RATE_HZ, None).tick(0.0)
     assert told.status == "unobservable"
     assert all(math.isnan(value) for value in (told.offset_rad, told.low_rad, told.high_rad))
 
 
-def test_a_signal_that_stopped_arriving_is_no_measurement(ros: Ros) -> None:
+def test_a_stale_signal_is_not_available(ros: Ros) -> None:
     estimate = ros.estimate.Estimate(TRUCK, RATE_HZ, None)
     ticks: list[oc.Tick] = []
     step = estimate._monitor.step
@@ -101,28 +101,28 @@ def test_a_signal_that_stopped_arriving_is_no_measurement(ros: Ros) -> None:
         estimate.receive(name, 1.0, 10.0)
     estimate.tick(10.4)
     estimate.tick(10.6)
-    estimate.tick(9.0)  # a clock that was set back: the value is of a time that has not been yet
+    estimate.tick(9.0)  # a clock that was set back: the value's time is in the future
     assert ticks[0].yaw_rate_rad_s == 1.0 and math.isnan(ticks[0].wheel_speed_rear_left_m_s)
     assert math.isnan(ticks[1].yaw_rate_rad_s) and math.isnan(ticks[2].yaw_rate_rad_s)
 
 
-def test_what_was_learned_outlives_the_node(ros: Ros, drive: Signals, tmp_path: Path) -> None:
+def test_the_estimate_is_kept_over_a_restart_of_the_node(ros: Ros, drive: Signals, tmp_path: Path) -> None:
     image = tmp_path / "oncenter.image"
     first = ros.estimate.Estimate(TRUCK, RATE_HZ, image)
-    assert "learning starts afresh" in first.note
+    assert "estimation starts from zero" in first.note
     told = driven(first, drive.table)
     first.save()
     second = ros.estimate.Estimate(TRUCK, RATE_HZ, image)
-    assert second.note == f"goes on from {image}"
+    assert second.note == f"continues from {image}"
     assert second.tick(drive.table["time_s"][-1] + 3600.0).offset_rad == pytest.approx(told.offset_rad, abs=1e-3)
     assert list(tmp_path.iterdir()) == [image]
 
 
-def test_another_truck_s_image_is_refused_and_said(ros: Ros, tmp_path: Path) -> None:
+def test_an_image_of_another_truck_is_rejected_with_a_note(ros: Ros, tmp_path: Path) -> None:
     image = tmp_path / "oncenter.image"
     ros.estimate.Estimate(TRUCK, RATE_HZ, image).save()
     other = ros.estimate.Estimate(oc.vehicle("rigid_8x4"), RATE_HZ, image)
-    assert "another vehicle" in other.note and "learning starts afresh" in other.note
+    assert "another vehicle" in other.note
 
 
 def parameters(image: Path) -> dict[str, Any]:
@@ -133,7 +133,7 @@ def parameters(image: Path) -> dict[str, Any]:
     return given | {"steering_wheel_angle_rad.factor": -math.pi / 180.0}
 
 
-def test_the_node_hears_its_topics_and_publishes_on_its_own(
+def test_the_node_receives_its_topics_and_publishes_its_own(
     ros: Ros, drive: Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     image = tmp_path / "oncenter.image"
@@ -168,7 +168,7 @@ def test_a_full_disk_does_not_end_the_node(ros: Ros, tmp_path: Path, monkeypatch
     monkeypatch.setattr(ros.rclpy_node.Node, "given", {"image": str(tmp_path / "nowhere" / "oncenter.image")})
     node = ros.node.OncenterNode()
     node.save()
-    assert "cannot save what was learned" in node.logger.lines[-1]
+    assert "cannot save the estimate" in node.logger.lines[-1]
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The library of scenarios: each is described, runs, holds its lane and keeps to what it states."""
+"""The library of scenarios: each is described, runs, keeps its lane and its stated values."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TIGHT_1_M = 1 / 60
 
 
 def driven_alike(name: str) -> str:
-    """What decides how a scenario is driven, whatever its sensors make of it."""
+    """The tables that determine the drive, without the sensors."""
     given = read_scenario(name)
     return repr([getattr(given, table) for table in type(given).model_fields if table not in _NOT_DRIVEN])
 
@@ -56,7 +56,7 @@ def test_every_scenario_has_its_line_in_the_readme_and_every_line_its_scenario()
     assert all(len(what) > 3 for _, *whats in rows for what in whats)
 
 
-def test_the_library_has_what_it_was_made_for() -> None:
+def test_the_needed_scenarios_exist() -> None:
     assert {
         *("thesis_drive", "country", "motorway", "town", "bypass", "heavy_play", "pulling_truck", "drifting_gyro"),
         *("biased_accelerometer", "semitrailer_half", "semitrailer_full", "sensor_failure", "both_ways", "test_track"),
@@ -85,7 +85,7 @@ def test_a_scenario_s_name_and_purpose_are_its_own(name: str) -> None:
 
 @pytest.mark.parametrize("seed", [2, 3])
 @pytest.mark.parametrize("name", DRIVEN)
-def test_a_scenario_holds_its_lane_its_speed_and_its_banks(name: str, seed: int) -> None:
+def test_a_scenario_keeps_lane_speed_and_banks(name: str, seed: int) -> None:
     of = read_scenario(name)
     rows = rows_of(of, seed)
     if name not in MANOEUVRES:

@@ -1,4 +1,4 @@
-"""MATLAB, ROS, Racelogic and INCA: the drive that was saved is read, by each verb, and what cannot be is one line."""
+"""MATLAB, ROS, Racelogic and INCA: a saved drive is read by each command, and an unreadable one gives one line."""
 
 from __future__ import annotations
 
@@ -75,12 +75,12 @@ def mat(folder: Path, **variables: object) -> Path:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# There and back
+# Round trip
 # ---------------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_a_drive_comes_back_as_it_was_saved(name: str, tmp_path: Path) -> None:
+def test_a_saved_drive_is_read_back_unchanged(name: str, tmp_path: Path) -> None:
     table, log = short(), tmp_path / name
     WRITERS[name](table, log)
     signals = read(log, names=names_of(log))
@@ -93,7 +93,7 @@ def test_a_drive_comes_back_as_it_was_saved(name: str, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def answers(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], dict[str, object]]:
-    """What `oncenter offset --json` says of a drive of five minutes that was saved under a name."""
+    """The answer of `oncenter offset --json` for a saved drive of five minutes."""
     folder = tmp_path_factory.mktemp("drives")
     table = drive().table.select("time_s", *COLUMNS)
 
@@ -123,14 +123,16 @@ NUMBERS = ("offset", "understeer_gradient", "backlash", "yaw_rate_bias", "latera
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_the_offset_is_that_of_the_same_drive_as_csv(name: str, answers: Callable[[str], dict[str, object]]) -> None:
+def test_the_offset_equals_that_of_the_same_drive_as_csv(
+    name: str, answers: Callable[[str], dict[str, object]]
+) -> None:
     by_csv, other = answers("drive.csv"), answers(name)
     for number in NUMBERS:
         assert same(by_csv[number], other[number]), (number, by_csv[number], other[number])
 
 
 def same(one: object, other: object) -> bool:
-    """Of numbers, to what is left of them in a text or beside a date."""
+    """Tolerance for numbers stored as text or beside a date."""
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
     if isinstance(one, list) and isinstance(other, list):
@@ -157,7 +159,7 @@ def test_a_value_in_a_struct_is_called_by_its_struct_and_field(tmp_path: Path) -
     assert np.allclose(signals.table["yaw_rate_rad_s"], SWA * DEGREE, atol=1e-12)
 
 
-def test_structs_have_clocks_of_their_own_and_a_timeseries_its_unit(tmp_path: Path) -> None:
+def test_structs_have_their_own_time_and_a_timeseries_its_unit(tmp_path: Path) -> None:
     series = {"Time": T[::5], "Data": (60 + T[::5]).reshape(1, 1, -1), "DataInfo": {"Units": "km/h"}}
     log = mat(tmp_path, time_s=T, steering_wheel_angle_rad=SWA, vehicle_speed=series)
     signals = read(log)
@@ -165,7 +167,7 @@ def test_structs_have_clocks_of_their_own_and_a_timeseries_its_unit(tmp_path: Pa
     assert signals.table["vehicle_speed_m_s"][200] == pytest.approx(62 / 3.6)
 
 
-def test_a_matrix_is_named_by_its_columns_or_rows_as_matlab_writes_them(tmp_path: Path) -> None:
+def test_columns_and_rows_of_a_matrix_have_matlab_names(tmp_path: Path) -> None:
     names = {"time": SignalName("m(:,1)", "s"), "yaw_rate": SignalName("m(:,3)", "rad/s")}
     by_columns = read(mat(tmp_path, m=np.column_stack((T, SWA, 2 * SWA))), names=names)
     assert np.allclose(by_columns.table["yaw_rate_rad_s"], 2 * SWA)
@@ -190,14 +192,14 @@ def test_a_struct_array_is_named_by_its_index_in_either_version(tmp_path: Path) 
     assert np.allclose(read(tmp_path / "new.mat", names=names).table["yaw_rate_rad_s"], 2 * SWA)
 
 
-def test_stamps_that_are_no_numbers_leave_their_values_out(tmp_path: Path) -> None:
+def test_values_with_an_invalid_stamp_are_left_out(tmp_path: Path) -> None:
     holed = np.where(np.arange(400) == 7, np.nan, T)
     broken = np.where(np.arange(400) == 9, np.inf, SWA)
     table = read(mat(tmp_path, time_s=holed, yaw_rate_rad_s=broken)).table
     assert np.isfinite(table["yaw_rate_rad_s"].to_numpy()).sum() >= 397
 
 
-def test_a_variable_that_is_missing_is_named_with_the_one_that_was_meant(tmp_path: Path) -> None:
+def test_a_missing_variable_gives_the_most_similar_name(tmp_path: Path) -> None:
     log = mat(tmp_path, time_s=T, log={"YawRt": SWA}, yaw_rate_bias_deg_s=SWA)
     said = str(refusal(log, {"yaw_rate": SignalName("log.YawRate", "deg/s")}))
     assert "[signals] names variable 'log.YawRate', which does not exist; did you mean log.YawRt" in said
@@ -216,7 +218,7 @@ def test_a_variable_that_is_missing_is_named_with_the_one_that_was_meant(tmp_pat
         ({}, {}, "x.mat has no variables"),
     ],
 )
-def test_what_a_mat_file_lacks_is_one_line(
+def test_missing_content_of_a_mat_file_is_one_line(
     variables: dict[str, object], names: dict[str, SignalName], says: str, tmp_path: Path
 ) -> None:
     assert says in str(refusal(mat(tmp_path, **variables), names)).replace("drive", "x")
@@ -234,7 +236,7 @@ def opaque(name: str, kind: str) -> bytes:
     return element(14, element(6, struct.pack("<II", 17, 0)) + texts + element(14, matrix))
 
 
-def test_objects_that_only_matlab_reads_are_named_with_how_to_save_them(tmp_path: Path) -> None:
+def test_objects_that_only_matlab_reads_are_named_with_a_way_to_save_them(tmp_path: Path) -> None:
     log = mat(tmp_path)
     log.write_bytes(log.read_bytes() + opaque("tt", "timetable"))
     error = refusal(log)
@@ -275,7 +277,7 @@ def test_nothing_outside_a_file_is_read(tmp_path: Path) -> None:
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def test_the_clock_of_each_topic_is_told(tmp_path: Path) -> None:
+def test_a_note_gives_the_clock_of_each_topic(tmp_path: Path) -> None:
     signal_logs.bag(short(), tmp_path / "x.bag")
     signals = read(tmp_path / "x.bag", names=signal_logs.TOPICS)
     told = "time used: header.stamp for /vehicle/steering, /imu/data; time of recording for /vehicle/speed"
@@ -283,7 +285,7 @@ def test_the_clock_of_each_topic_is_told(tmp_path: Path) -> None:
     assert signals.table["time_s"][0] == signal_logs.START_S  # the headers', and not the recorder's 3 ms later
 
 
-def test_a_field_that_is_missing_is_named_with_the_one_that_was_meant_and_all_are_listed(tmp_path: Path) -> None:
+def test_a_missing_field_gives_the_most_similar_name_and_the_list(tmp_path: Path) -> None:
     log = tmp_path / "x.mcap"
     signal_logs.mcap(short(), log)
     wrong = {"steering_wheel_angle": SignalName("/vehicle/steering.angel", "rad")}
@@ -298,7 +300,7 @@ def test_a_field_that_is_missing_is_named_with_the_one_that_was_meant_and_all_ar
         require(read(log, names=others), ["steering_wheel_angle"])
 
 
-def test_a_bag_without_definitions_has_the_types_of_ros_and_names_those_it_lacks(tmp_path: Path) -> None:
+def test_a_bag_without_definitions_uses_the_types_of_ros_and_names_missing_ones(tmp_path: Path) -> None:
     """As ROS 2 Humble and older record to SQLite."""
     import sqlite3
 
@@ -362,7 +364,7 @@ def test_a_message_of_either_byte_order_is_decoded_as_rosbags_does_and_a_short_o
     assert [each.unit for each in layout.fields if each.path == "twist.twist.angular.z"] == ["rad/s"]
 
 
-ENDLESS = {  # types that hold themselves, grow without end, or have no size
+ENDLESS = {  # types that contain themselves, grow without limit, or have no size
     "a/msg/A": ([], [("a", ("NAME", "a/msg/A"))]),
     "b/msg/B0": ([], [(f"x{k}", ("NAME", "b/msg/B1")) for k in range(16)]),
     **{f"b/msg/B{n}": ([], [(f"x{k}", ("NAME", f"b/msg/B{n + 1}")) for k in range(16)]) for n in range(1, 6)},
@@ -372,7 +374,7 @@ ENDLESS = {  # types that hold themselves, grow without end, or have no size
 
 
 @pytest.mark.parametrize("kind", ["a/msg/A", "b/msg/B0", "c/msg/C"])
-def test_types_without_end_are_refused_at_once(kind: str) -> None:
+def test_endless_types_are_refused_at_once(kind: str) -> None:
     from rosbags.interfaces import Nodetype
 
     from oncenter.read.ros_messages import Layout, NotDecoded
@@ -391,14 +393,14 @@ def test_types_without_end_are_refused_at_once(kind: str) -> None:
     assert time.monotonic() - began < 2.0
 
 
-def test_files_that_are_compressed_as_a_whole_are_refused_with_what_to_do(tmp_path: Path) -> None:
+def test_compressed_files_are_refused_with_the_command_to_unpack_them(tmp_path: Path) -> None:
     signal_logs.ros_folder(short(), tmp_path / "bag")
     (part,) = (tmp_path / "bag").glob("*.mcap")
     part.rename(f"{part}.zstd")
     assert f"zstd -d {part.name}.zstd" in str(refusal(tmp_path / "bag"))
 
 
-def test_a_bag_that_was_not_closed_is_refused_with_what_repairs_it(tmp_path: Path) -> None:
+def test_an_unclosed_bag_is_refused_with_the_command_to_repair_it(tmp_path: Path) -> None:
     signal_logs.mcap(short(), tmp_path / "x.mcap")
     content = (tmp_path / "x.mcap").read_bytes()
     (tmp_path / "x.mcap").write_bytes(content[: len(content) // 2])
@@ -445,13 +447,13 @@ def test_the_speed_has_the_unit_of_the_header(unit: str, per: float, tmp_path: P
     assert speed[0] == pytest.approx(15.0 * per)
 
 
-def test_a_speed_without_a_unit_is_said_and_not_taken(tmp_path: Path) -> None:
+def test_a_speed_without_a_unit_is_left_out_with_a_note(tmp_path: Path) -> None:
     signals = read(vbo(tmp_path, lambda text: text.replace("\nvelocity kmh", "\nvelocity")))
     with pytest.raises(OncenterError, match=r"the \[header\] of x.vbo has no unit of velocity"):
         require(signals, ["vehicle_speed"])
 
 
-def test_signals_names_other_channels_and_goes_before_ours(tmp_path: Path) -> None:
+def test_the_signals_table_takes_precedence_over_standard_channels(tmp_path: Path) -> None:
     log = vbo(tmp_path, lambda text: text.replace("Steering_Angle", "EPS_Pinion"))
     names = {"steering_wheel_angle": SignalName("EPS_Pinion", sign=-1), "yaw_rate": SignalName("Yaw_Rate", "deg/s")}
     table, plain = read(log, names=names).table, short()
@@ -459,13 +461,13 @@ def test_signals_names_other_channels_and_goes_before_ours(tmp_path: Path) -> No
     assert np.allclose(table["yaw_rate_rad_s"], -plain["yaw_rate_rad_s"], atol=1e-6)
 
 
-def test_lateral_acceleration_of_gnss_is_taken_with_a_word_about_it(tmp_path: Path) -> None:
+def test_lateral_acceleration_from_gnss_is_used_with_a_note(tmp_path: Path) -> None:
     signals = read(vbo(tmp_path, lambda text: text.replace("Y_Accel", "Latacc")))
     assert any("does not contain the road bank" in note for note in signals.notes)
     assert signals.sources["lateral_acceleration"].rate_hz == 100.0
 
 
-def test_a_drive_past_midnight_goes_on(tmp_path: Path) -> None:
+def test_time_continues_past_midnight(tmp_path: Path) -> None:
     def late(text: str) -> str:
         return text.replace(" 12000", " 23595").replace(" 120001", " 000000").replace(" 120002", " 000001")
 
@@ -473,7 +475,7 @@ def test_a_drive_past_midnight_goes_on(tmp_path: Path) -> None:
     assert np.all(np.diff(signals.table["time_s"]) > 0)
 
 
-def test_rows_that_are_cut_are_left_out_and_said(tmp_path: Path) -> None:
+def test_cut_rows_are_left_out_with_a_note(tmp_path: Path) -> None:
     cut = read(vbo(tmp_path, lambda text: text[:-9]))
     assert any("last line" in note for note in cut.notes) and cut.table.height == 399
     holed = read(vbo(tmp_path, lambda text: text.replace("123.45 +00152.58", "123.45", 1)))
@@ -492,7 +494,7 @@ def test_rows_that_are_cut_are_left_out_and_said(tmp_path: Path) -> None:
         (lambda text: text.replace(" 123.45 ", " 12E.45 ", 1), "'12E.45' is not a number"),
     ],
 )
-def test_what_a_vbo_file_lacks_is_one_line(change: Callable[[str], str], says: str, tmp_path: Path) -> None:
+def test_missing_content_of_a_vbo_file_is_one_line(change: Callable[[str], str], says: str, tmp_path: Path) -> None:
     assert says in str(refusal(vbo(tmp_path, change)))
 
 
@@ -502,7 +504,9 @@ def test_what_a_vbo_file_lacks_is_one_line(change: Callable[[str], str], says: s
 
 
 @pytest.mark.parametrize("name", [name for name in WRITERS if name.startswith(("drive", "mcap"))])
-def test_signals_tells_what_is_in_each(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_signals_command_lists_the_content_of_each_format(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     WRITERS[name](short(), tmp_path / name)
     truck = tmp_path / "truck.toml"
     entries = (
@@ -514,7 +518,7 @@ def test_signals_tells_what_is_in_each(name: str, tmp_path: Path, capsys: pytest
     assert {"steering_wheel_angle", "yaw_rate", "vehicle_speed"} <= set(json.loads(capsys.readouterr().out)["signals"])
 
 
-def test_a_folder_and_a_fleet_take_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_and_a_fleet_read_these_formats(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     logs, trucks = tmp_path / "logs" / "truck", tmp_path / "trucks"
     logs.mkdir(parents=True)
     trucks.mkdir()
@@ -580,11 +584,11 @@ def test_each_signals_table_of_the_page_about_formats_is_a_vehicle_files(tmp_pat
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Files that are made to harm
+# Hostile files
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def test_what_unpacks_to_more_than_a_file_may_is_stopped(tmp_path: Path) -> None:
+def test_a_file_that_unpacks_beyond_the_limit_is_stopped(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "x.mat", "w") as file:
         for name in ("time_s", "yaw_rate_deg_s"):
             file.create_dataset(name, (1, 10**12), np.float64, chunks=(1, 10**6), compression="gzip")

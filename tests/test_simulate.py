@@ -1,4 +1,4 @@
-"""The simulator against closed forms, against itself in the mirror, and against its own log decoded by hand."""
+"""The simulator against closed forms, against its mirror image, and against its own log decoded by hand."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def thesis_drive() -> Any:
 # The road
 
 
-def test_between_its_points_the_road_goes_in_a_straight_line_and_beyond_its_ends_as_it_ended() -> None:
+def test_the_road_is_linear_between_its_points_and_constant_beyond_its_ends() -> None:
     curvature = ffi.new("double[]", [1.0, 2.0, 4.0])
     road = ffi.new("sim_road *", {"count": 3, "spacing": 5.0, "curvature": curvature})
     for station, expected in ((-1.0, 1.0), (0.0, 1.0), (2.5, 1.5), (6.0, 2.4), (10.0, 4.0), (99.0, 4.0)):
@@ -74,7 +74,7 @@ def test_a_mirrored_drive_is_driven_with_mirrored_angles_to_the_last_bit() -> No
 
 
 def test_there_and_back_on_a_crowned_straight_mirrors_the_acceleration_and_leaves_the_offset(variant: Variant) -> None:
-    """Chapter 3 and Figure 9: what the road does to the angle cancels, what the sensor does stays."""
+    """Chapter 3 and Figure 9: the effect of the road on the angle cancels, that of the sensor stays."""
     there, truth = simulate(variant("there", crown_percent="2.0", **STRAIGHT))
     back, truth_back = simulate(variant("back", crown_percent="-2.0", **STRAIGHT), seed=2)
     moving = slice(4000, 17000)
@@ -90,12 +90,12 @@ def test_there_and_back_on_a_crowned_straight_mirrors_the_acceleration_and_leave
     angles = [mean(drive, "steering_wheel_angle_rad") for drive in (there, back)]
     assert sum(angles) / 2 == pytest.approx(truth.offset_rad, abs=0.1 * DEGREE)
     places = [mean(t, "place_in_play") for t in (truth, truth_back)]
-    assert places == pytest.approx([1.0, -1.0], abs=0.2)  # hanging on the flank, but for what the hands do
+    assert places == pytest.approx([1.0, -1.0], abs=0.2)  # on the flank, except for small corrections
     play, slip = (places[0] - places[1]) / 2 * truth.backlash_rad / 2, 19.3 * truth.understeer_gradient * crown
     assert (angles[0] - angles[1]) / 2 == pytest.approx(play + slip, abs=0.05 * DEGREE)
 
 
-def test_the_thesis_drive_is_the_thesis_s(thesis_drive: Any) -> None:
+def test_the_thesis_drive_has_the_thesis_s_values(thesis_drive: Any) -> None:
     _, truth = thesis_drive
     table_2, scenario = vehicle("scania_r730_4x2"), read_scenario("thesis_drive")
     assert scenario.truck.wheelbase_m == table_2.wheelbase_m == 3.7
@@ -112,7 +112,7 @@ def test_the_thesis_drive_is_the_thesis_s(thesis_drive: Any) -> None:
     assert np.abs(truth.table["lateral_error_m"].to_numpy()).max() < 1.0
 
 
-def test_the_understeer_gradient_can_be_read_off_the_drive_s_bends(thesis_drive: Any) -> None:
+def test_the_understeer_gradient_follows_from_the_drive_s_bends(thesis_drive: Any) -> None:
     _, truth = thesis_drive
     r, v, a_y, wheel, c = (
         truth.table[column].to_numpy()
@@ -145,7 +145,7 @@ def test_left_is_positive_for_angle_yaw_rate_and_acceleration_and_the_left_wheel
         assert right_less_left.to_numpy()[left].mean() == pytest.approx(track_m * turning, rel=0.02)
 
 
-def test_residuals_resemble_each_other_for_seconds(variant: Variant) -> None:
+def test_residuals_are_correlated_for_seconds(variant: Variant) -> None:
     signals, _ = simulate(variant(**STRAIGHT))
     wheel = signals.table["steering_wheel_angle_rad"].to_numpy()[4000:17000]
     wheel = wheel - wheel.mean()
@@ -174,7 +174,7 @@ def test_at_standstill_the_sensors_read_their_bias_in_steps_of_their_resolution(
     assert (table["vehicle_speed_m_s"] == 0).all()
 
 
-def test_measured_less_offset_is_true(thesis_drive: Any) -> None:
+def test_the_measured_angle_less_the_offset_is_the_true_angle(thesis_drive: Any) -> None:
     signals, truth = thesis_drive
     measured = signals.table["steering_wheel_angle_rad"].to_numpy()
     error = measured - truth.offset_rad - truth.table["steering_wheel_angle_rad"].to_numpy()
@@ -201,7 +201,7 @@ def frames(log: Path) -> dict[int, tuple[np.ndarray, np.ndarray]]:
     }
 
 
-def test_the_log_says_what_the_sensors_said_within_j1939_s_steps(variant: Variant, tmp_path: Path) -> None:
+def test_the_log_has_the_sensors_values_within_j1939_s_resolution(variant: Variant, tmp_path: Path) -> None:
     scenario, log = variant(duration_s="120.0"), tmp_path / "drive.log"
     simulate_to_log(scenario, 5, log)
     signals, _ = simulate(scenario, 5)
@@ -236,7 +236,7 @@ def test_the_log_says_what_the_sensors_said_within_j1939_s_steps(variant: Varian
         np.testing.assert_allclose(front_axle + relative, wheel[::10] * 3.6, atol=1 / 32 + 1 / 512 + 1e-9)
 
 
-def test_every_message_comes_at_its_own_rate_with_jitter_and_in_order_of_time(variant: Variant, tmp_path: Path) -> None:
+def test_every_message_has_its_own_rate_and_jitter_in_order_of_time(variant: Variant, tmp_path: Path) -> None:
     log = tmp_path / "drive.log"
     simulate_to_log(variant(duration_s="60.0"), 1, log)
     times = [float(line[1:18]) for line in log.read_text(encoding="ascii").splitlines()]
@@ -248,7 +248,7 @@ def test_every_message_comes_at_its_own_rate_with_jitter_and_in_order_of_time(va
         assert 0.0002 < late.std() < 0.0004
 
 
-def test_what_is_not_available_or_out_of_range_is_said_as_j1939_says_it() -> None:
+def test_values_not_available_or_out_of_range_get_j1939_s_codes() -> None:
     angle = two_bytes(np.array([math.nan, 1e3, -1e3, -31.374, -1.23 * DEGREE]), 1 / 1024, -31.374)
     assert angle.tobytes().hex() == "ffff" + "fffe" * 2 + "0000" + "697d"
     assert one_byte(np.array([math.nan, 99.0, -12.5, 12.5]), 0.1, -12.5).tobytes().hex() == "fffe00fa"
@@ -296,14 +296,14 @@ def test_an_impossible_scenario_is_refused_by_name(variant: Variant, changes: di
     assert "\n" not in str(refusal.value)
 
 
-def test_an_unknown_scenario_is_refused_with_the_names_that_would_do(tmp_path: Path) -> None:
+def test_an_unknown_scenario_is_refused_with_the_list_of_names(tmp_path: Path) -> None:
     for scenario, says in (("thesis_walk", "thesis_drive"), (tmp_path / "none.toml", "none.toml")):
         with pytest.raises(OncenterError, match=says) as refusal:
             simulate(scenario)
         assert refusal.value.exit_code == 2
 
 
-def test_a_file_that_is_no_scenario_is_refused(tmp_path: Path) -> None:
+def test_an_invalid_scenario_file_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "drive.toml"
     for content in (b"", b"\xff\xfe", b"about = [", b"name = 3"):
         file.write_bytes(content)

@@ -1,4 +1,4 @@
-"""Logs of simulated drives: every format says what the sensors said, in the same bytes whoever writes it when."""
+"""Logs of simulated drives: every format has the sensors' values, and the same bytes in every run."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ FRAME_LOGS = (".log", ".asc", ".blf", ".trc", ".mf4")
 
 STAMP_S = 1e-6  # resolution of the stamps, after which the reader interpolates
 
-# Half a step of what J1939 can say, in SI and deg, and how many ticks lie between two messages.
+# Half of J1939's resolution in SI and deg, and the number of ticks between two messages.
 HALF_STEP = {
     "steering_wheel_angle": (1 / 2048, 1),
     "steering_wheel_angle_sensor_type": (0.0, 1),
@@ -82,9 +82,7 @@ def faulty(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("suffix", FRAME_LOGS)
-def test_a_log_of_frames_reads_back_to_what_the_sensors_said_within_j1939_s_steps(
-    faulty: Path, tmp_path: Path, suffix: str
-) -> None:
+def test_a_log_of_frames_reads_back_within_j1939_s_resolution(faulty: Path, tmp_path: Path, suffix: str) -> None:
     simulate_to_log(faulty, 2, tmp_path / f"drive{suffix}")
     said, _ = simulate(faulty, 2)
     again = read(tmp_path / f"drive{suffix}")
@@ -104,7 +102,7 @@ def test_a_log_of_frames_reads_back_to_what_the_sensors_said_within_j1939_s_step
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".csv.gz", ".parquet"])
-def test_a_table_reads_back_to_what_the_sensors_said_to_the_last_bit(faulty: Path, tmp_path: Path, suffix: str) -> None:
+def test_a_table_reads_back_to_the_last_bit(faulty: Path, tmp_path: Path, suffix: str) -> None:
     simulate_to_log(faulty, 2, tmp_path / f"drive{suffix}")
     said, _ = simulate(faulty, 2)
     again = read(tmp_path / f"drive{suffix}").table
@@ -157,7 +155,7 @@ def payloads(bus: BusFrames, pgn: int) -> np.ndarray:
     return bus.payload[(bus.identifier >> 8 & 0x3FFFF) == pgn]
 
 
-def test_a_failed_sensor_says_error_and_a_silent_one_not_available(tmp_path: Path) -> None:
+def test_a_failed_sensor_sends_error_and_a_silent_one_not_available(tmp_path: Path) -> None:
     bus, _ = on_the_bus(tmp_path)
     vdc2 = payloads(bus, 61449)
     assert (vdc2[3000:, 3:5].view("<u2") == 0xFEFF).all()  # the yaw rate's error
@@ -173,7 +171,7 @@ def test_a_failed_sensor_says_error_and_a_silent_one_not_available(tmp_path: Pat
     assert (payloads(bus, 65256)[120:140, :4] == 0xFF).all()
 
 
-def test_every_message_says_what_the_sensors_said_by_our_dbc(tmp_path: Path) -> None:
+def test_every_message_has_the_sensors_values_by_the_shipped_dbc(tmp_path: Path) -> None:
     """Decoded by cantools, every hundredth frame."""
     bus, sensed = on_the_bus(tmp_path)
     table = sensed.signals.table
@@ -193,14 +191,14 @@ def test_every_message_says_what_the_sensors_said_by_our_dbc(tmp_path: Path) -> 
                 assert min(abs(off), abs(360.0 - abs(off))) <= step * 0.501, (name, signal, k)
 
 
-def test_the_receiver_says_the_speed_over_ground(tmp_path: Path) -> None:
+def test_the_receiver_gives_the_speed_over_ground(tmp_path: Path) -> None:
     _, sensed = on_the_bus(tmp_path)
     speed = sensed.signals.table["vehicle_speed_m_s"].to_numpy()
     assert sensed.speed_over_ground_m_s is not None
     assert np.nanmax(np.abs(sensed.speed_over_ground_m_s - speed)) < 0.1
 
 
-def test_four_bytes_say_error_and_not_available_as_j1939_does() -> None:
+def test_four_byte_codes_for_error_and_not_available_are_j1939_s() -> None:
     latitude = four_bytes(np.array([math.nan, math.inf, -211.0, -210.0, 59.2]), 1e-7, -210.0)
     raw = round((59.2 + 210.0) / 1e-7)
     assert latitude.tobytes().hex() == "ffffffff" + "fffffffe" * 2 + "00000000" + raw.to_bytes(4, "little").hex()
@@ -220,7 +218,7 @@ def test_the_mf4_is_bus_logging_that_other_tools_decode(faulty: Path, tmp_path: 
     np.testing.assert_allclose(angle.samples[number], there[number], atol=1 / 2048 * 1.001)
 
 
-def test_our_dbc_s_position_and_heading_are_the_standard_s() -> None:
+def test_position_and_heading_in_the_shipped_dbc_are_the_standard_s() -> None:
     loaded = cantools.database.load_file(DBC)
     for name, pgn, spns in (("VP", 65267, {584, 585}), ("VDS", 65256, {165, 517})):
         message = loaded.get_message_by_name(name)
@@ -228,7 +226,7 @@ def test_our_dbc_s_position_and_heading_are_the_standard_s() -> None:
         assert {signal.spn for signal in message.signals} == spns
 
 
-def test_the_truth_stands_beside_its_log_under_the_log_s_name(tmp_path: Path) -> None:
+def test_the_truth_files_have_the_log_s_name(tmp_path: Path) -> None:
     for name in ("drive.log", "drive.csv.gz", "drive.one.mf4"):
         stem = name.removesuffix(".log").removesuffix(".csv.gz").removesuffix(".mf4")
         table, summary = truth_files(tmp_path / name)
@@ -236,7 +234,7 @@ def test_the_truth_stands_beside_its_log_under_the_log_s_name(tmp_path: Path) ->
         assert table.parent == summary.parent == tmp_path
 
 
-def test_simulate_on_the_command_line_says_what_it_wrote(
+def test_the_simulate_command_prints_the_files_it_wrote(
     faulty: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = tmp_path / "drive.csv.gz"

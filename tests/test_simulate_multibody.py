@@ -1,19 +1,21 @@
-"""The simulated truck against a model that others wrote: the multi-body model of commonroad-vehicle-models (Althoff).
+"""The simulated truck against an independent one: the multi-body model of commonroad-vehicle-models (Althoff).
 
 That model has 29 states: a sprung mass on two rigid axles with springs, dampers and compliant joints, four wheels that
-spin, and four Magic Formula tyres under what load transfer leaves them. Ours has two: side speed and yaw rate. Both get
-the same truck: the thesis's masses and lengths, stiffness in proportion to load at all tyres, no relaxation and no
-steering compliance, which the multi-body model lacks. Its own truck is kinematic only, so springs and heights are a
-tractor's by size, and camber goes with the axle, as on rigid ones. It puts the axles' own weight on their own wheels,
-but turns about the sprung mass's centre: our stiffness follows its wheel loads, which makes the truck understeer.
+spin, and four Magic Formula tyres with load transfer. The simulator's has two: lateral speed and yaw rate. Both use the
+same truck: the thesis's masses and lengths, stiffness in proportion to load at all tyres, no relaxation and no steering
+compliance, which the multi-body model does not have. Its own truck is kinematic only, so springs and heights are those
+of a tractor by size, and camber follows the axle, as with rigid axles. It puts the axles' weight on their own wheels,
+but turns about the centre of the sprung mass: the simulator's stiffness follows its wheel loads, so the truck
+understeers.
 
-What is left between the two, and why:
+Remaining differences and their causes:
 
-- steady yaw rate: at most 0.5 %. The wheels' camber under load transfer, the speed that cornering costs (0.15 % in four
-  seconds) and slip angles of more than half a degree, where tyres leave their straight line.
-- rise to nine tenths: theirs is up to 25 ms sooner, of some 350. The axles turn in before the body has swung after them
-  on its springs and joints, and that has less inertia than all of it at once.
-- weave: 2 % in size and 30 ms in time, by the same causes.
+- steady yaw rate: at most 0.5 %, from camber under load transfer, loss of speed in the bend (0.15 % in four seconds)
+and
+  slip angles above half a degree, where tyres are not linear.
+- rise to 90 %: the multi-body model is up to 25 ms faster, of about 350. Its axles turn in before the body follows on
+  its springs and joints, with less inertia than the whole truck.
+- weave: 2 % in amplitude and 30 ms in time, from the same causes.
 """
 
 from __future__ import annotations
@@ -42,7 +44,7 @@ Course = Callable[[float], float]  # rad of the front wheels over s
 
 
 def truck_like() -> Any:
-    """The thesis's tractor as the multi-body model wants it, all tyres of one kind."""
+    """The thesis's tractor as parameters of the multi-body model, all tyres of one kind."""
     p = parameters_vehicle3()
     p.m, p.m_uf, p.m_ur = 8100.0, 700.0, 1100.0
     p.m_s = p.m - p.m_uf - p.m_ur
@@ -71,7 +73,7 @@ def weave(frequency_hz: float) -> Course:
 
 
 def multi_body(p: Any, speed: float, course: Course, duration_s: float) -> np.ndarray:
-    """Yaw rates of theirs every `STEP_S`."""
+    """Yaw rates of the multi-body model every `STEP_S`."""
     start, tiny = init_mb([0.0, 0.0, 0.0, speed, 0.0, 0.0, 0.0], p), 1e-6
 
     def slope(t: float, x: np.ndarray) -> list[float]:
@@ -87,7 +89,7 @@ def multi_body(p: Any, speed: float, course: Course, duration_s: float) -> np.nd
 
 
 def single_track(p: Any, speed: float, course: Course, duration_s: float) -> np.ndarray:
-    """Yaw rates of ours, at the same times, with stiffness by the loads that the multi-body model's wheels carry."""
+    """Yaw rates of the simulator at the same times, with stiffness by the multi-body model's wheel loads."""
     loads = [GRAVITY * (p.m_s * x / (p.a + p.b) + own) for x, own in ((p.b, p.m_uf), (p.a, p.m_ur))]
     settings = scenario(
         {
@@ -115,7 +117,7 @@ def single_track(p: Any, speed: float, course: Course, duration_s: float) -> np.
 
 
 def rise_s(yaw_rate: np.ndarray) -> float:
-    """Until nine tenths of the end are reached."""
+    """Time to 90 % of the final value."""
     wanted = 0.9 * yaw_rate[-50:].mean()
     k = int(np.argmax(yaw_rate > wanted))
     return float(STEP_S * (k - 1 + (wanted - yaw_rate[k - 1]) / (yaw_rate[k] - yaw_rate[k - 1])))
@@ -130,7 +132,7 @@ def test_a_step_steer_ends_and_rises_as_in_a_multi_body_truck(speed: float) -> N
 
 
 @pytest.mark.parametrize("frequency_hz", [0.2, 0.4])
-def test_a_weave_is_as_large_and_as_late_as_in_a_multi_body_truck(frequency_hz: float) -> None:
+def test_a_weave_has_amplitude_and_lag_of_a_multi_body_truck(frequency_hz: float) -> None:
     p, period = truck_like(), round(1.0 / frequency_hz / STEP_S)
     once = np.exp(-2j * np.pi * np.arange(period) / period)
     theirs, ours = (
@@ -141,7 +143,7 @@ def test_a_weave_is_as_large_and_as_late_as_in_a_multi_body_truck(frequency_hz: 
     assert abs(np.angle(theirs / ours)) / (2 * np.pi * frequency_hz) < 0.03
 
 
-def test_the_van_that_comes_with_the_multi_body_model_turns_like_ours_of_its_size() -> None:
+def test_a_van_of_the_multi_body_model_turns_like_a_simulated_one_of_its_size() -> None:
     theirs, ours = (model(parameters_vehicle3(), 15.0, turned, 4.0) for model in (multi_body, single_track))
     assert theirs[-50:].mean() == pytest.approx(ours[-50:].mean(), rel=0.005)
     assert rise_s(theirs) == pytest.approx(rise_s(ours), abs=0.03)

@@ -1,4 +1,4 @@
-"""Impossible and contradictory scenarios: each is refused in one line that names what is wrong, exit code 2."""
+"""Impossible and contradictory scenarios: each is refused in one line that names the error, exit code 2."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ IMPOSSIBLE = [
 
 
 @pytest.mark.parametrize(("says", "names"), IMPOSSIBLE)
-def test_what_cannot_be_is_refused_by_name_in_one_line(tmp_path: Path, says: str, names: str) -> None:
+def test_impossible_values_are_refused_by_name_in_one_line(tmp_path: Path, says: str, names: str) -> None:
     file = tmp_path / "impossible.toml"
     file.write_text(BASE + says + "\n", encoding="utf-8")
     with pytest.raises(OncenterError) as refusal:
@@ -98,7 +98,7 @@ def test_what_cannot_be_is_refused_by_name_in_one_line(tmp_path: Path, says: str
     assert (refusal.value.code, refusal.value.exit_code) == ("scenario_file", 2)
 
 
-def test_the_command_line_says_it_in_one_line_and_writes_nothing(
+def test_the_command_line_prints_one_line_and_writes_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file, log = tmp_path / "impossible.toml", tmp_path / "drive.log"

@@ -70,12 +70,12 @@ def after(rows: npt.NDArray[np.void], time_s: float) -> npt.NDArray[np.void]:
 # Banks
 
 
-def test_without_superelevation_the_crown_is_everywhere_what_it_is_said_to_be() -> None:
+def test_without_superelevation_the_crown_is_constant() -> None:
     np.testing.assert_array_equal(laid(scenario()).cross_slope, 0.02)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_bends_lean_inward_up_to_the_stated_superelevation_and_never_beyond(seed: int) -> None:
+def test_bends_are_banked_inward_up_to_the_maximum_superelevation(seed: int) -> None:
     road = laid(scenario(road={"superelevation_max_percent": 8.0, "bend_radius_m": [200.0, 900.0]}), seed)
     assert np.abs(road.cross_slope).max() <= 0.08
     assert np.abs(road.cross_slope).max() > 0.06
@@ -84,7 +84,7 @@ def test_bends_lean_inward_up_to_the_stated_superelevation_and_never_beyond(seed
     np.testing.assert_allclose(road.cross_slope[road.curvature_1_m == 0.0], 0.02, rtol=1e-12)
 
 
-def test_a_rough_bank_wanders_as_much_and_as_long_as_said_and_never_beyond_three_deviations() -> None:
+def test_a_rough_bank_has_its_sd_and_length_and_stays_within_three_sd() -> None:
     rough = {"rough_bank_sd_percent": 0.5, "rough_bank_length_m": 50.0}
     wander = laid(scenario(road=rough)).cross_slope - laid(scenario()).cross_slope
     assert wander.std() == pytest.approx(0.005, rel=0.1)
@@ -99,7 +99,7 @@ def test_a_rough_bank_leaves_bends_and_speeds_as_they_were() -> None:
     np.testing.assert_array_equal(rough.speed_m_s, smooth.speed_m_s)
 
 
-def test_a_bank_is_felt_by_the_accelerometer_as_equation_19_says() -> None:
+def test_the_accelerometer_measures_a_bank_by_equation_19() -> None:
     rows = driven(scenario(drive=SHORT, road={**LEVEL_STRAIGHT, "crown_percent": 7.0}, driver=EVEN_60))
     assert after(rows, 50.0)["lateral_acceleration"][:4000].mean() == pytest.approx(0.07 * STANDARD_GRAVITY, abs=0.01)
 
@@ -124,14 +124,14 @@ def path(road: LaidRoad, length_m: float) -> tuple[float, float, float]:
 
 
 @pytest.mark.parametrize("name", ["both_ways", "straight_runs", "test_track"])
-def test_a_round_ends_where_and_as_it_began(name: str) -> None:
+def test_a_lap_ends_at_its_start_with_the_same_heading(name: str) -> None:
     of = read_scenario(name)
     along, across, heading = path(laid(of), sum(section.length_m for section in of.road.sections))
     assert math.hypot(along, across) < 1.0
     assert math.cos(heading) == pytest.approx(1.0, abs=1e-5)
 
 
-def test_after_turning_round_the_way_back_is_the_same_line() -> None:
+def test_after_the_turn_the_way_back_is_the_same_line() -> None:
     of = read_scenario("both_ways")
     turned_m = sum(section.length_m for section in of.road.sections[:4])
     _, across, heading = path(laid(of), turned_m)
@@ -139,7 +139,7 @@ def test_after_turning_round_the_way_back_is_the_same_line() -> None:
     assert heading == pytest.approx(math.pi, abs=1e-4)
 
 
-def test_a_section_turns_by_its_angle_and_is_banked_and_driven_as_it_says() -> None:
+def test_a_section_has_its_angle_bank_and_speed() -> None:
     sections = [
         {"length_m": 300.0},
         {"length_m": 200.0, "turn_deg": -60.0, "cross_slope_percent": 5.0, "speed_km_h": 36},
@@ -166,7 +166,7 @@ def csv_road(folder: Path, **columns: Any) -> Path:
     return folder / "r.csv"
 
 
-def test_a_road_from_a_file_is_driven_as_the_file_has_it(tmp_path: Path) -> None:
+def test_a_road_from_a_file_has_the_file_s_values(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     csv_road(tmp_path)
     file.write_text(
@@ -205,7 +205,7 @@ def test_a_road_file_that_cannot_be_driven_is_refused_by_name(tmp_path: Path, co
     assert "\n" not in str(refusal.value)
 
 
-def test_a_road_file_that_is_not_there_or_is_empty_is_refused(tmp_path: Path) -> None:
+def test_a_missing_or_empty_road_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "empty.csv").touch()
     for name in ("none.csv", "empty.csv"):
         with pytest.raises(OncenterError, match=re.escape(name)) as refusal:
@@ -228,7 +228,7 @@ def test_a_road_shorter_than_the_drive_is_refused_by_name(tmp_path: Path) -> Non
     ("from_deg", "heading_deg", "push"),
     [(270.0, 0.0, -1), (270.0, 180.0, 1), (0.0, 0.0, 0), (180.0, 0.0, 0), (0.0, 270.0, 1), (90.0, 0.0, 1)],
 )
-def test_wind_pushes_to_the_side_that_its_compass_direction_and_the_truck_s_heading_make_it(
+def test_the_wind_force_follows_from_compass_direction_and_heading(
     from_deg: float, heading_deg: float, push: int
 ) -> None:
     of = scenario(wind={**STEADY_WIND, "from_deg": from_deg})
@@ -239,7 +239,7 @@ def test_wind_pushes_to_the_side_that_its_compass_direction_and_the_truck_s_head
     assert state.lateral_force == pytest.approx(push * force_n, abs=1e-9 * force_n)
 
 
-def test_mean_wind_turns_the_wheel_and_is_not_felt_by_the_accelerometer() -> None:
+def test_mean_wind_changes_the_angle_and_not_the_accelerometer() -> None:
     drive, calm = {"duration_s": 300.0}, {"lane_wander_sd_m": 0.0, "hand_motion_sd_deg": 0.0}
     means = []
     for wind in ({}, {"wind": STEADY_WIND}):
@@ -264,7 +264,7 @@ def test_gusts_have_their_strength_and_their_length() -> None:
     assert np.corrcoef(gusts[300:], gusts[:-300])[0, 1] == pytest.approx(math.exp(-1), abs=0.12)
 
 
-def test_a_gust_leaves_road_and_driver_their_chances() -> None:
+def test_gusts_do_not_change_the_random_road_and_driver() -> None:
     calm, windy = simulate("motorway")[1].table[:3000], simulate("cross_wind")[1].table[:3000]
     for column in ("road_curvature_1_m", "road_cross_slope"):
         np.testing.assert_allclose(windy[column].to_numpy(), calm[column].to_numpy(), atol=1e-4)
@@ -274,7 +274,7 @@ def test_a_gust_leaves_road_and_driver_their_chances() -> None:
 # The driver
 
 
-def test_at_its_stops_the_truck_stands_as_long_as_said_and_then_goes_on() -> None:
+def test_the_truck_stands_at_each_stop_for_its_duration() -> None:
     of = scenario(
         drive={"duration_s": 600.0},
         road=LEVEL_STRAIGHT,
@@ -311,7 +311,7 @@ def test_a_slow_bend_is_not_left_faster_than_it_allows() -> None:
 
 @pytest.mark.parametrize("backlash_deg", [0.0, 15.0, 20.0])
 @pytest.mark.parametrize("name", ["motorway", "town", "both_ways", "semitrailer_full"])
-def test_the_driver_keeps_the_lane_with_heavy_play_in_a_gale(name: str, backlash_deg: float) -> None:
+def test_the_driver_keeps_the_lane_with_heavy_play_in_strong_wind(name: str, backlash_deg: float) -> None:
     given = read_scenario(name)
     gale = {**STEADY_WIND, "mean_m_s": 12.0, "gust_sd_m_s": 4.0, "gust_time_s": 2.0, "from_deg": 200.0}
     of = given.model_copy(
@@ -324,7 +324,7 @@ def test_the_driver_keeps_the_lane_with_heavy_play_in_a_gale(name: str, backlash
     assert np.abs(driven(of)["lateral_error"]).max() < 1.3
 
 
-def test_the_path_goes_where_the_truck_points_and_as_far_as_it_drives() -> None:
+def test_the_path_follows_heading_and_speed() -> None:
     of = scenario(drive={"duration_s": 300.0}, road={"heading_deg": 120.0})
     rows = driven(of)
     assert rows["heading"][0] == pytest.approx(-30.0 * DEGREE)
@@ -425,7 +425,7 @@ def test_a_profile_is_steered_point_by_point_at_its_speed(name: str, speed_km_h:
 # Bases
 
 
-def test_a_file_with_a_base_says_only_what_is_different(tmp_path: Path) -> None:
+def test_a_file_with_a_base_contains_only_differences(tmp_path: Path) -> None:
     first, second = tmp_path / "first.toml", tmp_path / "second.toml"
     first.write_text('about = "a"\nbase = "thesis_drive"\n[truck]\nmass_kg = 9000.0\n', encoding="utf-8")
     second.write_text('about = "b"\nbase = "first.toml"\n[drive]\nduration_s = 99.0\n', encoding="utf-8")
@@ -448,7 +448,7 @@ def test_a_base_that_is_unknown_or_leads_back_is_refused(tmp_path: Path) -> None
 SHELTERED = STEADY_WIND | {"open_share": 0.3, "open_length_m": [150.0, 350.0]}
 
 
-def test_wind_blows_on_its_share_of_the_way_and_nowhere_else() -> None:
+def test_wind_blows_only_on_its_share_of_the_distance() -> None:
     of = scenario(road=LEVEL_STRAIGHT, driver=EVEN_60, wind=SHELTERED)
     road, rows = laid(of), driven(of)
     assert road.exposure is not None
@@ -482,7 +482,7 @@ def lengths_m(road: LaidRoad, column: npt.NDArray[np.float64], value: float) -> 
     return np.diff(turns)[inside] * road.spacing_m
 
 
-def test_patches_are_as_long_and_as_far_apart_as_they_are_said_to_be_and_leave_the_road_alone() -> None:
+def test_patches_have_their_length_and_spacing_and_do_not_change_the_road() -> None:
     with_patches, without = laid(scenario(road={"patches": PATCHES})), laid(scenario())
     assert with_patches.patch is not None
     for value, (low, high) in ((1.0, (100.0, 300.0)), (0.0, (200.0, 400.0))):
@@ -494,7 +494,7 @@ def test_patches_are_as_long_and_as_far_apart_as_they_are_said_to_be_and_leave_t
     assert without.patch is None
 
 
-def test_in_a_patch_the_truck_understeers_by_the_gradient_of_its_softer_tyres() -> None:
+def test_on_a_patch_the_truck_has_the_gradient_of_its_softer_tyres() -> None:
     """K_us/g is m_f/C_f + the steering's compliance - m_r/C_r, at 0.65 C_f and 0.75 C_r."""
     patches = PATCHES | {"spacing_m": [400.0, 400.0], "length_m": [400.0, 400.0]}
     circle = LEVEL_STRAIGHT | {"sections": [{"length_m": 5000.0, "turn_deg": 300.0}], "repeat": False}

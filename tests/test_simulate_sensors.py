@@ -1,4 +1,4 @@
-"""Sensors and their faults: what the truth lists is what the readings show, and nothing else is."""
+"""Sensors and their faults: the readings show exactly the faults listed in the truth."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def test_without_faults_the_truth_lists_offset_and_biases_only(faultless: tuple[
     assert all(source.not_available == 0 for source in signals.sources.values())
 
 
-def test_every_silence_is_in_the_truth_and_everything_in_the_truth_is_silent(drive: Drive) -> None:
+def test_every_gap_is_in_the_truth_and_every_gap_in_the_truth_is_in_the_signal(drive: Drive) -> None:
     signals, truth = drive(
         "[sensors.yaw_rate.dropouts]\nrate_1_h = 1200.0\nlength_s = [0.05, 0.4]\n"
         '[[sensors.yaw_rate.failures]]\nbegin_s = 70.0\nlength_s = 5.0\nsays = "error"\n'
@@ -165,7 +165,9 @@ def test_every_silence_is_in_the_truth_and_everything_in_the_truth_is_silent(dri
     assert all(0.0 < length < 0.41 for length in lengths_s)  # the drive's end may cut the last one off
 
 
-def test_a_stuck_sensor_says_its_last_number_and_then_goes_on(drive: Drive, faultless: tuple[Signals, Truth]) -> None:
+def test_a_stuck_sensor_repeats_its_last_value_and_then_recovers(
+    drive: Drive, faultless: tuple[Signals, Truth]
+) -> None:
     signals, truth = drive("[[sensors.wheel_speed.stuck]]\nbegin_s = 30.0\nlength_s = 10.0\n")
     stuck, lively = (column(s, "wheel_speed_rear_left_m_s") for s in (signals, faultless[0]))
     assert (stuck[3000:4000] == lively[3000]).all()
@@ -175,7 +177,7 @@ def test_a_stuck_sensor_says_its_last_number_and_then_goes_on(drive: Drive, faul
 
 
 def read_by_each(moving: np.ndarray, late: dict[str, float]) -> dict[str, np.ndarray]:
-    """What sensors without noise make of the same true value, in that value's unit."""
+    """Readings of sensors without noise for the same true value, in its unit."""
     fine = read_scenario("thesis_drive").sensors
     still = {"bias_deg_s": 0.0, "noise_sd_deg_s": 0.0, "resolution_deg_s": 0.0, "range_deg_s": 2000.0}
     yaw_rate, *_ = sense_yaw_rate(moving, YawRateSensor(**still, **late), chances())
@@ -212,14 +214,14 @@ def ramp(count: int = 3000) -> np.ndarray:
 
 
 @pytest.mark.parametrize("late", [{"latency_s": 0.123}, {"filter_time_s": 0.123}])
-def test_latency_and_low_pass_both_say_of_a_ramp_what_was_true_their_time_ago(late: dict[str, float]) -> None:
+def test_latency_and_low_pass_both_delay_a_ramp_by_their_time(late: dict[str, float]) -> None:
     true = np.arange(3000) / 100.0 - 3.0
     for name, read in read_by_each(ramp(), late).items():
         np.testing.assert_allclose(read[600:2000], true[600:2000] - 0.123, atol=1e-9, err_msg=name)
         assert read[0] == 0.0, name
 
 
-def test_a_low_pass_has_come_all_but_1_e_of_a_step_s_way_after_its_time() -> None:
+def test_a_low_pass_reaches_63_percent_of_a_step_after_its_time_constant() -> None:
     step = rows(1000, yaw_rate=np.r_[np.zeros(300), np.ones(700)])
     read = read_by_each(step, {"filter_time_s": 0.5})["yaw_rate"]
     assert read[300 + 50] == pytest.approx(1.0 - np.exp(-1.0), abs=0.005)
@@ -227,7 +229,7 @@ def test_a_low_pass_has_come_all_but_1_e_of_a_step_s_way_after_its_time() -> Non
 
 
 @pytest.mark.parametrize(("hold_s", "new_at"), [(0.05, [5, 10, 15]), (0.025, [3, 5, 8]), (0.1, [10, 20, 30])])
-def test_a_holding_sensor_says_a_new_value_only_as_often_as_it_says(hold_s: float, new_at: list[int]) -> None:
+def test_a_holding_sensor_gives_a_new_value_only_every_hold_time(hold_s: float, new_at: list[int]) -> None:
     moving = ramp()
     for name, read in read_by_each(moving, {"hold_s": hold_s}).items():
         changes = np.flatnonzero(np.diff(read)) + 1
@@ -236,7 +238,7 @@ def test_a_holding_sensor_says_a_new_value_only_as_often_as_it_says(hold_s: floa
         np.testing.assert_allclose(read[changes], moving["vehicle_speed"][changes], atol=1e-12, err_msg=name)
 
 
-def test_a_late_speed_sensor_still_reads_nought_where_no_teeth_pass() -> None:
+def test_a_delayed_speed_sensor_reads_zero_without_teeth() -> None:
     speed = np.r_[np.zeros(100), np.full(500, 5.0), np.zeros(400)]
     sensor = SpeedSensor(noise_sd_m_s=0.05, resolution_m_s=0.0, latency_s=0.1, filter_time_s=0.3)
     read, _ = sense_vehicle_speed(speed, sensor, chances())
@@ -245,7 +247,7 @@ def test_a_late_speed_sensor_still_reads_nought_where_no_teeth_pass() -> None:
     assert (read[140:610] > 0.0).all()
 
 
-def test_a_late_receiver_is_where_the_truck_was_and_points_where_it_pointed() -> None:
+def test_a_delayed_receiver_gives_the_earlier_position_and_heading() -> None:
     seconds = np.arange(3000) / 100.0
     moving = rows(3000, north=20.0 * seconds, heading=0.01 * seconds)
     exact = {"position_sd_m": 0.0, "heading_sd_deg": 0.0}
@@ -266,7 +268,7 @@ def test_a_late_receiver_is_where_the_truck_was_and_points_where_it_pointed() ->
         ("gnss", "gnss"),
     ],
 )
-def test_the_truth_lists_how_a_sensor_is_late(drive: Drive, section: str, signal: str) -> None:
+def test_the_truth_lists_the_delays_of_a_sensor(drive: Drive, section: str, signal: str) -> None:
     place = "latitude_deg = 59.2\nlongitude_deg = 17.6\n" if section == "gnss" else ""
     _, truth = drive(f"[sensors.{section}]\n{place}latency_s = 0.1\nfilter_time_s = 0.3\nhold_s = 0.1\n")
     late = [(f.kind, f.begin_s, f.end_s, f.size) for f in truth.faults if f.signal == signal and f.kind != "offset"]
@@ -276,7 +278,7 @@ def test_the_truth_lists_how_a_sensor_is_late(drive: Drive, section: str, signal
 # The angle
 
 
-def test_measured_less_the_offset_of_the_moment_is_true_whatever_happens_to_the_sensor(drive: Drive) -> None:
+def test_measured_angle_less_current_offset_is_the_true_angle_under_all_faults(drive: Drive) -> None:
     signals, truth = drive(
         "[[sensors.steering_wheel_angle.remounts]]\nbegin_s = 20.0\nstep_deg = -7.0\n"
         "[sensors.steering_wheel_angle.self_correction]\nbegin_s = 40.0\nlength_s = 10.0\nshare = 0.5\n"
@@ -304,7 +306,7 @@ def test_measured_less_the_offset_of_the_moment_is_true_whatever_happens_to_the_
     )
 
 
-def test_a_sensor_with_hysteresis_stays_half_its_width_behind_the_wheel() -> None:
+def test_a_sensor_with_hysteresis_lags_by_half_its_width() -> None:
     turns_deg = np.r_[np.linspace(0, 20, 401), np.linspace(20, -20, 801)[1:]]
     sensor = SteeringWheelAngleSensor(offset_deg=0.0, hysteresis_deg=3.0, **WITHOUT_NOISE)
     read, *_ = sense_angle(turns_deg * DEGREE, sensor, chances())
@@ -314,7 +316,7 @@ def test_a_sensor_with_hysteresis_stays_half_its_width_behind_the_wheel() -> Non
     np.testing.assert_allclose(read[400:450] / DEGREE, 18.5, atol=1e-9)  # the play is being used up
 
 
-def test_an_angle_beyond_the_sensor_s_range_reads_its_end() -> None:
+def test_an_angle_beyond_the_sensor_s_range_reads_the_limit() -> None:
     sensor = SteeringWheelAngleSensor(offset_deg=0.0, noise_sd_deg=0.0, resolution_deg=0.1, range_deg=750.0)
     read, *_ = sense_angle(np.array([-800.0, -12.34, 12.36, 800.0]) * DEGREE, sensor, chances())
     np.testing.assert_allclose(read / DEGREE, [-750.0, -12.3, 12.4, 750.0], atol=1e-9)
@@ -343,7 +345,7 @@ def test_a_bias_drifts_linearly_settles_while_warming_up_and_jumps_when_remounte
     assert sizes == pytest.approx({"bias": 0.2, "drift": 15.0, "warm_up": 5.0, "remount": -1.0}, rel=1e-4)
 
 
-def test_a_random_walk_goes_as_far_in_a_minute_as_it_says_and_twice_as_far_in_four() -> None:
+def test_a_random_walk_has_its_sd_after_one_minute_and_twice_that_after_four() -> None:
     still, sensor = rows(24_001), gyro(random_walk_sd_deg_s_min=0.3)
     walks = np.array([sense_yaw_rate(still, sensor, chances(seed))[1] for seed in range(300)]) / DEGREE
     assert walks[:, 6000].std() == pytest.approx(0.3, rel=0.12)
@@ -361,7 +363,7 @@ def test_a_banked_road_shifts_the_yaw_rate(slope_percent: float, shift_mrad_s: f
     assert faults[-1].size == pytest.approx(shift_mrad_s / 1000)
 
 
-def test_a_cold_gyro_s_scale_is_further_off_and_settles_while_a_truck_that_does_not_turn_reads_its_bias() -> None:
+def test_a_cold_gyro_s_scale_error_decays_and_does_not_affect_a_straight_drive() -> None:
     sensor = gyro(scale_error_percent=-1.0, scale_warm_up_percent=3.0, warm_up_time_min=5.0)
     turning, _, faults = sense_yaw_rate(rows(60_000, yaw_rate=10.0 * DEGREE), sensor, chances())
     ratio = (turning / DEGREE - 0.2) / 10.0
@@ -378,13 +380,13 @@ def test_a_cold_gyro_s_scale_is_further_off_and_settles_while_a_truck_that_does_
 
 
 def felt_by(moving: np.ndarray, **mounted: float) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
-    """What a lateral accelerometer without noise reads, its bias, and the sizes of its faults by kind."""
+    """Readings of a lateral accelerometer without noise, its bias, and its fault sizes by kind."""
     exact = {"bias_m_s2": 0.1, "noise_sd_m_s2": 0.0, "resolution_m_s2": 0.0, "range_m_s2": 15.0}
     read, bias, faults = sense_lateral_acceleration(moving, LateralAccelerometer(**exact, **mounted), chances())
     return read, bias, {f.kind: f.size for f in faults}
 
 
-def test_an_accelerometer_ahead_of_the_gravity_centre_feels_the_truck_begin_to_turn() -> None:
+def test_an_accelerometer_ahead_of_the_gravity_centre_measures_yaw_acceleration() -> None:
     swinging = rows(2000, yaw_rate=0.2 * np.sin(2.0 * np.arange(2000) / 100.0), felt_lateral_acceleration=0.5)
     read, bias, sizes = felt_by(swinging, ahead_of_gravity_centre_m=1.5)
     yaw_acceleration = 0.4 * np.cos(2.0 * np.arange(2000) / 100.0)
@@ -395,14 +397,14 @@ def test_an_accelerometer_ahead_of_the_gravity_centre_feels_the_truck_begin_to_t
     np.testing.assert_allclose(behind + read, 1.2, atol=1e-9)
 
 
-def test_a_tilted_accelerometer_feels_gravity_and_the_truth_calls_that_its_bias() -> None:
+def test_a_tilted_accelerometer_measures_gravity_as_part_of_its_bias() -> None:
     read, bias, sizes = felt_by(rows(100, felt_lateral_acceleration=0.5), tilt_deg=1.0)
     np.testing.assert_allclose(read, 0.6 + 9.80665 * np.sin(np.deg2rad(1.0)))
     np.testing.assert_allclose(read - bias, 0.5)
     assert sizes == pytest.approx({"bias": 0.1, "tilt": 0.171150}, rel=1e-4)
 
 
-def test_a_turned_accelerometer_feels_the_truck_speed_up_and_brake() -> None:
+def test_a_turned_accelerometer_measures_longitudinal_acceleration() -> None:
     speeding_up = rows(200, longitudinal_acceleration=np.r_[np.full(100, 1.0), np.full(100, -2.0)])
     read, bias, sizes = felt_by(speeding_up, turned_deg=3.0)
     np.testing.assert_allclose(read[[0, 150]], 0.1 + np.sin(np.deg2rad(3.0)) * np.array([1.0, -2.0]))
@@ -411,7 +413,7 @@ def test_a_turned_accelerometer_feels_the_truck_speed_up_and_brake() -> None:
 
 
 @pytest.mark.parametrize(("roll_share", "felt"), [(1.0, 2.4), (0.0, 2.0), (0.25, 2.1)])
-def test_an_accelerometer_on_the_frame_does_not_feel_the_body_lean(roll_share: float, felt: float) -> None:
+def test_an_accelerometer_on_the_frame_does_not_measure_body_roll(roll_share: float, felt: float) -> None:
     leaning = rows(100, lateral_acceleration=2.0, felt_lateral_acceleration=2.4)
     read, bias, sizes = felt_by(leaning, roll_share=roll_share)
     np.testing.assert_allclose(read - bias, felt)
@@ -430,7 +432,7 @@ def wheels_of(sensor: WheelSpeedSensors, moving: np.ndarray) -> dict[str, np.nda
     return {name.removeprefix("wheel_speed_"): speed for name, speed in read.items()}
 
 
-def test_each_wheel_rolls_as_fast_as_its_own_place_moves() -> None:
+def test_each_wheel_has_the_speed_of_its_position() -> None:
     truck, r, v = read_scenario("thesis_drive").truck, 0.1, 10.0
     angle = np.arctan(3.7 * r / v)  # rolls about a point on the rear axle's line
     turning = rows(1, vehicle_speed=v, yaw_rate=r, lateral_speed=r * (3.7 - 1.005), front_wheel_angle=angle)
@@ -455,7 +457,7 @@ def test_a_larger_wheel_reads_less_and_in_a_left_turn_the_loaded_right_ones_read
     assert read["rear_left"] == pytest.approx(20.0 / 1.002)
 
 
-def test_a_pole_wheel_counts_every_pulse_and_says_nothing_below_one_in_its_window() -> None:
+def test_a_pole_wheel_counts_every_pulse_and_reads_zero_without_one_in_its_window() -> None:
     sensor = WheelSpeedSensors(pulses_per_turn=100, rolling_radius_m=0.5, pulse_window_s=0.02)
     speed = np.r_[np.zeros(100), np.linspace(0, 25, 2000), np.full(1000, 25.0), np.linspace(25, 0, 1000), np.zeros(100)]
     read = wheels_of(sensor, rows(len(speed), vehicle_speed=speed))["rear_left"]
@@ -468,7 +470,7 @@ def test_a_pole_wheel_counts_every_pulse_and_says_nothing_below_one_in_its_windo
     assert read.sum() == pytest.approx(speed.sum(), rel=0.01)
 
 
-def test_a_wheel_that_warms_up_grows_and_reads_less_and_nearly_all_of_it_comes_in_its_time() -> None:
+def test_a_warming_wheel_grows_and_reads_less_with_its_time_constant() -> None:
     sensor = WheelSpeedSensors.model_validate(
         {"radius_warm_up_percent": {"rear_left": 0.4}, "radius_warm_up_time_min": 2.0, "radius_warm_up_begin_s": 60.0}
         | {"repeat_share": 0.0}
@@ -497,7 +499,7 @@ def test_a_share_of_frames_repeats_all_four_wheels_at_once_and_the_others_are_ne
     assert repeats["front_left"].mean() == pytest.approx(0.3, abs=0.02)
 
 
-def test_wheels_are_as_noisy_and_as_coarse_as_their_own_section_says_or_else_as_the_speed() -> None:
+def test_wheel_noise_and_resolution_come_from_their_own_table_or_else_from_the_speed_s() -> None:
     moving = rows(20_000, vehicle_speed=20.0)
     speed = read_scenario("thesis_drive").sensors.speed.model_copy(update={"noise_sd_m_s": 0.1, "resolution_m_s": 0.5})
     truck = read_scenario("thesis_drive").truck
@@ -517,7 +519,7 @@ HERE = {"latitude_deg": 59.2, "longitude_deg": 17.6}
 
 
 def test_latitude_longitude_and_heading_lead_along_the_road_driven(drive: Drive) -> None:
-    """Against speed and yaw rate integrated anew, and the ellipsoid's own definition."""
+    """Against integrated speed and yaw rate, and the definition of the ellipsoid."""
     signals, truth = drive(
         "[sensors.gnss]\nlatitude_deg = 59.2\nlongitude_deg = 17.6\nposition_sd_m = 0.0\nheading_sd_deg = 0.0\n"
     )
@@ -566,7 +568,7 @@ def without_sensors() -> Scenario:
     return scenario_from({"name": "real", **values}, "here")
 
 
-def test_a_truck_whose_file_says_nothing_of_sensors_has_a_real_truck_s() -> None:
+def test_a_file_without_sensors_has_those_of_a_real_truck() -> None:
     turning = np.linspace(-1.0, 1.0, 40_000)  # the wheel: its noise alone would hardly reach the next step
     sensed = sense(without_sensors(), rows(40_000, vehicle_speed=20.0, steering_wheel_angle=turning), chances())
     assert [(f.signal, f.kind) for f in sensed.faults] == [("wheel_speed", "repeats")]

@@ -1,4 +1,4 @@
-"""The simulated steering: play, wind-up, pull and ratio, one at a time, then through whole manoeuvres of the truck."""
+"""The simulated steering: play, column twist, pull and ratio, one at a time, then in whole manoeuvres."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def steering(**changes: Any) -> Any:
 
 
 def turn_to(state: Any, system: Any, angle: float, force: float = 0.0, a_x: float = 0.0, seconds: float = 0.01) -> Any:
-    """Holds a steering wheel angle, a side force and a longitudinal acceleration."""
+    """Holds a steering wheel angle, a lateral force and a longitudinal acceleration."""
     for _ in range(round(seconds / TICK_S)):
         lib.sim_steering_step(state, system, ffi.new("sim_steering_input *", [angle, force, a_x]), TICK_S)
     return state
@@ -46,7 +46,7 @@ def turn_to(state: Any, system: Any, angle: float, force: float = 0.0, a_x: floa
 # The play
 
 
-def test_within_its_play_the_inner_element_rests_and_at_either_end_it_is_carried_along() -> None:
+def test_within_the_play_the_inner_element_rests_and_at_the_ends_it_follows() -> None:
     play = ffi.new("oc_backlash *", {"half_width": 0.5})
     state = ffi.new("oc_backlash_state *")
     outer = np.r_[np.linspace(0, 3, 61), np.linspace(3, -3, 121)[1:], np.linspace(-3, 0, 61)[1:]]
@@ -63,7 +63,7 @@ def test_within_its_play_the_inner_element_rests_and_at_either_end_it_is_carried
     assert place[180] == -1.0
 
 
-def test_the_play_operator_stays_in_its_play_and_moves_never_against_the_hand() -> None:
+def test_the_play_operator_stays_in_its_play_and_never_moves_against_the_input() -> None:
     play = ffi.new("oc_backlash *", {"half_width": 0.03, "friction": 35.0, "creep": 0.005})
     state = ffi.new("oc_backlash_state *")
     random = np.random.default_rng(7)
@@ -77,7 +77,7 @@ def test_the_play_operator_stays_in_its_play_and_moves_never_against_the_hand() 
 
 
 @pytest.mark.parametrize(("load", "place"), [(80.0, 1.0), (-80.0, -1.0), (30.0, 0.0), (-30.0, 0.0)])
-def test_an_aligning_moment_above_king_pin_friction_carries_the_wheels_to_the_flank(load: float, place: float) -> None:
+def test_an_aligning_moment_above_king_pin_friction_moves_the_wheels_to_the_flank(load: float, place: float) -> None:
     play = ffi.new("oc_backlash *", {"half_width": 0.03, "friction": 35.0, "creep": 0.005})
     state = ffi.new("oc_backlash_state *")
     for _ in range(100):
@@ -100,7 +100,7 @@ def test_a_polynomial_turns_the_wheels_as_it_says_and_a_number_by_its_ratio() ->
     )
 
 
-# Wind-up of the column
+# Twist of the column
 
 
 def test_wind_up_follows_the_hands_and_unwinds_only_when_they_turn_back() -> None:
@@ -122,19 +122,19 @@ def test_active_return_winds_the_column_to_the_outer_side_of_any_bend() -> None:
         angles.append(turn_to(state, system, 17 * DEGREE, seconds=5.0).front_wheel_angle * RATIO / DEGREE)
     assert angles == pytest.approx([18.0, 15.0], abs=0.01)
     state = turn_to(ffi.new("sim_steering_state *"), system, 1.0 * DEGREE, seconds=10.0)
-    assert state.front_wheel_angle == pytest.approx(0.0, abs=1e-6)  # within the wind-up, straight ahead
+    assert state.front_wheel_angle == pytest.approx(0.0, abs=1e-6)  # within the twist, straight ahead
 
 
-# What pulls
+# Pull
 
 
 def aligning(force: float, **changes: Any) -> float:
-    """Place in the play that some side force leads to, without king-pin friction."""
+    """Place in the play for a lateral force, without king-pin friction."""
     system = steering(**(ALIGNING_PLAY | changes))
     return float(turn_to(ffi.new("sim_steering_state *"), system, 0.0, force, seconds=5.0).place_in_play)
 
 
-def test_pull_moves_the_side_force_at_which_the_play_changes_its_flank() -> None:
+def test_a_pull_shifts_the_neutral_lateral_acceleration() -> None:
     settings = scenario({"steering": ALIGNING_PLAY | {"pull_n_m": 60.0}})
     a_0 = unloading_acceleration_m_s2(settings.truck, settings.steering)
     force = steered_force_n(settings.truck, settings.steering, a_0)
@@ -146,7 +146,7 @@ def test_pull_moves_the_side_force_at_which_the_play_changes_its_flank() -> None
     assert aligning(-1.0) == -1.0
 
 
-def test_an_axle_set_up_for_the_crown_unloads_where_the_crown_holds_it() -> None:
+def test_an_axle_adjusted_for_the_crown_is_neutral_on_that_crown() -> None:
     settings = scenario({"steering": ALIGNING_PLAY | {"unloads_on_crown_percent": 2.0}})
     crown = 0.02 * STANDARD_GRAVITY
     assert unloading_acceleration_m_s2(settings.truck, settings.steering) == pytest.approx(crown, rel=1e-12)
@@ -166,7 +166,7 @@ def test_an_axle_set_up_for_the_crown_unloads_where_the_crown_holds_it() -> None
         {"unloads_on_crown_percent": 2.0, "torsion_bar_twist_deg": 1.5, "torsion_bar_half_moment_n_m": 60.0},
     ],
 )
-def test_the_truth_knows_which_angle_drives_straight_on_a_level_road(changes: dict[str, Any]) -> None:
+def test_the_truth_has_the_straight_ahead_angle_on_a_level_road(changes: dict[str, Any]) -> None:
     settings = scenario({"steering": NO_PLAY | changes})
     truck, system = native_truck(settings.truck, settings.steering), native_steering(settings.steering, settings.truck)
     angle = straight_ahead_rad(settings.truck, settings.steering)
@@ -183,7 +183,7 @@ def test_the_truth_knows_which_angle_drives_straight_on_a_level_road(changes: di
         assert set_moment_n_m(settings.truck, settings.steering) == 80.0
 
 
-def test_braking_pulls_by_its_own_measure_and_driving_by_another() -> None:
+def test_braking_and_driving_have_different_pulls() -> None:
     system = steering(brake_pull_n_m_per_m_s2=50.0, torque_steer_n_m_per_m_s2=-20.0, **NO_PLAY)
     state, compliance = ffi.new("sim_steering_state *"), 0.43e-3 * DEGREE
     for a_x, moment in ((-2.0, 100.0), (0.0, 0.0), (1.5, -30.0)):
@@ -243,7 +243,7 @@ def test_in_a_weave_play_is_as_wide_at_any_frequency_and_lag_widens_with_it() ->
 
 
 def splits_deg(changes: dict[str, Any]) -> tuple[float, float]:
-    """Of the residual, in a slow weave and off its ends: steps with the steering rate's sign and the side force's."""
+    """Steps of the residual with the sign of steering rate and of lateral force, in a slow weave without its ends."""
     settings = scenario({"steering": changes})
     (run,) = weave(changes, [0.02], 20.0)
     L_e = equivalent_wheelbase_m(settings.truck, settings.steering)
@@ -270,7 +270,7 @@ def test_friction_play_splits_the_residual_by_the_steering_rate(lag_deg: float) 
     assert by_force == pytest.approx(0.0, abs=0.5)
 
 
-def test_aligning_moment_play_splits_the_residual_by_the_side_force(lag_deg: float) -> None:
+def test_aligning_moment_play_splits_the_residual_by_the_lateral_force(lag_deg: float) -> None:
     by_rate, by_force = splits_deg(ALIGNING_PLAY)
     assert by_force == pytest.approx(8.0, abs=0.1)
     assert by_rate - lag_deg == pytest.approx(0.0, abs=1.0)
@@ -285,7 +285,7 @@ def test_column_wind_up_looks_like_friction_play_of_twice_its_size(lag_deg: floa
 # Ratio in right turns, universal joints, torsion bar
 
 
-def test_right_turns_have_a_ratio_of_their_own() -> None:
+def test_right_turns_may_have_another_ratio() -> None:
     system = steering(ratio_right_error_percent=4.0, **NO_PLAY)
     left, right = (turn_to(ffi.new("sim_steering_state *"), system, angle).front_wheel_angle for angle in (2.0, -2.0))
     assert left == pytest.approx(2.0 / RATIO, rel=1e-12)
@@ -329,7 +329,7 @@ def test_without_hands_the_torsion_bar_untwists_and_nothing_jumps() -> None:
     assert state.lash.inner == pytest.approx(gear, abs=0.41 * DEGREE)
 
 
-# What brakes and springs turn
+# Brake steer and bump steer
 
 
 def test_braking_turns_the_front_wheels_and_driving_does_not() -> None:
@@ -339,7 +339,7 @@ def test_braking_turns_the_front_wheels_and_driving_does_not() -> None:
 
 
 @pytest.mark.parametrize("roll_steer", [-0.15, 0.1])
-def test_roll_steer_changes_the_understeer_gradient_by_itself_times_the_roll(roll_steer: float) -> None:
+def test_roll_steer_changes_the_understeer_gradient_in_proportion_to_roll(roll_steer: float) -> None:
     changes = {
         "truck": {"roll_deg_m_s2": 0.6},
         "steering": {"roll_steer_deg_deg": roll_steer, "backlash_deg": 0.0},
@@ -353,7 +353,7 @@ def test_roll_steer_changes_the_understeer_gradient_by_itself_times_the_roll(rol
     assert pytest.approx(3.7 * r / v + K * v * r, rel=1e-5) == 20.0 * DEGREE / RATIO
 
 
-def test_the_springs_travel_wanders_at_the_front_wheels_while_the_truck_moves() -> None:
+def test_bump_steer_varies_randomly_while_the_truck_moves() -> None:
     machine = {"kind": "profile", "time_s": [0.0, 1000.0], "angle_deg": [0.0, 0.0]}
     changes: dict[str, Any] = {
         "drive": {"duration_s": 1100.0, "standing_at_start_s": 100.0, "standing_at_end_s": 0.0},
@@ -386,7 +386,7 @@ def carried_by_motor(state: Any, system: Any, gear_angle: float, force: float, s
     return state
 
 
-def test_while_the_driver_steers_the_side_force_moves_the_gear_through_lash_and_play_together() -> None:
+def test_while_the_driver_steers_the_lateral_force_moves_the_gear_through_lash_and_play() -> None:
     system, state = steering(**MOTOR_PLAY, overlay_motor={"lash_deg": 6.0}), ffi.new("sim_steering_state *")
     angles = [turn_to(state, system, 0.0, force, seconds=5.0).front_wheel_angle for force in (2000.0, -2000.0)]
     assert (angles[1] - angles[0]) * RATIO / DEGREE == pytest.approx(10.0, rel=1e-9)
@@ -394,7 +394,7 @@ def test_while_the_driver_steers_the_side_force_moves_the_gear_through_lash_and_
     assert state.steering_wheel_angle == 0.0
 
 
-def test_while_the_motor_carries_the_steering_wheel_follows_the_gear_s_motion_and_not_the_side_force() -> None:
+def test_while_the_motor_steers_the_steering_wheel_follows_the_gear_and_not_the_lateral_force() -> None:
     system, state = steering(**MOTOR_PLAY, overlay_motor={"lash_deg": 6.0}), ffi.new("sim_steering_state *")
     carried_by_motor(state, system, 10 * DEGREE, 2000.0)
     assert state.steering_wheel_angle == pytest.approx(7 * DEGREE)  # dragged along by the flank, half a lash behind
@@ -438,7 +438,7 @@ def test_neither_steering_wheel_nor_front_wheels_jump_when_motor_and_driver_take
     assert np.abs(carried_drive["lateral_error"]).max() < 1.0
 
 
-def test_a_motor_carried_drive_goes_as_one_without_lash() -> None:
+def test_a_drive_steered_by_the_motor_equals_one_without_lash() -> None:
     rows = []
     for lash_deg in (0.0, 8.0):
         motor = {"lash_deg": lash_deg, "carries_s": [[0.0, 200.0]]}
@@ -450,7 +450,7 @@ def test_a_motor_carried_drive_goes_as_one_without_lash() -> None:
     assert dragged_deg.max() == pytest.approx(4.0)
 
 
-def test_a_motor_that_takes_over_forgets_at_once_the_lash_that_hands_meant_to_cross() -> None:
+def test_at_a_takeover_by_the_motor_the_driver_s_lash_compensation_ends_at_once() -> None:
     settings = scenario({"steering": {"overlay_motor": {"lash_deg": 8.0}}})
     driver, road = native_driver(settings, TICK_S), ffi.new("sim_road *", {"count": 2, "spacing": 1e5})
     columns = {name: ffi.new("double[]", [value, value]) for name, value in (("curvature", 2e-3), ("cross_slope", 0.0))}
@@ -465,7 +465,7 @@ def test_a_motor_that_takes_over_forgets_at_once_the_lash_that_hands_meant_to_cr
     assert (wanted[0] - wanted[1]) / DEGREE == pytest.approx(4.0, rel=0.05)  # the flank is fairly sure at 0.8 m/s^2
 
 
-def test_the_steering_wheel_stays_in_its_lash_whoever_steers(carried_drive: Any) -> None:
+def test_the_steering_wheel_stays_within_the_lash(carried_drive: Any) -> None:
     place, force, carries = (carried_drive[c] for c in ("place_in_lash", "front_force", "motor_carries"))
     assert np.abs(place).max() <= 1.0 + 1e-9
     loaded = np.abs(force) > 1500.0

@@ -64,7 +64,7 @@ def specific_force(state: Any, truck: Any, given: Any) -> float:
 def test_a_steady_bend_takes_the_angle_of_equation_10_with_winklers_wheelbase(
     layout: str, speed: float, angle: float, to_left: float
 ) -> None:
-    """Articulation makes cosines of which (10) knows nothing: a few 1e-4 with the semitrailer."""
+    """Articulation adds cosines that are not in (10): a few 1e-4 with the semitrailer."""
     settings = scenario(layout=layout)
     truck, given = native_truck(settings.truck, settings.steering), acting(angle, speed, to_left)
     state = settled(truck, given, 60.0)
@@ -180,7 +180,7 @@ def test_compliance_makes_the_axle_softer_and_its_lag_shorter() -> None:
 
 
 @pytest.mark.parametrize("layout", TRUCKS)
-def test_from_standstill_to_walking_speed_and_back_the_truck_rolls_where_its_wheels_point_without_a_jolt(
+def test_from_standstill_to_walking_speed_and_back_the_truck_follows_its_wheels_smoothly(
     layout: str,
 ) -> None:
     settings, angle, to_left = scenario(layout=layout), 0.03, -0.7
@@ -315,7 +315,7 @@ def group_loads_kg(truck: Any) -> tuple[float, float]:
 
 @pytest.mark.parametrize("layout", ["4x2", "semitrailer"])
 @pytest.mark.parametrize("exponent", [0.85, 1.0])
-def test_a_load_change_is_one_of_the_rear_axles_and_their_stiffness_follows(layout: str, exponent: float) -> None:
+def test_a_load_change_changes_rear_axle_load_and_stiffness(layout: str, exponent: float) -> None:
     changes = changing_load(-35.0, tyres={"model": "brush", "friction": 1.0}, stiffness_load_exponent=exponent)
     settings = scenario(changes, layout)
     before, after = settings.truck, load_changed(settings.truck)
@@ -331,7 +331,7 @@ def test_a_load_change_is_one_of_the_rear_axles_and_their_stiffness_follows(layo
     assert rear[1] == pytest.approx(0.65**exponent * rear[0], rel=1e-9)
 
 
-def test_goods_that_come_with_the_load_change_are_as_a_payload_over_the_rear_axle() -> None:
+def test_a_load_change_equals_a_payload_over_the_rear_axle() -> None:
     """Both ways to say it give the same truck."""
     settings = scenario(changing_load(50.0, stiffness_load_exponent=0.8))
     rear_kg = 8100.0 * 1.005 / 3.7
@@ -362,7 +362,7 @@ def test_after_a_load_change_the_truck_understeers_by_the_formula_s_new_gradient
     assert wheels == pytest.approx((30.0 - 3.0) * DEGREE / 19.3, rel=1e-9)
 
 
-def test_the_truth_says_what_the_load_change_changes_and_when() -> None:
+def test_the_truth_has_values_and_time_of_a_load_change() -> None:
     settings = scenario(changing_load(-35.0, stiffness_load_exponent=0.6))
     normals = np.random.default_rng(1).standard_normal((2, tick_count(settings)))
     rows = run(settings, lay_road(settings, np.random.default_rng(1)), *normals)
@@ -420,7 +420,7 @@ def test_the_truth_s_summary_has_what_a_load_change_patches_and_a_torsion_bar_ma
     )
 
 
-def test_a_leaning_body_adds_gravity_to_what_its_accelerometer_feels() -> None:
+def test_body_roll_adds_gravity_to_the_accelerometer() -> None:
     settings = scenario({"truck": {"roll_deg_m_s2": 0.5}})
     truck, given = native_truck(settings.truck, settings.steering), acting(0.02, 20.0)
     state = settled(truck, given)
@@ -434,7 +434,7 @@ def test_a_leaning_body_adds_gravity_to_what_its_accelerometer_feels() -> None:
     assert felt == pytest.approx(a_y * (1 + 0.5 * DEGREE * STANDARD_GRAVITY), rel=1e-3)
 
 
-def test_a_side_wind_is_not_felt_once_the_tyres_balance_it() -> None:
+def test_a_crosswind_balanced_by_the_tyres_is_not_measured() -> None:
     truck, speed, push, arm = thesis_truck(), 20.0, 2000.0, 0.8
     bends = [settled(truck, given).yaw_rate for given in (acting(1e-3, speed), acting(0.0, speed, 0.0, push, arm))]
     against = -bends[1] / bends[0] * 1e-3  # the front wheel angle that holds it straight
@@ -496,7 +496,7 @@ def semitrailer(payload: dict[str, Any] | None = FULL_LOAD, **trailer: Any) -> A
 
 @pytest.mark.parametrize("payload", [None, FULL_LOAD | {"mass_kg": 12500.0}, FULL_LOAD], ids=["empty", "half", "full"])
 @pytest.mark.parametrize("speed", [8.0, 25.0])
-def test_a_semitrailer_swings_as_lagrange_s_equations_say(payload: dict[str, Any] | None, speed: float) -> None:
+def test_a_semitrailer_swings_by_lagrange_s_equations(payload: dict[str, Any] | None, speed: float) -> None:
     truck, delta = semitrailer(payload), 1e-5
     for axles, count in ((truck.axles, truck.axle_count), (truck.trailer.axles, truck.trailer.axle_count)):
         for k in range(count):
@@ -513,7 +513,7 @@ def test_a_semitrailer_swings_as_lagrange_s_equations_say(payload: dict[str, Any
 
 
 @pytest.mark.parametrize("articulation", [-1.2, -0.3, 0.0, 0.7, 1.3])
-def test_at_any_articulation_hitch_and_trailer_move_alike_and_newton_holds(articulation: float) -> None:
+def test_at_any_articulation_hitch_and_trailer_move_together_and_newton_holds(articulation: float) -> None:
     """Across the trailer: its own axis is turned by the articulation against the truck's, in which the hitch moves."""
     truck, slope = semitrailer(), ffi.new("sim_trailer_state *")
     trailer = ffi.addressof(truck, "trailer")
@@ -601,7 +601,7 @@ def test_a_semitrailer_s_swing_dies_away_and_the_sooner_the_slower_it_drives(pay
     assert 0.2 < damping[1] < damping[0]
 
 
-def test_a_heavier_semitrailer_lets_the_tractor_understeer_otherwise_than_alone() -> None:
+def test_a_semitrailer_changes_the_tractor_s_understeer_gradient() -> None:
     alone = scenario()
     laden = scenario(layout="semitrailer")
     gradients = [understeer_gradient(s.truck, s.steering) for s in (alone, laden)]
@@ -612,7 +612,7 @@ def test_a_heavier_semitrailer_lets_the_tractor_understeer_otherwise_than_alone(
 # The fifth wheel's friction
 
 
-def test_the_fifth_wheel_takes_from_each_swing_its_friction_times_the_way() -> None:
+def test_fifth_wheel_friction_dissipates_friction_times_angle_in_each_swing() -> None:
     """Dahl: over each way of 2 A the share goes from -1 to 1 as 1 - 2 exp(-x / z), so that it costs M (2 A - 2 z)."""
     truck, amplitude, M = semitrailer(fifth_wheel_friction_n_m=8000.0), 5 * DEGREE, 8000.0
     trailer = ffi.addressof(truck, "trailer")

@@ -79,7 +79,7 @@ def test_imports_within_imports_count_once_and_those_of_other_threads_not_at_all
     assert imports.seconds == before
 
 
-def test_what_is_imported_while_a_log_is_read_is_start_and_not_reading() -> None:
+def test_imports_during_reading_count_as_start_up() -> None:
     imports, found = SimpleNamespace(seconds=1.0), dict[str, float]()
 
     def read() -> None:
@@ -98,7 +98,7 @@ def test_the_steps_of_a_cold_process_are_its_whole_time(logs: dict[str, Path], t
     assert sum(found.values()) <= time.perf_counter() - began
 
 
-def test_the_peak_of_a_process_is_its_own_and_not_that_of_whoever_starts_it() -> None:
+def test_the_peak_memory_of_a_process_excludes_its_parent() -> None:
     code = "import sys; sys.path.insert(0, sys.argv[1]); import cold; print(cold.timed('-c', sys.argv[2]).peak_mb)"
     small, large = (
         float(speed_page.subprocess.check_output([sys.executable, "-c", code, str(Path(cold.__file__).parent), work]))
@@ -128,7 +128,7 @@ def rows_of(text: str) -> Iterator[list[str]]:
             yield line.strip("|").split("|")
 
 
-def test_no_table_is_wider_than_a_telephone_or_has_rows_of_other_lengths() -> None:
+def test_no_table_is_wider_than_a_phone_or_has_uneven_rows() -> None:
     steps = dict.fromkeys(cold.STEPS, 0.1)
     times = {"wall_s": 0.5, "cpu_s": 0.6, "peak_mb": 80.0}
     floors = [{"log": name, "bytes": None, **times} for name in cold.FLOORS]

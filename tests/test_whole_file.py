@@ -40,7 +40,7 @@ def page(tmp_path: Path) -> Path:
     return path
 
 
-def test_the_old_file_stands_until_the_new_one_is_whole(page: Path) -> None:
+def test_the_old_file_stays_until_the_new_one_is_complete(page: Path) -> None:
     with whole_file(page) as unfinished:
         unfinished.write_text("new")
         assert page.read_text() == "old"
@@ -62,7 +62,7 @@ def test_a_writer_that_fails_changes_nothing(failure: BaseException, is_there: b
 
 
 @pytest.mark.parametrize("failure", [OSError(28, "No space left\non it"), pl.exceptions.ComputeError("No space left")])
-def test_a_disk_that_fails_is_one_line_and_a_bug_stays_a_bug(failure: Exception, page: Path) -> None:
+def test_a_failing_disk_is_one_line_and_an_internal_error_stays_one(failure: Exception, page: Path) -> None:
     with refused(page, "No space left"), whole_file(page):
         raise failure
     with pytest.raises(ValueError, match="a bug"), whole_file(page):
@@ -70,7 +70,7 @@ def test_a_disk_that_fails_is_one_line_and_a_bug_stays_a_bug(failure: Exception,
 
 
 @pytest.mark.posix
-def test_content_is_on_the_disk_before_the_rename_and_the_rename_after(
+def test_content_is_flushed_before_the_rename_and_the_folder_after_it(
     page: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A power cut in between leaves the old file or the new one."""
@@ -140,7 +140,7 @@ def test_the_file_beside_is_hidden_and_new_and_ends_in_the_same_suffix(name: str
     assert os.listdir(tmp_path) == [name]
 
 
-def test_what_can_be_no_file_is_refused_before_anything_is_written(page: Path, tmp_path: Path) -> None:
+def test_impossible_paths_are_refused_before_anything_is_written(page: Path, tmp_path: Path) -> None:
     (tmp_path / "loop").symlink_to("loop")
     (tmp_path / "to_nowhere").symlink_to("nowhere/page.html")
     with socket.socket(socket.AF_UNIX) as listening:
@@ -151,7 +151,7 @@ def test_what_can_be_no_file_is_refused_before_anything_is_written(page: Path, t
         ("to_nowhere", "there is no folder"),
         ("page.html/page.html", "Not a directory"),
         ("loop", "symbolic links"),
-        ("s", "it is no file"),
+        ("s", "it is not a file"),
         ("a" * 256, "File name too long"),
     ):
         path = tmp_path / name
@@ -183,19 +183,19 @@ def test_a_file_without_room_for_one_beside_it_stays(page: Path, monkeypatch: py
     assert page.read_text() == "old"
 
 
-def test_a_name_that_is_no_text_becomes_escapes(tmp_path: Path) -> None:
+def test_an_invalid_name_is_escaped(tmp_path: Path) -> None:
     write_whole(tmp_path / "page.html", os.fsdecode(b"\xc3\xbc bad\xff.csv"))
     assert (tmp_path / "page.html").read_bytes() == b"\xc3\xbc bad\\udcff.csv"
 
 
 @pytest.mark.posix
-def test_a_pipe_that_nobody_reads_is_refused_at_once(tmp_path: Path) -> None:
+def test_a_pipe_without_a_reader_is_refused_at_once(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.html"
     os.mkfifo(pipe)
     said: list[str] = []
 
     def write() -> None:
-        with refused(pipe, "nobody reads"):
+        with refused(pipe, "has no reader"):
             write_whole(pipe, "new")
         said.append("refused")
 
@@ -226,7 +226,7 @@ def test_a_pipe_that_is_read_gets_all_of_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.posix
-def test_a_pipe_whose_reader_goes_is_one_line(tmp_path: Path) -> None:
+def test_a_pipe_closed_by_its_reader_is_one_line(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.html"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
@@ -235,7 +235,7 @@ def test_a_pipe_whose_reader_goes_is_one_line(tmp_path: Path) -> None:
         os.close(reader)
 
 
-def test_devices_are_written_straight(tmp_path: Path) -> None:
+def test_devices_are_written_directly(tmp_path: Path) -> None:
     write_whole("/dev/null", "new")
     assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
     (tmp_path / "full.html").symlink_to(FULL)
@@ -245,7 +245,7 @@ def test_devices_are_written_straight(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("redirection", ["| cat", "> out.txt; cat out.txt"])
-def test_our_standard_output_is_a_place_as_well_and_keeps_what_was_said(redirection: str, tmp_path: Path) -> None:
+def test_standard_output_can_be_the_target_and_keeps_earlier_output(redirection: str, tmp_path: Path) -> None:
     program = (
         "from oncenter.files.whole_file import write_whole; print('before', flush=True); "
         "write_whole('/dev/stdout', 'page\\n'); print('after')"
@@ -255,7 +255,7 @@ def test_our_standard_output_is_a_place_as_well_and_keeps_what_was_said(redirect
     assert (done.stdout, done.stderr) == ("before\npage\nafter\n", "")
 
 
-def test_what_killed_writers_left_is_removed_and_nothing_else(tmp_path: Path) -> None:
+def test_only_remains_of_killed_writers_are_removed(tmp_path: Path) -> None:
     with whole_file(tmp_path / "page.html") as unfinished:
         left = unfinished.name
     (tmp_path / left).write_text("ne")

@@ -1,8 +1,8 @@
-"""The estimators that are out there and those of the thesis's further work (bins, rls), each written anew from its
-equations, and how a course of theirs is handed on.
+"""Published estimators and those of the thesis's further work (bins, rls), each reimplemented from its equations, and
+their common result.
 
-A rival gets the columns of a drive and what is known of the truck, and says at the end of every minute what it thinks.
-Angles are in rad at the steering wheel; measured less offset is true, as with ours.
+A rival gets the columns of a drive and the truck's data, and gives a value at the end of every minute. Angles are in
+rad at the steering wheel; measured angle less offset is the true angle, as in oncenter.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 MINUTE_TICKS = 6000  # at 100 Hz
-EVERY_TENTH = 10  # ticks between two of a rival that works at 10 Hz
+EVERY_TENTH = 10  # ticks per step of a rival that runs at 10 Hz
 
 
 @dataclass(frozen=True)
 class Known:
-    """What a rival is told of the truck: more than a vehicle file says, so that none loses for want of a number.
+    """The truck's data for a rival: more than a vehicle file has, so that no rival loses by a missing value.
 
-    Stiffnesses are of all tyres of the front and of all the rear axles, the steering's compliance included.
+    Stiffnesses are of all front and of all rear tyres, steering compliance included.
     """
 
     wheelbase_m: float
@@ -37,13 +37,13 @@ class Known:
 
 @dataclass(frozen=True)
 class Course:
-    """What a method says at the end of every minute.
+    """The values of a method at the end of every minute.
 
     Attributes:
-        value_rad: NaN where it says nothing.
-        sd_rad: standard deviation that it claims; NaN where it claims none.
-        valid: where it calls its value good.
-        lean_rad: from the last value to the middle of its interval, whose sd is the last of `sd_rad`.
+        value_rad: NaN without a value.
+        sd_rad: standard deviation given by the method; NaN without one.
+        valid: whether the method reports its value as valid.
+        lean_rad: from the last value to the centre of its interval, whose sd is the last of `sd_rad`.
     """
 
     value_rad: Array
@@ -53,7 +53,7 @@ class Course:
 
 
 def without_interval(value_rad: Array) -> Course:
-    """Of a method that claims no spread, and calls good what it says at all."""
+    """The course of a method without sd, whose values are all valid."""
     return Course(value_rad, np.full(len(value_rad), np.nan), np.isfinite(value_rad))
 
 
@@ -61,7 +61,7 @@ Rival = Callable[[Mapping[str, Array], Known], Course]
 
 
 def rivals() -> dict[str, Rival]:
-    """By name, compiled at their first call."""
+    """Rivals by name, compiled at their first call."""
     from rivals.autoware import autoware
     from rivals.bins import bins
     from rivals.median import median

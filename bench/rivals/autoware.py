@@ -13,7 +13,7 @@ from numba import njit
 from rivals import EVERY_TENTH, MINUTE_TICKS, Array, Course, Known
 
 P_FIRST_RAD2 = 0.5
-Q_RAD2 = 1e-6  # a step
+Q_RAD2 = 1e-6  # per step
 R_RAD2_S2 = 0.5
 SPEED_MIN_M_S = 1.0
 YAW_RATE_MAX_RAD_S = 0.02

@@ -1,5 +1,5 @@
-"""5.5.1's simple way to the midpoint of the play: estimations of 20 s each, sorted by the side to which the truck
-turned meanwhile; the offset is the midpoint of both sides' means, and nothing before both sides were seen."""
+"""The simple estimate of mid-play in 5.5.1: estimates over 20 s each, sorted by the side to which the truck turned. The
+offset is the midpoint of the means of both sides; there is no value before both sides occurred."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numba import njit
 from rivals import MINUTE_TICKS, Array, Course, Known, without_interval
 from rivals.straight import RATE_HZ, straight
 
-ESTIMATION_TICKS = round(20.0 * RATE_HZ)  # of active estimation: 300 m at 15 m/s
+ESTIMATION_TICKS = round(20.0 * RATE_HZ)  # with open gate: 300 m at 15 m/s
 
 
 def bins(columns: Mapping[str, Array], known: Known) -> Course:
@@ -22,7 +22,7 @@ def bins(columns: Mapping[str, Array], known: Known) -> Course:
 @njit(cache=True)
 def _course(passed, residual, turning):
     value = np.full(len(passed) // MINUTE_TICKS, np.nan)
-    sums, counts = np.zeros(2), np.zeros(2)  # of estimations to the right and to the left
+    sums, counts = np.zeros(2), np.zeros(2)  # of estimates with turns to the right and to the left
     residual_sum, turning_sum, ticks = 0.0, 0.0, 0
     for k in range(len(passed)):
         if passed[k]:

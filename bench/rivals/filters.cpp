@@ -1,5 +1,5 @@
 // The filters of autoware.py and openpilot.py in the language that their trucks run: the same steps in the same order.
-// For openpilot's, sizes are known to the compiler and a prediction touches what its Jacobian changes, as in the code
+// openpilot's has compile-time sizes, and a prediction changes only what its Jacobian changes, as in the code
 // that openpilot generates.
 
 #include <cmath>
@@ -80,8 +80,8 @@ struct Paramsd {
             P[k][k] += dt * WANDER[k] * WANDER[k];
     }
 
-    void observe(int which, double seen, double sd) {
-        const double spread = P[which][which] + sd * sd, innovation = seen - x[which];
+    void observe(int which, double observed, double sd) {
+        const double spread = P[which][which] + sd * sd, innovation = observed - x[which];
         double gain[STATES], row[STATES];
         for (int k = 0; k < STATES; k++) {
             gain[k] = P[k][which] / spread;

@@ -1,4 +1,4 @@
-"""Autoware's and openpilot's filters in C++, the language that they run in: `filters.cpp`, compiled when asked for."""
+"""Autoware's and openpilot's filters in their original language C++: `filters.cpp`, compiled when used."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def compiler() -> str | None:
 
 
 def compiled(folder: Path) -> dict[str, Offset]:
-    """By the name of the rival. Needs a `compiler`."""
+    """The functions by rival name. Needs a `compiler`."""
     library, gxx = folder / "filters.so", compiler()
     assert gxx is not None, "needs a C++ compiler"
     source = Path(__file__).with_name("filters.cpp")

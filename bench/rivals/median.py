@@ -10,7 +10,7 @@ from numba import njit
 from rivals import EVERY_TENTH, MINUTE_TICKS, Array, Course, Known, without_interval
 
 ANGLES_MAX, ANGLES_MIN = 2000, 200  # at 10 Hz
-CURVATURE_MAX_1_M = 1.0 / 800.0  # nearly straight as the thesis takes it, Table 4
+CURVATURE_MAX_1_M = 1.0 / 800.0  # limit for nearly straight in the thesis, Table 4
 SPEED_MIN_M_S = 2.0 / 3.6
 
 

@@ -1,4 +1,4 @@
-"""Larsén 2017 (SE541512C2): the most frequent angle above a minimum speed in a moving window. It knows no vehicle."""
+"""Larsén 2017 (SE541512C2): the most frequent angle above a minimum speed in a moving window, without vehicle data."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rivals import EVERY_TENTH, MINUTE_TICKS, Array, Course, Known, without_inte
 
 SPEED_MIN_M_S = 10.0  # the thesis's, 5.1
 BIN_RAD = np.radians(0.5)
-BINS = 721  # to 180 deg either way
+BINS = 721  # up to 180 deg to either side
 WINDOW = 6000  # angles at 10 Hz, ten minutes above the minimum speed
 ANGLES_MIN = 200
 

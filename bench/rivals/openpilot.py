@@ -1,4 +1,4 @@
-"""openpilot's paramsd: an extended Kalman filter over the linear single-track model that steers itself by what it says.
+"""openpilot's paramsd: an extended Kalman filter over the linear single-track model, gated by its own estimate.
 
 State: stiffness factor s, steer ratio i, slow offset, fast offset, speeds u and v of the centre of gravity, yaw rate r,
 steering wheel angle, roll of the road. With d = (angle - offsets)/i,
@@ -6,8 +6,8 @@ steering wheel angle, roll of the road. With d = (angle - offsets)/i,
     v' = s ((-(C_f + C_r) v - (C_f a - C_r b) r)/(m u) + C_f d/m) - u r - g roll
     r' = s ((-(C_f a - C_r b) v - (C_f a^2 + C_r b^2) r)/(J u) + C_f a d/J)
 
-and all else wanders. Angle and speed are observed at every tick, yaw rate, roll and "the fast offset is zero" at 20 Hz.
-There is no roll to observe on a truck's bus: it is (a_y - r v)/g, as the accelerometer and the gyro read.
+and all other states are random walks. Angle and speed are observed at every tick, yaw rate, roll and "the fast offset
+is zero" at 20 Hz. A truck's bus has no roll: (a_y - r v)/g from accelerometer and gyro is used.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ SLOW_TICKS = 5  # 20 Hz
 SPEED_MIN_M_S = 1.0
 ANGLE_MAX_RAD = np.radians(45.0)
 OFFSET_VALID_MAX_RAD = np.radians(10.0)
-RATIO_VALID, STIFFNESS_VALID = (0.5, 2.0), (0.2, 5.0)  # of what it began with
-# Standard deviation of what each state gains in a second; its square is the first covariance as well.
+RATIO_VALID, STIFFNESS_VALID = (0.5, 2.0), (0.2, 5.0)  # relative to the initial value
+# Standard deviation of each state's change per second; its square is also the initial covariance.
 WANDER = np.array(
     [5e-4, 0.01, np.radians(0.02), np.radians(0.25), 0.1, 0.01, np.radians(0.1), np.radians(0.1), np.radians(1.0)]
 )
@@ -65,7 +65,7 @@ def body_of(known: Known) -> Array:
 
 @njit(cache=True)
 def predict(x, P, body, dt):
-    """One Euler step of x, and P by the Jacobian, of which only the rows of v and r are not the identity's."""
+    """One Euler step of x, and of P with the Jacobian, whose rows except those of v and r are identity."""
     s, i, u, v, r = x[STIFFNESS], x[RATIO], x[U], x[V], x[YAW_RATE]
     d = (x[ANGLE] - x[SLOW] - x[FAST]) / i
     by_v = -body[0] * v / u - body[1] * r / u + body[2] * d
@@ -105,7 +105,7 @@ def predict(x, P, body, dt):
 
 @njit(cache=True)
 def observe(x, P, which, seen, sd):
-    """State `which` was seen as `seen`."""
+    """Measurement update: state `which` was observed as `seen`."""
     spread = P[which, which] + sd * sd
     gain = P[:, which] / spread
     x += gain * (seen - x[which])
@@ -147,7 +147,7 @@ def _course(angle, r, v, a_y, body, ratio):
                     observe(x, P, ROLL, roll, ROLL_SD_RAD)
                 observe(x, P, FAST, 0.0, FAST_OFFSET_SD_RAD)
             if not (np.all(np.isfinite(x)) and np.all(np.isfinite(P))) or x[U] <= 0.0:
-                begun = False  # the filter is lost and starts afresh
+                begun = False  # the filter diverged and restarts
         if (k + 1) % MINUTE_TICKS == 0 and begun:
             minute = k // MINUTE_TICKS
             value[minute], sd[minute] = x[SLOW], np.sqrt(max(P[SLOW, SLOW], 0.0))

@@ -1,6 +1,6 @@
-"""5.5.1's quicker way to the midpoint of the play: recursive least squares that forgets, in place of the mean (36);
-where what it says stands still, it is sorted by the side to which the truck turns. The thesis gives no figures for
-memory and standstill: these are ours."""
+"""The faster estimate of mid-play in 5.5.1: recursive least squares with forgetting in place of the mean (36); where
+its value is steady, it is sorted by the side to which the truck turns. The thesis gives no values for memory and
+steadiness: the ones here are assumed."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from rivals import MINUTE_TICKS, Array, Course, Known, without_interval
 from rivals.straight import RATE_HZ, straight
 
 MEMORY_TICKS = round(5.0 * RATE_HZ)
-KEPT = math.exp(-1.0 / MEMORY_TICKS)  # of the weight of what was seen, a tick
-STANDS_RAD = math.radians(0.5)  # moved by no more in one memory's time
+KEPT = math.exp(-1.0 / MEMORY_TICKS)  # weight factor of older values per tick
+STANDS_RAD = math.radians(0.5)  # maximum change within one memory time
 
 
 def rls(columns: Mapping[str, Array], known: Known) -> Course:
@@ -25,7 +25,7 @@ def rls(columns: Mapping[str, Array], known: Known) -> Course:
 
 @njit(cache=True)
 def forgetting(values):
-    """Least squares of a constant, of which each value has KEPT the weight of the next: after each, what it says."""
+    """Least squares of a constant with forgetting factor KEPT: its value after each input."""
     said, information, x = np.empty(len(values)), 0.0, 0.0
     for k in range(len(values)):
         information = KEPT * information + 1.0

@@ -1,7 +1,7 @@
-"""What the thesis's gate lets through, for the estimators of its further work (5.5.1): filtered as in 5.1.1, gated by
-(34), (35) and v > 10 m/s, less the model (37).
+"""The output of the thesis's gate for the estimators of its further work (5.5.1): filtered as in 5.1.1, gated by (34),
+(35) and v > 10 m/s, less the model (37).
 
-The yaw rate is taken as it is. K_us is not learned but told, which is more than the thesis had.
+The yaw rate is used without correction. K_us is given, not estimated, which is an advantage over the thesis.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ SLOPE_POINTS, SLOPE_EVERY = 11, 10  # dv/dt: the line through speeds 0.1 s apart
 
 @dataclass(frozen=True)
 class Straight:
-    """One element a tick: what the gate's t1 let pass at that tick, which is the tick t1 before it.
+    """One element per tick: the tick t1 earlier, if the gate accepts it.
 
     Attributes:
-        passed: whether anything did.
+        passed: whether it is accepted.
         residual_rad: measured angle less (37) without offset.
-        turning_m_s2: r v, left positive: to which side the truck turned.
+        turning_m_s2: r v, left positive: the side to which the truck turned.
     """
 
     passed: npt.NDArray[np.bool_]
@@ -76,7 +76,7 @@ def lowpass(cutoff_hz: float) -> tuple[float, float, float]:
 
 
 def mean_group_delay_s(b0: float, a1: float, a2: float, band_hz: float) -> float:
-    """From 0 to band_hz: minus the phase there over its angular frequency."""
+    """Delay in s from 0 to band_hz: minus the phase at band_hz over its angular frequency."""
     z = cmath.exp(-2j * math.pi * band_hz / RATE_HZ)
     return -cmath.phase(b0 * (1.0 + z) ** 2 / (1.0 + a1 * z + a2 * z * z)) / (2.0 * math.pi * band_hz)
 
@@ -91,7 +91,7 @@ def slope(speed: Array) -> Array:
 
 @njit(cache=True)
 def filtered(values, b0, a1, a2):
-    """As if the first value had stood for ever."""
+    """Filters from the steady state of the first value."""
     out = np.empty(len(values))
     s2 = (b0 - a2) * values[0]
     s1 = s2 + (2.0 * b0 - a1) * values[0]
@@ -104,7 +104,7 @@ def filtered(values, b0, a1, a2):
 
 @njit(cache=True)
 def clean_for(clean, ticks):
-    """Whether so many ticks in a row, this one the last, were clean."""
+    """Whether the last so many ticks, including this one, were clean."""
     result, run = np.zeros(len(clean), np.bool_), 0
     for k in range(len(clean)):
         run = run + 1 if clean[k] else 0

@@ -78,7 +78,7 @@ class Estimate:
         try:
             image = self._image.read_bytes()
         except FileNotFoundError:
-            return f"{self._image} does not exist yet: estimation starts from zero"
+            return f"{self._image} does not exist: estimation starts from zero"
         try:
             self._monitor.restore(image)
         except oc.OncenterError as error:

@@ -42,9 +42,8 @@ def files_below(folders: Sequence[str]) -> Iterator[tuple[str, bool]]:
         folder = waiting.pop() if waiting else links.popleft()
         try:
             status = os.stat(folder)
-            own = (
-                (status.st_dev, status.st_ino) if status.st_ino else os.path.realpath(folder)
-            )  # some network shares have none
+            # some network shares have no inode numbers
+            own = (status.st_dev, status.st_ino) if status.st_ino else os.path.realpath(folder)
             if own in walked:
                 continue
             walked.add(own)

@@ -15,7 +15,7 @@ from oncenter.errors import NeedsLibrary, OncenterError
 from oncenter.files.folder import is_bag_folder
 from oncenter.files.log_formats import READ_HERE, SUFFIXES
 from oncenter.files.regular_file import open_regular_file, refuse_what_is_no_regular_file
-from oncenter.read.units import columns_that_would_do
+from oncenter.read.units import possible_columns
 from oncenter.signals import SIGNALS, SignalName, Signals
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def _home(signal: str, in_columns: bool) -> str:
     from oncenter.read import j1939
 
     in_j1939 = "" if in_columns else j1939.home(signal)
-    return in_j1939 or "column " + " or ".join(columns_that_would_do(signal))
+    return in_j1939 or "column " + " or ".join(possible_columns(signal))
 
 
 def _is_of_a_plugin(path: Path) -> bool:

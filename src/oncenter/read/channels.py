@@ -68,9 +68,9 @@ def samples_of(channel: Channel, names: Mapping[str, SignalName], notes: list[st
         else:
             unit = suffix or unit_key(written, known) or ("1" if SIGNALS[signal].quantity is PURE_NUMBER else None)
             if unit is None:
-                would_do = " or ".join(known)
+                possible = " or ".join(known)
                 notes.append(
-                    f"{signal}: {channel.called} {channel.name} left out: it has unit {written!r}, expected {would_do}"
+                    f"{signal}: {channel.called} {channel.name} left out: it has unit {written!r}, expected {possible}"
                 )
                 continue
             factor = known[unit]

@@ -105,8 +105,8 @@ def refuse_time_out_of_range(candidates: Sequence[Samples], log: str) -> None:
         farthest = max(abs(first), abs(last))
         if farthest > LATEST_S:
             raise OncenterError(
-                f"time of {samples.time_description} in {log} reaches {farthest:.3g} s, so its unit is not s: give the "
-                "unit (ms, us, ns) in [signals] time",
+                f"time of {samples.time_description} in {log} reaches {farthest:.3g} s, so its unit is not s: give "
+                'its unit (ms, us, ns) in [signals]: time = { name = "...", unit = "ms" }',
                 code="time_out_of_range",
                 needs=("time",),
             )

@@ -92,9 +92,8 @@ class Fields:
         self.line_ends = np.flatnonzero(self.kinds == _LINE_END)
         self.line_begins = np.concatenate(([len(_PAD)], self.line_ends[:-1] + 1))
         blank = self.kinds & _BLANK != 0
-        edges = np.flatnonzero(
-            blank[:-1] != blank[1:]
-        )  # fields begin after the 1st, 3rd, ..., and end with the 2nd, 4th, ...
+        # fields begin after the 1st, 3rd, ... edge, and end with the 2nd, 4th, ...
+        edges = np.flatnonzero(blank[:-1] != blank[1:])
         self._before, self._last = edges[0::2], edges[1::2]
         self._first = np.searchsorted(self._before, self.line_begins - 1)
         self.counts = np.diff(np.append(self._first, len(self._before)))  # of fields

@@ -187,9 +187,8 @@ def _reader(part: Path, notes: list[str]) -> Any:
     unsaved = Path(f"{part}-wal")
     if unsaved.exists() and unsaved.stat().st_size:
         notes.append(f"{unsaved.name} was not read: the recorder was not closed, so the last messages are missing")
-    return Sqlite3Reader(
-        Path(quote(os.fsencode(part), safe="/\\:"))
-    )  # the reader puts the name into a URI without quoting
+    # the reader puts the name into a URI without quoting
+    return Sqlite3Reader(Path(quote(os.fsencode(part), safe="/\\:")))
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -25,10 +25,10 @@ from oncenter.read.samples import Samples, steps_of
 from oncenter.read.time_column import seconds, time_column
 from oncenter.read.units import (
     NOMINAL_WHEEL_RADIUS_M,
-    columns_that_would_do,
     factors,
     is_unit,
     named_unit,
+    possible_columns,
     unit_by_suffix,
     unit_key,
 )
@@ -240,11 +240,12 @@ def _unit_suffixed(path: Path, columns: Sequence[str], signal: str, units: Mappi
     written = unit_key(units.get(signal, ""), known)
     if written is not None:
         return [(signal, signal, known[written])]
-    would_do = columns_that_would_do(signal)
+    possible = possible_columns(signal)
     raise OncenterError(
-        f"column {signal} of {path.name} has no unit: rename it to {' or '.join(would_do)}",
+        f"column {signal} of {path.name} has no unit: rename it to {' or '.join(possible)}, "
+        "or give its unit in [signals]",
         code="unit_missing",
-        needs=would_do,
+        needs=possible,
     )
 
 
@@ -255,8 +256,8 @@ def _nearly(columns: Sequence[str], signal: str) -> list[str]:
         for column in columns
         if column.startswith(f"{signal}_") and column not in SIGNALS and not unit_by_suffix(column, factors(signal))
     ]
-    would_do = " or ".join(columns_that_would_do(signal))
-    return [f"{signal}: column {column} left out: its unit is unknown, rename it to {would_do}" for column in strange]
+    possible = " or ".join(possible_columns(signal))
+    return [f"{signal}: column {column} left out: its unit is unknown, rename it to {possible}" for column in strange]
 
 
 def _listed(columns: Sequence[str]) -> str:

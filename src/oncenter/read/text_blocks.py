@@ -28,9 +28,8 @@ class TextBlocks:
         rest = b"" if rest == BOM_UTF8 else rest
         while block := self._file.read(BLOCK_BYTES):
             block = rest + block
-            end = (
-                max(block.rfind(b"\n"), block.rfind(b"\r")) + 1
-            )  # splitting a CR LF pair leaves an empty line, which is harmless
+            # a split CR LF pair gives an empty line, which is harmless
+            end = max(block.rfind(b"\n"), block.rfind(b"\r")) + 1
             rest = block[end:]
             if len(rest) > _LONGEST_LINE_BYTES:
                 raise NeedsLibrary("a line is longer than 1 MiB")

@@ -116,7 +116,8 @@ def _factor(path: Path, column: str, names: Mapping[str, SignalName], unit_in_fi
     unit = unit_key(unit_in_file or "", known)
     if unit is None:
         raise OncenterError(
-            f"column {column} of {path.name} has no unit: rename it to {' or '.join(_WITH_UNIT)}",
+            f"column {column} of {path.name} has no unit: rename it to {' or '.join(_WITH_UNIT)}, "
+            "or give its unit in [signals]",
             code="unit_missing",
             needs=_WITH_UNIT,
         )

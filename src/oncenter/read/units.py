@@ -112,7 +112,7 @@ def unit_by_suffix(name: str, known: dict[str, float]) -> str | None:
     return max(ending, key=len, default=None)
 
 
-def columns_that_would_do(signal: str) -> tuple[str, ...]:
+def possible_columns(signal: str) -> tuple[str, ...]:
     """The possible names of a file's column for this signal."""
     if SIGNALS[signal].quantity is PURE_NUMBER:
         return (signal,)

@@ -35,7 +35,8 @@ def unloading_acceleration_m_s2(truck: Truck, steering: Steering) -> float:
 
 
 def straight_ahead_rad(truck: Truck, steering: Steering, *, load_changed: bool = False) -> float:
-    """Steering wheel angle, at mid-play and without wind-up, for driving straight on a level road at constant speed.
+    """Steering wheel angle, at mid-play and without column twist, for driving straight on a level road at constant
+    speed.
 
     Zero, except for the pull of the alignment, which looks like a sensor offset but is not, and for a ratio polynomial
     that does not pass through zero. After a load change, the changed ride height adds to it.

@@ -89,9 +89,7 @@ class LoadChange(Section):
 
     begin_s: NotNegative
     load_percent: Annotated[Number, Field(ge=-60, le=60)]  # change of the load on all rear axles
-    ride_height_steer_deg: Annotated[Number, Field(ge=-20, le=20)] = (
-        0.0  # change of the straight-ahead steering wheel angle
-    )
+    ride_height_steer_deg: Annotated[Number, Field(ge=-20, le=20)] = 0.0  # change of straight-ahead angle
 
 
 _FrontAndRearAxles = {"4x2": (1, 1), "6x2": (1, 2), "6x4": (1, 2), "8x4": (2, 2)}
@@ -208,9 +206,7 @@ class Steering(Section):
     creep_deg_s_n_m: NotNegative  # speed of the wheels through the play: deg/s per N m above friction
     compliance_deg_kn_m: _Compliance  # of the front wheels, column and linkages together, under a moment
     windup_deg: Annotated[Number, Field(ge=0, le=5)] = 0.0  # of the column against friction, to either side
-    active_return_1_s: Annotated[Number, Field(ge=0, le=10)] = (
-        0.0  # rate at which a motor returns the wind-up to centre
-    )
+    active_return_1_s: Annotated[Number, Field(ge=0, le=10)] = 0.0  # return rate of the twist by a motor
     pull_n_m: Annotated[Number, Field(ge=-2000, le=2000)] = 0.0  # constant moment of a misalignment
     pull_n: _PullForce = 0.0  # lateral force of a misalignment (toe, camber) at zero slip
     unloads_on_crown_percent: _Percent = 0.0  # road crown for which the axle is adjusted to zero moment
@@ -219,9 +215,7 @@ class Steering(Section):
     ratio_right_error_percent: Annotated[Number, Field(ge=-10, le=10)] = 0.0  # of the ratio in right turns
     universal_joint_ripple_deg: Annotated[Number, Field(ge=0, le=5)] = 0.0  # amplitude, twice a turn of the gear
     universal_joint_phase_deg: Annotated[Number, Field(ge=-180, le=180)] = 0.0  # gear angle of its rising zero
-    torsion_bar_twist_deg: Annotated[Number, Field(ge=0, le=10)] = (
-        0.0  # maximum lead of the steering wheel, at a large moment
-    )
+    torsion_bar_twist_deg: Annotated[Number, Field(ge=0, le=10)] = 0.0  # maximum lead of the steering wheel
     torsion_bar_half_moment_n_m: Annotated[Number, Field(ge=5, le=5000)] | None = None  # about the king pins
     brake_steer_deg_m_s2: Annotated[Number, Field(ge=-1, le=1)] = 0.0  # of the front wheels per deceleration
     roll_steer_deg_deg: Annotated[Number, Field(ge=-0.5, le=0.5)] = 0.0  # of the front wheels per body roll

@@ -74,12 +74,12 @@ class Truth:
         steering_ratio: near the centre, in left turns.
         backlash_rad: full width of the play at the steering wheel while the driver steers: of the gear and, with an
             overlay motor, of the lash in the column.
-        windup_rad: full width of the column's elastic wind-up against friction, which looks like play.
+        windup_rad: full width of the column's twist against friction, which looks like play.
         torsion_bar_rad: full width of the torsion bar's twist, which looks like play if its half moment is small.
         unloading_acceleration_m_s2: neutral lateral acceleration, with zero king-pin moment; NaN without one.
         straight_ahead_rad: true steering wheel angle for driving straight without lateral acceleration, at mid-play and
-            without wind-up, at the end of the drive: 0, except for wheel alignment and the ride height after a load
-            change. The sensor then reads this plus `offset_rad`.
+            without column twist, at the end of the drive: 0, except for wheel alignment and the ride height after a
+            load change. The sensor then reads this plus `offset_rad`.
         yaw_rate_bias_rad_s: of the yaw rate sensor at the end of the drive.
         lateral_acceleration_bias_m_s2: of the accelerometer at the end of the drive.
         faults: all sensor faults, in order of time.

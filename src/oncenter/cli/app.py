@@ -7,6 +7,7 @@ import typer
 from oncenter.cli.angle import angle
 from oncenter.cli.budget import budget
 from oncenter.cli.demo import demo
+from oncenter.cli.explain import explain
 from oncenter.cli.export import export
 from oncenter.cli.fleet import fleet
 from oncenter.cli.live import live
@@ -23,7 +24,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for verb in (offset, angle, reference, budget, live, signals, simulate, demo, thesis):
+for verb in (offset, angle, reference, budget, live, signals, explain, simulate, demo, thesis):
     app.command()(verb)
 app.add_typer(export)
 app.add_typer(fleet)

@@ -49,13 +49,6 @@ def test_the_readme_says_what_the_demo_says(tmp_path: Path, capsys: pytest.Captu
         ("heavy_play", "joint", r"offset (\S+) deg.* has (\S+) deg of play", "(`heavy_play`): {}°, and {}° of play"),
         ("heavy_play", "thesis", r"offset (\S+) deg ± ([\d.]+)", "(`--method thesis`) says {} ± {}°:"),
         ("bypass", "joint", r"offset (\S+) deg ± (\S+) from this drive \(converging\)", "`converging`, {} ± {}°"),
-        ("bypass", "joint", r"(needs \d+ s of bends, .* to the right)", '"{}"'),
-        (
-            "remounted_sensor",
-            "joint",
-            r"(\S+) min into \S+ (the offset changed by \S+) \+-(\S+ deg, from \S+ to \S+ deg)",
-            '"{} min into the log {} ± {}"',
-        ),
     ],
 )
 def test_the_readme_says_what_offset_says_of_scenarios(

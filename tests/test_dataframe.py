@@ -121,10 +121,10 @@ def test_a_table_that_will_not_do_is_refused_in_one_line(frame: object, says: st
 @pytest.mark.parametrize("verb", [oc.offset, oc.angle, lambda given, truck: oc.reference(given)])
 def test_a_verb_that_gets_no_signals_says_how_to_make_some(verb: Any) -> None:
     for given, how in (
-        (pd.DataFrame(COLUMNS), "takes Signals: oncenter.from_dataframe(frame); got DataFrame"),
-        ("drive.csv", "takes Signals: oncenter.read(path); got str"),
-        (Path("drive.csv"), "takes Signals: oncenter.read(path); got "),
-        (None, "takes Signals: "),
+        (pd.DataFrame(COLUMNS), "needs Signals, from oncenter.from_dataframe(frame); got DataFrame"),
+        ("drive.csv", "needs Signals, from oncenter.read(path); got str"),
+        (Path("drive.csv"), "needs Signals, from oncenter.read(path); got "),
+        (None, "needs Signals, from "),
     ):
         with pytest.raises(oc.OncenterError, match=re.escape(how)):
             verb(given, TRUCK)

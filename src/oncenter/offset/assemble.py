@@ -25,20 +25,22 @@ from oncenter.vehicle import Vehicle
 _WHOLE_FROM_ROWS = 3  # a core that still receives ticks has the first and the last row only
 
 
-def answer_so_far(native: Mapping[str, Any], seen: Signals, vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
+def answer_so_far(
+    native: Mapping[str, Any], received: Signals, vehicle: Vehicle, params: Mapping[str, float]
+) -> Answer:
     """The joint method's answer of a core that still receives ticks.
 
     Args:
         native: its oc_answer as a dict.
-        seen: log, rate and sources; the first and the last row of its table are enough.
+        received: log, rate and sources; the first and the last row of its table are enough.
         vehicle: of the core.
         params: in force.
 
     Raises:
         OncenterError: "no_usable_second".
     """
-    changes = changes_of(native, [native["changes"]], (seen,))
-    return answer_of(native, changes, (seen,), vehicle, "joint", params)
+    changes = changes_of(native, [native["changes"]], (received,))
+    return answer_of(native, changes, (received,), vehicle, "joint", params)
 
 
 def answer_of(

@@ -29,7 +29,7 @@ _FAULTS = {
         "the steering wheel angle sensor has had another position since a stop, a gap in the log or a drift of its zero"
     ),
 }
-_YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # a larger one is corrected as well, but the sensor needs a check
+YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # a larger one is corrected as well, but the sensor needs a check
 _ALARM_PASSING_S = 30.0  # left out: a CUSUM's false alarm, 15 s on one healthy motorway drive of 14
 _KM_H = 3.6
 
@@ -224,7 +224,7 @@ def _yaw_rate_bias(native: Mapping[str, Any], method: str, from_vdc2: bool) -> F
     if finding is None or native["used"] == 0 or method == "wheel-speed":
         return finding
     if method == "joint":
-        large = abs(bias["value"]) / DEGREE > _YAW_RATE_BIAS_LARGE_DEG_S
+        large = abs(bias["value"]) / DEGREE > YAW_RATE_BIAS_LARGE_DEG_S
         check = ". It is large: check the sensor and its mounting" if large else ""
         text = f"{finding.text}. The offset is corrected for this bias{check}"
         return replace(finding, text=text, severity="warning" if large else "info")

@@ -258,7 +258,7 @@ def test_joint_is_the_default_method() -> None:
 def test_the_words_begin_with_the_offset_and_its_uncertainty() -> None:
     answer = oc.offset(thesis_drive(yaw_rate_bias_deg_s=0.2), TABLE_2)
     said = re.fullmatch(
-        r"straight-ahead offset (\S+) deg ± (\S+) from this drive; a pull or crosswind can add ± (\S+); "
+        r"straight-ahead offset (\S+) deg ± (\S+) from this drive; a pull or crosswind can add ± (\S+) deg; "
         r"recalibrate: add -2\.\d deg; the steering has (\S+) deg of play; "
         r"corrected for a gyro bias of (\S+) deg/s; (\d+) of 30 minutes usable(, \d+ rejected for .+)?",
         answer.words(),
@@ -456,7 +456,7 @@ def test_the_words_name_the_causes_that_matter(sds: dict[str, float], said: str)
     assert in_words(causes) == said
     answer = replace(oc.offset(steady_drive(), TRUCK), not_identifiable=causes)
     more = 1.96 * math.hypot(*sds.values())
-    assert (f"; {said} can add ± {more:.1f}" in answer.words()) is bool(said)
+    assert (f"; {said} can add ± {more:.1f} deg" in answer.words()) is bool(said)
 
 
 @pytest.mark.parametrize(

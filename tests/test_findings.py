@@ -17,7 +17,7 @@ from oncenter.offset import coarse_recording, core_findings, several_logs, vehic
 from oncenter.offset import joint_findings as joint_findings_room
 from oncenter.offset.changes import Change
 from oncenter.offset.core_findings import findings_of
-from oncenter.offset.findings import TABLE, Finding
+from oncenter.offset.findings import TABLE, Finding, demand
 from oncenter.offset.joint_findings import joint_findings
 from oncenter.signals import DEGREE, Signals
 
@@ -519,3 +519,22 @@ def test_each_row_of_the_table_has_a_rule_and_each_rule_a_row() -> None:
     codes = [code for text in rules for code in re.findall(r'from_table\(\s*"(\w+)"', text)]
     assert set(codes) == set(TABLE)
     assert not [text for text in rules if re.search(r"\bFinding\(", text)]
+
+
+def test_a_lost_angle_sensor_is_dated_and_each_line_names_its_code() -> None:
+    drive = simulated("thesis_drive")
+    angle, time = pl.col("steering_wheel_angle_rad"), pl.col("time_s")
+    table = drive.table.with_columns(
+        pl.when(time > 1200.0).then(float("nan")).otherwise(angle).alias(angle.meta.output_name())
+    )
+    answer = oc.offset(replace(drive, table=table, log="a/drive.log"), TRUCK)
+    found = by_code(answer)["steering_wheel_angle_sensor_at_fault"]
+    assert found.text.startswith(
+        "there is no steering wheel angle since 20.0 min into drive.log while the truck drives. "
+    )
+    assert f"error: {found.text} (steering_wheel_angle_sensor_at_fault)" in str(answer).splitlines()
+
+
+@pytest.mark.parametrize(("lacking_s", "asked"), [(0.1, "60 s"), (60.0, "60 s"), (60.1, "120 s")])
+def test_a_driving_demand_is_whole_minutes_and_never_less_than_lacking(lacking_s: float, asked: str) -> None:
+    assert demand(lacking_s) == asked

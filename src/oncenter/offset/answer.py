@@ -157,7 +157,7 @@ class Answer:
         causes = in_words(self.not_identifiable)
         if not causes:
             return words
-        return f"{words}; {causes} can add ± {number(more, digits)}"
+        return f"{words}; {causes} can add ± {number(more, digits)} deg"
 
     @property
     def quantities(self) -> dict[str, Estimate]:

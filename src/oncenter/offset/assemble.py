@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -126,7 +127,7 @@ def _angle_ends(drives: Iterable[Signals]) -> str | None:
         time, angle = drive.table["time_s"].to_numpy(), drive.table[column].to_numpy()
         available = np.flatnonzero(np.isfinite(angle))
         if len(available):
-            found = f"{(time[available[-1]] - time[0]) / 60.0:.1f} min into {drive.log}"
+            found = f"{(time[available[-1]] - time[0]) / 60.0:.1f} min into {Path(drive.log).name}"
     return found
 
 

@@ -390,9 +390,7 @@ def never_standing(name: str, seed: int, seconds: float) -> Signals:
 
 @pytest.mark.parametrize("seed", [3, 4])
 @pytest.mark.parametrize(("name", "seconds"), [("motorway", 600.0), ("country", 300.0), ("town", 1800.0)])
-def test_a_drive_without_standing_names_gyro_and_requests_a_standstill(
-    name: str, seconds: float, seed: int
-) -> None:
+def test_a_drive_without_standing_names_gyro_and_requests_a_standstill(name: str, seconds: float, seed: int) -> None:
     drive = never_standing(name, seed, seconds)
     answer = oc.offset(drive, TRUCK)
     assert answer.yaw_rate_bias.status == "unobservable"

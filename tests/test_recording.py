@@ -41,9 +41,7 @@ def of_code(findings: tuple[Finding, ...], code: str) -> list[Finding]:
 
 @pytest.mark.parametrize(("early_s", "written"), [(0.16, "0.16"), (1.0, "1.0")])
 @pytest.mark.parametrize("name", NEEDED)
-def test_a_signal_that_ends_before_its_log_is_reported_in_seconds(
-    name: str, early_s: float, written: str
-) -> None:
+def test_a_signal_that_ends_before_its_log_is_reported_in_seconds(name: str, early_s: float, written: str) -> None:
     ended = cut(drive(), name, early_s=early_s)
     for findings in (check(ended, TRUCK).findings, oc.offset(ended, TRUCK).findings):
         (found,) = of_code(findings, "signal_ended_early")

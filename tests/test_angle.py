@@ -366,7 +366,7 @@ def test_the_command_writes_degrees(
 
 
 def test_without_evidence_for_the_angle_the_command_prints_no_degrees() -> None:
-    """A fifth of a drive in town without its sensor is standing; a moment is told as such."""
+    """A fifth of a drive in town without its sensor is standing; a moment is reported as one."""
     table = pl.DataFrame(
         {"time_s": np.arange(1000.0), "status": ["valid"] * 799 + ["unobservable"] * 200 + ["converging"]}
     )
@@ -384,7 +384,7 @@ def test_without_evidence_for_the_angle_the_command_prints_no_degrees() -> None:
 def test_mixed_drives_use_the_accelerometer_where_most_of_them_have_one(
     drive: tuple[Signals, Truth], truck: oc.Vehicle
 ) -> None:
-    """And nobody is told what is not so of the others."""
+    """A note names only the drives that it is about."""
     signals, truth = drive
     blind = replace(signals, table=signals.table.drop("lateral_acceleration_m_s2"), log="blind")
     for teacher, then, word in (

@@ -69,7 +69,7 @@ def test_the_error_of_the_estimator_is_that_of_the_corrected_formula() -> None:
     truck = Truck(19.3, 3.7, 0.4 * DEGREE, 20.0, 0.05)
     wanted = as_corrected_rad(truck, 1.0 * DEGREE, 0.3)
     assert straight - off == pytest.approx(wanted, rel=0.05)
-    assert abs(as_printed_rad(truck, 1.0 * DEGREE, 0.3) / wanted - 1.0) > 0.3  # so that the two are told apart
+    assert abs(as_printed_rad(truck, 1.0 * DEGREE, 0.3) / wanted - 1.0) > 0.3  # so that the test distinguishes the two
 
 
 def test_table_1s_sensors_have_the_errors_of_48() -> None:

@@ -1,4 +1,4 @@
-"""From a simulated drive to the answer: what is told, in which unit, and what is held back."""
+"""From a simulated drive to the answer: its quantities, units, words and statuses."""
 
 import functools
 import json

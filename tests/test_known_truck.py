@@ -1,4 +1,4 @@
-"""What a truck is known to be, from a vehicle file or its memory, narrows the answer and leaves it right."""
+"""Configured values of a truck, from a vehicle file or its memory, narrow the answer and keep it correct."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def drive(folder: Path, base: str, seed: int, duration_s: float, steering: str) 
 
 
 def offset_to_find(truth: Truth) -> float:
-    """What the sensor reads straight ahead, without lateral acceleration."""
+    """Sensor reading straight ahead, without lateral acceleration."""
     return truth.offset_rad + truth.straight_ahead_rad
 
 
@@ -53,7 +53,7 @@ def holds(answer: oc.Answer, value: float) -> bool:
 
 @pytest.mark.parametrize(("base", "seeds"), [("motorway", 20), ("bypass", 6)])
 def test_a_configured_play_narrows_a_short_drive_on_one_flank_correctly(tmp_path: Path, base: str, seeds: int) -> None:
-    """The known play is off by as much as its standard deviation says."""
+    """The error of the configured play is one standard deviation."""
     rng = np.random.default_rng(7)
     without, known, held = [], [], 0
     for seed in range(101, 101 + seeds):
@@ -86,7 +86,7 @@ def test_a_configured_pull_is_subtracted_and_narrows_the_interval(tmp_path: Path
 
 
 def test_a_configured_pull_of_a_truck_without_play_is_not_subtracted_twice(tmp_path: Path) -> None:
-    """Where little play shows where the steering unloads, that is believed to be at bias and pull together."""
+    """Without enough play to identify it, the neutral lateral acceleration is the sum of bias and pull."""
     signals, truth = drive(tmp_path, "thesis_drive", 2, 900.0, "backlash_deg = 0.3\npull_n_m = -70.0")
     pull = truth.unloading_acceleration_m_s2
     known = oc.offset(signals, truck(play_deg=0.5, play_sd_deg=0.3, pull_m_s2=pull, pull_sd_m_s2=0.02))
@@ -104,7 +104,7 @@ def test_with_a_configured_pull_no_axle_set_up_for_the_crown_is_assumed(tmp_path
 
 
 def test_a_configured_pull_shifts_the_estimated_angle_like_the_offset(tmp_path: Path) -> None:
-    """Else the estimated angle would be off by i K times the pull."""
+    """Otherwise the estimated angle would have an error of i K times the pull."""
     signals, truth = drive(tmp_path, "thesis_drive", 1, 900.0, "backlash_deg = 8.0\npull_n_m = -30.0")
     table = oc.angle(signals, truck(pull_m_s2=PULL_M_S2, pull_sd_m_s2=0.02), sensor_lost_at=600.0)
     true = truth.table["steering_wheel_angle_rad"].to_numpy() - truth.straight_ahead_rad
@@ -137,7 +137,7 @@ def still(learner: Learner) -> Learner:
 
 
 def test_without_evidence_the_play_combines_configured_value_and_prior() -> None:
-    """Width and wind-up together: the known sd beside 6 and 2 deg of each alone."""
+    """Width and friction hysteresis together: the configured sd beside 6 and 2 deg of each alone."""
     learner = Learner(Play(half_width=3.0 * DEGREE))
     learner.design.known.play, learner.design.known.play_accuracy = 9.0 * DEGREE, 1.0 / (0.5 * DEGREE)
     still(learner)
@@ -188,7 +188,7 @@ def test_a_configured_yaw_rate_bias_is_corrected_from_the_first_tick() -> None:
 
 
 def test_a_configured_accelerometer_bias_sets_the_neutral_lateral_acceleration(tmp_path: Path) -> None:
-    """Without play nothing shows it: the interval is i K times what is not known of it."""
+    """Without play it is not observable: the interval is i K times its uncertainty."""
     signals, truth = drive(tmp_path, "biased_accelerometer", 2, 900.0, "backlash_deg = 0.5")
     bias = truth.lateral_acceleration_bias_m_s2
     play = {"play_deg": 0.5, "play_sd_deg": 0.3}

@@ -186,7 +186,7 @@ def test_on_a_straight_road_sign_scale_and_ratio_are_not_judged() -> None:
 
 
 def test_too_gentle_bends_are_named_as_the_missing_evidence() -> None:
-    """A lag is not told where the two are hardly alike, however long the drive."""
+    """A lag is not judged where the two signals hardly correlate, also in a long drive."""
     noise = np.random.default_rng(1).normal(0.0, 0.5, len(drive().table))
     judged = check(changed(drive(), "lateral_acceleration", lambda x, t: x + noise), TRUCK)
     why = {verdict.check: verdict.why for verdict in judged.cannot_tell}

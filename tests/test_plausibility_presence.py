@@ -1,4 +1,4 @@
-"""Signals that are missing, stuck, coarse or seldom are told, and none that is only slow to change."""
+"""Missing, stuck, coarse and slow signals are reported; signals that change slowly are not."""
 
 from dataclasses import replace
 

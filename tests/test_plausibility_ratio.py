@@ -1,4 +1,4 @@
-"""Ratio times wheelbase: right where it is told, and blamed for nothing else."""
+"""Ratio times wheelbase: correct where it is reported, and not blamed for other faults."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Real cars: what they have is told, and what is planted in them."""
+"""Real cars: their biases are reported, and so are faults that are planted in their logs."""
 
 import pytest
 from planted_faults import (

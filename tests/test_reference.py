@@ -1,4 +1,4 @@
-"""Chapter 3: a straight driven both ways measures the offset; whatever else is driven does not, and is told so."""
+"""Chapter 3: a straight driven both ways measures the offset; any other drive is refused with the reason."""
 
 import functools
 import json

@@ -136,7 +136,7 @@ def test_fewer_than_four_logs_have_no_model() -> None:
 
 
 def test_a_configured_pull_narrows_several_logs_and_is_subtracted_once() -> None:
-    """The scenario's truck does not pull: known as 0.05 it is off by i K 0.05, half as sure as nothing is known."""
+    """The scenario's truck does not pull: a configured pull of 0.05 shifts the offset by i K 0.05."""
     answer = oc.offset(list(days(9)), vehicle(pull_m_s2=0.0, pull_sd_m_s2=0.01))
     without = oc.offset(list(days(9)), vehicle())
     wrong = oc.offset(list(days(9)), vehicle(pull_m_s2=0.05, pull_sd_m_s2=0.001))

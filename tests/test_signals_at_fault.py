@@ -78,7 +78,7 @@ def test_no_signal_of_a_healthy_drive_is_blamed(drive: Signals, truck: oc.Vehicl
 def test_a_scale_slightly_beyond_the_usual_range_is_no_fault(
     beyond: float, severity: str, drive: Signals, truck: oc.Vehicle
 ) -> None:
-    """Much play on straight roads spreads the angle as far; a sensor that is far off has another unit or gain."""
+    """Much play on straight roads spreads the angle as much; a larger factor is another unit or gain."""
     spread, _, usual = signs_and_units._relations(Drive(drive, truck))["angle"]
     odd = spoiled(drive, ANGLE, lambda angle: angle * (beyond * usual / spread))
     scale = signs_and_units.units(Drive(odd, truck))

@@ -119,7 +119,7 @@ def test_a_drive_with_a_wrong_play_has_less_weight_for_the_offset() -> None:
 
 
 def test_a_drive_on_one_flank_gets_the_play_from_the_others() -> None:
-    """It saw the sum of offset and half the play; alone it knows neither."""
+    """It measures the sum of offset and half the play; alone it identifies neither."""
     random = np.random.default_rng(6)
     drives = truck(random, drives=4, sd=0.6 * DEGREE)
     missed = 3.0 * DEGREE  # of the play's width

@@ -20,18 +20,21 @@ from oncenter.memory import TruckMemory, offset_with_memory, read_memory, write_
 from oncenter.memory.drive import priors, with_drive
 from oncenter.memory.file import text_of
 from oncenter.memory.log import key_of, start_of_drive
-from oncenter.memory.truck import DAY_S, Drive, Known, Load
+from oncenter.memory.truck import DAY_S, Drive, Load, Remembered
 from oncenter.offset.answer import Estimate
 from oncenter.signals import DEGREE, Signals
 
 NOW_S = 1_750_000_000.0
 FULL = TruckMemory(
     'a "truck"',
-    play=Known(8.0 * DEGREE, 0.4 * DEGREE, NOW_S),
-    yaw_rate_bias=Known(-0.2 * DEGREE, 0.01 * DEGREE, NOW_S),
-    accelerometer_bias=Known(0.1, 0.15, NOW_S),
-    equivalent_wheelbase=Known(3.75, 0.05, NOW_S),
-    loads=(Load(Known(0.3 * DEGREE, 0.02 * DEGREE, NOW_S), 3), Load(Known(0.5 * DEGREE, 0.03 * DEGREE, NOW_S), 1)),
+    play=Remembered(8.0 * DEGREE, 0.4 * DEGREE, NOW_S),
+    yaw_rate_bias=Remembered(-0.2 * DEGREE, 0.01 * DEGREE, NOW_S),
+    accelerometer_bias=Remembered(0.1, 0.15, NOW_S),
+    equivalent_wheelbase=Remembered(3.75, 0.05, NOW_S),
+    loads=(
+        Load(Remembered(0.3 * DEGREE, 0.02 * DEGREE, NOW_S), 3),
+        Load(Remembered(0.5 * DEGREE, 0.03 * DEGREE, NOW_S), 1),
+    ),
     drives=(Drive("0123", NOW_S, 2.0 * DEGREE, 0.4 * DEGREE, "valid"), Drive("4567", NOW_S, None, None, "converging")),
 )
 

@@ -31,6 +31,7 @@ FASTER_GCC = ["-finline-limit=2000", "-fno-semantic-interposition"]
 SHIPPED = {
     "core": ("*.[ch]", "params.toml"),
     "dbc": ("*.dbc",),
+    "docs/reference": ("findings.md",),
     "scenarios": ("*",),
     "vehicles": ("*.toml",),
     ".": ("LICENSE",),

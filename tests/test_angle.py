@@ -43,9 +43,7 @@ def after_loss(table: pl.DataFrame, truth: Truth) -> tuple[np.ndarray, np.ndarra
     return error[when] / DEGREE, table["standard_deviation_rad"].to_numpy()[when] / DEGREE
 
 
-def test_what_was_learned_with_the_sensor_tells_the_angle_without_it(
-    drive: tuple[Signals, Truth], truck: oc.Vehicle
-) -> None:
+def test_estimates_with_the_sensor_give_the_angle_without_it(drive: tuple[Signals, Truth], truck: oc.Vehicle) -> None:
     signals, truth = drive
     error, sd = after_loss(oc.angle(signals, truck, sensor_lost_at=LOST_S), truth)
     assert np.sqrt(np.mean(error**2)) < 1.5
@@ -56,7 +54,7 @@ def test_what_was_learned_with_the_sensor_tells_the_angle_without_it(
 
 
 @pytest.mark.parametrize("method", ["observer", "yaw-rate-understeer"])
-def test_without_an_accelerometer_bends_are_taken_for_banked_alike_with_the_sensor_and_after_it(
+def test_without_an_accelerometer_the_usual_bank_is_assumed_before_and_after_the_loss(
     drive: tuple[Signals, Truth], truck: oc.Vehicle, method: str
 ) -> None:
     blind = truck.model_copy(update={"params": {**truck.params, "use_accelerometer": 0.0}})
@@ -68,7 +66,7 @@ def test_without_an_accelerometer_bends_are_taken_for_banked_alike_with_the_sens
 
 
 @pytest.mark.parametrize("silent", ["always", "after the sensor was lost", "now and then"])
-def test_an_accelerometer_that_is_silent_takes_the_banks_and_not_the_angle(
+def test_a_silent_accelerometer_costs_the_bank_and_not_the_angle(
     drive: tuple[Signals, Truth], truck: oc.Vehicle, silent: str
 ) -> None:
     signals, truth = drive
@@ -85,9 +83,7 @@ def test_an_accelerometer_that_is_silent_takes_the_banks_and_not_the_angle(
     assert np.median(sd) < 4.0
 
 
-def test_nothing_is_learned_of_the_angle_while_the_accelerometer_is_silent(
-    drive: tuple[Signals, Truth], truck: oc.Vehicle
-) -> None:
+def test_the_estimates_stay_while_the_accelerometer_is_silent(drive: tuple[Signals, Truth], truck: oc.Vehicle) -> None:
     core = _core.Core(truck.wheelbase_m, truck.ratio_near_centre, {}, 100.0, method="joint", angle_method="observer")
     columns = {name: drive[0].table[name].to_numpy().copy() for name in _core.COLUMNS if name in drive[0].table.columns}
     learned_s = []
@@ -132,7 +128,7 @@ def test_in_town_the_interval_holds_from_walking_speed_on_and_opens_while_standi
     assert np.mean(status[standing] == "unobservable") > 0.95
 
 
-def test_the_measured_column_stays_as_the_sensor_said_it(drive: tuple[Signals, Truth], truck: oc.Vehicle) -> None:
+def test_the_measured_column_is_the_reading_of_the_sensor(drive: tuple[Signals, Truth], truck: oc.Vehicle) -> None:
     signals, _ = drive
     table = oc.angle(signals, truck, sensor_lost_at=LOST_S)
     np.testing.assert_array_equal(table["measured_rad"], signals.table["steering_wheel_angle_rad"])
@@ -177,7 +173,7 @@ def test_a_fault_is_named_and_the_estimate_takes_over_without_a_jump(
     assert np.sqrt(np.mean((angles - true)[later] ** 2)) < 3.0 * DEGREE
 
 
-def test_a_log_that_ends_as_its_sensor_is_found_stuck_says_so_as_live_does(
+def test_a_log_that_ends_with_a_stuck_sensor_has_the_same_fault_as_live(
     drive: tuple[Signals, Truth], truck: oc.Vehicle
 ) -> None:
     signals, _ = drive
@@ -189,7 +185,7 @@ def test_a_log_that_ends_as_its_sensor_is_found_stuck_says_so_as_live_does(
 
 
 @pytest.mark.parametrize("fault", ["wrong_sign", "stuck"])
-def test_the_offset_of_a_sensor_at_fault_is_invalid_and_what_was_learned_before(
+def test_the_offset_of_a_faulty_sensor_is_invalid_and_from_before(
     drive: tuple[Signals, Truth], truck: oc.Vehicle, fault: str
 ) -> None:
     signals, truth = drive
@@ -208,7 +204,7 @@ def test_the_offset_of_a_sensor_at_fault_is_invalid_and_what_was_learned_before(
     assert (healthy.offset.status, healthy.sensor_fault) == ("valid", "none")
 
 
-def test_a_sensor_at_fault_stays_so_over_ignition_and_is_believed_again_once_it_is_well(
+def test_a_sensor_fault_survives_ignition_and_ends_when_the_sensor_is_good(
     drive: tuple[Signals, Truth], truck: oc.Vehicle
 ) -> None:
     signals, _ = drive
@@ -220,9 +216,7 @@ def test_a_sensor_at_fault_stays_so_over_ignition_and_is_believed_again_once_it_
     assert healed["sensor_fault"][0] == "wrong_sign" and healed["sensor_fault"][-1] == "none"
 
 
-def test_a_drift_is_called_so_also_on_a_clock_that_was_set_back(
-    drive: tuple[Signals, Truth], truck: oc.Vehicle
-) -> None:
+def test_a_drift_is_found_also_on_a_clock_that_was_set_back(drive: tuple[Signals, Truth], truck: oc.Vehicle) -> None:
     """Its sensor was not remounted in the future."""
     signals, _ = drive
     columns = {name: signals.table[name].to_numpy() for name in _core.COLUMNS if name in signals.table.columns}
@@ -257,9 +251,7 @@ def test_nothing_of_the_sensor_is_used_after_it_is_lost(drive: tuple[Signals, Tr
     assert one.equals(other)
 
 
-def test_a_drive_that_never_had_a_sensor_claims_the_ackermann_angle(
-    drive: tuple[Signals, Truth], truck: oc.Vehicle
-) -> None:
+def test_a_drive_without_any_sensor_has_the_ackermann_angle(drive: tuple[Signals, Truth], truck: oc.Vehicle) -> None:
     signals, truth = drive
     blind = replace(signals, table=signals.table.drop("steering_wheel_angle_rad"))
     table = oc.angle(blind, truck)
@@ -272,7 +264,7 @@ def test_a_drive_that_never_had_a_sensor_claims_the_ackermann_angle(
 
 @pytest.mark.parametrize("scenario", ["country", "pulling_truck", "friction_play", "worn_truck"])
 @pytest.mark.parametrize("hears", [True, False])
-def test_what_a_truck_understeers_and_how_much_play_it_has_is_in_the_ackermann_angles_interval(
+def test_the_ackermann_angles_interval_includes_understeer_and_play(
     truck: oc.Vehicle, scenario: str, hears: bool
 ) -> None:
     signals, truth = oc.simulate(scenario, 7)
@@ -281,7 +273,7 @@ def test_what_a_truck_understeers_and_how_much_play_it_has_is_in_the_ackermann_a
     assert np.mean(np.abs(error) < 1.96 * sd) > 0.85
 
 
-def test_looking_ahead_is_better_than_what_a_truck_can_know(drive: tuple[Signals, Truth], truck: oc.Vehicle) -> None:
+def test_smoothing_is_more_accurate_than_the_running_estimate(drive: tuple[Signals, Truth], truck: oc.Vehicle) -> None:
     signals, truth = drive
     plain, smooth = (oc.angle(signals, truck, sensor_lost_at=LOST_S, smooth=on) for on in (False, True))
     one, other = after_loss(plain, truth)[0], after_loss(smooth, truth)[0]
@@ -301,7 +293,7 @@ def test_looking_ahead_is_better_than_what_a_truck_can_know(drive: tuple[Signals
         ({"params": {"nope": 1.0}}, "params"),
     ],
 )
-def test_what_cannot_be_asked_is_refused_by_name(
+def test_an_impossible_argument_is_refused_by_name(
     drive: tuple[Signals, Truth], truck: oc.Vehicle, options: dict[str, object], code: str
 ) -> None:
     with pytest.raises(OncenterError) as refusal:
@@ -330,7 +322,7 @@ def by_gnss(signals: Signals, truth: Truth, *names: str) -> Signals:
     "names",
     [("lateral_speed_m_s",), ("heading_deg", "course_deg"), ("heading_deg", "latitude_deg", "longitude_deg")],
 )
-def test_side_slip_over_ground_tells_the_angle_once_the_front_tyres_are_known(
+def test_side_slip_over_ground_gives_the_angle_after_the_tyre_slip_is_estimated(
     drive: tuple[Signals, Truth], truck: oc.Vehicle, names: tuple[str, ...]
 ) -> None:
     """(23), (24)."""
@@ -373,8 +365,8 @@ def test_the_command_writes_degrees(
     assert run([*arguments[:-1], str(tmp_path / "out.xlsx")]) == 2
 
 
-def test_where_nothing_tells_the_angle_the_command_names_no_degrees() -> None:
-    """A fifth of a drive in town without its sensor is standing; a moment is told as such."""
+def test_without_evidence_for_the_angle_the_command_prints_no_degrees() -> None:
+    """A fifth of a drive in town without its sensor is standing; a moment is reported as one."""
     table = pl.DataFrame(
         {"time_s": np.arange(1000.0), "status": ["valid"] * 799 + ["unobservable"] * 200 + ["converging"]}
     )
@@ -389,10 +381,10 @@ def test_where_nothing_tells_the_angle_the_command_names_no_degrees() -> None:
     ]
 
 
-def test_drives_with_and_without_an_accelerometer_are_learned_by_what_most_of_them_have(
+def test_mixed_drives_use_the_accelerometer_where_most_of_them_have_one(
     drive: tuple[Signals, Truth], truck: oc.Vehicle
 ) -> None:
-    """And nobody is told what is not so of the others."""
+    """A note names only the drives that it is about."""
     signals, truth = drive
     blind = replace(signals, table=signals.table.drop("lateral_acceleration_m_s2"), log="blind")
     for teacher, then, word in (
@@ -406,7 +398,7 @@ def test_drives_with_and_without_an_accelerometer_are_learned_by_what_most_of_th
     assert notes_on(signals, truck, (), None) == ()
 
 
-def test_a_log_without_lateral_acceleration_is_answered_with_a_word_about_it(
+def test_a_log_without_lateral_acceleration_is_answered_with_a_note(
     drive: tuple[Signals, Truth], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log, page = tmp_path / "drive.parquet", tmp_path / "page.html"
@@ -419,7 +411,7 @@ def test_a_log_without_lateral_acceleration_is_answered_with_a_word_about_it(
     assert "no lateral acceleration in drive.parquet" in page.read_text()
 
 
-def test_what_is_odd_about_a_log_is_told_as_offset_tells_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_notes_on_a_log_are_those_of_offset(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log, page = tmp_path / "drive.log", tmp_path / "page.html"
     log.write_text("no line of candump's\n" + candump(frames(4.0)))
     (tmp_path / "bad.csv").write_text("nothing\n")

@@ -41,18 +41,18 @@ trucks = st.builds(Truck, numbers(10, 25), numbers(3, 7), numbers(-0.002, 0.012)
 
 
 @given(trucks, numbers(-0.05, 0.05), numbers(-1, 1), numbers(-0.5, 0.5))
-def test_the_corrected_formula_is_what_33_and_37_do(truck: Truck, bias: float, off: float, bank: float) -> None:
+def test_the_corrected_formula_agrees_with_33_and_37(truck: Truck, bias: float, off: float, bank: float) -> None:
     seen = residual_mean(truck, bias, off, accelerometer=True, bank=bank)
     assert seen == pytest.approx(as_corrected_rad(truck, bias, off), abs=1e-9)
 
 
 @given(trucks, numbers(-0.05, 0.05), numbers(-0.5, 0.5))
-def test_the_printed_formula_is_what_they_do_without_an_accelerometer(truck: Truck, bias: float, bank: float) -> None:
+def test_the_printed_formula_agrees_with_them_without_an_accelerometer(truck: Truck, bias: float, bank: float) -> None:
     seen = residual_mean(truck, bias, 0.0, accelerometer=False, bank=bank)
     assert seen == pytest.approx(as_printed_rad(truck, bias, -bank), abs=1e-9)
 
 
-def test_the_estimator_itself_is_off_by_what_the_corrected_formula_says() -> None:
+def test_the_error_of_the_estimator_is_that_of_the_corrected_formula() -> None:
     """A truck that follows (37) exactly, 20 m/s; the gates stand open, or Table 4's would shut at such a bias."""
     vehicle = vehicle_from({"wheelbase_m": 3.7, "steering_ratio": 19.3}, "truck.toml")
     wide = {"bank_max_m_s2": 2.0, "curvature_max_1_m": 1 / 200}
@@ -69,10 +69,10 @@ def test_the_estimator_itself_is_off_by_what_the_corrected_formula_says() -> Non
     truck = Truck(19.3, 3.7, 0.4 * DEGREE, 20.0, 0.05)
     wanted = as_corrected_rad(truck, 1.0 * DEGREE, 0.3)
     assert straight - off == pytest.approx(wanted, rel=0.05)
-    assert abs(as_printed_rad(truck, 1.0 * DEGREE, 0.3) / wanted - 1.0) > 0.3  # so that the two are told apart
+    assert abs(as_printed_rad(truck, 1.0 * DEGREE, 0.3) / wanted - 1.0) > 0.3  # so that the test distinguishes the two
 
 
-def test_table_1s_sensors_cost_what_48_says() -> None:
+def test_table_1s_sensors_have_the_errors_of_48() -> None:
     given = oc.budget(vehicle_from(TRACTOR, "tractor.toml"))
     by_name = {c.name: c for c in given.contributions}
     L, K, v, scale = 3.7, 0.53 * DEGREE, 15.0, 1.05
@@ -86,7 +86,7 @@ def test_table_1s_sensors_cost_what_48_says() -> None:
     assert given.total_corrected_rad == pytest.approx(math.hypot(*(c.corrected_rad for c in given.contributions)))
 
 
-def test_the_next_sensor_is_the_one_that_costs_most_until_it_is_good_enough() -> None:
+def test_the_next_sensor_has_the_largest_effect_until_it_is_good_enough() -> None:
     sensors = {"yaw_rate_bias_deg_s": 3.0}
     first = oc.budget(vehicle_from({**TRACTOR, "sensors": sensors}, "t.toml"))
     assert first.next_sensor == "yaw rate sensor"

@@ -31,9 +31,7 @@ def slow_log(tmp_path: Path, step_deg_s: float, seed: int, offset_deg: float) ->
 
 
 @pytest.mark.parametrize(("seed", "offset_deg"), [(10, 3.65), (18, -0.81), (8, -1.38)])
-def test_a_log_at_10_hz_with_coarse_steps_has_an_interval_that_holds_the_truth(
-    tmp_path: Path, seed: int, offset_deg: float
-) -> None:
+def test_the_interval_of_a_coarse_log_at_10_hz_contains_the_truth(tmp_path: Path, seed: int, offset_deg: float) -> None:
     signals = slow_log(tmp_path, 1.3, seed, offset_deg)
     assert signals.notes == ("recorded at 10 Hz, resampled to 20 Hz",)
     answer = oc.offset(signals, oc.vehicle("scania_r730_4x2"))
@@ -48,9 +46,7 @@ def test_a_log_at_10_hz_with_coarse_steps_has_an_interval_that_holds_the_truth(
 
 
 @pytest.mark.parametrize(("seed", "offset_deg"), [(3, -3.31), (10, 3.65), (4, 3.54)])
-def test_a_log_at_10_hz_with_fine_steps_is_answered_with_a_wider_interval(
-    tmp_path: Path, seed: int, offset_deg: float
-) -> None:
+def test_a_fine_log_at_10_hz_has_a_wider_interval(tmp_path: Path, seed: int, offset_deg: float) -> None:
     """Of these three the core's own interval misses two."""
     answer = oc.offset(slow_log(tmp_path, 0.028, seed, offset_deg), oc.vehicle("scania_r730_4x2"))
     assert answer.offset_ci95_drive is not None
@@ -66,7 +62,7 @@ def coarse_step_told(signals: oc.Signals) -> float | None:
 
 
 @pytest.mark.parametrize("every", [1, 2, 5])
-def test_the_step_is_that_of_the_samples_not_the_half_of_what_is_interpolated_between_them(every: int) -> None:
+def test_the_step_is_that_of_the_samples_not_of_interpolated_values(every: int) -> None:
     signals = in_steps("yaw_rate", 1.3 * DEGREE)(drive())
     time = signals.table["time_s"].to_numpy()
     between = np.interp(time, time[::every], signals.table["yaw_rate_rad_s"].to_numpy()[::every])
@@ -85,7 +81,7 @@ def estimate(sd: float, status: str = "valid") -> dict[str, float | int]:
     return {"value": 0.1, "standard_deviation": sd, "lean": 0.0, "status": _core.STATUSES.index(status)}
 
 
-def test_a_step_acts_on_the_offset_as_a_bias_of_the_yaw_rate_by_a_rounded_numbers_deviation() -> None:
+def test_a_step_acts_as_a_yaw_rate_bias_with_the_deviation_of_rounding() -> None:
     native = {
         "offset": estimate(0.3 * DEGREE),
         "offset_parts": {"drive_sd": 0.1 * DEGREE},
@@ -103,7 +99,7 @@ def test_a_step_acts_on_the_offset_as_a_bias_of_the_yaw_rate_by_a_rounded_number
     assert widened(native, Coarseness(1.2, 0.0), "wheel-speed", PARAMS) == native
 
 
-def test_few_samples_a_second_widen_the_drives_part_the_more_the_fewer_they_are() -> None:
+def test_fewer_samples_per_second_widen_the_drives_part_more() -> None:
     native = {
         "offset": estimate(0.3 * DEGREE),
         "offset_parts": {"drive_sd": 0.1 * DEGREE},

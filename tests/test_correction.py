@@ -25,7 +25,7 @@ def answered(signals: Signals, **values: Any) -> oc.Answer:
     return oc.offset(signals, vehicle_from({**TRUCK, **values}, "truck.toml"))
 
 
-def test_what_is_applied_and_what_remains_take_the_sensors_offset_out(signals: Signals) -> None:
+def test_applied_and_remaining_correction_remove_the_offset(signals: Signals) -> None:
     """A sensor that reads o too much, of which an ECU took c out, logs o + c: in the end it must add -o."""
     applied_deg = -1.5
     column = "steering_wheel_angle_rad"
@@ -64,12 +64,12 @@ def test_no_correction_is_given_while_the_offset_is_not_valid() -> None:
     assert "recalibrate" not in answer.words()
 
 
-def test_no_correction_is_given_for_a_sensor_whose_zero_is_another_after_each_ignition(signals: Signals) -> None:
+def test_no_correction_is_given_for_a_relative_sensor(signals: Signals) -> None:
     relative = replace(signals, table=signals.table.with_columns(steering_wheel_angle_sensor_type=pl.lit(0.0)))
     assert answered(relative).correction is None
 
 
-def test_no_correction_is_asked_for_where_the_interval_holds_none(signals: Signals) -> None:
+def test_no_correction_is_recommended_where_the_interval_contains_zero(signals: Signals) -> None:
     answer = answered(signals)
     assert answer.offset.value is not None and "recalibrate" in answer.words()
     column = "steering_wheel_angle_rad"

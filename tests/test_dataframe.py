@@ -124,10 +124,10 @@ def test_an_unusable_table_is_refused_in_one_line(frame: object, says: str) -> N
 @pytest.mark.parametrize("verb", [oc.offset, oc.angle, lambda given, truck: oc.reference(given)])
 def test_a_function_without_signals_says_how_to_read_them(verb: Any) -> None:
     for given, how in (
-        (pd.DataFrame(COLUMNS), "takes Signals: oncenter.from_dataframe(frame); got DataFrame"),
-        ("drive.csv", "takes Signals: oncenter.read(path); got str"),
-        (Path("drive.csv"), "takes Signals: oncenter.read(path); got "),
-        (None, "takes Signals: "),
+        (pd.DataFrame(COLUMNS), "needs Signals, from oncenter.from_dataframe(frame); got DataFrame"),
+        ("drive.csv", "needs Signals, from oncenter.read(path); got str"),
+        (Path("drive.csv"), "needs Signals, from oncenter.read(path); got "),
+        (None, "needs Signals, from "),
     ):
         with pytest.raises(oc.OncenterError, match=re.escape(how)):
             verb(given, TRUCK)

@@ -1,4 +1,4 @@
-"""From a simulated drive to the answer: what is told, in which unit, and what is held back."""
+"""From a simulated drive to the answer: its quantities, units, words and statuses."""
 
 import functools
 import json
@@ -258,8 +258,8 @@ def test_joint_is_the_default_method() -> None:
 def test_the_words_begin_with_the_offset_and_its_uncertainty() -> None:
     answer = oc.offset(thesis_drive(yaw_rate_bias_deg_s=0.2), TABLE_2)
     said = re.fullmatch(
-        r"straight-ahead offset (\S+) ±(\S+) deg from this drive; a pull or crosswind can add ±(\S+) deg; "
-        r"recalibrate: add -2\.\d deg; free play (\S+) deg; "
+        r"straight-ahead offset (\S+) deg ± (\S+) from this drive; a pull or crosswind can add ± (\S+) deg; "
+        r"recalibrate: add -2\.\d deg; the steering has (\S+) deg of play; "
         r"corrected for a gyro bias of (\S+) deg/s; (\d+) of 30 minutes usable(, \d+ rejected for .+)?",
         answer.words(),
     )
@@ -281,7 +281,7 @@ def test_a_number_that_rounds_to_zero_has_no_sign() -> None:
 def test_play_that_may_be_zero_is_given_as_an_upper_limit() -> None:
     answer = oc.offset(steady_drive(), TRUCK)
     assert answer.backlash.ci95 is not None and 0.0 <= answer.backlash.ci95[0] < 0.5 * DEGREE
-    assert f"free play at most {answer.backlash.ci95[1] / DEGREE:.1f} deg" in answer.words()
+    assert f"at most {answer.backlash.ci95[1] / DEGREE:.1f} deg of play" in answer.words()
 
 
 def test_without_play_the_neutral_lateral_acceleration_is_unobservable() -> None:
@@ -456,11 +456,11 @@ def test_the_words_name_the_causes_that_matter(sds: dict[str, float], said: str)
     assert in_words(causes) == said
     answer = replace(oc.offset(steady_drive(), TRUCK), not_identifiable=causes)
     more = 1.96 * math.hypot(*sds.values())
-    assert (f"; {said} can add ±{more:.1f} deg" in answer.words()) is bool(said)
+    assert (f"; {said} can add ± {more:.1f} deg" in answer.words()) is bool(said)
 
 
 @pytest.mark.parametrize(
-    ("half_width_deg", "said"), [(0.123, "2.0 ±0.1 deg"), (0.05, "2.00 ±0.05 deg"), (3.0, "2.0 ±3.0 deg")]
+    ("half_width_deg", "said"), [(0.123, "2.0 deg ± 0.1"), (0.05, "2.00 deg ± 0.05"), (3.0, "2.0 deg ± 3.0")]
 )
 def test_a_half_width_is_never_printed_as_zero(half_width_deg: float, said: str) -> None:
     given = oc.offset(steady_drive(), TRUCK)

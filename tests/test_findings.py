@@ -17,7 +17,7 @@ from oncenter.offset import coarse_recording, core_findings, several_logs, vehic
 from oncenter.offset import joint_findings as joint_findings_room
 from oncenter.offset.changes import Change
 from oncenter.offset.core_findings import findings_of
-from oncenter.offset.findings import TABLE, Finding
+from oncenter.offset.findings import TABLE, Finding, demand
 from oncenter.offset.joint_findings import joint_findings
 from oncenter.signals import DEGREE, Signals
 
@@ -270,14 +270,14 @@ def test_a_change_in_bends_does_not_affect_the_offset() -> None:
     assert "lifting an axle" in found.text and "not affected" in found.text
 
 
-def test_too_little_driving_asks_for_whole_minutes_above_a_speed() -> None:
+def test_too_little_driving_requests_whole_minutes_above_a_speed() -> None:
     found = findings(used=20.0, bank_time=30.0)["not_enough_evidence"]
     assert found.value == pytest.approx(PARAMS["joint_evidence_min_s"] - 20.0)
     assert "only 20 s of driving can be used; the estimate needs 60 s" in found.text
     assert "Drive at least 60 s more above 11 km/h, with bends to both sides" in found.text
 
 
-def test_missing_loading_asks_for_bends_to_the_lacking_side() -> None:
+def test_missing_loading_requests_bends_to_the_lacking_side() -> None:
     none = findings(lacking_to_right=3.2, loaded_right_s=0.0)["one_flank_seen"]
     assert none.value == 3.2
     assert none.text == (
@@ -290,7 +290,7 @@ def test_missing_loading_asks_for_bends_to_the_lacking_side() -> None:
     assert both.text.endswith("Drive at least 60 s of left-hand bends and 120 s of right-hand bends")
 
 
-def test_apparent_oversteer_asks_for_tighter_bends() -> None:
+def test_apparent_oversteer_requests_tighter_bends() -> None:
     oversteers = {"understeer_gradient": estimate(-0.15 * DEGREE, 0.05 * DEGREE)}
     found = findings(**oversteers)["no_understeer"]
     assert (found.severity, found.unit) == ("warning", "deg/(m/s^2)") and found.value == pytest.approx(-0.15)
@@ -368,7 +368,7 @@ def test_the_interval_names_ways_to_reduce_it_and_by_how_much() -> None:
     assert "more like this" not in interval(used=600.0, offset_parts=parts(1.0))
 
 
-def test_standing_still_is_asked_for_where_it_identifies_the_accelerometer_zero() -> None:
+def test_standing_still_is_requested_where_it_identifies_the_accelerometer_zero() -> None:
     zero = {"unloading_acceleration": estimate(0.0, 0.5, "unobservable"), "offset_parts": parts(3.9)}
     never = {"standstill_lateral_acceleration": estimate(0.0, 0.0, "unobservable")}
     ground = np.hypot(PARAMS["standing_slope_sd_m_s2"], PARAMS["standing_crown_share_1"] * PARAMS["crown_sd_m_s2"])
@@ -390,7 +390,7 @@ def never_standing(name: str, seed: int, seconds: float) -> Signals:
 
 @pytest.mark.parametrize("seed", [3, 4])
 @pytest.mark.parametrize(("name", "seconds"), [("motorway", 600.0), ("country", 300.0), ("town", 1800.0)])
-def test_a_drive_without_standing_names_the_gyro_and_asks_to_stand_still(name: str, seconds: float, seed: int) -> None:
+def test_a_drive_without_standing_names_gyro_and_requests_a_standstill(name: str, seconds: float, seed: int) -> None:
     drive = never_standing(name, seed, seconds)
     answer = oc.offset(drive, TRUCK)
     assert answer.yaw_rate_bias.status == "unobservable"
@@ -403,7 +403,7 @@ def test_a_drive_without_standing_names_the_gyro_and_asks_to_stand_still(name: s
 
 
 @pytest.mark.parametrize("path", ["path1", "path2"])
-def test_a_real_minute_without_standing_names_the_gyro_and_asks_to_stand_still(path: str) -> None:
+def test_a_real_minute_without_standing_names_the_gyro_and_requests_a_standstill(path: str) -> None:
     car = oc.vehicle(Path(__file__).parents[1] / "examples" / "genesis.toml")
     answer = oc.offset(oc.read(real_drive(f"genesis/rfs_2018-06-20_{path}.csv.gz"), names=car.signal_names), car)
     text = by_code(answer)["interval"].text
@@ -438,7 +438,7 @@ def test_a_sensor_remounted_in_the_second_log_is_dated_there() -> None:
     assert given["value"] == pytest.approx(-4.0, abs=0.3) and given["log"] == "second.log"
 
 
-def test_a_bypass_driven_one_way_is_not_valid_and_asks_for_bends_to_the_other_side() -> None:
+def test_a_bypass_driven_one_way_is_not_valid_and_requests_bends_to_the_other_side() -> None:
     answer = oc.offset(simulated("bypass"), TRUCK)
     assert answer.offset.status != "valid"
     assert "of right-hand bends" in by_code(answer)["one_flank_seen"].text
@@ -519,3 +519,22 @@ def test_each_row_of_the_table_has_a_rule_and_each_rule_a_row() -> None:
     codes = [code for text in rules for code in re.findall(r'from_table\(\s*"(\w+)"', text)]
     assert set(codes) == set(TABLE)
     assert not [text for text in rules if re.search(r"\bFinding\(", text)]
+
+
+def test_a_lost_angle_sensor_is_dated_and_each_line_names_its_code() -> None:
+    drive = simulated("thesis_drive")
+    angle, time = pl.col("steering_wheel_angle_rad"), pl.col("time_s")
+    table = drive.table.with_columns(
+        pl.when(time > 1200.0).then(float("nan")).otherwise(angle).alias(angle.meta.output_name())
+    )
+    answer = oc.offset(replace(drive, table=table, log="a/drive.log"), TRUCK)
+    found = by_code(answer)["steering_wheel_angle_sensor_at_fault"]
+    assert found.text.startswith(
+        "there is no steering wheel angle since 20.0 min into drive.log while the truck drives. "
+    )
+    assert f"error: {found.text} (steering_wheel_angle_sensor_at_fault)" in str(answer).splitlines()
+
+
+@pytest.mark.parametrize(("lacking_s", "asked"), [(0.1, "60 s"), (60.0, "60 s"), (60.1, "120 s")])
+def test_a_driving_demand_is_whole_minutes_and_never_less_than_lacking(lacking_s: float, asked: str) -> None:
+    assert demand(lacking_s) == asked

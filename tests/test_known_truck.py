@@ -1,4 +1,4 @@
-"""What a truck is known to be, from a vehicle file or its memory, narrows the answer and leaves it right."""
+"""Configured values of a truck, from a vehicle file or its memory, narrow the answer and keep it correct."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def drive(folder: Path, base: str, seed: int, duration_s: float, steering: str) 
 
 
 def offset_to_find(truth: Truth) -> float:
-    """What the sensor reads straight ahead, without lateral acceleration."""
+    """Sensor reading straight ahead, without lateral acceleration."""
     return truth.offset_rad + truth.straight_ahead_rad
 
 
@@ -52,10 +52,8 @@ def holds(answer: oc.Answer, value: float) -> bool:
 
 
 @pytest.mark.parametrize(("base", "seeds"), [("motorway", 20), ("bypass", 6)])
-def test_a_known_play_narrows_a_short_drive_on_one_flank_and_the_interval_holds_the_truth(
-    tmp_path: Path, base: str, seeds: int
-) -> None:
-    """The known play is off by as much as its standard deviation says."""
+def test_a_configured_play_narrows_a_short_drive_on_one_flank_correctly(tmp_path: Path, base: str, seeds: int) -> None:
+    """The error of the configured play is one standard deviation."""
     rng = np.random.default_rng(7)
     without, known, held = [], [], 0
     for seed in range(101, 101 + seeds):
@@ -74,7 +72,7 @@ def sd_by(name: str, answer: oc.Answer) -> float:
     return next((cause.sd_rad for cause in answer.not_identifiable if cause.cause == name), 0.0)
 
 
-def test_a_known_pull_is_taken_off_the_offset_and_its_part_of_the_interval_shrinks(tmp_path: Path) -> None:
+def test_a_configured_pull_is_subtracted_and_narrows_the_interval(tmp_path: Path) -> None:
     for seed in (1, 2, 3):
         signals, truth = drive(tmp_path, "thesis_drive", seed, 900.0, "backlash_deg = 8.0\npull_n_m = -30.0")
         without, known = oc.offset(signals, truck()), oc.offset(signals, truck(pull_m_s2=PULL_M_S2, pull_sd_m_s2=0.02))
@@ -87,8 +85,8 @@ def test_a_known_pull_is_taken_off_the_offset_and_its_part_of_the_interval_shrin
         assert priors["pull"] == 0.02 and "axle_set_up" not in priors
 
 
-def test_a_known_pull_of_a_truck_without_play_is_not_taken_off_twice(tmp_path: Path) -> None:
-    """Where little play shows where the steering unloads, that is believed to be at bias and pull together."""
+def test_a_configured_pull_of_a_truck_without_play_is_not_subtracted_twice(tmp_path: Path) -> None:
+    """Without enough play to identify it, the neutral lateral acceleration is the sum of bias and pull."""
     signals, truth = drive(tmp_path, "thesis_drive", 2, 900.0, "backlash_deg = 0.3\npull_n_m = -70.0")
     pull = truth.unloading_acceleration_m_s2
     known = oc.offset(signals, truck(play_deg=0.5, play_sd_deg=0.3, pull_m_s2=pull, pull_sd_m_s2=0.02))
@@ -98,15 +96,15 @@ def test_a_known_pull_of_a_truck_without_play_is_not_taken_off_twice(tmp_path: P
     assert abs(known.offset.value - offset_to_find(truth)) < 0.4 * of_pull
 
 
-def test_an_axle_whose_pull_is_known_is_not_one_that_may_be_set_up_for_the_crown(tmp_path: Path) -> None:
+def test_with_a_configured_pull_no_axle_set_up_for_the_crown_is_assumed(tmp_path: Path) -> None:
     signals, _ = drive(tmp_path, "thesis_drive", 1, 900.0, "backlash_deg = 8.0\nunloads_on_crown_percent = 2.0")
     assert sd_by("axle_set_up", oc.offset(signals, truck())) > 0.3 * DEGREE
     known = oc.offset(signals, truck(pull_m_s2=0.0, pull_sd_m_s2=0.02))
     assert sd_by("axle_set_up", known) == 0.0
 
 
-def test_a_known_pull_moves_the_angle_without_its_sensor_as_the_offset(tmp_path: Path) -> None:
-    """Else the estimated angle would be off by i K times the pull."""
+def test_a_configured_pull_shifts_the_estimated_angle_like_the_offset(tmp_path: Path) -> None:
+    """Otherwise the estimated angle would have an error of i K times the pull."""
     signals, truth = drive(tmp_path, "thesis_drive", 1, 900.0, "backlash_deg = 8.0\npull_n_m = -30.0")
     table = oc.angle(signals, truck(pull_m_s2=PULL_M_S2, pull_sd_m_s2=0.02), sensor_lost_at=600.0)
     true = truth.table["steering_wheel_angle_rad"].to_numpy() - truth.straight_ahead_rad
@@ -115,14 +113,14 @@ def test_a_known_pull_moves_the_angle_without_its_sensor_as_the_offset(tmp_path:
     assert abs(np.nanmean(error)) < 0.3 * DEGREE
 
 
-def test_a_play_that_is_known_wrong_is_left_where_both_flanks_show(tmp_path: Path) -> None:
+def test_a_wrong_configured_play_is_overruled_by_loading_to_both_sides(tmp_path: Path) -> None:
     signals, truth = drive(tmp_path, "thesis_drive", 1, 1800.0, "backlash_deg = 8.0")
     answer = oc.offset(signals, truck(play_deg=3.0, play_sd_deg=0.5))
     assert answer.backlash.value == pytest.approx(8.0 * DEGREE, abs=0.5 * DEGREE)
     assert holds(answer, offset_to_find(truth))
 
 
-def test_a_value_without_a_standard_deviation_is_not_known(tmp_path: Path) -> None:
+def test_a_value_without_a_standard_deviation_is_not_used(tmp_path: Path) -> None:
     signals, _ = drive(tmp_path, "thesis_drive", 1, 120.0, "backlash_deg = 8.0")
     means = [name for name in _core.default_params() if name.startswith("known_") and "_sd_" not in name]
     assert len(means) == 6
@@ -138,8 +136,8 @@ def still(learner: Learner) -> Learner:
     return learner.learn(nothing)
 
 
-def test_without_evidence_the_play_is_the_known_one_beside_the_models_prior() -> None:
-    """Width and wind-up together: the known sd beside 6 and 2 deg of each alone."""
+def test_without_evidence_the_play_combines_configured_value_and_prior() -> None:
+    """Width and friction hysteresis together: the configured sd beside 6 and 2 deg of each alone."""
     learner = Learner(Play(half_width=3.0 * DEGREE))
     learner.design.known.play, learner.design.known.play_accuracy = 9.0 * DEGREE, 1.0 / (0.5 * DEGREE)
     still(learner)
@@ -153,7 +151,7 @@ def test_without_evidence_the_play_is_the_known_one_beside_the_models_prior() ->
     assert found == pytest.approx(9.0 * DEGREE, abs=0.1 * DEGREE)
 
 
-def test_a_known_play_leaves_no_trace_in_the_evidence() -> None:
+def test_a_configured_play_does_not_change_the_evidence() -> None:
     """It is added for the factoring only: else it would count anew at each solution."""
     drive_of_both = driven(3, Play(), 60)
     learner, other = Learner(Play()), Learner(Play())
@@ -169,7 +167,7 @@ def test_a_known_play_leaves_no_trace_in_the_evidence() -> None:
     assert list(learner.h.target_products) == list(other.h.target_products)
 
 
-def test_a_known_gradient_and_wheelbase_are_what_bends_that_never_came_would_have_told(tmp_path: Path) -> None:
+def test_configured_gradient_and_wheelbase_replace_missing_bends(tmp_path: Path) -> None:
     signals, _ = drive(tmp_path, "motorway", 1, 60.0, "backlash_deg = 1.0")
     known = {"known_wheelbase_share_1": 0.02, "known_wheelbase_share_sd_1": 0.002}
     gradient = {"understeer_gradient_deg_m_s2": 0.6, "understeer_gradient_sd_deg_m_s2": 0.02}
@@ -181,7 +179,7 @@ def test_a_known_gradient_and_wheelbase_are_what_bends_that_never_came_would_hav
     assert answer["equivalent_wheelbase"]["standard_deviation"] < 0.003 * 3.7
 
 
-def test_a_known_yaw_rate_bias_is_corrected_from_the_first_tick() -> None:
+def test_a_configured_yaw_rate_bias_is_corrected_from_the_first_tick() -> None:
     tick = {"time_s": 0.0, "yaw_rate_rad_s": 0.0, "vehicle_speed_m_s": 20.0, "steering_wheel_angle_rad": 0.0}
     known = truck(yaw_rate_bias_deg_s=0.3, yaw_rate_bias_sd_deg_s=0.05)
     now = core_of(known, 100.0).step({**tick, "lateral_acceleration_m_s2": 0.0})
@@ -189,8 +187,8 @@ def test_a_known_yaw_rate_bias_is_corrected_from_the_first_tick() -> None:
     assert now["yaw_rate_bias_sd"] == pytest.approx(0.05 * DEGREE)
 
 
-def test_a_known_accelerometer_bias_is_where_the_steering_is_believed_to_unload(tmp_path: Path) -> None:
-    """Without play nothing shows it: the interval is i K times what is not known of it."""
+def test_a_configured_accelerometer_bias_sets_the_neutral_lateral_acceleration(tmp_path: Path) -> None:
+    """Without play it is not observable: the interval is i K times its uncertainty."""
     signals, truth = drive(tmp_path, "biased_accelerometer", 2, 900.0, "backlash_deg = 0.5")
     bias = truth.lateral_acceleration_bias_m_s2
     play = {"play_deg": 0.5, "play_sd_deg": 0.3}
@@ -214,7 +212,7 @@ def test_a_known_accelerometer_bias_is_where_the_steering_is_believed_to_unload(
         ({"offset_applied_deg": 1e4}, "'offset_applied_deg'"),
     ],
 )
-def test_a_known_value_that_cannot_be_is_refused_by_name(values: dict[str, float], said: str) -> None:
+def test_an_impossible_configured_value_is_refused_by_name(values: dict[str, float], said: str) -> None:
     with pytest.raises(oc.OncenterError, match=r"vehicle file truck\.toml") as refused:
         truck(**values)
     assert said in str(refused.value)
@@ -225,6 +223,6 @@ def test_a_gradient_alone_is_for_the_error_budget_and_no_prior() -> None:
     assert truck(understeer_gradient_deg_m_s2=0.4).params == {}
 
 
-def test_a_param_comes_before_the_known_value_of_the_same_file() -> None:
+def test_a_param_overrides_the_configured_value_of_the_same_file() -> None:
     values = {"play_deg": 8.0, "play_sd_deg": 0.5, "params": {"known_play_deg": 3.0}}
     assert vehicle_from({**TRUCK, **values}, "t.toml").params["known_play_rad"] == pytest.approx(3.0 * DEGREE)

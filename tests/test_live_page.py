@@ -438,7 +438,7 @@ def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(l
         until(lambda: width() < 0.6 * widths[0])
         until(lambda: view.text_content("#gate") == "Recording: this driving is used")
         view.wait_for_selector("#findings li.info")
-        assert "not identifiable from one drive" in view.text_content("#findings")
+        assert "No single drive can identify" in view.text_content("#findings")
         assert "a pull or crosswind, which one drive cannot separate from the offset" in view.text_content("#beside")
         assert view.text_content("#flank-left-share") == "100 %"
         assert view.locator("canvas").count() >= 3

@@ -20,18 +20,21 @@ from oncenter.memory import TruckMemory, offset_with_memory, read_memory, write_
 from oncenter.memory.drive import priors, with_drive
 from oncenter.memory.file import text_of
 from oncenter.memory.log import key_of, start_of_drive
-from oncenter.memory.truck import DAY_S, Drive, Known, Load
+from oncenter.memory.truck import DAY_S, Drive, Load, Remembered
 from oncenter.offset.answer import Estimate
 from oncenter.signals import DEGREE, Signals
 
 NOW_S = 1_750_000_000.0
 FULL = TruckMemory(
     'a "truck"',
-    play=Known(8.0 * DEGREE, 0.4 * DEGREE, NOW_S),
-    yaw_rate_bias=Known(-0.2 * DEGREE, 0.01 * DEGREE, NOW_S),
-    accelerometer_bias=Known(0.1, 0.15, NOW_S),
-    equivalent_wheelbase=Known(3.75, 0.05, NOW_S),
-    loads=(Load(Known(0.3 * DEGREE, 0.02 * DEGREE, NOW_S), 3), Load(Known(0.5 * DEGREE, 0.03 * DEGREE, NOW_S), 1)),
+    play=Remembered(8.0 * DEGREE, 0.4 * DEGREE, NOW_S),
+    yaw_rate_bias=Remembered(-0.2 * DEGREE, 0.01 * DEGREE, NOW_S),
+    accelerometer_bias=Remembered(0.1, 0.15, NOW_S),
+    equivalent_wheelbase=Remembered(3.75, 0.05, NOW_S),
+    loads=(
+        Load(Remembered(0.3 * DEGREE, 0.02 * DEGREE, NOW_S), 3),
+        Load(Remembered(0.5 * DEGREE, 0.03 * DEGREE, NOW_S), 1),
+    ),
     drives=(Drive("0123", NOW_S, 2.0 * DEGREE, 0.4 * DEGREE, "valid"), Drive("4567", NOW_S, None, None, "converging")),
 )
 
@@ -53,7 +56,7 @@ def with_gradient(answer: oc.Answer, gradient_deg: float, half_width_deg: float 
     return replace(answer, understeer_gradient=Estimate(gradient_deg * DEGREE, interval, "valid", "rad/(m/s^2)"))
 
 
-def test_a_memory_is_read_as_it_was_written(tmp_path: Path) -> None:
+def test_a_memory_survives_writing_and_reading(tmp_path: Path) -> None:
     write_memory(tmp_path / "m.toml", FULL)
     again = read_memory(tmp_path / "m.toml", FULL.truck)
     assert numbers(again) == pytest.approx(numbers(FULL), rel=1e-5)
@@ -88,7 +91,7 @@ PLAY = f"{HEAD}[play]\ndate = 2026-01-01T00:00:00Z\n"
         ("schema = ", "is not TOML"),
     ],
 )
-def test_a_memory_that_is_not_this_trucks_is_refused_in_one_line(tmp_path: Path, text: str, said: str) -> None:
+def test_a_memory_of_another_truck_is_refused_in_one_line(tmp_path: Path, text: str, said: str) -> None:
     path = tmp_path / "m.toml"
     path.write_text(text)
     with pytest.raises(oc.OncenterError) as refused:
@@ -99,7 +102,7 @@ def test_a_memory_that_is_not_this_trucks_is_refused_in_one_line(tmp_path: Path,
     assert path.read_text() == text
 
 
-def test_what_is_known_is_less_sure_the_longer_ago_it_was() -> None:
+def test_remembered_values_become_less_accurate_with_time() -> None:
     today, later = (priors(FULL, truck(), NOW_S + days * DAY_S) for days in (0.0, 400.0))
     spreads = [name for name in today if "_sd_" in name]
     assert len(spreads) == 5
@@ -120,13 +123,13 @@ def test_a_vehicle_files_own_value_comes_before_the_memory() -> None:
     assert not any(name.startswith("known_play") for name in priors(FULL, given, NOW_S))
 
 
-def test_the_wheelbase_of_a_truck_that_lifts_an_axle_is_not_taken_for_known() -> None:
+def test_the_wheelbase_of_a_truck_with_a_lift_axle_is_no_prior() -> None:
     lifts = truck().model_copy(update={"axle_layout": "6x2"})
     assert "known_wheelbase_share_1" not in priors(FULL, lifts, NOW_S)
     assert priors(FULL, truck(), NOW_S)["known_wheelbase_share_1"] == pytest.approx(3.75 / 3.7 - 1.0)
 
 
-def test_a_drive_at_another_load_begins_another_gradient_and_one_at_the_same_sharpens_it(answered: oc.Answer) -> None:
+def test_another_load_begins_another_gradient_and_the_same_load_improves_it(answered: oc.Answer) -> None:
     memory = TruckMemory("truck")
     for day, gradient_deg in enumerate([0.40, 0.41, 0.60, 0.39, 0.61]):
         at_s = NOW_S + day * DAY_S
@@ -145,7 +148,7 @@ def test_the_next_drives_gradient_may_be_that_of_any_load() -> None:
     assert 0.15 * DEGREE < found["known_understeer_gradient_sd_rad_m_s2"] < 0.3 * DEGREE
 
 
-def test_a_prior_is_taken_out_of_a_gradient_before_it_is_added(answered: oc.Answer) -> None:
+def test_a_prior_is_removed_from_a_gradient_before_it_is_added(answered: oc.Answer) -> None:
     """Else what the memory said would come back as if the drive had said it."""
     prior = {
         "known_understeer_gradient_rad_m_s2": 0.8 * DEGREE,
@@ -157,13 +160,13 @@ def test_a_prior_is_taken_out_of_a_gradient_before_it_is_added(answered: oc.Answ
     assert found.sd == pytest.approx(0.05 * DEGREE, rel=1e-6)
 
 
-def test_a_drive_that_knows_less_leaves_what_is_remembered(answered: oc.Answer) -> None:
+def test_a_less_accurate_drive_does_not_change_the_memory(answered: oc.Answer) -> None:
     wide = replace(answered, backlash=Estimate(7.0 * DEGREE, (5.0 * DEGREE, 9.0 * DEGREE), "valid", "rad"))
     memory = replace(FULL, truck="truck")
     assert with_drive(memory, wide, ["0"], NOW_S + DAY_S, {}).play == memory.play
 
 
-def test_a_play_that_was_repaired_takes_the_place_of_the_old_one(answered: oc.Answer) -> None:
+def test_a_repaired_play_replaces_the_remembered_one(answered: oc.Answer) -> None:
     tight = replace(answered, backlash=Estimate(2.0 * DEGREE, (1.0 * DEGREE, 3.0 * DEGREE), "valid", "rad"))
     after = with_drive(replace(FULL, truck="truck"), tight, ["0"], NOW_S + DAY_S, {}).play
     assert after is not None and after.value == pytest.approx(2.0 * DEGREE)
@@ -174,7 +177,7 @@ def test_a_drive_whose_signals_are_at_fault_adds_nothing(answered: oc.Answer, fa
     assert with_drive(FULL, replace(answered, **fault), ["0"], NOW_S, {}) == FULL
 
 
-def test_many_standstills_do_not_make_the_accelerometer_surer_than_the_yard_is_level(answered: oc.Answer) -> None:
+def test_many_standstills_keep_the_uncertainty_of_the_yards_slope(answered: oc.Answer) -> None:
     memory = TruckMemory("truck")
     for day in range(30):
         memory = with_drive(memory, answered, [str(day)], NOW_S + day * DAY_S, {})
@@ -189,7 +192,7 @@ def test_the_drives_that_are_listed_are_the_last_fifty(answered: oc.Answer) -> N
     assert [each.key for each in memory.drives] == [str(day) for day in range(10, 60)]
 
 
-def test_drives_of_one_truck_narrow_each_others_offset_and_hold_the_truth(tmp_path: Path) -> None:
+def test_drives_of_one_truck_narrow_the_offset_and_contain_the_truth(tmp_path: Path) -> None:
     """Short motorway drives that mostly see one flank of 8 deg of play; each its own offset."""
     alone, together, held = [], [], 0
     for first in (11, 21, 31):
@@ -217,14 +220,14 @@ def test_a_jump_of_the_offset_shows_in_the_next_drive(tmp_path: Path) -> None:
     assert offsets[2] - offsets[1] == pytest.approx(4.0 * DEGREE, abs=0.4 * DEGREE)
 
 
-def test_a_copy_of_a_log_has_its_key_and_another_drive_another(tmp_path: Path) -> None:
+def test_a_copy_of_a_log_has_the_same_key_and_another_drive_has_not(tmp_path: Path) -> None:
     signals, _ = drive(tmp_path, "thesis_drive", 1, 60.0, "")
     signals.table.write_parquet(tmp_path / "copy.parquet")
     other, _ = drive(tmp_path, "thesis_drive", 2, 60.0, "")
     assert key_of(oc.read(tmp_path / "copy.parquet")) == key_of(signals) != key_of(other)
 
 
-def test_a_drives_date_is_its_logs_own_or_else_the_files() -> None:
+def test_the_date_of_a_drive_is_from_its_log_or_its_file() -> None:
     def at(start_s: float) -> Signals:
         times = np.arange(0.0, 10.0, 0.01) + start_s
         return Signals(pl.DataFrame({"time_s": times}), {}, 100.0, "drive")
@@ -259,7 +262,7 @@ def test_the_command_makes_the_memory_and_the_same_log_twice_leaves_the_same_fil
     assert other.read_bytes() == first
 
 
-def test_the_command_never_writes_the_memory_over_what_it_reads(
+def test_the_command_never_overwrites_its_inputs_with_the_memory(
     log: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     before = log.read_bytes()
@@ -281,7 +284,7 @@ def test_the_command_never_writes_the_memory_over_what_it_reads(
         (["--applied", "nan"], "--applied must be -720 to 720"),
     ],
 )
-def test_an_option_that_cannot_be_is_refused_in_one_line(
+def test_an_impossible_option_is_refused_in_one_line(
     tmp_path: Path, log: Path, capsys: pytest.CaptureFixture[str], options: list[str], said: str
 ) -> None:
     here = [str(tmp_path / value) if value.endswith(".toml") else value for value in options]

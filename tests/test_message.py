@@ -62,7 +62,7 @@ STATUSES = {name: k for k, name in enumerate(_core.STATUSES)}
     fault=st.integers(0, lib.OC_FAULT_COUNT - 1),
     counter=st.integers(0, 15),
 )
-def test_what_is_sent_is_what_the_dbc_reads_and_what_comes_back(
+def test_the_message_is_decoded_alike_by_the_dbc_and_by_the_core(
     angle: float, offset: float, offset_sd: float, angle_sd: float, source: int, status: int, fault: int, counter: int
 ) -> None:
     values = {"angle": angle, "offset": offset, "offset_sd": offset_sd, "angle_sd": angle_sd, "source": source}
@@ -105,7 +105,7 @@ def parts_payload_of(**values: Any) -> bytes:
 
 
 @given(sds=st.lists(st.floats(0.0, 0.122), min_size=4, max_size=4), counter=st.integers(0, 15))
-def test_the_parts_of_the_sd_come_back_never_smaller_and_as_the_dbc_reads_them(sds: list[float], counter: int) -> None:
+def test_decoded_parts_of_the_sd_are_never_smaller_and_agree_with_the_dbc(sds: list[float], counter: int) -> None:
     given_parts = dict(zip(PART_SIGNALS, sds, strict=True))
     payload = parts_payload_of(**given_parts, counter=counter)
     read, told = PARTS.decode(payload), decode_parts(payload)
@@ -117,7 +117,7 @@ def test_the_parts_of_the_sd_come_back_never_smaller_and_as_the_dbc_reads_them(s
     assert payload[4:6] == payload[7:] + b"\xff" == b"\xff\xff" and payload[6] & 15 == 15
 
 
-def test_a_wide_part_is_sent_as_so_wide_or_wider_and_one_that_is_none_as_not_available() -> None:
+def test_a_part_is_never_sent_smaller_and_a_missing_one_is_not_available() -> None:
     told = decode_parts(parts_payload_of(drive_sd=3.0, pull_sd=math.nan, wind_sd=0.0, set_up_sd=math.inf))
     assert (told.drive_sd_rad, told.pull_sd_rad) == (250 / 2048, None)
     assert (told.wind_sd_rad, told.set_up_sd_rad) == (0.0, 250 / 2048)
@@ -156,7 +156,7 @@ def test_of_an_offset_that_is_unobservable_no_part_is_sent(truck: Vehicle, colum
 
 
 @given(st.binary(min_size=8, max_size=8))
-def test_no_eight_bytes_bring_down_who_reads_them(payload: bytes) -> None:
+def test_any_eight_bytes_are_decoded_without_an_error(payload: bytes) -> None:
     try:
         told = decode(payload)
     except OncenterError as error:
@@ -180,7 +180,7 @@ def test_a_value_that_does_not_fit_is_not_available_and_no_angle_goes_without_it
     assert decode(payload_of(angle=0.1, offset=nothing, **lost)).offset_sd_rad is None
 
 
-def test_a_wide_interval_is_said_to_be_as_wide_or_wider() -> None:
+def test_an_interval_is_never_sent_narrower() -> None:
     told = decode(payload_of(source=SOURCES["estimated"], angle_sd=3.0, offset_sd=math.nan))
     assert told.angle_sd_rad == 250 / 2048
     assert told.offset_sd_rad is None
@@ -206,7 +206,7 @@ def ticks(columns: dict[str, Array], begin: int = 0, end: int | None = None) -> 
 
 @pytest.fixture(scope="module")
 def learned(truck: Vehicle, columns: dict[str, Array]) -> bytes:
-    """Of a drive whose offset is known after it, by the thesis's method, which is soonest sure."""
+    """Of a drive with an observable offset, by the thesis's method, which needs the shortest drive."""
     monitor = oc.Monitor(truck, method="thesis")
     for tick in ticks(columns):
         monitor.step(tick)
@@ -236,7 +236,7 @@ def test_the_angle_is_the_same_however_often_it_is_read_saved_and_restored(
         monitor = restored(truck, monitor.save())
 
 
-def test_an_unknown_offset_is_taken_off_nothing(truck: Vehicle, columns: dict[str, Array]) -> None:
+def test_an_unobservable_offset_is_not_subtracted(truck: Vehicle, columns: dict[str, Array]) -> None:
     monitor = oc.Monitor(truck, method="thesis")
     tick = next(ticks(columns, 9_000))
     monitor.step(tick)
@@ -307,12 +307,12 @@ def test_a_sensor_that_drifts_to_the_left_drifts_high_and_stays_so(angle: float,
     assert (trouble.fmi, trouble.occurrences) == (fmi, 1)
 
 
-def test_nothing_wrong_is_said_as_no_code() -> None:
+def test_without_a_fault_there_is_no_trouble_code() -> None:
     for outputs in ([], [valid(0.01)], [valid(0.3) | {"offset_status": STATUSES["converging"]}]):
         assert trouble_after(outputs)[1] == bytes.fromhex("00ff00000000ffff")
 
 
-def test_an_offset_is_trouble_from_its_whole_interval_on_until_its_value_is_within() -> None:
+def test_an_offset_is_trouble_while_its_interval_or_then_its_value_is_beyond() -> None:
     outputs, said = [], []
     for offset in (0.06, 0.08, 0.06, -0.06, 0.04, 0.06, 0.08):
         outputs.append(valid(offset))
@@ -432,7 +432,7 @@ def test_two_compilers_that_lay_structs_out_differently_write_the_same_image(
     assert again == ignition(compiled["usual"], columns, tmp_path / "short") != usual
 
 
-def test_the_integration_example_runs_and_knows_next_day_what_it_learned(
+def test_the_integration_example_runs_and_keeps_its_estimates_overnight(
     compiled: dict[str, Path], tmp_path: Path, columns: dict[str, Array]
 ) -> None:
     first, second = (ignition(compiled["usual"], columns, tmp_path) for _ in range(2))

@@ -33,13 +33,13 @@ from oncenter.signals import DEGREE, Source
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_a_healthy_drive_is_silent_and_all_is_judged(seed: int) -> None:
+def test_a_healthy_drive_has_no_finding_and_all_checks_are_judged(seed: int) -> None:
     judged = check(drive(seed), TRUCK)
     assert judged.findings == ()
     assert judged.cannot_tell == ()
 
 
-def test_a_healthy_drive_seen_in_a_mirror_is_silent() -> None:
+def test_a_mirrored_healthy_drive_has_no_finding() -> None:
     turns = ("steering_wheel_angle", "yaw_rate", "lateral_acceleration")
     mirror = both(wheels_swapped, *(scaled(name, -1.0) for name in turns))
     assert check(mirror(drive()), TRUCK).findings == ()
@@ -53,7 +53,7 @@ def test_a_healthy_drive_seen_in_a_mirror_is_silent() -> None:
         ("lateral_acceleration", "the sign of the lateral acceleration is reversed"),
     ],
 )
-def test_the_reversed_witness_is_outvoted(name: str, said: str) -> None:
+def test_the_signal_with_reversed_sign_is_outvoted(name: str, said: str) -> None:
     finding = only(check(scaled(name, -1.0)(drive()), TRUCK).findings)
     assert finding.code == "sign_reversed"
     assert finding.text.startswith(said)
@@ -64,7 +64,7 @@ def test_swapped_wheels_are_a_reversed_sign() -> None:
     assert "left and right are exchanged in the front and rear wheel speeds" in finding.text
 
 
-def test_two_witnesses_alone_cannot_say_who_is_reversed() -> None:
+def test_with_two_signals_both_are_named_for_a_reversed_sign() -> None:
     pair = without(scaled("yaw_rate", -1.0)(drive()), *WHEELS, "lateral_acceleration")
     finding = check(pair, TRUCK).findings[0]
     assert finding.code == "sign_reversed"
@@ -89,7 +89,7 @@ def test_two_witnesses_alone_cannot_say_who_is_reversed() -> None:
     ],
 )
 @pytest.mark.parametrize("wheels", [True, False], ids=["with wheel speeds", "without"])
-def test_a_unit_mix_up_is_named(name: str, factor: float, said: str, wheels: bool) -> None:
+def test_a_wrong_unit_is_named(name: str, factor: float, said: str, wheels: bool) -> None:
     whole = drive() if wheels else without(drive(), *WHEELS)
     scales = [f for f in check(scaled(name, factor)(whole), TRUCK).findings if f.code == "scale"]
     assert said in only(tuple(scales)).text
@@ -101,7 +101,7 @@ def test_wheel_speeds_in_km_h_are_named() -> None:
     assert "wheel speeds are too large by a factor of 3.6" in only(check(fault(drive()), TRUCK).findings).text
 
 
-def test_angle_and_yaw_rate_alone_share_the_blame() -> None:
+def test_with_angle_and_yaw_rate_alone_both_units_are_named() -> None:
     pair = without(scaled("steering_wheel_angle", 1 / DEGREE)(drive()), *WHEELS, "lateral_acceleration")
     text = check(pair, TRUCK).findings[0].text
     assert "steering wheel angle is too large by a factor of 57.3" in text
@@ -124,7 +124,7 @@ def test_a_late_signal_is_named_with_its_lag(name: str, by_s: float, code: str, 
 
 
 @pytest.mark.parametrize("worn", [-0.004, 0.004])
-def test_tyres_worn_unlike_on_a_road_that_hardly_bends_are_no_mix_up_of_units_or_signs(worn: float) -> None:
+def test_unequal_tyre_wear_on_a_nearly_straight_road_is_no_wrong_unit_or_sign(worn: float) -> None:
     """4 per mille of the speed, which goes with the yaw rate where all bends are to one side."""
     gentle = drive(bends=0.03)
     speed = gentle.table["vehicle_speed_m_s"].to_numpy()
@@ -135,7 +135,7 @@ def test_tyres_worn_unlike_on_a_road_that_hardly_bends_are_no_mix_up_of_units_or
     assert "scale" in {finding.code for finding in check(mixed_up, TRUCK).findings}
 
 
-def test_wheels_that_turn_faster_than_the_vehicle_goes_are_told() -> None:
+def test_wheel_speeds_above_the_vehicle_speed_are_reported() -> None:
     finding = only(check(both(*(scaled(name, 1.08) for name in WHEELS))(drive()), TRUCK).findings)
     assert finding.code == "wheel_speed"
     assert finding.value == pytest.approx(8.0, abs=0.2)
@@ -146,7 +146,7 @@ def test_a_vehicle_speed_that_stays_at_zero_while_the_wheels_turn_is_an_error() 
     assert (finding.code, finding.severity) == ("wheel_speed", "error")
 
 
-def test_a_yaw_rate_that_is_not_zero_at_standstill_is_told() -> None:
+def test_a_yaw_rate_at_standstill_is_reported() -> None:
     finding = only(check(shifted("yaw_rate", 0.25 * DEGREE)(drive()), TRUCK).findings)
     assert finding.code == "yaw_rate_bias"
     assert finding.value == pytest.approx(0.25, abs=0.02)
@@ -154,7 +154,7 @@ def test_a_yaw_rate_that_is_not_zero_at_standstill_is_told() -> None:
 
 
 @pytest.mark.parametrize(("source", "named"), [("VDC2 from 0x3E", True), ("column yaw_rate_deg_s", False)])
-def test_the_known_zero_of_vdc2_is_named_where_the_yaw_rate_is_from_there(source: str, named: bool) -> None:
+def test_the_common_wrong_zero_of_vdc2_is_named_for_its_yaw_rate(source: str, named: bool) -> None:
     signals = shifted("yaw_rate", (32127 - 32112.64) / 8192)(drive())
     sources = {**signals.sources, "yaw_rate": Source(source, RATE_HZ, 1000, 0)}
     finding = only(check(replace(signals, sources=sources), TRUCK).findings)
@@ -162,31 +162,31 @@ def test_the_known_zero_of_vdc2_is_named_where_the_yaw_rate_is_from_there(source
     assert ("32127" in finding.text) is named
 
 
-def test_an_accelerometer_bias_is_told_at_standstill_and_at_speed() -> None:
+def test_an_accelerometer_bias_is_reported_at_standstill_and_at_speed() -> None:
     findings = check(shifted("lateral_acceleration", -0.75)(drive()), TRUCK).findings
     assert {f.code for f in findings} == {"lateral_acceleration_at_standstill", "bank"}
     assert all(f.value == pytest.approx(-0.6, abs=0.05) for f in findings)
 
 
-def test_a_relative_sensor_is_told() -> None:
+def test_a_relative_sensor_is_reported() -> None:
     finding = only(check(scaled("steering_wheel_angle_sensor_type", 0.0)(drive()), TRUCK).findings)
     assert finding.code == "relative_angle_sensor"
 
 
-def test_an_angle_off_by_a_whole_turn_is_told() -> None:
+def test_a_whole_turn_in_the_angle_is_reported() -> None:
     finding = only(check(shifted("steering_wheel_angle", -2 * np.pi)(drive()), TRUCK).findings)
     assert finding.code == "whole_turns"
     assert finding.value == pytest.approx(-358, abs=4)
 
 
-def test_a_straight_road_tells_neither_sign_nor_scale_nor_ratio_and_says_so() -> None:
+def test_on_a_straight_road_sign_scale_and_ratio_are_not_judged() -> None:
     judged = check(drive(bends=0.0), TRUCK)
     assert judged.findings == ()
     assert {"signs", "ratio times wheelbase"} <= {verdict.check for verdict in judged.cannot_tell}
 
 
-def test_bends_that_something_else_outweighs_do_not_lack_time() -> None:
-    """A lag is not told where the two are hardly alike, however long the drive."""
+def test_too_gentle_bends_are_named_as_the_missing_evidence() -> None:
+    """A lag is not judged where the two signals hardly correlate, also in a long drive."""
     noise = np.random.default_rng(1).normal(0.0, 0.5, len(drive().table))
     judged = check(changed(drive(), "lateral_acceleration", lambda x, t: x + noise), TRUCK)
     why = {verdict.check: verdict.why for verdict in judged.cannot_tell}
@@ -197,7 +197,7 @@ def test_bends_that_something_else_outweighs_do_not_lack_time() -> None:
 
 
 @pytest.mark.parametrize("fault", [scaled("yaw_rate", -1.0), scaled("yaw_rate", 2.0)], ids=["sign", "factor"])
-def test_a_straight_road_accuses_nobody(fault: Fault) -> None:
+def test_on_a_straight_road_no_signal_is_blamed(fault: Fault) -> None:
     assert check(fault(drive(bends=0.0)), TRUCK).findings == ()
 
 
@@ -211,14 +211,14 @@ def test_one_glitch_does_not_decide_a_sign() -> None:
     assert "signs" in {verdict.check for verdict in judged.cannot_tell}
 
 
-def test_an_angle_that_turns_its_sign_midway_accuses_nobody() -> None:
+def test_an_angle_that_changes_its_sign_midway_is_not_judged() -> None:
     signals = without(drive(), *WHEELS, "lateral_acceleration")
     judged = check(changed(signals, "steering_wheel_angle", lambda x, t: np.where(t > 152, -x, x)), TRUCK)
     assert "sign_reversed" not in {finding.code for finding in judged.findings}
     assert "signs" in {verdict.check for verdict in judged.cannot_tell}
 
 
-def test_a_cab_that_still_rocks_after_stopping_is_not_a_bias() -> None:
+def test_a_rocking_cab_after_a_stop_is_not_a_bias() -> None:
     stopped = changed(drive(), "vehicle_speed", lambda x, t: np.where(t > 299.2, 0.0, np.maximum(x, 3.0)))
     rocking = changed(stopped, "yaw_rate", lambda x, t: np.where(t > 299.2, (t < 299.38) * 2.0 * DEGREE, x))
     judged = check(rocking, TRUCK)
@@ -226,7 +226,7 @@ def test_a_cab_that_still_rocks_after_stopping_is_not_a_bias() -> None:
     assert "zero of the yaw rate" not in {verdict.check for verdict in judged.cannot_tell}
 
 
-def test_a_truck_that_stands_says_that_it_does_not_move() -> None:
+def test_a_standing_truck_is_reported_as_not_moving() -> None:
     standing = scaled("vehicle_speed", 0.0)(both(*(scaled(name, 0.0) for name in WHEELS))(drive(bends=0.0)))
     judged = check(standing, TRUCK)
     assert judged.findings == ()
@@ -236,7 +236,7 @@ def test_a_truck_that_stands_says_that_it_does_not_move() -> None:
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("rows", [2, 3, 11, 700, 4000])
 @pytest.mark.parametrize("kind", ["noise", "constant", "nothing", "holes"])
-def test_a_log_of_nearly_nothing_is_not_judged_and_breaks_nothing(rows: int, kind: str) -> None:
+def test_a_nearly_empty_log_is_not_judged_and_raises_no_error(rows: int, kind: str) -> None:
     rng = np.random.default_rng(rows)
     signals = drive(duration_s=rows / RATE_HZ)
     values = {
@@ -293,7 +293,7 @@ def test_the_verb_works_without_a_vehicle_file(log: Path, capsys: pytest.Capture
     assert "ratio times wheelbase is 7" in capsys.readouterr().out
 
 
-def test_a_standing_truck_without_an_angle_is_told_what_it_lacks(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_missing_evidence_of_a_standing_truck_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["signals", str(real_drive("j1939_truck_stationary/truck_stationary.mf4"))]) == 0
     said = capsys.readouterr().out
     assert "error: the log has no steering wheel angle" in said
@@ -301,7 +301,7 @@ def test_a_standing_truck_without_an_angle_is_told_what_it_lacks(capsys: pytest.
 
 
 @pytest.mark.parametrize("rate_hz", [20.0, 50.0, 200.0])
-def test_a_log_of_a_few_ticks_tells_nothing_and_accuses_nobody(rate_hz: float) -> None:
+def test_in_a_log_of_a_few_ticks_no_signal_is_blamed(rate_hz: float) -> None:
     whole = drive()
     for ticks in (2, 3, 7, 21, 50):
         short = replace(whole, table=whole.table[10_000 : 10_000 + ticks], rate_hz=rate_hz)
@@ -312,7 +312,7 @@ def test_a_log_of_a_few_ticks_tells_nothing_and_accuses_nobody(rate_hz: float) -
 
 @pytest.mark.parametrize("name", ["steering_wheel_angle", "yaw_rate", "vehicle_speed", "lateral_acceleration"])
 @pytest.mark.parametrize("size", [1e250, -1.7e308])
-def test_a_damaged_number_of_any_size_is_judged_without_a_word_of_numpys(name: str, size: float) -> None:
+def test_a_damaged_number_of_any_size_causes_no_numpy_warning(name: str, size: float) -> None:
     def damaged(values: np.ndarray, time: np.ndarray) -> np.ndarray:
         return np.where(np.isin(np.arange(len(values)), (3000, 3001, 9000)), size, values)
 

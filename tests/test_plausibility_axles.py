@@ -55,7 +55,7 @@ def left_out(signals: Signals) -> set[str]:
 
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize("name", ["country", "town"])
-def test_a_locked_axle_and_one_that_leads_leave_the_answer_as_without_wheel_speeds(name: str, seed: int) -> None:
+def test_a_locked_axle_and_an_early_one_give_the_answer_without_wheel_speeds(name: str, seed: int) -> None:
     healthy = simulated(name, seed)
     answer = oc.offset(both(axle_locked("rear"), axle_leads("front", 0.3))(healthy), TRUCK)
     alone = oc.offset(without(healthy, *WHEELS), TRUCK)
@@ -86,7 +86,7 @@ def test_a_locked_axle_and_one_that_leads_leave_the_answer_as_without_wheel_spee
     ],
     ids=["rear locked", "front locked", "rear swapped", "front swapped", "large", "km/h", "rpm", "m/s", "late", "gyro"],
 )
-def test_wheel_speeds_that_do_not_turn_with_the_truck_are_named_and_not_used(
+def test_wheel_speeds_that_contradict_the_yaw_rate_are_named_and_not_used(
     fault: Fault, gone: tuple[str, ...], says: str
 ) -> None:
     for seed in (1, 2):
@@ -98,7 +98,7 @@ def test_wheel_speeds_that_do_not_turn_with_the_truck_are_named_and_not_used(
         assert not [finding for finding in check(faulty, TRUCK).findings if finding.severity == "error"]
 
 
-def test_a_locked_axle_on_a_motorway_costs_no_minute() -> None:
+def test_a_locked_axle_on_a_motorway_costs_no_usable_time() -> None:
     answer = oc.offset(axle_locked("rear")(simulated("motorway", 1)), TRUCK)
     assert answer.offset.status == "valid" and answer.used_s > 3000.0
 
@@ -128,17 +128,17 @@ def test_an_axle_that_fits_is_never_left_out(name: str) -> None:
     ],
     ids=["yaw rate reversed", "deg/s", "km/h", "no speed", "m/s", "stuck speed", "angle and acceleration reversed"],
 )
-def test_wheels_are_not_accused_where_the_yaw_rate_or_the_speed_is_at_fault(fault: Fault) -> None:
+def test_wheel_speeds_are_not_blamed_for_a_wrong_yaw_rate_or_speed(fault: Fault) -> None:
     for name in ("country", "motorway"):
         assert left_out(fault(simulated(name, 1))) == set()
 
 
-def test_noise_on_a_straight_road_accuses_no_axle() -> None:
+def test_no_axle_is_blamed_for_noise_on_a_straight_road() -> None:
     straight = simulated("straight_runs", 1)
     assert left_out(changed(straight, "yaw_rate", lambda x, t: np.full_like(x, x.mean()))) == set()
 
 
-def test_the_wheel_speed_method_takes_the_other_axle_or_says_why_there_is_none() -> None:
+def test_the_wheel_speed_method_uses_the_other_axle_or_names_the_reason() -> None:
     healthy = simulated("country", 1)
     one = oc.offset(axle_locked("rear")(healthy), TRUCK, method="wheel-speed")
     assert "wheel_speed_front_left" in one.sources and "wheel_speed_rear_left" not in one.sources
@@ -150,7 +150,7 @@ def test_the_wheel_speed_method_takes_the_other_axle_or_says_why_there_is_none()
         oc.angle(axle_locked("front")(healthy), TRUCK, method="wheel-speed")
 
 
-def test_the_angle_does_without_such_an_axle_and_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_angle_without_such_an_axle_has_a_warning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     healthy = simulated("town", 1)
     faulty = axle_locked("rear")(healthy)
     assert oc.angle(faulty, TRUCK).equals(oc.angle(without(healthy, *REAR), TRUCK))
@@ -161,7 +161,7 @@ def test_the_angle_does_without_such_an_axle_and_says_so(tmp_path: Path, capsys:
     assert "warning: the difference of the rear wheel speeds" in capsys.readouterr().out
 
 
-def test_a_bias_that_is_not_valid_was_not_corrected() -> None:
+def test_only_a_valid_gyro_bias_is_reported_as_corrected() -> None:
     from dataclasses import replace
 
     answer = oc.offset(simulated("country", 1), TRUCK)
@@ -194,14 +194,14 @@ def a_city_drive() -> Signals:
 
 
 @pytest.mark.parametrize("vehicle", [None, oc.vehicle(EXAMPLES / "genesis.toml")], ids=["no vehicle", "genesis"])
-def test_a_real_cars_axles_turn_with_its_yaw_rate_until_one_is_locked(vehicle: oc.Vehicle | None) -> None:
+def test_a_real_cars_axles_agree_with_its_yaw_rate_until_one_is_locked(vehicle: oc.Vehicle | None) -> None:
     city = a_city_drive()
     assert without_unfit_axles(city, vehicle)[1] == ()
     (found,) = without_unfit_axles(axle_locked("rear")(city), vehicle)[1]
     assert found.axles == ("rear",)
 
 
-def test_a_real_minute_nearly_straight_accuses_no_axle() -> None:
+def test_no_axle_is_blamed_in_a_nearly_straight_real_minute() -> None:
     import importlib.util
 
     file = EXAMPLES / "comma2k19_reader" / "comma2k19_reader.py"

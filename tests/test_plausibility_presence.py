@@ -1,4 +1,4 @@
-"""Signals that are missing, stuck, coarse or seldom are told, and none that is only slow to change."""
+"""Missing, stuck, coarse and slow signals are reported; signals that change slowly are not."""
 
 from dataclasses import replace
 
@@ -25,14 +25,14 @@ from oncenter.signals import DEGREE, SIGNALS, Source
 
 
 @pytest.mark.parametrize("name", ["steering_wheel_angle", "yaw_rate", "lateral_acceleration"])
-def test_a_stuck_signal_is_told(name: str) -> None:
+def test_a_stuck_signal_is_an_error(name: str) -> None:
     codes = {finding.code for finding in check(held(name, 200.0)(drive()), TRUCK).findings}
     assert "signal_stuck" in codes
 
 
 @pytest.mark.parametrize("fine", [True, False])
 @pytest.mark.parametrize("unheard", [(), WHEELS])
-def test_a_stuck_vehicle_speed_is_told_by_the_wheels_or_where_it_has_fine_steps(
+def test_a_stuck_vehicle_speed_is_found_by_the_wheels_or_by_its_fine_steps(
     unheard: tuple[str, ...], fine: bool
 ) -> None:
     signals = noisy(drive()) if fine else in_steps("vehicle_speed", 1 / 256 / 3.6)(drive())
@@ -40,7 +40,7 @@ def test_a_stuck_vehicle_speed_is_told_by_the_wheels_or_where_it_has_fine_steps(
     assert "signal_stuck" in {finding.code for finding in check(stuck, TRUCK).findings}
 
 
-def test_a_stuck_vehicle_speed_is_told_where_the_wheels_are_stuck_with_it_or_go_steadily() -> None:
+def test_a_stuck_vehicle_speed_is_found_beside_stuck_or_steady_wheels() -> None:
     steady = drive(swing=0.1)
     for stuck in (
         wheels_held(held("vehicle_speed", 150.0)(noisy(drive())), 150.0),
@@ -58,7 +58,7 @@ def test_a_cruise_control_that_stays_within_a_coarse_step_is_not_stuck(unheard: 
 
 
 @pytest.mark.parametrize(("name", "step"), [("steering_wheel_angle", 2.0), ("yaw_rate", 0.25)])
-def test_a_coarse_signal_is_told_with_its_step(name: str, step: float) -> None:
+def test_a_coarse_signal_is_reported_with_its_step(name: str, step: float) -> None:
     coarse = [f for f in check(in_steps(name, step * DEGREE)(drive()), TRUCK).findings if f.code == "signal_coarse"]
     assert only(tuple(coarse)).value == pytest.approx(step)
 
@@ -70,7 +70,7 @@ def test_resolution_is_the_step_of_the_encoding() -> None:
     assert resolution(np.zeros(100)) is None
 
 
-def test_a_coarse_signal_is_told_also_when_it_was_brought_to_another_clock() -> None:
+def test_a_coarse_signal_is_reported_after_resampling_as_well() -> None:
     sampled = np.arange(0.0, 300.0, 0.02)
     fault = both(
         in_steps("steering_wheel_angle", 2.0 * DEGREE),
@@ -82,7 +82,7 @@ def test_a_coarse_signal_is_told_also_when_it_was_brought_to_another_clock() -> 
     assert only(tuple(coarse)).value == pytest.approx(2.0)
 
 
-def test_a_signal_that_comes_too_seldom_is_told() -> None:
+def test_a_slow_signal_is_reported() -> None:
     signals = drive()
     sources = {**signals.sources, "yaw_rate": Source("VDC2 from 0x3E", 5.0, 1500, 0)}
     finding = only(check(replace(signals, sources=sources), TRUCK).findings)
@@ -90,13 +90,13 @@ def test_a_signal_that_comes_too_seldom_is_told() -> None:
 
 
 @pytest.mark.parametrize("name", ["steering_wheel_angle", "yaw_rate", "vehicle_speed"])
-def test_a_signal_that_is_needed_and_missing_is_an_error(name: str) -> None:
+def test_a_missing_necessary_signal_is_an_error(name: str) -> None:
     findings = check(without(drive(), name), TRUCK).findings
     assert [f.code for f in findings if f.severity == "error"] == ["missing_signal"]
     assert SIGNALS[name].name.replace("_", " ") in findings[0].text
 
 
-def test_signals_that_are_often_not_available_are_told_and_the_rest_is_still_judged() -> None:
+def test_often_unavailable_signals_are_reported_and_the_rest_is_judged() -> None:
     signals = changed(drive(), "yaw_rate", lambda x, t: np.where((t + 5) % 10 < 1, np.nan, x))
     sources = {**signals.sources, "yaw_rate": Source("VDC2 from 0x3E", RATE_HZ, 1000, 100)}
     finding = only(check(replace(signals, sources=sources), TRUCK).findings)

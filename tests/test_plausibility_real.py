@@ -1,4 +1,4 @@
-"""Real cars: what they have is told, and what is planted in them."""
+"""Real cars: their biases are reported, and so are faults that are planted in their logs."""
 
 import pytest
 from planted_faults import (
@@ -35,21 +35,21 @@ def test_a_real_car_shows_its_biases_and_nothing_else(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", LAPS)
-def test_a_real_car_tells_its_ratio_times_wheelbase(name: str) -> None:
+def test_ratio_times_wheelbase_is_found_in_a_real_car(name: str) -> None:
     signals, _ = genesis(name)
     shown = [finding for finding in check(signals).findings if finding.code == "ratio_times_wheelbase"]
     assert only(tuple(shown)).value == pytest.approx(14.0 * 3.01, rel=0.05)
 
 
 @pytest.mark.parametrize("name", LAPS)
-def test_a_biased_accelerometer_is_told_before_the_gate_shuts_on_it(name: str) -> None:
+def test_an_accelerometer_bias_is_reported_by_the_signal_check(name: str) -> None:
     signals, vehicle = genesis(name)
     codes = {finding.code for finding in check(signals, vehicle.model_copy(update={"params": {}})).findings}
     assert codes == {*BIASES, "bank"}
 
 
 @pytest.mark.parametrize("name", YARD)
-def test_a_slow_minute_on_a_yard_accuses_no_unit_sign_or_ratio(name: str) -> None:
+def test_no_unit_sign_or_ratio_is_blamed_in_a_slow_minute_on_a_yard(name: str) -> None:
     assert {finding.code for finding in check(*genesis(name)).findings} <= BIASES
 
 

@@ -41,7 +41,7 @@ def of_code(findings: tuple[Finding, ...], code: str) -> list[Finding]:
 
 @pytest.mark.parametrize(("early_s", "written"), [(0.16, "0.16"), (1.0, "1.0")])
 @pytest.mark.parametrize("name", NEEDED)
-def test_a_signal_that_ends_before_its_log_is_told_with_its_seconds(name: str, early_s: float, written: str) -> None:
+def test_a_signal_that_ends_before_its_log_is_reported_in_seconds(name: str, early_s: float, written: str) -> None:
     ended = cut(drive(), name, early_s=early_s)
     for findings in (check(ended, TRUCK).findings, oc.offset(ended, TRUCK).findings):
         (found,) = of_code(findings, "signal_ended_early")
@@ -50,32 +50,32 @@ def test_a_signal_that_ends_before_its_log_is_told_with_its_seconds(name: str, e
         assert found.value == pytest.approx(early_s)
 
 
-def test_a_signal_that_begins_after_its_log_is_told_with_its_seconds() -> None:
+def test_a_signal_that_begins_after_its_log_is_reported_with_its_seconds() -> None:
     late = cut(drive(), "yaw_rate", late_s=2.0)
     for findings in (check(late, TRUCK).findings, oc.offset(late, TRUCK).findings):
         (found,) = of_code(findings, "signal_began_late")
         assert found.text == "the yaw rate begins 2.0 s after the log"
 
 
-def test_a_signal_of_a_slow_sender_that_ends_within_its_period_is_not_told() -> None:
+def test_a_slow_signal_that_ends_within_its_period_is_no_finding() -> None:
     signals = cut(drive(), "vehicle_speed", early_s=0.2)
     slow = {**signals.sources, "vehicle_speed": replace(signals.sources["vehicle_speed"], rate_hz=10.0)}
     assert not of_code(check(replace(signals, sources=slow), TRUCK).findings, "signal_ended_early")
 
 
-def test_a_signal_that_is_not_needed_may_end_when_it_likes() -> None:
+def test_an_unnecessary_signal_that_ends_early_is_no_finding() -> None:
     ended = cut(drive(), "wheel_speed_front_left", early_s=5.0)
     assert not of_code(oc.offset(ended, TRUCK).findings, "signal_ended_early")
 
 
-def test_a_log_without_holes_says_nothing_of_them() -> None:
+def test_a_log_without_gaps_has_no_finding_on_them() -> None:
     signals = drive()
     assert recorded(signals).holes_s == ()
     assert not of_code(check(signals, TRUCK).findings, "recording_has_holes")
     assert not of_code(oc.offset(signals, TRUCK).findings, "recording_has_holes")
 
 
-def test_a_log_with_holes_says_how_much_of_it_was_recorded() -> None:
+def test_a_log_with_gaps_is_reported_with_its_recorded_time() -> None:
     holed = with_holes(drive(duration_s=1300.0), 40.0, 10.0)
     for findings in (check(holed, TRUCK).findings, oc.offset(holed, TRUCK).findings):
         (found,) = of_code(findings, "recording_has_holes")
@@ -95,7 +95,7 @@ def test_rows_without_a_number_are_not_recorded() -> None:
     assert hole_s == pytest.approx(4.0, abs=2 / RATE_HZ)
 
 
-def test_of_several_logs_the_one_that_has_the_hole_is_named() -> None:
+def test_the_log_with_the_gap_is_named_among_several() -> None:
     whole = replace(drive(), log="a/whole.csv")
     later = pl.col("time_s") + 1000.0
     holed = replace(whole, table=with_holes(whole, 400.0, 150.0).table.with_columns(later), log="a/holed.csv")
@@ -104,9 +104,7 @@ def test_of_several_logs_the_one_that_has_the_hole_is_named() -> None:
     assert found.text.startswith("holed.csv: 3.3 of 4.2 minutes are recorded")
 
 
-def test_the_command_line_says_it_in_words_and_json_and_counts_holes_among_gaps(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_line_reports_gaps_in_words_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     holed = cut(with_holes(drive(duration_s=600.0), 40.0, 10.0), "steering_wheel_angle", early_s=1.0)
     log, truck = tmp_path / "drive.csv", tmp_path / "truck.toml"
     holed.table.write_csv(log)
@@ -132,6 +130,6 @@ def told(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return capsys.readouterr().out
 
 
-def test_the_report_says_it(tmp_path: Path) -> None:
+def test_the_report_has_the_finding(tmp_path: Path) -> None:
     oc.report(oc.offset(cut(drive(), "steering_wheel_angle", early_s=1.0), TRUCK), tmp_path / "page.html")
     assert "teering wheel angle ends 1.0 s before the log" in (tmp_path / "page.html").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Chapter 3: a straight driven both ways measures the offset; whatever else is driven does not, and is told so."""
+"""Chapter 3: a straight driven both ways measures the offset; any other drive is refused with the reason."""
 
 import functools
 import json
@@ -77,7 +77,7 @@ def test_chapter_3s_drive_gives_its_two_means_and_their_midpoint() -> None:
     assert north_west.lateral_acceleration_m_s2 > 0.1 and south_east.lateral_acceleration_m_s2 < -0.05
 
 
-def test_the_midpoint_is_free_of_what_the_road_takes_and_of_where_on_earth_it_lies() -> None:
+def test_the_midpoint_does_not_depend_on_road_crown_or_place_on_earth() -> None:
     for at_deg in ((59.2, 17.6), (-33.0, 179.999), (0.0, -70.0)):
         measured = oc.reference(drive(THERE, *ROUND, BACK, at_deg=at_deg))
         assert measured.offset.value == pytest.approx(OFFSET_DEG * DEGREE, abs=0.1 * DEGREE)
@@ -88,7 +88,7 @@ def test_the_midpoint_is_free_of_what_the_road_takes_and_of_where_on_earth_it_li
         assert [len(way.passes) for way in measured.ways] == [1, 1]
 
 
-def test_a_place_driven_slowly_counts_no_more_than_others() -> None:
+def test_a_slowly_driven_place_has_no_more_weight() -> None:
     """Half of the way there at a fifth of the speed, with another angle: the mean over the way stays."""
     signals = drive(THERE, *ROUND, BACK)
     first = signals.table.filter(pl.col("time_s") < LEG_M / SPEED_M_S / 2)
@@ -125,7 +125,7 @@ def test_the_lane_that_was_driven_both_ways_counts_alone() -> None:
     assert abs(measured.apart_m) < 0.1
 
 
-def test_a_way_back_in_reverse_is_none() -> None:
+def test_a_way_back_in_reverse_does_not_count() -> None:
     signals = drive(THERE, BACK)
     table = signals.table.with_columns(pl.lit(90.0).alias("heading_deg"))
     with pytest.raises(oc.OncenterError, match="one way only") as refusal:
@@ -148,7 +148,7 @@ def test_a_way_back_in_reverse_is_none() -> None:
         ([(0.0, 0.0, 4.0, 0.0)], "no_straight", "there is no straight of 300 m"),
     ],
 )
-def test_a_drive_that_is_no_reference_is_refused_in_a_line(legs: list, code: str, words: str) -> None:
+def test_a_drive_without_a_reference_is_refused_in_a_line(legs: list, code: str, words: str) -> None:
     with pytest.raises(oc.OncenterError) as refusal:
         oc.reference(drive(*legs))
     assert (refusal.value.code, refusal.value.exit_code) == (code, 1)
@@ -171,7 +171,7 @@ def test_positions_that_are_all_missing_are_refused() -> None:
         oc.reference(Signals(table, signals.sources, RATE_HZ, "made up"))
 
 
-def test_the_interval_holds_the_truth_on_95_of_100_drives(tmp_path: Path) -> None:
+def test_the_interval_contains_the_truth_on_95_of_100_drives(tmp_path: Path) -> None:
     """On short straights with play, drawn at random; the seeds are not those that settled how it is computed."""
     random, held = np.random.default_rng(2016), []
     there_and_round = "{ length_m = 26.0, turn_deg = -43.07260321 }, { length_m = 89.0, turn_deg = 266.14520642 }, "
@@ -205,7 +205,7 @@ def test_the_verb_prints_what_the_function_gives(tmp_path: Path, capsys: pytest.
     assert [way["compass"] for way in given["ways"]] == ["east", "west"]
 
 
-def test_a_recorded_drive_without_positions_is_refused_by_what_it_lacks(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_recorded_drive_without_positions_is_refused_with_their_names(capsys: pytest.CaptureFixture[str]) -> None:
     log = real_drive("genesis/cpg_fast_lap.csv.gz")
     genesis = Path(__file__).parents[1] / "examples" / "genesis.toml"
     assert run(["reference", str(log), "--vehicle", str(genesis), "--json"]) == 1

@@ -52,7 +52,7 @@ def moved(drives: tuple[Signals, ...], at: int, by_deg: float) -> list[Signals]:
     ]
 
 
-def test_a_step_between_two_of_nine_logs_is_found_and_the_answer_is_of_those_since() -> None:
+def test_after_a_step_between_two_of_nine_logs_the_answer_uses_those_since() -> None:
     answer = oc.offset(moved(days(9), 5, 1.9), vehicle())
     assert answer.offset.value is not None and answer.offset.ci95 is not None
     assert answer.offset.value / DEGREE == pytest.approx(TRUTH_DEG + 1.9, abs=0.4)
@@ -86,9 +86,7 @@ def test_two_valid_logs_that_differ_by_three_degrees_are_not_blended() -> None:
 
 
 @pytest.mark.parametrize(("count", "at", "into_s"), [(4, 3, 100.0), (5, 4, 0.0), (8, 7, 0.0), (4, 3, 500.0)], ids=str)
-def test_a_new_offset_in_the_last_of_several_logs_is_not_taken_for_one_log_that_is_off(
-    count: int, at: int, into_s: float
-) -> None:
+def test_a_new_offset_in_the_last_log_is_not_treated_as_an_outlier(count: int, at: int, into_s: float) -> None:
     """Whichever of both is found, the run over all logs or the model: the old offset is never printed as valid."""
     drives = [*days(count)]
     late = pl.col("time_s") - pl.col("time_s").first() >= into_s
@@ -109,7 +107,7 @@ def test_the_drives_part_is_never_wider_than_the_whole_interval() -> None:
         assert answer.offset_half_width_rad <= 0.5 * (answer.offset.ci95[1] - answer.offset.ci95[0]) + 1e-9
 
 
-def test_logs_together_are_at_least_as_sure_as_the_surest_of_them() -> None:
+def test_several_logs_have_no_wider_interval_than_the_best_of_them() -> None:
     def half_width(answer: oc.Answer) -> float:
         assert answer.offset.ci95 is not None
         return 0.5 * (answer.offset.ci95[1] - answer.offset.ci95[0])
@@ -118,13 +116,13 @@ def test_logs_together_are_at_least_as_sure_as_the_surest_of_them() -> None:
     assert half_width(oc.offset(list(days(9)), vehicle())) < 1.05 * min(alone)
 
 
-def test_logs_at_one_load_say_that_another_load_would_help() -> None:
+def test_for_logs_at_one_load_another_load_is_recommended() -> None:
     answer = oc.offset(list(days(9)), vehicle())
     assert "another_load_would_help" in {finding.code for finding in answer.findings}
     assert "from these logs" in answer.words()
 
 
-def test_a_log_that_tells_nothing_is_no_step() -> None:
+def test_a_log_without_evidence_is_no_step() -> None:
     """Of a minute, beside eight whole ones."""
     drives = [*days(8)]
     drives[3] = replace(drives[3], table=drives[3].table.head(6_000))
@@ -137,8 +135,8 @@ def test_fewer_than_four_logs_have_no_model() -> None:
     assert together.steps == () and together.model is None and together.since == 0
 
 
-def test_a_known_pull_narrows_several_logs_and_is_taken_off_once() -> None:
-    """The scenario's truck does not pull: known as 0.05 it is off by i K 0.05, half as sure as nothing is known."""
+def test_a_configured_pull_narrows_several_logs_and_is_subtracted_once() -> None:
+    """The scenario's truck does not pull: a configured pull of 0.05 shifts the offset by i K 0.05."""
     answer = oc.offset(list(days(9)), vehicle(pull_m_s2=0.0, pull_sd_m_s2=0.01))
     without = oc.offset(list(days(9)), vehicle())
     wrong = oc.offset(list(days(9)), vehicle(pull_m_s2=0.05, pull_sd_m_s2=0.001))

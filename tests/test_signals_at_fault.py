@@ -44,7 +44,7 @@ def spoiled(signals: Signals, name: str, change: Callable[[pl.Expr], pl.Expr]) -
         (ACCELERATION, lambda a: 0.0 * a, "signal_stuck"),
     ],
 )
-def test_a_signal_that_contradicts_the_others_is_named_and_leaves_no_number(
+def test_a_signal_that_contradicts_the_others_is_named_and_estimates_are_invalid(
     name: str, change: Callable[[pl.Expr], pl.Expr], code: str, drive: Signals, truck: oc.Vehicle
 ) -> None:
     names = [column for column in drive.table.columns if not column.startswith("wheel_speed")]
@@ -58,7 +58,7 @@ def test_a_signal_that_contradicts_the_others_is_named_and_leaves_no_number(
     assert (answer.offset_ci95_drive, answer.not_identifiable) == (None, ())
 
 
-def test_a_sensor_found_stuck_leaves_what_was_learned_before(drive: Signals, truck: oc.Vehicle) -> None:
+def test_a_stuck_sensor_leaves_the_estimates_from_before(drive: Signals, truck: oc.Vehicle) -> None:
     angle = drive.table[ANGLE].to_numpy().copy()
     angle[100_000:] = angle[100_000]
     answer = oc.offset(replace(drive, table=drive.table.with_columns(pl.Series(ANGLE, angle))), truck)
@@ -68,17 +68,17 @@ def test_a_sensor_found_stuck_leaves_what_was_learned_before(drive: Signals, tru
     assert abs(answer.offset.value - healthy.offset.value) < np.radians(0.5)
 
 
-def test_a_healthy_drive_is_not_accused(drive: Signals, truck: oc.Vehicle) -> None:
+def test_no_signal_of_a_healthy_drive_is_blamed(drive: Signals, truck: oc.Vehicle) -> None:
     answer = oc.offset(drive, truck)
     assert answer.offset.status == "valid"
     assert not [finding for finding in answer.findings if finding.severity == "error"]
 
 
 @pytest.mark.parametrize(("beyond", "severity"), [(1.1, "warning"), (2.0, "error")])
-def test_a_scale_a_little_beyond_what_is_usual_is_no_fault(
+def test_a_scale_slightly_beyond_the_usual_range_is_no_fault(
     beyond: float, severity: str, drive: Signals, truck: oc.Vehicle
 ) -> None:
-    """Much play on straight roads spreads the angle as far; a sensor that is far off has another unit or gain."""
+    """Much play on straight roads spreads the angle as much; a larger factor is another unit or gain."""
     spread, _, usual = signs_and_units._relations(Drive(drive, truck))["angle"]
     odd = spoiled(drive, ANGLE, lambda angle: angle * (beyond * usual / spread))
     scale = signs_and_units.units(Drive(odd, truck))
@@ -98,7 +98,7 @@ def test_a_scale_a_little_beyond_what_is_usual_is_no_fault(
         ("country", SPEED, lambda v: 0.0 * v, "vehicle_speed_zero"),
     ],
 )
-def test_a_fault_of_another_signal_does_not_accuse_the_angle_sensor(
+def test_the_angle_sensor_is_not_blamed_for_another_signals_fault(
     scenario: str, name: str, change: Callable[[pl.Expr], pl.Expr], code: str, truck: oc.Vehicle
 ) -> None:
     drive = oc.simulate(scenario, 1)[0]

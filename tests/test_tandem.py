@@ -79,7 +79,7 @@ def test_without_its_sensor_the_wheel_is_on_the_flank_that_the_front_tyres_are_p
     assert found["angle"][-1] == pytest.approx(steady + 0.5 * place * play, abs=0.1 * DEG)
 
 
-def test_what_was_learned_with_its_axles_is_told_with_them() -> None:
+def test_estimates_with_an_axle_layout_are_used_with_it() -> None:
     """Once the sensor is gone no hypothesis learns any more: what differs is where in its play the wheel is said to
     be."""
     columns, truth = driven("[steering]\nbacklash_deg = 8.0\n", duration_s=600.0)

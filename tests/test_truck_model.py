@@ -74,7 +74,7 @@ def test_loads_separate_a_pull_from_the_accelerometers_bias() -> None:
     assert not by_three.load_would_help.any() and by_one.load_would_help.mean() > 0.9
 
 
-def test_a_trucks_interval_holds_its_offset_as_often_as_it_says() -> None:
+def test_a_trucks_interval_contains_its_offset_at_the_stated_rate() -> None:
     random = np.random.default_rng(2)
     given = [
         truck(random, pull=random.normal(0.0, 0.05), bias=random.normal(0.0, 0.1), stands=k % 2 == 0)
@@ -101,7 +101,7 @@ def test_a_step_of_a_degree_is_found_within_three_drives_and_none_where_none_is(
     assert np.median([step.size for step in steps]) == pytest.approx(1.0 * DEGREE, abs=0.05 * DEGREE)
 
 
-def test_one_drive_that_is_off_alone_makes_no_step_whenever_it_comes() -> None:
+def test_a_single_wrong_drive_makes_no_step() -> None:
     random = np.random.default_rng(4)
     for place in range(8):
         drives = truck(random)
@@ -111,15 +111,15 @@ def test_one_drive_that_is_off_alone_makes_no_step_whenever_it_comes() -> None:
         assert abs(answer.offset[0] - 2.0 * DEGREE) < 1.0 * DEGREE, place
 
 
-def test_a_drive_that_found_another_play_than_its_truck_has_is_doubted_in_its_offset_too() -> None:
+def test_a_drive_with_a_wrong_play_has_less_weight_for_the_offset() -> None:
     drives = truck(np.random.default_rng(5), drives=12)
     wrong = [*drives[:-1], replace(drives[-1], play=14.0 * DEGREE, offset=drives[-1].offset - 4.0 * DEGREE)]
     without, answer = learned([drives[:-1]]), learned([wrong])
     assert abs(answer.offset[0] - without.offset[0]) < 0.05 * DEGREE
 
 
-def test_a_drive_on_one_flank_learns_the_play_from_the_others() -> None:
-    """It saw the sum of offset and half the play; alone it knows neither."""
+def test_a_drive_on_one_flank_gets_the_play_from_the_others() -> None:
+    """It measures the sum of offset and half the play; alone it identifies neither."""
     random = np.random.default_rng(6)
     drives = truck(random, drives=4, sd=0.6 * DEGREE)
     missed = 3.0 * DEGREE  # of the play's width
@@ -136,7 +136,7 @@ def test_a_drive_on_one_flank_learns_the_play_from_the_others() -> None:
     assert abs(with_blind.offset[0] - known.offset[0]) < 0.4 * DEGREE
 
 
-def test_a_truck_comes_out_as_if_it_were_alone_to_the_last_bit() -> None:
+def test_the_result_of_a_truck_does_not_depend_on_other_trucks() -> None:
     random = np.random.default_rng(7)
     trucks = [truck(random, drives=int(random.integers(1, 60)), pull=random.normal(0.0, 0.05)) for _ in range(40)]
     all_together = learned(trucks)
@@ -158,7 +158,7 @@ def test_ride_height_that_steers_with_the_load_is_in_the_interval() -> None:
     assert np.mean(np.abs(answer.offset - 2.0 * DEGREE) < 1.96 * answer.offset_sd) >= 0.88
 
 
-def test_one_drive_alone_is_no_surer_than_it_was_and_nothing_is_nan() -> None:
+def test_one_drive_alone_keeps_its_uncertainty_and_has_no_nan() -> None:
     (drive,) = truck(np.random.default_rng(9), drives=1)
     answer = learned([[drive]])
     assert answer.offset_sd[0] >= drive.offset_sd
@@ -168,7 +168,7 @@ def test_one_drive_alone_is_no_surer_than_it_was_and_nothing_is_nan() -> None:
             assert np.isfinite(getattr(answer, field.name)).all(), field.name
 
 
-def test_trucks_of_unlike_many_drives_are_padded_at_the_end() -> None:
+def test_trucks_with_different_numbers_of_drives_are_padded_at_the_end() -> None:
     random = np.random.default_rng(10)
     table = together([truck(random, drives=2), truck(random, drives=5)])
     assert isinstance(table, Drives)

@@ -54,12 +54,12 @@ def test_it_needs_neither_gyro_nor_accelerometer_nor_vehicle_speed(drive: tuple[
     assert oc.trace(answer)["offset"][-1] == pytest.approx(answer.offset.value, abs=1e-3)  # radii, to the last
 
 
-def test_one_axle_will_do(drive: tuple[Signals, Truth]) -> None:
+def test_one_axle_is_enough(drive: tuple[Signals, Truth]) -> None:
     signals = without(drive[0], "wheel_speed_rear")
     assert oc.offset(signals, TRUCK, method="wheel-speed").used_s > 300
 
 
-def test_a_log_without_wheel_speeds_is_refused_by_their_names(drive: tuple[Signals, Truth]) -> None:
+def test_a_log_without_wheel_speeds_is_refused_with_their_names(drive: tuple[Signals, Truth]) -> None:
     error = refused(lambda: oc.offset(without(drive[0], "wheel_speed"), TRUCK, method="wheel-speed"))
     assert (error.code, error.exit_code) == ("missing_signal", 1)
     assert set(error.needs) == {"wheel_speed_rear_left", "wheel_speed_rear_right"}
@@ -73,14 +73,14 @@ def test_a_vehicle_file_without_the_axles_track_is_refused(drive: tuple[Signals,
 
 
 @pytest.mark.parametrize("metres", [0.0, 0.9, 3.1])
-def test_a_track_width_that_no_truck_has_is_refused(metres: float) -> None:
+def test_an_impossible_track_width_is_refused(metres: float) -> None:
     values = {"wheelbase_m": 3.7, "steering_ratio": 19.3, "track_width_rear_m": metres}
     error = refused(lambda: vehicle_from(values, "truck.toml"))
     assert error.code == "vehicle_file"
     assert "track_width_rear_m" in str(error)
 
 
-def test_the_thesiss_answer_tells_the_bias_that_the_wheels_see(drive: tuple[Signals, Truth]) -> None:
+def test_the_thesiss_answer_has_the_bias_from_the_wheel_speeds(drive: tuple[Signals, Truth]) -> None:
     signals, truth = drive
     biased = dataclasses.replace(
         signals, table=signals.table.with_columns(yaw_rate_rad_s=signals.table["yaw_rate_rad_s"] + 0.3 * DEGREE)

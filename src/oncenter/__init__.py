@@ -1,27 +1,27 @@
-"""How far a truck's steering wheel angle sensor is off, from signals that are on its CAN bus anyway.
+"""The offset of a truck's steering wheel angle sensor, from signals that are already on its CAN bus.
 
 >>> import oncenter as oc
 >>> answer = oc.offset(oc.read("drive.log"), oc.vehicle("truck.toml"))  # doctest: +SKIP
 
-A drive, whatever it comes from, becomes `Signals`; a truck is a `Vehicle`:
+A drive from any source becomes `Signals`; a truck is a `Vehicle`:
 
     read(path)                 the signals of a log: candump, ASC, BLF, TRC, MF4, CSV, Parquet
     from_dataframe(frame)      the signals of a table of pandas, polars or pyarrow, or of a dict of arrays
     simulate(scenario, seed)   the signals of a simulated drive, and its truth
     vehicle(path)              a truck, from its TOML file
 
-What they say:
+Results:
 
-    offset(signals, vehicle)   how far the sensor is off: an `Answer`, in words by `print`, as JSON by `to_json`
+    offset(signals, vehicle)   the offset of the sensor: an `Answer`, in words by `print`, as JSON by `to_json`
     angle(signals, vehicle)    the steering wheel angle without its sensor, as a table
     reference(signals)         the offset measured by driving one straight both ways
-    budget(vehicle)            what each sensor's error costs the offset
-    compare(before, after)     what a calibration or a repair changed, by the answers of two drives
+    budget(vehicle)            the effect of each sensor error on the offset
+    compare(before, after)     the effect of a calibration or a repair, from the answers of two drives
     report(answer, path)       an answer as one offline page
-    trace(answer)              what each tick of an answer gave
-    Monitor(vehicle, rate_hz)  the same core, a tick at a time, as in the truck
+    trace(answer)              the output of the core at each tick of an answer
+    Monitor(vehicle, rate_hz)  the same core, one tick at a time, as in the truck
 
-Whatever goes wrong and is not a bug is an `OncenterError` of one line. SI and rad; left turns are positive (ISO 8855).
+Each error of input or usage is an `OncenterError` of one line. SI and rad; left turns are positive (ISO 8855).
 Names are loaded when they are first used.
 """
 

@@ -1,7 +1,7 @@
 """The steering wheel angle without its sensor: one run of the core, as a table.
 
-SI and rad. What the truck is like is learned while the sensor is there; after that the angle is estimated from yaw
-rate, lateral acceleration and speeds. The sensor is judged all the while.
+SI and rad. The truck's quantities are estimated while the sensor works; after that the angle is estimated from yaw
+rate, lateral acceleration and speeds. The sensor is checked all the time.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
-from oncenter.angle.side_force import side_force_notes, told_by_turning
+from oncenter.angle.lateral_force import lateral_force_notes, uses_yaw_rate
 from oncenter.angle.side_slip import with_lateral_speed
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.offset.assemble import notes_of
@@ -46,28 +46,28 @@ def angle(
     smooth: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> pl.DataFrame:
-    """The true steering wheel angle of a drive, with its sensor while that can be believed and without it after.
+    """The true steering wheel angle of a drive, from its sensor while that is valid and without it after.
 
     Args:
-        signals: what `oncenter.read` or `oncenter.simulate` gave. A drive that never has the angle gets the Ackermann
-            angle, whose interval says so.
-        vehicle: what `oncenter.vehicle` gave; its `[params]` apply.
-        sensor_lost_at: s after the drive's first row, before its last, from when on the sensor is not listened to.
+        signals: from `oncenter.read` or `oncenter.simulate`. A drive without any angle gets the Ackermann angle, with a
+            wide interval.
+        vehicle: from `oncenter.vehicle`; its `[params]` apply.
+        sensor_lost_at: s after the drive's first row and before its last; the sensor is ignored from then on.
         method: "observer", the single-track model (13) run backward; or the thesis's: "wheel-speed" (3) and (21),
             "wheel-speed-exact" (2), "yaw-rate" L*r/v, "yaw-rate-understeer" (22) and (31), "side-slip" (23) and (24) by
-            GNSS, whose front tyre slip is learned while there is a sensor. Where most of what teaches has no lateral
-            acceleration, yaw rate times speed stands for it, as with `use_accelerometer = 0`.
+            GNSS, whose front tyre slip is estimated while there is a sensor. Where most of the time with a sensor has
+            no lateral acceleration, yaw rate times speed replaces it, as with `use_accelerometer = 0`.
         taught_by: drives of the same truck before this one, with their sensor.
-        params: over the vehicle's; names and units as in core/params.h.
-        smooth: look ahead as well, by a Kalman smoother over the whole drive; not what a truck could know.
+        params: override the vehicle's; names and units as in core/params.h.
+        smooth: use later ticks as well, by a Kalman smoother over the whole drive; not possible in a moving truck.
         progress: called with the fraction done.
 
     Returns:
         One row per row of the drive: `time_s`, `steering_wheel_angle_rad` (the true angle: measured less offset),
-        `steering_wheel_angle_rate_rad_s`, `standard_deviation_rad`, `status`, `estimate_rad` (what motion alone says),
+        `steering_wheel_angle_rate_rad_s`, `standard_deviation_rad`, `status`, `estimate_rad` (from the motion alone),
         `sensor_fault` ("none", "lost", "stuck", "jumped", "drifting", "wrong_sign", "remounted") with
-        `sensor_fault_since_s` and `sensor_fault_confidence`, and, where the drive has it, `measured_rad` as the sensor
-        said it, also after it was taken to be lost.
+        `sensor_fault_since_s` and `sensor_fault_confidence`, and, where the drive has it, `measured_rad`, the reading
+        of the sensor, also after `sensor_lost_at`.
 
     Raises:
         OncenterError: "missing_signal" (exit 1); "method", "params", "sensor_lost_at", "track_width" (exit 2).
@@ -76,7 +76,7 @@ def angle(
     (signals, *taught_by), unfit = without_unfit_wheels((signals, *taught_by), vehicle)
     if method.startswith("wheel-speed"):
         check_without(unfit, (signals,), _FRONT_WHEELS)
-    if told_by_turning(signals, taught_by, sensor_lost_at):
+    if uses_yaw_rate(signals, taught_by, sensor_lost_at):
         params = {"use_accelerometer": 0.0, **(params or {})}
     core = core_of(vehicle, signals.rate_hz, angle_method=method, params=params)
     if method == "side-slip":
@@ -100,7 +100,7 @@ def angle(
 def _without_sensor(
     columns: dict[str, npt.NDArray[np.float64]], from_s: float | None
 ) -> dict[str, npt.NDArray[np.float64]]:
-    """As if it were lost so many s after the first row."""
+    """With the sensor lost that many s after the first row."""
     if from_s is None or _MEASURED not in columns:
         return columns
     lost = columns["time_s"] >= columns["time_s"][0] + from_s
@@ -108,7 +108,7 @@ def _without_sensor(
 
 
 def in_degrees(table: pl.DataFrame) -> pl.DataFrame:
-    """The table as files hold it: `_deg` for `_rad`."""
+    """The table in the units of files: `_deg` for `_rad`."""
     import polars as pl
 
     return table.select(
@@ -125,9 +125,9 @@ def findings_on(signals: Signals, vehicle: Vehicle, taught_by: Sequence[Signals]
 def notes_on(
     signals: Signals, vehicle: Vehicle, taught_by: Sequence[Signals], sensor_lost_at: float | None
 ) -> tuple[str, ...]:
-    """What people should know of the drives, how they were read and what they lack."""
+    """Notes on how the drives were read and on missing signals."""
     read = notes_of(without_whole_turns((*taught_by, signals)))
-    return (*read, *side_force_notes(signals, vehicle, taught_by, sensor_lost_at))
+    return (*read, *lateral_force_notes(signals, vehicle, taught_by, sensor_lost_at))
 
 
 def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: float | None) -> None:
@@ -155,7 +155,7 @@ def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: floa
 
 
 def _check_within(signals: Signals, sensor_lost_at: float) -> None:
-    """A sensor that is lost after the drive's end would be there all the time, without a word."""
+    """A loss after the drive's end would have no effect, silently."""
     time = signals.table["time_s"]
     length_s = float(time[-1] - time[0])
     if math.isfinite(sensor_lost_at) and 0.0 <= sensor_lost_at <= length_s:

@@ -1,6 +1,6 @@
-"""How fast a truck moves sideways over ground, from what a GNSS receiver or an inertial system tells: (24).
+"""Lateral speed over ground from a GNSS receiver or an inertial system: (24).
 
-Left positive. Side slip is small, a degree or two: a receiver must know heading and course to some 0.1 deg.
+Left positive. Side slip is a degree or two: the receiver needs heading and course to some 0.1 deg.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from oncenter.signals import DEGREE, SIGNALS, Signals
 Floats = npt.NDArray[np.float64]
 
 EARTH_RADIUS_M = 6_371_000.0
-SPEED_MIN_M_S = 2.0  # below, positions and headings tell no course
-COURSE_OVER_S = 1.0  # between the positions that tell one
+SPEED_MIN_M_S = 2.0  # below, positions give no course
+COURSE_OVER_S = 1.0  # between the two positions of a course
 
 _LATERAL_SPEED = SIGNALS["lateral_speed"].column
 
 
 def with_lateral_speed(signals: Signals) -> Signals:
-    """The drive with `lateral_speed_m_s`: its own, or by heading and course, or by heading and positions.
+    """The drive with `lateral_speed_m_s`: its own, or from heading and course, or from heading and positions.
 
     Raises:
         OncenterError: "missing_signal", exit code 1.

@@ -1,1 +1,1 @@
-"""The core a tick at a time, and its result as messages on the bus."""
+"""The core one tick at a time, and its results as messages on the bus."""

@@ -10,22 +10,22 @@ from oncenter.bus.monitor import Monitor
 
 RESULT_EVERY_S = 0.1
 DM1_EVERY_S = 1.0
-OFFSET_MAX_RAD = math.radians(5.0)  # ours: lane keeping and stability control ask for less
+OFFSET_MAX_RAD = math.radians(5.0)  # tuned: lane keeping and stability control need less
 
 
 class Application(Protocol):
-    """What is needed of `j1939.ControllerApplication`, whose address is claimed."""
+    """The part of `j1939.ControllerApplication` in use; its address is claimed."""
 
     def send_pgn(self, data_page: int, pdu_format: int, pdu_specific: int, priority: int, data: list[int]) -> Any: ...
 
 
 class Announcer:
-    """Sends what a monitor knows, in the caller's thread.
+    """Sends the results of a monitor, in the caller's thread.
 
     Args:
         application: of can-j1939.
-        monitor: what it knows is announced.
-        offset_max_rad: an offset that is surely larger is trouble.
+        monitor: source of the results.
+        offset_max_rad: limit of the offset; trouble where the whole interval is beyond it.
     """
 
     def __init__(self, application: Application, monitor: Monitor, *, offset_max_rad: float = OFFSET_MAX_RAD) -> None:
@@ -33,16 +33,16 @@ class Announcer:
         self._monitor = monitor
         self._offset_max_rad = offset_max_rad
         self._trouble = _core.Trouble()
-        self._told = self._trouble.payload()
+        self._last_sent = self._trouble.payload()
         self._counter = 0
         self._next_result_s = self._next_dm1_s = -math.inf
 
     def announce(self, time_s: float) -> None:
-        """Once after each `Monitor.step`: sends what is due, a change of trouble at once."""
+        """Once after each `Monitor.step`: sends the messages that are due, a change of trouble at once."""
         self._monitor.update(self._trouble, self._offset_max_rad)
         trouble = self._trouble.payload()
-        if time_s >= self._next_dm1_s or trouble != self._told:
-            self._next_dm1_s, self._told = time_s + DM1_EVERY_S, trouble
+        if time_s >= self._next_dm1_s or trouble != self._last_sent:
+            self._next_dm1_s, self._last_sent = time_s + DM1_EVERY_S, trouble
             self._send(_core.DM1_PGN, trouble)
         if time_s >= self._next_result_s:
             self._next_result_s = time_s + RESULT_EVERY_S

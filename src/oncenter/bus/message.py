@@ -1,4 +1,4 @@
-"""The result message as others on the bus read it; the core alone writes it. dbc/oncenter_result.dbc says the same."""
+"""Decoder of the result message on the bus, which the core writes; dbc/oncenter_result.dbc has the same layout."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ PARTS_PGN = _core.MESSAGE_PARTS_PGN
 class Message:
     """SI and rad; None is not available.
 
-    `angle_rad` is to be used as it is: where `angle_source` is "compensated" the offset beside it has been taken off,
-    where it is "measured" none has, "estimated" is without the sensor. `measured_rad` is what the sensor said.
+    Use `angle_rad` directly: "compensated" in `angle_source` means that the offset is subtracted already, "measured"
+    that it is not, "estimated" that the angle is from the motion alone. `measured_rad` is the reading of the sensor.
     """
 
     angle_rad: float | None
@@ -37,8 +37,8 @@ class MessageParts:
     """The parts of the offset's standard deviation, rad; None is not available. `counter` is that of the message it
     belongs to.
 
-    `drive_sd_rad` is this drive's part, the others are not identifiable from one drive: a pull, the mean wind, an
-    axle set up to unload on the crown.
+    `drive_sd_rad` is this drive's part, the others are not identifiable from one drive: a pull, the mean wind, an axle
+    set up for the road crown.
     """
 
     drive_sd_rad: float | None
@@ -52,7 +52,7 @@ def decode_parts(payload: bytes) -> MessageParts:
     """The second frame, of PGN `PARTS_PGN`: `Monitor.message_parts`.
 
     Raises:
-        OncenterError: "message", where it is none.
+        OncenterError: "message": the payload is not one.
     """
     native = _checked(payload, _core.decoded_message_parts(payload))
     return MessageParts(
@@ -65,25 +65,25 @@ def decode_parts(payload: bytes) -> MessageParts:
 
 
 def decode(payload: bytes) -> Message:
-    """What `Monitor.message` gave.
+    """The result of `Monitor.message`.
 
     Raises:
-        OncenterError: "message", where it is none.
+        OncenterError: "message": the payload is not one.
     """
     native = _checked(payload, _core.decoded_message(payload))
 
-    def told(name: str) -> float | None:
+    def available(name: str) -> float | None:
         return _finite(native[name])
 
     return Message(
-        angle_rad=told("angle"),
-        angle_sd_rad=told("angle_sd"),
+        angle_rad=available("angle"),
+        angle_sd_rad=available("angle_sd"),
         angle_source=_core.ANGLE_SOURCES[native["source"]],
-        offset_rad=told("offset"),
-        offset_sd_rad=told("offset_sd"),
+        offset_rad=available("offset"),
+        offset_sd_rad=available("offset_sd"),
         offset_status=_core.STATUSES[native["offset_status"]],
         sensor_fault=_core.FAULTS[native["fault"]],
-        measured_rad=told("measured"),
+        measured_rad=available("measured"),
         counter=int(native["counter"]),
     )
 

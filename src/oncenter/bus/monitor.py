@@ -1,4 +1,4 @@
-"""The core one tick at a time, as a live bus or another program feeds it: the same code that judges logs."""
+"""The core one tick at a time, for a live bus or another program: the same code as for logs."""
 
 from __future__ import annotations
 
@@ -40,14 +40,13 @@ class Tick:
 
 @dataclass(frozen=True)
 class Now:
-    """What a tick gave. The motion is one filter delay old; the offset rests on final evidence only.
+    """The result of a tick. The motion is one filter delay old; the offset uses final evidence only.
 
-    `offset_rad`, `offset_sd_rad`, of the truth about it, and `offset_drive_sd_rad`, the part of it that the drive
-    leaves open, are None while the offset is unobservable. `reasons` says
-    why the tick cannot be used; none means that it waits for what must be clean after it. `sensor_fault` is "none" or
-    what is wrong with the angle sensor; the offset is "invalid" then, and what was learned before.
-    Gradient and play are 0 until learned. The yaw rate's bias is as wheel speeds and standstill tell it; its standard
-    deviation is the prior's before.
+    `offset_rad`, its standard deviation `offset_sd_rad` and the part of it from this drive, `offset_drive_sd_rad`, are
+    None while the offset is unobservable. `reasons` are those for which the tick cannot be used; without any, the tick
+    waits for clean ticks after it. `sensor_fault` is "none" or the fault of the angle sensor; the offset is "invalid"
+    then, and from before the fault. Gradient and play are 0 until estimated. The yaw rate bias is from wheel speeds and
+    standstill; its standard deviation is the prior's before.
     """
 
     time_s: float
@@ -72,9 +71,9 @@ class Monitor:
     Args:
         vehicle: its `[params]` apply.
         rate_hz: of the ticks, 20 to 200.
-        method: as for `oncenter.offset`; "wheel-speed" by the axle whose track width the vehicle tells, the rear one
-            where it tells both.
-        params: over the vehicle's.
+        method: as for `oncenter.offset`; "wheel-speed" with the axle whose track width the vehicle has, the rear one
+            where it has both.
+        params: override the vehicle's.
 
     Raises:
         OncenterError: "method", "params" or "rate", exit code 2.
@@ -104,19 +103,19 @@ class Monitor:
         return f"Monitor({self._about})"
 
     def step(self, tick: Tick) -> Now:
-        """Takes one tick. A tick that cannot be used says so in `reasons` and changes no estimate."""
+        """Takes one tick. A tick that cannot be used has `reasons` and changes no estimate."""
         output = self._core.step(asdict(tick))
         status = _core.STATUSES[output["offset_status"]]
-        told = status != "unobservable"
+        observable = status != "unobservable"
         return Now(
             time_s=output["time"],
             reasons=tuple(name for name, bit in _core.REASONS.items() if output["reasons"] & bit),
             curvature_1_m=output["motion"]["curvature"],
             bank_m_s2=output["motion"]["bank"],
             residual_rad=output["motion"]["residual"],
-            offset_rad=output["offset"] if told else None,
-            offset_sd_rad=output["offset_sd"] if told else None,
-            offset_drive_sd_rad=output["offset_parts"]["drive_sd"] if told else None,
+            offset_rad=output["offset"] if observable else None,
+            offset_sd_rad=output["offset_sd"] if observable else None,
+            offset_drive_sd_rad=output["offset_parts"]["drive_sd"] if observable else None,
             offset_status=status,
             sensor_fault=_core.FAULTS[output["fault"]],
             understeer_gradient_rad_m_s2=output["understeer_gradient"],
@@ -126,20 +125,20 @@ class Monitor:
         )
 
     def save(self) -> bytes:
-        """The monitor as it is, as an image that outlives the process; the same bytes on every machine."""
+        """The state of the monitor as an image for a later process; the same bytes on every machine."""
         self._sequence = (self._sequence + 1) % 2**32
         return self._core.save(self._sequence)
 
     def restore(self, image: bytes) -> None:
-        """Goes on from what `save` gave, for the same vehicle, params, method and rate.
+        """Continues from the image of `save`, for the same vehicle, params, method and rate.
 
-        Where the next tick is the next one of the drive, to the last bit as if there had been no cut; after a hole in
-        time the filters begin anew. Where the ignition was off, or time began anew, `restart` after it tells so: the
-        gyro's bias, the wheel and the heading may be elsewhere.
+        If the next tick is the next one of the drive, the results are the same to the last bit as without the cut;
+        after a gap in time the filters start anew. Call `restart` after it where the ignition was off or the clock
+        started anew: gyro bias, steering wheel and heading can be different then.
 
         Raises:
             OncenterError: "image_missing", "image_truncated", "image_damaged", "image_layout", "image_foreign" or
-                "image_implausible"; the monitor knows nothing then, as at first.
+                "image_implausible"; the monitor is in its initial state then.
         """
         fault, self._sequence = self._core.restore(image)
         if fault != "ok":
@@ -150,7 +149,7 @@ class Monitor:
     def message(self, counter: int = 0) -> bytes:
         """The result message after the last `step`, 8 bytes (see `oncenter.bus.message.decode`); `counter` 0 to 15.
 
-        It is made of that tick's angle as the sensor said it: asking again gives the same.
+        It contains the sensor's angle of that tick: a repeated call gives the same.
         """
         return self._core.message(counter)
 
@@ -160,9 +159,9 @@ class Monitor:
         return self._core.message_parts(counter)
 
     def update(self, trouble: _core.Trouble, offset_max_rad: float) -> None:
-        """Brings the sensor's trouble code up to date; once after each `step`."""
+        """Updates the sensor's trouble code; once after each `step`."""
         self._core.update_trouble(trouble, offset_max_rad)
 
     def restart(self) -> None:
-        """Ignition: what the filters hold is lost, what was learned stays."""
+        """Ignition: the state of the filters is lost, the estimates stay."""
         self._core.restart()

@@ -8,6 +8,7 @@ from oncenter.cli.angle import angle
 from oncenter.cli.budget import budget
 from oncenter.cli.compare import compare
 from oncenter.cli.demo import demo
+from oncenter.cli.explain import explain
 from oncenter.cli.export import export
 from oncenter.cli.fleet import fleet
 from oncenter.cli.live import live
@@ -27,6 +28,7 @@ _COMMANDS = (  # with an example of each, below its help
     (budget, "budget --vehicle truck.toml --speed-km-h 80"),
     (live, "live can0 --vehicle truck.toml --web"),
     (signals, "signals drive.mf4 --vehicle truck.toml"),
+    (explain, "explain steering_play"),
     (simulate, "simulate heavy_play --output heavy_play.log"),
     (demo, "demo"),
     (thesis, "thesis --output thesis"),

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from oncenter.memory.truck import Drive, Known, Load, TruckMemory
+from oncenter.memory.truck import Drive, Load, Remembered, TruckMemory
 from oncenter.offset.answer import Answer, Estimate
 from oncenter.offset.inputs import params_of
 from oncenter.signals import DEGREE
@@ -43,9 +43,9 @@ def priors(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> dict[str, floa
     }
     return {
         name.format(part): value
-        for name, known in found.items()
-        if known is not None and name.format("_sd") not in vehicle.params
-        for part, value in (("", known.value), ("_sd", known.sd))
+        for name, remembered in found.items()
+        if remembered is not None and name.format("_sd") not in vehicle.params
+        for part, value in (("", remembered.value), ("_sd", remembered.sd))
     }
 
 
@@ -64,7 +64,7 @@ def with_drive(
     if answer.sensor_fault != "none" or answer.offset.status == "invalid":
         return memory
     vehicle, p = answer.vehicle, answer.params
-    offset = _known(answer.offset, start_s, ("valid", "converging"))
+    offset = _remembered(answer.offset, start_s, ("valid", "converging"))
     value, offset_sd = (None, None) if offset is None else (offset.value, offset.sd)
     since = len(keys) - len(answer.drives)  # earlier logs are before a step, so this offset is not theirs
     added = [
@@ -73,30 +73,30 @@ def with_drive(
     ]
     return replace(
         memory,
-        play=_renewed(memory.play, _aged_play(memory, start_s), _known(answer.backlash, start_s)),
+        play=_renewed(memory.play, _aged_play(memory, start_s), _remembered(answer.backlash, start_s)),
         yaw_rate_bias=_renewed(
-            memory.yaw_rate_bias, _aged_yaw_rate_bias(memory, p, start_s), _known(answer.yaw_rate_bias, start_s)
+            memory.yaw_rate_bias, _aged_yaw_rate_bias(memory, p, start_s), _remembered(answer.yaw_rate_bias, start_s)
         ),
         accelerometer_bias=_with_standstill(memory, answer, start_s),
         equivalent_wheelbase=_renewed(
             memory.equivalent_wheelbase,
             _in_metres(_aged_wheelbase(memory, vehicle, start_s), vehicle.wheelbase_m),
-            _known(answer.equivalent_wheelbase, start_s),
+            _remembered(answer.equivalent_wheelbase, start_s),
         ),
         loads=_with_gradient(memory, answer, start_s, started_from),
         drives=tuple([*memory.drives, *added][-_DRIVES_MAX:]),
     )
 
 
-def _known(estimate: Estimate, date_s: float, statuses: Sequence[str] = ("valid",)) -> Known | None:
+def _remembered(estimate: Estimate, date_s: float, statuses: Sequence[str] = ("valid",)) -> Remembered | None:
     if estimate.value is None or estimate.ci95 is None or estimate.status not in statuses:
         return None
     low, high = estimate.ci95
     sd = max(high - estimate.value, estimate.value - low) / 1.96
-    return Known(estimate.value, sd, date_s) if sd > 0.0 else None
+    return Remembered(estimate.value, sd, date_s) if sd > 0.0 else None
 
 
-def _renewed(before: Known | None, prior: Known | None, result: Known | None) -> Known | None:
+def _renewed(before: Remembered | None, prior: Remembered | None, result: Remembered | None) -> Remembered | None:
     """The drive's result where it is more accurate than the remembered value, or contradicts it."""
     if result is None:
         return before
@@ -106,61 +106,64 @@ def _renewed(before: Known | None, prior: Known | None, result: Known | None) ->
     return result if result.sd <= prior.sd or contradicts else before
 
 
-def _aged_play(memory: TruckMemory, at_s: float) -> Known | None:
+def _aged_play(memory: TruckMemory, at_s: float) -> Remembered | None:
     return memory.play and memory.play.aged(at_s, _PLAY_WALK, sd_min=_PLAY_SD_MIN)
 
 
-def _aged_yaw_rate_bias(memory: TruckMemory, p: Mapping[str, float], at_s: float) -> Known | None:
+def _aged_yaw_rate_bias(memory: TruckMemory, p: Mapping[str, float], at_s: float) -> Remembered | None:
     bias = memory.yaw_rate_bias
     return bias and _if_narrower(
         bias.aged(at_s, _YAW_RATE_BIAS_WALK, p["gyro_bias_ignition_sd_rad_s"]), p["gyro_bias_sd_rad_s"]
     )
 
 
-def _aged_accelerometer(memory: TruckMemory, p: Mapping[str, float], at_s: float) -> Known | None:
+def _aged_accelerometer(memory: TruckMemory, p: Mapping[str, float], at_s: float) -> Remembered | None:
     bias = memory.accelerometer_bias
     return bias and _if_narrower(bias.aged(at_s, _ACCELERATION_WALK), p["accelerometer_bias_sd_m_s2"])
 
 
-def _aged_wheelbase(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> Known | None:
+def _aged_wheelbase(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> Remembered | None:
     """As a share of the vehicle file's."""
     if memory.equivalent_wheelbase is None or vehicle.axle_layout in _LIFTS:
         return None
     found = memory.equivalent_wheelbase
-    share = Known(found.value / vehicle.wheelbase_m - 1.0, found.sd / vehicle.wheelbase_m, found.date_s)
+    share = Remembered(found.value / vehicle.wheelbase_m - 1.0, found.sd / vehicle.wheelbase_m, found.date_s)
     return share.aged(at_s, _WHEELBASE_WALK, _WHEELBASE_BETWEEN)
 
 
-def _in_metres(share: Known | None, wheelbase_m: float) -> Known | None:
-    return share and Known(wheelbase_m * (1.0 + share.value), wheelbase_m * share.sd, share.date_s)
+def _in_metres(share: Remembered | None, wheelbase_m: float) -> Remembered | None:
+    return share and Remembered(wheelbase_m * (1.0 + share.value), wheelbase_m * share.sd, share.date_s)
 
 
-def _if_narrower(known: Known, sd: float) -> Known | None:
-    return known if known.sd < sd else None
+def _if_narrower(aged: Remembered, sd: float) -> Remembered | None:
+    return aged if aged.sd < sd else None
 
 
-def _gradient_of_next(memory: TruckMemory, at_s: float) -> Known | None:
+def _gradient_of_next(memory: TruckMemory, at_s: float) -> Remembered | None:
     """For a drive at an unknown load: the loads so far weighted by their drives, and one drive of another load."""
     if not memory.loads:
         return None
     aged = [(load.drives, load.gradient.aged(at_s, _GRADIENT_WALK)) for load in memory.loads]
-    parts = [*((count, known.value, known.sd) for count, known in aged), (1, *_MODEL_GRADIENT)]
+    parts = [*((count, remembered.value, remembered.sd) for count, remembered in aged), (1, *_MODEL_GRADIENT)]
     drives = sum(count for count, _, _ in parts)
     mean = sum(count * value for count, value, _ in parts) / drives
     variance = sum(count * (sd**2 + (value - mean) ** 2) for count, value, sd in parts) / drives
-    return Known(mean, math.sqrt(variance), at_s)
+    return Remembered(mean, math.sqrt(variance), at_s)
 
 
 def _with_gradient(
     memory: TruckMemory, answer: Answer, start_s: float, started_from: Mapping[str, float]
 ) -> tuple[Load, ...]:
-    result = _known(answer.understeer_gradient, start_s)
+    result = _remembered(answer.understeer_gradient, start_s)
     if result is None:
         return memory.loads
-    known = {**answer.vehicle.params, **started_from}
-    prior = (known.get("known_understeer_gradient_rad_m_s2"), known.get("known_understeer_gradient_sd_rad_m_s2"))
+    given = {**answer.vehicle.params, **started_from}
+    prior = (
+        given.get("known_understeer_gradient_rad_m_s2"),
+        given.get("known_understeer_gradient_sd_rad_m_s2"),
+    )
     mean, sd = _MODEL_GRADIENT if prior[0] is None or not prior[1] else (prior[0], prior[1])
-    found = result.without(Known(mean, sd, start_s))
+    found = result.without(Remembered(mean, sd, start_s))
     if found is None:
         return memory.loads
     found = replace(found, sd=max(found.sd, _GRADIENT_SHARE_MIN * abs(found.value)))
@@ -175,14 +178,14 @@ def _with_gradient(
     return tuple(loads)
 
 
-def _apart(known: Known, found: Known) -> float:
+def _apart(remembered: Remembered, found: Remembered) -> float:
     """Above 1 the gradient belongs to another load."""
-    distance = abs(found.value - known.value)
-    in_sds = distance / (_ANOTHER_LOAD_SD * math.hypot(known.sd, found.sd))
-    return min(in_sds, distance / (_ANOTHER_LOAD_SHARE * abs(known.value) or 1.0))
+    distance = abs(found.value - remembered.value)
+    in_sds = distance / (_ANOTHER_LOAD_SD * math.hypot(remembered.sd, found.sd))
+    return min(in_sds, distance / (_ANOTHER_LOAD_SHARE * abs(remembered.value) or 1.0))
 
 
-def _with_standstill(memory: TruckMemory, answer: Answer, start_s: float) -> Known | None:
+def _with_standstill(memory: TruckMemory, answer: Answer, start_s: float) -> Remembered | None:
     """From the reading alone, which contains no prior."""
     p = answer.params
     if answer.summary is None or math.isnan(answer.summary.standing) or not p["use_accelerometer"]:
@@ -192,8 +195,8 @@ def _with_standstill(memory: TruckMemory, answer: Answer, start_s: float) -> Kno
     unknown_side = 0.0 if side else crown
     sd = math.hypot(p["standing_slope_sd_m_s2"], crown_sd, unknown_side)
     sd_min = math.hypot(_GROUND_COMMON * p["standing_slope_sd_m_s2"], unknown_side)
-    known = p["known_accelerometer_bias_m_s2"] if p["known_accelerometer_bias_sd_m_s2"] > 0.0 else 0.0
-    found = Known(answer.summary.standing + known - side * crown, sd, start_s)
+    given = p["known_accelerometer_bias_m_s2"] if p["known_accelerometer_bias_sd_m_s2"] > 0.0 else 0.0
+    found = Remembered(answer.summary.standing + given - side * crown, sd, start_s)
     aged = memory.accelerometer_bias and memory.accelerometer_bias.aged(start_s, _ACCELERATION_WALK)
     both = found if aged is None else aged.combined(found)
     if abs(both.value) > _ACCELERATION_MAX:  # extreme ground or a wrong unit, not a bias

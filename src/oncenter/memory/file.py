@@ -15,7 +15,7 @@ from oncenter.errors import OncenterError
 from oncenter.files.file_name import printable
 from oncenter.files.toml_file import read_toml, refusal
 from oncenter.files.whole_file import write_whole
-from oncenter.memory.truck import Drive, Known, Load, TruckMemory
+from oncenter.memory.truck import Drive, Load, Remembered, TruckMemory
 from oncenter.signals import DEGREE
 from oncenter.utc import utc
 
@@ -35,8 +35,8 @@ class _Play(_Table):
     sd_deg: Annotated[_Value, Field(gt=0, le=34)]
     date: datetime
 
-    def known(self) -> Known:
-        return Known(self.value_deg * DEGREE, self.sd_deg * DEGREE, _seconds(self.date))
+    def remembered(self) -> Remembered:
+        return Remembered(self.value_deg * DEGREE, self.sd_deg * DEGREE, _seconds(self.date))
 
 
 class _YawRateBias(_Table):
@@ -44,8 +44,8 @@ class _YawRateBias(_Table):
     sd_deg_s: Annotated[_Value, Field(gt=0, le=57)]
     date: datetime
 
-    def known(self) -> Known:
-        return Known(self.value_deg_s * DEGREE, self.sd_deg_s * DEGREE, _seconds(self.date))
+    def remembered(self) -> Remembered:
+        return Remembered(self.value_deg_s * DEGREE, self.sd_deg_s * DEGREE, _seconds(self.date))
 
 
 class _Accelerometer(_Table):
@@ -53,8 +53,8 @@ class _Accelerometer(_Table):
     sd_m_s2: Annotated[_Value, Field(gt=0, le=10)]
     date: datetime
 
-    def known(self) -> Known:
-        return Known(self.value_m_s2, self.sd_m_s2, _seconds(self.date))
+    def remembered(self) -> Remembered:
+        return Remembered(self.value_m_s2, self.sd_m_s2, _seconds(self.date))
 
 
 class _Wheelbase(_Table):
@@ -62,8 +62,8 @@ class _Wheelbase(_Table):
     sd_m: Annotated[_Value, Field(gt=0, le=10)]
     date: datetime
 
-    def known(self) -> Known:
-        return Known(self.value_m, self.sd_m, _seconds(self.date))
+    def remembered(self) -> Remembered:
+        return Remembered(self.value_m, self.sd_m, _seconds(self.date))
 
 
 class _Gradient(_Table):
@@ -72,8 +72,8 @@ class _Gradient(_Table):
     date: datetime
     drives: Annotated[int, Field(ge=1, le=1_000_000_000)]
 
-    def known(self) -> Known:
-        return Known(self.value_deg_m_s2 * DEGREE, self.sd_deg_m_s2 * DEGREE, _seconds(self.date))
+    def remembered(self) -> Remembered:
+        return Remembered(self.value_deg_m_s2 * DEGREE, self.sd_deg_m_s2 * DEGREE, _seconds(self.date))
 
 
 class _Drive(_Table):
@@ -131,11 +131,11 @@ def _memory_of(file: _File, what: str) -> TruckMemory:
     try:
         return TruckMemory(
             file.truck,
-            None if file.play is None else file.play.known(),
-            None if file.yaw_rate_bias is None else file.yaw_rate_bias.known(),
-            None if file.accelerometer_bias is None else file.accelerometer_bias.known(),
-            None if file.equivalent_wheelbase is None else file.equivalent_wheelbase.known(),
-            tuple(Load(each.known(), each.drives) for each in file.understeer_gradient),
+            None if file.play is None else file.play.remembered(),
+            None if file.yaw_rate_bias is None else file.yaw_rate_bias.remembered(),
+            None if file.accelerometer_bias is None else file.accelerometer_bias.remembered(),
+            None if file.equivalent_wheelbase is None else file.equivalent_wheelbase.remembered(),
+            tuple(Load(each.remembered(), each.drives) for each in file.understeer_gradient),
             tuple(each.drive() for each in file.drives),
         )
     except OverflowError as error:  # a date outside the calendar
@@ -170,18 +170,18 @@ def text_of(memory: TruckMemory) -> str:
 def _lines(memory: TruckMemory) -> Iterator[str]:
     yield f'schema = "{SCHEMA}"'
     yield f"truck = {_text(memory.truck)}"
-    for name, known, unit, factor in (
+    for name, remembered, unit, factor in (
         ("play", memory.play, "deg", DEGREE),
         ("yaw_rate_bias", memory.yaw_rate_bias, "deg_s", DEGREE),
         ("accelerometer_bias", memory.accelerometer_bias, "m_s2", 1.0),
         ("equivalent_wheelbase", memory.equivalent_wheelbase, "m", 1.0),
     ):
-        if known is not None:
+        if remembered is not None:
             yield f"\n[{name}]"
-            yield from _known_lines(known, unit, factor)
+            yield from _value_lines(remembered, unit, factor)
     for load in memory.loads:
         yield "\n[[understeer_gradient]]"
-        yield from _known_lines(load.gradient, "deg_m_s2", DEGREE)
+        yield from _value_lines(load.gradient, "deg_m_s2", DEGREE)
         yield f"drives = {load.drives}"
     for drive in memory.drives:
         yield "\n[[drives]]"
@@ -193,10 +193,10 @@ def _lines(memory: TruckMemory) -> Iterator[str]:
         yield f"status = {_text(drive.status)}"
 
 
-def _known_lines(known: Known, unit: str, factor: float) -> Iterator[str]:
-    yield f"value_{unit} = {_number(known.value / factor)}"
-    yield f"sd_{unit} = {_number(known.sd / factor)}"
-    yield f"date = {_date(known.date_s)}"
+def _value_lines(remembered: Remembered, unit: str, factor: float) -> Iterator[str]:
+    yield f"value_{unit} = {_number(remembered.value / factor)}"
+    yield f"sd_{unit} = {_number(remembered.sd / factor)}"
+    yield f"date = {_date(remembered.date_s)}"
 
 
 def _text(text: str) -> str:

@@ -9,14 +9,14 @@ DAY_S = 86400.0
 
 
 @dataclass(frozen=True)
-class Known:
+class Remembered:
     """A quantity, its standard deviation, and the time at which both hold."""
 
     value: float
     sd: float
     date_s: float
 
-    def aged(self, at_s: float, sd_per_root_day: float, sd_between: float = 0.0, sd_min: float = 0.0) -> Known:
+    def aged(self, at_s: float, sd_per_root_day: float, sd_between: float = 0.0, sd_min: float = 0.0) -> Remembered:
         """As prior of another drive.
 
         Args:
@@ -27,30 +27,30 @@ class Known:
         """
         days = abs(at_s - self.date_s) / DAY_S
         sd = math.sqrt(self.sd**2 + sd_per_root_day**2 * days + sd_between**2)
-        return Known(self.value, max(sd, sd_min), at_s)
+        return Remembered(self.value, max(sd, sd_min), at_s)
 
-    def combined(self, other: Known) -> Known:
+    def combined(self, other: Remembered) -> Remembered:
         """By Bayes, of two independent values; the date is the later one."""
         own, others = 1.0 / self.sd**2, 1.0 / other.sd**2
         total = own + others
-        return Known(
+        return Remembered(
             (own * self.value + others * other.value) / total, math.sqrt(1.0 / total), max(self.date_s, other.date_s)
         )
 
-    def without(self, prior: Known) -> Known | None:
+    def without(self, prior: Remembered) -> Remembered | None:
         """The result of a drive without the prior that it contains; None where no evidence is left."""
         left = 1.0 / self.sd**2 - 1.0 / prior.sd**2
         if not left > 0.0:
             return None
         value = (self.value / self.sd**2 - prior.value / prior.sd**2) / left
-        return Known(value, math.sqrt(1.0 / left), self.date_s)
+        return Remembered(value, math.sqrt(1.0 / left), self.date_s)
 
 
 @dataclass(frozen=True)
 class Load:
     """The understeer gradient at one load, rad/(m/s^2), and its number of drives."""
 
-    gradient: Known
+    gradient: Remembered
     drives: int
 
 
@@ -80,10 +80,10 @@ class TruckMemory:
     """
 
     truck: str
-    play: Known | None = None
-    yaw_rate_bias: Known | None = None
-    accelerometer_bias: Known | None = None
-    equivalent_wheelbase: Known | None = None
+    play: Remembered | None = None
+    yaw_rate_bias: Remembered | None = None
+    accelerometer_bias: Remembered | None = None
+    equivalent_wheelbase: Remembered | None = None
     loads: tuple[Load, ...] = ()
     drives: tuple[Drive, ...] = ()
 

@@ -1,1 +1,1 @@
-"""How far the angle sensor is off: a run of the core a drive, what it answered, and findings in words."""
+"""The offset of the angle sensor: one run of the core per drive, its answer, and findings in words."""

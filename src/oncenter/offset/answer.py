@@ -141,7 +141,7 @@ class Answer:
         """The answer in one paragraph."""
         parts = [self.offset_words(), *self._correction_words()]
         if self.backlash.value is not None:
-            parts.append(f"free play {_play(self.backlash)}")
+            parts.append(f"the steering has {_play(self.backlash)} of play")
         bias = self.yaw_rate_bias.value if self.yaw_rate_bias.status in ("valid", "converging") else None
         if self.method == "joint" and bias is not None and abs(bias) > _CORRECTION_REPORTED_FROM_RAD_S:
             parts.append(f"corrected for a gyro bias of {bias / DEGREE:.2g} deg/s")
@@ -157,11 +157,11 @@ class Answer:
         of_drive = f" from {'this drive' if len(self.drives) == 1 else 'these logs'}" if self.method == "joint" else ""
         status = "" if self.offset.status in ("valid", "invalid") else f" ({self.offset.status})"
         begin = f"invalid; {NOT_YET_OR_NO_MORE['invalid']} " if self.offset.status == "invalid" else ""
-        words = f"straight-ahead offset {begin}{number(value, digits)} ±{number(drive, digits)} deg{of_drive}{status}"
+        words = f"straight-ahead offset {begin}{number(value, digits)} deg ± {number(drive, digits)}{of_drive}{status}"
         causes = in_words(self.not_identifiable)
         if not causes:
             return words
-        return f"{words}; {causes} can add ±{number(more, digits)} deg"
+        return f"{words}; {causes} can add ± {number(more, digits)} deg"
 
     @property
     def quantities(self) -> dict[str, Estimate]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,20 +26,22 @@ from oncenter.vehicle import Vehicle
 _WHOLE_FROM_ROWS = 3  # a core that still receives ticks has the first and the last row only
 
 
-def answer_so_far(native: Mapping[str, Any], seen: Signals, vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
+def answer_so_far(
+    native: Mapping[str, Any], received: Signals, vehicle: Vehicle, params: Mapping[str, float]
+) -> Answer:
     """The joint method's answer of a core that still receives ticks.
 
     Args:
         native: its oc_answer as a dict.
-        seen: log, rate and sources; the first and the last row of its table are enough.
+        received: log, rate and sources; the first and the last row of its table are enough.
         vehicle: of the core.
         params: in force.
 
     Raises:
         OncenterError: "no_usable_second".
     """
-    changes = changes_of(native, [native["changes"]], (seen,))
-    return answer_of(native, changes, (seen,), vehicle, "joint", params)
+    changes = changes_of(native, [native["changes"]], (received,))
+    return answer_of(native, changes, (received,), vehicle, "joint", params)
 
 
 def answer_of(
@@ -133,7 +136,7 @@ def _angle_ends(drives: Iterable[Signals]) -> str | None:
         time, angle = drive.table["time_s"].to_numpy(), drive.table[column].to_numpy()
         available = np.flatnonzero(np.isfinite(angle))
         if len(available):
-            found = f"{(time[available[-1]] - time[0]) / 60.0:.1f} min into {drive.log}"
+            found = f"{(time[available[-1]] - time[0]) / 60.0:.1f} min into {Path(drive.log).name}"
     return found
 
 

@@ -39,8 +39,8 @@ class Finding:
         }
 
     def line(self) -> str:
-        """For a terminal, "warning: the steering has ... [steering_play]": the code is the one to explain."""
-        return f"{self.severity}: {self.text} [{self.code}]"
+        """For a terminal, "warning: the steering has ... (steering_play)": the code is the one to explain."""
+        return f"{self.severity}: {self.text} ({self.code})"
 
 
 EXPLAINED = "more about a finding: oncenter explain CODE"  # under a list of such lines

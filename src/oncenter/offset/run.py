@@ -93,7 +93,7 @@ def _of_all(
     method: Method,
     progress: Callable[[float], None] | None,
 ) -> Answer:
-    """With the vehicle that fits the drives where its file is far off; of several, since the last step between two."""
+    """With the wheelbase that fits the drives where the vehicle file is wrong; of several, since their last step."""
     answer, native = _answered(drives, vehicle, params, method, progress)
     if method != "joint":
         return answer

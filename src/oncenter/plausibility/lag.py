@@ -20,7 +20,8 @@ def yaw_rate(drive: Drive) -> Verdict:
     found_s = lags_s(drive.driven(drive.angle), drive.curvature, drive.step_s)
     if found_s is None:
         return CannotTell(subject, lacks(drive, NEEDED, _why(drive, drive.angle, drive.curvature)))
-    return _beyond(subject, found_s, _ANGLE_TO_YAW_S, "lag_yaw_rate")
+    beyond = _beyond(subject, found_s, _ANGLE_TO_YAW_S)
+    return beyond and Finding("lag_yaw_rate", "warning", *beyond, "ms")
 
 
 def lateral_acceleration(drive: Drive) -> Verdict:
@@ -30,7 +31,8 @@ def lateral_acceleration(drive: Drive) -> Verdict:
         why = _why(drive, drive.centripetal, drive.lateral_acceleration)
         return CannotTell(subject, lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), why))
     earliest_s, latest_s = _YAW_TO_ACCELERATION_S
-    return _beyond(subject, found_s, (earliest_s - _led_s(drive), latest_s), "lag_lateral_acceleration")
+    beyond = _beyond(subject, found_s, (earliest_s - _led_s(drive), latest_s))
+    return beyond and Finding("lag_lateral_acceleration", "warning", *beyond, "ms")
 
 
 def _why(drive: Drive, early: Column, late: Column) -> str:
@@ -45,8 +47,8 @@ def _led_s(drive: Drive) -> float:
     return ahead_m / float(np.nanmedian(drive.driven(drive.speed)))
 
 
-def _beyond(subject: str, found_s: tuple[float, float], limits: tuple[float, float], code: str) -> Verdict:
-    """A finding when both halves of the drive lie beyond the limits on the same side."""
+def _beyond(subject: str, found_s: tuple[float, float], limits: tuple[float, float]) -> tuple[str, float] | None:
+    """Text and lag in ms where both halves of the drive lie beyond the limits on the same side."""
     low, high = limits
     if max(found_s) >= low and min(found_s) <= high:
         return None
@@ -55,4 +57,4 @@ def _beyond(subject: str, found_s: tuple[float, float], limits: tuple[float, flo
         f"the {subject} is {lag_ms:.0f} ms; {1e3 * low:.0f} to {1e3 * high:.0f} ms is plausible. Check the time stamps "
         "and the filters of the sensors"
     )
-    return Finding(code, "warning", text, lag_ms, "ms")
+    return text, lag_ms

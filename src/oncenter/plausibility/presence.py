@@ -102,8 +102,8 @@ def stuck(drive: Drive) -> list[Finding]:
     found: list[Finding] = []
     if _yaws_while_standing(drive):
         text = (
-            "the vehicle speed reads zero all the time while the yaw rate shows turns. Check its name and source in "
-            "[signals]"
+            "the vehicle speed reads zero all the time: the truck turns meanwhile, as the yaw rate shows. Check its "
+            "name and source in [signals]"
         )
         whole_s = (len(drive.ticks("vehicle_speed")) - 1) / drive.signals.rate_hz
         found.append(Finding("vehicle_speed_zero", "error", text, whole_s, "s"))

@@ -102,7 +102,7 @@ def units(drive: Drive) -> Verdict:
         off = [name for name, (ratio, low, high) in shown.items() if not low <= ratio <= high]
         if off == ["wheels"]:
             return None  # reported by `wheels`
-        text = "the scales of the signals contradict each other, and no single wrong unit explains it. "
+        text = "the scales of the signals contradict each other, and no single wrong unit explains it: "
         text += "; ".join(
             f"{_RELATION[name]} is {shown[name][0]:.3g}, usual is {shown[name][1]:.3g} to {shown[name][2]:.3g}"
             for name in off
@@ -117,10 +117,10 @@ def units(drive: Drive) -> Verdict:
 
 
 _RELATION = {
-    "angle": "Steering wheel angle divided by curvature, in m,",
-    "acceleration": "Lateral acceleration divided by yaw rate times speed",
-    "turning wheels": "Difference of the rear wheel speeds divided by yaw rate, in m,",
-    "wheels": "Wheel speed divided by vehicle speed",
+    "angle": "steering wheel angle divided by curvature, in m,",
+    "acceleration": "lateral acceleration divided by yaw rate times speed",
+    "turning wheels": "difference of the rear wheel speeds divided by yaw rate, in m,",
+    "wheels": "wheel speed divided by vehicle speed",
 }
 
 

@@ -1,1 +1,1 @@
-"""What a truck's drives say together: one model over their summaries. No log is read again."""
+"""Common estimate of a truck's drives: one model over their summaries. No log is read again."""

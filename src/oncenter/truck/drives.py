@@ -1,4 +1,4 @@
-"""What one drive leaves for its truck's model: a summary of some twelve numbers."""
+"""Summary of one drive for its truck's model: some twelve numbers."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Numbers = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Summary:
-    """Of one drive. SI and rad; NaN where the drive says nothing of it.
+    """Of one drive. SI and rad; NaN where not identified.
 
-    `offset` is what the sensor reads where the steering unloads, `offset_sd` of this drive's part of its uncertainty;
-    `with_unloading` and `with_play` are the offset's covariances with the neutral acceleration and with the play.
-    `bank` is the lateral acceleration less r*v while driving, `standing` the lateral acceleration at standstill, on
-    average. `side` is 1 where traffic keeps right, -1 left, 0 unknown.
+    `offset` is the sensor reading at the neutral lateral acceleration, `offset_sd` of this drive's part of its
+    uncertainty. `with_unloading` and `with_play` are the offset's covariances with the neutral lateral acceleration and
+    with the play. `bank` is the mean of lateral acceleration less r*v while driving, `standing` the mean lateral
+    acceleration at standstill. `side` is 1 where traffic keeps right, -1 left, 0 not configured.
     """
 
     offset: float
@@ -43,8 +43,9 @@ class Summary:
 
 
 def summary_of(native: Mapping[str, Any], vehicle: Vehicle, params: Mapping[str, float]) -> Summary:
-    """Of the joint method's oc_answer as a dict. Accelerations are less what `params` know of pull and accelerometer
-    bias, about which the truck's are then zero: the core took a known pull off the offset, too."""
+    """From the joint method's oc_answer as a dict. Configured values of pull and accelerometer bias in `params` are
+    subtracted, so that those of the truck are zero on average: the core subtracted a configured pull from the
+    offset."""
     bias = params["known_accelerometer_bias_m_s2"] if params["known_accelerometer_bias_sd_m_s2"] > 0.0 else 0.0
     pull = params["known_pull_m_s2"] if params["known_pull_sd_m_s2"] > 0.0 else 0.0
     offset, gradient = native["offset"], native["understeer_gradient"]
@@ -74,14 +75,14 @@ GRADIENT_MIN = 0.1 * 0.017453292519943295  # rad/(m/s^2): below it play looks li
 
 
 def is_usable(status: str, gradient: float) -> bool:
-    """Whether a truck's model can use a drive whose offset has this status, by its understeer gradient."""
+    """Whether a truck's model can use a drive with this status of the offset and this understeer gradient."""
     return status in ("valid", "converging") and gradient >= GRADIENT_MIN
 
 
 @dataclass(frozen=True)
 class Drives:
-    """Summaries of many trucks' drives, each member of shape (trucks, drives), in order of time from the first column
-    on; NaN where a truck has fewer."""
+    """Summaries of many trucks' drives, each member of shape (trucks, drives), in order of time; NaN after the last
+    drive of a truck."""
 
     offset: Numbers
     offset_sd: Numbers
@@ -100,7 +101,7 @@ class Drives:
 
 
 def together(trucks: Sequence[Sequence[Summary]]) -> Drives:
-    """The tables of trucks of which each has at least one drive."""
+    """The tables of trucks with at least one drive each."""
     most = max(len(drives) for drives in trucks)
     table = np.full((len(fields(Summary)), len(trucks), most), math.nan)
     names = [field.name for field in fields(Summary)]

@@ -1,9 +1,9 @@
 """A Kalman filter over each truck's drives, many trucks side by side, with a test of a step before every drive.
 
-A step of the offset is seen by its signature in all innovations since (Willsky and Jones, A generalized likelihood
+A step of the offset is detected by its signature in all innovations since (Willsky and Jones, A generalized likelihood
 ratio approach to the detection and estimation of jumps in linear systems, IEEE Transactions on Automatic Control 21,
 1976). No reading has more than `_INFLUENCE` standard deviations of influence, so that no single drive makes a step.
-Sums over the state are written out, so that a truck's numbers are the same bits whatever trucks are beside it.
+Sums over the state are written out, so that the results of a truck do not depend on the other trucks of the call.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ Places = npt.NDArray[np.int64]
 # Tuned on seeds 1 to 120 of bench/trucks.py, and on its months 1 to 100.
 _INFLUENCE = 5.0  # standard deviations of one reading's innovation
 _THRESHOLD = 4.5  # standard deviations of a step
-_SMALLEST_RAD = 0.5 * 0.017453292519943295  # a smaller step is not told
+_SMALLEST_RAD = 0.5 * 0.017453292519943295  # a smaller step is not reported
 _DRIVES_BEFORE = _DRIVES_AFTER = 2
 _CONTRADICTS = 2.0  # standard deviations
-_WITHOUT_ONE = 1.5  # standard deviations that a step must have left whichever drive is left out
-_NEAR, _MOVED_SDS = 10, 4.0  # drives on either side of a step whose neutral accelerations are compared, and by how much
+_WITHOUT_ONE = 1.5  # standard deviations of a step without any one of its drives
+_NEAR, _MOVED_SDS = 10, 4.0  # drives on either side of a step for the neutral accelerations, and their difference in sd
 _AGES = (0, 1, 2, 3, 4, 5, 7, 10, 14, 20, 28, 40, 57, 80, 113, 160)  # drives since a step that is tested
 _ANYWHERE_RAD = 0.5  # sd of the offset before a truck's first drives
 _FIRST_DRIVES, _FIRST_SD_RAD = 5, 1.0 * 0.017453292519943295
 
 
 def _first_guess(offset: Numbers, sd: Numbers) -> tuple[Numbers, Numbers]:
-    """The median of the first drives, by their weights, and a wide standard deviation about it: a first drive that is
-    off alone must not decide whom the next ones contradict. Of one or two drives nothing."""
+    """The weighted median of the first drives, and a wide standard deviation about it, so that one wrong first drive
+    does not make the next ones look wrong. With one or two drives the standard deviation has no limit."""
     offset, sd = offset[:, :_FIRST_DRIVES], sd[:, :_FIRST_DRIVES]
     has = np.isfinite(offset)
     weight = np.where(has, 1.0 / (sd**2 + _FIRST_SD_RAD**2), 0.0)
@@ -66,7 +66,7 @@ def _first_guess(offset: Numbers, sd: Numbers) -> tuple[Numbers, Numbers]:
 
 @dataclass(frozen=True)
 class Step:
-    """Of truck `truck`'s offset, between drives `at - 1` and `at`, proved by drive `found`; rad."""
+    """Of the offset of truck `truck`, between drives `at - 1` and `at`, detected at drive `found`; rad."""
 
     truck: int
     at: int
@@ -76,7 +76,7 @@ class Step:
 
 
 def neutral_moved(drives: Drives, priors: Priors, step: Step, end: int) -> bool:
-    """Whether the neutral acceleration changed with the offset, as a wheel alignment moves both; by drives before
+    """Whether the neutral lateral acceleration changed with the offset, as after a wheel alignment; from drives before
     `end`."""
     sides = []
     for some in (slice(max(step.at - _NEAR, 0), step.at), slice(step.at, min(step.at + _NEAR, end))):
@@ -92,7 +92,7 @@ def neutral_moved(drives: Drives, priors: Priors, step: Step, end: int) -> bool:
 
 
 def _times(vector: Numbers, row: Numbers, places: Sequence[int] = range(len(STATE))) -> Numbers:
-    """Sum over the last axis, of which all but these places of the row are zero."""
+    """Sum over the last axis, in which only these places of the row are not zero."""
     total = vector[..., places[0]] * row[..., places[0]]
     for k in places[1:]:
         total += vector[..., k] * row[..., k]
@@ -101,13 +101,12 @@ def _times(vector: Numbers, row: Numbers, places: Sequence[int] = range(len(STAT
 
 class Filter:
     """The trucks' states after the drives taken so far: `state` (trucks, 7), `covariance` (trucks, 7, 7), and
-    `likelihood`, the log of what the drives were worth (trucks,).
+    `likelihood`, the log likelihood of the drives (trucks,).
 
     Args:
         load_steer_sd: rad, at the road wheels.
-        steps: (trucks, drives), where the offset is another from that drive on; None: they are tested, and found in
-            `steps`.
-        aligned: the same where the pull is another, too.
+        steps: (trucks, drives), true at the first drive of a new offset; None: steps are tested, and found in `steps`.
+        aligned: the same for a new pull.
     """
 
     def __init__(
@@ -118,7 +117,7 @@ class Filter:
         steps: Truths | None = None,
         aligned: Truths | None = None,
     ) -> None:
-        self._drives, self._priors, self._known, self._aligned = drives, priors, steps, aligned
+        self._drives, self._priors, self._given, self._aligned = drives, priors, steps, aligned
         self._loads = loads_of(drives, priors)
         n = len(drives.ratio)
         side = drives.side[:, 0]
@@ -140,7 +139,7 @@ class Filter:
         self.likelihood = np.zeros(n)
         self.steps: list[Step] = []
         self._since_step = np.zeros(n, np.int64)
-        # the offset's reading of each drive, as it was taken
+        # the offset's reading of each drive, with its equation
         shape = drives.offset.shape
         self._rows = np.zeros((*shape, len(STATE)))
         self._values, self._variances = np.full(shape, np.nan), np.full(shape, np.nan)
@@ -148,13 +147,13 @@ class Filter:
         self.drives_most = drives.offset.shape[1]
 
     def take(self, d: int) -> None:
-        """Drive `d` of all trucks that have one."""
+        """Takes drive `d` of all trucks with such a drive."""
         has = np.isfinite(self._drives.offset[:, d])
         self.covariance[has, BIAS, BIAS] += self._priors.bias_wander_sd_m_s2**2
-        if self._known is None:
+        if self._given is None:
             self._candidates.open(d, has, self._since_step >= _DRIVES_BEFORE)
         else:
-            self._guess_offset(d, has & self._known[:, d])
+            self._guess_offset(d, has & self._given[:, d])
             if self._aligned is not None:
                 self._forget_pull(has & self._aligned[:, d])
         doubt = np.zeros(len(has))
@@ -167,7 +166,7 @@ class Filter:
                 doubt = doubt + np.square(reading.of_offset) * self._missed(reading)
             self._update(reading, variance, has)
         self._since_step[has] += 1
-        if self._known is None:
+        if self._given is None:
             self._prove(d, has)
 
     def _guess_offset(self, d: int, chosen: Truths) -> None:
@@ -183,7 +182,7 @@ class Filter:
         self.covariance[chosen, PULL, PULL] = self._priors.pull_sd_m_s2**2
 
     def _missed(self, reading: Reading) -> Numbers:
-        """Square of what a reading is off beyond `_CONTRADICTS` standard deviations of what it should be."""
+        """Square of a reading's innovation beyond `_CONTRADICTS` standard deviations."""
         row, places = reading.row, reading.places
         expected = _times(_times(self.covariance, row[:, None, :], places), row, places) + reading.variance
         apart = reading.value - _times(self.state, row, places)
@@ -200,7 +199,7 @@ class Filter:
         spread = spread * beyond**2
         per = np.where(has, 1.0 / spread, 0.0)
         weighted = gain * per[:, None]
-        if self._known is None:
+        if self._given is None:
             self._candidates.update(row, places, innovation, per, weighted)
         self.state += weighted * innovation[:, None]
         self.covariance -= weighted[:, :, None] * gain[:, None, :]
@@ -223,15 +222,15 @@ class Filter:
             self._since_step[n] = d + 1 - at
 
     def offsets(self) -> tuple[Numbers, Numbers]:
-        """Each drive's own offset, given all else that is known of its truck now, and its standard deviation: shape
+        """Each drive's own offset, given the other estimates of its truck, and its standard deviation: shape
         (trucks, drives)."""
         rest = self.state.copy()
         rest[:, OFFSET] = 0.0
         return self._values - _times(self._rows, rest[:, None, :]), np.sqrt(self._variances)
 
     def _stands_without_any(self, truck: int, begin: int, at: int, end: int, sign: float) -> bool:
-        """Whether drives `at` to `end` differ from those since `begin`, whichever drive of either is left out: one that
-        is off alone makes no step. Without what the loads steer, which one such drive may have distorted."""
+        """Whether drives `at` to `end` differ from those since `begin` without any one drive of either: a single wrong
+        drive makes no step. Without the effect of the loads, which such a drive can have distorted."""
         rest = self.state[truck].copy()
         rest[[OFFSET, LOAD_STEER, LOAD_STEER_BENT]] = 0.0
         value = self._values[truck, begin:end] - _times(self._rows[truck, begin:end], rest[None, :])
@@ -249,8 +248,8 @@ class Filter:
 
 
 class _Candidates:
-    """Steps that may have been, some `_AGES` of each truck: `begins` is the drive before which, -1 none; `signature`
-    what a unit step has done to the state by now; `information` and `evidence` of its size."""
+    """Possible steps at the `_AGES` of each truck: `begins` is the first drive after the step, -1 none; `signature` the
+    effect of a unit step on the state so far; `information` and `evidence` of its size."""
 
     def __init__(self, trucks: int) -> None:
         self.begins = np.full((trucks, len(_AGES)), -1)
@@ -259,9 +258,9 @@ class _Candidates:
         self.evidence = np.zeros((trucks, len(_AGES)))
 
     def open(self, d: int, has: Truths, enough: Truths) -> None:
-        """One before this drive; of the older ones some stay, ever fewer the older they are."""
-        free = np.full(len(has), True)  # the last place is given to whoever comes
-        for k in range(len(_AGES) - 1, 0, -1):  # one that is old enough moves on, or goes where the next place is taken
+        """Opens a candidate at this drive; the older the others are, the fewer of them stay."""
+        free = np.full(len(has), True)  # the last place takes any candidate
+        for k in range(len(_AGES) - 1, 0, -1):  # one that is old enough moves on, or is dropped if the place is taken
             old = has & (self.begins[:, k - 1] >= 0) & (d - self.begins[:, k - 1] >= _AGES[k])
             moves = old & free
             for array in (self.begins, self.signature, self.information, self.evidence):
@@ -273,11 +272,11 @@ class _Candidates:
             array[has, 0] = 0.0
 
     def update(self, row: Numbers, places: Sequence[int], innovation: Numbers, per: Numbers, weighted: Numbers) -> None:
-        """A reading that the filter takes: a unit step has so much of its innovation as is not in the state yet."""
-        seen = row[:, None, OFFSET] - _times(self.signature, row[:, None, :], places)
-        self.information += seen * seen * per[:, None]
-        self.evidence += seen * (innovation * per)[:, None]
-        self.signature += seen[:, :, None] * weighted[:, None, :]
+        """For a reading of the filter: the innovation of a unit step is its part that the state does not contain."""
+        expected = row[:, None, OFFSET] - _times(self.signature, row[:, None, :], places)
+        self.information += expected * expected * per[:, None]
+        self.evidence += expected * (innovation * per)[:, None]
+        self.signature += expected[:, :, None] * weighted[:, None, :]
 
     def scores(self) -> tuple[Numbers, Numbers]:
         """Standard deviations of each step, and its size."""
@@ -285,7 +284,7 @@ class _Candidates:
         return np.abs(self.evidence) / np.sqrt(information), self.evidence / information
 
     def of(self, truck: int, k: int) -> tuple[int, float, float, Numbers]:
-        """Drive, size, variance, and what a unit step does to the state beyond what it has taken in."""
+        """Drive, size, variance, and the effect of a unit step on the state that it does not contain so far."""
         information = float(self.information[truck, k])
         apart = -self.signature[truck, k]
         apart[OFFSET] += 1.0

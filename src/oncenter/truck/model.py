@@ -1,6 +1,6 @@
 """One model over a truck's drives: the quantities that stay with the truck, and the steps of its offset.
 
-It runs twice: ride height steers little with the load, or much. Both results are weighted by their likelihood.
+It runs twice: with a small and with a large steering effect of ride height. The results are weighted by likelihood.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from oncenter.truck.kalman import Filter, Step, neutral_moved
 from oncenter.truck.priors import Priors
 from oncenter.truck.readings import BIAS, OFFSET, PLAY, PULL, loads_of
 
-_LOADS_DIFFER = 0.2  # share by which the largest gradient is beyond the smallest: ours, twice what one load scatters
+_LOADS_DIFFER = 0.2  # of the largest gradient above the smallest: tuned, twice the scatter of one load
 
 
 @dataclass(frozen=True)
@@ -38,19 +38,19 @@ class Trucks:
     spread_sd: Numbers
     load_would_help: np.ndarray[tuple[int], np.dtype[np.bool_]]
     steps: tuple[Step, ...]
-    offsets: Numbers  # (trucks, drives): each drive's own, given all else that is known of its truck, and its sd
+    offsets: Numbers  # (trucks, drives): each drive's own, given the other estimates of its truck, and its sd
     offset_sds: Numbers
 
 
 def learn(drives: Drives, priors: Priors) -> Trucks:
     """All trucks of `drives`; each has a first drive."""
     steps = _run(Filter(drives, priors, priors.step_load_steer_sd_rad)).steps
-    known = np.zeros(drives.offset.shape, np.bool_)
+    stepped = np.zeros(drives.offset.shape, np.bool_)
     aligned = np.zeros(drives.offset.shape, np.bool_)
     for step in steps:
-        known[step.truck, step.at] = True
+        stepped[step.truck, step.at] = True
         aligned[step.truck, step.at] = neutral_moved(drives, priors, step, drives.offset.shape[1])
-    both = [_run(Filter(drives, priors, sd, known, aligned)) for sd in priors.load_steer_sds_rad]
+    both = [_run(Filter(drives, priors, sd, stepped, aligned)) for sd in priors.load_steer_sds_rad]
     shares = _shares(both, priors)
 
     def mixed(place: int) -> tuple[Numbers, Numbers]:
@@ -85,7 +85,7 @@ def _run(one: Filter) -> Filter:
 
 
 def _shares(both: list[Filter], priors: Priors) -> tuple[Numbers, Numbers]:
-    """How likely each is, by Bayes."""
+    """Probability of each result, by Bayes."""
     prior_little, prior_much = priors.load_steer_weights
     apart = np.clip(both[1].likelihood - both[0].likelihood, -50.0, 50.0)
     much = prior_much * np.exp(apart) / (prior_little + prior_much * np.exp(apart))

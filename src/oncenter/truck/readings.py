@@ -1,16 +1,16 @@
-"""What each drive reads of its truck's state: the model's equations, a page of them (docs/many_drives.md).
+"""Readings of a truck's state by each drive: the equations of the model (docs/many_drives.md).
 
 Of drive d, i the steering ratio, K_d the understeer gradient of its load, K their mean, s compliance's share of K:
 
-    offset where the steering unloads     o_d   = o + i (K + (1 - s) (K_d - K)) p + g_1 l + g_2 (l^2 - mean) + noise
+    offset at neutral acceleration        o_d   = o + i (K + (1 - s) (K_d - K)) p + g_1 l + g_2 (l^2 - mean) + noise
     neutral lateral acceleration          a_0,d = b + p                                                      + noise
     free play                             B_d   = B                                                          + noise
     mean bank of its roads                m_d   = b + t (c + C)                                              + noise
     ground that it stood on               n_d   = b + h t (c + C)                                            + noise
 
-with o the straight-ahead offset, b the accelerometer's bias, p the pull, C by how much the crown of the truck's roads
-differs from c, t the side of traffic, l the load as K_d shows it, g what ride height steers with it. A pull moves o_d
-by i K_d; an accelerometer's bias does not. What gives way in the steering under a pull's moment is in o at any load.
+with o the straight-ahead offset, b the accelerometer bias, p the pull, C the difference of the truck's road crown from
+c, t the traffic side, l the load by K_d, g the steering effect of ride height. A pull changes o_d by i K_d; an
+accelerometer bias does not. The steering compliance under the moment of a pull is in o at any load.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ OFFSET, BIAS, PULL, PLAY, CROWN, LOAD_STEER, LOAD_STEER_BENT = range(len(STATE))
 
 _GRADIENT_ERROR_MIN = 0.02  # share of the prior's mean, of a drive
 _GRADIENT_MIN = 0.1  # share of the prior's mean
-_SURE_GAIN = 0.8  # of a drive's own gradient: from here on it counts where loads are compared
+_SURE_GAIN = 0.8  # of a drive's own gradient, from which it is used to compare loads
 
 
 @dataclass(frozen=True)
 class Reading:
-    """One number of each truck: what it should be is `row` (trucks, state) times the state, with this variance; of the
-    row all but `places` is zero.
+    """One number of each truck: its expectation is `row` (trucks, state) times the state, with this variance; only
+    `places` of the row are not zero.
 
-    `of_offset` is how far the drive's offset is off where this reading is off by one: a drive that found another play
-    than the truck has, erred in both. None: it is the offset itself.
+    `of_offset` is the error of the drive's offset per unit error of this reading: a drive with a wrong play has a wrong
+    offset as well. None: it is the offset itself.
     """
 
     row: Numbers
@@ -50,10 +50,10 @@ class Reading:
 
 @dataclass(frozen=True)
 class Loads:
-    """What the gradients say of each truck's loads; (trucks, drives) but for the means, (trucks, 1).
+    """Loads of each truck, from its gradients; (trucks, drives), the means (trucks, 1).
 
-    `gradient`, rad/(m/s^2), is each drive's as its truck's other drives let it be, with its variance; `load` is how far
-    it is from their mean, in units of what loads scatter.
+    `gradient`, rad/(m/s^2), is that of each drive, shrunk to the mean of its truck, with its variance. `load` is its
+    distance from that mean, in units of the scatter of loads.
     """
 
     gradient: Numbers
@@ -64,19 +64,19 @@ class Loads:
     sure: npt.NDArray[np.bool_]
 
     def differ_by(self) -> Numbers:
-        """Of each truck, the share by which the largest gradient that a drive is sure of is beyond the smallest."""
+        """Of each truck, the largest accurate gradient of a drive above the smallest, as a share."""
         largest = np.max(np.where(self.sure, self.gradient, 0.0), axis=1)
         smallest = np.min(np.where(self.sure, self.gradient, np.inf), axis=1)
         return np.where(largest > 0.0, largest / smallest - 1.0, 0.0)
 
 
 def _summed(values: Numbers) -> Numbers:
-    """Over the drives, one after the other: drives that a truck has not move no bit of its sum."""
+    """Over the drives, one after the other: missing drives do not change a bit of the sum."""
     return np.cumsum(values, axis=1)[:, -1:]
 
 
 def loads_of(drives: Drives, priors: Priors) -> Loads:
-    """A drive that says little of its gradient has its truck's mean, of which the prior is half a drive."""
+    """A drive with an inaccurate gradient gets its truck's mean, in which the prior counts as half a drive."""
     has = np.isfinite(drives.gradient)
     prior = priors.gradient_mean_rad_m_s2
     value = np.where(has, np.maximum(drives.gradient, 0.0), prior)
@@ -133,7 +133,7 @@ def _reading(
     variance: float | Numbers,
     of_offset: float | Numbers | None = 0.0,
 ) -> Reading:
-    """`of`: what the value has of each place of the state that it has any of."""
+    """`of`: the coefficient of each place of the state in the value."""
     row = np.zeros((len(value), len(STATE)))
     for place, share in of.items():
         row[:, place] = share
@@ -142,7 +142,7 @@ def _reading(
 
 @dataclass(frozen=True)
 class _Alone:
-    """What a drive says without the priors that the core brought to it: these count once, in the truck's state.
+    """A drive without the core's priors, which count once, in the truck's state.
 
     `per_*` are the offset's slopes on the other two, `offset_variance` is given them.
     """
@@ -162,7 +162,7 @@ def _without_priors(drives: Drives, priors: Priors, d: int) -> _Alone:
     per_play = drives.with_play[:, d] / play_variance
     own = drives.offset_sd[:, d] ** 2
     rest = own - per_unloading**2 * unloading_variance - per_play**2 * play_variance
-    mean, prior = _believed_bias(drives, priors, d)
+    mean, prior = _prior_bias(drives, priors, d)
     alone = _less_prior(unloading_variance, prior)
     moved = (drives.unloading[:, d] - mean) * alone / prior
     return _Alone(
@@ -172,18 +172,18 @@ def _without_priors(drives: Drives, priors: Priors, d: int) -> _Alone:
         play_variance=_less_prior(play_variance, priors.play_sd_rad**2),
         per_unloading=per_unloading,
         per_play=per_play,
-        offset_variance=np.maximum(rest, 0.05 * own),  # the core's covariances are of a mixture: none of less
+        offset_variance=np.maximum(rest, 0.05 * own),  # the core's covariances are of a mixture: rest may be negative
     )
 
 
 def _less_prior(variance: Numbers, prior: Numbers | float) -> Numbers:
-    """Of the evidence alone; at most a hundred times as much."""
+    """Of the evidence alone; at most a hundred times the variance."""
     return np.asarray(variance / np.maximum(1.0 - variance / prior, 0.01))
 
 
-def _believed_bias(drives: Drives, priors: Priors, d: int) -> tuple[Numbers, Numbers]:
-    """Mean and variance of the accelerometer's bias by its prior, the roads' bank and the ground stood on, before the
-    steering says anything: core/joint_method.c, prior_of."""
+def _prior_bias(drives: Drives, priors: Priors, d: int) -> tuple[Numbers, Numbers]:
+    """Mean and variance of the accelerometer bias from its prior, the road bank and the standstill, without evidence
+    from the steering: core/joint_method.c, prior_of."""
     side = drives.side[:, d]
     bias, crown = np.zeros_like(side), side * priors.crown_m_s2
     of_bias = np.full_like(side, priors.accelerometer_bias_sd_m_s2**2)

@@ -1,4 +1,4 @@
-"""What tells the side force where an accelerometer is missing, for who asks the angle without its sensor."""
+"""The lateral force of drives without an accelerometer: when yaw rate times speed is used, and the notes on it."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from oncenter.offset.inputs import params_of
 from oncenter.signals import SIGNALS, Signals
 from oncenter.vehicle import Vehicle
 
-_MISSING_SHARE_TOLD = 0.01  # of a drive
+_MISSING_REPORTED_FROM = 0.01  # share of a drive
 
 
-def told_by_turning(signals: Signals, taught_by: Sequence[Signals], sensor_lost_at: float | None) -> bool:
-    """Whether yaw rate times speed must stand for it: what is learned holds for what told the side force meanwhile.
+def uses_yaw_rate(signals: Signals, taught_by: Sequence[Signals], sensor_lost_at: float | None) -> bool:
+    """Whether yaw rate times speed replaces the lateral acceleration; the estimates hold for one of the two only.
 
-    True where most of what has a steering wheel angle to learn from has no lateral acceleration.
+    True where most of the time with a steering wheel angle has no lateral acceleration.
     """
     teaching = measured = 0
     for drive, until_s in ((signals, sensor_lost_at), *((teacher, None) for teacher in taught_by)):
@@ -29,25 +29,25 @@ def told_by_turning(signals: Signals, taught_by: Sequence[Signals], sensor_lost_
     return 2 * measured < teaching
 
 
-def side_force_notes(
+def lateral_force_notes(
     signals: Signals, vehicle: Vehicle, taught_by: Sequence[Signals], sensor_lost_at: float | None
 ) -> tuple[str, ...]:
-    """What people should know of drives without a lateral acceleration, if it is to be used."""
+    """A note for each drive without a lateral acceleration; none where the vehicle does without it."""
     if not params_of(vehicle, None)["use_accelerometer"]:
         return ()
-    stands_in = told_by_turning(signals, taught_by, sensor_lost_at)
+    by_yaw_rate = uses_yaw_rate(signals, taught_by, sensor_lost_at)
     notes = []
     for drive in (*taught_by, signals):
         missing = float(np.mean(~_has(drive, "lateral_acceleration")))
         name = Path(drive.log).name
-        if stands_in and missing > 0.5:
+        if by_yaw_rate and missing > 0.5:
             notes.append(
                 f"no lateral acceleration in {name}: yaw rate times speed is used instead, without the road bank"
             )
-        elif not stands_in and missing > _MISSING_SHARE_TOLD:
-            silent_s = missing * drive.table.height / drive.rate_hz
+        elif not by_yaw_rate and missing > _MISSING_REPORTED_FROM:
+            missing_s = missing * drive.table.height / drive.rate_hz
             notes.append(
-                f"no lateral acceleration for {silent_s:.0f} s of {name}: this time is not used for the estimates, and "
+                f"no lateral acceleration for {missing_s:.0f} s of {name}: this time is not used for estimates, and "
                 "the usual bank is assumed"
             )
     return tuple(dict.fromkeys(notes))

@@ -1,0 +1,101 @@
+"""oncenter explain: the section of a finding's or an error's code in docs/reference/findings.md, as plain text."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from dataclasses import dataclass
+from typing import Annotated
+
+import typer
+
+PAGE = "docs/reference/findings.md"
+_WIDTH = 100  # columns of text
+_LIST_WIDTH = 120
+_MEANING = "What it means: "
+
+
+@dataclass(frozen=True)
+class Section:
+    """Of one code: `kind` is "finding" or "error"; `paragraphs` without markdown, the example indented."""
+
+    code: str
+    kind: str
+    paragraphs: tuple[str, ...]
+
+    def __str__(self) -> str:
+        indents = ("  " if paragraph.startswith("  ") else "" for paragraph in self.paragraphs)
+        wrapped = (
+            textwrap.fill(paragraph.strip(), _WIDTH, initial_indent=indent, subsequent_indent=indent)
+            for paragraph, indent in zip(self.paragraphs, indents, strict=True)
+        )
+        return "\n\n".join([f"{self.code} ({self.kind})", *wrapped])
+
+    @property
+    def summary(self) -> str:
+        """The first sentence of its meaning."""
+        meaning = next(paragraph for paragraph in self.paragraphs if paragraph.startswith(_MEANING))
+        return re.split(r"(?<=\.) (?=[A-Z])", meaning.removeprefix(_MEANING))[0]
+
+
+def explain(
+    code: Annotated[
+        str | None,
+        typer.Argument(metavar="CODE", help="A code in brackets after a finding, or of an error; none: list all."),
+    ] = None,
+) -> None:
+    """Explain a finding or an error: its meaning, its likely causes and the action for it."""
+    from oncenter.errors import WRONG_USAGE, OncenterError
+    from oncenter.nearest_name import did_you_mean
+
+    sections = read_sections()
+    if code is None:
+        typer.echo(_listed(sections))
+        return
+    found = [section for section in sections if section.code == code]
+    if not found:
+        like = did_you_mean(code, dict.fromkeys(section.code for section in sections))
+        raise OncenterError(
+            f"no finding or error has the code '{code}'{like or '; oncenter explain lists all codes'}",
+            code="usage",
+            exit_code=WRONG_USAGE,
+        )
+    typer.echo("\n\n".join(map(str, found)))
+
+
+def read_sections() -> list[Section]:
+    """All sections of the page, in its order."""
+    from oncenter.files.shipped import shipped
+
+    page = shipped(PAGE).read_text(encoding="utf-8")
+    findings, errors = page.split("\n# Errors\n")
+    return [
+        *(_section(text, "finding") for text in findings.split("\n## ")[1:]),
+        *(_section(text, "error") for text in errors.split("\n## ")[1:]),
+    ]
+
+
+def _section(text: str, kind: str) -> Section:
+    code, *paragraphs = text.strip().split("\n\n")
+    return Section(code, kind, tuple(map(_plain, paragraphs)))
+
+
+def _plain(paragraph: str) -> str:
+    """One line without markdown; a quotation is indented."""
+    lines = paragraph.splitlines()
+    indent = "  " if lines[0].startswith("> ") else ""
+    return indent + re.sub(r"[`*]", "", " ".join(line.removeprefix("> ") for line in lines))
+
+
+def _listed(sections: list[Section]) -> str:
+    """A line per code, findings first."""
+    width = max(len(section.code) for section in sections)
+    lines = ["oncenter explain CODE prints all about one of them.", ""]
+    for kind, title in (("finding", "Findings"), ("error", "Errors")):
+        lines.append(title)
+        for section in sections:
+            if section.kind == kind:
+                summary = textwrap.shorten(section.summary, _LIST_WIDTH - width - 4, placeholder=" …")
+                lines.append(f"  {section.code:{width}}  {summary}")
+        lines.append("")
+    return "\n".join(lines).rstrip()

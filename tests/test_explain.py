@@ -1,0 +1,159 @@
+"""`oncenter explain` and its page: each code of a finding or an error has a section, and each section has a code."""
+
+import ast
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from oncenter.bus import monitor
+from oncenter.cli import run
+from oncenter.cli.explain import PAGE, Section, read_sections
+from oncenter.errors import WRONG_USAGE
+from oncenter.files.child import READER_DEATHS
+from oncenter.offset.findings import TABLE
+
+ROOT = Path(__file__).parents[1]
+SOURCES = [path for path in ROOT.glob("src/oncenter/**/*.py") if path.name != "_declarations.py"]
+SEVERITIES = {"error", "warning", "info"}
+WORDS_MAX = 25  # of a sentence
+NEVER_STARTED = "stopped"  # files/child.py: a reader that was ended from outside
+SECTIONS = {kind: {s.code: s for s in read_sections() if s.kind == kind} for kind in ("finding", "error")}
+FINDING_HEAD = re.compile(r"Severity: (\w+)(?: or (\w+))?\. Value: (none|.+)\.")
+ERROR_HEAD = re.compile(r"Error\. Exit code: \d+(?: or \d+)?\.")
+
+
+def calls(tree: ast.Module, *names: str) -> Iterator[ast.Call]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and getattr(node.func, "id", getattr(node.func, "attr", "")) in names:
+            yield node
+
+
+def texts(node: ast.AST | None) -> set[str]:
+    """All string constants of an expression."""
+    every = ast.walk(node) if node is not None else ()
+    return {each.value for each in every if isinstance(each, ast.Constant) and isinstance(each.value, str)}
+
+
+@cache
+def findings_in_source() -> dict[str, set[str]]:
+    """By code, the severities that appear in its calls of Finding; those of the table have their row's."""
+    found: dict[str, set[str]] = {code: {row.severity} for code, row in TABLE.items()}
+    for path in SOURCES:
+        for call in calls(ast.parse(path.read_text(encoding="utf-8")), "Finding"):
+            if call.args and isinstance(call.args[0], ast.Constant):
+                severities = texts(call.args[1]) & SEVERITIES
+                found.setdefault(call.args[0].value, set()).update(severities)
+    return found
+
+
+def constants(tree: ast.Module) -> dict[str, str]:
+    """Names of a module that are bound to a string."""
+    found = {}
+    for node in tree.body:
+        if isinstance(node, ast.Assign):
+            target, value = node.targets[0], node.value
+            several = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)
+            for name, bound in zip(target.elts, value.elts, strict=True) if several else [(target, value)]:
+                if isinstance(name, ast.Name) and isinstance(bound, ast.Constant) and isinstance(bound.value, str):
+                    found[name.id] = bound.value
+    return found
+
+
+def errors_in_source() -> set[str]:
+    """All `code=` of exceptions, and the codes that are made elsewhere."""
+    found = {*READER_DEATHS, NEVER_STARTED, *(f"image_{fault}" for fault in monitor._REFUSALS)}
+    for path in SOURCES:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        bound = constants(tree)
+        for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call)):
+            for given in (keyword.value for keyword in call.keywords if keyword.arg == "code"):
+                if isinstance(given, ast.Constant) and re.fullmatch(r"[a-z][a-z0-9_]*", str(given.value)):
+                    found.add(given.value)
+                elif isinstance(given, ast.Name) and given.id in bound:
+                    found.add(bound[given.id])
+        found |= {call.args[1].value for call in calls(tree, "_fail") if isinstance(call.args[1], ast.Constant)}
+    return found
+
+
+def test_each_finding_has_a_section_and_each_section_a_finding() -> None:
+    assert set(SECTIONS["finding"]) == set(findings_in_source())
+
+
+def test_each_error_has_a_section_and_each_section_an_error() -> None:
+    assert set(SECTIONS["error"]) == errors_in_source()
+
+
+def test_no_code_has_two_sections_of_one_kind() -> None:
+    assert len(read_sections()) == sum(map(len, SECTIONS.values()))
+
+
+@pytest.mark.parametrize("code", sorted(SECTIONS["finding"]))
+def test_the_page_gives_the_severity_and_the_unit_of_a_finding(code: str) -> None:
+    page = (ROOT / PAGE).read_text(encoding="utf-8")
+    head = FINDING_HEAD.fullmatch(page.split(f"\n## {code}\n\n")[1].split("\n\n")[0])
+    assert head is not None, "Severity: warning. Value: `deg`, free play."
+    severities = {head[1], *({head[2]} if head[2] else set())}
+    assert severities <= SEVERITIES
+    in_source = findings_in_source()[code]
+    assert in_source <= severities
+    if code in TABLE:
+        unit = re.match(r"`(.+?)`", head[3])
+        assert head[1] in (TABLE[code].severity, head[2]) and TABLE[code].severity in severities
+        assert (unit and unit[1]) == TABLE[code].unit
+
+
+@pytest.mark.parametrize("section", read_sections(), ids=lambda section: f"{section.kind}-{section.code}")
+def test_a_section_has_its_parts_in_order_and_short_sentences(section: Section) -> None:
+    head, example, *rest = section.paragraphs
+    assert (FINDING_HEAD if section.kind == "finding" else ERROR_HEAD).fullmatch(head)
+    assert example.startswith("  ")
+    labels = [paragraph.split(": ")[0] for paragraph in rest]
+    assert labels in (
+        ["What it means", "What to do"],
+        ["What it means", "Likely causes", "What to do"],
+    )
+    checked = section.paragraphs[1:] if section.kind == "finding" else rest  # messages of errors name files
+    for sentence in (each for paragraph in checked for each in re.split(r"[.;:?]\s", paragraph)):
+        assert len(sentence.split()) <= WORDS_MAX, sentence
+
+
+def test_explain_prints_the_section_as_plain_text(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["explain", "steering_play"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("steering_play (finding)\n\nSeverity: warning. Value: deg, free play")
+    assert "What to do: Check the joints" in out
+    assert not re.search(r"[`*>#]", out) and max(map(len, out.splitlines())) <= 100
+
+
+def test_a_code_of_a_finding_and_of_an_error_prints_both(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["explain", "missing_signal"]) == 0
+    out = capsys.readouterr().out
+    assert "missing_signal (finding)" in out and "missing_signal (error)" in out
+
+
+def test_explain_without_a_code_lists_all_codes_in_a_line_each(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["explain"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    for section in read_sections():
+        assert [line for line in lines if line.startswith(f"  {section.code} ")], section.code
+    assert max(map(len, lines)) <= 120
+
+
+@pytest.mark.parametrize(
+    ("written", "says"),
+    [
+        ("steering_pla", "did you mean steering_play?"),
+        ("Steering-Play", "did you mean steering_play?"),
+        ("zzz", "oncenter explain lists all codes"),
+    ],
+)
+def test_a_code_that_does_not_exist_is_refused_with_the_nearest_one(
+    written: str, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["explain", written]) == WRONG_USAGE
+    printed = capsys.readouterr()
+    assert printed.out == "" and printed.err.count("\n") == 1
+    assert f"'{written}'" in printed.err and says in printed.err

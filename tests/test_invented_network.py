@@ -144,7 +144,7 @@ def test_a_column_that_a_table_lacks_is_told_with_the_one_that_was_meant(tmp_pat
         ("[signals]\nyaw_rate = { name = 3 }\n", "'signals.yaw_rate.name' must be text in quotes, got 3"),
         ('[signals]\nyaw_rate = { name = "YawRt", sign = 2 }\n', "'signals.yaw_rate.sign' must be 1 or -1, got 2"),
         ('[signals]\nyaw_rate = { name = "YawRt", sgn = -1 }\n', "did you mean sign"),
-        ('[signals]\nyawrate = { name = "YawRt" }\n', "'yawrate' is no signal; did you mean yaw_rate?"),
+        ('[signals]\nyawrate = { name = "YawRt" }\n', "'yawrate' is not a signal; did you mean yaw_rate?"),
     ],
 )
 def test_a_table_of_signals_that_will_not_do_is_refused_with_what_would(

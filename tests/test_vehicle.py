@@ -60,7 +60,7 @@ def test_an_angle_among_the_params_may_be_given_in_degrees() -> None:
         ({"steering_ratio": "19.3"}, "'steering_ratio' must be a finite number"),
         ({"steering_ratio": [0, 0.05, 1e9]}, "'steering_ratio' must be a ratio of 1 to 60"),
         ({"steering_ratio": [0, 0.05, 0, -0.004]}, "'steering_ratio' must be a ratio of 1 to 60"),
-        ({"steering_ratio": [1.0, 0.05]}, "'steering_ratio' must leave the front wheels within 2 deg"),
+        ({"steering_ratio": [1.0, 0.05]}, "'steering_ratio' must give front wheels within 2 deg"),
         ({"wheelbase": 3.7}, "wheelbase_m"),
         ({"params": {"bank_max": 0.5}}, "bank_max_m_s2"),
         ({"params": {"bank_max_m_s2": -1.0}}, "bank_max_m_s2"),

@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import Field
 
 APPLIED_MAX_DEG = 720.0  # two turns of the steering wheel
+OFFSET_LIMIT_DEG = 2.0  # thesis 5.6: the accuracy of its method on a well serviced truck
 OFFSET_LIMIT_MAX_DEG = 30.0
 
 
@@ -168,14 +169,14 @@ KEYS: dict[str, Key] = {
         ),
         Key(
             "offset_limit_deg",
-            "Straight-ahead offset, either sign, from which on the angle sensor needs a recalibration.",
-            2.0,
+            "Straight-ahead offset, to either side, from which the verdict is to recalibrate.",
+            OFFSET_LIMIT_DEG,
             unit="deg",
-            low=0.01,
+            low=0.1,
             high=OFFSET_LIMIT_MAX_DEG,
-            usual=(0.5, 10.0),
-            where="Service manual, or the requirement of the function that uses the angle.",
-            without="2 deg",
+            usual=(0.5, 5.0),
+            where="Service manual of the truck's maker.",
+            without=f"{OFFSET_LIMIT_DEG:g} deg",
         ),
         Key(
             "mass_kg",

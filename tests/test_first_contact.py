@@ -11,7 +11,7 @@ from typer.main import get_command
 
 from oncenter.cli import run
 from oncenter.cli.app import app
-from oncenter.cli.completion import finding_codes, scenarios, signal_names, vehicle_files
+from oncenter.cli.completion import explained_codes, scenarios, signal_names, vehicle_files
 
 TRUCK = "wheelbase_m = 3.7\nsteering_ratio = 19.3\n"
 DBC = 'VERSION ""\nBU_: X\nBO_ 512 ESP: 8 X\n SG_ Gyro : 0|16@1- (0.01,0) [0|0] "deg/s" X\n'
@@ -152,4 +152,11 @@ def test_vehicle_files_are_completed_through_folders(desk: Path) -> None:
 def test_completions_begin_with_what_is_written() -> None:
     assert "thesis_drive" in scenarios("th") and not scenarios("zz")
     assert signal_names("steering_wheel_t") == ["steering_wheel_torque="]
-    assert all(code.startswith("ya") for code in finding_codes("ya")) and finding_codes("ya")
+
+
+def test_codes_to_explain_are_the_headings_of_their_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "page.md").write_text("# Findings\n\n## yaw_rate_bias\n\nText\n\n# Errors\n\n## usage\n")
+    monkeypatch.setattr("oncenter.cli.completion.shipped", lambda name: tmp_path / "page.md")
+    assert explained_codes("") == ["usage", "yaw_rate_bias"] and explained_codes("ya") == ["yaw_rate_bias"]
+    monkeypatch.setattr("oncenter.cli.completion.shipped", lambda name: tmp_path / "none.md")
+    assert explained_codes("") == []

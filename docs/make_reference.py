@@ -155,7 +155,7 @@ def vehicle_page() -> str:
         "steering_ratio = 19.3",
         "```",
         "",
-        "- `oncenter vehicle new truck.toml` writes a file with all keys explained; in a terminal it asks for values.",
+        "- `oncenter vehicle new truck.toml` writes a file with all keys explained, and prompts for values.",
         "- `oncenter vehicle check truck.toml [LOG]` checks a file, and whether a log has the signals that it names.",
         "- `oncenter vehicle list` shows the files that come with oncenter; `--vehicle` takes their names.",
         "",

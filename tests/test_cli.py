@@ -306,7 +306,7 @@ def parts_of(drive_csv: Path, folder: Path, *rows: tuple[int, int], since: float
 def test_a_bad_log_among_good_ones_is_named_and_the_others_are_answered(
     drive_csv: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "bad.csv").write_text("nothing\nof ours\n")
+    (tmp_path / "bad.csv").write_text("nothing\nhere\n")
     (tmp_path / "blind.csv").write_text(steady_drive().table.drop("steering_wheel_angle_rad").write_csv())
     first, second = parts_of(drive_csv, tmp_path, (0, 6000), (6000, 12000))
     missing = str(tmp_path / "none.csv")
@@ -325,7 +325,7 @@ def test_a_bad_log_among_good_ones_is_named_and_the_others_are_answered(
 def test_several_logs_of_which_none_can_be_read_are_one_error(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "a.csv").write_text("nothing\nof ours\n")
+    (tmp_path / "a.csv").write_text("nothing\nhere\n")
     (tmp_path / "b.csv").write_text("")
     assert run(["offset", str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "--vehicle", TRUCK, "--json"]) == 1
     out, err = capfd.readouterr()

@@ -22,14 +22,14 @@ VIN, OTHER_VIN = "YS2R4X20001234567", "YS2R4X20007654321"
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """One truck's: two halves of a drive, one in a subfolder, a log that cannot be read, and what is no log."""
+    """The folder of one truck: two halves of a drive, one in a subfolder, an unreadable log, and other files."""
     table = steady_drive().table
     (tmp_path / "logs" / "tuesday").mkdir(parents=True)
     table[6000:].write_csv(tmp_path / "logs" / "a.csv")
     table[:6000].write_csv(tmp_path / "logs" / "tuesday" / "b.csv")
-    (tmp_path / "logs" / "bad.csv").write_text("nothing\nof ours\n")
+    (tmp_path / "logs" / "bad.csv").write_text("nothing\nhere\n")
     (tmp_path / "logs" / "notes.txt").write_text("drove well\n")
-    (tmp_path / "logs" / "b.truth.parquet").write_text("what a simulator knows")
+    (tmp_path / "logs" / "b.truth.parquet").write_text("the truth of a simulator")
     monkeypatch.chdir(tmp_path)
     return tmp_path / "logs"
 
@@ -58,7 +58,7 @@ def test_a_folder_gives_one_answer_for_all_its_logs(folder: Path, capfd: pytest.
 def test_logs_of_a_folder_are_in_order_of_start_time_or_else_of_name(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """`tuesday/b.csv` begins at zero, `a.csv` two minutes later: time stamps since the log's own start tell nothing."""
+    """`tuesday/b.csv` begins at zero, `a.csv` two minutes later: such time stamps give no order."""
     for name in ("drive10.csv", "drive2.csv"):
         steady_drive().table.write_csv(folder / "tuesday" / name)
     names = [path.name for path in logs_at([str(folder)]).logs]

@@ -74,7 +74,7 @@ def test_every_command_reads_with_the_dbc_of_the_vehicle_file(
 
 
 def test_a_reference_is_read_with_the_dbc_of_the_vehicle_file(desk: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """What it lacks are positions, not the DBC."""
+    """The log lacks positions, but the DBC was read."""
     assert run(["reference", "../logs/own/drive.log", "--vehicle", "../trucks/own.toml"]) == 1
     err = capfd.readouterr().err
     assert "11-bit" not in err and "latitude" in err

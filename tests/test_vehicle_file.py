@@ -160,7 +160,7 @@ def test_a_wrong_answer_is_asked_again_with_the_reason() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminal")
-def test_in_a_terminal_it_asks(tmp_path: Path) -> None:
+def test_in_a_terminal_it_prompts_for_the_values(tmp_path: Path) -> None:
     import pty
     import subprocess
 

@@ -40,7 +40,7 @@ def test_every_command_and_option_is_on_the_page_with_an_example(make: dict[str,
         missing = [name for each in command.params for name in each.opts if f"`{name}`" not in sections[path]]
         assert [name for name in missing if name.startswith("--") and name != "--help"] == [], path
         assert hasattr(command, "commands") or f"Example:\n\n```sh\n{path}" in sections[path], path
-        assert all((each.help or "").strip() for each in command.params), path
+        assert all(about.strip() for about in make["helps_of"](command).values()), path
 
 
 def test_the_help_of_every_command_is_whole_sentences(make: dict[str, Any]) -> None:

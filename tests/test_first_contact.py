@@ -133,7 +133,7 @@ def test_a_shell_completes_commands_options_and_names(words: str, offered: set[s
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "pwsh"])
-def test_each_shell_has_its_script(shell: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_shell_has_its_script(shell: str) -> None:
     """Typer finds the shell among the parents of the process; here it is named."""
     from typer.completion import get_completion_script
 

@@ -374,7 +374,9 @@ def _first_error(error: ValidationError) -> str:
     if first["type"] == "value_error":
         message = str(first["msg"]).removeprefix("Value error, ")
         return message if key in ("", "signals", "params") else f"'{key}' {message}"  # those name their entry
-    return f"'{key}' {_required(key, first)}, got {first['input']!r}{_question(key, first['input'])}"
+    given = first["input"]
+    shown = f"{given:g}" if isinstance(given, float) else repr(given)
+    return f"'{key}' {_required(key, first)}, got {shown}{_question(key, given)}"
 
 
 def _where_to_find(key: str) -> str:

@@ -186,7 +186,7 @@ def _offset(schema: str) -> Schema:
         "understeer_gradient": quantity("deg/(m/s^2)", "Front wheel angle per lateral acceleration."),
         "backlash": quantity("deg", "Free play of the steering at the steering wheel, full width."),
         "unloading_acceleration": quantity("m/s^2", "Neutral lateral acceleration, as measured: no lateral force."),
-        "equivalent_wheelbase": quantity("m", "Wheelbase that the bends ask for; it includes a wrong steering ratio."),
+        "equivalent_wheelbase": quantity("m", "Wheelbase that fits the bends; a wrong steering ratio changes it, too."),
         "yaw_rate_bias": quantity("deg/s", "Reading of the yaw rate sensor at zero yaw rate."),
         "lateral_acceleration_bias": quantity("m/s^2", "Reading of the accelerometer on level ground."),
         "wheel_radius_mismatch_rear": quantity("1", "Left over right rolling radius of the rear wheels, minus one."),
@@ -350,6 +350,41 @@ def _budget() -> Schema:
     )
 
 
+def _compare() -> Schema:
+    offset = object_of(
+        "One of the two offsets.",
+        {
+            "log": text("Its log, or its file."),
+            "vehicle": text("Name of the truck."),
+            "value": number("deg", "Straight-ahead offset; null if there is none.", null=True),
+            "unit": text("Unit of value and interval.", choices=["deg"]),
+            "ci95_drive": interval("deg", "The part of its interval that its drive decides."),
+            "status": text("Its status, as in offset-2.", choices=STATUSES),
+        },
+    )
+    change = {
+        "value": number("deg", "Offset after minus offset before; null if one of them is missing.", null=True),
+        "unit": text("Unit of value and interval.", choices=["deg"]),
+        "ci95": interval("deg", "95 % interval of the change."),
+    }
+    return object_of(
+        "Answer of `oncenter compare --json`.",
+        {
+            "schema": text(_SCHEMA_OF, choices=["oncenter/compare-1"]),
+            "state": text("Result of the calibration or repair as one word."),
+            "headline": text("The result as a sentence."),
+            "action": text("What to do, as a sentence; empty if nothing."),
+            "limit_deg": number("deg", "An offset of this size or more, either sign, needs a recalibration."),
+            "change": object_of("Change of the offset.", change),
+            "cancelled_half_width_deg": number(
+                "deg", "Half-width that pull and biases add to both offsets; it cancels in the change."
+            ),
+            "before": offset,
+            "after": offset,
+        },
+    )
+
+
 def _query() -> Schema:
     row = {"type": "object", "description": "A row by column; docs/fleet.md lists the columns of the tables."}
     return object_of(
@@ -403,6 +438,7 @@ def schemas() -> dict[str, Schema]:
         "signals-1": _signals(),
         "reference-1": _reference(),
         "budget-1": _budget(),
+        "compare-1": _compare(),
         "fleet-run": _fleet(),
         "query-1": _query(),
     }

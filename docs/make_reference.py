@@ -81,8 +81,8 @@ def _command(path: str, command: Any) -> Iterator[str]:
     parameters = [each for each in command.params if each.name != "help"]
     if parameters:
         yield ""
-        types = _types(command)
-        rows = (_row(each, types.get(each.name, bool)) for each in parameters)
+        types, helps = _types(command), helps_of(command)
+        rows = (_row(each, types.get(each.name, bool), helps[each.name]) for each in parameters)
         yield from table(("option", "value", "default", "meaning"), rows)
     example = re.search(r"oncenter .*", command.epilog or "", re.DOTALL)
     if example and not hasattr(command, "commands"):
@@ -106,7 +106,7 @@ def _is_argument(parameter: Any) -> bool:
     return bool(parameter.param_type_name == "argument")
 
 
-def _row(parameter: Any, kind: Any) -> tuple[str, ...]:
+def _row(parameter: Any, kind: Any, about: str) -> tuple[str, ...]:
     choices, plain = _choices(kind), _TYPES.get(_plain(kind), "text")
     value = ", ".join(f"`{each}`" for each in choices) or (parameter.metavar or "").strip("[]") or plain
     if plain in ("number", "whole number") and parameter.metavar:
@@ -119,7 +119,19 @@ def _row(parameter: Any, kind: Any) -> tuple[str, ...]:
     else:
         default = f"`{parameter.default}`"
     names = f"`{_called(parameter)}`" if _is_argument(parameter) else ", ".join(f"`{name}`" for name in parameter.opts)
-    return names, f"{value}{repeated}", default, " ".join((parameter.help or "").split())
+    return names, f"{value}{repeated}", default, " ".join(about.split())
+
+
+def helps_of(command: Any) -> Mapping[str, str]:
+    """By parameter, its help. Typer 0.19 with a newer click loses that of arguments, which the function still has."""
+    annotated = get_type_hints(inspect.unwrap(command.callback), include_extras=True) if command.callback else {}
+    declared = {
+        name: each.help
+        for name, kind in annotated.items()
+        for each in getattr(kind, "__metadata__", ())
+        if getattr(each, "help", None)
+    }
+    return {each.name: each.help or declared.get(each.name, "") for each in command.params}
 
 
 def _types(command: Any) -> Mapping[str, Any]:
@@ -155,7 +167,7 @@ def vehicle_page() -> str:
         "steering_ratio = 19.3",
         "```",
         "",
-        "- `oncenter vehicle new truck.toml` writes a file with all keys explained; in a terminal it asks for values.",
+        "- `oncenter vehicle new truck.toml` writes a file with all keys explained, and prompts for values.",
         "- `oncenter vehicle check truck.toml [LOG]` checks a file, and whether a log has the signals that it names.",
         "- `oncenter vehicle list` shows the files that come with oncenter; `--vehicle` takes their names.",
         "",

@@ -376,7 +376,7 @@ def test_without_evidence_for_the_angle_the_command_prints_no_degrees() -> None:
     )
     assert said.splitlines() == [
         "valid: 80% of the drive, half of it within 0.8 deg",
-        "unobservable: 20% of the drive, in which nothing tells the angle: standing, or without what tells the motion",
+        "unobservable: 20% of the drive, angle not observable: the truck stands, or its motion signals are missing",
         "converging: less than 1% of the drive, half of it within 3.8 deg",
     ]
 

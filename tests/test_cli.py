@@ -66,7 +66,7 @@ def test_the_readme_says_what_offset_says_of_scenarios(
     assert quoted.format(*found.groups()) in " ".join(readme.split())
 
 
-def test_who_reads_the_first_schema_still_gets_it(drive_csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_first_schema_is_still_printed_on_request(drive_csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for asked, parts in (["--schema", "offset-1"], False), ([], True):
         assert run(["offset", str(drive_csv), "--vehicle", TRUCK, "--json", *asked]) == 0
         given = json.loads(capsys.readouterr().out)
@@ -90,7 +90,7 @@ def test_offset_writes_a_report_that_loads_nothing(drive_csv: Path, tmp_path: Pa
     assert page.stat().st_size > 10_000
 
 
-def test_leaving_the_accelerometer_out_needs_no_accelerometer(
+def test_without_the_accelerometer_option_needs_no_accelerometer_signal(
     drive_csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     blind = tmp_path / "blind.csv"
@@ -101,7 +101,7 @@ def test_leaving_the_accelerometer_out_needs_no_accelerometer(
 
 
 @pytest.mark.parametrize(("missing", "would_do"), [("yaw_rate", True), ("steering_wheel_angle", False)])
-def test_who_lacks_the_motion_but_not_the_wheels_is_told_what_they_can_do(
+def test_a_log_with_wheel_speeds_but_no_yaw_rate_names_the_method_for_it(
     missing: str, would_do: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log, speed = tmp_path / "lame.csv", pl.col("vehicle_speed_m_s")
@@ -203,7 +203,7 @@ def test_wrong_usage_is_one_line_and_exit_code_2(
     assert named in err
 
 
-def test_a_bug_of_ours_is_one_line_and_exit_code_70(
+def test_an_internal_error_is_one_line_and_exit_code_70(
     drive_csv: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from oncenter import _core
@@ -240,14 +240,14 @@ def test_help_and_light_formats_load_nothing_heavy(arguments: list[str], tmp_pat
     assert done.stderr.strip() == "[]"
 
 
-def test_output_cut_short_by_its_reader_is_no_error(drive_csv: Path) -> None:
+def test_a_closed_pipe_is_not_an_error(drive_csv: Path) -> None:
     command = f'"{sys.executable}" -m oncenter offset "{drive_csv}" --vehicle {TRUCK} --json | head -c 1'
     done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=True, env=dict(os.environ))
     assert "Traceback" not in done.stderr
 
 
 @pytest.mark.parametrize("name", ["cpg_fast_lap", "cpg_slow_lap"])
-def test_table_4_passes_nothing_of_the_genesis_and_says_why(
+def test_the_gate_of_table_4_rejects_all_of_the_genesis_and_says_why(
     name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     log = real_drive(f"genesis/{name}.csv.gz")
@@ -263,7 +263,7 @@ def test_table_4_passes_nothing_of_the_genesis_and_says_why(
 
 
 @pytest.mark.parametrize(("name", "oxts_deg"), [("cpg_fast_lap", 0.27), ("cpg_slow_lap", 0.34)])
-def test_the_genesis_is_answered_as_its_oxts_would_and_its_biases_are_told(
+def test_the_offset_of_the_genesis_agrees_with_its_oxts_and_its_biases_are_found(
     name: str, oxts_deg: float, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = real_drive(f"genesis/{name}.csv.gz")
@@ -276,7 +276,9 @@ def test_the_genesis_is_answered_as_its_oxts_would_and_its_biases_are_told(
     assert found["lateral_acceleration_at_standstill"] == pytest.approx(-0.6, abs=0.05)
 
 
-def test_a_truck_that_stands_and_has_no_angle_is_told_what_is_missing(capfd: pytest.CaptureFixture[str]) -> None:
+def test_the_error_of_a_standing_truck_without_an_angle_names_the_missing_signals(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
     pytest.importorskip("asammdf", reason="the log is MF4")
     log = real_drive("j1939_truck_stationary/truck_stationary.mf4")
     assert run(["offset", str(log), "--vehicle", TRUCK, "--json"]) == 1
@@ -300,7 +302,7 @@ def parts_of(drive_csv: Path, folder: Path, *rows: tuple[int, int], since: float
 def test_a_bad_log_among_good_ones_is_named_and_the_others_are_answered(
     drive_csv: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "bad.csv").write_text("nothing\nof ours\n")
+    (tmp_path / "bad.csv").write_text("nothing\nhere\n")
     (tmp_path / "blind.csv").write_text(steady_drive().table.drop("steering_wheel_angle_rad").write_csv())
     first, second = parts_of(drive_csv, tmp_path, (0, 6000), (6000, 12000))
     missing = str(tmp_path / "none.csv")
@@ -316,8 +318,10 @@ def test_a_bad_log_among_good_ones_is_named_and_the_others_are_answered(
     assert err == ""
 
 
-def test_logs_of_which_none_can_be_read_are_one_refusal(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "a.csv").write_text("nothing\nof ours\n")
+def test_several_logs_of_which_none_can_be_read_are_one_error(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.csv").write_text("nothing\nhere\n")
     (tmp_path / "b.csv").write_text("")
     assert run(["offset", str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "--vehicle", TRUCK, "--json"]) == 1
     out, err = capfd.readouterr()
@@ -325,7 +329,7 @@ def test_logs_of_which_none_can_be_read_are_one_refusal(tmp_path: Path, capfd: p
     assert json.loads(out)["code"] == "missing_signal"
 
 
-def test_logs_that_overlap_or_are_given_twice_are_told(
+def test_logs_that_overlap_or_are_given_twice_are_findings(
     drive_csv: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     first, second = parts_of(drive_csv, tmp_path, (0, 7000), (6000, 12000), since=1.7e9)
@@ -337,10 +341,10 @@ def test_logs_that_overlap_or_are_given_twice_are_told(
     assert given["time"]["duration_s"] == pytest.approx(260.0)
 
 
-def test_a_path_that_may_not_be_looked_at_is_one_line(
+def test_a_path_without_permission_is_one_line(
     drive_csv: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Root, who often runs tests, may look anywhere: the operating system is asked to say no."""
+    """Root may read every path, and tests often run as root: the operating system's answer is replaced."""
     seen = os.stat
 
     def forbidden(path: Any, **options: Any) -> os.stat_result:
@@ -358,10 +362,10 @@ def test_a_path_that_may_not_be_looked_at_is_one_line(
     ):
         assert run(arguments) == exit_code, arguments
         err = capfd.readouterr().err
-        assert err.count("\n") == 1 and "Permission denied" in err and "bug" not in err
+        assert err.count("\n") == 1 and "Permission denied" in err and "internal error" not in err
 
 
-def test_a_directory_a_pipe_and_a_pattern_that_matched_nothing_are_no_logs(
+def test_a_directory_a_pipe_and_an_unmatched_pattern_are_not_logs(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "logs").mkdir()
@@ -394,7 +398,7 @@ def test_an_interruption_is_one_line_and_with_json_the_error_object(
     assert err.startswith("oncenter: interrupted") and err.count("\n") == 1
 
 
-def test_an_interruption_while_we_are_loaded_leaves_no_traceback(tmp_path: Path) -> None:
+def test_an_interruption_during_loading_leaves_no_traceback(tmp_path: Path) -> None:
     (tmp_path / "typer.py").write_text("raise KeyboardInterrupt\n")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
     command = [sys.executable, "-m", "oncenter", "offset", "drive.log", "--vehicle", TRUCK, "--json"]
@@ -422,13 +426,13 @@ def in_a_shell(words: str, folder: Path) -> subprocess.CompletedProcess[str]:
         f"oncenter offset drive.csv --vehicle {TRUCK} >&-",
     ],
 )
-def test_where_nothing_can_be_written_it_says_so_and_is_no_bug(words: str, drive_csv: Path, tmp_path: Path) -> None:
+def test_an_output_that_cannot_be_written_is_not_an_internal_error(words: str, drive_csv: Path, tmp_path: Path) -> None:
     (tmp_path / "drive.csv").symlink_to(drive_csv)
     done = in_a_shell(words, tmp_path)
     assert done.returncode == 2
     said = done.stderr.splitlines()[-1]
     assert "cannot" in said and ("No space left" in said or "closed" in said)
-    assert "bug" not in done.stderr and "Exception" not in done.stderr
+    assert "internal error" not in done.stderr and "Exception" not in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -440,7 +444,7 @@ def test_where_nothing_can_be_written_it_says_so_and_is_no_bug(words: str, drive
         ("angle --report full.html", "of the drive, half of it within"),
     ],
 )
-def test_an_answer_is_printed_although_its_file_cannot_be_written(
+def test_an_answer_is_printed_even_if_its_file_cannot_be_written(
     words: str, answer: str, drive_csv: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "drive.csv").symlink_to(drive_csv)
@@ -452,7 +456,7 @@ def test_an_answer_is_printed_although_its_file_cannot_be_written(
     assert done.stderr == f"oncenter: cannot write {name}: No space left on device\n"
 
 
-def test_a_report_that_cannot_be_written_leaves_the_answer_the_only_object(drive_csv: Path, tmp_path: Path) -> None:
+def test_the_answer_is_the_only_object_if_its_report_cannot_be_written(drive_csv: Path, tmp_path: Path) -> None:
     (tmp_path / "drive.csv").symlink_to(drive_csv)
     (tmp_path / "full.html").symlink_to(FULL)
     done = in_a_shell(f"oncenter offset drive.csv --vehicle {TRUCK} --json --report full.html", tmp_path)
@@ -461,7 +465,7 @@ def test_a_report_that_cannot_be_written_leaves_the_answer_the_only_object(drive
     assert done.stderr == "oncenter: cannot write full.html: No space left on device\n"
 
 
-def test_an_answer_is_out_while_its_report_is_still_being_written(
+def test_an_answer_is_printed_before_its_report_is_written(
     drive_csv: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     out: list[str] = []
@@ -486,7 +490,7 @@ def test_an_interruption_after_the_answer_adds_no_second_object(
 
 
 @pytest.mark.parametrize("option", ["offset --report", "angle --report", "angle --output"])
-def test_a_path_that_can_be_no_file_is_refused_before_anything_is_read(
+def test_an_output_that_is_not_a_file_path_is_refused_before_anything_is_read(
     option: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """The log is missing, which reading would say."""
@@ -498,7 +502,7 @@ def test_a_path_that_can_be_no_file_is_refused_before_anything_is_read(
         assert out == "" and err.count("\n") == 1 and why in err and path in err
 
 
-def test_a_log_whose_name_is_no_text_is_answered_as_any_other(drive_csv: Path, tmp_path: Path) -> None:
+def test_a_log_whose_name_is_not_valid_text_is_answered_like_any_other(drive_csv: Path, tmp_path: Path) -> None:
     name = os.fsdecode(b"bad\xff.csv")
     (tmp_path / name).symlink_to(drive_csv)
     answer = f"oncenter offset bad*.csv --vehicle {TRUCK} --report page.html"

@@ -1,4 +1,4 @@
-"""--fail-on: a script asks for an exit code by the status of the offset. An offset that does not hold looks so."""
+"""--fail-on: an exit code for scripts by the status of the offset. An invalid offset is marked in every output."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def failed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("given", "exit_code"),
     [("invalid,converging", 3), ("invalid", 3), (" invalid , valid", 3), ("valid,converging", 0), ("unobservable", 0)],
 )
-def test_an_invalid_offset_fails_where_that_was_asked_for(
+def test_an_invalid_offset_has_exit_code_3_on_request(
     given: str, exit_code: int, failed: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["offset", str(failed), "--vehicle", TRUCK, "--fail-on", given, "--json"]) == exit_code

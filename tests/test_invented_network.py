@@ -146,7 +146,7 @@ def test_a_name_missing_in_a_table_gives_the_most_similar_column(tmp_path: Path)
         ("[signals]\nyaw_rate = { name = 3 }\n", "'signals.yaw_rate.name' must be text in quotes, got 3"),
         ('[signals]\nyaw_rate = { name = "YawRt", sign = 2 }\n', "'signals.yaw_rate.sign' must be 1 or -1, got 2"),
         ('[signals]\nyaw_rate = { name = "YawRt", sgn = -1 }\n', "did you mean sign"),
-        ('[signals]\nyawrate = { name = "YawRt" }\n', "'yawrate' is no signal; did you mean yaw_rate?"),
+        ('[signals]\nyawrate = { name = "YawRt" }\n', "'yawrate' is not a signal; did you mean yaw_rate?"),
     ],
 )
 def test_an_invalid_signals_table_is_refused_with_the_allowed_values(

@@ -1,4 +1,4 @@
-"""Logs as people have them, in folders: all of one truck together, or each by itself, and none of another truck."""
+"""Logs in folders: all logs of one truck together, or each by itself, and none of another truck."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ VIN, OTHER_VIN = "YS2R4X20001234567", "YS2R4X20007654321"
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """One truck's: two halves of a drive, one in a subfolder, a log that cannot be read, and what is no log."""
+    """The folder of one truck: two halves of a drive, one in a subfolder, an unreadable log, and other files."""
     table = steady_drive().table
     (tmp_path / "logs" / "tuesday").mkdir(parents=True)
     table[6000:].write_csv(tmp_path / "logs" / "a.csv")
     table[:6000].write_csv(tmp_path / "logs" / "tuesday" / "b.csv")
-    (tmp_path / "logs" / "bad.csv").write_text("nothing\nof ours\n")
+    (tmp_path / "logs" / "bad.csv").write_text("nothing\nhere\n")
     (tmp_path / "logs" / "notes.txt").write_text("drove well\n")
-    (tmp_path / "logs" / "b.truth.parquet").write_text("what a simulator knows")
+    (tmp_path / "logs" / "b.truth.parquet").write_text("the truth of a simulator")
     monkeypatch.chdir(tmp_path)
     return tmp_path / "logs"
 
@@ -46,7 +46,7 @@ def answered(arguments: list[str], capfd: pytest.CaptureFixture[str], exit_code:
     return given
 
 
-def test_a_folder_is_all_its_logs_as_one_truck(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_gives_one_answer_for_all_its_logs(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     given = answered([str(folder)], capfd)
     assert given["schema"] == "oncenter/offset-2"
     assert given["time"]["duration_s"] == pytest.approx(240.0)
@@ -55,8 +55,10 @@ def test_a_folder_is_all_its_logs_as_one_truck(folder: Path, capfd: pytest.Captu
     assert any("2 files are not logs and were skipped: .truth.parquet, .txt" in note for note in given["notes"])
 
 
-def test_logs_of_a_folder_come_by_their_start_or_else_by_name(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """`tuesday/b.csv` begins at zero, `a.csv` two minutes later: time stamps since the log's own start tell nothing."""
+def test_logs_of_a_folder_are_in_order_of_start_time_or_else_of_name(
+    folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """`tuesday/b.csv` begins at zero, `a.csv` two minutes later: such time stamps give no order."""
     for name in ("drive10.csv", "drive2.csv"):
         steady_drive().table.write_csv(folder / "tuesday" / name)
     names = [path.name for path in logs_at([str(folder)]).logs]
@@ -71,7 +73,7 @@ def test_logs_of_a_folder_come_by_their_start_or_else_by_name(folder: Path, capf
     assert order == sorted(order)
 
 
-def test_each_log_of_a_folder_is_a_line_with_its_answer_or_its_reason(
+def test_each_log_of_a_folder_is_a_line_with_its_answer_or_its_error(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert run(["offset", str(folder), "--vehicle", TRUCK, "--each"]) == 0
@@ -84,7 +86,7 @@ def test_each_log_of_a_folder_is_a_line_with_its_answer_or_its_reason(
     assert note.startswith("note: 2 files are not logs") and err == ""
 
 
-def test_each_with_json_is_one_object_of_answers_and_reasons(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_each_with_json_is_one_object_of_answers_and_errors(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     given = answered([str(folder), "--each"], capfd)
     assert given["schema"] == "oncenter/offsets-1"
     assert [one["schema"] for one in given["answers"]] == ["oncenter/offset-2", "oncenter/error-1", "oncenter/offset-2"]
@@ -92,14 +94,12 @@ def test_each_with_json_is_one_object_of_answers_and_reasons(folder: Path, capfd
     assert given["answers"][1]["code"] == "missing_signal"
 
 
-def test_each_of_logs_of_which_none_can_be_answered_is_exit_code_1(
-    folder: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_the_exit_code_is_1_if_no_log_can_be_answered(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     given = answered([str(folder / "bad.csv"), "--each"], capfd, exit_code=1)
     assert [one["code"] for one in given["answers"]] == ["missing_signal"]
 
 
-def test_a_source_that_one_log_lacks_is_that_logs_reason(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_source_that_one_log_lacks_is_an_error_of_that_log(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     steady_drive().table.write_csv(tmp_path / "a.csv")
     (tmp_path / "b.log").write_text(candump(drive()))
     take = ["--each", "--source", "yaw_rate=0x3E"]
@@ -110,13 +110,13 @@ def test_a_source_that_one_log_lacks_is_that_logs_reason(tmp_path: Path, capfd: 
 
 
 @pytest.mark.parametrize("option", ["--report page.html", "--memory truck.toml"])
-def test_each_takes_nothing_that_is_of_one_answer(option: str, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_each_refuses_options_for_a_single_answer(option: str, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert run(["offset", str(folder), "--vehicle", TRUCK, "--each", *option.split()]) == 2
     out, err = capfd.readouterr()
     assert out == "" and err.count("\n") == 1 and "--each" in err and option.split()[0] in err
 
 
-def test_logs_of_two_trucks_are_refused_by_two_logs_and_their_vins(
+def test_the_error_of_logs_of_two_trucks_names_two_logs_and_their_vins(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     logs = [with_vin(None, tmp_path / "silent.csv"), with_vin(VIN, tmp_path / "a.csv")]
@@ -132,7 +132,7 @@ def test_logs_of_two_trucks_are_refused_by_two_logs_and_their_vins(
     assert run(["offset", *logs, "--vehicle", TRUCK, "--each"]) == 0
 
 
-def test_a_vin_in_the_frames_of_a_log_counts_as_well(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_vin_in_the_frames_of_a_log_is_compared_too(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     for name, vin in (("a.log", "SHORT1*"), ("b.log", "SHORT2*")):
         frames = drive()
         frames.insert(3, type(frames[0])(frames[0].time + 0.001, identifier(65260, 0), vin.encode().ljust(8, b"\xff")))
@@ -142,7 +142,7 @@ def test_a_vin_in_the_frames_of_a_log_counts_as_well(tmp_path: Path, capfd: pyte
     assert "a.log has VIN SHORT1" in err and "b.log has VIN SHORT2" in err
 
 
-def test_what_is_no_log_among_logs_is_skipped_and_counted(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_other_files_among_logs_are_skipped_and_counted(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     given = answered([str(folder / "a.csv"), str(folder / "notes.txt")], capfd)
     assert any("1 file is not a log and was skipped: .txt" in note for note in given["notes"])
     assert not any(finding["code"] == "log_left_out" for finding in given["findings"])
@@ -170,7 +170,7 @@ def test_an_empty_name_is_not_the_current_folder(folder: Path, capfd: pytest.Cap
     assert run(["offset", ".", "--vehicle", TRUCK]) == 0
 
 
-def test_links_in_a_circle_end_and_folders_count_once(folder: Path) -> None:
+def test_a_circle_of_links_ends_and_each_folder_is_read_once(folder: Path) -> None:
     os.symlink(folder, folder / "tuesday" / "again")
     assert len(logs_at([str(folder), str(folder / "tuesday")]).logs) == 3
     with pytest.raises(OncenterError, match="no logs in"):
@@ -185,7 +185,7 @@ def test_an_output_in_the_folder_that_is_one_of_its_logs_is_refused(
     assert "would overwrite" in capfd.readouterr().err
 
 
-def test_the_help_says_that_subfolders_are_in(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_help_says_that_subfolders_are_read(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["offset", "--help"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "all logs in it and in its subfolders, in order of their start times" in said

@@ -1,4 +1,4 @@
-"""What somebody has is not written over: not the log that is read, not a folder's files that a verb did not write."""
+"""Users' files are not overwritten: neither an input nor a file in a folder that another program wrote."""
 
 from __future__ import annotations
 
@@ -72,20 +72,18 @@ def test_an_output_that_is_an_input_is_refused_before_anything_is_read(
     assert dict(contents(folder)) == before
 
 
-def test_that_refusal_is_an_object_with_json(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_the_refusal_is_an_object_with_json(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert run(["offset", "drive.log", "--vehicle", "truck.toml", "--report", "drive.log", "--json"]) == 2
     assert json.loads(capfd.readouterr().out)["code"] == "output"
 
 
-def test_a_page_of_before_is_written_anew(folder: Path) -> None:
+def test_an_earlier_report_is_replaced(folder: Path) -> None:
     for _ in range(2):
         assert run(["offset", "drive.csv", "--vehicle", "truck.toml", "--report", "page.html"]) == 0
 
 
 @pytest.mark.parametrize("name", ["drive.log", "report.html", "drive.truth.parquet"])
-def test_a_demo_leaves_a_file_alone_that_is_somebody_s_own(
-    name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_demo_keeps_a_file_of_the_user(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (tmp_path / name).write_text("mine")
     assert run(["demo", "--output", str(tmp_path)]) == 2
     err = capfd.readouterr().err
@@ -93,7 +91,7 @@ def test_a_demo_leaves_a_file_alone_that_is_somebody_s_own(
     assert dict(contents(tmp_path)) == {name: b"mine"}
 
 
-def test_a_demo_writes_over_a_demo_but_not_over_a_log_put_in_its_place(
+def test_a_demo_replaces_a_demo_but_not_a_log_that_the_user_put_there(
     tmp_path: Path,
 ) -> None:
     demo = ["demo", "--output", str(tmp_path)]

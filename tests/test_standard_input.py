@@ -1,4 +1,4 @@
-"""`-` is a log by standard input, in any format: pipes and unpackers need no file between."""
+"""`-` reads a log of any format from standard input, so that pipes need no file."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def signals_of(capsys: pytest.CaptureFixture[str]) -> dict[str, object]:
 
 
 @pytest.mark.parametrize("packed", [False, True])
-def test_a_table_by_standard_input_is_read_as_its_file(
+def test_a_table_from_standard_input_gives_the_answer_of_its_file(
     packed: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     give(monkeypatch, gzip.compress(CSV.encode()) if packed else CSV.encode())
@@ -47,7 +47,7 @@ def test_a_table_by_standard_input_is_read_as_its_file(
     assert (told["log"], told["duration_s"]) == ("-", pytest.approx(1.99))
 
 
-def test_a_candump_log_by_standard_input_is_read_as_its_file(
+def test_a_candump_log_from_standard_input_gives_the_answer_of_its_file(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     give(monkeypatch, candump(drive()).encode())
@@ -55,7 +55,9 @@ def test_a_candump_log_by_standard_input_is_read_as_its_file(
 
 
 @pytest.mark.parametrize("suffix", sorted(set(SUFFIXES) - {".mdf", ".dat"}))  # of which MF4 is the newer
-def test_each_format_is_known_by_how_it_begins(suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_format_is_recognised_by_its_first_bytes(
+    suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     scenario = tmp_path / "short.toml"
     scenario.write_text('base = "thesis_drive"\nabout = "short"\n[drive]\nduration_s = 30.0\n')
     log = tmp_path / f"drive{suffix}"
@@ -70,13 +72,13 @@ def test_each_format_is_known_by_how_it_begins(suffix: str, tmp_path: Path, monk
     assert not file.exists()
 
 
-def test_a_terminal_is_no_log(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_terminal_is_not_a_log(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(Terminal()))
     assert command(["signals", "-"]) == 2
     assert "candump -ta can0 | oncenter" in capsys.readouterr().err
 
 
-def test_nothing_by_standard_input_is_called_empty(
+def test_an_empty_standard_input_is_an_empty_log(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     give(monkeypatch, b"")

@@ -1,4 +1,4 @@
-"""Vehicle files: what is right is read, what is wrong is refused by name in one line."""
+"""Vehicle files: valid values are read, a wrong one is refused by name in one line."""
 
 import math
 import os
@@ -60,7 +60,7 @@ def test_an_angle_among_the_params_may_be_given_in_degrees() -> None:
         ({"steering_ratio": "19.3"}, "'steering_ratio' must be a finite number"),
         ({"steering_ratio": [0, 0.05, 1e9]}, "'steering_ratio' must be a ratio of 1 to 60"),
         ({"steering_ratio": [0, 0.05, 0, -0.004]}, "'steering_ratio' must be a ratio of 1 to 60"),
-        ({"steering_ratio": [1.0, 0.05]}, "'steering_ratio' must leave the front wheels within 2 deg"),
+        ({"steering_ratio": [1.0, 0.05]}, "'steering_ratio' must give front wheels within 2 deg"),
         ({"wheelbase": 3.7}, "wheelbase_m"),
         ({"params": {"bank_max": 0.5}}, "bank_max_m_s2"),
         ({"params": {"bank_max_m_s2": -1.0}}, "bank_max_m_s2"),
@@ -91,7 +91,7 @@ def test_a_wrong_value_is_refused_by_name_in_one_line(values: dict[str, object],
 
 
 @pytest.mark.parametrize(
-    ("params", "told"),
+    ("params", "message"),
     [
         ({"speed_min_m_s": -1}, "'speed_min_m_s' must be 1 to 40, got -1"),
         ({"offset_half_width_max_deg": 100}, "'offset_half_width_max_deg' must be 0.00573 to 57.3, got 100"),
@@ -99,21 +99,21 @@ def test_a_wrong_value_is_refused_by_name_in_one_line(values: dict[str, object],
         ({"understeer_acceleration_max_m_s2": 0.1}, "at least 'understeer_acceleration_min_m_s2', got 0.1"),
     ],
 )
-def test_a_param_out_of_its_range_is_told_the_range_in_the_unit_in_which_it_was_given(
-    params: dict[str, float], told: str
+def test_the_error_of_a_param_out_of_its_range_gives_the_range_in_the_given_unit(
+    params: dict[str, float], message: str
 ) -> None:
     with pytest.raises(oc.OncenterError) as refused:
         vehicle_from({**TRUCK, "params": params}, "t.toml")
-    assert told in str(refused.value)
+    assert message in str(refused.value)
 
 
-def test_a_param_given_in_degrees_goes_over_the_vehicle_s_in_rad() -> None:
+def test_a_param_given_in_degrees_replaces_that_of_the_vehicle_in_rad() -> None:
     truck = vehicle_from({**TRUCK, "params": {"offset_half_width_max_rad": 0.02}}, "t.toml")
     used = core_params(truck.params, {"offset_half_width_max_deg": 3.0})
     assert math.isclose(used["offset_half_width_max_rad"], math.radians(3.0))
 
 
-def test_the_accelerometer_may_be_switched_off_by_a_word() -> None:
+def test_false_switches_the_accelerometer_off() -> None:
     truck = vehicle_from({**TRUCK, "params": {"use_accelerometer": False}}, "t.toml")
     assert truck.params["use_accelerometer"] == 0.0
 
@@ -128,12 +128,12 @@ def test_a_missing_value_is_named() -> None:
         vehicle_from({"wheelbase_m": 3.7}, "t.toml")
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_a_file_that_does_not_exist_is_named(tmp_path: Path) -> None:
     with pytest.raises(oc.OncenterError, match=r"none\.toml cannot be read"):
         oc.vehicle(tmp_path / "none.toml")
 
 
-def test_a_pipe_or_a_folder_is_no_vehicle_file(tmp_path: Path) -> None:
+def test_a_pipe_or_a_folder_is_not_a_vehicle_file(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
     with pytest.raises(oc.OncenterError, match=r"pipe\.toml cannot be read: is a device or a pipe"):
         oc.vehicle(tmp_path / "pipe.toml")
@@ -164,7 +164,7 @@ def test_a_file_beyond_the_bounds_is_refused_in_one_short_line(tmp_path: Path, s
     assert len(str(refused.value)) < 1500
 
 
-def test_a_cutoff_that_the_log_s_rate_does_not_allow_is_named_with_what_would_do() -> None:
+def test_the_error_of_a_cutoff_too_high_for_the_log_s_rate_gives_the_limit() -> None:
     truck = vehicle_from({**TRUCK, "params": {"cutoff_hz": 50.0}}, "t.toml")
     with pytest.raises(oc.OncenterError, match=r"'cutoff_hz' must be below 22.5 at a rate of 50 Hz, got 50") as refused:
         oc.offset(steady_drive(), truck)

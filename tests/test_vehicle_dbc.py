@@ -1,4 +1,4 @@
-"""A truck whose logs need a DBC says so in its vehicle file, and is read with it wherever it is read."""
+"""A vehicle file names the DBC of its truck's logs, and every command and function reads logs with it."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("verb", ["offset", "angle", "signals", "live"])
-def test_every_verb_reads_with_the_dbc_of_the_vehicle_file(
+def test_every_command_reads_with_the_dbc_of_the_vehicle_file(
     verb: str, desk: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     log = ["--replay", "../logs/own/drive.log", "--speed", "100"] if verb == "live" else ["../logs/own/drive.log"]
@@ -73,14 +73,14 @@ def test_every_verb_reads_with_the_dbc_of_the_vehicle_file(
     assert {"angle": "of the drive" in out, "signals": "STEER (0x123)" in out}.get(verb, "straight-ahead offset" in out)
 
 
-def test_a_reference_is_read_with_it_as_well(desk: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """What it lacks are positions, not the DBC."""
+def test_a_reference_is_read_with_the_dbc_of_the_vehicle_file(desk: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """The log lacks positions, but the DBC was read."""
     assert run(["reference", "../logs/own/drive.log", "--vehicle", "../trucks/own.toml"]) == 1
     err = capfd.readouterr().err
     assert "11-bit" not in err and "latitude" in err
 
 
-def test_python_reads_with_a_vehicle(desk: Path) -> None:
+def test_the_python_function_reads_with_the_dbc_of_a_vehicle(desk: Path) -> None:
     truck = oc.vehicle("../trucks/own.toml")
     signals = oc.read("../logs/own/drive.log", vehicle=truck)
     assert signals.sources["yaw_rate"].description == "STEER (0x123)"
@@ -114,13 +114,13 @@ def test_a_dbc_is_parsed_once_for_many_logs_and_again_when_it_changed(
     assert dbc.definitions([file], renamed, [])[0].message.name == "WHEELS"
 
 
-def test_another_dbc_answers_a_fleets_logs_anew(desk: Path) -> None:
+def test_a_fleet_answers_its_logs_again_after_a_change_of_the_dbc(desk: Path) -> None:
     fleet_run(["../logs"], "../trucks", "out")
     (desk / "trucks" / "dbc" / "own.dbc").write_text(OWN.replace("(0.01,0)", "(0.02,0)"))
     assert fleet_run(["../logs"], "../trucks", "out").logs_answered == 1
 
 
-def test_the_command_lines_dbc_is_taken_in_place_of_the_vehicle_files(
+def test_the_dbc_of_the_command_line_replaces_that_of_the_vehicle_file(
     desk: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     (desk / "trucks" / "own.toml").write_text(VEHICLE.format(dbc='"gone.dbc"'))
@@ -132,14 +132,16 @@ def test_the_command_lines_dbc_is_taken_in_place_of_the_vehicle_files(
     assert run([*verb, "--dbc", "../trucks/dbc/own.dbc"]) == 0
 
 
-def test_a_fleet_names_the_vehicle_file_whose_dbc_is_gone(desk: Path) -> None:
+def test_a_fleet_names_the_vehicle_file_whose_dbc_does_not_exist(desk: Path) -> None:
     (desk / "trucks" / "dbc" / "own.dbc").unlink()
     fleet_run(["../logs"], "../trucks", "out")
     (row,) = pl.read_parquet("out/drives.parquet").to_dicts()
     assert row["error_code"] == "vehicle_file" and "own.toml" in row["error"] and "own.dbc" in row["error"]
 
 
-def test_several_dbcs_are_a_list_and_what_is_no_path_is_refused(desk: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_several_dbcs_are_a_list_and_a_value_that_is_not_a_path_is_refused(
+    desk: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     other = OWN.replace("291 STEER", "292 OTHER").replace("Wheel", "None1").replace("Turning", "None2")
     (desk / "trucks" / "other.dbc").write_text(other)
     file = desk / "trucks" / "own.toml"
@@ -153,7 +155,7 @@ def test_several_dbcs_are_a_list_and_what_is_no_path_is_refused(desk: Path, capf
         assert err.count("\n") == 1 and "'dbc' is a path or a list of paths" in err
 
 
-def test_a_page_is_not_written_over_the_vehicles_dbc(desk: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_report_does_not_overwrite_the_dbc_of_the_vehicle(desk: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (desk / "trucks" / "own.html").write_text(OWN)
     (desk / "trucks" / "own.toml").write_text(VEHICLE.format(dbc='"own.html"'))
     verb = ["offset", "../logs/own/drive.log", "--vehicle", "../trucks/own.toml", "--report", "../trucks/own.html"]

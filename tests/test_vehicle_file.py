@@ -159,8 +159,8 @@ def test_a_wrong_answer_is_asked_again_with_the_reason() -> None:
     assert "in mm? 5530 mm are 5.53 m" in text and "'6x3'" in text and "'up'" in text and "required" in text
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminal")
-def test_in_a_terminal_it_asks(tmp_path: Path) -> None:
+@pytest.mark.posix  # Windows has no pseudo-terminal
+def test_in_a_terminal_it_prompts_for_the_values(tmp_path: Path) -> None:
     import pty
     import subprocess
 

@@ -1,30 +1,30 @@
-"""Which of the names that there are was meant by one that is not among them."""
+"""The existing names most similar to a name that does not exist."""
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
 
-_ALIKE = 0.6  # of 1, as difflib has it; below it the names have little in common
+_SIMILARITY_MIN = 0.6  # of 1, by difflib's ratio
 
 
 def nearest(written: str, known: Iterable[str], count: int = 3) -> list[str]:
-    """The names that are most like the one written, the best first; upper case, _ and blanks make no difference."""
+    """The most similar names, the best first; case, _ and blanks do not count."""
     by_plain: dict[str, list[str]] = {}
     for name in known:
         by_plain.setdefault(_plain(name), []).append(name)
-    alike = difflib.get_close_matches(_plain(written), by_plain, count, _ALIKE)
+    alike = difflib.get_close_matches(_plain(written), by_plain, count, _SIMILARITY_MIN)
     return [name for plain in alike for name in by_plain[plain]][:count]
 
 
 def did_you_mean(written: str, known: Iterable[str]) -> str:
-    """As the end of an error message, "; did you mean YawRt?"; empty where nothing is alike."""
+    """The end of an error message, "; did you mean YawRt?"; empty if no name is similar."""
     names = nearest(written, known)
     return f"; did you mean {' or '.join(names)}?" if names else ""
 
 
 def in_order_of_likeness(known: Iterable[str], wanted: Iterable[str]) -> list[str]:
-    """All names, those first that are most like one of the wanted ones."""
+    """All names, those most similar to a wanted one first."""
     plain_wanted = [_plain(name) for name in wanted]
     matchers = [difflib.SequenceMatcher(b=plain) for plain in plain_wanted]
 

@@ -1,4 +1,4 @@
-"""What a notebook shows in place of an object's repr: a small table in HTML."""
+"""Signals and answers in a notebook: a small HTML table in place of the repr."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from oncenter.offset.answer import Answer
     from oncenter.signals import Signals
 
-_SHOWN_AS = {"rad": "deg", "rad_s": "deg_s", "m_s": "km_h"}  # by SI unit: the unit of files that people read
+_SHOWN_AS = {"rad": "deg", "rad_s": "deg_s", "m_s": "km_h"}  # by SI unit: the unit for people
 
 
 def signals_table(signals: Signals) -> str:

@@ -1,4 +1,4 @@
-"""The params of the core as core/params.toml lists them: the one table of which its C is written, too."""
+"""The params of the core from core/params.toml, the table from which its C code is written, too."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Param:
 
     Attributes:
         about: meaning, default and source.
-        low, high: in `unit`, what the core accepts; where a range depends on another param, its widest.
+        low, high: limits of the core, in `unit`; if a limit depends on another param, the widest.
     """
 
     name: str

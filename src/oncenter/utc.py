@@ -1,4 +1,4 @@
-"""Seconds since 1970 as a date of day and hour."""
+"""Seconds since 1970 as a date with time."""
 
 from datetime import UTC, datetime, timedelta
 
@@ -6,9 +6,9 @@ _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 def utc(time_s: float) -> datetime:
-    """Of any year from 1 to 9999; the standard library's own conversion knows those from 1970 to 3000 alone on Windows.
+    """The date for years 1 to 9999; on Windows `datetime.fromtimestamp` accepts 1970 to 3000 only.
 
     Raises:
-        OverflowError: it is of another year.
+        OverflowError: the year is outside 1 to 9999.
     """
     return _EPOCH + timedelta(seconds=time_s)

@@ -27,9 +27,9 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]  # "3.7" and 
 _CODE = "vehicle_file"  # of errors
 _OUT_OF_RANGE = ("greater_than_equal", "less_than_equal")  # errors of pydantic
 _SWITCH = "use_accelerometer"  # the only parameter that is not a quantity
-# (m/s)^2, of `tandem_side_force_m2_s2`: between what laden and empty rigid trucks of that layout have
+# `tandem_side_force_m2_s2`, (m/s)^2: between those of laden and of empty rigid trucks of that layout
 _TANDEM_SIDE_FORCE_M2_S2 = {"6x2": 12.0, "6x4": 19.0, "8x4": 10.0}
-# By key: that of its standard deviation, and the params that have the two.
+# By key: the key of its standard deviation, and the params of both.
 _KNOWN = {
     "play_deg": ("play_sd_deg", "known_play_deg", "known_play_sd_deg"),
     "understeer_gradient_deg_m_s2": (
@@ -46,7 +46,7 @@ _KNOWN = {
     "yaw_rate_bias_deg_s": ("yaw_rate_bias_sd_deg_s", "known_yaw_rate_bias_deg_s", "known_yaw_rate_bias_sd_deg_s"),
 }
 _MAY_LACK_ITS_SD = "understeer_gradient_deg_m_s2"  # `oncenter.budget` takes it alone
-_BOUNDED_BY = {  # params that another bounds more closely than the core's table of ranges does
+_BOUNDED_BY = {  # params with a closer limit than their range, set by another param
     "delay_band_hz": "below 'cutoff_hz'",
     "understeer_acceleration_max_m_s2": "at least 'understeer_acceleration_min_m_s2'",
 }
@@ -118,7 +118,7 @@ class Vehicle(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _side_force_of_layout(cls, values: Any) -> Any:
-        """What is of no right kind is left to those who refuse it by name."""
+        """Sets the param of the axle layout. A value of a wrong type stays as it is: its own check names it."""
         if not isinstance(values, dict):
             return values
         layout, params = values.get("axle_layout"), values.get("params", {})
@@ -130,7 +130,7 @@ class Vehicle(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _known_values(cls, values: Any) -> Any:
-        """As params of the core; what is of no right kind is left to those who refuse it by name."""
+        """Sets the params of priors. A value of a wrong type stays as it is: its own check names it."""
         if not isinstance(values, dict) or not isinstance(values.get("params", {}), Mapping):
             return values
         given: dict[str, object] = {}
@@ -149,8 +149,8 @@ class Vehicle(BaseModel):
     def _known_signals(cls, value: Mapping[str, _SignalEntry]) -> Mapping[str, _SignalEntry]:
         for name in value:
             if name != "time" and name not in SIGNALS:
-                meant = did_you_mean(name, SIGNALS) or f"; known are time, {', '.join(SIGNALS)}"
-                raise ValueError(f"'{name}' is no signal{meant}")
+                meant = did_you_mean(name, SIGNALS) or f"; the signals are time, {', '.join(SIGNALS)}"
+                raise ValueError(f"'{name}' is not a signal{meant}")
         return value
 
     @field_validator("dbc", mode="before")
@@ -182,7 +182,7 @@ class Vehicle(BaseModel):
 
     @property
     def traffic_sign(self) -> float:
-        """1 where the road's crown falls to the right, -1 to the left, 0 where nobody knows."""
+        """1 where roads fall to the right, -1 where they fall to the left, 0 where the side is not given."""
         return {"right": 1.0, "left": -1.0, None: 0.0}[self.traffic_side]
 
     @property
@@ -194,15 +194,15 @@ class Vehicle(BaseModel):
         """The files of `dbc`.
 
         Raises:
-            OncenterError: "vehicle_file", exit code 2: one is not there.
+            OncenterError: "vehicle_file", exit code 2: one does not exist.
         """
         for path in self.dbc:
             try:
                 is_there = path.is_file()
-            except (OSError, ValueError):  # a path that may not be looked at, or can be none
+            except (OSError, ValueError):  # no permission, or not a valid path
                 is_there = False
             if not is_there:
-                raise refusal(f"vehicle file {self._origin or self.name}: its dbc {path} is no file", _CODE)
+                raise refusal(f"vehicle file {self._origin or self.name}: its dbc {path} does not exist", _CODE)
         return self.dbc
 
 
@@ -214,7 +214,7 @@ def tandem_side_force_m2_s2() -> Mapping[str, float]:
 def check_vehicle(given: object, verb: str) -> None:
     """
     Raises:
-        OncenterError: "not_a_vehicle", exit code 2: a verb got something else.
+        OncenterError: "not_a_vehicle", exit code 2: `given` is something else.
     """
     if not isinstance(given, Vehicle):
         raise OncenterError(
@@ -233,15 +233,15 @@ def core_of(
     params: Mapping[str, float] | None = None,
     track_widths: Mapping[str, float] | None = None,
 ) -> _core.Core:
-    """The core as everybody has it, the desk, the bus, the fleet and the truck: its angle sensor is always judged.
+    """The core with the same settings for logs, bus, fleet and ECU: the angle sensor is always checked.
 
     Args:
         vehicle: its `[params]` apply.
         rate_hz: of the ticks.
         method: one of `_core.METHODS`.
         angle_method: one of `_core.ANGLE_METHODS`.
-        params: over the vehicle's.
-        track_widths: `track_width_front_m` and `track_width_rear_m`, 0 where unknown; the vehicle's where left out.
+        params: in place of the vehicle's.
+        track_widths: `track_width_front_m` and `track_width_rear_m`, 0 where not given; by default the vehicle's.
 
     Raises:
         OncenterError: "params", exit code 2.
@@ -267,15 +267,15 @@ def core_of(
 
 
 def core_params(*layers: Mapping[str, float]) -> dict[str, float]:
-    """Params by the core's names, later layers over earlier ones: an angle given with `_deg` becomes its `_rad`.
+    """Params by the core's names; a later layer replaces an earlier one, and an angle in `_deg` becomes `_rad`.
 
     Raises:
-        ValueError: naming a param that is unknown, lacks its unit, is no number, is given twice in one layer, or is out
-            of its range, which it tells.
+        ValueError: names a param that does not exist, lacks its unit, is not a number, is given twice in one layer, or
+            is out of its range, with that range.
     """
     known = _core.default_params()
     values: dict[str, float] = {}
-    given: dict[str, str] = {}  # by the core's name, how it was called
+    given: dict[str, str] = {}  # by the core's name, the name that was given
     for layer in layers:
         renamed = {name: _core_name(name, known) for name in layer}
         _refuse_twice(renamed)
@@ -287,7 +287,7 @@ def core_params(*layers: Mapping[str, float]) -> dict[str, float]:
         name = given.get(bad, bad)
         per_given = DEGREE if name != bad else 1.0
         value = values.get(bad, known[bad])
-        raise ValueError(f"parameter '{name}' must be {_would_do(bad, value, per_given)}, got {value / per_given:g}")
+        raise ValueError(f"parameter '{name}' must be {_accepted(bad, value, per_given)}, got {value / per_given:g}")
     return values
 
 
@@ -298,16 +298,16 @@ def _is_number(value: object) -> bool:
 def _core_name(name: str, known: Mapping[str, float]) -> str:
     in_rad = re.sub(r"_deg(?=_|$)", "_rad", name)
     if in_rad not in known:
-        near = [k for k in known if k.startswith(name) or name.startswith(k.rsplit("_", 1)[0])]
-        hint = "did you mean" if near else "known are"
-        raise ValueError(f"'{name}' is no parameter; {hint} {', '.join(near or known)}")
+        near = [k for k in known if k.startswith(name) or name.startswith(k.rsplit("_", 1)[0])] or nearest(name, known)
+        hint = f"did you mean {', '.join(near)}" if near else "docs/params.md lists all of them"
+        raise ValueError(f"'{name}' is not a parameter; {hint}")
     return in_rad
 
 
 def _refuse_twice(renamed: Mapping[str, str]) -> None:
     for name, in_rad in renamed.items():
         if name != in_rad and in_rad in renamed:
-            raise ValueError(f"parameter '{name}' is also given as '{in_rad}': which one is meant?")
+            raise ValueError(f"parameter '{name}' is also given as '{in_rad}': delete one of them")
 
 
 def _number(name: str, value: Any) -> float:
@@ -323,8 +323,8 @@ def _number(name: str, value: Any) -> float:
     return number
 
 
-def _would_do(name: str, value: float, per_given: float) -> str:
-    """The range of a param in the unit in which it was given; or what bounds it where the core's table does not."""
+def _accepted(name: str, value: float, per_given: float) -> str:
+    """The range of a param in the unit in which it was given; or the limit that another param sets."""
     param = params()[name]
     low, high = param.low, param.high
     if low <= value <= high:
@@ -336,24 +336,25 @@ def vehicle(path: str | os.PathLike[str]) -> Vehicle:
     """Reads a vehicle file.
 
     Args:
-        path: a TOML file of at most 1 MiB; the shipped ones may be given by their name alone, as "scania_r730_4x2".
+        path: a TOML file of at most 1 MiB, or the name of a shipped one, such as "scania_r730_4x2".
 
     Raises:
-        OncenterError: "vehicle_file", exit code 2: unreadable, no TOML, or a value is missing, unknown or out of range.
+        OncenterError: "vehicle_file", exit code 2: not readable, not TOML, or a key is missing, does not exist or has a
+            value out of its range.
     """
     file = Path(path)
     by_name = shipped("vehicles") / f"{file.name.removesuffix('.toml')}.toml"
     try:
         if not file.exists() and by_name.exists() and file.parent == Path("."):
             file = by_name
-    except (OSError, ValueError):  # reading it says why
+    except (OSError, ValueError):  # reading gives the reason
         pass
     truck = vehicle_from(read_toml(file, f"vehicle file {path}", code=_CODE), str(path))
     return truck.model_copy(update={"dbc": tuple(file.parent / each for each in truck.dbc)})
 
 
 def vehicle_from(values: Mapping[str, Any], origin: str) -> Vehicle:
-    """A vehicle from a mapping as a vehicle file holds it; raises as `vehicle` does, naming `origin`."""
+    """A vehicle from the values of a vehicle file; raises as `vehicle` does, with `origin` in the message."""
     try:
         truck = Vehicle.model_validate({"name": Path(origin).stem, **values})
     except ValidationError as error:
@@ -378,7 +379,9 @@ def _first_error(error: ValidationError) -> str:
     if first["type"] == "value_error":
         message = str(first["msg"]).removeprefix("Value error, ")
         return message if key in ("", "signals", "params") else f"'{key}' {message}"  # those name their entry
-    return f"'{key}' {_required(key, first)}, got {first['input']!r}{_question(key, first['input'])}"
+    given = first["input"]
+    shown = f"{given:g}" if isinstance(given, float) else repr(given)
+    return f"'{key}' {_required(key, first)}, got {shown}{_question(key, given)}"
 
 
 def _where_to_find(key: str) -> str:

@@ -169,7 +169,7 @@ KEYS: dict[str, Key] = {
         ),
         Key(
             "offset_limit_deg",
-            "Straight-ahead offset, either sign, from which on the angle sensor needs a recalibration.",
+            "Straight-ahead offset, to either side, from which the verdict is to recalibrate.",
             OFFSET_LIMIT_DEG,
             unit="deg",
             low=0.1,

@@ -1,4 +1,4 @@
-"""The earth as satellite positions mean it."""
+"""The ellipsoid of satellite positions, WGS 84."""
 
 from __future__ import annotations
 

@@ -93,7 +93,10 @@ def _run(arguments: Sequence[str], output: _Output) -> int:
             return _interrupted(output)
         return result if isinstance(result, int) else 0
     except OncenterError as error:
-        return _fail(str(error), error.code, error.exit_code, error.needs, output)
+        from oncenter.cli.advice import advised
+
+        message = advised(str(error), error.code, arguments)
+        return _fail(message, error.code, error.exit_code, error.needs, output)
     except _usage_error() as error:
         return _fail(usage_message(error), "usage", WRONG_USAGE, (), output)
     except typer.Abort:

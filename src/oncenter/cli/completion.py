@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Iterator
 
 from oncenter.files.shipped import shipped
@@ -24,11 +25,13 @@ def signal_names(incomplete: str) -> list[str]:
     return _beginning((f"{name}=" for name in SIGNALS), incomplete)
 
 
-def finding_codes(incomplete: str) -> list[str]:
-    """Codes of findings."""
-    from oncenter.offset.findings import TABLE
-
-    return _beginning(TABLE, incomplete)
+def explained_codes(incomplete: str) -> list[str]:
+    """Codes of findings and errors, from the headings of their page."""
+    try:
+        page = shipped("docs/reference/findings.md").read_text(encoding="utf-8")
+    except OSError:
+        return []
+    return _beginning(dict.fromkeys(re.findall(r"^## (\w+)$", page, re.MULTILINE)), incomplete)
 
 
 def _beginning(names: Iterable[str], incomplete: str) -> list[str]:

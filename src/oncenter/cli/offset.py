@@ -166,7 +166,7 @@ def _refuse_of_one_answer(report: Path | None, memory: Path | None) -> None:
 
 
 def refuse_one_place(report: Path | None, memory: Path | None) -> None:
-    """Refuses one file for two outputs, of which either may not exist yet.
+    """Refuses one file for two outputs, which need not exist.
 
     Raises:
         OncenterError: "usage", exit code 2.

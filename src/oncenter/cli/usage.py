@@ -11,6 +11,9 @@ _HELP = {  # for an option or argument that is missing
     "--vehicle": "oncenter vehicle new truck.toml writes a vehicle file, oncenter vehicle list shows the shipped ones",
     "--vehicles": "give a folder of vehicle files: oncenter vehicle new DIR/VIN.toml writes one",
     "LOG…": "give a log, for example drive.mf4",
+    "FILE": "give a vehicle file, for example truck.toml",
+    "OUT.toml": "give the file to write, for example truck.toml",
+    "LOG": "give a log, for example drive.mf4",
     "SCENARIO": "give the name of a scenario, for example thesis_drive",
 }
 
@@ -33,4 +36,8 @@ def usage_message(error: Any) -> str:
     if missing:
         advice = _HELP.get(missing[1]) or (f"{context.command_path} -h shows the usage" if context is not None else "")
         return f"{missing[1]} is missing{f': {advice}' if advice else ''}"
-    return message
+    choice = re.fullmatch(r"Invalid value for '(.+?)': '(.+?)' is not one of (.+)", message)
+    if choice:
+        meant = did_you_mean(choice[2], re.findall(r"'(.+?)'", choice[3]))
+        return f"{choice[1]} takes {choice[3].replace(chr(39), '')}, got {choice[2]}{meant}"
+    return message.replace("Invalid value for", "wrong value for")

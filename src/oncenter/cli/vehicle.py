@@ -72,7 +72,7 @@ def new(
 ) -> None:
     """Write a vehicle file in which every key is explained.
 
-    In a terminal it asks for each value. With --wheelbase-m and --steering-ratio it asks nothing.
+    In a terminal it prompts for each value. With --wheelbase-m and --steering-ratio there are no prompts.
     """
     from oncenter.files.whole_file import check_place, write_whole
     from oncenter.vehicle_file.new import new_vehicle_file, proposals_for
@@ -199,7 +199,7 @@ def _require_both(values: dict[str, Any]) -> None:
     missing = [option for key, option in _REQUIRED.items() if key not in values]
     if missing:
         raise OncenterError(
-            f"vehicle new asks for the values in a terminal; without one give {' and '.join(missing)}",
+            f"vehicle new prompts for the values in a terminal only; here give {' and '.join(missing)}",
             code="usage",
             exit_code=WRONG_USAGE,
         )

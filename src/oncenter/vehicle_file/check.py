@@ -92,6 +92,7 @@ def _in_log(truck: Vehicle, drive: Signals) -> Iterator[tuple[str, str]]:
         if source is not None:
             yield name, f"{name}: {source.description}, {source.rate_hz:.0f} Hz"
             continue
-        named = f", which [signals] names {truck.signals[name].name}" if name in truck.signals else ""
         why = [note.partition(": ")[2] for note in drive.notes if note.partition(":")[0] == name]
-        yield name, f"{name}: not in the log{named}{'; ' if why else ''}{'; '.join(why)}"
+        if name in truck.signals and not why:
+            why = [f"[signals] names {truck.signals[name].name}, which it lacks"]
+        yield name, ": ".join([name, "not in the log", *(["; ".join(why)] if why else [])])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -20,7 +21,7 @@ ASKED = (
     "dbc",
     "offset_applied_deg",
 )
-_REQUIRED = ("wheelbase_m", "steering_ratio")
+_WIDTH = 100  # characters of a line
 ASSUMED_RATIO = 19.3  # Table 2 of the thesis
 _ASSUMED = "assumed, not measured: usual for heavy trucks (Table 2 of the thesis)"
 _MINIMUM = {"wheelbase_m": 3.7, "steering_ratio": ASSUMED_RATIO}  # to check another key on its own
@@ -37,9 +38,8 @@ def answers(ask: Callable[[str], str], say: Callable[[str], None], name: str) ->
     values: dict[str, Any] = {}
     for key in (KEYS[each] for each in ASKED):
         say("")
-        say(f"{key.name}: {key.meaning}")
-        if key.where:
-            say(f"  {key.where}")
+        for text in filter(None, (f"{key.name}: {key.meaning}", key.where)):
+            say(textwrap.fill(text, _WIDTH, subsequent_indent="  "))
         value = _answer(key, name, ask, say)
         if value is not None:
             values[key.name] = value
@@ -70,6 +70,8 @@ def _prompt(key: Key, name: str) -> str:
     empty = default.get(key.name, "leave out")
     unit = f" in {key.unit}" if key.unit else ""
     choices = f" ({', '.join(key.choices)})" if key.choices else ""
+    if key.name == "dbc":  # a person names a file from here; the vehicle file gets the path from its own folder
+        choices = ", relative to the current folder"
     return f"{key.name}{unit}{choices}{f' [{empty}]' if empty else ''}: "
 
 

@@ -1,0 +1,131 @@
+"""The next command for an error: appended to its line, where a command or another name would help."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from oncenter.files.log_formats import OF_TABLES, SUFFIXES
+from oncenter.files.shipped import shipped
+from oncenter.nearest_name import did_you_mean, nearest
+from oncenter.vehicle_file.shipped_files import shipped_names
+
+_DATABASES = (".dbc", ".kcd", ".sym", ".arxml")
+_SIMILAR_MAX = 2  # names of files
+_LOG_FIRST = ("offset", "angle", "reference", "signals")  # commands whose first argument is a log
+
+
+def advised(message: str, code: str, arguments: Sequence[str]) -> str:
+    """An error's message with the next command.
+
+    Args:
+        message: of the error.
+        code: of the error.
+        arguments: of the command line.
+    """
+    advice = _BY_CODE.get(code, _nothing)(message, arguments)
+    return f"{message}; {advice}" if advice else message
+
+
+def _nothing(message: str, arguments: Sequence[str]) -> str:
+    return ""
+
+
+def _log_of(arguments: Sequence[str]) -> str:
+    """The log of the command line as a shell takes it, "LOG" if it is not clear."""
+    if len(arguments) > 1 and arguments[0] in _LOG_FIRST and not arguments[1].startswith("-"):
+        return shlex.quote(arguments[1])
+    return "LOG"
+
+
+def _unreadable(message: str, arguments: Sequence[str]) -> str:
+    """For a file that does not exist: files of similar names in its folder."""
+    for argument in arguments[1:]:
+        if argument in message and not argument.startswith("-") and not os.path.lexists(argument):
+            is_database = argument.lower().endswith(_DATABASES)
+            return _similar_files(Path(argument), _DATABASES if is_database else SUFFIXES)
+    return ""
+
+
+def _similar_files(path: Path, suffixes: Sequence[str]) -> str:
+    """Only the names before the suffix are compared: a common suffix makes no two names similar."""
+    try:
+        names = [each.name for each in path.parent.iterdir() if each.name.lower().endswith(tuple(suffixes))]
+    except (OSError, ValueError):
+        return ""
+    by_stem = {name.partition(".")[0]: name for name in sorted(names)}
+    near = nearest(path.name.partition(".")[0], by_stem, _SIMILAR_MAX)
+    return f"did you mean {' or '.join(by_stem[stem] for stem in near)}?" if near else ""
+
+
+def _missing_signal(message: str, arguments: Sequence[str]) -> str:
+    log = _log_of(arguments)
+    if "oncenter vehicle new" in message:
+        return ""
+    if log.lower().endswith(OF_TABLES):
+        return f"oncenter vehicle new truck.toml --log {log} proposes entries"
+    return "" if arguments[:1] == ["signals"] else f"oncenter signals {log} lists the signals of the log"
+
+
+def _not_j1939(message: str, arguments: Sequence[str]) -> str:
+    if "oncenter vehicle new" in message:
+        return ""
+    return f"oncenter vehicle new truck.toml --dbc FILE --log {_log_of(arguments)} proposes entries"
+
+
+def _unknown_format(message: str, arguments: Sequence[str]) -> str:
+    given = next((each for each in arguments[1:] if Path(each).name and Path(each).name in message), "")
+    suffix = Path(given).suffix.lower()
+    if suffix in _DATABASES:
+        return f"a database follows --dbc: oncenter offset LOG --vehicle FILE --dbc {shlex.quote(given)}"
+    if suffix == ".toml":
+        return f"a vehicle file follows --vehicle: oncenter offset LOG --vehicle {shlex.quote(given)}"
+    return "rename a text file with columns to .csv" if suffix == ".txt" else ""
+
+
+def _vehicle_file(message: str, arguments: Sequence[str]) -> str:
+    given = _after("--vehicle", arguments) or (arguments[2] if arguments[:2] == ["vehicle", "check"] else "")
+    if not given or not ("is not TOML" in message or "cannot be read" in message):
+        return ""
+    name, quoted = given.lower(), shlex.quote(given)
+    if name.endswith(_DATABASES):
+        return f"a database follows --dbc: --dbc {quoted}"
+    if name.endswith(SUFFIXES):
+        return f"a log comes first: oncenter {arguments[0]} {quoted} --vehicle FILE"
+    if os.path.lexists(given):
+        return "numbers need a decimal point and text needs quotes" if "is not TOML" in message else ""
+    near = _similar_files(Path(given), (".toml",)) or did_you_mean(given, shipped_names()).removeprefix("; ")
+    if near:
+        return near
+    file = quoted if name.endswith(".toml") else "truck.toml"
+    return f"oncenter vehicle new {file} writes one, oncenter vehicle list shows the shipped ones"
+
+
+def _scenario_file(message: str, arguments: Sequence[str]) -> str:
+    if len(arguments) < 2 or f"'{arguments[1]}'" not in message:
+        return ""
+    return did_you_mean(arguments[1], (path.stem for path in shipped("scenarios").glob("*.toml"))).removeprefix("; ")
+
+
+def _after(option: str, arguments: Sequence[str]) -> str:
+    """The value of an option; empty if it is not given."""
+    for place, argument in enumerate(arguments):
+        if argument == option and place + 1 < len(arguments):
+            return arguments[place + 1]
+        if argument.startswith(f"{option}="):
+            return argument.partition("=")[2]
+    return ""
+
+
+_BY_CODE: Mapping[str, Callable[[str, Sequence[str]], str]] = {
+    "unreadable_log": _unreadable,
+    "bad_dbc": _unreadable,
+    "missing_signal": _missing_signal,
+    "unit_missing": _missing_signal,
+    "not_j1939": _not_j1939,
+    "unknown_format": _unknown_format,
+    "vehicle_file": _vehicle_file,
+    "scenario_file": _scenario_file,
+}

@@ -211,7 +211,7 @@ def page(found: dict[str, Any]) -> str:
         "### A truck's offset by eight drives of 20 minutes",
         "",
         "| trucks | n | error, median | 95 % | max | covered | half-width | of a single drive's | of the narrowest"
-        " drive's | the narrowest drive's error, median | 95 % | told that another load would help |",
+        " drive's | the narrowest drive's error, median | 95 % | another load would help |",
         "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|",
     ]
     for one in found["offsets"]:

@@ -201,7 +201,7 @@ def test_a_row_with_too_few_intervals_that_hold_is_bold() -> None:
     table = pl.DataFrame(drives)
     lines = list(effects_page.section(table, summaries_of(table), range(1001, 1061)))
     assert any("| **50 of 60** | **50 of 60** |" in line for line in lines)
-    assert any(line.endswith("all intervals hold the truth: **missed** (50 of 60).") for line in lines)
+    assert any(line.endswith("all intervals contain the truth: **missed** (50 of 60).") for line in lines)
 
 
 PAGE = "# Accuracy\n\nText.\n\n## Time\n\nMore.\n"

@@ -131,7 +131,7 @@ threshold was chosen on these seeds; `python bench/accuracy.py --tuning` uses th
 
 ![Errors by row, errors over time, and the gate's study](accuracy.png)
 
-**What the offset is.** The reading of the sensor at the middle of play and wind-up, driving straight without
+**What the offset is.** The reading of the sensor at the middle of play and column twist, driving straight without
 lateral acceleration: the sensor's own zero error plus the angle that a wrong alignment needs. No log separates the two.
 
 **The floor** is the half-width that no single drive can go below. A pull moves the neutral lateral acceleration as

@@ -52,7 +52,10 @@ WHY: dict[tuple[str, str], str] = {
     ("understeer_gradient_coverage", "fifth_wheel_double"): "The term of the friction has a prior of 1.5 deg (sd).",
     ("understeer_gradient_coverage", "minor_physics_double"): "Gyro scale and uneven ratio are estimated as K_us.",
     ("backlash_coverage", "accelerometer_drift_double"): _LAGS,
-    ("backlash_coverage", "axle_set_up_double"): "It unloads further from the bank than the prior of a_0 allows.",
+    (
+        "backlash_coverage",
+        "axle_set_up_double",
+    ): "Its neutral lateral acceleration is further from the bank than the prior of a_0 allows.",
     ("backlash_coverage", "fifth_wheel_half"): "The friction that its term does not explain is estimated as play.",
     ("backlash_coverage", "slippery_patches"): _PLAYS,
     ("backlash_coverage", "slippery_patches_double"): _PLAYS,
@@ -114,7 +117,7 @@ def _judged_less_pull() -> str:
     return (
         "A pull cannot be identified from one drive: it moves the estimated offset by i K_us times the pull. Here i is "
         "the steering ratio, K_us the understeer gradient, and the pull the lateral acceleration at which the steering "
-        "unloads. So the rows whose truth has a pull are judged by the error minus i K_us times the pull. These rows "
+        "moment at the king pins is zero. So the rows whose truth has a pull are judged by the error minus i K_us times the pull. These rows "
         f"are {rows}."
     )
 

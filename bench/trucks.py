@@ -223,7 +223,7 @@ def page(found: dict[str, Any]) -> str:
         )
     lines += ["", "Angles in deg.", "", "### Steps between drives", ""]
     lines += [
-        "| planted | drives | trucks | found within three drives | ever | others | size off by, median |"
+        "| planted | drives | trucks | found within three drives | ever | others | error of the size, median |"
         " offset now, error | covered |",
         "|---|--:|--:|--:|--:|--:|--:|--:|--:|",
     ]

@@ -117,7 +117,8 @@ def _judged_less_pull() -> str:
     return (
         "A pull cannot be identified from one drive: it moves the estimated offset by i K_us times the pull. Here i is "
         "the steering ratio, K_us the understeer gradient, and the pull the lateral acceleration at which the steering "
-        "moment at the king pins is zero. So the rows whose truth has a pull are judged by the error minus i K_us times the pull. These rows "
+        "moment at the king pins is zero. So the rows whose truth has a pull are judged by the error minus i K_us "
+        "times the pull. These rows "
         f"are {rows}."
     )
 

@@ -1,4 +1,4 @@
-"""Renews the section on play in docs/method.md: the thesis's mean on a crowned road, over play and seeds, and its picture.
+"""Renews the section on play in docs/method.md: the thesis's mean on a crowned road, and its picture.
 
 Run as .venv/bin/python docs/make_play.py; the picture, docs/play.png, needs Chromium (Debian's package chromium).
 """

@@ -146,7 +146,7 @@ accuracy: .venv/dev ## errors, intervals and times of all methods and rivals, re
 	$(BIN)/python bench/two_parts.py --page --jobs 2
 
 docs: .venv/dev ## the docs site, build/site/index.html: opens without a server and without a network
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 lock: .venv/python ## pin today's newest dependencies in requirements.lock and list their licences
 	rm -rf build/lock

@@ -271,7 +271,7 @@ def _lines(demand: Demand) -> Iterator[str]:
         yield f"- {demand.about}: met by all {len(demand.cases)} rows."
     else:
         yield f"- {demand.about}: **missed** by {len(missed)} of {len(demand.cases)} rows."
-        yield from (f"  - `{case.row}`: {_missed(demand, case)}" for case in missed)
+        yield from (f"    - `{case.row}`: {_missed(demand, case)}" for case in missed)
 
 
 def _missed(demand: Demand, case: Case) -> str:

@@ -191,7 +191,7 @@ def test_the_list_says_what_is_missed_and_why(monkeypatch: pytest.MonkeyPatch) -
     table = pl.DataFrame([record("none"), record("play_12"), record("play_15", error=0.7, half_width=0.8)])
     lines = list(effects_page.section(table, summaries_of(table), range(1001, 1002)))
     assert "- `none`: the median error of the valid drives is at most 0.10 deg: met (0.10 deg)." in lines
-    assert "  - `play_15`: **missed** (0.70 deg). The play is wide." in lines
+    assert "    - `play_15`: **missed** (0.70 deg). The play is wide." in lines
     row = next(line for line in lines if line.startswith("| `play_15`"))
     assert "| 0.70 / 0.70 / **0.70** | 1 of 1 | 1 of 1 |" in row
 

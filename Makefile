@@ -148,7 +148,7 @@ accuracy: .venv/dev ## errors, intervals and times of all methods and rivals: do
 	$(BIN)/python bench/two_parts.py --page --jobs 2
 
 docs: .venv/dev ## the docs site, build/site/index.html: opens without a server and without a network
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 lock: .venv/python ## pin the newest packages in requirements.lock and list their licences
 	rm -rf build/lock

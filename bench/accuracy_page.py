@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 DOCS = Path(__file__).parents[1] / "docs"
 STUDY_DRIVES = 20
 JUDGED = "joint"  # the method that is asked to win
+SHORT = ("ordinary", "play_15_aligning", "bypass", "motorway", "country", "town", "trailer_full", "population")
 ELSEWHERE = {  # where else than in `population` a prior is drawn, if not everywhere
     "pull_m_s2": "`pull` alone",
     "pull_n": "`pull` alone",
@@ -55,36 +56,37 @@ OFF_ON_REAL_MAX_DEG = 0.2
 # Of rows that miss what is asked: why, with the row's own figures.
 WHY = {
     "play_15_friction": (
-        "the wheels never move in their play by themselves, so that nothing shows where the steering unloads: two "
-        "trucks whose accelerometers' zeros differ, with offset and crown to match, send the same log "
-        "(`tests/test_accuracy.py` drives them). A prior decides, so that hardly any is called valid. An estimator "
-        "that is given all else of truck, play and gyro, and of that zero what bank and ground say at best, is off by "
-        "{told_all_median:.2f} deg (median) and {told_all_p95:.2f} (95 %), the joint method by {median:.2f} and "
+        "the wheels do not move in their play by themselves, so nothing shows the neutral lateral acceleration. Two "
+        "trucks with different accelerometer biases, and offset and crown to match, give the same log "
+        "(`tests/test_accuracy.py` drives them). The prior decides, so hardly any answer is valid. An estimator with "
+        "the true truck, play and gyro bias, and the best prior of the accelerometer bias, has errors of "
+        "{told_all_median:.2f} deg (median) and {told_all_p95:.2f} (95 %), the joint method {median:.2f} and "
         "{p95:.2f}"
     ),
     "cross_wind": (
-        "on a motorway the other flank of the play is seen for moments, and how wide it is stays open on some drives: "
-        "that is in the interval, and the floor does not count it"
+        "a motorway loads the other flank of the play for moments only, so the width of the play stays open on some "
+        "drives. The interval contains that, the floor does not"
     ),
     "unloads_on_crown": (
-        "the axle is set up to unload at the crown's side force, {crown:.2f} m/s², which is {crown_of_pull:.0f} sd of "
-        "what is believed of a pull: no drive tells it from an accelerometer whose bias is as much. It moves the "
-        "offset by i K_us {crown:.2f}, here {crown_deg:.2f} deg (median); the joint method is off by {median:.2f}, "
-        "for it takes the likelier for true, but its interval, ±{half_width:.2f} deg, has both in it. Straight on such "
-        "a crown the wheels hang on neither flank of the play, so that a mean over it is nearer to the middle"
+        "the axle is set up to unload at the lateral force of the crown, {crown:.2f} m/s², which is "
+        "{crown_of_pull:.0f} sd of the prior of a pull. No drive separates it from such an accelerometer bias. It "
+        "moves the offset by i K_us {crown:.2f}, here {crown_deg:.2f} deg (median). The joint method has an error "
+        "of {median:.2f} deg, because it takes the more probable case, but its interval, ±{half_width:.2f} deg, "
+        "contains both. Straight on such a crown no flank of the play is loaded, so a mean is nearer to the middle"
     ),
     "bypass": (
-        "one flank of the play is all that was seen: how far its middle is from there, a prior says and no drive. The "
-        "joint method calls {valid:.0%} valid, its interval is ±{half_width:.2f} deg, and {coverage:.0%} of them hold "
-        "the truth; a rival that is nearer guesses as well, and does not know it"
+        "only one flank of the play is loaded, so only a prior gives the distance to its middle. The joint method "
+        "calls {valid:.0%} valid, its interval is ±{half_width:.2f} deg, and {coverage:.0%} of them contain the truth. "
+        "A rival that is nearer guesses as well, without an interval"
     ),
     **dict.fromkeys(
         ("town", "yard"),
-        "the roads fall to one side and only sharp bends load the other flank, for seconds: where the steering unloads "
-        "is hardly identified, and a crown moves the offset by i K_us times its error: {mean:+.2f} deg on average",
+        "the roads fall to one side and only sharp bends load the other flank, for seconds. So the neutral lateral "
+        "acceleration is hardly identified, and its error moves the offset by i K_us times it: "
+        "{mean:+.2f} deg on average",
     ),
 }
-UNEXPLAINED = "why is not known yet"
+UNEXPLAINED = "not explained"
 
 
 def write_page(table: pl.DataFrame, summaries: Sequence[Summary], seeds: range) -> None:
@@ -93,7 +95,7 @@ def write_page(table: pl.DataFrame, summaries: Sequence[Summary], seeds: range) 
         points = study(studied, Path(name))
         draw(table, summaries, points, DOCS / "accuracy.png", Path(name))
     page = [
-        *_head(table, seeds),
+        *_head(table, summaries, seeds),
         *_asked(table, summaries),
         *_why(table, summaries),
         *_errors(summaries),
@@ -112,49 +114,68 @@ def write_page(table: pl.DataFrame, summaries: Sequence[Summary], seeds: range) 
     file.write_text(text, encoding="utf-8")
 
 
-def _head(table: pl.DataFrame, seeds: range) -> Iterator[str]:
+def _head(table: pl.DataFrame, summaries: Sequence[Summary], seeds: range) -> Iterator[str]:
     yield f"""# Accuracy
 
-Written by `make accuracy`: {len(seeds)} drives a row (seeds {seeds[0]} to {seeds[-1]}), of `population`, whose
-coverage is asked within a few per cent, {len(seeds) * ROWS["population"].times} (from {seeds[0]} on, too), 20 minutes
-each, every one with a truck, a road and sensors of its own, simulated, so that the truth is known. Every method and
-every rival sees the same drives. No threshold was chosen on these seeds; `python bench/accuracy.py --tuning` drives
-those from 1 on.
+How far from the truth is the offset, and does the interval contain it? In short, after 20 minutes of a simulated drive:
+
+{_short(summaries)}
+A `valid` answer leaves at most {_valid_within_deg():g} deg open from this drive. Errors are in deg. [A real
+car](#a-real-car) has a measured reference. [Real-truck effects](#real-truck-effects) adds one effect of real trucks
+per row.
+
+`make accuracy` writes this page: {len(seeds)} drives per row (seeds {seeds[0]} to {seeds[-1]}),
+{len(seeds) * ROWS["population"].times} of `population` (from {seeds[0]} on), 20 minutes each. Each drive has its
+own truck, road and sensors. It is simulated, so the truth is given. All methods and rivals get the same drives. No
+threshold was chosen on these seeds; `python bench/accuracy.py --tuning` uses those from 1 on.
 
 ![Errors by row, errors over time, and the gate's study](accuracy.png)
 
-**What counts as the offset**: what the sensor reads at the middle of play and wind-up when driving straight without
-lateral acceleration. That is the sensor's own offset and, where the alignment is wrong, what it takes to go straight
-all the same: no log parts the two. A pull that is a moment about the king pins also moves the side force at which the
-steering unloads; taken for the accelerometer's bias, it moves the offset by i K_us pull. So pull and wind are in the
-interval by their priors, and its middle is beside the value where the steering unloads elsewhere than bank and ground
-have the accelerometer's zero. **The floor** is the half-width that these alone make: 1.96 i K_us times the sd of what
-cannot be told apart. Where a drive shows one flank of the play only (`bypass`), its middle is half a play from there
-that nothing tells: {0.5 * PLAY_SD_DEG:g} deg (sd) are in that row's floor, too. Without them its interval would be
-{_of_side_force_floor(table, "bypass"):.1f} of it. Some axles are set up to unload on the crown, of which the estimator
-believes one in {1 / SET_UP_SHARE:.0f}: where the steering unloads as far to that side as that, it may be one, and no
-drive tells. What that leaves open, {_set_up()} m/s² (sd), is in the floor of `unloads_on_crown`, whose axles are;
-without it the interval would be {_of_side_force_floor(table, "unloads_on_crown"):.1f} of it.
+**What the offset is.** The reading of the sensor at the middle of play and column twist, driving straight without
+lateral acceleration: the sensor's own zero error plus the angle that a wrong alignment needs. No log separates the two.
 
-**Valid** asks that this drive's part of the interval is within {_valid_within_deg():g} deg: all that the log leaves
-open, but for pull, mean wind and how the axle is set up, which no single drive identifies.
+**The floor** is the half-width that no single drive can go below. A pull moves the neutral lateral acceleration as
+an accelerometer bias does, and the offset by i K_us times the pull. So pull and wind are in the interval by their
+priors. The floor is 1.96 i K_us times the standard deviation of these parts. Two rows have more in it:
 
-| what the estimator believes (`core/params.h`) | sd, m/s² |
+- `bypass` loads one flank of the play only. The middle is half a play away, which nothing identifies:
+  {0.5 * PLAY_SD_DEG:g} deg (sd). Without this the interval would be {_of_side_force_floor(table, "bypass"):.1f} of
+  the floor.
+- `unloads_on_crown` has axles that are set up to unload on the crown. The prior of such an axle is one in
+  {1 / SET_UP_SHARE:.0f}, which leaves {_set_up()} m/s² (sd) open. Without this the interval would be
+  {_of_side_force_floor(table, "unloads_on_crown"):.1f} of the floor.
+
+| prior of the estimator (`core/params.h`) | sd, m/s² |
 |---|--:|
 | accelerometer bias | {BELIEVED["accelerometer_bias_sd_m_s2"]:g} |
-| crown, {CROWN_M_S2:g} to the side of the traffic: the mean bank tells the bias as well as this | {CROWN_SD_M_S2:g} |
-| slope of the ground stood on, beside {CROWN_SHARE_STOOD_ON:g} of the crown | {BELIEVED["standing_slope_sd_m_s2"]:g} |
+| crown, mean {CROWN_M_S2:g} to the side of traffic | {CROWN_SD_M_S2:g} |
+| slope of the ground at standstill, beside {CROWN_SHARE_STOOD_ON:g} of the crown | {_slope_sd()} |
 | pull | {PULL_SD_M_S2:g} |
 | mean wind | {WIND_SD_M_S2:g} |
-| **not told apart**, with play that side force crosses, which shows bias + pull + wind | {_apart(unloads=True)} |
-| **not told apart**, without: bias and wind | {_apart(unloads=False)} |
+| **not separable**, if lateral force crosses the play, which shows bias + pull + wind | {_apart(unloads=True)} |
+| **not separable**, without that: bias and wind | {_apart(unloads=False)} |
 
-**Rivals** are written anew from their equations in `bench/rivals/`. `bins` and `rls` are the thesis's own ideas for the
-middle of the play (§5.5.1): estimations of 20 s, or least squares that forget, sorted by the side to which the truck
-turns. Rivals are told more than a vehicle file says: openpilot's filter begins with the truck's true stiffnesses, mass
-and inertia, `bins` and `rls` know its understeer gradient. The thesis, `bins` and `rls` take the yaw rate as it is.
-Where a rival has nothing to say, it does not count against it, but the share is given where it is not all.
+**Rivals** are written anew from their equations in `bench/rivals/`. `bins` and `rls` are the thesis's own ideas for
+the middle of the play (§5.5.1): estimates over 20 s, or least squares with a fading memory, sorted by the side of
+the bend. Rivals get more than a vehicle file contains: openpilot's filter starts with the true stiffnesses, mass
+and inertia, `bins` and `rls` with the true understeer gradient. The thesis, `bins` and `rls` use the uncorrected
+yaw rate. If a rival has no value, that is not counted against it, and the share is given.
 """
+
+
+def _short(summaries: Sequence[Summary]) -> str:
+    """The rows that a reader looks for first."""
+    lines = [
+        "| drive | valid | error of the valid: median / 95 % / largest | error of all: median / 95 % "
+        "| intervals that contain the truth |",
+        "|---|--:|--:|--:|--:|",
+    ]
+    for s in summaries:
+        if s.method == JUDGED and s.row in SHORT:
+            valid = " / ".join(map(_number, (s.valid_median, s.valid_p95, s.valid_largest)))
+            name = f"`{s.row}`: {ROWS[s.row].about}"
+            lines.append(f"| {name} | {s.valid:.0%} | {valid} | {_error(s)} | {_share(s.coverage)} |")
+    return "\n".join(lines) + "\n"
 
 
 def _valid_within_deg() -> float:
@@ -168,24 +189,29 @@ def _of_side_force_floor(table: pl.DataFrame, row: str) -> float:
     return float(np.nanmedian(half_widths / of_row["side_force_floor_deg"].to_numpy()))
 
 
+def _slope_sd() -> str:
+    return f"{BELIEVED['standing_slope_sd_m_s2']:g}"
+
+
 def _set_up() -> str:
     return f"{set_up_left_open_m_s2(stood=True):.3f}"
 
 
 def _apart(*, unloads: bool) -> str:
     stood, never = (cannot_be_told_apart_m_s2(unloads=unloads, stood=stood) for stood in (True, False))
-    return f"{stood:.3f}, never having stood {never:.3f}"
+    return f"{stood:.3f}, without a standstill {never:.3f}"
 
 
 def _priors(table: pl.DataFrame) -> Iterator[str]:
     pushed = {row: _root_mean_square(_of(table, row, "wind_m_s2")) for row in ("population", "cross_wind")}
-    yield f"""## Whence the drives
+    yield f"""## Where the drives come from
 
-What a row does not fix is drawn from these; `bench/population.py` has them. The row `population` draws all of it, on
-the roads of the scenarios {", ".join(POPULATED_BY)}; one axle in {1 / SET_UP_SHARE:.0f} of its trucks is set up to
-unload on 2 %. Over the drives of this page the wind moved the unloading point by
-{pushed["population"]:.3f} m/s² (root mean square) in `population` and {pushed["cross_wind"]:.3f} in `cross_wind`, whose
-motorway runs one way for long; the estimator believes {WIND_SD_M_S2:g}.
+A row fixes some quantities. All others are drawn from these distributions (`bench/population.py`). The row
+`population` draws all of them, on the roads of the scenarios {", ".join(POPULATED_BY)}; one axle in
+{1 / SET_UP_SHARE:.0f} of its trucks is set up to unload on 2 %. Over the drives of this page the wind moved the
+neutral lateral acceleration by {pushed["population"]:.3f} m/s² (root mean square) in `population` and
+{pushed["cross_wind"]:.3f} in `cross_wind`, whose motorway has one direction for a long time. The prior of the
+estimator is {WIND_SD_M_S2:g}.
 
 | quantity | prior | in the other rows | |
 |---|---|---|---|"""
@@ -208,7 +234,7 @@ def _errors(summaries: Sequence[Summary]) -> Iterator[str]:
     methods = list(dict.fromkeys(s.method for s in summaries))
     yield """## How far off, after 20 minutes
 
-Absolute error in deg, median / 95th percentile of the drives with a value; in brackets their share where not all have
+Absolute error in deg, median / 95th percentile of the drives with a value; in brackets their share if not all have
 one.
 """
     yield f"| row | | {' | '.join(methods)} |"
@@ -248,8 +274,8 @@ def _soon(s: Summary) -> str:
 def _how_sure(table: pl.DataFrame, summaries: Sequence[Summary]) -> Iterator[str]:
     yield """## How sure
 
-Coverage: how many of the 95 % intervals hold the truth, whatever their status. The half-width is the median, in deg,
-and against the floor.
+Coverage: the share of the 95 % intervals that contain the truth, with any status. The half-width is the median, in deg,
+and relative to the floor.
 """
     yield "| row | method | valid | error of the valid: median / 95 % / largest | coverage | | half-width | / floor |"
     yield f"|---|---|{'--:|' * 6}"
@@ -260,7 +286,7 @@ and against the floor.
             interval = f"{count} | {_share(s.coverage)} | {_number(s.half_width)} | {_number(s.of_floor)}"
             yield f"| `{s.row}` | {s.method} | {s.valid:.0%} | {errors} | {interval} |"
     yield ""
-    yield "Of the rivals two claim a spread. Over all rows:"
+    yield "Two rivals give a standard deviation. Over all rows:"
     yield ""
     yield "| rival | coverage | | half-width, median |"
     yield "|---|--:|--:|--:|"
@@ -277,15 +303,15 @@ def _real(said: Sequence[Said]) -> Iterator[str]:
     yield f"""## A real car
 
 Two drives of a Hyundai Genesis on a proving ground, {" and ".join(f"`{name}`" for name in OXTS_OFFSET_DEG)}, from the
-car's own sensors alone; its gyro is off by 0.25 to 0.30 deg/s, its accelerometer by -0.6 m/s². What the offset is, a
-fit in bends to the heading of an OxTS GNSS/INS says. Asked of `{JUDGED}`: within {OFF_ON_REAL_MAX_DEG:g} deg.
+car's own sensors only. Its gyro has a bias of 0.25 to 0.30 deg/s, its accelerometer of -0.6 m/s². The reference
+offset is a fit in bends to the heading of an OxTS GNSS/INS. Required of `{JUDGED}`: within {OFF_ON_REAL_MAX_DEG:g} deg.
 """
     if not said:
         yield "**Not run**: the recordings, which are not part of this repository, were not there; `ONCENTER_REAL_DATA`"
         yield "names the folder that has `genesis/`."
         yield ""
         return
-    yield "| drive | method | by the OxTS | says | ± | off by | |"
+    yield "| drive | method | reference | estimate | ± | error | |"
     yield "|---|---|--:|--:|--:|--:|---|"
     for s in said:
         if s.value_deg is None:
@@ -305,8 +331,8 @@ def _spent(summaries: Sequence[Summary]) -> Iterator[str]:
     ordinary = [s for s in summaries if s.row == "ordinary"]
     yield """## Time
 
-Processor time for one tick of all signals, from Python, the answer alone, median over the drives of `ordinary` while
-this page's other drives ran on the other cores.
+Processor time for one tick of all signals, from Python, the answer only, median over the drives of `ordinary` while
+the other drives of this page ran on the other cores.
 """
     yield f"| | {' | '.join(s.method for s in ordinary)} |"
     yield f"|---|{'--:|' * len(ordinary)}"
@@ -317,13 +343,15 @@ this page's other drives ran on the other cores.
 
 def _asked(table: pl.DataFrame, summaries: Sequence[Summary]) -> Iterator[str]:
     low, high = COVERAGE_OF_POPULATION
-    yield f"""## What is asked of `{JUDGED}`
+    yield f"""## What is required of `{JUDGED}`
 
-Of rows that ask for the error: median of the valid at most {MEDIAN_MAX_DEG:.2f} deg, 95 % of them at most
-{P95_MAX_DEG:.2f}. Of rows in which no drive tells all: a half-width of at most {OF_FLOOR_MAX:g} of the floor. Coverage
-at least {COVERAGE_MIN:.0%}, of the population {low:.0%} to {high:.0%}. And a median of all drives below that of every
-rival which has a value on at least {ANSWERED_MIN:.0%} of them.
-**Bold** is missed, — is not asked.
+- Rows judged by the error: median of the valid at most {MEDIAN_MAX_DEG:.2f} deg, 95 % of them at most
+  {P95_MAX_DEG:.2f}.
+- Rows in which one drive cannot identify everything: a half-width of at most {OF_FLOOR_MAX:g} of the floor.
+- Coverage at least {COVERAGE_MIN:.0%}, of the population {low:.0%} to {high:.0%}.
+- A median of all drives below that of every rival with a value on at least {ANSWERED_MIN:.0%} of them.
+
+**Bold** is missed, — is not required.
 
 | row | valid | median | 95 % | half-width / floor | coverage | all drives: median, best rival's |
 |---|--:|--:|--:|--:|--:|--:|"""
@@ -338,16 +366,16 @@ rival which has a value on at least {ANSWERED_MIN:.0%} of them.
     )
     valid = _met(ordinary.valid >= VALID_MIN_ORDINARY, f"{ordinary.valid:.0%}")
     yield (
-        f"Of the ordinary drives at least {VALID_MIN_ORDINARY:.0%} valid: {valid}. Within 1 deg after "
+        f"Of the ordinary drives at least {VALID_MIN_ORDINARY:.0%} are valid: {valid}. Within 1 deg after "
         f"{MINUTES_TO_1_DEG:g} minutes: {to_1_deg}; within 0.5 deg after {MINUTES_TO_HALF_DEG:g}: {to_half_deg}."
     )
     population = next(s for s in judged if s.row == "population")
     if population.intervals:
         by_chance = 1.96 * math.sqrt(0.95 * 0.05 / population.intervals)
         yield (
-            f"Over the population {population.covered} of {population.intervals} intervals hold the truth, "
-            f"{population.coverage:.0%}; of so many drives an interval that is right 95 times in a hundred holds it on "
-            f"{0.95 - by_chance:.0%} to {min(0.95 + by_chance, 1.0):.0%}."
+            f"Over the population {population.covered} of {population.intervals} intervals contain the truth, "
+            f"{population.coverage:.0%}. For an exact 95 % interval, {0.95 - by_chance:.0%} to "
+            f"{min(0.95 + by_chance, 1.0):.0%} are expected with this number of drives."
         )
     yield ""
 
@@ -356,7 +384,7 @@ def _why(table: pl.DataFrame, summaries: Sequence[Summary]) -> Iterator[str]:
     """What the page owes to rows that miss what is asked, or that a rival wins."""
     lines = [line for s in summaries if s.method == JUDGED and (line := _why_row(table, s, summaries))]
     if lines:
-        yield "### Why these rows miss it"
+        yield "### Why these rows miss a requirement"
         yield ""
         yield from lines
         yield ""
@@ -374,7 +402,7 @@ def _why_row(table: pl.DataFrame, s: Summary, summaries: Sequence[Summary]) -> s
     if best and not s.median < best.median:
         lost.append(f"{best.method} has a median of {best.median:.2f} deg against {_number(s.median)}")
     if s.row != "population" and not s.coverage >= COVERAGE_MIN:
-        lost.append(f"{s.covered} of {s.intervals} intervals hold the truth")
+        lost.append(f"{s.covered} of {s.intervals} intervals contain the truth")
     if not lost:
         return ""
     why = WHY.get(s.row, UNEXPLAINED).format_map(_figures(table, s))
@@ -425,8 +453,8 @@ def _met(met: bool, said: str) -> str:
 def _study(points: Sequence[Point], seeds: range) -> Iterator[str]:
     yield f"""## What the gate trades (§5.5.2)
 
-The thesis's method with one limit of Table 4 moved at a time, {len(seeds)} drives each: `flawless` are ordinary
-drives without play and sensor bias, so that what is left is the gate's doing. Seconds of evidence out of 1200 and
+The thesis's method with one limit of Table 4 changed at a time, {len(seeds)} drives each. `flawless` are ordinary
+drives without play and sensor bias, so that only the gate has an effect. Seconds of evidence out of 1200 and
 absolute error in deg, median / 95th percentile; **bold** is Table 4.
 
 | limit | {" | ".join(f"{row}: used | error" for row in STUDIED)} |

@@ -36,15 +36,15 @@ OTHERS = {  # what it is called, unit and decimals of its error
     "yaw_rate_bias": ("gyro bias", "deg/s", 3),
 }
 # By demand and row ("" where all rows count together): why it is missed, as a sentence.
-_LAGS = "It drifts faster than a wandering hypothesis follows; a faster one forgets the flanks on other rows."
-_RUNS = "Nothing is valid there; the intervals are from before the bank shut the gate."
-_PLAYS = "It takes more angle in bends to both sides, as a wider play does."
+_LAGS = "The bias drifts faster than a hypothesis follows; a faster one forgets the flanks on other rows."
+_RUNS = "Nothing is valid there; the intervals are from before the bank closed the gate."
+_PLAYS = "Bends to both sides need more angle, as with a wider play."
 WHY: dict[tuple[str, str], str] = {
     ("covered", "accelerometer_drift_double"): _LAGS,
     ("covered", "accelerometer_drift_thesis"): _RUNS,
-    ("covered", "wind_moment_double"): "A wind of many minutes cannot be separated from a constant zero error.",
+    ("covered", "wind_moment_double"): "A wind of many minutes cannot be separated from a constant bias.",
     ("off", "accelerometer_drift"): "While one flank alone is loaded, drift and wind cannot be separated.",
-    ("off", "pull_double"): "The prior of a_0 holds it back: few axles unload so far from the bank.",
+    ("off", "pull_double"): "The prior of a_0 excludes it: few axles unload so far from the bank.",
     ("valid_share", "overlay_motor"): "Lash that a motor drags along leaves more than 0.5 deg of most drives open.",
     ("valid_share", "fifth_wheel"): "The term of its friction leaves more than 0.5 deg of most drives open.",
     ("valid_share", "combined_trailer"): "The same, by half the friction and other effects.",
@@ -52,12 +52,15 @@ WHY: dict[tuple[str, str], str] = {
     ("understeer_gradient_coverage", "fifth_wheel_double"): "The term of the friction has a prior of 1.5 deg (sd).",
     ("understeer_gradient_coverage", "minor_physics_double"): "Gyro scale and uneven ratio are estimated as K_us.",
     ("backlash_coverage", "accelerometer_drift_double"): _LAGS,
-    ("backlash_coverage", "axle_set_up_double"): "It unloads further from the bank than the prior of a_0 has it.",
+    (
+        "backlash_coverage",
+        "axle_set_up_double",
+    ): "Its neutral lateral acceleration is further from the bank than the prior of a_0 allows.",
     ("backlash_coverage", "fifth_wheel_half"): "The friction that its term does not explain is estimated as play.",
     ("backlash_coverage", "slippery_patches"): _PLAYS,
     ("backlash_coverage", "slippery_patches_double"): _PLAYS,
-    ("angle_coverage", "accelerometer_drift"): "No wander found before the loss, none allowed for after it.",
-    ("accusations", ""): "Most are of rows at double size, or of an accelerometer that runs away.",
+    ("angle_coverage", "accelerometer_drift"): "No drift was detected before the loss, so none is assumed after it.",
+    ("accusations", ""): "Most are of rows at double size, or of an accelerometer with a fast drift.",
 }
 
 
@@ -90,7 +93,7 @@ def section(table: pl.DataFrame, summaries: Sequence[Record], seeds: range) -> I
     yield from _others(summaries, missed)
     yield from _angles(summaries, missed)
     yield from _accusations(table)
-    yield "### What is asked of these rows"
+    yield "### What is required of these rows"
     yield ""
     for demand in demands:
         yield from _lines(demand)
@@ -101,7 +104,7 @@ def _head(seeds: range) -> Iterator[str]:
 
 Written by `bench/effects.py --page`: {len(seeds)} drives a row (seeds {seeds[0]} to {seeds[-1]}), {DURATION_S / 60.0:g}
 minutes each. The trucks are simulated. Noise and steps of their sensors are as measured on two real trucks' loggers and
-a car. The vehicle file names no traffic side. Each row adds one effect that the usual model lacks, the `combined` rows
+a car. The vehicle file names no traffic side. Each row adds one effect that the usual model lacks; the `combined` rows
 add several. A row without a suffix has the effect's full size, `_half` half of it and `_double` double, but
 at most 60 % of a load leaves.
 
@@ -114,7 +117,8 @@ def _judged_less_pull() -> str:
     return (
         "A pull cannot be identified from one drive: it moves the estimated offset by i K_us times the pull. Here i is "
         "the steering ratio, K_us the understeer gradient, and the pull the lateral acceleration at which the steering "
-        "unloads. So the rows whose truth has a pull are judged by the error less i K_us times the pull. These rows "
+        "moment at the king pins is zero. So the rows whose truth has a pull are judged by the error minus i K_us "
+        "times the pull. These rows "
         f"are {rows}."
     )
 
@@ -129,9 +133,9 @@ def _demands(table: pl.DataFrame, summaries: Sequence[Record]) -> Iterator[Deman
     yield from _errors(table, of)
     yield Demand(
         "valid_share",
-        "Share of valid drives, where a minimum is asked",
+        "Share of valid drives, if a minimum is required",
         [
-            Case(s["row"], s["valid"] >= share * s["drives"], f"{s['valid']} of {s['drives']}, asked {share:.0%}")
+            Case(s["row"], s["valid"] >= share * s["drives"], f"{s['valid']} of {s['drives']}, required {share:.0%}")
             for s in summaries
             if (share := VALID_MIN.get(s["row"], 0.0))
         ],
@@ -139,7 +143,7 @@ def _demands(table: pl.DataFrame, summaries: Sequence[Record]) -> Iterator[Deman
     for name, (called, _, _) in OTHERS.items():
         yield Demand(
             f"{name}_coverage",
-            f"{called}: at least {OTHERS_MIN:.0%} of the valid intervals hold the truth in each row with at least "
+            f"{called}: at least {OTHERS_MIN:.0%} of the valid intervals contain the truth in each row with at least "
             f"{OTHERS_COUNT_MIN} of them",
             [
                 Case(s["row"], held >= OTHERS_MIN * count, _of(held, count))
@@ -164,17 +168,17 @@ def _coverage(at_size_1: Sequence[Record], summaries: Sequence[Record]) -> Itera
         held, count = (sum(s[key] for s in at_size_1) for key in (covered, kind))
         yield Demand(
             f"pooled_{covered}",
-            f"Rows at full size and the `combined` rows together: at least {share:.0%} of {called} hold the truth",
+            f"Rows at full size and the `combined` rows together: at least {share:.0%} of {called} contain the truth",
             [Case("", held >= share * count, _of(held, count))],
         )
     for kind, covered, _ in kinds:
         called = "valid intervals" if kind == "valid" else "intervals"
         yield Demand(
             covered,
-            f"Each row: the number of {called} that hold the truth is not below the {CHANCE:.0%} quantile of a "
+            f"Each row: the number of {called} that contain the truth is not below the {CHANCE:.0%} quantile of a "
             f"binomial distribution with a probability of {CLAIMED:.0%}",
             [
-                Case(s["row"], s[covered] >= minimum, f"{s[covered]} of {s[kind]}, asked {minimum}")
+                Case(s["row"], s[covered] >= minimum, f"{s[covered]} of {s[kind]}, required {minimum}")
                 for s in summaries
                 for minimum in [bound(s[kind])]
             ],
@@ -182,7 +186,7 @@ def _coverage(at_size_1: Sequence[Record], summaries: Sequence[Record]) -> Itera
 
 
 def bound(count: int) -> int:
-    """The 1 % quantile of how many of so many 95 % intervals hold the truth."""
+    """The 1 % quantile of how many of so many 95 % intervals contain the truth."""
     return int(binom.ppf(CHANCE, count, CLAIMED)) if count else 0
 
 
@@ -190,12 +194,12 @@ def _errors(table: pl.DataFrame, of: Mapping[str, Record]) -> Iterator[Demand]:
     off, far_off = ({row: off_by_more(table, row, limit) for row in of} for limit in (OFF_DEG, FAR_OFF_DEG))
     yield Demand(
         "off",
-        f"Each row: at most 1 valid drive in {DRIVES_PER_OFF} is off by more than {OFF_DEG:g} deg",
+        f"Each row: at most 1 valid drive in {DRIVES_PER_OFF} has an error above {OFF_DEG:g} deg",
         [Case(row, off[row] * DRIVES_PER_OFF <= s["drives"], f"{off[row]} of {s['valid']}") for row, s in of.items()],
     )
     yield Demand(
         "far_off",
-        f"Each row: no valid drive is off by more than {FAR_OFF_DEG:g} deg",
+        f"Each row: no valid drive has an error above {FAR_OFF_DEG:g} deg",
         [Case(row, far_off[row] == 0, f"{far_off[row]} of {s['valid']}") for row, s in of.items()],
     )
     limits = (
@@ -218,7 +222,7 @@ def _errors(table: pl.DataFrame, of: Mapping[str, Record]) -> Iterator[Demand]:
     thesis = "accelerometer_drift_thesis"
     yield Demand(
         "thesis_largest",
-        f"`{thesis}`: no valid drive is off by more than {THESIS_LARGEST_MAX:g} deg",
+        f"`{thesis}`: no valid drive has an error above {THESIS_LARGEST_MAX:g} deg",
         [
             Case(row, count == 0, f"{count} of {of[row]['valid']}")
             for row in (thesis,)
@@ -231,7 +235,7 @@ def _errors(table: pl.DataFrame, of: Mapping[str, Record]) -> Iterator[Demand]:
 def _of_angle(angles: Mapping[str, tuple[float, float]]) -> Iterator[Demand]:
     yield Demand(
         "angle_coverage",
-        f"Virtual angle of {_named(ANGLE_ROWS)}: at least {ANGLE_COVERED_MIN:.0%} of the intervals hold the truth",
+        f"Virtual angle of {_named(ANGLE_ROWS)}: at least {ANGLE_COVERED_MIN:.0%} of the intervals contain the truth",
         [Case(row, covered >= ANGLE_COVERED_MIN, f"{covered:.1%}") for row, (_, covered) in angles.items()],
     )
     yield Demand(
@@ -267,7 +271,7 @@ def _lines(demand: Demand) -> Iterator[str]:
         yield f"- {demand.about}: met by all {len(demand.cases)} rows."
     else:
         yield f"- {demand.about}: **missed** by {len(missed)} of {len(demand.cases)} rows."
-        yield from (f"  - `{case.row}`: {_missed(demand, case)}" for case in missed)
+        yield from (f"    - `{case.row}`: {_missed(demand, case)}" for case in missed)
 
 
 def _missed(demand: Demand, case: Case) -> str:
@@ -278,9 +282,9 @@ def _missed(demand: Demand, case: Case) -> str:
 def _offsets(summaries: Sequence[Record], missed: set[tuple[str, str]]) -> Iterator[str]:
     yield """### Offset with real-truck effects
 
-Error of the valid drives in deg: median / 95th percentile / largest. An interval of 95 % is covered if it holds the
-truth. This drive's part (`ci95_drive`) is judged on the error less what the pull did, with the median of that error
-over its half-width: 0.34 is that of a matched normal one. **Bold** misses what is asked.
+Error of the valid drives in deg: median / 95th percentile / largest. An interval of 95 % is covered if it contains the
+truth. This drive's part (`ci95_drive`) is judged on the error minus the effect of the pull, with the median of that
+error over its half-width: 0.34 is expected for a normal error. **Bold** misses a requirement.
 
 | row | what it is | drives | valid | error of the valid | covered of valid | of all | `ci95_drive`: of valid |\
  of all | error / half-width |
@@ -304,7 +308,7 @@ over its half-width: 0.34 is that of a matched normal one. **Bold** misses what 
 def _others(summaries: Sequence[Record], missed: set[tuple[str, str]]) -> Iterator[str]:
     yield """### Understeer gradient, play and gyro bias
 
-Covered: valid intervals of the quantity that hold the truth. Error: median of estimate less truth, over the same
+Covered: valid intervals of the quantity that contain the truth. Error: median of estimate minus truth, over the same
 drives.
 """
     heads = (f"{called}: covered | error, {unit}" for called, unit, _ in OTHERS.values())
@@ -324,7 +328,7 @@ def _angles(summaries: Sequence[Record], missed: set[tuple[str, str]]) -> Iterat
     yield f"""### Virtual angle with real-truck effects
 
 The steering wheel angle sensor is lost after {LOST_AT_S / 60.0:g} minutes. RMS error from then on, median over the
-drives, and the share of ticks whose interval of 95 % holds the truth.
+drives, and the share of ticks whose interval of 95 % contains the truth.
 
 | row | RMS, deg | covered |
 |---|--:|--:|"""

@@ -194,7 +194,7 @@ _ROWS = [
         _row(_named("pull", word), "alignment that pulls, sd 0.1 m/s²", pulls=True, fixed=_pulls(size))
         for word, size in SIZES.items()
     ),
-    _row("pull_and_wind", "pull and wind as believed", pulls=True, wind=True),
+    _row("pull_and_wind", "pull and wind by their priors", pulls=True, wind=True),
     *_at_sizes("wind_moment", "wind 1 m ahead of the centre of gravity, gusts, open stretches", wind_turns),
     *_at_sizes("fifth_wheel", "fifth wheel with 3 kNm of dry friction", fifth_wheel_rubs, **SEMITRAILER),
     *_at_sizes("tyres_in_the_sun", "both left tyres grow by 8e-4 within 10 minutes", sun_on_the_left),

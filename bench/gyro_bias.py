@@ -94,7 +94,7 @@ ROWS: dict[str, tuple[str, tuple[Callable[[Drive], Drive], ...]]] = {
     "the same, EBC2, wheels without any noise": (NOISELESS, (from_minute_ten, by_ebc2)),
     "motorway, EBC2": ('base = "motorway"\n', (by_ebc2,)),
     "motorway, no standstill, cut to begin and end at speed": ('base = "motorway"\n', (at_speed,)),
-    "long straight at 85 km/h, no standstill, cut likewise": (LONG_STRAIGHT, (at_speed,)),
+    "long straight at 85 km/h, no standstill, cut in the same way": (LONG_STRAIGHT, (at_speed,)),
     "drifting_gyro without wheel speeds, after one standstill": ('base = "drifting_gyro"\n', (without_wheels,)),
 }
 

@@ -69,32 +69,41 @@ PERCENT_PER_M_S2 = 100.0 / G_M_S2  # of a road's cross slope
 
 # Name with unit: distribution, what it is.
 PRIORS: dict[str, tuple[Distribution, str]] = {
-    "wheelbase_m": (Uniform(3.5, 6.0), "known to the estimator"),
-    "steering_ratio": (Uniform(16.0, 24.0), "known to the estimator"),
+    "wheelbase_m": (Uniform(3.5, 6.0), "given to the estimator"),
+    "steering_ratio": (Uniform(16.0, 24.0), "given to the estimator"),
     "understeer_gradient_deg_m_s2": (Uniform(0.2, 0.8), "K_us/g at the road wheel, compliance included"),
-    "compliance_share_1": (Uniform(0.2, 0.5), "of K_us/g, what the steering gives way under the aligning moment"),
+    "compliance_share_1": (Uniform(0.2, 0.5), "share of K_us/g: elasticity of the steering under the aligning moment"),
     "front_axle_load_kg": (Uniform(5000.0, 8000.0), ""),
     "rear_axle_load_kg": (Uniform(2200.0, 11500.0), ""),
-    "trail_m": (Uniform(0.04, 0.08), "lever arm of the side force about the king pins"),
+    "trail_m": (Uniform(0.04, 0.08), "lever arm of the lateral force about the king pins"),
     "king_pin_friction_m_s2": (Uniform(0.02, 0.2), "as the lateral acceleration that overcomes it"),
     "creep_deg_s_n_m": (Uniform(0.1, 0.5), "speed through the play per moment beyond friction"),
     "backlash_deg": (Uniform(0.0, 15.0), "play, full width at the steering wheel"),
     "offset_deg": (Normal(0.0, 5.0), "of the steering wheel angle sensor"),
     "yaw_rate_bias_deg_s": (Normal(0.0, 0.2), ""),
-    "lateral_acceleration_bias_m_s2": (Normal(0.0, 0.1), "the estimator believes sd 0.5, for 0.6 was seen"),
-    "pull_m_s2": (Normal(0.0, PULL_SD_M_S2), "lateral acceleration at which a pulling alignment unloads the steering"),
-    "pull_n": (Normal(0.0, 100.0), "side force of the alignment without slip"),
-    "wind_m_s": (Rayleigh(3.0), "mean wind, from any direction; moves the population's unloading by 0.02 m/s^2 (sd)"),
+    "lateral_acceleration_bias_m_s2": (
+        Normal(0.0, 0.1),
+        "the prior of the estimator is 0.5 (sd), because 0.6 was measured",
+    ),
+    "pull_m_s2": (
+        Normal(0.0, PULL_SD_M_S2),
+        "lateral acceleration at which a truck that pulls has no moment at the king pins",
+    ),
+    "pull_n": (Normal(0.0, 100.0), "lateral force of the alignment without slip"),
+    "wind_m_s": (
+        Rayleigh(3.0),
+        "mean wind, from any direction; moves the population's neutral lateral acceleration by 0.02 m/s^2 (sd)",
+    ),
     "gust_sd_m_s": (Uniform(0.5, 2.0), ""),
     "crown_percent": (
         Normal(round(CROWN_M_S2 * PERCENT_PER_M_S2, 1), round(CROWN_SD_M_S2 * PERCENT_PER_M_S2, 1)),
         "cross slope toward the side of the traffic, 0.2 +- 0.1 m/s^2",
     ),
     "rough_bank_sd_percent": (Uniform(0.0, 0.5), ""),
-    "heading_deg": (Uniform(0.0, 359.0), "of the road at its begin"),
+    "heading_deg": (Uniform(0.0, 359.0), "of the road at its start"),
     "wheel_radius_error_percent": (Normal(0.0, 0.3), "of each wheel"),
     "load_transfer_percent_m_s2": (Uniform(0.0, 0.2), "of the radius per lateral acceleration"),
-    "standing_at_start_s": (Uniform(2.0, 20.0), "with the engine on; half of the population does not stand at all"),
+    "standing_at_start_s": (Uniform(2.0, 20.0), "with the engine on; half of the population has no standstill"),
 }
 REAR_STIFFNESS_SHARE_1_DEG = 0.19  # of the load, per deg of slip, 2.3
 

@@ -71,20 +71,23 @@ def _head(given: argparse.Namespace, warm: list[Row]) -> str:
     not_read, load = f"\nNot read yet: {missing}." if missing else "", f"{os.getloadavg()[0]:.1f}"
     return f"""# Speed
 
+How long does an answer take? For half an hour of driving, about a second in most formats, start of Python included.
+
 Written by `python bench/speed_page.py --page` with the drive `{given.scenario}` in each format: {frames:,} frames of a
-bus, or the same signals as a table of 100 Hz. All contenders of a table take turns in one run: compare figures within a
-table, for another machine has others. {os.cpu_count()} CPUs, Python {platform.python_version()}, load {load}.{not_read}
-[bench/README.md](../bench/README.md) has the core against numba and scipy in more detail, and logs of a busier bus."""
+bus, or the same signals as a table at 100 Hz. All programs in a table take turns in one run. Compare figures within a
+table: another machine has others. {os.cpu_count()} CPUs, Python {platform.python_version()}, load {load}.{not_read}
+[bench/README.md](../bench/README.md) compares the core with numba and scipy in more detail, and has logs of a
+busier bus."""
 
 
 def _cold(rows: list[Row], rounds: int) -> Iterator[str]:
     yield f"""## Log to answer, in a new process
 
 `python -m oncenter offset LOG --vehicle scania_r730_4x2`, median of {rounds}. *Processors* adds up all its processes:
-a child process reads the formats that other people's libraries read. The first rows are the
-time to start Python and to import its two largest packages."""
+a child process reads the formats of third-party libraries. The first rows are the time to start Python and to
+import its two largest packages."""
     yield table("log | MB | wall, s | processors, s | MB/s", map(_cold_row, rows))
-    yield """The steps of the same command, from runs of their own. *Start* is Python, all imports and the end;
+    yield """The steps of the same command, from separate runs. *Start* is Python, all imports and the end;
 *reading* includes the wait for the child process. *Peak* is the memory of all processes together in the runs above."""
     yield table(
         "log | start, s | reading, s | answering, s | peak, MB",
@@ -106,12 +109,12 @@ def _readers(rows: list[Row], rounds: int) -> Iterator[str]:
     yield f"""## Readers, in a warm process
 
 One process, best of {rounds}, by the clock on the wall. Frames as columns of numbers, in M frames/s; of `.mf4` ours are
-those that carry known signals:"""
+those with signals that oncenter uses:"""
     yield table("log | ours | python-can | times faster", _beside(rows, "frames", "python-can"))
-    yield "The same messages decoded, in M frames/s; ours end on one clock, checked and ready for an answer:"
+    yield "The same messages decoded, in M frames/s; ours are resampled to one clock, checked and ready for an answer:"
     yield table("log | ours | python-can + cantools | times faster", _beside(rows, "signals", "python-can + cantools"))
-    yield """Libraries that read the file and stop there, in M frames/s or M rows/s; ours to signals as above. Where
-ours reads a format by that very library, a ratio below 1 is the cost of checks, units and one clock:"""
+    yield """Libraries that only read the file, in M frames/s or M rows/s; ours up to signals as above. If ours uses
+the same library, a ratio below 1 is the cost of checks, units and one clock:"""
     yield table(
         "log | by | ours | alone | times faster",
         (
@@ -144,10 +147,9 @@ def _filters(rows: list[Row], given: argparse.Namespace) -> Iterator[str]:
 
 One thread over a drive of some {given.ticks:,} ticks at 100 Hz, by processor time, best of {given.rounds}.
 `bench/rivals/filters.cpp` has Autoware's and openpilot's filters in the language that they run in, by `g++ -O2`;
-each gives the offset that its numba version gives. Autoware's estimates one number at every tenth tick. openpilot's is
-a Kalman filter of nine states, here without most of the products with zeros that full matrices have. *oncenter* also
-estimates the angle without its sensor and looks for faults of the sensor at every tick; *thesis's method* is the
-thesis's alone."""
+each gives the same offset as its numba version. Autoware's estimates one number at every tenth tick. openpilot's is a
+Kalman filter with nine states, here without most products with zeros of the full matrices. *oncenter* also
+estimates the angle without its sensor and checks the sensor at every tick; *thesis's method* is only that."""
     if compiler() is None:
         yield NO_COMPILER
     yield table(
@@ -160,9 +162,9 @@ def _limit(rows: list[Row]) -> Iterator[str]:
     copied = sum(row["bytes"] for row in rows) / sum(row["s"]["copy"] for row in rows) / 1e9
     yield f"""## The limit
 
-The least work of any reader of a format on this machine, with the file in memory, beside ours from file to signals,
-warm. A copy of the bytes runs at {copied:.1f} GB/s; to find the line ends is one pass over them; to inflate is the
-work of zlib, and to unpack Parquet that of polars."""
+The minimum work of any reader of a format on this machine, with the file in memory, beside ours from file to signals,
+warm. A copy of the bytes runs at {copied:.1f} GB/s. Finding the line ends is one pass over them. Inflating is done by
+zlib, unpacking Parquet by polars."""
     yield table(
         "log | limited by | limit, ms | ours, ms | times",
         (
@@ -179,20 +181,20 @@ def _left(cold: list[Row], used: dict[str, Spent]) -> Iterator[str]:
     of = {row["log"]: row for row in cold}
     slowest, fastest = max(whole, key=whole.__getitem__), min(whole, key=whole.__getitem__)
     start = sum(of[log]["start_s"] for log in whole) / sum(whole.values())
-    yield f"""## What is left
+    yield f"""## Where the time goes
 
-**Start.** Over all formats {start:.0%} of a new process's time is start: Python and imports. Python with numpy and
-polars and nothing else takes {floor:.2f} s, which is {floor / whole[fastest]:.0%} of `{fastest}`, the fastest format.
+**Start.** Over all formats {start:.0%} of the time of a new process is start: Python and imports. Python with only
+numpy and polars takes {floor:.2f} s, which is {floor / whole[fastest]:.0%} of `{fastest}`, the fastest format.
 A fleet's process starts once for many logs.
 
 **Reading.** The slowest format is `{slowest}`: {of[slowest]["reading_s"]:.2f} of {whole[slowest]:.2f} s are reading,
 and {of[slowest]["answering_s"]:.2f} s answering.
 
 **A warm process.** From log to answer by the clock on the wall, over all formats: {_of_room(used, "read/"):.0%} goes to
-reading, which finds numbers in text or frames and brings all signals to one clock,
-{_of_room(used, "plausibility/"):.0%} to the checks whether the signals can belong together, and
+reading, which finds numbers in text or frames and resamples all signals to one clock,
+{_of_room(used, "plausibility/"):.0%} to the checks whether the signals fit together, and
 {_of_room(used, "_core.py"):.0%} to the core in C. By format, the files of `src/oncenter` that take
-most; the time of a library counts for the file that calls it:"""
+most; the time of a library counts for its caller:"""
     lines = ["| log | ms | of it |", "|---|--:|---|"]
     for suffix, (seconds, shares) in used.items():
         files = ", ".join(f"`{file}` {share:.0%}" for file, share in list(shares.items())[:SHOWN_FILES])

@@ -210,7 +210,7 @@ def page(found: dict[str, Any]) -> str:
         "### A truck's offset by eight drives of 20 minutes",
         "",
         "| trucks | n | error, median | 95 % | max | covered | half-width | of a single drive's | of the narrowest"
-        " drive's | the narrowest drive's error, median | 95 % | told that another load would help |",
+        " drive's | the narrowest drive's error, median | 95 % | another load would help |",
         "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|",
     ]
     for one in found["offsets"]:
@@ -222,7 +222,7 @@ def page(found: dict[str, Any]) -> str:
         )
     lines += ["", "Angles in deg.", "", "### Steps between drives", ""]
     lines += [
-        "| planted | drives | trucks | found within three drives | ever | others | size off by, median |"
+        "| planted | drives | trucks | found within three drives | ever | others | error of the size, median |"
         " offset now, error | covered |",
         "|---|--:|--:|--:|--:|--:|--:|--:|--:|",
     ]

@@ -3,7 +3,7 @@
     python bench/two_parts.py [--drives N] [--rows a,b] [--jobs N] [--tuning] [--page]
 
 Rows of accuracy_rows.py, 400 drives each. On rows without pull and wind the drive's own interval (`ci95_drive`) is
-judged; on `population`, whose pulls are as believed, the whole one (`ci95`), and the drive's on the error less what
+judged; on `population`, whose pulls follow the prior, the whole one (`ci95`), and the drive's on the error less what
 the pull did. Seeds from 10001 on are for reporting, those from 20001 on (--tuning) for whoever tunes.
 """
 
@@ -94,10 +94,10 @@ def section(table: pl.DataFrame, drives: int) -> Iterator[str]:
     yield f"""{TWO_PARTS}
 
 Written by `bench/two_parts.py --page`: {drives} drives a row, seeds from {REPORTED_FROM} on. `ci95_drive` is judged on
-the error less what the pull did; `ci95`, of both parts, on the error. Error over half-width: median / 95th percentile
-over the drives; a matched normal error has 0.34 and 1.00. Asked where nothing pulls: {low} to {high} of the drives'
-own intervals hold the truth, with a median of {RATIO_ASKED[0]} to {RATIO_ASKED[1]}; of both parts together as many of
-`population`, whose pulls are as believed. **Bold** misses it.
+the error minus the effect of the pull; `ci95`, of both parts, on the error. Error over half-width: median / 95th
+percentile over the drives; 0.34 and 1.00 are expected for a normal error. Required without a pull: {low} to {high} of
+the `ci95_drive` contain the truth, with a median of {RATIO_ASKED[0]} to {RATIO_ASKED[1]}. Required of `ci95`: the same
+share in `population`, whose pulls follow the prior. **Bold** misses it.
 
 | row | drives | n | `ci95_drive`: covered | error / half-width | half-width, deg | error, deg |\
  `ci95`: covered | error / half-width | half-width, deg |

@@ -13,7 +13,7 @@ NOT_READ = ("__pycache__", "native")  # bytecode; what is compiled into the libr
 
 
 def made() -> str:
-    """What the file is to hold; the library itself has another name on each platform."""
+    """The content of the file; the library itself has another name on each platform."""
     source = ROOT / "src"
     libraries = (".so", ".dylib", ".dll")
     own = [file for file in (source / "oncenter").rglob("*") if file.is_file() and file.suffix not in libraries]

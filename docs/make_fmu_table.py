@@ -13,7 +13,7 @@ from oncenter.export.variables import variables_of
 
 PAGE = Path(__file__).with_name("simulink_carmaker.md")
 BEGIN, END = "<!-- variables: written by docs/make_fmu_table.py -->", "<!-- variables: end -->"
-BESIDE = ("_sd", "_status", "_since", "_confidence", "_available")  # told in the row of what they belong to
+BESIDE = ("_sd", "_status", "_since", "_confidence", "_available")  # shown in the row of their variable
 GROUPED = ("reason.", "rejected_time.", "vehicle.steering_ratio_term[", "params.")  # a row each
 LEFT, FORWARD = "left", "forward"
 POSITIVE = {  # what the sign means, of all that has one
@@ -57,11 +57,11 @@ def tables(variables: Iterable[ET.Element]) -> Iterator[str]:
         yield f"**{title}**\n"
         yield "| name | unit | positive | what |\n|---|---|---|---|"
         names = [name for name, variable in by_name.items() if variable.attrib["causality"] == causality]
-        yield from (_row(name, by_name) for name in names if not _is_told_elsewhere(name, names))
+        yield from (_row(name, by_name) for name in names if not _is_shown_elsewhere(name, names))
         yield ""
 
 
-def _is_told_elsewhere(name: str, names: list[str]) -> bool:
+def _is_shown_elsewhere(name: str, names: list[str]) -> bool:
     """Whether it stands in the row of another: as its standard deviation, say, or as one of many alike."""
     group = next((prefix for prefix in GROUPED if name.startswith(prefix)), None)
     if group is not None:
@@ -75,8 +75,8 @@ def _row(name: str, by_name: dict[str, ET.Element]) -> str:
     if group is not None:
         return _row_of_group(group, [other for other in by_name if other.startswith(group)], variable)
     beside = [f"`{ending}`" for ending in BESIDE if name + ending in by_name]
-    told = f"`{name}`" + (f" ({', '.join(beside)})" if beside else "")
-    return f"| {told} | {_unit(variable)} | {POSITIVE.get(name, '')} | {variable.attrib['description']} |"
+    shown = f"`{name}`" + (f" ({', '.join(beside)})" if beside else "")
+    return f"| {shown} | {_unit(variable)} | {POSITIVE.get(name, '')} | {variable.attrib['description']} |"
 
 
 def _row_of_group(group: str, names: list[str], first: ET.Element) -> str:
@@ -99,7 +99,7 @@ def _unit(variable: ET.Element) -> str:
 
 
 def made() -> str:
-    """What the page is to be."""
+    """The whole page."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
     return f"{before}{BEGIN}\n\n" + "\n".join(tables(described())) + f"\n{END}{after}"

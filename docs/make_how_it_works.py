@@ -139,9 +139,8 @@ def draw_flanks(axes: Axes, drive: Drive) -> None:
         axes.scatter(acceleration[chosen], residual[chosen], s=7, color=color, alpha=0.6, lw=0, label=name)
     between = np.abs(place) <= 0.9
     axes.scatter(acceleration[between], residual[between], s=7, color="#9aa1aa", lw=0, label="crossing the play")
-    offset, slope, play = (
-        drive.joint.quantities[name].value or 0.0 for name in ("straight-ahead offset", "understeer gradient", "play")
-    )
+    answer = drive.joint
+    offset, slope, play = (each.value or 0.0 for each in (answer.offset, answer.understeer_gradient, answer.backlash))
     line = np.array([-1.5, 1.5])
     middle = (offset + 19.3 * slope * line) / DEGREE
     axes.plot(line, middle, color=INK, lw=2)
@@ -200,7 +199,7 @@ PICTURES = {
 
 def numbers(drive: Drive) -> str:
     thesis, joint = drive.thesis.offset.value, drive.joint.offset.value
-    play, own = drive.joint.quantities["play"].value, drive.joint.offset_ci95_drive
+    play, own = drive.joint.backlash.value, drive.joint.offset_ci95_drive
     assert thesis is not None and joint is not None and play is not None and own is not None
     return (
         f"The true offset is {drive.offset_deg:.1f} deg and the true play {drive.play_deg:.0f} deg. "

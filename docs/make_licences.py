@@ -1,4 +1,4 @@
-"""Writes docs/licences.md from what is installed: run by `make lock`, after the lock itself."""
+"""Writes docs/licences.md from the installed packages: run by `make lock`, after the lock itself."""
 
 from importlib.metadata import Distribution, distribution
 from pathlib import Path

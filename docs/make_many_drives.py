@@ -284,7 +284,7 @@ def draw_many_drives(drives: list[Driven], truck: Trucks, i_k: list[float], file
 
 
 def moved_by_pull(drives: Drives, priors: Priors) -> list[float]:
-    """What a pull moves each reading by, deg per m/s^2: i K as truck/readings.py has it."""
+    """Change of each reading by a pull, deg per m/s^2: i K as in truck/readings.py."""
     loads = loads_of(drives, priors)
     mean = loads.mean[:, 0]
     gradients = mean + (1.0 - priors.compliance_share_1) * (loads.gradient[0] - mean)

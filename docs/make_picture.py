@@ -1,4 +1,4 @@
-"""Makes docs/report.png from demo/report.html: the answer, the offset over time, the cloud in which play shows.
+"""Makes docs/report.png from demo/report.html: the verdict, the offset over time, the two flanks of the play.
 
 Run after `make demo`, with Chromium installed (Debian's package chromium).
 """
@@ -8,8 +8,8 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-SHOWN = ("Straight-ahead offset over time", "Residual against lateral acceleration")
-WIDTH, HEIGHT = 1000, 1370  # px
+SHOWN = ("Straight-ahead offset over time", "Free play: residual against lateral acceleration")
+WIDTH, HEIGHT = 1000, 1420  # px
 
 
 def shortened(page: str) -> str:

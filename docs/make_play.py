@@ -1,4 +1,4 @@
-"""Renews what docs/method.md says of play: the thesis's mean on a crowned road, over play and seeds, and its picture.
+"""Renews the section on play in docs/method.md: the thesis's mean on a crowned road, and its picture.
 
 Run as .venv/bin/python docs/make_play.py; the picture, docs/play.png, needs Chromium (Debian's package chromium).
 """
@@ -20,7 +20,7 @@ SEEDS = range(101, 121)
 
 
 def error_deg(folder: Path, play_deg: float, seed: int) -> float:
-    """What the thesis's mean is off by after the thesis drive with so much play."""
+    """Error of the thesis's mean after the thesis drive with this play."""
     scenario = folder / f"play_{play_deg:g}.toml"
     scenario.write_text(f'base = "thesis_drive"\nabout = "more play"\n[steering]\nbacklash_deg = {play_deg}\n')
     signals, truth = oc.simulate(scenario, seed)

@@ -9,6 +9,7 @@ and the drives of `DRIVES` that the page names. By the language of a block:
   extras must be in pyproject.toml, its make target in the Makefile, its folder must exist.
 - `python`: run, in one namespace a page.
 - `text`, or no language: the output of the block before. Its lines occur there in this order, `...` stands for any.
+  Without a language, a block that begins with a command is one of `sh`.
 - `toml`: read as a vehicle file, a scenario or a pyproject; saved if its first line is a comment `# NAME.toml`.
 - `json`: parsed. `c`: compiled against core/. `house`: tests/test_house.py compares it with the files.
 
@@ -40,11 +41,13 @@ PAGES = (
     *("examples/README.md", "examples/ros2_node/README.md", "scenarios/README.md", "bench/README.md"),
     *("embedded/README.md", "wheels/README.md"),
 )
+# Written from the program, which their own test compares.
+GENERATED = ("docs/reference/commands.md", "docs/reference/json.md", "docs/reference/vehicle_file.md")
 FENCE = re.compile(
     r"^(?P<indent> *)```(?P<language>\w*)[^\n]*\n(?P<body>.*?)^(?P=indent)```[ ]*$", re.MULTILINE | re.DOTALL
 )
 MARK = re.compile(r"<!-- not run: \S.*-->\s*\Z")
-# What is there before the first block: a drive's file, its scenario, the suffix tells the format.
+# Files before the first block, by the scenario that makes them; the suffix selects the format.
 DRIVES = {
     "drive.log": "thesis_drive",
     "drive.mf4": "thesis_drive",
@@ -52,8 +55,11 @@ DRIVES = {
     "drive.parquet": "thesis_drive",
     "both_ways.log": "both_ways",
     "before.log": "thesis_drive",
-    "after.log": "remounted_sensor",
+    "after.log": "calibrated",
 }
+# A scenario that is not shipped: the truck of before.log once its sensor was calibrated.
+CALIBRATED = 'base = "thesis_drive"\nabout = "calibrated"\n[sensors.steering_wheel_angle]\noffset_deg = 0.1\n'
+COMMANDS = ("oncenter ", "pip ", "python ", "make ")
 FOLDERS = ("vehicles", "dbc", "examples", "scenarios")
 SET_UP = re.compile(
     r"^\s*(make\b|pip\d? |pipx |uv |python3? -m (pip|venv) |\.venv/bin/pip |git |\. |source |sudo |apt|brew )"
@@ -83,7 +89,7 @@ class Block:
 def pages() -> list[str]:
     """All pages with code, as paths from the root."""
     docs = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md"))
-    return [name for name in (*PAGES, *docs) if (ROOT / name).exists()]
+    return [name for name in (*PAGES, *docs) if (ROOT / name).exists() and name not in GENERATED]
 
 
 def blocks(page: str) -> list[Block]:
@@ -95,7 +101,7 @@ def blocks(page: str) -> list[Block]:
             Block(
                 page,
                 above.count("\n") + 1,
-                fence["language"] or "text",
+                fence["language"] or ("sh" if fence["body"].lstrip().startswith(COMMANDS) else "text"),
                 textwrap.dedent(fence["body"]),
                 MARK.search(above) is None,
                 fence.start("body"),
@@ -215,7 +221,10 @@ def _drive(cache: Path, name: str, scenario: str) -> Path:
 
     file = cache / name
     if not file.exists():
-        simulate_to_log(scenario, 1, file)
+        if scenario == "calibrated":
+            (cache / "calibrated.toml").write_text(CALIBRATED, encoding="utf-8")
+            scenario = str(cache / "calibrated.toml")
+        simulate_to_log(scenario, 2 if name == "after.log" else 1, file)
     return file
 
 

@@ -27,7 +27,7 @@ def cells(notebook: Path) -> list[tuple[str, str]]:
 
 
 def run_cell(source: str, namespace: dict[str, Any]) -> tuple[str, Any]:
-    """What the cell prints, and the value of its last expression, else None."""
+    """Printed text, and the value of the last expression, else None."""
     tree = ast.parse(source)
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     printed = io.StringIO()

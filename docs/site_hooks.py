@@ -1,4 +1,4 @@
-"""What the docs site needs beside MkDocs: pages from outside docs/, notebooks as pages, links that stay in the site.
+"""Additions to MkDocs for the docs site: pages from outside docs/, notebooks as pages, links that stay in the site.
 
 MkDocs calls the functions `on_...`; mkdocs.yml names this file.
 """

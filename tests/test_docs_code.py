@@ -12,7 +12,12 @@ import pytest
 DOCS = Path(__file__).parents[1] / "docs"
 CODE = runpy.run_path(str(DOCS / "run_code.py"))
 NOTEBOOKS = runpy.run_path(str(DOCS / "run_notebook.py"))
-WITH_CODE = [page for page in CODE["pages"]() if CODE["blocks"](page)]
+SLOW = ("docs/export.md", "docs/simulink_carmaker.md")  # they compile FMUs
+WITH_CODE = [
+    pytest.param(page, marks=pytest.mark.slow if page in SLOW else ())
+    for page in CODE["pages"]()
+    if CODE["blocks"](page)
+]
 
 
 @pytest.fixture(scope="session")

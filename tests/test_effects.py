@@ -191,7 +191,7 @@ def test_the_list_gives_missed_rows_with_the_reason(monkeypatch: pytest.MonkeyPa
     table = pl.DataFrame([record("none"), record("play_12"), record("play_15", error=0.7, half_width=0.8)])
     lines = list(effects_page.section(table, summaries_of(table), range(1001, 1002)))
     assert "- `none`: the median error of the valid drives is at most 0.10 deg: met (0.10 deg)." in lines
-    assert "  - `play_15`: **missed** (0.70 deg). The play is wide." in lines
+    assert "    - `play_15`: **missed** (0.70 deg). The play is wide." in lines
     row = next(line for line in lines if line.startswith("| `play_15`"))
     assert "| 0.70 / 0.70 / **0.70** | 1 of 1 | 1 of 1 |" in row
 
@@ -201,7 +201,7 @@ def test_a_row_with_too_few_intervals_that_hold_is_bold() -> None:
     table = pl.DataFrame(drives)
     lines = list(effects_page.section(table, summaries_of(table), range(1001, 1061)))
     assert any("| **50 of 60** | **50 of 60** |" in line for line in lines)
-    assert any(line.endswith("all intervals hold the truth: **missed** (50 of 60).") for line in lines)
+    assert any(line.endswith("all intervals contain the truth: **missed** (50 of 60).") for line in lines)
 
 
 PAGE = "# Accuracy\n\nText.\n\n## Time\n\nMore.\n"

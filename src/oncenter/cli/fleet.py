@@ -126,7 +126,8 @@ def query(
 
 def in_words(summary: Summary) -> str:
     """Counts of the run and of the fleet, and the first trucks of the ranking, on less than a screen."""
-    from oncenter.fleet.listing import STATE_WORDS, as_text
+    from oncenter.fleet.listing import as_text
+    from oncenter.fleet.undecided import STATE_WORDS
 
     states = ", ".join(f"{count} {STATE_WORDS[name]}" for name, count in summary.states.items() if count)
     unchanged = summary.logs_found - summary.logs_answered - summary.logs_refused

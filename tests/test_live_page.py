@@ -462,10 +462,9 @@ def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(l
             until(lambda: "±" in view.text_content("#interval"))
             turned.add(view.get_attribute("#wheel-turned", "transform"))
             widths.append(width())
-            status = view.text_content("#status")
-            unit = {"converging": "deg, still converging", "valid": "deg"}[status]
-            until(lambda unit=unit: view.text_content("#offset-unit") == unit)
-            assert view.get_attribute("#offset", "class") == f"offset {status}"
+            units = {"converging": "deg, still converging", "valid": "deg"}
+            until(lambda units=units: view.text_content("#offset-unit") == units[view.text_content("#status")])
+            until(lambda: view.get_attribute("#offset", "class") == f"offset {view.text_content('#status')}")
         assert len(turned) == 4
         until(lambda: width() < 0.6 * widths[0])
         until(lambda: view.text_content("#gate") == "Recording: this driving is used")

@@ -119,7 +119,7 @@ def test_all_good_logs_are_answered_and_each_poisonous_one_is_named_with_its_rea
 ) -> None:
     output, ended = first
     assert (ended.code, ended.err.count("Traceback")) == (0, 0)
-    assert f"{ANSWERED + NAMED} logs: {ANSWERED} answered now, {NAMED} refused" in ended.out
+    assert f"{ANSWERED + NAMED} logs: {ANSWERED} answered now, {NAMED} without an answer" in ended.out
     rows = rows_by_log(output)
     assert len(rows) == ANSWERED + NAMED
     named = {log: row for log, row in rows.items() if row["error_code"] is not None}

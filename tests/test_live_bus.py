@@ -136,7 +136,7 @@ def test_a_disagreement_of_senders_does_not_end_the_recording(tmp_path: Path) ->
     assert len(path.read_text().splitlines()) == len(frames)
     assert session.snapshot.known.answer is None
     (line,) = (line.text for line in said.all())
-    assert line.startswith("the estimate is paused, recording goes on: VDC2 from 0x3E and VDC2 from 0x40 disagree")
+    assert line.startswith("the estimate is paused, recording continues: VDC2 from 0x3E and VDC2 from 0x40 disagree")
     assert "--source steering_wheel_angle=0x3E" in line
 
 
@@ -160,8 +160,8 @@ def test_frames_that_no_can_bus_can_carry_are_counted_said_once_and_not_recorded
         ended(session, lambda now: now.frames == len(good) and now.dropped.impossible == len(wrong))
     assert len(frames_of_log(path)) == len(path.read_text().splitlines()) == len(good)
     assert [line.text for line in said.all()] == [
-        "gateway (virtual) gave a frame whose identifier, length or time no CAN frame can have: such frames are left "
-        "out and counted",
+        "gateway (virtual) sent a frame with an identifier, length or time that is impossible on CAN: such frames are "
+        "discarded and counted",
         f"of {len(good)} frames in all, discarded: {len(wrong)} that are no CAN frames",
     ]
 
@@ -247,7 +247,7 @@ def test_a_stranger_s_datagram_does_not_end_the_bus(group: str, monkeypatch: pyt
     bus.close()
     assert bus.dropped == Dropped(impossible=4)
     assert [line.text for line in said.all()] == [
-        f"{group} (udp_multicast) gave a frame that cannot be read: such frames are left out and counted"
+        f"{group} (udp_multicast) sent a frame that cannot be read: such frames are discarded and counted"
     ]
 
 

@@ -370,6 +370,38 @@ def test_a_viewer_who_left_while_there_was_nothing_to_tell_is_no_failure(log: Pa
     assert begun
 
 
+def test_a_slow_viewer_gets_the_last_state_as_well(log: Path) -> None:
+    """An update is on its way when the session ends: the last one follows it."""
+    first = session_of(log, 1.0).snapshot
+    shown: list[int] = []
+
+    class Slow:
+        """A viewer who takes a while for each update."""
+
+        async def with_locked_document(self, look: Any) -> None:
+            await asyncio.sleep(0.1)
+            await look(None)
+            shown.append(news.snapshot.number)
+
+    class Followed(Document):
+        session_context = Slow()
+
+    async def told() -> None:
+        doc, begun = Followed(), []
+        doc.add_next_tick_callback = begun.append
+        live_page.page(doc, news)
+        begun[0]()
+        await asyncio.sleep(0)
+        news.update(replace(first, number=first.number + 1))
+        await asyncio.sleep(0.05)
+        news.update(replace(first, number=first.number + 2))
+        await news.end()
+
+    news = live_page.News(first, PARAMS, lambda: None)
+    asyncio.run(told())
+    assert shown[-1] == first.number + 2
+
+
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -430,10 +462,9 @@ def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(l
             until(lambda: "±" in view.text_content("#interval"))
             turned.add(view.get_attribute("#wheel-turned", "transform"))
             widths.append(width())
-            status = view.text_content("#status")
-            unit = {"converging": "deg, still converging", "valid": "deg"}[status]
-            until(lambda unit=unit: view.text_content("#offset-unit") == unit)
-            assert view.get_attribute("#offset", "class") == f"offset {status}"
+            units = {"converging": "deg, still converging", "valid": "deg"}
+            until(lambda units=units: view.text_content("#offset-unit") == units[view.text_content("#status")])
+            until(lambda: view.get_attribute("#offset", "class") == f"offset {view.text_content('#status')}")
         assert len(turned) == 4
         until(lambda: width() < 0.6 * widths[0])
         until(lambda: view.text_content("#gate") == "Recording: this driving is used")
@@ -474,38 +505,6 @@ def test_a_page_whose_server_is_gone_says_that_the_last_values_are_shown(log: Pa
         session.stop()
         session.join()
     view.close()
-
-
-def test_a_slow_viewer_gets_the_last_state_as_well(log: Path) -> None:
-    """An update is on its way when the session ends: the last one follows it."""
-    first = session_of(log, 1.0).snapshot
-    shown: list[int] = []
-
-    class Slow:
-        """A viewer who takes a while for each update."""
-
-        async def with_locked_document(self, look: Any) -> None:
-            await asyncio.sleep(0.1)
-            await look(None)
-            shown.append(news.snapshot.number)
-
-    class Followed(Document):
-        session_context = Slow()
-
-    async def told() -> None:
-        doc, begun = Followed(), []
-        doc.add_next_tick_callback = begun.append
-        live_page.page(doc, news)
-        begun[0]()
-        await asyncio.sleep(0)
-        news.update(replace(first, number=first.number + 1))
-        await asyncio.sleep(0.05)
-        news.update(replace(first, number=first.number + 2))
-        await news.end()
-
-    news = live_page.News(first, PARAMS, lambda: None)
-    asyncio.run(told())
-    assert shown[-1] == first.number + 2
 
 
 def _fits(view: Any) -> None:

@@ -56,6 +56,21 @@ def test_a_plugin_format_works_in_every_command(tmp_path: Path) -> None:
     assert signals["rate_hz"] == 50.0 and len(signals["signals"]) == 4
 
 
+def test_a_fleet_run_collects_a_plugins_logs_from_folders(tmp_path: Path) -> None:
+    logs, vehicles = tmp_path / "logs" / "truck-1", tmp_path / "vehicles"
+    logs.mkdir(parents=True)
+    vehicles.mkdir()
+    acme_log(logs / "drive.ACME")
+    (logs / "notes.txt").write_text("no log")
+    (vehicles / "truck-1.toml").write_text("wheelbase_m = 3.71\nsteering_ratio = 19.3\n")
+    oncenter = installed(tmp_path, "acme_reader")
+    given = "--vehicles", str(vehicles), "--output", str(tmp_path / "out"), "--json"
+    ended = oncenter("fleet", "run", str(logs.parent), *given)
+    assert ended.returncode == 0, ended.stderr
+    metrics = json.loads(ended.stdout)
+    assert (metrics["logs_found"], metrics["logs_answered"], metrics["trucks"]) == (1, 1, 1)
+
+
 def test_a_folder_is_a_drive_by_its_content(tmp_path: Path) -> None:
     folder = tmp_path / "segment"
     for array, axes in (("CAN/steering_angle", 1), ("CAN/speed", 1), ("CAN/wheel_speed", 4)):

@@ -38,7 +38,7 @@ Replayed = Annotated[
 ]
 Speed = Annotated[
     float | None,
-    typer.Option(metavar="TIMES", help="Speed of the replay, 1 to 100 times that of the drive; 1 by default."),
+    typer.Option(metavar="TIMES", help="Speed of the replay, 1 to 100 times the drive's; default 1."),
 ]
 Web = Annotated[bool, typer.Option("--web", help="Also serve a page for browsers.")]
 Address = Annotated[str, typer.Option(metavar="HOST", help="Address at which the page is served.")]
@@ -59,7 +59,7 @@ Limit = Annotated[
     float | None,
     typer.Option(
         metavar="DEG",
-        help="Recalibrate from this offset on, either sign; by default offset_limit_deg of the vehicle file.",
+        help="Recalibrate from this offset on, either sign; default: offset_limit_deg of the vehicle file.",
     ),
 ]
 

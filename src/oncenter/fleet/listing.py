@@ -32,7 +32,7 @@ def as_text(rows: Sequence[dict[str, Any]]) -> str:
     lines = [f"{'rank':>5}  {'truck':24}{'verdict':18}{'offset, 95 %':>25}  {'since':12}{'q':>8}"]
     for row in rows:
         lines.append(_line(row).rstrip())
-        if row.get("would_decide"):
+        if row["state"] == "undecided" and row.get("would_decide"):
             lines.append(f"       needs {row['would_decide']}")
     return "\n".join(lines)
 

@@ -147,7 +147,8 @@ def _truck(picture: str, contents: Contents) -> str:
     return f"""<section id="truck">
 <h2>One truck</h2>
 <p><label>Truck <input id="name" list="names" placeholder="name or VIN" autocomplete="off"></label>
-<datalist id="names">{names}</datalist> <span class="quiet" id="summary"></span></p>
+<datalist id="names">{names}</datalist>
+<span class="quiet" id="summary">Click a truck in a table or picture, or type its name.</span></p>
 <div id="history" hidden>
 <p class="key">{keys}</p>
 {picture}
@@ -209,14 +210,14 @@ def _line(row: dict[str, Any], change: dict[str, Any] | None) -> str:
         f'<tr><td class="number">{row["rank"]}</td><th scope="row">{_link(row)}</th>'
         f'<td><span class="verdict {state}">{STATE_WORDS[state]}</span>{_next_step(row)}</td>'
         f'<td class="number">{cells[0]}</td>'
-        f'<td class="number interval">{cells[1]}</td><td>{since}</td><td>{size}</td>'
+        f'<td class="number interval">{cells[1]}</td><td class="day">{since}</td><td>{size}</td>'
         f'<td class="number interval">{_small(row["q_value"]) if has_offset else "—"}</td></tr>'
     )
 
 
 def _next_step(row: dict[str, Any]) -> str:
     """Below the verdict: the drive that decides, or the reason to watch a truck within its limit."""
-    if row.get("would_decide"):
+    if row["state"] == "undecided" and row.get("would_decide"):
         return f"<small>needs {escape(row['would_decide'])}</small>"
     if row["verdict"] == "watch" and row["state"] == "within":
         return "<small>watch: its last change exceeds the limit</small>"

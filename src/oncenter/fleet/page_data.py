@@ -16,8 +16,8 @@ from typing import Any
 from oncenter.fleet.ranking import History
 from oncenter.fleet.tables import OFFSET
 
-# All drives of the page together: some 20 bytes each, so that a page of many trucks can be mailed (docs/fleet.md).
-_DRIVES_MAX = 300_000
+# All drives of the page together: about 23 bytes each, so that the page of 10,000 trucks has 6 MB and can be mailed.
+_DRIVES_MAX = 200_000
 _DRIVES_OF_A_TRUCK_MIN = 20
 _DIGITS = 3
 
@@ -64,9 +64,13 @@ def _together(truck: Mapping[str, Any]) -> str:
     """Offset and pull from all drives, in words; empty where there is no offset."""
     if truck.get(OFFSET.value) is None:
         return ""
+    offset, pull = (
+        f"{number:+.{digits}f}".replace("-", "−")
+        for number, digits in ((truck[OFFSET.value], 1), (truck["pull_m_s2"], 2))
+    )
     words = (
-        f"straight-ahead offset from all drives {truck[OFFSET.value]:+.1f} ± {1.96 * truck[OFFSET.sd]:.1f} deg;"
-        f" pull {truck['pull_m_s2']:+.2f} ± {1.96 * truck['pull_sd_m_s2']:.2f} m/s²"
+        f"straight-ahead offset from all drives {offset} ± {1.96 * truck[OFFSET.sd]:.1f} deg;"
+        f" pull {pull} ± {1.96 * truck['pull_sd_m_s2']:.2f} m/s²"
     )
     return words + ("; drives at another load would narrow both" if truck["load_would_help"] else "")
 

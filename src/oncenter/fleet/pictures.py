@@ -34,6 +34,7 @@ CAUSE_COLOURS = {
 _TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
 _RANKED = 40  # trucks that fit into a picture
 _BINS = 41
+_DAYS_MIN_MS = 7 * 86_400_000.0  # around a single drive or change
 
 
 def distribution(ranked: Sequence[dict[str, Any]]) -> figure | None:
@@ -166,6 +167,8 @@ def truck_history() -> figure:
 
 def _over_days(height: int) -> figure:
     picture = plain(height, _TOOLS, x_axis_type="datetime")
+    picture.x_range.default_span = _DAYS_MIN_MS
+    picture.xaxis.ticker.desired_num_ticks = 5  # that fit a telephone
     picture.xaxis.formatter = DatetimeTickFormatter(hours="%d %b %H:%M", days="%d %b", months="%b %Y", years="%Y")
     picture.xaxis.axis_label = "start of the drive (UTC)"
     return picture

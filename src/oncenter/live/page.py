@@ -161,6 +161,8 @@ def _empty_page(doc: Document, news: News) -> tuple[ColumnDataSource, Pictures]:
     for figure in pictures.figures:
         figure._id = ID(f"oncenter-{figure.name}")
         doc.add_root(figure)
+    if hasattr(doc, "config") and hasattr(doc.config, "notify_connection_status"):  # newer than the lowest Bokeh
+        doc.config.notify_connection_status = False  # the page itself says that it has finished, or lost its server
     doc.title = f"{news.snapshot.truck}: straight-ahead offset, live"
     return now, pictures
 

@@ -17,7 +17,7 @@ from oncenter.signals import DEGREE
 
 _ON_A_FLANK = 0.5  # of half the play, from its middle; as in the report
 _ROW_PX, _AXES_PX = 20, 62
-_USED = "clean"
+_USED = "used"
 
 
 class Pictures:
@@ -85,7 +85,7 @@ class _Strip:
             "",
             name="strip",
             x_range=Range1d(-float(STRIP_S), 0.0),
-            y_range=FactorRange("clean", range_padding=0.08),
+            y_range=FactorRange(_USED, range_padding=0.08),
         )
         self.figure.xaxis.axis_label = "s ago"
         self.figure.ygrid.grid_line_color = None

@@ -15,23 +15,22 @@ from oncenter.offset.findings import capitalised
 from oncenter.report.canvas import COLOURS
 
 _STATUSES = {
-    "converging": "not exact enough yet",
-    "unobservable": "not observable in this drive",
+    "converging": "not sure enough yet",
+    "unobservable": "this drive does not tell",
     "invalid": "a signal is at fault",
 }
 
-# The browser fetches nothing, whatever the page or a library in it should try.
-_POLICY = "default-src 'none'; script-src 'unsafe-inline'{beside}; style-src 'unsafe-inline'; img-src data: blob:"
+# The browser itself is told to fetch nothing, whatever the page or a library in it should try.
+_POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 
 _RANDOM_NAME = re.compile(r"(?:bk-)?[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 
 
-def document(title: str, body: str, script: str, *, style: str = "", program: str = "", beside: bool = False) -> str:
+def document(title: str, body: str, script: str, *, style: str = "", program: str = "") -> str:
     """The whole HTML document. `script` is bokeh's for the pictures in the body, empty where there are none.
 
-    A page may bring CSS and, after bokeh's, JavaScript of its own; `beside` lets it load scripts that lie beside it.
+    A page may bring CSS and, after bokeh's, JavaScript of its own.
     """
-    policy = _POLICY.format(beside=" 'self' file:" if beside else "")
     colours = "".join(f"--{name}:{colour};" for name, colour in COLOURS.items())
     return f"""<!DOCTYPE html>
 <html lang="en">
@@ -39,7 +38,7 @@ def document(title: str, body: str, script: str, *, style: str = "", program: st
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
+<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
 <title>{escape(title)}</title>
 <style>:root{{{colours}}}
 {_asset("page.css")}{style}</style>

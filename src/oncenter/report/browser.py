@@ -57,9 +57,11 @@ def _usual_places() -> Iterator[Path]:
     if sys.platform == "win32":
         folders = [Path(os.environ[name]) for name in _WINDOWS_FOLDERS if os.environ.get(name)]
         yield from (folder / name for name in (*_WINDOWS, _WINDOWS_EDGE) for folder in folders)
-    if sys.platform == "darwin":
+    elif sys.platform == "darwin":
         applications = (Path("/Applications"), Path.home() / "Applications")
         yield from (folder / f"{name}.app/Contents/MacOS/{name}" for name in _MACOS for folder in applications)
+    else:
+        yield from ()  # Linux installs browsers on PATH
 
 
 def require_browser(what: str, instead: str) -> Path:

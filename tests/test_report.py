@@ -143,18 +143,23 @@ def rows_of(text: str) -> dict[str, str]:
 
 
 def test_the_page_says_which_truck_when_where_and_how_far(answer: Answer, drive: Signals) -> None:
-    position = (pl.lit(58.1).alias("latitude_deg"), pl.lit(-11.25).alias("longitude_deg"))
-    there = replace(drive, table=drive.table.with_columns(*position))
+    first = pl.col("time_s") == pl.col("time_s").first()
+    position = (
+        pl.when(first).then(58.1).otherwise(-58.2).alias("latitude_deg"),
+        pl.lit(-11.25).alias("longitude_deg"),
+    )
+    speed = pl.when(first).then(float("nan")).otherwise(pl.col("vehicle_speed_m_s")).alias("vehicle_speed_m_s")
+    there = replace(drive, table=drive.table.with_columns(*position, speed))
     origin = Origin(
         "YS2R4X20001234567", datetime(2026, 3, 1, 7, 5, tzinfo=UTC), "anna", datetime(2026, 3, 2, tzinfo=UTC)
     )
     known = replace(answer, drives=(there,))
     rows = rows_of(page(known, trace(known), origin))
-    speed = drive.table["vehicle_speed_m_s"].to_numpy()
+    driven_km = np.nansum(there.table["vehicle_speed_m_s"].to_numpy()) / drive.rate_hz / 1000
     assert rows["VIN"] == "YS2R4X20001234567" and rows["Vehicle"] == TRUCK.name
     assert rows["Vehicle file"] == "scania_r730_4x2" and rows["Start"] == "2026-03-01 07:05 UTC"
-    assert rows["Place"] == "58.100° N, 11.250° W"
-    assert rows["Driven"] == f"{np.nansum(speed) / drive.rate_hz / 1000:.1f} km in 30 min 0 s"
+    assert rows["Place"] == "58.100° N, 11.250° W to 58.200° S, 11.250° W"
+    assert rows["Driven"] == f"{driven_km:.1f} km in 30 min 0 s"
     assert rows["Report"] == f"oncenter {oncenter.__version__} by anna, 2026-03-02 00:00 UTC"
 
 

@@ -62,6 +62,7 @@ def test_the_first_page_has_verdict_truck_and_numbers_and_the_second_the_figures
     first, second, *_ = text.decode().split("\f")
     for said in ("Within the limit", "Straight-ahead offset +1.9 deg", "Look for worn joints", "Vehicle", "Findings"):
         assert said in first, said
+    assert "Straight-ahead offset over time" not in first  # though the first page has room left
     assert "Straight-ahead offset over time" in second and "Flank of the play" in second
     assert "Provenance" not in text.decode() and "The gate" not in text.decode()
 

@@ -31,16 +31,19 @@ def signals_table(signals: Signals) -> str:
 
 
 def answer_table(answer: Answer) -> str:
-    """The answer in words, a row a quantity, then the findings."""
+    """The verdict and the answer in words, a row a quantity, then the findings."""
+    from oncenter.verdict import verdicts_of
+
     rows = []
     for name, estimate in answer.quantities.items():
         given = estimate.to_dict()
         value = "-" if given["value"] is None else f"{given['value']:.3g}"
         interval = "-" if given["ci95"] is None else "{:.3g} to {:.3g}".format(*given["ci95"])
         rows.append((name, value, interval, given["unit"], given["status"]))
+    verdict = f"<p><b>{escape(verdicts_of(answer)[0].words())}</b></p>"
     table = _table(answer.words(), ("quantity", "value", "95 % interval", "unit", "status"), rows)
     findings = "".join(f"<li>{escape(f'{each.severity}: {each.text}')}</li>" for each in answer.findings)
-    return table + (f"<ul>{findings}</ul>" if findings else "")
+    return verdict + table + (f"<ul>{findings}</ul>" if findings else "")
 
 
 def _table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

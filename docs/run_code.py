@@ -292,7 +292,7 @@ def run_page(page: str, cache: Path, *, write: bool = False) -> None:
 
 
 def _renewed(shown: str, output: str) -> str:
-    """The output; a block that leaves out more than a few lines keeps its lines, each as the most similar one printed."""
+    """The output; a block that shows only part of it keeps its lines, each as the most similar one printed."""
     lines, kept = [line.rstrip() for line in output.splitlines()], shown.splitlines()
     is_part = "..." in [line.strip() for line in kept] or 1 < len(kept) < 0.8 * len(lines)
     if not is_part:

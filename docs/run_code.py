@@ -292,14 +292,14 @@ def run_page(page: str, cache: Path, *, write: bool = False) -> None:
 
 
 def _renewed(shown: str, output: str) -> str:
-    """The whole output; where the page leaves lines out by `...`, those lines that are most like the ones shown."""
-    lines = [line.rstrip() for line in output.splitlines()]
-    if "..." not in [line.strip() for line in shown.splitlines()]:
+    """The output; a block that shows only part of it keeps its lines, each as the most similar one printed."""
+    lines, kept = [line.rstrip() for line in output.splitlines()], shown.splitlines()
+    is_part = "..." in [line.strip() for line in kept] or 1 < len(kept) < 0.8 * len(lines)
+    if not is_part:
         return "\n".join(lines).strip("\n") + "\n"
-    kept = []
-    for line in shown.splitlines():
+    for number, line in enumerate(kept):
         near = [] if line.strip() in ("", "...") else difflib.get_close_matches(line, lines, 1, 0.4)
-        kept.append(near[0] if near else line)
+        kept[number] = near[0] if near else line
     return "\n".join(kept) + "\n"
 
 

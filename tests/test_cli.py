@@ -42,16 +42,16 @@ def test_the_readme_says_what_the_demo_says(tmp_path: Path, capsys: pytest.Captu
     readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
     assert verdict.startswith("Recalibrate: straight-ahead offset +2.0 deg ± 0.1 (limit 2 deg). Add -2.0 deg.")
     assert all(part in readme for part in words.split("; "))
-    assert "2.04 deg" in truth and "2.04°" in readme
+    assert "2.04 deg" in truth and "2.04 deg" in readme
     assert (tmp_path / "demo" / "report.html").stat().st_size > 1e6
 
 
 @pytest.mark.parametrize(
     ("scenario", "method", "said", "quoted"),
     [
-        ("heavy_play", "joint", r"offset (\d\S+) deg.* has (\S+) deg of play", "(`heavy_play`): {}°, and {}° of play"),
-        ("heavy_play", "thesis", r"offset (\d\S+) deg ± ([\d.]+)", "(`--method thesis`) says {} ± {}°:"),
-        ("bypass", "joint", r"offset (\d\S+) deg ± (\S+) from this drive \(converging\)", "`converging`, {} ± {}°"),
+        ("heavy_play", "joint", r"offset (\d\S+) deg.* has (\S+) deg of play", "(`heavy_play`): {} deg, and {} deg of play"),
+        ("heavy_play", "thesis", r"offset (\d\S+) deg ± ([\d.]+)", "(`--method thesis`), says {} ± {} deg:"),
+        ("bypass", "joint", r"offset (\d\S+) deg ± (\S+) from this drive \(converging\)", "`converging`, {} ± {} deg"),
     ],
 )
 def test_the_readme_says_what_offset_says_of_scenarios(

@@ -16,7 +16,7 @@ from oncenter.report.canvas import COLOURS
 
 _STATUSES = {
     "converging": "not sure enough yet",
-    "unobservable": "this drive does not tell",
+    "unobservable": "not observable in this drive",
     "invalid": "a signal is at fault",
 }
 

@@ -105,7 +105,13 @@ def _exact(answer: Answer, limit_deg: float) -> Verdict:
     if ci95[0] <= 0.0 <= ci95[1]:
         action = "Check whether the truck pulls to one side, or drive again on another day, before you recalibrate."
         return _verdict("over", f"Over the limit: {found}", action, *notes)
-    return _verdict("recalibrate", f"Recalibrate: {found}", _correction(answer), *notes)
+    return _verdict("recalibrate", f"Recalibrate: {found}", _correction(answer), _direction(value), *notes)
+
+
+def _direction(offset_rad: float) -> str:
+    """The sign in words, for a tool that asks for it otherwise."""
+    side = "left" if offset_rad > 0.0 else "right"
+    return f"When the truck drives straight ahead, the sensor reads {abs(rounded(offset_rad)):.1f} deg to the {side}."
 
 
 def _correction(answer: Answer) -> str:
@@ -126,7 +132,7 @@ def _straddles(answer: Answer, limit_deg: float) -> str:
     is_over = abs(middle) >= limit_deg
     of_drive = _crossing(middle - around, middle + around, limit_deg, is_over)
     if of_drive:
-        return f"The interval {of_drive}."
+        return f"{'Close to the limit: the' if is_over else 'The'} interval {of_drive}."
     causes = in_words(answer.not_identifiable)
     whole = _crossing(rounded(ci95[0]), rounded(ci95[1]), limit_deg, is_over)
     if not causes or not whole:

@@ -107,10 +107,10 @@ def test_a_pull_is_named_where_it_alone_crosses_the_limit(answer: Answer) -> Non
     found = about_offset(with_offset(answer, 2.5, 0.1, 0.9))
     assert found.state == "recalibrate"
     assert found.note == (
-        "With a pull, which one drive cannot separate from the offset, the interval 1.6 to 3.4 deg reaches below the "
-        "limit."
+        "When the truck drives straight ahead, the sensor reads 2.5 deg to the left. With a pull, which one drive cannot "
+        "separate from the offset, the interval 1.6 to 3.4 deg reaches below the limit."
     )
-    assert about_offset(with_offset(answer, 4.0, 0.1, 0.9)).note == ""
+    assert "limit" not in about_offset(with_offset(answer, 4.0, 0.1, 0.9)).note
 
 
 def test_an_offset_that_a_pull_alone_explains_is_not_recalibrated(answer: Answer) -> None:
@@ -222,10 +222,11 @@ def test_after_a_change_the_value_is_the_one_after_it(answer: Answer) -> None:
     change = Change("offset", 0, "a.log", 903.0, 900.0, 2 * DEGREE, -3 * DEGREE, -5 * DEGREE, 0.1 * DEGREE)
     changed = replace(with_offset(answer, -3.0), changes=(change,))
     assert about_offset(changed).note == (
-        "The offset changed by -5.0 deg 15.0 min into a.log, from +2.0 to -3.0 deg: use the value after."
+        "When the truck drives straight ahead, the sensor reads 3.0 deg to the right. The offset changed by -5.0 deg "
+        "15.0 min into a.log, from +2.0 to -3.0 deg: use the value after."
     )
     passing = replace(change, size_rad=0.1 * DEGREE, sd_rad=0.2 * DEGREE)
-    assert about_offset(replace(changed, changes=(passing,))).note == ""
+    assert "changed" not in about_offset(replace(changed, changes=(passing,))).note
 
 
 def test_several_logs_are_given_together_again(answer: Answer) -> None:
